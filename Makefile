@@ -1,0 +1,68 @@
+# Everything a person does with this checkout. `make` alone prints this list.
+# The environment in .venv is made, with the locked versions, by the first target that needs it.
+
+PYTHON ?= python3
+VENV ?= .venv
+BIN := $(VENV)/bin
+READY := $(VENV)/.ready
+CASES := $(sort $(wildcard cases/*.toml))
+NAMES := $(basename $(notdir $(CASES)))
+WORKERS ?= 2
+
+export OPENBLAS_NUM_THREADS := 1
+export OMP_NUM_THREADS := 1
+
+.DEFAULT_GOAL := help
+.DELETE_ON_ERROR:
+.PHONY: help run test check lint types golden accept-golden plots bench test-long clean
+
+help: ## print this list
+	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 16
+
+$(READY): pyproject.toml constraints.txt
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt --upgrade pip
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[plot]' --group test
+	@touch $@
+
+run: $(READY) ## run the three-cylinder generator and print its report
+	$(BIN)/vibecalc run cases/generator.toml -q
+	@cat outputs/generator.txt
+
+test: $(READY) ## run the tests
+	$(BIN)/python -m pytest -n $(WORKERS) -m "not long"
+
+check: lint types test golden ## lint, types, tests, golden files
+
+lint: $(READY) ## ruff
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+
+types: $(READY) ## mypy
+	$(BIN)/mypy
+
+golden: $(READY) ## run every case and compare with tests/golden
+	$(BIN)/vibecalc run $(CASES) -q -o outputs/golden/
+	@set -e; for name in $(NAMES); do \
+	  $(BIN)/vibecalc diff tests/golden/$$name.h5 outputs/golden/$$name.h5 --rules tests/golden/rules.toml; done
+
+accept-golden: $(READY) ## make the numbers of this checkout the golden ones
+	$(BIN)/vibecalc run $(CASES) -q -o outputs/golden/
+	@set -e; for name in $(NAMES); do \
+	  $(BIN)/vibecalc diff tests/golden/$$name.h5 outputs/golden/$$name.h5 --accept; done
+
+plots: $(READY) ## draw the pictures of every case into outputs/
+	$(BIN)/vibecalc run $(CASES) -q
+	$(BIN)/vibecalc plot $(NAMES:%=outputs/%.h5)
+
+bench: $(READY) ## print speed ratios (start-up and the closest yardsticks)
+	$(BIN)/python benchmarks/start_up.py
+	$(BIN)/python benchmarks/kernels.py
+
+test-long: $(READY) ## long searches and the full fuzz; record the result in docs/validation.md
+	$(BIN)/python -m pytest -n $(WORKERS) -m long --timeout 14400
+
+clean: ## remove the environment, caches and outputs
+	rm -rf $(VENV) .mypy_cache .ruff_cache .pytest_cache .hypothesis
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +
+	find outputs -mindepth 1 ! -name .gitkeep -delete
