@@ -1,0 +1,166 @@
+"""Claim: starter cases, resolved cases, the JSON schema and the schema itself say the same."""
+
+import copy
+import re
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import jsonschema
+import pytest
+
+from vibecalc.case.load import case_hash, load_case, resolve, validate
+from vibecalc.case.overrides import get_key, set_key
+from vibecalc.case.schema import Case
+from vibecalc.case.template import SCENES, json_schema, starter
+from vibecalc.case.walk import keys_of, shape_at, shape_of
+from vibecalc.errors import CaseError, UsageError
+
+CASES = sorted((Path(__file__).parent.parent / "cases").glob("*.toml"))
+SCHEMA = json_schema()
+JUDGE = jsonschema.Draft202012Validator(SCHEMA)
+
+
+@pytest.fixture(params=sorted(SCENES))
+def text(request: pytest.FixtureRequest) -> str:
+    """Each starter case."""
+    return starter(request.param)
+
+
+def test_starters_load_as_they_are(text: str, tmp_path: Path) -> None:
+    path = tmp_path / "starter.toml"
+    path.write_text(text)
+    loaded = load_case(path)
+    assert loaded.name == "starter"
+    assert loaded.text == text
+    data = tomllib.loads(text)
+    assert data in [scene.data for scene in SCENES.values()]
+
+
+def test_starters_fit_the_screen(text: str) -> None:
+    written = [line for line in text.splitlines() if "#" in line]
+    assert max(map(len, written)) <= 100
+    assert text.endswith("\n")
+
+
+def test_every_key_of_every_table_that_appears_is_shown(text: str) -> None:
+    data = tomllib.loads(text)
+
+    def held(value: Any, path: tuple[str | int, ...]) -> None:
+        shape = shape_at(path)
+        assert shape is not None
+        if shape.table is not None:
+            for key, field in keys_of(shape.table).items():
+                assert re.search(rf"\b{key}\b", text), f"{key} of {path} is not shown"
+                words = (field.description or "").split()[0]
+                assert words in text
+                if key in value:
+                    held(value[key], (*path, key))
+        elif shape.item is not None and shape.item.table is not None:
+            for position, entry in enumerate(value):
+                held(entry, (*path, position))
+
+    held(data, ())
+
+
+def test_units_stand_in_the_comments() -> None:
+    lines = starter("generator").splitlines()
+    radius = next(line for line in lines if line.startswith("crank_radius"))
+    assert radius.split("# ")[1] == "half the stroke [m], > 0"
+    assert any(line.startswith("# gravity = 9.80665") and "[m/s^2]" in line for line in lines)
+
+
+def test_an_unknown_scene_gets_the_list() -> None:
+    with pytest.raises(UsageError, match=r"generator, rigid_body.*did you mean 'generator'"):
+        starter("genrator")
+
+
+def test_json_schema_is_a_schema_and_takes_the_starters(text: str) -> None:
+    jsonschema.Draft202012Validator.check_schema(SCHEMA)
+    assert SCHEMA["$schema"].endswith("2020-12/schema")
+    JUDGE.validate(tomllib.loads(text))
+
+
+@pytest.mark.parametrize("path", CASES, ids=lambda path: path.stem)
+def test_shipped_cases_survive_being_resolved(path: Path) -> None:
+    loaded = load_case(path)
+    JUDGE.validate(tomllib.loads(loaded.text))
+    JUDGE.validate(tomllib.loads(loaded.resolved_toml))
+    again = tomllib.loads(loaded.resolved_toml)
+    assert again == loaded.resolved
+    assert resolve(validate(again)) == loaded.resolved
+    assert validate(again) == loaded.case
+    assert case_hash(again) == loaded.sha256
+
+
+def test_hash_follows_values_and_not_comments(tmp_path: Path) -> None:
+    text = starter("generator")
+    hashes = []
+    for number, written in enumerate(
+        (
+            text,
+            "# more\n" + text,
+            text.replace('"55 mm"', "0.055"),
+            text.replace('"55 mm"', "0.056"),
+        )
+    ):
+        path = tmp_path / f"{number}.toml"
+        path.write_text(written)
+        hashes.append(load_case(path).sha256)
+    assert hashes[0] == hashes[1] == hashes[2] != hashes[3]
+    assert re.fullmatch("[0-9a-f]{64}", hashes[0])
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("schema", 2),
+        ("title", ""),
+        ("title", 3),
+        ("surplus", 1),
+        ("machine.speed", 0),
+        ("machine.speed", True),
+        ("machine.surplus", 1),
+        ("machine.kind", "aeroplane"),
+        ("machine.crank_train.rod_length", -1.0),
+        ("machine.crank_train.cylinders", []),
+        ("machine.crank_train.cylinders[0].position", [1]),
+        ("machine.crank_train.origin", [1, 2]),
+        ("machine.body.box.length", {}),
+        ("machine.mounts.each.stiffness", [1, 2]),
+        ("machine.mounts.each.stiffness", -1),
+        ("machine.mounts.each.loss_factor", 11),
+        ("isolation.model", "pich"),
+        ("accuracy", {"rtol": 0.2}),
+        ("excitation", {"orders": 1.5}),
+        ("limit[0].max", True),
+        ("limit[0].where", {"order": []}),
+    ],
+)
+def test_json_schema_and_schema_refuse_the_same(key: str, value: Any) -> None:
+    data = copy.deepcopy(SCENES["generator"].data)
+    assert JUDGE.is_valid(data)
+    set_key(data, key, value)
+    assert get_key(data, key) == value
+    with pytest.raises(CaseError):
+        validate(data)
+    assert not JUDGE.is_valid(data)
+
+
+def test_every_field_is_described() -> None:
+    seen: set[type] = set()
+
+    def visit(table: type) -> None:
+        if table in seen:
+            return
+        seen.add(table)
+        assert table.__doc__
+        for key, field in keys_of(table).items():
+            assert field.description, f"{table.__name__}.{key} has no description"
+            shape = shape_of(field)
+            below = shape.table or (shape.item.table if shape.item else None)
+            if below is not None:
+                visit(below)
+
+    visit(Case)
+    assert len(seen) > 20

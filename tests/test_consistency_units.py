@@ -1,0 +1,74 @@
+"""Claim: the small table of units equals pint in every entry, and reading never needs pint for it.
+
+pint is asked for each unit as a whole, with its own parser; its Hz is replaced by turns per second,
+which is what an engineer means by it.
+"""
+
+import subprocess
+import sys
+
+import pint
+import pytest
+
+from vibecalc.units import TABLE, WORDS, convert, parse_quantity
+
+EPS = sys.float_info.epsilon
+REGISTRY: pint.UnitRegistry = pint.UnitRegistry()
+
+
+def pint_factor(unit: str, si: str) -> float:
+    """Factor between two units by pint alone."""
+    asked = {"": "dimensionless", "Hz": "turn/s", "%": "percent"}
+    return float(REGISTRY.Quantity(1.0, asked.get(unit, unit)).to(asked.get(si, si)).magnitude)
+
+
+@pytest.mark.parametrize("unit", sorted(TABLE))
+def test_table_equals_pint(unit: str) -> None:
+    factor, si = TABLE[unit]
+    assert abs(factor - pint_factor(unit, si)) <= 2 * EPS * factor
+    assert TABLE[si] == (1.0, si)
+    assert si in WORDS
+
+
+@pytest.mark.parametrize(
+    ("unit", "si"),
+    [
+        ("ft", "m"),
+        ("lb", "kg"),
+        ("lbf", "N"),
+        ("lbf/in", "N/m"),
+        ("lbf*s/in", "N*s/m"),
+        ("lbf*s^2/in", "kg"),
+        ("lbf*in*s^2", "kg*m^2"),
+        ("N*mm", "N*m"),
+        ("oz*in", "kg*m"),
+        ("g*mm", "kg*m"),
+        ("slug", "kg"),
+        ("turn/min", "rad/s"),
+        ("deg/ms", "rad/s"),
+        ("gravity", "m/s^2"),
+    ],
+)
+def test_the_rest_equals_pint(unit: str, si: str) -> None:
+    factor = pint_factor(unit, si)
+    assert abs(convert(1.0, unit, si) - factor) <= 8 * EPS * factor
+    assert abs(parse_quantity(f"2.5 {unit}", si) - 2.5 * factor) <= 20 * EPS * factor
+
+
+def test_hertz_counts_turns_in_both_routes() -> None:
+    by_table = convert(1.0, "Hz", "rad/s")
+    by_pint = convert(1.0, "kHz", "rad/s") / 1000.0
+    assert abs(by_table - 6.283185307179586) <= 2 * EPS * by_table
+    assert abs(by_pint - by_table) <= 4 * EPS * by_table
+
+
+def test_the_table_is_read_without_pint() -> None:
+    code = (
+        "import sys; from vibecalc.units import TABLE, convert, parse_quantity\n"
+        "for unit, (_, si) in TABLE.items():\n"
+        "    convert(1.0, unit, si); parse_quantity('1 ' + unit, si)\n"
+        "try: parse_quantity('3 kg', 'm')\n"
+        "except ValueError: pass\n"
+        "sys.exit(any(name in sys.modules for name in ('pint', 'numpy', 'pydantic')))"
+    )
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

@@ -1,0 +1,140 @@
+"""Claim: a text with a unit is read as its number times its unit, and nonsense is a UnitError.
+
+Nothing that is not finite comes out, whatever goes in, and conversion there and back is the
+identity to round-off.
+"""
+
+import math
+import sys
+
+import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+
+from vibecalc.errors import EXIT_USAGE, UnitError, UsageError
+from vibecalc.units import TABLE, convert, describe, parse_quantity, si_value, split_number
+
+EPS = sys.float_info.epsilon
+ordinary = st.floats(min_value=1e-100, max_value=1e100)
+units = st.sampled_from(sorted(TABLE))
+
+
+@given(ordinary, st.sampled_from([1, -1]), units)
+def test_number_times_factor(size: float, sign: int, unit: str) -> None:
+    value = sign * size
+    factor, si = TABLE[unit]
+    assert parse_quantity(f"{value!r} {unit}", si) == value * factor
+    assert parse_quantity(f"{value!r}{unit}", si) == value * factor
+    assert si_value(f"{value!r} {unit}") == value * factor
+
+
+@given(ordinary, units)
+def test_there_and_back(value: float, unit: str) -> None:
+    _, si = TABLE[unit]
+    back = convert(convert(value, unit, si), si, unit)
+    assert abs(back - value) <= 4 * EPS * value
+
+
+@given(ordinary, units)
+def test_without_unit_it_is_si(value: float, unit: str) -> None:
+    assert parse_quantity(repr(value), TABLE[unit][1]) == value
+    assert parse_quantity(value, TABLE[unit][1]) == value
+
+
+@given(st.floats(allow_nan=False, allow_infinity=False), units)
+def test_split_keeps_what_is_written(value: float, unit: str) -> None:
+    assert split_number(f" {value!r}  {unit} ") == (repr(value), unit)
+
+
+@settings(max_examples=300, deadline=None)
+@given(
+    st.text(max_size=30)
+    | st.from_regex(r"[+-]?[0-9.e]{1,8} ?[a-zA-Z*/^()0-9 ]{0,12}", fullmatch=True),
+    st.sampled_from(["", "m", "rad/s", "N*m/rad"]),
+)
+@example("1 9**9**9**9", "m")
+@example("1 m^99999999999", "m")
+@example("1 " + "(" * 50, "m")
+@example("1 yottaparsec^9", "m")
+@example("1 yottaparsec^-9", "m")
+@example("1 ℵ", "m")
+@example("٣ m", "m")
+@example("1e309", "m")
+@example("1e-9999 m", "m")
+def test_any_text_gives_a_finite_number_or_a_unit_error(text: str, unit: str) -> None:
+    try:
+        value = parse_quantity(text, unit)
+    except UnitError as error:
+        refused, message = error, str(error)
+    else:
+        refused, message = None, "read"
+        assert math.isfinite(value)
+    assert refused is None or refused.allowed
+    assert len(message) < 400
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "value"),
+    [
+        ("2.375 in", "m", 2.375 * 0.0254),
+        ("-300 mm", "m", -0.3),
+        ("120 deg", "rad", 2 * math.pi / 3),
+        ("120°", "rad", 2 * math.pi / 3),
+        ("4900 rpm", "rad/s", 4900 * math.pi / 30),
+        ("1 Hz", "rad/s", 2 * math.pi),
+        ("2 kHz", "rad/s", 4000 * math.pi),
+        ("3 1/s", "rad/s", 3.0),
+        ("1e4 N/m", "N/m", 1e4),
+        ("5 N*mm", "N*m", 5e-3),
+        ("5 N mm/rad", "N*m/rad", 5e-3),
+        ("1 N*m", "N*m/rad", 1.0),
+        ("1 lb", "kg", 0.45359237),
+        ("1 lbf*s^2/in", "kg", 0.45359237 * 9.80665 / 0.0254),
+        ("1 N/(m/s)", "N*s/m", 1.0),
+        ("2 kg*m²", "kg*m^2", 2.0),
+        ("50 %", "", 0.5),
+    ],
+)
+def test_units_of_engineers(text: str, unit: str, value: float) -> None:
+    assert abs(parse_quantity(text, unit) - value) <= 4 * EPS * abs(value)
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "words"),
+    [
+        ("3 kg", "m", ("wrong dimension", "a mass", "a length, e.g. '0.2 m' or '200 mm'")),
+        ("3 psi", "m", ("wrong dimension", "a value in kilogram")),
+        ("30 deg", "", ("an angle", "a number without unit")),
+        ("50 %", "rad", ("a number without unit", "an angle")),
+        ("1 N*m/rad", "N", ("an angular stiffness", "a force")),
+        ("3 RPM", "rad/s", ("did you mean 'rpm'?",)),
+        ("3 milimeter", "m", ("unknown unit", "did you mean 'millimeter'?")),
+        ("3 m//s", "m/s", ("unknown unit",)),
+        ("3 (m", "m", ("unknown unit",)),
+        ("0,2 m", "m", ("write a point: '0.2 m'",)),
+        ("1e400 m", "m", ("too large for a double",)),
+        ("1e-400 m", "m", ("too small for a double",)),
+        ("nan m", "m", ("not finite",)),
+        ("-inf", "m", ("not finite",)),
+        ("", "m", ("not a number",)),
+        ("1__0 m", "m", ("not a number",)),
+    ],
+)
+def test_words_of_refusals(text: str, unit: str, words: tuple[str, ...]) -> None:
+    with pytest.raises(UnitError) as caught:
+        parse_quantity(text, unit)
+    for expected in words:
+        assert expected in str(caught.value)
+    assert isinstance(caught.value, UsageError)
+    assert caught.value.exit_code == EXIT_USAGE
+
+
+def test_a_number_that_is_not_finite_is_refused() -> None:
+    for value in (math.nan, math.inf, -math.inf):
+        with pytest.raises(UnitError, match="not finite"):
+            parse_quantity(value, "m")
+
+
+def test_every_si_unit_has_words() -> None:
+    for _, si in TABLE.values():
+        assert not describe(si).startswith("a value in")

@@ -1,0 +1,19 @@
+"""vibecalc: vibration of machines with pistons, from a text case to an HDF5 result and a report.
+
+Conventions
+-----------
+Inside, everything is SI and radians. A steady oscillation of order n at crank speed `w` is the
+complex amplitude X with x(t) = Re(X exp(i n w t)), 0-to-peak, so a positive phase leads. Running
+speed and excitation frequency are separate arguments.
+
+The crankshaft lies along `axis` (x), a cylinder at bank angle zero along `stroke` (z), and
+`across = stroke x axis` (y). The crank turns right-handed about `axis`. Crank angle zero is the
+top dead centre of a cylinder at bank angle zero with crank phase zero; `crank_phase` is the angle
+by which a throw leads, `bank_angle` the tilt of a cylinder in the sense of rotation. Piston
+position counts from the crank axis outwards; forces and couples are those *on the body*, couples
+about its reference point; mount forces are those *on the ground*.
+
+`docs/conventions.md` has the same with pictures and the remaining choices.
+"""
+
+__version__ = "0.1.0"

@@ -1,0 +1,150 @@
+"""The tables of a case beside the machine: what is asked of it, and against what it is held."""
+
+from typing import Annotated, Literal
+
+from pydantic import ConfigDict, Field
+
+from vibecalc.case.fields import (
+    Acceleration,
+    AngularSpeed,
+    Length,
+    Name,
+    Number,
+    Table,
+    Value,
+    Where,
+)
+
+Order = Annotated[int, Field(strict=True, ge=1, le=400)]
+
+
+class Kinematics(Table):
+    """Motion of the pistons; present, it also puts the motion over one turn into the result."""
+
+    series: Literal["exact", "truncated"] = Field(
+        "exact", description="exact motion, or the binomial series in (R/L)^2 cut after `terms`"
+    )
+    terms: Annotated[int, Field(strict=True, ge=1, le=400)] | None = Field(
+        None, description="terms of a truncated series; 1 is the classic first and second order"
+    )
+
+
+class Balance(Table):
+    """The balance table: sums of sin, cos, z sin and z cos over the cylinders."""
+
+    orders: tuple[Order, ...] = Field(
+        (1, 2), min_length=1, max_length=64, description="orders to tabulate"
+    )
+
+
+class Residual(Table):
+    """One number for what is left unbalanced, for comparing and optimising crank trains."""
+
+    force_weight: Number = Field(1.0, ge=0, description="weight of the forces")
+    couple_weight: Number = Field(1.0, ge=0, description="weight of the couples")
+    reference_length: Length = Field(gt=0, description="couples are divided by it")
+
+
+class Excitation(Table):
+    """Forces and couples of the crank train on the body."""
+
+    orders: Order | None = Field(
+        None, description="highest order kept; without it the tolerance decides"
+    )
+    driven_machine: Literal["on_body", "separate"] = Field(
+        "on_body",
+        description="where the crank torque is taken up; separate puts its reaction on the body",
+    )
+    balance: Balance | None = Field(None, description="print the balance table")
+    residual: Residual | None = Field(None, description="weighted residual of forces and couples")
+
+
+class RunUp(Table):
+    """A range of speeds passed slowly: at each speed the peak over the cycle."""
+
+    model_config = ConfigDict(validate_by_alias=True, validate_by_name=False)
+
+    start: AngularSpeed = Field(0.0, alias="from", ge=0, description="lowest speed")
+    stop: AngularSpeed = Field(alias="to", gt=0, description="highest speed")
+
+
+class Isolation(Table):
+    """The body on its mounts: what reaches the ground."""
+
+    model: Literal["pitch", "rigid_body"] = Field(
+        description="pitch about the axis across the crankshaft, or all six freedoms"
+    )
+    up: Literal["x", "y", "z"] = Field("z", description="gravity acts against this direction")
+    gravity: Acceleration = Field(9.80665, ge=0, description="acceleration of free fall")
+    lever: Length | None = Field(
+        None, gt=0, description="couple over this lever is `lever_force`; default: of the mounts"
+    )
+    run_up: RunUp | None = Field(None, description="also pass a range of speeds")
+
+
+class Variable(Table):
+    """One key of the case that the optimiser may change."""
+
+    key: Name = Field(description="as in machine.mounts.each.stiffness or ...cylinders[0].position")
+    lower: Value = Field(description="lower bound, SI or with a unit")
+    upper: Value = Field(description="upper bound, SI or with a unit")
+
+
+class Objective(Table):
+    """The quantity to make small or large; on an array its worst entry counts."""
+
+    quantity: Name = Field(description="result path")
+    where: Where = Field(default_factory=dict, description="picks entries along named axes")
+    sense: Literal["min", "max"] = Field("min", description="make it small or large")
+
+
+class Optimisation(Table):
+    """Change some keys within bounds until the objective is best and all limits are kept."""
+
+    variables: tuple[Variable, ...] = Field(
+        min_length=1, max_length=32, description="what to change"
+    )
+    objective: Objective = Field(description="what to improve")
+    starts: Annotated[int, Field(strict=True, ge=1, le=1000)] = Field(
+        8, description="starting points spread over the bounds, beside the case as written"
+    )
+
+
+class Accuracy(Table):
+    """The one dial between speed and accuracy."""
+
+    rtol: Number = Field(
+        1e-9, ge=1e-14, le=0.1, description="of the largest magnitude of each quantity"
+    )
+
+
+class Reference(Table):
+    """A published or measured number for this machine, shown beside ours."""
+
+    quantity: Name = Field(description="result path")
+    where: Where = Field(default_factory=dict, description="picks one entry along named axes")
+    value: Value = Field(description="as printed: its last digit sets the default tolerance")
+    unit: str = Field("", description="unit of the value, if the value does not carry it")
+    rtol: Number | None = Field(None, gt=0, lt=1, description="relative tolerance")
+    atol: Value | None = Field(None, description="absolute tolerance, in the value's unit")
+    source: Name = Field(description="table, figure or page")
+    kind: Literal["published", "measured"] = Field(
+        "published", description="measured numbers are shown and never counted"
+    )
+    known_difference: str = Field("", description="why the source differs; then it is not counted")
+    shown_by: str = Field(
+        "", description="test that reproduces the printed value, or 'not reproducible: ...'"
+    )
+    at: Literal["start", "optimum"] = Field("optimum", description="for cases with [optimisation]")
+
+
+class Limit(Table):
+    """A bound that a result has to keep; the optimiser takes the same list."""
+
+    quantity: Name = Field(description="result path")
+    where: Where = Field(default_factory=dict, description="picks entries along named axes")
+    max: Value | None = Field(None, description="upper bound, SI or with a unit")
+    min: Value | None = Field(None, description="lower bound, SI or with a unit")
+    source: str = Field("", description="where the bound comes from")
+    expect: Literal["kept", "broken"] = Field("kept", description="broken: for a demonstration")
+    at: Literal["start", "optimum"] = Field("optimum", description="for cases with [optimisation]")

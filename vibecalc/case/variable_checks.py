@@ -1,0 +1,123 @@
+"""Checks of what an optimisation may change: a number of this case, between two readable bounds."""
+
+import difflib
+from collections.abc import Iterator
+from typing import Any
+
+from vibecalc.case.overrides import get_key, key_text, parse_key
+from vibecalc.case.walk import Shape, bound_words, keys_of, shape_at, words
+from vibecalc.errors import KeyPath, Problem, UnitError, UsageError
+from vibecalc.units import parse_quantity
+
+_CHANGEABLE = ("machine", "excitation", "isolation")
+
+
+def check_variables(data: dict[str, Any]) -> Iterator[Problem]:
+    """Yield the problems of [optimisation] variables: keys, bounds, units, doubled keys."""
+    variables = data["optimisation"].get("variables")
+    seen: dict[str, int] = {}
+    for position, variable in enumerate(variables if isinstance(variables, list) else ()):
+        path: KeyPath = ("optimisation", "variables", position)
+        key = variable.get("key") if isinstance(variable, dict) else None
+        if not isinstance(key, str) or not key:
+            continue
+        try:
+            target = parse_key(key)
+            shape = _target(target)
+            get_key(data, target) if not _has_default(data, target) else None
+        except UsageError as error:
+            yield Problem(
+                path=(*path, "key"),
+                message="the optimiser cannot change this key",
+                found=key[:80],
+                allowed="the key of a number of this case, as in machine.mounts.each.stiffness",
+                hint=str(error),
+            )
+            continue
+        if key in seen:
+            yield Problem(
+                path=(*path, "key"),
+                message=f"two variables change {key}",
+                also=("optimisation", "variables", seen[key], "key"),
+            )
+        seen.setdefault(key, position)
+        yield from _bounds(variable, path, shape)
+
+
+def _target(target: KeyPath) -> Shape:
+    shape = shape_at(target)
+    if target[0] not in _CHANGEABLE:
+        raise UsageError(f"only keys below {', '.join(_CHANGEABLE)} can be changed")
+    if shape is None:
+        raise UsageError(_nearest(target))
+    if shape.kind != "number":
+        raise UsageError(f"{key_text(target)} is not a continuous number, but {words(shape)}")
+    return shape
+
+
+def _nearest(target: KeyPath) -> str:
+    for size in range(len(target)):
+        shape = shape_at(target[: size + 1])
+        if shape is None:
+            parent = shape_at(target[:size])
+            keys = list(keys_of(parent.table)) if parent and parent.table else []
+            near = difflib.get_close_matches(str(target[size]), keys, n=1)
+            hint = f"; did you mean {near[0]!r}?" if near else ""
+            return f"{key_text(target[:size]) or 'a case'} has no key {target[size]!r}{hint}"
+    return ""
+
+
+def _has_default(data: dict[str, Any], target: KeyPath) -> bool:
+    """Tell whether the table is written and the key, if absent, has a number by default."""
+    last = target[-1]
+    table = get_key(data, target[:-1])
+    parent = shape_at(target[:-1])
+    if isinstance(last, int) or not isinstance(table, dict) or parent is None:
+        return False
+    field = keys_of(parent.table).get(last) if parent.table else None
+    return field is not None and isinstance(field.default, float)
+
+
+def _bounds(variable: dict[str, Any], path: KeyPath, shape: Shape) -> Iterator[Problem]:
+    values: dict[str, float] = {}
+    for side in ("lower", "upper"):
+        written = variable.get(side)
+        if isinstance(written, bool) or not isinstance(written, str | int | float):
+            continue
+        try:
+            values[side] = parse_quantity(written, shape.unit or "")
+        except (UnitError, OverflowError) as error:
+            unit_error = error if isinstance(error, UnitError) else UnitError("too large")
+            yield Problem(
+                path=(*path, side),
+                message=f"{side}: {unit_error.message}",
+                found=unit_error.found,
+                allowed=unit_error.allowed,
+                hint=unit_error.hint,
+            )
+            continue
+        if not _inside(values[side], shape):
+            yield Problem(
+                path=(*path, side),
+                message=f"{side} is a value that {variable['key']} must not have",
+                found=str(written)[:60],
+                allowed=bound_words(shape),
+            )
+    if len(values) == 2 and not values["lower"] < values["upper"]:
+        yield Problem(
+            path=(*path, "lower"),
+            message="the lower bound has to be below the upper one",
+            found=f"lower {variable['lower']} and upper {variable['upper']}",
+            allowed="lower < upper",
+            also=(*path, "upper"),
+        )
+
+
+def _inside(value: float, shape: Shape) -> bool:
+    tests = {
+        "gt": lambda bound: value > bound,
+        "ge": lambda bound: value >= bound,
+        "lt": lambda bound: value < bound,
+        "le": lambda bound: value <= bound,
+    }
+    return all(tests[name](bound) for name, bound in shape.bounds)

@@ -1,0 +1,78 @@
+"""The tree of errors, each with the exit code the command line returns for it.
+
+0 fine, 1 differs or a reference or limit is missed, 2 usage or case file, 3 numerical failure,
+4 some points of a sweep failed, 130 interrupted, 70 a bug.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+EXIT_FINE = 0
+EXIT_DIFFERS = 1
+EXIT_USAGE = 2
+EXIT_NUMERICAL = 3
+EXIT_BUG = 70
+EXIT_INTERRUPTED = 130
+
+KeyPath = tuple[str | int, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Problem:
+    """One thing wrong with a case, found on any floor, to be shown with its line in the file.
+
+    `path` is the key path inside the case (`("machine", "crank_train", "rod_length")`, list
+    positions as integers); `found` and `allowed` are short texts with units; `also` points to a
+    second place that takes part in a contradiction.
+    """
+
+    path: KeyPath
+    message: str
+    found: str = ""
+    allowed: str = ""
+    hint: str = ""
+    also: KeyPath | None = None
+
+
+class VibecalcError(Exception):
+    """Base of everything vibecalc raises on purpose."""
+
+    exit_code = EXIT_BUG
+
+
+class UsageError(VibecalcError):
+    """The command line, a file or a folder cannot be used as asked."""
+
+    exit_code = EXIT_USAGE
+
+
+class UnitError(UsageError, ValueError):
+    """A value with a unit cannot be read or has another dimension than the field.
+
+    `found`, `allowed` and `hint` are the parts of a `Problem`; the text of the error has them all.
+    """
+
+    def __init__(self, message: str, *, found: str = "", allowed: str = "", hint: str = ""):
+        self.message, self.found, self.allowed, self.hint = message, found, allowed, hint
+        parts = [f"found {found}" if found else "", f"allowed: {allowed}" if allowed else "", hint]
+        detail = "; ".join(part for part in parts if part)
+        super().__init__(f"{message}: {detail}" if detail else message)
+
+
+class CaseError(UsageError):
+    """A case file with problems; `problems` holds all of them, `text` the rendered message."""
+
+    def __init__(self, problems: Sequence[Problem], text: str = ""):
+        self.problems = tuple(problems)
+        self.text = text
+        super().__init__(text or "; ".join(problem.message for problem in problems))
+
+
+class ResultError(UsageError):
+    """A result file that is damaged, foreign or lacks what is asked of it."""
+
+
+class NumericalFailure(VibecalcError):
+    """No trustworthy number exists: singular, not converged, unstable, no steady state."""
+
+    exit_code = EXIT_NUMERICAL

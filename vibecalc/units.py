@@ -1,0 +1,259 @@
+"""Values with units. Inside vibecalc everything is SI and radians; conversion happens here, once.
+
+The units that cases use most are read from a small table (held equal to pint by a test); pint,
+which takes a good part of a second to import, reads the rest. Hz and rpm are turns per second and
+minute, so 1 Hz is 2 pi rad/s, as an engineer means it. An angle is a dimension of its own here:
+"30 deg" is not read as a mass ratio of 0.52. Only inside a compound may the radian stay unwritten
+("N*m" for "N*m/rad", "1/s" for "rad/s").
+"""
+
+import functools
+import math
+import re
+from typing import Any
+
+from vibecalc.errors import UnitError
+
+_TURN = 2.0 * math.pi
+_DEGREE = math.pi / 180.0
+_LONGEST_TEXT = 120
+
+#: unit -> (factor, SI unit)
+TABLE: dict[str, tuple[float, str]] = {
+    "": (1.0, ""),
+    "%": (0.01, ""),
+    "m": (1.0, "m"),
+    "cm": (1e-2, "m"),
+    "mm": (1e-3, "m"),
+    "in": (0.0254, "m"),
+    "kg": (1.0, "kg"),
+    "g": (1e-3, "kg"),
+    "s": (1.0, "s"),
+    "rad": (1.0, "rad"),
+    "deg": (_DEGREE, "rad"),
+    "rad/s": (1.0, "rad/s"),
+    "rpm": (_TURN / 60.0, "rad/s"),
+    "Hz": (_TURN, "rad/s"),
+    "m/s": (1.0, "m/s"),
+    "m/s^2": (1.0, "m/s^2"),
+    "N": (1.0, "N"),
+    "kN": (1e3, "N"),
+    "N*m": (1.0, "N*m"),
+    "N/m": (1.0, "N/m"),
+    "N/mm": (1e3, "N/m"),
+    "kN/m": (1e3, "N/m"),
+    "N*s/m": (1.0, "N*s/m"),
+    "kg*m": (1.0, "kg*m"),
+    "kg*m^2": (1.0, "kg*m^2"),
+    "N*m/rad": (1.0, "N*m/rad"),
+    "N*m*s/rad": (1.0, "N*m*s/rad"),
+}
+
+#: SI unit -> (its dimension in words, an example of what may be written)
+WORDS: dict[str, tuple[str, str]] = {
+    "": ("a number without unit", "'0.5' or '50 %'"),
+    "m": ("a length", "'0.2 m' or '200 mm'"),
+    "kg": ("a mass", "'0.4 kg' or '400 g'"),
+    "s": ("a time", "'0.5 s'"),
+    "rad": ("an angle", "'1.5 rad' or '120 deg'"),
+    "rad/s": ("an angular speed", "'513 rad/s' or '4900 rpm'"),
+    "m/s": ("a speed", "'2 m/s'"),
+    "m/s^2": ("an acceleration", "'9.81 m/s^2'"),
+    "N": ("a force", "'100 N' or '0.1 kN'"),
+    "N*m": ("a moment", "'250 N*m'"),
+    "N/m": ("a stiffness", "'10000 N/m' or '10 N/mm'"),
+    "N*s/m": ("a damping", "'50 N*s/m'"),
+    "kg*m": ("an unbalance", "'0.02 kg*m' or '20000 g*mm'"),
+    "kg*m^2": ("a moment of inertia", "'6.4 kg*m^2'"),
+    "N*m/rad": ("an angular stiffness", "'6400 N*m/rad'"),
+    "N*m*s/rad": ("an angular damping", "'32 N*m*s/rad'"),
+}
+
+_NUMBER_AND_UNIT = re.compile(r"([+-]?(?:\d[\d_]*\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)\Z", re.S)
+_FACTOR = re.compile(r"([^\W\d]\w*?|%)(?:(?:\^|\*\*)?([+-]?\d))?\Z")
+_SPELLINGS = str.maketrans({"−": "-", "·": "*", "×": "*", "²": "^2", "³": "^3"})
+_OTHER_NAMES = ("ft", "lb", "lbf", "oz", "kgf", "t", "um", "km", "ms", "min", "turn", "kHz", "Pa",
+                "bar", "millimeter", "millimetre", "meter", "metre", "inch", "gram", "kilogram",
+                "newton", "degree", "radian", "second", "slug", "J", "W")  # fmt: skip
+
+
+def split_number(text: str) -> tuple[str, str]:
+    """Split "2.375 in" into ("2.375", "in"), both as written; UnitError if no number leads."""
+    stripped = text.strip().replace("−", "-")
+    match = _NUMBER_AND_UNIT.match(stripped) if len(stripped) <= _LONGEST_TEXT else None
+    if match is None:
+        raise UnitError(
+            "not finite" if _means_no_number(stripped) else "not a number",
+            found=_quoted(text),
+            allowed="a finite number, or a text of number and unit such as '200 mm'",
+        )
+    number, unit = match.groups()
+    if unit.startswith(","):
+        dotted = stripped.replace(",", ".", 1)
+        raise UnitError("not a number", found=_quoted(text), hint=f"write a point: '{dotted}'")
+    return number, unit
+
+
+def parse_quantity(text: str | float, unit: str) -> float:
+    """Read a text such as "200 mm", "4900 rpm", "1e4 N/m" or "400" as a number in an SI unit.
+
+    A text without a unit, and a number, are in the SI unit already. UnitError says what was found,
+    its dimension in words and what is allowed; a result that is not finite, or that underflows
+    to zero, is refused.
+    """
+    if not isinstance(text, str):
+        number, written = float(text), ""
+        if not math.isfinite(number):
+            raise UnitError("not finite", found=repr(number), allowed=_allowed(unit))
+        return number
+    try:
+        digits, written = split_number(text)
+        number = float(digits)
+    except UnitError as error:
+        raise UnitError(
+            error.message, found=error.found, allowed=_allowed(unit), hint=error.hint
+        ) from None
+    except ValueError:
+        raise UnitError("not a number", found=_quoted(text), allowed=_allowed(unit)) from None
+    try:
+        value = number * (_factor(written, unit) if written else 1.0)
+    except UnitError as error:
+        unknown = error.message == "unknown unit"
+        found = error.found if unknown else f"{_quoted(text)}, {error.found}"
+        allowed = error.allowed or _allowed(unit)
+        raise UnitError(error.message, found=found, allowed=allowed, hint=error.hint) from None
+    vanished = value == 0.0 and re.search("[1-9]", digits.lower().split("e")[0])
+    if vanished or not math.isfinite(value):
+        size = "small" if value == 0.0 else "large"
+        raise UnitError(f"too {size} for a double", found=_quoted(text), allowed=_allowed(unit))
+    return value
+
+
+def si_value(text: str | float) -> float:
+    """Read a value of any dimension in SI base units (a text without a unit is in them already)."""
+    if not isinstance(text, str):
+        return parse_quantity(text, "")
+    number, unit = split_number(text)
+    return float(number) * (TABLE[unit][0] if unit in TABLE else _read_unit(unit)[0])
+
+
+def convert(value: float, from_unit: str, to_unit: str) -> float:
+    """Convert a number between two units; UnitError if their dimensions differ."""
+    return value * _factor(from_unit, to_unit)
+
+
+def describe(unit: str) -> str:
+    """Say the dimension of an SI unit in words: "m" is "a length"."""
+    return WORDS[unit][0] if unit in WORDS else f"a value in {unit}"
+
+
+def _allowed(unit: str) -> str:
+    return f"{describe(unit)}, e.g. {WORDS[unit][1]}" if unit in WORDS else describe(unit)
+
+
+def _quoted(text: str) -> str:
+    return repr(text if len(text) <= 40 else text[:37] + "...")
+
+
+def _means_no_number(text: str) -> bool:
+    return text.lower().lstrip("+-").split(" ")[0] in ("nan", "inf", "infinity")
+
+
+@functools.lru_cache(maxsize=512)
+def _factor(found: str, wanted: str) -> float:
+    """Return what a number in unit `found` is multiplied with to be in unit `wanted`."""
+    if found in TABLE and wanted in TABLE:
+        (factor, si), (wanted_factor, wanted_si) = TABLE[found], TABLE[wanted]
+        if si == wanted_si or si == wanted_si.removesuffix("/rad"):
+            return factor / wanted_factor
+        raise _mismatch(describe(si), found, wanted)
+    factor, dimension = _read_unit(found)
+    wanted_factor, wanted_dimension = _read_unit(wanted)
+    unwritten_radian = "radian" not in dimension and len(wanted_dimension) > 1
+    without_angle = {name: power for name, power in wanted_dimension.items() if name != "radian"}
+    if dimension == wanted_dimension or (unwritten_radian and dimension == without_angle):
+        return factor / wanted_factor
+    words = [describe(si) for si in WORDS if _read_unit(si)[1] == dimension]
+    terms = (
+        f"{name}^{power:g}" if power != 1 else name for name, power in sorted(dimension.items())
+    )
+    raise _mismatch(words[0] if words else f"a value in {'*'.join(terms)}", found, wanted)
+
+
+def _mismatch(words: str, found: str, wanted: str) -> UnitError:
+    twins = [name for name in TABLE if name != found and name.lower() == found.lower()]
+    hint = f"did you mean '{twins[0]}'?" if twins else ""
+    return UnitError("wrong dimension", found=words, allowed=_allowed(wanted), hint=hint)
+
+
+@functools.lru_cache(maxsize=512)
+def _read_unit(unit: str) -> tuple[float, dict[str, float]]:
+    """Read a product of named units with pint: factor to SI, and the powers of the SI base units.
+
+    The expression is taken apart here, since pint's own parser would also evaluate 9^9^9^9.
+    """
+    factor, dimension = 1.0, dict[str, float]()
+    tidy = unit.translate(_SPELLINGS).replace("**", "^").replace("°", " deg ").strip()
+    tidy = re.sub(r"\s*([*/^()])\s*", r"\1", tidy)
+    signs, sign, operand_next = [1], 1, True
+    for token in re.findall(r"[()*/]|\s+|[^()*/\s]+", tidy):
+        if operand_next is (token in ("*", "/", ")") or token.isspace()):
+            raise _unknown(unit, unit)
+        if token == "(":
+            signs.append(sign)
+        elif token == ")":
+            signs.pop()
+            operand_next = False
+        elif token == "/":
+            sign, operand_next = -signs[-1], True
+        elif token == "*" or token.isspace():
+            sign, operand_next = signs[-1], True
+        else:
+            operand_next = False
+            if token == "1":
+                continue
+            match = _FACTOR.match(token)
+            if match is None:
+                raise _unknown(token, unit)
+            power = sign * int(match[2] or 1)
+            base, powers = _atom(match[1], unit)
+            try:
+                factor *= base**power
+            except OverflowError:
+                raise UnitError("too large for a double", found=_quoted(unit)) from None
+            for name, exponent in powers.items():
+                dimension[name] = dimension.get(name, 0) + exponent * power
+        if not signs:
+            raise _unknown(unit, unit)
+    if len(signs) != 1 or (operand_next and tidy):
+        raise _unknown(unit, unit)
+    return factor, {name: power for name, power in dimension.items() if power}
+
+
+def _atom(name: str, unit: str) -> tuple[float, dict[str, float]]:
+    asked = "percent" if name == "%" else re.sub(r"(Hz|hertz)\Z", "turn_per_second", name)
+    try:
+        base = _registry().Quantity(1.0, asked).to_base_units()
+    except Exception as error:  # pint raises errors of many kinds; all of them mean: not a unit
+        raise _unknown(name, unit) from error
+    powers = {str(key): float(power) for key, power in base.unit_items()}
+    return float(base.magnitude), powers
+
+
+def _unknown(name: str, unit: str) -> UnitError:
+    import difflib
+
+    known = {key.lower(): key for key in (*_OTHER_NAMES, *TABLE) if key}
+    near = difflib.get_close_matches(name.lower()[:40], known, n=1, cutoff=0.5)
+    hint = f"did you mean '{known[near[0]]}'?" if near else "units are written like 'N*s/m'"
+    inside = "" if name == unit else f" in {_quoted(unit)}"
+    return UnitError("unknown unit", found=_quoted(name) + inside, hint=hint)
+
+
+@functools.cache
+def _registry() -> Any:
+    import pint
+
+    registry: Any = pint.UnitRegistry()
+    registry.define("turn_per_second = turn / second")
+    return registry
