@@ -1,0 +1,261 @@
+"""Every result path of a run, in many digits, from the case alone.
+
+For what depends on a choice of the program (the angles, frequencies and speeds at which a curve is
+sampled) the samples are read from the result and taken as exact. Of a run-up curve a few speeds
+are computed. Written for tests, slow and obvious.
+"""
+
+from collections.abc import Iterator
+from typing import Any
+
+import mpmath
+import numpy as np
+from exact_body import BodyTruth, PitchTruth, body_of, up_of
+from exact_motion import Motion
+from exact_peaks import cycle_peak, summit
+from exact_train import Shaking, frame_of, motion_of, shaking_of
+from mpmath import mpf
+
+from vibecalc.case.schema import Case
+from vibecalc.results.record import Record
+
+#: a path, the entries of the result that are compared, and their exact values
+Truth = tuple[str, np.ndarray, Any]
+RUN_UP_SPEEDS = 5
+
+
+def exact_results(case: Case, record: Record) -> Iterator[Truth]:
+    """All quantities of a record beside their exact values; none is left out."""
+    motion = motion_of(case)
+    shaking = shaking_of(case, motion)
+    yield from _kinematics(case, record, motion)
+    yield from _excitation(case, record, shaking)
+    if case.excitation is not None and case.excitation.balance is not None:
+        yield from _balance(case, record)
+    if case.isolation is None:
+        return
+    driven = _driven(shaking)
+    if case.isolation.model == "pitch":
+        yield from _pitch(case, record, PitchTruth(case, driven))
+    else:
+        yield from _body(case, record, BodyTruth(case, driven))
+
+
+def _driven(shaking: Shaking) -> Shaking:
+    """Orders whose force or couple is above 1e-24 of the largest."""
+    forces = [max(map(abs, f)) for f in shaking.force]
+    couples = [max(map(abs, m)) for m in shaking.couple]
+    keep = [
+        i
+        for i in range(len(shaking.orders))
+        if forces[i] > max(forces) * mpf(10) ** -24 or couples[i] > max(couples) * mpf(10) ** -24
+    ]
+    return Shaking(
+        [shaking.orders[i] for i in keep],
+        [shaking.force[i] for i in keep],
+        [shaking.couple[i] for i in keep],
+    )
+
+
+def _kinematics(case: Case, record: Record, motion: Motion) -> Iterator[Truth]:
+    speed = mpf(case.machine.speed)
+    path = "kinematics/position_harmonics"
+    orders = record[path].axes[0].values.tolist()
+    harmonics = [motion.position[n] if n < len(motion.position) else mpf(0) for n in orders]
+    yield path, record[path].values, harmonics
+    path = "kinematics/acceleration_harmonics"
+    rates = [-((n * speed) ** 2) * c for n, c in zip(orders, harmonics, strict=True)]
+    yield path, record[path].values, rates
+    path = "kinematics/dropped_acceleration"
+    yield path, record[path].values, _dropped(case, motion, max(orders))
+    if "kinematics/position" not in record:
+        return
+    curves = [motion.at(mpf(a)) for a in record["kinematics/position"].axes[0].values.tolist()]
+    for power, name in enumerate(("position", "velocity", "acceleration")):
+        path = f"kinematics/{name}"
+        yield path, record[path].values, [speed**power * point[power] for point in curves]
+
+
+def _dropped(case: Case, motion: Motion, kept: int) -> mpf:
+    """Sum of n^2 times what the kept harmonics lack of the exact ones; C_n summed until it ends."""
+    speed = mpf(case.machine.speed)
+    total = sum(n**2 * abs(c) for n, c in enumerate(motion.position) if n > kept)
+    if case.kinematics is not None and case.kinematics.series == "truncated":
+        exact = motion_of(case.model_copy(update={"kinematics": None}))
+        total = mpf(0)
+        for n, c in enumerate(exact.position):
+            have = motion.position[n] if n <= kept and n < len(motion.position) else 0
+            total += n**2 * abs(c - have)
+    return speed**2 * total
+
+
+def _excitation(case: Case, record: Record, shaking: Shaking) -> Iterator[Truth]:
+    square = mpf(case.machine.speed) ** 2
+    for name, parts in (("force", shaking.force), ("couple", shaking.couple)):
+        found = record[f"excitation/{name}"]
+        none = [mpf(0)] * 3
+        orders = found.axes[0].values.tolist()
+        exact = [(square * parts[n - 1]).tolist() if n <= len(parts) else none for n in orders]
+        yield f"excitation/{name}", found.values, exact
+        peaks = [cycle_peak([[square * p[i] for p in parts]], shaking.orders)[0] for i in range(3)]
+        yield f"excitation/{name}_peak", record[f"excitation/{name}_peak"].values, peaks
+    options = case.excitation.residual if case.excitation is not None else None
+    if options is not None:
+        wf, wc = mpf(options.force_weight), mpf(options.couple_weight)
+        wc = wc / mpf(options.reference_length)
+        total = mpmath.fsum(abs(wf * x) ** 2 for f in shaking.force for x in f)
+        total += mpmath.fsum(abs(wc * x) ** 2 for m in shaking.couple for x in m)
+        path = "excitation/residual"
+        yield path, record[path].values, square * mpmath.sqrt(total)
+
+
+def _balance(case: Case, record: Record) -> Iterator[Truth]:
+    cylinders = case.machine.crank_train.cylinders
+    orders = record["excitation/balance/sine"].axes[0].values.tolist()
+    for place in ("", "position_"):
+        for name, function in (("sine", mpmath.sin), ("cosine", mpmath.cos)):
+            exact = [
+                [
+                    (mpf(c.position) if place else 1)
+                    * function(n * (mpf(c.crank_phase) - mpf(c.bank_angle)))
+                    for c in cylinders
+                ]
+                for n in orders
+            ]
+            path = f"excitation/balance/{place}{name}"
+            yield path, record[path].values, exact
+            path = f"excitation/balance/total_{place}{name}"
+            yield path, record[path].values, [mpmath.fsum(row) for row in exact]
+
+
+def _pitch(case: Case, record: Record, pitch: PitchTruth) -> Iterator[Truth]:
+    speed = mpf(case.machine.speed)
+
+    def told(name: str, exact: Any) -> Truth:
+        return f"isolation/{name}", record[f"isolation/{name}"].values, exact
+
+    yield told("pitch/inertia", pitch.inertia)
+    yield told("pitch/stiffness", pitch.stiffness)
+    yield told("pitch/damping", pitch.damping)
+    yield told("pitch/natural_frequency", pitch.frequency)
+    viscous = pitch.damping / (pitch.frequency * pitch.inertia)
+    yield told("pitch/damping_ratio", (viscous + pitch.loss / pitch.stiffness) / 2)
+    kept = record["isolation/pitch/transmissibility"].axes[0].values.tolist()
+    through = [pitch.passing(n * speed) / pitch.resisting(n * speed) for n in kept]
+    yield told("pitch/transmissibility", through)
+    ratios = record["isolation/pitch/transmissibility_curve"].axes[0].values.tolist()
+    rates = [mpf(ratio) * pitch.frequency for ratio in ratios]
+    curve = [pitch.passing(w) / pitch.resisting(w) for w in rates]
+    yield told("pitch/transmissibility_curve", curve)
+    angle = pitch.angle(speed)
+    yield told("pitch/angle_harmonics", _at(kept, pitch.orders, angle))
+    yield told("pitch/angle_peak", cycle_peak([angle], pitch.orders)[0])
+    rigid = [speed**2 * c / pitch.lever for c in pitch.couple]
+    rows = pitch.rows(speed)
+    for name, force in (("rigid", rigid), ("steady", rows[0][0])):
+        yield told(f"lever_force/{name}_harmonics", _at(kept, pitch.orders, force))
+        yield told(f"lever_force/{name}_peak", cycle_peak([force], pitch.orders)[0])
+    still = cycle_peak([rigid], pitch.orders)[0] * pitch.lever
+    share = [abs(k * x) / pitch.stiffness for k, x in zip(pitch.spring, pitch.place, strict=True)]
+    yield told("support_force/rigid_peak", [still * s for s in share])
+    sag = pitch.sag()
+    yield told("support_displacement/sag", sag)
+    yield told("support_force/static", [k * s for k, s in zip(pitch.spring, sag, strict=True)])
+    moved = [[[-x * q for q in angle]] for x in pitch.place]
+    yield from _supports(record, pitch.orders, kept, moved, rows[1:], moved, sag)
+    if case.isolation is not None and case.isolation.run_up is not None:
+        yield from _run_up(case, record, pitch, "lever_force", [0])
+        yield from _run_up(case, record, pitch, "support_force", list(range(1, len(rows))))
+
+
+def _body(case: Case, record: Record, body: BodyTruth) -> Iterator[Truth]:
+    speed = mpf(case.machine.speed)
+
+    def told(name: str, exact: Any) -> Truth:
+        return f"isolation/{name}", record[f"isolation/{name}"].values, exact
+
+    frequency, shapes = body.modes()
+    yield told("modes/natural_frequency", frequency)
+    yield told("modes/shape", [v.tolist() for v in shapes])
+    yield told("modes/energy_fraction", [(v * (body.mass @ v)).tolist() for v in shapes])
+    ratio = [
+        v @ (body.damping @ v) / (2 * w) + v @ (body.loss @ v) / (2 * w**2)
+        for v, w in zip(shapes, frequency, strict=True)
+    ]
+    yield told("modes/damping_ratio", ratio)
+    yield told("support_displacement/sag", body.sag)
+    yield told("support_force/static", body.share)
+    motion = body.motion(speed)
+    kept = record["isolation/body/translation_harmonics"].axes[0].values.tolist()
+    each = _at(kept, body.orders, [x.tolist() for x in motion], [mpf(0)] * 6)
+    yield told("body/translation_harmonics", [x[:3] for x in each])
+    yield told("body/rotation_harmonics", [x[3:] for x in each])
+    moved = body.displacement(motion)
+    up = up_of(case)
+    upwards = [[[sum(up * np.array(c)) for c in zip(*mount, strict=True)]] for mount in moved]
+    rows = body.rows(speed, motion)
+    yield from _supports(record, body.orders, kept, moved, rows, upwards, body.sag)
+    if case.isolation is not None and case.isolation.run_up is not None:
+        yield from _run_up(case, record, body, "support_force", list(range(len(rows))))
+
+
+def _at(kept: list[int], orders: list[int], values: list[Any], absent: Any = 0) -> list[Any]:
+    """Values of the kept orders; of one that nothing drives, nothing."""
+    known = dict(zip(orders, values, strict=True))
+    return [known.get(n, absent) for n in kept]
+
+
+def _supports(
+    record: Record,
+    orders: list[int],
+    kept: list[int],
+    moved: list[Any],
+    forces: list[Any],
+    upwards: list[Any],
+    sag: list[mpf],
+) -> Iterator[Truth]:
+    for name, values in (("displacement", moved), ("force", forces)):
+        path = f"isolation/support_{name}/steady_harmonics"
+        exact = [[_at(kept, orders, component) for component in mount] for mount in values]
+        yield path, record[path].values, exact
+    path = "isolation/support_force/steady_peak"
+    yield path, record[path].values, [cycle_peak(mount, orders)[0] for mount in forces]
+    heights = [cycle_peak(mount, orders)[0] for mount in upwards]
+    path = "isolation/support_displacement/vertical_peak"
+    yield path, record[path].values, heights
+    path = "isolation/support_displacement/excursion"
+    total = [abs(s) + h for s, h in zip(sag, heights, strict=True)]
+    yield path, record[path].values, total
+
+
+def _run_up(
+    case: Case, record: Record, model: PitchTruth | BodyTruth, group: str, rows: list[int]
+) -> Iterator[Truth]:
+    assert case.isolation is not None and case.isolation.run_up is not None
+    path = f"isolation/{group}/run_up"
+    found = record[path]
+    speeds, values = found.axes[-1].values, np.atleast_2d(found.values)
+    chosen = {int(np.argmax(row)) for row in values[:RUN_UP_SPEEDS]}
+    spread = np.random.default_rng(len(speeds)).permutation(len(speeds))
+    chosen = sorted({*chosen, *spread[: RUN_UP_SPEEDS - 2].tolist()})
+    exact = []
+    for index in chosen:
+        at_speed = model.rows(mpf(float(speeds[index])))
+        exact.append([cycle_peak(at_speed[row], model.orders)[0] for row in rows])
+    yield path, values[:, chosen], np.array(exact, dtype=object).T.tolist()
+
+    top = np.atleast_1d(record[f"{path}_peak"].values)
+    where = np.atleast_1d(record[f"{path}_peak_speed"].values)
+    ends = (case.isolation.run_up.start, case.isolation.run_up.stop)
+    summits = []
+    for row, value, speed in zip(rows, top.tolist(), where.tolist(), strict=True):
+        start = mpf(speed)
+        if value == 0.0 or speed in ends:
+            summits.append((cycle_peak(model.rows(start)[row], model.orders)[0], start))
+        else:
+            summits.append(summit(model.rows, row, model.orders, start))
+    yield f"{path}_peak", top, [height for height, _ in summits]
+    yield f"{path}_peak_speed", where, [speed for _, speed in summits]
+
+
+__all__ = ["Truth", "body_of", "exact_results", "frame_of"]

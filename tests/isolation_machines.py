@@ -1,0 +1,143 @@
+"""Machines on mounts for the isolation tests: the source's, seeded random ones, exact algebra."""
+
+from typing import NamedTuple
+
+import mpmath
+import numpy as np
+
+from vibecalc.isolation.pitch import Pitch, pitch_model
+from vibecalc.isolation.readout import Readout, pitch_readout
+from vibecalc.isolation.rigid_body import Matrices, assemble
+from vibecalc.isolation.rounding import WithError
+
+SPEED = 4900.0 * np.pi / 30.0
+LEVER = 0.4
+ORDERS = np.array([1, 2])
+RADIUS_TO_ROD = 0.06 / 0.2
+INERTIA = 100.0 / 12.0 * (0.35**2 + 0.8**2)
+#: couple of the three throws per squared speed, order 1: 0.3 sqrt(3) m R
+COUPLE = 0.3 * np.sqrt(3.0) * 0.4 * 0.06
+ROUNDING = 2.0**-52
+
+
+class Mounts(NamedTuple):
+    """Positions (m, 3) and matrices (m, 3, 3)."""
+
+    position: np.ndarray
+    stiffness: np.ndarray
+    damping: np.ndarray
+    structural: np.ndarray
+
+
+class Body(NamedTuple):
+    """A body on mounts, with its matrices."""
+
+    mass: float
+    centre: np.ndarray
+    mass_matrix: np.ndarray
+    mounts: Mounts
+    matrices: Matrices
+
+
+def gibson_couple() -> WithError:
+    """Couples +sin and -lambda sin of orders 1 and 2 about y, per squared speed."""
+    value = COUPLE * np.array([-1j, 1j * RADIUS_TO_ROD])
+    return WithError(value, 4.0 * ROUNDING * np.abs(value))
+
+
+def gibson_supports(damping: float = 50.0) -> tuple[np.ndarray, ...]:
+    """x, k, c, h of the four supports."""
+    return np.array([-0.4, -0.4, 0.4, 0.4]), np.full(4, 1e4), np.full(4, damping), np.zeros(4)
+
+
+def gibson(damping: float = 50.0) -> tuple[Pitch, Readout]:
+    """Pitch model of the source's machine, and its five rows: lever force and four supports."""
+    x, k, c, h = gibson_supports(damping)
+    pitch = pitch_model(INERTIA, x, k, c, h)
+    return pitch, pitch_readout(pitch, LEVER, x, k, c, h)
+
+
+def gibson_body(damping: float = 50.0) -> Body:
+    """The same machine with all six freedoms; widths across are ours."""
+    width = 0.5
+    own = 100.0 / 12.0 * np.array([width**2 + 0.35**2, 0.35**2 + 0.8**2, 0.8**2 + width**2])
+    position = np.array([[x, y, 0.0] for x in (-0.4, 0.4) for y in (-0.2, 0.2)])
+    each = np.broadcast_to(np.eye(3), (4, 3, 3))
+    mounts = Mounts(position, 1e4 * each, damping * each, 0.0 * each)
+    mass_matrix = np.diag([100.0, 100.0, 100.0, *own])
+    return Body(100.0, np.zeros(3), mass_matrix, mounts, assemble(mass_matrix, *mounts))
+
+
+def _spread(generator: np.random.Generator, low: float, high: float, shape: object) -> np.ndarray:
+    return np.asarray(np.exp(generator.uniform(np.log(low), np.log(high), shape)))
+
+
+def random_body(seed: int, proportional: bool = False) -> Body:
+    """A body of 1 to 1e4 kg, its centre off the reference point, on 3 to 7 skewed mounts."""
+    generator = np.random.default_rng(seed)
+    mass = float(_spread(generator, 1.0, 1e4, ()))
+    size = float(_spread(generator, 0.1, 3.0, ()))
+    centre = 0.2 * size * generator.normal(size=3)
+    points = size * generator.normal(size=(8, 3))
+    inertia = sum(np.dot(p, p) * np.eye(3) - np.outer(p, p) for p in points) * mass / 8.0
+    x, y, z = centre
+    skew = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    mass_matrix = np.block(
+        [[mass * np.eye(3), -mass * skew], [mass * skew, inertia - mass * skew @ skew]]
+    )
+    mass_matrix = 0.5 * (mass_matrix + mass_matrix.T)
+    count = int(generator.integers(3, 8))
+    position = size * generator.normal(size=(count, 3))
+    turn = np.linalg.qr(generator.normal(size=(count, 3, 3)))[0]
+
+    def blocks(low: float, high: float) -> np.ndarray:
+        principal = _spread(generator, low, high, (count, 3))
+        matrix = (turn * principal[:, None, :]) @ turn.swapaxes(-1, -2)
+        return 0.5 * (matrix + matrix.swapaxes(-1, -2))
+
+    level = mass * float(_spread(generator, 10.0, 1e5, ()))
+    stiffness = blocks(level / 10.0, level)
+    if proportional:
+        damping, structural = 1e-3 * stiffness, 0.05 * stiffness
+    else:
+        damping = blocks(1e-3, 0.1) * np.sqrt(level * mass)
+        structural = blocks(1e-3, 0.1) * level
+    mounts = Mounts(position, stiffness, damping, structural)
+    return Body(mass, centre, mass_matrix, mounts, assemble(mass_matrix, *mounts))
+
+
+def exact_matrices(body: Body) -> tuple[mpmath.matrix, ...]:
+    """Mass, stiffness, damping, structural of a body as stored, assembled in mpmath."""
+    transforms = [exact_transform(place) for place in body.mounts.position]
+
+    def add_up(blocks: np.ndarray) -> mpmath.matrix:
+        parts = zip(transforms, blocks, strict=True)
+        return mpmath.matrix(sum(t.T @ exact(block) @ t for t, block in parts).tolist())
+
+    mounts = body.mounts
+    mass = mpmath.matrix(exact(body.mass_matrix).tolist())
+    return mass, add_up(mounts.stiffness), add_up(mounts.damping), add_up(mounts.structural)
+
+
+def exact(values: np.ndarray) -> np.ndarray:
+    """Doubles, real or complex, as an array of mpmath numbers."""
+    number = mpmath.mpc if np.iscomplexobj(values) else mpmath.mpf
+    flat = [number(value) for value in np.ravel(values).tolist()]
+    return np.array([*flat, None], dtype=object)[:-1].reshape(np.shape(values))
+
+
+def exact_transform(place: np.ndarray) -> np.ndarray:
+    """u = t + r x p as a (3, 6) array of mpmath numbers."""
+    x, y, z = exact(place)
+    rows = [[1, 0, 0, 0, z, -y], [0, 1, 0, -z, 0, x], [0, 0, 1, y, -x, 0]]
+    return np.array([[mpmath.mpf(entry) for entry in row] for row in rows], dtype=object)
+
+
+def exact_response(
+    matrices: tuple[mpmath.matrix, ...], frequency: float, force: np.ndarray
+) -> np.ndarray:
+    """Solve (K + iH + iwC - w^2 M) X = F in mpmath: (6,) mpmath numbers."""
+    mass, stiffness, damping, structural = matrices
+    rate = mpmath.mpf(float(frequency))
+    dynamic = stiffness - rate**2 * mass + mpmath.mpc(0, 1) * (structural + rate * damping)
+    return np.array(list(mpmath.lu_solve(dynamic, mpmath.matrix(exact(force).tolist()))))

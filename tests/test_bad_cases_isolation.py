@@ -1,0 +1,269 @@
+"""Singular points: the words shown, the warnings, the intervals masked; never a NaN."""
+
+import numpy as np
+import pytest
+from isolation_machines import (
+    LEVER,
+    ORDERS,
+    SPEED,
+    gibson,
+    gibson_body,
+    gibson_couple,
+    gibson_supports,
+)
+
+from vibecalc.errors import NumericalFailure
+from vibecalc.isolation.body_readout import mount_readout
+from vibecalc.isolation.body_resonance import body_resonances
+from vibecalc.isolation.body_rows import body_rows
+from vibecalc.isolation.energy import damping_ratio
+from vibecalc.isolation.modes import modes
+from vibecalc.isolation.pitch import angle_harmonics, transmissibility
+from vibecalc.isolation.pitch_rows import pitch_rows
+from vibecalc.isolation.pitch_static import pitch_static
+from vibecalc.isolation.readout import shows
+from vibecalc.isolation.resonance import Resonances, pitch_resonances
+from vibecalc.isolation.rigid_body import assemble
+from vibecalc.isolation.rounding import SINGULAR, WithError
+from vibecalc.isolation.run_up import RunUp, run_up
+from vibecalc.isolation.singular import (
+    check_operating_point,
+    idle_warnings,
+    left_out,
+    masked_speeds,
+    outside,
+)
+from vibecalc.isolation.static import static_deflection
+from vibecalc.isolation.steady import Undriven, dynamics, response
+
+ALL_ROWS = np.ones((1, 5), dtype=bool)
+
+
+def undamped() -> tuple[Resonances, float]:
+    """Resonances of the source's machine without its dampers, and the pitch frequency."""
+    pitch, _ = gibson(0.0)
+    return pitch_resonances(pitch, gibson_couple()), float(pitch.natural_frequency)
+
+
+def undamped_run_up(start: float = 0.0, stop: float = SPEED) -> RunUp:
+    resonances, _ = undamped()
+    rows = pitch_rows(*gibson(0.0), ORDERS, gibson_couple())
+    return run_up(rows, ORDERS, resonances, start, stop, ALL_ROWS)
+
+
+def load_on(coordinate: int) -> WithError:
+    value = np.zeros((2, 6), dtype=complex)
+    value[:, coordinate] = [1.0, 0.3j]
+    return WithError(value, 1e-16 * np.abs(value))
+
+
+def test_second_order_on_an_undamped_frequency_is_refused_in_words() -> None:
+    resonances, frequency = undamped()
+    with pytest.raises(NumericalFailure) as failure:
+        check_operating_point(resonances, ORDERS, frequency / 2.0)
+    words = str(failure.value)
+    for part in ("order 2", "mode 1", "undamped natural frequency", "31.736621", "5.05104 Hz"):
+        assert part in words
+    for part in ("relative distance", "damping or a loss factor", "move the speed"):
+        assert part in words
+
+
+def test_a_part_in_ten_million_away_is_computed_with_the_digits_it_lost() -> None:
+    pitch, _ = gibson(0.0)
+    resonances, frequency = undamped()
+    speed = frequency * (1.0 + 1e-7)
+    assert check_operating_point(resonances, ORDERS, speed) == ()
+    couple = gibson_couple()
+    angle = angle_harmonics(pitch, couple.value, couple.error, ORDERS * speed)
+    relative = angle.error / np.abs(angle.value)
+    assert 1e-10 < relative[0] < 1e-6
+    assert relative[1] < 1e-13
+    expected = np.abs(couple.value[0]) / (float(pitch.stiffness) * 2e-7)
+    assert np.abs(angle.value[0]) == pytest.approx(expected, rel=1e-6)
+
+
+def test_damping_opens_the_resonance() -> None:
+    pitch, _ = gibson(1e-3)
+    resonances = pitch_resonances(pitch, gibson_couple())
+    frequency = float(pitch.natural_frequency)
+    assert check_operating_point(resonances, ORDERS, frequency) == ()
+    assert not len(masked_speeds(resonances, ORDERS, 0.0, SPEED).centre)
+
+
+def test_an_order_that_does_not_drive_the_mode_is_a_warning_and_left_out() -> None:
+    pitch, readout = gibson(0.0)
+    couple = gibson_couple()
+    quiet = WithError(couple.value * np.array([1.0, 1e-18]), couple.error)
+    resonances = pitch_resonances(pitch, quiet)
+    frequency = float(pitch.natural_frequency)
+    warnings = check_operating_point(resonances, ORDERS, frequency / 2.0)
+    assert len(warnings) == 1
+    assert "order 2" in warnings[0]
+    assert "does not drive it" in warnings[0]
+    out = left_out(resonances)[:, 0]
+    assert out.tolist() == [False, True]
+    angle = angle_harmonics(pitch, quiet.value, quiet.error, ORDERS * frequency / 2.0, out)
+    assert angle.value[1] == 0.0
+    assert np.isfinite(angle.value[0])
+    texts = idle_warnings(resonances, ORDERS, 0.0, 20.0)
+    assert len(texts) == 1
+    assert "order 2" in texts[0]
+    rows = pitch_rows(pitch, readout, ORDERS, quiet, out)
+    passed = run_up(rows, ORDERS, resonances, 0.0, 25.0, ALL_ROWS)
+    assert not len(passed.masked.low)
+    assert np.all(np.isfinite(passed.peak.value))
+    first = np.abs(quiet.value[0]) * 625.0 / LEVER / abs(1.0 - (25.0 / frequency) ** 2)
+    assert passed.peak.value[0] == pytest.approx(first, rel=1e-12)
+    assert passed.peak.speed[0] == 25.0
+
+
+def test_transmissibility_is_infinite_on_the_undamped_frequency_and_never_undefined() -> None:
+    pitch, _ = gibson(0.0)
+    value = transmissibility(pitch, np.array([1.0, 2.0]) * pitch.natural_frequency).value
+    assert np.isinf(value[0])
+    assert np.isfinite(value[1])
+
+
+def test_run_up_masks_undamped_resonances_and_calls_the_peak_infinite() -> None:
+    passed = undamped_run_up()
+    frequency = float(gibson(0.0)[0].natural_frequency)
+    assert passed.masked.centre == pytest.approx([frequency / 2.0, frequency], rel=1e-14)
+    assert passed.masked.order.tolist() == [2, 1]
+    assert passed.masked.mode.tolist() == [1, 1]
+    assert np.all(passed.masked.high - passed.masked.low < 1e-8 * frequency)
+    assert np.all(np.isinf(passed.peak.value))
+    assert passed.peak.speed == pytest.approx(np.full(5, frequency / 2.0))
+    assert np.all(outside(passed.masked, passed.speed))
+    assert np.all(np.isfinite(passed.curve.value))
+    assert np.all(passed.curve.error <= 3.0 * SINGULAR * passed.curve.value)
+    assert passed.unresolved == 0
+    assert np.max(passed.curve.value) > 1e8
+
+
+def test_range_that_misses_the_undamped_resonance_has_a_finite_peak() -> None:
+    passed = undamped_run_up(40.0, 60.0)
+    assert not len(passed.masked.low)
+    assert np.all(np.isfinite(passed.peak.value))
+    assert passed.peak.speed == pytest.approx(np.full(5, 40.0))
+
+
+def test_range_that_starts_on_the_undamped_resonance_is_masked_there() -> None:
+    frequency = float(gibson(0.0)[0].natural_frequency)
+    passed = undamped_run_up(frequency, 60.0)
+    assert passed.masked.order.tolist() == [1]
+    assert passed.speed[0] >= passed.masked.high[0]
+    assert np.all(np.isinf(passed.peak.value))
+
+
+def test_rigid_body_names_the_mode_that_is_driven_and_warns_of_the_others() -> None:
+    """A force along z at the frequency that x, y and z share: only the z mode is driven."""
+    body = gibson_body(0.0)
+    shapes = modes(body.matrices)
+    resonances = body_resonances(body.matrices, shapes, load_on(2))
+    speed = float(shapes.natural_frequency[0])
+    assert speed == pytest.approx(20.0, rel=1e-12)
+    with pytest.raises(NumericalFailure, match=r"order 1 .* mode 3, 20 rad/s"):
+        check_operating_point(resonances, ORDERS, speed)
+
+
+def test_rigid_body_resonance_without_modal_force_is_left_out_of_the_response() -> None:
+    """Forces along x and y only, at the frequency of the undriven pitch mode."""
+    body = gibson_body(0.0)
+    shapes = modes(body.matrices)
+    load = load_on(1)
+    resonances = body_resonances(body.matrices, shapes, load)
+    pitch = float(gibson(0.0)[0].natural_frequency)
+    warnings = check_operating_point(resonances, ORDERS, pitch)
+    assert len(warnings) == 1
+    assert "modal force is zero" in warnings[0]
+    undriven = Undriven(left_out(resonances), shapes.shape, shapes.eigenvalue)
+    system = dynamics(body.matrices, ORDERS * pitch, undriven)
+    motion = response(system, load.value, load.error)
+    expected = load.value[:, 1] / (4e4 - 100.0 * np.square(ORDERS * pitch))
+    assert motion.value[:, 1] == pytest.approx(expected, rel=1e-10)
+    assert np.max(np.abs(motion.value[:, [0, 2, 3, 4, 5]])) < 1e-12 * np.abs(expected[1])
+    readout = mount_readout(*body.mounts)
+    seen = shows(readout, shapes.shape, shapes.natural_frequency)
+    rows = body_rows(body.matrices, readout, ORDERS, load, undriven)
+    passed = run_up(rows, ORDERS, resonances, 25.0, 60.0, seen)
+    assert not len(passed.masked.low)
+    assert np.all(np.isfinite(passed.peak.value))
+
+
+def test_mounts_at_a_node_of_the_unbounded_mode_keep_a_finite_peak() -> None:
+    """A mount on the pitch axis, soft enough sideways, does not feel an undamped pitch mode."""
+    position = np.array([[-0.4, 0.0, 0.0], [0.4, 0.0, 0.0], [0.0, 0.3, 0.0], [0.0, -0.3, 0.0]])
+    stiffness = np.broadcast_to(1e4 * np.eye(3), (4, 3, 3))
+    none = 0.0 * stiffness
+    matrices = assemble(gibson_body().mass_matrix, position, stiffness, none, none)
+    shapes, load = modes(matrices), load_on(4)
+    readout = mount_readout(position, stiffness, none, none)
+    seen = shows(readout, shapes.shape, shapes.natural_frequency)
+    resonances = body_resonances(matrices, shapes, load)
+    undriven = Undriven(left_out(resonances), shapes.shape, shapes.eigenvalue)
+    rows = body_rows(matrices, readout, ORDERS, load, undriven)
+    passed = run_up(rows, ORDERS, resonances, 0.0, 60.0, seen)
+    assert len(passed.masked.low) == 2
+    assert np.isinf(passed.peak.value).tolist() == [True, True, False, False]
+    assert np.all(passed.peak.value[2:] <= passed.peak.error[2:])
+
+
+def test_exactly_singular_dynamic_stiffness_is_a_failure_with_words() -> None:
+    """Without the check before it the response still never returns an infinity."""
+    position = np.array([[0.0, 0.0, 0.0]])
+    stiffness = 4.0 * np.eye(3)[None]
+    matrices = assemble(np.eye(6), position, stiffness, 0.0 * stiffness, 0.0 * stiffness)
+    with pytest.raises(NumericalFailure, match="exactly singular"):
+        dynamics(matrices, np.array([2.0]))
+
+
+def test_a_run_up_of_a_balanced_machine_is_zero_not_undefined() -> None:
+    quiet = WithError(np.zeros(2, dtype=complex), np.zeros(2))
+    pitch, readout = gibson()
+    rows = pitch_rows(pitch, readout, ORDERS, quiet)
+    passed = run_up(rows, ORDERS, pitch_resonances(pitch, quiet), 0.0, SPEED, ALL_ROWS)
+    assert np.all(passed.curve.value == 0.0)
+    assert np.all(passed.peak.value == 0.0)
+
+
+def test_too_few_speeds_are_counted_not_hidden() -> None:
+    pitch, readout = gibson(0.05)
+    couple = gibson_couple()
+    rows = pitch_rows(pitch, readout, ORDERS, couple)
+    resonances = pitch_resonances(pitch, couple)
+    passed = run_up(
+        rows, ORDERS, resonances, 0.0, SPEED, ALL_ROWS, curve_tolerance=1e-6, most_points=400
+    )
+    assert passed.unresolved > 0
+    assert len(passed.speed) <= 400
+
+
+def test_body_left_free_by_its_mounts_is_refused() -> None:
+    position = np.array([[1.0, 1.0, 0], [-1.0, 1.0, 0], [1.0, -1.0, 0], [-1.0, -1.0, 0.0]])
+    stiffness = np.broadcast_to(np.diag([0.0, 10.0, 10.0]), (4, 3, 3))
+    matrices = assemble(np.eye(6), position, stiffness, 0.0 * stiffness, 0.0 * stiffness)
+    up = np.array([0.0, 0.0, 1.0])
+    with pytest.raises(NumericalFailure, match="leave the body free in some direction"):
+        static_deflection(matrices, position, stiffness, 1.0, np.zeros(3), 9.81, up)
+    with pytest.raises(NumericalFailure, match="mode 1 has no damping ratio"):
+        damping_ratio(matrices, modes(matrices))
+
+
+def test_mass_matrix_that_is_not_positive_definite_is_refused() -> None:
+    body = gibson_body()
+    heavy = body.mass_matrix.copy()
+    heavy[0, 4] = heavy[4, 0] = 1e3
+    with pytest.raises(NumericalFailure, match="not positive definite"):
+        modes(assemble(heavy, *body.mounts))
+    heavy[0, 0] = -1.0
+    with pytest.raises(NumericalFailure, match="not positive definite"):
+        modes(assemble(heavy, *body.mounts))
+
+
+def test_mounts_at_one_place_tip_unless_the_centre_is_above_them() -> None:
+    _, k, _, _ = gibson_supports()
+    at_one_place = np.full(4, 0.3)
+    with pytest.raises(NumericalFailure, match="would tip"):
+        pitch_static(981.0, 0.0, at_one_place, k)
+    above = pitch_static(981.0, 0.3, at_one_place, k)
+    assert above.share == pytest.approx(np.full(4, 981.0 / 4.0), rel=1e-14)

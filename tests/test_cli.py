@@ -1,0 +1,319 @@
+"""Claim: the command line does what README and docs say, with the exit codes they give."""
+
+import json
+import os
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import h5py
+import pytest
+from fuzzing import command
+
+ROOT = Path(__file__).resolve().parents[1]
+CASES = ROOT / "cases"
+GENERATOR = str(CASES / "generator.toml")
+
+
+@pytest.fixture(autouse=True)
+def _in_empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+
+
+@pytest.fixture(scope="module")
+def result(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("once") / "generator.h5"
+    assert command("run", GENERATOR, "-q", "-o", str(path)).code == 0
+    return path
+
+
+def changed_case(tmp_path: Path, old: str, new: str, name: str = "changed.toml") -> Path:
+    text = Path(GENERATOR).read_text(encoding="utf-8")
+    assert old in text
+    path = tmp_path / name
+    path.write_text(text.replace(old, new, 1), encoding="utf-8")
+    return path
+
+
+def test_run_writes_result_and_report_and_says_where() -> None:
+    outcome = command("run", GENERATOR)
+    assert outcome.code == 0
+    assert Path("outputs/generator.h5").is_file()
+    report = Path("outputs/generator.txt").read_text(encoding="utf-8")
+    assert "8208.85" in report and "outputs/generator.h5" in outcome.out
+    assert "within" in outcome.out and "known" in outcome.out
+
+
+def test_json_has_the_keys_of_the_design_and_nothing_else_on_stdout() -> None:
+    outcome = command("run", GENERATOR, "--json")
+    found = json.loads(outcome.out)
+    assert set(found) == {"case", "result", "quantities", "references", "limits", "timings"}
+    assert found["result"].endswith("generator.h5")
+    frequency = found["quantities"]["isolation/pitch/natural_frequency"]
+    assert frequency["unit"] == "rad/s"
+    assert frequency["value"] == pytest.approx(31.7366, abs=5e-5)
+    rows = {row["source"]: row for row in found["references"]}
+    assert rows["section 2.2, graph 1"]["within"] is True
+    assert rows["section 2.3, graph 2"]["within"] is None
+    assert all(row["kept"] for row in found["limits"])
+
+
+def test_several_cases_give_a_list_and_a_folder() -> None:
+    outcome = command("run", GENERATOR, str(CASES / "generator_180.toml"), "--json", "-o", "out")
+    assert [Path(item["result"]).name for item in json.loads(outcome.out)] == [
+        "generator.h5",
+        "generator_180.h5",
+    ]
+    assert Path("out/generator_180.txt").is_file()
+
+
+def test_two_cases_of_one_name_are_refused(tmp_path: Path) -> None:
+    other = tmp_path / "sub"
+    other.mkdir()
+    shutil.copy(GENERATOR, other)
+    outcome = command("run", GENERATOR, str(other / "generator.toml"))
+    assert outcome.code == 2
+    assert "two cases are named 'generator'" in outcome.err
+    assert not Path("outputs").exists()
+
+
+def test_set_changes_a_key_and_is_never_evaluated() -> None:
+    outcome = command("run", GENERATOR, "--json", "--set", 'machine.speed="3000 rpm"')
+    assert outcome.code == 0
+    faster = json.loads(outcome.out)["quantities"]["isolation/lever_force/rigid_peak"]["value"]
+    assert faster == pytest.approx(9329.33 * (3000 / 4900) ** 2, rel=1e-5)
+    outcome = command("check", GENERATOR, "--set", "machine.speed=__import__('os').getpid()")
+    assert outcome.code == 2
+
+
+def test_check_computes_nothing_and_shows_the_plan() -> None:
+    outcome = command("check", GENERATOR)
+    assert outcome.code == 0
+    assert not list(Path().iterdir())
+    for word in ("kinematics", "run_up", "isolation/pitch: inertia", "42 references"):
+        assert word in outcome.out
+    plan = json.loads(command("check", GENERATOR, "--json").out)["plan"]
+    assert [row["stage"] for row in plan] == ["kinematics", "excitation", "isolation", "run_up"]
+
+
+def test_verify_exits_1_for_a_missed_reference_and_a_broken_limit(tmp_path: Path) -> None:
+    assert command("verify", GENERATOR).code == 0
+    missed = changed_case(tmp_path, '"9329 N"', '"9339 N"')
+    outcome = command("verify", str(missed))
+    assert outcome.code == 1
+    assert "OUTSIDE" in outcome.out
+    broken = changed_case(tmp_path, 'max = "100 N"', 'max = "20 N"')
+    outcome = command("verify", str(broken), "--json")
+    assert outcome.code == 1
+    assert [row["kept"] for row in json.loads(outcome.out)["limits"]].count(False) == 1
+    assert not Path("outputs").exists()
+
+
+def test_report_renders_the_same_text_from_the_file_alone(result: Path) -> None:
+    outcome = command("report", str(result))
+    assert outcome.code == 0
+    assert outcome.out == result.with_suffix(".txt").read_text(encoding="utf-8")
+
+
+def test_diff_of_two_runs_is_0_and_1_with_one_number_changed(result: Path, tmp_path: Path) -> None:
+    again = tmp_path / "again.h5"
+    assert command("run", GENERATOR, "-q", "-o", str(again)).code == 0
+    assert command("diff", str(result), str(again)).code == 0
+    with h5py.File(again, "r+") as file:
+        dataset = file["isolation/lever_force/steady_peak"]
+        dataset[()] = dataset[()] * (1 + 1e-5)
+    outcome = command("diff", str(result), str(again), "--junit", "junit.xml")
+    assert outcome.code == 1
+    assert "isolation/lever_force/steady_peak" in outcome.out and "1 differs" in outcome.out
+    assert "isolation/lever_force/steady_peak" in Path("junit.xml").read_text(encoding="utf-8")
+    found = json.loads(command("diff", str(result), str(again), "--json").out)
+    assert found["same"] is False
+    assert command("diff", str(result), "nowhere.h5").code == 2
+
+
+def test_accept_makes_the_candidate_golden(result: Path, tmp_path: Path) -> None:
+    golden = tmp_path / "golden.h5"
+    assert command("diff", str(golden), str(result), "--accept").code == 0
+    assert command("diff", str(golden), str(result)).code == 0
+    before = golden.read_bytes()
+    assert command("diff", str(golden), GENERATOR, "--accept").code == 2
+    assert golden.read_bytes() == before
+
+
+def test_same_case_twice_gives_the_same_objects_outside_provenance(
+    result: Path, tmp_path: Path
+) -> None:
+    again = tmp_path / "again.h5"
+    command("run", GENERATOR, "-q", "-o", str(again))
+
+    def contents(path: Path) -> dict[str, object]:
+        found: dict[str, object] = {}
+
+        def visit(name: str, item: h5py.Group | h5py.Dataset) -> None:
+            if name.startswith("provenance"):
+                return
+            if isinstance(item, h5py.Dataset):
+                found[name] = (item.dtype.str, item.shape, item[()].tobytes()
+                               if hasattr(item[()], "tobytes") else item[()])  # fmt: skip
+            for key in item.attrs:
+                if key not in ("REFERENCE_LIST", "DIMENSION_LIST"):
+                    found[f"{name}@{key}"] = repr(item.attrs[key])
+
+        with h5py.File(path) as file:
+            file.visititems(visit)
+            found |= {f"@{key}": repr(file.attrs[key]) for key in file.attrs}
+        return found
+
+    first, second = contents(result), contents(again)
+    strings = {
+        name for name, value in first.items() if isinstance(value, tuple) and "O" in value[0]
+    }
+    assert len(first) > 100
+    assert {k: v for k, v in first.items() if k not in strings} == {
+        k: v for k, v in second.items() if k not in strings
+    }
+
+
+def test_starter_cases_pass_check_and_run(tmp_path: Path) -> None:
+    listed = command("new", "list").out.split("\n")
+    scenes = [line.split()[0] for line in listed if line.strip()]
+    assert {"generator", "rigid_body"} <= set(scenes)
+    for scene in scenes:
+        path = tmp_path / f"{scene}.toml"
+        assert command("new", scene, "-o", str(path)).code == 0
+        assert command("check", str(path)).code == 0
+        outcome = command("run", str(path), "-q", cap=120)
+        assert outcome.code == 0, (scene, outcome.err)
+    assert command("new", "generator", "-o", str(tmp_path / "generator.toml")).code == 2
+    outcome = command("new", "generatr")
+    assert outcome.code == 2
+    assert "generator" in outcome.err
+
+
+def test_schema_is_json() -> None:
+    assert json.loads(command("schema").out)["$schema"].startswith("https://json-schema.org")
+
+
+@pytest.mark.parametrize("target", ["blocked/out.h5", "blocked/", "folder.h5"])
+def test_an_output_that_cannot_be_written_is_said(target: str) -> None:
+    Path("blocked").write_text("a file, not a folder", encoding="utf-8")
+    Path("folder.h5").mkdir()
+    (Path("folder.h5") / "generator.h5").mkdir()
+    outcome = command("run", GENERATOR, "-q", "-o", target)
+    assert outcome.code == 2
+    assert outcome.err.startswith("error: ")
+    assert "Traceback" not in outcome.err
+
+
+def test_a_file_name_that_is_no_result_is_refused() -> None:
+    outcome = command("run", GENERATOR, "-q", "-o", "result.json")
+    assert outcome.code == 2
+    assert "ends in .h5" in outcome.err
+
+
+@pytest.mark.parametrize("verb", ["report", "plot", "diff"])
+def test_a_damaged_or_foreign_result_is_said(verb: str, result: Path, tmp_path: Path) -> None:
+    short = tmp_path / "short.h5"
+    short.write_bytes(result.read_bytes()[:5000])
+    foreign = tmp_path / "foreign.h5"
+    with h5py.File(foreign, "w") as file:
+        file["numbers"] = [1.0, 2.0]
+    for path in (short, foreign, Path(GENERATOR), tmp_path / "nowhere.h5", tmp_path):
+        extra = [str(result)] if verb == "diff" else []
+        outcome = command(verb, *extra, str(path))
+        assert outcome.code == 2, (verb, path, outcome.err)
+        assert outcome.err.startswith("error: ")
+
+
+def test_an_order_on_an_undamped_natural_frequency_exits_3(tmp_path: Path) -> None:
+    case = changed_case(tmp_path, ', damping = "50 N*s/m"', "")
+    frequency = (12 * 4 * 0.4**2 * 10000 / (100 * (0.35**2 + 0.8**2))) ** 0.5
+    outcome = command("run", str(case), "-q", "--set", f"machine.speed={frequency!r}")
+    assert outcome.code == 3
+    assert "order 1" in outcome.err and "mode 1" in outcome.err
+    assert not Path("outputs").exists()
+
+
+def test_undamped_resonances_in_the_run_up_are_masked_and_unbounded(tmp_path: Path) -> None:
+    case = changed_case(tmp_path, ', damping = "50 N*s/m"', "")
+    outcome = command("run", str(case), "-q", "-o", "undamped.h5")
+    assert outcome.code == 0
+    with h5py.File("undamped.h5") as file:
+        assert file["isolation/lever_force/run_up_peak"][()] == float("inf")
+        assert list(file["isolation/masked/order"][()]) == [2, 1]
+    report = Path("undamped.txt").read_text(encoding="utf-8")
+    assert "unbounded" in report and "undamped resonance" in report
+
+
+def start(*arguments: str, **options: object) -> subprocess.Popen[str]:
+    return subprocess.Popen(
+        [sys.executable, "-m", "vibecalc", *arguments],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **options,
+    )  # fmt: skip
+
+
+def test_interrupted_runs_exit_130_and_leave_the_old_result(tmp_path: Path) -> None:
+    old = tmp_path / "design.h5"
+    old.write_bytes(b"the old result")
+    case = str(CASES / "generator_mount_design.toml")
+    run = start("run", case, "-q", "--set", "optimisation.starts=900", "-o", str(old))
+    time.sleep(2.5)
+    assert run.poll() is None
+    run.send_signal(signal.SIGINT)
+    _, err = run.communicate(timeout=20)
+    assert run.returncode == 130, err
+    assert "Traceback" not in err
+    assert old.read_bytes() == b"the old result"
+    assert [path.name for path in tmp_path.iterdir()] == ["design.h5"]
+
+
+def test_a_full_disk_leaves_the_old_result(tmp_path: Path) -> None:
+    import resource
+
+    old = tmp_path / "old.h5"
+    old.write_bytes(b"the old result")
+
+    def little_room() -> None:
+        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (20000, 20000))
+
+    run = start("run", GENERATOR, "-q", "-o", str(old), preexec_fn=little_room)
+    _, err = run.communicate(timeout=60)
+    assert run.returncode == 2, err
+    assert "cannot write" in err and "Traceback" not in err
+    assert old.read_bytes() == b"the old result"
+    assert [path.name for path in tmp_path.iterdir()] == ["old.h5"]
+
+
+def test_five_mistakes_are_all_shown_with_their_lines(tmp_path: Path) -> None:
+    text = Path(GENERATOR).read_text(encoding="utf-8").split("[[reference]]", 1)[0]
+    for old, new in (
+        ('speed = "4900 rpm"', 'speed = "4900 kg"'),
+        ("rod_length", "rod_lenght"),
+        ('mass = "100 kg"', 'mass = "-100 kg"'),
+        ('model = "pitch"', 'model = "pich"'),
+        ("terms = 1", "terms = 1.5"),
+    ):
+        assert old in text
+        text = text.replace(old, new, 1)
+    path = tmp_path / "five.toml"
+    path.write_text(text, encoding="utf-8")
+    outcome = command("check", str(path))
+    assert outcome.code == 2
+    lines = text.splitlines()
+    for word in ("4900 kg", "rod_lenght", "-100 kg", "pich", "terms = 1.5"):
+        number = next(i for i, line in enumerate(lines, start=1) if word in line)
+        assert re.search(rf"five\.toml:{number}:\d+", outcome.err), (word, outcome.err)
+    assert "rod_length" in outcome.err
+
+
+def test_help_names_every_command() -> None:
+    run = start("--help", env={**os.environ, "COLUMNS": "100"})
+    out, _ = run.communicate(timeout=60)
+    for name in ("run", "check", "verify", "report", "diff", "plot", "new", "schema"):
+        assert re.search(rf"\b{name}\b", out)
+    assert "sweep" not in out

@@ -1,0 +1,152 @@
+"""Claim: the pictures show the numbers of the result, with units, and the same bytes each time."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from report_samples import NATURAL, SPEED, generator, optimised, quantity, rigid_body
+
+pytest.importorskip("matplotlib")
+
+from vibecalc.report.plots import PICTURES, draw, make
+from vibecalc.results.record import Axis, Result
+
+
+def figure(result: Result, name: str) -> Any:
+    made = make(result, name)
+    assert made is not None
+    return made
+
+
+def lines(axes: Any) -> dict[str, Any]:
+    return {line.get_label(): line for line in axes.get_lines()}
+
+
+def words(axes: Any) -> str:
+    return " ".join(text.get_text() for text in axes.texts)
+
+
+def test_force_over_the_cycle_sums_the_orders_with_phase() -> None:
+    result = generator()
+    still, mounted = figure(result, "force_over_cycle").axes
+    for axes, name in ((still, "rigid"), (mounted, "steady")):
+        drawn = lines(axes)
+        parts = [
+            drawn[f"{word} (order {n})"].get_ydata()
+            for n, word in ((1, "primary"), (2, "secondary"))
+        ]
+        total = np.asarray(drawn["total"].get_ydata())
+        np.testing.assert_allclose(total, parts[0] + parts[1], rtol=0, atol=1e-9)
+        peak = float(result.record[f"isolation/lever_force/{name}_peak"].values)
+        assert np.abs(total).max() == pytest.approx(peak, rel=1e-4)
+        assert axes.get_ylabel() == "force in N"
+    assert "9329 N" in still.get_title(loc="left")
+    assert mounted.get_xlabel() == "crank angle in deg"
+
+
+def test_run_up_has_both_speeds_limits_and_resonances() -> None:
+    result = generator()
+    picture = figure(result, "run_up")
+    lever, support = picture.axes
+    assert lever.get_ylabel() == "couple over the lever\nforce in N"
+    assert support.get_xlabel() == "crank speed in rad/s"
+    assert support.get_xscale() == "log"
+    assert support.get_xlim() == pytest.approx((NATURAL / 8.0, SPEED))
+    top = lever.child_axes[0]
+    assert top.get_xlabel() == "crank speed in rpm"
+    picture.canvas.draw()
+    assert top.get_xlim()[1] == pytest.approx(4900.0)
+    assert "202.1 N at 305.8 rpm" in words(lever)
+    for text in ("order 1", "order 2", "run-up limit 0.4 kN", "steady limit 100 N"):
+        assert text in words(support)
+    heights = [line.get_ydata() for line in support.get_lines()]
+    assert any(np.all(np.asarray(y) == 400.0) for y in heights)
+    assert "mounts 1, 2, 3, 4" in lines(support)
+
+
+def test_masked_speeds_are_shaded_and_leave_a_gap() -> None:
+    result = generator()
+    path = "isolation/lever_force/run_up"
+    old = result.record.quantities.pop(path)
+    values = np.array(old.values)
+    values[100:110] = np.inf
+    result.record.add(quantity(path, values, "N", *old.axes))
+    spans = Axis(name="masked", values=np.array([1]))
+    result.record.add(quantity("isolation/masked/low", [20.0], "rad/s", spans))
+    result.record.add(quantity("isolation/masked/high", [22.0], "rad/s", spans))
+    lever = figure(result, "run_up").axes[0]
+    drawn = np.asarray(lever.get_lines()[0].get_ydata())
+    assert np.isnan(drawn[100:110]).all()
+    assert np.isfinite(drawn).sum() == drawn.size - 10
+    assert np.isfinite(lever.get_ylim()).all()
+    assert [patch.get_x() for patch in lever.patches] == [20.0]
+
+
+def test_transmissibility_marks_the_orders_on_the_curve() -> None:
+    result = generator()
+    level, phase = figure(result, "transmissibility").axes
+    values = result.record["isolation/pitch/transmissibility"].values
+    marks = [line for line in level.get_lines() if line.get_label().startswith("order")]
+    decibels = [float(line.get_ydata()[0]) for line in marks]
+    np.testing.assert_allclose(decibels, 20.0 * np.log10(np.abs(values)), rtol=1e-14)
+    curve = level.get_lines()[0]
+    near = np.interp(float(marks[0].get_xdata()[0]), curve.get_xdata(), curve.get_ydata())
+    assert near == pytest.approx(decibels[0], abs=0.01)
+    assert "dB" in level.get_ylabel()
+    assert phase.get_ylabel() == "phase in deg"
+    assert "natural frequency" in phase.get_xlabel()
+
+
+def test_modal_energy_bars_fill_the_modes() -> None:
+    axes = figure(rigid_body(), "modal_energy").axes[0]
+    ends = [bar.get_x() + bar.get_width() for bar in axes.patches]
+    assert max(ends) == pytest.approx(100.0)
+    assert sum(bar.get_width() for bar in axes.patches) == pytest.approx(600.0)
+    assert "x 80 %" in words(axes)
+    assert axes.get_yticklabels()[0].get_text() == "mode 1\n1.910 Hz"
+    assert "%" in axes.get_xlabel()
+
+
+def test_piston_motion_has_its_units() -> None:
+    panels = figure(generator(), "piston_motion").axes
+    assert [axes.get_ylabel() for axes in panels] == [
+        "position\nin m",
+        "velocity\nin m/s",
+        "acceleration\nin m/s^2",
+    ]
+    position = np.asarray(panels[0].get_lines()[0].get_ydata())
+    assert (position.min(), position.max()) == pytest.approx((0.14, 0.26))
+
+
+def test_start_and_optimum_against_bounds_and_limits() -> None:
+    variables, uses = figure(optimised(), "optimisation").axes
+    assert "10000 → 14321 N/m" in words(variables)
+    places = [float(np.ravel(line.get_xdata())[0]) for line in variables.get_lines()]
+    assert 100.0 * (14321.0 - 1000.0) / 49000.0 in [pytest.approx(place) for place in places]
+    widths = [bar.get_width() for bar in uses.patches]
+    assert any(width == pytest.approx(128.0) for width in widths)
+    assert any(width == pytest.approx(100.0 * 0.026 / 0.031) for width in widths)
+
+
+@pytest.mark.parametrize(
+    ("sample", "names"),
+    [
+        (generator, {"force_over_cycle", "run_up", "transmissibility", "piston_motion"}),
+        (rigid_body, {"modal_energy"}),
+    ],
+)
+def test_each_picture_is_drawn_where_its_numbers_are(
+    sample: Callable[[], Result], names: set[str]
+) -> None:
+    result = sample()
+    assert {name for name in PICTURES if make(result, name) is not None} == names
+
+
+def test_equal_results_give_equal_bytes(tmp_path: Path) -> None:
+    first = draw(rigid_body(), tmp_path / "a" / "deep")
+    second = draw(rigid_body(), tmp_path / "b")
+    assert [path.name for path in first] == ["body_modal_energy.png"]
+    assert first[0].read_bytes() == second[0].read_bytes()
+    assert b"Software" not in first[0].read_bytes()

@@ -1,0 +1,199 @@
+"""Claim: the peak over a cycle is the true one, at the first angle that reaches it, with an honest
+error, for any harmonics: brute force on a dense grid, 40-digit refinement, shapes made to hide it.
+"""
+
+import mpmath as mp
+import numpy as np
+import pytest
+
+from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.cycle_peak import cycle_peak, vector_cycle_peak
+
+
+def length_at(harmonics, orders, angles):
+    wave = np.exp(1j * np.multiply.outer(orders, angles))
+    return np.sqrt(np.sum((np.asarray(harmonics) @ wave).real ** 2, axis=0))
+
+
+def random_vectors(count, seed):
+    generator = np.random.default_rng(seed)
+    for _ in range(count):
+        size, components = generator.integers(1, 10), generator.integers(1, 4)
+        orders = generator.choice(30, size, replace=False)
+        decay = 10.0 ** -generator.uniform(0, 8, size) * 10.0 ** generator.uniform(-20, 20)
+        parts = generator.normal(size=(2, components, size)) * decay
+        harmonics = parts[0] + 1j * parts[1]
+        yield np.where(orders == 0, harmonics.real, harmonics), orders
+
+
+def test_peak_is_never_below_a_dense_scan_and_is_attained():
+    grid = np.linspace(0, 2 * np.pi, 40001)
+    for harmonics, orders in random_vectors(250, seed=7):
+        peak = vector_cycle_peak(harmonics, orders)
+        scan = length_at(harmonics, orders, grid)
+        size = np.sum(np.abs(harmonics))
+        assert peak.value >= scan.max() - 4e-16 * size * len(orders)
+        assert peak.value <= scan.max() * (1 + 1e-5)
+        attained = length_at(harmonics, orders, np.array([peak.angle]))[0]
+        assert attained == pytest.approx(float(peak.value), rel=0, abs=2e-14 * size)
+        assert 0 <= peak.angle < 2 * np.pi
+        # nothing before the reported angle reaches it
+        earlier = scan[grid < peak.angle - 1e-3]
+        assert not np.any(earlier > peak.value * (1 + 1e-13))
+
+
+def test_error_estimates_are_honest():
+    estimates, errors = [], []
+    with mp.workdps(40):
+        for harmonics, orders in random_vectors(120, seed=11):
+            peak = vector_cycle_peak(harmonics, orders)
+            rows = [[mp.mpmathify(complex(x)) for x in row] for row in harmonics]
+
+            def square(angle, rows=rows, orders=orders):
+                turn = [mp.expj(int(n) * angle) for n in orders]
+                return sum((mp.fdot(row, turn)).real ** 2 for row in rows)
+
+            angle = mp.mpf(float(peak.angle))
+            width = mp.mpf("1e-9")
+            for _ in range(2):  # parabola through three points, twice: far below round-off
+                low, mid, high = (square(angle + k * width) for k in (-1, 0, 1))
+                bend = low - 2 * mid + high
+                angle += width * (low - high) / (2 * bend) if bend else 0
+                width /= 100
+            estimates.append(float(peak.error))
+            errors.append(float(abs(mp.sqrt(square(angle)) - mp.mpf(float(peak.value)))))
+    estimates, errors = np.array(estimates), np.array(errors)
+    assert np.mean(estimates < 0.1 * errors) <= 0.01
+    assert np.median(estimates / np.maximum(errors, 1e-3 * estimates)) < 1000
+
+
+def test_single_order_closed_form_agrees_with_the_general_route():
+    generator = np.random.default_rng(5)
+    for components in (1, 2, 3):
+        for order in (1, 2, 7):
+            values = generator.normal(size=(60, components, 2)) @ [1, 1j]
+            short = vector_cycle_peak(values[..., None], [order])
+            # a second order too small to matter takes the general route
+            other = np.stack([values, np.full_like(values, 1e-30)], axis=-1)
+            general = vector_cycle_peak(other, [order, order + 1])
+            np.testing.assert_allclose(short.value, general.value, rtol=4e-15)
+            np.testing.assert_allclose(short.angle, general.angle, rtol=0, atol=1e-12)
+            if components == 1:
+                np.testing.assert_allclose(short.value, np.abs(values[:, 0]), rtol=4e-16)
+
+
+def test_common_divisor_of_orders_changes_nothing_but_the_angle():
+    generator = np.random.default_rng(6)
+    values = generator.normal(size=(50, 3, 4, 2)) @ [1, 1j]
+    slow = vector_cycle_peak(values, [0, 1, 2, 5])
+    fast = vector_cycle_peak(values, [0, 6, 12, 30])
+    assert np.array_equal(slow.value, fast.value)
+    np.testing.assert_allclose(fast.angle, slow.angle / 6, rtol=1e-15)
+    together = np.concatenate([values, np.full((50, 3, 1), 1e-30)], axis=-1)
+    general = vector_cycle_peak(together, [0, 6, 12, 30, 7])
+    np.testing.assert_allclose(general.value, fast.value, rtol=4e-15)
+    np.testing.assert_allclose(general.angle, fast.angle, rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("harmonics", "orders", "value", "angle"),
+    [
+        ([1, 0.25], [1, 2], 1.25, 0.0),
+        ([1, -0.25], [1, 2], 1.25, np.pi),
+        ([1, -0.25, 0.0], [1, 2, 3], 1.25, np.pi),
+        ([1, 0.25], [1, 4], 1.25, 0.0),
+        ([1, -1 / 16], [2, 4], 1.0625, np.pi / 2),
+        ([-2.0], [0], 2.0, 0.0),
+        ([3 + 4j], [2], 5.0, (np.pi - np.arctan2(4, 3)) / 2),
+        ([-2.0, 0.5], [0, 1], 2.5, np.pi),
+        ([0, 0, 0], [0, 1, 2], 0.0, 0.0),
+    ],
+)
+def test_known_peaks(harmonics, orders, value, angle):
+    peak = cycle_peak(harmonics, orders)
+    assert peak.value == pytest.approx(value, rel=1e-15, abs=0)
+    assert peak.angle == pytest.approx(angle, rel=0, abs=1e-14)
+    assert peak.value == 0 or 0 < peak.error < 1e-14
+
+
+def test_flat_tops_where_newton_alone_would_stall():
+    # cos a + b cos 2a with b = -1/4: curvature -1 + 1 = 0 at a = 0, the sum falls like a^4
+    peak = cycle_peak([1.0, -0.25, 0.3], [1, 2, 0])
+    assert peak.value == pytest.approx(1.05, rel=4e-16)
+    assert peak.angle == pytest.approx(0.0, abs=1e-3)
+    # Fejer kernels and a Chebyshev ripple: many equal or nearly equal tops
+    orders = np.arange(41)
+    fejer = (1 - orders / 41.0) * np.where(orders == 0, 1, 2)
+    for shift in (0.0, 0.1, np.pi):
+        peak = cycle_peak(fejer * np.exp(-1j * orders * shift), orders)
+        assert peak.value == pytest.approx(41.0, rel=1e-14)
+        assert peak.angle == pytest.approx(shift, abs=1e-13)
+    ripple = cycle_peak([1.0, 1e-9 * np.exp(-1.7j)], [12, 1])
+    # of |cos 12a| the top nearest to a = 1.7 + k pi gains most, with the sign of the top
+    tops = np.arange(24) * np.pi / 12
+    gains = 1e-9 * np.cos(tops - 1.7) * np.cos(12 * tops)
+    assert ripple.value == pytest.approx(1 + gains.max(), rel=1e-15)
+    assert ripple.angle == pytest.approx(tops[gains.argmax()], abs=1e-8)
+
+
+def test_a_turning_vector_of_constant_length_keeps_it():
+    for tiny in (0.0, 1e-17, 1e-12, 1e-6):
+        peak = vector_cycle_peak([[1, tiny, 0], [-1j, 0, tiny]], [3, 5, 4])
+        assert 1 - 4e-16 <= peak.value <= (1 + 2 * tiny) * (1 + 4e-16)
+        assert 0 <= peak.angle < 2 * np.pi
+
+
+def test_peak_does_not_depend_on_scale_turn_or_company():
+    generator = np.random.default_rng(8)
+    values = generator.normal(size=(4, 5, 3, 6, 2)) @ [1, 1j]
+    orders = np.array([1, 2, 3, 4, 6, 9])
+    peak = vector_cycle_peak(values, orders)
+    assert peak.value.shape == (4, 5)
+    for power in (-1000, -600, 600, 1000):
+        scaled = vector_cycle_peak(values * 2.0**power, orders)
+        assert np.array_equal(scaled.value, peak.value * 2.0**power)
+        assert np.array_equal(scaled.angle, peak.angle)
+    turned = vector_cycle_peak(values * np.exp(-0.4j * orders), orders)
+    np.testing.assert_allclose(turned.value, peak.value, rtol=1e-14)
+    alone = vector_cycle_peak(values[2, 3], orders)
+    assert alone.value == pytest.approx(float(peak.value[2, 3]), rel=4e-16)
+    shuffled = vector_cycle_peak(values[..., ::-1], orders[::-1])
+    np.testing.assert_allclose(shuffled.value, peak.value, rtol=2e-15)
+    rotation, _ = np.linalg.qr(generator.normal(size=(3, 3)))
+    np.testing.assert_allclose(
+        vector_cycle_peak(rotation @ values, orders).value, peak.value, rtol=4e-15
+    )
+    assert vector_cycle_peak(values[:0], orders).value.shape == (0, 5)
+
+
+def test_peak_lies_between_the_largest_amplitude_and_the_sum():
+    generator = np.random.default_rng(9)
+    values = generator.normal(size=(500, 5, 2)) @ [1, 1j]
+    peak = cycle_peak(values, [1, 2, 3, 4, 5]).value
+    assert np.all(peak <= np.sum(np.abs(values), axis=1) * (1 + 1e-15))
+    assert np.all(peak >= np.sqrt(0.5 * np.sum(np.abs(values) ** 2, axis=1)))
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, complex(0, np.inf)])
+def test_what_is_not_finite_is_refused_in_words(bad):
+    values = np.ones((2, 3, 4), dtype=complex)
+    values[1, 2, 3] = bad
+    with pytest.raises(NumericalFailure, match=r"harmonic \(1, 2, 3\) of \(2, 3, 4\) is .*finite"):
+        vector_cycle_peak(values, [1, 2, 3, 4])
+
+
+def test_thousands_of_rows_take_a_bounded_number_of_cells(monkeypatch):
+    from vibecalc.numerics import cycle_peak as module
+
+    cells = []
+    search = module.search
+
+    def counted(start, *rest):
+        cells.append(len(start.row))
+        return search(start, *rest)
+
+    monkeypatch.setattr(module, "search", counted)
+    generator = np.random.default_rng(10)
+    values = generator.normal(size=(2000, 4, 10, 2)) @ [1, 1j] * 0.3 ** np.arange(10)
+    cycle_peak(values, np.arange(1, 11))
+    assert sum(cells) < 3 * 8000

@@ -1,0 +1,68 @@
+"""Claim: no case file, however broken, gives a traceback or a hang; exit codes are 0 to 3."""
+
+from pathlib import Path
+
+import pytest
+from fuzzing import ALLOWED, command, mutations
+
+SEED = 20080319
+
+
+def hold(text: str, number: int, path: Path, *arguments: str) -> int:
+    path.write_text(text, encoding="utf-8")
+    outcome = command(*arguments)
+    shown = f"mutation {number}: {arguments}\n{text}\n{outcome.out}\n{outcome.err}"
+    assert outcome.code in ALLOWED, shown
+    assert "Traceback" not in outcome.err, shown
+    assert outcome.code == 0 or outcome.err.strip(), shown
+    assert "nan" not in outcome.out.lower().split(), shown
+    return outcome.code
+
+
+def check_many(count: int, path: Path, seed: int = SEED) -> dict[int, int]:
+    codes: dict[int, int] = {}
+    for number, text in enumerate(mutations(seed, count)):
+        code = hold(text, number, path, "check", str(path))
+        codes[code] = codes.get(code, 0) + 1
+    return codes
+
+
+def run_many(count: int, path: Path, seed: int = SEED + 1) -> dict[int, int]:
+    """Only those that pass `check` reach a run; optimisation is left to its own tests."""
+    codes: dict[int, int] = {}
+    outputs = str(path.parent) + "/out/"
+    done = 0
+    for number, text in enumerate(mutations(seed, 50 * count)):
+        if done == count:
+            break
+        text = text.split("[optimisation]", 1)[0]
+        if hold(text, number, path, "check", str(path)) != 0:
+            continue
+        code = hold(text, number, path, "run", str(path), "-q", "-o", outputs)
+        codes[code] = codes.get(code, 0) + 1
+        done += 1
+    return codes
+
+
+@pytest.mark.timeout(280)
+def test_two_thousand_mutations_through_check(tmp_path: Path) -> None:
+    codes = check_many(2000, tmp_path / "mutated.toml")
+    assert set(codes) == {0, 2}
+    assert codes[2] > 1000 and codes[0] > 50
+
+
+@pytest.mark.timeout(280)
+def test_two_hundred_mutations_through_run(tmp_path: Path) -> None:
+    codes = run_many(200, tmp_path / "mutated.toml")
+    assert sum(codes.values()) == 200
+    assert codes[0] > 100
+
+
+@pytest.mark.long
+@pytest.mark.timeout(14000)
+@pytest.mark.parametrize("part", range(20))
+def test_hundred_thousand_mutations(part: int, tmp_path: Path) -> None:
+    codes = check_many(4900, tmp_path / "mutated.toml", seed=SEED + 100 + part)
+    ran = run_many(100, tmp_path / "mutated.toml", seed=SEED + 200 + part)
+    assert sum(codes.values()) == 4900
+    assert sum(ran.values()) == 100

@@ -1,0 +1,162 @@
+"""Claim: an optimum does not depend on units, on the order of starts or on the day, and its error
+estimates are honest on random problems whose optimum is known exactly.
+"""
+
+import numpy as np
+import pytest
+
+from vibecalc.optimisation.constrained import minimise
+from vibecalc.optimisation.starts import spread
+from vibecalc.optimisation.variables import Box
+
+SCALES = [(1.0, 1e3), (1e-6, 1e6), (1e5, 1e-9)]
+
+
+def valley(x):
+    """Two local optima, one limit that holds."""
+    objective = (x[0] ** 2 - 1) ** 2 + 0.3 * x[0] + (x[1] - 0.2) ** 2 + 0.5 * x[0] * x[1]
+    return objective, [1.2 - x[0] ** 2 - x[1] ** 2 * 0.3, x[1] + 0.4 * x[0] - 0.1]
+
+
+def same(one, two):
+    """Whether two optima agree within their errors."""
+    assert abs(one.objective - two.objective) <= one.objective_error + two.objective_error
+    apart = np.abs(one.variables - two.variables)
+    assert np.all(apart <= one.variables_error + two.variables_error)
+    assert one.active_margins == two.active_margins
+
+
+@pytest.mark.parametrize(("unit", "size"), SCALES)
+def test_units_do_not_matter(unit, size):
+    plain = minimise(valley, [-2, -2], [2, 2], starts=5)
+
+    def scaled(x):
+        objective, margins = valley(x / unit)
+        return size * objective, margins
+
+    found = minimise(scaled, [-2 * unit, -2 * unit], [2 * unit, 2 * unit], starts=5)
+    assert found.variables / unit == pytest.approx(plain.variables, rel=1e-9)
+    assert found.objective / size == pytest.approx(plain.objective, rel=1e-13)
+    assert found.margin_multipliers / size == pytest.approx(plain.margin_multipliers, abs=1e-9)
+
+
+def test_order_of_starts_does_not_matter():
+    starts = 4 * spread(6, 2) - 2
+    forwards = minimise(valley, [-2, -2], [2, 2], starts=starts)
+    backwards = minimise(valley, [-2, -2], [2, 2], starts=starts[::-1])
+    same(forwards, backwards)
+    assert [one.found_by for one in forwards.optima] == [one.found_by for one in backwards.optima]
+
+
+def test_same_bytes_twice():
+    one, two = (minimise(valley, [-2, -2], [2, 2], starts=5) for _ in range(2))
+    assert one.variables.tobytes() == two.variables.tobytes()
+    assert one.variables_error.tobytes() == two.variables_error.tobytes()
+    assert (one.objective, one.objective_error) == (two.objective, two.objective_error)
+    assert one.evaluations == two.evaluations
+
+
+def test_of_equal_optima_the_nearest_to_the_first_start():
+    def double_well(x):
+        return (x[0] ** 2 - 1) ** 2 + 0.1, []
+
+    for first in (-0.7, 0.7):
+        found = minimise(double_well, [-2], [2], first=[first], starts=6)
+        assert found.variables[0] == pytest.approx(np.sign(first), abs=1e-9)
+        assert len(found.optima) == 2
+
+
+def test_redundant_limits_change_nothing():
+    plain = minimise(valley, [-2, -2], [2, 2], starts=3)
+
+    def repeated(x):
+        objective, margins = valley(x)
+        return objective, [margins[0], margins[1], 2 * margins[0], margins[1], 3.0]
+
+    found = minimise(repeated, [-2, -2], [2, 2], starts=3)
+    assert found.objective == pytest.approx(plain.objective, abs=2 * plain.objective_error)
+    assert found.variables == pytest.approx(plain.variables, abs=1e-9)
+
+
+def random_problem(rng):
+    """A convex objective and curved limits around an optimum that doubles hold exactly."""
+    size = int(rng.integers(1, 4))
+    holding = int(rng.integers(0, size + 1))
+    count = holding + int(rng.integers(0, 3))
+    rays = rng.integers(-8, 9, (size + 1, size)) / 8
+    weight = rng.integers(1, 9, size + 1) / 4
+    optimum = rng.integers(-24, 25, size) / 32
+    normals = rng.integers(-8, 9, (count, size)) / 8
+    is_held = np.arange(count) < holding
+    pull = np.where(is_held, rng.integers(0, 9, count) / 4, 0.0)
+    slack = np.where(is_held, 0.0, rng.integers(1, 9, count) / 4)
+    curl = rng.integers(0, 9, count) / 8
+
+    def evaluate(x):
+        away = x - optimum
+        objective = weight @ np.cosh(rays @ away) + pull @ (normals @ away) + away @ away / 4
+        return objective, normals @ away - curl * (away @ away) + slack
+
+    return evaluate, optimum, float(np.sum(weight))
+
+
+def test_errors_are_honest():
+    rng = np.random.default_rng(20080319)
+    trials, ratios, too_small = 150, [], 0
+    for _ in range(trials):
+        evaluate, optimum, objective = random_problem(rng)
+        found = minimise(evaluate, [-1] * optimum.size, [1] * optimum.size, starts=0)
+        away = np.abs(found.variables - optimum)
+        missed = abs(found.objective - objective)
+        too_small += bool(
+            missed > 10 * found.objective_error or np.any(away > 10 * found.variables_error)
+        )
+        ratios.append(found.variables_error / np.maximum(away, 1e-15))
+        assert found.objective_error < 1e-12
+    assert too_small <= 0.01 * trials
+    assert np.median(np.concatenate(ratios)) < 100
+
+
+def test_accuracy_of_the_values_reaches_the_errors():
+    """A limit known to 1e-6 only moves the optimum by as much."""
+
+    def slack(x, shift=0.0):
+        return (x[0] + 2) ** 2, [x[0] - 0.5 + shift]
+
+    rough = minimise(slack, [0], [1], starts=0, accuracy=1e-6)
+    off = minimise(lambda x: slack(x, 1e-6), [0], [1], starts=0)
+    assert abs(off.variables[0] - 0.5) <= rough.variables_error[0] < 1e-5
+    assert abs(off.objective - rough.objective) <= rough.objective_error < 1e-4
+
+
+def test_noise_is_measured():
+    def noisy(x):
+        return (x[0] - 0.3) ** 2 + 1e-9 * np.sin(1e10 * x[0]), []
+
+    found = minimise(noisy, [0], [1], starts=1)
+    assert abs(found.variables[0] - 0.3) <= 10 * found.variables_error[0]
+    assert abs(found.objective + 1e-9) <= 1e-8
+    assert 1e-10 < found.objective_error < 1e-7
+
+
+@pytest.mark.parametrize("dimension", [1, 2, 3, 6])
+def test_starts_are_spread_evenly(dimension):
+    points = spread(64, dimension)
+    assert points.shape == (64, dimension)
+    assert points.tobytes() == spread(128, dimension)[:64].tobytes()
+    for column in points.T:
+        counts = np.histogram(column, bins=8, range=(0, 1))[0]
+        assert np.all(np.abs(counts - 8) <= 3)
+
+
+def test_box_gives_its_bounds_and_round_trips():
+    box = Box(np.array([1e3, -2.0, 0.1]), np.array([1e6, 3.0, 0.3]))
+    assert list(box.logarithmic) == [True, False, False]
+    assert list(box.values(np.zeros(3))) == [1e3, -2.0, 0.1]
+    assert list(box.values(np.ones(3))) == [1e6, 3.0, 0.3]
+    unit = spread(20, 3)
+    assert np.array([box.unit(box.values(u)) for u in unit]) == pytest.approx(unit, abs=1e-14)
+    step = 1e-6
+    middle = np.full(3, 0.4)
+    slope = (box.values(middle + step) - box.values(middle - step)) / (2 * step)
+    assert box.slope(box.values(middle)) == pytest.approx(slope, rel=1e-8)

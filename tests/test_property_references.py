@@ -1,0 +1,218 @@
+"""Claim: references and limits are judged as the conventions say, whatever way they are written.
+
+The default tolerance is half a unit of the last printed digit; units convert; complex quantities
+count by magnitude; measured numbers and known differences are shown and never counted; of an
+array the worst entry is held against a limit and named.
+"""
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from report_samples import MOUNTS, ORDERS, generator, generator_case, quantity, result_of
+
+from vibecalc.errors import ResultError
+from vibecalc.report.printed import read_printed
+from vibecalc.report.references import counted_misses, judge_limits, judge_references, misses
+from vibecalc.results.record import Record, Result
+
+PATH = "isolation/lever_force/steady_peak"
+
+
+def with_value(value: Any, unit: str = "N", error: float | None = None, **tables: Any) -> Result:
+    record = Record()
+    axes = (MOUNTS,) if np.size(value) == 4 else (ORDERS,) if np.size(value) == 2 else ()
+    record.add(quantity(PATH, value, unit, *axes, error=error))
+    return result_of(record, generator_case(**tables))
+
+
+def judged(value: Any, row: dict[str, Any], unit: str = "N") -> Any:
+    entry = {"quantity": PATH, "source": "a table", **row}
+    return judge_references(with_value(value, unit, reference=[entry]))[0]
+
+
+def limited(value: Any, row: dict[str, Any], unit: str = "N", error: float = 0.0) -> Any:
+    return judge_limits(with_value(value, unit, error, limit=[{"quantity": PATH, **row}]))[0]
+
+
+@pytest.mark.parametrize(
+    ("value", "half_unit"),
+    [
+        ("93 N", 0.5),
+        ("0.079", 0.0005),
+        ("31.74 rad/s", 0.005),
+        (".0021 m", 0.00005),
+        (8209, 0.5),
+        (8209.0, 0.5),
+        (0.079, 0.0005),
+        ("8209.0", 0.05),
+        ("1e-3", 0.0005),
+        ("1.20e-3 m", 5e-6),
+        ("12e2 N", 50.0),
+        ("1_000.50", 0.005),
+        ("-0.30", 0.005),
+    ],
+)
+def test_half_a_unit_of_the_last_digit(value: float | str, half_unit: float) -> None:
+    assert read_printed(value).half_unit == pytest.approx(half_unit, rel=1e-15)
+
+
+@given(
+    st.integers(-(10**6), 10**6), st.integers(0, 8), st.floats(-0.499, 0.499), st.floats(0.501, 50)
+)
+def test_what_rounds_to_the_printed_value_is_within(
+    digits: int, decimals: int, inside: float, outside: float
+) -> None:
+    printed = f"{digits / 10**decimals:.{decimals}f} N"
+    step = 10.0**-decimals
+    assert judged(digits * step + inside * step, {"value": printed}).within is True
+    assert judged(digits * step + outside * step, {"value": printed}).within is False
+
+
+def test_the_edge_of_the_tolerance_is_inside() -> None:
+    assert judged(93.5, {"value": "93 N"}).within is True
+    assert judged(0.0795, {"value": "0.079"}, "").within is True
+    assert judged(np.nextafter(93.5, 94.0) + 1e-10, {"value": "93 N"}).within is False
+
+
+def test_units_convert_before_comparison() -> None:
+    row = judged(0.00211739, {"value": "2.1 mm"}, "m")
+    assert (row.unit, row.within) == ("mm", True)
+    assert row.computed == pytest.approx(2.11739, rel=1e-14)
+    assert row.tolerance == pytest.approx(0.05, rel=1e-14)
+    speed = judged(32.03, {"value": 305.9, "unit": "rpm", "atol": "0.1 rpm"}, "rad/s")
+    assert speed.unit == "rpm"
+    assert speed.computed == pytest.approx(305.86, abs=0.01)
+    assert speed.within is True
+
+
+def test_tolerances_given_win_over_digits() -> None:
+    assert judged(97.9, {"value": "93 N", "rtol": 0.06}).within is True
+    assert judged(97.9, {"value": "93 N", "rtol": 0.05}).within is False
+    assert judged(97.9, {"value": "93 N", "atol": 4.0}).within is False
+    assert judged(97.9, {"value": "93 N", "atol": "0.005 kN"}).within is True
+
+
+def test_complex_counts_by_magnitude() -> None:
+    row = judged(3.0 + 4.0j, {"value": "5 N"})
+    assert (row.computed, row.within) == (5.0, True)
+    assert judged([3.0j, -4.0 + 0j], {"value": "4.0", "where": {"order": 2}}).within is True
+
+
+def test_measured_and_known_rows_are_shown_and_never_counted() -> None:
+    measured = judged(98.0, {"value": "50 N", "kind": "measured"})
+    known = judged(98.0, {"value": "93 N", "known_difference": "a slip"})
+    assert (measured.verdict, measured.within, measured.agrees) == ("measured", None, False)
+    assert (known.verdict, known.within, known.agrees) == ("known difference", None, False)
+    assert judged(98.0, {"value": "98 N", "known_difference": "a slip"}).agrees is True
+    assert misses([measured, known], []) == []
+
+
+def test_a_miss_is_counted_with_its_numbers() -> None:
+    found = misses([judged(98.0, {"value": "93 N"})], [])
+    assert len(found) == 1
+    for word in (PATH, "93 N", "98", "0.5", "a table"):
+        assert word in found[0]
+
+
+def test_a_difference_to_zero_is_undefined() -> None:
+    row = judged(0.2, {"value": "0 N"})
+    assert row.relative_difference is None
+    assert row.within is True
+
+
+def test_an_infinite_result_is_outside() -> None:
+    row = judged(np.inf, {"value": "93 N"})
+    assert (row.within, row.relative_difference) == (False, None)
+
+
+def test_what_does_not_exist_is_said() -> None:
+    with pytest.raises(ResultError, match=r"lever_force/steady_pek.*nearest.*steady_peak"):
+        judge_references(
+            with_value(1.0, reference=[{"quantity": PATH[:-2] + "k", "value": 1, "source": "x"}])
+        )
+    with pytest.raises(ResultError, match="order"):
+        judged([1.0, 2.0], {"value": "1 N", "where": {"order": 7}})
+    with pytest.raises(ResultError, match=r"\[\[limit\]\].*no_such"):
+        judge_limits(with_value(1.0, limit=[{"quantity": "no_such/path", "max": 1.0}]))
+    with pytest.raises(ResultError, match=r"2 entries.*order"):
+        judged([1.0, 2.0], {"value": "1 N"})
+
+
+def test_start_is_looked_up_below_the_start() -> None:
+    record = Record()
+    record.add(quantity(PATH, 10.0, "N"))
+    record.add(quantity("optimisation/start/" + PATH, 93.2, "N"))
+    rows = [
+        {"quantity": PATH, "value": "93 N", "source": "s", "at": "start"},
+        {"quantity": PATH, "value": "10 N", "source": "s"},
+    ]
+    limits = [{"quantity": PATH, "max": "50 N", "at": "start"}, {"quantity": PATH, "max": "50 N"}]
+    result = result_of(record, generator_case(reference=rows, limit=limits))
+    assert [row.within for row in judge_references(result)] == [True, True]
+    assert [row.kept for row in judge_limits(result)] == [False, True]
+
+
+@given(st.lists(st.floats(-1e6, 1e6), min_size=4, max_size=4), st.floats(-1e6, 1e6))
+def test_the_worst_entry_of_an_array_counts_and_is_named(values: list[float], bound: float) -> None:
+    top = limited(values, {"max": bound})
+    bottom = limited(values, {"min": bound})
+    assert top.computed == max(values)
+    assert bottom.computed == min(values)
+    assert top.label == f"mount={1 + values.index(max(values))}"
+    assert top.kept == all(value <= bound for value in values)
+    assert bottom.kept == all(value >= bound for value in values)
+    assert top.margin == pytest.approx(bound - max(values), abs=1e-9)
+
+
+def test_where_narrows_what_a_limit_sees() -> None:
+    row = limited([1.0, 9.0, 2.0, 3.0], {"max": 5.0, "where": {"mount": "3"}})
+    assert (row.computed, row.kept) == (2.0, True)
+
+
+def test_kept_within_the_error_estimate() -> None:
+    assert limited(100.0 + 1e-9, {"max": "100 N"}, error=2e-9).kept is True
+    assert limited(100.0 + 1e-9, {"max": "100 N"}, error=0.5e-9).kept is False
+    assert limited(120.0, {"max": "100 N"}, error=math.inf).kept is False
+
+
+def test_both_sides_of_a_limit_and_units() -> None:
+    row = limited(250.0, {"max": "0.3 kN", "min": "100 N"})
+    assert (row.unit, row.min, row.max) == ("kN", pytest.approx(0.1), pytest.approx(0.3))
+    assert row.margin == pytest.approx(0.05)
+    low = limited(90.0, {"max": "300 N", "min": "100 N"})
+    assert low.kept is False
+    assert low.margin == pytest.approx(-10.0)
+
+
+def test_an_infinite_value_breaks_a_maximum() -> None:
+    row = limited([1.0, np.inf, 2.0, 3.0], {"max": "400 N"})
+    assert (row.kept, row.margin, row.label) == (False, -math.inf, "mount=2")
+    assert limited([1.0, np.nan, 2.0, 3.0], {"max": "400 N"}).kept is False
+    assert limited([1.0, np.nan, 2.0, 3.0], {"min": "0 N"}).kept is False
+
+
+def test_expected_to_be_broken_turns_the_miss_round() -> None:
+    broken = limited(500.0, {"max": "400 N", "expect": "broken"})
+    kept = limited(300.0, {"max": "400 N", "expect": "broken"})
+    plain = limited(500.0, {"max": "400 N"})
+    assert (broken.kept, broken.satisfied) == (False, True)
+    assert (kept.kept, kept.satisfied) == (True, False)
+    assert len(misses([], [broken, kept, plain])) == 2
+    assert "expected to be broken" in misses([], [kept])[0]
+
+
+def test_the_published_generator_comes_out() -> None:
+    result = generator()
+    references, limits = judge_references(result), judge_limits(result)
+    assert [row.within for row in references] == [True] * 5 + [None] * 2
+    assert references[5].relative_difference == pytest.approx(0.0537, abs=1e-4)
+    assert [row.satisfied for row in limits] == [True, True]
+    assert misses(references, limits) == []
+    assert counted_misses(result) == 0
+    missed = [{"quantity": PATH, "value": "93 N", "source": "Graph 2"}]
+    broken = [{"quantity": PATH, "max": "97 N"}, {"quantity": PATH, "max": "99 N"}]
+    assert counted_misses(generator(reference=missed, limit=broken)) == 2

@@ -1,0 +1,261 @@
+"""Claim: the text report has fixed columns and stable digits, says what it has and nothing more.
+
+No line is wider than 100 columns, equal results give equal text, values within their error print
+as 0, infinite ones in words, and results that no section knows appear without a change here.
+"""
+
+import dataclasses
+import io
+import math
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from report_samples import (
+    generator,
+    generator_case,
+    optimised,
+    quantity,
+    result_of,
+    rigid_body,
+)
+from rich.console import Console
+
+from vibecalc.report.numbers import show, show_percent, show_phase
+from vibecalc.report.tables import Column, fold, number, table
+from vibecalc.report.terminal import plain_summary, print_summary, summary
+from vibecalc.report.text import render_report, render_verdicts
+from vibecalc.results.record import Axis, Record
+
+SAMPLES = {"generator": generator, "rigid_body": rigid_body, "optimised": optimised}
+
+
+@pytest.mark.parametrize("name", SAMPLES)
+def test_pages_are_narrow_and_clean(name: str) -> None:
+    text = render_report(SAMPLES[name](), full=True)
+    assert max(len(line) for line in text.splitlines()) <= 100
+    assert all(line == line.rstrip() for line in text.splitlines())
+    assert not re.search(r"\b(nan|inf|None|array|np\.)\b", text)
+
+
+@pytest.mark.parametrize("name", SAMPLES)
+def test_equal_results_give_equal_text(name: str) -> None:
+    assert render_report(SAMPLES[name]()) == render_report(SAMPLES[name]())
+
+
+def test_what_changes_from_run_to_run_stands_at_the_end() -> None:
+    first = generator()
+    second = dataclasses.replace(
+        first, provenance={"host": "elsewhere"}, timings={"excitation": 9.0}
+    )
+    parts = [render_report(result).split("Provenance") for result in (first, second)]
+    assert parts[0][0] == parts[1][0]
+    assert parts[0][1] != parts[1][1]
+
+
+def test_changed_numbers_change_their_lines_only() -> None:
+    before = render_report(generator()).splitlines()
+    changed = generator()
+    path = "isolation/pitch/inertia"
+    old = changed.record.quantities[path]
+    changed.record.quantities[path] = dataclasses.replace(old, values=np.asarray(9999.25))
+    after = render_report(changed).splitlines()
+    assert len(before) == len(after)
+    different = [line for line, other in zip(before, after, strict=True) if line != other]
+    assert 1 <= len(different) <= 2
+    assert all("inertia" in line for line in different)
+
+
+def test_the_generator_reads_as_it_should() -> None:
+    text = render_report(generator())
+    assert "(sec. 2.2)" in text
+    for words in (
+        "Three-cylinder generator set on four mounts",
+        "4900.00 rpm (513.127 rad/s)",
+        "2 of 2 limits are kept; 5 of 5 counted published numbers come out",
+        "known [1]",
+        "[1] the source takes sqrt(2) times the speed",
+        "5.05104 Hz",
+        "305.769 rpm",
+        "zero at every order: force x, force y, force z, couple x, couple z",
+        "Den Hartog 1956",
+        "vibecalc run cases/generator.toml",
+        "ab" * 32,
+    ):
+        assert words in text
+    balance = text[text.index("order 1          angle deg") :].splitlines()
+    first = ["120.00", "-0.300000", "0.866025", "-0.500000", "-0.259808", "0.150000"]
+    assert balance[2].split() == ["1", *first]
+    assert balance[6].split() == ["total", "0", "0", "-0.519615", "0"]
+
+
+def test_sections_appear_for_what_is_there() -> None:
+    text = render_report(rigid_body())
+    assert "Isolation" in text
+    assert "Excitation" not in text
+    assert "Optimisation" not in text
+    assert "The case names no limit and no reference." in text
+    assert "mode 3 is at order 2" in text
+    assert "97.00" in text
+
+
+def test_an_optimum_is_shown_beside_its_start() -> None:
+    lines = render_report(optimised()).splitlines()
+    stiffness = next(line for line in lines if "machine.mounts.each.stiffness" in line).split()
+    assert stiffness[1:4] == ["10000.0", "14321.0", "N/m"]
+    damping = next(line for line in lines if "machine.mounts.each.damping" in line)
+    assert damping.endswith("at upper")
+    assert not any("excitation/couple_peak (worst)" in line for line in lines)
+    held = next(line for line in lines if "steady_peak max 100 N" in line).split()
+    assert held[-4:] == ["0", "0.0125000", "m", "active"]
+    searches = [line.split() for line in lines if re.fullmatch(r"  \d +\S+ +(yes|no) +\d+", line)]
+    assert [search[1] for search in searches] == ["0.0260000", "failed", "0.0300000"]
+
+
+def test_balance_angles_belong_to_the_entries_not_to_the_case() -> None:
+    result = optimised()
+    for name, values in (("sine", np.sin), ("cosine", np.cos)):
+        path = f"excitation/balance/{name}"
+        turned = values(np.outer([1, 2], np.radians([30.0, 100.0, 200.0])))
+        old = result.record.quantities[path]
+        result.record.quantities[path] = dataclasses.replace(old, values=turned)
+        shifted = dataclasses.replace(
+            result.record.quantities[f"excitation/balance/position_{name}"],
+            values=turned * np.array([-0.3, 0.0, 0.3]),
+        )
+        result.record.quantities[f"excitation/balance/position_{name}"] = shifted
+    text = render_report(result)
+    first = text[text.index("order 1          angle deg") :].splitlines()
+    second = text[text.index("order 2          angle deg") :].splitlines()
+    assert [line.split()[1] for line in first[2:5]] == ["30.00", "100.00", "200.00"]
+    assert [line.split()[1] for line in second[2:5]] == ["60.00", "200.00", "40.00"]
+    assert [line.split()[2] for line in second[2:5]] == ["-0.300000", "0", "0.300000"]
+
+
+def test_broken_limits_are_told_with_place_and_size() -> None:
+    text = render_report(
+        generator(limit=[{"quantity": "isolation/support_force/run_up_peak", "max": "50 N"}])
+    )
+    assert "0 of 1 limit is kept" in text
+    assert "run_up_peak at mount=1 breaks its bound by 0.51" in text
+    assert "BROKEN" in text
+
+
+def test_a_masked_run_up_is_unbounded_in_words() -> None:
+    result = generator(limit=[])
+    spans = Axis(name="masked", values=np.array([1]))
+    for name, value in (("low", 31.0), ("centre", 31.7), ("high", 32.4)):
+        result.record.add(quantity(f"isolation/masked/{name}", [value], "rad/s", spans))
+    path = "isolation/lever_force/run_up_peak"
+    old = result.record.quantities[path]
+    result.record.quantities[path] = dataclasses.replace(old, values=np.asarray(np.inf))
+    text = render_report(result)
+    assert re.search(r"lever_force/run_up_peak +unbounded N", text)
+    assert "Speeds left out" in text
+    assert re.search(r"1 +31\.0000 +31\.7000 +32\.4000", text)
+
+
+def test_unknown_results_show_up_without_changes() -> None:
+    record = Record()
+    record.add(quantity("torsion/largest_stress", 41.25e6, "Pa"))
+    masses = Axis(name="station", values=np.array(["damper", "flywheel"], dtype=object))
+    record.add(quantity("torsion/twist", [1e-3, 2e-3], "rad", masses))
+    record.add(quantity("torsion/map", np.ones((2, 2)), "rad", masses, masses))
+    text = render_report(result_of(record, generator_case()))
+    assert re.search(r"torsion/largest_stress +4\.12500e\+07 Pa", text)
+    assert re.search(r"flywheel +0\.00200000", text)
+    assert "in the result file only: torsion/map" in text
+
+
+@given(st.floats(-1e307, 1e307), st.integers(3, 9))
+def test_shown_numbers_hold_their_digits(value: float, digits: int) -> None:
+    text = show(value, digits=digits)
+    if abs(value) > 1e-300:
+        assert abs(float(text) - value) <= 0.5001 * 10.0 ** (1 - digits) * abs(value)
+    mantissa = text.split("e")[0].lstrip("-").replace(".", "").lstrip("0")
+    assert value == 0.0 or len(mantissa) == max(digits, len(text.split(".")[0].lstrip("-")))
+
+
+@given(st.floats(1e-12, 1e12), st.floats(0.0, 1.0))
+def test_what_is_within_its_error_is_zero(error: float, share: float) -> None:
+    assert show(share * error, error) == "0"
+    assert show(-share * error, error) == "0"
+    assert show(complex(0.0, share * error), error) == "0"
+    assert show_phase(complex(0.0, share * error), error) == "-"
+    assert show(2.0 * error, error) != "0"
+
+
+def test_special_values_have_words() -> None:
+    assert show(math.inf) == "unbounded"
+    assert show(-math.inf) == "-unbounded"
+    assert show(math.nan) == "undefined"
+    assert show(np.int64(12345678)) == "12345678"
+    assert show(3.5, error=math.inf) == "3.50000"
+    assert show_percent(None) == "-"
+    assert show_percent(-1e-9) == "0.0000 %"
+    assert show_phase(-1.0 + 1e-17j) == show_phase(-1.0 - 1e-17j) == "180.00"
+    assert show_phase(1.0 - 1e-17j) == "0.00"
+
+
+@given(st.lists(st.text(st.characters(codec="ascii", exclude_categories=["C"])), max_size=5))
+def test_tables_keep_their_columns_and_lose_no_letter(cells: list[str]) -> None:
+    columns = (Column("name", 11), number("value", 7))
+    lines = table(columns, [(cell, cell) for cell in cells])
+    assert all(len(line) <= 2 + 11 + 1 + 7 for line in lines)
+    left = "".join(line[2:13] for line in lines[2:]).replace(" ", "")
+    assert left == "".join(cells).replace(" ", "")
+
+
+@given(st.text(st.characters(codec="ascii", exclude_categories=["C"])), st.integers(3, 40))
+def test_folding_keeps_every_letter(text: str, width: int) -> None:
+    lines = fold(text, width)
+    assert all(len(line) <= width for line in lines)
+    assert "".join(lines).replace(" ", "") == text.replace(" ", "")
+
+
+def test_the_terminal_shows_what_differs_and_some_of_what_comes_out() -> None:
+    row = {"quantity": "isolation/lever_force/rigid_peak", "source": "Graph 1"}
+    rows = [{**row, "value": "9329 N"}] * 30 + [{**row, "value": "9000 N"}]
+    result = generator(reference=rows)
+    brief, all_of_it = plain_summary(result), render_report(result)
+    assert "and 20 more published numbers that come out" in brief
+    assert (brief.count(" within"), brief.count("OUTSIDE")) == (10, 1)
+    assert (all_of_it.count(" within"), all_of_it.count("OUTSIDE")) == (30, 1)
+
+
+def test_verdicts_name_every_miss() -> None:
+    path = "isolation/lever_force/steady_peak"
+    limit = [{"quantity": path, "max": "97 N"}, {"quantity": path, "max": "99 N"}]
+    text = render_verdicts(generator(limit=limit))
+    assert max(len(line) for line in text.splitlines()) <= 100
+    assert text.count("MISSED") == 1
+    assert f"MISSED limit on {path} is broken: 97.9987 N, margin -0.999" in text
+    assert "1 of 2 limits is kept" in text
+
+
+def test_a_summary_in_a_pipe_ends_with_the_files(capsys: pytest.CaptureFixture[str]) -> None:
+    print_summary(generator(), Path("outputs/generator.h5"))
+    printed = capsys.readouterr().out
+    assert printed.startswith(plain_summary(generator()))
+    assert printed.endswith("wrote outputs/generator.h5 and generator.txt\n")
+
+
+def test_the_terminal_summary_is_plain_where_there_is_no_terminal() -> None:
+    output = io.StringIO()
+    summary(generator(), Console(file=output, width=100))
+    text = output.getvalue()
+    assert "\x1b" not in text
+    for words in ("97.9987", "9329.33", "within", "known difference", "kept", "5 of 5"):
+        assert words in text
+    plain = plain_summary(generator())
+    assert max(len(line) for line in plain.splitlines()) <= 100
+    for words in ("97.9987", "9329.33", "known [1]", "kept", "5 of 5"):
+        assert words in plain
+    assert "warning: mode 3" in plain_summary(rigid_body())
+    coloured = io.StringIO()
+    summary(rigid_body(), Console(file=coloured, width=100, force_terminal=True))
+    assert "\x1b[" in coloured.getvalue()
+    assert "warning" in coloured.getvalue()

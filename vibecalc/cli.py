@@ -1,0 +1,270 @@
+"""The command line: parse, call, print, exit code. Heavy imports stand inside the commands."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from vibecalc.errors import EXIT_DIFFERS, EXIT_FINE, UsageError, VibecalcError
+from vibecalc.report.help_page import Command, Group
+
+if TYPE_CHECKING:
+    from vibecalc.case.load import LoadedCase
+    from vibecalc.results.record import Result
+
+HELP = "Vibration of machines with pistons: a TOML case in, an HDF5 result and a report out."
+
+app = typer.Typer(
+    cls=Group,
+    help=HELP,
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    add_completion=False,
+    rich_markup_mode=None,
+)
+
+Cases = Annotated[list[Path], typer.Argument(metavar="CASE", help="Case files (TOML).")]
+Results = Annotated[list[Path], typer.Argument(metavar="RESULT", help="Result files (HDF5).")]
+Settings = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="KEY=VALUE", help="Change a key, the value read as TOML."),
+]
+Json = Annotated[bool, typer.Option("--json", help="Print JSON on stdout and nothing else.")]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print no summary.")]
+Output = Annotated[
+    Path | None,
+    typer.Option("--output", "-o", help="File, or folder when it exists or ends with '/'."),
+]
+
+
+def _show_version(asked: bool) -> None:
+    if asked:
+        from vibecalc import __version__
+
+        typer.echo(f"vibecalc {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    version: Annotated[
+        bool,
+        typer.Option("--version", callback=_show_version, is_eager=True, help="Show the version."),
+    ] = False,
+) -> None:
+    pass
+
+
+@app.command(cls=Command)
+def run(
+    cases: Cases,
+    output: Annotated[
+        str | None,
+        typer.Option("--output", "-o", help="File, or folder when it exists or ends with '/'."),
+    ] = None,
+    settings: Settings = None,
+    json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Run cases: write outputs/<case>.h5 and outputs/<case>.txt and print a summary."""
+    from vibecalc.report.files import result_paths, write_outputs
+
+    loaded = _load(cases, settings)
+    paths = result_paths([case.name for case in loaded], output)
+    objects: list[dict[str, Any]] = []
+    worst: VibecalcError | None = None
+    for case, path in zip(loaded, paths, strict=True):
+        try:
+            result = _execute(case, quiet or json)
+        except VibecalcError as error:
+            if len(loaded) == 1:
+                raise
+            typer.echo(f"error: {case.path}: {error}", err=True)
+            worst = error if worst is None or error.exit_code > worst.exit_code else worst
+            continue
+        write_outputs(result, path)
+        if json:
+            from vibecalc.report.machine_readable import as_json
+
+            objects.append(as_json(result, path))
+        elif not quiet:
+            _summary(result, path)
+    if json:
+        _print_json(objects, single=len(loaded) == 1)
+    if worst is not None:
+        raise typer.Exit(worst.exit_code)
+
+
+@app.command(cls=Command)
+def check(cases: Cases, settings: Settings = None, json: Json = False) -> None:
+    """Validate cases and show what a run would do and why. Nothing is computed."""
+    from vibecalc.study.execute import plan_texts
+
+    plans = [(case, plan_texts(case.case)) for case in _load(cases, settings)]
+    if json:
+        objects = [
+            {
+                "case": str(case.path),
+                "title": case.case.title,
+                "sha256": case.sha256,
+                "plan": plan,
+            }
+            for case, plan in plans
+        ]
+        _print_json(objects, single=len(objects) == 1)
+        return
+    from vibecalc.report.plan import render_plan
+
+    typer.echo("\n\n".join(render_plan(str(case.path), case.case, plan) for case, plan in plans))
+
+
+@app.command(cls=Command)
+def verify(cases: Cases, settings: Settings = None, json: Json = False) -> None:
+    """Run cases and exit 1 if a counted reference or limit is missed. Writes no files."""
+    from vibecalc.report.references import counted_misses
+
+    objects: list[dict[str, Any]] = []
+    misses = 0
+    loaded = _load(cases, settings)
+    for case in loaded:
+        result = _execute(case, json)
+        misses += counted_misses(result)
+        if json:
+            from vibecalc.report.machine_readable import as_json
+
+            objects.append(as_json(result, None))
+        else:
+            from vibecalc.report.text import render_verdicts
+
+            typer.echo(render_verdicts(result))
+    if json:
+        _print_json(objects, single=len(loaded) == 1)
+    raise typer.Exit(EXIT_DIFFERS if misses else EXIT_FINE)
+
+
+@app.command(cls=Command)
+def report(
+    results: Results,
+    full: Annotated[bool, typer.Option("--full", help="List every quantity.")] = False,
+) -> None:
+    """Print the text report of result files; nothing is recomputed."""
+    from vibecalc.report.text import render_report
+    from vibecalc.results.store import read_result
+
+    for path in results:
+        typer.echo(render_report(read_result(path), full=full), nl=False)
+
+
+@app.command(cls=Command)
+def diff(
+    reference: Annotated[Path, typer.Argument(help="Golden result file.", show_default=False)],
+    candidate: Annotated[
+        Path, typer.Argument(help="Result file to hold against it.", show_default=False)
+    ],
+    rules: Annotated[Path | None, typer.Option(help="Tolerances per quantity (TOML).")] = None,
+    json: Json = False,
+    junit: Annotated[Path | None, typer.Option(help="Also write a JUnit XML file.")] = None,
+    accept: Annotated[
+        bool, typer.Option("--accept", help="Make the candidate's numbers the golden ones.")
+    ] = False,
+) -> None:
+    """Compare two results with tolerances that know physics: exit 0 same, 1 differ, 2 unusable."""
+    if accept:
+        from vibecalc.results.accept import accept as make_golden
+
+        make_golden(candidate, reference)
+        typer.echo(f"{reference} now holds the numbers of {candidate}")
+        return
+    from vibecalc.report.differences import differences_object, render_differences, render_junit
+    from vibecalc.results.compare import compare
+    from vibecalc.results.rules import read_rules
+    from vibecalc.results.store import read_result
+
+    tolerances = None if rules is None else read_rules(rules)
+    comparison = compare(read_result(reference), read_result(candidate), tolerances)
+    if junit is not None:
+        from vibecalc.report.files import write_text
+
+        write_text(render_junit(comparison), junit)
+    if json:
+        _print_json([differences_object(comparison)], single=True)
+    else:
+        typer.echo(render_differences(comparison))
+    raise typer.Exit(EXIT_FINE if comparison.same else EXIT_DIFFERS)
+
+
+@app.command(cls=Command)
+def plot(results: Results, output: Output = None) -> None:
+    """Draw the pictures of result files beside them, or into a folder."""
+    from vibecalc.report.plots import draw
+    from vibecalc.results.store import read_result
+
+    for path in results:
+        for picture in draw(read_result(path), output or path.parent):
+            typer.echo(str(picture))
+
+
+@app.command(cls=Command)
+def new(
+    scene: Annotated[str, typer.Argument(help="Kind of scene; `list` names them.")] = "list",
+    output: Output = None,
+) -> None:
+    """Write a commented starter case to stdout or to a file."""
+    from vibecalc.case.template import SCENES, starter
+
+    if scene == "list":
+        width = max(map(len, SCENES))
+        for name, what in SCENES.items():
+            typer.echo(f"{name:<{width}}  {_first_line(what)}")
+        return
+    _write_text(starter(scene), output)
+
+
+@app.command(cls=Command)
+def schema(output: Output = None) -> None:
+    """Print the JSON schema of case files, for editors."""
+    import json
+
+    from vibecalc.case.template import json_schema
+
+    _write_text(json.dumps(json_schema(), indent=2) + "\n", output)
+
+
+def _load(paths: list[Path], settings: list[str] | None) -> "list[LoadedCase]":
+    from vibecalc.study.load import load_checked
+
+    return load_checked(paths, settings or ())
+
+
+def _execute(case: "LoadedCase", quiet: bool) -> "Result":
+    from vibecalc.study.execute import execute
+
+    return execute(case, progress=not quiet)
+
+
+def _summary(result: "Result", path: Path) -> None:
+    from vibecalc.report.terminal import print_summary
+
+    print_summary(result, path)
+
+
+def _print_json(objects: list[dict[str, Any]], single: bool) -> None:
+    import json
+
+    typer.echo(json.dumps(objects[0] if single and objects else objects, indent=2))
+
+
+def _first_line(scene: Any) -> str:
+    return str(getattr(scene, "about", scene)).splitlines()[0]
+
+
+def _write_text(text: str, output: Path | None) -> None:
+    if output is None:
+        typer.echo(text, nl=False)
+        return
+    from vibecalc.report.files import write_text
+
+    if output.exists():
+        raise UsageError(f"{output} exists already; remove it or choose another name")
+    write_text(text, output)
+    typer.echo(f"wrote {output}")

@@ -1,0 +1,1 @@
+"""The rigid machine on its mounts: response, transmitted forces, run-up."""

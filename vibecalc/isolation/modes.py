@@ -1,0 +1,172 @@
+"""Undamped natural frequencies and modes of a rigid body on its mounts."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from vibecalc.errors import NumericalFailure
+from vibecalc.isolation.rigid_body import Matrices
+from vibecalc.isolation.rounding import UNIT_ROUNDOFF
+
+#: eigenvalues closer than this many error estimates count as one, repeated
+CLUSTER = 16.0
+
+_NO_MASS = (
+    "the mass matrix of the body is not positive definite: every direction needs a positive mass "
+    "or moment of inertia, and the mass centre has to fit them"
+)
+
+
+class Modes(NamedTuple):
+    """Modes in ascending order of frequency, errors absolute.
+
+    `natural_frequency` (modes,) in rad/s; `shape` (6, modes), mass-normalised, the largest
+    component (by kinetic energy) positive; `eigenvalue` is the frequency squared. Modes whose
+    frequencies agree to rounding span a space in which any basis would do: theirs is the one
+    nearest to the coordinates, and their error is that of the space.
+    """
+
+    natural_frequency: np.ndarray
+    natural_frequency_error: np.ndarray
+    shape: np.ndarray
+    shape_error: np.ndarray
+    eigenvalue: np.ndarray
+    eigenvalue_error: np.ndarray
+
+
+def modes(matrices: Matrices) -> Modes:
+    """Solve K v = w^2 M v for all modes.
+
+    The coordinates are scaled to unit mass, so metres and radians may differ by any factor; the
+    problem is reduced by Cholesky factors, and one Newton step on all eigenpairs at once recovers
+    the digits that low modes lose beside stiff ones. Raises NumericalFailure if the mass matrix is
+    not positive definite. Source of the step: T. Ogita and K. Aishima (2018), Iterative refinement
+    for symmetric eigenvalue decomposition, Japan J. Indust. Appl. Math. 35, algorithm 1.
+    """
+    mass, stiffness = matrices.mass, matrices.stiffness
+    diagonal = np.diagonal(mass)
+    if not np.all(diagonal > 0.0):
+        raise NumericalFailure(_NO_MASS)
+    scale = 1.0 / np.sqrt(diagonal)
+    try:
+        lower = np.linalg.cholesky(mass * np.outer(scale, scale))
+    except np.linalg.LinAlgError:
+        raise NumericalFailure(_NO_MASS) from None
+    half = np.linalg.solve(lower, stiffness * np.outer(scale, scale))
+    reduced = np.linalg.solve(lower, half.T)
+    _, vectors = np.linalg.eigh(0.5 * (reduced + reduced.T))
+    shape = scale[:, None] * np.linalg.solve(lower.T, vectors)
+    for _ in range(2):
+        shape = _refine(matrices, shape)
+    eigenvalue, coupling = _eigenvalues(matrices, shape)
+    order = np.argsort(eigenvalue, kind="stable")
+    shape, eigenvalue = shape[:, order], eigenvalue[order]
+    coupling = coupling[np.ix_(order, order)]
+    error = _eigenvalue_error(eigenvalue, coupling)
+    shape, cluster = _settle_repeated(mass, shape, eigenvalue, error)
+    shape = shape * _sign(mass, shape)
+    frequency = np.sqrt(np.maximum(eigenvalue, 0.0))
+    above = np.sqrt(np.maximum(eigenvalue, 0.0) + error) - frequency
+    below = frequency - np.sqrt(np.maximum(eigenvalue - error, 0.0))
+    return Modes(
+        frequency,
+        np.maximum(above, below) + UNIT_ROUNDOFF * frequency,
+        shape,
+        _shape_error(shape, eigenvalue, coupling, cluster),
+        eigenvalue,
+        error,
+    )
+
+
+def _refine(matrices: Matrices, shape: np.ndarray) -> np.ndarray:
+    """One Ogita-Aishima step for the pencil (K, M): quadratic where eigenvalues are apart."""
+    gram = shape.T @ matrices.mass @ shape
+    energy = shape.T @ matrices.stiffness @ shape
+    rest = np.eye(6) - gram
+    eigenvalue = np.diagonal(energy) / np.diagonal(gram)
+    gap = np.subtract.outer(eigenvalue, eigenvalue).T
+    numerator = energy + eigenvalue[None, :] * rest
+    # a pair too close to be told apart is only made orthonormal
+    close = np.abs(numerator) >= 1e-3 * np.abs(gap)
+    correction = np.where(close, 0.5 * rest, numerator / np.where(close, 1.0, gap))
+    refined: np.ndarray = shape + shape @ correction
+    return refined
+
+
+def _eigenvalues(matrices: Matrices, shape: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Rayleigh quotients, and how strongly the modes are still coupled, errors included."""
+    gram = shape.T @ matrices.mass @ shape
+    energy = shape.T @ matrices.stiffness @ shape
+    eigenvalue = np.diagonal(energy) / np.diagonal(gram)
+    size = np.abs(shape)
+    rounding = 14.0 * UNIT_ROUNDOFF
+    doubt_k = matrices.stiffness_error + rounding * np.abs(matrices.stiffness)
+    doubt_m = matrices.mass_error + rounding * np.abs(matrices.mass)
+    mean = np.sqrt(np.outer(np.abs(eigenvalue), np.abs(eigenvalue)))
+    larger = np.maximum.outer(np.abs(eigenvalue), np.abs(eigenvalue))
+    off = np.abs(energy - 0.5 * np.add.outer(eigenvalue, eigenvalue) * gram)
+    np.fill_diagonal(off, 0.0)
+    doubt = size.T @ doubt_k @ size + np.maximum(mean, larger) * (size.T @ doubt_m @ size)
+    return eigenvalue, off + doubt
+
+
+def _eigenvalue_error(eigenvalue: np.ndarray, coupling: np.ndarray) -> np.ndarray:
+    """First-order doubt of each quotient plus the second-order effect of the coupling."""
+    gap = np.abs(np.subtract.outer(eigenvalue, eigenvalue))
+    apart = gap > coupling
+    second = coupling * np.divide(coupling, gap, out=np.ones_like(gap), where=apart)
+    np.fill_diagonal(second, 0.0)
+    error: np.ndarray = np.diagonal(coupling) + np.sum(second, axis=1)
+    return error
+
+
+def _settle_repeated(
+    mass: np.ndarray, shape: np.ndarray, eigenvalue: np.ndarray, error: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Give repeated modes the basis nearest to the coordinates; also each mode's cluster number."""
+    apart = np.diff(eigenvalue) > CLUSTER * (error[1:] + error[:-1])
+    cluster = np.concatenate([[0], np.cumsum(apart)])
+    settled = shape.copy()
+    for number in range(cluster[-1] + 1):
+        members = np.flatnonzero(cluster == number)
+        if len(members) > 1:
+            settled[:, members] = _nearest_basis(mass, shape[:, members])
+    return settled, cluster
+
+
+def _nearest_basis(mass: np.ndarray, basis: np.ndarray) -> np.ndarray:
+    """Mass-orthonormal basis of the same space, built from projections of the coordinates."""
+    remaining = basis
+    found = []
+    while remaining.shape[1]:
+        # energy that a unit motion along each coordinate puts into the space
+        share = np.sum(np.square(mass @ remaining), axis=1) / np.diagonal(mass)
+        pivot = int(np.argmax(share > (1.0 - 1e-6) * np.max(share)))
+        direction = remaining.T @ mass[:, pivot]
+        rotation, _ = np.linalg.qr(
+            np.column_stack([direction, np.eye(len(direction))]), mode="reduced"
+        )
+        found.append(remaining @ rotation[:, 0])
+        remaining = remaining @ rotation[:, 1:]
+    return np.column_stack(found)
+
+
+def _sign(mass: np.ndarray, shape: np.ndarray) -> np.ndarray:
+    """+1 or -1 per mode so that its largest component, weighed by energy, is positive."""
+    weighed = shape * np.sqrt(np.diagonal(mass))[:, None]
+    size = np.abs(weighed)
+    # ties within rounding go to the first coordinate, so that the sign never flickers
+    largest = np.argmax(size > (1.0 - 1e-6) * np.max(size, axis=0), axis=0)
+    return np.where(weighed[largest, np.arange(6)] < 0.0, -1.0, 1.0)
+
+
+def _shape_error(
+    shape: np.ndarray, eigenvalue: np.ndarray, coupling: np.ndarray, cluster: np.ndarray
+) -> np.ndarray:
+    """First-order mixing with the modes outside of the own cluster, plus rounding."""
+    gap = np.abs(np.subtract.outer(eigenvalue, eigenvalue))
+    outside = cluster[:, None] != cluster[None, :]
+    mixing = np.where(outside, coupling / np.where(outside, gap, 1.0), 0.0)
+    size = np.abs(shape)
+    error: np.ndarray = size @ np.minimum(mixing, 1.0) + 32.0 * UNIT_ROUNDOFF * size
+    return error

@@ -1,0 +1,194 @@
+"""The pitch model: a rigid machine that only turns about the axis across its crankshaft.
+
+With x along the crankshaft, z up and the angle right-handed about y, a mount at x moves by
+-x * angle along z. Source: N. Gibson, Dynamics 3 assignment (2008), equations 13 to 19, whose
+"4 L^2 k" is the sum of k x^2 over four mounts at x = +L and -L.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from vibecalc.isolation.rounding import DATA_ROUNDINGS, SINGULAR, UNIT_ROUNDOFF, WithError
+
+
+class Pitch(NamedTuple):
+    """One freedom, all fields broadcastable over leading axes; errors are absolute.
+
+    `inertia` (kg m^2), `stiffness`, `structural` (loss factor times stiffness; both N m/rad),
+    `damping` (N m s/rad), undamped `natural_frequency` (rad/s), `damping_ratio` (viscous share
+    plus half the loss factor, exact at the natural frequency), and `rounding`, the relative error
+    that stiffness, structural and damping share as sums of positive terms.
+    """
+
+    inertia: np.ndarray
+    stiffness: np.ndarray
+    structural: np.ndarray
+    damping: np.ndarray
+    natural_frequency: np.ndarray
+    natural_frequency_error: np.ndarray
+    damping_ratio: np.ndarray
+    damping_ratio_error: np.ndarray
+    rounding: float
+
+
+def pitch_model(
+    inertia: np.ndarray | float,
+    position: np.ndarray,
+    stiffness: np.ndarray,
+    damping: np.ndarray,
+    structural: np.ndarray,
+) -> Pitch:
+    """Sums over the mounts (last axis) of what resists pitching.
+
+    Parameters
+    ----------
+    inertia : (...) about the pitch axis, kg m^2.
+    position : (..., mounts) along the crankshaft from the pitch axis, m.
+    stiffness, damping, structural : (..., mounts) vertical, N/m, N s/m and N/m (loss factor
+        times stiffness), none negative. The total stiffness has to be positive.
+
+    Source: Gibson (2008), equations 13 to 15.
+    """
+    moment_of_inertia = np.asarray(inertia, dtype=float)
+    lever_squared = np.square(position)
+    total_stiffness = np.sum(stiffness * lever_squared, axis=-1)
+    total_damping = np.sum(damping * lever_squared, axis=-1)
+    total_structural = np.sum(structural * lever_squared, axis=-1)
+    frequency = np.sqrt(total_stiffness / moment_of_inertia)
+    ratio = 0.5 * (
+        total_damping / (frequency * moment_of_inertia) + total_structural / total_stiffness
+    )
+    rounding = (np.shape(position)[-1] + 2 + DATA_ROUNDINGS) * UNIT_ROUNDOFF
+    return Pitch(
+        moment_of_inertia,
+        total_stiffness,
+        total_structural,
+        total_damping,
+        frequency,
+        rounding * frequency,
+        ratio,
+        2.0 * rounding * ratio,
+        rounding,
+    )
+
+
+def pitch_dynamic_stiffness(pitch: Pitch, frequency: np.ndarray) -> WithError:
+    """K (1 + i loss) + i w C - w^2 I at excitation frequencies (..., orders), in N m/rad.
+
+    The error holds what is left of the digits where stiffness and inertia cancel.
+    """
+    stiffness = pitch.stiffness[..., None]
+    inertial = np.square(frequency) * pitch.inertia[..., None]
+    lagging = pitch.structural[..., None] + frequency * pitch.damping[..., None]
+    value = (stiffness - inertial) + 1j * lagging
+    loss = (pitch.rounding + 2.0 * UNIT_ROUNDOFF) * np.hypot(stiffness + inertial, lagging)
+    return WithError(value, loss)
+
+
+def angle_harmonics(
+    pitch: Pitch,
+    couple: np.ndarray,
+    couple_error: np.ndarray | float,
+    frequency: np.ndarray,
+    left_out: np.ndarray | bool = False,
+) -> WithError:
+    """Complex pitch angle (rad, 0-pk) under couples about +y, per order.
+
+    Parameters
+    ----------
+    couple : (..., orders) N m, complex 0-pk at each order, with absolute `couple_error`.
+    frequency : (..., orders) rad/s, order times crank speed.
+    left_out : (..., orders) orders that do not drive the undamped machine: their angle is zero.
+
+    Source: Gibson (2008), equation 17, with the phase kept. Trusts that no driven order stands on
+    an undamped resonance: `vibecalc.isolation.singular` refuses that before.
+    """
+    resisting = pitch_dynamic_stiffness(pitch, frequency)
+    flexibility = np.where(left_out, 0.0, 1.0 / np.where(left_out, 1.0, resisting.value))
+    value = couple * flexibility
+    size = np.abs(value)
+    error = np.abs(flexibility) * (couple_error + size * resisting.error)
+    return WithError(value, error + 8.0 * UNIT_ROUNDOFF * size)
+
+
+def transmissibility(pitch: Pitch, frequency: np.ndarray) -> WithError:
+    """Complex couple on the ground over couple on the body, at frequencies (..., orders).
+
+    Infinite on an undamped natural frequency, where the order must not be driven. Source: Gibson
+    (2008), equation 18, with the phase kept.
+    """
+    resisting = pitch_dynamic_stiffness(pitch, frequency)
+    passing = (
+        pitch.stiffness[..., None]
+        + 1j * pitch.structural[..., None]
+        + 1j * (frequency * pitch.damping[..., None])
+    )
+    magnitude = np.abs(resisting.value)
+    lost = resisting.error >= SINGULAR * magnitude
+    value = np.where(lost, np.inf, passing / np.where(lost, 1.0, resisting.value))
+    relative = resisting.error / np.where(lost, 1.0, magnitude) + pitch.rounding
+    error = (relative + 10.0 * UNIT_ROUNDOFF) * np.where(lost, 0.0, np.abs(value))
+    return WithError(value, error)
+
+
+def transmitted_couple(pitch: Pitch, angle: WithError, frequency: np.ndarray) -> WithError:
+    """Complex couple of all mounts on the ground (..., orders), in N m, from the pitch angle."""
+    passing = (
+        pitch.stiffness[..., None]
+        + 1j * pitch.structural[..., None]
+        + 1j * (frequency * pitch.damping[..., None])
+    )
+    value = passing * angle.value
+    rounding = pitch.rounding + 8.0 * UNIT_ROUNDOFF
+    return WithError(value, np.abs(passing) * angle.error + rounding * np.abs(value))
+
+
+def support_displacement(angle: WithError, position: np.ndarray) -> WithError:
+    """Vertical displacement (..., mounts, orders) of the body at mounts along x, in m, z up."""
+    arm = np.asarray(position)[..., :, None]
+    value = -arm * angle.value[..., None, :]
+    error = np.abs(arm) * angle.error[..., None, :] + 2.0 * UNIT_ROUNDOFF * np.abs(value)
+    return WithError(value, error)
+
+
+def support_force(
+    displacement: WithError,
+    frequency: np.ndarray,
+    stiffness: np.ndarray,
+    damping: np.ndarray,
+    structural: np.ndarray,
+) -> WithError:
+    """Vertical force of each mount on the ground (..., mounts, orders), N, positive up.
+
+    A mount that is pressed down presses the ground down: the force has the sign of the
+    displacement. `frequency` is (..., orders), the properties are (..., mounts).
+    """
+    spring = np.asarray(stiffness)[..., :, None] + 1j * np.asarray(structural)[..., :, None]
+    damper = np.asarray(damping)[..., :, None] * np.asarray(frequency)[..., None, :]
+    passing = spring + 1j * damper
+    value = passing * displacement.value
+    rounding = (4.0 + DATA_ROUNDINGS) * UNIT_ROUNDOFF
+    error = np.abs(passing) * displacement.error + rounding * np.abs(value)
+    return WithError(value, error)
+
+
+def support_share(position: np.ndarray, stiffness: np.ndarray) -> np.ndarray:
+    """Force of each mount on the ground per unit couple about +y, body held still, in 1/m.
+
+    The quasi-static share -k x / sum of k x^2: what `support_force` tends to at low frequency, and
+    in stiff mounts of the same stiffness ratios at any frequency.
+    """
+    moment = np.asarray(stiffness) * position
+    share: np.ndarray = -moment / np.sum(moment * position, axis=-1, keepdims=True)
+    return share
+
+
+def lever_force(couple: WithError, lever: np.ndarray | float) -> WithError:
+    """Couple over a lever, in N: the source's own reading of "the force on a support".
+
+    It is the force of one pair of supports a distance `lever` from the pitch axis if that pair
+    alone resisted; four equal supports carry a quarter each. Source: Gibson, equations 11, 12.
+    """
+    value = couple.value / lever
+    return WithError(value, couple.error / lever + UNIT_ROUNDOFF * np.abs(value))

@@ -1,0 +1,39 @@
+"""Where an order may meet a natural frequency, and how close it may come."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from vibecalc.isolation.pitch import Pitch
+from vibecalc.isolation.rounding import SINGULAR, UNIT_ROUNDOFF, WithError
+
+
+class Resonances(NamedTuple):
+    """Natural frequencies with what decides whether an order may stand on them.
+
+    `frequency`, `damping_ratio` (modes,): rad/s and 1. `half_width` (modes,): relative distance
+    from the frequency within which fewer than four digits of an undamped response remain.
+    `idle` (orders, modes): the order does not drive the mode, its modal force is zero to rounding.
+    """
+
+    frequency: np.ndarray
+    damping_ratio: np.ndarray
+    half_width: np.ndarray
+    idle: np.ndarray
+
+    def exposed(self) -> np.ndarray:
+        """Relative half width (modes,) of the forbidden zone; zero where damping closes it."""
+        squared = np.square(self.half_width) - np.square(self.damping_ratio)
+        width: np.ndarray = np.sqrt(np.maximum(squared, 0.0))
+        return width
+
+
+def pitch_resonances(pitch: Pitch, couple: WithError) -> Resonances:
+    """The one resonance of a pitch model without leading axes, couples (orders,) at any scale."""
+    loss = 2.0 * (pitch.rounding + 2.0 * UNIT_ROUNDOFF)
+    return Resonances(
+        np.reshape(pitch.natural_frequency, 1),
+        np.reshape(pitch.damping_ratio, 1),
+        np.array([0.5 * loss / SINGULAR]),
+        (np.abs(couple.value) <= 4.0 * couple.error)[:, None],
+    )

@@ -1,0 +1,1 @@
+"""Motion of the slider-crank, exact and as harmonics."""

@@ -1,0 +1,109 @@
+"""Can this crank train turn, and does anything move in it?"""
+
+from vibecalc.case import parts
+from vibecalc.case.schema import Case
+from vibecalc.errors import KeyPath, Problem
+from vibecalc.machine.crank_train import build_crank_train, rod_share
+from vibecalc.machine.frame import DIRECTIONS
+
+TRAIN: KeyPath = ("machine", "crank_train")
+
+
+def crank_train_problems(case: Case) -> list[Problem]:
+    """Problems of directions, lengths, masses and of the series chosen for the motion."""
+    train = case.machine.crank_train
+    masses = _masses(case)
+    return [*_directions(train), *_lengths(train), *_series(case), *masses]
+
+
+def _directions(train: parts.CrankTrain) -> list[Problem]:
+    if train.axis != train.stroke:
+        return []
+    others = " or ".join(repr(name) for name in DIRECTIONS if name != train.axis)
+    return [
+        Problem(
+            path=(*TRAIN, "stroke"),
+            message="the pistons cannot move along the crankshaft",
+            found=f"stroke = '{train.stroke}', and axis = '{train.axis}'",
+            allowed=f"{others} with this axis",
+            also=(*TRAIN, "axis"),
+        )
+    ]
+
+
+def _lengths(train: parts.CrankTrain) -> list[Problem]:
+    radius, offset = train.crank_radius, abs(train.wrist_pin_offset)
+    reach = radius + offset
+    if train.rod_length > reach:
+        return []
+    what = " plus the wrist-pin offset" if offset else ""
+    return [
+        Problem(
+            path=(*TRAIN, "rod_length"),
+            message=f"connecting rod must be longer than the crank radius{what}",
+            found=f"{train.rod_length:.6g} m",
+            allowed=f"> {reach:.6g} m",
+            hint="the ratio of crank radius to rod length is usually 0.2 to 0.35, i.e. a rod of "
+            f"{radius / 0.35:.2g} to {radius / 0.2:.2g} m here",
+            also=(*TRAIN, "crank_radius"),
+        )
+    ]
+
+
+def _series(case: Case) -> list[Problem]:
+    offset = case.machine.crank_train.wrist_pin_offset
+    if case.kinematics is None or case.kinematics.series != "truncated" or offset == 0.0:
+        return []
+    return [
+        Problem(
+            path=("kinematics", "series"),
+            message="the truncated series has no term for a wrist-pin offset",
+            found=f"series = 'truncated' with an offset of {offset:.6g} m",
+            allowed="series = 'exact', or no offset",
+            also=(*TRAIN, "wrist_pin_offset"),
+        )
+    ]
+
+
+def _masses(case: Case) -> list[Problem]:
+    train = case.machine.crank_train
+    problems = []
+    rod = train.rod
+    if rod is not None and rod_share(train) > 1.0:
+        problems.append(
+            Problem(
+                path=(*TRAIN, "rod", "crank_pin_to_mass_centre"),
+                message="the rod's mass centre lies beyond its wrist pin",
+                found=f"{rod.crank_pin_to_mass_centre:.6g} m from the crank pin",
+                allowed=f"at most the rod length, {train.rod_length:.6g} m",
+                also=(*TRAIN, "rod_length"),
+            )
+        )
+    if problems:
+        return problems
+    arrays = build_crank_train(train)
+    moving = float(arrays.reciprocating_mass.sum() + arrays.rotating_mass.sum())
+    unbalance = sum(weight.unbalance for weight in train.counterweights)
+    unbalance += sum(shaft.unbalance for shaft in train.balance_shafts)
+    if moving == 0.0 and unbalance == 0.0:
+        problems.append(
+            Problem(
+                path=(*TRAIN, "reciprocating_mass"),
+                message="nothing in the crank train has a mass, so nothing shakes the body",
+                found="reciprocating and rotating masses of 0 kg",
+                allowed="a mass above zero on at least one cylinder, throw, weight or shaft",
+            )
+        )
+    body = case.machine.body
+    if body is not None and moving >= body.mass:
+        problems.append(
+            Problem(
+                path=("machine", "body", "mass"),
+                message="the moving parts weigh more than the whole machine, which includes them",
+                found=f"{body.mass:.6g} kg, with {moving:.6g} kg of pistons, rods and throws",
+                allowed=f"> {moving:.6g} kg",
+                hint="masses are in kg unless they carry a unit, as in '400 g'",
+                also=TRAIN,
+            )
+        )
+    return problems

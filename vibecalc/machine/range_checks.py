@@ -1,0 +1,68 @@
+"""Numbers so large or small that products of them leave the range of double precision."""
+
+from collections.abc import Iterator
+from typing import Any
+
+from vibecalc.case.schema import Case
+from vibecalc.errors import KeyPath, Problem
+
+LARGEST = 1e20
+SMALLEST = 1e-20
+LARGEST_ANGLE = 1e6
+ANGLES = frozenset({"crank_phase", "bank_angle", "phase", "orientation"})
+#: Keys whose value may be as small as it likes: coordinates, shares and differences.
+MAY_VANISH = frozenset(
+    {"position", "positions", "origin", "wrist_pin_offset", "inertia_products", "gravity", "from"}
+)
+
+
+def _numbers(value: Any, path: KeyPath) -> Iterator[tuple[KeyPath, float]]:
+    if isinstance(value, dict):
+        for key, entry in value.items():
+            yield from _numbers(entry, (*path, key))
+    elif isinstance(value, list | tuple):
+        for index, entry in enumerate(value):
+            yield from _numbers(entry, (*path, index))
+    elif isinstance(value, float):
+        yield path, value
+
+
+def range_problems(case: Case) -> list[Problem]:
+    """One problem for each number of machine, excitation and isolation that is out of range."""
+    tables = case.model_dump(
+        include={"machine", "excitation", "isolation"}, by_alias=True, exclude_none=True
+    )
+    problems = []
+    for path, value in _numbers(tables, ()):
+        key = next(str(part) for part in reversed(path) if isinstance(part, str))
+        size = abs(value)
+        if key in ANGLES:
+            if size > LARGEST_ANGLE:
+                problems.append(
+                    Problem(
+                        path=path,
+                        message="the angle is too large to mean anything in double precision",
+                        found=f"{value:.6g} rad",
+                        allowed=f"magnitude up to {LARGEST_ANGLE:.0e} rad",
+                        hint="angles are in radians unless they carry a unit, as in '120 deg'",
+                    )
+                )
+        elif size > LARGEST:
+            problems.append(
+                Problem(
+                    path=path,
+                    message="the number is too large to compute with",
+                    found=f"{value:.6g} in SI units",
+                    allowed=f"magnitude up to {LARGEST:.0e} in SI units",
+                )
+            )
+        elif 0.0 < size < SMALLEST and key not in MAY_VANISH:
+            problems.append(
+                Problem(
+                    path=path,
+                    message="the number is too small to compute with",
+                    found=f"{value:.6g} in SI units",
+                    allowed=f"zero where that is allowed, or a magnitude from {SMALLEST:.0e}",
+                )
+            )
+    return problems

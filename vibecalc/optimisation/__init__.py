@@ -1,0 +1,1 @@
+"""Search: the best values of some variables within bounds, with limits kept."""

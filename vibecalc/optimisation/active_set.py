@@ -1,0 +1,178 @@
+"""The last digits of a smooth optimum: Newton's method on the conditions that hold it."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from vibecalc.errors import NumericalFailure
+from vibecalc.optimisation.differences import Gradient, gradient, measured_noise
+from vibecalc.optimisation.multipliers import Active, Pulls, balance, identify
+from vibecalc.optimisation.newton import Step, newton_step
+from vibecalc.optimisation.sampler import Values
+
+CLOSENESS = (1e-6, 1e-4, 3e-3)
+ROUNDS = 12
+#: sum of gradients, in scaled units, that counts as none
+BALANCED = 1e-5
+#: share of the last step that may still be missing after it
+_SLACK = 1e-2
+
+
+class Polished(NamedTuple):
+    """An optimum on the unit cube, in scaled units; `error` (n,) is of `unit`."""
+
+    unit: np.ndarray
+    error: np.ndarray
+    rise: float
+    active: Active
+    pulls: Pulls
+    free_directions: int
+    least_curvature: float
+
+
+def polish(sampler: Values, start: np.ndarray, accuracy: float) -> Polished | None:
+    """Refine the end of a local search; None where no smooth optimum is found nearby.
+
+    Parameters
+    ----------
+    sampler : Values
+    start : (n,) array
+        Point of the unit cube close to a local optimum.
+    accuracy : float
+        Relative error of the objective, and absolute error of margins, where the caller knows.
+
+    Returns
+    -------
+    polished : Polished or None
+        `rise` bounds the distance of the objective from that of the exact optimum.
+
+    Notes
+    -----
+    Conditions that hold (entries equal to the largest, margins at zero, variables on bounds) are
+    met by Newton's method with their pseudo-inverse; along the directions they leave, by Newton's
+    method with the curvature of the Lagrangian (null-space method: J. Nocedal and S. J. Wright,
+    Numerical Optimization, 2nd ed. 2006, sec. 18.3). A condition with a multiplier of the wrong
+    sign is dropped, one that is violated is added.
+    """
+    try:
+        noise = measured_noise(sampler, start)
+        slopes = gradient(sampler, start, noise)
+        vector = sampler(start)
+        assert vector is not None
+        is_entry = np.arange(vector.size) < sampler.entries
+        bias = accuracy * np.where(is_entry, np.abs(vector), np.maximum(1.0, np.abs(vector)))
+        tried: list[tuple[object, ...]] = []
+        for closeness in CLOSENESS:
+            active, pulls = identify(vector, slopes.first, sampler.entries, start, closeness)
+            key = (active.entries, active.margins, *active.sides.tolist())
+            if pulls.residual <= 0.3 and key not in tried:
+                tried.append(key)
+                polished = _from(sampler, start, noise, bias, slopes, active, pulls)
+                if polished is not None:
+                    return polished
+    except NumericalFailure:
+        pass
+    return None
+
+
+def _from(
+    sampler: Values,
+    start: np.ndarray,
+    noise: np.ndarray,
+    bias: np.ndarray,
+    slopes: Gradient,
+    active: Active,
+    pulls: Pulls,
+) -> Polished | None:
+    """Newton steps and changes of the active set until nothing moves."""
+    unit = start
+    last = np.inf
+    for _ in range(ROUNDS):
+        if np.any(slopes.kinked & (np.abs(pulls.weights) > 1e-9)):
+            return None
+        step = newton_step(sampler, unit, slopes, noise, bias, active, pulls)
+        if step is None or np.max(np.abs(step.unit - start)) > 0.1:
+            return None
+        unit = step.unit
+        adjusted = _adjust(sampler, unit, noise, active)
+        if adjusted is None and step.length < 1e-4:
+            ratio = min(0.95, step.length / last)  # near zero, but where the optimum is singular
+            if _SLACK * step.length <= np.max(step.error) or ratio > 0.3:
+                dropped = _wrong_sign(pulls, slopes, active)
+                if dropped is None:
+                    missing = max(_SLACK, ratio / (1 - ratio)) * step.length
+                    return _accepted(step, missing, slopes, active, pulls)
+                active, last = dropped, np.inf
+            else:
+                last = step.length
+        elif adjusted is not None:
+            active, last = adjusted, np.inf
+        slopes = gradient(sampler, unit, noise)
+        pulls = balance(slopes.first, sampler.entries, active)
+    return None
+
+
+def _accepted(
+    step: Step, missing: float, slopes: Gradient, active: Active, pulls: Pulls
+) -> Polished | None:
+    """The end of the iteration with all its errors, or None if the gradients do not balance."""
+    blur = np.abs(pulls.weights) @ slopes.error
+    if pulls.residual > BALANCED or np.max(blur) > 1e2 * BALANCED:
+        return None
+    # a bound that hardly pulls may be a little off the exact optimum
+    weak = (active.sides != 0) & (np.abs(pulls.bounds) <= 10 * blur)
+    far = np.where(active.sides == 0, missing, 0.0)
+    return Polished(
+        unit=step.unit,
+        error=step.error + far + np.where(weak, 10 * blur, 0.0),
+        rise=step.rise + float(np.abs(pulls.left) @ far),
+        active=active,
+        pulls=pulls,
+        free_directions=step.free_directions,
+        least_curvature=step.least_curvature,
+    )
+
+
+def _adjust(sampler: Values, unit: np.ndarray, noise: np.ndarray, active: Active) -> Active | None:
+    """The active set with the worst violated condition added, or None if there is none."""
+    vector = sampler(unit)
+    assert vector is not None
+    entries = sampler.entries
+    margins = vector[entries:]
+    top = vector[active.entries[0]]
+    over = np.concatenate([vector[:entries] - top, -margins]) - 10 * noise
+    over[list(active.entries)] = -1.0
+    over[[entries + index for index in active.margins]] = -1.0
+    if np.max(over) <= 1e-12:
+        walls = (active.sides == 0) & ((unit <= 0) | (unit >= 1))
+        if np.any(walls):
+            sides = np.where(walls, np.where(unit <= 0, -1, 1), active.sides)
+            return active._replace(sides=sides)
+        return None
+    worst = int(np.argmax(over))
+    if worst < entries:
+        return active._replace(entries=(*active.entries, worst))
+    return active._replace(margins=(*active.margins, worst - entries))
+
+
+def _wrong_sign(pulls: Pulls, slopes: Gradient, active: Active) -> Active | None:
+    """The active set without its most wrongly pulling condition, or None if all pull rightly."""
+    size = float(np.linalg.norm(np.abs(pulls.entries) @ np.abs(slopes.first[: pulls.entries.size])))
+    tolerance = 1e-7 * max(size, 1e-300)
+    lengths = np.linalg.norm(slopes.first[pulls.entries.size :], axis=1)
+    bad: list[tuple[float, str, int]] = []
+    bad += [(pulls.entries[i] * size, "entry", i) for i in active.entries]
+    bad += [(pulls.margins[j] * lengths[j], "margin", j) for j in active.margins]
+    bad += [
+        (-side * pulls.bounds[i], "bound", i) for i, side in enumerate(active.sides) if side != 0
+    ]
+    value, kind, index = min(bad)
+    if value >= -tolerance:
+        return None
+    if kind == "entry":
+        return active._replace(entries=tuple(i for i in active.entries if i != index))
+    if kind == "margin":
+        return active._replace(margins=tuple(j for j in active.margins if j != index))
+    sides = active.sides.copy()
+    sides[index] = 0
+    return active._replace(sides=sides)

@@ -1,0 +1,151 @@
+"""Derivatives from values, with the error they carry."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from vibecalc.errors import NumericalFailure
+from vibecalc.optimisation.sampler import Values
+
+#: spacings on the unit cube that are tried in turn, until truncation is below the noise
+SPACINGS = (2e-3, 2e-4, 2e-5, 2e-6)
+#: jump of a derivative, in scaled units, that counts as one
+KINK = 1e-5
+_EPS = float(np.finfo(float).eps)
+
+
+class Slope(NamedTuple):
+    """First and second derivative along a direction, (p + m,) each, with their errors.
+
+    `kinked` marks values whose derivative jumps here.
+    """
+
+    first: np.ndarray
+    second: np.ndarray
+    error: np.ndarray
+    second_error: np.ndarray
+    kinked: np.ndarray
+
+
+class Gradient(NamedTuple):
+    """Derivatives by the coordinates of the unit cube, (p + m, n), their errors, and kinks."""
+
+    first: np.ndarray
+    error: np.ndarray
+    kinked: np.ndarray
+
+
+def slope(sampler: Values, unit: np.ndarray, direction: np.ndarray, noise: np.ndarray) -> Slope:
+    """Differentiate along a unit direction through five equispaced points inside the unit cube.
+
+    Parameters
+    ----------
+    unit, direction : (n,) arrays
+        Point of the unit cube and direction.
+    noise : (p + m,) array
+        Absolute noise of the values.
+
+    Notes
+    -----
+    Near a wall the five points shift inwards. Truncation is judged from the difference to the
+    formula through the three nearest of them; where it exceeds the noise the spacing shrinks.
+    """
+    best: Slope | None = None
+    for spacing in SPACINGS:
+        found = _at_spacing(sampler, unit, direction, noise, spacing)
+        if found is None:
+            continue
+        candidate, truncation = found
+        if best is None:
+            best = candidate
+        else:
+            better = (best.kinked & ~candidate.kinked) | (
+                (best.kinked == candidate.kinked) & (candidate.error < best.error)
+            )
+            best = Slope(*(np.where(better, n, o) for n, o in zip(candidate, best, strict=True)))
+        if not np.any(best.kinked) and np.all(
+            truncation <= np.maximum(candidate.error - truncation, 1e-9)
+        ):
+            break
+    if best is None:
+        raise NumericalFailure(
+            f"no derivative at {sampler.box.values(unit).tolist()}: its surroundings cannot be "
+            "evaluated"
+        )
+    return best
+
+
+def gradient(sampler: Values, unit: np.ndarray, noise: np.ndarray) -> Gradient:
+    """Derivatives of all entries and margins by all coordinates, with `slope`."""
+    slopes = [slope(sampler, unit, direction, noise) for direction in np.eye(unit.size)]
+    return Gradient(
+        first=np.stack([one.first for one in slopes], axis=1),
+        error=np.stack([one.error for one in slopes], axis=1),
+        kinked=np.any([one.kinked for one in slopes], axis=0),
+    )
+
+
+def measured_noise(sampler: Values, unit: np.ndarray) -> np.ndarray:
+    """Absolute noise of the values, (p + m,), from high differences of nine close points.
+
+    Round-off of the values is the floor. J. J. More and S. M. Wild, Estimating computational
+    noise, SIAM J. Sci. Comput. 33 (2011), 1292-1314.
+    """
+    direction = np.where(unit < 0.5, 1.0, -1.0) / np.sqrt(unit.size)
+    values = [sampler(unit + 1e-7 * step * direction) for step in range(9)]
+    known = np.array([value for value in values if value is not None])
+    floor: np.ndarray = _EPS * np.max(np.abs(known), axis=0)
+    if len(known) < 9:
+        return np.asarray(4.0 * floor)
+    noise = floor
+    for order in (4, 5, 6):
+        difference = np.diff(known, n=order, axis=0)
+        gain = float(np.prod(np.arange(order + 1, 2 * order + 1) / np.arange(1, order + 1)))
+        noise = np.maximum(noise, np.sqrt(np.mean(difference**2, axis=0) / gain))
+    return np.asarray(3.0 * noise)
+
+
+def _at_spacing(
+    sampler: Values, unit: np.ndarray, direction: np.ndarray, noise: np.ndarray, spacing: float
+) -> tuple[Slope, np.ndarray] | None:
+    speed = np.where(direction == 0, 1.0, np.abs(direction))
+    upwards = np.where(direction >= 0, 1.0 - unit, unit)
+    downwards = np.where(direction >= 0, unit, 1.0 - unit)
+    moves = direction != 0
+    ahead = float(np.min(np.where(moves, upwards / speed, np.inf))) / spacing
+    behind = float(np.min(np.where(moves, downwards / speed, np.inf))) / spacing
+    first_node = (
+        -2
+        if min(ahead, behind) >= 2
+        else (-min(int(behind), 2) if ahead > behind else min(int(ahead), 2) - 4)
+    )
+    nodes = np.arange(first_node, first_node + 5.0)
+    values = [sampler(np.clip(unit + spacing * node * direction, 0, 1)) for node in nodes]
+    if any(value is None for value in values):
+        return None
+    table = np.array(values)
+    weights = _weights(nodes, 1) / spacing
+    nearest = np.sort(np.argsort(np.abs(nodes), kind="stable")[:3])
+    rough = _weights(nodes[nearest], 1) @ table[nearest] / spacing
+    first = weights @ table
+    bend = _weights(nodes, 2) / spacing**2
+    second = bend @ table
+    rough_second = _weights(nodes[nearest], 2) @ table[nearest] / spacing**2
+    gap = np.abs(first - rough)
+    size = np.abs(first) + spacing * np.abs(second) + gap
+    truncation = gap * np.minimum(1.0, 6.0 * gap / np.where(size > 0, size, 1.0))
+    scatter = np.maximum(noise, 2 * _EPS * np.max(np.abs(table), axis=0))
+    error = truncation + np.sum(np.abs(weights)) * scatter
+    second_error = np.sum(np.abs(bend)) * scatter
+    # a kink bends by its jump over the spacing, however small that is, and by 5 points unlike 3
+    unlike = np.abs(second - rough_second)
+    kinked = (unlike > 0.04 * np.abs(second) + 4 * second_error) & (unlike * spacing > KINK)
+    return Slope(first, second, error, second_error, kinked), truncation
+
+
+def _weights(nodes: np.ndarray, derivative: int) -> np.ndarray:
+    """Weights on the nodes that give a derivative at 0 exactly for polynomials."""
+    powers = nodes[None, :] ** np.arange(nodes.size)[:, None]
+    target = np.zeros(nodes.size)
+    target[derivative] = float(derivative)  # 1! and 2!
+    return np.linalg.solve(powers, target)

@@ -1,0 +1,182 @@
+"""The last digits of an optimum on a kink: planes sampled around it, and a linear programme."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from vibecalc.optimisation.differences import measured_noise
+from vibecalc.optimisation.sampler import Values
+from vibecalc.optimisation.starts import spread
+
+FIRST_RADIUS = 3e-3
+LARGEST_RADIUS = 5e-2
+LAST_RADIUS = 1e-5
+MOST_ROUNDS = 150
+#: price of a violated margin, in units of the scaled objective
+PRICE = 1e3
+#: share of the promised fall that makes a step worth while
+WORTH = 0.1
+
+
+class Settled(NamedTuple):
+    """The end of the descent on the unit cube; `rise` and `error` as in `active_set`.
+
+    `residual` is the fall that the planes still promise, over the radius and the steepest slope;
+    `margins` (m,) and `bounds` (n,) are the multipliers of the last linear programme.
+    """
+
+    unit: np.ndarray
+    error: np.ndarray
+    rise: float
+    residual: float
+    margins: np.ndarray
+    bounds: np.ndarray
+
+
+class _Lowest(NamedTuple):
+    unit: np.ndarray
+    merit: float
+    margins: np.ndarray
+    bounds: np.ndarray
+
+
+class _Plane(NamedTuple):
+    """Values (p + m,) and gradients (p + m, n) at a point (n,)."""
+
+    point: np.ndarray
+    values: np.ndarray
+    first: np.ndarray
+
+
+def settle(sampler: Values, start: np.ndarray) -> Settled | None:
+    """Descend on a function whose pieces meet in kinks, such as the largest of hidden curves.
+
+    Parameters
+    ----------
+    sampler : Values
+    start : (n,) array
+        Point of the unit cube close to a local optimum.
+
+    Returns
+    -------
+    settled : Settled or None
+        None where the surroundings cannot be evaluated.
+
+    Notes
+    -----
+    Around the best point gradients are sampled at points of a low-discrepancy sequence, which
+    keeps them off the kinks themselves. Their tangent planes show the pieces that meet there; a
+    linear programme finds the lowest point of all planes within a radius. If it is not lower in
+    truth, planes are added near it; once that does not help the radius shrinks. For the idea see
+    J. V. Burke, A. S. Lewis, M. L. Overton, SIAM J. Optim. 15 (2005), 751-779.
+    """
+    offsets = iter(2 * spread(8 * MOST_ROUNDS + 2 * start.size, start.size) - 1)
+    unit, merit = start, _merit(sampler, start)
+    radius = FIRST_RADIUS
+    patience = start.size + 3
+    vain = 0
+    planes: list[_Plane] = []
+    news = [(unit, 0.5)] * (2 * start.size + 1)
+    for _ in range(MOST_ROUNDS):
+        found = [_plane(sampler, point, size * radius, next(offsets)) for point, size in news]
+        planes = [
+            plane
+            for plane in planes + [one for one in found if one is not None]
+            if np.max(np.abs(plane.point - unit)) <= 1.5 * radius
+        ]
+        lowest = _lowest(planes, sampler.entries, unit, radius) if planes else None
+        if lowest is None:
+            return None
+        promised = max(0.0, merit - lowest.merit)
+        step = float(np.max(np.abs(lowest.unit - unit)))
+        fall = merit - _merit(sampler, lowest.unit)
+        news = [(unit, 0.5), (lowest.unit, 0.1), (lowest.unit, 0.02)]
+        if fall > 0:
+            unit, merit = lowest.unit, merit - fall
+        if fall > WORTH * promised:
+            vain = 0
+            if step > 0.9 * radius:
+                radius = min(LARGEST_RADIUS, 2 * radius)
+            continue
+        vain += 1
+        if vain < patience and promised > 1e-13:
+            continue
+        if radius <= LAST_RADIUS:
+            slopes = [np.linalg.norm(plane.first[: sampler.entries], axis=1) for plane in planes]
+            residual = promised / (radius * max(1.0, float(np.max(slopes))))
+            noise = float(np.max(measured_noise(sampler, unit)[: sampler.entries]))
+            error = np.full(unit.size, radius + step + np.sqrt(2 * noise))
+            # a gradient taken across a kink lifts a plane a little: count the promise fourfold
+            rise = 4 * promised + 1e-12 + 2 * noise
+            return Settled(unit, error, rise, residual, lowest.margins, lowest.bounds)
+        vain = 0
+        radius = max(LAST_RADIUS, min(0.25 * radius, 4 * step))
+    return None
+
+
+def _merit(sampler: Values, unit: np.ndarray) -> float:
+    vector = sampler(unit)
+    if vector is None:
+        return np.inf
+    violated = np.max(-vector[sampler.entries :], initial=0.0)
+    return float(np.max(vector[: sampler.entries]) + PRICE * violated)
+
+
+def _plane(sampler: Values, unit: np.ndarray, size: float, offset: np.ndarray) -> _Plane | None:
+    """The tangent plane at a point beside `unit`, or None if it cannot be evaluated there."""
+    point = np.clip(unit + size * offset, 0, 1)
+    step = min(1e-7, 2e-3 * size)
+    centre = sampler(point)
+    if centre is None:
+        return None
+    columns = []
+    for axis in range(unit.size):
+        beside = point.copy()
+        beside[axis] += step if point[axis] < 0.5 else -step
+        value = sampler(beside)
+        if value is None:
+            return None
+        columns.append((value - centre) / (beside[axis] - point[axis]))
+    return _Plane(point, centre, np.stack(columns, axis=1))
+
+
+def _lowest(planes: list[_Plane], entries: int, unit: np.ndarray, radius: float) -> _Lowest | None:
+    """The lowest point of all cuts within the radius, and the merit promised there."""
+    from scipy.optimize import linprog
+
+    size = unit.size
+    points, values, first = (np.array(part) for part in zip(*planes, strict=True))
+    count, rows = values.shape
+    height = values + np.einsum("krn,kn->kr", first, unit - points)
+    tilt = first * radius
+    scale = max(float(np.max(np.abs(tilt[:, :entries]))), 1e-300)
+    top = float(np.max(height[:, :entries]))
+    # unknowns: step / radius (n), height above the top / scale, violation / scale
+    objective = np.hstack(
+        [tilt[:, :entries].reshape(-1, size) / scale, np.tile([-1.0, 0.0], (count * entries, 1))]
+    )
+    margin = np.hstack(
+        [
+            -tilt[:, entries:].reshape(-1, size) / scale,
+            np.tile([0.0, -1.0], (count * (rows - entries), 1)),
+        ]
+    )
+    right = np.concatenate([top - height[:, :entries].ravel(), height[:, entries:].ravel()])
+    least, most = np.maximum(-1.0, -unit / radius), np.minimum(1.0, (1 - unit) / radius)
+    bounds = [*zip(least.tolist(), most.tolist(), strict=True), (None, None), (0.0, None)]
+    found = linprog(
+        np.append(np.zeros(size), [1.0, PRICE]),
+        A_ub=np.vstack([objective, margin]),
+        b_ub=right / scale,
+        bounds=bounds,
+        method="highs-ds",
+    )
+    if found.x is None:
+        return None
+    duals = -np.asarray(found.ineqlin.marginals)[count * entries :]
+    margins = np.sum(duals.reshape(count, rows - entries), axis=0)
+    walls = np.where(least > -1.0, found.lower.marginals[:size], 0.0)
+    walls = walls + np.where(most < 1.0, found.upper.marginals[:size], 0.0)
+    merit = top + scale * float(found.x[size] + PRICE * found.x[size + 1])
+    lowest = np.clip(unit + radius * found.x[:size], 0, 1)
+    return _Lowest(lowest, merit, margins, walls * scale / radius)

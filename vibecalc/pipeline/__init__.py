@@ -1,0 +1,1 @@
+"""One run: what is planned, why, and the stages in their order."""

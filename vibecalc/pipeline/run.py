@@ -1,0 +1,64 @@
+"""One run: the planned stages in their order, each timed, into one record."""
+
+import importlib
+import time
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from vibecalc.errors import NumericalFailure
+from vibecalc.machine.build import build_machine
+from vibecalc.machine.checks import machine_warnings
+from vibecalc.pipeline.plan import StagePlan, plan_case
+from vibecalc.pipeline.scene import Scene
+from vibecalc.results.record import Record
+
+if TYPE_CHECKING:
+    from vibecalc.case.schema import Case
+
+
+def run_case(
+    case: "Case",
+    *,
+    timings: dict[str, float] | None = None,
+    wanted: frozenset[str] | None = None,
+) -> Record:
+    """Run the stages that `case` asks for.
+
+    Parameters
+    ----------
+    case : a case whose form, physics and targets have been checked.
+    timings : filled with seconds per stage.
+    wanted : result paths to compute, for studies that run a case many times; None is all.
+
+    Raises
+    ------
+    NumericalFailure : when a quantity has no trustworthy value.
+    """
+    started = time.perf_counter()
+    scene = Scene(case=case, parts=build_machine(case.machine), wanted=wanted)
+    clock = timings if timings is not None else {}
+    if wanted is None:
+        for warning in machine_warnings(case):
+            scene.warn(warning)
+    clock["machine"] = time.perf_counter() - started
+    for stage in plan_case(case):
+        if stage.is_last and not scene.wants(*stage.quantities):
+            continue
+        started = time.perf_counter()
+        _run_stage(stage, scene)
+        clock[stage.stage] = time.perf_counter() - started
+    return scene.record
+
+
+def _run_stage(stage: StagePlan, scene: Scene) -> None:
+    """Run one adapter; an overflow or an undefined operation on the way is a failure, not a NaN."""
+    adapter = importlib.import_module(f"vibecalc.pipeline.stages.{stage.module}")
+    try:
+        with np.errstate(over="raise", divide="raise", invalid="raise", under="ignore"):
+            adapter.run(scene)
+    except (FloatingPointError, OverflowError) as error:
+        raise NumericalFailure(
+            f"the stage {stage.stage!r} left the range of double precision ({error}): "
+            "some masses, lengths, stiffnesses or speeds of the case are too far apart"
+        ) from error

@@ -1,0 +1,84 @@
+"""A run in progress: the case, its machine and what the stages have made so far."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vibecalc.errors import NumericalFailure
+from vibecalc.pipeline.catalogue import AXES, CATALOGUE
+from vibecalc.results.record import Axis, Method, Quantity, Record
+
+if TYPE_CHECKING:
+    from vibecalc.case.schema import Case
+    from vibecalc.machine.build import MachineParts
+
+
+@dataclass(kw_only=True)
+class Scene:
+    """What stages read and write; `handed_on` holds what one stage leaves for the next.
+
+    `wanted` names the results to keep, None all of them.
+    """
+
+    case: "Case"
+    parts: "MachineParts"
+    wanted: frozenset[str] | None = None
+    record: Record = field(default_factory=Record)
+    handed_on: dict[str, Any] = field(default_factory=dict)
+
+    def wants(self, *paths: str) -> bool:
+        """Whether any of these results is asked for; a study asks for a few, a run for all."""
+        return self.wanted is None or not self.wanted.isdisjoint(paths)
+
+    def emit(
+        self,
+        path: str,
+        values: Any,
+        error: Any = 0.0,
+        axes: Mapping[str, Any] | None = None,
+    ) -> None:
+        """Put one result into the record, with what the catalogue says of it.
+
+        `error` is absolute, a number or an array; the largest counts. A value that is not a
+        number is a failure here, at its source; an infinite one stands for an unbounded peak.
+        """
+        if not self.wants(path):
+            return
+        entry = CATALOGUE[path]
+        given = axes or {}
+        values = np.asarray(values)
+        if np.isnan(values).any():
+            raise NumericalFailure(f"{path} ({entry.long_name}) has no defined value in this case")
+        finite_errors = np.asarray(error, dtype=float)
+        estimate = float(np.max(finite_errors)) if finite_errors.size else 0.0
+        self.record.add(
+            Quantity(
+                path=path,
+                values=values,
+                unit=entry.unit,
+                long_name=entry.long_name,
+                axes=tuple(self._axis(name, given[name]) for name in entry.axes),
+                amplitude=entry.amplitude,
+                error_estimate=estimate,
+            )
+        )
+
+    def cite(self, name: str, purpose: str, citation: str) -> None:
+        """Name a method that took part, once."""
+        method = Method(name=name, purpose=purpose, citation=citation)
+        if method not in self.record.methods:
+            self.record.methods.append(method)
+
+    def warn(self, message: str) -> None:
+        """Keep a warning for the report, once."""
+        if message not in self.record.warnings:
+            self.record.warnings.append(message)
+
+    def _axis(self, name: str, values: Sequence[Any] | np.ndarray) -> Axis:
+        unit, long_name = AXES[name]
+        array = np.asarray(values)
+        if array.dtype.kind in "US":
+            array = array.astype(object)
+        return Axis(name=name, values=array, unit=unit, long_name=long_name)

@@ -1,0 +1,148 @@
+"""Adapter: the body on its mounts with all six freedoms, at operating speed."""
+
+import numpy as np
+
+from vibecalc.excitation.sums import Excitation, at_speed
+from vibecalc.isolation.body_readout import mount_readout
+from vibecalc.isolation.body_resonance import body_resonances
+from vibecalc.isolation.body_rows import body_rows
+from vibecalc.isolation.energy import damping_ratio, energy_fraction
+from vibecalc.isolation.left_out import with_left_out
+from vibecalc.isolation.modes import Modes, modes
+from vibecalc.isolation.resonance import Resonances
+from vibecalc.isolation.rigid_body import Matrices, assemble, displacement_at
+from vibecalc.isolation.rounding import WithError
+from vibecalc.isolation.singular import check_operating_point, idle_warnings, left_out
+from vibecalc.isolation.static import static_deflection
+from vibecalc.isolation.steady import Undriven, displacement, dynamics, mount_force, response
+from vibecalc.machine.body import RigidBody
+from vibecalc.machine.frame import DIRECTIONS
+from vibecalc.machine.mounts import Mounts
+from vibecalc.pipeline.scene import Scene
+from vibecalc.pipeline.stages.excitation import Forcing
+from vibecalc.pipeline.stages.isolation_common import (
+    RunUpSetup,
+    emit_static,
+    emit_support_motion,
+    isolation_of,
+)
+
+COORDINATES = ("x", "y", "z", "rx", "ry", "rz")
+
+
+def run(scene: Scene) -> None:
+    """Emit modes, energies, sag, and the response of body and supports."""
+    forcing: Forcing = scene.handed_on["forcing"]
+    body, mounts = scene.parts.body, scene.parts.mounts
+    if body is None or mounts is None:
+        raise ValueError("isolation needs a body and mounts")
+    matrices = assemble(
+        body.mass_matrix, mounts.position, mounts.stiffness, mounts.damping, mounts.structural
+    )
+    shapes = modes(matrices)
+    scene.cite(
+        "rigid body on mounts, 6 x 6 complex dynamic stiffness",
+        "response on the mounts",
+        "Harris and Piersol, Shock and Vibration Handbook, 5th ed. 2002, ch. 3",
+    )
+    _emit_modes(scene, matrices, shapes)
+    sag = _emit_static(scene, matrices, body, mounts)
+
+    load = _as_loads(forcing.per_speed_squared)
+    resonances = body_resonances(matrices, shapes, load)
+    speed = scene.case.machine.speed
+    for warning in check_operating_point(resonances, forcing.orders, speed):
+        scene.warn(warning)
+    undriven = _undriven(resonances, shapes)
+    frequency = forcing.orders * speed
+    driven = _as_loads(at_speed(forcing.per_speed_squared, speed))
+    motion = response(dynamics(matrices, frequency, undriven), driven.value, driven.error)
+    _emit_motion(scene, forcing, motion)
+    at_mounts = displacement(motion, mounts.position)
+    force = mount_force(at_mounts, frequency, mounts.stiffness, mounts.damping, mounts.structural)
+    up = np.eye(3)["xyz".index(isolation_of(scene).up)]
+    emit_support_motion(scene, forcing, mounts.names, DIRECTIONS, at_mounts, force, up, sag)
+    _hand_on_run_up(scene, forcing, matrices, mounts, shapes, load)
+
+
+def _as_loads(excitation: Excitation) -> WithError:
+    return WithError(
+        np.concatenate([excitation.force, excitation.couple], axis=-1),
+        np.concatenate([excitation.force_error, excitation.couple_error], axis=-1),
+    )
+
+
+def _undriven(resonances: Resonances, shapes: Modes) -> Undriven:
+    return Undriven(left_out(resonances), shapes.shape, shapes.eigenvalue)
+
+
+def _emit_modes(scene: Scene, matrices: Matrices, shapes: Modes) -> None:
+    axes = {"mode": np.arange(1, 7), "coordinate": COORDINATES}
+    ratio = damping_ratio(matrices, shapes)
+    share = energy_fraction(matrices, shapes)
+    scene.emit(
+        "isolation/modes/natural_frequency",
+        shapes.natural_frequency,
+        shapes.natural_frequency_error,
+        axes,
+    )
+    scene.emit("isolation/modes/damping_ratio", ratio.value, ratio.error, axes)
+    scene.emit("isolation/modes/shape", shapes.shape.T, shapes.shape_error, axes)
+    scene.emit("isolation/modes/energy_fraction", share.value, share.error, axes)
+
+
+def _emit_static(scene: Scene, matrices: Matrices, body: RigidBody, mounts: Mounts) -> WithError:
+    options = isolation_of(scene)
+    static = static_deflection(
+        matrices,
+        mounts.position,
+        mounts.stiffness,
+        body.mass,
+        body.centre,
+        options.gravity,
+        np.eye(3)["xyz".index(options.up)],
+    )
+    emit_static(scene, mounts.names, static.sag, static.sag_error, static.share, static.share_error)
+    return WithError(static.sag, static.sag_error)
+
+
+def _emit_motion(scene: Scene, forcing: Forcing, motion: WithError) -> None:
+    kept = forcing.kept
+    axes = {"order": forcing.orders[:kept], "direction": DIRECTIONS}
+    for name, part in (("translation", slice(0, 3)), ("rotation", slice(3, 6))):
+        scene.emit(
+            f"isolation/body/{name}_harmonics",
+            motion.value[:kept, part],
+            motion.error[:kept, part],
+            axes,
+        )
+
+
+def _hand_on_run_up(
+    scene: Scene,
+    forcing: Forcing,
+    matrices: Matrices,
+    mounts: Mounts,
+    shapes: Modes,
+    load: WithError,
+) -> None:
+    readout = mount_readout(mounts.position, mounts.stiffness, mounts.damping, mounts.structural)
+    kept, orders = forcing.kept, forcing.orders
+    first = WithError(load.value[:kept], load.error[:kept])
+    few = forcing.few
+    rest = WithError(load.value[few], load.error[few])
+    resonances = body_resonances(matrices, shapes, first)
+    beyond = body_resonances(matrices, shapes, rest)
+    seen = mounts.stiffness @ displacement_at(mounts.position) @ shapes.shape
+    size = np.sqrt(np.square(seen).sum(axis=1)).T
+    scene.handed_on["run_up"] = RunUpSetup(
+        rows=with_left_out(
+            body_rows(matrices, readout, orders[:kept], first, _undriven(resonances, shapes)),
+            body_rows(matrices, readout, orders[few], rest, _undriven(beyond, shapes)),
+            forcing.few_tail,
+        ),
+        resonances=resonances,
+        shows=size > 1e-12 * size.max(),
+        lever_rows=0,
+        idle=lambda low, high: idle_warnings(resonances, orders[:kept], low, high),
+    )

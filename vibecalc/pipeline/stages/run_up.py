@@ -1,0 +1,81 @@
+"""Adapter: the slow run-up through the resonances of the mounts."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from vibecalc.isolation.rounding import SINGULAR, UNIT_ROUNDOFF
+from vibecalc.isolation.run_up import RunUpPeak, run_up, run_up_peak
+from vibecalc.pipeline.scene import Scene
+from vibecalc.pipeline.stages.excitation import Forcing
+from vibecalc.pipeline.stages.isolation_common import RunUpSetup, isolation_of
+
+
+def run(scene: Scene) -> None:
+    """Emit the envelope over speed, its maxima with their speeds, and masked intervals."""
+    forcing: Forcing = scene.handed_on["forcing"]
+    setup: RunUpSetup = scene.handed_on["run_up"]
+    span = isolation_of(scene).run_up
+    if span is None:
+        raise ValueError("the case has no run-up")
+    orders = forcing.orders[: forcing.kept]
+    given = (setup.rows, orders, setup.resonances, span.start, span.stop, setup.shows)
+    scene.cite(
+        "peak over the cycle at each speed, refined at order resonances",
+        "run-up",
+        "docs/theory.md, quasi-steady run-up",
+    )
+    if not scene.wants("isolation/lever_force/run_up", "isolation/support_force/run_up"):
+        _emit_peaks(scene, setup, run_up_peak(*given))
+        return
+    for warning in setup.idle(span.start, span.stop):
+        scene.warn(warning)
+    passed = run_up(*given)
+    _emit_peaks(scene, setup, passed.peak)
+    value, error = passed.curve
+    for path, rows, mount in _rows(scene, setup):
+        scene.emit(
+            f"{path}/run_up",
+            value[:, rows].T if mount else value[:, 0],
+            error[:, rows],
+            {"speed": passed.speed, **mount},
+        )
+    if passed.unresolved:
+        scene.warn(
+            f"the run-up has {passed.unresolved} intervals of speed that are coarser than asked "
+            "for, since the number of speeds is capped; its maxima are not affected"
+        )
+    masked = passed.masked
+    if len(masked.low):
+        axes = {"masked": np.arange(1, len(masked.low) + 1)}
+        # the half width is set where the doubt of the frequency has grown by 1 / SINGULAR
+        doubt = 0.5 * SINGULAR * (masked.high - masked.low) + UNIT_ROUNDOFF * masked.centre
+        for name in ("low", "centre", "high", "order", "mode"):
+            error = doubt if name == "centre" else 0.0
+            scene.emit(f"isolation/masked/{name}", getattr(masked, name), error, axes)
+        _warn_masked(scene, len(masked.low), float(masked.centre[0]), int(masked.order[0]))
+
+
+def _emit_peaks(scene: Scene, setup: RunUpSetup, peak: RunUpPeak) -> None:
+    error = np.where(np.isfinite(peak.value), peak.error, 0.0)
+    for path, rows, mount in _rows(scene, setup):
+        place = rows if mount else 0
+        scene.emit(f"{path}/run_up_peak", peak.value[place], error[rows], mount)
+        scene.emit(f"{path}/run_up_peak_speed", peak.speed[place], peak.speed_error[rows], mount)
+
+
+def _rows(
+    scene: Scene, setup: RunUpSetup
+) -> Iterator[tuple[str, slice, dict[str, tuple[str, ...]]]]:
+    if setup.lever_rows:
+        yield "isolation/lever_force", slice(0, 1), {}
+    names = scene.parts.mounts.names if scene.parts.mounts else ()
+    yield "isolation/support_force", slice(setup.lever_rows, None), {"mount": names}
+
+
+def _warn_masked(scene: Scene, count: int, speed: float, order: int) -> None:
+    scene.warn(
+        f"the run-up crosses {count} undamped resonance{'s' if count > 1 else ''}, the first at "
+        f"{speed:.6g} rad/s with order {order}: the forces have no bound there, and "
+        "isolation/masked lists the speeds left out; give the mounts damping or a loss factor"
+    )

@@ -1,0 +1,127 @@
+"""References, limits and objectives against the plan: do the results they name exist?"""
+
+import difflib
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING
+
+from vibecalc.errors import KeyPath, Problem, UnitError
+from vibecalc.pipeline.catalogue import AXES, CATALOGUE, Entry
+from vibecalc.pipeline.plan import planned_quantities
+
+if TYPE_CHECKING:
+    from vibecalc.case.schema import Case
+
+
+def check_targets(case: "Case", extra: Mapping[str, Entry] | None = None) -> list[Problem]:
+    """Problems of every quantity, axis, entry and unit that the case names.
+
+    `extra` holds paths beside the stages' own (what a study adds).
+    """
+    known = {**planned_quantities(case), **(extra or {})}
+    problems: list[Problem] = []
+    for index, reference in enumerate(case.reference):
+        path: KeyPath = ("reference", index)
+        problems += _check_name(path, reference.quantity, reference.where, known, case)
+        for key, value in (("value", reference.value), ("atol", reference.atol)):
+            problems += _check_unit((*path, key), value, reference.quantity, known, reference.unit)
+    for index, limit in enumerate(case.limit):
+        path = ("limit", index)
+        problems += _check_name(path, limit.quantity, limit.where, known, case)
+        for key, value in (("max", limit.max), ("min", limit.min)):
+            problems += _check_unit((*path, key), value, limit.quantity, known)
+    if case.optimisation:
+        goal = case.optimisation.objective
+        problems += _check_name(
+            ("optimisation", "objective"), goal.quantity, goal.where, known, case
+        )
+    return problems
+
+
+def _check_name(
+    path: KeyPath,
+    quantity: str,
+    where: Mapping[str, int | float | str],
+    known: Mapping[str, Entry],
+    case: "Case",
+) -> Iterator[Problem]:
+    entry = known.get(quantity)
+    if entry is None:
+        yield _unknown_quantity(path, quantity, known)
+        return
+    names = _names(case)
+    for axis, value in where.items():
+        if axis not in entry.axes:
+            allowed = ", ".join(entry.axes) or "no axes: it is one number"
+            yield Problem(
+                path=(*path, "where"),
+                message=f"{quantity} has no axis {axis!r}",
+                found=axis,
+                allowed=allowed,
+                hint=_nearest(axis, entry.axes),
+            )
+        elif axis in names and value not in names[axis]:
+            yield Problem(
+                path=(*path, "where"),
+                message=f"there is no {axis} named {value!r}",
+                found=repr(value),
+                allowed=", ".join(repr(name) for name in names[axis]),
+                hint=_nearest(str(value), names[axis]),
+            )
+
+
+def _unknown_quantity(path: KeyPath, quantity: str, known: Mapping[str, Entry]) -> Problem:
+    if quantity in CATALOGUE:
+        hint = "vibecalc can compute it, but no table of this case asks for it"
+        if "run_up" in quantity:
+            hint += "; add run_up to [isolation]"
+    else:
+        hint = _nearest(quantity, tuple(known))
+    return Problem(
+        path=(*path, "quantity"),
+        message="this case does not compute such a quantity",
+        found=quantity,
+        allowed="a path that `vibecalc check` lists",
+        hint=hint,
+    )
+
+
+def _check_unit(
+    path: KeyPath,
+    value: float | str | None,
+    quantity: str,
+    known: Mapping[str, Entry],
+    unit: str = "",
+) -> Iterator[Problem]:
+    from vibecalc.units import parse_quantity
+
+    entry = known.get(quantity)
+    if entry is None or value is None:
+        return
+    try:
+        parse_quantity(f"{value} {unit}" if unit else str(value), entry.unit)
+    except UnitError as error:
+        yield Problem(
+            path=path,
+            message=f"does not fit {quantity}",
+            found=f"{value} {unit}".strip(),
+            allowed=error.allowed or f"a value in {entry.unit or 'plain numbers'}",
+            hint=error.hint,
+        )
+
+
+def _names(case: "Case") -> dict[str, tuple[str, ...]]:
+    mounts = case.machine.mounts
+    names = {
+        "cylinder": tuple(cylinder.name for cylinder in case.machine.crank_train.cylinders),
+        "direction": ("x", "y", "z"),
+        "coordinate": ("x", "y", "z", "rx", "ry", "rz"),
+    }
+    if mounts is not None:
+        named = tuple(mount.name for mount in mounts.individual or ())
+        names["mount"] = named or tuple(str(i + 1) for i in range(len(mounts.positions or ())))
+    return {axis: entries for axis, entries in names.items() if axis in AXES}
+
+
+def _nearest(word: str, allowed: tuple[str, ...]) -> str:
+    close = difflib.get_close_matches(word, allowed, n=1, cutoff=0.5)
+    return f"did you mean {close[0]!r}?" if close else ""

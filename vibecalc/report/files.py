@@ -1,0 +1,48 @@
+"""Where outputs go and how texts are written: beside their target, then renamed onto it."""
+
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+
+from vibecalc.errors import UsageError
+from vibecalc.results.record import Result
+
+DEFAULT_FOLDER = "outputs"
+
+
+def result_paths(names: Sequence[str], output: str | None) -> list[Path]:
+    """One result path per case name: `outputs/<name>.h5`, or as `output` says.
+
+    `output` is a folder if it ends with a slash, exists as one, or several cases share it.
+    """
+    doubled = [name for name, count in Counter(names).items() if count > 1]
+    if doubled:
+        raise UsageError(
+            f"two cases are named {doubled[0]!r}: their results would overwrite each other; "
+            "run them one by one, each with its own -o"
+        )
+    if output is None:
+        return [Path(DEFAULT_FOLDER) / f"{name}.h5" for name in names]
+    target = Path(output)
+    if output.endswith(("/", "\\")) or target.is_dir() or len(names) > 1:
+        return [target / f"{name}.h5" for name in names]
+    if target.suffix not in (".h5", ".hdf5"):
+        raise UsageError(f"-o {output}: a result file ends in .h5; a folder ends in '/'")
+    return [target]
+
+
+def write_outputs(result: Result, path: Path) -> None:
+    """Write the result file and, beside it, the text report."""
+    from vibecalc.report.text import render_report
+    from vibecalc.results.store import write_result
+
+    text = render_report(result)
+    write_result(result, path)
+    write_text(text, path.with_suffix(".txt"))
+
+
+def write_text(text: str, path: Path) -> None:
+    """Write a text file so that a reader sees the old one or the new one, never half."""
+    from vibecalc.results.files import write_atomically
+
+    write_atomically(path, text.encode("utf-8"))

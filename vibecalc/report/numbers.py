@@ -1,0 +1,91 @@
+"""Numbers as the report prints them: stable digits, zero where a value is within its error."""
+
+import math
+from typing import Any
+
+import numpy as np
+
+DIGITS = 6
+_LOWEST_FIXED = 1e-4
+_HIGHEST_FIXED = 1e7
+_TURN = 2.0 * math.pi
+
+
+def show(value: Any, error: float = 0.0, digits: int = DIGITS) -> str:
+    """One number with a fixed count of significant digits.
+
+    A complex number shows its magnitude, an integer all its digits. What does not exceed
+    `error` (absolute, same unit) is `0`: its digits would be round-off and change from machine
+    to machine. An infinite value is `unbounded`, an undefined one `undefined`.
+    """
+    if isinstance(value, bool | np.bool_):
+        return "yes" if value else "no"
+    if isinstance(value, int | np.integer):
+        return str(int(value))
+    number: float = abs(value) if np.iscomplexobj(value) else float(value)
+    if math.isnan(number):
+        return "undefined"
+    if math.isinf(number):
+        return "unbounded" if number > 0 else "-unbounded"
+    # An error that is not known hides nothing: the accuracy section says so instead.
+    if number == 0.0 or (abs(number) <= error and math.isfinite(error)):
+        return "0"
+    mantissa, exponent = f"{number:.{digits - 1}e}".split("e")
+    if _LOWEST_FIXED <= abs(float(f"{mantissa}e{exponent}")) < _HIGHEST_FIXED:
+        return f"{number:.{max(digits - 1 - int(exponent), 0)}f}"
+    return f"{mantissa}e{exponent}"
+
+
+def show_error(error: float) -> str:
+    """An error estimate with two digits; 0 is `exact`."""
+    return "exact" if error == 0.0 else f"{error:.1e}"
+
+
+def show_percent(fraction: float | None) -> str:
+    """A relative difference in percent with its sign, `-` where it is undefined."""
+    if fraction is None or math.isnan(fraction) or math.isinf(fraction):
+        return "-"
+    percent = 100.0 * fraction
+    if abs(percent) < 5e-5:
+        return "0.0000 %"
+    if abs(percent) >= 1e4:
+        return f"{percent:+.1e} %"
+    decimals = 4 if abs(percent) < 1.0 else 2
+    return f"{percent:+.{decimals}f} %"
+
+
+def show_phase(value: complex, error: float = 0.0) -> str:
+    """Phase of a complex amplitude in degrees, (-180, 180], `-` where the amplitude is zero.
+
+    A positive phase leads. The half turn is printed as +180, whichever side round-off put it on.
+    """
+    if not abs(value) > error or not math.isfinite(abs(value)):
+        return "-"
+    degrees = round(math.degrees(math.atan2(value.imag, value.real)), 2)
+    if degrees == -180.0:
+        degrees = 180.0
+    return f"{degrees + 0.0:.2f}"
+
+
+def rpm(speed: float) -> float:
+    """Turns per minute of a speed in rad/s."""
+    return speed * 60.0 / _TURN
+
+
+def hertz(frequency: float) -> float:
+    """Cycles per second of a frequency in rad/s."""
+    return frequency / _TURN
+
+
+def is_speed(path: str) -> bool:
+    """Whether a quantity in rad/s is a speed of rotation, told by its path."""
+    return path.rsplit("/", 1)[-1].endswith("speed")
+
+
+def also(path: str, value: float, unit: str, error: float = 0.0) -> str:
+    """The same value as an engineer may rather want it: rpm of a speed, Hz of a frequency."""
+    if unit != "rad/s" or not math.isfinite(value):
+        return ""
+    if is_speed(path):
+        return f"{show(rpm(value), rpm(error))} rpm"
+    return f"{show(hertz(value), hertz(error))} Hz"

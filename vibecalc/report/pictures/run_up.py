@@ -1,0 +1,172 @@
+"""The run-up: at each speed the largest force over the cycle, with limits and resonances."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vibecalc.report.lookup import along, labels, speed_of
+from vibecalc.report.numbers import rpm, show
+from vibecalc.report.pictures.canvas import (
+    COLOURS,
+    LIMIT,
+    TOTAL,
+    bounds_of,
+    canvas,
+    limit_line,
+    natural_frequencies,
+)
+from vibecalc.report.pictures.run_up_marks import lowest, masked, resonances
+from vibecalc.results.record import Quantity, Record, Result
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+#: Room above the curves for those words, as a factor, for one mode and for several.
+_ROOM = (1.2, 1.9)
+_LEVER = "isolation/lever_force/run_up"
+_SUPPORT = "isolation/support_force/run_up"
+
+
+def picture(result: Result) -> "Figure | None":
+    """One panel for the couple over the lever, one for the supports; None without a run-up."""
+    record = result.record
+    lever = along(record, _LEVER, "speed")
+    support = record.quantities.get(_SUPPORT)
+    count = (lever is not None) + (support is not None)
+    if count == 0:
+        return None
+    figure = canvas(result, "run-up: largest force over the cycle", 8.6, 1.5 + 3.0 * count)
+    panels = list(figure.subplots(count, 1, sharex=True, squeeze=False)[:, 0])
+    if lever is not None:
+        axes = panels[0]
+        quantity, speed = lever
+        axes.plot(speed, _drawable(quantity.values), color=TOTAL)
+        _finish(result, axes, quantity, speed, "couple over the lever")
+    if support is not None:
+        axes = panels[-1]
+        speed = np.asarray(support.axes[-1].values)
+        _supports(axes, support, speed)
+        _finish(result, axes, support, speed, "one support on the ground")
+    _rpm_axis(panels[0])
+    panels[-1].set_xlabel("crank speed in rad/s")
+    _plain_ticks(panels[-1].xaxis)
+    return figure
+
+
+def _supports(axes: "Axes", quantity: Quantity, speed: np.ndarray) -> None:
+    rows = np.asarray(quantity.values)
+    names = labels(quantity.axes[0])
+    drawn: list[tuple[np.ndarray, list[str]]] = []
+    for name, row in zip(names, rows, strict=True):
+        # Mounts that carry the same are one curve with several names.
+        for other, members in drawn:
+            if np.allclose(other, row, rtol=1e-6, atol=1e-9 * np.max(rows, initial=0.0)):
+                members.append(name)
+                break
+        else:
+            drawn.append((row, [name]))
+    for i, (row, members) in enumerate(drawn):
+        words = ("mounts " if len(members) > 1 else "mount ") + ", ".join(members)
+        axes.plot(speed, _drawable(row), color=COLOURS[i % len(COLOURS)], label=words)
+    axes.legend(loc="center right", fontsize=9)
+
+
+def _finish(
+    result: Result, axes: "Axes", quantity: Quantity, speed: np.ndarray, words: str
+) -> None:
+    axes.set_ylabel(f"{words}\nforce in {quantity.unit}")
+    values = np.asarray(quantity.values)
+    finite = values[np.isfinite(values)]
+    top = float(np.max(finite)) if finite.size else 1.0
+    limits = bounds_of(result, quantity.path + "_peak")
+    steady = bounds_of(result, quantity.path.removesuffix("run_up") + "steady_peak")
+    for text, bound in limits:
+        limit_line(axes, bound, f"run-up {text}")
+    for text, bound in steady:
+        _steady(result, axes, bound, text)
+    highest = max([top, *(bound for _, bound in limits), *(bound for _, bound in steady)])
+    several = natural_frequencies(result.record).size > 1
+    axes.set_ylim(0.0, _ROOM[several] * highest)
+    axes.set_xscale("log")
+    axes.set_xlim(lowest(result.record, speed), float(speed.max()))
+    resonances(result.record, axes, speed)
+    masked(result.record, axes)
+    _peak(result.record, axes, quantity, speed, limits)
+
+
+def _peak(
+    record: Record,
+    axes: "Axes",
+    quantity: Quantity,
+    speed: np.ndarray,
+    limits: list[tuple[str, float]],
+) -> None:
+    """Mark the largest force, as refined between the speeds drawn, else as drawn."""
+    values = np.asarray(quantity.values)
+    peaks = record.quantities.get(quantity.path + "_peak")
+    places = record.quantities.get(quantity.path + "_peak_speed")
+    if peaks is not None and places is not None:
+        top = int(np.argmax(peaks.values))
+        peak, at = float(np.ravel(peaks.values)[top]), float(np.ravel(places.values)[top])
+    else:
+        peak = float(np.max(values, initial=0.0))
+        at = float(speed[int(np.argmax(values)) % speed.size])
+    if not np.isfinite(peak) or peak <= 0.0:
+        return
+    axes.plot([at], [peak], "o", color=LIMIT if _beyond(peak, limits) else TOTAL, markersize=5)
+    left = at > 0.7 * float(speed.max())
+    axes.annotate(
+        f"{show(peak, digits=4)} {quantity.unit} at {show(rpm(at), digits=4)} rpm",
+        (at, peak),
+        xytext=(-8 if left else 8, 3),
+        textcoords="offset points",
+        ha="right" if left else "left",
+        fontsize=9,
+    )
+
+
+def _steady(result: Result, axes: "Axes", bound: float, words: str) -> None:
+    speed = speed_of(result)
+    if speed is None:
+        return
+    axes.plot([speed], [bound], marker="v", color=LIMIT, markersize=9, clip_on=False)
+    axes.annotate(
+        f"steady {words}",
+        (speed, bound),
+        xytext=(-4, 7),
+        textcoords="offset points",
+        ha="right",
+        color=LIMIT,
+        fontsize=9,
+    )
+
+
+def _rpm_axis(axes: "Axes") -> None:
+    def to_rpm(speed: Any) -> Any:
+        return speed * rpm(1.0)
+
+    def from_rpm(turns: Any) -> Any:
+        return turns / rpm(1.0)
+
+    turns = axes.secondary_xaxis("top", functions=(to_rpm, from_rpm))
+    turns.set_xlabel("crank speed in rpm")
+    _plain_ticks(turns.xaxis)
+
+
+def _plain_ticks(axis: Any) -> None:
+    """1, 2, 5, 10, 20, 50 ... in plain numbers on a logarithmic axis."""
+    from matplotlib.ticker import LogLocator, NullFormatter
+
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axis.set_major_formatter("{x:g}")
+    axis.set_minor_formatter(NullFormatter())
+
+
+def _drawable(values: np.ndarray) -> np.ndarray:
+    """Gaps where a value is infinite."""
+    return np.where(np.isfinite(values), values, np.nan)
+
+
+def _beyond(peak: float, limits: list[tuple[str, float]]) -> bool:
+    return any(peak > bound for _, bound in limits)

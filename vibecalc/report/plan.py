@@ -1,0 +1,45 @@
+"""What `check` shows: the case in a few lines, then what a run would do and why."""
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+from vibecalc.report.tables import pairs
+
+if TYPE_CHECKING:
+    from vibecalc.case.schema import Case
+
+#: keys of a plan row, in the order shown, with their headings
+ROWS = (
+    ("why", "why"),
+    ("parts", "reads"),
+    ("orders", "orders"),
+    ("modules", "modules"),
+    ("cost", "cost"),
+    ("quantities", "makes"),
+)
+
+
+def render_plan(path: str, case: "Case", plan: Sequence[Mapping[str, str]]) -> str:
+    """The plan as text: stages, why, what they read, orders, modules, cost, quantities."""
+    lines = [f"{path}: {case.title}", f"no problems; accuracy rtol = {case.accuracy.rtol:g}"]
+    for number, stage in enumerate(plan, start=1):
+        lines += ["", f"{number}. {stage['stage']}"]
+        shown = {**stage, "quantities": _by_folder(stage.get("quantities", ""))}
+        lines += pairs([(name, shown[key]) for key, name in ROWS if shown.get(key)], width=8)
+    counted = [row for row in case.reference if row.kind == "published"]
+    counted = [row for row in counted if not row.known_difference]
+    lines += [
+        "",
+        f"{len(case.reference)} references, {len(counted)} of them counted; "
+        f"{len(case.limit)} limits",
+    ]
+    return "\n".join(lines)
+
+
+def _by_folder(quantities: str) -> str:
+    """One line per folder of result paths, so that no path is broken in two."""
+    folders: dict[str, list[str]] = {}
+    for path in quantities.split(", "):
+        folder, _, name = path.rpartition("/")
+        folders.setdefault(folder, []).append(name)
+    return "\n".join(f"{folder}: {', '.join(names)}" for folder, names in folders.items() if folder)

@@ -1,0 +1,151 @@
+"""Published and measured numbers of a case, held against its result."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from vibecalc.report.limits import LimitRow, judge_limits
+from vibecalc.report.lookup import asked, entries, name_of
+from vibecalc.report.printed import Printed, read_printed
+from vibecalc.results.record import Result
+from vibecalc.results.select import scalar
+from vibecalc.units import convert
+
+__all__ = [
+    "KNOWN",
+    "MEASURED",
+    "OUTSIDE",
+    "WITHIN",
+    "LimitRow",
+    "ReferenceRow",
+    "counted_misses",
+    "judge_limits",
+    "judge_references",
+    "misses",
+]
+
+WITHIN = "within"
+OUTSIDE = "outside"
+KNOWN = "known difference"
+MEASURED = "measured"
+
+#: Comparing at the very edge of a tolerance must not hang on the last bit of a subtraction.
+_ROUND_OFF = 4.0 * float(np.finfo(float).eps)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ReferenceRow:
+    """A published or measured number beside ours; all numbers in `unit`, the one printed.
+
+    `agrees` is the bare comparison, `within` the counted one: None for a row that is shown only.
+    `printed` is the value as the case writes it.
+    """
+
+    quantity: str
+    where: Mapping[str, int | float | str] = field(default_factory=dict)
+    source: str
+    value: float
+    printed: str
+    computed: float
+    unit: str
+    error_estimate: float
+    tolerance: float
+    relative_difference: float | None
+    agrees: bool
+    within: bool | None
+    verdict: str
+    kind: str
+    known_difference: str = ""
+    shown_by: str = ""
+    at: str = "optimum"
+
+
+def judge_references(result: Result) -> list[ReferenceRow]:
+    """Judge every `[[reference]]` of the case, in its order.
+
+    A complex quantity counts by its magnitude. The tolerance is `atol`, else `rtol` times the
+    printed value, else half a unit of the last printed digit.
+
+    Raises
+    ------
+    ResultError
+        A row names a quantity or an entry that the result does not have.
+    """
+    return [_judge(result, entry) for entry in entries(result, "reference")]
+
+
+def counted_misses(result: Result) -> int:
+    """How many counted references and limits the result misses; `verify` exits 1 on any."""
+    return len(misses(judge_references(result), judge_limits(result)))
+
+
+def misses(references: Sequence[ReferenceRow], limits: Sequence[LimitRow]) -> list[str]:
+    """One line of words for each counted reference outside its tolerance and each missed limit."""
+    found = [
+        f"{name_of(row.quantity, row.where)}: published {row.value:.10g} {row.unit}".rstrip()
+        + f", computed {row.computed:.10g}, tolerance {row.tolerance:.2g} ({row.source})"
+        for row in references
+        if row.within is False
+    ]
+    for limit in limits:
+        if not limit.satisfied:
+            where = f" at {limit.label}" if limit.label else ""
+            fate = "is broken" if limit.expect == "kept" else "was expected to be broken, is kept"
+            found.append(
+                f"limit on {name_of(limit.quantity, limit.where)} {fate}{where}: "
+                f"{limit.computed:.6g} {limit.unit}".rstrip()
+                + f", margin {limit.margin:.3g}"
+            )
+    return found
+
+
+def _judge(result: Result, entry: Mapping[str, Any]) -> ReferenceRow:
+    quantity = asked(result, entry, "reference")
+    where = dict(entry.get("where") or {})
+    printed = read_printed(entry["value"], entry.get("unit") or "", quantity.unit)
+    picked = scalar(quantity, where)
+    magnitude = abs(picked) if isinstance(picked, complex) else picked
+    computed = convert(float(magnitude), quantity.unit, printed.unit)
+    tolerance = _tolerance(entry, printed)
+    slack = _ROUND_OFF * max(abs(printed.number), abs(computed)) if math.isfinite(computed) else 0.0
+    agrees = bool(abs(computed - printed.number) <= tolerance + slack)
+    kind = str(entry.get("kind") or "published")
+    known = str(entry.get("known_difference") or "")
+    counted = kind == "published" and not known
+    relative = None
+    if printed.number != 0.0 and math.isfinite(computed):
+        relative = (computed - printed.number) / abs(printed.number)
+    verdict = WITHIN if agrees else OUTSIDE
+    if not counted:
+        verdict = MEASURED if kind == "measured" else KNOWN
+    return ReferenceRow(
+        quantity=str(entry["quantity"]),
+        where=where,
+        source=str(entry.get("source") or ""),
+        value=printed.number,
+        printed=printed.text,
+        computed=computed,
+        unit=printed.unit,
+        error_estimate=convert(quantity.error_estimate, quantity.unit, printed.unit),
+        tolerance=tolerance,
+        relative_difference=relative,
+        agrees=agrees,
+        within=agrees if counted else None,
+        verdict=verdict,
+        kind=kind,
+        known_difference=known,
+        shown_by=str(entry.get("shown_by") or ""),
+        at=str(entry.get("at") or "optimum"),
+    )
+
+
+def _tolerance(entry: Mapping[str, Any], printed: Printed) -> float:
+    if entry.get("atol") is not None:
+        given = read_printed(entry["atol"], default_unit=printed.unit)
+        return convert(given.number, given.unit, printed.unit)
+    if entry.get("rtol") is not None:
+        return float(entry["rtol"]) * abs(printed.number)
+    return printed.half_unit

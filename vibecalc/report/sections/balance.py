@@ -1,0 +1,66 @@
+"""The balance table, as an engineer lays it out: a line for each cylinder and a total."""
+
+import math
+
+from vibecalc.report.lookup import along, labels
+from vibecalc.report.numbers import show
+from vibecalc.report.tables import Column, number, rule, table
+from vibecalc.results.record import Quantity, Record, Result
+
+_ENTRIES = ("sine", "cosine", "position_sine", "position_cosine")
+_HEADS = ("sin", "cos", "z sin m", "z cos m")
+_PREFIX = "excitation/balance/"
+
+
+def balance(result: Result) -> tuple[list[str], set[str]]:
+    """Lines and the paths shown; nothing if the result has no balance table."""
+    record = result.record
+    found = [quantity for name in _ENTRIES if (quantity := _entry(record, _PREFIX + name))]
+    if len(found) != len(_ENTRIES):
+        return [], set()
+    order_axis, cylinder_axis = found[0].axes
+    totals = [along(record, f"{_PREFIX}total_{name}", "order") for name in _ENTRIES]
+    shown = {quantity.path for quantity in found}
+    shown |= {total[0].path for total in totals if total}
+    title = "  Balance table (z: position along the crankshaft; the angle is that of the order)"
+    lines = ["", title]
+    for row, order in enumerate(order_axis.values):
+        columns = [Column(f"order {int(order)}", 14), number("angle deg", 11), number("z m")]
+        columns += [number(head) for head in _HEADS]
+        cells = []
+        for i, name in enumerate(labels(cylinder_axis)):
+            entries = [float(quantity.values[row, i]) for quantity in found]
+            errors = [quantity.error_estimate for quantity in found]
+            cells.append(
+                [
+                    name,
+                    f"{_angle(entries):.2f}",
+                    show(_position(entries), errors[2] + errors[3]),
+                    *(show(entry, error) for entry, error in zip(entries, errors, strict=True)),
+                ]
+            )
+        lines += ["", *table(columns, cells), rule(columns)]
+        sums = [
+            show(total[0].values[row], total[0].error_estimate) if total else "" for total in totals
+        ]
+        lines += table(columns, [["total", "", "", *sums]])[2:]
+    return lines, shown
+
+
+def _entry(record: Record, path: str) -> Quantity | None:
+    quantity = record.quantities.get(path)
+    if quantity is None or [axis.name for axis in quantity.axes] != ["order", "cylinder"]:
+        return None
+    return quantity
+
+
+def _angle(entries: list[float]) -> float:
+    """Degrees in [0, 360) from sine and cosine, so that they belong together at an optimum too."""
+    turned = round(math.degrees(math.atan2(entries[0], entries[1])) % 360.0, 2)
+    return 0.0 if turned == 360.0 else turned
+
+
+def _position(entries: list[float]) -> float:
+    """z from z sin and z cos."""
+    sine, cosine, position_sine, position_cosine = entries
+    return position_sine * sine + position_cosine * cosine

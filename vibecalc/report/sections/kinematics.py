@@ -1,0 +1,85 @@
+"""Motion of the pistons: harmonics, what a truncation leaves out, extremes over a turn."""
+
+import numpy as np
+
+from vibecalc.report.lookup import along
+from vibecalc.report.numbers import show, show_phase
+from vibecalc.report.sections.section import Section, scalars
+from vibecalc.report.tables import Column, number, paragraph, table
+from vibecalc.results.record import Quantity, Record, Result
+
+_ROWS = 12
+_HARMONICS = ("kinematics/position_harmonics", "kinematics/acceleration_harmonics")
+_TURN = ("kinematics/position", "kinematics/velocity", "kinematics/acceleration")
+
+
+def kinematics(result: Result) -> Section | None:
+    """The section, None if the result has nothing of it."""
+    record = result.record
+    lines, shown = _harmonics(record)
+    single, singles = scalars(record, ["kinematics/dropped_acceleration"])
+    lines += single
+    shown |= singles
+    turn, turns = _extremes(record)
+    lines += turn
+    shown |= turns
+    return Section("Piston motion", lines, frozenset(shown)) if lines else None
+
+
+def _harmonics(record: Record) -> tuple[list[str], set[str]]:
+    found = {path: hit for path in _HARMONICS if (hit := along(record, path, "order"))}
+    if not found:
+        return [], set()
+    orders = sorted({int(order) for _, values in found.values() for order in values})
+    columns = [Column("order", 6)]
+    for path, (quantity, _) in found.items():
+        word = path.rsplit("/", 1)[-1].removesuffix("_harmonics")
+        columns += [number(f"{word} {quantity.unit}", 20), number("phase deg", 10)]
+    rows = []
+    for order in orders[:_ROWS]:
+        row = [str(order)]
+        for quantity, values in found.values():
+            row += _cells(quantity, values, order)
+        rows.append(row)
+    lines = table(columns, rows)
+    if len(orders) > _ROWS:
+        lines += paragraph(
+            f"{len(orders) - _ROWS} more, up to order {orders[-1]}, in the result file"
+        )
+    return [*lines, ""], set(found)
+
+
+def _cells(quantity: Quantity, orders: np.ndarray, order: int) -> list[str]:
+    here = np.flatnonzero(orders == order)
+    if here.size == 0:
+        return ["", ""]
+    value = complex(quantity.values[here[0]])
+    error = quantity.error_estimate
+    return [show(abs(value), error), show_phase(value, error)]
+
+
+def _extremes(record: Record) -> tuple[list[str], set[str]]:
+    rows, shown = [], set()
+    for path in _TURN:
+        hit = along(record, path, "crank_angle")
+        if hit is None:
+            continue
+        quantity, angle = hit
+        low, high = int(np.argmin(quantity.values)), int(np.argmax(quantity.values))
+        cells = [path]
+        for i in (low, high):
+            cells += [show(quantity.values[i], quantity.error_estimate)]
+            cells += [f"{np.degrees(angle[i]):.1f}"]
+        rows.append([*cells, quantity.unit])
+        shown.add(path)
+    if not rows:
+        return [], set()
+    columns = [
+        Column("over one turn, as sampled", 28),
+        number("lowest", 13),
+        number("at deg", 8),
+        number("highest", 13),
+        number("at deg", 8),
+        Column("unit", 8),
+    ]
+    return ["", *table(columns, rows)], shown

@@ -1,0 +1,150 @@
+"""The optimum: variables in their bounds, objective, what was held, start beside optimum."""
+
+from collections.abc import Mapping
+from typing import Any, Literal
+
+from vibecalc.errors import ResultError
+from vibecalc.report.generic import grouped
+from vibecalc.report.lookup import START, scalar_of, table_of
+from vibecalc.report.numbers import show, show_percent
+from vibecalc.report.sections.search import holding, optima, searches, side_of
+from vibecalc.report.sections.section import Section
+from vibecalc.report.tables import Column, number, paragraph, table
+from vibecalc.results.record import Record, Result
+from vibecalc.results.select import worst
+
+PREFIX = "optimisation/"
+VARIABLE = "optimisation/variable/"
+#: What the tables above the generic ones tell, or what belongs into the file alone.
+_TOLD = tuple(
+    PREFIX + name
+    for name in (
+        "variable/",
+        "active_bound/",
+        "history/",
+        "optima/",
+        "margin",
+        "multiplier",
+        "objective",
+    )
+)
+#: Of vectors with these endings the largest entry stands for the whole.
+_WORST = ("_peak", "/sag", "/excursion")
+
+
+def optimisation(result: Result) -> Section | None:
+    """The section, None if the case does not optimise."""
+    record = result.record
+    own = [path for path in record if path.startswith(PREFIX) and not path.startswith(START)]
+    if not own:
+        return None
+    lines = [*_variables(result), *_objective(result), *holding(record), *_beside(record)]
+    lines += [*optima(record), *searches(record)]
+    rest = [record[path] for path in own if not path.startswith(_TOLD)]
+    tables = grouped(rest, PREFIX)
+    lines += ["", *tables] if tables and lines else tables
+    return Section("Optimisation", lines, frozenset(own)) if lines else None
+
+
+def start_of(result: Result, key: str) -> float | None:
+    """The start value of a variable: from the record, else as the case has it; None if neither."""
+    kept = scalar_of(result.record, START + VARIABLE + key)
+    if kept is not None:
+        return kept
+    found: Any = result.case
+    for name in key.replace("[", ".").replace("]", "").split("."):
+        try:
+            found = found[int(name)] if name.isdigit() else found[name]
+        except (KeyError, IndexError, TypeError):
+            return None
+    return float(found) if isinstance(found, int | float) else None
+
+
+def _variables(result: Result) -> list[str]:
+    given: Any = table_of(result.case, "optimisation").get("variables") or ()
+    rows = []
+    for variable in given:
+        key = str(variable["key"])
+        quantity = result.record.quantities.get(VARIABLE + key)
+        if quantity is None:
+            continue
+        start = start_of(result, key)
+        error = quantity.error_estimate
+        rows.append(
+            [
+                key,
+                "-" if start is None else show(start),
+                show(float(quantity.values), error),
+                quantity.unit,
+                _bound(variable["lower"]),
+                _bound(variable["upper"]),
+                side_of(result.record, key),
+            ]
+        )
+    columns = (
+        Column("variable", 33),
+        number("start", 11),
+        number("optimum", 11),
+        Column("unit", 7),
+        number("lower", 11),
+        number("upper", 11),
+        Column("", 8),
+    )
+    return table(columns, rows) if rows else []
+
+
+def _bound(value: float | str) -> str:
+    return value if isinstance(value, str) else show(float(value))
+
+
+def _objective(result: Result) -> list[str]:
+    objective: Mapping[str, Any] = table_of(result.case, "optimisation", "objective")
+    path = str(objective.get("quantity") or "")
+    if path not in result.record:
+        return []
+    sense = "smallest" if objective.get("sense", "min") == "min" else "largest"
+    where = dict(objective.get("where") or {})
+    # The worst entry is the largest of what is made small, and the other way round.
+    side: Literal["max", "min"] = "max" if sense == "smallest" else "min"
+    words = f"objective: {sense} {path}"
+    try:
+        quantity = result.record[path]
+        value, label = worst(quantity, where, side)
+        words += f" = {show(value, quantity.error_estimate)} {quantity.unit}".rstrip()
+        words += f" at {label}" if label else ""
+        if START + path in result.record:
+            before, _ = worst(result.record[START + path], where, side)
+            words += f"; at the start {show(before)} {quantity.unit}".rstrip()
+    except ResultError as error:
+        words += f": {error}"
+    return ["", *paragraph(words)]
+
+
+def _beside(record: Record) -> list[str]:
+    rows = []
+    for path, quantity in record.items():
+        before = record.quantities.get(START + path)
+        peak = len(quantity.axes) == 1 and path.endswith(_WORST)
+        if before is None or path.startswith(PREFIX) or not (peak or not quantity.axes):
+            continue
+        start, end = (worst(each, {}, "max")[0] for each in (before, quantity))
+        if start == end:
+            continue
+        change = (end - start) / abs(start) if start else None
+        rows.append(
+            [
+                path + (" (worst)" if peak else ""),
+                show(start, before.error_estimate),
+                show(end, quantity.error_estimate),
+                quantity.unit,
+                show_percent(change),
+            ]
+        )
+    columns = (
+        Column("start beside optimum", 40),
+        number("start"),
+        number("optimum"),
+        Column("unit", 10),
+        number("change"),
+    )
+    return ["", *table(columns, rows)] if rows else []

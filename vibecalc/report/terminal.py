@@ -1,0 +1,153 @@
+"""The short summary on the terminal: what came out, against what it is held, in colour."""
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from vibecalc.report.limits import judge_limits
+from vibecalc.report.lookup import START
+from vibecalc.report.numbers import show, show_percent
+from vibecalc.report.references import OUTSIDE, WITHIN, judge_references
+from vibecalc.report.sections.section import SCALARS, scalar_rows
+from vibecalc.report.sections.summary import brief, conclusion, limit_verdict
+from vibecalc.report.sections.summary import limits as limit_table
+from vibecalc.report.sections.summary import references as reference_table
+from vibecalc.report.tables import WIDTH, fold, paragraph
+from vibecalc.report.tables import table as fixed_table
+from vibecalc.results.record import Result
+
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.table import Table
+
+_MOST = 16
+_MOST_REFERENCES = 10
+_ENDINGS = ("_peak", "frequency", "_ratio", "speed", "residual", "objective")
+
+
+def print_summary(result: Result, path: Path) -> None:
+    """Print the summary on stdout, in colour on a terminal, and where the files are."""
+    if sys.stdout.isatty():
+        from rich.console import Console
+
+        summary(result, Console())
+    else:
+        sys.stdout.write(plain_summary(result))
+    sys.stdout.write(f"wrote {path} and {path.with_suffix('.txt').name}\n")
+    sys.stdout.flush()
+
+
+def summary(result: Result, console: "Console") -> None:
+    """Print title, key scalars, limits, references, warnings and the conclusion.
+
+    Colours are left to `console`, which drops them where the output is no terminal.
+    """
+    from rich.markup import escape
+
+    references, limits = judge_references(result), judge_limits(result)
+    console.print(f"[bold]{escape(str(result.case.get('title') or result.name))}[/bold]")
+    for table in (_scalars(result), _limits(result), _references(result)):
+        if table is not None:
+            console.print(table)
+    for text in dict.fromkeys(result.record.warnings):
+        console.print(f"[yellow]warning:[/yellow] {escape(text)}")
+    good = all(row.satisfied for row in limits) and all(
+        row.within is not False for row in references
+    )
+    colour = "green" if good else "red"
+    console.print(f"[{colour}]{escape(conclusion(references, limits))}[/{colour}]")
+
+
+def plain_summary(result: Result) -> str:
+    """The same without colour and without importing rich, for pipes and files."""
+    references, limits = judge_references(result), judge_limits(result)
+    rows = scalar_rows(result.record[path] for path in key_paths(result))
+    tables = (
+        fixed_table(SCALARS, rows) if rows else [],
+        limit_table(limits),
+        reference_table(references, _MOST_REFERENCES),
+        [
+            line
+            for text in dict.fromkeys(result.record.warnings)
+            for line in paragraph(text, "warning:")
+        ],
+    )
+    lines = fold(str(result.case.get("title") or result.name), WIDTH)
+    for table in tables:
+        lines += ["", *table] if table else []
+    lines += ["", *paragraph(conclusion(references, limits))]
+    return "\n".join(lines) + "\n"
+
+
+def key_paths(result: Result) -> list[str]:
+    """The scalars worth a line on the terminal: peaks, frequencies, ratios, what is optimised."""
+    paths = [
+        path
+        for path, quantity in result.record.items()
+        if not quantity.axes and not path.startswith(START) and path.endswith(_ENDINGS)
+    ]
+    return paths[:_MOST]
+
+
+def _scalars(result: Result) -> "Table | None":
+    paths = key_paths(result)
+    if not paths:
+        return None
+    table = _table("quantity", ">value", "unit", "")
+    for row in scalar_rows(result.record[path] for path in paths):
+        table.add_row(*_plain(row))
+    return table
+
+
+def _limits(result: Result) -> "Table | None":
+    rows = judge_limits(result)
+    if not rows:
+        return None
+    table = _table("limit on", ">bound", ">computed", ">margin", "unit", "verdict")
+    for row in rows:
+        bounds = [
+            f"{side} {value:.6g}"
+            for side, value in (("min", row.min), ("max", row.max))
+            if value is not None
+        ]
+        name = row.quantity + (f" [{row.label}]" if row.label else "")
+        cells = [name, " ".join(bounds), show(row.computed, row.error_estimate)]
+        cells += [show(row.margin, row.error_estimate), row.unit]
+        colour = "green" if row.satisfied else "bold red"
+        table.add_row(*_plain(cells), f"[{colour}]{limit_verdict(row)}[/{colour}]")
+    return table
+
+
+def _references(result: Result) -> "Table | None":
+    rows = judge_references(result)
+    if not rows:
+        return None
+    colours = {WITHIN: "green", OUTSIDE: "bold red"}
+    table = _table("published", ">value", ">computed", "unit", ">difference", "verdict", "source")
+    for row in brief(rows, _MOST_REFERENCES):
+        picks = ", ".join(f"{axis}={entry}" for axis, entry in row.where.items())
+        name = row.quantity + (f" [{picks}]" if picks else "")
+        cells = [name, row.printed, show(row.computed, row.error_estimate), row.unit]
+        cells.append(show_percent(row.relative_difference))
+        colour = colours.get(row.verdict, "yellow")
+        verdict = f"[{colour}]{row.verdict}[/{colour}]"
+        table.add_row(*_plain(cells), verdict, *_plain([row.source]))
+    return table
+
+
+def _table(*heads: str) -> "Table":
+    from rich import box
+    from rich.table import Table
+
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, header_style="bold")
+    for head in heads:
+        table.add_column(
+            head.removeprefix(">"), justify="right" if head.startswith(">") else "left"
+        )
+    return table
+
+
+def _plain(cells: list[str]) -> list[str]:
+    from rich.markup import escape
+
+    return [escape(cell) for cell in cells]

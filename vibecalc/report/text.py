@@ -1,0 +1,104 @@
+"""The report as text: fixed columns and stable digits, so that two reports can be diffed."""
+
+from collections.abc import Callable
+from typing import Any
+
+from vibecalc.report.limits import judge_limits
+from vibecalc.report.lookup import speed_of, table_of
+from vibecalc.report.numbers import rpm, show
+from vibecalc.report.references import judge_references, misses
+from vibecalc.report.sections import closing, summary
+from vibecalc.report.sections.excitation import excitation
+from vibecalc.report.sections.isolation import isolation
+from vibecalc.report.sections.kinematics import kinematics
+from vibecalc.report.sections.optimisation import optimisation
+from vibecalc.report.sections.other import other
+from vibecalc.report.sections.section import Section
+from vibecalc.report.tables import fold, pairs, paragraph
+from vibecalc.results.record import Result
+
+#: In the order of the pipeline, the optimum first since it is what the rest describes.
+_STAGES: tuple[Callable[[Result], Section | None], ...] = (
+    optimisation,
+    kinematics,
+    excitation,
+    isolation,
+)
+
+
+def render_report(result: Result, *, full: bool = False) -> str:
+    """The whole report of one result, at most 100 columns wide.
+
+    Sections appear only for what the result has; what no section knows is listed generically.
+    What changes from run to run stands at the end, so that all above it is the same text for the
+    same numbers. `full` lists the error estimate of every quantity instead of the worst few.
+
+    Raises
+    ------
+    ResultError
+        A reference or limit of the case names what the result does not have.
+    """
+    limits, references = judge_limits(result), judge_references(result)
+    lines = _identity(result)
+    lines += _titled("Summary", paragraph(summary.conclusion(references, limits)))
+    for table in (summary.limits(limits), summary.references(references)):
+        if table:
+            lines += ["", *table]
+    shown: set[str] = set()
+    for stage in _STAGES:
+        section = stage(result)
+        if section is not None:
+            lines += _titled(section.title, section.lines)
+            shown |= section.shown
+    closings = (
+        other(result, shown),
+        closing.warnings(result),
+        closing.accuracy(result, full),
+        closing.methods(result),
+        closing.plan(result),
+        closing.provenance(result),
+    )
+    for section in closings:
+        if section is not None:
+            lines += _titled(section.title, section.lines)
+    return "\n".join(lines) + "\n"
+
+
+def render_verdicts(result: Result) -> str:
+    """Limits and references of one result, each miss in words, and the conclusion."""
+    limits, references = judge_limits(result), judge_references(result)
+    lines = _titled(str(result.case.get("title") or result.name), [])[1:]
+    for table in (summary.limits(limits), summary.references(references)):
+        lines += [*table, ""] if table else []
+    for miss in misses(references, limits):
+        lines += paragraph(miss, "MISSED")
+    return "\n".join([*lines, *paragraph(summary.conclusion(references, limits))]) + "\n"
+
+
+def _identity(result: Result) -> list[str]:
+    case = result.case
+    title = fold(str(case.get("title") or result.name), 98)
+    rows = [("case", result.name)]
+    if case.get("source"):
+        rows.append(("source", str(case["source"])))
+    machine = _machine(result)
+    if machine:
+        rows.append(("machine", machine))
+    rows += [("sha256 of the case", result.case_sha256), ("vibecalc", result.version)]
+    return [*title, "=" * max(len(line) for line in title), *pairs(rows, 20)]
+
+
+def _machine(result: Result) -> str:
+    machine = table_of(result.case, "machine")
+    words = [str(machine["kind"])] if machine.get("kind") else []
+    cylinders: Any = table_of(machine, "crank_train").get("cylinders") or ()
+    if cylinders:
+        words.append("1 cylinder" if len(cylinders) == 1 else f"{len(cylinders)} cylinders")
+    speed = speed_of(result)
+    if speed is not None:
+        words.append(f"{show(rpm(speed))} rpm ({show(speed)} rad/s)")
+    return ", ".join(words)
+
+
+def _titled(title: str, lines: list[str]) -> list[str]:
+    return ["", title, "-" * len(title), *lines]

@@ -1,0 +1,107 @@
+"""Entry by entry, as vectors, and by phase: the comparisons that need no matching."""
+
+import math
+
+import numpy as np
+
+from vibecalc.errors import UsageError
+from vibecalc.results.align import Aligned, Entries, labels
+from vibecalc.results.record import Quantity
+from vibecalc.results.rules import Rule, absolute_tolerance
+
+#: standard errors that two statistics may be apart
+_STANDARD_ERRORS = 4.0
+
+
+def by_value(aligned: Aligned, reference: Quantity, value: Quantity, rule: Rule) -> Entries:
+    """Each entry for itself; complex entries are points in the plane, names equal or not."""
+    left, right = aligned.reference.ravel(), aligned.value.ravel()
+    names = labels(aligned.axes)
+    if left.dtype.kind not in "biufc":
+        difference = np.where(left.astype(str) == right.astype(str), 0.0, math.inf)
+        return Entries(names, left, right, difference, np.zeros(left.shape))
+    allowed = tolerance(np.abs(left), reference, value, rule)
+    return Entries(names, left, right, apart(left, right, rule), allowed)
+
+
+def by_vector(aligned: Aligned, reference: Quantity, value: Quantity, rule: Rule) -> Entries:
+    """The entries along the last axis as one vector: length of the difference."""
+    if not aligned.axes or aligned.reference.dtype.kind not in "biufc":
+        return by_value(aligned, reference, value, rule)
+    count = math.sqrt(aligned.reference.shape[-1])
+    difference = np.linalg.norm(apart(aligned.reference, aligned.value, rule), axis=-1).ravel()
+    left = np.linalg.norm(np.abs(aligned.reference), axis=-1).ravel()
+    right = np.linalg.norm(np.abs(aligned.value), axis=-1).ravel()
+    allowed = tolerance(left, reference, value, rule, spread=count)
+    return Entries(labels(aligned.axes[:-1]), left, right, difference, allowed)
+
+
+def by_phase(aligned: Aligned, reference: Quantity, value: Quantity, rule: Rule) -> Entries:
+    """Angles modulo one turn, in rad; `rtol` and `atol` are in rad.
+
+    Of complex entries the angle counts, where the reference is above the amplitude floor; the
+    error estimates turn a phase by themselves over the amplitude.
+    """
+    names = labels(aligned.axes)
+    left, right = aligned.reference.ravel(), aligned.value.ravel()
+    margin = absolute_tolerance(rule, "rad") + (rule.rtol or 0.0)
+    errors = reference.error_estimate + value.error_estimate
+    if np.iscomplexobj(left) and np.iscomplexobj(right):
+        amplitude = np.abs(left)
+        kept = np.flatnonzero(amplitude > (rule.floor or 0.0) * scale_of(amplitude))
+        left, right = left[kept], right[kept]
+        names = tuple(names[position] for position in kept)
+        # A value of zero has no phase: as far off as can be.
+        turned = np.where(right == 0, math.pi, np.abs(np.angle(right * np.conj(left))))
+        allowed = margin + errors / np.abs(left)
+        left, right = np.angle(left), np.angle(right)
+    elif reference.unit == "rad":
+        turned = np.abs(np.remainder(left - right + math.pi, 2.0 * math.pi) - math.pi)
+        allowed = np.full(left.shape, margin + errors)
+    else:
+        raise UsageError(
+            f"compare = 'phase' does not fit {reference.path}: "
+            "it needs complex numbers or angles in rad"
+        )
+    same = (left == right) | (np.isnan(left) & np.isnan(right) & bool(rule.nan_equal))
+    difference = np.where(same, 0.0, np.where(np.isfinite(turned), turned, math.inf))
+    return Entries(names, left, right, difference, allowed)
+
+
+def apart(left: np.ndarray, right: np.ndarray, rule: Rule) -> np.ndarray:
+    """|left - right|; infinities of one sign are equal, NaN is only if the rule says so."""
+    with np.errstate(invalid="ignore", over="ignore"):
+        difference = np.abs(np.subtract(left, right, dtype=_common(left, right)))
+    same = left == right
+    if rule.nan_equal:
+        same = same | (np.isnan(left) & np.isnan(right))
+    return np.where(same, 0.0, np.where(np.isnan(difference), math.inf, difference))
+
+
+def tolerance(
+    magnitude: np.ndarray, reference: Quantity, value: Quantity, rule: Rule, spread: float = 1.0
+) -> np.ndarray:
+    """What entries may differ by: atol + rtol * max(entry, scale) and both error estimates.
+
+    `magnitude` are the sizes of the compared entries; `spread` multiplies the error estimates,
+    for entries made of several. Statistics may be four standard errors apart instead.
+    """
+    errors = spread * (reference.error_estimate + value.error_estimate)
+    allowed = absolute_tolerance(rule, reference.unit) + errors
+    if reference.standard_error is not None or value.standard_error is not None:
+        both = math.hypot(reference.standard_error or 0.0, value.standard_error or 0.0)
+        return np.full(magnitude.shape, allowed + _STANDARD_ERRORS * spread * both)
+    size = np.where(np.isfinite(magnitude), magnitude, 0.0)
+    if rule.relative_to == "whole":
+        size = np.full(magnitude.shape, scale_of(magnitude))
+    return allowed + (rule.rtol or 0.0) * size
+
+
+def scale_of(magnitude: np.ndarray) -> float:
+    """Largest finite entry, zero if there is none."""
+    finite = magnitude[np.isfinite(magnitude)]
+    return float(finite.max()) if finite.size else 0.0
+
+
+def _common(left: np.ndarray, right: np.ndarray) -> type:
+    return complex if np.iscomplexobj(left) or np.iscomplexobj(right) else float

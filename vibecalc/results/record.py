@@ -1,0 +1,92 @@
+"""What a run holds in memory: named arrays with unit, axes, amplitude kind and error estimate."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+AMPLITUDES = ("0-pk", "pk-pk", "rms")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Axis:
+    """One labelled axis: numbers with a unit, or names (`unit` is then empty)."""
+
+    name: str
+    values: np.ndarray
+    unit: str = ""
+    long_name: str = ""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Quantity:
+    """One result. `path` is its name everywhere: in the file, in references, limits and `diff`.
+
+    `values` has one dimension per axis, real or complex; `error_estimate` is absolute, in `unit`,
+    and bounds the error of every entry that the method expects of itself (round-off and
+    truncation, for the case as stored in double precision). A statistic carries its
+    `standard_error`, in `unit` too.
+    """
+
+    path: str
+    values: np.ndarray
+    unit: str
+    long_name: str
+    axes: tuple[Axis, ...] = ()
+    amplitude: str | None = None
+    error_estimate: float = 0.0
+    standard_error: float | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Method:
+    """A method that took part in a run: what it did and where it is published."""
+
+    name: str
+    purpose: str
+    citation: str
+
+
+@dataclass(kw_only=True)
+class Record(Mapping[str, Quantity]):
+    """All results of one run, in the order they were made, with warnings and methods used."""
+
+    quantities: dict[str, Quantity] = field(default_factory=dict)
+    warnings: list[str] = field(default_factory=list)
+    methods: list[Method] = field(default_factory=list)
+
+    def add(self, quantity: Quantity) -> None:
+        """Take one result; a second one under the same path is a mistake of ours."""
+        if quantity.path in self.quantities:
+            raise ValueError(f"two results under one path: {quantity.path}")
+        self.quantities[quantity.path] = quantity
+
+    def __getitem__(self, path: str) -> Quantity:
+        return self.quantities[path]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.quantities)
+
+    def __len__(self) -> int:
+        return len(self.quantities)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Result:
+    """A finished run, as it is written to a file and read back.
+
+    `case` is the resolved case (plain dict in SI, as in the TOML of `case_toml_resolved`);
+    `plan` has one dict of short texts per stage (`stage`, `why`, ...). What changes from run to
+    run is in `provenance` (texts and numbers) and `timings` (seconds per stage).
+    """
+
+    name: str
+    case: Mapping[str, object]
+    case_toml: str
+    case_toml_resolved: str
+    case_sha256: str
+    record: Record
+    version: str
+    plan: tuple[Mapping[str, str], ...] = ()
+    provenance: Mapping[str, str | int | float] = field(default_factory=dict)
+    timings: Mapping[str, float] = field(default_factory=dict)

@@ -1,0 +1,181 @@
+"""Picks entries of a quantity along its named axes, as `where` in references and limits does."""
+
+import itertools
+from collections.abc import Mapping, Sequence
+from typing import Literal, NamedTuple
+
+import numpy as np
+
+from vibecalc.errors import ResultError, UnitError
+from vibecalc.results.record import Axis, Quantity
+
+Key = int | float | str
+Where = Mapping[str, Key]
+
+#: two labels closer than this, relative to the larger one, are the same label
+LABEL_RTOL = 1e-9
+
+_SHOWN = 12
+
+
+class Selection(NamedTuple):
+    """What `where` leaves of a quantity.
+
+    `values` has one dimension for each axis that `where` does not name, in the quantity's order;
+    `labels` holds one text per entry of `values`, in C order, naming all axes
+    ("mount=2, order=1").
+    """
+
+    values: np.ndarray
+    labels: tuple[str, ...]
+
+
+def select(quantity: Quantity, where: Where) -> Selection:
+    """Pick the entries of `quantity` that `where` names.
+
+    Parameters
+    ----------
+    quantity
+        Any result.
+    where
+        Axis name to entry. A number is compared with the axis values within 1e-9 relative, a
+        text with a unit is converted to the unit of the axis first; names have to match exactly.
+
+    Returns
+    -------
+    Selection
+        The remaining array with a label for each entry; a scalar has one entry labelled "".
+
+    Raises
+    ------
+    ResultError
+        An axis or entry does not exist; the message lists what does.
+    """
+    unknown = [name for name in where if name not in {axis.name for axis in quantity.axes}]
+    if unknown:
+        raise ResultError(_no_axis(quantity, unknown[0]))
+    chosen: list[list[int]] = []
+    index: list[int | slice] = []
+    for axis in quantity.axes:
+        if axis.name in where:
+            position = _position(quantity, axis, where[axis.name])
+            chosen.append([position])
+            index.append(position)
+        else:
+            chosen.append(list(range(len(axis.values))))
+            index.append(slice(None))
+    texts = [
+        [f"{axis.name}={entry_text(axis, position)}" for position in positions]
+        for axis, positions in zip(quantity.axes, chosen, strict=True)
+    ]
+    labels = tuple(", ".join(parts) for parts in itertools.product(*texts))
+    return Selection(np.asarray(quantity.values)[tuple(index)], labels)
+
+
+def worst(quantity: Quantity, where: Where, sense: Literal["max", "min"]) -> tuple[float, str]:
+    """Largest ("max") or smallest ("min") entry that `where` leaves, with its label.
+
+    Complex entries count by magnitude, and NaN is worse than any number.
+    """
+    values, labels = select(quantity, where)
+    if values.size == 0:
+        raise ResultError(f"{quantity.path} has no entries to pick the worst of")
+    if values.dtype.kind not in "biufc":
+        raise ResultError(f"{quantity.path} holds names, there is no worst of them")
+    flat = (np.abs(values) if np.iscomplexobj(values) else values).astype(float).ravel()
+    missing = np.isnan(flat)
+    if missing.any():
+        position = int(np.argmax(missing))
+    else:
+        position = int(np.argmax(flat) if sense == "max" else np.argmin(flat))
+    return float(flat[position]), labels[position]
+
+
+def scalar(quantity: Quantity, where: Where) -> float | complex:
+    """The one entry that `where` picks; ResultError where it leaves several, or none."""
+    values, _ = select(quantity, where)
+    if values.size != 1:
+        free = [
+            f"{axis.name} ({_entries(axis)})" for axis in quantity.axes if axis.name not in where
+        ]
+        raise ResultError(
+            f"{quantity.path} has {values.size} entries here, one is needed: "
+            f"name also {', '.join(free)}"
+        )
+    if values.dtype.kind not in "biufc":
+        raise ResultError(f"{quantity.path} holds names, a number is needed")
+    only = values.ravel()[0]
+    return complex(only) if np.iscomplexobj(values) else float(only)
+
+
+def entry_text(axis: Axis, position: int) -> str:
+    """How one entry of an axis is written in labels: `2`, `left front`, `513.127 rad/s`."""
+    value = axis.values[position]
+    if axis.values.dtype.kind not in "biuf":
+        return str(value)
+    text = str(int(value)) if axis.values.dtype.kind in "biu" else format(float(value), ".9g")
+    return f"{text} {axis.unit}" if axis.unit else text
+
+
+def nearest(word: str, known: Sequence[str]) -> list[str]:
+    """Known words, those that look like `word` first."""
+    from difflib import get_close_matches
+
+    close = get_close_matches(word, known, n=3, cutoff=0.5)
+    return close + [other for other in known if other not in close]
+
+
+def _position(quantity: Quantity, axis: Axis, key: Key) -> int:
+    if axis.values.dtype.kind not in "biuf":
+        names = [str(name) for name in axis.values]
+        if isinstance(key, bool) or str(key) not in names:
+            raise ResultError(_no_entry(quantity, axis, key))
+        return names.index(str(key))
+    wanted = _number(quantity, axis, key)
+    values = np.asarray(axis.values, dtype=float)
+    distance = np.abs(values - wanted)
+    position = int(np.argmin(distance)) if distance.size else 0
+    if not distance.size or not (
+        distance[position] <= LABEL_RTOL * max(abs(wanted), abs(values[position]))
+    ):
+        raise ResultError(_no_entry(quantity, axis, key))
+    return position
+
+
+def _number(quantity: Quantity, axis: Axis, key: Key) -> float:
+    if isinstance(key, bool):
+        raise ResultError(_no_entry(quantity, axis, key))
+    if isinstance(key, str):
+        from vibecalc.units import parse_quantity
+
+        try:
+            return float(parse_quantity(key, axis.unit))
+        except UnitError as error:
+            raise ResultError(
+                f"{quantity.path}: {axis.name} = {key!r} cannot be read: {error}"
+            ) from error
+    return float(key)
+
+
+def _no_axis(quantity: Quantity, name: str) -> str:
+    known = [axis.name for axis in quantity.axes]
+    if not known:
+        return f"{quantity.path} is one number, it has no axis {name!r}: leave `where` out"
+    return f"{quantity.path} has no axis {name!r}; it has {', '.join(nearest(name, known))}"
+
+
+def _no_entry(quantity: Quantity, axis: Axis, key: Key) -> str:
+    return f"{quantity.path} has no entry {axis.name} = {key!r}; there is {_entries(axis, key)}"
+
+
+def _entries(axis: Axis, key: Key | None = None) -> str:
+    """Entries of an axis for a message: the nearest ones to `key`, or the first ones."""
+    texts = [entry_text(axis, position) for position in range(len(axis.values))]
+    if isinstance(key, str) and axis.values.dtype.kind not in "biuf":
+        texts = nearest(key, texts)
+    elif isinstance(key, int | float) and axis.values.dtype.kind in "biuf":
+        near = np.argsort(np.abs(np.asarray(axis.values, dtype=float) - key), kind="stable")
+        texts = [texts[position] for position in near[:_SHOWN]] + texts[_SHOWN:]
+    if len(texts) > _SHOWN:
+        return f"{', '.join(texts[:_SHOWN])} ... ({len(texts)} in all)"
+    return ", ".join(texts) or "no entry at all"

@@ -1,0 +1,108 @@
+"""A case with some of its keys set to numbers, as a function that a search can call."""
+
+import copy
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from vibecalc.case.load import validate
+from vibecalc.case.overrides import field_unit, get_key, set_key
+from vibecalc.case.tables import Limit
+from vibecalc.errors import CaseError, NumericalFailure
+from vibecalc.machine.checks import check_machine
+from vibecalc.pipeline.run import run_case
+from vibecalc.results.select import worst
+from vibecalc.units import parse_quantity
+
+if TYPE_CHECKING:
+    from vibecalc.case.load import LoadedCase
+    from vibecalc.case.schema import Case
+    from vibecalc.results.record import Record
+
+Side = Literal["max", "min"]
+
+
+class Binding:
+    """Variables, objective and limits of one `[optimisation]` table on its case.
+
+    `lower`, `upper` and `first` (n,) are in SI; `first` is the case as written, moved into the
+    bounds. `accuracy` is the largest relative error estimate met in objective and limits.
+    """
+
+    def __init__(self, loaded: "LoadedCase"):
+        study = loaded.case.optimisation
+        if study is None:
+            raise ValueError("the case has no [optimisation]")
+        self._resolved = {k: v for k, v in loaded.resolved.items() if k != "reference"}
+        self.keys = tuple(variable.key for variable in study.variables)
+        self.units = tuple(field_unit(key) for key in self.keys)
+        self.lower = self._bounds([variable.lower for variable in study.variables])
+        self.upper = self._bounds([variable.upper for variable in study.variables])
+        written = np.array([float(get_key(loaded.resolved, key)) for key in self.keys])
+        self.first = np.clip(written, self.lower, self.upper)
+        self.goal = study.objective
+        self.sign = 1.0 if study.objective.sense == "min" else -1.0
+        self.limits = tuple(limit for limit in loaded.case.limit if _counts(limit))
+        self._wanted = frozenset({self.goal.quantity, *(limit.quantity for limit in self.limits)})
+        self.accuracy = 0.0
+
+    def _bounds(self, given: list[Any]) -> np.ndarray:
+        return np.array(
+            [parse_quantity(str(v), unit) for v, unit in zip(given, self.units, strict=True)]
+        )
+
+    def case_at(self, variables: np.ndarray) -> "Case":
+        """The case with its variables set, checked again; NumericalFailure if it is not a case."""
+        changed = copy.deepcopy(self._resolved)
+        for key, value in zip(self.keys, variables, strict=True):
+            set_key(changed, key, float(value))
+        try:
+            case = validate(changed)
+        except CaseError as error:
+            raise NumericalFailure(str(error.problems[0].message)) from error
+        problems = check_machine(case)
+        if problems:
+            raise NumericalFailure(problems[0].message)
+        return case
+
+    def evaluate(self, variables: np.ndarray) -> tuple[float, np.ndarray]:
+        """Objective (to be made small) and dimensionless margins, kept where >= 0."""
+        record = run_case(self.case_at(variables), wanted=self._wanted)
+        side: Side = "max" if self.sign > 0.0 else "min"
+        value, _ = worst(record[self.goal.quantity], self.goal.where, side)
+        self._note_accuracy(record, self.goal.quantity, value)
+        margins = [margin for limit in self.limits for margin in self._margins(record, limit)]
+        return self.sign * value, np.array(margins, dtype=float)
+
+    def _margins(self, record: "Record", limit: Limit) -> list[float]:
+        quantity = record[limit.quantity]
+        margins = []
+        bounds: tuple[tuple[Any, Side, float], ...] = (
+            (limit.max, "max", 1.0),
+            (limit.min, "min", -1.0),
+        )
+        for bound, side, sign in bounds:
+            if bound is None:
+                continue
+            allowed = parse_quantity(str(bound), quantity.unit)
+            value, _ = worst(quantity, limit.where, side)
+            self._note_accuracy(record, limit.quantity, value)
+            margins.append(sign * (allowed - value) / (abs(allowed) or 1.0))
+        return margins
+
+    def margin_names(self) -> tuple[str, ...]:
+        """One name per margin, in the order of `evaluate`."""
+        return tuple(
+            f"{limit.quantity} {side} {bound}"
+            for limit in self.limits
+            for side, bound in (("max", limit.max), ("min", limit.min))
+            if bound is not None
+        )
+
+    def _note_accuracy(self, record: "Record", path: str, value: float) -> None:
+        if value != 0.0 and np.isfinite(value):
+            self.accuracy = max(self.accuracy, record[path].error_estimate / abs(value))
+
+
+def _counts(limit: Limit) -> bool:
+    return limit.at == "optimum" and limit.expect == "kept"

@@ -1,0 +1,76 @@
+"""A checked case to a finished result: one run, or a run to the optimum."""
+
+import platform
+import socket
+import sys
+import time
+from typing import TYPE_CHECKING
+
+from vibecalc import __version__
+from vibecalc.case.load import LoadedCase
+from vibecalc.results.record import Record, Result
+
+if TYPE_CHECKING:
+    from vibecalc.case.schema import Case
+
+
+def execute(loaded: LoadedCase, progress: bool = False) -> Result:
+    """Run a case as it asks to be run.
+
+    `progress` shows a bar on stderr for long work, on a terminal only. Raises NumericalFailure.
+    """
+    timings: dict[str, float] = {}
+    if loaded.case.optimisation is None:
+        from vibecalc.pipeline.run import run_case
+
+        record = run_case(loaded.case, timings=timings)
+    else:
+        from vibecalc.study.optimise import optimise
+
+        record = optimise(loaded, timings=timings, progress=progress)
+    return as_result(loaded, record, timings)
+
+
+def plan_texts(case: "Case") -> list[dict[str, str]]:
+    """What a run of `case` does and why, one row of short texts per stage."""
+    from vibecalc.pipeline.plan import plan_case
+
+    rows = [stage.as_texts() for stage in plan_case(case)]
+    if case.optimisation is not None:
+        from vibecalc.study.optimise_paths import describe_study
+
+        rows.append(describe_study(case))
+    return rows
+
+
+def as_result(loaded: LoadedCase, record: Record, timings: dict[str, float]) -> Result:
+    """Put a record together with its case and where it comes from."""
+    return Result(
+        name=loaded.name,
+        case=loaded.resolved,
+        case_toml=loaded.text,
+        case_toml_resolved=loaded.resolved_toml,
+        case_sha256=loaded.sha256,
+        record=record,
+        version=__version__,
+        plan=tuple(plan_texts(loaded.case)),
+        provenance=_provenance(),
+        timings=timings,
+    )
+
+
+def _provenance() -> dict[str, str | int | float]:
+    versions: dict[str, str | int | float] = {
+        name: str(getattr(sys.modules[name], "__version__", ""))
+        for name in ("numpy", "scipy", "h5py")
+        if name in sys.modules
+    }
+    return {
+        "command": " ".join(["vibecalc", *sys.argv[1:]]),
+        "time": time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime()),
+        "host": socket.gethostname(),
+        "platform": f"{platform.system()} {platform.machine()}",
+        "python": platform.python_version(),
+        **versions,
+        "vibecalc_version": __version__,
+    }

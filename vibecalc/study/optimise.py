@@ -1,0 +1,143 @@
+"""Run a case to its optimum: the stage groups hold the optimum, `optimisation/start` the start."""
+
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vibecalc.pipeline.run import run_case
+from vibecalc.results.record import Axis, Method, Quantity, Record
+from vibecalc.study.binding import Binding
+from vibecalc.study.optimise_paths import ROOT, optimisation_entries
+
+if TYPE_CHECKING:
+    from vibecalc.case.load import LoadedCase
+    from vibecalc.case.schema import Case
+    from vibecalc.optimisation.optimum import Optimum
+
+Evaluate = Callable[[np.ndarray], tuple[float, np.ndarray]]
+
+
+def optimise(loaded: "LoadedCase", *, timings: dict[str, float], progress: bool = False) -> Record:
+    """Search from the case as written and from starts spread over the bounds.
+
+    Returns the record of the optimum with `optimisation/...` added. Raises NumericalFailure if no
+    point keeps the limits or no search ends in a point that can be shown to be an optimum.
+    """
+    from vibecalc.optimisation.constrained import minimise
+
+    study = loaded.case.optimisation
+    if study is None:
+        raise ValueError("the case has no [optimisation]")
+    binding = Binding(loaded)
+    started = time.perf_counter()
+    with _shown(binding.evaluate, progress) as evaluate:
+        binding.evaluate(binding.first)
+        found = minimise(
+            evaluate,
+            binding.lower,
+            binding.upper,
+            first=binding.first,
+            starts=study.starts,
+            rtol=loaded.case.accuracy.rtol,
+            accuracy=binding.accuracy,
+        )
+    seconds = time.perf_counter() - started
+    record = run_case(binding.case_at(found.variables), timings=timings)
+    start = run_case(binding.case_at(binding.first))
+    timings["optimisation"] = seconds
+    _add_optimum(record, loaded.case, binding, found)
+    for path, quantity in start.items():
+        record.add(replace(quantity, path=f"{ROOT}/start/{path}"))
+    for warning in (*found.notes, *(f"at the start: {text}" for text in start.warnings)):
+        if warning not in record.warnings:
+            record.warnings.append(warning)
+    record.methods.append(
+        Method(
+            name="sequential quadratic programming from many starts, refined by Newton's method",
+            purpose="constrained optimum",
+            citation="Nocedal and Wright, Numerical Optimization, 2nd ed. 2006, ch. 12 and 18",
+        )
+    )
+    return record
+
+
+def _add_optimum(record: Record, case: "Case", binding: Binding, found: "Optimum") -> None:
+    searches, optima = found.history, found.optima
+    axes = {
+        "search": np.arange(1, len(searches) + 1),
+        "optimum": np.arange(1, len(optima) + 1),
+        "limit": np.array(binding.margin_names(), dtype=object),
+    }
+    values: dict[str, tuple[Any, float]] = {
+        "objective": (binding.sign * found.objective, found.objective_error),
+        "kkt_residual": (found.kkt_residual, 0.0),
+        "evaluations": (found.evaluations, 0.0),
+        "failures": (found.failures, 0.0),
+        "history/objective": ([_known(binding.sign * s.objective) for s in searches], 0.0),
+        "history/feasible": ([int(s.feasible) for s in searches], 0.0),
+        "history/evaluations": ([s.evaluations for s in searches], 0.0),
+        "optima/objective": ([binding.sign * o.objective for o in optima], found.objective_error),
+        "optima/found_by": ([o.found_by for o in optima], 0.0),
+    }
+    if binding.limits:
+        values["margin"] = (found.margins, binding.accuracy)
+        values["multiplier"] = (found.margin_multipliers, 0.0)
+    for i, key in enumerate(binding.keys):
+        values[f"variable/{key}"] = (found.variables[i], float(found.variables_error[i]))
+        values[f"active_bound/{key}"] = (int(found.active_bounds[i]), 0.0)
+        values[f"history/start/{key}"] = ([s.start[i] for s in searches], 0.0)
+        values[f"history/end/{key}"] = ([s.end[i] for s in searches], 0.0)
+    entries = optimisation_entries(case)
+    for name, (value, error) in values.items():
+        entry = entries[f"{ROOT}/{name}"]
+        record.add(
+            Quantity(
+                path=entry.path,
+                values=np.asarray(value),
+                unit=entry.unit,
+                long_name=entry.long_name,
+                axes=tuple(Axis(name=axis, values=axes[axis]) for axis in entry.axes),
+                amplitude=entry.amplitude,
+                error_estimate=error,
+            )
+        )
+
+
+def _known(objective: float) -> float:
+    """A start that could not be evaluated has no objective: infinitely bad, never NaN."""
+    return objective if np.isfinite(objective) else np.inf
+
+
+@contextmanager
+def _shown(evaluate: Evaluate, wanted: bool) -> Iterator[Evaluate]:
+    """Count evaluations on stderr while they run, on a terminal only."""
+    if not (wanted and sys.stderr.isatty()):
+        yield evaluate
+        return
+    from rich.console import Console
+    from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+
+    columns = (
+        SpinnerColumn(),
+        TextColumn("optimising: {task.completed:.0f} runs, best {task.fields[best]}"),
+        TimeElapsedColumn(),
+    )
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("", total=None, best="none yet")
+        best = np.inf
+
+        def counted(variables: np.ndarray) -> tuple[float, np.ndarray]:
+            nonlocal best
+            objective, margins = evaluate(variables)
+            if objective < best and (margins >= 0.0).all():
+                best = objective
+            shown = f"{abs(best):.6g}" if np.isfinite(best) else "none yet"
+            bar.update(task, advance=1, best=shown)
+            return objective, margins
+
+        yield counted
