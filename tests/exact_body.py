@@ -151,16 +151,18 @@ class PitchTruth:
             for n, c in zip(self.orders, self.couple, strict=True)
         ]
 
+    def row(self, speed: mpf, row: int) -> list[list[mpc]]:
+        """Couple over lever (row 0), or force of a mount (from row 1): [component][order]."""
+        turned = [(n * speed, q) for n, q in zip(self.orders, self.angle(speed), strict=True)]
+        if row == 0:
+            return [[self.passing(w) * q / self.lever for w, q in turned]]
+        x, k = self.place[row - 1], self.spring[row - 1]
+        c, h = self.damper[row - 1], self.lag[row - 1]
+        return [[-x * mpc(k, h + w * c) * q for w, q in turned]]
+
     def rows(self, speed: mpf) -> list[list[list[mpc]]]:
-        """Couple over lever, then the force of every mount: [row][component][order]."""
-        angle = self.angle(speed)
-        rate = [n * speed for n in self.orders]
-        lever = [self.passing(w) * q / self.lever for w, q in zip(rate, angle, strict=True)]
-        forces = [
-            [[-x * mpc(k, h + w * c) * q for w, q in zip(rate, angle, strict=True)]]
-            for x, k, c, h in zip(self.place, self.spring, self.damper, self.lag, strict=True)
-        ]
-        return [[lever], *forces]
+        """All rows."""
+        return [self.row(speed, row) for row in range(1 + len(self.place))]
 
     def sag(self) -> list[mpf]:
         """Way down of each mount: heave z and turn q from force and moment balance."""
@@ -222,17 +224,21 @@ class BodyTruth:
         """Of every mount: [mount][component][order]."""
         return [np.array([g @ x for x in motion], dtype=object).T.tolist() for g in self.seen]
 
-    def rows(self, speed: mpf, motion: list[Vector] | None = None) -> list[list[list[mpc]]]:
-        """Force of every mount on the ground: [mount][component][order]."""
+    def row(self, speed: mpf, row: int, motion: list[Vector] | None = None) -> list[list[mpc]]:
+        """Force of one mount on the ground: [component][order]."""
         motion = self.motion(speed) if motion is None else motion
-        found = []
-        for m, g in zip(self.mounts, self.seen, strict=True):
-            forces = [
-                (m.stiffness + mpc(0, 1) * (m.loss + n * speed * m.damping)) @ (g @ x)
-                for n, x in zip(self.orders, motion, strict=True)
-            ]
-            found.append(np.array(forces, dtype=object).T.tolist())
+        mount, seen = self.mounts[row], self.seen[row]
+        forces = [
+            (mount.stiffness + mpc(0, 1) * (mount.loss + n * speed * mount.damping)) @ (seen @ x)
+            for n, x in zip(self.orders, motion, strict=True)
+        ]
+        found: list[list[mpc]] = np.array(forces, dtype=object).T.tolist()
         return found
+
+    def rows(self, speed: mpf, motion: list[Vector] | None = None) -> list[list[list[mpc]]]:
+        """Force of every mount: [mount][component][order]."""
+        motion = self.motion(speed) if motion is None else motion
+        return [self.row(speed, row, motion) for row in range(len(self.mounts))]
 
     def modes(self) -> tuple[list[mpf], list[Vector]]:
         """Natural frequencies and modes of unit modal mass, largest share of energy positive."""

@@ -6,7 +6,8 @@ import mpmath
 import numpy as np
 from mpmath import mpc, mpf
 
-Rows = Callable[[mpf], list[list[list[mpc]]]]
+#: harmonics [component][n] of one row at a crank speed
+RowAt = Callable[[mpf], list[list[mpc]]]
 
 
 def cycle_peak(harmonics: Sequence[Sequence[mpc]], orders: Sequence[int]) -> tuple[mpf, mpf]:
@@ -28,7 +29,7 @@ def cycle_peak(harmonics: Sequence[Sequence[mpc]], orders: Sequence[int]) -> tup
     return best[0] * scale, best[1]
 
 
-def summit(rows_at: Rows, row: int, orders: Sequence[int], speed: mpf) -> tuple[mpf, mpf]:
+def summit(row_at: RowAt, orders: Sequence[int], speed: mpf) -> tuple[mpf, mpf]:
     """Largest length near a speed, over speed and angle together, and the speed it is reached at.
 
     Slopes by speed are differences over a step far below the digits of a double, and far above
@@ -37,7 +38,7 @@ def summit(rows_at: Rows, row: int, orders: Sequence[int], speed: mpf) -> tuple[
     angle: mpf | None = None
     for _ in range(12):
         step = speed * mpf(10) ** -(mpmath.mp.dps // 3)
-        below, here, above = (rows_at(speed + by)[row] for by in (-step, mpf(0), step))
+        below, here, above = (row_at(speed + by) for by in (-step, mpf(0), step))
         if angle is None:
             angle = cycle_peak(here, orders)[1]
         rising = _each(lambda a, b: (a - b) / (2 * step), above, below)
@@ -55,7 +56,7 @@ def summit(rows_at: Rows, row: int, orders: Sequence[int], speed: mpf) -> tuple[
         by_speed, by_angle = (va * a - aa * v) / determinant, (va * v - vv * a) / determinant
         speed, angle = speed + by_speed, angle + by_angle
         if abs(by_speed) < speed * mpf(10) ** -22 and abs(by_angle) < mpf(10) ** -18:
-            value = mpmath.sqrt(_dot(*2 * [_signals(rows_at(speed)[row], orders, angle)[0]]))
+            value = mpmath.sqrt(_dot(*2 * [_signals(row_at(speed), orders, angle)[0]]))
             return value, speed
     raise ArithmeticError(f"Newton's method did not settle near {mpmath.nstr(speed, 12)} rad/s")
 

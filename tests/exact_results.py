@@ -6,14 +6,15 @@ are computed. Written for tests, slow and obvious.
 """
 
 from collections.abc import Iterator
+from functools import partial
 from typing import Any
 
 import mpmath
 import numpy as np
-from exact_body import BodyTruth, PitchTruth, body_of, up_of
+from exact_body import BodyTruth, PitchTruth, up_of
 from exact_motion import Motion
 from exact_peaks import cycle_peak, summit
-from exact_train import Shaking, frame_of, motion_of, shaking_of
+from exact_train import Shaking, motion_of, shaking_of
 from mpmath import mpf
 
 from vibecalc.case.schema import Case
@@ -42,13 +43,13 @@ def exact_results(case: Case, record: Record) -> Iterator[Truth]:
 
 
 def _driven(shaking: Shaking) -> Shaking:
-    """Orders whose force or couple is above 1e-24 of the largest."""
+    """Orders whose force or couple is above 1e-20 of the largest."""
     forces = [max(map(abs, f)) for f in shaking.force]
     couples = [max(map(abs, m)) for m in shaking.couple]
     keep = [
         i
         for i in range(len(shaking.orders))
-        if forces[i] > max(forces) * mpf(10) ** -24 or couples[i] > max(couples) * mpf(10) ** -24
+        if forces[i] > max(forces) * mpf(10) ** -20 or couples[i] > max(couples) * mpf(10) ** -20
     ]
     return Shaking(
         [shaking.orders[i] for i in keep],
@@ -229,9 +230,16 @@ def _supports(
 
 
 def _run_up(
-    case: Case, record: Record, model: PitchTruth | BodyTruth, group: str, rows: list[int]
+    case: Case,
+    record: Record,
+    model: PitchTruth | BodyTruth,
+    group: str,
+    rows: list[int],
+    summits: int = 2,
 ) -> Iterator[Truth]:
     assert case.isolation is not None and case.isolation.run_up is not None
+    if "isolation/masked/centre" in record and group == "support_force":
+        yield from _masked(record, model)
     path = f"isolation/{group}/run_up"
     found = record[path]
     speeds, values = found.axes[-1].values, np.atleast_2d(found.values)
@@ -247,15 +255,41 @@ def _run_up(
     top = np.atleast_1d(record[f"{path}_peak"].values)
     where = np.atleast_1d(record[f"{path}_peak_speed"].values)
     ends = (case.isolation.run_up.start, case.isolation.run_up.stop)
-    summits = []
-    for row, value, speed in zip(rows, top.tolist(), where.tolist(), strict=True):
-        start = mpf(speed)
-        if value == 0.0 or speed in ends:
-            summits.append((cycle_peak(model.rows(start)[row], model.orders)[0], start))
+    # the highest row and the last ones: a summit takes as long as all the rest
+    chosen = sorted({int(np.argmax(top)), *range(len(top))[-(summits - 1) :]})
+    found_at = []
+    for index in chosen:
+        start, row_at = mpf(float(where[index])), partial(model.row, row=rows[index])
+        if not np.isfinite(top[index]):
+            found_at.append((mpf("inf"), _resonance(model, start)))
+        elif top[index] == 0.0 or where[index] in ends:
+            found_at.append((cycle_peak(row_at(start), model.orders)[0], start))
         else:
-            summits.append(summit(model.rows, row, model.orders, start))
-    yield f"{path}_peak", top, [height for height, _ in summits]
-    yield f"{path}_peak_speed", where, [speed for _, speed in summits]
+            found_at.append(summit(row_at, model.orders, start))
+    yield f"{path}_peak", top[chosen], [height for height, _ in found_at]
+    yield f"{path}_peak_speed", where[chosen], [speed for _, speed in found_at]
 
 
-__all__ = ["Truth", "body_of", "exact_results", "frame_of"]
+def _frequencies(model: PitchTruth | BodyTruth) -> list[mpf]:
+    return [model.frequency] if isinstance(model, PitchTruth) else model.modes()[0]
+
+
+def _resonance(model: PitchTruth | BodyTruth, near: mpf) -> mpf:
+    """The speed nearest to one at which an order meets a natural frequency."""
+    speeds = [w / n for w in _frequencies(model) for n in model.orders]
+    return min(speeds, key=lambda speed: abs(speed - near))
+
+
+def _masked(record: Record, model: PitchTruth | BodyTruth) -> Iterator[Truth]:
+    """Centres are natural frequencies over orders; the ends are the speeds computed, no more."""
+    found = {
+        name: record[f"isolation/masked/{name}"].values
+        for name in ("low", "centre", "high", "order", "mode")
+    }
+    frequency = _frequencies(model)
+    pairs = zip(found["mode"].tolist(), found["order"].tolist(), strict=True)
+    exact = {"centre": [frequency[mode - 1] / order for mode, order in pairs]}
+    assert np.all((found["low"] < found["centre"]) & (found["centre"] < found["high"]))
+    for name, values in found.items():
+        path = f"isolation/masked/{name}"
+        yield path, values, exact.get(name, [mpf(value) for value in values.tolist()])

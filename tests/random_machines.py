@@ -37,6 +37,15 @@ def random_machine(seed: int, model: str, **isolation: Any) -> Table:
     return case
 
 
+def without_damping(case: Table) -> Table:
+    """The same machine on springs alone."""
+    mounts = case["machine"]["mounts"]
+    for properties in (mounts["each"], *mounts.get("individual", ())):
+        properties.pop("damping", None)
+        properties.pop("loss_factor", None)
+    return case
+
+
 def _spread(generator: np.random.Generator, low: float, high: float) -> float:
     return float(np.exp(generator.uniform(np.log(low), np.log(high))))
 

@@ -21,10 +21,8 @@ def squares(value: np.ndarray, orders: np.ndarray, angle: np.ndarray) -> np.ndar
     basis = np.concatenate([np.cos(turning), -np.sin(turning)])
     flat = np.concatenate([value.real, value.imag], axis=-1)
     signal = (flat.reshape(-1, flat.shape[-1]) @ basis).reshape(*flat.shape[:-1], -1)
-    if signal.shape[-2] == 1:
-        only: np.ndarray = np.square(signal[..., 0, :])
-        return only
-    total: np.ndarray = np.sum(np.square(signal), axis=-2)
+    np.square(signal, out=signal)
+    total: np.ndarray = signal[..., 0, :] if signal.shape[-2] == 1 else signal.sum(axis=-2)
     return total
 
 
@@ -34,12 +32,16 @@ def coarse_peak(value: np.ndarray, orders: np.ndarray, angle: np.ndarray) -> np.
     Lifting all of them before comparing keeps the curve over speed from jumping where two
     branches change places.
     """
-    height = squares(value, orders, angle)
-    left = np.concatenate([height[..., -1:], height[..., :-1]], axis=-1)
-    right = np.concatenate([height[..., 1:], height[..., :1]], axis=-1)
-    bend = 2.0 * height - left - right
-    local = (height >= left) & (height >= right) & (bend > 0.0)
-    slope = np.where(local, right - left, 0.0)
-    lifted = height + slope * slope / (8.0 * np.where(local, bend, 1.0))
-    peak: np.ndarray = np.sqrt(np.max(lifted, axis=-1))
+    around = np.concatenate([angle[-1:], angle, angle[:1]])
+    height = squares(value, orders, around)
+    shape, height = height.shape[:-1], height.reshape(-1, len(around))
+    # a parabola lifts a maximum by a quarter of itself at most: what is lower cannot win
+    high = height[:, 1:-1] >= 0.8 * height.max(axis=1, keepdims=True)
+    row, column = np.divmod(np.flatnonzero(high), len(angle))
+    before, top, after = height[row, column], height[row, column + 1], height[row, column + 2]
+    slope, bend = after - before, 2.0 * top - before - after
+    curved = (top >= before) & (top >= after) & (bend > 0.0)
+    lift = np.where(curved, np.square(slope), 0.0) / np.where(curved, 8.0 * bend, 1.0)
+    highest = np.maximum.reduceat(top + lift, np.flatnonzero(np.diff(row, prepend=-1)))
+    peak: np.ndarray = np.sqrt(highest).reshape(shape)
     return peak

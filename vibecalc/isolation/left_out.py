@@ -10,8 +10,11 @@ def with_left_out(rows: HarmonicsAt, left_out: HarmonicsAt, factor: float) -> Ha
 
     The magnitudes of the orders left out, and of their slopes by speed, are added to the errors of
     the last order kept. So they enter the error of every peak, and of the speed of a maximum,
-    which moves with the slope of what was left out.
+    which moves with the slope of what was left out. A factor of 0 leaves nothing out.
     """
+
+    if factor == 0.0:
+        return rows
 
     def harmonics_at(speed: np.ndarray, slopes: bool = False, errors: bool = False) -> Jet:
         jet = rows(speed, slopes, errors)

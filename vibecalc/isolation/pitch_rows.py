@@ -45,7 +45,7 @@ def pitch_rows(
             terms = np.abs(load_slope) + np.abs(turn) * size
             slope_error = gain * (doubt + (pitch.rounding + 16.0 * UNIT_ROUNDOFF) * terms)
         motion = Motion(angle, error, slope, slope_error, curvature)
-        each = Motion(*(part[..., None] if part.size else EMPTY for part in motion))
+        each = Motion(*(EMPTY if part is EMPTY else part[..., None] for part in motion))
         return read(readout, order, rate, each)
 
     return harmonics_at

@@ -37,6 +37,22 @@ def pitch_readout(
     return Readout(spring[:, None, None], damper[:, None, None], rounding)
 
 
+def distinct(readout: Readout) -> tuple[Readout, np.ndarray]:
+    """Leave out rows that repeat another up to sign; also tell which one each row is (rows,).
+
+    Equal supports at the same distance on either side feel the same force at opposite times.
+    """
+    count = len(readout.spring)
+    spring, damper = readout.spring.reshape(count, -1), readout.damper.reshape(count, -1)
+    entries = np.concatenate([spring.real, spring.imag, damper], axis=1)
+    leading = entries[np.arange(count), np.argmax(entries != 0.0, axis=1)]
+    kept: dict[tuple[float, ...], int] = {}
+    rows = (entries * np.where(leading < 0.0, -1.0, 1.0)[:, None]).tolist()
+    which = np.array([kept.setdefault(tuple(row), len(kept)) for row in rows])
+    first = [int(np.argmax(which == number)) for number in range(len(kept))]
+    return Readout(readout.spring[first], readout.damper[first], readout.doubt), which
+
+
 def join(first: Readout, second: Readout) -> Readout:
     """Rows of both; the one with fewer components is filled up with zeros, which add nothing."""
     width = max(first.spring.shape[1], second.spring.shape[1])

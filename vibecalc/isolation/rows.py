@@ -50,24 +50,24 @@ def read(readout: Readout, order: np.ndarray, rate: np.ndarray, motion: Motion) 
 
     def laid_out(flat: np.ndarray) -> np.ndarray:
         """(speeds, orders, rows * components) to (speeds, rows, components, orders)."""
-        return flat.swapaxes(1, 2).reshape(len(flat), rows, components, -1)
+        return flat.swapaxes(1, 2).reshape(len(flat), rows, components, len(order))
 
     damped = motion.value @ damper
     value = motion.value @ spring + 1j * frequency * damped
     error = slope = slope_error = curvature = EMPTY
-    if motion.slope.size:
+    if motion.slope is not EMPTY:
         damped_slope = motion.slope @ damper
         slope = motion.slope @ spring + 1j * (frequency * damped_slope + each_order * damped)
         curvature = motion.curvature @ spring + 1j * (
             frequency * (motion.curvature @ damper) + 2.0 * each_order * damped_slope
         )
         slope, curvature = laid_out(slope), laid_out(curvature)
-    if motion.error.size:
+    if motion.error is not EMPTY:
         spring_size, damper_size = np.abs(spring), np.abs(damper)
         spread = motion.error + readout.doubt * np.abs(motion.value)
         damped_spread = spread @ damper_size
         error = laid_out(spread @ spring_size + frequency * damped_spread)
-        if motion.slope.size:
+        if motion.slope is not EMPTY:
             steeper = motion.slope_error + readout.doubt * np.abs(motion.slope)
             slope_error = steeper @ spring_size + frequency * (steeper @ damper_size)
             slope_error = laid_out(slope_error + each_order * damped_spread)

@@ -192,7 +192,7 @@ def _highest(search: _Search, speed: np.ndarray, value: np.ndarray, threshold: f
             continue
         first = int(np.argmax(search.shown[:, number]))
         peak.value[number], peak.speed[number] = np.inf, search.masked.centre[first]
-        peak.speed_error[number] = search.masked.high[first] - search.masked.low[first]
+        peak.speed_error[number] = search.masked.centre_error[first]
     return peak
 
 

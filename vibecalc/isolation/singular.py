@@ -7,6 +7,7 @@ import numpy as np
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.isolation.resonance import Resonances
+from vibecalc.isolation.rounding import SINGULAR, UNIT_ROUNDOFF
 
 _TURN = 2.0 * math.pi
 
@@ -22,6 +23,12 @@ class Masked(NamedTuple):
     high: np.ndarray
     order: np.ndarray
     mode: np.ndarray
+
+    @property
+    def centre_error(self) -> np.ndarray:
+        """Absolute error of each centre: the ends stand where the doubt of it has grown so far."""
+        doubt: np.ndarray = 0.5 * SINGULAR * (self.high - self.low) + UNIT_ROUNDOFF * self.centre
+        return doubt
 
 
 def check_operating_point(

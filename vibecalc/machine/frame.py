@@ -1,5 +1,6 @@
 """Directions of a crank train in the body's axes x, y, z."""
 
+import functools
 from dataclasses import dataclass
 
 import numpy as np
@@ -28,7 +29,11 @@ def unit_vector(name: str) -> NDArray[np.float64]:
     return vector
 
 
+@functools.lru_cache(maxsize=9)
 def build_frame(axis: str, stroke: str) -> Frame:
     """Frame of a train from the names of its crankshaft axis and stroke, which differ."""
     along, up = unit_vector(axis), unit_vector(stroke)
-    return Frame(axis=along, stroke=up, across=np.cross(up, along))
+    frame = Frame(axis=along, stroke=up, across=np.cross(up, along))
+    for vector in (frame.axis, frame.stroke, frame.across):
+        vector.flags.writeable = False  # every machine of these directions shares them
+    return frame

@@ -5,6 +5,7 @@ not reported.
 """
 
 from collections.abc import Callable, Iterator
+from functools import lru_cache
 from typing import TYPE_CHECKING, NamedTuple
 
 from vibecalc.pipeline.catalogue import CATALOGUE, Entry
@@ -52,6 +53,7 @@ def planned_quantities(case: "Case") -> dict[str, Entry]:
     return {path: CATALOGUE[path] for stage in plan_case(case) for path in stage.quantities}
 
 
+@lru_cache(maxsize=64)
 def _below(prefix: str, without: tuple[str, ...] = ()) -> tuple[str, ...]:
     return tuple(
         path

@@ -11,6 +11,7 @@ from vibecalc.machine.build import build_machine
 from vibecalc.machine.checks import machine_warnings
 from vibecalc.pipeline.plan import StagePlan, plan_case
 from vibecalc.pipeline.scene import Scene
+from vibecalc.pipeline.tolerance import tolerance_warning
 from vibecalc.results.record import Record
 
 if TYPE_CHECKING:
@@ -48,6 +49,10 @@ def run_case(
         started = time.perf_counter()
         _run_stage(stage, scene)
         clock[stage.stage] = time.perf_counter() - started
+    if wanted is None:
+        missed = tolerance_warning(scene.record, case.accuracy.rtol)
+        if missed is not None:
+            scene.warn(missed)
     return scene.record
 
 

@@ -118,8 +118,13 @@ def _cells(row: Row) -> tuple[str, ...]:
         _short(row.value),
         f"{row.difference:.2e}",
         f"{row.allowed:.2e}",
-        f"{row.ratio:.3g}",
+        _ratio(row.ratio),
     )
+
+
+def _ratio(ratio: float) -> str:
+    """Three digits, or two with an exponent: a number folded in two reads as another one."""
+    return f"{ratio:.3g}" if 1e-3 <= ratio < 999.5 or ratio == 0.0 else f"{ratio:.1e}"
 
 
 def _sentence(row: Row) -> str:

@@ -5,10 +5,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vibecalc.report.limits import judge_limits
-from vibecalc.report.lookup import START
 from vibecalc.report.numbers import show, show_percent
 from vibecalc.report.references import OUTSIDE, WITHIN, judge_references
-from vibecalc.report.sections.section import SCALARS, scalar_rows
+from vibecalc.report.sections.key_rows import key_rows
+from vibecalc.report.sections.section import SCALARS
 from vibecalc.report.sections.summary import brief, conclusion, limit_verdict
 from vibecalc.report.sections.summary import limits as limit_table
 from vibecalc.report.sections.summary import references as reference_table
@@ -20,9 +20,7 @@ if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
 
-_MOST = 16
 _MOST_REFERENCES = 10
-_ENDINGS = ("_peak", "frequency", "_ratio", "speed", "residual", "objective")
 
 
 def print_summary(result: Result, path: Path) -> None:
@@ -38,7 +36,7 @@ def print_summary(result: Result, path: Path) -> None:
 
 
 def summary(result: Result, console: "Console") -> None:
-    """Print title, key scalars, limits, references, warnings and the conclusion.
+    """Print title, key numbers, limits, references, warnings and the conclusion.
 
     Colours are left to `console`, which drops them where the output is no terminal.
     """
@@ -61,7 +59,7 @@ def summary(result: Result, console: "Console") -> None:
 def plain_summary(result: Result) -> str:
     """The same without colour and without importing rich, for pipes and files."""
     references, limits = judge_references(result), judge_limits(result)
-    rows = scalar_rows(result.record[path] for path in key_paths(result))
+    rows = key_rows(result.record)
     tables = (
         fixed_table(SCALARS, rows) if rows else [],
         limit_table(limits),
@@ -79,22 +77,12 @@ def plain_summary(result: Result) -> str:
     return "\n".join(lines) + "\n"
 
 
-def key_paths(result: Result) -> list[str]:
-    """The scalars worth a line on the terminal: peaks, frequencies, ratios, what is optimised."""
-    paths = [
-        path
-        for path, quantity in result.record.items()
-        if not quantity.axes and not path.startswith(START) and path.endswith(_ENDINGS)
-    ]
-    return paths[:_MOST]
-
-
 def _scalars(result: Result) -> "Table | None":
-    paths = key_paths(result)
-    if not paths:
+    rows = key_rows(result.record)
+    if not rows:
         return None
     table = _table("quantity", ">value", "unit", "")
-    for row in scalar_rows(result.record[path] for path in paths):
+    for row in rows:
         table.add_row(*_plain(row))
     return table
 

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from vibecalc.results.record import Record
 
 Side = Literal["max", "min"]
+_NOT_COMPUTED = ("reference", "limit", "optimisation")
 
 
 class Binding:
@@ -33,7 +34,8 @@ class Binding:
         study = loaded.case.optimisation
         if study is None:
             raise ValueError("the case has no [optimisation]")
-        self._resolved = {k: v for k, v in loaded.resolved.items() if k != "reference"}
+        # what a point of the search is computed from; its own tables hold the rest
+        self._resolved = {k: v for k, v in loaded.resolved.items() if k not in _NOT_COMPUTED}
         self.keys = tuple(variable.key for variable in study.variables)
         self.units = tuple(field_unit(key) for key in self.keys)
         self.lower = self._bounds([variable.lower for variable in study.variables])

@@ -44,7 +44,8 @@ def run(scene: Scene) -> None:
     per_square = _sum_of_parts(scene, motion)
     orders = np.arange(1, per_square.force.shape[0] + 1)
     few, share = _leading(per_square, motion.kept)
-    forcing = Forcing(per_square, orders, motion.kept, motion.tail, few, motion.tail / share)
+    few_tail = motion.tail / share if few.size else 0.0
+    forcing = Forcing(per_square, orders, motion.kept, motion.tail, few, few_tail)
     scene.handed_on["forcing"] = forcing
     scene.cite(
         "d'Alembert sums of the crank train",
@@ -101,7 +102,10 @@ def _leading(whole: Excitation, kept: int) -> tuple[np.ndarray, float]:
     downwards = np.argsort(-share, axis=0, kind="stable")
     ranked = np.take_along_axis(share, downwards, axis=0)
     needed = (np.cumsum(ranked, axis=0) - ranked < LEADING_SHARE) & (ranked > 0.0)
-    chosen = np.unique(downwards[needed])
+    # not np.unique, which imports the masked arrays of numpy
+    leads = np.zeros(len(size), dtype=bool)
+    leads[downwards[needed]] = True
+    chosen = np.flatnonzero(leads)
     covered = share[chosen].sum(0)[size.any(0)]
     return kept + chosen, float(covered.min(initial=1.0))
 

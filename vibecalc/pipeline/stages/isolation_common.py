@@ -16,18 +16,24 @@ if TYPE_CHECKING:
     from vibecalc.case.tables import Isolation
 
 EPS = float(np.finfo(float).eps)
-VERTICAL = ("vertical_peak", "excursion")
+LARGEST = "isolation/support_force/steady_peak"
+HEIGHTS = (
+    "isolation/support_displacement/vertical_peak",
+    "isolation/support_displacement/excursion",
+)
 
 
 class RunUpSetup(NamedTuple):
     """What the run-up needs of a model: its rows, what it drops in their errors, its resonances.
 
-    The first `lever_rows` rows are the couple over the lever, the others the mounts.
+    `row_of` tells which of the rows each result reads: of the first `lever_rows` results, which
+    are the couple over the lever, then of the mounts.
     """
 
     rows: HarmonicsAt
     resonances: Resonances
     shows: np.ndarray
+    row_of: np.ndarray
     lever_rows: int
     idle: Callable[[float, float], tuple[str, ...]]
 
@@ -97,33 +103,40 @@ def emit_support_motion(
             harmonics.error[..., :kept],
             axes,
         )
-    if scene.wants("isolation/support_force/steady_peak"):
-        _emit_largest_force(scene, forcing, names, force)
-    if not scene.wants(*(f"isolation/support_displacement/{name}" for name in VERTICAL)):
-        return
-    vertical = WithError(
-        np.einsum("mdn,d->mn", displacement.value, up),
-        np.einsum("mdn,d->mn", displacement.error, np.abs(up)),
-    )
-    height, error = peak_with_tail(vertical, forcing)
-    total = np.abs(sag.value) + height
-    mounts = {"mount": names}
-    scene.emit("isolation/support_displacement/vertical_peak", height, error, mounts)
-    scene.emit(
-        "isolation/support_displacement/excursion", total, sag.error + error + EPS * total, mounts
-    )
+    rows = {}
+    if scene.wants(*HEIGHTS):
+        rows["height"] = WithError(
+            np.einsum("mdn,d->mn", displacement.value, up),
+            np.einsum("mdn,d->mn", displacement.error, np.abs(up)),
+        )
+    if scene.wants(LARGEST) and len(directions) == 1:
+        rows["force"] = WithError(force.value[:, 0], force.error[:, 0])
+    peaks = _peaks_together(rows, forcing)
+    if scene.wants(LARGEST):
+        largest = peaks["force"] if "force" in peaks else _vector_peak(force, forcing)
+        scene.emit(LARGEST, *largest, {"mount": names})
+    if scene.wants(*HEIGHTS):
+        height, error = peaks["height"]
+        total = np.abs(sag.value) + height
+        mounts = {"mount": names}
+        scene.emit(HEIGHTS[0], height, error, mounts)
+        scene.emit(HEIGHTS[1], total, sag.error + error + EPS * total, mounts)
 
 
-def _emit_largest_force(
-    scene: Scene, forcing: Forcing, names: Sequence[str], force: WithError
-) -> None:
-    """Largest length of the force vector of each support over the cycle."""
-    if force.value.shape[1] == 1:
-        one_way = WithError(force.value[:, 0], force.error[:, 0])
-        largest, spread = peak_with_tail(one_way, forcing)
-    else:
-        kept = forcing.kept
-        peak = vector_cycle_peak(force.value[..., :kept], forcing.orders[:kept])
-        largest = peak.value
-        spread = peak.error + np.sqrt(np.square(_left_out(force, forcing)).sum(-1))
-    scene.emit("isolation/support_force/steady_peak", largest, spread, {"mount": names})
+def _peaks_together(
+    rows: dict[str, WithError], forcing: Forcing
+) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """Peaks and errors (mounts,) of rows (mounts, orders): in one call, which costs as one does."""
+    if not rows:
+        return {}
+    stacked = WithError._make(np.stack(part) for part in zip(*rows.values(), strict=True))
+    peak, error = peak_with_tail(stacked, forcing)
+    return {name: (peak[i], error[i]) for i, name in enumerate(rows)}
+
+
+def _vector_peak(force: WithError, forcing: Forcing) -> tuple[np.ndarray, np.ndarray]:
+    """Largest length (mounts,) of force vectors (mounts, directions, orders), and its error."""
+    kept = forcing.kept
+    peak = vector_cycle_peak(force.value[..., :kept], forcing.orders[:kept])
+    left_out = np.sqrt(np.square(_left_out(force, forcing)).sum(-1))
+    return peak.value, peak.error + left_out

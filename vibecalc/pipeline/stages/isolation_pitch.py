@@ -7,7 +7,7 @@ from vibecalc.isolation import pitch as model
 from vibecalc.isolation.left_out import with_left_out
 from vibecalc.isolation.pitch_rows import pitch_rows
 from vibecalc.isolation.pitch_static import pitch_static
-from vibecalc.isolation.readout import pitch_readout
+from vibecalc.isolation.readout import distinct, pitch_readout
 from vibecalc.isolation.resonance import pitch_resonances
 from vibecalc.isolation.rounding import WithError
 from vibecalc.isolation.singular import check_operating_point, idle_warnings, left_out
@@ -73,13 +73,14 @@ def run(scene: Scene) -> None:
     _emit_lever_force(scene, forcing, torque, through, lever)
     _emit_supports(scene, forcing, parts, torque, angle, frequency)
 
-    readout = pitch_readout(
-        pitch, lever, parts.position, parts.stiffness, parts.damping, parts.structural
+    readout, row_of = distinct(
+        pitch_readout(
+            pitch, lever, parts.position, parts.stiffness, parts.damping, parts.structural
+        )
     )
     first = WithError(couple.value[:kept], couple.error[:kept])
     few = forcing.few
     rest = WithError(couple.value[few], couple.error[few])
-    mounts = parts.stiffness * np.abs(parts.position) > 0.0
     scene.handed_on["run_up"] = RunUpSetup(
         rows=with_left_out(
             pitch_rows(pitch, readout, forcing.orders[:kept], first, undriven[:kept]),
@@ -87,7 +88,8 @@ def run(scene: Scene) -> None:
             forcing.few_tail,
         ),
         resonances=pitch_resonances(pitch, first),
-        shows=np.concatenate([[True], mounts])[None, :],
+        shows=(readout.spring[:, 0, 0].real != 0.0)[None, :],
+        row_of=row_of,
         lever_rows=1,
         idle=lambda low, high: idle_warnings(resonances, forcing.orders, low, high),
     )

@@ -143,6 +143,7 @@ def _hand_on_run_up(
         ),
         resonances=resonances,
         shows=size > 1e-12 * size.max(),
+        row_of=np.arange(len(mounts.names)),
         lever_rows=0,
         idle=lambda low, high: idle_warnings(resonances, orders[:kept], low, high),
     )

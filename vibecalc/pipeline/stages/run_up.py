@@ -4,7 +4,6 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from vibecalc.isolation.rounding import SINGULAR, UNIT_ROUNDOFF
 from vibecalc.isolation.run_up import RunUpPeak, run_up, run_up_peak
 from vibecalc.pipeline.scene import Scene
 from vibecalc.pipeline.stages.excitation import Forcing
@@ -32,7 +31,7 @@ def run(scene: Scene) -> None:
         scene.warn(warning)
     passed = run_up(*given)
     _emit_peaks(scene, setup, passed.peak)
-    value, error = passed.curve
+    value, error = (part[:, setup.row_of] for part in passed.curve)
     for path, rows, mount in _rows(scene, setup):
         scene.emit(
             f"{path}/run_up",
@@ -48,15 +47,14 @@ def run(scene: Scene) -> None:
     masked = passed.masked
     if len(masked.low):
         axes = {"masked": np.arange(1, len(masked.low) + 1)}
-        # the half width is set where the doubt of the frequency has grown by 1 / SINGULAR
-        doubt = 0.5 * SINGULAR * (masked.high - masked.low) + UNIT_ROUNDOFF * masked.centre
         for name in ("low", "centre", "high", "order", "mode"):
-            error = doubt if name == "centre" else 0.0
+            error = masked.centre_error if name == "centre" else 0.0
             scene.emit(f"isolation/masked/{name}", getattr(masked, name), error, axes)
         _warn_masked(scene, len(masked.low), float(masked.centre[0]), int(masked.order[0]))
 
 
 def _emit_peaks(scene: Scene, setup: RunUpSetup, peak: RunUpPeak) -> None:
+    peak = RunUpPeak._make(part[setup.row_of] for part in peak)
     error = np.where(np.isfinite(peak.value), peak.error, 0.0)
     for path, rows, mount in _rows(scene, setup):
         place = rows if mount else 0

@@ -69,7 +69,7 @@ def test_tables_agree_entry_by_entry(scheme: int, place: str, printed: list[list
     assert errors.max() < 1e-14
 
 
-def test_table_3_agrees_but_for_its_misprints() -> None:
+def test_misprints_of_table_3() -> None:
     values, errors = rows(120, "position_")
     for place, printed in np.ndenumerate(np.array(TABLE_3)):
         value = values[place]

@@ -1,0 +1,31 @@
+"""The shipped cases, loaded and run once in a test session."""
+
+import tomllib
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from vibecalc.results.record import Result
+from vibecalc.study.execute import execute
+from vibecalc.study.load import load_checked
+
+ROOT = Path(__file__).resolve().parents[1]
+CASES = {path.stem: path for path in sorted((ROOT / "cases").glob("*.toml"))}
+
+
+@cache
+def table_of(name: str) -> dict[str, Any]:
+    """A shipped case as TOML reads it."""
+    return tomllib.loads(CASES[name].read_text(encoding="utf-8"))
+
+
+def takes_long(name: str) -> bool:
+    """A search that nothing published hangs on; `make golden` runs it."""
+    return "optimisation" in table_of(name) and "reference" not in table_of(name)
+
+
+@cache
+def result_of(name: str, *settings: str) -> Result:
+    """A finished run of a shipped case, with some keys set."""
+    (loaded,) = load_checked([CASES[name]], settings)
+    return execute(loaded)

@@ -1,0 +1,73 @@
+"""Runs a case and holds every error estimate of its record against the exact results."""
+
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+import mpmath
+import numpy as np
+from exact_results import exact_results
+from mpmath import mpf
+from random_machines import Table
+
+from vibecalc.case.load import validate
+from vibecalc.case.schema import Case
+from vibecalc.pipeline.run import run_case
+from vibecalc.results.record import Record
+
+DIGITS = 50
+UNIT = 2.0**-52
+
+
+class Judged(NamedTuple):
+    """A quantity with its true error, its estimate and its largest magnitude."""
+
+    path: str
+    error: float
+    estimate: float
+    size: float
+
+    @property
+    def too_low(self) -> bool:
+        """The estimate is below a tenth of the true error."""
+        return self.estimate < 0.1 * self.error
+
+    @property
+    def too_high(self) -> bool:
+        """A thousand times above the true error, a hit by luck (below .001 ulp) not counted."""
+        return self.estimate > 1e3 * self.error > UNIT * self.size
+
+
+def judge(table: Table) -> list[Judged]:
+    """Every quantity of a run of a case table beside the truth."""
+    case = validate(table)
+    record = run_case(case)
+    with mpmath.workdps(DIGITS):
+        judged = list(judge_record(case, record))
+    missing = set(record) - {one.path for one in judged}
+    assert not missing, f"no truth for {sorted(missing)}"
+    return judged
+
+
+def judge_record(case: Case, record: Record) -> Iterator[Judged]:
+    """The same for a record that is there already, at the caller's precision."""
+    for path, found, exact in exact_results(case, record):
+        values, truth = np.ravel(found).tolist(), list(_flat(exact))
+        assert len(values) == len(truth), path
+        errors = [_distance(value, true) for value, true in zip(values, truth, strict=True)]
+        sizes = [abs(true) for true in truth if mpmath.isfinite(true)]
+        estimate = record[path].error_estimate
+        yield Judged(path, float(max(errors)), estimate, float(max(sizes, default=mpf(0))))
+
+
+def _distance(value: complex, true: Any) -> mpf:
+    if not np.isfinite(value) and value == true:
+        return mpf(0)
+    return abs(mpmath.mpmathify(value) - true)
+
+
+def _flat(nested: Any) -> Iterator[Any]:
+    if isinstance(nested, list | tuple):
+        for entry in nested:
+            yield from _flat(entry)
+    else:
+        yield nested

@@ -1,0 +1,38 @@
+"""Did every result reach `[accuracy] rtol`? What did not is said, with what it reached."""
+
+import numpy as np
+
+from vibecalc.results.record import Quantity, Record
+
+MOST_NAMES = 4
+#: a magnitude of a few error estimates is what cancelling leaves
+ZERO = 4.0
+#: sums that are there to show what cancels
+CANCELLING = "excitation/balance/"
+
+
+def reached(quantity: Quantity) -> float | None:
+    """Error estimate over the largest finite magnitude; None for what cancels to zero.
+
+    A total that cancels has no relative accuracy: its estimate says that it is zero.
+    """
+    size = np.abs(quantity.values)
+    largest = float(np.max(size, initial=0.0, where=np.isfinite(size)))
+    if largest <= ZERO * quantity.error_estimate or quantity.path.startswith(CANCELLING):
+        return None
+    return quantity.error_estimate / largest
+
+
+def tolerance_warning(record: Record, rtol: float) -> str | None:
+    """One sentence that names the results with a relative error estimate above `rtol`."""
+    relative = {path: reached(quantity) for path, quantity in record.items()}
+    missed = {path: share for path, share in relative.items() if share is not None and share > rtol}
+    if not missed:
+        return None
+    worst = sorted(missed, key=lambda path: -missed[path])
+    named = ", ".join(f"{path} ({missed[path]:.1e})" for path in worst[:MOST_NAMES])
+    more = f" and {len(worst) - MOST_NAMES} more" if len(worst) > MOST_NAMES else ""
+    return (
+        f"not within rtol = {rtol:g} of their largest magnitude, by their error estimates: "
+        f"{named}{more}; more orders ([excitation] orders) may help"
+    )
