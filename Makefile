@@ -23,6 +23,7 @@ $(READY): pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt --upgrade pip
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[plot]' --group test
+	$(BIN)/python -m compileall -q vibecalc
 	@touch $@
 
 run: $(READY) ## run the three-cylinder generator and print its report

@@ -41,9 +41,7 @@ def summit(row_at: RowAt, orders: Sequence[int], speed: mpf) -> tuple[mpf, mpf]:
         below, here, above = (row_at(speed + by) for by in (-step, mpf(0), step))
         if angle is None:
             angle = cycle_peak(here, orders)[1]
-        rising = _each(lambda a, b: (a - b) / (2 * step), above, below)
-        bent = _each(lambda a, b: (a + b) / step**2, above, below)
-        bent = _each(lambda a, b: a - 2 * b / step**2, bent, here)
+        rising, bent = _slopes(below, here, above, step)
         f, f_a, f_aa = _signals(here, orders, angle)
         f_v, f_va, _ = _signals(rising, orders, angle)
         f_vv = _signals(bent, orders, angle)[0]
@@ -61,12 +59,16 @@ def summit(row_at: RowAt, orders: Sequence[int], speed: mpf) -> tuple[mpf, mpf]:
     raise ArithmeticError(f"Newton's method did not settle near {mpmath.nstr(speed, 12)} rad/s")
 
 
-def _each(
-    what: Callable[[mpc, mpc], mpc], first: Sequence[Sequence[mpc]], other: Sequence[Sequence[mpc]]
-) -> list[list[mpc]]:
-    return [
-        [what(a, b) for a, b in zip(p, q, strict=True)] for p, q in zip(first, other, strict=True)
-    ]
+def _slopes(
+    below: list[list[mpc]], here: list[list[mpc]], above: list[list[mpc]], step: mpf
+) -> tuple[list[list[mpc]], list[list[mpc]]]:
+    """First and second derivative by speed, from central differences."""
+    rising, bent = [], []
+    for b, h, a in zip(below, here, above, strict=True):
+        each = list(zip(b, h, a, strict=True))
+        rising.append([(after - before) / (2 * step) for before, _, after in each])
+        bent.append([(after - 2 * now + before) / step**2 for before, now, after in each])
+    return rising, bent
 
 
 def _dot(a: Sequence[mpf], b: Sequence[mpf]) -> mpf:

@@ -1,1 +1,173 @@
-"""Claim: a slip of the hand on the command line costs neither a file nor a true exit code."""
+"""Claim: a slip of the hand on the command line costs neither a file nor a true exit code.
+
+Arguments the wrong way round overwrite nothing, one file name for several results is refused, a
+reader that goes away and a terminal that cannot show a letter are no differences and no bugs.
+"""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from fuzzing import command
+
+ROOT = Path(__file__).resolve().parents[1]
+SMALL = """\
+schema = 1
+title = "Größe µ 三"
+
+[machine]
+kind = "generator"
+speed = "3000 rpm"
+
+[machine.crank_train]
+crank_radius = "45 mm"
+rod_length = "160 mm"
+reciprocating_mass = "0.5 kg"
+cylinders = [{ name = "1" }]
+
+[excitation]
+"""
+
+
+@pytest.fixture(autouse=True)
+def _with_a_case(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("one.toml").write_text(SMALL, encoding="utf-8")
+    Path("two.toml").write_text(SMALL, encoding="utf-8")
+
+
+def start(*arguments: str, **environment: str) -> "subprocess.Popen[bytes]":
+    return subprocess.Popen(
+        [sys.executable, "-m", "vibecalc", *arguments],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        env={**os.environ, "PYTHONPATH": str(ROOT), **environment},
+    )
+
+
+def test_accept_overwrites_no_case_file() -> None:
+    assert command("run", "one.toml", "-q").code == 0
+    outcome = command("diff", "one.toml", "outputs/one.h5", "--accept")
+    assert outcome.code == 2
+    assert "one.toml is not a result file" in outcome.err and "comes first" in outcome.err
+    assert Path("one.toml").read_text(encoding="utf-8") == SMALL
+    assert command("diff", "golden/one.h5", "outputs/one.h5", "--accept").code == 0
+    assert command("diff", "golden/one.h5", "outputs/one.h5", "--accept").code == 0
+
+
+@pytest.mark.parametrize("option", ["--json", "--rules=r.toml", "--junit=j.xml"])
+def test_accept_compares_nothing_and_says_so(option: str) -> None:
+    assert command("run", "one.toml", "-q").code == 0
+    outcome = command("diff", "golden.h5", "outputs/one.h5", "--accept", option)
+    assert outcome.code == 2
+    assert f"--accept compares nothing, leave {option.split('=')[0]} out" in outcome.err
+    assert not Path("golden.h5").exists()
+
+
+def test_one_file_for_two_cases_is_refused() -> None:
+    outcome = command("run", "one.toml", "two.toml", "-q", "-o", "both.h5")
+    assert outcome.code == 2
+    assert "-o both.h5 is one result file" in outcome.err and "-o both.h5/" in outcome.err
+    assert not Path("both.h5").exists()
+    assert command("run", "one.toml", "two.toml", "-q", "-o", "both.h5/").code == 0
+    assert sorted(path.name for path in Path("both.h5").glob("*.h5")) == ["one.h5", "two.h5"]
+    assert command("run", "one.toml", "-q", "-o", "").code == 2
+
+
+@pytest.mark.parametrize("arguments", [("run", "one.toml"), ("check", "one.toml")])
+def test_a_reader_that_goes_away_is_no_difference(arguments: tuple[str, ...]) -> None:
+    process = start(*arguments)
+    assert process.stdout is not None and process.stderr is not None
+    process.stdout.close()
+    errors = process.stderr.read()
+    process.stderr.close()
+    assert process.wait() == 130
+    assert errors == b""
+
+
+def test_letters_that_the_terminal_lacks_are_escaped() -> None:
+    process = start("run", "one.toml", PYTHONIOENCODING="ascii")
+    out, errors = process.communicate()
+    assert (process.returncode, errors) == (0, b"")
+    assert b"Gr\\xf6\\xdfe \\xb5 \\u4e09" in out
+
+
+def test_rerun_can_be_pasted_into_a_shell() -> None:
+    Path("my case.toml").write_text(SMALL, encoding="utf-8")
+    process = start("run", "my case.toml", "-q", "--set", 'title="it\'s"')
+    assert process.communicate() == (b"", b"")
+    report = Path("outputs/my case.txt").read_text(encoding="utf-8")
+    (line,) = [line for line in report.splitlines() if "rerun" in line]
+    words = subprocess.run(
+        ["sh", "-c", f"printf '%s\\n' {line.split('rerun', 1)[1]}"],
+        capture_output=True,
+        text=True,
+        check=True,
+    ).stdout.splitlines()
+    assert words == ["vibecalc", "run", "my case.toml", "-q", "--set", 'title="it\'s"']
+
+
+def test_mistakes_of_form_of_physics_and_of_names_come_in_one_message() -> None:
+    text = SMALL.replace('"160 mm"', '"40 mm"').replace("reciprocating_mass", "reciprocating_mas")
+    text = text.replace('"3000 rpm"', '"3000 kg"')
+    text += '[[limit]]\nquantity = "excitation/force_peek"\nmax = "1 N"\n'
+    text += '[[reference]]\nquantity = "excitation/residal"\nvalue = 1\nsource = "x"\n'
+    Path("five.toml").write_text(text, encoding="utf-8")
+    outcome = command("check", "five.toml")
+    assert outcome.code == 2
+    for words in (
+        "speed: wrong dimension",
+        "unknown key 'reciprocating_mas'",
+        "connecting rod must be longer",
+        "did you mean 'excitation/force_peak'",
+        "did you mean 'excitation/residual'",
+    ):
+        assert words in outcome.err
+    lines = text.splitlines()
+    for key in ("speed", "reciprocating_mas ", "rod_length", "quantity"):
+        number = next(i for i, line in enumerate(lines, 1) if line.startswith(key))
+        assert f"five.toml:{number}:1" in outcome.err
+
+
+def test_a_search_without_a_way_names_limit_and_variable() -> None:
+    text = SMALL.replace("[excitation]", "[excitation]\norders = 2\n")
+    text += """
+[optimisation]
+variables = [{ key = "machine.crank_train.reciprocating_mass", lower = 0.4, upper = 0.6 }]
+objective = { quantity = "excitation/couple_peak" }
+starts = 1
+
+[[limit]]
+quantity = "excitation/force_peak"
+max = "1 N"
+"""
+    Path("narrow.toml").write_text(text, encoding="utf-8")
+    outcome = command("run", "narrow.toml")
+    assert outcome.code == 3
+    assert "no point within the bounds keeps all limits" in outcome.err
+    assert "variables: machine.crank_train.reciprocating_mass (SI)" in outcome.err
+    assert "margin 0: excitation/force_peak max 1 N" in outcome.err
+
+
+def test_a_case_that_fails_is_named_and_the_others_are_verified() -> None:
+    undamped = """
+[machine.body]
+mass = 100
+inertia = [6, 6, 6]
+[machine.mounts]
+each = { stiffness = 25000 }
+positions = [[-1, -1, 0], [-1, 1, 0], [1, -1, 0], [1, 1, 0]]
+[isolation]
+model = "rigid_body"
+"""
+    text = SMALL.replace('"3000 rpm"', repr(1000.0**0.5)) + undamped  # heave: 4 k / m = 1000
+    Path("on.toml").write_text(text, encoding="utf-8")
+    limit = '[[limit]]\nquantity = "excitation/force_peak"\nmax = "1 N"\n'
+    Path("over.toml").write_text(SMALL + limit, encoding="utf-8")
+    assert command("verify", "on.toml").code == 3
+    outcome = command("verify", "on.toml", "over.toml")
+    assert outcome.code == 3
+    assert "error: on.toml: order 1" in outcome.err
+    assert "MISSED limit on excitation/force_peak" in outcome.out

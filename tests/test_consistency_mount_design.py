@@ -62,9 +62,7 @@ def bisected(name: str, block: float = 10.0) -> tuple[float, float, float]:
         force = study.run_up(math.exp(log), damping(math.exp(log)), block)
         return float(force / mount_study.RUN_UP_LIMIT - 1.0)
 
-    stiffness = math.exp(
-        brentq(run_up, math.log(stiffest / 1.5), math.log(stiffest), xtol=1e-13)
-    )
+    stiffness = math.exp(brentq(run_up, math.log(stiffest / 1.5), math.log(stiffest), xtol=1e-13))
     return stiffness, damping(stiffness), study.objective(stiffness, damping(stiffness), block)
 
 

@@ -84,6 +84,38 @@ def test_masked_speeds_are_shaded_and_leave_a_gap() -> None:
     assert [patch.get_x() for patch in lever.patches] == [20.0]
 
 
+def test_a_run_up_without_bound_is_seen_between_its_resonances() -> None:
+    result = generator()
+    path = "isolation/support_force/run_up"
+    old = result.record.quantities.pop(path)
+    values = np.array(old.values)
+    usual = float(np.median(values))
+    values[:, 100] = 1e12
+    values[1] *= 1.5
+    result.record.add(quantity(path, values, "N", *old.axes))
+    spans = Axis(name="masked", values=np.array([1]))
+    result.record.add(quantity("isolation/masked/low", [20.0], "rad/s", spans))
+    result.record.add(quantity("isolation/masked/high", [22.0], "rad/s", spans))
+    support = figure(result, "run_up").axes[1]
+    low, high = support.get_ylim()
+    assert support.get_yscale() == "log"
+    assert low < usual < high < 1e6
+    assert {"mounts 1, 3, 4", "mount 2"} <= set(lines(support))
+
+
+def test_seventy_orders_are_marked_and_eight_are_named() -> None:
+    result = generator()
+    path = "isolation/pitch/transmissibility"
+    del result.record.quantities[path]
+    orders = Axis(name="order", values=np.arange(1, 71))
+    result.record.add(quantity(path, 1.0 / orders.values**2, "", orders))
+    level, _ = figure(result, "transmissibility").axes
+    named = [text.get_text() for text in level.get_legend().get_texts()]
+    assert len(named) == 9 and named[-1] == "and up to order 70"
+    marks = [line for line in level.get_lines() if line.get_marker() == "o"]
+    assert len(marks) == 70
+
+
 def test_transmissibility_marks_the_orders_on_the_curve() -> None:
     result = generator()
     level, phase = figure(result, "transmissibility").axes

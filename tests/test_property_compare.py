@@ -78,6 +78,22 @@ def test_the_tolerance_is_where_it_says(
         assert row.value == values[place]
 
 
+@pytest.mark.parametrize("estimate", [1.0, 1e300, math.inf])
+def test_a_worse_error_estimate_is_no_excuse(estimate: float) -> None:
+    """A value twice as large does not pass because it says that it knows nothing of itself."""
+    one = replace(quantity("a/b", (ORDER,)), error_estimate=1e-13)
+    other = replace(one, values=2.0 * one.values, error_estimate=estimate)
+    assert only(compare(result_of(one), result_of(other))).failed == 10
+    coarse = replace(one, error_estimate=math.inf)
+    assert only(compare(result_of(coarse), result_of(other))).failed == 10
+
+
+def test_a_reference_that_knows_less_is_met_by_a_better_value() -> None:
+    one = replace(quantity("a/b", (ORDER,)), error_estimate=1e-3)
+    other = replace(one, values=one.values + 1e-3, error_estimate=1e-13)
+    assert compare(result_of(one), result_of(other)).same
+
+
 def test_small_numbers_are_not_lost() -> None:
     """h5diff -p has called numbers near 1e-20 equal; the scale of the quantity decides here."""
     one = replace(quantity("a/b", (ORDER,)), values=np.full(10, 1e-20), error_estimate=0.0)

@@ -132,8 +132,6 @@ def test_a_tolerance_that_is_missed_is_named_with_what_was_reached() -> None:
     name, share = warning.split("estimates: ")[1].split(" (")[:2]
     quantity = record[name]
     largest = float(np.max(np.abs(quantity.values)))
-    assert float(share.split(")")[0]) == pytest.approx(
-        quantity.error_estimate / largest, rel=0.06
-    )
+    assert float(share.split(")")[0]) == pytest.approx(quantity.error_estimate / largest, rel=0.06)
     table["excitation"]["orders"] = 60
     assert not any("not within rtol" in text for text in run_case(validate(table)).warnings)

@@ -243,6 +243,29 @@ def test_a_summary_in_a_pipe_ends_with_the_files(capsys: pytest.CaptureFixture[s
     assert printed.endswith("wrote outputs/generator.h5 and generator.txt\n")
 
 
+def test_the_terminal_names_the_worst_entry_of_arrays() -> None:
+    result = rigid_body()
+    mounts = Axis(name="mount", values=np.array(["left", "right"], dtype=object))
+    result.record.add(quantity("isolation/support_force/top_peak", [70.0, 90.0], "N", mounts))
+    lines = plain_summary(result).splitlines()
+    (row,) = [line.split() for line in lines if "support_force/top_peak" in line]
+    assert (row[1], row[-1]) == ("90.0000", "mount=right")
+    frequencies = result.record["isolation/modes/natural_frequency"].values
+    (row,) = [line.split() for line in lines if "modes/natural_frequency" in line]
+    assert (row[1], row[-1]) == (show(float(frequencies.min())), "mode=1")
+
+
+@pytest.mark.parametrize("width", [60, 80, 100])
+def test_a_narrow_terminal_cuts_no_number_and_no_name(width: int) -> None:
+    output = io.StringIO()
+    summary(generator(), Console(file=output, width=width, highlight=False))
+    text = output.getvalue()
+    assert "\N{HORIZONTAL ELLIPSIS}" not in text
+    assert max(len(line) for line in text.splitlines()) <= width
+    for words in ("97.9987", "9329.33", "31.7366", "known:"):
+        assert words in text
+
+
 def test_the_terminal_summary_is_plain_where_there_is_no_terminal() -> None:
     output = io.StringIO()
     summary(generator(), Console(file=output, width=100))

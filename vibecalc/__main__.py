@@ -2,6 +2,7 @@
 
 import atexit
 import gc
+import io
 import os
 import sys
 from typing import NoReturn
@@ -22,6 +23,10 @@ def main() -> NoReturn:
         os.environ.setdefault(name, "1")
     # Else pydantic looks through every installed package for plugins that we do not want.
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
+    # A title in letters that the terminal cannot show is no reason to stop.
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
     try:
         from vibecalc.cli import app
 
@@ -31,9 +36,6 @@ def main() -> NoReturn:
         sys.exit(error.exit_code)
     except KeyboardInterrupt:
         _say("interrupted: nothing half-written is left behind")
-        sys.exit(EXIT_INTERRUPTED)
-    except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         sys.exit(EXIT_INTERRUPTED)
     except Exception:
         import traceback

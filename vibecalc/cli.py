@@ -9,6 +9,8 @@ from vibecalc.errors import EXIT_DIFFERS, EXIT_FINE, UsageError, VibecalcError
 from vibecalc.report.help_page import Command, Group
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from vibecalc.case.load import LoadedCase
     from vibecalc.results.record import Result
 
@@ -21,6 +23,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     add_completion=False,
     rich_markup_mode=None,
+    context_settings={"help_option_names": ["-h", "--help"]},
 )
 
 Cases = Annotated[list[Path], typer.Argument(metavar="CASE", help="Case files (TOML).")]
@@ -32,8 +35,10 @@ Settings = Annotated[
 Json = Annotated[bool, typer.Option("--json", help="Print JSON on stdout and nothing else.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print no summary.")]
 Output = Annotated[
-    Path | None,
-    typer.Option("--output", "-o", help="File, or folder when it exists or ends with '/'."),
+    Path | None, typer.Option("--output", "-o", help="New file to write, instead of stdout.")
+]
+Folder = Annotated[
+    Path | None, typer.Option("--output", "-o", help="Folder for the pictures; made if missing.")
 ]
 
 
@@ -70,18 +75,12 @@ def run(
     from vibecalc.report.files import result_paths, write_outputs
 
     loaded = _load(cases, settings)
-    paths = result_paths([case.name for case in loaded], output)
+    names = [case.name for case in loaded]
+    paths = dict(zip(names, result_paths(names, output), strict=True))
     objects: list[dict[str, Any]] = []
-    worst: VibecalcError | None = None
-    for case, path in zip(loaded, paths, strict=True):
-        try:
-            result = _execute(case, quiet or json)
-        except VibecalcError as error:
-            if len(loaded) == 1:
-                raise
-            typer.echo(f"error: {case.path}: {error}", err=True)
-            worst = error if worst is None or error.exit_code > worst.exit_code else worst
-            continue
+
+    def run_one(case: "LoadedCase") -> None:
+        result, path = _execute(case, quiet or json), paths[case.name]
         write_outputs(result, path)
         if json:
             from vibecalc.report.machine_readable import as_json
@@ -89,10 +88,11 @@ def run(
             objects.append(as_json(result, path))
         elif not quiet:
             _summary(result, path)
+
+    worst = _for_each(loaded, run_one)
     if json:
         _print_json(objects, single=len(loaded) == 1)
-    if worst is not None:
-        raise typer.Exit(worst.exit_code)
+    raise typer.Exit(worst)
 
 
 @app.command(cls=Command)
@@ -124,11 +124,12 @@ def verify(cases: Cases, settings: Settings = None, json: Json = False) -> None:
     from vibecalc.report.references import counted_misses
 
     objects: list[dict[str, Any]] = []
-    misses = 0
+    misses: list[int] = []
     loaded = _load(cases, settings)
-    for case in loaded:
+
+    def verify_one(case: "LoadedCase") -> None:
         result = _execute(case, json)
-        misses += counted_misses(result)
+        misses.append(counted_misses(result))
         if json:
             from vibecalc.report.machine_readable import as_json
 
@@ -137,9 +138,11 @@ def verify(cases: Cases, settings: Settings = None, json: Json = False) -> None:
             from vibecalc.report.text import render_verdicts
 
             typer.echo(render_verdicts(result))
+
+    worst = _for_each(loaded, verify_one)
     if json:
         _print_json(objects, single=len(loaded) == 1)
-    raise typer.Exit(EXIT_DIFFERS if misses else EXIT_FINE)
+    raise typer.Exit(max(worst, EXIT_DIFFERS if any(misses) else EXIT_FINE))
 
 
 @app.command(cls=Command)
@@ -172,6 +175,9 @@ def diff(
     if accept:
         from vibecalc.results.accept import accept as make_golden
 
+        for option, given in (("--rules", rules), ("--json", json), ("--junit", junit)):
+            if given:
+                raise UsageError(f"--accept compares nothing, leave {option} out")
         make_golden(candidate, reference)
         typer.echo(f"{reference} now holds the numbers of {candidate}")
         return
@@ -194,7 +200,7 @@ def diff(
 
 
 @app.command(cls=Command)
-def plot(results: Results, output: Output = None) -> None:
+def plot(results: Results, output: Folder = None) -> None:
     """Draw the pictures of result files beside them, or into a folder."""
     from vibecalc.report.plots import draw
     from vibecalc.results.store import read_result
@@ -206,7 +212,9 @@ def plot(results: Results, output: Output = None) -> None:
 
 @app.command(cls=Command)
 def new(
-    scene: Annotated[str, typer.Argument(help="Kind of scene; `list` names them.")] = "list",
+    scene: Annotated[
+        str, typer.Argument(metavar="SCENE", help="Kind of scene; `list` names them.")
+    ] = "list",
     output: Output = None,
 ) -> None:
     """Write a commented starter case to stdout or to a file."""
@@ -234,6 +242,20 @@ def _load(paths: list[Path], settings: list[str] | None) -> "list[LoadedCase]":
     from vibecalc.study.load import load_checked
 
     return load_checked(paths, settings or ())
+
+
+def _for_each(cases: "list[LoadedCase]", work: "Callable[[LoadedCase], None]") -> int:
+    """Work on every case, whatever befalls another one; returns the worst exit code."""
+    worst = EXIT_FINE
+    for case in cases:
+        try:
+            work(case)
+        except VibecalcError as error:
+            if len(cases) == 1:
+                raise
+            typer.echo(f"error: {case.path}: {error}", err=True)
+            worst = max(worst, error.exit_code)
+    return worst
 
 
 def _execute(case: "LoadedCase", quiet: bool) -> "Result":

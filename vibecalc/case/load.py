@@ -4,7 +4,7 @@ import hashlib
 import json
 import re
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NoReturn
@@ -17,6 +17,8 @@ from vibecalc.case.locate import Location, Overridden, at_line
 from vibecalc.case.overrides import apply_overrides
 from vibecalc.case.schema import SCHEMA_VERSION, Case
 from vibecalc.errors import CaseError, Problem
+
+EarlyChecks = Callable[[dict[str, Any]], list[Problem]]
 
 LARGEST_FILE = 1_000_000
 _AT_LINE = re.compile(r" \(at line (\d+), column (\d+)\)\Z")
@@ -43,8 +45,13 @@ class LoadedCase:
     sha256: str
 
 
-def load_case(path: str | Path, overrides: Sequence[str] = ()) -> LoadedCase:
+def load_case(
+    path: str | Path, overrides: Sequence[str] = (), early: EarlyChecks | None = None
+) -> LoadedCase:
     """Read one case file, with `key=value` texts that replace or add keys.
+
+    Where the form is wrong, `early` may add what later floors already find wrong with the case as
+    tomllib reads it, so that one message shows all.
 
     CaseError, with all problems and their places, if there is no valid case in the file;
     UsageError if an override cannot be applied.
@@ -58,8 +65,11 @@ def load_case(path: str | Path, overrides: Sequence[str] = ()) -> LoadedCase:
     except CaseError as error:
         from vibecalc.case.render import render_problems
 
-        rendered = render_problems(error.problems, text, str(path), overridden)
-        raise CaseError(error.problems, rendered) from None
+        taken = {problem.path for problem in error.problems}
+        later = [found for found in early(data) if found.path not in taken] if early else []
+        problems = [*error.problems, *later]
+        rendered = render_problems(problems, text, str(path), overridden)
+        raise CaseError(problems, rendered) from None
     resolved = resolve(case)
     import tomli_w
 

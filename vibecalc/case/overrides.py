@@ -100,6 +100,7 @@ def _step(place: Any, part: str | int, above: KeyPath, create: bool) -> Any:
             raise UsageError(f"{here} is no list, so it has no entry [{part}]")
         if part >= len(place):
             entries = f"{len(place)} entries, [0] to [{len(place) - 1}]" if place else "no entries"
+            entries = "one entry, [0]" if len(place) == 1 else entries
             raise UsageError(f"{here} has {entries}, so no [{part}]")
         return place[part]
     if isinstance(place, list):

@@ -90,7 +90,7 @@ class CrankTrain(Table):
     pin_mass: Mass | None = Field(None, ge=0, description="of one wrist pin")
     rod: Rod | None = Field(None, description="the connecting rod, split into two point masses")
     rotating_mass: Mass = Field(
-        0.0, ge=0, description="unbalanced mass at the crank pin, without the rod's share"
+        0.0, ge=0, description="unbalanced mass at the crank pin of each cylinder, without the rod"
     )
     cylinders: tuple[Cylinder, ...] = Field(
         min_length=1, max_length=64, description="one entry for each cylinder"

@@ -64,7 +64,7 @@ def modes(matrices: Matrices) -> Modes:
     coupling = coupling[np.ix_(order, order)]
     error = _eigenvalue_error(eigenvalue, coupling)
     shape, cluster = _settle_repeated(mass, shape, eigenvalue, error)
-    shape = shape * _sign(mass, shape)
+    shape = shape * largest_positive(mass, shape)
     frequency = np.sqrt(np.maximum(eigenvalue, 0.0))
     above = np.sqrt(np.maximum(eigenvalue, 0.0) + error) - frequency
     below = frequency - np.sqrt(np.maximum(eigenvalue - error, 0.0))
@@ -151,7 +151,7 @@ def _nearest_basis(mass: np.ndarray, basis: np.ndarray) -> np.ndarray:
     return np.column_stack(found)
 
 
-def _sign(mass: np.ndarray, shape: np.ndarray) -> np.ndarray:
+def largest_positive(mass: np.ndarray, shape: np.ndarray) -> np.ndarray:
     """+1 or -1 per mode so that its largest component, weighed by energy, is positive."""
     weighed = shape * np.sqrt(np.diagonal(mass))[:, None]
     size = np.abs(weighed)

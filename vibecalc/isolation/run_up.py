@@ -140,12 +140,13 @@ def _prepare(
     shown = shows[masked.mode - 1]
     infinite = np.any(shown, axis=0)
     search = _Search(harmonics_at, order, angle, masked, shown, infinite, start, stop)
-    centre = resonant_speeds(resonances, order)
+    sought = resonances.sought()
+    centre = resonant_speeds(sought, order)
     within = (centre > 0.2 * start) & (centre < 4.0 * stop)
-    speed = base_speeds(resonances, order, start, stop, base)
+    speed = base_speeds(sought, order, start, stop, base)
     if np.sum(within) > 8:
-        within &= _worth(search, resonances, speed)
-    spread = clusters(resonances, order, within)
+        within &= _worth(search, sought, speed)
+    spread = clusters(sought, order, within)
     speed = np.concatenate([speed, centre[within], spread])
     return search, admitted(speed, masked, start, stop)
 

@@ -48,7 +48,7 @@ def clusters(resonances: Resonances, orders: np.ndarray, chosen: np.ndarray) -> 
 def admitted(speed: np.ndarray, masked: Masked, start: float, stop: float) -> np.ndarray:
     """Ascending speeds within the range, without doubles, none inside a masked interval."""
     edges = np.concatenate([masked.low, masked.high])
-    ascending = np.sort(np.concatenate([speed, edges]))
+    ascending: np.ndarray = np.sort(np.concatenate([speed, edges]))
     # np.unique does the same, but imports the masked arrays of numpy
     ascending = ascending[np.concatenate([[True], np.diff(ascending) > 0.0])]
     ascending = ascending[(ascending >= start) & (ascending <= stop)]

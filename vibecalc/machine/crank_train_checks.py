@@ -32,16 +32,20 @@ def _directions(train: parts.CrankTrain) -> list[Problem]:
 
 
 def _lengths(train: parts.CrankTrain) -> list[Problem]:
-    radius, offset = train.crank_radius, abs(train.wrist_pin_offset)
+    return rod_problems(train.crank_radius, train.rod_length, abs(train.wrist_pin_offset))
+
+
+def rod_problems(radius: float, rod_length: float, offset: float) -> list[Problem]:
+    """Whether the rod gets round: lengths in m, all zero or more."""
     reach = radius + offset
-    if train.rod_length > reach:
+    if rod_length > reach:
         return []
     what = " plus the wrist-pin offset" if offset else ""
     return [
         Problem(
             path=(*TRAIN, "rod_length"),
             message=f"connecting rod must be longer than the crank radius{what}",
-            found=f"{train.rod_length:.6g} m",
+            found=f"{rod_length:.6g} m",
             allowed=f"> {reach:.6g} m",
             hint="the ratio of crank radius to rod length is usually 0.2 to 0.35, i.e. a rod of "
             f"{radius / 0.35:.2g} to {radius / 0.2:.2g} m here",

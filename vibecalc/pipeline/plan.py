@@ -116,7 +116,7 @@ def _excitation(case: "Case") -> Iterator[StagePlan]:
             else ()
         ),
         orders=_orders(case),
-        cost=f"{len(train.cylinders)} cylinders and {rotating} weights per order",
+        cost=f"cylinders and weights summed per order: {len(train.cylinders)} and {rotating}",
         quantities=(
             *_below("excitation/", without=("/balance/", "/residual")),
             *balance,

@@ -46,7 +46,7 @@ def _check_name(
 ) -> Iterator[Problem]:
     entry = known.get(quantity)
     if entry is None:
-        yield _unknown_quantity(path, quantity, known)
+        yield unknown_quantity(path, quantity, known)
         return
     names = _names(case)
     for axis, value in where.items():
@@ -69,7 +69,8 @@ def _check_name(
             )
 
 
-def _unknown_quantity(path: KeyPath, quantity: str, known: Mapping[str, Entry]) -> Problem:
+def unknown_quantity(path: KeyPath, quantity: str, known: Mapping[str, Entry]) -> Problem:
+    """The problem of a table at `path` that names none of the `known` quantities."""
     if quantity in CATALOGUE:
         hint = "vibecalc can compute it, but no table of this case asks for it"
         if "run_up" in quantity:

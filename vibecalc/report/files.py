@@ -8,12 +8,14 @@ from vibecalc.errors import UsageError
 from vibecalc.results.record import Result
 
 DEFAULT_FOLDER = "outputs"
+_SUFFIXES = (".h5", ".hdf5")
 
 
 def result_paths(names: Sequence[str], output: str | None) -> list[Path]:
     """One result path per case name: `outputs/<name>.h5`, or as `output` says.
 
-    `output` is a folder if it ends with a slash, exists as one, or several cases share it.
+    `output` is a folder if it ends with a slash, exists as one, or several cases share it; a
+    name like `one.h5` for several cases is taken for a slip.
     """
     doubled = [name for name, count in Counter(names).items() if count > 1]
     if doubled:
@@ -23,10 +25,17 @@ def result_paths(names: Sequence[str], output: str | None) -> list[Path]:
         )
     if output is None:
         return [Path(DEFAULT_FOLDER) / f"{name}.h5" for name in names]
+    if not output:
+        raise UsageError("-o needs the name of a file or folder, found ''")
     target = Path(output)
-    if output.endswith(("/", "\\")) or target.is_dir() or len(names) > 1:
+    is_folder = output.endswith(("/", "\\")) or target.is_dir()
+    if len(names) > 1 and target.suffix in _SUFFIXES and not is_folder:
+        raise UsageError(
+            f"-o {output} is one result file, for {len(names)} cases name a folder: -o {output}/"
+        )
+    if is_folder or len(names) > 1:
         return [target / f"{name}.h5" for name in names]
-    if target.suffix not in (".h5", ".hdf5"):
+    if target.suffix not in _SUFFIXES:
         raise UsageError(f"-o {output}: a result file ends in .h5; a folder ends in '/'")
     return [target]
 

@@ -1,13 +1,16 @@
-"""Help pages: panels drawn with rich, without the parts of rich and typer that no page needs.
+"""The program and its commands as typer sees them, with help pages drawn with rich.
 
 typer's own pages also import Markdown, syntax colouring and tracebacks, which takes longer than
 everything else that `vibecalc --help` does.
 """
 
-from collections.abc import Iterator
+import os
+import sys
 from typing import TYPE_CHECKING, Any
 
 from typer.core import TyperCommand, TyperGroup
+
+from vibecalc.errors import EXIT_INTERRUPTED
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -26,6 +29,17 @@ class Command(TyperCommand):
 class Group(TyperGroup):
     """The program with its list of commands, on such a page."""
 
+    def invoke(self, ctx: Any) -> Any:
+        """Run a command; where nobody reads on (`| head`), stop quietly, as if interrupted.
+
+        typer would make it exit code 1, which means here that a comparison failed.
+        """
+        try:
+            return super().invoke(ctx)
+        except BrokenPipeError:
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            sys.exit(EXIT_INTERRUPTED)
+
     def format_help(self, ctx: Any, formatter: Any) -> None:
         """Print the page; the formatter stays empty."""
         named = ((name, self.get_command(ctx, name)) for name in self.list_commands(ctx))
@@ -40,31 +54,27 @@ class Group(TyperGroup):
 def _print_page(command: TyperCommand | TyperGroup, ctx: Any, commands: list[Row]) -> None:
     from rich.console import Console
     from rich.padding import Padding
+    from rich.text import Text
 
     console = Console(highlight=False)
-    usage = command.get_usage(ctx).replace("Usage:", "[bold yellow]Usage:[/]", 1)
-    console.print(Padding(usage.replace("[OPTIONS]", r"\[OPTIONS]"), 1), style="bold")
-    console.print(Padding(command.help or "", (0, 1, 1, 1)), markup=False)
-    records = _records(command, ctx)
+    usage = Text(command.get_usage(ctx), style="bold")
+    usage.highlight_words(["Usage:"], "yellow")
+    console.print(Padding(usage, 1))
+    console.print(Padding(Text(command.help or ""), (0, 1, 1, 1)))
     for title, rows in (
-        ("Arguments", [row for kind, row in records if kind == "argument"]),
-        ("Options", [row for kind, row in records if kind == "option"]),
+        ("Arguments", _rows(command, ctx, "argument")),
+        ("Options", _rows(command, ctx, "option")),
         ("Commands", commands),
     ):
         if rows:
             console.print(_panel(title, rows))
 
 
-def _records(command: TyperCommand | TyperGroup, ctx: Any) -> list[tuple[str, Row]]:
-    """Kind, names and words of every parameter that is not hidden."""
-
-    def all_records() -> Iterator[tuple[str, Row]]:
-        for parameter in command.get_params(ctx):
-            record = parameter.get_help_record(ctx)
-            if record is not None:
-                yield parameter.param_type_name, record
-
-    return list(all_records())
+def _rows(command: TyperCommand | TyperGroup, ctx: Any, kind: str) -> list[Row]:
+    """Names and words of every parameter of a kind that is not hidden."""
+    parameters = [p for p in command.get_params(ctx) if p.param_type_name == kind]
+    records = [parameter.get_help_record(ctx) for parameter in parameters]
+    return [record for record in records if record is not None]
 
 
 def _panel(title: str, rows: list[Row]) -> "RenderableType":

@@ -83,7 +83,9 @@ def is_speed(path: str) -> bool:
 
 
 def also(path: str, value: float, unit: str, error: float = 0.0) -> str:
-    """The same value as an engineer may rather want it: rpm of a speed, Hz of a frequency."""
+    """The same value as an engineer may rather want it: rpm, Hz of a frequency, degrees."""
+    if unit == "rad" and math.isfinite(value):
+        return f"{show(math.degrees(value), math.degrees(error))} deg"
     if unit != "rad/s" or not math.isfinite(value):
         return ""
     if is_speed(path):

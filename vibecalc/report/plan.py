@@ -30,10 +30,14 @@ def render_plan(path: str, case: "Case", plan: Sequence[Mapping[str, str]]) -> s
     counted = [row for row in counted if not row.known_difference]
     lines += [
         "",
-        f"{len(case.reference)} references, {len(counted)} of them counted; "
-        f"{len(case.limit)} limits",
+        f"{_count(len(case.reference), 'reference')}, {len(counted)} of them counted; "
+        f"{_count(len(case.limit), 'limit')}",
     ]
     return "\n".join(lines)
+
+
+def _count(number: int, what: str) -> str:
+    return f"{number} {what}" if number == 1 else f"{number} {what}s"
 
 
 def _by_folder(quantities: str) -> str:

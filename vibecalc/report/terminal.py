@@ -9,7 +9,13 @@ from vibecalc.report.numbers import show, show_percent
 from vibecalc.report.references import OUTSIDE, WITHIN, judge_references
 from vibecalc.report.sections.key_rows import key_rows
 from vibecalc.report.sections.section import SCALARS
-from vibecalc.report.sections.summary import brief, conclusion, limit_verdict
+from vibecalc.report.sections.summary import (
+    LONGEST_PRINTED,
+    brief,
+    conclusion,
+    known_notes,
+    limit_verdict,
+)
 from vibecalc.report.sections.summary import limits as limit_table
 from vibecalc.report.sections.summary import references as reference_table
 from vibecalc.report.tables import WIDTH, fold, paragraph
@@ -28,7 +34,7 @@ def print_summary(result: Result, path: Path) -> None:
     if sys.stdout.isatty():
         from rich.console import Console
 
-        summary(result, Console())
+        summary(result, Console(highlight=False))
     else:
         sys.stdout.write(plain_summary(result))
     sys.stdout.write(f"wrote {path} and {path.with_suffix('.txt').name}\n")
@@ -47,6 +53,8 @@ def summary(result: Result, console: "Console") -> None:
     for table in (_scalars(result), _limits(result), _references(result)):
         if table is not None:
             console.print(table)
+    for note in known_notes(brief(references, _MOST_REFERENCES)):
+        console.print(f"[yellow]known:[/yellow] {escape(note)}")
     for text in dict.fromkeys(result.record.warnings):
         console.print(f"[yellow]warning:[/yellow] {escape(text)}")
     good = all(row.satisfied for row in limits) and all(
@@ -111,15 +119,15 @@ def _references(result: Result) -> "Table | None":
     if not rows:
         return None
     colours = {WITHIN: "green", OUTSIDE: "bold red"}
-    table = _table("published", ">value", ">computed", "unit", ">difference", "verdict", "source")
+    table = _table("published (source)", ">value", ">computed", "unit", ">difference", "verdict")
     for row in brief(rows, _MOST_REFERENCES):
         picks = ", ".join(f"{axis}={entry}" for axis, entry in row.where.items())
-        name = row.quantity + (f" [{picks}]" if picks else "")
-        cells = [name, row.printed, show(row.computed, row.error_estimate), row.unit]
+        name = row.quantity + (f" [{picks}]" if picks else "") + f" ({row.source})"
+        printed = row.printed if len(row.printed) <= LONGEST_PRINTED else show(row.value)
+        cells = [name, printed, show(row.computed, row.error_estimate), row.unit]
         cells.append(show_percent(row.relative_difference))
         colour = colours.get(row.verdict, "yellow")
-        verdict = f"[{colour}]{row.verdict}[/{colour}]"
-        table.add_row(*_plain(cells), verdict, *_plain([row.source]))
+        table.add_row(*_plain(cells), f"[{colour}]{row.verdict}[/{colour}]")
     return table
 
 
@@ -127,11 +135,13 @@ def _table(*heads: str) -> "Table":
     from rich import box
     from rich.table import Table
 
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, header_style="bold")
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0), header_style="bold")
     for head in heads:
-        table.add_column(
-            head.removeprefix(">"), justify="right" if head.startswith(">") else "left"
-        )
+        # Where the terminal is narrow, names go on below; a number cut short is another number.
+        if head.startswith(">"):
+            table.add_column(head.removeprefix(">"), justify="right", no_wrap=True)
+        else:
+            table.add_column(head, overflow="fold")
     return table
 
 

@@ -20,8 +20,8 @@ def accept(path: Path | str, golden: Path | str) -> Path:
     accepted = replace(read_result(path), provenance={}, timings={})
     if _holds_something_else(Path(golden)):
         raise UsageError(
-            f"{golden} is not a result file, so it is not overwritten; the golden file comes first: "
-            "vibecalc diff GOLDEN.h5 NEW.h5 --accept (or remove it)"
+            f"{golden} is not a result file, so it is not overwritten; the golden file comes "
+            "first: vibecalc diff GOLDEN.h5 NEW.h5 --accept (or remove it)"
         )
     return write_result(accepted, golden)
 

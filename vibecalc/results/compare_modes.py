@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.results.align import Aligned, Entries, labels
-from vibecalc.results.compare_kinds import apart, scale_of, tolerance
+from vibecalc.results.compare_kinds import apart, doubt, scale_of, tolerance
 from vibecalc.results.record import Axis, Quantity
 from vibecalc.results.rules import Rule
 
@@ -120,11 +120,12 @@ def by_mode_shape(
             names.append(_mode_label(axis, members[position : position + 1]))
             sines.append(float(found[position]))
             lengths = np.linalg.norm(left[members[position]]), np.linalg.norm(right[other])
-            errors = sum(
+            known, own = (
                 quantity.error_estimate * math.sqrt(left.shape[1]) / max(float(length), 1e-300)
                 for quantity, length in zip((reference, value), lengths, strict=True)
             )
-            margin = (rule.rtol or 0.0) + errors
+            rtol = rule.rtol or 0.0
+            margin = rtol + doubt(known, own, rtol)
             allowed.append(margin / min(1.0, 2.0 * max(gap, rule.repeated or 0.0, 1e-15)))
     difference = np.array(sines)
     with np.errstate(invalid="ignore"):

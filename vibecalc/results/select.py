@@ -138,7 +138,7 @@ def _position(quantity: Quantity, axis: Axis, key: Key) -> int:
     if not distance.size or not (
         distance[position] <= LABEL_RTOL * max(abs(wanted), abs(values[position]))
     ):
-        raise ResultError(_no_entry(quantity, axis, key))
+        raise ResultError(_no_entry(quantity, axis, key, wanted))
     return position
 
 
@@ -164,8 +164,9 @@ def _no_axis(quantity: Quantity, name: str) -> str:
     return f"{quantity.path} has no axis {name!r}; it has {', '.join(nearest(name, known))}"
 
 
-def _no_entry(quantity: Quantity, axis: Axis, key: Key) -> str:
-    return f"{quantity.path} has no entry {axis.name} = {key!r}; there is {_entries(axis, key)}"
+def _no_entry(quantity: Quantity, axis: Axis, key: Key, wanted: float | None = None) -> str:
+    near = _entries(axis, key if wanted is None else wanted)
+    return f"{quantity.path} has no entry {axis.name} = {key!r}; there is {near}"
 
 
 def _entries(axis: Axis, key: Key | None = None) -> str:

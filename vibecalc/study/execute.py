@@ -1,6 +1,7 @@
 """A checked case to a finished result: one run, or a run to the optimum."""
 
 import platform
+import shlex
 import socket
 import sys
 import time
@@ -66,7 +67,7 @@ def _provenance() -> dict[str, str | int | float]:
         if name in sys.modules
     }
     return {
-        "command": " ".join(["vibecalc", *sys.argv[1:]]),
+        "command": shlex.join(["vibecalc", *sys.argv[1:]]),
         "time": time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime()),
         "host": socket.gethostname(),
         "platform": f"{platform.system()} {platform.machine()}",

@@ -5,6 +5,7 @@ from pathlib import Path
 
 from vibecalc.case.load import LoadedCase, load_case, raise_with_location
 from vibecalc.errors import CaseError, Problem
+from vibecalc.study.early_checks import early_problems
 
 
 def load_checked(paths: Sequence[Path], settings: Sequence[str] = ()) -> list[LoadedCase]:
@@ -14,7 +15,7 @@ def load_checked(paths: Sequence[Path], settings: Sequence[str] = ()) -> list[Lo
     texts: list[str] = []
     for path in paths:
         try:
-            case = load_case(path, settings)
+            case = load_case(path, settings, early_problems)
             raise_with_location(case, physics_problems(case))
             loaded.append(case)
         except CaseError as error:

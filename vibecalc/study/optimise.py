@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from vibecalc.errors import NumericalFailure
 from vibecalc.pipeline.run import run_case
 from vibecalc.results.record import Axis, Method, Quantity, Record
 from vibecalc.study.binding import Binding
@@ -37,15 +38,18 @@ def optimise(loaded: "LoadedCase", *, timings: dict[str, float], progress: bool 
     started = time.perf_counter()
     with _shown(binding.evaluate, progress) as evaluate:
         binding.evaluate(binding.first)
-        found = minimise(
-            evaluate,
-            binding.lower,
-            binding.upper,
-            first=binding.first,
-            starts=study.starts,
-            rtol=loaded.case.accuracy.rtol,
-            accuracy=binding.accuracy,
-        )
+        try:
+            found = minimise(
+                evaluate,
+                binding.lower,
+                binding.upper,
+                first=binding.first,
+                starts=study.starts,
+                rtol=loaded.case.accuracy.rtol,
+                accuracy=binding.accuracy,
+            )
+        except NumericalFailure as error:
+            raise NumericalFailure(f"{error} {_legend(binding)}") from error
     seconds = time.perf_counter() - started
     record = run_case(binding.case_at(found.variables), timings=timings)
     start = run_case(binding.case_at(binding.first))
@@ -78,7 +82,10 @@ def _add_optimum(record: Record, case: "Case", binding: Binding, found: "Optimum
         "kkt_residual": (found.kkt_residual, 0.0),
         "evaluations": (found.evaluations, 0.0),
         "failures": (found.failures, 0.0),
-        "history/objective": ([_known(binding.sign * s.objective) for s in searches], 0.0),
+        "history/objective": (
+            [_known(binding.sign * s.objective) for s in searches],
+            found.objective_error,
+        ),
         "history/feasible": ([int(s.feasible) for s in searches], 0.0),
         "history/evaluations": ([s.evaluations for s in searches], 0.0),
         "optima/objective": ([binding.sign * o.objective for o in optima], found.objective_error),
@@ -86,7 +93,7 @@ def _add_optimum(record: Record, case: "Case", binding: Binding, found: "Optimum
     }
     if binding.limits:
         values["margin"] = (found.margins, binding.accuracy)
-        values["multiplier"] = (found.margin_multipliers, 0.0)
+        values["multiplier"] = (found.margin_multipliers, _price_error(found))
     for i, key in enumerate(binding.keys):
         values[f"variable/{key}"] = (found.variables[i], float(found.variables_error[i]))
         values[f"active_bound/{key}"] = (int(found.active_bounds[i]), 0.0)
@@ -106,6 +113,21 @@ def _add_optimum(record: Record, case: "Case", binding: Binding, found: "Optimum
                 error_estimate=error,
             )
         )
+
+
+def _legend(binding: Binding) -> str:
+    """What the numbers in a message of the search stand for."""
+    parts = [f"variables: {', '.join(binding.keys)} (SI)"]
+    parts += [f"margin {i}: {name}" for i, name in enumerate(binding.margin_names())]
+    return f"Here {'; '.join(parts)}."
+
+
+def _price_error(found: "Optimum") -> float:
+    """Error of the multipliers: slopes known ten times worse, relatively, than the variables."""
+    size = np.abs(found.variables)
+    doubt = np.max(found.variables_error[size > 0.0] / size[size > 0.0], initial=0.0)
+    largest = np.max(np.abs(found.margin_multipliers), initial=0.0)
+    return float(largest * (found.kkt_residual + 10.0 * doubt))
 
 
 def _known(objective: float) -> float:

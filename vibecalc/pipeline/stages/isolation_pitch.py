@@ -12,6 +12,7 @@ from vibecalc.isolation.resonance import pitch_resonances
 from vibecalc.isolation.rounding import WithError
 from vibecalc.isolation.singular import check_operating_point, idle_warnings, left_out
 from vibecalc.machine.pitch import PitchParts, pitch_parts
+from vibecalc.pipeline.catalogue import CATALOGUE
 from vibecalc.pipeline.scene import Scene
 from vibecalc.pipeline.stages.excitation import Forcing
 from vibecalc.pipeline.stages.isolation_common import (
@@ -24,6 +25,7 @@ from vibecalc.pipeline.stages.isolation_common import (
 )
 
 EPS = float(np.finfo(float).eps)
+LEVER_FORCES = tuple(path for path in CATALOGUE if path.startswith("isolation/lever_force/"))
 
 
 def run(scene: Scene) -> None:
@@ -62,15 +64,17 @@ def run(scene: Scene) -> None:
         driven.couple_error @ np.abs(parts.across),
     )
     angle = model.angle_harmonics(pitch, torque.value, torque.error, frequency, undriven)
-    passing = model.transmissibility(pitch, frequency)
     axes = {"order": forcing.orders[:kept]}
-    scene.emit("isolation/pitch/transmissibility", passing.value[:kept], passing.error[:kept], axes)
+    if scene.wants("isolation/pitch/transmissibility"):
+        passing = model.transmissibility(pitch, frequency[:kept])
+        scene.emit("isolation/pitch/transmissibility", passing.value, passing.error, axes)
     if scene.wants("isolation/pitch/transmissibility_curve"):
-        _emit_curve(scene, pitch)
+        _emit_curve(scene, pitch, float(frequency[kept - 1]))
     scene.emit("isolation/pitch/angle_harmonics", angle.value[:kept], angle.error[:kept], axes)
     emit_peak(scene, "isolation/pitch/angle_peak", angle, forcing)
-    through = model.transmitted_couple(pitch, angle, frequency)
-    _emit_lever_force(scene, forcing, torque, through, lever)
+    if scene.wants(*LEVER_FORCES):
+        through = model.transmitted_couple(pitch, angle, frequency)
+        _emit_lever_force(scene, forcing, torque, through, lever)
     _emit_supports(scene, forcing, parts, torque, angle, frequency)
 
     readout, row_of = distinct(
@@ -79,7 +83,7 @@ def run(scene: Scene) -> None:
         )
     )
     first = WithError(couple.value[:kept], couple.error[:kept])
-    few = forcing.few
+    in_run_up, few = pitch_resonances(pitch, first), forcing.few
     rest = WithError(couple.value[few], couple.error[few])
     scene.handed_on["run_up"] = RunUpSetup(
         rows=with_left_out(
@@ -87,11 +91,11 @@ def run(scene: Scene) -> None:
             pitch_rows(pitch, readout, forcing.orders[few], rest, undriven[few]),
             forcing.few_tail,
         ),
-        resonances=pitch_resonances(pitch, first),
+        resonances=in_run_up,
         shows=(readout.spring[:, 0, 0].real != 0.0)[None, :],
         row_of=row_of,
         lever_rows=1,
-        idle=lambda low, high: idle_warnings(resonances, forcing.orders, low, high),
+        idle=lambda low, high: idle_warnings(in_run_up, forcing.orders[:kept], low, high),
     )
 
 
@@ -109,10 +113,16 @@ def _emit_model(scene: Scene, pitch: model.Pitch) -> None:
     scene.emit("isolation/pitch/damping_ratio", pitch.damping_ratio, pitch.damping_ratio_error)
 
 
-def _emit_curve(scene: Scene, pitch: model.Pitch) -> None:
-    """Transmissibility from .05 to 50 times the natural frequency, for the picture."""
+def _emit_curve(scene: Scene, pitch: model.Pitch, highest: float) -> None:
+    """Transmissibility from .05 to 50 times the natural frequency, for the picture.
+
+    Whole decades more where the `highest` order lies beyond: the samples must not follow its bits.
+    """
+    beyond = highest / float(50.0 * pitch.natural_frequency)
+    decades = np.ceil(np.log10(min(max(beyond, 1.0), 1e6)))
+    end = 6.0 if decades == 0.0 else np.arcsinh((np.log(50.0) + decades * np.log(10.0)) / 0.02)
     # Dense around 1 and never on it, where an undamped body has no value.
-    ratio = np.exp(0.02 * np.sinh(np.linspace(-5.7, 6.0, 300)))
+    ratio = np.exp(0.02 * np.sinh(np.linspace(-5.7, end, 300)))
     curve = model.transmissibility(pitch, ratio * pitch.natural_frequency)
     axes = {"frequency_ratio": ratio}
     scene.emit("isolation/pitch/transmissibility_curve", curve.value, curve.error, axes)

@@ -6,6 +6,8 @@ from vibecalc.excitation.sums import Excitation, at_speed
 from vibecalc.isolation.body_readout import mount_readout
 from vibecalc.isolation.body_resonance import body_resonances
 from vibecalc.isolation.body_rows import body_rows
+from vibecalc.isolation.damped_basis import damped_basis
+from vibecalc.isolation.damped_poles import with_damped_poles
 from vibecalc.isolation.energy import damping_ratio, energy_fraction
 from vibecalc.isolation.left_out import with_left_out
 from vibecalc.isolation.modes import Modes, modes
@@ -15,6 +17,7 @@ from vibecalc.isolation.rounding import WithError
 from vibecalc.isolation.singular import check_operating_point, idle_warnings, left_out
 from vibecalc.isolation.static import static_deflection
 from vibecalc.isolation.steady import Undriven, displacement, dynamics, mount_force, response
+from vibecalc.isolation.trust import require_digits
 from vibecalc.machine.body import RigidBody
 from vibecalc.machine.frame import DIRECTIONS
 from vibecalc.machine.mounts import Mounts
@@ -39,7 +42,7 @@ def run(scene: Scene) -> None:
     matrices = assemble(
         body.mass_matrix, mounts.position, mounts.stiffness, mounts.damping, mounts.structural
     )
-    shapes = modes(matrices)
+    shapes = damped_basis(matrices, modes(matrices))
     scene.cite(
         "rigid body on mounts, 6 x 6 complex dynamic stiffness",
         "response on the mounts",
@@ -56,7 +59,9 @@ def run(scene: Scene) -> None:
     undriven = _undriven(resonances, shapes)
     frequency = forcing.orders * speed
     driven = _as_loads(at_speed(forcing.per_speed_squared, speed))
-    motion = response(dynamics(matrices, frequency, undriven), driven.value, driven.error)
+    system = dynamics(matrices, frequency, undriven)
+    motion = response(system, driven.value, driven.error)
+    require_digits(matrices, system, driven, motion, forcing.orders, speed)
     _emit_motion(scene, forcing, motion)
     at_mounts = displacement(motion, mounts.position)
     force = mount_force(at_mounts, frequency, mounts.stiffness, mounts.damping, mounts.structural)
@@ -132,12 +137,14 @@ def _hand_on_run_up(
     few = forcing.few
     rest = WithError(load.value[few], load.error[few])
     resonances = body_resonances(matrices, shapes, first)
+    left_alone = _undriven(resonances, shapes)
+    resonances = with_damped_poles(resonances, matrices, shapes, first)
     beyond = body_resonances(matrices, shapes, rest)
     seen = mounts.stiffness @ displacement_at(mounts.position) @ shapes.shape
     size = np.sqrt(np.square(seen).sum(axis=1)).T
     scene.handed_on["run_up"] = RunUpSetup(
         rows=with_left_out(
-            body_rows(matrices, readout, orders[:kept], first, _undriven(resonances, shapes)),
+            body_rows(matrices, readout, orders[:kept], first, left_alone),
             body_rows(matrices, readout, orders[few], rest, _undriven(beyond, shapes)),
             forcing.few_tail,
         ),

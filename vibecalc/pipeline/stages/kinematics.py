@@ -64,11 +64,11 @@ def run(scene: Scene) -> None:
         scale * (error + rounding * np.abs(values)),
         {"order": orders},
     )
-    scale = radius * speed**2
+    unit = radius * speed**2
     scene.emit(
         "kinematics/dropped_acceleration",
-        scale * dropped.value,
-        scale * (dropped.error + rounding * dropped.value),
+        unit * dropped.value,
+        unit * (dropped.error + rounding * dropped.value),
     )
     if scene.case.kinematics is not None and scene.wants(*CURVES):
         _emit_curves(scene)

@@ -48,8 +48,8 @@ def run(scene: Scene) -> None:
     if len(masked.low):
         axes = {"masked": np.arange(1, len(masked.low) + 1)}
         for name in ("low", "centre", "high", "order", "mode"):
-            error = masked.centre_error if name == "centre" else 0.0
-            scene.emit(f"isolation/masked/{name}", getattr(masked, name), error, axes)
+            doubt = masked.centre_error if name == "centre" else 0.0
+            scene.emit(f"isolation/masked/{name}", getattr(masked, name), doubt, axes)
         _warn_masked(scene, len(masked.low), float(masked.centre[0]), int(masked.order[0]))
 
 

@@ -15,7 +15,7 @@ from vibecalc.report.pictures.canvas import (
     limit_line,
     natural_frequencies,
 )
-from vibecalc.report.pictures.run_up_marks import lowest, masked, resonances
+from vibecalc.report.pictures.run_up_marks import lowest, masked, resonances, unbounded, window
 from vibecalc.results.record import Quantity, Record, Result
 
 if TYPE_CHECKING:
@@ -58,10 +58,12 @@ def _supports(axes: "Axes", quantity: Quantity, speed: np.ndarray) -> None:
     rows = np.asarray(quantity.values)
     names = labels(quantity.axes[0])
     drawn: list[tuple[np.ndarray, list[str]]] = []
+    # Beside a resonance without damping the force is a million times that of other speeds.
+    largest = np.max(np.where(np.isfinite(rows), rows, 0.0), axis=0, initial=0.0)
     for name, row in zip(names, rows, strict=True):
         # Mounts that carry the same are one curve with several names.
         for other, members in drawn:
-            if np.allclose(other, row, rtol=1e-6, atol=1e-9 * np.max(rows, initial=0.0)):
+            if np.all(np.isclose(other, row, rtol=1e-6, atol=1e-9 * largest)):
                 members.append(name)
                 break
         else:
@@ -69,7 +71,8 @@ def _supports(axes: "Axes", quantity: Quantity, speed: np.ndarray) -> None:
     for i, (row, members) in enumerate(drawn):
         words = ("mounts " if len(members) > 1 else "mount ") + ", ".join(members)
         axes.plot(speed, _drawable(row), color=COLOURS[i % len(COLOURS)], label=words)
-    axes.legend(loc="center right", fontsize=9)
+    # Forces are small at low speeds, and limits are named on the right.
+    axes.legend(loc="center left", fontsize=9, frameon=True, framealpha=0.9, edgecolor="none")
 
 
 def _finish(
@@ -90,6 +93,11 @@ def _finish(
     axes.set_ylim(0.0, _ROOM[several] * highest)
     axes.set_xscale("log")
     axes.set_xlim(lowest(result.record, speed), float(speed.max()))
+    if unbounded(result.record):
+        # The flanks go up without end: in between, nothing would be left to see.
+        bounds = [bound for _, bound in (*limits, *steady)]
+        axes.set_yscale("log")
+        axes.set_ylim(*window(speed, values, axes.get_xlim(), bounds))
     resonances(result.record, axes, speed)
     masked(result.record, axes)
     _peak(result.record, axes, quantity, speed, limits)

@@ -58,6 +58,27 @@ def lowest(record: Record, speed: np.ndarray) -> float:
     return max(float(speed.min()), 0.25 * min(float(first), float(speed.max())))
 
 
+def unbounded(record: Record) -> bool:
+    """Whether speeds were left out because the forces have no bound there."""
+    low = record.quantities.get("isolation/masked/low")
+    return low is not None and low.values.size > 0
+
+
+def window(
+    speed: np.ndarray, values: np.ndarray, shown: tuple[float, float], bounds: list[float]
+) -> tuple[float, float]:
+    """Ends of a logarithmic force axis: decades around what is usual between the resonances.
+
+    The samples crowd at the resonances, so the usual force is the median over evenly spaced
+    (logarithmic) speeds within `shown`, of the largest curve.
+    """
+    largest = np.atleast_2d(values).max(axis=0)
+    places = np.geomspace(*shown, 400)
+    usual = np.interp(places, speed, np.where(np.isfinite(largest), largest, 0.0))
+    middle = float(np.median(usual[usual > 0.0])) if np.any(usual > 0.0) else 1.0
+    return 1e-2 * middle, max([1e3 * middle, *(3.0 * bound for bound in bounds)])
+
+
 def masked(record: Record, axes: "Axes") -> None:
     """Shade the intervals of speed that were left out."""
     low, high = (record.quantities.get(f"isolation/masked/{end}") for end in ("low", "high"))

@@ -12,6 +12,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _BASE = "isolation/pitch/"
+#: Orders named in the legend; a long rod ratio has 70, which no picture has room for.
+_NAMED = 8
 
 
 def picture(result: Result) -> "Figure | None":
@@ -36,9 +38,11 @@ def picture(result: Result) -> "Figure | None":
     for i, (order, ratio, value) in enumerate(zip(orders, ratios, quantity.values, strict=True)):
         colour = COLOURS[i % len(COLOURS)]
         decibel = float(_decibel(value))
-        words = f"order {int(order)}: {decibel:.1f} dB"
+        words = f"order {int(order)}: {decibel:.1f} dB" if i < _NAMED else None
         level.plot([ratio], [decibel], "o", color=colour, label=words)
         phase.plot([ratio], [float(np.degrees(np.angle(value)))], "o", color=colour)
+    if len(orders) > _NAMED:
+        level.plot([], [], " ", label=f"and up to order {int(orders[-1])}")
     level.axhline(0.0, color=QUIET, linewidth=1.0)
     level.axvline(np.sqrt(2.0), color=QUIET, linestyle=":", linewidth=1.2)
     level.annotate(

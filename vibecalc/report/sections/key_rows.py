@@ -9,20 +9,23 @@ from vibecalc.results.record import Quantity, Record
 from vibecalc.results.select import select
 
 _MOST = 16
-_SCALARS = ("_peak", "frequency", "_ratio", "speed", "residual", "objective")
+_SCALARS = ("_peak", "frequency", "_ratio", "speed", "excitation/residual", "/objective")
+_VARIABLES = "optimisation/variable/"
 _ARRAYS = ("_peak", "natural_frequency")
 
 
 def key_rows(record: Record) -> list[list[str]]:
-    """Rows for `SCALARS` in the order of the record, 16 at most; scalars come before arrays.
+    """Rows for `SCALARS` in the order of the record, 16 at most; variables of an optimum
+    come first, then scalars, then arrays.
 
     Of an array the largest entry is shown and named (which mount, which direction), of natural
     frequencies the lowest one; a peak of the run-up says its speed.
     """
     found = [quantity for path, quantity in record.items() if not path.startswith(START)]
+    variables = [q for q in found if not q.axes and q.path.startswith(_VARIABLES)]
     scalars = [q for q in found if not q.axes and q.path.endswith(_SCALARS)]
     arrays = [q for q in found if q.axes and q.path.endswith(_ARRAYS) and q.values.size]
-    chosen = {q.path for q in [*scalars, *arrays][:_MOST]}
+    chosen = {q.path for q in [*variables, *scalars, *arrays][:_MOST]}
     return [
         _worst_row(record, quantity) if quantity.axes else scalar_rows([quantity])[0]
         for quantity in found

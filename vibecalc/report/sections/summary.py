@@ -24,7 +24,7 @@ _REFERENCES = (
     Column("verdict", 10),
 )
 #: Longer values, such as a root written out, are shown with as many digits as ours.
-_LONGEST_PRINTED = 10
+LONGEST_PRINTED = 10
 
 
 def limits(rows: Sequence[LimitRow]) -> list[str]:
@@ -67,20 +67,15 @@ def references(rows: Sequence[ReferenceRow], most: int | None = None) -> list[st
     shown = brief(rows, most)
     hidden = len(rows) - len(shown)
     cells: list[list[str]] = []
-    notes: list[str] = []
+    notes = known_notes(shown)
     for row in shown:
         verdict = row.verdict.upper() if row.verdict == OUTSIDE else row.verdict
         if row.verdict == KNOWN:
-            note = row.known_difference + (f" (shown by {row.shown_by})" if row.shown_by else "")
-            if row.agrees:
-                note += " - yet it agrees within its tolerance: remove the note or the row"
-            if note not in notes:
-                notes.append(note)
-            verdict = f"known [{notes.index(note) + 1}]"
+            verdict = f"known [{notes.index(_note(row)) + 1}]"
         cells.append(
             [
                 _name(_REFERENCES, row.quantity, row.at, _picks(row.where), f"({row.source})"),
-                row.printed if len(row.printed) <= _LONGEST_PRINTED else show(row.value),
+                row.printed if len(row.printed) <= LONGEST_PRINTED else show(row.value),
                 show(row.computed, row.error_estimate),
                 row.unit,
                 show_percent(row.relative_difference),
@@ -95,6 +90,11 @@ def references(rows: Sequence[ReferenceRow], most: int | None = None) -> list[st
     for i, note in enumerate(notes):
         lines += paragraph(note, f"[{i + 1}]")
     return lines
+
+
+def known_notes(rows: Sequence[ReferenceRow]) -> list[str]:
+    """Why sources are known to differ, each reason once, in the order of the rows."""
+    return list(dict.fromkeys(_note(row) for row in rows if row.verdict == KNOWN))
 
 
 def conclusion(references: Sequence[ReferenceRow], limits: Sequence[LimitRow]) -> str:
@@ -134,6 +134,13 @@ def brief(rows: Sequence[ReferenceRow], most: int | None) -> list[ReferenceRow]:
     come_out = [i for i, row in enumerate(rows) if row.verdict == WITHIN]
     hidden = set() if most is None else set(come_out[most:])
     return [row for i, row in enumerate(rows) if i not in hidden]
+
+
+def _note(row: ReferenceRow) -> str:
+    note = row.known_difference + (f" (shown by {row.shown_by})" if row.shown_by else "")
+    if row.agrees:
+        note += " - yet it agrees within its tolerance: remove the note or the row"
+    return note
 
 
 def _is(count: int) -> str:
