@@ -53,6 +53,7 @@ EXPECTED: dict[str, tuple[str, tuple[str, ...]]] = {
     "box_and_inertia": ("20:1", ("box and inertia exclude each other", "19 | inertia =")),
     "no_inertia": ("17:1", ("[machine.body] has neither inertia nor box",)),
     "mounts_both_ways": ("22:1", ("individual and positions exclude each other",)),
+    "mounts_empty": ("21:1", ("[machine.mounts] has neither positions nor individual",)),
     "mounts_without_stiffness": ("22:1", ("mounts given by positions have no stiffness",)),
     "isolation_without_mounts": ("21:1", ("[isolation] needs [machine.mounts]",)),
     "doubled_names": ("14:5", ("two entries of cylinders are named '1'", '13 |   { name = "1"')),

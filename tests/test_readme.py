@@ -6,7 +6,6 @@ import subprocess
 from pathlib import Path
 
 import pytest
-
 from fuzzing import command
 
 ROOT = Path(__file__).resolve().parents[1]

@@ -105,8 +105,8 @@ def _body(data: Data) -> Iterator[Problem]:
 
 def _mounts(data: Data) -> Iterator[Problem]:
     path: KeyPath = ("machine", "mounts")
-    mounts = _table(data, *path)
-    if not mounts:
+    mounts = _table(data, "machine").get("mounts")
+    if not isinstance(mounts, dict):  # an empty table asks for mounts and has none
         return
     yield from _either(mounts, path, "positions", ("individual",))
     each = _table(mounts, "each")
