@@ -15,15 +15,15 @@ import mpmath
 import numpy as np
 
 from vibecalc.isolation.pitch import pitch_model
+from vibecalc.isolation.pitch_resonance import pitch_resonances
 from vibecalc.isolation.pitch_rows import pitch_rows
 from vibecalc.isolation.readout import pitch_readout
-from vibecalc.isolation.resonance import pitch_resonances
 from vibecalc.isolation.rigid_body import assemble
-from vibecalc.isolation.rounding import WithError
 from vibecalc.isolation.run_up import cycle_peaks, run_up_peak
-from vibecalc.isolation.steady import dynamics, response
 from vibecalc.kinematics.harmonics import motion_harmonics
 from vibecalc.numerics.cycle_peak import cycle_peak
+from vibecalc.numerics.rounding import WithError
+from vibecalc.response.direct import dynamics, response
 
 SPEED = 4900.0 * np.pi / 30.0
 

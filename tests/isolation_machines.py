@@ -7,8 +7,9 @@ import numpy as np
 
 from vibecalc.isolation.pitch import Pitch, pitch_model
 from vibecalc.isolation.readout import Readout, pitch_readout
-from vibecalc.isolation.rigid_body import Matrices, assemble
-from vibecalc.isolation.rounding import WithError
+from vibecalc.isolation.rigid_body import assemble
+from vibecalc.numerics.rounding import WithError
+from vibecalc.response.matrices import Matrices
 
 SPEED = 4900.0 * np.pi / 30.0
 LEVER = 0.4

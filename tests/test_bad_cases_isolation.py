@@ -14,27 +14,28 @@ from isolation_machines import (
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.isolation.body_readout import mount_readout
-from vibecalc.isolation.body_resonance import body_resonances
 from vibecalc.isolation.body_rows import body_rows
-from vibecalc.isolation.energy import damping_ratio
-from vibecalc.isolation.modes import modes
 from vibecalc.isolation.pitch import angle_harmonics, transmissibility
+from vibecalc.isolation.pitch_resonance import pitch_resonances
 from vibecalc.isolation.pitch_rows import pitch_rows
 from vibecalc.isolation.pitch_static import pitch_static
 from vibecalc.isolation.readout import shows
-from vibecalc.isolation.resonance import Resonances, pitch_resonances
 from vibecalc.isolation.rigid_body import assemble
-from vibecalc.isolation.rounding import SINGULAR, WithError
 from vibecalc.isolation.run_up import RunUp, run_up
-from vibecalc.isolation.singular import (
+from vibecalc.isolation.static import static_deflection
+from vibecalc.numerics.rounding import SINGULAR, WithError
+from vibecalc.response.direct import Undriven, dynamics, response
+from vibecalc.response.energy import damping_ratio
+from vibecalc.response.modal_resonance import body_resonances
+from vibecalc.response.modes import modes
+from vibecalc.response.resonance import Resonances
+from vibecalc.response.singular import (
     check_operating_point,
     idle_warnings,
     left_out,
     masked_speeds,
     outside,
 )
-from vibecalc.isolation.static import static_deflection
-from vibecalc.isolation.steady import Undriven, dynamics, response
 
 ALL_ROWS = np.ones((1, 5), dtype=bool)
 

@@ -17,9 +17,8 @@ from isolation_machines import (
 from scipy.integrate import solve_ivp
 
 from vibecalc.isolation.body_readout import couple_readout, mount_readout
-from vibecalc.isolation.body_resonance import body_resonances
 from vibecalc.isolation.body_rows import body_rows
-from vibecalc.isolation.modes import modes
+from vibecalc.isolation.mount_motion import displacement, mount_force
 from vibecalc.isolation.pitch import (
     angle_harmonics,
     lever_force,
@@ -29,17 +28,19 @@ from vibecalc.isolation.pitch import (
     transmissibility,
     transmitted_couple,
 )
+from vibecalc.isolation.pitch_resonance import pitch_resonances
 from vibecalc.isolation.pitch_rows import pitch_rows
 from vibecalc.isolation.pitch_static import pitch_static
 from vibecalc.isolation.readout import join, shows
-from vibecalc.isolation.resonance import pitch_resonances
 from vibecalc.isolation.rigid_body import displacement_at
-from vibecalc.isolation.rounding import WithError
 from vibecalc.isolation.rows import HarmonicsAt
 from vibecalc.isolation.run_up import RunUpPeak, cycle_peaks, run_up, run_up_peak
 from vibecalc.isolation.static import static_deflection
-from vibecalc.isolation.steady import displacement, dynamics, mount_force, response
 from vibecalc.numerics.cycle_peak import cycle_peak
+from vibecalc.numerics.rounding import WithError
+from vibecalc.response.direct import dynamics, response
+from vibecalc.response.modal_resonance import body_resonances
+from vibecalc.response.modes import modes
 
 ALL_ROWS = np.ones((1, 5), dtype=bool)
 

@@ -61,19 +61,19 @@ def test_the_first_help_loads_no_pydantic(tmp_path: Path) -> None:
 def test_check_needs_no_arrays_file_or_solver(tmp_path: Path) -> None:
     modules = modules_after("check", str(CASES / "generator.toml"), cwd=tmp_path)
     assert not roots(modules) & {"scipy", "h5py", "pint", "matplotlib"}
-    assert not {name for name in modules if name.startswith("vibecalc.isolation")}
+    assert not {name for name in modules if name.startswith(("vibecalc.isolation", "vibecalc.response"))}
 
 
 #: what only the rigid body, an optimisation or a help page has work for
 NOT_FOR_THE_GENERATOR = (
     "isolation/body_readout.py",
-    "isolation/body_resonance.py",
+    "response/modal_resonance.py",
     "isolation/body_rows.py",
-    "isolation/energy.py",
-    "isolation/modes.py",
+    "response/energy.py",
+    "response/modes.py",
     "isolation/rigid_body.py",
     "isolation/static.py",
-    "isolation/steady.py",
+    "response/direct.py",
     "optimisation/__init__.py",
     "pipeline/stages/isolation_rigid_body.py",
     "study/binding.py",

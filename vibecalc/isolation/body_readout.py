@@ -3,8 +3,9 @@
 import numpy as np
 
 from vibecalc.isolation.readout import Readout
-from vibecalc.isolation.rigid_body import Matrices, displacement_at
-from vibecalc.isolation.rounding import DATA_ROUNDINGS, UNIT_ROUNDOFF
+from vibecalc.isolation.rigid_body import displacement_at
+from vibecalc.numerics.rounding import DATA_ROUNDINGS, UNIT_ROUNDOFF
+from vibecalc.response.matrices import Matrices
 
 
 def mount_readout(

@@ -3,10 +3,10 @@
 import numpy as np
 
 from vibecalc.isolation.readout import Readout
-from vibecalc.isolation.rigid_body import Matrices
-from vibecalc.isolation.rounding import UNIT_ROUNDOFF, WithError
 from vibecalc.isolation.rows import EMPTY, HarmonicsAt, Jet, Motion, read
-from vibecalc.isolation.steady import Undriven, dynamics, response
+from vibecalc.numerics.rounding import UNIT_ROUNDOFF, WithError
+from vibecalc.response.direct import Undriven, dynamics, response
+from vibecalc.response.matrices import Matrices
 
 
 def body_rows(

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibecalc.isolation.rounding import DATA_ROUNDINGS, SINGULAR, UNIT_ROUNDOFF, WithError
+from vibecalc.numerics.rounding import DATA_ROUNDINGS, SINGULAR, UNIT_ROUNDOFF, WithError
 
 
 class Pitch(NamedTuple):
@@ -102,7 +102,7 @@ def angle_harmonics(
     left_out : (..., orders) orders that do not drive the undamped machine: their angle is zero.
 
     Source: Gibson (2008), equation 17, with the phase kept. Trusts that no driven order stands on
-    an undamped resonance: `vibecalc.isolation.singular` refuses that before.
+    an undamped resonance: `vibecalc.response.singular` refuses that before.
     """
     resisting = pitch_dynamic_stiffness(pitch, frequency)
     flexibility = np.where(left_out, 0.0, 1.0 / np.where(left_out, 1.0, resisting.value))

@@ -4,8 +4,8 @@ import numpy as np
 
 from vibecalc.isolation.pitch import Pitch, pitch_dynamic_stiffness
 from vibecalc.isolation.readout import Readout
-from vibecalc.isolation.rounding import UNIT_ROUNDOFF, WithError
 from vibecalc.isolation.rows import EMPTY, HarmonicsAt, Jet, Motion, read
+from vibecalc.numerics.rounding import UNIT_ROUNDOFF, WithError
 
 
 def pitch_rows(

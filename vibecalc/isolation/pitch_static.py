@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.isolation.rounding import DATA_ROUNDINGS, UNIT_ROUNDOFF
+from vibecalc.numerics.rounding import DATA_ROUNDINGS, UNIT_ROUNDOFF
 
 
 class PitchStatic(NamedTuple):

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.isolation.pitch import Pitch
-from vibecalc.isolation.rounding import UNIT_ROUNDOFF
+from vibecalc.numerics.rounding import UNIT_ROUNDOFF
 
 
 class Readout(NamedTuple):

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibecalc.isolation.singular import Masked
+from vibecalc.response.singular import Masked
 
 #: no interval is cut below this relative width
 _NARROWEST = 1e-14

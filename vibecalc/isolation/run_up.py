@@ -6,13 +6,13 @@ import numpy as np
 
 from vibecalc.isolation.envelope import angle_grid, coarse_peak, squares
 from vibecalc.isolation.refine import resolve
-from vibecalc.isolation.resonance import Resonances
-from vibecalc.isolation.rounding import WithError
 from vibecalc.isolation.rows import HarmonicsAt
-from vibecalc.isolation.singular import Masked, masked_speeds
 from vibecalc.isolation.speeds import admitted, base_speeds, clusters, resonant_speeds
 from vibecalc.isolation.summit import Starts, climb
 from vibecalc.numerics.cycle_peak import cycle_peak, vector_cycle_peak
+from vibecalc.numerics.rounding import WithError
+from vibecalc.response.resonance import Resonances
+from vibecalc.response.singular import Masked, masked_speeds
 
 #: a resonance whose own order stays below this share of a row's maximum gets no cluster there
 _NEGLIGIBLE = 1e-4

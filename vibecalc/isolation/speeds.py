@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from vibecalc.isolation.resonance import Resonances
-from vibecalc.isolation.singular import Masked, outside
+from vibecalc.response.resonance import Resonances
+from vibecalc.response.singular import Masked, outside
 
 #: first offset of a cluster in half bandwidths, growth of the offsets, largest relative offset
 _FIRST, _GROWTH, _FARTHEST = 0.35, 1.7, 0.75

@@ -5,8 +5,9 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.isolation.rigid_body import Matrices, displacement_at
-from vibecalc.isolation.rounding import DATA_ROUNDINGS, SINGULAR, UNIT_ROUNDOFF
+from vibecalc.isolation.rigid_body import displacement_at
+from vibecalc.numerics.rounding import DATA_ROUNDINGS, SINGULAR, UNIT_ROUNDOFF
+from vibecalc.response.matrices import Matrices
 
 
 class Static(NamedTuple):

@@ -4,8 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibecalc.isolation.rounding import UNIT_ROUNDOFF
 from vibecalc.isolation.rows import HarmonicsAt
+from vibecalc.numerics.rounding import UNIT_ROUNDOFF
 
 _MOST_STEPS = 60
 _NONE = np.zeros(0)

@@ -140,7 +140,7 @@ def _isolation(case: "Case") -> Iterator[StagePlan]:
         module="isolation_pitch" if pitch else "isolation_rigid_body",
         why=f'[isolation] is in the case, model = "{options.model}"',
         parts=("body", "mounts"),
-        uses=("isolation.pitch",) if pitch else ("isolation.rigid_body", "isolation.modes"),
+        uses=("isolation.pitch",) if pitch else ("isolation.rigid_body", "response.modes", "response.direct"),
         orders=_orders(case),
         cost="one solve per order at " + speed,
         quantities=_below(

@@ -5,12 +5,12 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from vibecalc.isolation.resonance import Resonances
-from vibecalc.isolation.rounding import WithError
 from vibecalc.isolation.rows import HarmonicsAt
 from vibecalc.numerics.cycle_peak import cycle_peak, vector_cycle_peak
+from vibecalc.numerics.rounding import WithError
 from vibecalc.pipeline.scene import Scene
 from vibecalc.pipeline.stages.excitation import Forcing
+from vibecalc.response.resonance import Resonances
 
 if TYPE_CHECKING:
     from vibecalc.case.tables import Isolation

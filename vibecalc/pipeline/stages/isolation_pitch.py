@@ -5,13 +5,12 @@ import numpy as np
 from vibecalc.excitation.sums import about_point, at_speed
 from vibecalc.isolation import pitch as model
 from vibecalc.isolation.left_out import with_left_out
+from vibecalc.isolation.pitch_resonance import pitch_resonances
 from vibecalc.isolation.pitch_rows import pitch_rows
 from vibecalc.isolation.pitch_static import pitch_static
 from vibecalc.isolation.readout import distinct, pitch_readout
-from vibecalc.isolation.resonance import pitch_resonances
-from vibecalc.isolation.rounding import WithError
-from vibecalc.isolation.singular import check_operating_point, idle_warnings, left_out
 from vibecalc.machine.pitch import PitchParts, pitch_parts
+from vibecalc.numerics.rounding import WithError
 from vibecalc.pipeline.catalogue import CATALOGUE
 from vibecalc.pipeline.scene import Scene
 from vibecalc.pipeline.stages.excitation import Forcing
@@ -23,6 +22,7 @@ from vibecalc.pipeline.stages.isolation_common import (
     isolation_of,
     peak_with_tail,
 )
+from vibecalc.response.singular import check_operating_point, idle_warnings, left_out
 
 EPS = float(np.finfo(float).eps)
 LEVER_FORCES = tuple(path for path in CATALOGUE if path.startswith("isolation/lever_force/"))

@@ -4,23 +4,15 @@ import numpy as np
 
 from vibecalc.excitation.sums import Excitation, at_speed
 from vibecalc.isolation.body_readout import mount_readout
-from vibecalc.isolation.body_resonance import body_resonances
 from vibecalc.isolation.body_rows import body_rows
-from vibecalc.isolation.damped_basis import damped_basis
-from vibecalc.isolation.damped_poles import with_damped_poles
-from vibecalc.isolation.energy import damping_ratio, energy_fraction
 from vibecalc.isolation.left_out import with_left_out
-from vibecalc.isolation.modes import Modes, modes
-from vibecalc.isolation.resonance import Resonances
-from vibecalc.isolation.rigid_body import Matrices, assemble, displacement_at
-from vibecalc.isolation.rounding import WithError
-from vibecalc.isolation.singular import check_operating_point, idle_warnings, left_out
+from vibecalc.isolation.mount_motion import displacement, mount_force
+from vibecalc.isolation.rigid_body import assemble, displacement_at
 from vibecalc.isolation.static import static_deflection
-from vibecalc.isolation.steady import Undriven, displacement, dynamics, mount_force, response
-from vibecalc.isolation.trust import require_digits
 from vibecalc.machine.body import RigidBody
 from vibecalc.machine.frame import DIRECTIONS
 from vibecalc.machine.mounts import Mounts
+from vibecalc.numerics.rounding import WithError
 from vibecalc.pipeline.scene import Scene
 from vibecalc.pipeline.stages.excitation import Forcing
 from vibecalc.pipeline.stages.isolation_common import (
@@ -29,6 +21,16 @@ from vibecalc.pipeline.stages.isolation_common import (
     emit_support_motion,
     isolation_of,
 )
+from vibecalc.response.damped_basis import damped_basis
+from vibecalc.response.damped_poles import with_damped_poles
+from vibecalc.response.direct import Undriven, dynamics, response
+from vibecalc.response.energy import damping_ratio, energy_fraction
+from vibecalc.response.matrices import Matrices
+from vibecalc.response.modal_resonance import body_resonances
+from vibecalc.response.modes import Modes, modes
+from vibecalc.response.resonance import Resonances
+from vibecalc.response.singular import check_operating_point, idle_warnings, left_out
+from vibecalc.response.trust import require_digits
 
 COORDINATES = ("x", "y", "z", "rx", "ry", "rz")
 

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from vibecalc.isolation.modes import CLUSTER, Modes, largest_positive
-from vibecalc.isolation.rigid_body import Matrices
-from vibecalc.isolation.rounding import UNIT_ROUNDOFF
+from vibecalc.numerics.rounding import UNIT_ROUNDOFF
+from vibecalc.response.matrices import Matrices
+from vibecalc.response.modes import CLUSTER, Modes, largest_positive
 
 #: a smaller coupling, relative to the largest loss, is round-off
 _COUPLED = 1e-13

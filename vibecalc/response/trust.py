@@ -3,9 +3,9 @@
 import numpy as np
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.isolation.rigid_body import Matrices
-from vibecalc.isolation.rounding import SINGULAR, WithError
-from vibecalc.isolation.steady import Dynamics
+from vibecalc.numerics.rounding import SINGULAR, WithError
+from vibecalc.response.direct import Dynamics
+from vibecalc.response.matrices import Matrices
 
 
 def require_digits(

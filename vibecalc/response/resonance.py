@@ -4,9 +4,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibecalc.isolation.pitch import Pitch
-from vibecalc.isolation.rounding import SINGULAR, UNIT_ROUNDOFF, WithError
-
 _NONE = np.zeros(0)
 
 
@@ -43,14 +40,3 @@ class Resonances(NamedTuple):
             np.concatenate([self.half_width, np.zeros(count)]),
             np.pad(self.idle, ((0, 0), (0, count))),
         )
-
-
-def pitch_resonances(pitch: Pitch, couple: WithError) -> Resonances:
-    """The one resonance of a pitch model without leading axes, couples (orders,) at any scale."""
-    loss = 2.0 * (pitch.rounding + 2.0 * UNIT_ROUNDOFF)
-    return Resonances(
-        np.reshape(pitch.natural_frequency, 1),
-        np.reshape(pitch.damping_ratio, 1),
-        np.array([0.5 * loss / SINGULAR]),
-        (np.abs(couple.value) <= 4.0 * couple.error)[:, None],
-    )

@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from vibecalc.isolation.energy import damping_ratio, modal_force
-from vibecalc.isolation.modes import Modes
-from vibecalc.isolation.resonance import Resonances
-from vibecalc.isolation.rigid_body import Matrices
-from vibecalc.isolation.rounding import SINGULAR, UNIT_ROUNDOFF, WithError
+from vibecalc.numerics.rounding import SINGULAR, UNIT_ROUNDOFF, WithError
+from vibecalc.response.energy import damping_ratio, modal_force
+from vibecalc.response.matrices import Matrices
+from vibecalc.response.modes import Modes
+from vibecalc.response.resonance import Resonances
 
 
 def body_resonances(matrices: Matrices, shapes: Modes, force: WithError) -> Resonances:

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from vibecalc.isolation.modes import Modes
-from vibecalc.isolation.resonance import Resonances
-from vibecalc.isolation.rigid_body import Matrices
-from vibecalc.isolation.rounding import WithError
+from vibecalc.numerics.rounding import WithError
+from vibecalc.response.matrices import Matrices
+from vibecalc.response.modes import Modes
+from vibecalc.response.resonance import Resonances
 
 #: a wider resonance is seen by any grid of speeds
 _WIDE = 0.7

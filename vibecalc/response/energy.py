@@ -3,9 +3,9 @@
 import numpy as np
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.isolation.modes import Modes
-from vibecalc.isolation.rigid_body import Matrices
-from vibecalc.isolation.rounding import UNIT_ROUNDOFF, WithError
+from vibecalc.numerics.rounding import UNIT_ROUNDOFF, WithError
+from vibecalc.response.matrices import Matrices
+from vibecalc.response.modes import Modes
 
 
 def energy_fraction(matrices: Matrices, shapes: Modes) -> WithError:

@@ -5,8 +5,8 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.isolation.rigid_body import Matrices
-from vibecalc.isolation.rounding import UNIT_ROUNDOFF
+from vibecalc.numerics.rounding import UNIT_ROUNDOFF
+from vibecalc.response.matrices import Matrices
 
 #: eigenvalues closer than this many error estimates count as one, repeated
 CLUSTER = 16.0

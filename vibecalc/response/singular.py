@@ -6,8 +6,8 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.isolation.resonance import Resonances
-from vibecalc.isolation.rounding import SINGULAR, UNIT_ROUNDOFF
+from vibecalc.numerics.rounding import SINGULAR, UNIT_ROUNDOFF
+from vibecalc.response.resonance import Resonances
 
 _TURN = 2.0 * math.pi
 

@@ -1,0 +1,1 @@
+"""How a linear machine answers: modes, direct solutions, resonances and singular points."""
