@@ -44,7 +44,7 @@ types: $(READY) ## mypy
 
 golden: $(READY) ## run every case and compare with tests/golden
 	$(BIN)/vibecalc run $(CASES) -q -o outputs/golden/
-	@set -e; for name in $(NAMES); do \
+	@set -e; for name in $(NAMES); do echo "$$name:"; \
 	  $(BIN)/vibecalc diff tests/golden/$$name.h5 outputs/golden/$$name.h5 --rules tests/golden/rules.toml; done
 
 accept-golden: $(READY) ## make the numbers of this checkout the golden ones

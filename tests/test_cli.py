@@ -317,3 +317,15 @@ def test_help_names_every_command() -> None:
     for name in ("run", "check", "verify", "report", "diff", "plot", "new", "schema"):
         assert re.search(rf"\b{name}\b", out)
     assert "sweep" not in out
+
+
+def test_a_speed_of_the_run_up_cannot_be_picked(tmp_path: Path) -> None:
+    case = changed_case(
+        tmp_path,
+        'quantity = "isolation/lever_force/run_up_peak"\nmax',
+        'quantity = "isolation/lever_force/run_up"\nwhere = { speed = "300 rpm" }\nmax',
+    )
+    outcome = command("check", str(case))
+    assert outcome.code == 2
+    assert "the speeds of a run-up are chosen while it is computed" in outcome.err
+    assert "machine.speed" in outcome.err

@@ -67,6 +67,14 @@ def _check_name(
                 allowed=", ".join(repr(name) for name in names[axis]),
                 hint=_nearest(str(value), names[axis]),
             )
+        elif axis == "speed":
+            yield Problem(
+                path=(*path, "where"),
+                message="the speeds of a run-up are chosen while it is computed",
+                found=f"{axis} = {value}",
+                allowed=f"{quantity}_peak, or no speed: then the worst one counts",
+                hint="a value at one speed is the steady state with machine.speed set to it",
+            )
 
 
 def unknown_quantity(path: KeyPath, quantity: str, known: Mapping[str, Entry]) -> Problem:

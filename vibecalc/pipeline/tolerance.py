@@ -34,5 +34,6 @@ def tolerance_warning(record: Record, rtol: float) -> str | None:
     more = f" and {len(worst) - MOST_NAMES} more" if len(worst) > MOST_NAMES else ""
     return (
         f"not within rtol = {rtol:g} of their largest magnitude, by their error estimates: "
-        f"{named}{more}; more orders ([excitation] orders) may help"
+        f"{named}{more}; where too few orders are kept, more help ([excitation] orders); beside an "
+        "undamped resonance only damping does"
     )

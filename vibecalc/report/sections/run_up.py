@@ -2,11 +2,10 @@
 
 import numpy as np
 
-from vibecalc.report.generic import grouped
 from vibecalc.report.lookup import along
 from vibecalc.report.numbers import rpm, show
 from vibecalc.report.sections.section import scalars
-from vibecalc.report.tables import paragraph
+from vibecalc.report.tables import number, paragraph, table
 from vibecalc.results.record import Record
 
 _PEAKS = tuple(f"isolation/lever_force/{name}" for name in ("run_up_peak", "run_up_peak_speed"))
@@ -29,5 +28,30 @@ def run_up(record: Record) -> tuple[list[str], set[str]]:
             "",
             "  Speeds left out (an order on an undamped natural frequency: no bound there)",
         ]
-        lines += grouped([record[path] for path in masked], _MASKED)
+        lines += _left_out(record)
     return lines, shown | set(masked)
+
+
+def _left_out(record: Record) -> list[str]:
+    """One row per interval; its ends agree to so many digits that its width says more."""
+    low, centre, high, order, mode = (
+        record[_MASKED + name].values for name in ("low", "centre", "high", "order", "mode")
+    )
+    rows = [
+        [
+            str(int(order[i])),
+            str(int(mode[i])),
+            show(float(centre[i])),
+            show(rpm(float(centre[i]))),
+            f"{(high[i] - low[i]) / (2.0 * centre[i]):.1e}",
+        ]
+        for i in range(len(centre))
+    ]
+    columns = (
+        number("order", 8),
+        number("mode", 8),
+        number("rad/s", 14),
+        number("rpm", 14),
+        number("half width, relative", 22),
+    )
+    return table(columns, rows)

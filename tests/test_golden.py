@@ -1,0 +1,23 @@
+"""Claim: every shipped case has a golden file, which no run but `diff --accept` has made."""
+
+from pathlib import Path
+
+from vibecalc.case.load import load_case
+from vibecalc.results.store import read_result
+
+ROOT = Path(__file__).resolve().parents[1]
+CASES = {path.stem: path for path in sorted((ROOT / "cases").glob("*.toml"))}
+GOLDEN = {path.stem: path for path in sorted((ROOT / "tests" / "golden").glob("*.h5"))}
+
+
+def test_every_case_has_a_golden_file_and_no_other() -> None:
+    assert CASES
+    assert set(CASES) == set(GOLDEN)
+
+
+def test_golden_files_hold_the_cases_as_they_are_and_no_provenance() -> None:
+    for name, path in GOLDEN.items():
+        result = read_result(path)
+        assert result.case_sha256 == load_case(CASES[name]).sha256, name
+        assert not result.provenance, name
+        assert not result.timings, name
