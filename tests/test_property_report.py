@@ -149,13 +149,15 @@ def test_a_masked_run_up_is_unbounded_in_words() -> None:
     spans = Axis(name="masked", values=np.array([1]))
     for name, value in (("low", 31.0), ("centre", 31.7), ("high", 32.4)):
         result.record.add(quantity(f"isolation/masked/{name}", [value], "rad/s", spans))
+    for name, number in (("order", 2), ("mode", 1)):
+        result.record.add(quantity(f"isolation/masked/{name}", [number], "", spans))
     path = "isolation/lever_force/run_up_peak"
     old = result.record.quantities[path]
     result.record.quantities[path] = dataclasses.replace(old, values=np.asarray(np.inf))
     text = render_report(result)
     assert re.search(r"lever_force/run_up_peak +unbounded N", text)
     assert "Speeds left out" in text
-    assert re.search(r"1 +31\.0000 +31\.7000 +32\.4000", text)
+    assert re.search(r" 2 +1 +31\.7000 +302\.713 +2\.2e-02", text)
 
 
 def test_unknown_results_show_up_without_changes() -> None:

@@ -126,6 +126,7 @@ def _excitation(case: "Case") -> Iterator[StagePlan]:
 
 
 _PITCH_ONLY = ("isolation/pitch/", "isolation/lever_force/", "support_force/rigid_peak")
+_BODY_USES = ("isolation.rigid_body", "response.modes", "response.direct")
 _BODY_ONLY = ("isolation/modes/", "isolation/body/")
 
 
@@ -140,7 +141,7 @@ def _isolation(case: "Case") -> Iterator[StagePlan]:
         module="isolation_pitch" if pitch else "isolation_rigid_body",
         why=f'[isolation] is in the case, model = "{options.model}"',
         parts=("body", "mounts"),
-        uses=("isolation.pitch",) if pitch else ("isolation.rigid_body", "response.modes", "response.direct"),
+        uses=("isolation.pitch",) if pitch else _BODY_USES,
         orders=_orders(case),
         cost="one solve per order at " + speed,
         quantities=_below(

@@ -51,8 +51,8 @@ def render_differences(comparison: Comparison, count: int = 10) -> str:
         lines.append("")
     if comparison.ignored:
         named = ", ".join(comparison.ignored[:3])
-        more = len(comparison.ignored) - 3
-        lines += [f"Ignored by the rules: {named}{f' and {more} more' if more > 0 else ''}", ""]
+        rest = len(comparison.ignored) - 3
+        lines += [f"Ignored by the rules: {named}{f' and {rest} more' if rest > 0 else ''}", ""]
     compared = f"{_count(len(comparison.rows), 'quantity', 'quantities')} compared"
     verdict = _count(len(differing), "differs", "differ") if differing else "all the same"
     return "\n".join([*lines, f"{compared}, {verdict}."]) + "\n"
