@@ -149,8 +149,8 @@ def test_a_masked_run_up_is_unbounded_in_words() -> None:
     spans = Axis(name="masked", values=np.array([1]))
     for name, value in (("low", 31.0), ("centre", 31.7), ("high", 32.4)):
         result.record.add(quantity(f"isolation/masked/{name}", [value], "rad/s", spans))
-    for name, number in (("order", 2), ("mode", 1)):
-        result.record.add(quantity(f"isolation/masked/{name}", [number], "", spans))
+    for name, count in (("order", 2), ("mode", 1)):
+        result.record.add(quantity(f"isolation/masked/{name}", [count], "", spans))
     path = "isolation/lever_force/run_up_peak"
     old = result.record.quantities[path]
     result.record.quantities[path] = dataclasses.replace(old, values=np.asarray(np.inf))
