@@ -120,6 +120,19 @@ def test_run_up_of_the_rigid_body_equals_that_of_the_pitch_model() -> None:
     assert peak.speed == pytest.approx(pitch.speed[1:], rel=1e-11)
 
 
+def test_blocks_of_speeds_change_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    body, load = random_body(5), six(gibson_couple())
+    whole = body_run_up(body, load, ORDERS, SPEED)
+    curve = cycle_peaks(gibson_rows(), ORDERS, np.linspace(1.0, SPEED, 500))
+    monkeypatch.setattr("vibecalc.isolation.blocks.MOST_AT_ONCE", 40)
+    parts = body_run_up(body, load, ORDERS, SPEED)
+    assert parts.value == pytest.approx(whole.value, rel=1e-12)
+    assert parts.speed == pytest.approx(whole.speed, rel=1e-11)
+    pieces = cycle_peaks(gibson_rows(), ORDERS, np.linspace(1.0, SPEED, 500))
+    assert pieces.value == pytest.approx(curve.value, rel=1e-13)
+    assert pieces.error.shape == curve.error.shape
+
+
 def test_steady_state_equals_the_run_up_at_operating_speed() -> None:
     pitch, _ = gibson()
     couple, rate = gibson_couple(), ORDERS * SPEED

@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from vibecalc.isolation.blocks import in_blocks
 from vibecalc.isolation.envelope import angle_grid, coarse_peak, squares
 from vibecalc.isolation.refine import resolve
 from vibecalc.isolation.rows import HarmonicsAt
@@ -86,7 +87,7 @@ def run_up(
     search, speed = _prepare(harmonics_at, orders, resonances, start, stop, shows, 49)
 
     def curve_at(at: np.ndarray) -> np.ndarray:
-        return coarse_peak(harmonics_at(at).value, search.orders, search.angle)
+        return _coarse(search, at)
 
     found = resolve(curve_at, speed, search.masked, search.infinite, curve_tolerance, most_points)
     peak = _highest(search, found.speed, found.value, 0.97)
@@ -109,19 +110,22 @@ def run_up_peak(
     Looks at the same clusters and polishes the same way, but does not bisect between them.
     """
     search, speed = _prepare(harmonics_at, orders, resonances, start, stop, shows, 25)
-    value = coarse_peak(harmonics_at(speed).value, search.orders, search.angle)
-    return _highest(search, speed, value, 0.85)
+    return _highest(search, speed, _coarse(search, speed), 0.85)
 
 
 def cycle_peaks(harmonics_at: HarmonicsAt, orders: np.ndarray, speed: np.ndarray) -> WithError:
     """Exact peaks over the cycle (speeds, rows) of all rows, with absolute errors."""
-    jet = harmonics_at(speed, errors=True)
-    doubt = np.sqrt(np.sum(np.square(np.sum(jet.error, axis=-1)), axis=-1))
-    if jet.value.shape[-2] == 1:
-        peak = cycle_peak(jet.value[..., 0, :], orders)
-    else:
-        peak = vector_cycle_peak(jet.value, orders)
-    return WithError(peak.value, peak.error + doubt)
+
+    def peaks(at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        jet = harmonics_at(at, errors=True)
+        doubt = np.sqrt(np.sum(np.square(np.sum(jet.error, axis=-1)), axis=-1))
+        if jet.value.shape[-2] == 1:
+            peak = cycle_peak(jet.value[..., 0, :], orders)
+        else:
+            peak = vector_cycle_peak(jet.value, orders)
+        return peak.value, peak.error + doubt
+
+    return WithError(*in_blocks(peaks, speed, orders))
 
 
 def _prepare(
@@ -157,17 +161,30 @@ def _worth(search: _Search, resonances: Resonances, base: np.ndarray) -> np.ndar
     width = np.maximum(resonances.exposed(), 0.0)
     # beside a pole the response is taken at the edge of its interval
     at = np.clip((centre * (1.0 - width)).ravel(), search.start, search.stop)
-    value = search.harmonics_at(np.concatenate([base, at])).value
-    peak = coarse_peak(value, search.orders, search.angle)
+
+    def peak_and_orders(speed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        value = search.harmonics_at(speed).value
+        length = np.sqrt(np.sum(np.square(np.abs(value)), axis=-2))
+        return coarse_peak(value, search.orders, search.angle), length
+
+    peak, length = in_blocks(peak_and_orders, np.concatenate([base, at]), search.orders)
     top = np.max(peak, axis=0)
-    count = len(search.orders)
-    shape = (*centre.shape, *value.shape[1:])
-    own = np.sqrt(np.sum(np.square(np.abs(value[len(base) :])), axis=-2)).reshape(*shape[:3], count)
+    count, rows = len(search.orders), peak.shape[1]
+    own = length[len(base) :].reshape(*centre.shape, rows, count)
     own = own[np.arange(count), :, :, np.arange(count)]
-    here = peak[len(base) :].reshape(shape[:3])
+    here = peak[len(base) :].reshape(*centre.shape, rows)
     seen = (own > _NEGLIGIBLE * top) | ((own > _ROUNDING * top) & (here > 0.5 * top))
     worth: np.ndarray = np.any(seen, axis=-1)
     return worth
+
+
+def _coarse(search: _Search, speed: np.ndarray) -> np.ndarray:
+    """Peaks over the grid of crank angles (speeds, rows)."""
+
+    def peaks(at: np.ndarray) -> tuple[np.ndarray]:
+        return (coarse_peak(search.harmonics_at(at).value, search.orders, search.angle),)
+
+    return in_blocks(peaks, speed, search.orders)[0]
 
 
 def _highest(search: _Search, speed: np.ndarray, value: np.ndarray, threshold: float) -> RunUpPeak:
