@@ -3,7 +3,7 @@
 import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -37,7 +37,8 @@ def optimise(loaded: "LoadedCase", *, timings: dict[str, float], progress: bool 
     binding = Binding(loaded)
     started = time.perf_counter()
     with _shown(binding.evaluate, progress) as evaluate:
-        binding.evaluate(binding.first)
+        with suppress(NumericalFailure):
+            binding.evaluate(binding.first)
         try:
             found = minimise(
                 evaluate,
@@ -52,14 +53,10 @@ def optimise(loaded: "LoadedCase", *, timings: dict[str, float], progress: bool 
             raise NumericalFailure(f"{error} {_legend(binding)}") from error
     seconds = time.perf_counter() - started
     record = run_case(binding.case_at(found.variables), timings=timings)
-    start = run_case(binding.case_at(binding.first))
     timings["optimisation"] = seconds
     _add_optimum(record, loaded.case, binding, found)
-    for path, quantity in start.items():
-        record.add(replace(quantity, path=f"{ROOT}/start/{path}"))
-    for warning in (*found.notes, *(f"at the start: {text}" for text in start.warnings)):
-        if warning not in record.warnings:
-            record.warnings.append(warning)
+    record.warnings += [note for note in found.notes if note not in record.warnings]
+    _add_start(record, binding)
     record.methods.append(
         Method(
             name="sequential quadratic programming from many starts, refined by Newton's method",
@@ -68,6 +65,19 @@ def optimise(loaded: "LoadedCase", *, timings: dict[str, float], progress: bool 
         )
     )
     return record
+
+
+def _add_start(record: Record, binding: Binding) -> None:
+    """What the case as written gives; a start that has no result is said, not fatal."""
+    try:
+        start = run_case(binding.case_at(binding.first))
+    except NumericalFailure as error:
+        record.warnings.append(f"{ROOT}/start is left out, the case as written fails: {error}")
+        return
+    for path, quantity in start.items():
+        record.add(replace(quantity, path=f"{ROOT}/start/{path}"))
+    warnings = [f"at the start: {text}" for text in start.warnings]
+    record.warnings += [text for text in warnings if text not in record.warnings]
 
 
 def _add_optimum(record: Record, case: "Case", binding: Binding, found: "Optimum") -> None:

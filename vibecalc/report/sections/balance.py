@@ -2,7 +2,9 @@
 
 import math
 
-from vibecalc.report.lookup import along, labels
+import numpy as np
+
+from vibecalc.report.lookup import START, along, labels
 from vibecalc.report.numbers import show
 from vibecalc.report.tables import Column, number, rule, table
 from vibecalc.results.record import Quantity, Record, Result
@@ -10,27 +12,36 @@ from vibecalc.results.record import Quantity, Record, Result
 _ENTRIES = ("sine", "cosine", "position_sine", "position_cosine")
 _HEADS = ("sin", "cos", "z sin m", "z cos m")
 _PREFIX = "excitation/balance/"
+_NOTHING = 1e-12
 
 
 def balance(result: Result) -> tuple[list[str], set[str]]:
-    """Lines and the paths shown; nothing if the result has no balance table."""
-    record = result.record
-    found = [quantity for name in _ENTRIES if (quantity := _entry(record, _PREFIX + name))]
+    """Lines and the paths shown; nothing if the result has no balance table.
+
+    At an optimum the table of the start follows: how they differ is what was asked.
+    """
+    notes = "z: position along the crankshaft; the angle is that of the order"
+    lines, shown = _table(result.record, _PREFIX, f"Balance table ({notes})")
+    before, begun = _table(result.record, START + _PREFIX, "Balance table at the start")
+    return lines + before, shown | begun
+
+
+def _table(record: Record, prefix: str, title: str) -> tuple[list[str], set[str]]:
+    found = [quantity for name in _ENTRIES if (quantity := _entry(record, prefix + name))]
     if len(found) != len(_ENTRIES):
         return [], set()
     order_axis, cylinder_axis = found[0].axes
-    totals = [along(record, f"{_PREFIX}total_{name}", "order") for name in _ENTRIES]
+    totals = [along(record, f"{prefix}total_{name}", "order") for name in _ENTRIES]
     shown = {quantity.path for quantity in found}
     shown |= {total[0].path for total in totals if total}
-    title = "  Balance table (z: position along the crankshaft; the angle is that of the order)"
-    lines = ["", title]
+    lines = ["", f"  {title}"]
     for row, order in enumerate(order_axis.values):
         columns = [Column(f"order {int(order)}", 14), number("angle deg", 11), number("z m")]
         columns += [number(head) for head in _HEADS]
         cells = []
         for i, name in enumerate(labels(cylinder_axis)):
             entries = [float(quantity.values[row, i]) for quantity in found]
-            errors = [quantity.error_estimate for quantity in found]
+            errors = [_doubt(quantity) for quantity in found]
             cells.append(
                 [
                     name,
@@ -40,9 +51,7 @@ def balance(result: Result) -> tuple[list[str], set[str]]:
                 ]
             )
         lines += ["", *table(columns, cells), rule(columns)]
-        sums = [
-            show(total[0].values[row], total[0].error_estimate) if total else "" for total in totals
-        ]
+        sums = [show(total[0].values[row], _doubt(total[0])) if total else "" for total in totals]
         lines += table(columns, [["total", "", "", *sums]])[2:]
     return lines, shown
 
@@ -52,6 +61,12 @@ def _entry(record: Record, path: str) -> Quantity | None:
     if quantity is None or [axis.name for axis in quantity.axes] != ["order", "cylinder"]:
         return None
     return quantity
+
+
+def _doubt(quantity: Quantity) -> float:
+    """What prints as 0: a search leaves the last digits of an angle open, which no table wants."""
+    largest = float(np.max(np.abs(quantity.values), initial=0.0))
+    return max(quantity.error_estimate, _NOTHING * largest)
 
 
 def _angle(entries: list[float]) -> float:
