@@ -76,12 +76,11 @@ def _missing(path: KeyPath, error: Error) -> Problem:
             allowed="three numbers" if whole is None or whole.or_three else words(whole),
         )
     place = f" in [{_table_name(path[:-1])}]" if len(path) > 1 else ""
-    description = _description(path)
     return Problem(
         path=path,
         message=f"missing key {path[-1]!r}{place}",
         allowed=words(shape) if shape else "",
-        hint=f"{path[-1]}: {description}" if description else "",
+        hint=_description(path),
     )
 
 
@@ -244,11 +243,12 @@ def _tables_with(key: str) -> list[str]:
 
 
 def _description(path: KeyPath) -> str:
+    """The key and what the schema says it is."""
     parent = shape_at(path[:-1]) if path else None
     if parent is None or parent.table is None:
         return ""
     field = keys_of(parent.table).get(str(path[-1]))
-    return (field.description or "") if field else ""
+    return f"{path[-1]}: {field.description}" if field and field.description else ""
 
 
 def _table_name(path: KeyPath) -> str:
