@@ -8,15 +8,17 @@ from isolation_machines import (
     ORDERS,
     SPEED,
     Body,
+    couple_readout,
     gibson,
     gibson_body,
     gibson_couple,
     gibson_supports,
+    join,
     random_body,
 )
 from scipy.integrate import solve_ivp
 
-from vibecalc.isolation.body_readout import couple_readout, mount_readout
+from vibecalc.isolation.body_readout import mount_readout
 from vibecalc.isolation.body_rows import body_rows
 from vibecalc.isolation.mount_motion import displacement, mount_force
 from vibecalc.isolation.pitch import (
@@ -31,7 +33,7 @@ from vibecalc.isolation.pitch import (
 from vibecalc.isolation.pitch_resonance import pitch_resonances
 from vibecalc.isolation.pitch_rows import pitch_rows
 from vibecalc.isolation.pitch_static import pitch_static
-from vibecalc.isolation.readout import join, shows
+from vibecalc.isolation.readout import shows
 from vibecalc.isolation.rigid_body import displacement_at
 from vibecalc.isolation.rows import HarmonicsAt
 from vibecalc.isolation.run_up import RunUpPeak, cycle_peaks, run_up, run_up_peak

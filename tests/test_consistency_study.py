@@ -45,3 +45,21 @@ def test_a_start_without_a_result_is_said_and_the_search_goes_on(tmp_path: Path)
     assert "undamped natural frequency" in said[0]
     assert not [name for name in result.record if name.startswith("optimisation/start/")]
     assert result.record["isolation/support_displacement/excursion"].values.min() > 0.0
+
+
+def test_points_that_are_no_machine_are_counted_and_said(tmp_path: Path) -> None:
+    head = (CASES / "four_cylinder.toml").read_text(encoding="utf-8").split("[optimisation]")[0]
+    study = """
+[optimisation]
+variables = [{ key = "machine.crank_train.rod_length", lower = "20 mm", upper = "400 mm" }]
+objective = { quantity = "excitation/residual" }
+starts = 4
+"""
+    path = tmp_path / "rod.toml"
+    path.write_text(head + study, encoding="utf-8")
+    record = execute(load_checked([path])[0]).record
+    said = [text for text in record.warnings if "could not be evaluated" in text]
+    assert len(said) == 1
+    assert "connecting rod must be longer than the crank radius" in said[0]
+    assert int(record["optimisation/failures"].values) > 0
+    assert record["optimisation/variable/machine.crank_train.rod_length"].values == 0.4

@@ -5,7 +5,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vibecalc.excitation.sums import EPS, Real
+from vibecalc.excitation.sums import Real
+from vibecalc.numerics.rounding import EPSILON
 
 
 class BalanceTable(NamedTuple):
@@ -48,22 +49,23 @@ def balance_table(
     """
     angle = np.asarray(crank_phase, dtype=float) - np.asarray(bank_angle, dtype=float)
     turn = np.asarray(orders)[:, None] * angle[..., None, :]
-    slip = EPS * np.abs(turn)
+    slip = EPSILON * np.abs(turn)
     sine, cosine = np.sin(turn), np.cos(turn)
     # The angle's own rounding moves a sine by the cosine and the other way round.
-    sine_error = EPS * np.abs(sine) + slip * (np.abs(cosine) + slip)
-    cosine_error = EPS * np.abs(cosine) + slip * (np.abs(sine) + slip)
+    sine_error = EPSILON * np.abs(sine) + slip * (np.abs(cosine) + slip)
+    cosine_error = EPSILON * np.abs(cosine) + slip * (np.abs(sine) + slip)
     place = np.asarray(position, dtype=float)[..., None, :]
     entries = (sine, cosine, place * sine, place * cosine)
     reach = np.abs(place)
     errors = (
         sine_error,
         cosine_error,
-        reach * (sine_error + EPS * np.abs(sine)),
-        reach * (cosine_error + EPS * np.abs(cosine)),
+        reach * (sine_error + EPSILON * np.abs(sine)),
+        reach * (cosine_error + EPSILON * np.abs(cosine)),
     )
     totals = [entry.sum(-1) for entry in entries]
     totals_error = [
-        (error + EPS * np.abs(entry)).sum(-1) for entry, error in zip(entries, errors, strict=True)
+        (error + EPSILON * np.abs(entry)).sum(-1)
+        for entry, error in zip(entries, errors, strict=True)
     ]
     return BalanceTable._make((*entries, *totals, *errors, *totals_error))

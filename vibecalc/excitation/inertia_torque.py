@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vibecalc.excitation.reciprocating import order_phasors
-from vibecalc.excitation.sums import EPS, Complex, Excitation, Real
+from vibecalc.excitation.sums import Complex, Excitation, Real
+from vibecalc.numerics.rounding import EPSILON
 
 
 class TorqueHarmonics(NamedTuple):
@@ -68,7 +69,7 @@ def inertia_torque(
         )
         harmonics[..., order] = -0.5 * total
         rounding = sum(
-            (speed[..., a] * (4.0 * EPS * force[..., b] + force_slip[..., b])).sum(-1)
+            (speed[..., a] * (4.0 * EPSILON * force[..., b] + force_slip[..., b])).sum(-1)
             + (speed_slip[..., a] * force[..., b]).sum(-1)
             for a, b in ((up, down), (high, low), (low, high))
         )
@@ -107,7 +108,7 @@ def torque_reaction(
     mass = np.asarray(reciprocating_mass, dtype=float)[..., None, :]
     turn = mass * (square * harmonics)[..., None] * phasor
     turn_error = (
-        np.abs(turn) * (3.0 * EPS + phasor_error)
+        np.abs(turn) * (3.0 * EPSILON + phasor_error)
         + mass * (square * torque.error[..., 1:])[..., None]
     )
     axis = np.asarray(axis, dtype=float)

@@ -5,7 +5,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vibecalc.excitation.sums import EPS, Complex, Excitation, Real, cross_magnitude
+from vibecalc.excitation.sums import Complex, Excitation, Real, cross_magnitude
+from vibecalc.numerics.rounding import EPSILON
 
 
 class CylinderAxes(NamedTuple):
@@ -38,7 +39,7 @@ def cylinder_axes(bank_angle: ArrayLike, stroke: ArrayLike, across: ArrayLike) -
         -side * stroke - up * across,
         outward_size,
         sideways_size,
-        EPS * (outward_size + np.abs(bank) * sideways_size),
+        EPSILON * (outward_size + np.abs(bank) * sideways_size),
     )
 
 
@@ -49,7 +50,7 @@ def order_phasors(angle: ArrayLike, orders: ArrayLike) -> tuple[Complex, Real]:
     difference itself.
     """
     turn = np.asarray(orders)[:, None] * np.asarray(angle, dtype=float)[..., None, :]
-    return np.cos(turn) + 1j * np.sin(turn), EPS * (1.0 + np.abs(turn))
+    return np.cos(turn) + 1j * np.sin(turn), EPSILON * (1.0 + np.abs(turn))
 
 
 def reciprocating_excitation(
@@ -103,7 +104,8 @@ def reciprocating_excitation(
     mass = np.asarray(reciprocating_mass, dtype=float)[..., None, :]
     push = mass * amplitude[..., None] * phasor
     push_error = (
-        np.abs(push) * (3.0 * EPS + phasor_error) + mass * (radius * orders**2 * slip)[..., None]
+        np.abs(push) * (3.0 * EPSILON + phasor_error)
+        + mass * (radius * orders**2 * slip)[..., None]
     )
 
     axes = cylinder_axes(bank_angle, stroke, across)
@@ -117,5 +119,5 @@ def reciprocating_excitation(
         push @ axes.outward,
         push @ arm,
         push_error @ axes.outward_size + np.abs(push) @ axes.slip,
-        (push_error + EPS * np.abs(push)) @ arm_size + np.abs(push) @ arm_slip,
+        (push_error + EPSILON * np.abs(push)) @ arm_size + np.abs(push) @ arm_slip,
     )

@@ -5,7 +5,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vibecalc.excitation.sums import EPS, Excitation, Real
+from vibecalc.excitation.sums import Excitation, Real
+from vibecalc.numerics.rounding import EPSILON
 
 
 class Residual(NamedTuple):
@@ -49,4 +50,4 @@ def residual(
 
     value = _norm(stack(np.abs(excitation.force), np.abs(excitation.couple)))
     error = _norm(stack(excitation.force_error, excitation.couple_error))
-    return Residual(value, error + 3.0 * EPS * value)
+    return Residual(value, error + 3.0 * EPSILON * value)

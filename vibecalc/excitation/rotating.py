@@ -3,7 +3,8 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vibecalc.excitation.sums import EPS, Excitation, cross_magnitude
+from vibecalc.excitation.sums import Excitation, cross_magnitude
+from vibecalc.numerics.rounding import EPSILON
 
 
 def rotating_excitation(
@@ -59,6 +60,6 @@ def rotating_excitation(
     return Excitation(
         pulls @ turning,
         pulls @ arm,
-        3.0 * EPS * (sizes @ np.abs(turning)),
-        4.0 * EPS * (sizes @ arm_size),
+        3.0 * EPSILON * (sizes @ np.abs(turning)),
+        4.0 * EPSILON * (sizes @ arm_size),
     )

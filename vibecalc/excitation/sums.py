@@ -6,10 +6,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.rounding import EPSILON
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
-EPS = float(np.finfo(float).eps)
 
 
 class Excitation(NamedTuple):
@@ -38,7 +38,7 @@ def add(*parts: Excitation) -> Excitation:
     """Sum of the excitations of one or more parts, all for the same orders."""
 
     def total(values: list[Complex], errors: list[Real]) -> tuple[Complex, Real]:
-        rounding = EPS if len(parts) > 1 else 0.0
+        rounding = EPSILON if len(parts) > 1 else 0.0
         error = [e + rounding * np.abs(v) for v, e in zip(values, errors, strict=True)]
         return np.asarray(sum(values[1:], values[0])), np.asarray(sum(error[1:], error[0]))
 
@@ -61,8 +61,8 @@ def at_speed(excitation: Excitation, speed: ArrayLike) -> Excitation:
     speed = np.asarray(speed, dtype=float)
     square = (speed * speed)[..., None, None]
     force, couple = excitation.force * square, excitation.couple * square
-    force_error = excitation.force_error * square + EPS * np.abs(force)
-    couple_error = excitation.couple_error * square + EPS * np.abs(couple)
+    force_error = excitation.force_error * square + EPSILON * np.abs(force)
+    couple_error = excitation.couple_error * square + EPSILON * np.abs(couple)
     if not (np.isfinite(force).all() and np.isfinite(couple).all()):
         raise NumericalFailure(
             "the inertia forces are not finite numbers at a crank speed of "
@@ -79,6 +79,6 @@ def about_point(excitation: Excitation, point: ArrayLike) -> Excitation:
     couple_error = (
         excitation.couple_error
         + cross_magnitude(point, excitation.force_error)
-        + EPS * (np.abs(excitation.couple) + sizes)
+        + EPSILON * (np.abs(excitation.couple) + sizes)
     )
     return excitation._replace(couple=excitation.couple - moved, couple_error=couple_error)

@@ -53,20 +53,6 @@ def distinct(readout: Readout) -> tuple[Readout, np.ndarray]:
     return Readout(readout.spring[first], readout.damper[first], readout.doubt), which
 
 
-def join(first: Readout, second: Readout) -> Readout:
-    """Rows of both; the one with fewer components is filled up with zeros, which add nothing."""
-    width = max(first.spring.shape[1], second.spring.shape[1])
-
-    def filled(block: np.ndarray) -> np.ndarray:
-        return np.pad(block, ((0, 0), (0, width - block.shape[1]), (0, 0)))
-
-    return Readout(
-        np.concatenate([filled(first.spring), filled(second.spring)]),
-        np.concatenate([filled(first.damper), filled(second.damper)]),
-        max(first.doubt, second.doubt),
-    )
-
-
 def shows(readout: Readout, shape: np.ndarray, frequency: np.ndarray) -> np.ndarray:
     """Which modes, `shape` (coordinates, modes), can be seen in which rows: (modes, rows).
 

@@ -1,5 +1,6 @@
 """A slow run-up: at each speed the peak over the cycle, and the highest of them all."""
 
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -85,10 +86,7 @@ def run_up(
     method and hold to rounding; their errors are estimates of that.
     """
     search, speed = _prepare(harmonics_at, orders, resonances, start, stop, shows, 49)
-
-    def curve_at(at: np.ndarray) -> np.ndarray:
-        return _coarse(search, at)
-
+    curve_at = partial(_coarse, search)
     found = resolve(curve_at, speed, search.masked, search.infinite, curve_tolerance, most_points)
     peak = _highest(search, found.speed, found.value, 0.97)
     return RunUp(

@@ -17,10 +17,10 @@ from functools import lru_cache
 import numpy as np
 
 from vibecalc.kinematics.poles import pole, series_terms
+from vibecalc.numerics.rounding import EPSILON
 from vibecalc.numerics.typing import FloatArray
 
 SMALLEST_NORMAL = float(np.finfo(np.float64).tiny)
-EPSILON = float(np.finfo(np.float64).eps)
 
 
 def centred_harmonics(

@@ -11,9 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vibecalc.kinematics.slider_crank import rod_projection
+from vibecalc.numerics.rounding import EPSILON
 from vibecalc.numerics.typing import FloatArray
-
-EPSILON = float(np.finfo(np.float64).eps)
 
 
 class DeadCentre(NamedTuple):

@@ -13,12 +13,12 @@ from numpy.typing import ArrayLike
 from vibecalc.errors import NumericalFailure
 from vibecalc.kinematics.harmonics import harmonics_with_error
 from vibecalc.kinematics.poles import pole, series_terms
+from vibecalc.numerics.rounding import EPSILON
 from vibecalc.numerics.typing import FloatArray
 
 #: orders beyond which the closed form takes over from summing the tail itself
 LONGEST_TAIL = 4096
 HIGHEST_ORDER = 16384
-EPSILON = float(np.finfo(np.float64).eps)
 
 
 class Dropped(NamedTuple):

@@ -18,11 +18,11 @@ factor by which |G_n| exceeds |S_n|. (The derivation is ours.)
 import numpy as np
 
 from vibecalc.kinematics.poles import pole, series_terms
+from vibecalc.numerics.rounding import EPSILON
 from vibecalc.numerics.twofold import two_sum
 from vibecalc.numerics.typing import ComplexArray, FloatArray
 
 SMALLEST_NORMAL = float(np.finfo(np.float64).tiny)
-EPSILON = float(np.finfo(np.float64).eps)
 
 
 def offset_harmonics(

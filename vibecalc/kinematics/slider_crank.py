@@ -14,10 +14,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from vibecalc.numerics.rounding import EPSILON
 from vibecalc.numerics.twofold import two_sum
 from vibecalc.numerics.typing import FloatArray
-
-EPSILON = float(np.finfo(np.float64).eps)
 
 
 class Motion(NamedTuple):

@@ -16,10 +16,10 @@ from numpy.typing import ArrayLike
 
 from vibecalc.kinematics.poles import pole, series_terms
 from vibecalc.kinematics.slider_crank import Motion
+from vibecalc.numerics.rounding import EPSILON
 from vibecalc.numerics.typing import ComplexArray, FloatArray
 
 SMALLEST_NORMAL = float(np.finfo(np.float64).tiny)
-EPSILON = float(np.finfo(np.float64).eps)
 #: of every harmonic, absolute error over its magnitude
 RELATIVE_ERROR = 8.0 * EPSILON
 #: terms of the rest beyond which its closed form takes over

@@ -16,12 +16,12 @@ from numpy.typing import ArrayLike
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.peak_cells import Cells, search
+from vibecalc.numerics.rounding import EPSILON
 from vibecalc.numerics.typing import ComplexArray, FloatArray, IntArray
 
 SAMPLES_PER_ORDER = 12
 #: rows are taken in blocks of about this many samples, so that memory stays small
 BLOCK = 1 << 18
-EPSILON = float(np.finfo(np.float64).eps)
 
 
 class Peak(NamedTuple):

@@ -9,12 +9,12 @@ from typing import NamedTuple, Self
 
 import numpy as np
 
+from vibecalc.numerics.rounding import EPSILON
 from vibecalc.numerics.typing import BoolArray, ComplexArray, FloatArray, IntArray
 
 #: exact to rounding within a half-width of pi / 12, for the square of the signal too
 DEGREE = 14
 PIECES = 8
-EPSILON = float(np.finfo(np.float64).eps)
 #: squares of the length that agree to this count as equal
 SLACK = 8.0 * EPSILON
 

@@ -7,6 +7,9 @@ import numpy as np
 #: largest relative error of one rounded operation
 UNIT_ROUNDOFF = 2.0**-53
 
+#: distance from 1 to the next double: twice that
+EPSILON = 2.0 * UNIT_ROUNDOFF
+
 #: roundings granted to data that an earlier stage formed (a moment of inertia from a box, say)
 DATA_ROUNDINGS = 8
 

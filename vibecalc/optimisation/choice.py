@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.rounding import EPSILON
 from vibecalc.optimisation.local_search import VANISHING
 from vibecalc.optimisation.refine import Refined, keeps, refine
 from vibecalc.optimisation.sampler import Sampler
@@ -129,7 +130,7 @@ def only_point(sampler: Sampler) -> tuple[Ends, Choice]:
             f"{int(np.argmin(margins))} is {float(np.min(margins)):.6g}"
         )
     objective = float(np.max(vector[: sampler.entries]))
-    floor = float(np.finfo(float).eps) * abs(objective)
+    floor = EPSILON * abs(objective)
     best = Refined(
         unit=nowhere,
         error=nowhere,

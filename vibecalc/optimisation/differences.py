@@ -5,13 +5,13 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.rounding import EPSILON
 from vibecalc.optimisation.sampler import Values
 
 #: spacings on the unit cube that are tried in turn, until truncation is below the noise
 SPACINGS = (2e-3, 2e-4, 2e-5, 2e-6)
 #: jump of a derivative, in scaled units, that counts as one
 KINK = 1e-5
-_EPS = float(np.finfo(float).eps)
 
 
 class Slope(NamedTuple):
@@ -94,7 +94,7 @@ def measured_noise(sampler: Values, unit: np.ndarray) -> np.ndarray:
     direction = np.where(unit < 0.5, 1.0, -1.0) / np.sqrt(unit.size)
     values = [sampler(unit + 1e-7 * step * direction) for step in range(9)]
     known = np.array([value for value in values if value is not None])
-    floor: np.ndarray = _EPS * np.max(np.abs(known), axis=0)
+    floor: np.ndarray = EPSILON * np.max(np.abs(known), axis=0)
     if len(known) < 9:
         return np.asarray(4.0 * floor)
     noise = floor
@@ -134,7 +134,7 @@ def _at_spacing(
     gap = np.abs(first - rough)
     size = np.abs(first) + spacing * np.abs(second) + gap
     truncation = gap * np.minimum(1.0, 6.0 * gap / np.where(size > 0, size, 1.0))
-    scatter = np.maximum(noise, 2 * _EPS * np.max(np.abs(table), axis=0))
+    scatter = np.maximum(noise, 2 * EPSILON * np.max(np.abs(table), axis=0))
     error = truncation + np.sum(np.abs(weights)) * scatter
     second_error = np.sum(np.abs(bend)) * scatter
     # a kink bends by its jump over the spacing, however small that is, and by 5 points unlike 3

@@ -4,13 +4,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from vibecalc.numerics.rounding import EPSILON
 from vibecalc.optimisation.active_set import Polished, polish
 from vibecalc.optimisation.local_search import local_search
 from vibecalc.optimisation.planes import settle
 from vibecalc.optimisation.sampler import Sampler, SumOfSquares
 from vibecalc.optimisation.starts import spread
 
-_EPS = float(np.finfo(float).eps)
 #: an objective below this share of its change over the bounds may be on its way to zero
 NEAR_ZERO = 3e-2
 #: an objective this small beside the largest one met is zero
@@ -115,7 +115,7 @@ def _zero(sampler: Sampler, unit: np.ndarray, accuracy: float) -> Refined | None
     objective = _top(sampler, found.unit)
     if objective > ZERO * largest or not _is_cone(sampler, found.unit):
         return None
-    floor = 4 * max(_EPS, accuracy) * largest
+    floor = 4 * max(EPSILON, accuracy) * largest
     away = floor * np.sqrt(2.0 / found.least_curvature)
     count = squares(found.unit)
     assert count is not None

@@ -2,13 +2,12 @@
 
 import numpy as np
 
+from vibecalc.numerics.rounding import EPSILON
 from vibecalc.optimisation.choice import Choice
 from vibecalc.optimisation.optimum import LocalOptimum, Optimum, Search
 from vibecalc.optimisation.sampler import Sampler
 from vibecalc.optimisation.search import NEARLY_KEPT, Ends
 from vibecalc.optimisation.variables import Box
-
-_EPS = float(np.finfo(float).eps)
 
 
 def summary(
@@ -49,11 +48,12 @@ def summary(
     inner = sampler.box.slope(optimum[moving])
     nothing = np.zeros(whole.lower.size)
     objective = float(np.max(vector[: sampler.entries])) * scale
-    objective_error = best.rise * scale + 2 * _EPS * abs(objective)
+    objective_error = best.rise * scale + 2 * EPSILON * abs(objective)
     return Optimum(
         variables=optimum,
         variables_error=spread_out(
-            inner * best.error + np.where(best.sides == 0, 2 * _EPS, 0.0) * np.abs(optimum[moving]),
+            inner * best.error
+            + np.where(best.sides == 0, 2 * EPSILON, 0.0) * np.abs(optimum[moving]),
             nothing,
         ),
         objective=objective,

@@ -5,8 +5,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-import numpy as np
-
+from vibecalc.numerics.rounding import EPSILON
 from vibecalc.report.limits import LimitRow, judge_limits
 from vibecalc.report.lookup import asked, entries, name_of
 from vibecalc.report.printed import Printed, read_printed
@@ -33,7 +32,7 @@ KNOWN = "known difference"
 MEASURED = "measured"
 
 #: Comparing at the very edge of a tolerance must not hang on the last bit of a subtraction.
-_ROUND_OFF = 4.0 * float(np.finfo(float).eps)
+_ROUND_OFF = 4.0 * EPSILON
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -55,6 +55,11 @@ def optimise(loaded: "LoadedCase", *, timings: dict[str, float], progress: bool 
     record = run_case(binding.case_at(found.variables), timings=timings)
     timings["optimisation"] = seconds
     _add_optimum(record, loaded.case, binding, found)
+    if found.failures:
+        why = "; ".join(found.failure_messages[:3])
+        record.warnings.append(
+            f"{found.failures} of {found.evaluations} points could not be evaluated: {why}"
+        )
     record.warnings += [note for note in found.notes if note not in record.warnings]
     _add_start(record, binding)
     record.methods.append(

@@ -7,7 +7,7 @@ import numpy as np
 
 from vibecalc.isolation.rows import HarmonicsAt
 from vibecalc.numerics.cycle_peak import cycle_peak, vector_cycle_peak
-from vibecalc.numerics.rounding import WithError
+from vibecalc.numerics.rounding import EPSILON, WithError
 from vibecalc.pipeline.scene import Scene
 from vibecalc.pipeline.stages.excitation import Forcing
 from vibecalc.response.resonance import Resonances
@@ -15,7 +15,6 @@ from vibecalc.response.resonance import Resonances
 if TYPE_CHECKING:
     from vibecalc.case.tables import Isolation
 
-EPS = float(np.finfo(float).eps)
 LARGEST = "isolation/support_force/steady_peak"
 HEIGHTS = (
     "isolation/support_displacement/vertical_peak",
@@ -120,7 +119,7 @@ def emit_support_motion(
         total = np.abs(sag.value) + height
         mounts = {"mount": names}
         scene.emit(HEIGHTS[0], height, error, mounts)
-        scene.emit(HEIGHTS[1], total, sag.error + error + EPS * total, mounts)
+        scene.emit(HEIGHTS[1], total, sag.error + error + EPSILON * total, mounts)
 
 
 def _peaks_together(

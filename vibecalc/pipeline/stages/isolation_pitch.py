@@ -10,7 +10,7 @@ from vibecalc.isolation.pitch_rows import pitch_rows
 from vibecalc.isolation.pitch_static import pitch_static
 from vibecalc.isolation.readout import distinct, pitch_readout
 from vibecalc.machine.pitch import PitchParts, pitch_parts
-from vibecalc.numerics.rounding import WithError
+from vibecalc.numerics.rounding import EPSILON, WithError
 from vibecalc.pipeline.catalogue import CATALOGUE
 from vibecalc.pipeline.scene import Scene
 from vibecalc.pipeline.stages.excitation import Forcing
@@ -24,7 +24,6 @@ from vibecalc.pipeline.stages.isolation_common import (
 )
 from vibecalc.response.singular import check_operating_point, idle_warnings, left_out
 
-EPS = float(np.finfo(float).eps)
 LEVER_FORCES = tuple(path for path in CATALOGUE if path.startswith("isolation/lever_force/"))
 
 
@@ -164,7 +163,7 @@ def _emit_supports(
         scene.emit(
             "isolation/support_force/rigid_peak",
             share * still,
-            share * (spread + 8.0 * EPS * still),
+            share * (spread + 8.0 * EPSILON * still),
             {"mount": parts.names},
         )
     displacement = model.support_displacement(angle, parts.position)

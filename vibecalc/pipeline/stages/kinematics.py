@@ -15,6 +15,7 @@ from vibecalc.kinematics.truncated_series import (
     truncated_harmonics,
     truncated_motion,
 )
+from vibecalc.numerics.rounding import EPSILON
 from vibecalc.pipeline.scene import Scene
 
 if TYPE_CHECKING:
@@ -23,7 +24,6 @@ if TYPE_CHECKING:
 #: what is left after the guard orders, as a share of what was left before them
 BEYOND_GUARD = 1e-7
 MOST_GUARD_ORDERS = 256
-EPS = float(np.finfo(float).eps)
 ANGLES = 361
 CURVES = ("kinematics/position", "kinematics/velocity", "kinematics/acceleration")
 
@@ -50,7 +50,7 @@ def run(scene: Scene) -> None:
     radius, speed = train.crank_radius, scene.case.machine.speed
     orders = np.arange(motion.kept + 1)
     values, error = motion.harmonics[: motion.kept + 1], motion.error[: motion.kept + 1]
-    rounding = 4.0 * np.finfo(float).eps
+    rounding = 4.0 * EPSILON
     scene.emit(
         "kinematics/position_harmonics",
         radius * values,
@@ -113,7 +113,7 @@ def _cut_series(case: "Case", ratio: float, terms: int) -> tuple[PistonMotion, L
     tail = 1.0 if values.shape[-1] > kept + 1 else 0.0
     dropped = float(truncated_dropped_acceleration(ratio, terms, kept))
     # of this size unless R / L is so close to 1 that the closed form takes over
-    relative = EPS * (8.0 + 4.0 * terms / (1.0 - ratio * ratio)) if ratio < 0.99 else 1e-12
+    relative = EPSILON * (8.0 + 4.0 * terms / (1.0 - ratio * ratio)) if ratio < 0.99 else 1e-12
     motion = _with_ratio_error(values, error, ratio, kept, tail, 0.0)
     return motion, Lacking(dropped, relative * dropped)
 
@@ -146,7 +146,7 @@ def _exact_series(
     for array in (motion.harmonics, motion.error):
         array.flags.writeable = False
     reach = ratio * (1.0 + abs(offset))
-    slip = EPS * (kept + 2.0 + 1.0 / decay) / math.sqrt(1.0 - reach * reach)
+    slip = EPSILON * (kept + 2.0 + 1.0 / decay) / math.sqrt(1.0 - reach * reach)
     return motion, Lacking(dropped, dropped_error + slip * dropped)
 
 
@@ -163,7 +163,7 @@ def _with_ratio_error(
 ) -> PistonMotion:
     # R / L is itself rounded: d ln C_n / d ln(R / L) is about n / sqrt(1 - (R / L)^2)
     steepness = np.arange(values.shape[-1]) / math.sqrt(1.0 - ratio * ratio)
-    total = error + 0.5 * np.finfo(float).eps * steepness * np.abs(values)
+    total = error + 0.5 * EPSILON * steepness * np.abs(values)
     return PistonMotion(values, total, kept, tail, beyond)
 
 
