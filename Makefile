@@ -59,6 +59,9 @@ plots: $(READY) ## draw the pictures of every case into outputs/
 bench: $(READY) ## print speed ratios (start-up and the closest yardsticks)
 	$(BIN)/python benchmarks/start_up.py
 	$(BIN)/python benchmarks/kernels.py
+	$(BIN)/python benchmarks/response.py
+	$(BIN)/python benchmarks/impact.py
+	$(BIN)/python benchmarks/search.py
 
 test-long: $(READY) ## long searches and the full fuzz; record the result in docs/validation.md
 	$(BIN)/python -m pytest -n $(WORKERS) -m long --timeout 14400

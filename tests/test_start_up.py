@@ -1,11 +1,14 @@
 """Claim: each command imports what it needs and nothing heavier."""
 
+import copy
 import json
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+import tomli_w
+from response_machines import shipped
 
 ROOT = Path(__file__).resolve().parents[1]
 CASES, PACKAGE = ROOT / "cases", ROOT / "vibecalc"
@@ -65,7 +68,7 @@ def test_check_needs_no_arrays_file_or_solver(tmp_path: Path) -> None:
     assert not {name for name in modules if name.startswith(solvers)}
 
 
-#: what only the rigid body, an optimisation or a help page has work for
+#: what only the rigid body, a compressor, an optimisation or a help page has work for
 NOT_FOR_THE_GENERATOR = (
     "isolation/body_readout.py",
     "response/modal_resonance.py",
@@ -84,6 +87,27 @@ NOT_FOR_THE_GENERATOR = (
     "case/template.py",
     "case/walk.py",
     "report/plots.py",
+    "response/assurance.py",
+    "response/balance_phase.py",
+    "response/combination.py",
+    "response/damped_basis.py",
+    "response/energies.py",
+    "response/energy_speeds.py",
+    "response/impact/__init__.py",
+    "response/modal.py",
+    "response/modal_damping.py",
+    "response/switching/__init__.py",
+    "response/trust.py",
+    "excitation/axial_force.py",
+    "excitation/rod_inertia.py",
+    "kinematics/rod_angle.py",
+    "pipeline/stages/impact.py",
+    "pipeline/stages/linear_system.py",
+    "pipeline/stages/motor.py",
+    "pipeline/stages/operations.py",
+    "pipeline/stages/response.py",
+    "pipeline/stages/speeds.py",
+    "pipeline/stages/switching.py",
 )
 
 
@@ -124,3 +148,70 @@ def test_a_table_that_is_absent_costs_no_import(generator_run: set[str], tmp_pat
     unwanted = {f"vibecalc.pipeline.stages.{name}" for name in ("isolation_pitch", "run_up")}
     assert unwanted <= generator_run
     assert not unwanted & modules
+
+
+#: tables of [response], the modules that are there for one of them alone
+ONLY_FOR = {
+    "operations": ("pipeline.stages.operations", "response.combination", "response.phase_search"),
+    "run_up": ("pipeline.stages.speeds", "response.energy_speeds"),
+    "switching": (
+        "pipeline.stages.switching",
+        "response.switching.follow",
+        "response.switching.worst",
+    ),
+}
+NOT_FOR_A_COMPRESSOR = ("isolation", "optimisation", "response.impact", "study.optimise")
+
+
+@pytest.fixture(scope="module")
+def compressor_runs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, set[str]]:
+    """Modules of a run with all these tables, and with all but one of them."""
+    folder = tmp_path_factory.mktemp("compressor")
+    whole = shipped("compressor_switching")
+    del whole["response"]["energies"]
+    whole["response"]["run_up"] = {"from": 300.0, "to": 310.0}
+    whole["response"]["switching"] |= {
+        "run_down": 0.1, "stand": 0.0, "run_up": 0.1, "after": 0.1, "settled": 0.9,
+    }  # fmt: skip
+    found = {}
+    for left_out in ("", *ONLY_FOR):
+        table = copy.deepcopy(whole)
+        table["response"].pop(left_out, None)
+        if left_out == "operations":  # between which the change goes
+            del table["response"]["switching"]
+        case = folder / f"without_{left_out}.toml"
+        case.write_text(tomli_w.dumps(table), encoding="utf-8")
+        found[left_out] = modules_after("run", str(case), "-q", cwd=folder)
+    return found
+
+
+@pytest.mark.parametrize("table", ONLY_FOR)
+def test_what_a_table_of_the_response_needs_goes_with_it(
+    table: str, compressor_runs: dict[str, set[str]]
+) -> None:
+    needed = {f"vibecalc.{name}" for name in ONLY_FOR[table]}
+    assert needed <= compressor_runs[""]
+    assert not needed & compressor_runs[table]
+
+
+def test_a_compressor_needs_no_isolation_no_impacts_and_no_search(
+    compressor_runs: dict[str, set[str]],
+) -> None:
+    unwanted = tuple(f"vibecalc.{name}." for name in NOT_FOR_A_COMPRESSOR)
+    for modules in compressor_runs.values():
+        assert "vibecalc.pipeline.stages.response" in modules
+        assert not {name for name in modules if f"{name}.".startswith(unwanted)}
+        assert not roots(modules) & {"scipy", "pint", "matplotlib", "rich"}
+    without_switching = compressor_runs["switching"]
+    assert not without_switching & {"numpy.ma", "numpy.random", "numpy.fft", "numpy.polynomial"}
+
+
+def test_forces_alone_need_no_response(tmp_path: Path) -> None:
+    table = shipped("compressor")
+    del table["response"]
+    case = tmp_path / "forces.toml"
+    case.write_text(tomli_w.dumps(table), encoding="utf-8")
+    modules = modules_after("run", str(case), "-q", cwd=tmp_path)
+    assert "vibecalc.pipeline.stages.excitation" in modules
+    response = {name for name in modules if name.startswith("vibecalc.response.")}
+    assert response <= {"vibecalc.response.matrices"}

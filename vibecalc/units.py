@@ -16,6 +16,10 @@ from vibecalc.errors import UnitError
 
 _TURN = 2.0 * math.pi
 _DEGREE = math.pi / 180.0
+_INCH = 0.0254
+_POUND = 0.45359237
+_POUND_FORCE = 4.4482216152605  # a pound under standard gravity, exactly
+_POUND_FORCE_PER_INCH = 175.1268352464764  # their quotient, rounded once
 _LONGEST_TEXT = 120
 
 #: unit -> (factor, SI unit)
@@ -47,6 +51,20 @@ TABLE: dict[str, tuple[float, str]] = {
     "kg*m^2": (1.0, "kg*m^2"),
     "N*m/rad": (1.0, "N*m/rad"),
     "N*m*s/rad": (1.0, "N*m*s/rad"),
+    "lb": (_POUND, "kg"),
+    "lbf": (_POUND_FORCE, "N"),
+    "lbf/in": (_POUND_FORCE_PER_INCH, "N/m"),
+    "lbf*s/in": (_POUND_FORCE_PER_INCH, "N*s/m"),
+    "in*lbf": (_POUND_FORCE * _INCH, "N*m"),
+    "lbf*in": (_POUND_FORCE * _INCH, "N*m"),
+    "lbf*s^2/in": (_POUND_FORCE_PER_INCH, "kg"),
+    "lbf*s^2": (_POUND_FORCE, "kg*m"),
+    "lbf*in*s^2": (_POUND_FORCE * _INCH, "kg*m^2"),
+    "psi": (_POUND_FORCE / _INCH**2, "Pa"),
+    "Pa": (1.0, "Pa"),
+    "bar": (1e5, "Pa"),
+    "J": (1.0, "J"),
+    "ms": (1e-3, "s"),
 }
 
 #: SI unit -> (its dimension in words, an example of what may be written)
@@ -67,14 +85,16 @@ WORDS: dict[str, tuple[str, str]] = {
     "kg*m^2": ("a moment of inertia", "'6.4 kg*m^2'"),
     "N*m/rad": ("an angular stiffness", "'6400 N*m/rad'"),
     "N*m*s/rad": ("an angular damping", "'32 N*m*s/rad'"),
+    "Pa": ("a pressure", "'2 bar' or '200000 Pa'"),
+    "J": ("an energy", "'0.1 J'"),
 }
 
 _NUMBER_AND_UNIT = re.compile(r"([+-]?(?:\d[\d_]*\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)\Z", re.S)
 _FACTOR = re.compile(r"([^\W\d]\w*?|%)(?:(?:\^|\*\*)?([+-]?\d))?\Z")
 _SPELLINGS = str.maketrans({"−": "-", "·": "*", "×": "*", "²": "^2", "³": "^3"})
-_OTHER_NAMES = ("ft", "lb", "lbf", "oz", "kgf", "t", "um", "km", "ms", "min", "turn", "kHz", "Pa",
-                "bar", "millimeter", "millimetre", "meter", "metre", "inch", "gram", "kilogram",
-                "newton", "degree", "radian", "second", "slug", "J", "W")  # fmt: skip
+_OTHER_NAMES = ("ft", "oz", "kgf", "t", "um", "km", "min", "turn", "kHz",
+                "millimeter", "millimetre", "meter", "metre", "inch", "gram", "kilogram",
+                "newton", "degree", "radian", "second", "slug", "W")  # fmt: skip
 
 
 def split_number(text: str) -> tuple[str, str]:
@@ -164,7 +184,8 @@ def _factor(found: str, wanted: str) -> float:
     """Return what a number in unit `found` is multiplied with to be in unit `wanted`."""
     if found in TABLE and wanted in TABLE:
         (factor, si), (wanted_factor, wanted_si) = TABLE[found], TABLE[wanted]
-        if si == wanted_si or si == wanted_si.removesuffix("/rad"):
+        same = si == wanted_si or si == wanted_si.removesuffix("/rad")
+        if same or {si, wanted_si} == {"J", "N*m"}:
             return factor / wanted_factor
         raise _mismatch(describe(si), found, wanted)
     factor, dimension = _read_unit(found)

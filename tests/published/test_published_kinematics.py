@@ -10,19 +10,10 @@ from math import comb
 
 import numpy as np
 import pytest
+from ong_tables import APPENDIX_I, LENGTH, RADIUS, SPEED
 
 from vibecalc.kinematics.harmonics import motion_harmonics
 from vibecalc.kinematics.truncated_series import truncated_harmonics, truncated_motion
-
-RADIUS, LENGTH, SPEED = 0.5, 2.375, 361.0
-
-APPENDIX_I = """
-65160.5 13873.2 -157.221 2.00448 -0.0252405 0.000312864 -3.8293E-6 4.64107E-8 -5.58169E-10
-6.67161E-12 -7.93424E-14 9.39642E-16 -1.10888E-17 1.30469E-19 -1.53108E-21 1.7927E-23 -2.09486E-25
-2.44364E-27 -2.84601E-29 3.30997E-31 -3.84468E-33 4.46062E-35 -5.1698E-37 5.98599E-39 -6.92493E-41
-8.00463E-43 -9.24575E-45 1.06718E-46 -1.23099E-48 1.4191E-50 -1.63502E-52 1.88281E-54 -2.16707E-56
-2.49309E-58 -2.86682E-60 3.29452E-62 -3.77895E-64 4.29632E-66 -4.69725E-68 4.46051E-70 -2.70029E-72
-""".split()  # noqa: SIM905
 
 
 def acceleration(terms, highest_order):

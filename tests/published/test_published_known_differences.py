@@ -10,16 +10,17 @@ from functools import cache
 from pathlib import Path
 
 import pytest
-from shipped_cases import CASES, ROOT, result_of, table_of, takes_long
+from shipped_cases import CASES, ROOT, result_of, takes_long
 
+from vibecalc.case.load import load_case
 from vibecalc.report.limits import judge_limits
 from vibecalc.report.references import counted_misses, judge_references
 
 KNOWN = [
     (name, index)
     for name in CASES
-    for index, row in enumerate(table_of(name).get("reference", ()))
-    if row.get("known_difference")
+    for index, row in enumerate(load_case(CASES[name]).case.reference)
+    if row.known_difference
 ]
 JUDGED = [name for name in CASES if not takes_long(name)]
 

@@ -204,6 +204,7 @@ _EXPLAINERS = {
     "string_too_short": _size,
     "string_too_long": _size,
     "float_type": _wrong_type,
+    "bool_type": _wrong_type,
     "int_type": _wrong_type,
     "int_from_float": _wrong_type,
     "string_type": _wrong_type,

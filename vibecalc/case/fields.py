@@ -84,6 +84,12 @@ def _read_labels(value: Any) -> Any:
     return value
 
 
+def _read_label_list(value: Any) -> Any:
+    if isinstance(value, list | tuple):
+        _read_labels(dict(enumerate(value)))
+    return value
+
+
 def _one_or_three(value: Any) -> str:
     return THREE_TAG if isinstance(value, list | tuple) else ONE_TAG
 
@@ -103,14 +109,24 @@ Unbalance = Annotated[float, Unit("kg*m")]
 Angle = Annotated[float, Unit("rad")]
 AngularSpeed = Annotated[float, Unit("rad/s")]
 Acceleration = Annotated[float, Unit("m/s^2")]
+Moment = Annotated[float, Unit("N*m")]
+Pressure = Annotated[float, Unit("Pa")]
+Time = Annotated[float, Unit("s")]
 Stiffness = Annotated[float, Field(ge=0), Unit("N/m")]
 Damping = Annotated[float, Field(ge=0), Unit("N*s/m")]
 
 Whole = BeforeValidator(_read_whole)
+WholeNumber = Annotated[int, Field(strict=True, ge=0, le=2000)]
 Where = Annotated[
     dict[str, int | float | str],
     Field(max_length=8),
     BeforeValidator(_read_labels),
+    Kind("labels"),
+]
+Labels = Annotated[
+    tuple[int | float | str, ...],
+    Field(max_length=20_000),
+    BeforeValidator(_read_label_list),
     Kind("labels"),
 ]
 Point = tuple[Length, Length, Length]

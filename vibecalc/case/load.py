@@ -5,7 +5,7 @@ import json
 import re
 import tomllib
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -13,10 +13,12 @@ from pydantic import ValidationError
 
 from vibecalc import __version__
 from vibecalc.case.cross_checks import cross_check
+from vibecalc.case.data_files import attach_files
 from vibecalc.case.locate import Location, Overridden, at_line
 from vibecalc.case.overrides import apply_overrides
+from vibecalc.case.reference_table import expand_references
 from vibecalc.case.schema import SCHEMA_VERSION, Case
-from vibecalc.errors import CaseError, Problem
+from vibecalc.errors import CaseError, KeyPath, Problem
 
 EarlyChecks = Callable[[dict[str, Any]], list[Problem]]
 
@@ -32,7 +34,8 @@ class LoadedCase:
     `text` is the file as written; `resolved` the same case as plain dicts and lists in SI with
     every default filled in (values of references and limits stay as written, their unit is that of
     a result), `resolved_toml` that as TOML; `sha256` covers the resolved values and the versions of
-    schema and program, not the comments of the file.
+    schema and program, not the comments of the file. `origins` maps the references that come from
+    a table to the place of that table.
     """
 
     case: Case
@@ -43,6 +46,7 @@ class LoadedCase:
     resolved: dict[str, Any]
     resolved_toml: str
     sha256: str
+    origins: dict[KeyPath, KeyPath] = field(default_factory=dict)
 
 
 def load_case(
@@ -60,8 +64,9 @@ def load_case(
     text = _read_text(path)
     data = _parse(text, str(path))
     overridden = apply_overrides(data, tuple(overrides))
+    files = attach_files(data, path.parent)
     try:
-        case = validate(data)
+        case, origins = expand_references(validate(data, files))
     except CaseError as error:
         from vibecalc.case.render import render_problems
 
@@ -82,11 +87,15 @@ def load_case(
         resolved=resolved,
         resolved_toml=tomli_w.dumps(resolved),
         sha256=case_hash(resolved),
+        origins=origins,
     )
 
 
-def validate(data: dict[str, Any]) -> Case:
-    """Hold a case, as tomllib reads it, against the schema; CaseError with all problems."""
+def validate(data: dict[str, Any], known: Sequence[Problem] = ()) -> Case:
+    """Hold a case, as tomllib reads it, against the schema; CaseError with all problems.
+
+    `known` are problems found before, at whose places no others are told.
+    """
     problems: list[Problem] = []
     case: Case | None = None
     try:
@@ -95,6 +104,8 @@ def validate(data: dict[str, Any]) -> Case:
         from vibecalc.case.diagnose import explain
 
         problems = explain(error.errors(include_url=False))
+    places = {problem.path for problem in known}
+    problems = [*known, *(problem for problem in problems if problem.path not in places)]
     taken = {problem.path for problem in problems}
     problems += [problem for problem in cross_check(data) if problem.path not in taken]
     if problems or case is None:
@@ -121,8 +132,16 @@ def raise_with_location(loaded: LoadedCase, problems: Sequence[Problem]) -> None
         return
     from vibecalc.case.render import render_problems
 
-    text = render_problems(problems, loaded.text, str(loaded.path), loaded.overrides)
-    raise CaseError(problems, text)
+    placed = [
+        replace(
+            problem,
+            path=(*loaded.origins.get(problem.path[:2], problem.path[:2]), *problem.path[2:]),
+        )
+        for problem in problems
+    ]
+    once = list({(problem.path, problem.message): problem for problem in placed}.values())
+    text = render_problems(once, loaded.text, str(loaded.path), loaded.overrides)
+    raise CaseError(once, text)
 
 
 def _read_text(path: Path) -> str:

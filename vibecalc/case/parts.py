@@ -18,6 +18,8 @@ from vibecalc.case.fields import (
     Unbalance,
     Whole,
 )
+from vibecalc.case.gas_parts import GasPressure
+from vibecalc.case.matrix_parts import DampingMatrix, MassMatrix, StiffnessMatrix
 
 AxisName = Literal["x", "y", "z"]
 
@@ -31,6 +33,9 @@ class Rod(Table):
     )
     reciprocating_fraction: Number | None = Field(
         None, ge=0, le=1, description="share of the rod mass that moves with the piston"
+    )
+    inertia: Inertia | None = Field(
+        None, ge=0, description="about its own mass centre; default: that of the two point masses"
     )
 
 
@@ -92,6 +97,10 @@ class CrankTrain(Table):
     rotating_mass: Mass = Field(
         0.0, ge=0, description="unbalanced mass at the crank pin of each cylinder, without the rod"
     )
+    bore: Length | None = Field(None, gt=0, description="diameter of the cylinders")
+    gas_pressure: GasPressure | None = Field(
+        None, description="pressure over one turn of a cylinder, from its top dead centre"
+    )
     cylinders: tuple[Cylinder, ...] = Field(
         min_length=1, max_length=64, description="one entry for each cylinder"
     )
@@ -124,7 +133,7 @@ class InertiaBlock(Table):
 class Body(Table):
     """The rigid machine. Its reference point is its mass centre without the inertia block."""
 
-    mass: Mass = Field(gt=0, description="of the whole machine")
+    mass: Mass | None = Field(None, gt=0, description="of the whole machine")
     box: Box | None = Field(None, description="inertia from a uniform block; or give inertia")
     inertia: tuple[Inertia, Inertia, Inertia] | None = Field(
         None, description="moments Ixx, Iyy, Izz about the mass centre"
@@ -133,6 +142,9 @@ class Body(Table):
         (0.0, 0.0, 0.0), description="products Ixy, Ixz, Iyz: sums of m x y, m x z, m y z"
     )
     inertia_block: InertiaBlock | None = Field(None, description="a block added to the machine")
+    mass_matrix: MassMatrix | None = Field(
+        None, description="of the whole machine, instead of all of these"
+    )
 
 
 class MountProperties(Table):
@@ -168,4 +180,16 @@ class Mounts(Table):
     )
     individual: tuple[Mount, ...] | None = Field(
         None, min_length=1, max_length=256, description="mounts one by one, instead of positions"
+    )
+    stiffness_matrix: StiffnessMatrix | None = Field(
+        None, description="of the whole suspension, instead of mounts"
+    )
+    damping_matrix: DampingMatrix | None = Field(
+        None, description="of the whole suspension, with stiffness_matrix"
+    )
+    loss_factor: Number | None = Field(
+        None, ge=0, le=10, description="of a complex stiffness_matrix K (1 + i loss_factor)"
+    )
+    modal_damping: Number | None = Field(
+        None, ge=0, le=10, description="damping ratio of every mode, added to what else damps"
     )

@@ -2,6 +2,8 @@
 
 from typing import Any, NamedTuple
 
+from vibecalc.case import compressor_scenes
+
 
 class Scene(NamedTuple):
     """A starter case: one line about it, and its keys as a case writes them."""
@@ -217,4 +219,20 @@ SCENES: dict[str, Scene] = {
     "balance": _BALANCE,
     "mount_design": _MOUNT_DESIGN,
     "crank_angles": _CRANK_ANGLES,
+    "compressor": Scene(
+        "a compressor on one or two cylinders: modes, motion, energies of every operation",
+        compressor_scenes.COMPRESSOR,
+    ),
+    "switching": Scene(
+        "the change of a compressor from two cylinders to one, through its resonances",
+        compressor_scenes.SWITCHING,
+    ),
+    "impact": Scene(
+        "impacts in a wrist pin with play, as statistics over many runs",
+        compressor_scenes.IMPACT,
+    ),
+    "counterweight": Scene(
+        "a counterweight with angle that brings the energies of two operations down",
+        compressor_scenes.BALANCE,
+    ),
 }

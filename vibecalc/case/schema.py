@@ -5,7 +5,10 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from vibecalc.case.fields import AngularSpeed, Table, Whole
+from vibecalc.case.gas_parts import Motor
+from vibecalc.case.joint_parts import Joints
 from vibecalc.case.parts import Body, CrankTrain, Mounts
+from vibecalc.case.response_tables import Response
 from vibecalc.case.tables import (
     Accuracy,
     Excitation,
@@ -14,6 +17,7 @@ from vibecalc.case.tables import (
     Limit,
     Optimisation,
     Reference,
+    ReferenceTable,
 )
 
 SCHEMA_VERSION = 1
@@ -22,11 +26,13 @@ SCHEMA_VERSION = 1
 class Machine(Table):
     """A machine: its kind says which parts it needs, and nothing else."""
 
-    kind: Literal["generator"] = Field(description="kind of machine")
+    kind: Literal["generator", "compressor"] = Field(description="kind of machine")
     speed: AngularSpeed = Field(gt=0, description="operating speed of the crankshaft")
     crank_train: CrankTrain = Field(description="cylinders, rods and cranks")
     body: Body | None = Field(None, description="the rigid machine")
     mounts: Mounts | None = Field(None, description="what the body stands on")
+    motor: Motor | None = Field(None, description="the motor on the crankshaft")
+    joints: Joints | None = Field(None, description="bearings with play")
 
 
 class Case(Table):
@@ -40,10 +46,14 @@ class Case(Table):
     machine: Machine = Field(description="the machine and its parts")
     kinematics: Kinematics | None = Field(None, description="motion of the pistons")
     excitation: Excitation | None = Field(None, description="forces and couples on the body")
+    response: Response | None = Field(None, description="motion of the body, energies, impacts")
     isolation: Isolation | None = Field(None, description="the body on its mounts")
     optimisation: Optimisation | None = Field(None, description="a search over keys of this case")
     accuracy: Accuracy = Field(
         default_factory=Accuracy.model_construct, description="tolerance of the results"
     )
     reference: tuple[Reference, ...] = Field((), description="published and measured numbers")
+    reference_table: tuple[ReferenceTable, ...] = Field(
+        (), description="published numbers in tables"
+    )
     limit: tuple[Limit, ...] = Field((), description="bounds that results have to keep")

@@ -2,11 +2,11 @@
 
 from typing import Annotated, Literal
 
-from pydantic import ConfigDict, Field
+from pydantic import Field
 
 from vibecalc.case.fields import (
     Acceleration,
-    AngularSpeed,
+    Labels,
     Length,
     Name,
     Number,
@@ -14,6 +14,8 @@ from vibecalc.case.fields import (
     Value,
     Where,
 )
+from vibecalc.case.range_table import RunUp
+from vibecalc.case.response_tables import Idle, Names
 
 Order = Annotated[int, Field(strict=True, ge=1, le=400)]
 
@@ -51,21 +53,21 @@ class Excitation(Table):
     orders: Order | None = Field(
         None, description="highest order kept; without it the tolerance decides"
     )
+    working: Names | None = Field(
+        None, description="names of the cylinders that work; default: all"
+    )
+    idle: Idle = Field(
+        "stopped", description="the others: stopped, or moving without gas force (unloaded)"
+    )
+    balanced_for: Names | None = Field(
+        None, description="throws whose rotating mass is cancelled by weights in their own plane"
+    )
     driven_machine: Literal["on_body", "separate"] = Field(
         "on_body",
         description="where the crank torque is taken up; separate puts its reaction on the body",
     )
     balance: Balance | None = Field(None, description="print the balance table")
     residual: Residual | None = Field(None, description="weighted residual of forces and couples")
-
-
-class RunUp(Table):
-    """A range of speeds passed slowly: at each speed the peak over the cycle."""
-
-    model_config = ConfigDict(validate_by_alias=True, validate_by_name=False)
-
-    start: AngularSpeed = Field(0.0, alias="from", ge=0, description="lowest speed")
-    stop: AngularSpeed = Field(alias="to", gt=0, description="highest speed")
 
 
 class Isolation(Table):
@@ -80,6 +82,11 @@ class Isolation(Table):
         None, gt=0, description="couple over this lever is `lever_force`; default: of the mounts"
     )
     run_up: RunUp | None = Field(None, description="also pass a range of speeds")
+
+
+SearchMethod = Literal[
+    "sequential_quadratic", "hooke_jeeves", "nelder_mead", "differential_evolution"
+]
 
 
 class Variable(Table):
@@ -108,6 +115,25 @@ class Optimisation(Table):
     starts: Annotated[int, Field(strict=True, ge=1, le=1000)] = Field(
         8, description="starting points spread over the bounds, beside the case as written"
     )
+    method: SearchMethod | None = Field(
+        None,
+        description="what searches from each start, before the end is refined; "
+        "default: sequential_quadratic",
+    )
+    compare: tuple[SearchMethod, ...] = Field(
+        (),
+        max_length=8,
+        description="methods to run side by side, each alone from the case as written",
+    )
+    sensitivity: Literal["start", "optimum", "both"] | None = Field(
+        None, description="where to take slopes of the objective, for advice in the report"
+    )
+    second_objective: Objective | None = Field(
+        None, description="also trace the front between the objective and this one"
+    )
+    front_points: Annotated[int, Field(strict=True, ge=2, le=200)] | None = Field(
+        None, description="points of the front, both ends included; default: 15"
+    )
 
 
 class Accuracy(Table):
@@ -127,6 +153,9 @@ class Reference(Table):
     unit: str = Field("", description="unit of the value, if the value does not carry it")
     rtol: Number | None = Field(None, gt=0, lt=1, description="relative tolerance")
     atol: Value | None = Field(None, description="absolute tolerance, in the value's unit")
+    digits: Literal["rounded", "truncated"] = Field(
+        "rounded", description="truncated: within a whole unit of the last digit, not half of one"
+    )
     source: Name = Field(description="table, figure or page")
     kind: Literal["published", "measured"] = Field(
         "published", description="measured numbers are shown and never counted"
@@ -135,6 +164,34 @@ class Reference(Table):
     shown_by: str = Field(
         "", description="test that reproduces the printed value, or 'not reproducible: ...'"
     )
+    at: Literal["start", "optimum"] = Field("optimum", description="for cases with [optimisation]")
+
+
+class ReferenceTable(Table):
+    """Published or measured numbers for many entries of one quantity, one row for each."""
+
+    quantity: Name = Field(description="result path")
+    axis: Name = Field(description="axis that the rows pick entries of")
+    where: Where = Field(default_factory=dict, description="picks along the other axes")
+    file: str = Field(
+        "", description="CSV beside the case, its first column entries; instead of entry and value"
+    )
+    column: str = Field("", description="name of the file's column that holds the values")
+    entry: Labels = Field((), description="entries of the axis, one for each value")
+    value: Annotated[tuple[Value, ...], Field(max_length=20_000)] = Field(
+        (), description="as printed: last digits set the tolerance"
+    )
+    unit: str = Field("", description="unit of the values")
+    rtol: Number | None = Field(None, gt=0, lt=1, description="relative tolerance")
+    digits: Literal["rounded", "truncated"] = Field(
+        "rounded", description="truncated: within a whole unit of the last digit, not half of one"
+    )
+    source: Name = Field(description="table, figure or page")
+    kind: Literal["published", "measured"] = Field(
+        "published", description="measured numbers are shown and never counted"
+    )
+    known_difference: str = Field("", description="why the source differs; then it is not counted")
+    shown_by: str = Field("", description="test that reproduces the values, or why none can")
     at: Literal["start", "optimum"] = Field("optimum", description="for cases with [optimisation]")
 
 

@@ -40,11 +40,21 @@ def starter(scene: str) -> str:
 def json_schema() -> dict[str, Any]:
     """Return the JSON schema (draft 2020-12) of case files, for editors."""
     schema: dict[str, Any] = _tidy(Case.model_json_schema(by_alias=True))
+    schema["$defs"] = {name: _or_a_file(table) for name, table in schema["$defs"].items()}
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         **schema,
         "title": "vibecalc case",
     }
+
+
+def _or_a_file(table: dict[str, Any]) -> dict[str, Any]:
+    """A table of nothing but columns may also be the name of a CSV file (`data_files.py`)."""
+    columns = [part.get("items") for part in table.get("properties", {}).values()]
+    numbers = [column for column in columns if column and column.get("type") != "array"]
+    if not columns or len(numbers) < len(columns):
+        return table
+    return {"anyOf": [table, {"type": "string", "pattern": r"\.csv$"}]}
 
 
 def _table_lines(table: type[Table], data: dict[str, Any], name: str) -> Iterator[str]:

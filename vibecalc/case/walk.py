@@ -21,8 +21,8 @@ BOUND_SIGNS = {"gt": ">", "ge": ">=", "lt": "<", "le": "<="}
 class Shape:
     """What a place in a case may hold.
 
-    `kind` is table, list, number, whole, choice, text, value (a number, or a text with a unit) or
-    labels; `table` belongs to a table, `item` to a list, `unit` and `bounds` to a number;
+    `kind` is table, list, number, whole, flag, choice, text, value (a number, or a text with a
+    unit) or labels; `table` belongs to a table, `item` to a list, `unit` and `bounds` to a number;
     `lengths` are the fewest and the most entries of a list or letters of a text. `or_three` marks
     a number that may also be three.
     """
@@ -90,6 +90,8 @@ def words(shape: Shape) -> str:
         return "a text" if most is None else f"a text of {fewest} to {most} letters"
     if shape.kind == "table":
         return f"a table with {', '.join(keys_of(shape.table))}" if shape.table else "a table"
+    if shape.kind == "flag":
+        return "true or false"
     if shape.kind == "labels":
         return "up to 8 names of axes, each with one number or text"
     return "a finite number, or a text with a unit such as '100 N'"
@@ -126,6 +128,8 @@ def _shape(annotation: Any, metadata: tuple[Any, ...]) -> Shape:
         return Shape(kind="table", table=annotation)
     if annotation is str:
         return Shape(kind="text", lengths=lengths)
+    if annotation is bool:
+        return Shape(kind="flag")
     bounds = tuple((name, float(found[name])) for name in BOUND_SIGNS if name in found)
     unit = next((mark.symbol for mark in metadata if isinstance(mark, Unit)), "")
     return Shape(kind="whole" if annotation is int else "number", unit=unit, bounds=bounds)

@@ -47,12 +47,19 @@ def box_inertia(mass: float, box: parts.Box) -> Array:
     return np.asarray(squares * (mass / 12.0))
 
 
+def own_mass(body: parts.Body) -> float:
+    """Mass in kg of the machine without its block; a body given as a matrix has none."""
+    if body.mass is None:
+        raise ValueError("the body is given as a matrix")
+    return float(body.mass)
+
+
 def machine_inertia(body: parts.Body) -> Array:
     """Inertia (3, 3) in kg m^2 of the machine without its block, about its mass centre."""
     if body.inertia is None:
         if body.box is None:
             raise ValueError("a body needs a box or moments of inertia")
-        return box_inertia(body.mass, body.box)
+        return box_inertia(own_mass(body), body.box)
     xy, xz, yz = body.inertia_products
     off_diagonal = np.array([[0.0, xy, xz], [xy, 0.0, yz], [xz, yz, 0.0]])
     return np.asarray(np.diag(body.inertia) - off_diagonal)
@@ -71,7 +78,8 @@ def build_body(body: parts.Body) -> RigidBody:
         place, block_inertia = np.zeros(3), np.zeros((3, 3))
     else:
         place, block_inertia = np.array(block.position), box_inertia(added, block.box)
-    mass = body.mass + added
+    bare = own_mass(body)
+    mass = bare + added
     static_moment = added * place
     matrix = np.zeros((6, 6))
     matrix[:3, :3] = mass * np.eye(3)
@@ -79,7 +87,7 @@ def build_body(body: parts.Body) -> RigidBody:
     matrix[3:, :3] = matrix[:3, 3:].T
     matrix[3:, 3:] = own + block_inertia + point_inertia(added, place)
     # Two masses about their common centre act as the reduced mass: no difference of large terms.
-    reduced = added * (body.mass / mass)
+    reduced = added * (bare / mass)
     return RigidBody(
         mass=mass,
         centre=static_moment / mass,

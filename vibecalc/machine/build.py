@@ -3,12 +3,14 @@
 from dataclasses import dataclass
 
 from vibecalc.case.schema import Machine
+from vibecalc.case.tables import Excitation
 from vibecalc.machine.body import RigidBody, build_body
 from vibecalc.machine.crank_train import (
     CrankTrain,
     RotatingMasses,
     build_crank_train,
     build_rotating_masses,
+    moving,
 )
 from vibecalc.machine.mounts import Mounts, build_mounts
 
@@ -23,11 +25,22 @@ class MachineParts:
     mounts: Mounts | None
 
 
-def build_machine(machine: Machine) -> MachineParts:
-    """Arrays of every part that the case has."""
+def build_machine(machine: Machine, options: Excitation | None = None) -> MachineParts:
+    """Arrays of every part that the case has.
+
+    `options` says which cylinders work; `crank_train` then has the moving masses of these alone.
+    A body given as a mass matrix, or mounts given as a stiffness matrix, are no parts: see
+    `system.py`.
+    """
+    body, mounts = machine.body, machine.mounts
+    train = build_crank_train(machine.crank_train)
+    if options is not None:
+        train = moving(train, options.working, options.idle)
     return MachineParts(
-        crank_train=build_crank_train(machine.crank_train),
-        rotating_masses=build_rotating_masses(machine.crank_train),
-        body=None if machine.body is None else build_body(machine.body),
-        mounts=None if machine.mounts is None else build_mounts(machine.mounts),
+        crank_train=train,
+        rotating_masses=build_rotating_masses(machine.crank_train, options),
+        body=None if body is None or body.mass_matrix is not None else build_body(body),
+        mounts=None
+        if mounts is None or mounts.stiffness_matrix is not None
+        else build_mounts(mounts),
     )

@@ -5,11 +5,13 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from vibecalc.case.schema import Case
+from vibecalc.case import parts
+from vibecalc.case.schema import Case, Machine
 from vibecalc.machine.body import build_body
-from vibecalc.machine.crank_train import build_crank_train
+from vibecalc.machine.crank_train import build_crank_train, rod_share
 from vibecalc.machine.frame import build_frame
 from vibecalc.machine.mounts import Mounts, build_mounts
+from vibecalc.machine.operation_checks import has_loss_factor
 
 Array = NDArray[np.float64]
 #: m/s, m and a share: beyond these a case gets a sentence in its report.
@@ -25,7 +27,18 @@ def machine_warnings(case: Case) -> list[str]:
         *_places(case),
         *_orders(case),
         *_pitch_coupling(case),
+        *_without_effect(case),
+        *_rod(case),
     ]
+
+
+def _placed(machine: Machine) -> tuple[parts.Body, parts.Mounts] | None:
+    """Body and mounts, if neither is missing nor a matrix."""
+    body, mounts = machine.body, machine.mounts
+    if body is None or mounts is None:
+        return None
+    matrices = body.mass_matrix is not None or mounts.stiffness_matrix is not None
+    return None if matrices else (body, mounts)
 
 
 def _units(case: Case) -> list[str]:
@@ -47,10 +60,12 @@ def _units(case: Case) -> list[str]:
         f"should it be '{angle:.6g} deg'? Angles without a unit are in radians"
         for what, angle in far
     ]
-    if case.isolation is not None and machine.body is not None and machine.mounts is not None:
-        stiffness = build_mounts(machine.mounts).stiffness.sum(axis=0)
+    placed = _placed(machine)
+    if case.isolation is not None and placed is not None:
+        own, mounts = placed
+        stiffness = build_mounts(mounts).stiffness.sum(axis=0)
         up = "xyz".index(case.isolation.up)
-        weight = build_body(machine.body).mass * case.isolation.gravity
+        weight = build_body(own).mass * case.isolation.gravity
         if weight > DEEPEST_SAG * stiffness[up, up] > 0.0:
             texts.append(
                 f"under its weight the machine sinks by about {weight / stiffness[up, up]:.3g} m: "
@@ -86,14 +101,56 @@ def _orders(case: Case) -> list[str]:
     ]
 
 
+def _without_effect(case: Case) -> list[str]:
+    machine, response = case.machine, case.response
+    mounts, switching = machine.mounts, None if response is None else response.switching
+    impact = None if response is None else response.impact
+    texts = {
+        "[machine.motor] has no effect: its axial force is computed where there is an "
+        "[excitation]": machine.motor is not None and case.excitation is None,
+        "[machine.joints] have no effect: their play is for [response.impact]": (
+            machine.joints is not None and impact is None
+        ),
+        "the gas pressure has no effect: only [response.impact] uses it": (
+            machine.crank_train.gas_pressure is not None and impact is None
+        ),
+    }
+    if mounts is not None:
+        texts |= {
+            "modal_damping counts in [response] only, not in [isolation]": (
+                bool(mounts.modal_damping) and case.isolation is not None
+            ),
+            "while the machine changes between operations, the loss factor counts as the damping "
+            "ratio that it gives each mode at resonance": (
+                has_loss_factor(mounts) and switching is not None
+            ),
+        }
+    return [text for text, holds in texts.items() if holds]
+
+
+def _rod(case: Case) -> list[str]:
+    train = case.machine.crank_train
+    rod, share = train.rod, rod_share(train)
+    if rod is None or rod.inertia is None:
+        return []
+    between = rod.mass * train.rod_length**2 * share * (1.0 - share)
+    if rod.inertia <= between * (1.0 + NOTICEABLE):
+        return []
+    return [
+        f"the rod's moment of inertia is {rod.inertia:.4g} kg*m^2, more than the {between:.4g} "
+        "kg*m^2 of a rod whose material lies between its bearings: is it about the mass centre?"
+    ]
+
+
 def _pitch_coupling(case: Case) -> list[str]:
     """What the pitch model leaves out of the body's other five motions, as shares."""
     machine = case.machine
     if case.isolation is None or case.isolation.model != "pitch":
         return []
-    if machine.body is None or machine.mounts is None:
+    placed = _placed(machine)
+    if placed is None:
         return []
-    body, mounts = build_body(machine.body), build_mounts(machine.mounts)
+    body, mounts = build_body(placed[0]), build_mounts(placed[1])
     frame = build_frame(machine.crank_train.axis, machine.crank_train.stroke)
     place = mounts.position - body.centre
     texts = []

@@ -5,10 +5,36 @@ from vibecalc.errors import Problem
 from vibecalc.machine.body_checks import body_problems
 from vibecalc.machine.cautions import machine_warnings
 from vibecalc.machine.crank_train_checks import crank_train_problems
+from vibecalc.machine.drive_checks import drive_problems
 from vibecalc.machine.isolation_checks import isolation_problems
+from vibecalc.machine.joint_checks import joint_problems
+from vibecalc.machine.operation_checks import operation_problems
 from vibecalc.machine.range_checks import range_problems
 
 __all__ = ["check_machine", "machine_warnings"]
+
+
+def _matrix_problems(case: Case) -> list[Problem]:
+    body, mounts = case.machine.body, case.machine.mounts
+    given = (
+        None if body is None else body.mass_matrix,
+        None if mounts is None else mounts.stiffness_matrix,
+    )
+    if given == (None, None):
+        return []
+    from vibecalc.machine.matrix_checks import matrix_problems  # loads what solves the motion
+
+    return matrix_problems(case)
+
+
+_CHECKS = (
+    crank_train_problems,
+    body_problems,
+    _matrix_problems,
+    operation_problems,
+    drive_problems,
+    joint_problems,
+)
 
 
 def check_machine(case: Case) -> list[Problem]:
@@ -20,4 +46,6 @@ def check_machine(case: Case) -> list[Problem]:
     problems = range_problems(case)
     if problems:
         return problems
-    return [*crank_train_problems(case), *body_problems(case)] or isolation_problems(case)
+    for check in _CHECKS:
+        problems += check(case)
+    return problems or isolation_problems(case)

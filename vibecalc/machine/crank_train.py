@@ -1,11 +1,13 @@
 """The crank train as arrays: cylinders, and everything that turns."""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vibecalc.case import parts
+from vibecalc.case.tables import Excitation
 from vibecalc.machine.frame import build_frame
 
 Array = NDArray[np.float64]
@@ -103,17 +105,52 @@ def build_crank_train(train: parts.CrankTrain) -> CrankTrain:
     )
 
 
-def build_rotating_masses(train: parts.CrankTrain) -> RotatingMasses:
-    """All that turns: throws with a rotating mass, then counterweights, then balance shafts."""
-    arrays = build_crank_train(train)
-    along = arrays.axis
-    throws: list[Row] = [
-        (f"throw {name}", mass * train.crank_radius, 1, phase, place * along)
+def moving(train: CrankTrain, working: Sequence[str] | None, idle: str) -> CrankTrain:
+    """The train with the cylinders that do not work left out of what moves.
+
+    `working` names cylinders, None all of them. An idle cylinder that is "stopped" has no moving
+    mass (its throw stands still or has no eccentricity), one that is "unloaded" moves as before.
+    """
+    if working is None or idle == "unloaded":
+        return train
+    runs = np.array([name in working for name in train.names], dtype=float)
+    return replace(
+        train,
+        reciprocating_mass=runs * train.reciprocating_mass,
+        rotating_mass=runs * train.rotating_mass,
+    )
+
+
+def throws(train: CrankTrain) -> list[Row]:
+    """The unbalance of every throw that has a rotating mass."""
+    return [
+        (f"throw {name}", mass * train.crank_radius, 1, phase, place * train.axis)
         for name, mass, phase, place in zip(
-            arrays.names, arrays.rotating_mass, arrays.crank_phase, arrays.position, strict=True
+            train.names, train.rotating_mass, train.crank_phase, train.position, strict=True
         )
         if mass != 0.0
     ]
+
+
+def cancelling_weights(train: CrankTrain, balanced_for: Sequence[str] | None) -> list[Row]:
+    """Weights opposite to the throws of the named cylinders, in the plane of each.
+
+    They cancel the rotating masses of these throws as they are when their cylinders work, so
+    `train` is the whole one.
+    """
+    names = balanced_for or ()
+    return [
+        (f"weight for {name}", mass * train.crank_radius, 1, phase + np.pi, place * train.axis)
+        for name, mass, phase, place in zip(
+            train.names, train.rotating_mass, train.crank_phase, train.position, strict=True
+        )
+        if name in names and mass != 0.0
+    ]
+
+
+def weights_and_shafts(train: parts.CrankTrain) -> list[Row]:
+    """Counterweights and balance shafts, as the case has them."""
+    along = build_frame(train.axis, train.stroke).axis
     weights: list[Row] = [
         (weight.name, weight.unbalance, 1, weight.phase, weight.position * along)
         for weight in train.counterweights
@@ -122,7 +159,11 @@ def build_rotating_masses(train: parts.CrankTrain) -> RotatingMasses:
         (shaft.name, shaft.unbalance, shaft.speed_ratio, shaft.phase, np.array(shaft.position))
         for shaft in train.balance_shafts
     ]
-    rows = [*throws, *weights, *shafts]
+    return [*weights, *shafts]
+
+
+def rotating_masses(rows: Sequence[Row]) -> RotatingMasses:
+    """Rows of name, unbalance, speed ratio, phase and place as arrays."""
     return RotatingMasses(
         names=tuple(row[0] for row in rows),
         unbalance=np.array([row[1] for row in rows], dtype=float),
@@ -130,3 +171,16 @@ def build_rotating_masses(train: parts.CrankTrain) -> RotatingMasses:
         phase=np.array([row[3] for row in rows], dtype=float),
         position=np.array([row[4] for row in rows], dtype=float).reshape(len(rows), 3),
     )
+
+
+def build_rotating_masses(
+    train: parts.CrankTrain, options: Excitation | None = None
+) -> RotatingMasses:
+    """All that turns: throws with a rotating mass, then weights, then balance shafts.
+
+    `options` says which cylinders work and for which the crankshaft is balanced.
+    """
+    whole = build_crank_train(train)
+    runs = whole if options is None else moving(whole, options.working, options.idle)
+    ideal = [] if options is None else cancelling_weights(whole, options.balanced_for)
+    return rotating_masses([*throws(runs), *ideal, *weights_and_shafts(train)])

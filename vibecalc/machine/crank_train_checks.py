@@ -1,5 +1,7 @@
 """Can this crank train turn, and does anything move in it?"""
 
+import numpy as np
+
 from vibecalc.case import parts
 from vibecalc.case.schema import Case
 from vibecalc.errors import KeyPath, Problem
@@ -99,15 +101,26 @@ def _masses(case: Case) -> list[Problem]:
             )
         )
     body = case.machine.body
-    if body is not None and moving >= body.mass:
+    whole = None if body is None else _whole_mass(body)
+    if body is not None and whole is not None and moving >= whole:
         problems.append(
             Problem(
-                path=("machine", "body", "mass"),
+                path=("machine", "body", "mass" if body.mass_matrix is None else "mass_matrix"),
                 message="the moving parts weigh more than the whole machine, which includes them",
-                found=f"{body.mass:.6g} kg, with {moving:.6g} kg of pistons, rods and throws",
+                found=f"{whole:.6g} kg, with {moving:.6g} kg of pistons, rods and throws",
                 allowed=f"> {moving:.6g} kg",
                 hint="masses are in kg unless they carry a unit, as in '400 g'",
                 also=TRAIN,
             )
         )
     return problems
+
+
+def _whole_mass(body: parts.Body) -> float | None:
+    """Mass in kg without the block; of a mass matrix the least on the diagonal of translation."""
+    if body.mass_matrix is None:
+        return body.mass
+    from vibecalc.machine.system import block_matrix  # it loads all that solves the motion
+
+    least = float(np.diagonal(block_matrix(body.mass_matrix))[:3].min())
+    return least if least > 0.0 else None  # what is no mass at all is told of the matrix

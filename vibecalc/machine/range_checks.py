@@ -9,10 +9,13 @@ from vibecalc.errors import KeyPath, Problem
 LARGEST = 1e20
 SMALLEST = 1e-20
 LARGEST_ANGLE = 1e6
-ANGLES = frozenset({"crank_phase", "bank_angle", "phase", "orientation"})
+ANGLES = frozenset(
+    {"crank_phase", "bank_angle", "phase", "orientation", "crank_angle", "skew_angle"}
+)
 #: Keys whose value may be as small as it likes: coordinates, shares and differences.
 MAY_VANISH = frozenset(
     {"position", "positions", "origin", "wrist_pin_offset", "inertia_products", "gravity", "from"}
+    | {"values", "pressure", "cosine", "sine", "stand"}
 )
 
 
@@ -28,9 +31,11 @@ def _numbers(value: Any, path: KeyPath) -> Iterator[tuple[KeyPath, float]]:
 
 
 def range_problems(case: Case) -> list[Problem]:
-    """One problem for each number of machine, excitation and isolation that is out of range."""
+    """One problem for each number of machine, forces and motion that is out of range."""
     tables = case.model_dump(
-        include={"machine", "excitation", "isolation"}, by_alias=True, exclude_none=True
+        include={"machine", "excitation", "isolation", "response"},
+        by_alias=True,
+        exclude_none=True,
     )
     problems = []
     for path, value in _numbers(tables, ()):

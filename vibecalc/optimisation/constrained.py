@@ -5,6 +5,8 @@ from numpy.typing import ArrayLike
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.optimisation.choice import anywhere, choose, only_point
+from vibecalc.optimisation.local_search import local_search
+from vibecalc.optimisation.methods import METHODS
 from vibecalc.optimisation.optimum import Optimum
 from vibecalc.optimisation.sampler import BudgetSpent, Evaluate, Sampler
 from vibecalc.optimisation.search import search_all
@@ -23,6 +25,7 @@ def minimise(
     rtol: float = 1e-9,
     budget: int = 20000,
     accuracy: float = 0.0,
+    method: str = "sequential_quadratic",
 ) -> Optimum:
     """Find the smallest objective within bounds whose margins are all at least zero.
 
@@ -48,6 +51,9 @@ def minimise(
     accuracy : float
         Relative accuracy of the values themselves, where known; round-off is always counted and
         noise is measured.
+    method : str
+        Key of `methods.METHODS`: what searches from each start. The end is refined the same way
+        whatever it is.
 
     Returns
     -------
@@ -84,7 +90,13 @@ def minimise(
         if not np.any(moving):
             search, choice = only_point(sampler)
         else:
-            search = search_all(sampler, points)
+            chosen = METHODS[method]
+            search = search_all(
+                sampler,
+                points,
+                local_search if method == "sequential_quadratic" else chosen.search,
+                most=1 if chosen.everywhere else None,
+            )
             choice = (
                 anywhere(sampler, search.ends)
                 if search.flat

@@ -10,10 +10,12 @@ from vibecalc.optimisation.starts import spread
 
 FIRST_RADIUS = 3e-3
 LARGEST_RADIUS = 5e-2
-LAST_RADIUS = 1e-5
+LAST_RADIUS = 3e-6
 MOST_ROUNDS = 150
 #: price of a violated margin, in units of the scaled objective
 PRICE = 1e3
+#: curvature granted to the pieces, in scaled units
+BEND = 10.0
 #: share of the promised fall that makes a step worth while
 WORTH = 0.1
 
@@ -107,7 +109,8 @@ def settle(sampler: Values, start: np.ndarray) -> Settled | None:
             noise = float(np.max(measured_noise(sampler, unit)[: sampler.entries]))
             error = np.full(unit.size, radius + step + np.sqrt(2 * noise))
             # a gradient taken across a kink lifts a plane a little: count the promise fourfold
-            rise = 4 * promised + 1e-12 + 2 * noise
+            # and the pieces bend away from their planes by the square of the radius
+            rise = 4 * promised + BEND * radius**2 + 1e-12 + 2 * noise
             return Settled(unit, error, rise, residual, lowest.margins, lowest.bounds)
         vain = 0
         radius = max(LAST_RADIUS, min(0.25 * radius, 4 * step))

@@ -10,6 +10,7 @@ from vibecalc.optimisation.local_search import local_search
 from vibecalc.optimisation.planes import settle
 from vibecalc.optimisation.sampler import Sampler, SumOfSquares
 from vibecalc.optimisation.starts import spread
+from vibecalc.optimisation.zero import reach_zero
 
 #: an objective below this share of its change over the bounds may be on its way to zero
 NEAR_ZERO = 3e-2
@@ -61,6 +62,8 @@ def refine(
             if _top(sampler, unit) >= below:
                 return None
             found = _newton(sampler, unit, accuracy) or _planes(sampler, unit, accuracy)
+            if found is not None and found.method != "newton" and _may_vanish(sampler, found.unit):
+                found = _kinked_zero(sampler, found.unit, accuracy) or found
         lower = _lower_nearby(sampler, unit if found is None else found.unit, found)
         if lower is None:
             return found
@@ -110,10 +113,12 @@ def _zero(sampler: Sampler, unit: np.ndarray, accuracy: float) -> Refined | None
     for _ in range(2):  # a second pass, as the first may come from far
         found = polish(squares, unit if found is None else found.unit, accuracy)
         if found is None:
-            return None
+            return _kinked_zero(sampler, unit, accuracy)
     assert found is not None
     objective = _top(sampler, found.unit)
-    if objective > ZERO * largest or not _is_cone(sampler, found.unit):
+    if objective > ZERO * largest:
+        return _kinked_zero(sampler, unit, accuracy)
+    if not _is_cone(sampler, found.unit):
         return None
     floor = 4 * max(EPSILON, accuracy) * largest
     away = floor * np.sqrt(2.0 / found.least_curvature)
@@ -130,6 +135,34 @@ def _zero(sampler: Sampler, unit: np.ndarray, accuracy: float) -> Refined | None
         active_margins=(),
         active_entries=tuple(range(sampler.entries)),
         residual=objective / max(largest, 1e-300),
+        free_directions=found.free_directions,
+        method="zero",
+    )
+
+
+def _kinked_zero(sampler: Sampler, unit: np.ndarray, accuracy: float) -> Refined | None:
+    """A zero whose square is not smooth enough, or bends too much, for Newton's method."""
+    largest = sampler.largest / sampler.scale
+    floor = 4 * max(EPSILON, accuracy) * largest
+    found = reach_zero(sampler, unit, floor, ZERO * largest)
+    if found is None or not keeps(sampler, found.unit):
+        return None
+    vector = sampler(found.unit)
+    assert vector is not None
+    sides = np.where(found.unit <= 0, -1, np.where(found.unit >= 1, 1, 0))
+    # half the slope that was seen: it is sampled in some directions only
+    away = (found.objective + floor) / (0.5 * found.slope)
+    return Refined(
+        unit=found.unit,
+        error=np.full(unit.size, away),
+        rise=found.objective + floor,
+        objective=found.objective,
+        margins=np.zeros(vector.size - sampler.entries),
+        bounds=np.zeros(unit.size),
+        sides=sides,
+        active_margins=(),
+        active_entries=tuple(range(sampler.entries)),
+        residual=found.objective / max(largest, 1e-300),
         free_directions=found.free_directions,
         method="zero",
     )

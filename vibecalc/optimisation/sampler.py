@@ -67,6 +67,10 @@ class Sampler:
         scaled[: self.entries] /= self.scale
         return scaled
 
+    def knows(self, unit: np.ndarray) -> bool:
+        """Whether a point has been evaluated already."""
+        return (unit + 0.0).tobytes() in self._known
+
     def lowest_kept(self) -> str:
         """In words, the lowest point met that keeps all limits."""
         lowest, where = self._lowest

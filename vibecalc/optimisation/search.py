@@ -1,13 +1,14 @@
 """Local searches from all starts, on one scale of the objective."""
 
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.optimisation.feasibility import feasible_point
 from vibecalc.optimisation.local_search import local_search
-from vibecalc.optimisation.sampler import Sampler
+from vibecalc.optimisation.sampler import Sampler, Values
 from vibecalc.optimisation.starts import spread
 
 #: violation up to which the end of a local search counts as feasible, before it is refined
@@ -35,7 +36,22 @@ class Ends(NamedTuple):
     flat: bool = False
 
 
-def search_all(sampler: Sampler, points: np.ndarray) -> Ends:
+class Walked(Protocol):
+    """What a search hands back: the end on the unit cube, and in words why it stopped."""
+
+    @property
+    def unit(self) -> np.ndarray: ...
+
+    @property
+    def reason(self) -> str: ...
+
+
+def search_all(
+    sampler: Sampler,
+    points: np.ndarray,
+    searcher: Callable[[Values, np.ndarray], Walked] = local_search,
+    most: int | None = None,
+) -> Ends:
     """Search from every start that can be evaluated; `sampler.scale` is set on the way.
 
     Parameters
@@ -43,28 +59,30 @@ def search_all(sampler: Sampler, points: np.ndarray) -> Ends:
     sampler : Sampler
     points : (k, n) array
         Starts on the unit cube.
+    searcher : callable
+        The search from one start.
+    most : int, optional
+        Most searches, where fewer than k do.
 
     Raises
     ------
     NumericalFailure
         If no start can be evaluated, or no point keeps all limits.
     """
-    vectors = [sampler(point) for point in points]
+    vectors, flat = set_scale(sampler, points)
     known = [vector for vector in vectors if vector is not None]
     if not known:
         raise NumericalFailure(
             f"none of the {len(points)} starting points of the search can be evaluated; the first "
             f"says: {next(iter(sampler.failures.values()))}"
         )
-    change = _change(sampler, points, vectors)
-    least = UNRESOLVED * sampler.largest
-    flat = change <= least
-    # a power of two, so that scaling is exact
-    sampler.scale = 2.0 ** round(np.log2(max(change, least))) if change > 0 or least > 0 else 1.0
     ends: list[End] = []
     notes: tuple[str, ...] = ()
+    walks = 0
     for point, vector in zip(points, vectors, strict=True):
         before = sampler.count
+        if walks == most:
+            break
         if vector is None:
             reason = f"cannot be evaluated: {sampler.failures[(point + 0.0).tobytes()]}"
             ends.append(End(point, point, np.nan, np.inf, reason, 0))
@@ -72,11 +90,27 @@ def search_all(sampler: Sampler, points: np.ndarray) -> Ends:
             notes = (f"the budget ended the search after {len(ends)} of {len(points)} starts",)
             break
         else:
-            unit, reason = local_search(sampler, point)
-            ends.append(_end(sampler, point, unit, reason, sampler.count - before))
+            walk = searcher(sampler, point)
+            walks += 1
+            ends.append(_end(sampler, point, walk.unit, walk.reason, sampler.count - before))
     if not any(end.violation <= NEARLY_KEPT for end in ends):
         ends += _from_feasible(sampler, ends, known[0].size - sampler.entries)
     return Ends(ends, notes, flat)
+
+
+def set_scale(sampler: Sampler, points: np.ndarray) -> tuple[list[np.ndarray | None], bool]:
+    """Values (before scaling) at the points; `sampler.scale` becomes their typical change.
+
+    Also whether the objective is flat: its change is too small a share of it to be resolved.
+    """
+    vectors = [sampler(point) for point in points]
+    if all(vector is None for vector in vectors):
+        return vectors, False
+    change = _change(sampler, points, vectors)
+    least = UNRESOLVED * sampler.largest
+    # a power of two, so that scaling is exact
+    sampler.scale = 2.0 ** round(np.log2(max(change, least))) if change > 0 or least > 0 else 1.0
+    return vectors, change <= least
 
 
 def _from_feasible(sampler: Sampler, ends: list[End], margins: int) -> list[End]:

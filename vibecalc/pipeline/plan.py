@@ -5,42 +5,15 @@ not reported.
 """
 
 from collections.abc import Callable, Iterator
-from functools import lru_cache
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
-from vibecalc.pipeline.catalogue import CATALOGUE, Entry
+from vibecalc.pipeline.catalogue import CATALOGUE
+from vibecalc.pipeline.entries.entry import Entry
+from vibecalc.pipeline.plan_response import plan_response
+from vibecalc.pipeline.stage_plan import StagePlan, below, orders_words
 
 if TYPE_CHECKING:
     from vibecalc.case.schema import Case
-
-
-class StagePlan(NamedTuple):
-    """One stage of a run: its adapter, why it is there, what it reads and what it will make.
-
-    `is_last` marks a stage that no later one reads from.
-    """
-
-    stage: str
-    module: str
-    why: str
-    parts: tuple[str, ...]
-    uses: tuple[str, ...]
-    orders: str
-    cost: str
-    quantities: tuple[str, ...]
-    is_last: bool = False
-
-    def as_texts(self) -> dict[str, str]:
-        """The plan of this stage as short texts, for reports."""
-        return {
-            "stage": self.stage,
-            "why": self.why,
-            "parts": ", ".join(self.parts),
-            "orders": self.orders,
-            "modules": ", ".join(self.uses),
-            "cost": self.cost,
-            "quantities": ", ".join(self.quantities),
-        }
 
 
 def plan_case(case: "Case") -> tuple[StagePlan, ...]:
@@ -53,60 +26,42 @@ def planned_quantities(case: "Case") -> dict[str, Entry]:
     return {path: CATALOGUE[path] for stage in plan_case(case) for path in stage.quantities}
 
 
-@lru_cache(maxsize=64)
-def _below(prefix: str, without: tuple[str, ...] = ()) -> tuple[str, ...]:
-    return tuple(
-        path
-        for path in CATALOGUE
-        if path.startswith(prefix) and not any(word in path for word in without)
-    )
-
-
-def _orders(case: "Case") -> str:
-    if case.excitation and case.excitation.orders:
-        return f"1 to {case.excitation.orders}, as the case asks"
-    if case.kinematics and case.kinematics.series == "truncated":
-        separate = case.excitation is not None and case.excitation.driven_machine == "separate"
-        last = (4 if separate else 2) * (case.kinematics.terms or 1)
-        return f"1 to {last}, all of the truncated series"
-    return f"until the rest is below rtol = {case.accuracy.rtol:g}"
-
-
 def _kinematics(case: "Case") -> Iterator[StagePlan]:
     asked = case.kinematics is not None
     if not (asked or _needs_excitation(case)):
         return
     truncated = case.kinematics is not None and case.kinematics.series == "truncated"
     curves = () if asked else ("/position", "/velocity", "/acceleration")
-    paths = tuple(path for path in _below("kinematics/") if not path.endswith(curves or ("//",)))
+    paths = tuple(path for path in below("kinematics/") if not path.endswith(curves or ("//",)))
     yield StagePlan(
         stage="kinematics",
         module="kinematics",
         why="[kinematics] is in the case" if asked else "the excitation needs the piston motion",
         parts=("crank_train",),
         uses=("kinematics.truncated_series",) if truncated else ("kinematics.harmonics",),
-        orders=_orders(case),
+        orders=orders_words(case),
         cost="one pass over the orders" + (", 361 crank angles" if asked else ""),
         quantities=paths,
     )
 
 
 def _needs_excitation(case: "Case") -> bool:
-    return case.excitation is not None or case.isolation is not None
+    return any(table is not None for table in (case.excitation, case.response, case.isolation))
 
 
 def _excitation(case: "Case") -> Iterator[StagePlan]:
     if not _needs_excitation(case):
         return
     options = case.excitation
-    balance = _below("excitation/balance/") if options and options.balance else ()
+    user = "response" if case.isolation is None else "isolation"
+    balance = below("excitation/balance/") if options and options.balance else ()
     residual = ("excitation/residual",) if options and options.residual else ()
     train = case.machine.crank_train
     rotating = len(train.counterweights) + len(train.balance_shafts)
     yield StagePlan(
         stage="excitation",
         module="excitation",
-        why="[excitation] is in the case" if options else "the isolation needs the forces",
+        why="[excitation] is in the case" if options else f"the {user} needs the forces",
         parts=("crank_train", "rotating_masses") if rotating else ("crank_train",),
         uses=("excitation.reciprocating", "excitation.rotating")
         + (("excitation.balance",) if balance or residual else ())
@@ -115,13 +70,44 @@ def _excitation(case: "Case") -> Iterator[StagePlan]:
             if options and options.driven_machine == "separate"
             else ()
         ),
-        orders=_orders(case),
+        orders=orders_words(case),
         cost=f"cylinders and weights summed per order: {len(train.cylinders)} and {rotating}",
         quantities=(
-            *_below("excitation/", without=("/balance/", "/residual")),
+            *below("excitation/", without=_EXCITATION_EXTRAS),
+            *_rod(case),
+            *(below("excitation/counterweight/") if train.counterweights else ()),
             *balance,
             *residual,
         ),
+    )
+
+
+_EXCITATION_EXTRAS = ("/balance/", "/residual", "/rod/", "/motor/", "/counterweight/")
+
+
+def _rod(case: "Case") -> tuple[str, ...]:
+    """Results of the rod as a body: of its own moment where the case gives it, else a bound."""
+    rod = case.machine.crank_train.rod
+    if rod is None or rod.crank_pin_to_mass_centre is None:
+        return ()
+    if rod.inertia is None:
+        return ("excitation/rod/split_inertia", "excitation/rod/couple_bound")
+    return below("excitation/rod/", without=("bound",))
+
+
+def _motor(case: "Case") -> Iterator[StagePlan]:
+    if case.machine.motor is None or case.excitation is None:
+        return
+    yield StagePlan(
+        stage="motor",
+        module="motor",
+        why="[machine.motor] and [excitation] are in the case",
+        parts=("motor",),
+        uses=("excitation.axial_force", "numerics.cycle_peak"),
+        orders=f"the {len(case.machine.motor.torque.order)} of its torque",
+        cost="one pass over the orders",
+        quantities=below("excitation/motor/"),
+        is_last=case.response is None or case.response.impact is None,
     )
 
 
@@ -142,9 +128,9 @@ def _isolation(case: "Case") -> Iterator[StagePlan]:
         why=f'[isolation] is in the case, model = "{options.model}"',
         parts=("body", "mounts"),
         uses=("isolation.pitch",) if pitch else _BODY_USES,
-        orders=_orders(case),
+        orders=orders_words(case),
         cost="one solve per order at " + speed,
-        quantities=_below(
+        quantities=below(
             "isolation/",
             without=("run_up", "masked", *(_BODY_ONLY if pitch else _PITCH_ONLY)),
         ),
@@ -158,11 +144,11 @@ def _isolation(case: "Case") -> Iterator[StagePlan]:
         why="[isolation] run_up is in the case",
         parts=("body", "mounts"),
         uses=("isolation.run_up", "numerics.cycle_peak"),
-        orders=_orders(case),
+        orders=orders_words(case),
         cost=f"one solve per order at some hundred speeds from {first:.6g} to {last:.6g} rad/s",
         quantities=tuple(
             path
-            for path in _below("isolation/", without=() if pitch else ("lever_force",))
+            for path in below("isolation/", without=() if pitch else ("lever_force",))
             if "run_up" in path or "masked" in path
         ),
         is_last=True,
@@ -172,5 +158,7 @@ def _isolation(case: "Case") -> Iterator[StagePlan]:
 _MAKERS: tuple[Callable[["Case"], Iterator[StagePlan]], ...] = (
     _kinematics,
     _excitation,
+    _motor,
+    plan_response,
     _isolation,
 )

@@ -9,8 +9,9 @@ import numpy as np
 from vibecalc.errors import NumericalFailure
 from vibecalc.machine.build import build_machine
 from vibecalc.machine.checks import machine_warnings
-from vibecalc.pipeline.plan import StagePlan, plan_case
+from vibecalc.pipeline.plan import plan_case
 from vibecalc.pipeline.scene import Scene
+from vibecalc.pipeline.stage_plan import StagePlan
 from vibecalc.pipeline.tolerance import tolerance_warning
 from vibecalc.results.record import Record
 
@@ -37,7 +38,7 @@ def run_case(
     NumericalFailure : when a quantity has no trustworthy value.
     """
     started = time.perf_counter()
-    scene = Scene(case=case, parts=build_machine(case.machine), wanted=wanted)
+    scene = Scene(case=case, parts=build_machine(case.machine, case.excitation), wanted=wanted)
     clock = timings if timings is not None else {}
     if wanted is None:
         for warning in machine_warnings(case):

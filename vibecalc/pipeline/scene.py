@@ -38,6 +38,7 @@ class Scene:
         values: Any,
         error: Any = 0.0,
         axes: Mapping[str, Any] | None = None,
+        standard_error: float | None = None,
     ) -> None:
         """Put one result into the record, with what the catalogue says of it.
 
@@ -62,6 +63,7 @@ class Scene:
                 axes=tuple(self._axis(name, given[name]) for name in entry.axes),
                 amplitude=entry.amplitude,
                 error_estimate=estimate,
+                standard_error=standard_error,
             )
         )
 

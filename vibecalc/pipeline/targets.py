@@ -5,7 +5,8 @@ from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
 from vibecalc.errors import KeyPath, Problem, UnitError
-from vibecalc.pipeline.catalogue import AXES, CATALOGUE, Entry
+from vibecalc.pipeline.catalogue import AXES, CATALOGUE
+from vibecalc.pipeline.entries.entry import Entry
 from vibecalc.pipeline.plan import planned_quantities
 
 if TYPE_CHECKING:
@@ -122,13 +123,28 @@ def _names(case: "Case") -> dict[str, tuple[str, ...]]:
     mounts = case.machine.mounts
     names = {
         "cylinder": tuple(cylinder.name for cylinder in case.machine.crank_train.cylinders),
+        "counterweight": tuple(w.name for w in case.machine.crank_train.counterweights),
         "direction": ("x", "y", "z"),
         "coordinate": ("x", "y", "z", "rx", "ry", "rz"),
     }
+    names |= _names_of_response(case)
     if mounts is not None:
         named = tuple(mount.name for mount in mounts.individual or ())
         names["mount"] = named or tuple(str(i + 1) for i in range(len(mounts.positions or ())))
     return {axis: entries for axis, entries in names.items() if axis in AXES}
+
+
+def _names_of_response(case: "Case") -> dict[str, tuple[str, ...]]:
+    response = case.response
+    if response is None:
+        return {}
+    operations = tuple(operation.name for operation in response.operations)
+    balances = tuple(balance.name for balance in response.balances)
+    names = {"operation": operations, "balance": balances or ("as in the case",)}
+    if response.switching is not None:
+        there, back = response.switching.between
+        names["change"] = (f"{there} to {back}", f"{back} to {there}")
+    return names
 
 
 def _nearest(word: str, allowed: tuple[str, ...]) -> str:

@@ -9,16 +9,25 @@ MOST_NAMES = 4
 ZERO = 4.0
 #: sums that are there to show what cancels
 CANCELLING = "excitation/balance/"
+#: where a summit stands: it is flat there, so that half the digits of its height are known
+PLACES = ("/peak_time", "/peak_speed", "/worst_angle")
+#: a chaotic motion: what counts of its statistics is their standard error
+CHAOTIC = "response/impact/"
 
 
 def reached(quantity: Quantity) -> float | None:
     """Error estimate over the largest finite magnitude; None for what cancels to zero.
 
-    A total that cancels has no relative accuracy: its estimate says that it is zero.
+    A total that cancels has no relative accuracy: its estimate says that it is zero. Neither has a
+    statistic, whose standard error is far above what the numbers cost.
     """
     size = np.abs(quantity.values)
     largest = float(np.max(size, initial=0.0, where=np.isfinite(size)))
     if largest <= ZERO * quantity.error_estimate or quantity.path.startswith(CANCELLING):
+        return None
+    if quantity.path.endswith(PLACES):
+        return None
+    if quantity.standard_error is not None or quantity.path.startswith(CHAOTIC):
         return None
     return quantity.error_estimate / largest
 

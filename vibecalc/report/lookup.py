@@ -75,6 +75,14 @@ def along(record: Record, path: str, axis: str) -> tuple[Quantity, np.ndarray] |
     return quantity, np.asarray(quantity.axes[0].values)
 
 
+def having(record: Record, path: str, *axes: str) -> Quantity | None:
+    """A quantity with just these axes, in this order, and an entry at least; else None."""
+    quantity = record.quantities.get(path)
+    if quantity is None or tuple(axis.name for axis in quantity.axes) != axes:
+        return None
+    return quantity if np.size(quantity.values) else None
+
+
 def speed_of(result: Result) -> float | None:
     """Operating speed in rad/s: of the optimum if it was a variable, else of the case."""
     found = scalar_of(result.record, "optimisation/variable/machine.speed")

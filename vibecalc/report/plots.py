@@ -1,11 +1,12 @@
 """Pictures of a result, written as PNG files. matplotlib is imported here, when it is asked for."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from vibecalc.errors import UsageError
+from vibecalc.report.sweep.view import SweepView
 from vibecalc.results.record import Result
 
 if TYPE_CHECKING:
@@ -18,8 +19,22 @@ PICTURES: dict[str, str] = {
     "transmissibility": "transmissibility",
     "modal_energy": "modal_energy",
     "piston_motion": "piston_motion",
+    "piston_acceleration": "piston_acceleration",
+    "mode_shapes": "mode_shapes",
+    "energy_by_order": "energy_by_order",
+    "operations": "operations",
+    "switching": "switching",
+    "impact_clearance": "impact_clearance",
+    "impact_time": "impact_time",
+    "impact_spectrum": "impact_spectrum",
+    "dominance": "dominance",
+    "motor_force": "motor_force",
+    "pareto": "pareto",
     "optimisation": "start_and_optimum",
 }
+
+#: The same for sweeps; each has `picture(sweep) -> Figure | None`.
+SWEEP_PICTURES = ("sweep_line", "sweep_map", "sweep_sample")
 
 #: A font that matplotlib brings along, so that the same result gives the same picture anywhere.
 STYLE: dict[str, Any] = {
@@ -50,14 +65,38 @@ def draw(result: Result, folder: Path) -> list[Path]:
     UsageError
         matplotlib is not installed, or the folder cannot be written.
     """
+    return _drawn(result.name, ((name, make(result, name)) for name in PICTURES), folder)
+
+
+def draw_sweep(sweep: SweepView, folder: Path) -> list[Path]:
+    """The same for a sweep: lines over one axis, maps over two, histograms of samples."""
+    return _drawn(sweep.name, ((name, make_sweep(sweep, name)) for name in SWEEP_PICTURES), folder)
+
+
+def draw_file(path: Path, folder: Path) -> list[Path]:
+    """Draw a file, be it of a run or of a sweep; also ResultError if it cannot be read."""
+    from vibecalc.results.sweep_file import is_sweep, open_sweep
+
+    if is_sweep(path):
+        from vibecalc.report.sweep.opened import view_of
+
+        with open_sweep(path) as opened:
+            return draw_sweep(view_of(opened), folder)
+    from vibecalc.results.store import read_result
+
+    return draw(read_result(path), folder)
+
+
+def _drawn(
+    case: str, figures: Iterable[tuple[str, "Figure | None"]], folder: Path
+) -> list[Path]:
     matplotlib = _matplotlib()
     written = []
     with matplotlib.rc_context(STYLE):
-        for name in PICTURES:
-            figure = make(result, name)
+        for name, figure in figures:
             if figure is None:
                 continue
-            path = Path(folder) / f"{result.name}_{name}.png"
+            path = Path(folder) / f"{case}_{name}.png"
             try:
                 path.parent.mkdir(parents=True, exist_ok=True)
                 figure.savefig(path, dpi=_RESOLUTION, metadata={"Software": None})
@@ -72,6 +111,13 @@ def make(result: Result, name: str) -> "Figure | None":
     module = import_module(f"vibecalc.report.pictures.{PICTURES[name]}")
     picture: Callable[[Result], Figure | None] = module.picture
     return picture(result)
+
+
+def make_sweep(sweep: SweepView, name: str) -> "Figure | None":
+    """One figure of a sweep by its name in `SWEEP_PICTURES`, None if it does not suit the sweep."""
+    module = import_module(f"vibecalc.report.pictures.{name}")
+    picture: Callable[[SweepView], Figure | None] = module.picture
+    return picture(sweep)
 
 
 def _matplotlib() -> Any:

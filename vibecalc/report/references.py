@@ -66,7 +66,8 @@ def judge_references(result: Result) -> list[ReferenceRow]:
     """Judge every `[[reference]]` of the case, in its order.
 
     A complex quantity counts by its magnitude. The tolerance is `atol`, else `rtol` times the
-    printed value, else half a unit of the last printed digit.
+    printed value, else half a unit of the last printed digit, a whole one where the source cut
+    its digits off.
 
     Raises
     ------
@@ -147,4 +148,4 @@ def _tolerance(entry: Mapping[str, Any], printed: Printed) -> float:
         return convert(given.number, given.unit, printed.unit)
     if entry.get("rtol") is not None:
         return float(entry["rtol"]) * abs(printed.number)
-    return printed.half_unit
+    return printed.half_unit * (2.0 if entry.get("digits") == "truncated" else 1.0)

@@ -12,9 +12,11 @@ from vibecalc.report.sections.section import SCALARS
 from vibecalc.report.sections.summary import (
     LONGEST_PRINTED,
     brief,
+    computed,
     conclusion,
     known_notes,
     limit_verdict,
+    not_shown,
 )
 from vibecalc.report.sections.summary import limits as limit_table
 from vibecalc.report.sections.summary import references as reference_table
@@ -53,7 +55,11 @@ def summary(result: Result, console: "Console") -> None:
     for table in (_scalars(result), _limits(result), _references(result)):
         if table is not None:
             console.print(table)
-    for note in known_notes(brief(references, _MOST_REFERENCES)):
+    shown = brief(references, _MOST_REFERENCES)
+    hidden = not_shown(references, shown)
+    if hidden:
+        console.print(escape(hidden))
+    for note in known_notes(shown):
         console.print(f"[yellow]known:[/yellow] {escape(note)}")
     for text in dict.fromkeys(result.record.warnings):
         console.print(f"[yellow]warning:[/yellow] {escape(text)}")
@@ -124,7 +130,7 @@ def _references(result: Result) -> "Table | None":
         picks = ", ".join(f"{axis}={entry}" for axis, entry in row.where.items())
         name = row.quantity + (f" [{picks}]" if picks else "") + f" ({row.source})"
         printed = row.printed if len(row.printed) <= LONGEST_PRINTED else show(row.value)
-        cells = [name, printed, show(row.computed, row.error_estimate), row.unit]
+        cells = [name, printed, computed(row), row.unit]
         cells.append(show_percent(row.relative_difference))
         colour = colours.get(row.verdict, "yellow")
         table.add_row(*_plain(cells), f"[{colour}]{row.verdict}[/{colour}]")

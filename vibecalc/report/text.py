@@ -9,19 +9,34 @@ from vibecalc.report.numbers import rpm, show
 from vibecalc.report.references import judge_references, misses
 from vibecalc.report.sections import closing, summary
 from vibecalc.report.sections.excitation import excitation
+from vibecalc.report.sections.impact import impact
 from vibecalc.report.sections.isolation import isolation
 from vibecalc.report.sections.kinematics import kinematics
+from vibecalc.report.sections.motor import motor
+from vibecalc.report.sections.operations import operations
 from vibecalc.report.sections.optimisation import optimisation
 from vibecalc.report.sections.other import other
+from vibecalc.report.sections.response import response
+from vibecalc.report.sections.rod import rod
 from vibecalc.report.sections.section import Section
+from vibecalc.report.sections.switching import switching
 from vibecalc.report.tables import fold, pairs, paragraph
 from vibecalc.results.record import Result
+
+#: More references than these fill the first page: it shows some, and all stand further below.
+_MOST_ON_TOP, _BRIEF = 40, 10
 
 #: In the order of the pipeline, the optimum first since it is what the rest describes.
 _STAGES: tuple[Callable[[Result], Section | None], ...] = (
     optimisation,
     kinematics,
+    rod,
     excitation,
+    motor,
+    response,
+    operations,
+    switching,
+    impact,
     isolation,
 )
 
@@ -41,7 +56,9 @@ def render_report(result: Result, *, full: bool = False) -> str:
     limits, references = judge_limits(result), judge_references(result)
     lines = _identity(result)
     lines += _titled("Summary", paragraph(summary.conclusion(references, limits)))
-    for table in (summary.limits(limits), summary.references(references)):
+    many = len(references) > _MOST_ON_TOP
+    on_top = summary.references(references, _BRIEF if many else None)
+    for table in (summary.limits(limits), on_top):
         if table:
             lines += ["", *table]
     shown: set[str] = set()
@@ -50,6 +67,8 @@ def render_report(result: Result, *, full: bool = False) -> str:
         if section is not None:
             lines += _titled(section.title, section.lines)
             shown |= section.shown
+    if many:
+        lines += _titled("Published numbers, all", summary.references(references))
     closings = (
         other(result, shown),
         closing.warnings(result),

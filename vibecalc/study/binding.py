@@ -7,7 +7,7 @@ import numpy as np
 
 from vibecalc.case.load import validate
 from vibecalc.case.overrides import field_unit, get_key, set_key
-from vibecalc.case.tables import Limit
+from vibecalc.case.tables import Limit, Objective
 from vibecalc.errors import CaseError, NumericalFailure
 from vibecalc.machine.checks import check_machine
 from vibecalc.pipeline.run import run_case
@@ -43,7 +43,7 @@ class Binding:
         written = np.array([float(get_key(loaded.resolved, key)) for key in self.keys])
         self.first = np.clip(written, self.lower, self.upper)
         self.goal = study.objective
-        self.sign = 1.0 if study.objective.sense == "min" else -1.0
+        self.sign = sign_of(study.objective)
         self.limits = tuple(limit for limit in loaded.case.limit if _counts(limit))
         self._wanted = frozenset({self.goal.quantity, *(limit.quantity for limit in self.limits)})
         self.accuracy = 0.0
@@ -70,11 +70,25 @@ class Binding:
     def evaluate(self, variables: np.ndarray) -> tuple[float, np.ndarray]:
         """Objective (to be made small) and dimensionless margins, kept where >= 0."""
         record = run_case(self.case_at(variables), wanted=self._wanted)
-        side: Side = "max" if self.sign > 0.0 else "min"
-        value, _ = worst(record[self.goal.quantity], self.goal.where, side)
-        self._note_accuracy(record, self.goal.quantity, value)
+        return self._objective(record, self.goal), self._all_margins(record)
+
+    def evaluate_both(
+        self, variables: np.ndarray, second: Objective
+    ) -> tuple[float, float, np.ndarray]:
+        """Objective and a second one (both to be made small) and the margins."""
+        record = run_case(self.case_at(variables), wanted=self._wanted | {second.quantity})
+        one, two = (self._objective(record, goal) for goal in (self.goal, second))
+        return one, two, self._all_margins(record)
+
+    def _objective(self, record: "Record", goal: Objective) -> float:
+        side: Side = "max" if goal.sense == "min" else "min"
+        value, _ = worst(record[goal.quantity], goal.where, side)
+        self._note_accuracy(record, goal.quantity, value)
+        return sign_of(goal) * value
+
+    def _all_margins(self, record: "Record") -> np.ndarray:
         margins = [margin for limit in self.limits for margin in self._margins(record, limit)]
-        return self.sign * value, np.array(margins, dtype=float)
+        return np.array(margins, dtype=float)
 
     def _margins(self, record: "Record", limit: Limit) -> list[float]:
         quantity = record[limit.quantity]
@@ -104,6 +118,11 @@ class Binding:
     def _note_accuracy(self, record: "Record", path: str, value: float) -> None:
         if value != 0.0 and np.isfinite(value):
             self.accuracy = max(self.accuracy, record[path].error_estimate / abs(value))
+
+
+def sign_of(goal: Objective) -> float:
+    """1 where an objective is to be made small, -1 where large."""
+    return 1.0 if goal.sense == "min" else -1.0
 
 
 def _counts(limit: Limit) -> bool:

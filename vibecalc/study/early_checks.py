@@ -41,9 +41,10 @@ def _named(data: dict[str, Any]) -> Iterator[tuple[KeyPath, str]]:
         for index, row in enumerate(rows if isinstance(rows, list) else ()):
             if isinstance(row, dict) and isinstance(row.get("quantity"), str):
                 yield (name, index), row["quantity"]
-    goal = _table(_table(data, "optimisation"), "objective").get("quantity")
-    if isinstance(goal, str):
-        yield ("optimisation", "objective"), goal
+    for name in ("objective", "second_objective"):
+        goal = _table(_table(data, "optimisation"), name).get("quantity")
+        if isinstance(goal, str):
+            yield ("optimisation", name), goal
 
 
 def _table(data: dict[str, Any], key: str) -> dict[str, Any]:

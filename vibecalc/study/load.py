@@ -2,10 +2,14 @@
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from vibecalc.case.load import LoadedCase, load_case, raise_with_location
 from vibecalc.errors import CaseError, Problem
 from vibecalc.study.early_checks import early_problems
+
+if TYPE_CHECKING:
+    from vibecalc.pipeline.entries.entry import Entry
 
 
 def load_checked(paths: Sequence[Path], settings: Sequence[str] = ()) -> list[LoadedCase]:
@@ -32,9 +36,12 @@ def physics_problems(loaded: LoadedCase) -> list[Problem]:
     from vibecalc.pipeline.targets import check_targets
 
     case = loaded.case
-    extra = {}
+    extra: dict[str, Entry] = {}
+    problems: list[Problem] = []
     if case.optimisation is not None:
+        from vibecalc.study.optimise_checks import study_problems
         from vibecalc.study.optimise_paths import optimisation_entries
 
         extra = optimisation_entries(case)
-    return check_machine(case) + check_targets(case, extra)
+        problems = study_problems(case)
+    return check_machine(case) + check_targets(case, extra) + problems

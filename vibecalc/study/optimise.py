@@ -5,20 +5,25 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.pipeline.run import run_case
-from vibecalc.results.record import Axis, Method, Quantity, Record
+from vibecalc.results.record import Method, Record
 from vibecalc.study.binding import Binding
-from vibecalc.study.optimise_paths import ROOT, optimisation_entries
+from vibecalc.study.compare_methods import compare_methods
+from vibecalc.study.optimise_paths import ROOT
+from vibecalc.study.optimise_record import add_optimum
+from vibecalc.study.pareto import add_front
+from vibecalc.study.sensitivity import add_sensitivity
 
 if TYPE_CHECKING:
     from vibecalc.case.load import LoadedCase
-    from vibecalc.case.schema import Case
-    from vibecalc.optimisation.optimum import Optimum
+
+#: the method of a case that names none
+STANDARD = "sequential_quadratic"
 
 Evaluate = Callable[[np.ndarray], tuple[float, np.ndarray]]
 
@@ -48,13 +53,14 @@ def optimise(loaded: "LoadedCase", *, timings: dict[str, float], progress: bool 
                 starts=study.starts,
                 rtol=loaded.case.accuracy.rtol,
                 accuracy=binding.accuracy,
+                method=study.method or STANDARD,
             )
         except NumericalFailure as error:
             raise NumericalFailure(f"{error} {_legend(binding)}") from error
     seconds = time.perf_counter() - started
     record = run_case(binding.case_at(found.variables), timings=timings)
     timings["optimisation"] = seconds
-    _add_optimum(record, loaded.case, binding, found)
+    add_optimum(record, loaded.case, binding, found)
     if found.failures:
         why = "; ".join(found.failure_messages[:3])
         record.warnings.append(
@@ -62,14 +68,29 @@ def optimise(loaded: "LoadedCase", *, timings: dict[str, float], progress: bool 
         )
     record.warnings += [note for note in found.notes if note not in record.warnings]
     _add_start(record, binding)
-    record.methods.append(
-        Method(
-            name="sequential quadratic programming from many starts, refined by Newton's method",
-            purpose="constrained optimum",
-            citation="Nocedal and Wright, Numerical Optimization, 2nd ed. 2006, ch. 12 and 18",
-        )
-    )
+    record.methods.append(_method(study.method))
+    for asked, part in (
+        (study.compare, compare_methods),
+        (study.sensitivity, add_sensitivity),
+        (study.second_objective, add_front),
+    ):
+        if asked:
+            part(record, loaded.case, binding, found, timings)
     return record
+
+
+def _method(name: str | None) -> Method:
+    from vibecalc.optimisation.methods import METHODS
+
+    method = METHODS[name or STANDARD]
+    starts = "" if method.everywhere else " from many starts"
+    refined = "" if name in (None, STANDARD) else "; refined: Nocedal and Wright 2006, ch. 12, 18"
+    citation = "Nocedal and Wright, Numerical Optimization, 2nd ed. 2006, ch. 12 and 18"
+    return Method(
+        name=f"{method.words}{starts}, refined by Newton's method",
+        purpose="constrained optimum",
+        citation=method.citation + refined if refined else citation,
+    )
 
 
 def _add_start(record: Record, binding: Binding) -> None:
@@ -85,69 +106,11 @@ def _add_start(record: Record, binding: Binding) -> None:
     record.warnings += [text for text in warnings if text not in record.warnings]
 
 
-def _add_optimum(record: Record, case: "Case", binding: Binding, found: "Optimum") -> None:
-    searches, optima = found.history, found.optima
-    axes = {
-        "search": np.arange(1, len(searches) + 1),
-        "optimum": np.arange(1, len(optima) + 1),
-        "limit": np.array(binding.margin_names(), dtype=object),
-    }
-    values: dict[str, tuple[Any, float]] = {
-        "objective": (binding.sign * found.objective, found.objective_error),
-        "kkt_residual": (found.kkt_residual, 0.0),
-        "evaluations": (found.evaluations, 0.0),
-        "failures": (found.failures, 0.0),
-        "history/objective": (
-            [_known(binding.sign * s.objective) for s in searches],
-            found.objective_error,
-        ),
-        "history/feasible": ([int(s.feasible) for s in searches], 0.0),
-        "history/evaluations": ([s.evaluations for s in searches], 0.0),
-        "optima/objective": ([binding.sign * o.objective for o in optima], found.objective_error),
-        "optima/found_by": ([o.found_by for o in optima], 0.0),
-    }
-    if binding.limits:
-        values["margin"] = (found.margins, binding.accuracy)
-        values["multiplier"] = (found.margin_multipliers, _price_error(found))
-    for i, key in enumerate(binding.keys):
-        values[f"variable/{key}"] = (found.variables[i], float(found.variables_error[i]))
-        values[f"active_bound/{key}"] = (int(found.active_bounds[i]), 0.0)
-        values[f"history/start/{key}"] = ([s.start[i] for s in searches], 0.0)
-        values[f"history/end/{key}"] = ([s.end[i] for s in searches], 0.0)
-    entries = optimisation_entries(case)
-    for name, (value, error) in values.items():
-        entry = entries[f"{ROOT}/{name}"]
-        record.add(
-            Quantity(
-                path=entry.path,
-                values=np.asarray(value),
-                unit=entry.unit,
-                long_name=entry.long_name,
-                axes=tuple(Axis(name=axis, values=axes[axis]) for axis in entry.axes),
-                amplitude=entry.amplitude,
-                error_estimate=error,
-            )
-        )
-
-
 def _legend(binding: Binding) -> str:
     """What the numbers in a message of the search stand for."""
     parts = [f"variables: {', '.join(binding.keys)} (SI)"]
     parts += [f"margin {i}: {name}" for i, name in enumerate(binding.margin_names())]
     return f"Here {'; '.join(parts)}."
-
-
-def _price_error(found: "Optimum") -> float:
-    """Error of the multipliers: slopes known ten times worse, relatively, than the variables."""
-    size = np.abs(found.variables)
-    doubt = np.max(found.variables_error[size > 0.0] / size[size > 0.0], initial=0.0)
-    largest = np.max(np.abs(found.margin_multipliers), initial=0.0)
-    return float(largest * (found.kkt_residual + 10.0 * doubt))
-
-
-def _known(objective: float) -> float:
-    """A start that could not be evaluated has no objective: infinitely bad, never NaN."""
-    return objective if np.isfinite(objective) else np.inf
 
 
 @contextmanager

@@ -4,11 +4,13 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from vibecalc.case.overrides import field_unit
-from vibecalc.pipeline.catalogue import Entry
+from vibecalc.pipeline.entries.entry import Entry
 from vibecalc.pipeline.plan import planned_quantities
+from vibecalc.study.optimise_further_paths import COMPARE_BUDGET, front_points, further_entries
 
 if TYPE_CHECKING:
     from vibecalc.case.schema import Case
+    from vibecalc.case.tables import Optimisation
 
 ROOT = "optimisation"
 
@@ -47,6 +49,7 @@ def _entries(case: "Case") -> Iterator[Entry]:
     yield Entry(f"{ROOT}/history/evaluations", ("search",), "", "points a search evaluated")
     yield Entry(f"{ROOT}/optima/objective", ("optimum",), unit, "distinct optima, best first", kind)
     yield Entry(f"{ROOT}/optima/found_by", ("optimum",), "", "searches that ended there")
+    yield from further_entries(study, planned)
     for path, entry in planned.items():
         yield entry._replace(path=f"{ROOT}/start/{path}")
 
@@ -61,9 +64,29 @@ def describe_study(case: "Case") -> dict[str, str]:
         "why": "[optimisation] is in the case",
         "parts": ", ".join(variable.key for variable in study.variables),
         "orders": "",
-        "modules": "optimisation.constrained",
-        "cost": f"{study.starts + 1} searches of some 50 runs each of the stages above",
+        "modules": ", ".join(_modules(study)),
+        "cost": f"{study.starts + 1} searches of some 50 runs each of the stages above"
+        + _further_cost(study),
         "quantities": ", ".join(
             path for path in optimisation_entries(case) if not path.startswith(f"{ROOT}/start/")
         ),
     }
+
+
+def _modules(study: "Optimisation") -> Iterator[str]:
+    yield "optimisation.constrained"
+    if study.compare or study.method:
+        yield "optimisation.methods"
+    if study.sensitivity:
+        yield "optimisation.sensitivity"
+    if study.second_objective:
+        yield "optimisation.pareto"
+
+
+def _further_cost(study: "Optimisation") -> str:
+    words = ""
+    if study.compare:
+        words += f", {len(study.compare)} methods beside it with up to {COMPARE_BUDGET} runs each"
+    if study.second_objective:
+        words += f", some 100 runs for each of {front_points(study)} points of the front"
+    return words

@@ -5,19 +5,21 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.excitation.balance import balance_table
-from vibecalc.excitation.reciprocating import reciprocating_excitation
 from vibecalc.excitation.residual import residual
-from vibecalc.excitation.rotating import rotating_excitation
-from vibecalc.excitation.sums import Excitation, add, at_speed
+from vibecalc.excitation.sums import Excitation, at_speed
 from vibecalc.machine.crank_train import CrankTrain
 from vibecalc.numerics.cycle_peak import cycle_peak
+from vibecalc.numerics.rounding import EPSILON
 from vibecalc.pipeline.catalogue import CATALOGUE
 from vibecalc.pipeline.scene import Scene
 from vibecalc.pipeline.stages.kinematics import PistonMotion
+from vibecalc.pipeline.stages.train_excitation import rod_difference, train_excitation
 
 DIRECTIONS = ("x", "y", "z")
 #: of what the dropped orders add, how much the few that stand for them must carry
 LEADING_SHARE = 0.9
+ROD = tuple(path for path in CATALOGUE if path.startswith("excitation/rod/"))
+COUNTERWEIGHT = ("excitation/counterweight/force", "excitation/counterweight/couple")
 BALANCE = tuple(path for path in CATALOGUE if path.startswith("excitation/balance/"))
 
 
@@ -41,7 +43,14 @@ def run(scene: Scene) -> None:
     """Emit forces, couples, their peaks, the balance table and the residual, as asked."""
     motion: PistonMotion = scene.handed_on["motion"]
     train = scene.parts.crank_train
-    per_square = _sum_of_parts(scene, motion)
+    per_square = train_excitation(
+        train,
+        scene.parts.rotating_masses,
+        motion,
+        scene.case.excitation,
+        scene.case.machine.crank_train.rod,
+    )
+    _masses(scene, train)
     orders = np.arange(1, per_square.force.shape[0] + 1)
     few, share = _leading(per_square, motion.kept)
     few_tail = motion.tail / share if few.size else 0.0
@@ -66,11 +75,68 @@ def run(scene: Scene) -> None:
         scene.emit(
             f"excitation/{name}_peak", peak.value, peak.error + spread, {"direction": DIRECTIONS}
         )
+    if scene.case.machine.crank_train.counterweights and scene.wants(*COUNTERWEIGHT):
+        _counterweights(scene, train)
+    if scene.wants(*ROD):
+        _rod(scene, train, forcing)
     options = scene.case.excitation
     if options is not None and options.balance is not None and scene.wants(*BALANCE):
         _balance(scene, train, np.array(options.balance.orders))
     if options is not None and options.residual is not None:
         _residual(scene, driven, forcing)
+
+
+def _masses(scene: Scene, train: CrankTrain) -> None:
+    axes = {"cylinder": train.names}
+    for name, mass in (
+        ("reciprocating", train.reciprocating_mass),
+        ("rotating", train.rotating_mass),
+    ):
+        scene.emit(f"excitation/mass/{name}", mass, 4.0 * EPSILON * mass, axes)
+
+
+def _counterweights(scene: Scene, train: CrankTrain) -> None:
+    """Force of each weight at operating speed, and the couple that its place makes of it."""
+    weights = scene.case.machine.crank_train.counterweights
+    force = np.array([weight.unbalance for weight in weights]) * scene.case.machine.speed**2
+    place = train.origin + np.array([weight.position for weight in weights])[:, None] * train.axis
+    # the weight turns across the shaft, so the part of its lever along the shaft counts always
+    along = np.abs(place @ train.axis)
+    axes = {"counterweight": [weight.name for weight in weights]}
+    scene.emit(COUNTERWEIGHT[0], force, 2.0 * EPSILON * force, axes)
+    scene.emit(COUNTERWEIGHT[1], force * along, 6.0 * EPSILON * force * along, axes)
+
+
+def _rod(scene: Scene, train: CrankTrain, forcing: Forcing) -> None:
+    """What the two point masses that stand for a rod leave out, at operating speed."""
+    rod = scene.case.machine.crank_train.rod
+    if rod is None or rod.crank_pin_to_mass_centre is None:
+        return
+    from vibecalc.excitation.rod_inertia import rod_couple_peak
+    from vibecalc.kinematics.rod_angle import rod_angle_harmonics
+
+    square = scene.case.machine.speed**2
+    lengths = (train.crank_radius, train.rod_length, train.wrist_pin_offset)
+    difference = rod_difference(train, rod)
+    points = (rod.inertia or 0.0) - difference.value
+    scene.emit("excitation/rod/split_inertia", points, difference.error + EPSILON * points)
+    largest = rod_couple_peak(difference.value, *lengths, inertia_error=difference.error)
+    peak, error = square * largest.value, square * (largest.error + EPSILON * largest.value)
+    if rod.inertia is None:
+        scene.emit("excitation/rod/couple_bound", peak, error)
+        return
+    scene.cite(
+        "moment of the rod beyond its two point masses", "couple on the body", "docs/theory.md"
+    )
+    turning = rod_angle_harmonics(*lengths, highest_order=forcing.kept).acceleration
+    couple = square * difference.value * turning.value
+    doubt = square * (
+        np.abs(difference.value) * turning.error + difference.error * np.abs(turning.value)
+    )
+    orders = np.arange(forcing.kept + 1)
+    rounding = 4.0 * EPSILON * np.abs(couple)
+    scene.emit("excitation/rod/couple", couple, doubt + rounding, {"order": orders})
+    scene.emit("excitation/rod/couple_peak", peak, error)
 
 
 def _residual(scene: Scene, driven: Excitation, forcing: Forcing) -> None:
@@ -108,63 +174,6 @@ def _leading(whole: Excitation, kept: int) -> tuple[np.ndarray, float]:
     chosen = np.flatnonzero(leads)
     covered = share[chosen].sum(0)[size.any(0)]
     return kept + chosen, float(covered.min(initial=1.0))
-
-
-def _sum_of_parts(scene: Scene, motion: PistonMotion) -> Excitation:
-    train, rotating = scene.parts.crank_train, scene.parts.rotating_masses
-    highest = motion.harmonics.shape[-1] - 1
-    parts = [
-        reciprocating_excitation(
-            motion.harmonics,
-            crank_radius=train.crank_radius,
-            reciprocating_mass=train.reciprocating_mass,
-            crank_phase=train.crank_phase,
-            bank_angle=train.bank_angle,
-            position=train.position,
-            origin=train.origin,
-            axis=train.axis,
-            stroke=train.stroke,
-            across=train.across,
-            wrist_pin_offset=train.wrist_pin_offset,
-            motion_error=motion.error,
-        )
-    ]
-    if rotating.names:
-        parts.append(
-            rotating_excitation(
-                unbalance=rotating.unbalance,
-                speed_ratio=rotating.speed_ratio,
-                phase=rotating.phase,
-                position=rotating.position,
-                origin=train.origin,
-                stroke=train.stroke,
-                across=train.across,
-                highest_order=highest,
-            )
-        )
-    options = scene.case.excitation
-    if options is not None and options.driven_machine == "separate":
-        parts.append(_reaction(train, motion, highest))
-    return add(*parts)
-
-
-def _reaction(train: CrankTrain, motion: PistonMotion, highest: int) -> Excitation:
-    from vibecalc.excitation.inertia_torque import inertia_torque, torque_reaction
-
-    torque = inertia_torque(
-        motion.harmonics,
-        highest,
-        dropped_acceleration=motion.dropped_after_guard,
-        motion_error=motion.error,
-    )
-    return torque_reaction(
-        torque,
-        crank_radius=train.crank_radius,
-        reciprocating_mass=train.reciprocating_mass,
-        crank_phase=train.crank_phase,
-        bank_angle=train.bank_angle,
-        axis=train.axis,
-    )
 
 
 def _balance(scene: Scene, train: CrankTrain, orders: np.ndarray) -> None:

@@ -1,7 +1,7 @@
 """What the pictures share: a figure without a window, colours, and marks."""
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
@@ -20,7 +20,19 @@ QUIET = "#777777"
 ORDER_NAMES: Mapping[int, str] = {1: "primary (order 1)", 2: "secondary (order 2)"}
 
 
-def canvas(result: Result, subtitle: str, width: float, height: float) -> "Figure":
+class Titled(Protocol):
+    """What a picture is titled with: a result, or a sweep."""
+
+    @property
+    def name(self) -> str:
+        """Name of the case."""
+
+    @property
+    def case(self) -> Mapping[str, Any]:
+        """The resolved case."""
+
+
+def canvas(result: Titled, subtitle: str, width: float, height: float) -> "Figure":
     """A figure for files only, titled with the case and what is shown."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure

@@ -9,7 +9,7 @@ from vibecalc.report.limits import LimitRow, judge_limits
 from vibecalc.report.lookup import START, scalar_of, table_of
 from vibecalc.report.numbers import show
 from vibecalc.report.pictures.canvas import COLOURS, LIMIT, QUIET, canvas
-from vibecalc.report.sections.optimisation import VARIABLE, start_of
+from vibecalc.report.sections.key_start import VARIABLE, start_of
 from vibecalc.results.record import Result
 from vibecalc.results.select import worst
 from vibecalc.units import convert, parse_quantity

@@ -9,9 +9,30 @@ from vibecalc.results.record import Quantity, Record
 from vibecalc.results.select import select
 
 _MOST = 16
-_SCALARS = ("_peak", "frequency", "_ratio", "speed", "excitation/residual", "/objective")
+_SCALARS = (
+    "_peak",
+    "frequency",
+    "_ratio",
+    "speed",
+    "excitation/residual",
+    "/objective",
+    "_energy/mean",
+    "_energy/peak",
+    "/motor/peak",
+)
 _VARIABLES = "optimisation/variable/"
-_ARRAYS = ("_peak", "natural_frequency")
+_ARRAYS = ("_peak", "natural_frequency", "impact/mean_force")
+#: peaks that say the same as others, or the half of it
+_LEFT_OUT = (
+    "/rotating_peak",
+    "excitation/rod/couple_peak",
+    "instant/worst_kinetic_energy_peak",
+    *(
+        f"{way}/{name}_peak"
+        for way in ("instant", "reversal")
+        for name in ("rotation", "ground_couple", "potential_energy")
+    ),
+)
 
 
 def key_rows(record: Record) -> list[list[str]]:
@@ -21,7 +42,11 @@ def key_rows(record: Record) -> list[list[str]]:
     Of an array the largest entry is shown and named (which mount, which direction), of natural
     frequencies the lowest one; a peak of the run-up says its speed.
     """
-    found = [quantity for path, quantity in record.items() if not path.startswith(START)]
+    found = [
+        quantity
+        for path, quantity in record.items()
+        if not path.startswith(START) and not path.endswith(_LEFT_OUT)
+    ]
     variables = [q for q in found if not q.axes and q.path.startswith(_VARIABLES)]
     scalars = [q for q in found if not q.axes and q.path.endswith(_SCALARS)]
     arrays = [q for q in found if q.axes and q.path.endswith(_ARRAYS) and q.values.size]

@@ -5,8 +5,12 @@ from typing import Any, Literal
 
 from vibecalc.errors import ResultError
 from vibecalc.report.generic import grouped
-from vibecalc.report.lookup import START, scalar_of, table_of
+from vibecalc.report.lookup import START, table_of
 from vibecalc.report.numbers import show, show_percent
+from vibecalc.report.sections.advice import advice
+from vibecalc.report.sections.key_start import VARIABLE, start_of
+from vibecalc.report.sections.methods import methods
+from vibecalc.report.sections.pareto import front
 from vibecalc.report.sections.search import holding, optima, searches, side_of
 from vibecalc.report.sections.section import Section
 from vibecalc.report.tables import Column, number, paragraph, table
@@ -14,7 +18,6 @@ from vibecalc.results.record import Record, Result
 from vibecalc.results.select import worst
 
 PREFIX = "optimisation/"
-VARIABLE = "optimisation/variable/"
 #: What the tables above the generic ones tell, or what belongs into the file alone.
 _TOLD = tuple(
     PREFIX + name
@@ -26,6 +29,11 @@ _TOLD = tuple(
         "margin",
         "multiplier",
         "objective",
+        "sensitivity/",
+        "deviation/",
+        "gain",
+        "methods/",
+        "front/",
     )
 )
 #: Of vectors with these endings the largest entry stands for the whole.
@@ -38,26 +46,13 @@ def optimisation(result: Result) -> Section | None:
     own = [path for path in record if path.startswith(PREFIX) and not path.startswith(START)]
     if not own:
         return None
-    lines = [*_variables(result), *_objective(result), *holding(record), *_beside(record)]
+    lines = [*_variables(result), *_objective(result), *advice(result), *holding(record)]
+    lines += [*_beside(record), *front(result), *methods(result)]
     lines += [*optima(record), *searches(record)]
     rest = [record[path] for path in own if not path.startswith(_TOLD)]
     tables = grouped(rest, PREFIX)
     lines += ["", *tables] if tables and lines else tables
     return Section("Optimisation", lines, frozenset(own)) if lines else None
-
-
-def start_of(result: Result, key: str) -> float | None:
-    """The start value of a variable: from the record, else as the case has it; None if neither."""
-    kept = scalar_of(result.record, START + VARIABLE + key)
-    if kept is not None:
-        return kept
-    found: Any = result.case
-    for name in key.replace("[", ".").replace("]", "").split("."):
-        try:
-            found = found[int(name)] if name.isdigit() else found[name]
-        except (KeyError, IndexError, TypeError):
-            return None
-    return float(found) if isinstance(found, int | float) else None
 
 
 def _variables(result: Result) -> list[str]:

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from vibecalc.report.limits import LimitRow
-from vibecalc.report.numbers import show, show_percent
+from vibecalc.report.numbers import DIGITS, show, show_percent
 from vibecalc.report.references import KNOWN, MEASURED, OUTSIDE, WITHIN, ReferenceRow
 from vibecalc.report.tables import Column, fold, number, paragraph, table
 
@@ -23,8 +23,11 @@ _REFERENCES = (
     number("difference", 11),
     Column("verdict", 10),
 )
-#: Longer values, such as a root written out, are shown with as many digits as ours.
+#: Longer values, such as a root written out, are shown with as many digits as ours, or as fit.
 LONGEST_PRINTED = 10
+#: A computed number is shown with its digits beside a published one of no more than so many times
+#: its size, even where both are within the error estimate of the quantity as a whole.
+_COMPARABLE = 1e3
 
 
 def limits(rows: Sequence[LimitRow]) -> list[str]:
@@ -62,10 +65,10 @@ def limit_verdict(row: LimitRow) -> str:
 def references(rows: Sequence[ReferenceRow], most: int | None = None) -> list[str]:
     """The table of references with notes below, numbered where a source is known to differ.
 
-    With `most`, only so many of those that come out are shown and the others are counted.
+    With `most`, only so many of those that come out are shown, and of those that are known to
+    differ the first for each reason; the others are counted.
     """
     shown = brief(rows, most)
-    hidden = len(rows) - len(shown)
     cells: list[list[str]] = []
     notes = known_notes(shown)
     for row in shown:
@@ -75,8 +78,8 @@ def references(rows: Sequence[ReferenceRow], most: int | None = None) -> list[st
         cells.append(
             [
                 _name(_REFERENCES, row.quantity, row.at, _picks(row.where), f"({row.source})"),
-                row.printed if len(row.printed) <= LONGEST_PRINTED else show(row.value),
-                show(row.computed, row.error_estimate),
+                row.printed if len(row.printed) <= LONGEST_PRINTED else _fit(row.value),
+                computed(row),
                 row.unit,
                 show_percent(row.relative_difference),
                 verdict,
@@ -85,11 +88,31 @@ def references(rows: Sequence[ReferenceRow], most: int | None = None) -> list[st
     if not cells:
         return []
     lines = table(_REFERENCES, cells)
+    hidden = not_shown(rows, shown)
     if hidden:
-        lines += paragraph(f"and {_many(hidden, 'more published number')} that come out")
+        lines += paragraph(hidden)
     for i, note in enumerate(notes):
         lines += paragraph(note, f"[{i + 1}]")
     return lines
+
+
+def computed(row: ReferenceRow) -> str:
+    """Our number beside a published one; 0 where it is nothing but round-off."""
+    error = row.error_estimate
+    if row.value:
+        error = min(error, abs(row.value) / _COMPARABLE)
+    return _fit(row.computed, error, _REFERENCES[2].width)
+
+
+def not_shown(rows: Sequence[ReferenceRow], shown: Sequence[ReferenceRow]) -> str:
+    """What `brief` left out, in words; nothing if it left out nothing."""
+    words = []
+    for verdict, what in ((WITHIN, "that come out"), (KNOWN, "known to differ, for these reasons")):
+        count = sum(row.verdict == verdict for row in rows)
+        count -= sum(row.verdict == verdict for row in shown)
+        if count:
+            words.append(f"{_many(count, 'more published number')} {what}")
+    return "and " + ", and ".join(words) if words else ""
 
 
 def known_notes(rows: Sequence[ReferenceRow]) -> list[str]:
@@ -130,10 +153,24 @@ def conclusion(references: Sequence[ReferenceRow], limits: Sequence[LimitRow]) -
 
 
 def brief(rows: Sequence[ReferenceRow], most: int | None) -> list[ReferenceRow]:
-    """All rows that do not simply come out, and the first `most` of those that do."""
-    come_out = [i for i, row in enumerate(rows) if row.verdict == WITHIN]
-    hidden = set() if most is None else set(come_out[most:])
+    """The rows worth a line: every miss, the first `most` of those that simply come out, and, of
+    more than `most` that are known to differ, the first for each reason."""
+    if most is None:
+        return list(rows)
+    hidden = set([i for i, row in enumerate(rows) if row.verdict == WITHIN][most:])
+    known = [i for i, row in enumerate(rows) if row.verdict == KNOWN]
+    if len(known) > most:
+        first: dict[str, int] = {}
+        for i in known:
+            first.setdefault(_note(rows[i]), i)
+        hidden |= set(known) - set(first.values())
     return [row for i, row in enumerate(rows) if i not in hidden]
+
+
+def _fit(value: float, error: float = 0.0, width: int = LONGEST_PRINTED) -> str:
+    """A number with fewer digits where it would not fit: folded in two it reads as another one."""
+    texts = [show(value, error, digits) for digits in range(DIGITS, 2, -1)]
+    return next((text for text in texts if len(text) <= width), texts[-1])
 
 
 def _note(row: ReferenceRow) -> str:

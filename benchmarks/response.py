@@ -1,0 +1,182 @@
+"""All energies of a two-cylinder compressor in one batched call, against two yardsticks.
+
+Modes, response to 41 orders of 3 operations and to 3 balances of each, energies by order, totals
+with their peaks over the cycle, combinations as phasors, and the range of the mean over the phase
+of the balance weight. Yardsticks, measured in the same run: the plain loop over operations,
+balances and orders (without any error estimate or peak), and what `import numpy` costs in a fresh
+process. CPU time, one thread; ratios are what counts.
+"""
+
+import os
+import statistics
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from typing import NamedTuple
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+import numpy as np
+
+from vibecalc.kinematics.harmonics import motion_harmonics
+from vibecalc.numerics.rounding import WithError
+from vibecalc.response.balance_phase import mean_energy_range, peak_energy_range, states
+from vibecalc.response.combination import at_phase, superpose
+from vibecalc.response.energies import (
+    energies_over_cycle,
+    energy_by_order,
+    mass_of,
+    stiffness_of,
+    velocity,
+)
+from vibecalc.response.matrices import Matrices
+from vibecalc.response.modes import modes
+
+SPEED, RADIUS, ROD = 361.0, 0.0127, 0.060325
+ORDERS = np.array([1, *range(2, 81, 2)])
+LEVERS = (0.097409, 0.145034)
+IMPORT = "import time; a = time.process_time(); import numpy; print(time.process_time() - a)"
+AIM = 0.1
+
+
+class Machine(NamedTuple):
+    """Matrices; loads (operations, orders, 6) by pistons, (operations, balances, 6) by weights."""
+
+    matrices: Matrices
+    shaking: WithError
+    residual: WithError
+
+
+def machine() -> Machine:
+    """A compressor of 36 kg on soft springs, in SI; data of Ong (2000), rounded."""
+    mass = np.diag([36.08, 36.08, 36.08, 0.3808, 0.3356, 0.1638])
+    mass[4, 5] = mass[5, 4] = -0.0554
+    upper = [
+        [232570.0, 3309.9, 2469.3, 449.3, -9443.6, 1712.6],
+        [237298.0, 6374.6, 9990.7, -627.2, 430.1],
+        [188963.0, -511.5, -707.3, 146.3],
+        [2603.8, -102.0, 43.2],
+        [3487.8, -226.6],
+        [1636.7],
+    ]
+    stiffness = np.zeros((6, 6))
+    for number, row in enumerate(upper):
+        stiffness[number, number:] = stiffness[number:, number] = row
+    nothing = np.zeros((6, 6))
+    rounding = [2.0**-50 * np.abs(part) for part in (mass, stiffness, nothing, nothing)]
+
+    a, b = (np.array([0.0, 1.0, 0.0, lever, 0.0, 0.0]) for lever in LEVERS)
+    acceleration = motion_harmonics(RADIUS / ROD, 80, derivative=2)[ORDERS]
+    strength = -0.348 * RADIUS * SPEED**2 * acceleration[:, None]
+    shaking = strength * np.array([a - b, a, b])[:, None, :]
+    turn_a, turn_b = (
+        0.0438 * RADIUS * SPEED**2 * np.array([-1.0, 1j, 0.0, 1j * lever, lever, 0.0])
+        for lever in LEVERS
+    )
+    nil = 0.0 * turn_a
+    residual = np.array(
+        [[nil, -turn_b, turn_a], [turn_a, nil, turn_a + turn_b], [-turn_b, -turn_a - turn_b, nil]]
+    )
+    return Machine(
+        Matrices(mass, stiffness, nothing, nothing, *rounding),
+        WithError(shaking, 2.0**-50 * np.abs(shaking)),
+        WithError(residual, 2.0**-50 * np.abs(residual)),
+    )
+
+
+def batched(one: Machine) -> np.ndarray:
+    """Everything, with errors; mean kinetic energies (operations, balances) are returned."""
+    matrices = one.matrices
+    modes(matrices)
+    parts = superpose(matrices, ORDERS, SPEED, one.shaking, one.residual)
+    for motion, rate in (
+        (parts.shaking, SPEED * ORDERS),
+        (parts.residual, np.full(3, SPEED)),
+    ):
+        energy_by_order(mass_of(matrices), velocity(motion, rate))
+        energy_by_order(stiffness_of(matrices), motion)
+    energies = energies_over_cycle(matrices, at_phase(parts), ORDERS, SPEED)
+    mean_energy_range(mass_of(matrices), states(parts, 1j * SPEED * ORDERS))
+    mean_energy_range(stiffness_of(matrices), parts)
+    return energies.kinetic.mean
+
+
+def means(one: Machine) -> np.ndarray:
+    """What the loop does, with error estimates: means of all combinations by order."""
+    matrices = one.matrices
+    modes(matrices)
+    motion = at_phase(superpose(matrices, ORDERS, SPEED, one.shaking, one.residual))
+    kinetic = energy_by_order(mass_of(matrices), velocity(motion, SPEED * ORDERS))
+    energy_by_order(stiffness_of(matrices), motion)
+    return np.asarray(kinetic.mean.sum(axis=-1))
+
+
+def looped(one: Machine) -> np.ndarray:
+    """One solution and one energy after the other, as the source's script files do."""
+    mass, stiffness = one.matrices.mass, one.matrices.stiffness
+    np.linalg.eig(np.linalg.solve(mass, stiffness))
+    total = np.zeros((3, 3))
+    for i in range(3):
+        for j in range(3):
+            for k, order in enumerate(ORDERS):
+                rate = order * SPEED
+                load = one.shaking.value[i, k]
+                if order == 1:
+                    load = load + one.residual.value[i, j]
+                x = np.linalg.solve(stiffness - rate**2 * mass, load)
+                total[i, j] += 0.25 * rate**2 * (x.conj() @ mass @ x).real
+                _ = 0.25 * (x.conj() @ stiffness @ x).real
+    return total
+
+
+def peak_ranges(one: Machine) -> None:
+    """The search over all phases, which no table of the source has."""
+    parts = superpose(one.matrices, ORDERS, SPEED, one.shaking, one.residual)
+    state = states(parts, 1j * SPEED * ORDERS)
+    peak_energy_range(mass_of(one.matrices), state, ORDERS)
+
+
+def best_of(repeats: int, work: Callable[[], object]) -> float:
+    """Least CPU seconds of some repeats."""
+    seconds = []
+    for _ in range(repeats):
+        started = time.process_time()
+        work()
+        seconds.append(time.process_time() - started)
+    return min(seconds)
+
+
+def import_seconds(repeats: int) -> float:
+    """Median CPU seconds of `import numpy` in fresh processes; a first one fills the caches."""
+    told = [
+        float(
+            subprocess.run([sys.executable, "-c", IMPORT], capture_output=True, check=True).stdout
+        )
+        for _ in range(repeats + 1)
+    ]
+    return statistics.median(told[1:])
+
+
+def main() -> None:
+    """Print what each costs and the two ratios."""
+    one = machine()
+    apart = float(np.max(np.abs(batched(one) / looped(one) - 1.0)))
+    ours = best_of(20, lambda: batched(one))
+    same = best_of(20, lambda: means(one))
+    loop = best_of(5, lambda: looped(one))
+    numpy_seconds = import_seconds(9)
+    search = best_of(5, lambda: peak_ranges(one))
+    print(f"CPU time, one thread, numpy {np.__version__}; all energies of 3 operations, 3 balances")
+    print(f"{'batched, with errors and peaks':<44} {1e3 * ours:8.2f} ms")
+    print(f"{'batched, means with errors only':<44} {1e3 * same:8.2f} ms")
+    print(f"{'loop, means without errors':<44} {1e3 * loop:8.2f} ms")
+    print(f"{'ratio of loop to batched means':<44} {loop / same:8.1f}")
+    print(f"{'import numpy in a fresh process':<44} {1e3 * numpy_seconds:8.2f} ms")
+    print(f"{'ratio of batched to import':<44} {ours / numpy_seconds:8.3f}    (aim {AIM})")
+    print(f"{'peak ranges over all phases, 9 searches':<44} {1e3 * search:8.2f} ms")
+    print(f"{'largest relative difference to the loop':<44} {apart:8.0e}")
+
+
+if __name__ == "__main__":
+    main()

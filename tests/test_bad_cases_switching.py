@@ -1,0 +1,209 @@
+"""Claim: hard transients are right to their error, impossible ones are refused in words."""
+
+import numpy as np
+import pytest
+from switching_machines import (
+    BOTH,
+    IDLE,
+    ONLY_A,
+    SPEED,
+    compressor,
+    compressor_loads,
+    integrate,
+    one_mode,
+)
+
+from vibecalc.errors import NumericalFailure
+from vibecalc.response.switching.course import follow_course
+from vibecalc.response.switching.follow import follow
+from vibecalc.response.switching.instant import instantaneous
+from vibecalc.response.switching.passages import passages
+from vibecalc.response.switching.readings import columns
+from vibecalc.response.switching.slow import slow_peaks
+from vibecalc.response.switching.system import Loads, ModalSystem, Piece, modal_loads
+from vibecalc.response.switching.worst import worst_instant
+
+STOP = [Piece(0.2, SPEED, 0.0, BOTH)]
+
+
+def test_a_driven_mode_that_nothing_holds_is_refused() -> None:
+    system = compressor()
+    frequency = system.frequency.copy()
+    frequency[2] = 0.0
+    with pytest.raises(NumericalFailure, match="mode 3 is driven, but nothing holds") as caught:
+        follow(system._replace(frequency=frequency), compressor_loads(), STOP)
+    assert "stiffness" in str(caught.value)
+
+
+@pytest.mark.parametrize("ratio", [0.0, -0.01])
+def test_a_driven_mode_without_damping_is_refused(ratio: float) -> None:
+    ratios = np.array([0.03, 0.03, 0.03, 0.03, ratio, 0.03])
+    system, loads = compressor(ratios), compressor_loads()
+    calls = (
+        lambda: follow(system, loads, STOP),
+        lambda: instantaneous(system, loads, BOTH, ONLY_A, SPEED),
+        lambda: worst_instant(system, loads, BOTH, ONLY_A, SPEED),
+        lambda: slow_peaks(system, loads, STOP),
+        lambda: passages(system, loads, STOP),
+    )
+    for call in calls:
+        with pytest.raises(
+            NumericalFailure, match="mode 5 is driven, but has no damping"
+        ) as caught:
+            call()
+        assert "must state a damping" in str(caught.value)
+
+
+def test_a_mode_at_rest_needs_neither_stiffness_nor_damping() -> None:
+    """Two masses of which only one is driven, on the resonance of the other."""
+    loads = Loads(np.array([1]), np.array([[[1.0, 0.0]], [[0.5, 0.0]]]), np.zeros((2, 2)))
+    alone, one = one_mode(50.0, 0.1, [1], np.array([[1.0], [0.5]]))
+    first = follow(alone, one, [Piece(0.5, 80.0, 20.0, 1)], before=0)
+    for frequency in (0.0, 80.0):
+        system = ModalSystem(np.eye(2), np.array([50.0, frequency]), np.array([0.1, 0.0]))
+        both = follow(system, loads, [Piece(0.5, 80.0, 20.0, 1)], before=0)
+        assert both.peaks.value[[0, 2, 4, 5, 6]] == pytest.approx(first.peaks.value, rel=1e-11)
+        assert both.peaks.value[1] == 0.0 and both.peaks.value[3] == 0.0
+        assert both.settling.time == pytest.approx(first.settling.time, rel=1e-11)
+        worst = worst_instant(system, loads, 0, 1, 80.0)
+        assert np.all(np.isfinite(worst.value)) and worst.value[1] == 0.0
+
+
+def test_speeds_that_do_not_meet_are_refused() -> None:
+    pieces = [Piece(0.2, SPEED, 10.0, BOTH), Piece(0.2, 0.0, -SPEED, ONLY_A)]
+    with pytest.raises(ValueError, match=r"piece 1 begins at 0.0, not at 10.0"):
+        follow(compressor(), compressor_loads(), pieces)
+
+
+def test_too_long_a_course_is_refused() -> None:
+    with pytest.raises(NumericalFailure, match="more than can be followed"):
+        follow(compressor(), compressor_loads(), [Piece(1e5, SPEED, 0.0, BOTH)])
+    with pytest.raises(NumericalFailure, match="strongly damped"):
+        follow(compressor(1e7), compressor_loads(), STOP)
+    # each piece alone would do
+    pieces = [Piece(150.0, SPEED, 0.0, BOTH), Piece(150.0, 0.0, SPEED, BOTH)] * 3
+    with pytest.raises(NumericalFailure, match="more than can be followed"):
+        follow(compressor(), compressor_loads(), pieces)
+
+
+def test_nearly_undamped_change_asks_for_a_duration_and_then_settles_far_away() -> None:
+    system, loads = compressor(1e-6), compressor_loads(6)
+    with pytest.raises(NumericalFailure, match="give the duration"):
+        instantaneous(system, loads, BOTH, ONLY_A, SPEED)
+    done = instantaneous(system, loads, BOTH, ONLY_A, SPEED, duration=0.5)
+    assert done.settling.time > 1e4
+    # nothing has decayed: the bound on what is still to come says so
+    assert np.all(done.later > done.peaks.value * (1.0 - 1e-4))
+    assert np.all(done.peaks.error < 1e-9 * done.peaks.value)
+    times = np.linspace(0.0, 0.5, 201)
+    truth = integrate(system, loads, [Piece(0.5, SPEED, SPEED, ONLY_A)], times, before=BOTH)
+    assert np.all(np.max(np.abs(truth[:, :6]), axis=0) <= done.peaks.value[:6] * (1.0 + 1e-9))
+
+
+def test_a_tolerance_below_rounding_is_refused() -> None:
+    with pytest.raises(NumericalFailure, match="larger settle tolerance"):
+        follow(
+            compressor(),
+            compressor_loads(),
+            [Piece(0.05, SPEED, 0.01, BOTH), Piece(1.0, 0.01, 0.01, BOTH)],
+            tolerance=1e-9,
+        )
+
+
+@pytest.mark.parametrize("turns", [1.0, 0.01])
+def test_a_ramp_of_one_turn_or_less(turns: float) -> None:
+    system, loads = compressor(), compressor_loads(12)
+    duration = turns * 2.0 * np.pi / (0.5 * SPEED)
+    pieces = [Piece(duration, SPEED, 0.0, BOTH), Piece(0.05, 0.0, 0.0, BOTH)]
+    done = follow(system, loads, pieces, angle=0.9)
+    times = np.unique(
+        np.concatenate([np.linspace(0.0, duration, 80), duration + np.linspace(0.0, 0.05, 400)])
+    )
+    truth = integrate(system, loads, pieces, times[:-1], angle=0.9)
+    sampled = np.max(np.abs(truth[:, :6]), axis=0)
+    assert np.all(done.peaks.value[:6] >= sampled * (1.0 - 1e-8))
+    assert np.all(done.peaks.value[:6] <= sampled * (1.0 + 1e-2))
+
+
+def test_two_hundred_orders_that_hardly_fall_off() -> None:
+    """Against the same course in which the orders act one by one."""
+    generator = np.random.default_rng(4)
+    orders = np.arange(1, 201)
+    phase = np.exp(2j * np.pi * generator.uniform(size=200))
+    amplitude = (phase / orders)[None]
+    system, loads = one_mode(400.0, 0.05, orders.tolist(), amplitude)
+    pieces = [Piece(0.3, 40.0, 0.0, 0), Piece(0.1, 0.0, -20.0, 0)]
+    modal = modal_loads(system, loads)
+    whole = follow_course(system, modal, pieces, angle=0.2, before=0, longest=0.01)[-1]
+    total = np.zeros((1, 2))
+    for n in range(0, 200, 20):
+        some = Loads(orders[n : n + 20], amplitude[:, n : n + 20, None], np.zeros((1, 1)))
+        part = modal_loads(system, some)
+        total += follow_course(system, part, pieces, angle=0.2, before=0, longest=0.01)[-1].state[
+            -1
+        ]
+    off = whole.state[-1] - total
+    assert np.hypot(400.0 * off[0, 0], off[0, 1]) <= whole.error[0]
+    assert whole.error[0] < 1e-10 * whole.largest[0]
+    assert len(passages(system, loads, pieces[:1])) == 191  # orders from 10 up
+
+
+def test_order_on_a_damped_natural_frequency_at_the_operating_speed() -> None:
+    """Cutting in at resonance builds up as 1 - exp(-zeta w t), in closed form."""
+    ratio, frequency = 0.01, 361.0
+    system, loads = one_mode(frequency, ratio, [1], np.array([[0.0], [1.0]]))
+    done = instantaneous(system, loads, 0, 1, 361.0, duration=1.0, buckets=50)
+    assert done.final.value[0] == pytest.approx(1.0 / (2.0 * ratio), rel=1e-12)
+    # a bucket is a little longer than a swing, over which the crest grows by less than 7 %
+    growth = (1.0 - np.exp(-ratio * frequency * done.history.time)) / (2.0 * ratio)
+    crest = np.maximum(done.history.high, -done.history.low)[:, 0]
+    assert np.all(crest >= 0.97 * growth[:-1]) and np.all(crest <= 1.01 * growth[1:])
+    # sqrt(energy) of the deviation: 5 % after ln(20) / (zeta w), within the swing of its rate
+    expected = np.log(20.0) / (ratio * frequency)
+    assert done.settling.time == pytest.approx(expected, rel=0.02)
+
+
+def test_cutting_out_leaves_free_motion_that_settles_by_the_largest_on_the_way() -> None:
+    done = instantaneous(compressor(), compressor_loads(), BOTH, IDLE, SPEED)
+    assert np.all(done.final.value == 0.0)
+    energy = columns().energy
+    assert done.peaks.time[energy] == 0.0
+    assert 0.0 < done.settling.time < 3.0
+    assert np.all(done.later <= done.peaks.value)
+
+
+def test_strong_and_weak_damping_side_by_side() -> None:
+    ratios = np.array([300.0, 1e-6, 1.0, 0.03, 2.0, 0.9])
+    system, loads = compressor(ratios), compressor_loads(8)
+    pieces = [Piece(0.05, SPEED, 0.0, BOTH), Piece(0.02, 0.0, 0.0, BOTH)]
+    done = follow(system, loads, pieces, tolerance=1e-3)
+    assert np.all(done.peaks.error < 1e-8 * done.peaks.value)
+    # the weakly damped mode is all that is left in the end
+    times = np.array([0.0, *np.linspace(0.05, 0.0699, 50)])
+    truth = integrate(system, loads, pieces, times)
+    assert np.all(np.max(np.abs(truth[:, :6]), axis=0) <= done.peaks.value[:6] * (1.0 + 1e-9))
+    weak = modal_loads(system, loads)
+    last = follow_course(system, weak, pieces, angle=0.0, before=BOTH, longest=0.01)[-1].state[0, 1]
+    size = np.hypot(system.frequency[1] * last[0], last[1])
+    level = 1e-3 * np.sqrt(2.0 * done.peaks.value[columns().energy])
+    expected = np.log(size / level) / (1e-6 * system.frequency[1])
+    assert done.settling.time == pytest.approx(expected, rel=1e-5)
+
+
+def test_worst_instant_of_a_change_that_is_hardly_felt() -> None:
+    """A relative change of 1e-9: at most a bound of that size above the steady motion."""
+    one = compressor_loads(12).per_speed_squared[BOTH]
+    loads = Loads(np.arange(1, 13), np.stack([one, one * (1.0 + 1e-9)]), np.zeros((2, 6)))
+    worst = worst_instant(compressor(), loads, 0, 1, SPEED)
+    steady = worst_instant(compressor(), loads, 1, 1, SPEED)
+    assert np.all(worst.value >= steady.value - steady.error)
+    assert np.all(worst.value + worst.error <= steady.value * (1.0 + 1e-5))
+
+
+def test_worst_instant_with_hardly_any_damping_says_how_little_it_knows() -> None:
+    system, loads = compressor(1e-5), compressor_loads(6)
+    worst = worst_instant(system, loads, BOTH, ONLY_A, SPEED)
+    for angle in np.linspace(0.0, 6.0, 5).tolist():
+        done = instantaneous(system, loads, BOTH, ONLY_A, SPEED, angle=angle, duration=8.0)
+        assert np.all(done.peaks.value <= worst.value + worst.error + done.peaks.error)
+    assert np.all(worst.error < 0.3 * worst.value)

@@ -1,0 +1,264 @@
+"""Claim: the motion with play is exact: closed forms, a second integrator and the laws of
+momentum and energy agree with it to rounding.
+"""
+
+import mpmath
+import numpy as np
+import pytest
+from impact_machines import (
+    CLEARANCE,
+    DAMPING,
+    INCH,
+    LENGTH,
+    MASS,
+    RADIUS,
+    ROD_MASS,
+    SPEED,
+    STIFFNESS,
+    compressor_drive,
+    gas_towards,
+    near,
+    no_gas,
+    source_joint,
+)
+from impact_reference import Reference
+
+from vibecalc.numerics.cycle_peak import cycle_peak
+from vibecalc.response.impact.model import Drive, GasForce, Joint
+from vibecalc.response.impact.simulate import simulate
+
+TURN = 2.0 * np.pi / SPEED
+
+
+def bounces(mass, joint, force, gap, velocity, count):
+    """Times of the first contacts of a mass under a constant force, in 50 digits."""
+    with mpmath.workdps(50):
+        m, c, k, dc, df = (
+            mpmath.mpf(float(v))
+            for v in (mass, joint.clearance, joint.stiffness, joint.contact_damping,
+                      joint.film_damping)
+        )  # fmt: skip
+        push, z, v = -mpmath.mpf(force) / m, mpmath.mpf(gap), mpmath.mpf(velocity)
+        time, side, made = mpmath.mpf(0), 0, []
+        while len(made) < count:
+            if side:
+                rest = c if side > 0 and joint.law == "continuous" else mpmath.mpf(0)
+                level, rate = rest + push * m / k, dc / (2 * m)
+                ring = mpmath.sqrt(k / m - rate**2)
+
+                def place(t, z=z, v=v, level=level, rate=rate, ring=ring):
+                    a, b = z - level, (v + rate * (z - level)) / ring
+                    wave = a * mpmath.cos(ring * t) + b * mpmath.sin(ring * t)
+                    return level + mpmath.exp(-rate * t) * wave
+
+                face, horizon = (c if side > 0 else mpmath.mpf(0)), 2 * mpmath.pi / ring
+            else:
+
+                def place(t, z=z, v=v, rate=df / m):
+                    final = push / rate
+                    return z + final * t + (v - final) * (1 - mpmath.exp(-rate * t)) / rate
+
+                horizon = mpmath.mpf(4)
+            # scan for the first change, then bisect: no derivative, no guess
+            faces = [face] if side else [mpmath.mpf(0), c]
+            steps = 4000
+            early = horizon / steps / 1000
+            last, found = early, None
+            for j in range(1, steps + 1):
+                now = horizon * j / steps
+                for face in faces:
+                    if (place(last) - face) * (place(now) - face) < 0:
+                        found = face
+                if found is not None:
+                    break
+                last = now
+            t = mpmath.findroot(
+                lambda x, f=found, p=place: p(x) - f, (last, now), solver="anderson", tol=1e-80
+            )
+            z, v, time = found, mpmath.diff(place, t), time + t
+            side = 0 if side else (1 if found == c else -1)
+            if side:
+                made.append(time)
+        return np.array([float(t) for t in made])
+
+
+@pytest.mark.parametrize("law", ["continuous", "full_deflection"])
+def test_bounces_of_a_damped_mass_against_fifty_digits(law):
+    joint = Joint(1e-3, 1e5, 6.0, 0.4, law)
+    force, start = 0.03, (2.5e-4, 0.012)
+    truth = bounces(1.3, joint, force, *start, 6)
+    still = Drive(3.0, np.array([0]), np.array([0.0 + 0j]))
+    gas = GasForce(np.array([0.0, np.pi]), np.array([force, force]))
+    run = simulate(still, gas, 1.3, joint, start[:1], start[1:], revolutions=1, orders_kept=2)
+    ours = run.wrist_pin.first_contacts[0, :6]
+    np.testing.assert_allclose(ours, truth, rtol=2e-14)
+
+
+def always_in_contact(damping):
+    """The compressor held in its upper contact by a constant force: a linear oscillator."""
+    preload, drive = -4000.0, compressor_drive()
+    gas = GasForce(np.array([0.0, np.pi]), np.array([preload, preload]))
+    order = drive.orders
+    pin = -np.square(order * SPEED) * drive.displacement
+    rate = 1j * order * SPEED
+    relative = MASS * pin / (STIFFNESS + rate * damping + MASS * rate**2)
+    relative[0] = CLEARANCE - preload / STIFFNESS
+    force = (STIFFNESS + rate * damping) * relative
+    force[0] = -preload
+    joint = source_joint(contact_damping=damping)
+    start = np.sum(relative.real), np.sum((rate * relative).real)
+    return drive, gas, joint, start, force
+
+
+@pytest.mark.parametrize("damping", [0.0, DAMPING, 40 * DAMPING])
+def test_permanent_contact_is_the_harmonic_response(damping):
+    drive, gas, joint, start, force = always_in_contact(damping)
+    run = simulate(drive, gas, MASS, joint, start[:1], start[1:], revolutions=2, orders_kept=100)
+    wrist = run.wrist_pin
+    truth = np.zeros(101, dtype=complex)
+    truth[drive.orders] = force
+    error = np.max(np.abs(wrist.force_harmonics[0] - truth), axis=-1)
+    # the start is rounded once; undamped, it rings on at the frequency of the contact
+    assert np.all(error < 3e-12 * np.abs(force[0]))
+    np.testing.assert_allclose(wrist.mean_absolute_force[0], force[0].real, rtol=2e-13)
+    dynamic = cycle_peak(force[1:], drive.orders[1:]).value
+    assert abs(wrist.peak_force[0, 0] - force[0].real) <= dynamic * (1 + 1e-12) + 1e-9
+    sampled = np.sum(
+        (force[:, None] * np.exp(1j * np.outer(drive.orders, np.linspace(0, 7, 70001)))).real, 0
+    )
+    np.testing.assert_allclose(wrist.peak_force[0], sampled.max(), rtol=1e-8)
+    assert np.all(wrist.impact_count == 0) and np.all(np.isinf(wrist.first_contacts))
+    np.testing.assert_allclose(wrist.contact_time, TURN, rtol=1e-14)
+    np.testing.assert_allclose(wrist.impulse[0], force[0].real * TURN, rtol=2e-13)
+    # damping loss of a linear oscillator: sum of d |v_n|^2 / 2 over a turn
+    speed = 1j * drive.orders * SPEED * force / (STIFFNESS + 1j * drive.orders * SPEED * damping)
+    loss = damping * np.sum(np.abs(speed) ** 2) / 2 * TURN
+    np.testing.assert_allclose(wrist.contact_dissipation[0], loss, rtol=1e-10, atol=1e-15)
+
+
+SINGLE = [
+    ("crank", source_joint(), None, None, 0.3),
+    ("crank", source_joint("full_deflection"), None, None, 0.3),
+    ("head", source_joint(film_damping=20 * DAMPING), None, None, 0.1),
+    ("head", source_joint("full_deflection"), None, None, 0.1),
+    ("crank", source_joint(), source_joint(film_damping=0.0), None, 0.08),
+    ("head", source_joint("full_deflection"), source_joint(clearance=CLEARANCE / 3), None, 0.04),
+    (
+        "crank",
+        source_joint(),
+        source_joint(clearance=CLEARANCE / 3, film_damping=30 * DAMPING),
+        source_joint(clearance=2e-3 * INCH, contact_damping=5 * DAMPING),
+        0.2,
+    ),
+]
+
+
+@pytest.mark.parametrize(("sense", "joint", "crank", "wall", "until"), SINGLE)
+def test_first_contacts_against_another_integrator(sense, joint, crank, wall, until):
+    gas, drive = gas_towards(sense), compressor_drive(with_rod_tangent=wall is not None)
+    rod = None if crank is None else ROD_MASS
+    mass = MASS - (rod or 0.0)
+    gap = [1e-6] if crank is None else [1e-6, 2e-6]
+    if wall is not None:
+        gap = [*gap, 0.5 * float(wall.clearance)]
+    still = [0.0] * len(gap)
+    run = simulate(
+        drive, gas, mass, joint, [gap], [still], revolutions=1, orders_kept=4,
+        crank_joint=crank, rod_mass=rod, wall=wall,
+    )  # fmt: skip
+    other = Reference(RADIUS, LENGTH, SPEED, gas, mass, (joint, crank, wall), rod)
+    made, _ = other.contacts(gap, still, until * TURN)
+    records = [record for record in (run.wrist_pin, run.crank_pin, run.wall) if record is not None]
+    compared = 0
+    for record, times in zip(records, made, strict=True):
+        count = min(len(times), 8)
+        ours = record.first_contacts[0, :count]
+        # the other integrator by itself scatters by some 1e-11 turns between its tolerances
+        np.testing.assert_allclose(ours, times[:count], rtol=0, atol=1e-10 * TURN)
+        compared += count
+    assert compared >= 4
+
+
+def energy_and_momentum(revolutions, sense, law, **parts):
+    start = near(3)
+    columns = 1 + ("crank_joint" in parts) + ("wall" in parts)
+    gaps = np.tile(start[:, None], (1, columns))
+    drive = compressor_drive(with_rod_tangent="wall" in parts)
+    run = simulate(
+        drive, gas_towards(sense), MASS, source_joint(law), gaps, 0.0 * gaps,
+        revolutions=revolutions, orders_kept=20, **parts,
+    )  # fmt: skip
+    assert np.all(np.abs(run.axial.residual) < 2e-14 * run.axial.exchanged)
+    assert np.all(run.axial.relative_error < 1e-13)
+    assert np.all(run.wrist_pin.impact_count.sum(axis=1) > 20 * revolutions)
+    if run.lateral is not None:
+        assert np.all(np.abs(run.lateral.residual) < 1e-13 * run.lateral.exchanged)
+    # the piston's momentum over a turn: mean joint force and mean gas force
+    gas = gas_towards(sense)
+    mean_gas = np.trapezoid(gas.force, gas.angle) / (2 * np.pi)
+    axial = run.end_velocity[..., : 1 + ("crank_joint" in parts)].sum(axis=-1)
+    change = -np.diff(axial, axis=1) * MASS / TURN
+    mean = run.wrist_pin.force_harmonics[:, 1:, 0].real
+    np.testing.assert_allclose(mean + mean_gas, change, atol=1e-12 * run.wrist_pin.peak_force.max())
+
+
+@pytest.mark.parametrize("law", ["continuous", "full_deflection"])
+@pytest.mark.parametrize("sense", ["crank", "head"])
+def test_energy_and_momentum_balance(sense, law):
+    energy_and_momentum(4, sense, law)
+
+
+def test_energy_and_momentum_balance_of_all_three_gaps():
+    energy_and_momentum(
+        2, "crank", "continuous", crank_joint=source_joint(film_damping=0.0), rod_mass=ROD_MASS,
+        wall=source_joint(clearance=2e-3 * INCH),
+    )  # fmt: skip
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("law", ["continuous", "full_deflection"])
+@pytest.mark.parametrize("sense", ["crank", "head"])
+def test_energy_and_momentum_balance_over_fifty_revolutions(sense, law):
+    energy_and_momentum(50, sense, law)
+
+
+def test_statistics_of_a_revolution_against_dense_samples():
+    samples = 1 << 15
+    joint = source_joint(film_damping=5 * DAMPING)
+    run = simulate(
+        compressor_drive(), gas_towards("crank"), MASS, joint, near(1), [0.0],
+        revolutions=1, orders_kept=300, samples=samples,
+    )  # fmt: skip
+    wrist, force = run.wrist_pin, run.wrist_pin.force[0]
+    peak = wrist.peak_force[0, 0]
+    spectrum = np.fft.rfft(force)[:301] * 2 / samples
+    spectrum[0] /= 2
+    # the force jumps by the damping at contacts, so that samples have an error of one step
+    coarse = 1.6e-4 * peak
+    assert np.max(np.abs(wrist.force_harmonics[0, 0] - spectrum)) < coarse
+    assert abs(wrist.mean_absolute_force[0, 0] - np.mean(np.abs(force))) < coarse
+    assert peak * (1 - 1e-3) < np.max(np.abs(force)) <= peak * (1 + 1e-13)
+    gap = wrist.gap[0]
+    touching = (gap < 0.0) | (gap > CLEARANCE)
+    assert abs(wrist.contact_time[0, 0] / TURN - np.mean(touching)) < 1e-3
+    assert wrist.impact_count[0, 0] == np.count_nonzero(touching[1:] & ~touching[:-1])
+    # Parseval: what the kept orders hold cannot exceed the mean square
+    kept = np.abs(wrist.force_harmonics[0, 0]) ** 2
+    assert 0.5 * np.mean(force**2) < kept[0] + 0.5 * kept[1:].sum() < np.mean(force**2)
+
+
+def test_no_gas_table_is_a_gas_without_pressure():
+    empty = simulate(
+        compressor_drive(), no_gas(), MASS, source_joint(), near(2), [0.0, 0.0],
+        revolutions=1, orders_kept=3,
+    )  # fmt: skip
+    zero = gas_towards("crank")._replace(force=np.zeros(37))
+    other = simulate(
+        compressor_drive(), zero, MASS, source_joint(), near(2), [0.0, 0.0],
+        revolutions=1, orders_kept=3,
+    )  # fmt: skip
+    # other panels, so equal to rounding only
+    np.testing.assert_allclose(
+        empty.wrist_pin.first_contacts, other.wrist_pin.first_contacts, rtol=1e-11
+    )
+    assert np.all(other.gas_work == 0.0)

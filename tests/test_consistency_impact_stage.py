@@ -1,0 +1,189 @@
+"""Claim: the stage of impacts hands the case to the kernels in SI with the right signs, and what it
+emits is what they compute, with errors that bound the error."""
+
+import numpy as np
+import pytest
+from impact_machines import AREA, CLEARANCE, INCH, MASS, POUND_FORCE, ROD_MASS, STIFFNESS
+from shipped_cases import CASES
+
+from vibecalc.case.load import load_case
+from vibecalc.errors import UsageError
+from vibecalc.machine.joints import build_joints
+from vibecalc.pipeline.plan import planned_quantities
+from vibecalc.pipeline.run import run_case
+from vibecalc.response.impact.ensemble import mean_over_runs
+from vibecalc.response.impact.runs import Study, run_ensemble, run_fixed_steps
+from vibecalc.results.record import Record
+
+SMALL = (
+    "response.impact.clearances=['1.5e-3 in']",
+    "response.impact.members=3",
+    "response.impact.discard=0",
+    "response.impact.revolutions=2",
+    "response.impact.orders=6",
+)
+
+
+def case_of(*settings: str):
+    return load_case(CASES["compressor_impact"], settings).case
+
+
+def record_of(*settings: str, wanted: tuple[str, ...] | None = None) -> Record:
+    names = None if wanted is None else frozenset(f"response/impact/{name}" for name in wanted)
+    return run_case(case_of(*SMALL, *settings), wanted=names)
+
+
+@pytest.fixture(scope="module")
+def exact() -> Record:
+    return record_of()
+
+
+def value(record: Record, name: str) -> np.ndarray:
+    return np.asarray(record[f"response/impact/{name}"].values)
+
+
+def test_the_case_reaches_the_kernels_in_si():
+    machine = case_of().machine
+    joints = build_joints(machine, None)
+    linkage = joints.linkage
+    assert joints.cylinder == "A"
+    assert linkage.mass == pytest.approx(MASS, rel=1e-12)
+    assert joints.reciprocating_mass == pytest.approx(MASS, rel=1e-12)
+    assert linkage.drive.speed == 361.0
+    assert float(linkage.wrist_pin.clearance) == pytest.approx(CLEARANCE, rel=1e-12)
+    assert float(linkage.wrist_pin.stiffness) == pytest.approx(STIFFNESS, rel=1e-12)
+    assert float(linkage.wrist_pin.film_damping) == pytest.approx(0.1 * POUND_FORCE / INCH)
+    assert linkage.wrist_pin.law == "continuous"
+    assert linkage.crank_pin is None and linkage.bore is None and linkage.rod_mass is None
+    # at top dead centre a pressure of 221 psi pushes towards the crank, downwards
+    assert linkage.gas.force[0] == pytest.approx(221 * POUND_FORCE / INCH**2 * AREA, rel=1e-9)
+    assert linkage.gas.angle[-1] == pytest.approx(2 * np.pi)
+    printed = build_joints(machine, None, gas_towards_crank=False).linkage
+    np.testing.assert_array_equal(printed.gas.force, -linkage.gas.force)
+
+
+def test_the_first_cylinder_that_works_has_the_joints():
+    machine = case_of().machine
+    assert machine.joints is not None
+    anyone = machine.model_copy(
+        update={"joints": machine.joints.model_copy(update={"cylinder": None})}
+    )
+    assert build_joints(anyone, ["B"]).cylinder == "B"
+    assert build_joints(anyone, None).cylinder == "A"
+
+
+def test_a_crank_pin_with_play_frees_the_rod():
+    play = "{clearance='1e-3 in', stiffness='1e6 lbf/in'}"
+    machine = case_of(f"machine.joints.crank_pin={play}").machine
+    joints = build_joints(machine, None)
+    assert joints.linkage.rod_mass == pytest.approx(ROD_MASS, rel=1e-12)
+    assert joints.linkage.mass == pytest.approx(MASS - ROD_MASS, rel=1e-12)
+    assert joints.reciprocating_mass == pytest.approx(MASS, rel=1e-12)
+    train = machine.crank_train.model_copy(update={"rod": None})
+    with pytest.raises(UsageError, match="give the rod its mass"):
+        build_joints(machine.model_copy(update={"crank_train": train}), None)
+
+
+def test_every_planned_result_is_there(exact):
+    planned = [path for path in planned_quantities(case_of()) if "/impact/" in path]
+    assert len(planned) > 20
+    assert set(planned) == {path for path in exact if "/impact/" in path}
+    for path in planned:
+        assert exact[path].error_estimate >= 0.0
+        assert not np.isnan(exact[path].values).any()
+
+
+def test_statistics_are_those_of_the_members(exact):
+    linkage = build_joints(case_of().machine, None).linkage
+    study = Study(np.array([CLEARANCE]), members=3, discard=0, revolutions=2, orders=6)
+    runs = run_ensemble(linkage, study, 2.54e-11)
+    pin = runs.forces.wrist_pin
+    mean = mean_over_runs(pin.force)
+    quantity = exact["response/impact/mean_force"]
+    np.testing.assert_allclose(quantity.values, mean.value, rtol=1e-9)
+    assert quantity.standard_error == pytest.approx(mean.standard_error[0], rel=1e-6)
+    np.testing.assert_allclose(value(exact, "mean_force_standard_error"), mean.standard_error)
+    np.testing.assert_allclose(value(exact, "peak_force"), np.mean(pin.peak), rtol=1e-9)
+    np.testing.assert_allclose(value(exact, "impacts"), np.mean(pin.contacts), rtol=1e-12)
+    spectrum = np.mean(np.abs(pin.harmonics), axis=(1, 2))[:, 1:]
+    np.testing.assert_allclose(value(exact, "spectrum"), spectrum, rtol=1e-9)
+    np.testing.assert_allclose(value(exact, "average_amplitude"), spectrum.mean(axis=1), rtol=1e-9)
+    np.testing.assert_allclose(value(exact, "dissipated"), np.mean(runs.dissipated), rtol=1e-9)
+    share = np.mean(pin.contact_time) * 361.0 / (2.0 * np.pi)
+    np.testing.assert_allclose(value(exact, "contact_share"), share, rtol=1e-9)
+    assert value(exact, "energy_residual").max() < 1e-13
+
+
+def test_forces_beside_the_impacts(exact):
+    # half of the two pistons' second order, which adds where their throws are opposite
+    shaking = value(exact, "shaking")
+    acceleration = np.abs(exact["kinematics/acceleration_harmonics"].values)
+    np.testing.assert_allclose(shaking[:6], MASS * acceleration[1:7], rtol=1e-10)
+    motor = exact["excitation/motor/axial_force"]
+    own = value(exact, "motor")
+    for order, force in zip(motor.axes[0].values, motor.values, strict=True):
+        if 1 <= order <= 6:
+            assert own[order - 1] == pytest.approx(abs(force), rel=1e-12)
+    three = np.stack([shaking, value(exact, "added_force")[0], own])
+    np.testing.assert_array_equal(value(exact, "leader")[0], np.argmax(three, axis=0))
+
+
+def test_the_motor_is_left_out_where_there_is_none():
+    settings = ("response.impact.members=2", "response.impact.revolutions=2")
+    case = case_of(*SMALL, *settings)
+    without = case.model_copy(update={"machine": case.machine.model_copy(update={"motor": None})})
+    assert "response/impact/motor" not in planned_quantities(without)
+    record = run_case(without)
+    assert "response/impact/motor" not in record
+    assert set(value(record, "leader").ravel()) <= {0, 1}
+
+
+def test_crank_pin_and_bore_have_results_of_their_own():
+    play = "clearance='1e-3 in', stiffness='1e6 lbf/in', contact_damping='0.1 lbf*s/in'"
+    record = record_of(
+        f"machine.joints.crank_pin={{{play}}}",
+        f"machine.joints.bore={{{play}, film_damping='10 lbf*s/in'}}",
+        "response.impact.discard=1",
+        "response.impact.members=2",
+        "response.impact.orders=4",
+        wanted=(
+            "mean_force", "energy_residual", "crank_pin/mean_force", "crank_pin/impacts",
+            "bore/mean_force", "bore/impacts",
+        ),
+    )  # fmt: skip
+    for joint in ("crank_pin", "bore"):
+        assert value(record, f"{joint}/impacts")[0] > 0.0
+    assert value(record, "energy_residual").max() < 1e-12
+    # the film lets the piston lean on the wall with the side force: the axial one times the slope
+    # of the rod, which is .22 at most
+    mean = value(record, "mean_force")[0]
+    assert 0.02 * mean < value(record, "bore/mean_force")[0] < 0.22 * mean
+    # nearly all of the force at the crank end is the carried load, as at the wrist pin
+    assert 0.7 < value(record, "crank_pin/mean_force")[0] / mean < 1.3
+
+
+def test_a_fixed_step_method_is_measured_by_exact_contacts(exact):
+    record = record_of("response.impact.method='rk4'", "response.impact.steps=1024")
+    linkage = build_joints(case_of().machine, None).linkage
+    study = Study(np.array([CLEARANCE]), members=3, discard=0, revolutions=2, orders=6)
+    own = mean_over_runs(run_fixed_steps(linkage, study, "rk4", 1024).wrist_pin.force)
+    quantity = record["response/impact/mean_force"]
+    np.testing.assert_allclose(quantity.values, own.value, rtol=1e-9)
+    difference = np.abs(value(record, "mean_force") - value(exact, "mean_force"))
+    assert quantity.error_estimate > difference[0]
+    for name in ("first_contacts", "parting", "dissipated", "shaking"):
+        np.testing.assert_allclose(value(record, name), value(exact, name), rtol=1e-9)
+    assert any("rk4 with 1024 steps" in warning for warning in record.warnings)
+    assert any("rk4" in method.name for method in record.methods)
+    assert not any("rk4" in method.name for method in exact.methods)
+
+
+def test_a_start_that_is_not_forgotten_is_said():
+    # nothing is discarded, and the first revolution has the energy of the start
+    record = record_of(
+        "response.impact.clearances=['1e-4 in']",
+        "response.impact.members=12",
+        "response.impact.orders=2",
+        wanted=("mean_force",),
+    )
+    assert any("remember their start" in warning for warning in record.warnings)

@@ -1,0 +1,300 @@
+"""Claim: statistics of impacts are what the single revolutions say, their standard errors what
+disjoint ensembles scatter by, and a motion without chaos has its closed form and no scatter."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from impact_machines import (
+    CLEARANCE,
+    DAMPING,
+    LENGTH,
+    MASS,
+    RADIUS,
+    SPEED,
+    STIFFNESS,
+    compressor_drive,
+    gas_towards,
+    no_gas,
+    source_joint,
+)
+from impact_reference import Reference
+from scipy.integrate import quad
+
+from vibecalc.errors import UsageError
+from vibecalc.response.impact.added_force import (
+    added_force,
+    carried_force,
+    gas_harmonics,
+    pin_acceleration,
+)
+from vibecalc.response.impact.ensemble import mean_over_runs, quantiles
+from vibecalc.response.impact.first_motion import ANGLES, first_motion
+from vibecalc.response.impact.fixed_step import simulate_fixed_steps
+from vibecalc.response.impact.linkage import (
+    Linkage,
+    Starts,
+    central_start,
+    low_discrepancy,
+    spread_starts,
+    velocity_scale,
+)
+from vibecalc.response.impact.model import Joint
+from vibecalc.response.impact.parting import parting
+from vibecalc.response.impact.runs import Study, follow_events, run_ensemble, run_fixed_steps
+from vibecalc.response.impact.spectra import spectra
+
+COMPRESSOR = Linkage(compressor_drive(), gas_towards("crank"), MASS, source_joint())
+
+
+@pytest.fixture(scope="module")
+def ensemble():
+    """64 members of the compressor over one revolution, after four that are forgotten."""
+    study = Study(np.array([CLEARANCE]), members=64, discard=4, revolutions=1, orders=6)
+    return run_ensemble(COMPRESSOR, study, perturbation=2.54e-11)
+
+
+def test_statistics_against_a_direct_count():
+    values = np.random.default_rng(5).lognormal(size=(2, 7, 11, 3))
+    mean = mean_over_runs(values)
+    low, high = quantiles(values, (0.05, 0.95))
+    for c in range(2):
+        for n in range(3):
+            column = values[c, :, :, n]
+            of_members = [np.mean(row) for row in column]
+            assert mean.value[c, n] == pytest.approx(np.mean(column), rel=1e-14)
+            spread = np.std(of_members, ddof=1) / np.sqrt(7)
+            assert mean.standard_error[c, n] == pytest.approx(spread, rel=1e-13)
+            assert low.value[c, n] == pytest.approx(np.quantile(column, 0.05), rel=1e-13)
+            assert high.value[c, n] == pytest.approx(np.quantile(column, 0.95), rel=1e-13)
+            below = np.mean(column <= high.value[c, n], axis=1)
+            share = np.std(below, ddof=1) / np.sqrt(7)
+            ends = np.quantile(column, [0.95 - share, min(0.95 + share, 1.0)])
+            assert high.standard_error[c, n] == pytest.approx((ends[1] - ends[0]) / 2, rel=1e-12)
+
+
+def test_standard_errors_are_the_scatter_of_disjoint_ensembles():
+    # revolutions of a member have much in common, as they do near a slowly decaying start
+    generator = np.random.default_rng(7)
+    trials, members, revolutions = 600, 40, 12
+    of_member = generator.normal(size=(trials, members, 1))
+    values = of_member + 0.5 * generator.normal(size=(trials, members, revolutions))
+    mean = mean_over_runs(values)
+    for statistic in (mean, *quantiles(values, (0.05, 0.5, 0.95))):
+        scatter = np.std(statistic.value, ddof=1)
+        told = np.sqrt(np.mean(statistic.standard_error**2))
+        assert 0.85 * scatter < told < 1.25 * scatter
+    # as if revolutions were independent
+    naive = np.std(values) / np.sqrt(members * revolutions)
+    assert naive < 0.5 * np.std(mean.value)
+
+
+def test_standard_error_of_the_compressor_from_disjoint_members(ensemble):
+    force = ensemble.forces.wrist_pin.force[0]
+    told = mean_over_runs(force[None]).standard_error[0]
+    groups = force.reshape(16, 4, -1).mean(axis=(1, 2))
+    found = np.std(groups, ddof=1) / np.sqrt(16)
+    # 16 groups know it to one part in five
+    assert 0.5 * told < found < 1.7 * told
+
+
+def test_ensemble_holds_the_single_revolutions(ensemble):
+    start = spread_starts(COMPRESSOR, np.array([CLEARANCE]), 64)
+    clearance = np.full(3, CLEARANCE)
+    first = Starts(start.gap[0, :3], start.velocity[0, :3])
+    forgotten = follow_events(COMPRESSOR, clearance, first, 4, 1)
+    state = Starts(forgotten.end_gap[:, -1], forgotten.end_velocity[:, -1])
+    run = follow_events(COMPRESSOR, clearance, state, 1, 6)
+    pin, own = ensemble.forces.wrist_pin, run.wrist_pin
+    for found, expected in (
+        (pin.force, own.mean_absolute_force),
+        (pin.peak, own.peak_force),
+        (pin.contacts, own.impact_count),
+        (pin.contact_time, own.contact_time),
+        (pin.harmonics, own.force_harmonics),
+        (ensemble.dissipated, own.contact_dissipation + own.film_dissipation),
+    ):
+        np.testing.assert_allclose(found[0, :3], expected, rtol=1e-10)
+    assert ensemble.distances.shape == (1, 16, 6)
+    np.testing.assert_allclose(ensemble.distances[..., 0], 2.54e-11 / CLEARANCE, rtol=1e-6)
+
+
+def test_two_clearances_in_one_batch_are_two_studies():
+    both = np.array([CLEARANCE, 6.0 * CLEARANCE])
+    together = run_ensemble(COMPRESSOR, Study(both, 3, 1, 1, 4), 1e-11)
+    for c, clearance in enumerate(both):
+        alone = run_ensemble(COMPRESSOR, Study(np.array([clearance]), 3, 1, 1, 4), 1e-11)
+        for one, two in zip(together.forces.wrist_pin, alone.forces.wrist_pin, strict=True):
+            np.testing.assert_allclose(one[c], two[0], rtol=1e-10)
+        np.testing.assert_allclose(together.distances[c], alone.distances[0], rtol=1e-6)
+
+
+def test_a_damped_gap_has_its_closed_form_and_no_scatter():
+    # without gas nothing pushes the piston to a face: F + (m / D) F' = m Y''
+    damping, clearance, orders = 4e3, 5.08e-3, 8
+    joint = Joint(*(np.asarray(v) for v in (clearance, STIFFNESS, DAMPING, damping)))
+    linkage = Linkage(compressor_drive(), no_gas(), MASS, joint)
+    study = Study(np.array([clearance]), members=5, discard=2, revolutions=2, orders=orders)
+    found = run_ensemble(linkage, study, perturbation=1e-10)
+    lag = 1.0 + 1j * np.arange(orders + 1) * SPEED * MASS / damping
+    carried = carried_force(linkage, orders)
+    bands = spectra(found.forces.wrist_pin.harmonics)
+    scale = np.max(np.abs(carried))
+    expected = np.abs(carried / lag)[1:]
+    for statistic in bands[:3]:
+        np.testing.assert_allclose(statistic.value[0], expected, atol=1e-11 * scale)
+        assert np.max(statistic.standard_error) < 1e-11 * scale
+    assert bands.average.value[0] == pytest.approx(np.mean(expected), rel=1e-10)
+    added = np.abs(added_force(linkage, found.forces))
+    lost = np.broadcast_to(np.abs(carried / lag - carried), added[0].shape)
+    np.testing.assert_allclose(added[0], lost, atol=1e-11 * scale)
+    # neighbours keep their distance: nothing holds the piston to a place in the gap; but for
+    # those that start so near a face that they meet it once
+    apart = parting(found.distances)
+    assert np.all(np.isinf(apart.revolutions))
+    start = spread_starts(linkage, study.clearance, 5)
+    reach = 2.0 * np.sum(expected) / (SPEED * damping) + np.abs(start.velocity) * MASS / damping
+    free = ((start.gap > reach) & (start.gap < clearance - reach))[..., 0]
+    assert np.count_nonzero(free) >= 2
+    assert np.max(np.abs(apart.rate[free])) < 1e-6
+    assert np.all(found.forces.wrist_pin.contacts == 0.0)
+
+
+def test_neighbours_of_the_compressor_part(ensemble):
+    apart = parting(ensemble.distances)
+    parted = np.isfinite(apart.revolutions)
+    assert np.mean(parted) > 0.3
+    # the run has five revolutions, in which a distance grows by 1e5 or not
+    assert np.all(apart.revolutions[parted] > 1.0)
+    assert np.all(apart.rate[parted] > np.log(0.1 / (2.54e-11 / CLEARANCE)) / 5.0)
+
+
+@pytest.mark.parametrize("order", [1, 2, 7])
+def test_harmonics_of_the_gas_against_quadrature(order):
+    gas = gas_towards("crank")
+    found = gas_harmonics(gas, 7)[order]
+    total = 0.0 + 0.0j
+    for a, b in pairwise(gas.angle):
+        for part, unit in ((np.cos, 1.0), (np.sin, -1j)):
+            total += unit * quad(
+                lambda t, part=part: np.interp(t, gas.angle, gas.force) * part(order * t), a, b,
+                epsabs=1e-12,
+            )[0]  # fmt: skip
+    assert abs(found - total / np.pi) < 1e-12 * abs(gas_harmonics(gas, 0)[0])
+
+
+def test_gas_harmonics_do_not_need_the_closing_entry():
+    gas = gas_towards("head")
+    open_end = gas._replace(angle=gas.angle[:-1], force=gas.force[:-1])
+    np.testing.assert_allclose(gas_harmonics(open_end, 9), gas_harmonics(gas, 9), atol=1e-10)
+    assert not np.any(gas_harmonics(no_gas(), 3))
+
+
+def test_inertia_of_the_pin_is_that_of_the_slider_crank():
+    # half a turn apart the odd orders change their sign: R w^2 (1 +- ratio) at the dead centres
+    found = pin_acceleration(compressor_drive(), 40)
+    unit = RADIUS * SPEED**2
+    assert np.sum(found.real) == pytest.approx(unit * (1.0 + RADIUS / LENGTH), rel=1e-12)
+    signs = (-1.0) ** np.arange(41)
+    assert np.sum(signs * found.real) == pytest.approx(-unit * (1.0 - RADIUS / LENGTH), rel=1e-12)
+
+
+def test_first_contacts_against_another_integrator():
+    start = central_start(COMPRESSOR, np.array([CLEARANCE]))
+    found = first_motion(COMPRESSOR, np.array([CLEARANCE]))
+    other = Reference(
+        RADIUS, LENGTH, SPEED, COMPRESSOR.gas, MASS, (COMPRESSOR.wrist_pin, None, None)
+    )
+    made, _ = other.contacts(start.gap[0], start.velocity[0], 0.9 / SPEED)
+    count = found.contacts.shape[1]
+    assert count == 8
+    np.testing.assert_allclose(found.contacts[0], SPEED * np.array(made[0])[:count], atol=1e-9)
+
+
+def test_errors_of_the_first_motion_bound_what_rounding_does():
+    clearances = CLEARANCE * np.array([0.1, 1.0, 5.0])
+    first = first_motion(COMPRESSOR, clearances)
+    for parts in (2, 3):
+        other = first_motion(COMPRESSOR, clearances, subdivision=parts)
+        assert other.contacts.shape == first.contacts.shape
+        assert np.all(np.abs(other.contacts - first.contacts) <= first.contacts_error)
+        assert np.all(np.abs(other.force - first.force) <= first.force_error)
+    # and not by too much: ten digits remain of both
+    assert np.max(first.contacts_error) < 1e-10
+    assert np.max(first.force_error) < 1e-8 * np.max(np.abs(first.force))
+    assert np.all(np.diff(first.contacts_error, axis=1) >= 0.0)
+
+
+def test_first_turn_ends_where_the_second_begins():
+    clearance = np.array([CLEARANCE])
+    first = first_motion(COMPRESSOR, clearance)
+    start = central_start(COMPRESSOR, clearance)
+    both = follow_events(COMPRESSOR, clearance, start, 2, 1, samples=ANGLES - 1)
+    assert first.angle[-1] == pytest.approx(2.0 * np.pi)
+    assert abs(first.force[0, -1] - both.wrist_pin.force[0, 0]) < first.force_error[0, -1]
+
+
+def test_a_piston_that_never_touches_has_no_first_contacts():
+    joint = source_joint(clearance=2.54e-3, film_damping=4e3)
+    found = first_motion(Linkage(compressor_drive(), no_gas(), MASS, joint), np.array([2.54e-3]))
+    assert found.contacts.shape[1] >= 3
+    assert np.all(np.isinf(found.contacts))
+    assert np.all(np.isfinite(found.contacts_error))
+
+
+def test_fixed_steps_converge_to_the_first_contacts():
+    clearance = np.array([CLEARANCE])
+    start = central_start(COMPRESSOR, clearance)
+    truth = first_motion(COMPRESSOR, clearance).contacts[0, :4]
+    errors = []
+    for steps in (512, 1024, 2048):
+        run = simulate_fixed_steps(
+            COMPRESSOR.drive, COMPRESSOR.gas, MASS, COMPRESSOR.wrist_pin, start.gap,
+            start.velocity, method="rk4", steps=steps, revolutions=1, orders_kept=1,
+        )  # fmt: skip
+        gap = run.wrist_pin.gap[0]
+        outside = (gap < 0.0) | (gap > CLEARANCE)
+        made = np.flatnonzero(outside[1:] & ~outside[:-1])[:4]
+        face = np.where(gap[made + 1] < 0.0, 0.0, CLEARANCE)
+        part = (face - gap[made]) / (gap[made + 1] - gap[made])
+        errors.append(np.max(np.abs(run.angle[made] + part * run.angle[1] - truth)))
+    assert errors[2] < 0.3 * errors[0]
+    assert errors[2] < 2e-3
+
+
+def test_fixed_steps_start_where_the_event_exact_members_do():
+    study = Study(np.array([CLEARANCE]), members=4, discard=0, revolutions=1, orders=3)
+    exact = run_ensemble(COMPRESSOR, study, 1e-11).forces.wrist_pin
+    fixed = run_fixed_steps(COMPRESSOR, study, "dormand_prince", 2048).wrist_pin
+    for one, two in zip(exact, fixed, strict=True):
+        assert one.shape == two.shape
+    # one revolution is mostly the carried load, which all of them have in common
+    np.testing.assert_allclose(fixed.force, exact.force, rtol=0.05)
+
+
+def test_starts_fill_the_play():
+    points = low_discrepancy(64, 2)
+    np.testing.assert_array_equal(points[0], 0.5)
+    plastic = 1.324717957244746
+    np.testing.assert_allclose(points[1], np.mod(0.5 + np.array([1 / plastic, plastic**-2]), 1.0))
+    for count in (64, 256):
+        for side in low_discrepancy(count, 2).T:
+            steps = np.arange(count + 1)
+            discrepancy = np.max(np.abs(count * np.sort(side) - [steps[:-1], steps[1:]]))
+            # random points have about .9 sqrt(count)
+            assert discrepancy < 0.5 * np.sqrt(count)
+    start = spread_starts(COMPRESSOR, np.array([CLEARANCE, 2 * CLEARANCE]), 64)
+    assert np.all((start.gap[..., 0] >= 0.0) & (start.gap[0] <= CLEARANCE).T)
+    fastest = velocity_scale(COMPRESSOR, np.array([CLEARANCE]))
+    assert 0.9 * fastest[0, 0] < np.max(np.abs(start.velocity[0])) <= fastest[0, 0]
+    middle = central_start(COMPRESSOR, np.array([CLEARANCE]))
+    np.testing.assert_array_equal(start.gap[0, 0], middle.gap[0])
+    np.testing.assert_array_equal(start.velocity[0, 0], middle.velocity[0])
+
+
+def test_a_study_beyond_memory_is_refused():
+    study = Study(np.array([CLEARANCE]), members=10_000, discard=0, revolutions=1000, orders=2000)
+    with pytest.raises(UsageError, match="GB"):
+        run_ensemble(COMPRESSOR, study, 1e-11)
+    with pytest.raises(UsageError, match="fewer members, revolutions or orders"):
+        run_fixed_steps(COMPRESSOR, study, "rk4", 1024)

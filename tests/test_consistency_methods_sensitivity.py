@@ -1,0 +1,97 @@
+"""Claim: slopes are derivatives, deviations cost what they are said to, kinks are not hidden."""
+
+import numpy as np
+import pytest
+from scipy.optimize import approx_fprime
+
+from vibecalc.errors import NumericalFailure
+from vibecalc.optimisation.sensitivity import cost_of_deviation, slopes_at
+
+LOWER, UPPER = [0.1, 1.0, -1.0], [5.0, 100.0, 2.0]
+
+
+def smooth(x):
+    """The second variable runs logarithmically between its bounds."""
+    return x[0] ** 2 * x[1] + np.exp(x[2]) / x[1], [1.2 - x[0]]
+
+
+@pytest.mark.parametrize("at", [(0.5, 20.0, 0.3), (0.1, 1.0, 2.0), (5.0, 100.0, -1.0)])
+def test_slopes_inside_and_at_bounds(at):
+    x = np.array(at)
+    exact = [2 * x[0] * x[1], x[0] ** 2 - np.exp(x[2]) / x[1] ** 2, np.exp(x[2]) / x[1]]
+    found = slopes_at(smooth, LOWER, UPPER, x)
+    assert np.all(found.known)
+    assert np.all(np.abs(found.slope - exact) <= found.error)
+    assert np.all(found.error <= 1e-6 * np.max(np.abs(exact)))
+
+
+def test_slopes_agree_with_another_way():
+    x = np.array([0.7, 30.0, 0.1])
+    found = slopes_at(smooth, LOWER, UPPER, x)
+    other = approx_fprime(x, lambda v: smooth(v)[0], 1e-7)
+    assert found.slope == pytest.approx(other, rel=1e-5)
+
+
+def test_accuracy_of_the_values_widens_the_error():
+    x = [0.7, 30.0, 0.1]
+    fine, rough = (slopes_at(smooth, LOWER, UPPER, x, accuracy) for accuracy in (0.0, 1e-8))
+    assert np.all(rough.error > 10 * fine.error)
+
+    def off(v):  # values that are wrong by as much as is granted
+        return smooth(v)[0] * (1 + 1e-8 * np.sin(1e6 * np.sum(v))), []
+
+    exact = slopes_at(smooth, LOWER, UPPER, x).slope
+    found = slopes_at(off, LOWER, UPPER, x, 1e-8)
+    assert np.all((np.abs(found.slope - exact) <= found.error) | ~found.known)
+
+
+def test_a_kink_has_no_slope_and_the_others_keep_theirs():
+    found = slopes_at(lambda x: (abs(x[0] - 0.3) + 2 * x[1], []), [0, 0], [1, 1], [0.3, 0.5])
+    assert list(found.known) == [False, True]
+    assert found.slope[0] == 0.0
+    assert abs(found.slope[1] - 2.0) <= found.error[1]
+
+
+def test_the_largest_entry_counts():
+    found = slopes_at(lambda x: (np.array([x[0], 3 * x[0]]), []), [0], [1], [0.5])
+    assert abs(found.slope[0] - 3.0) <= found.error[0]
+
+
+def test_a_point_without_a_value_fails():
+    def nowhere(x):
+        raise NumericalFailure("on a natural frequency")
+
+    with pytest.raises(NumericalFailure, match="natural frequency"):
+        slopes_at(nowhere, [0], [1], [0.5])
+
+
+def test_cost_is_that_of_the_worse_direction():
+    def bowl(x):
+        return 3.0 + (x[0] - 0.5) ** 2 + 2 * x[1], [x[1] - 0.495]
+
+    cost = cost_of_deviation(bowl, [0, 0], [2, 1], [0.5, 0.5])
+    assert np.all(cost.known)
+    assert np.abs(cost.deviation) == pytest.approx([0.02, 0.01], rel=1e-12)
+    assert cost.deviation[1] > 0
+    assert np.all(np.abs(cost.rise - [0.0004, 0.02]) <= cost.rise_error)
+    # the least margin is that of the other direction: it warns of either
+    assert cost.margin == pytest.approx([0.005, -0.005], abs=1e-12)
+
+
+def test_at_a_bound_only_the_way_inside_counts():
+    cost = cost_of_deviation(lambda x: (x[0], []), [0], [1], [0.0])
+    assert cost.deviation[0] == pytest.approx(0.01)
+    assert cost.rise[0] == pytest.approx(0.01)
+    gains = cost_of_deviation(lambda x: (x[0], []), [0], [1], [1.0])
+    assert gains.rise[0] == pytest.approx(-0.01)
+
+
+def test_a_deviation_without_a_value_is_not_known():
+    def alone(x):
+        if x[0] != 0.5:
+            raise NumericalFailure("singular")
+        return 1.0, []
+
+    cost = cost_of_deviation(alone, [0], [1], [0.5])
+    assert not cost.known[0]
+    assert cost.rise[0] == 0.0

@@ -1,0 +1,207 @@
+"""Claim: the motor's axial force fits its skewed conductors, and its sums are those of a signal.
+
+The torque is that of the shipped case. Truth: virtual work, Parseval, dense sampling, many digits.
+"""
+
+import mpmath as mp
+import numpy as np
+import pytest
+from shipped_cases import ROOT, result_of
+
+from vibecalc.errors import NumericalFailure
+from vibecalc.excitation.axial_force import axial_force
+from vibecalc.report.sections.motor import motor
+
+TABLE = np.loadtxt(ROOT / "cases" / "compressor_motor_torque.csv", delimiter=",", skiprows=2)
+ORDER, COSINE, SINE = TABLE[:, 0].astype(int), TABLE[:, 1], TABLE[:, 2]
+DIAMETER, SKEW = 6.0, 0.035
+PATH = "excitation/motor/"
+
+
+def force_of(order=ORDER, cosine=COSINE, sine=SINE, diameter=DIAMETER, skew=SKEW):
+    return axial_force(order, cosine, sine, rotor_diameter=diameter, skew_angle=skew)
+
+
+def signal_of(force, angle):
+    return (force.harmonics @ np.exp(1j * np.multiply.outer(force.orders, angle))).real
+
+
+@pytest.mark.parametrize("skew", [0.035, -0.5, 1.2])
+def test_sliding_along_the_conductors_does_no_work(skew):
+    """A force normal to the conductors: turn and shift along them cost torque and force nothing."""
+    force = force_of(skew=skew)
+    torque = COSINE[1:] - 1j * SINE[1:]
+    turn, shift = -np.sin(skew) / (DIAMETER / 2.0), np.cos(skew)
+    work = torque * turn + force.harmonics * shift
+    assert np.all(np.abs(work) <= 4e-16 * np.abs(torque * turn) + force.error * shift)
+    assert force.mean.value == pytest.approx(COSINE[0] * 2.0 * np.tan(skew) / DIAMETER, rel=1e-15)
+
+
+def test_signal_is_the_torque_over_the_turn():
+    angle = np.linspace(0.0, 2.0 * np.pi, 97)
+    waves = np.multiply.outer(ORDER[1:], angle)
+    torque = COSINE[1:] @ np.cos(waves) + SINE[1:] @ np.sin(waves)
+    expected = torque * 2.0 * np.tan(SKEW) / DIAMETER
+    np.testing.assert_allclose(signal_of(force_of(), angle), expected, rtol=0, atol=1e-13)
+
+
+def test_rms_is_that_of_samples():
+    # 2 x 40 orders: 128 equal steps give the mean square exactly
+    force = force_of()
+    samples = signal_of(force, 2.0 * np.pi * np.arange(128) / 128)
+    assert np.sqrt(np.mean(samples**2)) == pytest.approx(float(force.rms.value), rel=1e-14)
+
+
+def test_peak_is_that_of_dense_samples_and_the_sum_bounds_it():
+    force = force_of()
+    step = 2.0 * np.pi / 65536
+    samples = np.abs(signal_of(force, step * np.arange(65536)))
+    curvature = float(np.abs(force.harmonics) @ force.orders.astype(float) ** 2)
+    assert samples.max() <= force.peak.value + force.peak.error
+    assert force.peak.value <= samples.max() + 0.5 * curvature * (step / 2.0) ** 2
+    assert force.rms.value < force.peak.value < force.sum_of_amplitudes.value
+    # what the source sums is a bound: the force stays a tenth below it
+    assert 0.90 < force.peak.value / force.sum_of_amplitudes.value < 0.92
+
+
+def test_sum_is_met_where_all_orders_peak_at_once():
+    force = force_of([1, 2, 5], [3.0, 2.0, 1.0], [0.0, 0.0, 0.0])
+    slack = force.peak.error + force.sum_of_amplitudes.error
+    assert abs(force.peak.value - force.sum_of_amplitudes.value) <= slack
+
+
+def test_values_and_errors_in_digits():
+    force = force_of()
+    with mp.workdps(40):
+        factor = 2 * mp.tan(mp.mpf(SKEW)) / mp.mpf(DIAMETER)
+        exact = [
+            factor * mp.mpc(c, -s) for c, s in zip(COSINE.tolist(), SINE.tolist(), strict=True)
+        ]
+        size = [abs(value) for value in exact[1:]]
+        errors = [
+            abs(mp.mpmathify(complex(ours)) - value)
+            for ours, value in zip(force.harmonics, exact[1:], strict=True)
+        ]
+        assert all(one <= bound for one, bound in zip(errors, force.error.tolist(), strict=True))
+        assert max(force.error) <= 1e3 * max(errors)
+        for ours, value in (
+            (force.mean, exact[0].real),
+            (force.sum_of_amplitudes, mp.fsum(size)),
+            (force.rms, mp.sqrt(mp.fsum(one**2 for one in size) / 2)),
+        ):
+            assert abs(mp.mpf(float(ours.value)) - value) <= ours.error <= 1e-13 * abs(value)
+
+
+def test_sequence_of_the_orders_does_not_matter():
+    turned = np.random.default_rng(3).permutation(len(ORDER))
+    one, other = force_of(), force_of(ORDER[turned], COSINE[turned], SINE[turned])
+    np.testing.assert_array_equal(one.orders, other.orders)
+    np.testing.assert_array_equal(one.harmonics, other.harmonics)
+    assert one.mean == other.mean
+
+
+def test_leading_axes_broadcast():
+    skew, diameter = np.array([0.01, 0.02]), np.array([[5.0], [6.0], [7.0]])
+    many = force_of(skew=skew, diameter=diameter)
+    one = force_of(skew=0.02, diameter=7.0)
+    assert many.harmonics.shape == (3, 2, 40)
+    np.testing.assert_allclose(many.harmonics[2, 1], one.harmonics, rtol=1e-15)
+    for name in ("mean", "sum_of_amplitudes", "peak", "rms"):
+        together, alone = getattr(many, name), getattr(one, name)
+        assert together.value.shape == together.error.shape == (3, 2)
+        assert together.value[2, 1] == pytest.approx(float(alone.value), rel=1e-14)
+
+
+def test_a_steady_torque_has_a_mean_force_only():
+    force = force_of([0], [-12.0], [5.0])
+    assert force.harmonics.shape == (0,)
+    assert force.mean.value == pytest.approx(-4.0 * np.tan(SKEW), rel=1e-15)
+    for one in (force.sum_of_amplitudes, force.peak, force.rms):
+        assert one.value == one.error == 0.0
+
+
+def test_straight_conductors_have_no_axial_force():
+    force = force_of(skew=0.0)
+    assert not np.any(force.harmonics)
+    assert force.peak.value == force.rms.value == force.mean.value == 0.0
+
+
+@pytest.mark.parametrize("scale", [1e-250, 1e250])
+def test_scales_do_not_under_or_overflow(scale):
+    one, other = force_of(), force_of(cosine=COSINE * scale, sine=SINE * scale)
+    for name in ("sum_of_amplitudes", "peak", "rms"):
+        value = float(getattr(other, name).value)
+        assert value == pytest.approx(scale * float(getattr(one, name).value), rel=1e-12)
+
+
+@pytest.mark.parametrize("order", [0, 3])
+def test_a_force_beyond_all_numbers_is_refused(order):
+    with pytest.raises(NumericalFailure, match="axial force of the motor"):
+        force_of([order], [1e308], [0.0], diameter=1e-3)
+
+
+def test_the_case_holds_the_kernel_in_newtons():
+    record = result_of("compressor_motor").record
+    inch, pound_force = 0.0254, 4.4482216152605
+    ours = force_of(cosine=COSINE * inch * pound_force, sine=SINE * inch * pound_force,
+                    diameter=DIAMETER * inch)  # fmt: skip
+    force = record[PATH + "axial_force"]
+    np.testing.assert_array_equal(force.axes[0].values, np.arange(1, 41))
+    np.testing.assert_allclose(force.values, ours.harmonics, rtol=1e-14)
+    for name, value in (("mean_force", ours.mean), ("peak", ours.peak), ("rms", ours.rms)):
+        quantity = record[PATH + name]
+        assert float(quantity.values) == pytest.approx(float(value.value), rel=1e-14)
+        assert 0.0 < quantity.error_estimate < 1e-13 * abs(float(value.value))
+    assert any("skew angle" in method.citation for method in record.methods)
+
+
+def test_the_force_shakes_no_body():
+    """It is internal: without the motor the excitation is the same to the last bit."""
+    straight = result_of("compressor_motor", "machine.motor.skew_angle=0.0").record
+    skewed = result_of("compressor_motor").record
+    for path in ("excitation/force", "excitation/couple"):
+        np.testing.assert_array_equal(straight[path].values, skewed[path].values)
+    assert not np.any(straight[PATH + "axial_force"].values)
+
+
+def test_section_lists_the_largest_orders_and_calls_the_sum_a_bound():
+    section = motor(result_of("compressor_motor"))
+    assert section is not None
+    text = "\n".join(section.lines)
+    rows = [line.split() for line in section.lines[2:10]]
+    assert [int(row[0]) for row in rows] == [4, 2, 1, 8, 3, 10, 14, 6]
+    amplitudes = [float(row[1]) for row in rows]
+    assert amplitudes == sorted(amplitudes, reverse=True)
+    assert "the 8 largest; 32 further orders" in text
+    assert "The sum of amplitudes is a bound" in text
+    assert {PATH + name for name in ("axial_force", "mean_force", "peak")} <= section.shown
+    assert motor(result_of("generator")) is None
+
+
+def test_section_of_straight_conductors_says_zero():
+    section = motor(result_of("compressor_motor", "machine.motor.skew_angle=0.0"))
+    assert section is not None
+    assert "zero at every order" in section.lines[0]
+
+
+def test_picture_shows_bars_signal_and_levels():
+    pytest.importorskip("matplotlib")
+    from vibecalc.report.pictures.motor_force import picture
+
+    result = result_of("compressor_motor")
+    figure = picture(result)
+    assert figure is not None
+    bars, signal = figure.axes
+    force = result.record[PATH + "axial_force"]
+    heights = [patch.get_height() for patch in bars.patches]
+    np.testing.assert_array_equal(heights, np.abs(force.values))
+    lines = {str(line.get_label()): line for line in signal.get_lines()}
+    drawn = np.abs(np.asarray(lines["force, mean apart"].get_ydata()))
+    peak = float(result.record[PATH + "peak"].values)
+    assert drawn.max() == pytest.approx(peak, rel=1e-4)
+    assert signal.get_ylim()[1] > float(result.record[PATH + "sum_of_amplitudes"].values)
+    assert {"peak 13.93 N", "rms 4.610 N"} <= set(lines)
+    assert any("(bound) 15.34 N" in text.get_text() for text in signal.texts)
+    assert bars.get_ylabel() == "amplitude in N"
+    assert signal.get_xlabel() == "crank angle in deg"
+    assert picture(result_of("generator")) is None

@@ -1,0 +1,288 @@
+"""Claim: pictures of motion, energies, switching and impacts show the numbers of the result."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from report_samples import quantity
+from response_samples import (
+    CHANGES,
+    compressor,
+    impact,
+    modes,
+    motion,
+    operations,
+    response,
+    switching,
+)
+
+pytest.importorskip("matplotlib")
+
+from vibecalc.report.pictures.perspective import EDGES, arc_about, corners, project, rotate
+from vibecalc.report.pictures.scales import length_scale, spread_out
+from vibecalc.report.pictures.switching import envelope
+from vibecalc.report.plots import PICTURES, STYLE, draw, make
+from vibecalc.results.record import Axis, Result
+
+OWN = {
+    "piston_acceleration": motion,
+    "mode_shapes": modes,
+    "energy_by_order": response,
+    "operations": operations,
+    "switching": switching,
+    "impact_clearance": impact,
+    "impact_time": impact,
+    "impact_spectrum": impact,
+    "dominance": impact,
+}
+
+
+def figure(result: Result, name: str) -> Any:
+    import matplotlib
+
+    with matplotlib.rc_context(STYLE):
+        made = make(result, name)
+    assert made is not None
+    return made
+
+
+def words(axes: Any) -> str:
+    return " ".join(text.get_text() for text in axes.texts)
+
+
+def lines(axes: Any) -> dict[str, Any]:
+    return {line.get_label(): line for line in axes.get_lines()}
+
+
+@pytest.mark.parametrize("name", OWN)
+def test_a_picture_needs_its_own_numbers_only(name: str) -> None:
+    assert make(compressor(OWN[name]()), name) is not None
+    others = [part() for part in set(OWN.values()) - {OWN[name]}]
+    assert make(compressor(*others), name) is None
+
+
+@pytest.mark.parametrize("name", OWN)
+def test_letters_and_axes_stay_apart(name: str) -> None:
+    made = figure(compressor(), name)
+    made.set_dpi(130)
+    made.canvas.draw()
+    renderer = made.canvas.get_renderer()
+    width = made.bbox.width
+    assert 1000.0 <= width <= 1300.0
+    boxes = [axes.get_tightbbox(renderer) for axes in made.axes if axes.get_visible()]
+    for i, box in enumerate(boxes):
+        assert box.x0 >= -2.0 and box.x1 <= width + 2.0
+        for other in boxes[i + 1 :]:
+            assert not (
+                min(box.x1, other.x1) - max(box.x0, other.x0) > 1.0
+                and min(box.y1, other.y1) - max(box.y0, other.y0) > 1.0
+            )
+
+
+def test_acceleration_is_held_against_two_harmonics() -> None:
+    result = compressor()
+    above, below = figure(result, "piston_acceleration").axes
+    drawn = lines(above)
+    whole, short = (
+        np.asarray(drawn[name].get_ydata()) for name in ("all orders", "orders 1 and 2")
+    )
+    missed = np.asarray(below.get_lines()[0].get_ydata())
+    np.testing.assert_allclose(missed, whole - short, rtol=0, atol=1e-9)
+    # the first term left out is that of order 4
+    fourth = abs(result.record["kinematics/acceleration_harmonics"].values[4])
+    assert np.abs(missed).max() == pytest.approx(fourth, rel=0.03)
+    assert f"{np.abs(missed).max():.3g} m/s^2" in below.get_title(loc="left")
+    assert above.get_ylabel() == "acceleration in m/s^2"
+
+
+def test_modes_have_a_panel_each_with_frequency_and_freedom() -> None:
+    made = figure(compressor(), "mode_shapes")
+    titles = [axes.get_title() for axes in made.axes]
+    assert len(titles) == 6
+    assert titles[0] == "mode 1: 10.03 Hz\ny 51 %, rx 46 %"
+    assert titles[2].startswith("mode 3: 11.56 Hz\nz 96 %")
+
+
+def test_a_box_keeps_its_shape_and_turns_right_handed() -> None:
+    turned = corners(np.array([0.1, -0.2, 0.3]), np.array([0.2, 0.5, -0.4]))
+    before, after = (
+        [np.linalg.norm(points[a] - points[b]) for a, b in EDGES] for points in (corners(), turned)
+    )
+    np.testing.assert_allclose(after, before, rtol=1e-14)
+    assert len(EDGES) == 12
+    quarter = rotate(np.eye(3), np.array([0.0, 0.0, 0.5 * np.pi]))
+    np.testing.assert_allclose(quarter, [[0, 1, 0], [-1, 0, 0], [0, 0, 1]], atol=1e-15)
+    path = arc_about(np.array([0.0, 0.0, 1.0]), 0.5)
+    steps = np.cross(path[:-1] - [0, 0, path[0, 2]], np.diff(path, axis=0))
+    assert np.all(steps[:, 2] > 0.0)
+    axes = [project(axis) for axis in np.eye(3)]
+    assert axes[2][0] == pytest.approx(0.0) and axes[2][1] > 0.0
+    assert axes[0][0] > 0.0 and axes[1][0] > 0.0
+
+
+def test_energies_have_bars_down_to_the_underflow() -> None:
+    result = compressor()
+    (axes,) = figure(result, "energy_by_order").axes
+    values = result.record["response/kinetic_energy/peak_by_order"].values
+    acting = values >= np.finfo(float).tiny
+    kinetic = list(axes.containers[0].patches)
+    assert len(kinetic) == acting.sum()
+    tops = [bar.get_y() + bar.get_height() for bar in kinetic]
+    np.testing.assert_allclose(tops, np.log10(values[acting]), rtol=1e-12)
+    assert axes.get_ylim()[0] == pytest.approx(np.log10(np.finfo(float).tiny))
+    assert f"beyond order {int(np.flatnonzero(acting)[-1]) + 1} below" in words(axes)
+    assert axes.get_ylabel() == "energy in J"
+
+
+def test_operations_are_bars_with_their_range() -> None:
+    result = compressor()
+    kinetic, potential = figure(result, "operations").axes
+    mean = result.record["response/operations/kinetic_energy/mean"].values
+    heights = [bar.get_height() for group in kinetic.containers[:] if hasattr(group, "patches")
+               for bar in group.patches]  # fmt: skip
+    assert sorted(heights) == pytest.approx(sorted(mean.ravel()))
+    ranges = [path.vertices[:, 1] for line in kinetic.collections for path in line.get_paths()]
+    low = result.record["response/operations/kinetic_energy/mean_low"].values
+    found = [pair for pair in ranges if len(pair) == 2]
+    assert any(pair.min() == pytest.approx(low[1, 0]) for pair in found)
+    assert len(found) == 2 * 6
+    assert "0.0692 J\napart" in words(kinetic)
+    levels = [line.get_ydata()[0] for line in kinetic.get_lines() if line.get_linestyle() == "--"]
+    weighted = result.record["response/operations/kinetic_energy/weighted"].values
+    assert levels == pytest.approx(list(weighted))
+    assert potential.get_xticklabels()[0].get_text() == "balance A+B"
+
+
+def test_one_operation_with_one_balance_has_a_picture() -> None:
+    one = Axis(name="operation", values=np.array(["A"], object))
+    sole = Axis(name="balance", values=np.array(["as in the case"], object))
+    path = "response/operations/kinetic_energy/mean"
+    (axes,) = figure(compressor([quantity(path, [[0.02]], "J", one, sole)]), "operations").axes
+    (bar,) = axes.patches
+    left, right = axes.get_xlim()
+    assert bar.get_width() < 0.4 * (right - left)
+
+
+def test_switching_shows_envelope_energy_and_speed() -> None:
+    result = compressor()
+    made = figure(result, "switching")
+    grid = np.array(made.axes).reshape(4, 2)
+    assert [axes.get_title(loc="left") for axes in grid[0]] == [
+        "change through rest", "change at once"
+    ]  # fmt: skip
+    assert grid[0, 0].get_ylabel() == f"{CHANGES.values[0]}\ny in \u00b5m"
+    peak = 1e6 * result.record["response/switching/reversal/translation_peak"].values[0, 1]
+    outline = grid[0, 0].collections[0].get_paths()[0].vertices[:, 1]
+    assert outline.max() == pytest.approx(peak)
+    assert outline.min() == pytest.approx(-0.9 * peak)
+    low, high = grid[2, 0].get_ylim()
+    for way, axes in zip(("reversal", "instant"), grid[2], strict=True):
+        energy = result.record[f"response/switching/{way}/kinetic_energy_peak"].values
+        assert axes.get_yscale() == "log"
+        assert low < energy.max() < high
+        dots = [line for line in axes.get_lines() if line.get_marker() == "o"]
+        assert [float(dot.get_ydata()[0]) for dot in dots] == pytest.approx(list(energy))
+    speed = np.asarray(grid[3, 0].get_lines()[0].get_ydata())
+    assert (speed.max(), speed.min()) == pytest.approx((3447.3, -3447.3), rel=0.03)
+    assert "at operating speed" in words(grid[3, 1])
+    assert grid[3, 1].get_xlabel() == "time in s"
+
+
+def test_switching_at_once_alone_has_one_column() -> None:
+    parts = [item for item in switching() if "/reversal/" not in item.path]
+    assert len(figure(compressor(parts), "switching").axes) == 4
+
+
+def test_the_energy_curve_lies_on_or_above_every_interval() -> None:
+    values = np.abs(np.sin(np.arange(200.0))) * np.exp(-0.01 * np.arange(200.0))
+    above = envelope(values)
+    assert np.all(above >= values) and above.shape == values.shape
+    assert above.max() == values.max()
+    assert envelope(np.array([2.0])).tolist() == [2.0]
+
+
+def test_force_against_clearance_has_error_bars() -> None:
+    result = compressor()
+    force = result.record["response/impact/mean_force"].values
+    axes = figure(result, "impact_clearance").axes[0]
+    (bars,) = axes.containers
+    np.testing.assert_allclose(bars.lines[0].get_ydata(), force)
+    assert (axes.get_xscale(), axes.get_yscale()) == ("log", "log")
+    assert axes.get_xlabel() == "clearance in mm" and axes.get_ylabel() == "force in N"
+    assert "93.9 N" in words(axes)
+    segments = bars.lines[2][0].get_segments()
+    upper = [segment[1, 1] for segment in segments]
+    np.testing.assert_allclose(upper, force + 0.02 * force[-1])
+    assert min(segment[0, 1] for segment in segments) > 0.0
+
+
+@pytest.mark.parametrize(
+    "name", ["impact_clearance", "impact_time", "impact_spectrum", "dominance"]
+)
+def test_one_clearance_is_enough(name: str) -> None:
+    made = figure(compressor(impact(1)), name)
+    made.canvas.draw()
+    assert len(made.axes) == (2 if name == "impact_spectrum" else 1)
+
+
+def test_the_first_turn_marks_its_contacts() -> None:
+    result = compressor()
+    panels = figure(result, "impact_time").axes
+    assert len(panels) == 3
+    assert panels[2].get_title(loc="left") == "play 0.254 mm, triangles: the first 6 contacts"
+    marks = next(line for line in panels[0].get_lines() if line.get_marker() == "^")
+    angles = result.record["response/impact/first_contacts"].values[0]
+    np.testing.assert_allclose(marks.get_xdata(), np.degrees(angles))
+    assert panels[2].get_xlim() == (0.0, 360.0)
+
+
+def test_the_spectrum_has_its_band_linear_and_logarithmic() -> None:
+    result = compressor()
+    made = figure(result, "impact_spectrum")
+    grid = np.array(made.axes).reshape(2, 3)
+    assert [axes.get_yscale() for axes in grid[:, 0]] == ["linear", "log"]
+    spectrum = result.record["response/impact/spectrum"].values
+    for i, column in enumerate(grid.T):
+        for axes in column:
+            drawn = lines(axes)["impacts, mean of turns"].get_ydata()
+            np.testing.assert_allclose(drawn, spectrum[i])
+            band = axes.collections[0].get_paths()[0].vertices[:, 1]
+            assert band.max() == pytest.approx(2.3 * spectrum[i].max())
+            assert band.min() == pytest.approx(0.2 * spectrum[i].min())
+    assert "inertia force to 580 N" in words(grid[0, 0])
+    assert "inertia" not in words(grid[0, 2])
+
+
+def test_dominance_marks_the_order_from_which_impacts_lead() -> None:
+    result = compressor()
+    (axes,) = figure(result, "dominance").axes
+    drawn = lines(axes)
+    assert {"inertia force of the piston", "axial force of the motor"} <= set(drawn)
+    assert axes.get_yscale() == "log"
+    assert "these lead nowhere" in words(axes)
+    added = result.record["response/impact/added_force"].values
+    np.testing.assert_allclose(drawn["impacts add, play 0.0381 mm"].get_ydata(), added[1])
+    marks = {round(float(path.vertices[0, 0]), 6) for line in axes.collections
+             for path in line.get_paths()}  # fmt: skip
+    assert marks == {2.0, 3.0}
+    inertia = drawn["inertia force of the piston"]
+    assert inertia.get_ydata()[0] == pytest.approx(580.0)
+    assert np.all(np.asarray(inertia.get_ydata()) > 0.0)
+
+
+def test_many_clearances_are_thinned_to_what_a_page_holds() -> None:
+    assert spread_out(3, 4) == [0, 1, 2]
+    assert spread_out(32, 4) == [0, 10, 21, 31]
+    assert spread_out(1, 3) == [0]
+    assert length_scale(2.0) == (1.0, "m")
+    assert length_scale(2e-3) == (1e3, "mm")
+    assert length_scale(0.0)[1] == "\u00b5m"
+
+
+def test_equal_results_give_equal_bytes(tmp_path: Path) -> None:
+    first = draw(compressor(modes()), tmp_path / "a")
+    second = draw(compressor(modes()), tmp_path / "b")
+    assert [path.name for path in first] == [path.name for path in second]
+    assert all(a.read_bytes() == b.read_bytes() for a, b in zip(first, second, strict=True))
+    assert set(OWN) <= set(PICTURES)

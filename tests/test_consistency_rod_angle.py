@@ -1,0 +1,148 @@
+"""Claim: the rod's harmonics agree with quadrature in 30 digits, and their errors are honest."""
+
+import mpmath as mp
+import numpy as np
+import pytest
+from exact_rod import fourier, rod_angle
+
+from vibecalc.errors import NumericalFailure
+from vibecalc.kinematics.harmonics import motion_harmonics
+from vibecalc.kinematics.rod_angle import largest_rod_acceleration, rod_angle_harmonics
+
+#: R, L, e in m, and samples enough for 25 digits and more
+GEOMETRIES = [
+    (0.0127, 0.060325, 0.0, 128),
+    (0.06, 0.2, 0.015, 256),
+    (0.3, 1.0, -0.2, 256),
+    (1e-4, 0.1, 0.0, 64),
+    (0.02, 1.0, -0.9, 256),
+    (0.9, 1.0, 0.0, 512),
+    (0.9, 1.0, 0.05, 1024),
+    (0.99, 1.0, 0.0, 1024),
+]
+ORDERS = (0, 1, 2, 3, 4, 5, 8, 9, 16, 17)
+
+
+def truth(radius, length, offset, samples):
+    """Harmonics of phi by quadrature, of its derivatives by (i n)^k, of phi'^2 / 2 likewise."""
+    geometry = [mp.mpf(value) for value in (radius, length, offset)]
+
+    def slope(t):
+        return geometry[0] * mp.cos(t) / (geometry[1] * mp.cos(rod_angle(t, *geometry)))
+
+    angle = fourier(lambda t: rod_angle(t, *geometry), ORDERS, samples)
+    energy = fourier(lambda t: slope(t) ** 2 / 2, ORDERS, samples)
+    return {
+        "angle": angle,
+        "velocity": [1j * n * c for n, c in zip(ORDERS, angle, strict=True)],
+        "acceleration": [-(n**2) * c for n, c in zip(ORDERS, angle, strict=True)],
+        "product": [1j * n * c for n, c in zip(ORDERS, energy, strict=True)],
+        "tangent": fourier(lambda t: mp.tan(rod_angle(t, *geometry)), ORDERS, samples),
+    }
+
+
+@pytest.mark.parametrize("geometry", GEOMETRIES)
+def test_harmonics_and_their_errors(geometry):
+    *lengths, samples = geometry
+    ours = rod_angle_harmonics(*lengths, highest_order=max(ORDERS))
+    with mp.workdps(30):
+        for name, exact in truth(*lengths, samples).items():
+            value, error = getattr(ours, name)
+            true_error = np.array(
+                [
+                    float(abs(mp.mpmathify(complex(value[n])) - c))
+                    for n, c in zip(ORDERS, exact, strict=True)
+                ]
+            )
+            estimate = error[list(ORDERS)]
+            assert np.all(true_error <= estimate + 1e-25), name
+            assert estimate.max() <= 1e3 * true_error.max(), name
+            size = max(abs(complex(c)) for c in exact)
+            assert estimate.max() <= 1e-13 * size, name
+
+
+@pytest.mark.parametrize("geometry", GEOMETRIES)
+def test_symmetry_leaves_exact_zeros(geometry):
+    radius, length, offset, _ = geometry
+    ours = rod_angle_harmonics(radius, length, offset, highest_order=9)
+    for name, parity in (("angle", 0), ("acceleration", 0), ("tangent", 0), ("product", 1)):
+        value, error = getattr(ours, name)
+        assert np.all(value[parity::2].imag == 0.0), name
+        assert np.all(value[1 - parity :: 2].real == 0.0), name
+        if offset == 0.0:
+            assert np.all(value[parity::2] == 0.0), name
+            assert np.all(error[parity::2] == 0.0), name
+        else:
+            assert np.any(value[parity::2] != 0.0), name
+
+
+@pytest.mark.parametrize(("radius", "offset"), [(0.3, 0.0), (0.3, 0.1), (0.8, -0.15)])
+def test_tangent_gives_the_piston_velocity_in_closed_form(radius, offset):
+    """s' = -R (sin t + cos t tan phi): its harmonics are known from another route."""
+    tangent = rod_angle_harmonics(radius, 1.0, offset, highest_order=31).tangent.value
+    two_sided = np.concatenate([np.conj(tangent[:0:-1]) / 2, [tangent[0]], tangent[1:] / 2])
+    shifted = 0.5 * (np.roll(two_sided, 1) + np.roll(two_sided, -1))
+    ours = -2.0 * shifted[32:62]
+    ours[0] += 1j  # -sin t
+    exact = motion_harmonics(radius, 30, offset / radius, derivative=1)[1:]
+    np.testing.assert_allclose(ours, exact, rtol=0, atol=1e-14)
+
+
+def test_leading_axes_broadcast():
+    radius = np.array([[0.1], [0.4]])
+    offset = np.array([0.0, 0.05, -0.1])
+    together = rod_angle_harmonics(radius, 1.0, offset, highest_order=6)
+    assert together.product.value.shape == together.product.error.shape == (2, 3, 7)
+    for i in range(2):
+        for j in range(3):
+            alone = rod_angle_harmonics(radius[i, 0], 1.0, offset[j], highest_order=6)
+            for both, one in zip(together, alone, strict=True):
+                slip = both.error[i, j] + one.error
+                assert np.all(np.abs(both.value[i, j] - one.value) <= slip)
+    largest = largest_rod_acceleration(radius, 1.0, offset)
+    assert largest.value.shape == largest.error.shape == (2, 3)
+
+
+@pytest.mark.parametrize("geometry", GEOMETRIES)
+def test_largest_acceleration_against_digits(geometry):
+    radius, length, offset, _ = geometry
+    with mp.workdps(40):
+        lengths = [mp.mpf(value) for value in (radius, length, offset)]
+        side = -1 if offset >= 0.0 else 1
+        exact = abs(mp.diff(lambda t: rod_angle(t, *lengths), side * mp.pi / 2, 2))
+        ours = largest_rod_acceleration(radius, length, offset)
+        true_error = float(abs(mp.mpf(float(ours.value)) - exact))
+    assert true_error <= ours.error <= 1e-14 * ours.value
+
+
+def test_no_crank_angle_has_more_than_the_largest_acceleration():
+    random = np.random.default_rng(6)
+    angle = np.linspace(0.0, 2.0 * np.pi, 4001)
+    for _ in range(200):
+        offset = random.uniform(-0.98, 0.98)
+        radius = random.uniform(0.001, 0.999) * (1.0 - abs(offset))
+        sine = radius * np.sin(angle) - offset
+        cosine = np.sqrt(1.0 - sine**2)
+        slope = radius * np.cos(angle) / cosine
+        bend = (-radius * np.sin(angle) + sine * slope**2) / cosine
+        largest = largest_rod_acceleration(radius, 1.0, offset).value
+        assert np.abs(bend).max() == pytest.approx(largest, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("lengths", "order", "words"),
+    [
+        ((1.0, 1.0), 4, "cannot turn over"),
+        ((0.5, 1.0, 0.5), 4, "cannot turn over"),
+        ((0.5, 1.0, -0.6), 4, "cannot turn over"),
+        ((0.0, 1.0), 4, "cannot turn over"),
+        ((1.0 - 1e-10, 1.0), 4, "lengthen the rod"),
+        ((0.3, 1.0), 1 << 20, "lengthen the rod"),
+    ],
+)
+def test_what_cannot_be_is_refused(lengths, order, words):
+    with pytest.raises(NumericalFailure, match=words):
+        rod_angle_harmonics(*lengths, highest_order=order)
+    if order == 4 and "turn over" in words:
+        with pytest.raises(NumericalFailure, match=words):
+            largest_rod_acceleration(*lengths)

@@ -1,0 +1,112 @@
+"""Claim: transients converge where they should: panels, slow ramps, damping through critical."""
+
+import numpy as np
+import pytest
+from switching_machines import BOTH, ONLY_A, SPEED, compressor, compressor_loads, one_mode
+
+from vibecalc.response.switching.course import follow_course
+from vibecalc.response.switching.follow import follow
+from vibecalc.response.switching.free_motion import propagator
+from vibecalc.response.switching.instant import instantaneous
+from vibecalc.response.switching.march import driven_part, march
+from vibecalc.response.switching.run import Run, panel_grid
+from vibecalc.response.switching.slow import slow_peaks
+from vibecalc.response.switching.system import Piece, modal_loads
+
+RUN = Run(0.0, 0.3, 0.4, SPEED, -SPEED / 0.3, BOTH, 0)
+
+
+def test_panels_half_as_long_give_the_same_states() -> None:
+    system, loads = compressor(), modal_loads(compressor(), compressor_loads(16))
+    grid = panel_grid(system, loads, RUN, 0.01)
+    fine = np.sort(np.concatenate([grid, 0.5 * (grid[1:] + grid[:-1])]))
+    start = np.zeros((6, 2))
+    coarse_states, error = march(system, loads, RUN, grid, start)
+    fine_states, fine_error = march(system, loads, RUN, fine, start)
+    gap = coarse_states - fine_states[::2]
+    off = np.max(np.hypot(system.frequency * gap[..., 0], gap[..., 1]), axis=0)
+    assert np.all(off <= error + fine_error)
+    size = np.max(np.hypot(system.frequency * fine_states[..., 0], fine_states[..., 1]), axis=0)
+    assert np.all(error < 3e-11 * size)
+
+
+@pytest.mark.parametrize("points", [2, 3, 4])
+def test_quadrature_has_the_order_of_its_points(points: int) -> None:
+    """A rule of m points on panels of length h adds up to an error of h^(2 m)."""
+    system, loads = compressor(), modal_loads(compressor(), compressor_loads(4))
+    run = RUN._replace(duration=0.064)
+
+    def total(count: int, used: int) -> np.ndarray:
+        grid = np.linspace(0.0, run.duration, count + 1)
+        gained = driven_part(system, loads, run, grid[:-1], np.diff(grid), used)
+        # each panel's share moves on freely, so that they simply add up
+        return np.sum(propagator(system, run.duration - grid[1:])(gained), axis=0)[:, 1]
+
+    exact = total(512, 10)
+    coarse, fine = (np.max(np.abs(total(count, points) - exact)) for count in (64, 128))
+    assert np.log2(coarse / fine) == pytest.approx(2 * points, abs=0.4)
+
+
+def test_ever_slower_ramps_approach_the_steady_resonance() -> None:
+    """One mode of 5 % damping: what the peak is off vanishes in proportion to haste."""
+    system, loads = one_mode(60.0, 0.05, [1], np.array([[1.0]]))
+    steady = slow_peaks(system, loads, [Piece(1.0, 0.0, 90.0, 0)])
+    durations = np.array([1.0, 10.0, 100.0, 1000.0, 3000.0])
+    value = [
+        follow(system, loads, [Piece(duration, 0.0, 90.0, 0)]).peaks.value[0]
+        for duration in durations.tolist()
+    ]
+    gap = np.array(value) / steady.value[0] - 1.0
+    assert gap[0] < -0.3 and gap[1] < -0.03
+    # The envelope a' = f - (zeta w + i (w - W)) a, to second order in the haste
+    # h = W' / (zeta w)^2: the peak comes 2 h half-widths late, by when f, as W^2 / (w + W), has
+    # grown by 3 zeta h; the lag costs half of that, and the width of the passage h^2 / 2.
+    haste = 90.0 / durations[2:] / (0.05 * 60.0) ** 2
+    assert gap[3:] == pytest.approx(1.5 * 0.05 * haste[1:] - 0.5 * haste[1:] ** 2, rel=0.02)
+    assert 0.0 < gap[2] < 1.5 * 0.05 * haste[0]
+    # the closed form of |H| w^2 at its summit, W = w / sqrt(1 - 2 zeta^2)
+    assert steady.value[0] == pytest.approx(1.0 / (0.1 * np.sqrt(1.0 - 0.05**2)), rel=1e-11)
+    assert steady.speed[0] == pytest.approx(60.0 / np.sqrt(1.0 - 2.0 * 0.05**2), rel=1e-4)
+
+
+@pytest.mark.parametrize("step", [1e-4, 1e-7, 1e-10, 1e-14])
+def test_damping_passes_critical_smoothly(step: float) -> None:
+    loads = compressor_loads(6)
+    pieces = [Piece(0.1, SPEED, 0.2 * SPEED, BOTH), Piece(0.1, 72.2, 72.2, ONLY_A)]
+    pieces[1] = pieces[1]._replace(start_speed=pieces[0].end_speed, end_speed=pieces[0].end_speed)
+    below, at, above = (follow(compressor(1.0 + s), loads, pieces) for s in (-step, 0.0, step))
+    for side in (below, above):
+        off = np.abs(side.peaks.value / at.peaks.value - 1.0)
+        assert np.all(off < 3.0 * step + 1e-11)
+        assert side.settling.time == pytest.approx(at.settling.time, rel=3.0 * step + 1e-9)
+
+
+def test_a_ramp_of_no_time_is_an_impulse_of_the_parts_momentum() -> None:
+    """Stopping within microseconds: the body takes over m x' of the parts, nothing else."""
+    system, loads = compressor(), compressor_loads(12)
+    modal = modal_loads(system, loads)
+    gap = []
+    for duration in (1e-5, 1e-6, 1e-7):
+        pieces = [Piece(duration, SPEED, 0.0, BOTH)]
+        segment = follow_course(system, modal, pieces, angle=1.0, before=BOTH, longest=1.0)[0]
+        wave = np.exp(1j * modal.orders)[:, None] * modal.amplitude[BOTH]
+        momentum = np.sum(1j * wave / modal.orders[:, None], axis=0).real * SPEED
+        jump = segment.state[-1, :, 1] - segment.state[0, :, 1]
+        gap.append(np.max(np.abs(jump - momentum)) / np.max(np.abs(momentum)))
+    assert gap[2] < 1e-4
+    assert gap[0] / gap[1] == pytest.approx(10.0, rel=0.1)
+    assert gap[1] / gap[2] == pytest.approx(10.0, rel=0.1)
+
+
+def test_buckets_change_the_picture_only() -> None:
+    system, loads = compressor(), compressor_loads(12)
+    few, many = (
+        instantaneous(system, loads, BOTH, ONLY_A, SPEED, angle=0.2, duration=0.5, buckets=n)
+        for n in (10, 3000)
+    )
+    off = np.abs(few.peaks.value - many.peaks.value)
+    assert np.all(off <= few.peaks.error + many.peaks.error)
+    assert few.settling == many.settling
+    assert np.max(few.history.high, axis=0) == pytest.approx(
+        np.max(many.history.high, axis=0), rel=2e-2
+    )

@@ -1,0 +1,184 @@
+"""Claim: a table in a CSV file is the same table as one written into the case, however it looks.
+
+Order of columns, comments, blank lines, quotes, line ends and units do not matter; a file of any
+other content is told in words and never ends in a traceback.
+"""
+
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from vibecalc.case.data_files import attach_files
+from vibecalc.case.load import load_case, validate
+from vibecalc.errors import CaseError, Problem
+from vibecalc.units import parse_quantity
+
+TABLES = """\
+schema = 1
+title = "one cylinder"
+[machine]
+kind = "compressor"
+speed = 361.0
+[machine.crank_train]
+crank_radius = 0.0127
+rod_length = 0.06
+reciprocating_mass = 0.35
+cylinders = [{ name = "A" }]
+"""
+PRESSURE = ["Pa", "bar", "psi", "kN/m^2"]
+numbers = st.floats(-1e9, 1e9, allow_subnormal=False).filter(lambda x: x == 0 or abs(x) > 1e-9)
+
+
+def attached(content: bytes, data: dict[str, Any]) -> list[Problem]:
+    """Problems of the files named table.csv in a case, which is changed."""
+    with tempfile.TemporaryDirectory() as folder:
+        (Path(folder) / "table.csv").write_bytes(content)
+        return attach_files(data, Path(folder))
+
+
+def of_pressure(content: bytes) -> tuple[Any, list[Problem]]:
+    data = {"machine": {"crank_train": {"gas_pressure": "table.csv"}}}
+    problems = attached(content, data)
+    return data["machine"]["crank_train"]["gas_pressure"], problems
+
+
+def same_case(folder: Path, inline: str, file: str, content: str) -> None:
+    (folder / "table.csv").write_text(content)
+    (folder / "a.toml").write_text(TABLES + inline)
+    (folder / "b.toml").write_text(TABLES + file)
+    first, second = load_case(folder / "a.toml"), load_case(folder / "b.toml")
+    assert first.resolved == second.resolved
+    assert first.sha256 == second.sha256
+
+
+def test_a_file_gives_the_case_and_the_hash_of_the_same_table_written_out(tmp_path: Path) -> None:
+    same_case(
+        tmp_path,
+        'gas_pressure = { crank_angle = ["0 deg", "90 deg", "360 deg"], pressure = '
+        '["2 bar", "0.5 bar", "2 bar"] }\n',
+        'gas_pressure = "table.csv"\n',
+        "# from a gauge\ncrank_angle [deg], pressure [bar]\n0, 2\n90, 0.5\n360, 2\n",
+    )
+    table = '[[reference_table]]\nquantity = "kinematics/acceleration_harmonics"\naxis = "order"\n'
+    same_case(
+        tmp_path,
+        table + 'source = "x"\nentry = [1, 4]\nvalue = ["1.50", "2e-3"]\nunit = "in/s^2"\n',
+        table + 'source = "x"\nfile = "table.csv"\ncolumn = "b"\n',
+        "order, a, b [in/s^2]\n1, 7, 1.50\n2, 8,\n4, 9, 2e-3\n",
+    )
+
+
+@given(
+    rows=st.lists(st.tuples(numbers, numbers), min_size=3, max_size=30),
+    units=st.tuples(st.sampled_from(["rad", "deg"]), st.sampled_from(PRESSURE)),
+    swapped=st.booleans(),
+    quoted=st.booleans(),
+    end=st.sampled_from(["\n", "\r\n"]),
+    mark=st.sampled_from(["", "\ufeff"]),
+    noise=st.lists(st.sampled_from(["", "  ", "# note, with, commas", '# "open']), max_size=4),
+    places=st.lists(st.integers(0, 30), min_size=4, max_size=4),
+)
+@settings(max_examples=60, deadline=None, derandomize=True)
+def test_looks_do_not_matter(
+    rows: list[tuple[float, float]],
+    units: tuple[str, str],
+    swapped: bool,
+    quoted: bool,
+    end: str,
+    mark: str,
+    noise: list[str],
+    places: list[int],
+) -> None:
+    cell = '"{}"'.format if quoted else " {} ".format
+    table = [(f"crank_angle [{units[0]}]", f"pressure [{units[1]}]"), *rows]
+    lines = [",".join(map(cell, map(str, row[::-1] if swapped else row))) for row in table]
+    for text, place in zip(noise, places, strict=False):
+        lines.insert(min(place, len(lines)), text)
+    found, problems = of_pressure((mark + end.join(lines) + end).encode())
+    assert problems == []
+    for key, unit, si, values in (
+        ("crank_angle", units[0], "rad", [row[0] for row in rows]),
+        ("pressure", units[1], "Pa", [row[1] for row in rows]),
+    ):
+        read = [parse_quantity(text, si) for text in found[key]]
+        assert read == [parse_quantity(f"{value} {unit}", si) for value in values]
+
+
+@given(st.lists(st.sampled_from([0.1, -3.0, 5e-7, 12345.678901234567]), min_size=3, max_size=9))
+@settings(max_examples=20, deadline=None, derandomize=True)
+def test_numbers_without_a_unit_are_doubles_as_written(values: list[float]) -> None:
+    lines = [f"{place}, {value!r}" for place, value in enumerate(values)]
+    found, problems = of_pressure("\n".join(["crank_angle, pressure", *lines]).encode())
+    assert problems == []
+    assert found == {"crank_angle": list(range(len(values))), "pressure": values}
+
+
+labels = st.text("ABab+ 01.-", min_size=1, max_size=6).map(str.strip).filter(bool)
+
+
+@given(rows=st.lists(st.tuples(labels, st.booleans(), numbers), min_size=1, max_size=12))
+@settings(max_examples=60, deadline=None, derandomize=True)
+def test_rows_of_references_keep_their_digits_and_blank_ones_go(
+    rows: list[tuple[str, bool, float]],
+) -> None:
+    lines = [f'"{label}", {repr(value) if there else ""}' for label, there, value in rows]
+    row: dict[str, Any] = {"file": "table.csv"}
+    content = "\n".join(["operation, energy [J]", *lines]).encode()
+    problems = attached(content, {"reference_table": [row]})
+    kept = [(label, repr(value)) for label, there, value in rows if there]
+    if not kept:
+        assert len(problems) == 1 and "no values" in problems[0].message
+        return
+    assert problems == []
+    assert row["value"] == [value for _, value in kept]
+    assert row["unit"] == "J" and not row.keys() & {"file", "column"}
+    for (label, _), entry in zip(kept, row["entry"], strict=True):
+        assert entry == label or float(label) == entry
+
+
+@given(
+    st.one_of(
+        st.binary(max_size=60),
+        st.text('crank_angle,pressure[]deg"\n\r\t;# 0123.e-nanif\x00', max_size=80).map(str.encode),
+        st.text(max_size=60).map(lambda text: text.encode("utf-8", "surrogatepass")),
+    )
+)
+@settings(max_examples=400, deadline=None, derandomize=True)
+def test_any_bytes_are_a_table_or_one_problem(content: bytes) -> None:
+    found, problems = of_pressure(content)
+    if problems:
+        assert len(problems) == 1
+        assert problems[0].path == ("machine", "crank_train", "gas_pressure")
+        assert found == "table.csv"
+    else:
+        sizes = {len(column) for column in found.values()}
+        assert len(sizes) == 1 and min(sizes) > 0
+    row = {"file": "table.csv", "column": "pressure"}
+    problems = attached(content, {"reference_table": [row]})
+    assert bool(problems) is ("file" in row)
+
+
+@given(
+    st.text(max_size=12).map(lambda text: text + ".csv"),
+    st.sampled_from(["gas_pressure", "rod", "axis", "bore"]),
+)
+@settings(max_examples=150, deadline=None, derandomize=True)
+def test_any_name_is_no_file_or_left_to_the_schema(name: str, key: str) -> None:
+    data: dict[str, Any] = {"machine": {"crank_train": {key: name}}}
+    with tempfile.TemporaryDirectory() as folder:
+        problems = attach_files(data, Path(folder))
+    assert data == {"machine": {"crank_train": {key: name}}}
+    several = "\n" in name  # no file name, so that the schema says what is wrong
+    assert len(problems) == (key == "gas_pressure" and not several)
+
+
+def test_a_case_without_tables_is_left_alone() -> None:
+    data: dict[str, Any] = {"machine": [{"x": "a.csv"}, "b.csv"], "title": "c.csv", "z": {"": []}}
+    assert attach_files(data, Path("nowhere")) == []
+    assert data == {"machine": [{"x": "a.csv"}, "b.csv"], "title": "c.csv", "z": {"": []}}
+    with pytest.raises(CaseError):
+        validate(data)

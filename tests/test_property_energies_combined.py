@@ -1,0 +1,300 @@
+"""Claim: operations and balances are combined as phasors; the range over all phases of the balance
+weight is the true one, mean and peak, and its errors bound what the search may have missed.
+"""
+
+import mpmath
+import numpy as np
+import ong_tables as ong
+import pytest
+from exact_peaks import cycle_peak as exact_peak
+from isolation_machines import exact, random_body
+from mpmath import mpf
+
+from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.rounding import WithError
+from vibecalc.response import phase_search
+from vibecalc.response.balance_phase import mean_energy_range, peak_energy_range, states
+from vibecalc.response.combination import Superposed, at_phase, superpose
+from vibecalc.response.direct import dynamics, response
+from vibecalc.response.energies import (
+    dropped_mean,
+    energies_over_cycle,
+    energy_over_cycle,
+    mass_of,
+    stiffness_of,
+    velocity,
+)
+from vibecalc.response.matrices import Matrices
+from vibecalc.response.modes import modes
+from vibecalc.response.phase_search import Rows, search_phases
+
+ORDERS = np.array([1, 2, 4])
+SEEDS = range(8)
+
+
+def exactly(value: np.ndarray) -> WithError:
+    return WithError(value, np.zeros(np.shape(value)))
+
+
+def machine(seed: int) -> tuple[Matrices, float, WithError, WithError]:
+    """A random body, a speed, loads of 2 operations, and of 3 balances for each of them."""
+    body, generator = random_body(seed), np.random.default_rng(seed)
+    speed = float(modes(body.matrices).natural_frequency[1] * generator.uniform(0.4, 2.5))
+    shaking = generator.normal(size=(2, 2, 3, 6)) * 10.0 ** -np.array([0.0, 0.5, 2.0])[:, None]
+    size = 10.0 ** generator.uniform(-3.0, 1.0, size=(2, 3, 1))
+    residual = generator.normal(size=(2, 2, 3, 6)) * size
+    return (
+        body.matrices,
+        speed,
+        exactly(shaking[0] + 1j * shaking[1]),
+        exactly(residual[0] + 1j * residual[1]),
+    )
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_all_pairs_at_once_are_the_pairs_one_by_one(seed: int) -> None:
+    matrices, speed, shaking, residual = machine(seed)
+    parts = superpose(matrices, ORDERS, speed, shaking, residual)
+    motion = at_phase(parts, 0.7)
+    found = energies_over_cycle(matrices, motion, ORDERS, speed)
+    system = dynamics(matrices, ORDERS * speed)
+    for i in range(2):
+        for j in range(3):
+            load = shaking.value[i].copy()
+            load[0] += np.exp(0.7j) * residual.value[i, j]
+            alone = response(system, load, 1e-15 * np.abs(load))
+            one = energies_over_cycle(matrices, alone, ORDERS, speed)
+            for ours, theirs in zip(found, one, strict=True):
+                doubt = ours.mean_error[i, j] + theirs.mean_error
+                assert abs(ours.mean[i, j] - theirs.mean) <= doubt
+                doubt = ours.peak_error[i, j] + theirs.peak_error
+                assert abs(ours.peak[i, j] - theirs.peak) <= doubt
+
+
+def weights_and_states(
+    matrices: Matrices, speed: float, parts: Superposed
+) -> list[tuple[WithError, Superposed]]:
+    return [
+        (mass_of(matrices), states(parts, 1j * speed * ORDERS)),
+        (stiffness_of(matrices), states(parts, np.ones(3))),
+    ]
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_ranges_hold_a_dense_scan_and_are_reached(seed: int) -> None:
+    matrices, speed, shaking, residual = machine(seed)
+    parts = superpose(matrices, ORDERS, speed, shaking, residual)
+    phases = np.linspace(0.0, 2.0 * np.pi, 1441)[:, None, None]
+    for weight, state in weights_and_states(matrices, speed, parts):
+        scan = energy_over_cycle(weight, at_phase(state, phases), ORDERS)
+        mean = mean_energy_range(weight, state)
+        peak = peak_energy_range(weight, state, ORDERS)
+        for found, values in ((mean, scan.mean), (peak, scan.peak)):
+            assert np.all(found.low - found.low_error <= values.min(axis=0))
+            assert np.all(found.high + found.high_error >= values.max(axis=0))
+            # a scan misses a kink by its step at most
+            assert np.all(values.min(axis=0) - found.low <= 4e-3 * found.high)
+            assert np.all(found.high - values.max(axis=0) <= 1e-4 * found.high)
+            for which in ("low", "high"):
+                there = energy_over_cycle(
+                    weight, at_phase(state, getattr(found, f"{which}_phase")), ORDERS
+                )
+                value = there.mean if found is mean else there.peak
+                error = there.mean_error if found is mean else there.peak_error
+                told = getattr(found, f"{which}_error") + error + 1e-14 * found.high
+                assert np.all(np.abs(value - getattr(found, which)) <= told)
+        assert np.all(peak.low_error <= 2e-9 * peak.low + 1e-12 * peak.high)
+        assert np.all(peak.high_error <= 2e-9 * peak.high)
+        # what is swung about is what stays if the weight turns past the crank
+        both = 0.5 * (mean.low + mean.high)
+        np.testing.assert_allclose(both, scan.mean[:-1].mean(axis=0), rtol=1e-12)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_guard_orders_enter_the_errors_of_the_ranges_only(seed: int) -> None:
+    matrices, speed, shaking, residual = machine(seed)
+    parts = superpose(matrices, ORDERS, speed, shaking, residual)
+    for weight, state in weights_and_states(matrices, speed, parts):
+        first = state._replace(shaking=WithError(*(part[:, :2] for part in state.shaking)))
+        guards = WithError(*(part[:, 2:] for part in state.shaking))
+        rest = dropped_mean(weight, guards, 1.0)
+        few = energy_over_cycle(weight, at_phase(state), ORDERS, 2, 1.0)
+        pairs = (
+            (mean_energy_range(weight, first), mean_energy_range(weight, first, rest)),
+            (
+                peak_energy_range(weight, first, ORDERS[:2]),
+                peak_energy_range(weight, state, ORDERS, 2, 1.0),
+            ),
+        )
+        for without, found in pairs:
+            for which in ("low", "high"):
+                value, error = getattr(found, which), getattr(found, f"{which}_error")
+                same = getattr(without, which)
+                np.testing.assert_allclose(value, same, rtol=1e-13)
+                assert np.all(error > getattr(without, f"{which}_error"))
+        whole = (mean_energy_range(weight, state), peak_energy_range(weight, state, ORDERS))
+        for all_of_them, (_, found) in zip(whole, pairs, strict=True):
+            assert np.all(np.abs(all_of_them.low - found.low) <= found.low_error)
+            assert np.all(np.abs(all_of_them.high - found.high) <= found.high_error)
+        assert np.all(few.mean <= pairs[0][1].high * (1.0 + 1e-14))
+        assert np.all(few.mean >= pairs[0][1].low - pairs[0][1].low_error)
+
+
+def exact_peak_at(rows: list[list[mpmath.mpc]], turned: list[mpmath.mpc], phase: mpf) -> mpf:
+    shifted = [
+        [row[0] + mpmath.expj(phase) * r, *row[1:]] for row, r in zip(rows, turned, strict=True)
+    ]
+    return exact_peak(shifted, ORDERS.tolist())[0] ** 2 / 2
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_lowest_and_highest_peak_in_many_digits(seed: int) -> None:
+    """Golden section about the phases found, in 30 digits: nothing better is near."""
+    generator = np.random.default_rng(seed)
+    harmonics = generator.normal(size=(2, 2, 3)) * np.array([1.0, 0.4, 0.05])
+    y = harmonics[0] + 1j * harmonics[1]
+    r = generator.normal(size=2) + 1j * generator.normal(size=2)
+    found = search_phases(Rows(y[None], ORDERS, r[None]), 1e-12)
+    with mpmath.workdps(30):
+        rows = [[mpmath.mpmathify(complex(x)) for x in row] for row in y]
+        turned = [mpmath.mpmathify(complex(x)) for x in r]
+        for sign, phase, value, gap in (
+            (1, found.low_phase, found.low, found.low_gap),
+            (-1, found.high_phase, found.high, found.high_gap),
+        ):
+            low, high = mpf(phase.item()) - mpf("1e-3"), mpf(phase.item()) + mpf("1e-3")
+            section = (mpmath.sqrt(5) - 1) / 2
+            for _ in range(70):
+                left, right = high - section * (high - low), low + section * (high - low)
+                if sign * exact_peak_at(rows, turned, left) < sign * exact_peak_at(
+                    rows, turned, right
+                ):
+                    high = right
+                else:
+                    low = left
+            best = exact_peak_at(rows, turned, (low + high) / 2)
+            off = float(abs(mpf(value.item()) - best))
+            assert off <= gap.item() + found.rounding.item()
+            assert gap.item() <= 1e-12 * value.item() + 2.0 * found.rounding.item()
+
+
+def test_a_phase_that_does_not_matter() -> None:
+    """Without a residual, without shaking, and for two circles that turn against each other."""
+    circle = np.array([[1.0 + 0j], [-1j]])
+    none = np.zeros((2, 1), dtype=complex)
+    rows = Rows(
+        np.stack([circle, none, circle, none]),
+        np.array([1]),
+        np.stack([none[:, 0], circle[:, 0], 0.3 * circle[:, 0].conj(), none[:, 0]]),
+    )
+    found = search_phases(rows, 1e-6)
+    expected = 0.5 * np.square([1.0, 1.0, 1.3, 0.0])
+    np.testing.assert_allclose(found.low, expected, rtol=1e-14)
+    np.testing.assert_allclose(found.high, expected, rtol=1e-14)
+    assert found.low_gap[0] == found.low_gap[1] == found.high_gap[0] == found.low_phase[0] == 0.0
+    assert np.all(found.high_gap <= 1e-6 * expected)
+
+
+def test_a_weight_that_can_cancel_everything() -> None:
+    """Equal circles, one turned: the lowest peak is exactly zero, half a turn from the highest."""
+    circle = np.array([[1.0 + 0j], [-1j]])
+    turned = np.exp(0.4j) * circle[:, 0]
+    found = search_phases(Rows(circle[None], np.array([1]), turned[None]), 1e-9)
+    assert found.low.item() <= 1e-14
+    assert 2.0 - found.high_gap.item() - 1e-14 <= found.high.item() <= 2.0 + 1e-14
+    assert found.high_gap.item() < 1e-9
+    assert found.low_phase.item() == pytest.approx(np.pi - 0.4, abs=1e-6)
+    assert found.high_phase.item() == pytest.approx(2.0 * np.pi - 0.4, abs=1e-4)
+
+
+def test_search_is_short() -> None:
+    """Work: peaks evaluated per row, on the compressor's combinations."""
+    counted = 0
+    peaks = phase_search.vector_cycle_peak
+
+    def counting(harmonics: np.ndarray, orders: np.ndarray) -> object:
+        nonlocal counted
+        counted += len(harmonics)
+        return peaks(harmonics, orders)
+
+    matrices, speed, shaking, residual = machine(3)
+    parts = superpose(matrices, ORDERS, speed, shaking, residual)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(phase_search, "vector_cycle_peak", counting)
+        peak_energy_range(mass_of(matrices), states(parts, 1j * speed * ORDERS), ORDERS)
+    assert counted < 200 * 6
+
+
+def test_search_that_is_broken_off_says_how_far_it_came_and_leaves_others_alone() -> None:
+    """For opposite circles no interval can ever be dropped."""
+    circle = np.array([[1.0 + 0j], [-1j]])
+    rows = Rows(
+        np.stack([circle, circle]),
+        np.array([1]),
+        np.stack([0.3 * circle[:, 0].conj(), [0.2, 0.3j]]),
+    )
+    found = search_phases(rows, 1e-14)
+    expected = 0.5 * 1.3**2
+    assert 1e-9 < found.high_gap[0] < 1e-6
+    assert abs(found.high[0] - expected) <= 1e-14
+    assert found.high_gap[1] <= 3.0 * found.rounding[1]
+    alone = search_phases(Rows(rows.harmonics[1:], rows.orders, rows.turned[1:]), 1e-14)
+    assert (alone.low.item(), alone.high.item()) == (found.low[1], found.high[1])
+
+
+def test_an_exact_resonance_is_refused() -> None:
+    """A mass of 4 on a spring of 4 w^2 has no inverse at w, not even by rounding."""
+    mass = np.eye(6) * 4.0
+    nothing = np.zeros((6, 6))
+    matrices = Matrices(mass, mass * 64.0, nothing, nothing, *[nothing] * 4)
+    load = exactly(np.ones((1, 3, 6)) + 0j)
+    with pytest.raises(NumericalFailure, match="undamped natural frequency"):
+        superpose(matrices, ORDERS, 8.0, load, exactly(np.ones((1, 1, 6)) + 0j))
+
+
+def test_compressor_phase_range() -> None:
+    """The source's machine, A at work, the weight of both; closed form and search."""
+    matrices = ong.si_matrices()
+    load = np.array([0.0, 1.0, 0.0, ong.LEVER_A, 0.0, 0.0]) * ong.LOAD
+    acceleration = np.array([float(text) for text in ong.APPENDIX_I])[:, None]
+    shaking = exactly((ong.RECIPROCATING * acceleration * load)[None] + 0j)
+    turning = ong.ROTATING * ong.RADIUS * ong.SPEED**2 * ong.LOAD
+    turning = turning * np.array([-1.0, 1j, 0.0, 1j * ong.LEVER_A, ong.LEVER_A, 0.0])
+    parts = superpose(matrices, ong.ORDERS, ong.SPEED, shaking, exactly(turning[None, None]))
+    state = states(parts, 1j * ong.SPEED * ong.ORDERS)
+    mean = mean_energy_range(mass_of(matrices), state)
+    for value, phase in ((mean.low, mean.low_phase), (mean.high, mean.high_phase)):
+        rate = ong.ORDERS * ong.SPEED
+        there = energy_over_cycle(
+            mass_of(matrices), velocity(at_phase(parts, phase), rate), ong.ORDERS
+        )
+        assert abs(there.mean - value).item() <= (there.mean_error + mean.low_error).item()
+    # twice the mean, as the source counts, in in lbf
+    assert 2.0 * mean.low.item() / ong.ENERGY == pytest.approx(0.546809, abs=1e-6)
+    assert 2.0 * mean.high.item() / ong.ENERGY == pytest.approx(0.893432, abs=1e-6)
+    peak = peak_energy_range(mass_of(matrices), state, ong.ORDERS)
+    assert peak.low.item() / ong.ENERGY == pytest.approx(0.555196, abs=1e-6)
+    assert peak.high.item() / ong.ENERGY == pytest.approx(0.904966, abs=1e-6)
+
+
+def test_mean_range_against_fifty_digits() -> None:
+    """Errors of the closed form bound the rounding, states taken as exact."""
+    generator = np.random.default_rng(4)
+    weight = exactly(random_body(4).matrices.mass)
+    y, r = generator.normal(size=(2, 3, 6)), generator.normal(size=(2, 6))
+    state = Superposed(
+        exactly((y[0] + 1j * y[1])[None]), exactly((r[0] + 1j * r[1])[None, None]), 0
+    )
+    found = mean_energy_range(weight, state)
+    with mpmath.workdps(50):
+        w = exact(weight.value)
+        rows, turned = exact(state.shaking.value[0]), exact(state.residual.value[0, 0])
+
+        def product(a: np.ndarray, b: np.ndarray) -> mpmath.mpc:
+            return np.array([mpmath.conj(x) for x in a], dtype=object) @ w @ b
+
+        still = sum(product(row, row).real for row in rows) / 4 + product(turned, turned).real / 4
+        swing = abs(product(rows[0], turned)) / 2
+        for value, truth in ((found.low, still - swing), (found.high, still + swing)):
+            off = float(abs(mpf(value.item()) - truth))
+            assert off <= found.low_error.item() < 1e-12 * float(still)

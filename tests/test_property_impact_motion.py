@@ -1,0 +1,239 @@
+"""Claim: runs with play keep the laws that hold for any of them: a run does not depend on its
+company or on how its time is cut, time can be run back, and no crossing of a face is passed over.
+"""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from impact_machines import (
+    CLEARANCE,
+    DAMPING,
+    INCH,
+    LENGTH,
+    MASS,
+    RADIUS,
+    ROD_MASS,
+    SPEED,
+    STIFFNESS,
+    compressor_drive,
+    gas_towards,
+    near,
+    source_joint,
+)
+
+from vibecalc.kinematics.slider_crank import piston_motion
+from vibecalc.response.impact.contact import spring_energy
+from vibecalc.response.impact.drive import slider_crank_drive
+from vibecalc.response.impact.model import Drive, GasForce, Joint, assemble_train
+from vibecalc.response.impact.piece import absolute_mean, highest
+from vibecalc.response.impact.roots import bernstein, sign_changes, single_root
+from vibecalc.response.impact.simulate import simulate
+
+TURN = 2.0 * np.pi / SPEED
+
+
+def mixed_batch(members: list[int]):
+    """Some of eight different machines, with all three gaps."""
+    number = np.array(members)
+    joint = Joint(
+        CLEARANCE * (0.5 + 0.2 * number),
+        STIFFNESS * (1 + 0.1 * number),
+        DAMPING * number,
+        DAMPING * (8.0 - number),
+    )
+    crank = source_joint(clearance=CLEARANCE / 2)
+    wall = source_joint(clearance=2e-3 * INCH)
+    gap = np.array([near(8), 2 * near(8, 2), 1e-3 * INCH + near(8, 3)]).T[members]
+    return simulate(
+        compressor_drive(with_rod_tangent=True), gas_towards("crank"), MASS + 0.01 * number, joint,
+        gap, 0.0 * gap, revolutions=1, orders_kept=12, crank_joint=crank, rod_mass=ROD_MASS,
+        wall=wall, samples=64,
+    )  # fmt: skip
+
+
+def test_a_run_is_the_same_bit_for_bit_in_any_company():
+    together = mixed_batch(list(range(8)))
+    for members in ([3], [7, 0, 5]):
+        alone = mixed_batch(members)
+        for ours, theirs in zip(
+            (alone.wrist_pin, alone.crank_pin, alone.wall),
+            (together.wrist_pin, together.crank_pin, together.wall),
+            strict=True,
+        ):
+            assert np.array_equal(ours.first_contacts, theirs.first_contacts[members])
+            assert np.array_equal(ours.impact_count, theirs.impact_count[members])
+            assert np.array_equal(ours.gap, theirs.gap[members])
+            np.testing.assert_allclose(
+                ours.force_harmonics, theirs.force_harmonics[members], rtol=0, atol=1e-9
+            )
+        assert np.array_equal(alone.end_gap, together.end_gap[members])
+        assert np.array_equal(alone.end_velocity, together.end_velocity[members])
+
+
+@pytest.mark.parametrize("law", ["continuous", "full_deflection"])
+@pytest.mark.parametrize("sense", ["crank", "head"])
+def test_finer_panels_do_not_move_the_first_contacts(sense, law):
+    times = [
+        simulate(
+            compressor_drive(), gas_towards(sense), MASS, source_joint(law), near(3), np.zeros(3),
+            revolutions=1, orders_kept=4, subdivision=parts,
+        ).wrist_pin.first_contacts
+        for parts in (1, 3)
+    ]  # fmt: skip
+    # the shortest of these times is 1e-4 of a turn
+    np.testing.assert_allclose(times[0], times[1], rtol=1e-12, atol=1e-13 * TURN)
+
+
+def test_a_gas_table_may_be_written_in_other_ways():
+    gas, irregular = gas_towards("crank"), np.array([0.3, 1.01, 1.02, 4.4, 6.1])
+    more = np.sort(np.concatenate([gas.angle, irregular]))
+    tables = [
+        gas,
+        GasForce(more, np.interp(more, gas.angle, gas.force)),
+        # from 50 degrees on, without the entry that repeats the first
+        GasForce(gas.angle[:-1] + gas.angle[5], np.roll(gas.force[:-1], -5)),
+    ]
+    runs = [
+        simulate(
+            compressor_drive(), table, MASS, source_joint(), near(2), np.zeros(2),
+            revolutions=1, orders_kept=150,
+        ).wrist_pin
+        for table in tables
+    ]  # fmt: skip
+    for other in runs[1:]:
+        np.testing.assert_allclose(
+            other.first_contacts, runs[0].first_contacts, rtol=1e-11, atol=1e-13 * TURN
+        )
+        distance = np.abs(other.force_harmonics - runs[0].force_harmonics)
+        assert np.max(distance) < 1e-7 * np.max(runs[0].mean_absolute_force)
+
+
+def test_time_runs_back():
+    # without damping the motion is reversible: forwards a turn, then back with the pin's motion
+    # mirrored in time. Errors grow with every contact, so few contacts: a wide gap
+    drive = compressor_drive()
+    joint = source_joint(clearance=6 * CLEARANCE, contact_damping=0.0, film_damping=0.0)
+    gap, velocity = np.array([1.1e-4, 1.3e-4]), np.array([0.3, -0.2])
+    gas = gas_towards("crank")
+    there = simulate(drive, gas, MASS, joint, gap, velocity, revolutions=1, orders_kept=1)
+    mirrored = drive._replace(displacement=np.conj(drive.displacement))
+    backwards = gas._replace(force=gas.force[::-1])
+    back = simulate(
+        mirrored, backwards, MASS, joint, there.end_gap[:, 0, 0], -there.end_velocity[:, 0, 0],
+        revolutions=1, orders_kept=1,
+    )  # fmt: skip
+    assert np.all(there.wrist_pin.impact_count >= 2)
+    # on the way back every contact is made where it was broken
+    last = there.end_gap[:, 0, 0]
+    ends_touching = (last < 0.0) | (last > joint.clearance)
+    made = there.wrist_pin.impact_count[:, 0] - ends_touching
+    assert np.array_equal(back.wrist_pin.impact_count[:, 0], made)
+    np.testing.assert_allclose(back.end_gap[:, 0, 0], gap, rtol=1e-6)
+    np.testing.assert_allclose(back.end_velocity[:, 0, 0], -velocity, rtol=1e-6)
+
+
+SIZE = st.floats(-2.0, 2.0)
+
+
+@given(
+    st.tuples(SIZE, SIZE, SIZE, SIZE, SIZE, SIZE),
+    st.sampled_from(["continuous", "full_deflection"]),
+    st.sampled_from(["crank", "head"]),
+)
+@settings(max_examples=12, deadline=None)
+def test_energy_balance_of_machines_of_any_size(sizes, law, sense):
+    gap_size, stiff, heavy, contact, film, fast = (10.0**size for size in sizes)
+    drive = slider_crank_drive(RADIUS, LENGTH, SPEED * fast**0.25)
+    joint = source_joint(
+        law,
+        clearance=CLEARANCE * gap_size**0.5,
+        stiffness=STIFFNESS * stiff**0.5,
+        contact_damping=DAMPING * contact,
+        film_damping=DAMPING * film,
+    )
+    run = simulate(
+        drive, gas_towards(sense), MASS * heavy**0.25, joint, near(2), np.zeros(2),
+        revolutions=1, orders_kept=8,
+    )  # fmt: skip
+    assert np.all(run.axial.relative_error < 1e-12)
+    wrist = run.wrist_pin
+    assert np.all(wrist.peak_force >= wrist.mean_absolute_force)
+    assert np.all(np.abs(wrist.force_harmonics[..., 0]) <= wrist.mean_absolute_force * (1 + 1e-12))
+    assert np.all(
+        np.abs(wrist.force_harmonics[..., 1:])
+        <= 2.0 * wrist.mean_absolute_force[..., None] * (1 + 1e-12)
+    )
+    assert np.all(wrist.contact_time <= 2 * np.pi / drive.speed * (1 + 1e-12))
+
+
+@given(st.lists(st.floats(0.01, 0.99), min_size=0, max_size=4), st.integers(0, 2**32 - 1))
+def test_sign_changes_bound_the_roots(roots, seed):
+    # a product of known roots and of a factor without roots in the interval
+    factor = np.polynomial.Polynomial(np.random.default_rng(seed).random(5) + 0.05)
+    for root in roots:
+        factor *= np.polynomial.Polynomial([-root, 1.0])
+    coefficients = np.zeros((12, 1))
+    coefficients[: len(factor.coef), 0] = factor.coef
+    changes = int(sign_changes(bernstein(coefficients) > 0.0)[0])
+    assert changes >= len(roots) and (changes - len(roots)) % 2 == 0
+    if len(roots) == 1:
+        found = single_root(coefficients, np.zeros(1), np.ones(1))[0]
+        assert found == pytest.approx(roots[0], rel=1e-12)
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_statistics_of_a_piece(seed):
+    generator = np.random.default_rng(seed)
+    force = generator.normal(size=(14, 5)) / (1.0 + np.arange(14))[:, None] ** 2
+    at = (np.arange(20000) + 0.5) / 20000
+    dense = np.array([np.abs(np.polynomial.polynomial.polyval(at, force[:, k])) for k in range(5)])
+    np.testing.assert_allclose(absolute_mean(force), dense.mean(axis=1), rtol=1e-6, atol=1e-7)
+    top = highest(force, np.zeros(5))
+    assert np.all(top >= dense.max(axis=1) * (1 - 1e-13))
+    ends = np.maximum(np.abs(force[0]), np.abs(force.sum(axis=0)))
+    np.testing.assert_allclose(top, np.maximum(dense.max(axis=1), ends), rtol=1e-6)
+    assert np.array_equal(highest(force, top + 1.0), top + 1.0)
+
+
+@pytest.mark.parametrize("law", ["continuous", "full_deflection"])
+def test_spring_energy_is_the_integral_of_the_force(law):
+    train = assemble_train(1, np.array(1.0), source_joint(law), None, None, None)
+    for end in (2.5 * CLEARANCE, -1.5 * CLEARANCE, 0.5 * CLEARANCE):
+        place = np.linspace(0.0, end, 200001)
+        middle = 0.5 * (place[1:] + place[:-1])
+        rest = CLEARANCE if law == "continuous" else 0.0
+        force = STIFFNESS * np.where(
+            middle > CLEARANCE, middle - rest, np.where(middle < 0.0, middle, 0.0)
+        )
+        stored = spring_energy(train.gaps, np.array([[end]]))[0, 0]
+        work = np.sum(force * np.diff(place))
+        assert stored == pytest.approx(work, rel=1e-4, abs=1e-15)
+
+
+@pytest.mark.parametrize("rod_ratio", [0.1, 0.5, 0.9, 0.98])
+def test_drive_is_the_slider_crank(rod_ratio):
+    drive = slider_crank_drive(rod_ratio, 1.0, 7.0, with_rod_tangent=True)
+    angle = np.linspace(0, 2 * np.pi, 301)
+    motion = piston_motion(angle, rod_ratio, 1.0)
+    place = np.sum(drive.displacement * np.exp(1j * np.outer(angle, drive.orders)), axis=1).real
+    np.testing.assert_allclose(place, rod_ratio + 1.0 - motion.position, atol=4e-15)
+    bent = -np.square(drive.orders) * drive.displacement
+    bend = np.sum(bent * np.exp(1j * np.outer(angle, drive.orders)), axis=1).real
+    np.testing.assert_allclose(bend, -motion.acceleration, atol=3e-14 / (1 - rod_ratio))
+    wave = np.exp(1j * np.outer(angle, drive.tangent_orders))
+    tangent = np.sum(drive.rod_tangent * wave, axis=1).real
+    exact = np.tan(np.arcsin(rod_ratio * np.sin(angle)))
+    np.testing.assert_allclose(tangent, exact, atol=2e-13)
+
+
+def test_a_pin_that_stands_still_leaves_a_free_mass_alone():
+    still = Drive(3.0, np.array([0]), np.array([0.1 + 0j]))
+    joint = Joint(1.0, 1e4, 0.0, 0.0)
+    run = simulate(
+        still, gas_towards("crank")._replace(force=np.zeros(37)), 2.0, joint, [0.25], [0.125],
+        revolutions=2, orders_kept=2,
+    )  # fmt: skip
+    turn = 2 * np.pi / 3.0
+    np.testing.assert_allclose(run.end_gap[0, :, 0], 0.25 + 0.125 * turn * np.array([1, 2]))
+    assert np.all(run.wrist_pin.force_harmonics == 0.0) and np.all(run.axial.residual == 0.0)

@@ -1,0 +1,105 @@
+"""Claim: every method of the table keeps one signature, its bounds, its budget and its word."""
+
+from typing import get_args
+
+import numpy as np
+import pytest
+from test_property_optimum import valley
+
+from vibecalc.case.tables import SearchMethod
+from vibecalc.errors import NumericalFailure
+from vibecalc.optimisation.constrained import minimise
+from vibecalc.optimisation.methods import METHODS, find
+
+NAMES = sorted(METHODS)
+
+
+def test_a_case_can_ask_for_every_method_and_no_other():
+    assert set(get_args(SearchMethod)) == set(METHODS)
+    assert all(method.words and method.citation for method in METHODS.values())
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_counts_stays_inside_and_reports_what_evaluate_says(name):
+    seen = set()
+
+    def counted(x):
+        seen.add(x.tobytes())
+        assert np.all(np.abs(x) <= 2)
+        return valley(x)
+
+    found = find(name, counted, [-2, -2], [2, 2], first=[-1, 1])
+    objective, margins = valley(found.variables)
+    assert found.objective == pytest.approx(objective, rel=1e-14)
+    assert np.allclose(found.margins, margins, rtol=0, atol=1e-14)
+    # what is evaluated beyond the count is the residual at the end
+    assert found.evaluations <= len(seen) <= found.evaluations + 120
+    assert found.converged
+    assert found.residual < 1e-3
+    assert found.violation <= 2e-7
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_spent_budget_is_said_and_the_best_point_given(name):
+    found = find(name, valley, [-2, -2], [2, 2], first=[-1.5, 1.5], budget=12)
+    assert not found.converged
+    assert found.evaluations <= 12
+    assert found.reason == "spent its 12 evaluations"
+    assert np.isfinite(found.objective)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_start_without_a_value_is_a_failure(name):
+    def nowhere(x):
+        raise NumericalFailure("an order is on a natural frequency")
+
+    with pytest.raises(NumericalFailure, match=r"start of the search.*natural frequency"):
+        find(name, nowhere, [0], [1])
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_points_that_fail_are_gone_around(name):
+    def holed(x):
+        if x[0] > 0.8:
+            raise NumericalFailure("too near")
+        return (x[0] - 0.6) ** 2 + (x[1] - 0.4) ** 2, [x[1] - 0.5]
+
+    found = find(name, holed, [0, 0], [1, 1], first=[0.1, 0.9], budget=8000)
+    assert found.variables == pytest.approx([0.6, 0.5], abs=2e-4)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_refined_it_is_the_same_optimum(name):
+    plain = minimise(valley, [-2, -2], [2, 2], starts=5)
+    found = minimise(valley, [-2, -2], [2, 2], starts=5, method=name)
+    apart = np.abs(found.variables - plain.variables)
+    assert np.all(apart <= found.variables_error + plain.variables_error)
+    assert abs(found.objective - plain.objective) <= found.objective_error + plain.objective_error
+    assert found.kkt_residual < 1e-7
+    # a population is spread over the bounds already: it starts once
+    assert len(found.history) == (1 if METHODS[name].everywhere else 6)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_same_bytes_twice(name):
+    one, two = (find(name, valley, [-2, -2], [2, 2], first=[1, 1]) for _ in range(2))
+    assert one.variables.tobytes() == two.variables.tobytes()
+    assert one.evaluations == two.evaluations
+
+
+def test_a_population_finds_the_deeper_of_two_wells():
+    """From a start in the shallow well the local methods stay there."""
+
+    def wells(x):
+        return (x[0] ** 2 - 1) ** 2 + 0.3 * x[0], []
+
+    ends = {name: find(name, wells, [-2], [2], first=[1.0]) for name in METHODS}
+    for name, end in ends.items():
+        deeper = METHODS[name].everywhere
+        assert np.sign(end.variables[0]) == (-1 if deeper else 1)
+
+
+def test_a_kink_has_no_residual():
+    found = find("hooke_jeeves", lambda x: (abs(x[0] - 0.3) + 1, []), [0], [1])
+    assert found.variables[0] == pytest.approx(0.3, abs=1e-7)
+    assert found.residual == np.inf

@@ -1,0 +1,260 @@
+"""Claim: a sum of modes gives the response of the direct solution, in both error estimates, and the
+truth in 50 digits: whatever signs and scales the modes have, for repeated modes, for modes without
+stiffness, for damping that couples modes, close to resonances; and it refuses to answer on one.
+"""
+
+import mpmath
+import numpy as np
+import ong_tables as ong
+import pytest
+from isolation_machines import exact, exact_matrices, exact_response, random_body
+
+from vibecalc.errors import NumericalFailure
+from vibecalc.isolation.rigid_body import assemble
+from vibecalc.numerics.rounding import UNIT_ROUNDOFF, WithError
+from vibecalc.response.damped_basis import damped_basis
+from vibecalc.response.direct import Undriven, dynamics, response
+from vibecalc.response.energy import damping_ratio, modal_force
+from vibecalc.response.matrices import Matrices
+from vibecalc.response.modal import modal_response
+from vibecalc.response.modal_damping import modal_damping
+from vibecalc.response.modal_resonance import body_resonances
+from vibecalc.response.modes import modes
+from vibecalc.response.singular import check_operating_point
+
+SEEDS = range(16)
+BESIDE = (0.1, 0.5, 1.0, 1.0 + 1e-7, 3.0, 10.0)
+
+
+def load_of(generator: np.random.Generator, shape: tuple[int, ...]) -> np.ndarray:
+    value: np.ndarray = generator.normal(size=shape) + 1j * generator.normal(size=shape)
+    return value
+
+
+def both(matrices: Matrices, frequency: np.ndarray, load: np.ndarray) -> tuple[WithError, ...]:
+    """By modes and directly; the two must agree."""
+    nothing = np.zeros(load.shape)
+    summed = modal_response(matrices, modes(matrices).shape, frequency, load, nothing)
+    direct = response(dynamics(matrices, frequency), load, nothing)
+    assert np.all(np.abs(summed.value - direct.value) <= summed.error + direct.error)
+    return summed, direct
+
+
+def off_truth(found: WithError, truth: np.ndarray) -> np.ndarray:
+    """True errors (..., 6) against mpmath numbers."""
+    pairs = zip(np.ravel(exact(found.value)), np.ravel(truth), strict=True)
+    return np.array([float(abs(a - b)) for a, b in pairs]).reshape(found.value.shape)
+
+
+@pytest.mark.parametrize("proportional", [True, False], ids=["apart", "coupled"])
+def test_truth_lies_within_the_errors(proportional: bool) -> None:
+    ratios = []
+    for seed in SEEDS:
+        body, generator = random_body(seed, proportional), np.random.default_rng(seed)
+        natural = modes(body.matrices).natural_frequency
+        frequency = natural[generator.integers(6, size=4)] * generator.choice(BESIDE, size=4)
+        load = load_of(generator, (4, 6))
+        summed, _ = both(body.matrices, frequency, load)
+        with mpmath.workdps(50):
+            stored = exact_matrices(body)
+            rows = [exact_response(stored, w, f) for w, f in zip(frequency, load, strict=True)]
+            off = off_truth(summed, np.array(rows))
+        assert np.all(off <= summed.error)
+        ratios.append(summed.error / np.maximum(off, UNIT_ROUNDOFF * np.abs(summed.value)))
+    assert np.median(ratios) < 1000.0
+
+
+@pytest.mark.parametrize("proportional", [True, False], ids=["apart", "coupled"])
+@pytest.mark.parametrize("seed", SEEDS)
+def test_signs_and_scales_of_the_modes_do_not_matter(seed: int, proportional: bool) -> None:
+    body, generator = random_body(seed, proportional), np.random.default_rng(seed)
+    shape = modes(body.matrices).shape
+    frequency = modes(body.matrices).natural_frequency * generator.uniform(0.5, 1.5, size=6)
+    load, nothing = load_of(generator, (6, 6)), np.zeros((6, 6))
+    first = modal_response(body.matrices, shape, frequency, load, nothing)
+    flipped = shape * generator.choice([-1.0, 1.0], size=6)
+    second = modal_response(body.matrices, flipped, frequency, load, nothing)
+    # a sign changes no rounding; a scale and the sequence do
+    np.testing.assert_array_equal(first.value, second.value)
+    scaled = (flipped * 10.0 ** generator.uniform(-9.0, 9.0, size=6))[:, generator.permutation(6)]
+    third = modal_response(body.matrices, scaled, frequency, load, nothing)
+    assert np.all(np.abs(first.value - third.value) <= first.error + third.error)
+
+
+def test_leading_axes_broadcast() -> None:
+    body, generator = random_body(5), np.random.default_rng(5)
+    frequency = modes(body.matrices).natural_frequency[:4] * 1.1
+    load = load_of(generator, (3, 2, 4, 6))
+    shape = modes(body.matrices).shape
+    whole = modal_response(body.matrices, shape, frequency, load, np.zeros(load.shape))
+    for i in range(3):
+        for j in range(2):
+            part = modal_response(body.matrices, shape, frequency, load[i, j], np.zeros((4, 6)))
+            # products of other sizes may be summed in another sequence
+            apart = np.abs(part.value - whole.value[i, j])
+            assert np.all(apart <= part.error + whole.error[i, j])
+
+
+def ong_load(orders: int = 1) -> np.ndarray:
+    row = np.array([0.0, 1.0, 0.0, ong.LEVER_A * ong.INCH, 0.0, 0.0])
+    return np.tile(row, (orders, 1)).astype(complex)
+
+
+def stored_response(matrices: Matrices, frequency: float, load: np.ndarray) -> np.ndarray:
+    parts = (matrices.mass, matrices.stiffness, matrices.damping, matrices.structural)
+    stored = tuple(mpmath.matrix(exact(part).tolist()) for part in parts)
+    return exact_response(stored, frequency, load)
+
+
+@pytest.mark.parametrize("mode", range(6))
+def test_undamped_resonance_is_refused_and_one_in_ten_million_beside_it_is_known(
+    mode: int,
+) -> None:
+    matrices = ong.si_matrices()
+    shapes = modes(matrices)
+    natural = float(shapes.natural_frequency[mode])
+    load = ong_load()
+    force = WithError(load, 1e-16 * np.abs(load))
+    with pytest.raises(NumericalFailure, match="without damping at its natural frequency"):
+        modal_response(matrices, shapes.shape, np.array([natural]), *force)
+    resonances = body_resonances(matrices, shapes, force)
+    with pytest.raises(NumericalFailure, match=f"mode {mode + 1}"):
+        check_operating_point(resonances, np.array([1]), natural)
+
+    beside = natural * (1.0 + 1e-7)
+    assert check_operating_point(resonances, np.array([1]), beside) == ()
+    summed, direct = both(matrices, np.array([beside]), load)
+    largest = np.max(np.abs(summed.value))
+    with mpmath.workdps(50):
+        off = off_truth(summed, stored_response(matrices, beside, load[0])[None])
+    assert np.all(off <= summed.error)
+    # about seven digits are lost, and the estimate says so
+    lost = np.max(summed.error) / largest
+    assert 1e-10 < lost < 1e-6
+    assert np.max(direct.error) / largest < 1e-6
+
+
+def test_mode_that_is_not_driven_is_left_out_at_its_frequency() -> None:
+    body = random_body(7, proportional=True)
+    undamped = body.matrices._replace(
+        structural=np.zeros((6, 6)),
+        structural_error=np.zeros((6, 6)),
+        damping=np.zeros((6, 6)),
+        damping_error=np.zeros((6, 6)),
+    )
+    shapes = modes(undamped)
+    load = (undamped.mass @ shapes.shape[:, [0, 4]] @ np.array([1.0, 2.0j]))[None]
+    error = 1e-15 * np.abs(load)
+    natural = shapes.natural_frequency[2:3]
+    summed = modal_response(undamped, shapes.shape, natural, load, error)
+    value = shapes.eigenvalue[[0, 4]] - natural**2
+    expected = shapes.shape[:, [0, 4]] @ (np.array([1.0, 2.0j]) / value)
+    assert np.all(np.abs(summed.value[0] - expected) <= summed.error[0])
+    assert np.all(summed.error[0] < 1e-9 * np.max(np.abs(expected)))
+    force = modal_force(shapes, load, error)
+    pairs = np.abs(force.value) <= 4.0 * force.error
+    left_out = Undriven(pairs, shapes.shape, shapes.eigenvalue)
+    direct = response(dynamics(undamped, natural, left_out), load, error)
+    assert np.all(np.abs(summed.value - direct.value) <= summed.error + direct.error)
+
+
+def square_matrices(damping: float) -> Matrices:
+    """Four equal mounts about the centre: x and y at one frequency, rx and ry at another."""
+    corners = np.array([[x, y, 0.0] for x in (-0.4, 0.4) for y in (-0.4, 0.4)])
+    each = np.broadcast_to(np.eye(3), (4, 3, 3))
+    mass = np.diag([100.0, 100.0, 100.0, 8.0, 8.0, 14.0])
+    along = np.zeros((3, 3))
+    along[:2, :2] = damping
+    return assemble(mass, corners, 1e5 * each, np.broadcast_to(along, (4, 3, 3)), 0.02e5 * each)
+
+
+@pytest.mark.parametrize("damping", [0.0, 40.0], ids=["apart", "coupled"])
+def test_repeated_modes_in_any_basis(damping: float) -> None:
+    """Dampers along (1, 1, 0) couple the pair x, y in one basis and not in another."""
+    matrices, generator = square_matrices(damping), np.random.default_rng(2)
+    shapes = modes(matrices)
+    assert np.sum(np.diff(shapes.natural_frequency) < 1e-12 * shapes.natural_frequency[1:]) >= 2
+    frequency = np.concatenate([shapes.natural_frequency, [3.0, 500.0]])
+    load, nothing = load_of(generator, (8, 6)), np.zeros((8, 6))
+    direct = response(dynamics(matrices, frequency), load, nothing)
+    turned = shapes.shape.copy()
+    turn = np.array([[0.8, -0.6], [0.6, 0.8]])
+    turned[:, :2] = turned[:, :2] @ turn
+    for basis in (shapes.shape, damped_basis(matrices, shapes).shape, turned):
+        summed = modal_response(matrices, basis, frequency, load, nothing)
+        assert np.all(np.abs(summed.value - direct.value) <= summed.error + direct.error)
+        assert np.all(summed.error < 1e-12 * np.abs(summed.value).max(axis=-1, keepdims=True))
+
+
+def floating() -> Matrices:
+    """A body held along z only: five motions that no stiffness holds."""
+    each = np.zeros((3, 3))
+    each[2, 2] = 1e5
+    mass = np.diag([50.0, 50.0, 50.0, 4.0, 5.0, 6.0])
+    none = np.zeros((1, 3, 3))
+    return assemble(mass, np.array([[0.1, 0.0, 0.0]]), each[None], none, none)
+
+
+def test_modes_without_stiffness_answer_as_free_masses() -> None:
+    matrices = floating()
+    shapes = modes(matrices)
+    assert np.count_nonzero(shapes.eigenvalue <= shapes.eigenvalue_error) >= 4
+    frequency, load = np.array([2.0, 200.0]), load_of(np.random.default_rng(1), (2, 6))
+    summed, _ = both(matrices, frequency, load)
+    for number, w in enumerate(frequency):
+        free = [0, 1, 3, 5]
+        expected = -load[number, free] / (w * w * np.diagonal(matrices.mass)[free])
+        np.testing.assert_allclose(summed.value[number, free], expected, rtol=1e-13)
+    with pytest.raises(NumericalFailure, match="excitation at 0 rad/s"):
+        modal_response(matrices, shapes.shape, np.zeros(1), load[:1], np.zeros((1, 6)))
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_damping_given_mode_by_mode(seed: int) -> None:
+    """The matrix gives every mode its ratio, and the response is the textbook's sum."""
+    body, generator = random_body(seed), np.random.default_rng(seed)
+    nothing = np.zeros((6, 6))
+    ratio = generator.uniform(0.0, 0.3, size=6)
+    shapes = modes(body.matrices)
+    damping = modal_damping(body.matrices, shapes, ratio)
+    loss = 0.03
+    matrices = body.matrices._replace(
+        damping=damping.value,
+        damping_error=damping.error,
+        structural=loss * body.matrices.stiffness,
+        structural_error=loss * body.matrices.stiffness_error,
+    )
+    seen = damping_ratio(matrices._replace(structural=nothing, structural_error=nothing), shapes)
+    assert np.all(np.abs(seen.value - ratio) <= seen.error)
+    frequency = shapes.natural_frequency * generator.uniform(0.5, 1.5, size=6)
+    load = load_of(generator, (6, 6))
+    summed, _ = both(matrices, frequency, load)
+    w, rate = shapes.natural_frequency, frequency[:, None]
+    q = (load @ shapes.shape) / (
+        w**2 - rate**2 + 2j * ratio * w * rate + 1j * loss * shapes.eigenvalue
+    )
+    apart = np.abs(summed.value - q @ shapes.shape.T)
+    assert np.all(apart <= 4.0 * summed.error)
+
+
+def test_error_of_the_damping_matrix_is_honest() -> None:
+    """Against modes in 50 digits, mass and stiffness taken as stored."""
+    ratio = np.array([0.01, 0.02, 0.05, 0.1, 0.2, 0.0])
+    ratios = []
+    with mpmath.workdps(50):
+        for seed in range(6):
+            body = random_body(seed)
+            found = modal_damping(body.matrices, modes(body.matrices), ratio)
+            mass, stiffness = exact_matrices(body)[:2]
+            lower = mpmath.cholesky(mass)
+            inverse = lower**-1
+            reduced = inverse * stiffness * inverse.T
+            values, vectors = mpmath.eigsy((reduced + reduced.T) / 2)
+            rate = mpmath.diag(
+                [2 * mpmath.mpf(z) * mpmath.sqrt(v) for z, v in zip(ratio, values, strict=True)]
+            )
+            truth = lower * vectors * rate * vectors.T * lower.T
+            off = off_truth(WithError(found.value, found.error), np.array(truth.tolist()))
+            assert np.all(off <= found.error)
+            ratios.append(found.error / np.maximum(off, UNIT_ROUNDOFF * np.abs(found.value)))
+    assert np.median(ratios) < 2000.0

@@ -1,0 +1,174 @@
+"""Claim: switching transients keep the symmetries of the physics and of the description."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from switching_machines import BOTH, IDLE, ONLY_A, ONLY_B, SPEED, compressor, compressor_loads
+
+from vibecalc.response.switching.course import follow_course
+from vibecalc.response.switching.follow import Transient, follow
+from vibecalc.response.switching.instant import instantaneous
+from vibecalc.response.switching.readings import columns
+from vibecalc.response.switching.run import panel_grid, runs_of
+from vibecalc.response.switching.system import Loads, ModalSystem, Piece, modal_loads
+from vibecalc.response.switching.worst import worst_instant
+
+REVERSAL = [
+    Piece(0.3, SPEED, 0.0, BOTH),
+    Piece(0.1, 0.0, 0.0, BOTH),
+    Piece(0.2, 0.0, -SPEED, ONLY_A),
+    Piece(0.1, -SPEED, -SPEED, ONLY_A),
+]
+SYSTEM, LOADS = compressor(), compressor_loads(12, rotor=0.002)
+PLAIN = follow(SYSTEM, LOADS, REVERSAL, angle=0.5)
+
+
+def assert_same(other: Transient, scale: float | np.ndarray = 1.0) -> None:
+    """Same readings, up to a given scale of each, within both errors."""
+    off = np.abs(other.peaks.value - scale * PLAIN.peaks.value)
+    assert np.all(off <= (other.peaks.error + scale * PLAIN.peaks.error))
+    off = np.abs(other.final.value - scale * PLAIN.final.value)
+    assert np.all(off <= (other.final.error + scale * PLAIN.final.error))
+    assert other.settling.time == pytest.approx(PLAIN.settling.time, rel=1e-9)
+    assert other.peaks.time == pytest.approx(PLAIN.peaks.time, abs=1e-5)
+
+
+@given(st.lists(st.sampled_from([-1.0, 1.0]), min_size=6, max_size=6), st.permutations(range(6)))
+@settings(max_examples=8, deadline=None)
+def test_sign_and_sequence_of_the_modes_do_not_matter(
+    signs: list[float], sequence: list[int]
+) -> None:
+    turned = ModalSystem(
+        (SYSTEM.shape * np.array(signs))[:, sequence],
+        SYSTEM.frequency[sequence],
+        SYSTEM.damping_ratio[sequence],
+    )
+    assert_same(follow(turned, LOADS, REVERSAL, angle=0.5))
+
+
+def test_unit_of_a_coordinate_does_not_matter() -> None:
+    unit = np.array([1.0, 1.0, 1.0, 1e-3, 1e3, 1.0])
+    system = SYSTEM._replace(shape=SYSTEM.shape * unit[:, None])
+    loads = Loads(LOADS.orders, LOADS.per_speed_squared / unit, LOADS.per_acceleration / unit)
+    scale = np.concatenate([unit, 1.0 / unit, np.ones(3)])
+    assert_same(follow(system, loads, REVERSAL, angle=0.5), scale)
+
+
+@given(st.floats(1e-6, 1e6))
+@settings(max_examples=8, deadline=None)
+def test_response_is_proportional_to_the_loads(size: float) -> None:
+    loads = Loads(LOADS.orders, size * LOADS.per_speed_squared, size * LOADS.per_acceleration)
+    scale = np.concatenate([np.full(12, size), np.full(3, size**2)])
+    assert_same(follow(SYSTEM, loads, REVERSAL, angle=0.5), scale)
+
+
+def test_a_clock_twice_as_fast_makes_everything_faster() -> None:
+    quick = SYSTEM._replace(frequency=2.0 * SYSTEM.frequency)
+    pieces = [Piece(p.duration / 2, 2 * p.start_speed, 2 * p.end_speed, p.operation)
+              for p in REVERSAL]  # fmt: skip
+    done = follow(quick, LOADS, pieces, angle=0.5)
+    scale = np.concatenate([np.ones(6), np.full(9, 4.0)])
+    assert np.all(
+        np.abs(done.peaks.value - scale * PLAIN.peaks.value)
+        <= (done.peaks.error + scale * PLAIN.peaks.error)
+    )
+    assert done.settling.time == pytest.approx(0.5 * PLAIN.settling.time, rel=1e-10)
+
+
+@given(st.floats(0.05, 0.95), st.integers(0, 3))
+@settings(max_examples=10, deadline=None)
+def test_a_piece_may_be_cut_in_two(share: float, number: int) -> None:
+    piece = REVERSAL[number]
+    middle = piece.start_speed + share * (piece.end_speed - piece.start_speed)
+    cut = [
+        Piece(share * piece.duration, piece.start_speed, middle, piece.operation),
+        Piece((1.0 - share) * piece.duration, middle, piece.end_speed, piece.operation),
+    ]
+    done = follow(SYSTEM, LOADS, REVERSAL[:number] + cut + REVERSAL[number + 1 :], angle=0.5)
+    assert np.all(
+        np.abs(done.peaks.value - PLAIN.peaks.value) <= (done.peaks.error + PLAIN.peaks.error)
+    )
+    if number < 3:
+        assert done.settling.time == pytest.approx(PLAIN.settling.time, rel=1e-9)
+
+
+def test_turning_the_other_way_mirrors_the_crank() -> None:
+    """theta -> -theta with conjugate loads is the same motion."""
+    mirrored = Loads(LOADS.orders, LOADS.per_speed_squared.conj(), -LOADS.per_acceleration)
+    pieces = [Piece(p.duration, -p.start_speed, -p.end_speed, p.operation) for p in REVERSAL]
+    assert_same(follow(SYSTEM, mirrored, pieces, angle=-0.5))
+
+
+def test_no_change_leaves_the_steady_motion() -> None:
+    done = instantaneous(SYSTEM, LOADS, ONLY_A, ONLY_A, SPEED, angle=0.3)
+    assert done.settling.time == 0.0 and done.settling.deviation < 1e-12
+    assert np.all(
+        np.abs(done.peaks.value - done.final.value) <= done.peaks.error + done.final.error
+    )
+    worst = worst_instant(SYSTEM, LOADS, ONLY_A, ONLY_A, SPEED)
+    assert np.array_equal(worst.value, done.final.value)
+
+
+def test_no_load_no_motion() -> None:
+    for done in (
+        follow(SYSTEM, compressor_loads(4), [Piece(0.2, 0.0, SPEED, IDLE)]),
+        instantaneous(SYSTEM, compressor_loads(4), IDLE, IDLE, SPEED),
+    ):
+        assert np.all(done.peaks.value == 0.0) and np.all(done.peaks.error == 0.0)
+        assert np.all(done.final.value == 0.0) and np.all(done.later == 0.0)
+        assert done.settling.after == 0.0
+
+
+def test_responses_to_loads_add_up_at_every_time() -> None:
+    def states(operation: int) -> np.ndarray:
+        pieces = [Piece(0.2, SPEED, -0.5 * SPEED, operation)]
+        modal = modal_loads(SYSTEM, LOADS)._replace(push=np.zeros((4, 6)))
+        found = follow_course(SYSTEM, modal, pieces, angle=0.2, before=operation, longest=0.01)
+        return np.concatenate([segment.state for segment in found])
+
+    both, first, second = states(BOTH), states(ONLY_A), states(ONLY_B)
+    assert np.max(np.abs(both - first - second)) < 1e-13 * np.max(np.abs(both))
+
+
+def test_histories_hold_the_peaks_in_their_buckets() -> None:
+    edges = PLAIN.history.time
+    assert np.all(np.isfinite(PLAIN.history.low)) and np.all(
+        PLAIN.history.low <= PLAIN.history.high
+    )
+    extreme = np.maximum(np.abs(PLAIN.history.low), np.abs(PLAIN.history.high))
+    top = np.max(extreme, axis=0)
+    assert np.all(top <= PLAIN.peaks.value + PLAIN.peaks.error)
+    assert np.all(top >= 0.98 * PLAIN.peaks.value)
+    assert edges[0] == 0.0 and edges[-1] == pytest.approx(0.7)
+    assert PLAIN.history.speed[0] == SPEED and PLAIN.history.speed[-1] == -SPEED
+    kinetic = columns().kinetic
+    assert np.all(PLAIN.history.low[:, kinetic:] >= 0.0)
+
+
+def test_later_bounds_what_comes_after() -> None:
+    short = follow(SYSTEM, LOADS, REVERSAL[:3], angle=0.5)
+    longer = follow(SYSTEM, LOADS, [*REVERSAL[:3], Piece(1.0, -SPEED, -SPEED, ONLY_A)], angle=0.5)
+    assert short.settling.time == pytest.approx(longer.settling.time, rel=1e-9)
+    after = longer.history.time[:-1] >= 0.6 + 1e-9
+    seen = np.maximum(np.abs(longer.history.low), np.abs(longer.history.high))[after]
+    assert np.all(np.max(seen, axis=0) <= short.later)
+    # half a second later the bound is close to the steady motion itself
+    assert np.all(longer.later < short.later)
+    assert np.all(longer.later >= longer.final.value)
+
+
+@given(st.floats(-400.0, 400.0), st.floats(-400.0, 400.0), st.floats(1e-3, 5.0))
+@settings(max_examples=40, deadline=None)
+def test_grid_is_fine_enough_everywhere(start: float, end: float, duration: float) -> None:
+    modal = modal_loads(SYSTEM, LOADS)
+    for run in runs_of([Piece(duration, start, end, BOTH)], 0.0):
+        grid = panel_grid(SYSTEM, modal, run, duration / 50)
+        assert grid[0] == 0.0 and grid[-1] == run.duration and np.all(np.diff(grid) > 0.0)
+        fastest = np.maximum(np.abs(run.speed_at(grid[:-1])), np.abs(run.speed_at(grid[1:])))
+        phase = np.diff(grid) * (12.0 * np.minimum(fastest, np.inf))
+        turned = 12.0 * np.abs(np.diff(run.angle_at(grid)))
+        assert np.all(turned + np.diff(grid) * np.max(SYSTEM.frequency) <= 1.0 + 1e-9)
+        # within a panel the speed changes little against what it turns
+        assert np.all(phase <= 2.0)
+        assert np.all(np.diff(grid) <= duration / 50 * (1.0 + 1e-12))

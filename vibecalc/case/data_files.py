@@ -1,0 +1,192 @@
+"""Long tables in CSV files beside a case: read, and put where their file name stands.
+
+A table of the schema whose keys are all lists of numbers may be given as the name of a CSV file:
+its columns become the keys of the table, a unit stands in brackets behind the name of its column.
+Everything after this sees the numbers only, so that hash, resolved case and studies need no file.
+"""
+
+import math
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from vibecalc.case.csv_table import Column, Columns, Unreadable, read_columns
+from vibecalc.case.raw import Data, listed, nearest
+from vibecalc.errors import KeyPath, Problem, UnitError
+from vibecalc.units import convert, split_number
+
+#: a text that may be meant as the name of a file
+_FILE_NAME = re.compile(r"[^\n]*\.(csv|tsv|txt|dat|xlsx?|ods)\Z", re.IGNORECASE)
+_WHOLE = re.compile(r"[+-]?\d{1,18}\Z")
+
+
+def attach_files(data: Data, folder: Path) -> list[Problem]:
+    """Replace, in `data`, every file name that stands for a table by what the file holds.
+
+    Returns the problems of the files; their places keep the name, for the schema to pass over.
+    """
+    problems: list[Problem] = []
+    for path, place, key in _named_tables(data, ()):
+        try:
+            place[key] = _table(read_columns(folder, place[key]), path)
+        except Unreadable as error:
+            problems.append(_problem(path, place[key], error))
+    rows = data.get("reference_table")
+    for index, row in enumerate(rows if isinstance(rows, list) else ()):
+        if isinstance(row, dict) and isinstance(row.get("file"), str) and row["file"]:
+            try:
+                _attach_reference(row, folder)
+            except Unreadable as error:
+                path = ("reference_table", index, error.key or "file")
+                problems.append(_problem(path, str(row.get(path[-1], "")), error))
+    return problems
+
+
+def _named_tables(data: Any, above: KeyPath) -> Iterator[tuple[KeyPath, Any, Any]]:
+    """Places of texts where the schema has a table of columns: path, what holds it, its key."""
+    if not isinstance(data, dict | list):
+        return
+    entries = data.items() if isinstance(data, dict) else enumerate(data)
+    for key, value in list(entries):
+        path = (*above, key)
+        if isinstance(value, str):
+            if _FILE_NAME.match(value) and _columns_of(path):
+                yield path, data, key
+        else:
+            yield from _named_tables(value, path)
+
+
+def _columns_of(path: KeyPath) -> dict[str, Any]:
+    """Column -> shape of its numbers, if the schema has a table of nothing but columns there."""
+    from vibecalc.case.walk import keys_of, shape_at, shape_of
+
+    shape = shape_at(path)
+    if shape is None or shape.table is None or shape.kind != "table":
+        return {}
+    columns = {name: shape_of(field).item for name, field in keys_of(shape.table).items()}
+    numbers = all(
+        item is not None and item.kind in ("number", "whole") for item in columns.values()
+    )
+    return columns if numbers else {}
+
+
+def _table(columns: Columns, path: KeyPath) -> dict[str, list[Any]]:
+    """The columns as a case would write them, each number with its unit."""
+    shapes, table = _columns_of(path), {}
+    for name, column in columns.items():
+        shape = shapes.get(name)
+        if shape is not None:  # a column that the schema does not know is told by the schema
+            if shape.kind == "whole":
+                _check_whole(name, column)
+            else:
+                _check_unit(name, column.unit, shape.unit or "")
+                _check_numbers(name, column)
+        unit = column.unit
+        table[name] = [f"{cell} {unit}" if unit else _label(cell) for cell in column.cells]
+    return table
+
+
+def _check_whole(name: str, column: Column) -> None:
+    if column.unit:
+        raise Unreadable(f"column {name} is of whole numbers and has no unit", f"{name} alone")
+    for cell, line in zip(column.cells, column.lines, strict=True):
+        if not _WHOLE.match(cell):
+            raise Unreadable(
+                f"line {line}, column {name}: not a whole number: {cell[:40]!r}",
+                "a whole number in every cell",
+            )
+
+
+def _check_unit(name: str, unit: str, wanted: str) -> None:
+    if not unit:
+        return
+    try:
+        convert(1.0, unit, wanted)
+    except UnitError as error:
+        found = f", {error.found}" if error.message == "wrong dimension" else ""
+        raise Unreadable(
+            f"column {name}, unit {unit[:40]!r}: {error.message}{found}",
+            error.allowed or (f"a unit that converts to {wanted}" if wanted else "no unit"),
+            error.hint,
+        ) from None
+
+
+def _check_numbers(name: str, column: Column) -> None:
+    for cell, line in zip(column.cells, column.lines, strict=True):
+        try:
+            number, own = split_number(cell)
+            finite = math.isfinite(float(number))
+        except UnitError as error:
+            what = f"{error.message}: {cell[:40]!r}" if cell else "no number"
+            raise Unreadable(
+                f"line {line}, column {name}: {what}", "a finite number in every cell", error.hint
+            ) from None
+        if not finite:
+            raise Unreadable(
+                f"line {line}, column {name}: too large for a double: {cell[:40]!r}",
+                "a finite number in every cell",
+            )
+        if column.unit and own:
+            raise Unreadable(
+                f"line {line}, column {name}: the unit stands twice: {cell[:40]!r}",
+                f"numbers alone in a column of [{column.unit}]",
+            )
+
+
+def _attach_reference(row: Data, folder: Path) -> None:
+    twice = [key for key in ("entry", "value") if key in row]
+    if twice:
+        raise Unreadable(f"{twice[0]} and file exclude each other", "one way or the other")
+    columns = read_columns(folder, row["file"])
+    first, *others = columns
+    if not others:
+        raise Unreadable("there is one column only", "a column of entries, then values")
+    chosen = row.get("column", others[0] if len(others) == 1 else None)
+    if chosen is None:
+        raise Unreadable("which column of the file?", f"column = one of {listed(others)}")
+    if chosen not in others:
+        raise Unreadable(
+            f"the file has no such column of values, but {listed(others)}",
+            "the name of one of them, without its unit",
+            nearest(str(chosen), others),
+            key="column",
+        )
+    column, entries = columns[chosen], columns[first].cells
+    given = [place for place, value in enumerate(column.cells) if value]
+    if not given:
+        raise Unreadable(f"column {chosen} has no values", "a number in one line at least")
+    cells = [column.cells[place] for place in given]
+    _check_numbers(chosen, Column(column.unit, cells, [column.lines[place] for place in given]))
+    if column.unit and row.get("unit", column.unit) != column.unit:
+        raise Unreadable(
+            f"column {chosen} is in {column.unit[:40]}, and unit = {str(row['unit'])[:40]!r}",
+            "the unit in one of the two places",
+        )
+    row["entry"] = [_label(entries[place]) for place in given]
+    row["value"] = cells
+    if column.unit:
+        row["unit"] = column.unit
+    row.pop("file")
+    row.pop("column", None)
+
+
+def _label(cell: str) -> int | float | str:
+    """A cell as a whole number, a finite number or a text."""
+    if _WHOLE.match(cell):
+        return int(cell)
+    try:
+        number = float(cell)
+    except ValueError:
+        return cell
+    return number if math.isfinite(number) and "_" not in cell else cell
+
+
+def _problem(path: KeyPath, name: str, error: Unreadable) -> Problem:
+    return Problem(
+        path=path,
+        message=f"{path[-1]}: {error}",
+        found=repr(name[:80]),
+        allowed=error.allowed or "the name of a CSV file beside the case",
+        hint=error.hint,
+    )

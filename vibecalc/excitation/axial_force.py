@@ -1,0 +1,106 @@
+"""Axial force of a rotor whose conductors are skewed, from the harmonics of its torque."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from vibecalc.errors import NumericalFailure
+from vibecalc.excitation.sums import Complex, Real
+from vibecalc.numerics.cycle_peak import cycle_peak
+from vibecalc.numerics.rounding import EPSILON, WithError
+
+
+class AxialForce(NamedTuple):
+    """Force of the torque on the rotor along its axis, N.
+
+    `harmonics` (..., n) and `error` belong to the `orders` (n,) above 0, complex 0-peak amplitudes
+    F with f(t) = Re(F exp(i order angle)). `mean` (...,) is the force of order 0, in none of the
+    others: `sum_of_amplitudes` bounds the `peak` of the signal over a turn, and `rms` is its
+    effective value. Errors are absolute, of the same unit.
+    """
+
+    orders: np.ndarray
+    harmonics: Complex
+    error: Real
+    mean: WithError
+    sum_of_amplitudes: WithError
+    peak: WithError
+    rms: WithError
+
+
+def axial_force(
+    orders: ArrayLike,
+    cosine: ArrayLike,
+    sine: ArrayLike,
+    *,
+    rotor_diameter: ArrayLike,
+    skew_angle: ArrayLike,
+) -> AxialForce:
+    """Axial force (2 T / D) tan(beta) of a torque T on conductors skewed by beta.
+
+    The torque needs the tangential force 2 T / D at the conductors. The force on a conductor is
+    normal to it, so that a skewed one, held to the same torque, is pushed along the rotor by the
+    tangential force times tan(beta). (Ong 2000, eqs. 6.1 to 6.6, write sin(beta), as if 2 T / D
+    were the normal force; and give the sum of amplitudes as the force.)
+
+    The stator has the opposite force, and the thrust bearing carries it from the rotor. Where both
+    sit in one housing it is internal to the body: it loads the bearing and does not shake the body,
+    hence is no part of the excitation.
+
+    Parameters
+    ----------
+    orders
+        (n,) distinct multiples of the crank speed, 0 or above, in any sequence.
+    cosine, sine
+        (..., n) in N m, the torque on the rotor is sum cosine cos(n a) + sine sin(n a). The sine
+        of order 0 is nothing.
+    rotor_diameter, skew_angle
+        D in m, beta in rad within a quarter of a turn, scalars or of the leading axes. A positive
+        beta leans the conductors back against the crank's sense of rotation, seen along the axis;
+        then a torque in that sense pushes the rotor along the axis.
+
+    Returns
+    -------
+    AxialForce
+        Orders sorted.
+
+    Raises
+    ------
+    NumericalFailure
+        A force is not a finite number.
+    """
+    order = np.asarray(orders, dtype=np.int64)
+    sequence = np.argsort(order, kind="stable")
+    torque = np.asarray(cosine, dtype=float) - 1j * np.asarray(sine, dtype=float)
+    beta, diameter = np.asarray(skew_angle, dtype=float), np.asarray(rotor_diameter, dtype=float)
+    with np.errstate(over="ignore", invalid="ignore"):
+        force = np.asarray(torque * (2.0 * np.tan(beta) / diameter)[..., None])[..., sequence]
+    if not np.isfinite(force).all():
+        raise NumericalFailure(
+            "the axial force of the motor is not a finite number: its torque, the skew angle or "
+            "the diameter of its rotor is out of range"
+        )
+    order = order[sequence]
+    harmonics, steady = force[..., order > 0], force[..., order == 0].real.sum(-1)
+    size = np.abs(harmonics)
+    error = 4.0 * EPSILON * size
+    peak = cycle_peak(np.where(order > 0, force, 0.0), order)
+    total, spread = size.sum(-1), error.sum(-1)
+    rms, rounding = _root_mean_square(size), (0.5 * size.shape[-1] + 6.0) * EPSILON
+    return AxialForce(
+        orders=order[order > 0],
+        harmonics=harmonics,
+        error=error,
+        mean=WithError(steady, 4.0 * EPSILON * np.abs(steady)),
+        sum_of_amplitudes=WithError(total, spread + size.shape[-1] * EPSILON * total),
+        peak=WithError(peak.value, peak.error + spread),
+        rms=WithError(rms, rounding * rms),
+    )
+
+
+def _root_mean_square(size: Real) -> Real:
+    """Of a signal with these amplitudes, by Parseval; free of overflow."""
+    largest = size.max(axis=-1, keepdims=True, initial=0.0)
+    scale = np.where(largest > 0.0, largest, 1.0)
+    return np.asarray(scale[..., 0] * np.sqrt(0.5 * np.sum((size / scale) ** 2, axis=-1)))

@@ -1,0 +1,159 @@
+"""Are these the matrices of a body and of a suspension? Symmetric, and of no negative energy."""
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vibecalc.case.matrix_parts import BlockMatrix
+from vibecalc.case.schema import Case
+from vibecalc.errors import KeyPath, Problem
+from vibecalc.machine.range_checks import LARGEST, SMALLEST
+from vibecalc.machine.system import block_matrix
+
+Array = NDArray[np.float64]
+COORDINATES = ("x", "y", "z", "rx", "ry", "rz")
+#: Entries that differ by more, relative to the diagonal entries they belong to, are two numbers.
+SYMMETRY = 1e-12
+#: Share of the diagonal below which an energy is the round-off of zero.
+SEMIDEFINITE = 1e-12
+
+
+class _Kind(NamedTuple):
+    """What a matrix stands for: its name, the energy it gives, and whether that may be zero."""
+
+    name: str
+    energy: str
+    unit: str
+    per_second: bool
+    may_vanish: bool
+
+
+_MASS = _Kind("mass", "kinetic energy", "J", True, False)
+_STIFFNESS = _Kind("stiffness", "potential energy", "J", False, True)
+_DAMPING = _Kind("damping", "dissipated power", "W", True, True)
+
+
+def matrix_problems(case: Case) -> list[Problem]:
+    """Problems of the matrices of the case; of each matrix the first kind found."""
+    body, mounts = case.machine.body, case.machine.mounts
+    places: list[tuple[KeyPath, BlockMatrix | None, _Kind]] = []
+    if body is not None:
+        places.append((("machine", "body", "mass_matrix"), body.mass_matrix, _MASS))
+    if mounts is not None:
+        path: KeyPath = ("machine", "mounts")
+        places.append(((*path, "stiffness_matrix"), mounts.stiffness_matrix, _STIFFNESS))
+        places.append(((*path, "damping_matrix"), mounts.damping_matrix, _DAMPING))
+    problems: list[Problem] = []
+    for path, matrix, kind in places:
+        if matrix is None:
+            continue
+        values = block_matrix(matrix)
+        for check in (_range, _symmetry, _diagonal, _energy):
+            found = list(check(path, matrix, values, kind))
+            problems += found
+            if found:
+                break
+    return problems
+
+
+def _written(matrix: BlockMatrix, row: int, column: int) -> str:
+    unit = (matrix.units or matrix.SI)[(row >= 3) + (column >= 3)]
+    return f"row {row + 1}, column {column + 1}: {matrix.values[row][column]:.10g} {unit}"
+
+
+def _range(path: KeyPath, matrix: BlockMatrix, values: Array, kind: _Kind) -> Iterator[Problem]:
+    size = np.abs(values)
+    small = np.diag((np.diagonal(size) > 0.0) & (np.diagonal(size) < SMALLEST))
+    for row, column in np.argwhere((size > LARGEST) | small)[:1].tolist():
+        yield Problem(
+            path=(*path, "values", row, column),
+            message=f"an entry of the {kind.name} matrix is too far from 1 to compute with",
+            found=f"{_written(matrix, row, column)}, {values[row, column]:.6g} in SI units",
+            allowed=f"magnitude up to {LARGEST:.0e} in SI units, on the diagonal from "
+            f"{SMALLEST:.0e}",
+        )
+
+
+def _symmetry(path: KeyPath, matrix: BlockMatrix, values: Array, kind: _Kind) -> Iterator[Problem]:
+    root = np.sqrt(np.abs(np.diagonal(values)))
+    size = np.maximum(np.abs(values), np.abs(values).T)
+    apart = np.abs(values - values.T) > SYMMETRY * np.maximum(size, np.outer(root, root))
+    pairs = np.argwhere(np.triu(apart)).tolist()
+    if not pairs:
+        return
+    shown = [f"{_written(matrix, i, j)}; {_written(matrix, j, i)}" for i, j in pairs[:3]]
+    more = [f"and {len(pairs) - 3} more pairs"] if len(pairs) > 3 else []
+    row, column = pairs[0]
+    yield Problem(
+        path=(*path, "values", row, column),
+        message=f"the {kind.name} matrix is not symmetric",
+        found=" | ".join([*shown, *more]),
+        allowed="the same number in both places",
+        hint="which of the two is right, the source of the matrix has to say",
+        also=(*path, "values", column, row),
+    )
+
+
+def _diagonal(path: KeyPath, matrix: BlockMatrix, values: Array, kind: _Kind) -> Iterator[Problem]:
+    for place, entry in enumerate(np.diagonal(values).tolist()):
+        others = np.delete(values[place], place)
+        if entry < 0.0 or (entry == 0.0 and not kind.may_vanish):
+            bound = "zero or more" if kind.may_vanish else "above zero"
+            yield Problem(
+                path=(*path, "values", place, place),
+                message=f"{COORDINATES[place]} has a {kind.name} of "
+                + ("zero" if entry == 0.0 else "less than zero"),
+                found=_written(matrix, place, place),
+                allowed=bound,
+            )
+        elif entry == 0.0 and others.any():
+            column = int(np.argmax(np.abs(np.where(np.arange(6) == place, 0.0, values[place]))))
+            yield Problem(
+                path=(*path, "values", place, column),
+                message=f"{COORDINATES[place]} has no {kind.name} of its own, but one with "
+                f"{COORDINATES[column]}: the {kind.energy} of some motion is then negative",
+                found=f"{_written(matrix, place, place)}; {_written(matrix, place, column)}",
+                allowed="zero in the whole row, or an entry above zero on the diagonal",
+            )
+
+
+def _energy(path: KeyPath, matrix: BlockMatrix, values: Array, kind: _Kind) -> Iterator[Problem]:
+    """The least energy over all motions, each coordinate measured by its own diagonal entry."""
+    kept = np.flatnonzero(np.diagonal(values) > 0.0)
+    if not kept.size:
+        return
+    root = np.sqrt(np.diagonal(values)[kept])
+    scaled = values[np.ix_(kept, kept)] / np.outer(root, root)
+    levels, vectors = np.linalg.eigh(0.5 * (scaled + scaled.T))
+    least = float(levels[0])
+    if least > SEMIDEFINITE or (kind.may_vanish and least >= -SEMIDEFINITE):
+        return
+    share = np.where(np.abs(vectors[:, 0]) > 1e-6, vectors[:, 0], 0.0)
+    motion = np.zeros(6)
+    motion[kept] = share / root
+    motion /= motion[int(np.argmax(np.abs(motion)))]
+    energy = 0.0 if abs(least) <= SEMIDEFINITE else 0.5 * float(motion @ values @ motion)
+    if kind is _DAMPING:
+        energy *= 2.0
+    yield Problem(
+        path=(*path, "values"),
+        message=f"some motion has a negative {kind.name}"
+        if energy < 0.0
+        else f"some motion has no {kind.name}",
+        found=f"{kind.energy} of {energy:.4g} {kind.unit} in {_words(motion, kind.per_second)}",
+        allowed=f"{kind.energy} of zero or more in every motion"
+        if kind.may_vanish
+        else f"{kind.energy} above zero in every motion",
+        hint="a sign or a digit of an entry off the diagonal, or a unit, may be wrong",
+    )
+
+
+def _words(motion: Array, per_second: bool) -> str:
+    rate = "/s" if per_second else ""
+    return ", ".join(
+        f"{name} = {amount:.4g} {'m' if place < 3 else 'rad'}{rate}"
+        for place, (name, amount) in enumerate(zip(COORDINATES, motion.tolist(), strict=True))
+        if amount
+    )

@@ -1,0 +1,128 @@
+"""Do the names of cylinders fit, and can the machine change from one operation to another?"""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from vibecalc.case import parts
+from vibecalc.case.raw import listed, nearest
+from vibecalc.case.schema import Case
+from vibecalc.errors import KeyPath, Problem
+
+SWITCHING: KeyPath = ("response", "switching")
+MOUNTS: KeyPath = ("machine", "mounts")
+
+
+def operation_problems(case: Case) -> list[Problem]:
+    """Problems of the cylinders that are named, of weights, and of [response.switching]."""
+    names = [cylinder.name for cylinder in case.machine.crank_train.cylinders]
+    problems = [problem for path, given in _lists(case) for problem in _names(path, given, names)]
+    joints = case.machine.joints
+    if joints is not None and joints.cylinder is not None:
+        problems += _names(("machine", "joints"), (joints.cylinder,), names, key="cylinder")
+    return [*problems, *_weights(case), *_switching(case)]
+
+
+def _lists(case: Case) -> Iterator[tuple[KeyPath, tuple[str, ...]]]:
+    excitation, response = case.excitation, case.response
+    if excitation is not None:
+        yield ("excitation", "working"), excitation.working or ()
+        yield ("excitation", "balanced_for"), excitation.balanced_for or ()
+    if response is not None:
+        for position, operation in enumerate(response.operations):
+            yield ("response", "operations", position, "working"), operation.working
+        for position, balance in enumerate(response.balances):
+            yield ("response", "balances", position, "balanced_for"), balance.balanced_for
+
+
+def _names(
+    path: KeyPath, given: tuple[str, ...], names: list[str], key: str | None = None
+) -> Iterator[Problem]:
+    seen: dict[str, int] = {}
+    for position, name in enumerate(given):
+        place = (*path, position if key is None else key)
+        if name not in names:
+            yield Problem(
+                path=place,
+                message=f"no cylinder is named {name!r}",
+                allowed=listed(names),
+                hint=nearest(name, names),
+            )
+        elif name in seen:
+            yield Problem(
+                path=place,
+                message=f"cylinder {name!r} stands twice in {path[-1]}",
+                allowed="each cylinder once",
+                also=(*path, seen[name]),
+            )
+        seen.setdefault(name, position)
+
+
+def _weights(case: Case) -> Iterator[Problem]:
+    operations = () if case.response is None else case.response.operations
+    if operations and not any(operation.weight for operation in operations):
+        yield Problem(
+            path=("response", "operations", 0, "weight"),
+            message="no operation has a weight above zero, so there is no weighted energy",
+            found=f"weight = 0 in all {len(operations)} operations",
+            allowed="a weight above zero in one of them at least",
+        )
+
+
+def _switching(case: Case) -> Iterator[Problem]:
+    if case.response is None or case.response.switching is None:
+        return
+    if case.excitation is not None and case.excitation.driven_machine == "separate":
+        yield Problem(
+            path=SWITCHING,
+            message="a change between operations needs the driven machine on the body",
+            found="driven_machine = 'separate'",
+            allowed="driven_machine = 'on_body'",
+            hint="the torque that a separate machine takes up is not linear in the acceleration of "
+            "the crank, so that the steady orders do not say what it is while the speed changes",
+            also=("excitation", "driven_machine"),
+        )
+    mounts = case.machine.mounts
+    if mounts is None or _decays(mounts):
+        return
+    if has_loss_factor(mounts):
+        yield Problem(
+            path=MOUNTS,
+            message="a loss factor describes steady vibration at one frequency, not how a motion "
+            "dies away in time, and nothing else damps this body",
+            found="a loss_factor and no other damping",
+            allowed="modal_damping, a damping_matrix, or mounts with damping",
+            hint="half the loss factor is the damping ratio at resonance: modal_damping",
+            also=SWITCHING,
+        )
+        return
+    yield Problem(
+        path=MOUNTS,
+        message="a change between operations needs damping: without it the body never settles",
+        allowed="modal_damping, a damping_matrix, or mounts with damping",
+        hint="modal_damping = 0.03 gives every mode a damping ratio of 3 %",
+        also=SWITCHING,
+    )
+
+
+def _properties(mounts: parts.Mounts) -> list[parts.MountProperties]:
+    each = [] if mounts.each is None else [mounts.each]
+    return [*each, *(mounts.individual or ())]
+
+
+def has_loss_factor(mounts: parts.Mounts) -> bool:
+    """Tell whether any stiffness is complex."""
+    own = any(properties.loss_factor for properties in _properties(mounts))
+    return own or bool(mounts.loss_factor)
+
+
+def _decays(mounts: parts.Mounts) -> bool:
+    """Tell whether anything viscous damps the body."""
+    if mounts.modal_damping:
+        return True
+    if mounts.damping_matrix is not None and np.any(mounts.damping_matrix.values):
+        return True
+    return any(
+        properties.damping is not None and np.any(properties.damping)
+        for properties in _properties(mounts)
+    )

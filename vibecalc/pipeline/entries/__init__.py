@@ -1,0 +1,1 @@
+"""Result paths, one file for each stage or group of stages."""

@@ -1,0 +1,50 @@
+"""Results of the forces and couples of the crank train, and of its motor."""
+
+from vibecalc.pipeline.entries.entry import PEAK, RMS, entry
+
+ENTRIES = (
+    entry("excitation/force", "order direction", "N", "force on the body", PEAK),
+    entry("excitation/couple", "order direction", "N*m", "couple on the body", PEAK),
+    entry("excitation/force_peak", "direction", "N", "largest force over a turn", PEAK),
+    entry("excitation/couple_peak", "direction", "N*m", "largest couple over a turn", PEAK),
+    entry("excitation/balance/sine", "order cylinder", "", "sin(n a)"),
+    entry("excitation/balance/cosine", "order cylinder", "", "cos(n a)"),
+    entry("excitation/balance/position_sine", "order cylinder", "m", "z sin(n a)"),
+    entry("excitation/balance/position_cosine", "order cylinder", "m", "z cos(n a)"),
+    entry("excitation/balance/total_sine", "order", "", "sum of sin(n a)"),
+    entry("excitation/balance/total_cosine", "order", "", "sum of cos(n a)"),
+    entry("excitation/balance/total_position_sine", "order", "m", "sum of z sin(n a)"),
+    entry("excitation/balance/total_position_cosine", "order", "m", "sum of z cos(n a)"),
+    entry("excitation/residual", "", "N", "weighted residual of forces and couples", PEAK),
+    entry("excitation/mass/reciprocating", "cylinder", "kg", "mass that moves with a piston"),
+    entry("excitation/mass/rotating", "cylinder", "kg", "mass at a crank pin"),
+    entry(
+        "excitation/counterweight/force", "counterweight", "N",
+        "centrifugal force of a counterweight", PEAK,
+    ),
+    entry(
+        "excitation/counterweight/couple", "counterweight", "N*m",
+        "its couple about the body's reference point", PEAK,
+    ),
+    entry(
+        "excitation/rod/split_inertia", "", "kg*m^2",
+        "moment of the rod's two point masses about its mass centre",
+    ),
+    entry(
+        "excitation/rod/couple_bound", "", "N*m",
+        "largest couple that the rod's true moment can add to that of its two point masses", PEAK,
+    ),
+    entry(
+        "excitation/rod/couple", "order", "N*m",
+        "couple of one rod about the crankshaft beyond that of its two point masses", PEAK,
+    ),
+    entry("excitation/rod/couple_peak", "", "N*m", "largest over a turn", PEAK),
+    entry("excitation/motor/axial_force", "order", "N", "axial force of skewed conductors", PEAK),
+    entry("excitation/motor/mean_force", "", "N", "axial force of the mean torque"),
+    entry(
+        "excitation/motor/sum_of_amplitudes", "", "N",
+        "sum of the amplitudes of all orders, a bound of the peak", PEAK,
+    ),
+    entry("excitation/motor/peak", "", "N", "largest axial force over a turn, mean apart", PEAK),
+    entry("excitation/motor/rms", "", "N", "axial force, mean apart", RMS),
+)  # fmt: skip

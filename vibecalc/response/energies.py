@@ -1,0 +1,194 @@
+"""Kinetic and potential energy of harmonic motion: of each order, and of all of them together.
+
+An energy is q(t) A q(t) / 2 with a symmetric weight A: the mass matrix and velocities, or the
+stiffness matrix and displacements. Of one order, q(t) = Re(Q exp(i n a)),
+
+    energy(a) = (Q* A Q + Re(Q A Q exp(2 i n a))) / 4,
+
+so that its mean over the cycle is Q* A Q / 4 and its peak is higher by |Q A Q| / 4: by nothing if
+the state turns on a circle, by as much again if all coordinates are in phase. Orders are orthogonal
+over the cycle, so their means add. Their peaks do not: that of the sum is sought over the cycle.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from vibecalc.numerics.cycle_peak import vector_cycle_peak
+from vibecalc.numerics.rounding import UNIT_ROUNDOFF, WithError
+from vibecalc.response.energy_signal import Signal, energy_signal, smallest_exponent
+from vibecalc.response.matrices import Matrices
+
+_LOST = 8.0 * float(np.finfo(np.float64).smallest_subnormal)
+
+
+class OrderEnergy(NamedTuple):
+    """Energy of each order by itself, all (..., orders) in J, errors absolute.
+
+    `mean` over the cycle, `peak` the largest value within it.
+    """
+
+    mean: np.ndarray
+    peak: np.ndarray
+    mean_error: np.ndarray
+    peak_error: np.ndarray
+
+
+class CycleEnergy(NamedTuple):
+    """Energy of all orders together, all (...) in J, errors absolute, `angle` of the peak in rad.
+
+    The errors count what the orders that were not kept may add. `angle` is the first crank angle
+    in [0, 2 pi) that reaches `peak` to rounding.
+    """
+
+    mean: np.ndarray
+    peak: np.ndarray
+    angle: np.ndarray
+    mean_error: np.ndarray
+    peak_error: np.ndarray
+
+
+class Energies(NamedTuple):
+    """Kinetic and potential energy of the same motion."""
+
+    kinetic: CycleEnergy
+    potential: CycleEnergy
+
+
+def velocity(motion: WithError, frequency: np.ndarray) -> WithError:
+    """Complex velocities i w X (..., orders, 6) of amplitudes X at frequencies (..., orders)."""
+    rate = np.asarray(frequency)[..., None]
+    value = 1j * rate * motion.value
+    return WithError(value, rate * motion.error + 3.0 * UNIT_ROUNDOFF * np.abs(value))
+
+
+def mass_of(matrices: Matrices) -> WithError:
+    """Weight of the kinetic energy."""
+    return WithError(matrices.mass, matrices.mass_error)
+
+
+def stiffness_of(matrices: Matrices) -> WithError:
+    """Weight of the potential energy: what springs store, no part of a loss factor."""
+    return WithError(matrices.stiffness, matrices.stiffness_error)
+
+
+def energy_by_order(weight: WithError, state: WithError) -> OrderEnergy:
+    """Mean and peak of the energy of each order, for velocities or displacements (..., orders, 6).
+
+    `weight` (6, 6) is symmetric. Amplitudes are scaled before they are squared: an energy below
+    the range of doubles becomes 0, any other keeps its relative accuracy. A mean that rounding
+    leaves below zero is zero.
+    """
+    size = np.maximum(np.abs(state.value), state.error).max(axis=-1, keepdims=True)
+    scale = np.ldexp(1.0, smallest_exponent(size))
+    value, error = state.value / scale, state.error / scale
+    magnitude = np.abs(value)
+    moved = value @ weight.value
+    own = 0.25 * np.sum((value.conj() * moved).real, axis=-1)
+    turning = 0.25 * np.abs(np.sum(value * moved, axis=-1))
+    doubt = weight.error + 16.0 * UNIT_ROUNDOFF * np.abs(weight.value)
+    spread = 2.0 * np.abs(moved) * error + error * (error @ np.abs(weight.value))
+    spread = 0.25 * np.sum(spread + magnitude * (magnitude @ doubt), axis=-1)
+    mean = np.where((own < 0.0) & (own >= -spread), 0.0, own)
+    factor = scale[..., 0]
+    lost = np.where(size[..., 0] > 0.0, _LOST, 0.0)
+
+    def unscaled(energy: np.ndarray) -> np.ndarray:
+        back: np.ndarray = energy * factor * factor
+        return back
+
+    return OrderEnergy(
+        unscaled(mean),
+        unscaled(mean + turning),
+        unscaled(spread) + lost,
+        unscaled(2.0 * spread) + lost,
+    )
+
+
+def dropped_mean(weight: WithError, guards: WithError, tail: float) -> np.ndarray:
+    """Most that dropped orders may add to a mean energy (...), in J, from guards (..., orders, 6).
+
+    Together their states are at most `tail` times the sum of the magnitudes of the guards. The
+    mean of a sum of orders is the sum of squares, which the square of that sum bounds.
+    """
+    each = energy_by_order(weight, guards)
+    reach = np.sum(np.sqrt(each.mean + each.mean_error), axis=-1)
+    most: np.ndarray = np.square(tail * reach)
+    return most
+
+
+def energy_over_cycle(
+    weight: WithError,
+    state: WithError,
+    orders: np.ndarray,
+    kept: int | None = None,
+    tail: float = 0.0,
+) -> CycleEnergy:
+    """Mean and true peak over the cycle of the energy of all orders together.
+
+    Parameters
+    ----------
+    weight : (6, 6) symmetric, positive semidefinite.
+    state : (..., orders, 6) velocities or displacements, 0-to-peak.
+    orders : (orders,) integers from 1 on, each once.
+    kept : how many of them, from the first on, count; all by default. The others are guard orders.
+    tail : of every quantity that is linear in the motion, all dropped orders together add at most
+        `tail` times the sum of the magnitudes of the guard orders; this enters the errors.
+
+    Raises
+    ------
+    NumericalFailure
+        The weight is not positive semidefinite, or an amplitude is not finite.
+    """
+    signal = energy_signal(weight, state, kept, tail)
+    each = energy_by_order(weight, state)
+    return _over_cycle([signal], [each], orders, kept)[0]
+
+
+def energies_over_cycle(
+    matrices: Matrices,
+    motion: WithError,
+    orders: np.ndarray,
+    speed: float,
+    kept: int | None = None,
+    tail: float = 0.0,
+) -> Energies:
+    """Kinetic and potential energy of motion (..., orders, 6) at a crank speed in rad/s.
+
+    Otherwise as `energy_over_cycle`; both peaks are sought in one go, which costs as one does.
+    """
+    pairs = (
+        (mass_of(matrices), velocity(motion, orders * speed)),
+        (stiffness_of(matrices), motion),
+    )
+    signals = [energy_signal(*pair, kept, tail) for pair in pairs]
+    each = [energy_by_order(*pair) for pair in pairs]
+    return Energies(*_over_cycle(signals, each, orders, kept))
+
+
+def _over_cycle(
+    signals: list[Signal], each: list[OrderEnergy], orders: np.ndarray, kept: int | None
+) -> list[CycleEnergy]:
+    """Energies of signals of one shape."""
+    used = signals[0].used
+    for signal in signals[1:]:
+        used = used | signal.used
+    stacked = np.stack([signal.harmonics[..., used] for signal in signals])
+    peak = vector_cycle_peak(stacked, np.asarray(orders)[:kept][used])
+    found = []
+    for row, (signal, energy) in enumerate(zip(signals, each, strict=True)):
+        length = peak.value[row]
+        spread = peak.error[row] + signal.spread
+        mean = np.sum(energy.mean[..., :kept], axis=-1)
+        doubt = np.sum(energy.mean_error[..., :kept], axis=-1)
+        rounding = len(used) * UNIT_ROUNDOFF * mean
+        found.append(
+            CycleEnergy(
+                mean,
+                0.5 * length * length,
+                peak.angle[row],
+                doubt + rounding + 0.5 * signal.left_out**2,
+                spread * (length + 0.5 * spread) + signal.form_error,
+            )
+        )
+    return found

@@ -1,0 +1,83 @@
+"""Numbers of a study into its record, under the entries of its paths."""
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vibecalc.results.record import Axis, Quantity, Record
+from vibecalc.study.optimise_paths import ROOT, optimisation_entries
+
+if TYPE_CHECKING:
+    from vibecalc.case.schema import Case
+    from vibecalc.optimisation.optimum import Optimum
+    from vibecalc.study.binding import Binding
+
+#: name below `optimisation/` -> value and absolute error
+Numbers = dict[str, tuple[Any, float]]
+
+
+def add_numbers(
+    record: Record, case: "Case", numbers: Numbers, axes: Mapping[str, np.ndarray]
+) -> None:
+    """Add one quantity for each name; units, words and axes come from the catalogue."""
+    entries = optimisation_entries(case)
+    for name, (value, error) in numbers.items():
+        entry = entries[f"{ROOT}/{name}"]
+        record.add(
+            Quantity(
+                path=entry.path,
+                values=np.asarray(value),
+                unit=entry.unit,
+                long_name=entry.long_name,
+                axes=tuple(Axis(name=axis, values=axes[axis]) for axis in entry.axes),
+                amplitude=entry.amplitude,
+                error_estimate=error,
+            )
+        )
+
+
+def add_optimum(record: Record, case: "Case", binding: "Binding", found: "Optimum") -> None:
+    """The optimum, what holds it, and how the searches ended."""
+    searches, optima = found.history, found.optima
+    axes = {
+        "search": np.arange(1, len(searches) + 1),
+        "optimum": np.arange(1, len(optima) + 1),
+        "limit": np.array(binding.margin_names(), dtype=object),
+    }
+    values: Numbers = {
+        "objective": (binding.sign * found.objective, found.objective_error),
+        "kkt_residual": (found.kkt_residual, 0.0),
+        "evaluations": (found.evaluations, 0.0),
+        "failures": (found.failures, 0.0),
+        "history/objective": (
+            [_known(binding.sign * s.objective) for s in searches],
+            found.objective_error,
+        ),
+        "history/feasible": ([int(s.feasible) for s in searches], 0.0),
+        "history/evaluations": ([s.evaluations for s in searches], 0.0),
+        "optima/objective": ([binding.sign * o.objective for o in optima], found.objective_error),
+        "optima/found_by": ([o.found_by for o in optima], 0.0),
+    }
+    if binding.limits:
+        values["margin"] = (found.margins, binding.accuracy)
+        values["multiplier"] = (found.margin_multipliers, _price_error(found))
+    for i, key in enumerate(binding.keys):
+        values[f"variable/{key}"] = (found.variables[i], float(found.variables_error[i]))
+        values[f"active_bound/{key}"] = (int(found.active_bounds[i]), 0.0)
+        values[f"history/start/{key}"] = ([s.start[i] for s in searches], 0.0)
+        values[f"history/end/{key}"] = ([s.end[i] for s in searches], 0.0)
+    add_numbers(record, case, values, axes)
+
+
+def _price_error(found: "Optimum") -> float:
+    """Error of the multipliers: slopes known ten times worse, relatively, than the variables."""
+    size = np.abs(found.variables)
+    doubt = np.max(found.variables_error[size > 0.0] / size[size > 0.0], initial=0.0)
+    largest = np.max(np.abs(found.margin_multipliers), initial=0.0)
+    return float(largest * (found.kkt_residual + 10.0 * doubt))
+
+
+def _known(objective: float) -> float:
+    """A start that could not be evaluated has no objective: infinitely bad, never NaN."""
+    return objective if np.isfinite(objective) else np.inf
