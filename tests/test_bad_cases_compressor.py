@@ -694,3 +694,14 @@ def test_checks_of_form_raise_on_no_nonsense() -> None:
             assert all(problem.message for problem in problems)
             checked += 1
     assert checked > 1000
+
+
+def test_a_cut_series_has_no_terms_for_the_moment_of_a_rod() -> None:
+    changed = {"machine__crank_train__rod__inertia": 2e-5}
+    cut = {"kinematics": {"series": "truncated", "terms": 1}}
+    assert check_machine(compressor(**changed)) == []
+    assert check_machine(compressor(**cut)) == []
+    (problem,) = check_machine(compressor(**changed, **cut))
+    assert problem.path == ("kinematics", "series")
+    assert "no terms for the turning of the rod" in words(problem)
+    assert problem.also == (*TRAIN, "rod", "inertia")

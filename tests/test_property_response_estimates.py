@@ -86,6 +86,7 @@ def test_estimates_of_thirty_machines() -> None:
 
 
 @pytest.mark.long
+@pytest.mark.timeout(14000)
 def test_estimates_of_two_hundred_machines() -> None:
     judged = [one for seed in range(100, 300) for one in judge_response(random_compressor(seed))]
     hold(judged)

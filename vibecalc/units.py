@@ -65,6 +65,7 @@ TABLE: dict[str, tuple[float, str]] = {
     "bar": (1e5, "Pa"),
     "J": (1.0, "J"),
     "ms": (1e-3, "s"),
+    "in/s^2": (_INCH, "m/s^2"),
 }
 
 #: SI unit -> (its dimension in words, an example of what may be written)

@@ -57,18 +57,32 @@ def rod_problems(radius: float, rod_length: float, offset: float) -> list[Proble
 
 
 def _series(case: Case) -> list[Problem]:
-    offset = case.machine.crank_train.wrist_pin_offset
-    if case.kinematics is None or case.kinematics.series != "truncated" or offset == 0.0:
+    """What the truncated series has no terms for."""
+    train = case.machine.crank_train
+    if case.kinematics is None or case.kinematics.series != "truncated":
         return []
-    return [
-        Problem(
-            path=("kinematics", "series"),
-            message="the truncated series has no term for a wrist-pin offset",
-            found=f"series = 'truncated' with an offset of {offset:.6g} m",
-            allowed="series = 'exact', or no offset",
-            also=(*TRAIN, "wrist_pin_offset"),
+    problems = []
+    if train.wrist_pin_offset != 0.0:
+        problems.append(
+            Problem(
+                path=("kinematics", "series"),
+                message="the truncated series has no term for a wrist-pin offset",
+                found=f"series = 'truncated' with an offset of {train.wrist_pin_offset:.6g} m",
+                allowed="series = 'exact', or no offset",
+                also=(*TRAIN, "wrist_pin_offset"),
+            )
         )
-    ]
+    if train.rod is not None and train.rod.inertia is not None:
+        problems.append(
+            Problem(
+                path=("kinematics", "series"),
+                message="the truncated series has no terms for the turning of the rod",
+                found=f"series = 'truncated' with a rod inertia of {train.rod.inertia:.6g} kg*m^2",
+                allowed="series = 'exact', or no inertia of the rod",
+                also=(*TRAIN, "rod", "inertia"),
+            )
+        )
+    return problems
 
 
 def _masses(case: Case) -> list[Problem]:
