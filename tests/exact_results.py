@@ -95,6 +95,7 @@ def _excitation(case: Case, record: Record, shaking: Shaking) -> Iterator[Truth]
         yield f"excitation/{name}", found.values, exact
         peaks = [cycle_peak([[square * p[i] for p in parts]], shaking.orders)[0] for i in range(3)]
         yield f"excitation/{name}_peak", record[f"excitation/{name}_peak"].values, peaks
+    yield from _moving_parts(case, record)
     options = case.excitation.residual if case.excitation is not None else None
     if options is not None:
         wf, wc = mpf(options.force_weight), mpf(options.couple_weight)
@@ -103,6 +104,50 @@ def _excitation(case: Case, record: Record, shaking: Shaking) -> Iterator[Truth]
         total += mpmath.fsum(abs(wc * x) ** 2 for m in shaking.couple for x in m)
         path = "excitation/residual"
         yield path, record[path].values, square * mpmath.sqrt(total)
+
+
+def _moving_parts(case: Case, record: Record) -> Iterator[Truth]:
+    """Masses of cylinders, force and couple of counterweights, what a rod's points leave."""
+    train, speed = case.machine.crank_train, mpf(case.machine.speed)
+    rod = train.rod
+    share = mpf(0)
+    if rod is not None and rod.crank_pin_to_mass_centre is not None:
+        share = mpf(rod.crank_pin_to_mass_centre) / mpf(train.rod_length)
+    elif rod is not None:
+        share = mpf(rod.reciprocating_fraction or 0)
+    whole = mpf(0) if rod is None else mpf(rod.mass)
+    common = mpf(train.piston_mass or 0) + mpf(train.pin_mass or 0) + whole * share
+    if train.reciprocating_mass is not None:
+        common = mpf(train.reciprocating_mass)
+    pins = [
+        mpf(train.rotating_mass if c.rotating_mass is None else c.rotating_mass)
+        for c in train.cylinders
+    ]
+    moved = [
+        common if c.reciprocating_mass is None else mpf(c.reciprocating_mass)
+        for c in train.cylinders
+    ]
+    yield "excitation/mass/reciprocating", record["excitation/mass/reciprocating"].values, moved
+    turned = [pin + whole * (1 - share) for pin in pins]
+    yield "excitation/mass/rotating", record["excitation/mass/rotating"].values, turned
+    if train.counterweights:
+        forces = [mpf(weight.unbalance) * speed**2 for weight in train.counterweights]
+        along = mpf(train.origin["xyz".index(train.axis)])
+        levers = [abs(along + mpf(weight.position)) for weight in train.counterweights]
+        path = "excitation/counterweight/"
+        yield path + "force", record[path + "force"].values, forces
+        couples = [force * lever for force, lever in zip(forces, levers, strict=True)]
+        yield path + "couple", record[path + "couple"].values, couples
+    if rod is not None and rod.crank_pin_to_mass_centre is not None:
+        first, length = mpf(rod.crank_pin_to_mass_centre), mpf(train.rod_length)
+        points = mpf(rod.mass) * first * (length - first)
+        yield "excitation/rod/split_inertia", record["excitation/rod/split_inertia"].values, points
+        if rod.inertia is None:
+            ratio = mpf(train.crank_radius) / length
+            reach = ratio + abs(mpf(train.wrist_pin_offset)) / length
+            largest = ratio / mpmath.sqrt(1 - reach**2)
+            path = "excitation/rod/couple_bound"
+            yield path, record[path].values, points * largest * speed**2
 
 
 def _balance(case: Case, record: Record) -> Iterator[Truth]:

@@ -63,6 +63,10 @@ def machine(seed: int, model: str) -> Table:
     return case
 
 
+#: what is told of single cylinders, throws and weights, not of what they do together
+PARTS = ("excitation/balance/", "excitation/mass/", "excitation/counterweight/")
+
+
 def run(case: Table) -> Record:
     """All results but the curves of the run-up, which sample where they like."""
     checked = validate(copy.deepcopy(case))
@@ -115,7 +119,8 @@ def agree(
 
     The two cases differ in the last bits of their data, which `rounding` allows for.
     """
-    assert set(one) == set(other)
+    told = {path for path in one if not path.startswith(skip)}
+    assert told == {path for path in other if not path.startswith(skip)}
     compared = 0
     for path, quantity in one.quantities.items():
         if path.startswith(skip):
@@ -332,7 +337,7 @@ def test_another_crank_angle_zero(seed: int, model: str) -> None:
         turn = np.exp(1j * angle * quantity.axes[order].values)
         return quantity.values * turn.reshape(shape)
 
-    agree(run(case), run(new), expected, skip=("excitation/balance/",))
+    agree(run(case), run(new), expected, skip=PARTS)
 
 
 @pytest.mark.parametrize("model", MODELS)
@@ -393,7 +398,7 @@ def test_a_mount_and_a_cylinder_in_two_halves(seed: int, model: str) -> None:
         shape[axis] = -1
         return values * halved.reshape(shape)
 
-    agree(run(case), run(new), expected, skip=("excitation/balance/",))
+    agree(run(case), run(new), expected, skip=PARTS)
 
 
 @pytest.mark.parametrize("model", MODELS)
@@ -434,7 +439,7 @@ def test_an_unbalance_is_one_whatever_it_is_called(seed: int, model: str) -> Non
         }
         for cylinder in other["cylinders"]
     ]
-    skip = ("excitation/balance/",)
+    skip = PARTS
     agree(run(case), run(new), lambda quantity: quantity.values, skip=skip)
 
 
@@ -472,8 +477,14 @@ def test_a_block_written_into_the_body(seed: int, model: str) -> None:
     for mount in individual(new):
         mount["position"] = (mount["position"] - centre).tolist()
     one, other = run(case), run(new)
-    moved = ("excitation/couple", "excitation/residual", "isolation/body", "isolation/modes/shape",
-             "isolation/modes/energy_fraction")  # fmt: skip
+    moved = (
+        "excitation/couple",
+        "excitation/counterweight/couple",
+        "excitation/residual",
+        "isolation/body",
+        "isolation/modes/shape",
+        "isolation/modes/energy_fraction",
+    )
     agree(one, other, lambda quantity: quantity.values, skip=moved)
     if model == "rigid_body":
         turn = one["isolation/body/rotation_harmonics"]
