@@ -51,7 +51,7 @@ def mutations(seed: int, count: int) -> Iterator[str]:
 
 
 def _without_references(text: str) -> str:
-    return text.split("[[reference]]", 1)[0]
+    return text.split("[[reference", 1)[0]
 
 
 def _change_number(rng: random.Random, text: str) -> str:

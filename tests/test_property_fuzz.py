@@ -52,10 +52,10 @@ def test_two_thousand_mutations_through_check(tmp_path: Path) -> None:
 
 
 @pytest.mark.timeout(280)
-def test_two_hundred_mutations_through_run(tmp_path: Path) -> None:
-    codes = run_many(200, tmp_path / "mutated.toml")
-    assert sum(codes.values()) == 200
-    assert codes[0] > 100
+def test_a_hundred_mutations_through_run(tmp_path: Path) -> None:
+    codes = run_many(100, tmp_path / "mutated.toml")
+    assert sum(codes.values()) == 100
+    assert codes[0] > 50
 
 
 @pytest.mark.long
