@@ -5,8 +5,10 @@ PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
-CASES := $(sort $(wildcard cases/*.toml))
+SWEEPS := $(sort $(wildcard cases/*_sweep.toml))
+CASES := $(filter-out $(SWEEPS),$(sort $(wildcard cases/*.toml)))
 NAMES := $(basename $(notdir $(CASES)))
+SWEPT := $(SWEEPS:cases/%.toml=%.sweep)
 WORKERS ?= 2
 
 export OPENBLAS_NUM_THREADS := 1
@@ -14,7 +16,7 @@ export OMP_NUM_THREADS := 1
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help run test check lint types golden accept-golden plots bench test-long clean
+.PHONY: help run sweep test check lint types golden accept-golden plots bench test-long clean
 
 help: ## print this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 16
@@ -30,6 +32,14 @@ run: $(READY) ## run the three-cylinder generator and print its report
 	$(BIN)/vibecalc run cases/generator.toml -q
 	@cat outputs/generator.txt
 
+sweep: $(SWEPT:%=outputs/%.h5) ## compute the sweeps of cases/*_sweep.toml that are not up to date
+
+# What an interrupt left is taken up, what a changed case made useless is thrown away. The sweep
+# renames the whole file onto its target; the touch is for one that was complete already.
+outputs/%.sweep.h5: cases/%.toml $(READY)
+	$(BIN)/vibecalc sweep $< -o $@ -j $(WORKERS) --resume --fresh -q
+	@touch $@
+
 test: $(READY) ## run the tests
 	$(BIN)/python -m pytest -n $(WORKERS) -m "not long"
 
@@ -44,17 +54,21 @@ types: $(READY) ## mypy
 
 golden: $(READY) ## run every case and compare with tests/golden
 	$(BIN)/vibecalc run $(CASES) -q -o outputs/golden/
-	@set -e; for name in $(NAMES); do echo "$$name:"; \
+	@set -e; for name in $(SWEPT); do \
+	  $(BIN)/vibecalc sweep cases/$${name%.sweep}.toml -q --fresh -j $(WORKERS) -o outputs/golden/$$name.h5; done
+	@set -e; for name in $(NAMES) $(SWEPT); do echo "$$name:"; \
 	  $(BIN)/vibecalc diff tests/golden/$$name.h5 outputs/golden/$$name.h5 --rules tests/golden/rules.toml; done
 
 accept-golden: $(READY) ## make the numbers of this checkout the golden ones
 	$(BIN)/vibecalc run $(CASES) -q -o outputs/golden/
-	@set -e; for name in $(NAMES); do \
+	@set -e; for name in $(SWEPT); do \
+	  $(BIN)/vibecalc sweep cases/$${name%.sweep}.toml -q --fresh -j $(WORKERS) -o outputs/golden/$$name.h5; done
+	@set -e; for name in $(NAMES) $(SWEPT); do \
 	  $(BIN)/vibecalc diff tests/golden/$$name.h5 outputs/golden/$$name.h5 --accept; done
 
-plots: $(READY) ## draw the pictures of every case into outputs/
+plots: $(READY) sweep ## draw the pictures of every case into outputs/
 	$(BIN)/vibecalc run $(CASES) -q
-	$(BIN)/vibecalc plot $(NAMES:%=outputs/%.h5)
+	$(BIN)/vibecalc plot $(NAMES:%=outputs/%.h5) $(SWEPT:%=outputs/%.h5)
 
 bench: $(READY) ## print speed ratios (start-up and the closest yardsticks)
 	$(BIN)/python benchmarks/start_up.py
@@ -62,6 +76,7 @@ bench: $(READY) ## print speed ratios (start-up and the closest yardsticks)
 	$(BIN)/python benchmarks/response.py
 	$(BIN)/python benchmarks/impact.py
 	$(BIN)/python benchmarks/search.py
+	$(BIN)/python benchmarks/sweep.py
 
 test-long: $(READY) ## long searches and the full fuzz; record the result in docs/validation.md
 	$(BIN)/python -m pytest -n $(WORKERS) -m long --timeout 14400

@@ -6,7 +6,11 @@ from vibecalc.case.load import load_case
 from vibecalc.results.store import read_result
 
 ROOT = Path(__file__).resolve().parents[1]
-CASES = {path.stem: path for path in sorted((ROOT / "cases").glob("*.toml"))}
+# of a sweep, the file of all its points is compared
+CASES = {
+    f"{path.stem}.sweep" if path.stem.endswith("_sweep") else path.stem: path
+    for path in sorted((ROOT / "cases").glob("*.toml"))
+}
 GOLDEN = {path.stem: path for path in sorted((ROOT / "tests" / "golden").glob("*.h5"))}
 
 

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from vibecalc.cli_sweep import merge, sweep
 from vibecalc.errors import EXIT_DIFFERS, EXIT_FINE, UsageError, VibecalcError
 from vibecalc.report.help_page import Command, Group
 
@@ -151,11 +152,10 @@ def report(
     full: Annotated[bool, typer.Option("--full", help="List every quantity.")] = False,
 ) -> None:
     """Print the text report of result files; nothing is recomputed."""
-    from vibecalc.report.text import render_report
-    from vibecalc.results.store import read_result
+    from vibecalc.report.sweep.text import report_file
 
     for path in results:
-        typer.echo(render_report(read_result(path), full=full), nl=False)
+        typer.echo(report_file(path, full=full), nl=False)
 
 
 @app.command(cls=Command)
@@ -202,11 +202,10 @@ def diff(
 @app.command(cls=Command)
 def plot(results: Results, output: Folder = None) -> None:
     """Draw the pictures of result files beside them, or into a folder."""
-    from vibecalc.report.plots import draw
-    from vibecalc.results.store import read_result
+    from vibecalc.report.plots import draw_file
 
     for path in results:
-        for picture in draw(read_result(path), output or path.parent):
+        for picture in draw_file(path, output or path.parent):
             typer.echo(str(picture))
 
 
@@ -290,3 +289,7 @@ def _write_text(text: str, output: Path | None) -> None:
         raise UsageError(f"{output} exists already; remove it or choose another name")
     write_text(text, output)
     typer.echo(f"wrote {output}")
+
+
+app.command(cls=Command)(sweep)
+app.command(cls=Command)(merge)

@@ -9,6 +9,7 @@ from vibecalc.case.gas_parts import Motor
 from vibecalc.case.joint_parts import Joints
 from vibecalc.case.parts import Body, CrankTrain, Mounts
 from vibecalc.case.response_tables import Response
+from vibecalc.case.sweep_tables import Sweep
 from vibecalc.case.tables import (
     Accuracy,
     Excitation,
@@ -49,6 +50,7 @@ class Case(Table):
     response: Response | None = Field(None, description="motion of the body, energies, impacts")
     isolation: Isolation | None = Field(None, description="the body on its mounts")
     optimisation: Optimisation | None = Field(None, description="a search over keys of this case")
+    sweep: Sweep | None = Field(None, description="the same case at many points; `sweep` reads it")
     accuracy: Accuracy = Field(
         default_factory=Accuracy.model_construct, description="tolerance of the results"
     )

@@ -11,6 +11,7 @@ from vibecalc.machine.build import build_machine
 from vibecalc.machine.checks import machine_warnings
 from vibecalc.pipeline.plan import plan_case
 from vibecalc.pipeline.scene import Scene
+from vibecalc.pipeline.stage_cache import StageCache
 from vibecalc.pipeline.stage_plan import StagePlan
 from vibecalc.pipeline.tolerance import tolerance_warning
 from vibecalc.results.record import Record
@@ -24,6 +25,7 @@ def run_case(
     *,
     timings: dict[str, float] | None = None,
     wanted: frozenset[str] | None = None,
+    cache: StageCache | None = None,
 ) -> Record:
     """Run the stages that `case` asks for.
 
@@ -32,13 +34,17 @@ def run_case(
     case : a case whose form, physics and targets have been checked.
     timings : filled with seconds per stage.
     wanted : result paths to compute, for studies that run a case many times; None is all.
+    cache : outcomes of stages of earlier runs, taken where nothing that a stage reads has changed;
+        the results are the same to the last bit.
 
     Raises
     ------
     NumericalFailure : when a quantity has no trustworthy value.
     """
     started = time.perf_counter()
-    scene = Scene(case=case, parts=build_machine(case.machine, case.excitation), wanted=wanted)
+    cached = None if cache is None else cache.at(case, wanted)
+    parts = cached.parts() if cached else build_machine(case.machine, case.excitation)
+    scene = Scene(case=case, parts=parts, wanted=wanted)
     clock = timings if timings is not None else {}
     if wanted is None:
         for warning in machine_warnings(case):
@@ -48,7 +54,10 @@ def run_case(
         if stage.is_last and not scene.wants(*stage.quantities):
             continue
         started = time.perf_counter()
-        _run_stage(stage, scene)
+        if cached is None:
+            _run_stage(stage, scene)
+        else:
+            cached.run(stage, scene, _run_stage)
         clock[stage.stage] = time.perf_counter() - started
     if wanted is None:
         missed = tolerance_warning(scene.record, case.accuracy.rtol)

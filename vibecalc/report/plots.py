@@ -68,9 +68,13 @@ def draw(result: Result, folder: Path) -> list[Path]:
     return _drawn(result.name, ((name, make(result, name)) for name in PICTURES), folder)
 
 
-def draw_sweep(sweep: SweepView, folder: Path) -> list[Path]:
-    """The same for a sweep: lines over one axis, maps over two, histograms of samples."""
-    return _drawn(sweep.name, ((name, make_sweep(sweep, name)) for name in SWEEP_PICTURES), folder)
+def draw_sweep(sweep: SweepView, folder: Path, stem: str = "") -> list[Path]:
+    """The same for a sweep: lines over one axis, maps over two, histograms of samples.
+
+    `stem` takes the place of the name of the case, for several sweeps of one case.
+    """
+    stem = (stem or sweep.name).removesuffix("_sweep")
+    return _drawn(stem, ((name, make_sweep(sweep, name)) for name in SWEEP_PICTURES), folder)
 
 
 def draw_file(path: Path, folder: Path) -> list[Path]:
@@ -81,15 +85,13 @@ def draw_file(path: Path, folder: Path) -> list[Path]:
         from vibecalc.report.sweep.opened import view_of
 
         with open_sweep(path) as opened:
-            return draw_sweep(view_of(opened), folder)
+            return draw_sweep(view_of(opened), folder, path.stem.removesuffix(".sweep"))
     from vibecalc.results.store import read_result
 
     return draw(read_result(path), folder)
 
 
-def _drawn(
-    case: str, figures: Iterable[tuple[str, "Figure | None"]], folder: Path
-) -> list[Path]:
+def _drawn(case: str, figures: Iterable[tuple[str, "Figure | None"]], folder: Path) -> list[Path]:
     matplotlib = _matplotlib()
     written = []
     with matplotlib.rc_context(STYLE):

@@ -1,17 +1,18 @@
 """A case with some of its keys set to numbers, as a function that a search can call."""
 
-import copy
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
 from vibecalc.case.load import validate
-from vibecalc.case.overrides import field_unit, get_key, set_key
+from vibecalc.case.overrides import field_unit, get_key
 from vibecalc.case.tables import Limit, Objective
 from vibecalc.errors import CaseError, NumericalFailure
-from vibecalc.machine.checks import check_machine
+from vibecalc.pipeline.check_cache import check_again
 from vibecalc.pipeline.run import run_case
+from vibecalc.pipeline.stage_cache import StageCache
 from vibecalc.results.select import worst
+from vibecalc.study.sweep.place import NOT_COMPUTED, case_at
 from vibecalc.units import parse_quantity
 
 if TYPE_CHECKING:
@@ -20,7 +21,6 @@ if TYPE_CHECKING:
     from vibecalc.results.record import Record
 
 Side = Literal["max", "min"]
-_NOT_COMPUTED = ("reference", "limit", "optimisation")
 
 
 class Binding:
@@ -35,7 +35,9 @@ class Binding:
         if study is None:
             raise ValueError("the case has no [optimisation]")
         # what a point of the search is computed from; its own tables hold the rest
-        self._resolved = {k: v for k, v in loaded.resolved.items() if k not in _NOT_COMPUTED}
+        self._resolved = {k: v for k, v in loaded.resolved.items() if k not in NOT_COMPUTED}
+        # most points of a search change some parts only, and a front comes back to old points
+        self._cache = StageCache()
         self.keys = tuple(variable.key for variable in study.variables)
         self.units = tuple(field_unit(key) for key in self.keys)
         self.lower = self._bounds([variable.lower for variable in study.variables])
@@ -55,30 +57,31 @@ class Binding:
 
     def case_at(self, variables: np.ndarray) -> "Case":
         """The case with its variables set, checked again; NumericalFailure if it is not a case."""
-        changed = copy.deepcopy(self._resolved)
-        for key, value in zip(self.keys, variables, strict=True):
-            set_key(changed, key, float(value))
+        settings = dict(zip(self.keys, map(float, variables), strict=True))
         try:
-            case = validate(changed)
+            case = validate(case_at(self._resolved, settings))
         except CaseError as error:
             raise NumericalFailure(str(error.problems[0].message)) from error
-        problems = check_machine(case)
+        problems = check_again(case, self._cache)
         if problems:
             raise NumericalFailure(problems[0].message)
         return case
 
     def evaluate(self, variables: np.ndarray) -> tuple[float, np.ndarray]:
         """Objective (to be made small) and dimensionless margins, kept where >= 0."""
-        record = run_case(self.case_at(variables), wanted=self._wanted)
+        record = self._run(variables, self._wanted)
         return self._objective(record, self.goal), self._all_margins(record)
 
     def evaluate_both(
         self, variables: np.ndarray, second: Objective
     ) -> tuple[float, float, np.ndarray]:
         """Objective and a second one (both to be made small) and the margins."""
-        record = run_case(self.case_at(variables), wanted=self._wanted | {second.quantity})
+        record = self._run(variables, self._wanted | {second.quantity})
         one, two = (self._objective(record, goal) for goal in (self.goal, second))
         return one, two, self._all_margins(record)
+
+    def _run(self, variables: np.ndarray, wanted: frozenset[str]) -> "Record":
+        return run_case(self.case_at(variables), wanted=wanted, cache=self._cache)
 
     def _objective(self, record: "Record", goal: Objective) -> float:
         side: Side = "max" if goal.sense == "min" else "min"

@@ -55,12 +55,13 @@ def as_result(loaded: LoadedCase, record: Record, timings: dict[str, float]) -> 
         record=record,
         version=__version__,
         plan=tuple(plan_texts(loaded.case)),
-        provenance=_provenance(),
+        provenance=provenance(),
         timings=timings,
     )
 
 
-def _provenance() -> dict[str, str | int | float]:
+def provenance() -> dict[str, str | int | float]:
+    """Where and with what this process runs; the part of a result that differs from run to run."""
     versions: dict[str, str | int | float] = {
         name: str(getattr(sys.modules[name], "__version__", ""))
         for name in ("numpy", "scipy", "h5py")

@@ -1,0 +1,148 @@
+"""Points per second of a sweep: by arrays, by stages that are used again, by a process for each.
+
+All in one run, so that the ratios mean something on a busy machine: the ways take turns, and the
+least time of each counts. A process for each point is `vibecalc run` on the case with its keys set.
+"""
+
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import NamedTuple
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+import numpy as np
+
+from vibecalc.case.load import LoadedCase, validate
+from vibecalc.case.sweep_tables import Sweep
+from vibecalc.machine.checks import check_machine
+from vibecalc.pipeline.run import run_case
+from vibecalc.study.load import load_checked
+from vibecalc.study.sweep.arrays import ArrayEvaluator
+from vibecalc.study.sweep.design import Design, make_design
+from vibecalc.study.sweep.evaluate import Evaluator
+from vibecalc.study.sweep.place import case_at
+
+CASES = Path(__file__).resolve().parents[1] / "cases"
+TURNS = 3
+SPEED = {"key": "machine.speed", "from": "2000 rpm", "to": "4000 rpm", "points": 100}
+STIFFNESS = {"key": "machine.mounts.each.stiffness", "from": 5e3, "to": 5e4, "points": 100}
+ROD = {"key": "machine.crank_train.rod_length", "from": "0.15 m", "to": "0.3 m", "points": 100}
+PHASE = {"key": "machine.crank_train.cylinders[1].crank_phase", "from": 0, "to": 6, "points": 100}
+RUN_UP = {"key": "isolation.run_up.to", "from": 450, "to": 600, "points": 20}
+AROUND = {"key": "isolation.gravity", "from": 9.78, "to": 9.83, "points": 2}
+METHOD = {"key": "response.method", "values": ["modal", "direct"]}
+SKEW = {"key": "machine.motor.skew_angle", "from": "1 deg", "to": "20 deg", "points": 40}
+
+
+class Sweeping(NamedTuple):
+    """A sweep to time: its case, axes and what is kept; the last axis varies fastest."""
+
+    name: str
+    case: str
+    axes: tuple[dict[str, object], ...]
+    keep: tuple[str, ...]
+    arrays: bool
+
+
+SWEEPS = (
+    Sweeping("masses and balance sums over speed", "generator", (SPEED,),
+             ("excitation/mass/reciprocating", "excitation/balance/total_sine"), True),
+    Sweeping("largest force over rod and throw", "generator", (ROD, PHASE),
+             ("excitation/force_peak", "excitation/couple_peak"), True),
+    Sweeping("support force over speed and mounts", "generator", (SPEED, STIFFNESS),
+             ("isolation/support_force/steady_peak",), True),
+    Sweeping("run-up over its end and gravity", "generator", (RUN_UP, AROUND),
+             ("isolation/support_force/run_up_peak",), False),
+    Sweeping("motor force over skew", "compressor_motor", (SKEW,),
+             ("excitation/motor/peak", "excitation/force_peak"), False),
+    Sweeping("energies by both methods, same operations", "compressor", (METHOD,),
+             ("response/operations/kinetic_energy/peak", "response/translation_peak"), False),
+)  # fmt: skip
+
+
+def rate(points: int, work: Callable[[], object]) -> float:
+    """Points per second of wall time."""
+    started = time.perf_counter()
+    work()
+    return points / (time.perf_counter() - started)
+
+
+def plain(loaded: LoadedCase, design: Design, keep: tuple[str, ...], numbers: np.ndarray) -> None:
+    """Each point checked and run on its own, in this process."""
+    for number in numbers:
+        case = validate(case_at(loaded.resolved, design.settings(int(number))))
+        assert not check_machine(case)
+        run_case(case, wanted=frozenset(keep))
+
+
+def processes(path: Path, design: Design, numbers: np.ndarray) -> None:
+    """Each point by a process of its own."""
+    command = [sys.executable, "-m", "vibecalc", "run", str(path), "-q"]
+    with tempfile.TemporaryDirectory() as folder:
+        for number in numbers:
+            settings = design.settings(int(number))
+            options = [
+                part for key, value in settings.items() for part in ("--set", f"{key}={value}")
+            ]
+            out = Path(folder) / f"{number}.h5"
+            # a reference or limit that is missed is no failure of the run
+            done = subprocess.run(
+                [*command, "-o", str(out), *options], capture_output=True, check=False
+            )
+            assert out.exists(), done.stderr.decode()
+
+
+def some(count: int, points: int) -> np.ndarray:
+    """A few points spread over the sweep, neighbours together as in a chunk."""
+    return np.arange(count) if points >= count else np.linspace(0, count - 1, points).astype(int)
+
+
+def measured(sweep: Sweeping) -> dict[str, float]:
+    """Best points per second of each way."""
+    path = CASES / f"{sweep.case}.toml"
+    (loaded,) = load_checked([path])
+    design = make_design(Sweep.model_validate({"axes": sweep.axes}), loaded.resolved)
+    count, keep = design.count, sweep.keep
+    every, few = np.arange(count), some(count, 20)
+    best: dict[str, float] = {}
+    for _ in range(TURNS):
+        ways: dict[str, tuple[int, Callable[[], object]]] = {
+            "plain": (len(few), lambda: plain(loaded, design, keep, few)),
+            "process": (2, lambda: processes(path, design, some(count, 2))),
+        }
+        if sweep.arrays:
+            ways["arrays"] = (count, lambda: ArrayEvaluator(loaded, design, keep)(every))
+        first = every[: min(count, 200)]
+        ways["reuse"] = (len(first), partial(Evaluator(loaded, design, keep), first))
+        for way, (points, work) in ways.items():
+            best[way] = max(best.get(way, 0.0), rate(points, work))
+    return best
+
+
+def main() -> None:
+    """Print one line for each sweep: rates, and ratios to a process for each point and to runs."""
+    print(f"points per second, one thread, numpy {np.__version__}, least time of {TURNS}")
+    print(
+        f"{'sweep':<42} {'process':>8} {'plain':>8} {'reuse':>8} {'arrays':>9} "
+        f"{'reuse/plain':>12} {'arrays/process':>15}"
+    )
+    for sweep in SWEEPS:
+        best = measured(sweep)
+        arrays = best.get("arrays")
+        shown = f"{arrays:9.0f}" if arrays else f"{'-':>9}"
+        ratio = f"{arrays / best['process']:15.0f}" if arrays else f"{'-':>15}"
+        print(
+            f"{sweep.name:<42} {best['process']:8.2f} {best['plain']:8.0f} {best['reuse']:8.0f} "
+            f"{shown} {best['reuse'] / best['plain']:12.1f} {ratio}",
+            flush=True,
+        )
+
+
+if __name__ == "__main__":
+    main()

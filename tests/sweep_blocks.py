@@ -1,0 +1,126 @@
+"""Made-up sweeps for the tests of chunks and stacked files: values that follow from the point."""
+
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from sample_results import result_of
+from sweep_samples import DAMPING, SPEED, STIFFNESS, design_of, generator, spread
+
+from vibecalc.results.record import Axis, Quantity
+from vibecalc.results.sweep_layout import BUG, DONE, FAILED
+from vibecalc.results.sweep_record import SweepHead
+from vibecalc.study.sweep.assemble import sweep_head
+from vibecalc.study.sweep.block import Block, make_block
+from vibecalc.study.sweep.chunks import ChunkFolder
+from vibecalc.study.sweep.design import Design
+from vibecalc.study.sweep.identity import identify
+
+SAG, FORCE, SPREAD, MASKED = "isolation/sag", "excitation/force", "impact/speed", "isolation/curve"
+KEPT = (SAG, FORCE, SPREAD)
+DIRECTIONS = np.array(["x", "y", "z"])
+
+
+class Made(NamedTuple):
+    """A sweep with its folder for chunks and the head of its file."""
+
+    design: Design
+    head: SweepHead
+    chunks: ChunkFolder
+
+    def fill(self, *numbers: int) -> None:
+        """Write these chunks, by default all."""
+        self.chunks.make()
+        for number in numbers or range(self.chunks.chunks):
+            self.chunks.write(number, block_at(self.chunks.points(number), self.head.kept))
+
+
+def grid_of(*sizes: int) -> Design:
+    keys = (STIFFNESS, DAMPING, SPEED)
+    ends = (("5 N/mm", "50 N/mm"), ("1 N*s/m", "20 N*s/m"), ("1000 rpm", "3000 rpm"))
+    axes = [spread(key, *end, size) for key, end, size in zip(keys, ends, sizes, strict=False)]
+    return design_of(*axes)
+
+
+def made(folder: Path, design: Design | None = None, size: int = 5, kept: Any = KEPT) -> Made:
+    design = design or grid_of(4, 3, 2)
+    identity = identify(generator().resolved, design, kept)
+    head = sweep_head(result_of(), design, identity, kept)
+    chunks = ChunkFolder(
+        folder=folder / "sweep.h5.parts", identity=identity.sweep, count=design.count, size=size
+    )
+    return Made(design, head, chunks)
+
+
+def outcome(point: int) -> tuple[int, str]:
+    """Every seventh point fails; one is a mistake with a long text."""
+    if point == 10:
+        return BUG, "Traceback\n  a line with é and \0 and \ud800\n"
+    return (FAILED, f"order {point % 2} meets mode 1") if point % 7 == 3 else (DONE, "")
+
+
+def found_at(point: int) -> dict[str, Quantity]:
+    """Results of one point; the series of later points are longer."""
+    if outcome(point)[0] != DONE:
+        return {}
+    orders = np.arange(1, 4 + point // 6)
+    series = (point + 1) * np.exp(1j * np.arange(3 * orders.size)).reshape(3, -1)
+    direction = Axis(name="direction", values=DIRECTIONS, long_name="axis of the machine")
+    order = Axis(name="order", values=orders)
+    speeds = Axis(name="speed", values=np.linspace(0.0, 1.0 + point, 4), unit="rad/s")
+    quantities = (
+        Quantity(path=SAG, values=np.array(0.1 * point), unit="m", long_name="sag",
+                 error_estimate=1e-12 * point),
+        Quantity(path=FORCE, values=series, unit="N", long_name="force", amplitude="0-pk",
+                 axes=(direction, order), error_estimate=1e-9),
+        Quantity(path=SPREAD, values=np.array(1.0 / (point + 1)), unit="m/s", long_name="speed",
+                 standard_error=1e-3 * point),
+        Quantity(path=MASKED, values=np.arange(4.0), unit="N", long_name="curve", axes=(speeds,)),
+    )  # fmt: skip
+    return {quantity.path: quantity for quantity in quantities}
+
+
+def block_at(points: np.ndarray, kept: Any = KEPT) -> Block:
+    outcomes = [outcome(int(point)) for point in points]
+    return make_block(
+        points,
+        [status for status, _ in outcomes],
+        [message for _, message in outcomes],
+        [found_at(int(point)) for point in points],
+        kept,
+    )
+
+
+def expected(path: str, point: int, shape: tuple[int, ...]) -> np.ndarray:
+    """What a stacked file should have at a point: zeros after the series, NaN where it failed."""
+    quantity = found_at(point).get(path)
+    if quantity is None:
+        return np.full(shape, np.nan)
+    values = np.asarray(quantity.values)
+    if values.shape == shape:
+        return values
+    return np.pad(values, [(0, size - old) for size, old in zip(shape, values.shape, strict=True)])
+
+
+def objects(path: Path) -> dict[str, Any]:
+    """All datasets and attributes of a file but its provenance, as comparable values."""
+    import h5py
+
+    found: dict[str, Any] = {}
+
+    def note(name: str, place: Any) -> None:
+        if name.startswith("provenance"):
+            return
+        for key, value in place.attrs.items():
+            if key not in ("REFERENCE_LIST", "DIMENSION_LIST"):
+                found[f"{name}@{key}"] = str(value)
+        if isinstance(place, h5py.Dataset):
+            values = place.asstr()[()] if place.dtype.kind == "O" else place[()]
+            content = values.tolist() if values.dtype.kind == "O" else values.tobytes()
+            scales = [dim[0].name for dim in place.dims if len(dim)]
+            found[name] = (place.shape, place.dtype.str, scales, content)
+
+    with h5py.File(path) as file:
+        note("", file)
+        file.visititems(note)
+    return found

@@ -1,0 +1,244 @@
+"""Claim: what is wrong with the files of a sweep is said in words, and nothing half passes."""
+
+import os
+import resource
+import shutil
+import socket
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+from sample_results import result_of
+from sweep_blocks import FORCE, SAG, Made, block_at, grid_of, made
+
+from vibecalc.errors import EXIT_USAGE, ResultError, UsageError
+from vibecalc.results.patient_file import PatientFile
+from vibecalc.results.store import write_result
+from vibecalc.results.sweep_file import open_sweep
+from vibecalc.results.sweep_layout import FAILED, STATUS, VERSION_ATTRIBUTE
+from vibecalc.study.sweep import chunks as chunks_module
+from vibecalc.study.sweep.assemble import assemble
+from vibecalc.study.sweep.lock import lock_path, locked
+from vibecalc.study.sweep.merge import merge
+
+
+@pytest.fixture
+def sweep(tmp_path: Path) -> Made:
+    whole = made(tmp_path)
+    whole.fill()
+    return whole
+
+
+@contextmanager
+def full_disk(size: int) -> Iterator[None]:
+    """No file may grow beyond `size` bytes, as if the disk was full."""
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+
+def refused(error: pytest.ExceptionInfo[BaseException]) -> str:
+    assert isinstance(error.value, UsageError) and error.value.exit_code == EXIT_USAGE
+    assert "\n" not in str(error.value) and "errno" not in str(error.value)
+    return str(error.value)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.01, 0.2, 0.5, 0.9, 0.999])
+def test_a_full_disk_leaves_the_old_file(sweep: Made, tmp_path: Path, share: float) -> None:
+    """HDF5 flushes at many moments, and none of them may end the process."""
+    output = assemble(tmp_path / "sweep.h5", sweep.head, sweep.chunks).path
+    old = output.read_bytes()
+    with full_disk(int(share * len(old))), pytest.raises(UsageError) as error:
+        assemble(output, sweep.head, sweep.chunks, range(5))
+    assert "cannot write" in refused(error) and "file too large" in str(error.value)
+    assert output.read_bytes() == old
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["sweep.h5", "sweep.h5.parts"]
+
+
+def test_a_full_disk_leaves_no_chunk(tmp_path: Path) -> None:
+    sweep = made(tmp_path)
+    sweep.chunks.make()
+    for size in (0, 1, 1000):
+        with full_disk(size), pytest.raises(UsageError, match="file too large") as error:
+            sweep.fill(0)
+        refused(error)
+        assert list(sweep.chunks.folder.iterdir()) == []
+
+
+def test_what_a_full_disk_did_not_take_can_be_read_back(tmp_path: Path) -> None:
+    with PatientFile(tmp_path / "file") as stream:
+        with full_disk(10):
+            assert stream.write(b"0123456789abcdef") == 16
+            stream.seek(3)
+            assert stream.write(b"XYZ") == 3
+            stream.seek(0)
+            back = bytearray(20)
+            assert stream.readinto(back) == 16 and bytes(back[:16]) == b"012XYZ6789abcdef"
+            assert stream.seek(0, os.SEEK_END) == 16
+        with pytest.raises(OSError, match="too large"):
+            stream.check()
+    assert (tmp_path / "file").read_bytes() == b"0123456789"
+
+
+def test_a_disk_that_returns_something_else(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sweep = made(tmp_path)
+    sweep.chunks.make()
+    read = Path.read_bytes
+    monkeypatch.setattr(chunks_module.Path, "read_bytes", lambda path: read(path)[:-1] + b"?")
+    with pytest.raises(UsageError, match="does not give back what it got"):
+        sweep.fill(0)
+    assert list(sweep.chunks.folder.iterdir()) == []
+
+
+def test_a_removed_folder_is_named(sweep: Made, tmp_path: Path) -> None:
+    shutil.rmtree(sweep.chunks.folder)
+    with pytest.raises(UsageError, match=r"sweep\.h5\.parts is not there any more") as error:
+        sweep.chunks.write(0, block_at(sweep.chunks.points(0)))
+    refused(error)
+    assert sweep.chunks.finished() == frozenset()
+    with pytest.raises(ResultError, match="no such file"):
+        assemble(tmp_path / "sweep.h5", sweep.head, sweep.chunks, [0])
+    assert not (tmp_path / "sweep.h5").exists()
+
+
+def test_a_folder_that_is_a_file(tmp_path: Path) -> None:
+    sweep = made(tmp_path)
+    sweep.chunks.folder.write_text("in the way")
+    with pytest.raises(UsageError, match="cannot make the folder"):
+        sweep.chunks.make()
+    with pytest.raises(UsageError, match="cannot look into"):
+        sweep.chunks.finished()
+
+
+def test_a_chunk_that_breaks_while_the_file_is_written(sweep: Made, tmp_path: Path) -> None:
+    path = sweep.chunks.path(3)
+    path.write_bytes(path.read_bytes()[:-9])
+    with pytest.raises(ResultError, match="checksum does not fit"):
+        assemble(tmp_path / "sweep.h5", sweep.head, sweep.chunks, range(5))
+    assert [one.name for one in tmp_path.iterdir()] == ["sweep.h5.parts"]
+    assert assemble(tmp_path / "sweep.h5", sweep.head, sweep.chunks).missing == ((15, 19),)
+
+
+def test_a_block_of_other_points_is_our_mistake(sweep: Made) -> None:
+    with pytest.raises(ValueError, match="other points"):
+        sweep.chunks.write(0, block_at(sweep.chunks.points(1)))
+
+
+@pytest.mark.parametrize("share", [0.0, 0.3, 0.8, 0.999])
+def test_a_truncated_file_is_refused(sweep: Made, tmp_path: Path, share: float) -> None:
+    output = assemble(tmp_path / "sweep.h5", sweep.head, sweep.chunks).path
+    content = output.read_bytes()
+    output.write_bytes(content[: int(share * len(content))])
+    with pytest.raises(ResultError, match=r"empty|damaged"):
+        open_sweep(output)
+
+
+def test_changed_texts_and_numbers_are_found(sweep: Made, tmp_path: Path) -> None:
+    output = assemble(tmp_path / "sweep.h5", sweep.head, sweep.chunks).path
+    content = output.read_bytes()
+    place = content.index(b"order 1 meets mode 1")
+    output.write_bytes(content[:place] + b"X" + content[place + 1 :])
+    with pytest.raises(ResultError, match="changed since it was written"):
+        open_sweep(output)
+    number = np.array(0.1 * 23).tobytes()
+    assert content.count(number) == 1
+    output.write_bytes(content.replace(number, bytes(8)))
+    with open_sweep(output) as found:
+        sag = found.quantities[SAG]
+        for read in (sag.values, lambda: sag.points(20, 24)):
+            with pytest.raises(ResultError, match="damaged") as error:
+                read()
+            refused(error)
+
+
+def test_files_of_other_kinds_are_refused(sweep: Made, tmp_path: Path) -> None:
+    single = write_result(result_of(), tmp_path / "single.h5")
+    with pytest.raises(ResultError, match="the result of a single run, not of a sweep"):
+        open_sweep(single)
+    with h5py.File(tmp_path / "other.h5", "w"):
+        pass
+    with pytest.raises(ResultError, match="an HDF5 file, not of a sweep"):
+        open_sweep(tmp_path / "other.h5")
+    with pytest.raises(ResultError, match="there is no result file"):
+        open_sweep(tmp_path / "none.h5")
+    later = assemble(tmp_path / "later.h5", sweep.head, sweep.chunks).path
+    with h5py.File(later, "r+") as file:
+        file.attrs[VERSION_ATTRIBUTE] = 2
+    with pytest.raises(ResultError, match="layout 2 of a sweep"):
+        open_sweep(later)
+    lacking = assemble(tmp_path / "lacking.h5", sweep.head, sweep.chunks).path
+    with h5py.File(lacking, "r+") as file:
+        del file[STATUS]
+    with pytest.raises(ResultError, match="damaged"):
+        open_sweep(lacking)
+
+
+def test_parts_of_other_sweeps_are_refused(sweep: Made, tmp_path: Path) -> None:
+    first = assemble(tmp_path / "first.h5", sweep.head, sweep.chunks).path
+    for words, other in (
+        ("they have other points", made(tmp_path / "a", grid_of(4, 3, 3))),
+        ("they keep other quantities", made(tmp_path / "b", kept=(SAG,))),
+    ):
+        other.fill()
+        part = assemble(tmp_path / "part.h5", other.head, other.chunks).path
+        with pytest.raises(UsageError, match=words) as error:
+            merge([first, part], tmp_path / "merged.h5")
+        assert "part.h5" in refused(error) and not (tmp_path / "merged.h5").exists()
+    with pytest.raises(UsageError, match="no parts"):
+        merge([], tmp_path / "merged.h5")
+
+
+def test_parts_that_do_not_agree_are_refused(sweep: Made, tmp_path: Path) -> None:
+    """In a value of one entry, in an error, in a status, and in a message."""
+    first = assemble(tmp_path / "first.h5", sweep.head, sweep.chunks).path
+    original = sweep.chunks.read(1)
+    force, sag = original.quantities[FORCE], original.quantities[SAG]
+    values, errors, status = force.values.copy(), sag.errors.copy(), original.status.copy()
+    values[2, 1, 1] += 1e-12
+    errors[1] *= 2.0
+    status[4] = FAILED
+    whole = dict(original.quantities)
+    changed = {**whole, FORCE: force._replace(values=values)}
+    doubted = {**whole, SAG: sag._replace(errors=errors)}
+    message = ("", "", "", "", "no")
+    for point, words, block in (
+        (7, FORCE, original._replace(quantities=changed)),
+        (6, SAG, original._replace(quantities=doubted)),
+        (9, "numerical failure no", original._replace(status=status, message=message)),
+    ):
+        sweep.chunks.write(1, block)
+        other = assemble(tmp_path / "other.h5", sweep.head, sweep.chunks, [1]).path
+        with pytest.raises(UsageError, match=f"have point {point} .*{words}") as error:
+            merge([first, other], tmp_path / "merged.h5")
+        assert "other.h5" in refused(error) and not (tmp_path / "merged.h5").exists()
+
+
+def test_locks_that_nobody_can_judge_are_refused(tmp_path: Path) -> None:
+    output = tmp_path / "o.h5"
+    here = socket.gethostname()
+    for text, words in (
+        ('{"pid": 1, "host": "elsewhere", "started": ""}', "on the host elsewhere"),
+        (f'{{"pid": {os.getppid()}, "host": "{here}", "started": ""}}', "another sweep, process"),
+        (f'{{"pid": -1, "host": "{here}", "started": ""}}', "does not say who holds it"),
+        ("", "does not say who holds it"),
+        ("[1, 2]", "does not say who holds it"),
+    ):
+        lock_path(output).write_text(text)
+        with pytest.raises(UsageError, match=words) as error, locked(output):
+            pass
+        refused(error)
+        assert lock_path(output).read_text() == text
+        assert [one.name for one in tmp_path.iterdir()] == ["o.h5.lock"]
+    with (
+        pytest.raises(UsageError, match="cannot make the lock file"),
+        locked(tmp_path / "no" / "o"),
+    ):
+        pass

@@ -1,0 +1,331 @@
+"""Claim: `sweep` and `merge` do what docs/sweeps.md says, with the exit codes it gives."""
+
+import errno
+import json
+import os
+import shutil
+import signal
+import time
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from fuzzing import command
+from sweep_runs import GENERATOR, GRID, chunk_files, killed, objects, started
+
+from vibecalc.results.sweep_file import open_sweep
+from vibecalc.results.sweep_layout import DIED, DONE, TIMED_OUT
+from vibecalc.study.load import load_checked
+from vibecalc.study.sweep.from_options import sweep_settings
+from vibecalc.study.sweep.options import Options
+from vibecalc.study.sweep.prepare import Prepared, prepare
+from vibecalc.study.sweep.run import sweep
+
+CASE = str(GENERATOR)
+PEAK = "isolation/lever_force/steady_peak"
+RUN_UP = "isolation/lever_force/run_up_peak"
+STIFFNESS = "machine.mounts.each.stiffness"
+SMALL = (
+    "--grid", f"{STIFFNESS}=5 N/mm,10 N/mm,20 N/mm",
+    "--grid", "machine.speed=3000 rpm,4900 rpm",
+    "--keep", PEAK,
+    "--keep", "isolation/support_force/steady_peak",
+)  # fmt: skip
+
+
+@pytest.fixture(autouse=True)
+def _in_empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+
+
+def test_each_point_has_the_numbers_of_its_own_run() -> None:
+    outcome = command("sweep", CASE, *SMALL)
+    assert outcome.code == 0, outcome.err
+    assert "wrote outputs/generator.sweep.h5 and generator.sweep.txt" in outcome.out
+    assert outcome.out.startswith(Path("outputs/generator.sweep.txt").read_text(encoding="utf-8"))
+    with open_sweep("outputs/generator.sweep.h5") as found:
+        assert found.shape == (3, 2)
+        peaks = found.quantities[PEAK].values()
+        forces = found.quantities["isolation/support_force/steady_peak"].values()
+    for row, stiffness in enumerate(("5 N/mm", "10 N/mm", "20 N/mm")):
+        for column, speed in enumerate(("3000 rpm", "4900 rpm")):
+            settings = ("--set", f"{STIFFNESS}={stiffness}", "--set", f"machine.speed={speed}")
+            run = json.loads(command("run", CASE, "--json", "-q", *settings).out)
+            assert peaks[row, column] == pytest.approx(run["quantities"][PEAK]["value"], rel=1e-12)
+            assert forces[row, column] * 4 == pytest.approx(peaks[row, column], rel=1e-9)
+
+
+def test_json_is_one_object_and_nothing_else_on_stdout() -> None:
+    outcome = command("sweep", CASE, *SMALL, "--json", "-o", "small.h5")
+    assert (outcome.code, outcome.err) == (0, "")
+    found = json.loads(outcome.out)
+    assert found["points"] == 6 and found["shape"] == [3, 2] and found["result"] == "small.h5"
+    assert found["statuses"] == {"done": 6} and found["failures"] == []
+    assert found["quantities"][PEAK] == {"unit": "N", "axes": []}
+    kept = {row["quantity"]: (row["kept"], row["broken"]) for row in found["limits"]}
+    assert sum(kept[PEAK]) == 6
+
+
+def test_zipped_keys_and_samples_are_axes_of_their_own() -> None:
+    zipped = ("--zip", f"{STIFFNESS}=5 N/mm,10 N/mm", "--zip", "machine.speed=3000 rpm,4000 rpm")
+    assert command("sweep", CASE, *zipped, "--keep", PEAK, "-q", "-o", "zipped.h5").code == 0
+    grid = ("--grid", "machine.speed=3000 rpm:4900 rpm")
+    assert command("sweep", CASE, *grid, "--sample", "sobol:8:3", "-q", "-o", "drawn.h5").code == 0
+    with open_sweep("zipped.h5") as found:
+        assert found.shape == (2,)
+        assert found.head.axes[0].keys[1].key == "machine.speed"
+    with open_sweep("drawn.h5") as found:
+        assert found.shape == (8,) and found.head.axes[0].name == "sample"
+
+
+def test_a_dry_run_says_all_and_writes_nothing(tmp_path: Path) -> None:
+    outcome = command("sweep", CASE, *GRID, "--dry-run", "--shard", "2/3")
+    assert outcome.code == 0, outcome.err
+    for words in ("96, a grid of 16 x 6", "pool", "5, 6 points each", "order (2), N", "about"):
+        assert words in outcome.out, outcome.out
+    found = json.loads(command("sweep", CASE, *SMALL, "--dry-run", "--json").out)
+    assert found["points"] == 6 and found["strategy"] == "array" and found["chunks"] == 1
+    assert {row["quantity"]: row["axes"] for row in found["kept"]} == {
+        PEAK: {},
+        "isolation/support_force/steady_peak": {"mount": 4},
+    }
+    assert found["seconds"] > 0 and found["bytes"] > 6 * 5 * 8
+    assert not list(tmp_path.iterdir())
+
+
+def undamped(tmp_path: Path) -> Path:
+    text = GENERATOR.read_text(encoding="utf-8").replace(', damping = "50 N*s/m"', "")
+    path = tmp_path / "undamped.toml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize("keep", [PEAK, RUN_UP])
+def test_failed_points_are_counted_by_cause_and_the_exit_code_is_4(
+    tmp_path: Path, keep: str
+) -> None:
+    frequency = (12 * 4 * 0.4**2 * 10000 / (100 * (0.35**2 + 0.8**2))) ** 0.5
+    rods = "machine.crank_train.rod_length=0.05,0.2"
+    speeds = f"machine.speed={frequency!r},300,{frequency / 2!r}"
+    outcome = command(
+        "sweep", str(undamped(tmp_path)), "--grid", rods, "--grid", speeds, "--keep", keep,
+        "--json", "-o", "failed.h5", "-j", "2", cap=60,
+    )  # fmt: skip
+    assert outcome.code == 4, outcome.err
+    assert "Traceback" not in outcome.err
+    found = json.loads(outcome.out)
+    causes = {row["status"]: row["points"] for row in found["failures"]}
+    assert causes["input refused"] == 3
+    assert causes["numerical failure"] == 2 and found["statuses"]["done"] == 1
+    assert "3 points: input refused" in outcome.err and "rod_length" in outcome.err
+    assert not Path("failed.h5.parts").exists()
+    assert command("report", "failed.h5").out == Path("failed.txt").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ((), "not what to vary"),
+        (("--grid", "machine.sped=1,2"), "machine.speed"),
+        (("--grid", "machine.speed"), "--grid needs"),
+        (("--grid", "machine.speed=3000 rpm"), "two points"),
+        (("--grid", "machine.speed=1:2:0.5"), "start:stop:points"),
+        ((*SMALL, "--keep", "isolation/lever_force/stedy_peak"), "steady_peak"),
+        ((*SMALL, "--keep", "isolation/lever_force/run_up"), "run_up_peak"),
+        ((*SMALL, "--sample", "sobool:8"), "sobol"),
+        ((*SMALL, "--shard", "0/3"), "I from 1 to N"),
+        ((*SMALL, "--shard", "4/3"), "I from 1 to N"),
+        ((*SMALL, "--timeout", "0"), "above 0"),
+        ((*SMALL, "-o", "sweep.txt"), "ends in .h5"),
+        ((*SMALL, "--cluster", "nowhere.json"), "nowhere.json"),
+    ],
+)
+def test_what_cannot_be_swept_is_said_before_anything_is_written(
+    options: tuple[str, ...], words: str, tmp_path: Path
+) -> None:
+    pytest.importorskip("distributed") if "--cluster" in options else None
+    outcome = command("sweep", CASE, *options)
+    assert outcome.code == 2, outcome.out
+    assert words in outcome.err and "Traceback" not in outcome.err
+    assert not [path for path in tmp_path.rglob("*") if path.is_file()]
+
+
+def test_a_file_that_is_not_this_sweep_is_not_replaced() -> None:
+    assert command("sweep", CASE, *SMALL, "-q", "-o", "one.h5").code == 0
+    before = Path("one.h5").read_bytes()
+    other = ("--grid", "machine.speed=1000 rpm,2000 rpm", "-q", "-o", "one.h5")
+    for resume in ((), ("--resume",)):
+        outcome = command("sweep", CASE, *other, *resume)
+        assert outcome.code == 2
+        assert "other points" in outcome.err and "--fresh" in outcome.err
+        outcome = command("sweep", CASE, *SMALL, "--set", "machine.body.mass=99", *resume,
+                          "-o", "one.h5")  # fmt: skip
+        assert outcome.code == 2 and "another case" in outcome.err
+    assert Path("one.h5").read_bytes() == before
+    assert command("sweep", CASE, *other, "--fresh").code == 0
+    assert Path("one.h5").read_bytes() != before
+    assert command("run", CASE, "-q", "-o", "run.h5").code == 0
+    outcome = command("sweep", CASE, *SMALL, "-q", "-o", "run.h5")
+    assert outcome.code == 2 and "is no sweep" in outcome.err
+
+
+def test_resuming_what_is_complete_computes_nothing() -> None:
+    assert command("sweep", CASE, *SMALL, "-q", "-o", "one.h5").code == 0
+    before = Path("one.h5").stat().st_ino
+    outcome = command("sweep", CASE, *SMALL, "-q", "--resume", "-o", "one.h5")
+    assert outcome.code == 0 and "complete" in outcome.err
+    assert Path("one.h5").stat().st_ino == before
+
+
+def test_chunks_of_another_sweep_are_kept_until_somebody_says_fresh() -> None:
+    output = Path("one.h5").resolve()
+    first = started(CASE, *GRID, "-j", 2, "-q", "-o", output)
+    while len(chunk_files(output)) < 2:
+        assert first.poll() is None
+        time.sleep(0.002)
+    killed(first)
+    there = chunk_files(output)
+    for extra in ((), ("--resume",)):
+        outcome = command("sweep", CASE, *SMALL, "-q", "-o", "one.h5", *extra)
+        assert outcome.code == 2
+        assert "another sweep" in outcome.err and "--fresh" in outcome.err
+        assert chunk_files(output) == there
+    assert command("sweep", CASE, *SMALL, "-q", "-o", "one.h5", "--resume", "--fresh").code == 0
+    assert not chunk_files(output)
+
+
+def test_two_sweeps_into_one_file_are_refused() -> None:
+    output = Path("one.h5").resolve()
+    first = started(CASE, *GRID, "-j", 1, "-q", "-o", output)
+    while not chunk_files(output):
+        assert first.poll() is None
+        time.sleep(0.002)
+    outcome = command("sweep", CASE, *GRID, "-q", "--fresh", "-o", "one.h5")
+    assert outcome.code == 2
+    assert f"process {first.pid}" in outcome.err
+    killed(first, signal.SIGINT)
+    assert first.returncode == 130
+
+
+@pytest.mark.parametrize("bytes_free", [600, 20_000])
+def test_a_full_disk_is_said_and_what_is_finished_is_used_later(
+    bytes_free: int, tmp_path: Path
+) -> None:
+    import resource
+
+    def little_room() -> None:
+        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (bytes_free, bytes_free))
+
+    output = tmp_path / "full.h5"
+    full = started(CASE, *GRID, "-j", 2, "-q", "-o", output, preexec_fn=little_room)
+    _, err = full.communicate(timeout=60)
+    assert full.returncode == 2, err
+    assert "cannot write" in err and "Traceback" not in err
+    finished = len(chunk_files(output))
+    assert finished == (16 if bytes_free > 10_000 else 0)
+    assert not output.exists() and not list(tmp_path.rglob("*.tmp"))
+    outcome = command("sweep", CASE, *GRID, "--json", "-q", "--resume", "-o", "full.h5", cap=60)
+    assert outcome.code == 0
+    assert json.loads(outcome.out)["taken_up"] == 6 * finished
+
+
+def test_a_disk_that_fills_up_while_it_is_written_leaves_nothing_half(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    def full(_number: int) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(os, "fsync", full)
+    outcome = command("sweep", CASE, *SMALL, "-q", "-o", "full.h5")
+    assert outcome.code == 2
+    assert "no space left" in outcome.err
+    assert not [path for path in tmp_path.rglob("*") if path.is_file()]
+
+
+def test_a_folder_that_is_removed_in_the_middle_is_said(tmp_path: Path) -> None:
+    output = tmp_path / "below" / "one.h5"
+    running = started(CASE, *GRID, "-j", 1, "-q", "-o", output)
+    while not chunk_files(output):
+        assert running.poll() is None
+        time.sleep(0.002)
+    shutil.rmtree(output.parent, ignore_errors=True)
+    _, err = running.communicate(timeout=60)
+    assert running.returncode == 2, err
+    assert "is not there any more" in err and "Traceback" not in err
+
+
+@dataclass(frozen=True, kw_only=True)
+class Nasty(Prepared):
+    """A sweep some of whose points hang or kill their process."""
+
+    hanging: int
+    killing: int
+
+    def start(self) -> Any:
+        """As it should be, but for two points."""
+        return partial(nasty, super().start(), self.hanging, self.killing)
+
+
+def nasty(start: Any, hanging: int, killing: int) -> Any:
+    return partial(_evaluate_nastily, start(), hanging, killing)
+
+
+def _evaluate_nastily(evaluate: Any, hanging: int, killing: int, points: np.ndarray) -> Any:
+    if killing in points:
+        os.kill(os.getpid(), signal.SIGSEGV)
+    if hanging in points:
+        time.sleep(600)
+    return evaluate(points)
+
+
+def test_hung_and_fatal_points_are_marked_and_only_they_are_tried_again(tmp_path: Path) -> None:
+    options = sweep_settings(GRID[1:4:2], (), None, GRID[5::2])
+    (loaded,) = load_checked([GENERATOR], options)
+    good = prepare(loaded, 2)
+    bad = Nasty(**{name: getattr(good, name) for name in good.__dataclass_fields__},
+                hanging=13, killing=50)  # fmt: skip
+    said: list[str] = []
+    wanted = Options(output=tmp_path / "bad.h5", jobs=2, timeout=3.0, note=said.append)
+    made = sweep(bad, wanted)
+    assert made.counts == {DONE: 94, TIMED_OUT: 1, DIED: 1} and made.failed == 2
+    with open_sweep(wanted.output) as found:
+        assert found.status().ravel()[[13, 50]].tolist() == [TIMED_OUT, DIED]
+        words = dict(zip(found.failures().points.tolist(), found.failures().texts, strict=True))
+        assert words[13] == "took longer than 3 s" and "SIGSEGV" in words[50]
+        assert np.isnan(found.quantities[RUN_UP].values()).sum() == 2
+    assert "--resume" in said[0]
+
+    made = sweep(good, replace(wanted, resume=True))
+    assert made.counts == {DONE: 96} and made.taken_up == 96 - 12
+    whole = replace(wanted, output=tmp_path / "good.h5", timeout=None)
+    assert sweep(good, whole).counts == {DONE: 96}
+    assert objects(wanted.output) == objects(whole.output)
+    assert not chunk_files(wanted.output)
+
+
+def test_parts_of_different_sweeps_are_not_merged() -> None:
+    for name, speed in (("a", "3000"), ("b", "3100")):
+        grid = ("--grid", f"machine.speed={speed} rpm,4900 rpm", "--keep", PEAK)
+        assert command("sweep", CASE, *grid, "-q", "-o", f"{name}.h5").code == 0
+    outcome = command("merge", "a.h5", "b.h5", "-o", "c.h5")
+    assert outcome.code == 2 and "other points" in outcome.err
+    assert not Path("c.h5").exists()
+    assert command("merge", "a.h5", "nowhere.h5", "-o", "c.h5").code == 2
+    assert command("diff", "a.h5", "a.h5").code == 0
+    assert command("diff", "a.h5", "b.h5").code == 1
+
+
+def test_cases_with_a_sweep_run_without_it(tmp_path: Path) -> None:
+    text = GENERATOR.read_text(encoding="utf-8")
+    axis = '{ key = "machine.speed", values = ["3000 rpm", "4000 rpm"] }'
+    table = f'[sweep]\naxes = [{axis}]\nkeep = ["{PEAK}"]\n\n'
+    path = tmp_path / "swept.toml"
+    path.write_text(text.replace("[kinematics]", f"{table}[kinematics]"), encoding="utf-8")
+    assert command("run", str(path), "-q").code == 0
+    assert command("sweep", str(path), "-q").code == 0
+    with open_sweep("outputs/swept.sweep.h5") as found:
+        assert found.shape == (2,) and list(found.quantities) == [PEAK]

@@ -1,0 +1,94 @@
+"""Claim: checks left out because nothing that they read has changed would have found nothing."""
+
+import random
+import tomllib
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import pytest
+from shipped_cases import CASES, ROOT
+from test_consistency_stage_cache import leaves
+from watched_case import Watched, undeclared
+
+from vibecalc.case.load import load_case, validate
+from vibecalc.case.overrides import key_text
+from vibecalc.case.schema import Case
+from vibecalc.errors import CaseError
+from vibecalc.machine import checks
+from vibecalc.machine.checks import check_machine
+from vibecalc.pipeline.check_cache import CHECKS, check_again, matrices
+from vibecalc.pipeline.stage_cache import StageCache
+from vibecalc.study.sweep.place import NOT_COMPUTED, case_at
+
+BAD = sorted((ROOT / "tests" / "bad_cases").glob("*.toml"))
+
+
+@cache
+def resolved(name: str) -> dict[str, Any]:
+    tables = load_case(CASES[name]).resolved
+    return {k: v for k, v in tables.items() if k not in NOT_COMPUTED}
+
+
+def read_by(name: str) -> dict[str, set[str]]:
+    """What each check reads of a shipped case."""
+    case, found = validate(resolved(name)), {}
+    for check in CHECKS:
+        seen: set[str] = set()
+        check(Watched(case, "", seen))  # type: ignore[arg-type]
+        found[check.__name__] = seen
+    return found
+
+
+def test_all_checks_take_part() -> None:
+    # `matrices` is what `machine.checks` does before it loads the check of matrices
+    named = {check.__name__ for check in CHECKS if check is not matrices}
+    theirs = {check.__name__ for check in checks._CHECKS} - {"_matrix_problems"}
+    assert named == theirs | {"isolation_problems"}
+
+
+@pytest.mark.parametrize("name", sorted(CASES))
+def test_checks_read_what_is_declared(name: str) -> None:
+    declared = {check.__name__: places for check, places in CHECKS.items()}
+    for check, seen in read_by(name).items():
+        assert undeclared(seen, declared[check]) == [], check
+
+
+def read_bad(path: Path) -> Case | None:
+    try:
+        return validate(tomllib.loads(path.read_text(encoding="utf-8")))
+    except (CaseError, ValueError):
+        return None  # refused before its physics is looked at
+
+
+def test_bad_cases_have_the_same_problems() -> None:
+    cache, refused = StageCache(), 0
+    for _ in range(2):
+        for path in BAD:
+            case = read_bad(path)
+            if case is not None:
+                problems = check_machine(case)
+                refused += bool(problems)
+                assert check_again(case, cache) == problems, path
+    assert refused >= 20
+
+
+@pytest.mark.parametrize("name", ["generator", "compressor", "compressor_impact", "four_cylinder"])
+def test_changed_numbers_have_the_same_problems(name: str) -> None:
+    tables, cache, draw = resolved(name), StageCache(), random.Random(name)
+    paths = leaves(tables)
+    chosen = draw.sample(paths, min(len(paths), 150))
+    refused = 0
+    for path in chosen:
+        value: Any = tables
+        for part in path:
+            value = value[part]
+        for factor in (1.1, 0.0, -1.0, 1e-30, 1e30, 1e3):
+            try:
+                case = validate(case_at(tables, {key_text(path): factor * value}))
+            except CaseError:
+                continue
+            problems = check_machine(case)
+            refused += bool(problems)
+            assert check_again(case, cache) == problems, (path, factor)
+    assert refused > 10

@@ -1,0 +1,265 @@
+"""Claim: arrays give what single runs give, within both error estimates, over every key they know.
+
+Where a point fails, status and words are those of a single run.
+"""
+
+from collections.abc import Mapping
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+from array_machines import CHANGES, machine
+
+from vibecalc.case.overrides import get_key, key_text
+from vibecalc.case.sweep_tables import Sweep
+from vibecalc.errors import KeyPath
+from vibecalc.pipeline.arrays import compute as computing
+from vibecalc.pipeline.arrays.support import SUPPORTED, pattern, unsupported
+from vibecalc.pipeline.plan import planned_quantities
+from vibecalc.results.sweep_layout import DONE, FAILED, REFUSED
+from vibecalc.study.sweep.arrays import ArrayEvaluator
+from vibecalc.study.sweep.block import Block
+from vibecalc.study.sweep.design import Design, make_design
+from vibecalc.study.sweep.evaluate import Evaluator, Found
+from vibecalc.study.sweep.strategy import choose
+
+PEAK = "isolation/support_force/steady_peak"
+
+
+class Counting(ArrayEvaluator):
+    """Counts the points that a single run has done."""
+
+    alone = 0
+
+    def run_point(self, settings: Mapping[str, Any]) -> tuple[int, str, Found]:
+        status, message, found = super().run_point(settings)
+        self.alone += status == DONE
+        return status, message, found
+
+
+def numbers(table: Any, above: KeyPath = ()) -> list[KeyPath]:
+    """Key paths of all doubles of a case."""
+    if isinstance(table, float):
+        return [above]
+    if not isinstance(table, dict | list):
+        return []
+    entries = table.items() if isinstance(table, dict) else enumerate(table)
+    return [path for name, entry in entries for path in numbers(entry, (*above, name))]
+
+
+@cache
+def known_paths(name: str) -> tuple[str, ...]:
+    """All results of a case that arrays can give."""
+    case = machine(name).case
+    return tuple(p for p in planned_quantities(case) if unsupported(case, [], [p]) is None)
+
+
+@cache
+def known_keys(name: str) -> tuple[KeyPath, ...]:
+    case, paths = machine(name).case, known_paths(name)
+    every = numbers(machine(name).resolved)
+    return tuple(key for key in every if unsupported(case, [key], paths) is None)
+
+
+def design_of(name: str, axes: list[dict[str, Any]], **more: Any) -> Design:
+    sweep = Sweep.model_validate({"axes": axes, **more})
+    return make_design(sweep, machine(name).resolved)
+
+
+def scattered(name: str, keys: tuple[KeyPath, ...], points: int, share: float) -> Design:
+    """Points spread around the case as written, over all the keys at once."""
+    axes = []
+    for key in keys:
+        value = get_key(machine(name).resolved, key)
+        reach = share * abs(value) or 1e-3
+        axes.append({"key": key_text(key), "from": value - reach, "to": value + reach})
+    return design_of(name, axes, sampling="latin_hypercube", points=points)
+
+
+def assert_equal(name: str, design: Design, paths: tuple[str, ...], fewest: int = 1) -> Block:
+    """Hold arrays against single runs at all points; at least `fewest` come from arrays."""
+    loaded, every = machine(name), np.arange(design.count)
+    by_arrays = Counting(loaded, design, paths)
+    arrays = by_arrays(every)
+    alone = Evaluator(loaded, design, paths)(every)
+    assert arrays.status.tolist() == alone.status.tolist()
+    assert arrays.message == alone.message
+    assert (alone.status == DONE).sum() - by_arrays.alone >= fewest
+    for path, single in alone.quantities.items():
+        found = arrays.quantities[path]
+        assert (found.unit, found.long_name) == (single.unit, single.long_name)
+        assert found.amplitude == single.amplitude
+        assert [a.name for a in found.axes] == [a.name for a in single.axes]
+        for axis, other in zip(found.axes, single.axes, strict=True):
+            assert axis.values.tolist() == other.values.tolist()
+            assert (axis.unit, axis.long_name) == (other.unit, other.long_name)
+        done = alone.status == DONE
+        assert np.isnan(found.values[~done]).all() and np.isnan(found.errors[~done]).all()
+        apart = np.abs(found.values - single.values)[done].reshape(int(done.sum()), -1)
+        doubt = (found.errors + single.errors)[done]
+        assert (apart <= doubt[:, None]).all(), (path, apart.max(), doubt)
+        # honest estimates, not generous ones
+        assert (found.errors[done] <= 1.5 * single.errors[done] + 1e-300).all(), path
+    return arrays
+
+
+def test_the_machines_have_every_key_and_every_result() -> None:
+    keys = {pattern(key) for name in CHANGES for key in known_keys(name)}
+    paths = {path for name in CHANGES for path in known_paths(name)}
+    assert keys == set().union(*(known for _, known in SUPPORTED))
+    assert paths == set().union(*(known for known, _ in SUPPORTED))
+
+
+@pytest.mark.parametrize("name", CHANGES)
+def test_each_key_alone(name: str) -> None:
+    for key in known_keys(name):
+        if key[-1] == "wrist_pin_offset" and name in ("classic", "own masses"):
+            continue  # the truncated series has none, which the next test looks at
+        value = get_key(machine(name).resolved, key)
+        # what the checks refuse is refused at all its points
+        axis = {"key": key_text(key), "values": [value, value * 1.001 if value else 1e-4]}
+        assert_equal(name, design_of(name, [axis]), known_paths(name), fewest=0)
+
+
+def test_an_offset_is_refused_with_a_truncated_series() -> None:
+    key = "machine.crank_train.wrist_pin_offset"
+    block = assert_equal(
+        "classic", design_of("classic", [{"key": key, "values": [0.0, 0.01]}]), (PEAK,)
+    )
+    assert block.status.tolist() == [DONE, REFUSED]
+    assert "no term for a wrist-pin offset" in block.message[1]
+
+
+@pytest.mark.parametrize("name", CHANGES)
+def test_all_keys_at_once(name: str) -> None:
+    keys = [key for key in known_keys(name) if key[-1] != "wrist_pin_offset" or name == "exact"]
+    if machine(name).resolved["isolation"].get("lever") is None:  # then equal distances count
+        keys = [key for key in keys if key[1] != "mounts" or key[2] != "positions"]
+    if name in ("classic", "own masses"):
+        keys = [key for key in keys if key[-1] != "rotating_mass"]  # zero in the case, or below it
+    assert len(keys) > 20
+    # a share of one key may leave no two points alike, and no room beyond a bound
+    design = scattered(name, tuple(keys[:16]), 24, 0.1)
+    assert_equal(name, design, known_paths(name), fewest=6)
+    for start in range(16, len(keys), 16):
+        design = scattered(name, tuple(keys[start : start + 16]), 10, 0.1)
+        assert_equal(name, design, known_paths(name), fewest=2)
+
+
+def test_points_that_keep_different_numbers_of_orders() -> None:
+    key = "machine.crank_train.rod_length"
+    axis = {"key": key, "from": 0.08, "to": 0.6, "points": 9, "spacing": "log"}
+    block = assert_equal("exact", design_of("exact", [axis]), known_paths("exact"), fewest=8)
+    force = block.quantities["excitation/force"]
+    kept = [int(np.flatnonzero(np.abs(row).sum(1))[-1]) for row in force.values]
+    assert len(set(kept)) > 3 and sorted(kept, reverse=True) == kept
+
+
+def test_refusals_and_failures_have_the_words_of_single_runs() -> None:
+    free = machine("classic").resolved
+    model = Evaluator(
+        machine("classic"),
+        design_of("classic", [{"key": "machine.speed", "values": [100.0, 200.0]}]),
+        ("isolation/pitch/natural_frequency",),
+    )(np.arange(1))
+    natural = float(model.quantities["isolation/pitch/natural_frequency"].values[0])
+    axes = [
+        {"key": "machine.crank_train.rod_length", "values": [0.05, 0.06, 0.0601, 0.2]},
+        {"key": "machine.mounts.each.damping", "values": [0.0, 50.0]},
+        {"key": "machine.speed", "values": [natural, 1.5 * natural, natural * (1.0 + 1e-13)]},
+        {"key": "machine.body.mass", "values": [0.9, free["machine"]["body"]["mass"]]},
+    ]
+    paths = (PEAK, "isolation/pitch/angle_peak", "excitation/force")
+    block = assert_equal("classic", design_of("classic", axes), paths, fewest=3)
+    assert {DONE, REFUSED, FAILED} == set(block.status.tolist())
+    words = " ".join(block.message)
+    for part in ("connecting rod must be longer", "is on the undamped natural", "weigh more"):
+        assert part in words
+
+
+@pytest.mark.parametrize(
+    ("key", "values", "part"),
+    [
+        ("machine.body.inertia[1]", [8.0, 0.5, 14.1], "no body has these moments"),
+        ("machine.body.inertia_products[2]", [0.1, 8.4, 9.0], "no body has these"),
+        ("machine.mounts.each.stiffness", [0.0, 1e4], "leave the body free to pitch"),
+        ("machine.mounts.positions[0][0]", [-0.4, -0.5], ""),
+        ("machine.speed", [1e-21, 100.0], "too small"),
+        ("machine.crank_train.cylinders[0].crank_phase", [1.0, 2e6], "too large"),
+        ("machine.crank_train.rod.reciprocating_fraction", [0.0, 1.0], ""),
+    ],
+)
+def test_edges_of_what_is_possible(key: str, values: list[float], part: str) -> None:
+    design = design_of("moments", [{"key": key, "values": values}])
+    block = assert_equal("moments", design, (PEAK, "excitation/couple"))
+    assert part in " ".join(block.message)
+
+
+def test_distances_of_the_mounts_need_a_lever() -> None:
+    axis = {"key": "machine.mounts.positions[0][0]", "values": [-0.4, -0.41]}
+    block = assert_equal("classic", design_of("classic", [axis]), (PEAK,))
+    assert block.status.tolist() == [DONE, REFUSED] and "lever" in block.message[1]
+
+
+def test_blocks_and_chunks_change_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    design = scattered("exact", known_keys("exact")[:8], 40, 0.05)
+    paths = known_paths("exact")
+    whole = ArrayEvaluator(machine("exact"), design, paths)(np.arange(40))
+    monkeypatch.setattr(computing, "_BLOCK", 30)  # three points each
+    small = ArrayEvaluator(machine("exact"), design, paths)(np.arange(40))
+    assert whole.message == small.message
+    for path in paths:
+        one, other = whole.quantities[path], small.quantities[path]
+        apart = np.abs(one.values - other.values).reshape(40, -1)
+        assert (apart <= (one.errors + other.errors)[:, None])[whole.status == DONE].all(), path
+
+
+def test_arithmetic_that_fails_at_a_point_is_left_to_a_single_run(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    design = design_of(
+        "classic",
+        [{"key": "machine.body.mass", "from": 50.0, "to": 90.0, "points": 40}],
+    )
+    asked: list[int] = []
+    emit = computing.emit_excitation
+
+    def failing(columns: Any, *more: Any) -> None:
+        asked.append(columns.count)
+        if (np.abs(columns.number("machine", "body", "mass") - 60.0) < 0.6).any():
+            raise FloatingPointError("overflow")
+        emit(columns, *more)
+
+    monkeypatch.setattr(computing, "emit_excitation", failing)
+    block = assert_equal("classic", design, (PEAK,), fewest=30)
+    assert (block.status == DONE).all()
+    assert len(asked) < 12  # halved until the point stands among few
+
+
+@pytest.mark.parametrize(
+    ("name", "keys", "keep", "part"),
+    [
+        ("classic", ["machine.speed"], ["isolation/lever_force/run_up_peak"], "point by point"),
+        ("classic", ["machine.crank_train.bore"], [PEAK], "not among the numbers"),
+        ("classic", ["machine.body.inertia_products[0]"], [PEAK], "not a number in the case"),
+        ("classic", ["machine.mounts.each.loss_factor"], [PEAK], "not a number in the case"),
+        ("classic", ["excitation.orders"], [PEAK], "not among the numbers"),
+        ("classic", ["machine.speed"], ["excitation/residual"], "no table of the case"),
+    ],
+)
+def test_what_arrays_cannot_do_is_said(
+    name: str, keys: list[str], keep: list[str], part: str
+) -> None:
+    from vibecalc.case.overrides import parse_key
+
+    reason = unsupported(machine(name).case, [parse_key(key) for key in keys], keep)
+    assert reason is not None and part in reason
+
+
+def test_the_strategy_follows() -> None:
+    case = machine("classic").case
+    design = design_of("classic", [{"key": "machine.speed", "from": 1.0, "to": 2.0, "points": 3}])
+    assert choose(case, design, [PEAK]).kind == "array"
+    other = choose(case, design, ["isolation/lever_force/run_up_peak"])
+    assert other.kind == "reuse" and "run_up_peak is computed point by point" in other.reason

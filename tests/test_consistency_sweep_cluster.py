@@ -1,0 +1,109 @@
+"""Claim: a dask cluster gives what a pool gives, also when a worker is lost in the middle."""
+
+import json
+import os
+import signal
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from sweep_work import Start
+
+from vibecalc.errors import UsageError
+from vibecalc.results.sweep_layout import DIED, TIMED_OUT
+from vibecalc.study.sweep.cluster import Cluster
+from vibecalc.study.sweep.pool import Done, Work
+
+distributed = pytest.importorskip("distributed")
+
+CHUNKS = [Work(number, range(5 * number, 5 * number + 5)) for number in range(12)]
+
+
+@pytest.fixture(scope="module")
+def cluster() -> Iterator[Any]:
+    """A scheduler here and two workers in processes of their own."""
+    with distributed.LocalCluster(
+        n_workers=2,
+        threads_per_worker=1,
+        processes=True,
+        dashboard_address=None,
+        silence_logs=100,
+    ) as local:
+        yield local
+
+
+def check(done: list[Done], lost: dict[int, int]) -> set[int]:
+    assert sorted(one.work.number for one in done) == list(range(len(CHUNKS)))
+    assert {one.point: one.status for chunk in done for one in chunk.lost} == lost
+    processes = set()
+    for one in done:
+        points = [point for piece in one.pieces for point in piece.points]
+        assert sorted([*points, *(x.point for x in one.lost)]) == list(one.work.points)
+        for piece in one.pieces:
+            assert (piece.block.squares == np.array(piece.points) ** 2).all()
+            assert piece.block.threads == "1"
+            processes.add(piece.block.process)
+    return processes
+
+
+def test_points_are_shared_out_hung_ones_given_up_and_fatal_ones_told(cluster: Any) -> None:
+    start = Start(hanging=frozenset({4}), killing=frozenset({33}))
+    with Cluster(start, address=cluster.scheduler_address, timeout=1.0) as workers:
+        assert workers.workers() == 2
+        done = list(workers.run(CHUNKS))
+    assert len(check(done, {4: TIMED_OUT, 33: DIED})) >= 2
+
+
+def test_a_worker_killed_in_the_middle_costs_no_point(cluster: Any) -> None:
+    with distributed.Client(cluster.scheduler_address, set_as_default=False) as client:
+        victim = next(iter(client.run(os.getpid).values()))
+    done = []
+    with Cluster(Start(seconds=0.02), address=cluster.scheduler_address) as workers:
+        for one in workers.run(CHUNKS):
+            done.append(one)
+            if len(done) == 3:
+                os.kill(victim, signal.SIGKILL)
+    check(done, {})
+
+
+def test_a_scheduler_file_leads_to_the_cluster(cluster: Any, tmp_path: Path) -> None:
+    file = tmp_path / "scheduler.json"
+    # the part of such a file that a client reads
+    file.write_text(json.dumps({"address": cluster.scheduler_address}), encoding="utf-8")
+    with Cluster(Start(), address=str(file)) as workers:
+        check(list(workers.run(CHUNKS)), {})
+
+
+def test_a_mistake_on_a_worker_is_raised_here(cluster: Any) -> None:
+    start = Start(raising=frozenset({11}))
+    with (
+        Cluster(start, address=cluster.scheduler_address) as workers,
+        pytest.raises(RuntimeError, match="a mistake at"),
+    ):
+        list(workers.run(CHUNKS))
+
+
+def test_leaving_early_ends_the_processes_on_the_workers(cluster: Any) -> None:
+    with Cluster(Start(seconds=0.02), address=cluster.scheduler_address) as workers:
+        first = next(workers.run(CHUNKS))
+        process = first.pieces[0].block.process
+        os.kill(process, 0)
+    with pytest.raises(ProcessLookupError):
+        os.kill(process, 0)
+
+
+def test_a_scheduler_that_is_not_there_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("vibecalc.study.sweep.cluster._ANSWER_WITHIN", 1)
+    with pytest.raises(UsageError, match="no dask scheduler answers at tcp:"):
+        Cluster(Start(), address="tcp://127.0.0.1:9")
+    with pytest.raises(UsageError, match=r"there is no scheduler file nowhere\.json"):
+        Cluster(Start(), address="nowhere.json")
+
+
+def test_without_dask_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    with pytest.raises(UsageError, match=r"vibecalc\[cluster\]"):
+        Cluster(Start(), address="tcp://127.0.0.1:9")

@@ -1,0 +1,371 @@
+"""Claim: pictures of a sweep show its numbers: lines, maps, samples, limits, failures, the best."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from sweep_blocks import made
+from sweep_views import (
+    BOTH,
+    DAMPING,
+    FAILED_POINTS,
+    LIMITS,
+    MOUNTS,
+    PEAK,
+    SAG,
+    SPEED,
+    STIFFNESS,
+    along_speed,
+    key,
+    mounts,
+    results,
+    sampled,
+    view,
+)
+
+pytest.importorskip("matplotlib")
+
+from vibecalc.report.pictures.sweep_parts import failure_marks, plane, shown_unit
+from vibecalc.report.plots import STYLE, SWEEP_PICTURES, draw_file, draw_sweep, make_sweep
+from vibecalc.report.sweep.limits import best, judge, keeping_all
+from vibecalc.report.sweep.view import GridAxis, SweepView
+from vibecalc.results.record import Axis
+from vibecalc.study.sweep.assemble import assemble
+
+OWN = {
+    "sweep_line": lambda: mounts(21, 4, failed=FAILED_POINTS),
+    "sweep_map": lambda: mounts(failed=FAILED_POINTS),
+    "sweep_sample": sampled,
+}
+MORE = {
+    "speed": ("sweep_line", along_speed),
+    "smooth": ("sweep_map", mounts),
+    "no indices": ("sweep_sample", lambda: sampled(80, indices=False)),
+}
+
+
+def figure(sweep: SweepView, name: str) -> Any:
+    import matplotlib
+
+    with matplotlib.rc_context(STYLE):
+        made = make_sweep(sweep, name)
+        assert made is not None
+        made.canvas.draw()
+    return made
+
+
+def panel(made: Any, title: str) -> Any:
+    (found,) = (axes for axes in made.axes if axes.get_title().startswith(title))
+    return found
+
+
+def labelled(axes: Any) -> dict[str, Any]:
+    return {line.get_label(): line for line in axes.get_lines()}
+
+
+def is_limit_colour(colours: Any) -> bool:
+    """Whether this is the one colour of limits."""
+    from matplotlib.colors import to_hex
+
+    return [to_hex(colour).upper() for colour in colours] == ["#B00020"]
+
+
+def legend(made: Any) -> list[str]:
+    return [text.get_text() for text in made.legends[0].get_texts()]
+
+
+def three_axes(lengths: tuple[int, int, int] = (9, 3, 8)) -> SweepView:
+    keys = (key(*STIFFNESS), key("response.method", "", "", ("modal", "direct", "both")),
+            key(*DAMPING))  # fmt: skip
+    axes = [
+        GridAxis((keys[0],), np.geomspace(5e3, 5e4, lengths[0])[:, None]),
+        GridAxis((keys[1],), np.arange(lengths[1], dtype=float)[:, None]),
+        GridAxis((keys[2],), np.linspace(1.0, 20.0, lengths[2])[:, None]),
+    ]
+    mesh = np.meshgrid(*(axis.values[:, 0] for axis in axes), indexing="ij")
+    values = {PEAK: (mesh[0] * 1e-3 + 100.0 * mesh[1] + mesh[2]).ravel()}
+    return view(axes, keys, values, limits=[{"quantity": PEAK, "max": "150 N"}])
+
+
+@pytest.mark.parametrize("name", OWN)
+def test_a_sweep_has_the_picture_that_suits_it_and_no_other(name: str) -> None:
+    found = [other for other in SWEEP_PICTURES if make_sweep(OWN[name](), other) is not None]
+    assert found == [name]
+
+
+@pytest.mark.parametrize("name", [*OWN, *MORE])
+def test_letters_and_axes_stay_apart(name: str) -> None:
+    picture, build = MORE.get(name) or (name, OWN[name])
+    made = figure(build(), picture)
+    made.set_dpi(130)
+    made.canvas.draw()
+    renderer = made.canvas.get_renderer()
+    width = made.bbox.width
+    assert 1000.0 <= width <= 1301.0
+    boxes = [axes.get_tightbbox(renderer) for axes in made.axes if axes.get_visible()]
+    boxes += [legend.get_window_extent(renderer) for legend in made.legends]
+    for i, box in enumerate(boxes):
+        assert box.x0 >= -4.0 and box.x1 <= width + 4.0
+        for other in boxes[i + 1 :]:
+            across = min(box.x1, other.x1) - max(box.x0, other.x0)
+            up = min(box.y1, other.y1) - max(box.y0, other.y0)
+            assert not (across > 6.0 and up > 6.0)
+
+
+def test_lines_are_the_results_one_for_each_value_of_the_short_axis() -> None:
+    sweep = OWN["sweep_line"]()
+    made = figure(sweep, "sweep_line")
+    axes = panel(made, PEAK)
+    lines = labelled(axes)
+    values = np.where(sweep.done, sweep.read(PEAK).values, np.nan).reshape(21, 4)
+    for place in range(4):
+        line = lines[f"damping = {sweep.keys[1].shown(sweep.grid[1].values[place, 0])}"]
+        np.testing.assert_allclose(line.get_ydata(), values[:, place])
+        np.testing.assert_allclose(line.get_xdata(), 1e-3 * sweep.grid[0].values[:, 0])
+    assert axes.get_xscale() == "log" and axes.get_xlabel() == "stiffness in N/mm"
+    assert axes.get_ylabel() == "N"
+    assert panel(made, SAG).get_ylabel() == "mm"
+    assert panel(made, BOTH).get_title() == f"{BOTH}\nlargest: mount=2"
+
+
+def test_a_limit_is_a_line_with_its_far_side_hatched() -> None:
+    axes = panel(figure(OWN["sweep_line"](), "sweep_line"), SAG)
+    (level,) = {float(line.get_ydata()[0]) for line in axes.get_lines()
+                if len(set(line.get_ydata())) == 1 and line.get_color() == "#B00020"}  # fmt: skip
+    assert level == pytest.approx(30.0)
+    (hatched,) = (patch for patch in axes.patches if patch.get_hatch())
+    assert hatched.get_y() == pytest.approx(30.0)
+    assert hatched.get_y() + hatched.get_height() == pytest.approx(axes.get_ylim()[1])
+    assert "max 30 mm" in [text.get_text() for text in axes.texts]
+    # one that is far off is said, and leaves the lines their room
+    axes = panel(figure(OWN["sweep_line"](), "sweep_line"), BOTH)
+    assert axes.get_ylim()[1] < 20.0
+    assert "limit max 400 N: kept everywhere" in [text.get_text() for text in axes.texts]
+
+
+@pytest.mark.parametrize("name", ["sweep_line", "sweep_map"])
+def test_failed_points_are_marks_with_their_cause(name: str) -> None:
+    sweep = OWN[name]()
+    made = figure(sweep, name)
+    words = legend(made)
+    assert "2 points: numerical failure, such as: order 2 meets mode 1 at 31.5 rad/s" in words
+    axes = panel(made, PEAK)
+    line = next(line for text, line in labelled(axes).items() if "such as" in text)
+    stiffness, damping = sweep.values_of(np.array([40, 41])).T
+    np.testing.assert_allclose(line.get_xdata(), 1e-3 * stiffness)
+    if name == "sweep_map":
+        np.testing.assert_allclose(line.get_ydata(), damping)
+
+
+@pytest.mark.parametrize("name", ["sweep_line", "sweep_map"])
+def test_the_best_point_within_all_limits_is_marked(name: str) -> None:
+    sweep = OWN[name]()
+    found = best(sweep, judge(sweep)[0])
+    assert found is not None
+    stiffness, damping = sweep.values_of(np.array([found[0]]))[0]
+    axes = panel(figure(sweep, name), SAG)
+    (star,) = (line for line in axes.get_lines() if line.get_marker() == "*")
+    assert star.get_xdata()[0] == pytest.approx(1e-3 * stiffness)
+    value = 1e3 * sweep.read(SAG).values[found[0]]
+    assert star.get_ydata()[0] == pytest.approx(damping if name == "sweep_map" else value)
+    assert star.get_label().startswith(f"smallest sag within all limits, {value:.4g}")
+
+
+def test_more_causes_than_marks_are_put_together() -> None:
+    names = ("hot", "cold", "wet", "dry")
+    failed = {place: (2, words) for place, words in enumerate(names)}
+    sweep = mounts(21, 4, failed=failed)
+    marks = failure_marks(sweep, np.arange(sweep.count))
+    assert [mark.points.size for mark in marks] == [1, 1, 2]
+    assert marks[2].words == "2 points of 2 other causes"
+
+
+def test_standard_errors_are_bars() -> None:
+    spread = np.linspace(0.1, 0.4, 6)
+    keys = (key(*STIFFNESS),)
+    stiffness = np.linspace(1e4, 2e4, 6)
+    sweep = view([GridAxis(keys, stiffness[:, None])], keys,
+                 {PEAK: results(stiffness, np.zeros(6))[PEAK]}, spread={PEAK: spread})  # fmt: skip
+    (axes,) = figure(sweep, "sweep_line").axes
+    segments = axes.containers[0].lines[2][0].get_segments()
+    heights = [0.5 * (segment[1, 1] - segment[0, 1]) for segment in segments]
+    np.testing.assert_allclose(heights, spread)
+    assert axes.get_title().endswith("bars: standard error")
+
+
+def test_standard_errors_may_be_a_result_of_their_own() -> None:
+    keys = (key(*STIFFNESS),)
+    stiffness = np.linspace(1e4, 2e4, 5)
+    force = results(stiffness, np.zeros(5))[BOTH]
+    sweep = view([GridAxis(keys, stiffness[:, None])], keys,
+                 {BOTH: force, f"{BOTH}_standard_error": 0.1 * force},
+                 own={BOTH: (MOUNTS,), f"{BOTH}_standard_error": (MOUNTS,)})  # fmt: skip
+    (axes,) = figure(sweep, "sweep_line").axes
+    segments = axes.containers[0].lines[2][0].get_segments()
+    heights = [0.5 * (segment[1, 1] - segment[0, 1]) for segment in segments]
+    np.testing.assert_allclose(heights, 0.1 * force[:, 1])
+
+
+def test_few_unlike_entries_have_a_line_each() -> None:
+    balance = Axis(name="balance", values=np.array(["A", "B"], dtype=object))
+    keys = (key(*SPEED),)
+    speed = np.linspace(100.0, 300.0, 5)
+    energy = np.stack([speed**2, 2.0 * speed**2], axis=1) * 1e-6
+    sweep = view([GridAxis(keys, speed[:, None])], keys, {"energy": energy},
+                 own={"energy": (balance,)}, units={"energy": "J"})  # fmt: skip
+    (axes,) = figure(sweep, "sweep_line").axes
+    for place, name in enumerate(("balance=A", "balance=B")):
+        np.testing.assert_allclose(labelled(axes)[name].get_ydata(), energy[:, place])
+
+
+def test_resonances_are_marked_over_the_speed() -> None:
+    axes = panel(figure(along_speed(), "sweep_line"), "response/kinetic_energy/mean")
+    marks = [line.get_xdata()[0] for line in axes.get_lines() if line.get_linestyle() == ":"]
+    rpm = 60.0 / (2.0 * np.pi)
+    assert sorted(marks) == pytest.approx(sorted(rpm * np.array([90.0, 140.0, 70.0])))
+    assert {"order 1, 2 modes", "order 2"} <= {text.get_text() for text in axes.texts}
+    assert axes.get_ylabel() == "mJ"
+
+
+def test_unbounded_points_are_triangles() -> None:
+    keys = (key(*STIFFNESS),)
+    sweep = view([GridAxis(keys, np.arange(1.0, 5.0)[:, None])], keys,
+                 {PEAK: np.array([1.0, np.inf, 2.0, 3.0])})  # fmt: skip
+    (axes,) = figure(sweep, "sweep_line").axes
+    assert labelled(axes)["unbounded"].get_xdata() == pytest.approx([2e-3])
+    sweep = mounts()
+    force = sweep.read(PEAK).values.copy()
+    force[7] = np.inf
+    unbounded = view(sweep.grid, sweep.keys, {PEAK: force}, limits=[LIMITS[1]])
+    axes = panel(figure(unbounded, "sweep_map"), PEAK)
+    assert labelled(axes)["unbounded"].get_ydata() == pytest.approx([10.0])
+
+
+def test_a_map_has_its_values_with_a_bar_in_their_unit() -> None:
+    sweep = OWN["sweep_map"]()
+    made = figure(sweep, "sweep_map")
+    axes = panel(made, PEAK)
+    (cells,) = (part for part in axes.collections if hasattr(part, "get_coordinates"))
+    drawn = np.ma.filled(cells.get_array().astype(float), np.nan).reshape(15, 21)
+    wanted = np.where(sweep.done, sweep.read(PEAK).values, np.nan).reshape(21, 15).T
+    np.testing.assert_allclose(drawn, wanted)
+    bars = [axes.get_ylabel() for axes in made.axes if axes.get_label() == "<colorbar>"]
+    assert bars == ["mm", "N", "N"]
+    assert (axes.get_xscale(), axes.get_yscale()) == ("log", "linear")
+    assert axes.get_ylabel() == "damping in N*s/m"
+
+
+def test_the_line_of_a_limit_runs_where_it_is_just_kept() -> None:
+    sweep = mounts()
+    axes = panel(figure(sweep, "sweep_map"), PEAK)
+    (contour,) = (
+        part for part in axes.collections
+        if part.get_linewidth() == [2.0] and is_limit_colour(part.get_edgecolor())
+    )  # fmt: skip
+    places = contour.get_paths()[0].vertices
+    found = results(1e3 * places[:, 0], places[:, 1])[PEAK]
+    # straight between neighbours of the grid, which are 12 % apart
+    np.testing.assert_allclose(found, 12.0, rtol=5e-3)
+    assert len(places) >= 10
+
+
+def test_the_region_is_green_where_all_limits_are_kept() -> None:
+    sweep = OWN["sweep_map"]()
+    axes = panel(figure(sweep, "sweep_map"), "limits")
+    (cells,) = (part for part in axes.collections if hasattr(part, "get_coordinates"))
+    drawn = np.ma.filled(cells.get_array().astype(float), -1.0).reshape(15, 21)
+    wanted = np.where(sweep.done, keeping_all(sweep, judge(sweep)[0]), -1.0).reshape(21, 15).T
+    np.testing.assert_array_equal(drawn, wanted)
+    assert f"{SAG} max 30 mm" in labelled(axes)
+    here = labelled(axes)["the case as written"]
+    assert (here.get_xdata()[0], here.get_ydata()[0]) == pytest.approx((20.0, 20.0))
+
+
+def test_axes_that_are_not_shown_stand_at_the_best_point() -> None:
+    sweep = three_axes()
+    part = plane(sweep, judge(sweep)[0], 9)
+    assert part.axes == (0, 2) and part.points.shape == (9, 8)
+    assert part.held == "method = modal"
+    # the points are those of the grid, with the method at its first value
+    chosen = sweep.values_of(part.points.ravel()).reshape(9, 8, 3)
+    assert np.all(chosen[..., 1] == 0.0)
+    np.testing.assert_array_equal(chosen[:, 0, 0], sweep.grid[0].values[:, 0])
+    np.testing.assert_array_equal(chosen[0, :, 2], sweep.grid[2].values[:, 0])
+    made = figure(sweep, "sweep_map")
+    assert made.get_suptitle().endswith("over stiffness and damping; method = modal")
+
+
+def test_the_longest_axis_of_numbers_is_across_whatever_its_place() -> None:
+    sweep = three_axes((3, 3, 8))
+    part = plane(sweep, judge(sweep)[0], 6)
+    assert part.axes == (2, 0) and part.points.shape == (8, 3)
+    chosen = sweep.values_of(part.points.ravel()).reshape(8, 3, 3)
+    np.testing.assert_array_equal(chosen[:, 0, 2], sweep.grid[2].values[:, 0])
+    np.testing.assert_array_equal(chosen[0, :, 0], sweep.grid[0].values[:, 0])
+
+
+def test_choices_are_named_along_their_axis() -> None:
+    named = key("response.method", "", "", ("modal", "direct"))
+    sweep = view([GridAxis((named,), np.array([[0.0], [1.0]]))], (named,),
+                 {PEAK: np.array([1.0, 2.0])})  # fmt: skip
+    (axes,) = figure(sweep, "sweep_line").axes
+    assert [text.get_text() for text in axes.get_xticklabels()] == ["modal", "direct"]
+    assert axes.get_xlabel() == "method"
+
+
+def test_samples_are_counted_and_their_limit_drawn() -> None:
+    sweep = sampled(64, failed={1: (2, "no")})
+    made = figure(sweep, "sweep_sample")
+    axes = panel(made, PEAK)
+    heights = [patch.get_height() for patch in axes.patches if not patch.get_hatch()]
+    counted = sweep.done & sweep.independent
+    assert sum(heights[: int(np.sqrt(counted.sum()))]) == counted.sum() == 127
+    forces = sweep.read(PEAK).values[counted]
+    share = 100.0 * np.mean(forces > 12.0)
+    assert f"max 12 N: broken by {share:.3g} %" in axes.get_title()
+    assert "1 point: numerical failure: no" in legend(made)
+    (hatched,) = (patch for patch in axes.patches if patch.get_hatch())
+    assert hatched.get_x() == pytest.approx(12.0)
+
+
+def test_indices_are_bars_with_their_standard_errors() -> None:
+    from vibecalc.report.sweep.sampled import indices_of
+    from vibecalc.report.sweep.worst import worst
+
+    sweep = sampled(128)
+    made = figure(sweep, "sweep_sample")
+    found = indices_of(sweep, worst(sweep, SAG))
+    assert not isinstance(found, str)
+    bars = made.axes[1]
+    widths = [patch.get_width() for patch in bars.patches]
+    np.testing.assert_allclose(widths, [*found.first.value, *found.total.value])
+    assert [text.get_text() for text in bars.get_yticklabels()] == ["stiffness", "damping"]
+
+
+def test_units_suit_the_size() -> None:
+    assert shown_unit("a/sag", "m", np.array([0.02, np.nan])) == (1e3, "mm")
+    assert shown_unit("a/energy", "J", np.array([0.02])) == (1e3, "mJ")
+    factor, unit = shown_unit("a/natural_frequency", "rad/s", np.array([1.0]))
+    assert (factor, unit) == (pytest.approx(0.5 / np.pi), "Hz")
+    assert shown_unit("a/peak_speed", "rad/s", np.array([1.0]))[1] == "rpm"
+    assert shown_unit("a/force", "N", np.array([np.inf])) == (1.0, "N")
+
+
+def test_nothing_computed_has_no_picture() -> None:
+    failed = dict.fromkeys(range(12), (2, "no"))
+    sweep = mounts(4, 3, failed=failed)
+    assert [make_sweep(sweep, name) for name in SWEEP_PICTURES] == [None] * 3
+
+
+def test_a_file_is_drawn_by_its_own_name_and_equal_ones_alike(tmp_path: Path) -> None:
+    sweep = made(tmp_path)
+    sweep.fill()
+    target = tmp_path / "stiff.sweep.h5"
+    assemble(target, sweep.head, sweep.chunks)
+    (first,) = draw_file(target, tmp_path / "a")
+    (second,) = draw_file(target, tmp_path / "b")
+    assert first.name == "stiff_sweep_line.png"
+    assert first.read_bytes() == second.read_bytes()
+    (third,) = draw_sweep(mounts(), tmp_path, "over_mounts_sweep")
+    assert third.name == "over_mounts_sweep_map.png"

@@ -1,0 +1,123 @@
+"""Claim: what docs/sweeps.md shows works as printed, as far as one machine allows."""
+
+import os
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from fuzzing import command
+from sweep_runs import objects
+
+from vibecalc.results.sweep_file import open_sweep
+from vibecalc.results.sweep_layout import STATUS_WORDS
+
+ROOT = Path(__file__).resolve().parents[1]
+PAGE = (ROOT / "docs" / "sweeps.md").read_text(encoding="utf-8")
+BLOCKS = re.findall(r"```(\w+)\n(.*?)```", PAGE, re.S)
+STIFFNESS = "machine.mounts.each.stiffness"
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An empty folder with the cases, and `vibecalc` of this checkout on the path."""
+    (tmp_path / "cases").symlink_to(ROOT / "cases")
+    (tmp_path / "bin").mkdir()
+    program = tmp_path / "bin" / "vibecalc"
+    program.write_text(f'#!/bin/sh\nexec {sys.executable} -m vibecalc "$@"\n', encoding="ascii")
+    program.chmod(0o755)
+    monkeypatch.setenv("PATH", f"{program.parent}{os.pathsep}{os.environ['PATH']}")
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def block(kind: str, with_words: str) -> str:
+    (found,) = [text for name, text in BLOCKS if name == kind and with_words in text]
+    return found
+
+
+def shell(script: str, **environment: str) -> None:
+    done = subprocess.run(
+        ["bash", "-e", "-c", script], env={**os.environ, **environment},
+        capture_output=True, text=True, timeout=120, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+
+
+def test_commands_work_in_the_order_printed(folder: Path) -> None:
+    pytest.importorskip("matplotlib")
+    for line in block("sh", "--dry-run").splitlines():
+        outcome = command(*shlex.split(line)[1:], cap=60)
+        assert outcome.code == 0, (line, outcome.err)
+    assert (folder / "outputs" / "generator.sweep.txt").is_file()
+    assert list((folder / "outputs").glob("*.png"))
+
+
+def test_every_status_is_explained_with_its_words() -> None:
+    rows = dict(re.findall(r"^\| (-?\d) \| ([a-z ]+?) \|", PAGE, re.M))
+    assert rows == {str(status): words for status, words in STATUS_WORDS.items()}
+
+
+def test_make_computes_what_is_out_of_date_and_nothing_else(folder: Path) -> None:
+    (folder / "cases").unlink()
+    (folder / "cases").mkdir()
+    (folder / "Makefile").write_text(block("make", "SWEEPS"), encoding="utf-8")
+    text = (ROOT / "cases" / "generator.toml").read_text(encoding="utf-8")
+
+    def write(name: str, points: int) -> None:
+        axis = f'{{ key = "{STIFFNESS}", from = 5000, to = 50000, points = {points} }}'
+        table = f'[sweep]\nkeep = ["isolation/lever_force/steady_peak"]\naxes = [{axis}]\n\n'
+        content = text.replace("[kinematics]", f"{table}[kinematics]")
+        (folder / "cases" / f"{name}_sweep.toml").write_text(content, encoding="utf-8")
+
+    def points() -> dict[str, int]:
+        found = {}
+        for path in (folder / "outputs").glob("*.h5"):
+            with open_sweep(path) as result:
+                found[path.name] = result.count
+        return found
+
+    write("one", 5)
+    write("two", 6)
+    shell("make -j2 all")
+    assert points() == {"one_sweep.sweep.h5": 5, "two_sweep.sweep.h5": 6}
+    shell("make --question all")
+    write("two", 7)
+    later = (folder / "outputs" / "two_sweep.sweep.h5").stat().st_mtime + 10
+    os.utime(folder / "cases" / "two_sweep.toml", (later, later))
+    before = (folder / "outputs" / "one_sweep.sweep.h5").stat().st_mtime_ns
+    shell("make -j2 all")
+    assert points() == {"one_sweep.sweep.h5": 5, "two_sweep.sweep.h5": 7}
+    assert (folder / "outputs" / "one_sweep.sweep.h5").stat().st_mtime_ns == before
+
+
+def test_the_tasks_of_an_array_and_their_merge_give_the_whole_sweep(folder: Path) -> None:
+    script = block("bash", "SLURM_ARRAY_TASK_ID")
+    for task in (3, 1, 4, 2):
+        shell(script, SLURM_ARRAY_TASK_ID=str(task), SLURM_ARRAY_TASK_COUNT="4")
+    shell(block("bash", "merge"))
+    grid = re.search(r'--grid "([^"]+)"', script)
+    assert grid is not None
+    assert command("sweep", "cases/generator.toml", "--grid", grid[1], "-q").code == 0
+    assert objects(folder / "outputs" / "whole.sweep.h5") == objects(
+        folder / "outputs" / "generator.sweep.h5"
+    )
+
+
+def test_the_lines_for_dask_work(folder: Path) -> None:
+    pytest.importorskip("distributed")
+    dask = Path(sys.executable).with_name("dask")
+    if not dask.is_file():
+        pytest.skip("the command dask is not beside this Python")
+    shutil.copy(dask, folder / "bin" / "dask")
+    script = block("bash", "dask scheduler").replace("scheduler.json &", "scheduler.json --port 0 "
+        "--no-dashboard > scheduler.log 2>&1 &\nscheduler=$!", 1)  # fmt: skip
+    script = script.replace("--nthreads 1 &", "--nthreads 1 --no-dashboard > worker.log 2>&1 &\n"
+        "worker=$!\ntrap 'kill $worker; sleep 0.5; kill $scheduler; wait' EXIT\n"
+        "while [ ! -s scheduler.json ]; do sleep 0.1; done", 1)  # fmt: skip
+    shell(script)
+    with open_sweep("outputs/on_cluster.h5") as found:
+        assert found.count == 16 and not found.status().any()

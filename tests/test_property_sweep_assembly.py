@@ -1,0 +1,294 @@
+"""Claim: the file of a sweep holds what its points gave, in little memory, however it was cut."""
+
+import subprocess
+import sys
+from itertools import pairwise
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+import xarray
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from sweep_blocks import (
+    DIRECTIONS,
+    FORCE,
+    KEPT,
+    MASKED,
+    SAG,
+    SPREAD,
+    Made,
+    expected,
+    grid_of,
+    made,
+    objects,
+    outcome,
+)
+from sweep_samples import DAMPING, MODEL, SPEED, STIFFNESS, axis, design_of, scattered, spread
+
+from vibecalc.results.store import read_result
+from vibecalc.results.sweep_boxes import boxes, chunk_shape, read_points
+from vibecalc.results.sweep_file import is_sweep, open_sweep
+from vibecalc.results.sweep_head import text_checksum
+from vibecalc.results.sweep_layout import DONE, NOT_RUN, STATUS
+from vibecalc.results.trial import heap_checksum
+from vibecalc.study.sweep.assemble import assemble
+from vibecalc.study.sweep.merge import merge
+
+
+def written(folder: Path, sweep: Made, name: str = "sweep.h5") -> Path:
+    sweep.fill()
+    return assemble(folder / name, sweep.head, sweep.chunks).path
+
+
+@given(data=st.data(), shape=st.lists(st.integers(1, 6), min_size=1, max_size=4))
+@settings(deadline=None)
+def test_boxes_hold_each_point_once_and_are_few(data: st.DataObject, shape: list[int]) -> None:
+    count = int(np.prod(shape))
+    first = data.draw(st.integers(0, count))
+    last = data.draw(st.integers(first, count))
+    numbers = np.arange(count).reshape(shape)
+    cut = list(boxes(first, last, shape))
+    found = [numbers[place].ravel() for place, _, _ in cut]
+    assert np.array_equal(np.concatenate([*found, np.empty(0, int)]), np.arange(first, last))
+    assert [(one[0], one[-1] + 1) for one in found] == [(start, stop) for _, start, stop in cut]
+    assert len(cut) <= 2 * len(shape) - 1
+    assert np.array_equal(read_points(numbers, first, last, shape), np.arange(first, last))
+
+
+@given(shape=st.lists(st.integers(1, 10**6), min_size=1, max_size=5))
+def test_chunks_of_a_dataset_are_bounded(shape: list[int]) -> None:
+    sizes = chunk_shape(shape)
+    assert all(1 <= size <= whole for size, whole in zip(sizes, shape, strict=True))
+    assert np.prod(sizes, dtype=float) <= 1 << 14
+
+
+@pytest.mark.parametrize("sizes", [(24,), (4, 6), (4, 3, 2)])
+@pytest.mark.parametrize("size", [1, 5, 24])
+def test_every_point_is_where_it_belongs(tmp_path: Path, sizes: tuple[int, ...], size: int) -> None:
+    sweep = made(tmp_path, grid_of(*sizes), size)
+    path = written(tmp_path, sweep)
+    with open_sweep(path) as found:
+        assert found.shape == sizes and list(found.quantities) == list(KEPT)
+        assert found.quantities[FORCE].values().shape == (*sizes, 3, 6)
+        for name, quantity in found.quantities.items():
+            whole = quantity.values().reshape(24, *quantity.values().shape[len(sizes) :])
+            for point in range(24):
+                wanted = expected(name, point, whole.shape[1:])
+                assert np.array_equal(whole[point], wanted, equal_nan=True)
+            assert np.array_equal(quantity.points(3, 19), whole[3:19], equal_nan=True)
+        status = found.status().ravel()
+        assert status.tolist() == [outcome(point)[0] for point in range(24)]
+        assert np.array_equal(found.status_of(2, 9), status[2:9])
+
+
+def test_errors_are_those_of_each_point_and_the_largest(tmp_path: Path) -> None:
+    with open_sweep(written(tmp_path, made(tmp_path))) as found:
+        sag, spread_one = found.quantities[SAG], found.quantities[SPREAD]
+        errors = sag.errors().ravel()
+        done = [point for point in range(24) if outcome(point)[0] == DONE]
+        assert errors[done].tolist() == [1e-12 * point for point in done]
+        assert np.isnan(np.delete(errors, done)).all()
+        assert sag.error_estimate == 1e-12 * 23 and sag.standard_error is None
+        assert sag.standard_errors() is None and sag.standard_errors_of(0, 3) is None
+        assert spread_one.standard_error == 1e-3 * 23
+        spread_all = spread_one.standard_errors()
+        assert spread_all is not None
+        assert spread_all.ravel()[done].tolist() == [1e-3 * point for point in done]
+        assert found.quantities[FORCE].amplitude == "0-pk"
+
+
+def test_causes_are_told_once_with_the_points_they_hit(tmp_path: Path) -> None:
+    with open_sweep(written(tmp_path, made(tmp_path))) as found:
+        failed = found.failures()
+        assert failed.points.tolist() == [3, 10, 17]
+        said = [failed.texts[cause] for cause in failed.causes]
+        assert said[0] == said[2] == "order 1 meets mode 1" and len(failed.texts) == 2
+        assert said[1].startswith("Traceback\n  a line with é and  and ")
+
+
+def test_the_axes_have_scales_units_and_values(tmp_path: Path) -> None:
+    sweep = made(tmp_path)
+    path = written(tmp_path, sweep)
+    with h5py.File(path) as file:
+        force = file[FORCE]
+        assert [one.label for one in force.dims] == [
+            "stiffness", "damping", "machine.speed", "direction", "order",
+        ]  # fmt: skip
+        for position, swept in enumerate(sweep.design.axes):
+            scale = force.dims[position][0]
+            assert np.array_equal(scale[()], swept.values[:, 0])
+            assert scale.attrs["units"] == swept.units[0]
+            assert np.array_equal(file[f"sweep/values/{swept.keys[0]}"][()], swept.values[:, 0])
+        assert force.dims[3][0].asstr()[()].tolist() == DIRECTIONS.tolist()
+        assert force.dims[4][0][()].tolist() == [1, 2, 3, 4, 5, 6]
+        assert force.chunks is not None and force.fletcher32
+        assert force.attrs["units"] == "N" and file[STATUS].dims[2].label == "machine.speed"
+
+
+def test_it_is_read_as_a_result_and_by_xarray(tmp_path: Path) -> None:
+    path = written(tmp_path, made(tmp_path))
+    result = read_result(path)
+    assert list(result.record) == list(KEPT)
+    force = result.record[FORCE]
+    assert [one.name for one in force.axes][:3] == ["stiffness", "damping", "machine.speed"]
+    with open_sweep(path) as found:
+        assert np.array_equal(force.values, found.quantities[FORCE].values(), equal_nan=True)
+        assert found.case == result.case and found.head.result.version == result.version
+    with xarray.open_dataset(path, engine="h5netcdf", group="isolation") as stage:
+        assert stage["sag"].dims == ("stiffness", "damping", "machine.speed")
+        assert float(stage["sag"].isel({"stiffness": 0, "damping": 0, "machine.speed": 1})) == 0.1
+    assert is_sweep(path) and not is_sweep(tmp_path / "none")
+
+
+def test_zipped_keys_choices_and_whole_numbers(tmp_path: Path) -> None:
+    speeds = axis(SPEED, "1000 rpm", "2000 rpm", "4000 rpm", **{"with": [axis(DAMPING, 1, 2, 4)]})
+    orders = axis("excitation.orders", 3, 5)
+    sweep = made(tmp_path, design_of(speeds, axis(MODEL, "pitch", "rigid_body"), orders), 4)
+    with open_sweep(written(tmp_path, sweep)) as found:
+        first, second, third = found.head.axes
+        assert [key.key for key in first.keys] == [SPEED, DAMPING]
+        values = sweep.design.axes[0].values
+        assert np.array_equal(np.stack(first.values(), axis=1), values)
+        assert first.keys[0].written_unit == "rpm"
+        assert second.values()[0].tolist() == ["pitch", "rigid_body"]
+        assert second.read(0, 2)[0].tolist() == [0, 1]
+        assert third.values()[0].dtype == np.int64
+    with h5py.File(tmp_path / "sweep.h5") as file:
+        assert file[SAG].dims[1][0].asstr()[()].tolist() == ["pitch", "rigid_body"]
+
+
+def test_a_sampling_has_one_axis_and_values_of_every_key(tmp_path: Path) -> None:
+    design = design_of(
+        scattered(STIFFNESS, "uniform", lower="5 N/mm", upper="50 N/mm"),
+        spread(SPEED, "1000 rpm", "4000 rpm"),
+        axis(MODEL, "pitch", "rigid_body"),
+        sampling="sobol",
+        points=20,
+        indices=True,
+    )
+    sweep = made(tmp_path, design, 7)
+    with open_sweep(written(tmp_path, sweep)) as found:
+        assert found.shape == (100,) and found.head.sampling == "sobol"
+        assert found.head.design == design.description()
+        (only,) = found.head.axes
+        assert only.name == "sample" and [key.key for key in only.keys] == list(design.keys)
+        values = design.value_of(np.arange(100))
+        assert np.array_equal(np.stack(only.read(0, 100), axis=1), values)
+        assert set(only.values()[2].tolist()) == {"pitch", "rigid_body"}
+    with h5py.File(tmp_path / "sweep.h5") as file:
+        assert np.array_equal(file["sample"][()], np.arange(100))
+
+
+def test_what_cannot_be_stacked_is_left_out_with_its_reason(tmp_path: Path) -> None:
+    """Whether the axes differ inside a chunk or only from one chunk to the next."""
+    for size in (1, 5):
+        sweep = made(tmp_path, size=size, kept=(MASKED, SAG))
+        path = written(tmp_path, sweep)
+        with open_sweep(path) as found:
+            assert list(found.quantities) == [SAG]
+            assert "axis speed is not the same" in found.left_out[MASKED]
+
+
+def test_partial_files_say_what_is_missing(tmp_path: Path) -> None:
+    sweep = made(tmp_path)
+    sweep.fill(1, 4)
+    done = assemble(tmp_path / "part.h5", sweep.head, sweep.chunks)
+    assert done.missing == ((0, 4), (10, 19)) and done.counts == {DONE: 9, NOT_RUN: 15}
+    with open_sweep(done.path) as found:
+        status = found.status().ravel()
+        assert np.flatnonzero(status != NOT_RUN).tolist() == [5, 6, 7, 8, 9, 20, 21, 22, 23]
+        assert np.isnan(found.quantities[SAG].values().ravel()[status == NOT_RUN]).all()
+
+
+def test_equal_input_gives_equal_bytes(tmp_path: Path) -> None:
+    one = written(tmp_path, made(tmp_path), "a.h5").read_bytes()
+    two = written(tmp_path, made(tmp_path), "b.h5").read_bytes()
+    assert one == two
+    finer = written(tmp_path, made(tmp_path, size=2), "c.h5")
+    assert objects(finer) == objects(tmp_path / "a.h5")
+
+
+@given(cuts=st.lists(st.integers(0, 2), min_size=8, max_size=8), share=st.booleans())
+@settings(max_examples=8, deadline=None)
+def test_merged_shards_are_the_whole(
+    cuts: list[int], share: bool, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    """In any distribution of chunks, in any order, and if two parts have the same points."""
+    folder = tmp_path_factory.mktemp("merge")
+    sweep = made(folder, size=3)
+    whole = written(folder, sweep)
+    parts = []
+    for part in range(3):
+        numbers = [number for number, owner in enumerate(cuts) if owner == part]
+        numbers += [7] if share else []
+        path = folder / f"part{part}.h5"
+        parts.append(assemble(path, sweep.head, sweep.chunks, numbers).path)
+    parts = parts[::-1] if cuts[0] else parts
+    done = merge(parts, folder / "merged.h5", {"command": "vibecalc merge"})
+    assert done.missing == () and objects(done.path) == objects(whole)
+    assert done.counts == assemble(whole, sweep.head, sweep.chunks).counts
+
+
+def test_merging_says_what_no_part_has(tmp_path: Path) -> None:
+    sweep = made(tmp_path)
+    sweep.fill()
+    parts = [
+        assemble(tmp_path / f"{number}.h5", sweep.head, sweep.chunks, [number]).path
+        for number in (0, 2, 4)
+    ]
+    done = merge(parts, tmp_path / "merged.h5")
+    assert done.missing == ((5, 9), (15, 19)) and done.counts[NOT_RUN] == 10
+
+
+def test_the_checksum_of_texts_is_that_of_results(tmp_path: Path) -> None:
+    path = written(tmp_path, made(tmp_path))
+    assert text_checksum(path) == heap_checksum(path.read_bytes()) != 0
+
+
+_PROGRAM = """
+import resource, sys
+from pathlib import Path
+import numpy as np
+from sweep_blocks import grid_of, made
+from vibecalc.study.sweep.assemble import assemble
+from vibecalc.study.sweep.block import Block, BlockQuantity
+
+folder, rows = Path(sys.argv[1]), int(sys.argv[2])
+kept = ("isolation/a", "isolation/b", "isolation/c")
+sweep = made(folder, grid_of(rows, 1000), 5000, kept)
+sweep.chunks.make()
+for number in range(sweep.chunks.chunks):
+    points = sweep.chunks.points(number)
+    values = np.sqrt(points)
+    one = BlockQuantity(values, np.full(points.size, 1e-9), None, (), "N", "a number")
+    status = np.zeros(points.size, dtype=np.int8)
+    block = Block(points, status, ("",) * points.size, dict.fromkeys(kept, one))
+    sweep.chunks.write(number, block)
+assert assemble(folder / "big.h5", sweep.head, sweep.chunks).counts == {0: rows * 1000}
+print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
+"""
+
+
+def peak_memory(folder: Path, rows: int) -> int:
+    """Largest memory, in kB, of a process that assembles a thousand points for each row."""
+    environment = {"PYTHONPATH": ":".join(sys.path), "OPENBLAS_NUM_THREADS": "1"}
+    command = [sys.executable, "-c", _PROGRAM, str(folder), str(rows)]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
+    return int(done.stdout)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="memory is counted in other units")
+def test_memory_does_not_grow_with_the_points(tmp_path: Path) -> None:
+    few, many = (peak_memory(tmp_path, rows) for rows in (50, 200))
+    size = (tmp_path / "big.h5").stat().st_size / 1024
+    assert size > 9_000 and many - few < size / 2
+
+
+@pytest.mark.long
+@pytest.mark.skipif(sys.platform != "linux", reason="memory is counted in other units")
+def test_a_million_points_take_little_memory(tmp_path: Path) -> None:
+    peaks = [peak_memory(tmp_path, rows) for rows in (100, 1000, 2000)]
+    assert max(peaks) < 200_000
+    assert all(after - before < 10_000 for before, after in pairwise(peaks))

@@ -1,0 +1,244 @@
+"""Claim: an axis of a sweep takes the values a person would write in the case, ends included.
+
+Truth: single values read as a case reads them, exact fractions, mpmath at 40 digits.
+"""
+
+from decimal import Decimal
+
+import mpmath
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from sweep_samples import DAMPING, MODEL, ORDERS, PHASE, SPEED, STIFFNESS, axis, design_of, spread
+
+from vibecalc.study.sweep.courses import Listed, Spread
+from vibecalc.study.sweep.distributions import Scatter
+from vibecalc.study.sweep.portable import exp, log, log_of_one_plus, normal_quantile
+from vibecalc.study.sweep.specs import axis_table, axis_tables, sampling_table
+from vibecalc.units import parse_quantity
+
+UNIT_ROUNDOFF = 2.0**-53
+
+
+def values(*tables, **more):
+    return design_of(*tables, **more).axes[0].values[:, 0]
+
+
+def test_each_step_is_what_a_case_gets_that_says_so():
+    steps = values(spread(STIFFNESS, "5 N/mm", "50 N/mm", 10))
+    assert steps.tolist() == [parse_quantity(f"{5 * n} N/mm", "N/m") for n in range(1, 11)]
+    turns = values(spread(SPEED, "1000 rpm", "4900 rpm", 40))
+    assert turns.tolist() == [parse_quantity(f"{1000 + 100 * n} rpm", "rad/s") for n in range(40)]
+    tenths = values(spread(DAMPING, 0, 0.3, 4))
+    assert tenths.tolist() == [0.0, 0.1, 0.2, 0.3]
+
+
+def test_equal_ratios_keep_their_ends_and_round_powers():
+    decades = values(spread(STIFFNESS, "1 N/mm", "1000 N/mm", 4, spacing="log"))
+    assert decades.tolist() == [1e3, 1e4, 1e5, 1e6]
+    steps = values(spread(STIFFNESS, "7.3 N/mm", "91.7 N/mm", 13, spacing="log"))
+    assert steps[0] == parse_quantity("7.3 N/mm", "N/m")
+    assert steps[-1] == parse_quantity("91.7 N/mm", "N/m")
+    with mpmath.workdps(40):
+        for n, found in enumerate(steps):
+            exact = (
+                1000
+                * mpmath.mpf("7.3")
+                * (mpmath.mpf("91.7") / mpmath.mpf("7.3")) ** (mpmath.mpf(n) / 12)
+            )
+            # the number and its product with the unit are rounded once each
+            assert abs(found - exact) <= 2.0 * UNIT_ROUNDOFF * exact
+
+
+ends = st.decimals(min_value=-1000, max_value=1000, places=3, allow_nan=False)
+
+
+@given(ends, ends, st.integers(2, 50), st.sampled_from(["linear", "log"]))
+def test_spread_is_monotone_within_its_ends(first, last, count, spacing):
+    if first == last or (spacing == "log" and first * last <= 0):
+        first, last = Decimal(1), Decimal(10)
+    course = Spread(start=first, stop=last, factor=1.0, log=spacing == "log", count=count)
+    found = course.at(np.arange(count))
+    assert (found[0], found[-1]) == course.ends == (float(first), float(last))
+    assert np.all(np.diff(found) > 0.0) or np.all(np.diff(found) < 0.0)
+    backwards = course.at(np.arange(count)[::-1])
+    assert np.array_equal(backwards, found[::-1])
+    shares = (np.arange(20) + 0.5) / 20.0
+    drawn = Spread(start=first, stop=last, factor=1.0, log=spacing == "log", count=None).drawn(
+        shares
+    )
+    assert np.all((drawn >= min(course.ends)) & (drawn <= max(course.ends)))
+    assert np.all(np.diff(drawn) * (float(last) - float(first)) > 0.0)
+
+
+def test_ends_in_different_units_meet_in_si():
+    found = values(spread(STIFFNESS, 5000, "50 N/mm", 10))
+    assert found.tolist() == [5000.0 * n for n in range(1, 11)]
+    zero = values(spread(STIFFNESS, 0, "3 N/mm", 4))
+    assert zero.tolist() == [0.0, 1000.0, 2000.0, 3000.0]
+
+
+def test_names_units_and_labels():
+    design = design_of(
+        axis(STIFFNESS, "5 N/mm", "6 N/mm", **{"with": [axis(DAMPING, 10, 20)]}),
+        axis(SPEED, "2000 rpm", "2500 rpm"),
+        axis(PHASE, "10 deg", "20 deg"),
+        axis(MODEL, "pitch", "rigid_body"),
+    )
+    # `speed` is an axis of results, so the axis of the sweep needs a longer name
+    assert design.axis_names == ("stiffness", "machine.speed", "crank_phase", "model")
+    assert design.units == ("N/m", "N*s/m", "rad/s", "rad", "")
+    assert [one.written_units[0] for one in design.axes] == ["N/mm", "rpm", "deg", ""]
+    assert design.choices == ((), (), (), (), ("pitch", "rigid_body"))
+    assert all(all(one.labels) for one in design.axes)
+
+
+def test_axes_of_the_same_last_name_get_longer_names():
+    other = PHASE.replace("[0]", "[1]")
+    design = design_of(axis(PHASE, 0.1, 0.2), axis(other, 0.3, 0.4))
+    assert design.axis_names == ("cylinders[0].crank_phase", "cylinders[1].crank_phase")
+
+
+def test_keys_that_vary_together_share_positions():
+    design = design_of(
+        axis(STIFFNESS, 1, 2, 3, **{"with": [spread(DAMPING, 10, 30), axis(ORDERS, 4, 6, 8)]})
+    )
+    assert design.shape == (3,)
+    assert design.value_of(np.arange(3)).tolist() == [[1, 10, 4], [2, 20, 6], [3, 30, 8]]
+    assert design.settings(1) == {STIFFNESS: 2.0, DAMPING: 20.0, ORDERS: 6}
+    assert isinstance(design.settings(1)[ORDERS], int)
+
+
+@pytest.mark.parametrize(
+    ("text", "table"),
+    [
+        (f"{STIFFNESS}=5 N/mm:50 N/mm:21", {"from": "5 N/mm", "to": "50 N/mm", "points": 21}),
+        (
+            f"{STIFFNESS}=5 N/mm:50 N/mm:21log",
+            {"from": "5 N/mm", "to": "50 N/mm", "points": 21, "spacing": "log"},
+        ),
+        (f"{STIFFNESS} = 0 : 50 N/mm : 3 ", {"from": "0", "to": "50 N/mm", "points": 3}),
+        (f"{STIFFNESS}=5:50:log", {"from": "5", "to": "50", "spacing": "log"}),
+        (f"{STIFFNESS}=5:50", {"from": "5", "to": "50"}),
+        (f"{STIFFNESS}=5 N/mm, 6 N/mm", {"values": ["5 N/mm", "6 N/mm"]}),
+        (f"{STIFFNESS}=-1e3,2e3", {"values": ["-1e3", "2e3"]}),
+    ],
+)  # fmt: skip
+def test_texts_of_the_command_line(text, table):
+    assert axis_table(text) == {"key": STIFFNESS, **table}
+
+
+def test_a_text_and_a_table_make_the_same_design():
+    tables = axis_tables(
+        [f"{STIFFNESS}=5 N/mm:50 N/mm:7log", f"{MODEL}=pitch,rigid_body"],
+        [f"{SPEED}=2000 rpm,3000 rpm", f"{DAMPING}=10,20"],
+    )
+    written = (
+        spread(STIFFNESS, "5 N/mm", "50 N/mm", 7, spacing="log"),
+        axis(MODEL, "pitch", "rigid_body"),
+        axis(SPEED, "2000 rpm", "3000 rpm", **{"with": [axis(DAMPING, 10, 20)]}),
+    )
+    typed, read = design_of(*tables), design_of(*written)
+    assert typed.description() == read.description()
+    assert typed.shape == (7, 2, 2)
+    assert sampling_table("sobol:64:7") == {"sampling": "sobol", "points": 64, "seed": 7}
+    assert sampling_table("monte_carlo:64") == {"sampling": "monte_carlo", "points": 64}
+
+
+@given(
+    st.floats(1e-300, 1e300),
+    st.floats(-690.0, 690.0),
+    st.floats(-0.9, 1e3, allow_subnormal=False),
+)
+def test_log_and_exp_without_the_mathematical_library(number, power, more):
+    with mpmath.workdps(40):
+        exact = mpmath.log(number)
+        assert abs(log(np.array([number]))[0] - exact) <= 4 * UNIT_ROUNDOFF * abs(exact)
+        exact = mpmath.exp(power)
+        assert abs(exp(np.array([power]))[0] - exact) <= 4 * UNIT_ROUNDOFF * exact
+        exact = mpmath.log1p(more)
+        found = log_of_one_plus(np.array([more]))[0]
+        # beyond a quarter, 1 + x is rounded first
+        assert abs(found - exact) <= 8 * UNIT_ROUNDOFF * max(abs(exact), abs(more) > 0.25)
+
+
+@given(st.floats(1e-15, 1.0 - 1e-15))
+def test_normal_quantile_solves_for_its_probability(share):
+    found = float(normal_quantile(np.array([share]))[0])
+    with mpmath.workdps(40):
+        missed = (mpmath.ncdf(found) - mpmath.mpf(share)) / mpmath.npdf(found)
+        assert abs(missed) <= 1e-15 * max(abs(found), UNIT_ROUNDOFF)
+
+
+def probability(kind, parameters, value):
+    """Distribution functions in closed form, in mpmath."""
+    first, second, *mode = (mpmath.mpf(one) for one in parameters)
+    value = mpmath.mpf(value)
+    if kind == "uniform":
+        return (value - first) / (second - first)
+    if kind == "triangular":
+        if value < mode[0]:
+            return (value - first) ** 2 / ((second - first) * (mode[0] - first))
+        return 1 - (second - value) ** 2 / ((second - first) * (second - mode[0]))
+    if kind == "normal":
+        return mpmath.ncdf((value - first) / second)
+    variance = mpmath.log(1 + (second / first) ** 2)
+    return mpmath.ncdf((mpmath.log(value / first) + variance / 2) / mpmath.sqrt(variance))
+
+
+SCATTERS = [
+    ("uniform", (2.0, 5.0)),
+    ("triangular", (1.0, 4.0, 1.5)),
+    ("triangular", (1.0, 4.0, 1.0)),
+    ("triangular", (1.0, 4.0, 4.0)),
+    ("normal", (10.0, 2.0)),
+    ("lognormal", (10.0, 2.0)),
+    ("lognormal", (10.0, 1e-3)),
+    ("lognormal", (1.0, 30.0)),
+]
+
+
+@pytest.mark.parametrize(("kind", "parameters"), SCATTERS)
+def test_quantiles_invert_the_distribution_functions(kind, parameters):
+    shares = np.array([1e-9, 0.01, 0.2, 0.5, 0.77, 0.999])
+    found = Scatter(kind=kind, parameters=parameters).quantile(shares)
+    assert np.all(np.diff(found) > 0.0)
+    with mpmath.workdps(40):
+        for share, value in zip(shares, found, strict=True):
+            # rounding of the value itself, times the density, is seen in the probability
+            step = value * 2.0**-48
+            low, high = (probability(kind, parameters, value + s) for s in (-step, step))
+            assert low - 1e-15 <= share <= high + 1e-15
+
+
+@pytest.mark.parametrize(
+    ("kind", "parameters", "tolerance"),
+    [
+        ("normal", (10.0, 2.0), 1e-9),
+        ("lognormal", (10.0, 2.0), 1e-9),
+        ("lognormal", (10.0, 1e-3), 1e-9),
+        # 3e-7 of its second moment lies beyond the last share: ncdf(2 * 1.52 - 8.04)
+        ("lognormal", (1.0, 3.0), 3e-7),
+    ],
+)
+def test_mean_and_deviation_are_those_of_the_key(kind, parameters, tolerance):
+    """Quantiles integrated over their share: Gauss-Legendre on pieces that narrow to the ends."""
+    nodes, weights = np.polynomial.legendre.leggauss(20)
+    edges = np.concatenate([2.0 ** -np.arange(50.0, 0.0, -1.0), [0.5]])
+    edges = np.unique(np.concatenate([edges, 1.0 - edges]))
+    middle, half = 0.5 * (edges[1:] + edges[:-1]), 0.5 * np.diff(edges)
+    shares = (middle[:, None] + half[:, None] * nodes).ravel()
+    weight = (half[:, None] * weights).ravel()
+    found = Scatter(kind=kind, parameters=parameters).quantile(shares)
+    mean = np.sum(weight * found)
+    deviation = np.sqrt(np.sum(weight * (found - mean) ** 2))
+    assert (mean, deviation) == pytest.approx(parameters, rel=tolerance)
+
+
+def test_listed_values_are_drawn_with_equal_chances():
+    course = Listed(values=(3.0, 1.0, 2.0))
+    shares = (np.arange(300) + 0.5) / 300.0
+    found = course.drawn(shares)
+    assert [int(np.sum(found == value)) for value in (3.0, 1.0, 2.0)] == [100, 100, 100]
+    assert np.all(course.drawn(np.array([np.nextafter(1.0, 0.0)])) == 2.0)

@@ -1,0 +1,216 @@
+"""Claim: a chunk is taken for done if and only if it is whole and of this very sweep."""
+
+import os
+import socket
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from sweep_blocks import MASKED, Made, block_at, grid_of, made
+
+from vibecalc.errors import ResultError, UsageError
+from vibecalc.study.sweep.block import Block
+from vibecalc.study.sweep.chunk_image import chunk_block, chunk_image
+from vibecalc.study.sweep.lock import lock_path, locked
+
+POINTS = np.arange(24)
+
+
+def assert_same(one: Block, two: Block) -> None:
+    assert np.array_equal(one.indices, two.indices) and np.array_equal(one.status, two.status)
+    assert one.message == two.message and dict(one.left_out) == dict(two.left_out)
+    assert list(one.quantities) == list(two.quantities)
+    for path, mine in one.quantities.items():
+        yours = two.quantities[path]
+        assert mine.values.tobytes() == yours.values.tobytes()
+        assert mine.values.dtype == yours.values.dtype and mine.values.shape == yours.values.shape
+        assert mine.errors.tobytes() == yours.errors.tobytes()
+        assert (mine.standard_errors is None) == (yours.standard_errors is None)
+        assert mine[4:] == yours[4:]
+        for axis, other in zip(mine.axes, yours.axes, strict=True):
+            assert np.array_equal(axis.values, other.values)
+            assert (axis.name, axis.unit, axis.long_name) == (
+                other.name, other.unit, other.long_name,
+            )  # fmt: skip
+
+
+@pytest.fixture
+def sweep(tmp_path: Path) -> Made:
+    whole = made(tmp_path)
+    whole.fill()
+    return whole
+
+
+def test_a_chunk_comes_back_as_it_was(sweep: Made) -> None:
+    for number in range(sweep.chunks.chunks):
+        assert_same(sweep.chunks.read(number), block_at(sweep.chunks.points(number)))
+
+
+def test_equal_blocks_make_equal_bytes() -> None:
+    assert chunk_image(block_at(POINTS), "a") == chunk_image(block_at(POINTS), "a")
+    assert chunk_image(block_at(POINTS), "a") != chunk_image(block_at(POINTS), "b")
+
+
+def test_names_of_axes_as_objects_are_not_pickled() -> None:
+    block = block_at(POINTS[:1])
+    path, quantity = next((p, q) for p, q in block.quantities.items() if q.axes)
+    axis = replace(quantity.axes[0], values=np.array(["x", "y", "z"], dtype=object))
+    changed = quantity._replace(axes=(axis, *quantity.axes[1:]))
+    image = chunk_image(block._replace(quantities={path: changed}), "a")
+    back = chunk_block(image, Path("chunk"), "a").quantities[path].axes[0]
+    assert back.values.tolist() == ["x", "y", "z"]
+
+
+def test_points_are_cut_without_gap_or_overlap(tmp_path: Path) -> None:
+    for size in (1, 5, 23, 24, 1000):
+        chunks = made(tmp_path, size=size).chunks
+        parts = [chunks.points(number) for number in range(chunks.chunks)]
+        assert np.array_equal(np.concatenate(parts), POINTS)
+
+
+def test_all_whole_chunks_are_finished_and_others_are_not(tmp_path: Path) -> None:
+    sweep = made(tmp_path)
+    assert sweep.chunks.finished() == frozenset()
+    sweep.fill(0, 3)
+    assert sweep.chunks.finished() == {0, 3}
+
+
+@given(where=st.floats(0.0, 1.0, exclude_max=True), bit=st.integers(0, 7))
+@settings(max_examples=200, deadline=None)
+def test_no_flipped_bit_goes_unseen(where: float, bit: int) -> None:
+    content = bytearray(chunk_image(block_at(POINTS[:3]), "id"))
+    content[int(where * len(content))] ^= 1 << bit
+    with pytest.raises(ResultError, match="damaged"):
+        chunk_block(bytes(content), Path("chunk"), "id")
+
+
+def test_no_truncated_or_longer_chunk_is_finished(sweep: Made) -> None:
+    path = sweep.chunks.path(2)
+    whole = path.read_bytes()
+    for content in (b"", whole[:1], whole[: len(whole) // 2], whole[:-1], whole + b"\0"):
+        path.write_bytes(content)
+        found = sweep.chunks.survey()
+        assert found.finished == {0, 1, 3, 4}
+        assert [name for name, _ in found.damaged] == [path]
+        assert "checksum" in found.damaged[0][1]
+    sweep.fill(2)
+    assert sweep.chunks.finished() == {0, 1, 2, 3, 4}
+
+
+def test_chunks_of_another_sweep_are_foreign(sweep: Made) -> None:
+    """Another identity, another cut, and a chunk under the name of its neighbour."""
+    chunks = sweep.chunks
+    for other in (replace(chunks, identity="0" * 64), replace(chunks, size=4)):
+        found = other.survey()
+        assert not found.finished and len(found.foreign) == 5
+        other.write(0, block_at(other.points(0)))
+        assert other.finished() == {0} and chunks.finished() == {0, 1, 2, 3, 4}
+        other.path(0).unlink()
+    chunks.path(1).write_bytes(chunks.path(2).read_bytes())
+    found = chunks.survey()
+    assert found.finished == {0, 2, 3, 4} and "another sweep" in found.damaged[0][1]
+
+
+def test_the_last_chunk_of_a_longer_sweep_is_not_that_of_a_shorter_one(tmp_path: Path) -> None:
+    short, long = made(tmp_path, grid_of(4, 3)), made(tmp_path, grid_of(4, 4))
+    short.fill()
+    assert short.chunks.finished() == {0, 1, 2} and not long.chunks.finished()
+    kept = made(tmp_path, grid_of(4, 3), kept=(MASKED,))
+    assert not kept.chunks.finished()
+
+
+def test_files_of_others_are_left_alone(sweep: Made) -> None:
+    note, unfinished = sweep.chunks.folder / "note.txt", sweep.chunks.folder / ".vibecalc-1-a.tmp"
+    note.write_text("mine")
+    unfinished.write_bytes(b"half")
+    found = sweep.chunks.survey()
+    assert found.unfinished == (unfinished,) and not found.foreign and not found.damaged
+    sweep.chunks.clear()
+    assert list(sweep.chunks.folder.iterdir()) == [note]
+    note.unlink()
+    sweep.chunks.clear()
+    assert not sweep.chunks.folder.exists()
+
+
+def test_a_killed_writer_leaves_no_chunk(tmp_path: Path) -> None:
+    """The process dies when the file is whole, but not yet at its place."""
+    program = (
+        "import os, signal, sys; from pathlib import Path; from sweep_blocks import made\n"
+        "os.replace = lambda *_: os.kill(os.getpid(), signal.SIGKILL)\n"
+        "made(Path(sys.argv[1])).fill(0)\n"
+    )
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
+    done = subprocess.run([sys.executable, "-c", program, str(tmp_path)], env=environment)
+    assert done.returncode == -9
+    found = made(tmp_path).chunks.survey()
+    assert not found.finished and len(found.unfinished) == 1
+
+
+def test_the_lock_keeps_others_out_and_goes(tmp_path: Path) -> None:
+    output = tmp_path / "o.h5"
+    with locked(output) as note:
+        assert note == ""
+        with pytest.raises(UsageError, match=rf"process {os.getpid()}, is writing"), locked(output):
+            pass
+        assert lock_path(output).exists()
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_the_lock_of_a_dead_process_is_taken_over(tmp_path: Path) -> None:
+    output = tmp_path / "o.h5"
+    program = (
+        "import os, signal, sys; from pathlib import Path\n"
+        "from vibecalc.study.sweep.lock import locked\n"
+        "with locked(Path(sys.argv[1])):\n"
+        "    os.kill(os.getpid(), signal.SIGKILL)\n"
+    )
+    done = subprocess.Popen([sys.executable, "-c", program, str(output)])
+    assert done.wait() == -9 and lock_path(output).exists()
+    with locked(output) as note:
+        assert f"process {done.pid}" in note and "taken over" in note
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_process_number_that_was_given_again_holds_nothing(tmp_path: Path) -> None:
+    output = tmp_path / "o.h5"
+    text = f'{{"pid": {os.getpid()}, "host": "{socket.gethostname()}", "started": "then 1"}}'
+    lock_path(output).write_text(text)
+    with locked(output) as note:
+        assert "taken over" in note
+
+
+def test_of_many_who_find_a_dead_lock_one_gets_it(tmp_path: Path) -> None:
+    output = tmp_path / "o.h5"
+    text = f'{{"pid": 4194304, "host": "{socket.gethostname()}", "started": ""}}'
+    lock_path(output).write_text(text)
+    program = (
+        "import sys; from pathlib import Path; from vibecalc.errors import UsageError\n"
+        "from vibecalc.study.sweep.lock import locked\n"
+        "print('ready', flush=True); sys.stdin.readline()\n"
+        "try:\n"
+        "    with locked(Path(sys.argv[1])):\n"
+        "        print('mine', flush=True); sys.stdin.readline()\n"
+        "except UsageError as error: print(error, flush=True)\n"
+    )
+    command = [sys.executable, "-c", program, str(output)]
+    pipe = subprocess.PIPE
+    racers = [subprocess.Popen(command, stdin=pipe, stdout=pipe, text=True) for _ in range(4)]
+    said = []
+    for racer in racers:
+        assert racer.stdout is not None and racer.stdout.readline() == "ready\n"
+    for racer in racers:
+        assert racer.stdin is not None
+        racer.stdin.write("go\n")
+        racer.stdin.flush()
+    for racer in racers:
+        assert racer.stdout is not None
+        said.append(racer.stdout.readline())
+    for racer in racers:
+        racer.communicate("end\n")
+    assert said.count("mine\n") == 1
+    assert sum("is writing" in words for words in said) == 3

@@ -1,0 +1,295 @@
+"""Claim: the points of a sweep hang on its tables alone, each on its number, and hashes name them.
+
+Truth: numpy's own grids, scipy's Sobol sequence, counts in equal slices, a second process.
+"""
+
+import subprocess
+import sys
+import tracemalloc
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.stats import kstest, qmc
+from sweep_samples import (
+    ALL_KINDS,
+    DAMPING,
+    MODEL,
+    ORDERS,
+    SPEED,
+    STIFFNESS,
+    axis,
+    design_of,
+    generator,
+    scattered,
+    spread,
+)
+
+from vibecalc.case.load import validate
+from vibecalc.study.sweep.checks import check_design
+from vibecalc.study.sweep.design import size_words
+from vibecalc.study.sweep.identity import identify
+from vibecalc.study.sweep.keep import keep_problems, kept_paths
+from vibecalc.study.sweep.place import case_at
+from vibecalc.study.sweep.sequences import SEQUENCES, resample, sobol
+
+SAMPLINGS = sorted(SEQUENCES)
+
+
+def test_grid_is_in_c_order():
+    design = design_of(
+        spread(STIFFNESS, 1, 3, 3), axis(SPEED, 10, 20), spread(DAMPING, 100, 400, 4)
+    )
+    mesh = np.meshgrid([1.0, 2.0, 3.0], [10.0, 20.0], [100.0, 200.0, 300.0, 400.0], indexing="ij")
+    assert design.shape == (3, 2, 4)
+    assert design.count == 24
+    points = design.value_of(np.arange(24))
+    assert np.array_equal(points, np.stack([part.ravel() for part in mesh], axis=1))
+
+
+def test_a_grid_of_a_thousand_million_points_takes_no_memory():
+    design = design_of(*(spread(key, 1, 1000, 1000) for key in (STIFFNESS, DAMPING, SPEED)))
+    assert design.count == 10**9
+    tracemalloc.start()
+    last = design.value_of(np.array([0, 999_999_999, 1_002_003]))
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert last.tolist() == [[1, 1, 1], [1000, 1000, 1000], [2, 3, 4]]
+    assert peak < 1_000_000
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.sampled_from(["grid", *SAMPLINGS]), st.data())
+def test_a_point_hangs_on_its_number_alone(sampling, data):
+    if sampling == "grid":
+        design = design_of(
+            spread(STIFFNESS, "5 N/mm", "50 N/mm", 11, spacing="log"), *ALL_KINDS[2:]
+        )
+    else:
+        indices = sampling in ("sobol", "monte_carlo") and data.draw(st.booleans())
+        design = design_of(*ALL_KINDS, sampling=sampling, points=40, indices=indices)
+    everything = design.value_of(np.arange(design.count))
+    numbers = np.array(data.draw(st.lists(st.integers(0, design.count - 1), max_size=7)), dtype=int)
+    assert np.array_equal(design.value_of(numbers), everything[numbers])
+    with pytest.raises(IndexError):
+        design.value_of(np.array([design.count]))
+
+
+@pytest.mark.parametrize("sampling", SAMPLINGS)
+def test_shares_are_uniform_and_differ_with_the_seed(sampling):
+    numbers = np.arange(1000)
+    first, again, other = (SEQUENCES[sampling](numbers, 4, 1000, seed) for seed in (1, 1, 2))
+    assert np.array_equal(first, again)
+    assert not np.any(np.all(first == other, axis=1))
+    assert np.all((first > 0.0) & (first < 1.0))
+    for column in range(4):
+        assert kstest(first[:, column], "uniform").pvalue > 1e-3
+    together = np.corrcoef(first.T) - np.eye(4)
+    assert np.max(np.abs(together)) < 4.0 / np.sqrt(1000)
+
+
+@given(st.integers(2, 300), st.integers(1, 5), st.integers(0, 2**32 - 1))
+def test_latin_hypercube_has_one_point_in_each_slice(size, dimensions, seed):
+    shares = SEQUENCES["latin_hypercube"](np.arange(size), dimensions, size, seed)
+    slices = np.floor(shares * size).astype(int)
+    assert all(sorted(slices[:, column]) == list(range(size)) for column in range(dimensions))
+
+
+@pytest.mark.parametrize("size", [2, 3, 5, 6])
+def test_latin_hypercube_orders_its_slices_in_every_way_alike(size):
+    trials = 600
+    counts = np.zeros((size, size))
+    for seed in range(trials):
+        shares = SEQUENCES["latin_hypercube"](np.arange(size), 1, size, seed)[:, 0]
+        counts[np.arange(size), np.floor(shares * size).astype(int)] += 1
+    expected = trials / size
+    scatter = np.sum((counts - expected) ** 2) / expected
+    freedoms = (size - 1) ** 2
+    assert scatter < freedoms + 5.0 * np.sqrt(2.0 * freedoms)
+
+
+@pytest.mark.parametrize("dimensions", [1, 2, 9, 32])
+def test_sobol_points_are_the_published_ones_with_their_digits_shifted(dimensions):
+    """The difference (exclusive or) of two points does not know the shift."""
+    shares = sobol(np.arange(256), dimensions, 256, 5)
+    digits = np.floor(shares * 2.0**30).astype(np.int64)
+    published = qmc.Sobol(dimensions, scramble=False, bits=30).random(256)
+    truth = np.rint(published * 2.0**30).astype(np.int64)
+    assert np.array_equal(digits ^ digits[0], truth ^ truth[0])
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_sobol_points_stay_a_net(seed):
+    """256 points in two dimensions: one in each of 16 x 16 cells, in each of 256 x 1 slices."""
+    shares = sobol(np.arange(256), 2, 256, seed)
+    for wide, high in ((16, 16), (256, 1), (1, 256), (64, 4)):
+        cells = np.floor(shares * [wide, high]).astype(int)
+        assert len({tuple(cell) for cell in cells}) == 256
+
+
+def test_sobol_points_fill_better_than_independent_ones():
+    sampled = {name: SEQUENCES[name](np.arange(1024), 5, 1024, 1) for name in SAMPLINGS}
+    gaps = {name: qmc.discrepancy(shares) for name, shares in sampled.items()}
+    assert gaps["sobol"] < 0.2 * gaps["latin_hypercube"] < 0.2 * gaps["monte_carlo"]
+
+
+@pytest.mark.parametrize("sampling", ["sobol", "monte_carlo"])
+def test_runs_for_sobol_indices_exchange_one_axis_at_a_time(sampling):
+    axes = [spread(key, 1, 2, **{"with": []}) for key in (STIFFNESS, DAMPING, SPEED)]
+    axes[1]["with"] = [spread(ORDERS, 4, 8, 5)]
+    design = design_of(*axes, sampling=sampling, points=8, indices=True)
+    assert design.count == 8 * 5
+    runs = design.value_of(np.arange(40)).reshape(8, 5, 4)
+    a, b = runs[:, 0], runs[:, 1]
+    assert np.all(a[:, :2] != b[:, :2])
+    for position, columns in enumerate([[0], [1, 2], [3]]):
+        expected = a.copy()
+        expected[:, columns] = b[:, columns]
+        assert np.array_equal(runs[:, 2 + position], expected)
+    base, role = design.roles(np.arange(40))
+    assert base.tolist() == np.repeat(np.arange(8), 5).tolist()
+    assert role.tolist() == list(range(5)) * 8
+
+
+def test_keys_that_vary_together_are_drawn_from_the_same_share():
+    both = scattered(STIFFNESS, "uniform", lower=1000, upper=2000)
+    both["with"] = [scattered(DAMPING, "uniform", lower=10, upper=20), axis(ORDERS, 4, 5)]
+    design = design_of(both, sampling="sobol", points=64)
+    stiffness, damping, orders = design.value_of(np.arange(64)).T
+    assert damping == pytest.approx(stiffness / 100.0, rel=1e-15)
+    assert np.array_equal(orders, np.where(stiffness < 1500.0, 4.0, 5.0))
+
+
+def test_settings_make_the_case_that_they_say():
+    resolved = generator().resolved
+    design = design_of(*ALL_KINDS, sampling="sobol", points=16)
+    before = repr(resolved)
+    for number in range(16):
+        settings_here = design.settings(number)
+        case = validate(case_at(resolved, settings_here))
+        assert case.machine.mounts.each.stiffness == settings_here[STIFFNESS]
+        assert case.machine.mounts.each.damping == settings_here[DAMPING]
+        assert (case.isolation.model, case.excitation.orders) == (
+            settings_here[MODEL],
+            settings_here[ORDERS],
+        )
+    assert repr(resolved) == before
+    assert not check_design(design, resolved)
+
+
+def test_columns_have_their_types():
+    design = design_of(*ALL_KINDS, sampling="latin_hypercube", points=12)
+    columns = design.columns(np.arange(12))
+    assert [columns[key].dtype.kind for key in (STIFFNESS, DAMPING, MODEL, ORDERS)] == list("ffUi")
+    assert set(columns[MODEL]) == {"pitch", "rigid_body"}
+
+
+def test_the_same_input_has_the_same_hash_in_any_sweep():
+    resolved = generator().resolved
+    wide = design_of(axis(STIFFNESS, 5000, 6000, 7000))
+    narrow = design_of(spread(STIFFNESS, "7 N/mm", "6 N/mm", 2))
+    changed = case_at(resolved, {STIFFNESS: 12345.0}, without=())
+    of_wide, of_narrow = identify(resolved, wide, ["a"]), identify(changed, narrow, ["a", "b"])
+    assert of_wide.base == of_narrow.base
+    assert of_wide.sweep != of_narrow.sweep
+    assert of_wide.point(wide, 2) == of_narrow.point(narrow, 0)
+    assert of_wide.points(wide, [2, 1]) == of_narrow.points(narrow, range(2))
+    assert len(set(of_wide.points(wide, range(3)))) == 3
+
+
+def test_the_hash_knows_all_that_is_computed():
+    resolved, design = generator().resolved, design_of(axis(STIFFNESS, 5000, 6000))
+    hashes = {identify(resolved, design, ["a"]).sweep, identify(resolved, design, ["a", "c"]).sweep}
+    other = case_at(resolved, {"accuracy.rtol": 1e-6}, without=())
+    hashes.add(identify(other, design, ["a"]).sweep)
+    hashes.add(identify(resolved, design_of(axis(STIFFNESS, 6000, 5000)), ["a"]).sweep)
+    for seed in (1, 2):
+        sampled = design_of(spread(STIFFNESS, 1, 2), sampling="sobol", points=4, seed=seed)
+        hashes.add(identify(resolved, sampled, ["a"]).sweep)
+    assert len(hashes) == 6
+    assert identify(resolved, design, ["a", "b"]) == identify(resolved, design, ["b", "a", "b"])
+    assert identify({**resolved, "sweep": {}}, design, ["a"]) == identify(resolved, design, ["a"])
+    assert identify(other, design, ["a"]).base != identify(resolved, design, ["a"]).base
+
+
+_PRINT_HASHES = """
+from sweep_samples import ALL_KINDS, design_of, generator
+from vibecalc.study.sweep.identity import identify
+design = design_of(*ALL_KINDS, sampling="sobol", points=9, indices=True)
+identity = identify(generator().resolved, design, ["x"])
+print(identity.sweep, *identity.points(design, range(54)))
+"""
+
+
+def test_hashes_are_the_same_in_another_process():
+    design = design_of(*ALL_KINDS, sampling="sobol", points=9, indices=True)
+    identity = identify(generator().resolved, design, ["x"])
+    said = subprocess.run(
+        [sys.executable, "-c", _PRINT_HASHES],
+        capture_output=True,
+        check=True,
+        text=True,
+        cwd=Path(__file__).parent,
+        env={"PYTHONHASHSEED": "77", "PYTHONPATH": str(Path(__file__).parents[1])},
+    ).stdout
+    assert said.split() == [identity.sweep, *identity.points(design, range(54))]
+
+
+def test_sampled_values_are_pinned():
+    """The same on every platform and library: these bits must never change."""
+    design = design_of(
+        scattered(STIFFNESS, "lognormal", mean="10 N/mm", deviation="2 N/mm"),
+        scattered(DAMPING, "triangular", lower=10, upper=100, mode=40),
+        spread(SPEED, "1000 rpm", "4000 rpm", spacing="log"),
+        sampling="sobol",
+        points=1024,
+        seed=3,
+    )
+    found = design.value_of(np.array([0, 1, 1000]))
+    assert [[value.hex() for value in row] for row in found.tolist()] == PINNED
+
+
+PINNED = [
+    ["0x1.fc26fd74120c5p+12", "0x1.a7760fe974675p+4", "0x1.7b0211a96a199p+8"],
+    ["0x1.4eb3e41e6e11fp+13", "0x1.ac63cd3b430fep+5", "0x1.7b0211a5b0c87p+7"],
+    ["0x1.cf8dc415475e8p+12", "0x1.bd7cdcb5f10b2p+3", "0x1.72628c3baafdap+7"],
+]
+
+
+def test_resampling_draws_all_alike():
+    draws = np.concatenate([resample(50, repetition, 1) for repetition in range(100)])
+    counts = np.bincount(draws, minlength=50)
+    assert counts.size == 50
+    assert np.sum((counts - 100.0) ** 2) / 100.0 < 49 + 5 * np.sqrt(2 * 49)
+
+
+def test_default_and_named_quantities_are_kept():
+    loaded = generator()
+    design = design_of(axis(STIFFNESS, 5000, 6000))
+    kept = kept_paths((), loaded.case, design, loaded.resolved)
+    assert "isolation/lever_force/run_up_peak" in kept
+    assert "isolation/lever_force/run_up" not in kept
+    assert {limit.quantity for limit in loaded.case.limit} <= set(kept)
+    assert not keep_problems(kept, loaded.case, design, loaded.resolved)
+    by_model = design_of(axis(MODEL, "pitch", "rigid_body"))
+    shared = kept_paths((), loaded.case, by_model, loaded.resolved)
+    assert "isolation/pitch/inertia" in kept
+    assert "isolation/pitch/inertia" not in shared
+    assert "isolation/support_force/steady_peak" in shared
+    assert not keep_problems(shared, loaded.case, by_model, loaded.resolved)
+
+
+@pytest.mark.parametrize(
+    ("count", "words"),
+    [
+        (1500, "1500"),
+        (1_200_000, "1.2 million"),
+        (10**9, "1 thousand million"),
+        (10**12, "1 million million"),
+        (3 * 10**60, "3.000e+42 million million million"),
+    ],
+)
+def test_sizes_in_words(count, words):
+    assert size_words(count) == words

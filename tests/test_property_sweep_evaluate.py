@@ -1,0 +1,171 @@
+"""Claim: each point of a sweep is what a run of its case alone gives, or says why there is none."""
+
+import pickle
+from functools import partial
+from typing import Any
+
+import numpy as np
+import pytest
+from array_machines import machine
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from shipped_cases import CASES
+from sweep_samples import MODEL, SPEED, STIFFNESS, axis, design_of, generator, spread
+
+from vibecalc.case.load import load_case, validate
+from vibecalc.case.sweep_tables import Sweep
+from vibecalc.pipeline.run import run_case
+from vibecalc.results.sweep_layout import BUG, DONE, FAILED, REFUSED
+from vibecalc.study.execute import execute
+from vibecalc.study.sweep import evaluate
+from vibecalc.study.sweep.design import Design, make_design
+from vibecalc.study.sweep.evaluate import Evaluator
+from vibecalc.study.sweep.place import case_at
+from vibecalc.study.sweep.strategy import choose, start
+
+ROD = "machine.crank_train.rod_length"
+KEEP = (
+    "isolation/support_force/steady_peak",
+    "isolation/lever_force/run_up_peak",
+    "excitation/force",
+)
+COMMON = ("isolation/support_force/steady_peak", "isolation/support_force/run_up_peak")
+
+
+def test_points_are_the_runs_of_their_cases_to_the_last_bit() -> None:
+    design = design_of(
+        spread(SPEED, "3000 rpm", "5000 rpm", 3),
+        axis(MODEL, "pitch", "rigid_body"),
+        spread(STIFFNESS, "5 N/mm", "50 N/mm", 2),
+    )
+    block = Evaluator(generator(), design, COMMON)(np.arange(design.count))
+    assert (block.status == DONE).all() and not any(block.message) and not block.left_out
+    for number in range(design.count):
+        case = validate(case_at(generator().resolved, design.settings(number)))
+        record = run_case(case, wanted=frozenset(COMMON))
+        for path in COMMON:
+            quantity, found = record[path], block.quantities[path]
+            assert found.values[number].tobytes() == quantity.values.tobytes()
+            assert found.errors[number] == quantity.error_estimate
+            assert (found.unit, found.amplitude) == (quantity.unit, quantity.amplitude)
+
+
+@given(st.data())
+@settings(max_examples=15, deadline=None)
+def test_a_point_does_not_depend_on_its_neighbours(data: st.DataObject) -> None:
+    design = design_of(
+        axis(ROD, 0.05, 0.15, 0.3),
+        axis(SPEED, 100.0, 300.0),
+        axis("machine.mounts.each.damping", 0.0, 50.0),
+    )
+    count = design.count
+    some = data.draw(st.lists(st.integers(0, count - 1), min_size=1, max_size=6, unique=True))
+    keep = ("isolation/support_force/steady_peak", "isolation/pitch/damping_ratio")
+    whole = Evaluator(generator(), design, keep)(np.array(sorted(some)))
+    for row, number in enumerate(sorted(some)):
+        alone = Evaluator(generator(), design, keep)(np.array([number]))
+        assert alone.status[0] == whole.status[row] and alone.message[0] == whole.message[row]
+        for path, found in alone.quantities.items():
+            assert found.values[0].tobytes() == whole.quantities[path].values[row].tobytes()
+
+
+def test_what_cannot_be_is_refused_in_the_words_of_the_checks() -> None:
+    design = design_of(axis(ROD, 0.05, -1.0, 0.2))
+    block = Evaluator(generator(), design, KEEP)(np.arange(3))
+    assert block.status.tolist() == [REFUSED, REFUSED, DONE]
+    assert block.message[0].startswith(
+        f"{ROD}: connecting rod must be longer than the crank radius"
+    )
+    assert "allowed: > 0.06 m" in block.message[0]
+    assert block.message[1].startswith(f"{ROD}: ") and "> 0 m" in block.message[1]
+    force = block.quantities["excitation/force"]
+    assert np.isnan(force.values[:2]).all() and np.isfinite(force.values[2]).all()
+
+
+def test_a_resonance_is_a_numerical_failure_that_names_it() -> None:
+    damping, speeds = axis("machine.mounts.each.damping", 0.0, 50.0), axis(SPEED, 100.0, 200.0)
+    keep = ("isolation/pitch/natural_frequency",)
+    frequency = Evaluator(generator(), design_of(damping, speeds), keep)(np.arange(1))
+    natural = float(frequency.quantities[keep[0]].values[0])
+    design = design_of(damping, axis(SPEED, natural, 2.0 * natural))
+    block = Evaluator(generator(), design, KEEP)(np.arange(4))
+    assert block.status.tolist() == [FAILED, DONE, DONE, DONE]
+    assert "order 1" in block.message[0] and "undamped natural frequency" in block.message[0]
+
+
+def test_a_broken_limit_is_a_result() -> None:
+    design = design_of(axis(STIFFNESS, 1e4, 1e7))
+    block = Evaluator(generator(), design, KEEP)(np.arange(2))
+    assert (block.status == DONE).all()
+    assert block.quantities[KEEP[0]].values.max() > 100.0  # the limit of the case
+
+
+def test_a_mistake_of_ours_keeps_its_traceback(monkeypatch: pytest.MonkeyPatch) -> None:
+    run = evaluate.run_case
+
+    def broken(case: Any, **more: Any) -> Any:
+        if case.machine.speed > 250.0:
+            raise ZeroDivisionError("a slip")
+        return run(case, **more)
+
+    monkeypatch.setattr(evaluate, "run_case", broken)
+    block = Evaluator(generator(), design_of(axis(SPEED, 200.0, 300.0)), KEEP)(np.arange(2))
+    assert block.status.tolist() == [DONE, BUG]
+    assert "Traceback" in block.message[1] and "ZeroDivisionError: a slip" in block.message[1]
+
+
+def test_orders_that_a_point_does_not_keep_are_zero() -> None:
+    design = design_of(axis("excitation.orders", 2, 4, 3))
+    block = Evaluator(generator(), design, ("excitation/force",))(np.arange(3))
+    force = block.quantities["excitation/force"]
+    assert force.values.shape == (3, 4, 3) and force.axes[0].values.tolist() == [1, 2, 3, 4]
+    assert not force.values[0, 2:].any() and not force.values[2, 3:].any()
+
+
+def test_each_point_of_a_case_with_an_optimisation_is_optimised() -> None:
+    loaded = load_case(CASES["generator_mount_design"], ["optimisation.starts=1"])
+    key = "machine.speed"
+    sweep = Sweep.model_validate({"axes": [axis(key, 500.0, 520.0)]})
+    design = make_design(sweep, loaded.resolved)
+    keep = ("optimisation/objective", "isolation/support_displacement/excursion")
+    block = Evaluator(loaded, design, keep)(np.array([1]))
+    assert block.status.tolist() == [DONE], block.message
+    alone = load_case(CASES["generator_mount_design"], ["optimisation.starts=1", f"{key}=520.0"])
+    record = execute(alone).record
+    for path in keep:
+        assert block.quantities[path].values[0].tobytes() == record[path].values.tobytes()
+    assert choose(loaded.case, design, keep).kind == "pool"
+
+
+def test_the_size_of_chunks_hangs_on_the_sweep_alone() -> None:
+    case, keep = generator().case, KEEP
+    for points in (2, 100, 10_000, 1_000_000):
+        design = design_of(spread(SPEED, "1000 rpm", "5000 rpm", points))
+        sizes = {choose(case, design, keep, jobs).chunk_size for jobs in (1, 2, 64)}
+        (size,) = sizes
+        assert 1 <= size <= points and -(-points // size) <= 10_000
+
+
+@pytest.mark.parametrize(
+    ("points", "jobs", "kind"), [(5, 8, "reuse"), (5000, 1, "reuse"), (5000, 2, "pool")]
+)
+def test_processes_are_started_for_long_work_only(points: int, jobs: int, kind: str) -> None:
+    design = design_of(spread(SPEED, "1000 rpm", "5000 rpm", points))
+    assert choose(generator().case, design, KEEP, jobs).kind == kind
+
+
+@pytest.mark.parametrize("kind", ["array", "reuse", "pool"])
+def test_an_evaluator_can_be_sent_to_another_process(kind: Any) -> None:
+    design: Design = design_of(axis(SPEED, 200.0, 300.0))
+    make = partial(start, generator(), design, ("excitation/force_peak",), kind)
+    here, there = make()(np.arange(2)), pickle.loads(pickle.dumps(make))()(np.arange(2))
+    assert pickle.loads(pickle.dumps(here)).status.tolist() == [DONE, DONE]
+    for one, other in zip(here.quantities.values(), there.quantities.values(), strict=True):
+        assert one.values.tobytes() == other.values.tobytes()
+
+
+def test_no_points_give_an_empty_block() -> None:
+    design = design_of(axis(SPEED, 200.0, 300.0))
+    for kind in ("array", "reuse"):
+        block = start(machine("classic"), design, ("excitation/force_peak",), kind)(np.arange(0))  # type: ignore[arg-type]
+        assert len(block.indices) == len(block.status) == len(block.message) == 0

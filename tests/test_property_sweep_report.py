@@ -1,0 +1,360 @@
+"""Claim: the report of a sweep says where extremes are, which limits break, and what failed."""
+
+import dataclasses
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from shipped_cases import result_of as result_at
+from sweep_blocks import FORCE, KEPT, SAG, SPREAD, expected, made, outcome
+from sweep_samples import axis, design_of, generator, spread
+from sweep_views import (
+    BOTH,
+    DAMPING,
+    FAILED_POINTS,
+    LIMITS,
+    MOUNTS,
+    PEAK,
+    STIFFNESS,
+    along_speed,
+    key,
+    mounts,
+    results,
+    sampled,
+    view,
+)
+from sweep_views import SAG as DEFLECTION
+
+from vibecalc.errors import ResultError
+from vibecalc.report.limits import judge_limits
+from vibecalc.report.numbers import show
+from vibecalc.report.sweep.extremes import extreme_lines, first_of
+from vibecalc.report.sweep.failures import causes, failure_lines
+from vibecalc.report.sweep.limit_lines import kept_share, limit_lines
+from vibecalc.report.sweep.limits import best, judge, keeping_all, least_broken
+from vibecalc.report.sweep.nearest import case_values, nearest, ranges
+from vibecalc.report.sweep.opened import view_of
+from vibecalc.report.sweep.sampled import index_lines, indices_of, sample_statistics
+from vibecalc.report.sweep.text import render_sweep, report_file
+from vibecalc.report.sweep.view import GridAxis, SweepView
+from vibecalc.report.sweep.worst import entries, numeric, worst
+from vibecalc.results.sweep_file import open_sweep
+from vibecalc.results.sweep_layout import DONE, FAILED, NOT_RUN, REFUSED
+from vibecalc.study.sweep.assemble import assemble
+from vibecalc.study.sweep.evaluate import Evaluator
+
+VIEWS = {
+    "grid": lambda: mounts(failed=FAILED_POINTS),
+    "speed": along_speed,
+    "indices": sampled,
+    "samples": lambda: sampled(40, indices=False, failed=FAILED_POINTS),
+    "nothing": lambda: mounts(3, 2, failed=dict.fromkeys(range(6), (FAILED, "no"))),
+}
+
+
+def one_axis(values: Any, **more: Any) -> SweepView:
+    """A sweep of the stiffness from 1 N/m on with these forces."""
+    forces = np.asarray(values, dtype=float)
+    keys = (key(*STIFFNESS),)
+    axis = GridAxis(keys, 1.0 + np.arange(len(forces))[:, None])
+    return view([axis], keys, {PEAK: forces}, **more)
+
+
+@pytest.mark.parametrize("name", VIEWS)
+def test_pages_are_narrow_and_clean(name: str) -> None:
+    text = render_sweep(VIEWS[name]())
+    assert max(len(line) for line in text.splitlines()) <= 100
+    assert all(line == line.rstrip() for line in text.splitlines())
+    assert not re.search(r"\b(nan|inf|None|array|np\.)\b", text)
+    assert text == render_sweep(VIEWS[name]())
+
+
+def test_extremes_are_those_of_the_array_with_their_points() -> None:
+    sweep = mounts(failed=FAILED_POINTS)
+    forces = np.where(sweep.done, sweep.read(PEAK).values, np.nan)
+    text = "\n".join(extreme_lines(sweep))
+    for point in (int(np.nanargmin(forces)), int(np.nanargmax(forces))):
+        row = re.search(
+            rf"{show(forces[point])} N +stiffness = (\S+) N/mm\n +damping = (\S+)", text
+        )
+        assert row is not None, text
+        stiffness, damping = sweep.values_of(np.array([point]))[0]
+        assert float(row[1]) == pytest.approx(1e-3 * stiffness, rel=1e-5)
+        assert float(row[2]) == pytest.approx(damping, rel=1e-5)
+
+
+@given(st.lists(st.floats(-1e3, 1e3), min_size=1, max_size=30), st.floats(0.0, 10.0))
+def test_of_values_that_are_the_same_within_errors_the_first_counts(
+    values: list[float], error: float
+) -> None:
+    array, errors = np.array(values), np.full(len(values), error)
+    for side, extreme in (("max", array.max()), ("min", array.min())):
+        found = first_of(array, errors, side)
+        apart = np.abs(array - extreme)
+        assert apart[found] <= 2.0 * error * (1.0 + 1e-12) + 1e-9
+        assert np.all(apart[:found] > 2.0 * error * (1.0 - 1e-12) - 1e-9)
+
+
+def test_round_off_on_equal_values_is_one_constant() -> None:
+    (row,) = extreme_lines(one_axis([2.0, 2.0 + 1e-13, 2.0 - 1e-13]))[2:]
+    assert "constant" in row and "2.00000 N" in row
+
+
+def test_unbounded_values_are_counted_beside_the_largest_finite_one() -> None:
+    text = "\n".join(extreme_lines(one_axis([1.0, np.inf, 7.0, np.inf])))
+    assert "largest     unbounded N       stiffness = 0.002 N/mm" in text
+    assert "unbounded at 2 points; the largest finite value is 7.00000 N" in text
+    _, high = ranges(one_axis([1.0, np.inf]), np.array([True, True]))
+    assert high[0] == 2.0
+
+
+def test_own_axes_come_down_to_their_worst_entry_with_its_name() -> None:
+    sweep = mounts()
+    counted = worst(sweep, BOTH)
+    by_mount = sweep.read(BOTH).values
+    np.testing.assert_array_equal(counted.values, by_mount.max(axis=1))
+    assert {counted.label(point) for point in range(sweep.count)} == {"mount=2"}
+    first = worst(sweep, BOTH, {"mount": "1"})
+    np.testing.assert_array_equal(first.values, by_mount[:, 0])
+    least = worst(sweep, BOTH, None, "min")
+    np.testing.assert_array_equal(least.values, by_mount[:, 0])
+    assert least.label(0) == "mount=1"
+    found, names = entries(sweep, BOTH)
+    np.testing.assert_array_equal(found, by_mount)
+    assert names == ("mount=1", "mount=2")
+    with pytest.raises(ResultError, match="no entry mount = '3'"):
+        worst(sweep, BOTH, {"mount": "3"})
+
+
+def test_entries_that_differ_by_round_off_keep_one_name() -> None:
+    noise = np.array([[1.0, 1.0 + 1e-14], [1.0 + 1e-14, 1.0], [1.0, 2.0]])
+    keys = (key(*STIFFNESS),)
+    sweep = view([GridAxis(keys, np.arange(1.0, 4.0)[:, None])], keys, {BOTH: noise},
+                 own={BOTH: (MOUNTS,)})  # fmt: skip
+    assert [worst(sweep, BOTH).label(point) for point in range(3)] == [
+        "mount=1", "mount=1", "mount=2"
+    ]  # fmt: skip
+
+
+def test_complex_results_count_by_magnitude() -> None:
+    keys = (key(*STIFFNESS),)
+    values = np.array([[3.0 + 4.0j, 1.0], [0.0, -6.0j]])
+    sweep = view([GridAxis(keys, np.array([[1.0], [2.0]]))], keys, {BOTH: values},
+                 own={BOTH: (MOUNTS,)})  # fmt: skip
+    assert worst(sweep, BOTH).values.tolist() == [5.0, 6.0]
+
+
+def test_limits_are_judged_at_every_point() -> None:
+    sweep = mounts(failed=FAILED_POINTS)
+    limits, missing = judge(sweep)
+    sag, force = (sweep.read(path).values for path in (DEFLECTION, PEAK))
+    inside = sweep.done & (sag <= 0.03) & (force <= 12.0) & (0.6 * force <= 400.0)
+    np.testing.assert_array_equal(keeping_all(sweep, limits), inside)
+    assert not missing and 0 < inside.sum() < sweep.done.sum()
+    assert f"kept at {inside.sum()} of {sweep.done.sum()} (" in kept_share(sweep, limits)
+    found = best(sweep, limits)
+    assert found is not None
+    point, limit = found
+    assert limit.quantity == DEFLECTION
+    assert sag[point] == np.min(sag[inside])
+    assert inside[point]
+
+
+def test_the_kept_results_in_the_order_of_the_case_choose_the_best_point() -> None:
+    limits = LIMITS[:2]
+    for first, second in ((PEAK, DEFLECTION), (DEFLECTION, PEAK)):
+        sweep = mounts(limits=limits, case={"sweep": {"keep": [first, second]}})
+        assert numeric(sweep)[:2] == [first, second]
+        judged, _ = judge(sweep)
+        found = best(sweep, judged)
+        assert found is not None and found[1].quantity == first
+        inside = keeping_all(sweep, judged)
+        values = sweep.read(first).values
+        assert values[found[0]] == pytest.approx(values[inside].min(), rel=1e-11)
+
+
+def test_a_margin_within_the_error_keeps_a_limit_and_an_infinite_value_breaks_it() -> None:
+    limit = {"quantity": PEAK, "max": "0.01 kN"}
+    sweep = one_axis([10.0, 10.0 + 1e-12, 10.0 + 1e-9, np.inf, 1.0], limits=[limit])
+    (judged,), _ = judge(sweep)
+    assert judged.kept.tolist() == [True, True, False, False, True]
+    assert judged.shown == "0.01 kN" and judged.bound == 10.0
+    at_least = one_axis([1.0, 3.0], limits=[{"quantity": PEAK, "min": 2.0}])
+    assert judge(at_least)[0][0].kept.tolist() == [False, True]
+
+
+def test_the_region_is_the_box_around_all_points_that_keep_the_limits() -> None:
+    sweep = mounts()
+    limits, _ = judge(sweep)
+    inside = keeping_all(sweep, limits)
+    values = sweep.values_of(np.flatnonzero(inside))
+    low, high = ranges(sweep, inside)
+    np.testing.assert_array_equal(low, values.min(axis=0))
+    np.testing.assert_array_equal(high, values.max(axis=0))
+    text = "\n".join(limit_lines(sweep, limits, []))
+    row = next(line for line in text.splitlines() if line.startswith("  stiffness"))
+    assert row.split()[1:] == ["5", "50", f"{1e-3 * low[0]:.6g}", f"{1e-3 * high[0]:.6g}", "N/mm"]
+    # damping keeps them from end to end
+    row = next(line for line in text.splitlines() if line.startswith("  damping"))
+    assert row.endswith("<>")
+
+
+@given(st.lists(st.booleans(), min_size=35, max_size=35).filter(any))
+def test_the_nearest_point_has_no_nearer_one(chosen: list[bool]) -> None:
+    sweep = mounts(7, 5)
+    among = np.array(chosen)
+    found = nearest(sweep, among)
+    assert found is not None and among[found]
+    scaled = np.array([np.log(2e4 / 5e3) / np.log(10.0), 1.0])
+    values = sweep.values_of(np.arange(35))
+    places = np.stack([np.log(values[:, 0] / 5e3) / np.log(10.0), values[:, 1] / 20.0], axis=1)
+    distance = np.sum((places - scaled) ** 2, axis=1)
+    assert distance[found] <= distance[among].min() + 1e-11
+
+
+def test_the_case_itself_is_found_where_it_has_the_keys() -> None:
+    assert case_values(mounts()).tolist() == [2e4, 20.0]  # type: ignore[union-attr]
+    assert case_values(one_axis([1.0, 2.0])) is None
+    assert nearest(one_axis([1.0, 2.0]), np.array([True, True])) is None
+    named = key("response.method", "", "", ("modal", "direct"))
+    sweep = view([GridAxis((named,), np.array([[0.0], [1.0]]))], (named,), {PEAK: np.ones(2)},
+                 case={"response": {"method": "direct"}})  # fmt: skip
+    assert case_values(sweep).tolist() == [1.0]  # type: ignore[union-attr]
+    assert nearest(sweep, sweep.done) == 1
+    assert sweep.words_of(0) == "method = modal"
+
+
+def test_where_no_point_keeps_all_limits_the_least_broken_one_is_named() -> None:
+    limits = [{"quantity": PEAK, "max": "2 N"}]
+    sweep = one_axis([5.0, 3.0, 4.0], limits=limits, failed={2: (REFUSED, "no")})
+    judged, _ = judge(sweep)
+    assert best(sweep, judged) is None
+    found = least_broken(sweep, judged)
+    assert found is not None and (found[0], found[2]) == (1, pytest.approx(0.5))
+    text = "\n".join(limit_lines(sweep, judged, []))
+    assert "No computed point keeps all limits." in text
+    assert f"least broken at stiffness = 0.002 N/mm: {PEAK} is 50.0 %" in text
+
+
+def test_a_limit_on_what_is_not_kept_is_said() -> None:
+    sweep = mounts(limits=[{"quantity": "isolation/other", "max": 1.0}])
+    limits, missing = judge(sweep)
+    assert not limits and missing == ["isolation/other"]
+    assert "the limit on isolation/other is not judged" in render_sweep(sweep)
+
+
+def test_failures_are_grouped_by_their_words_but_for_numbers() -> None:
+    sweep = mounts(failed=FAILED_POINTS)
+    found = causes(sweep)
+    assert [cause.points.tolist() for cause in found] == [[40, 41], [3], [90]]
+    assert [cause.alike for cause in found] == [False, True, True]
+    assert sum(cause.points.size for cause in found) == np.count_nonzero(sweep.status != DONE)
+    text = " ".join(" ".join(failure_lines(sweep)).split())
+    assert "numerical failure, such as: order 2" in text and "0.635 %" in text
+    assert "input refused: machine.mounts" in text and "timed out" in text
+    # names that carry digits are no numbers
+    other = one_axis(np.ones(2), failed={0: (FAILED, "mode1 x"), 1: (FAILED, "mode2 x")})
+    assert len(causes(other)) == 2
+
+
+def test_points_that_were_not_run_are_no_failures() -> None:
+    sweep = one_axis([1.0, 2.0, 3.0], failed={1: (NOT_RUN, "")})
+    assert not causes(sweep)
+    assert "2 of 3 points are computed; 1 was not run" in render_sweep(sweep)
+
+
+def test_statistics_are_those_of_the_independent_samples() -> None:
+    sweep = sampled(64)
+    forces = sweep.read(PEAK).values.reshape(64, 4)[:, :2].ravel()
+    found = sample_statistics(sweep, worst(sweep, PEAK))
+    assert not isinstance(found, str)
+    centre, ranks = found
+    assert float(centre.value) == pytest.approx(forces.mean(), rel=1e-13)
+    standard_error = forces.std(ddof=1) / np.sqrt(128.0)
+    assert float(centre.standard_error) == pytest.approx(standard_error, rel=1e-12)
+    below = [np.mean(forces < value) for value in np.ravel(ranks.value)]
+    np.testing.assert_allclose(below, [0.05, 0.25, 0.5, 0.75, 0.95], atol=1.0 / 128.0)
+
+
+def test_indices_find_the_key_that_brings_the_scatter_about() -> None:
+    sweep = sampled(256)
+    found = indices_of(sweep, worst(sweep, DEFLECTION))
+    assert not isinstance(found, str)
+    # the deflection does not hang on the damping at all
+    assert found.total.value[1] == pytest.approx(0.0, abs=1e-9)
+    assert found.first.value[0] == pytest.approx(1.0, abs=4.0 * found.first.standard_error[0])
+    text = "\n".join(index_lines(sweep))
+    assert "256 sampled points with 4 runs each" in text
+    assert index_lines(mounts()) == []
+
+
+def test_what_has_no_statistic_says_why() -> None:
+    values = results(np.full(8, 1e4), np.zeros(8))
+    values[PEAK][3] = np.inf
+    sweep = view(np.ones((8, 1)), (key(*STIFFNESS),), values, own={BOTH: (MOUNTS,)},
+                 sampling="sobol")  # fmt: skip
+    text = " ".join(render_sweep(sweep).split())
+    assert f"{PEAK}: a statistic needs finite values" in text
+    assert f"{DEFLECTION}: 8 samples are too few" in text
+
+
+def test_a_file_is_read_as_it_was_written(tmp_path: Path) -> None:
+    sweep = made(tmp_path)
+    sweep.fill()
+    target = tmp_path / "mounts.sweep.h5"
+    assemble(target, sweep.head, sweep.chunks)
+    with open_sweep(target) as opened:
+        found = view_of(opened)
+        assert set(found.kept) == set(KEPT)
+        assert found.shape == sweep.design.shape
+        points = np.arange(found.count)
+        np.testing.assert_allclose(found.values_of(points), sweep.design.value_of(points))
+        assert [outcome(point)[0] for point in points] == found.status.tolist()
+        for path in (SAG, SPREAD):
+            wanted = [expected(path, point, ()) for point in points]
+            np.testing.assert_array_equal(found.read(path).values, np.array(wanted))
+        largest = [np.max(np.abs(expected(FORCE, 5, (3, 3))))]
+        assert worst(found, FORCE).values[5] == pytest.approx(largest[0])
+        spread = worst(found, SPREAD).spread
+        assert spread is not None and spread[4] == pytest.approx(4e-3)
+        assert found.message(3) == outcome(3)[1]
+        assert found.words_of(0).startswith("stiffness = 5 N/mm, damping = 1 N*s/m, speed = 1000")
+        text = render_sweep(found)
+    assert text == report_file(target)
+    assert "error in the program: a line with" in text
+    failed = sum(outcome(int(point))[0] != DONE for point in points)
+    assert f"{found.count - failed} of {found.count} points are computed; {failed} failed" in text
+    assert max(len(line) for line in text.splitlines()) <= 100
+
+
+def test_limits_of_a_sweep_are_those_of_single_runs(tmp_path: Path) -> None:
+    case = generator()
+    design = design_of(
+        spread(STIFFNESS[0], "10 N/mm", "100 N/mm", 3, spacing="log"),
+        axis(DAMPING[0], "0 N*s/m", "200 N*s/m"),
+    )
+    paths = tuple(sorted({limit.quantity for limit in case.case.limit}))
+    sweep = made(tmp_path, design, size=3, kept=paths)
+    sweep.chunks.make()
+    for number in range(sweep.chunks.chunks):
+        points = sweep.chunks.points(number)
+        sweep.chunks.write(number, Evaluator(case, design, paths).run_points(points))
+    target = tmp_path / "generator.sweep.h5"
+    assemble(target, sweep.head, sweep.chunks)
+    with open_sweep(target) as opened:
+        found = dataclasses.replace(view_of(opened), case=case.resolved)
+        judged, missing = judge(found)
+        assert not missing and len(judged) == 4
+        for point in range(design.count):
+            settings = design.settings(point)
+            single = result_at("generator", *(f"{key}={value}" for key, value in settings.items()))
+            for ours, row in zip(judged, judge_limits(single), strict=True):
+                assert (ours.quantity, ours.kept[point]) == (row.quantity, row.kept)
+                assert ours.margin[point] == pytest.approx(row.margin, rel=1e-12)
+                assert ours.worst.errors[point] == pytest.approx(row.error_estimate, rel=1e-12)
+        # without damping the run-up passes a resonance without bound
+        assert np.isinf(judged[1].margin).tolist() == [True, False] * 3

@@ -1,0 +1,257 @@
+"""Claim: means, quantiles and Sobol indices are right within the uncertainty they state.
+
+Truth: closed forms, exact fractions, published indices of the Ishigami and the g-function.
+"""
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from vibecalc.errors import NumericalFailure
+from vibecalc.study.sweep.indices import FEWEST, sobol_indices
+from vibecalc.study.sweep.sequences import SEQUENCES, monte_carlo
+from vibecalc.study.sweep.statistics import LEVELS, deviation, fewest_samples, mean, quantiles
+
+samples = arrays(float, st.integers(2, 60), elements=st.floats(-1e6, 1e6, allow_subnormal=False))
+
+
+@given(samples)
+def test_mean_is_exact_within_its_error(values):
+    exact = sum(map(Fraction, values.tolist())) / len(values)
+    found = mean(values)
+    assert abs(Fraction(float(found.value)) - exact) <= Fraction(float(found.error))
+    assert found.error <= 1e-15 * np.max(np.abs(values)) * len(values)
+
+
+@given(samples, st.floats(0.0, 10.0))
+def test_errors_of_the_samples_reach_the_statistics(values, size):
+    values = np.concatenate([values, values + 1.0, values - 1.0])
+    signs = np.where(np.arange(values.size) % 3 == 1, -1.0, 1.0)
+    moved = values + size * signs
+    for statistic in (mean, deviation, lambda v, errors=0.0: quantiles(v, (0.5,), errors)):
+        honest, other = statistic(values, errors=np.full(values.shape, size)), statistic(moved)
+        allowed = honest.error + 1e-9 + 1e-12 * np.max(np.abs(values))
+        assert np.all(np.abs(honest.value - other.value) <= allowed)
+
+
+def test_a_large_offset_costs_no_digits():
+    apart = np.tile([-1.0, 1.0], 5000)
+    found = mean(1e9 + apart)
+    assert abs(found.value - 1e9) <= found.error < 1e-6
+    assert deviation(1e9 + apart).value == pytest.approx(np.sqrt(10000 / 9999), rel=1e-13)
+
+
+def test_statistics_keep_the_axes_of_a_result():
+    values = monte_carlo(np.arange(600), 6, 1, 1).reshape(600, 2, 3)
+    for statistic in (mean, deviation, quantiles):
+        found = statistic(values)
+        for part in found:
+            assert part.shape == ((5, 2, 3) if statistic is quantiles else (2, 3))
+        alone = statistic(values[:, 1, 2])
+        assert found.value[..., 1, 2] == pytest.approx(alone.value, rel=1e-14)
+        assert found.standard_error[..., 1, 2] == pytest.approx(alone.standard_error, rel=1e-12)
+
+
+def test_quantiles_of_an_even_ladder_are_exact():
+    values = np.arange(101.0)[::-1] * 2.0
+    # 101 1/3 times the level and 1/3 more is the rank, counted from 1
+    levels = (0.05, 0.25, 0.5, 0.725, 0.95)
+    ranks = [Fraction(304, 3) * Fraction(str(level)) + Fraction(1, 3) for level in levels]
+    exact = [float(2 * (rank - 1)) for rank in ranks]
+    assert quantiles(values, levels).value == pytest.approx(exact, abs=1e-12)
+    between = quantiles(np.array([3.0, 1.0, 2.0, 10.0]), (0.5,))
+    assert between.value == pytest.approx([2.5], abs=1e-15)
+
+
+@pytest.mark.parametrize("level", LEVELS)
+def test_fewest_samples_is_where_the_ranks_fit(level):
+    count = fewest_samples(level)
+    rarer = min(level, 1.0 - level)
+
+    def fits(n):
+        return (n + 1 / 3) * rarer - 2 / 3 >= np.sqrt(n * rarer * (1.0 - rarer))
+
+    assert fits(count)
+    assert not fits(count - 1)
+    quantiles(np.arange(float(count)), (level,))
+    with pytest.raises(NumericalFailure, match="too few"):
+        quantiles(np.arange(float(count - 1)), (level,))
+
+
+EXACT = {  # of an exponential variable with mean 1
+    "mean": 1.0,
+    "deviation": 1.0,
+    "quantiles": -np.log1p(-np.array(LEVELS)),
+}
+
+
+@pytest.mark.parametrize("name", list(EXACT))
+def test_standard_errors_are_the_scatter_between_samplings(name):
+    """400 samplings of 200 exponential values: scatter as stated, and no bias beyond it."""
+    statistic = {"mean": mean, "deviation": deviation, "quantiles": quantiles}[name]
+    shares = monte_carlo(np.arange(400 * 200), 1, 1, 11).reshape(400, 200)
+    found = [statistic(-np.log1p(-row)) for row in shares]
+    value = np.stack([one.value for one in found])
+    stated = np.sqrt(np.mean(np.stack([one.standard_error for one in found]) ** 2, axis=0))
+    scatter = np.sqrt(np.mean((value - EXACT[name]) ** 2, axis=0))
+    assert np.all((scatter / stated > 0.8) & (scatter / stated < 1.2))
+    assert np.all(np.abs(np.mean(value, axis=0) - EXACT[name]) < 0.25 * stated)
+
+
+def test_sobol_points_scatter_less_than_stated():
+    shares = SEQUENCES["sobol"](np.arange(1024), 1, 1024, 4)[:, 0]
+    found = mean(shares**2)
+    assert abs(found.value - 1.0 / 3.0) < 0.05 * found.standard_error
+
+
+def runs_of(function, sampling, points, axes, seed=1):
+    """A function at the runs of a design for Sobol indices."""
+    both = SEQUENCES[sampling](np.arange(points), 2 * axes, points, seed)
+    a, b = both[:, :axes], both[:, axes:]
+    runs = np.repeat(a[:, None], axes + 2, axis=1)
+    runs[:, 1] = b
+    for axis in range(axes):
+        runs[:, 2 + axis, axis] = b[:, axis]
+    return function(runs.reshape(-1, axes))
+
+
+def ishigami(shares):
+    """Ishigami and Homma 1990 with a = 7, b = 0.1 on -pi to pi."""
+    x = np.pi * (2.0 * shares - 1.0)
+    return np.sin(x[:, 0]) * (1.0 + 0.1 * x[:, 2] ** 4) + 7.0 * np.sin(x[:, 1]) ** 2
+
+
+def exact_ishigami():
+    one = 0.5 * (1.0 + 0.1 * np.pi**4 / 5.0) ** 2
+    two, both = 49.0 / 8.0, 8.0 * 0.01 * np.pi**8 / 225.0
+    parts = np.array([one, two, 0.0]), np.array([one + both, two, both])
+    return tuple(part / (one + two + both) for part in parts)
+
+
+WEIGHTS = np.array([0.0, 1.0, 4.5, 9.0, 99.0])
+
+
+def g_function(shares):
+    """Sobol 1993: the product of (|4 x - 2| + a) / (1 + a)."""
+    return np.prod((np.abs(4.0 * shares - 2.0) + WEIGHTS) / (1.0 + WEIGHTS), axis=1)
+
+
+def exact_g_function():
+    alone = 1.0 / (3.0 * (1.0 + WEIGHTS) ** 2)
+    everything = np.prod(1.0 + alone) - 1.0
+    total = alone * np.prod(1.0 + alone) / (1.0 + alone)
+    return alone / everything, total / everything
+
+
+def sum_and_product(shares):
+    """x + 2 y + x y of centred uniform variables: variances 1/12, 4/12 and 1/144."""
+    x, y = shares.T - 0.5
+    return x + 2.0 * y + x * y
+
+
+def exact_sum_and_product():
+    parts = np.array([12.0, 48.0, 1.0]) / 61.0
+    return parts[:2], parts[:2] + parts[2]
+
+
+FUNCTIONS = [
+    (ishigami, 3, exact_ishigami),
+    (g_function, 5, exact_g_function),
+    (sum_and_product, 2, exact_sum_and_product),
+]
+
+
+@pytest.mark.parametrize("sampling", ["sobol", "monte_carlo"])
+@pytest.mark.parametrize(("function", "axes", "exact"), FUNCTIONS)
+def test_indices_of_known_functions(function, axes, exact, sampling):
+    found = sobol_indices(runs_of(function, sampling, 4096, axes), axes)
+    for part, truth in zip((found.first, found.total), exact(), strict=True):
+        missed = np.abs(part.value - truth)
+        assert np.all(missed < 3.5 * part.standard_error + part.error)
+        assert np.all(part.standard_error < 0.04)
+        assert np.all(part.error < 1e-10)
+    assert found.samples == 4096
+
+
+@pytest.mark.parametrize(("function", "axes", "exact"), FUNCTIONS)
+def test_indices_come_closer_with_sobol_points(function, axes, exact):
+    errors = {}
+    for sampling in ("sobol", "monte_carlo"):
+        missed = []
+        for seed in range(2):
+            found = sobol_indices(runs_of(function, sampling, 8192, axes, seed), axes)
+            missed += [found.first.value - exact()[0], found.total.value - exact()[1]]
+        errors[sampling] = np.sqrt(np.mean(np.square(missed)))
+    assert errors["sobol"] < 0.2 * errors["monte_carlo"]
+
+
+def test_standard_errors_of_indices_are_the_scatter_between_samplings():
+    found = [sobol_indices(runs_of(ishigami, "monte_carlo", 256, 3, seed), 3) for seed in range(60)]
+    for part, truth in enumerate(exact_ishigami()):
+        value = np.stack([one[part].value for one in found])
+        stated = np.sqrt(
+            np.mean(np.stack([one[part].standard_error for one in found]) ** 2, axis=0)
+        )
+        scatter = np.sqrt(np.mean((value - truth) ** 2, axis=0))
+        assert np.all((scatter / stated > 0.75) & (scatter / stated < 1.3))
+
+
+def test_errors_of_runs_reach_the_indices():
+    runs = runs_of(ishigami, "sobol", 256, 3)
+    honest = sobol_indices(runs, 3, errors=np.full(runs.shape, 1e-3))
+    rng = np.random.default_rng(3)
+    for _ in range(5):
+        moved = sobol_indices(runs + rng.choice([-1e-3, 1e-3], runs.shape), 3)
+        for part in (0, 1):
+            assert np.all(np.abs(moved[part].value - honest[part].value) <= honest[part].error)
+    assert np.all(honest.first.error < 0.01)
+
+
+def test_indices_know_no_offset_and_no_scale():
+    runs = runs_of(g_function, "sobol", 128, 5)
+    plain, changed = sobol_indices(runs, 5), sobol_indices(1e6 - 1e3 * runs, 5)
+    for part in (0, 1):
+        missed = np.abs(changed[part].value - plain[part].value)
+        assert np.all(missed <= changed[part].error + plain[part].error)
+        assert np.all(changed[part].error < 1e-9)
+
+
+def test_failed_runs_take_their_sampled_point_with_them():
+    runs = runs_of(ishigami, "sobol", 64, 3)
+    usable = np.ones(runs.size, dtype=bool)
+    usable[[7, 101]] = False
+    broken = np.where(usable, runs, np.nan)
+    kept = np.delete(runs.reshape(64, 5), [1, 20], axis=0).ravel()
+    found, alone = sobol_indices(broken, 3, usable=usable), sobol_indices(kept, 3)
+    assert found.samples == 62
+    assert np.array_equal(found.first.value, alone.first.value)
+    assert np.array_equal(found.total.standard_error, alone.total.standard_error)
+
+
+def test_indices_keep_the_axes_of_a_result():
+    one = runs_of(ishigami, "sobol", 64, 3)
+    both = sobol_indices(np.stack([one, one**2], axis=1), 3)
+    assert both.first.value.shape == (3, 2)
+    assert both.total.value[:, 0] == pytest.approx(sobol_indices(one, 3).total.value, rel=1e-13)
+
+
+def test_what_has_no_statistic_is_refused():
+    with pytest.raises(NumericalFailure, match="too few"):
+        mean(np.array([1.0]))
+    with pytest.raises(NumericalFailure, match="infinite"):
+        quantiles(np.append(np.arange(50.0), np.inf))
+    with pytest.raises(NumericalFailure, match=f"they take {FEWEST}"):
+        sobol_indices(runs_of(ishigami, "sobol", 8, 3), 3)
+    with pytest.raises(NumericalFailure, match="does not vary"):
+        sobol_indices(np.full(160, 3.0), 3)
+    runs = runs_of(ishigami, "sobol", 32, 3)
+    with pytest.raises(NumericalFailure, match="numerical error"):
+        sobol_indices(runs, 3, errors=np.full(runs.shape, 100.0))
+    with pytest.raises(NumericalFailure, match="no bound"):
+        sobol_indices(np.where(runs > 10.0, np.inf, runs), 3)
+    with pytest.raises(ValueError, match="between 0 and 1"):
+        quantiles(runs, (1.0,))

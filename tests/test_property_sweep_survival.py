@@ -1,0 +1,138 @@
+"""Claim: a sweep that is killed loses what was not renamed; resumed, its file is the same."""
+
+import json
+import random
+import signal
+import time
+from pathlib import Path
+
+import pytest
+from sweep_runs import GENERATOR, GRID, chunk_files, killed, objects, started
+
+from vibecalc.results.sweep_file import open_sweep
+
+POINTS = 96
+
+
+def finish(*arguments: object) -> tuple[int, str, str]:
+    sweep = started(*arguments)
+    out, err = sweep.communicate(timeout=120)
+    return sweep.returncode, out, err
+
+
+@pytest.fixture(scope="module")
+def uninterrupted(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, float]:
+    """A whole sweep and the seconds it took."""
+    output = tmp_path_factory.mktemp("whole") / "whole.h5"
+    begun = time.monotonic()
+    code, _, err = finish(GENERATOR, *GRID, "-j", 2, "-q", "-o", output)
+    assert (code, err) == (0, "")
+    return output, time.monotonic() - begun
+
+
+def survives(output: Path, whole: Path, seconds: float, moments: int, seed: int) -> None:
+    """Kill a sweep at random moments, resume it each time; start anew when it was finished."""
+    draw = random.Random(seed)
+    expected, kept = objects(whole), {}
+    for _ in range(moments):
+        sweep = started(GENERATOR, *GRID, "-j", 2, "-q", "--resume", "-o", output)
+        time.sleep(draw.uniform(0.0, seconds))
+        err = killed(sweep)
+        if output.exists():
+            assert objects(output) == expected
+            output.unlink()
+            kept = chunk_files(output)
+            continue
+        found = chunk_files(output)
+        assert kept.items() <= found.items(), "a finished chunk was lost or computed again"
+        kept = found
+        assert "Traceback" not in err
+    before = len(kept) * POINTS // 16
+    code, out, err = finish(GENERATOR, *GRID, "-j", 2, "--json", "--resume", "-o", output)
+    assert code == 0, err
+    assert json.loads(out)["taken_up"] == before
+    assert objects(output) == expected
+    assert not chunk_files(output)
+    names = {path.name for path in output.parent.iterdir()}
+    assert names == {output.name, output.with_suffix(".txt").name}
+
+
+def test_a_sweep_killed_at_five_moments_ends_as_if_never_killed(
+    uninterrupted: tuple[Path, float], tmp_path: Path
+) -> None:
+    survives(tmp_path / "killed.h5", *uninterrupted, moments=5, seed=1)
+
+
+@pytest.mark.long
+@pytest.mark.timeout(3600)
+def test_a_sweep_killed_at_two_hundred_moments_ends_as_if_never_killed(
+    uninterrupted: tuple[Path, float], tmp_path: Path
+) -> None:
+    survives(tmp_path / "killed.h5", *uninterrupted, moments=200, seed=2)
+
+
+@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupted_sweep_says_how_to_go_on(
+    uninterrupted: tuple[Path, float], tmp_path: Path, how: signal.Signals
+) -> None:
+    output = tmp_path / "stopped.h5"
+    sweep = started(GENERATOR, *GRID, "-j", 2, "-q", "-o", output)
+    while len(chunk_files(output)) < 3:
+        assert sweep.poll() is None
+        time.sleep(0.002)
+    err = killed(sweep, how)
+    finished = len(chunk_files(output))
+    assert sweep.returncode == 130, err
+    assert f"{finished} of 16 chunks are finished" in err and "--resume" in err
+    assert not output.exists() and not output.with_name("stopped.h5.lock").exists()
+
+    code, _, err = finish(GENERATOR, *GRID, "-q", "-o", output)
+    assert code == 2
+    assert f"{finished} of 16 chunks" in err and "--resume" in err and "--fresh" in err
+    assert len(chunk_files(output)) == finished
+
+    code, out, _ = finish(GENERATOR, *GRID, "-q", "--json", "--resume", "-o", output)
+    assert code == 0
+    assert json.loads(out)["taken_up"] == finished * POINTS // 16
+    assert objects(output) == objects(uninterrupted[0])
+
+
+def test_chunks_are_taken_by_their_content_and_not_because_they_are_there(
+    uninterrupted: tuple[Path, float], tmp_path: Path
+) -> None:
+    output = tmp_path / "damaged.h5"
+    sweep = started(GENERATOR, *GRID, "-j", 2, "-q", "-o", output)
+    while len(chunk_files(output)) < 3:
+        assert sweep.poll() is None
+        time.sleep(0.002)
+    killed(sweep)
+    first, second, *_ = sorted(output.with_name("damaged.h5.parts").glob("chunk_*"))
+    content = bytearray(first.read_bytes())
+    content[len(content) // 2] ^= 1
+    first.write_bytes(content)
+    second.write_bytes(b"")
+    code, _, err = finish(GENERATOR, *GRID, "-q", "--resume", "-o", output)
+    assert code == 0
+    assert first.name in err and second.name in err and "computed again" in err
+    assert objects(output) == objects(uninterrupted[0])
+
+
+def test_jobs_shards_and_merge_give_the_same_objects(
+    uninterrupted: tuple[Path, float], tmp_path: Path
+) -> None:
+    parts = [tmp_path / f"part{number}.h5" for number in (1, 2, 3)]
+    for number, (part, jobs) in enumerate(zip(parts, (1, 2, 3), strict=True), start=1):
+        shard = ("--shard", f"{number}/3", "-j", jobs)
+        code, _, err = finish(GENERATOR, *GRID, "-q", *shard, "-o", part)
+        assert (code, err) == (0, "")
+    with open_sweep(parts[0]) as part:
+        assert set(part.status().ravel().tolist()) == {-1, 0}
+    from fuzzing import command
+
+    merged = tmp_path / "merged.h5"
+    outcome = command("merge", *map(str, reversed(parts)), "-q", "-o", str(merged))
+    assert outcome.code == 0, outcome.err
+    assert objects(merged) == objects(uninterrupted[0])
+    outcome = command("merge", str(parts[0]), str(parts[2]), "-q", "-o", str(merged))
+    assert outcome.code == 4
+    assert "no part has the points 6 to 11, 24 to 29" in outcome.err

@@ -1,0 +1,77 @@
+"""What each stage reads of a case, and from which stages before it: the truth of `stage_cache.py`.
+
+A name of a case is an attribute path; it stands for all that is below it. A stage that reads what
+is not declared here would be taken from the cache although its input has changed.
+"""
+
+from typing import NamedTuple
+
+
+class Reads(NamedTuple):
+    """Places of the case that a stage reads, and the stages whose results it is handed on."""
+
+    case: tuple[str, ...]
+    after: tuple[str, ...] = ()
+
+
+#: what `scene.parts` is built from
+PARTS = (
+    "machine.crank_train",
+    "machine.body",
+    "machine.mounts",
+    "excitation.working",
+    "excitation.idle",
+    "excitation.balanced_for",
+)
+#: what the system of body and suspension is built from; whichever stage needs it first builds it
+SYSTEM = ("machine.body", "machine.mounts")
+#: an entry of `handed_on` that any stage may build or find, since all build it from the same
+SHARED = {"linear_system": SYSTEM}
+
+_MOTION = ("machine.crank_train", "machine.speed", "excitation", "kinematics", "accuracy.rtol")
+_DRIVEN = ("kinematics", "excitation")
+_OPERATIONS = ("machine.crank_train", "machine.speed", "excitation", *SYSTEM, "response.operations")
+
+#: module of a stage -> what it reads
+READS: dict[str, Reads] = {
+    "kinematics": Reads(_MOTION),
+    "excitation": Reads(
+        ("machine.crank_train", "machine.speed", "excitation"), after=("kinematics",)
+    ),
+    "motor": Reads(("machine.motor",)),
+    "response": Reads(
+        ("machine.speed", *SYSTEM, "response.method", "response.energies"), after=("excitation",)
+    ),
+    "operations": Reads((*_OPERATIONS, "response.balances", "accuracy.rtol"), after=_DRIVEN),
+    "speeds": Reads(("machine.speed", *SYSTEM, "response.run_up"), after=("excitation",)),
+    "switching": Reads((*_OPERATIONS, "response.switching"), after=_DRIVEN),
+    "impact": Reads(
+        (
+            "machine.crank_train",
+            "machine.joints",
+            "machine.motor",
+            "machine.speed",
+            "excitation",
+            "response.impact",
+        )
+    ),
+    "isolation_pitch": Reads(
+        (
+            "machine.crank_train",
+            "machine.speed",
+            *SYSTEM,
+            "excitation.working",
+            "excitation.idle",
+            "excitation.balanced_for",
+            "isolation.model",
+            "isolation.up",
+            "isolation.gravity",
+            "isolation.lever",
+        ),
+        after=("excitation",),
+    ),
+    "isolation_rigid_body": Reads(
+        ("machine.speed", *SYSTEM, "isolation.up", "isolation.gravity"), after=("excitation",)
+    ),
+    "run_up": Reads(("machine.mounts", "isolation.run_up"), after=("excitation", "isolation")),
+}

@@ -1,0 +1,221 @@
+"""Results of a sweep along one axis, a line for each value of a short second one."""
+
+import textwrap
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vibecalc.report.pictures.canvas import COLOURS, LIMIT, canvas
+from vibecalc.report.pictures.scales import plain_ticks
+from vibecalc.report.pictures.sweep_parts import (
+    BEST,
+    FEW,
+    Mark,
+    Plane,
+    Shown,
+    along,
+    best_words,
+    entry_words,
+    failure_marks,
+    hatch_style,
+    is_map,
+    legend_below,
+    limit_words,
+    logarithmic,
+    name_axis,
+    panels,
+    plane,
+)
+from vibecalc.report.pictures.sweep_resonances import resonances
+from vibecalc.report.sweep.limits import Limit, best, judge
+from vibecalc.report.sweep.view import SweepView
+from vibecalc.report.sweep.worst import entries
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_MOST = 6
+#: a limit further beyond the data than this is said, not drawn
+_FAR = 4.0
+#: entries of these axes are alike; those of others get a line each if they are few
+_ALIKE = ("order", "direction", "mount", "cylinder", "coordinate", "crank_angle", "mode")
+_ENTRIES = 4
+#: standard errors of more points than these are a band
+_DENSE = 30
+_BARS, _BAND = "bars: standard error", "band: standard error"
+
+
+def picture(sweep: SweepView) -> "Figure | None":
+    """A panel for each result that varies; None for samplings and for two long axes."""
+    if not sweep.grid or is_map(sweep):
+        return None
+    limits, _ = judge(sweep)
+    part = plane(sweep, limits, FEW)
+    chosen = panels(sweep, limits, part.points, _MOST)
+    if not chosen:
+        return None
+    axis = sweep.grid[part.axes[0]]
+    subtitle = f"over {axis.keys[0].words}" + (f"; {part.held}" if part.held else "")
+    columns = 1 if len(chosen) == 1 else 2
+    rows = -(-len(chosen) // columns)
+    figure = canvas(sweep, subtitle, 8.0 if columns == 1 else 10.0, 1.9 + 3.1 * rows)
+    grid = figure.subplots(rows, columns, squeeze=False, sharex=True).ravel().tolist()
+    marks = failure_marks(sweep, part.points)
+    for axes, one in zip(grid, chosen, strict=False):
+        _panel(axes, sweep, part, one, [limit for limit in limits if limit.quantity == one.path])
+        _failures(axes, sweep, part, marks)
+        name_axis(axes, axis, "x")
+        axes.xaxis.set_tick_params(labelbottom=True)
+    for axes in grid[len(chosen) :]:
+        axes.set_visible(False)
+    _star(grid[: len(chosen)], sweep, part, chosen, limits)
+    legend_below(figure, grid[: len(chosen)])
+    return figure
+
+
+def _panel(axes: "Axes", sweep: SweepView, part: Plane, one: Shown, own: Sequence[Limit]) -> None:
+    x = along(sweep.grid[part.axes[0]])
+    numbers = part.points if part.points.ndim == 2 else part.points[:, None]
+    separate = _separate(sweep, part, one)
+    line = "none" if sweep.grid[part.axes[0]].keys[0].names else "-"
+    style: dict[str, Any] = {"ls": line, "marker": "o" if x.size <= 40 else None, "ms": 4}
+    if separate is None:
+        drawn = one.values[numbers]
+        for i in range(numbers.shape[1]):
+            words = _series(sweep, part, i)
+            colour = COLOURS[i % len(COLOURS)]
+            spread = one.worst.spread
+            if spread is not None:
+                _spread(axes, x, _finite(drawn[:, i]), spread[numbers[:, i]] * one.factor, colour)
+            axes.plot(x, _finite(drawn[:, i]), color=colour, label=words, **style)
+        note = entry_words(one.worst, part.points)
+    else:
+        drawn, names = separate
+        for i, name in enumerate(names):
+            colour = COLOURS[i % len(COLOURS)]
+            axes.plot(x, _finite(drawn[:, i]), color=colour, label=name, **style)
+        note = ""
+    unbounded = np.isinf(drawn).any(axis=1)
+    if unbounded.any():
+        places = np.full(np.count_nonzero(unbounded), 0.97)
+        axes.plot(x[unbounded], places, "^", color=LIMIT, transform=axes.get_xaxis_transform(),
+                  label="unbounded", clip_on=False)  # fmt: skip
+    note += (
+        f"{'; ' if note else ''}{_BARS if x.size <= _DENSE else _BAND}"
+        if one.worst.spread is not None
+        else ""
+    )
+    axes.set_title(one.path + (f"\n{note}" if note else ""), fontsize=9.5)
+    axes.set_ylabel(one.unit or textwrap.fill(sweep.kept[one.path].long_name, 36))
+    _scale(axes, drawn, own, one)
+    resonances(axes, sweep, part)
+
+
+def _spread(axes: "Axes", x: np.ndarray, y: np.ndarray, spread: np.ndarray, colour: str) -> None:
+    if x.size <= _DENSE:
+        axes.errorbar(x, y, spread, fmt="none", ecolor=colour, capsize=4)
+    else:
+        axes.fill_between(x, y - spread, y + spread, color=colour, alpha=0.2, linewidth=0.0)
+
+
+def _series(sweep: SweepView, part: Plane, place: int) -> str | None:
+    if len(part.axes) < 2:
+        return None
+    axis = sweep.grid[part.axes[1]]
+    key = axis.keys[0]
+    return f"{key.words} = {key.shown(axis.values[place, 0])}"
+
+
+def _separate(
+    sweep: SweepView, part: Plane, one: Shown
+) -> tuple[np.ndarray, tuple[str, ...]] | None:
+    """Entries that are unlike each other and few, where nothing else asks for several lines."""
+    own = sweep.kept[one.path].axes
+    if len(part.axes) > 1 or len(own) != 1 or own[0].name in _ALIKE:
+        return None
+    if not 2 <= len(own[0].values) <= _ENTRIES:
+        return None
+    values, names = entries(sweep, one.path)
+    return values[part.points] * one.factor, names
+
+
+def _scale(axes: "Axes", drawn: np.ndarray, own: Sequence[Limit], one: Shown) -> None:
+    finite = drawn[np.isfinite(drawn)]
+    low, high = float(finite.min()), float(finite.max())
+    near: list[tuple[Limit, float]] = []
+    far: list[tuple[Limit, float]] = []
+
+    def broken(limit: Limit) -> bool:
+        return bool(np.any(limit.margin < 0.0))
+
+    for limit in own:
+        bound = limit.bound * one.factor
+        reach = _FAR * max(abs(low), abs(high))
+        (near if abs(bound) <= reach or broken(limit) else far).append((limit, bound))
+    bounds = [bound for _, bound in near]
+    if logarithmic(drawn) and all(bound > 0.0 for bound in bounds):
+        axes.set_yscale("log")
+        low, high = min([low, *bounds]), max([high, *bounds])
+        axes.set_ylim(low / 1.5, 1.8 * high)
+        if high < 1e4 * low:
+            plain_ticks(axes.yaxis)
+    elif bounds:
+        low, high = min([low, *bounds]), max([high, *bounds])
+        room = 0.12 * (high - low or abs(high) or 1.0)
+        axes.set_ylim(0.0 if 0.0 <= low < 0.5 * high else low - room, high + room)
+    else:
+        axes.margins(y=0.1)
+    bottom, top = axes.get_ylim()
+    for limit, bound in near:
+        axes.axhline(bound, color=LIMIT, linewidth=1.4)
+        ends = (bound, top) if limit.side == "max" else (bottom, bound)
+        axes.axhspan(*ends, zorder=0.5, **hatch_style())
+        end = _freer_end(drawn, bound)
+        axes.annotate(limit_words(limit), (end, bound), xycoords=axes.get_yaxis_transform(),
+                      xytext=(4 - 8 * end, -3 if limit.side == "max" else 3),
+                      textcoords="offset points", ha="right" if end else "left",
+                      va="top" if limit.side == "max" else "bottom", color=LIMIT, fontsize=9,
+                      zorder=7)  # fmt: skip
+    axes.set_ylim(bottom, top)
+    if far:
+        words = ", ".join(limit_words(limit) for limit, _ in far)
+        axes.annotate(f"limit {words}: kept everywhere", (0.02, 0.97), xycoords="axes fraction",
+                      va="top", color=LIMIT, fontsize=9)  # fmt: skip
+
+
+def _freer_end(drawn: np.ndarray, bound: float) -> int:
+    """0 for the left and 1 for the right, where lines leave more room at the height of a limit."""
+    away = np.abs(np.where(np.isfinite(drawn), drawn, np.inf) - bound)
+    third = max(1, len(away) // 3)
+    return int(away[-third:].min() >= away[:third].min())
+
+
+def _failures(axes: "Axes", sweep: SweepView, part: Plane, marks: Sequence[Mark]) -> None:
+    x = along(sweep.grid[part.axes[0]])
+    numbers = part.points if part.points.ndim == 2 else part.points[:, None]
+    for mark in marks:
+        rows, columns = np.nonzero(np.isin(numbers, mark.points))
+        # one row of crosses for each line
+        height = 0.04 + 0.05 * columns
+        axes.plot(x[rows], height, mark.marker, color=mark.colour, ms=8, mew=1.8,
+                  transform=axes.get_xaxis_transform(), label=mark.words, zorder=6)  # fmt: skip
+
+
+def _star(
+    grid: Any, sweep: SweepView, part: Plane, chosen: Sequence[Shown], limits: Sequence[Limit]
+) -> None:
+    found = best(sweep, limits)
+    if found is None or found[0] not in part.points:
+        return
+    point, limit = found
+    place = int(np.argwhere(part.points == point)[0][0])
+    x = along(sweep.grid[part.axes[0]])[place]
+    words = best_words(sweep, limit, point)
+    for axes, one in zip(grid, chosen, strict=True):
+        axes.plot([x], [one.values[point]], **BEST, label=words)
+
+
+def _finite(values: np.ndarray) -> np.ndarray:
+    return np.where(np.isfinite(values), values, np.nan)

@@ -1,0 +1,1 @@
+"""From a sweep to words and tables: extremes, limits, failures, statistics. No physics here."""

@@ -1,0 +1,229 @@
+"""From one key's table in `[sweep]` to the values it takes; what is wrong goes into a list."""
+
+import difflib
+from decimal import Decimal
+from typing import NamedTuple
+
+import numpy as np
+
+from vibecalc.case.sweep_tables import Along, Distribution
+from vibecalc.case.walk import Shape, words
+from vibecalc.errors import KeyPath, Problem, UnitError
+from vibecalc.study.sweep.courses import Course, Drawn, Listed, Spread
+from vibecalc.study.sweep.distributions import PARAMETERS, Scatter
+from vibecalc.units import parse_quantity, split_number
+
+Written = str | int | float
+
+_MOST_WHOLE = 100_000  # whole numbers on an axis; a longer one is not looked through
+
+
+class Place(NamedTuple):
+    """One key's table, where it stands, what its key may hold, and where problems go."""
+
+    table: Along
+    path: KeyPath
+    shape: Shape
+    problems: list[Problem]
+
+    def refuse(
+        self, key: str, message: str, *, found: str = "", allowed: str = "", hint: str = ""
+    ) -> None:
+        """Note a problem at a key of the table."""
+        path = (*self.path, key)
+        self.problems.append(
+            Problem(path=path, message=message, found=found, allowed=allowed, hint=hint)
+        )
+
+
+def read_course(place: Place, sampled: bool, points: int | None) -> Course | None:
+    """The values of one key; None if its table has problems. `points` stands in for absent ones."""
+    table, choice = place.table, place.shape.kind == "choice"
+    ways = {
+        "values": bool(table.values),
+        "from": table.start is not None or table.stop is not None,
+        "distribution": table.distribution is not None,
+    }
+    used = [way for way, there in ways.items() if there]
+    if len(used) != 1:
+        what = "says twice what it takes" if used else "has no values"
+        place.refuse(
+            used[-1] if used else "key",
+            f"{table.key[:80]} {what}",
+            found=" and ".join(used),
+            allowed="values = [...], or from, to and points, or a distribution",
+        )
+        return None
+    for key, given in (("points", table.points), ("spacing", table.spacing)):
+        if given is not None and used != ["from"]:
+            place.refuse(key, f"{key} belongs to from and to, not to {used[0]}")
+            return None
+    if choice and used != ["values"]:
+        place.refuse(used[0], f"{table.key} is a choice", allowed=words(place.shape))
+        return None
+    if used == ["values"]:
+        return _listed(place)
+    if used == ["from"]:
+        return _spread(place, sampled, points)
+    return _drawn(place, sampled)
+
+
+def _listed(place: Place) -> Listed | None:
+    values = place.table.values
+    if len(values) < 2:
+        place.refuse(
+            "values",
+            "an axis needs two points or more",
+            found="one",
+            hint=f"a single value is --set {place.table.key}={values[0]}",
+        )
+        return None
+    if place.shape.kind == "choice":
+        return _choices(place)
+    numbers = []
+    for value in values:
+        number = _number(place, "values", value)
+        if number is None:  # the first wrong one is enough
+            return None
+        numbers.append(number)
+    return Listed(values=tuple(numbers)) if _whole_where_needed(place, np.array(numbers)) else None
+
+
+def _choices(place: Place) -> Listed | None:
+    allowed = place.shape.choices
+    wrong = [value for value in place.table.values if value not in allowed]
+    if wrong:
+        near = difflib.get_close_matches(str(wrong[0]), [str(one) for one in allowed], n=1)
+        place.refuse(
+            "values",
+            f"{place.table.key} cannot be {wrong[0]!r:.60}",
+            allowed=words(place.shape),
+            hint=f"did you mean {near[0]!r}?" if near else "",
+        )
+        return None
+    return Listed(values=tuple(str(value) for value in place.table.values))
+
+
+def _spread(place: Place, sampled: bool, points: int | None) -> Spread | None:
+    table = place.table
+    if table.start is None or table.stop is None:
+        missing = "from" if table.start is None else "to"
+        place.refuse("key", f"{missing} is missing", allowed="from, to and points")
+        return None
+    first, last = _number(place, "from", table.start), _number(place, "to", table.stop)
+    if first is None or last is None:
+        return None
+    ends = (first, last)
+    if first == last:
+        place.refuse("to", "from and to are the same value", found=str(table.stop))
+        return None
+    logarithmic = table.spacing == "log"
+    if logarithmic and not (min(ends) > 0.0 or max(ends) < 0.0):
+        found = f"from {table.start} to {table.stop}"
+        place.refuse("spacing", "equal ratios never pass zero", found=found, allowed="linear")
+        return None
+    count = table.points if table.points is not None else points
+    if count is None and not sampled:
+        place.refuse("key", "a grid needs the number of points", allowed="points = 21, say")
+        return None
+    if count is not None and count < 2:
+        place.refuse("points", "an axis needs two points or more", found=str(count))
+        return None
+    start, stop, factor = _decimals(table.start, table.stop, place.shape.unit or "", ends)
+    spread = Spread(start=start, stop=stop, factor=factor, log=logarithmic, count=count)
+    return spread if _whole_steps(place, spread) else None
+
+
+def _decimals(
+    start: Written, stop: Written, unit: str, ends: tuple[float, float]
+) -> tuple[Decimal, Decimal, float]:
+    """Both ends as written and their factor to SI; in SI where they are written differently."""
+    texts = [split_number(str(end)) for end in (start, stop)]
+    # a zero has no unit of its own
+    units = {name for (_, name), end in zip(texts, ends, strict=True) if name or end}
+    if len(units) == 1:
+        (name,) = units
+        factor = parse_quantity(f"1 {name}", unit)
+        return Decimal(texts[0][0]), Decimal(texts[1][0]), factor
+    return Decimal(repr(ends[0])), Decimal(repr(ends[1])), 1.0
+
+
+def _drawn(place: Place, sampled: bool) -> Drawn | None:
+    given = place.table.distribution
+    if given is None:
+        return None
+    if not sampled:
+        hint = "or give values, or from, to and points"
+        allowed = 'sampling = "sobol", "latin_hypercube" or "monte_carlo" in [sweep]'
+        place.refuse("distribution", "a grid does not draw", allowed=allowed, hint=hint)
+        return None
+    if place.shape.kind == "whole":
+        place.refuse("distribution", "a whole number cannot scatter", allowed="values = [...]")
+        return None
+    parameters = _parameters(place, given)
+    if parameters is None:
+        return None
+    scatter = Scatter(kind=given.kind, parameters=parameters)
+    objection = scatter.objection()
+    if objection:
+        place.refuse("distribution", objection)
+        return None
+    return Drawn(scatter=scatter)
+
+
+def _parameters(place: Place, given: Distribution) -> tuple[float, ...] | None:
+    needed = PARAMETERS[given.kind]
+    written = {name: getattr(given, name) for name in type(given).model_fields if name != "kind"}
+    extra = [name for name, value in written.items() if value is not None and name not in needed]
+    missing = [n for n in needed if written[n] is None and n != "mode"]
+    if extra or missing:
+        what = f"{extra[0]} too much" if extra else f"{missing[0]} too little"
+        message = f"a {given.kind} distribution with {what}"
+        place.refuse("distribution", message, allowed=" and ".join(needed))
+        return None
+    read = {
+        name: _number(place, "distribution", written[name])
+        for name in needed
+        if written[name] is not None
+    }
+    numbers = {name: value for name, value in read.items() if value is not None}
+    if len(numbers) < len(read):
+        return None
+    if "mode" in needed and "mode" not in numbers:
+        numbers["mode"] = 0.5 * numbers["lower"] + 0.5 * numbers["upper"]
+    return tuple(numbers[name] for name in needed)
+
+
+def _number(place: Place, key: str, written: Written) -> float | None:
+    try:
+        return parse_quantity(written, place.shape.unit or "")
+    except (UnitError, OverflowError) as error:
+        unit_error = error if isinstance(error, UnitError) else UnitError("too large for a double")
+        place.refuse(
+            key,
+            f"{place.table.key}: {unit_error.message}",
+            found=unit_error.found,
+            allowed=unit_error.allowed,
+            hint=unit_error.hint,
+        )
+        return None
+
+
+def _whole_where_needed(place: Place, values: np.ndarray) -> bool:
+    wrong = values[values != np.rint(values)] if place.shape.kind == "whole" else values[:0]
+    if wrong.size:
+        place.refuse(
+            "values" if place.table.values else "points",
+            f"{place.table.key} takes whole numbers only",
+            found=f"{wrong[0]:.9g}" + (f" and {wrong.size - 1} more" if wrong.size > 1 else ""),
+        )
+    return not wrong.size
+
+
+def _whole_steps(place: Place, spread: Spread) -> bool:
+    if place.shape.kind != "whole":
+        return True
+    if spread.count is None or spread.count > _MOST_WHOLE:
+        place.refuse("from", "a whole number needs its points", allowed="values, or points")
+        return False
+    return _whole_where_needed(place, spread.at(np.arange(spread.count)))

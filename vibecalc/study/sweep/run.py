@@ -1,0 +1,179 @@
+"""A sweep from its first chunk to its file; what is interrupted is taken up where it stopped."""
+
+import os
+import time
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import AbstractContextManager, suppress
+from pathlib import Path
+from typing import Protocol
+
+import numpy as np
+
+from vibecalc.errors import EXIT_INTERRUPTED, UsageError, VibecalcError
+from vibecalc.results.files import fresh_output
+from vibecalc.results.record import Record
+from vibecalc.results.sweep_layout import DONE
+from vibecalc.study.execute import as_result
+from vibecalc.study.sweep.assemble import Assembled, assemble, sweep_head
+from vibecalc.study.sweep.chunks import ChunkFolder
+from vibecalc.study.sweep.gather import block_of
+from vibecalc.study.sweep.here import Here
+from vibecalc.study.sweep.lock import locked
+from vibecalc.study.sweep.options import Options, Outcome, processors, shard_chunks
+from vibecalc.study.sweep.pool import Done, Lost, Piece, Pool, Work
+from vibecalc.study.sweep.prepare import Prepared
+from vibecalc.study.sweep.progress import shown
+from vibecalc.study.sweep.resume import ASSEMBLED, UNLUCKY, check_output, complete, take_up
+
+_TOGETHER = 16  # points between two looks at the progress, where nothing guards single ones
+
+Tell = Callable[[Piece | Lost], None]
+
+
+class Interrupted(VibecalcError):
+    """Somebody stopped a sweep; the words say what is kept and how to go on."""
+
+    exit_code = EXIT_INTERRUPTED
+
+
+class Workers(Protocol):
+    """Whatever computes chunks: this process, others of this machine, or a cluster."""
+
+    def run(self, works: Iterator[Work], tell: Tell) -> Iterator[Done]:
+        """Yield chunks as they are finished."""
+
+
+def sweep(prepared: Prepared, options: Options) -> Outcome:
+    """Compute what is missing of a sweep and write its file.
+
+    UsageError if the output is another sweep's, in use or cannot be written, or if there are
+    chunks from before and nobody said what to do with them; Interrupted after Ctrl-C. Whatever
+    happens, chunks that are finished stay.
+    """
+    started = time.perf_counter()
+    output = fresh_output(options.output)
+    with locked(output) as said:
+        if said:
+            options.note(said)
+        chunks = prepared.chunks(output)
+        mine = shard_chunks(chunks.chunks, options.shard)
+        if not options.fresh:
+            check_output(output, prepared.identity, prepared.loaded.resolved)
+        if options.resume:
+            counts = complete(output, prepared.identity, chunks, mine)
+            if counts is not None:
+                options.note(f"{output} is complete, nothing is left to do")
+                chunks.clear()
+                points = sum(counts.values())
+                return Outcome(
+                    output=options.output, counts=counts, taken_up=points, left_out={}, seconds=0.0
+                )
+        finished = take_up(chunks, options.resume, options.fresh, options.note)
+        before = _points(chunks, finished.intersection(mine))
+        try:
+            _compute(prepared, options, chunks, mine, finished)
+            made = _assemble(prepared, options, output, chunks, {*mine, *finished}, started)
+        except KeyboardInterrupt:
+            raise Interrupted(_kept("interrupted", chunks, mine, options)) from None
+        except UsageError as error:
+            raise UsageError(_kept(str(error), chunks, mine, options)) from error
+    return Outcome(
+        output=options.output,
+        counts={status: many for status, many in made.counts.items() if status >= DONE},
+        taken_up=before,
+        left_out=made.left_out,
+        seconds=time.perf_counter() - started,
+    )
+
+
+def _compute(
+    prepared: Prepared,
+    options: Options,
+    chunks: ChunkFolder,
+    mine: Sequence[int],
+    finished: frozenset[int],
+) -> None:
+    missing = [number for number in mine if number not in finished]
+    chunks.make()
+    if not missing:
+        return
+    with (
+        shown(
+            _points(chunks, mine), _points(chunks, finished.intersection(mine)), options.progress
+        ) as advance,
+        _workers(prepared, options, len(missing)) as workers,
+    ):
+
+        def tell(heard: Piece | Lost) -> None:
+            if isinstance(heard, Lost):
+                advance(1, 1)
+            else:
+                advance(len(heard.points), int(np.count_nonzero(heard.block.status != DONE)))
+
+        for done in workers.run(_works(chunks, missing), tell):
+            chunks.write(done.work.number, block_of(done, prepared.keep))
+
+
+def _workers(prepared: Prepared, options: Options, missing: int) -> AbstractContextManager[Workers]:
+    start, step = prepared.start(), prepared.step
+    if options.cluster is not None:
+        from vibecalc.study.sweep.cluster import Cluster
+
+        return Cluster(start, address=options.cluster, timeout=options.timeout, step=step)
+    if options.timeout is None and options.jobs in (None, 1) and prepared.is_short:
+        return Here(start, step=max(step, _TOGETHER))
+    jobs = min(options.jobs or processors(), missing)
+    return Pool(start, jobs=jobs, timeout=options.timeout, step=step)
+
+
+def _works(chunks: ChunkFolder, numbers: Sequence[int]) -> Iterator[Work]:
+    for number in numbers:
+        points = chunks.points(number)
+        yield Work(number, range(int(points[0]), int(points[-1]) + 1))
+
+
+def _assemble(
+    prepared: Prepared,
+    options: Options,
+    output: Path,
+    chunks: ChunkFolder,
+    numbers: Iterable[int],
+    started: float,
+) -> Assembled:
+    timings = {"sweep": time.perf_counter() - started}
+    result = as_result(prepared.loaded, Record(), timings)
+    head = sweep_head(result, prepared.design, prepared.identity, prepared.keep)
+    # among the chunks, so that what a killed process leaves behind is found and thrown away
+    aside = chunks.folder / ASSEMBLED
+    made = assemble(aside, head, chunks, numbers)
+    try:
+        os.replace(aside, output)
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        raise UsageError(f"cannot write {output}: {reason}") from error
+    if any(made.counts.get(status, 0) for status in UNLUCKY):
+        options.note(
+            f"the chunks stay in {chunks.folder}: with --resume and a longer --timeout "
+            "only those with a point that hung or died are computed again"
+        )
+    else:
+        chunks.clear()
+    return made
+
+
+def _points(chunks: ChunkFolder, numbers: Iterable[int]) -> int:
+    size = chunks.size
+    return sum(min(size, chunks.count - number * size) for number in numbers)
+
+
+def _kept(why: str, chunks: ChunkFolder, mine: Sequence[int], options: Options) -> str:
+    """Why a sweep stops, and how to go on."""
+    finished = sum(chunks.path(number).is_file() for number in mine)
+    if not finished:
+        with suppress(OSError):
+            chunks.folder.rmdir()
+        return f"{why}; no chunk of {len(mine)} was finished, nothing is kept"
+    return (
+        f"{why}; {finished} of {len(mine)} chunks are finished and stay in {chunks.folder}: "
+        "the same command with --resume goes on with them"
+    )
