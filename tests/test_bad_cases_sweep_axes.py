@@ -53,7 +53,7 @@ def test_a_good_sweep_has_no_problems():
         ("machine.motor.torque.order[0]", "machine has no key 'motor'"),
         ("title", "only keys below machine"),
         ("limit[0].max", "only keys below machine"),
-        ("sweep.points", "no key sweep.points"),
+        ("sweep.points", "only keys below machine"),
         ("a key", "not a key"),
         ("[0]", "start with the name of a table"),
     ],

@@ -45,17 +45,17 @@ def run_many(count: int, path: Path, seed: int = SEED + 1) -> dict[int, int]:
 
 
 @pytest.mark.timeout(280)
-def test_two_thousand_mutations_through_check(tmp_path: Path) -> None:
-    codes = check_many(2000, tmp_path / "mutated.toml")
+def test_mutations_through_check(tmp_path: Path) -> None:
+    codes = check_many(1500, tmp_path / "mutated.toml")
     assert set(codes) == {0, 2}
-    assert codes[2] > 1000 and codes[0] > 50
+    assert codes[2] > 750 and codes[0] > 40
 
 
 @pytest.mark.timeout(280)
-def test_a_hundred_mutations_through_run(tmp_path: Path) -> None:
-    codes = run_many(100, tmp_path / "mutated.toml")
-    assert sum(codes.values()) == 100
-    assert codes[0] > 50
+def test_mutations_through_run(tmp_path: Path) -> None:
+    codes = run_many(80, tmp_path / "mutated.toml")
+    assert sum(codes.values()) == 80
+    assert codes[0] > 40
 
 
 @pytest.mark.long
