@@ -8,11 +8,16 @@ from shipped_cases import CASES
 
 from vibecalc.case.load import load_case
 from vibecalc.errors import UsageError
+from vibecalc.machine.joint_cost import impact_work
 from vibecalc.machine.joints import build_joints
 from vibecalc.pipeline.plan import planned_quantities
+from vibecalc.pipeline.plan_response import plan_response
 from vibecalc.pipeline.run import run_case
+from vibecalc.response.impact import simulate
+from vibecalc.response.impact.added_force import carried_force, gas_harmonics, pin_acceleration
 from vibecalc.response.impact.ensemble import mean_over_runs
 from vibecalc.response.impact.runs import Study, run_ensemble, run_fixed_steps
+from vibecalc.response.impact.sweep import sweep
 from vibecalc.results.record import Record
 
 SMALL = (
@@ -47,7 +52,8 @@ def test_the_case_reaches_the_kernels_in_si():
     joints = build_joints(machine, None)
     linkage = joints.linkage
     assert joints.cylinder == "A"
-    assert linkage.mass == pytest.approx(MASS, rel=1e-12)
+    # piston and pin are beyond the gap; the rod's share is on the crank's side of it
+    assert linkage.mass == pytest.approx(MASS - ROD_MASS, rel=1e-12)
     assert joints.reciprocating_mass == pytest.approx(MASS, rel=1e-12)
     assert linkage.drive.speed == 361.0
     assert float(linkage.wrist_pin.clearance) == pytest.approx(CLEARANCE, rel=1e-12)
@@ -60,6 +66,54 @@ def test_the_case_reaches_the_kernels_in_si():
     assert linkage.gas.angle[-1] == pytest.approx(2 * np.pi)
     printed = build_joints(machine, None, gas_towards_crank=False).linkage
     np.testing.assert_array_equal(printed.gas.force, -linkage.gas.force)
+
+
+def test_a_mass_without_a_rod_is_taken_as_it_is():
+    machine = case_of().machine
+    bare = machine.crank_train.model_copy(
+        update={"reciprocating_mass": 0.4, "piston_mass": None, "pin_mass": None, "rod": None}
+    )
+    joints = build_joints(machine.model_copy(update={"crank_train": bare}), None)
+    assert joints.linkage.mass == joints.reciprocating_mass == 0.4
+    # a cylinder's own mass has the rod's share in it
+    first = machine.crank_train.cylinders[0].model_copy(update={"reciprocating_mass": 0.5})
+    own = machine.crank_train.model_copy(
+        update={"cylinders": (first, *machine.crank_train.cylinders[1:])}
+    )
+    joints = build_joints(machine.model_copy(update={"crank_train": own}), None)
+    assert joints.linkage.mass == pytest.approx(0.5 - ROD_MASS, rel=1e-12)
+
+
+def test_a_rod_that_the_crank_drives_adds_nothing_but_its_own_inertia():
+    """Without play all shakes with Y, whichever joint the load is looked at."""
+    play = "{clearance='1e-3 in', stiffness='1e6 lbf/in'}"
+    driven = build_joints(case_of().machine, None).linkage
+    free = build_joints(case_of(f"machine.joints.crank_pin={play}").machine, None).linkage
+    pin = pin_acceleration(driven.drive, 8)
+    at_the_crank = carried_force(driven, 8) + ROD_MASS * pin
+    np.testing.assert_allclose(at_the_crank, carried_force(free, 8), rtol=1e-12)
+    np.testing.assert_allclose(
+        at_the_crank + gas_harmonics(driven.gas, 8), MASS * pin, rtol=1e-9, atol=1e-9
+    )
+
+
+def test_the_estimated_steps_bound_those_that_are_taken(monkeypatch):
+    taken = []
+    monkeypatch.setattr(simulate, "sweep", lambda *parts: (taken.append(1), sweep(*parts)))
+    for damping in ("0.1 lbf*s/in", "40000 N*s/m"):
+        case = case_of(
+            *SMALL,
+            "response.impact.members=2",
+            f"machine.joints.wrist_pin.contact_damping='{damping}'",
+        )
+        work = impact_work(case)
+        assert work is not None
+        taken.clear()
+        study = Study(np.array([CLEARANCE]), members=2, discard=0, revolutions=2, orders=6)
+        run_ensemble(build_joints(case.machine, None).linkage, study, 2.54e-11)
+        assert 0.5 * work.steps < len(taken) / 2 < 1.5 * work.steps
+        (plan,) = (each for each in plan_response(case) if each.stage == "impact")
+        assert f"about {work.steps:.2g} steps per turn" in plan.cost
 
 
 def test_the_first_cylinder_that_works_has_the_joints():

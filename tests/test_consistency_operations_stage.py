@@ -242,3 +242,18 @@ def test_a_mode_that_no_part_drives_is_left_out() -> None:
     want = float(record["response/kinetic_energy/mean"].values)
     assert float(cell.values[0, 0]) == pytest.approx(want, rel=1e-12)
     assert want < 10.0
+
+
+def test_a_balance_for_nobody_is_a_run_without_weights() -> None:
+    table = short(shipped())
+    table["response"]["balances"] = [{"name": "none", "balanced_for": []}]
+    found = run(table)
+    for name, working in OPERATIONS.items():
+        alone = short(shipped())
+        alone["excitation"]["working"] = working
+        alone["excitation"].pop("balanced_for", None)
+        alone["response"] = {"energies": True, "method": table["response"].get("method", "direct")}
+        mean = run(alone)["response/kinetic_energy/mean"]
+        quantity = found[f"{STEM}/kinetic_energy/mean"]
+        row = list(quantity.axes[0].values).index(name)
+        assert quantity.values[row, 0] == pytest.approx(float(mean.values), rel=1e-9)

@@ -19,6 +19,7 @@ from response_samples import (
 
 pytest.importorskip("matplotlib")
 
+from vibecalc.report.pictures.dominance import broken
 from vibecalc.report.pictures.perspective import EDGES, arc_about, corners, project, rotate
 from vibecalc.report.pictures.scales import length_scale, spread_out
 from vibecalc.report.pictures.switching import envelope
@@ -245,7 +246,7 @@ def test_the_spectrum_has_its_band_linear_and_logarithmic() -> None:
     spectrum = result.record["response/impact/spectrum"].values
     for i, column in enumerate(grid.T):
         for axes in column:
-            drawn = lines(axes)["impacts, mean of turns"].get_ydata()
+            drawn = lines(axes)["joint force, mean of turns"].get_ydata()
             np.testing.assert_allclose(drawn, spectrum[i])
             band = axes.collections[0].get_paths()[0].vertices[:, 1]
             assert band.max() == pytest.approx(2.3 * spectrum[i].max())
@@ -268,7 +269,26 @@ def test_dominance_marks_the_order_from_which_impacts_lead() -> None:
     assert marks == {2.0, 3.0}
     inertia = drawn["inertia force of the piston"]
     assert inertia.get_ydata()[0] == pytest.approx(580.0)
-    assert np.all(np.asarray(inertia.get_ydata()) > 0.0)
+    sizes = np.asarray(inertia.get_ydata())
+    assert np.all(sizes[np.isfinite(sizes)] > 0.0)
+
+
+def test_no_line_joins_orders_across_one_without_force() -> None:
+    places, sizes = broken(np.arange(5), np.array([7.0, 5.0, 4.0, 0.0, 2.0]),
+                           np.array([False, True, True, False, True]))  # fmt: skip
+    np.testing.assert_array_equal(places, [1.0, 2.0, np.nan, 4.0])
+    np.testing.assert_array_equal(sizes, [5.0, 4.0, np.nan, 2.0])
+    result = compressor()
+    shaking = result.record["response/impact/shaking"]
+    acting = shaking.axes[0].values[np.abs(shaking.values) > 0.0]
+    assert 2 in acting and 3 not in acting
+    for name, words in (
+        ("dominance", "inertia force of the piston"),
+        ("impact_spectrum", "inertia force"),
+    ):
+        drawn = lines(figure(result, name).axes[0])[words]
+        x, y = np.asarray(drawn.get_xdata()), np.asarray(drawn.get_ydata())
+        assert np.isnan(y[np.flatnonzero(x == 2.0)[0] + 1]), name
 
 
 def test_many_clearances_are_thinned_to_what_a_page_holds() -> None:

@@ -34,6 +34,7 @@ SHORTER = {
         "response.impact.discard=0",
         "response.impact.clearances=['0.1 mm']",
         "response.impact.orders=4",
+        "reference=[]",
     ),
     "compressor_switching": (
         "response.switching.run_down='0.1 s'",

@@ -70,6 +70,31 @@ def test_units_stand_in_the_comments() -> None:
     assert any(line.startswith("# gravity = 9.80665") and "[m/s^2]" in line for line in lines)
 
 
+def test_a_bound_stands_once_and_is_the_stricter() -> None:
+    (line,) = [one for one in starter("impact").splitlines() if one.startswith("stiffness = ")]
+    assert line.endswith("[N/m], > 0") and ">=" not in line
+    for scene in SCENES:
+        assert not re.search(r">=? \S+, >|<=? \S+, <", starter(scene))
+
+
+def test_no_weights_at_all_is_an_empty_list_but_someone_has_to_work() -> None:
+    data = copy.deepcopy(SCENES["compressor"].data)
+    set_key(data, "excitation.balanced_for", [])
+    set_key(data, "response.balances[1].balanced_for", [])
+    case = validate(data)
+    assert case.excitation is not None and case.excitation.balanced_for == ()
+    assert case.response is not None and case.response.balances[1].balanced_for == ()
+    assert JUDGE.is_valid(data)
+    again = resolve(case)
+    assert validate(again) == case
+    for key in ("excitation.working", "response.operations[0].working"):
+        broken = copy.deepcopy(data)
+        set_key(broken, key, [])
+        with pytest.raises(CaseError, match="working is empty"):
+            validate(broken)
+        assert not JUDGE.is_valid(broken)
+
+
 def test_an_unknown_scene_gets_the_list() -> None:
     with pytest.raises(UsageError, match=r"generator, rigid_body.*did you mean 'generator'"):
         starter("genrator")

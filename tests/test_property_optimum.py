@@ -160,3 +160,16 @@ def test_box_gives_its_bounds_and_round_trips():
     middle = np.full(3, 0.4)
     slope = (box.values(middle + step) - box.values(middle - step)) / (2 * step)
     assert box.slope(box.values(middle)) == pytest.approx(slope, rel=1e-8)
+
+
+def test_ends_that_differ_where_nothing_depends_on_it_are_one_optimum():
+    """A weight of size x at the angle y: at no size the angle is free; two sizes stay two."""
+
+    def weight(x):
+        return 0.2 + x[0] * (0.6 + 0.5 * np.cos(x[1])), []
+
+    starts = np.array([[0.3, angle] for angle in (0.2, 1.5, 3.1, 4.6)])
+    found = minimise(weight, [0, 0], [1, 6], starts=starts)
+    assert len({tuple(np.round(search.end, 3)) for search in found.history}) > 1
+    assert [one.found_by for one in found.optima] == [5]
+    assert found.objective == pytest.approx(0.2, rel=1e-12)

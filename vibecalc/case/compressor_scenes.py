@@ -101,7 +101,7 @@ IMPACT: dict[str, Any] = {
 
 BALANCE: dict[str, Any] = {
     "schema": 1,
-    "title": "A counterweight that lets two operations shake alike",
+    "title": "A counterweight that lets two operations shake less, weighted",
     "machine": machine(
         crank_train={
             **_TRAIN,

@@ -114,7 +114,7 @@ def validate(data: dict[str, Any], known: Sequence[Problem] = ()) -> Case:
 
 
 def resolve(case: Case) -> dict[str, Any]:
-    """Return a case as plain dicts and lists in SI, without what is absent or empty."""
+    """Return a case as plain dicts and lists in SI, without what is absent or says nothing."""
     resolved: dict[str, Any] = _plain(case.model_dump(by_alias=True, exclude_none=True))
     return resolved
 
@@ -236,10 +236,18 @@ def _similar_files(path: Path) -> str:
     return str(path.with_name(near[0])) if near else ""
 
 
+#: lists that say something by being empty: no weights for any throw
+_MEANT_WHEN_EMPTY = ("balanced_for",)
+
+
 def _plain(value: Any) -> Any:
     if isinstance(value, dict):
         plain = {key: _plain(entry) for key, entry in value.items()}
-        return {key: entry for key, entry in plain.items() if entry not in ({}, [])}
+        return {
+            key: entry
+            for key, entry in plain.items()
+            if entry not in ({}, []) or key in _MEANT_WHEN_EMPTY
+        }
     if isinstance(value, list | tuple):
         return [_plain(entry) for entry in value]
     return value

@@ -8,6 +8,8 @@ from vibecalc.case.fields import Angle, Length, Name, Number, Table, Time
 from vibecalc.case.range_table import RunUp
 
 Names = Annotated[tuple[Name, ...], Field(min_length=1, max_length=64)]
+#: of throws that weights cancel; an empty list is no weights at all
+Throws = Annotated[tuple[Name, ...], Field(max_length=64)]
 Idle = Literal["stopped", "unloaded"]
 
 
@@ -23,7 +25,7 @@ class Balance(Table):
     """One way of balancing the crankshaft: the throws whose rotating mass weights cancel."""
 
     name: Name = Field(description="label used in tables and in `where`")
-    balanced_for: Names = Field(description="names of the cylinders")
+    balanced_for: Throws = Field(description="names of the cylinders; none: no weights")
 
 
 class Switching(Table):

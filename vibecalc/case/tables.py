@@ -15,7 +15,7 @@ from vibecalc.case.fields import (
     Where,
 )
 from vibecalc.case.range_table import RunUp
-from vibecalc.case.response_tables import Idle, Names
+from vibecalc.case.response_tables import Idle, Names, Throws
 
 Order = Annotated[int, Field(strict=True, ge=1, le=400)]
 
@@ -59,7 +59,7 @@ class Excitation(Table):
     idle: Idle = Field(
         "stopped", description="the others: stopped, or moving without gas force (unloaded)"
     )
-    balanced_for: Names | None = Field(
+    balanced_for: Throws | None = Field(
         None, description="throws whose rotating mass is cancelled by weights in their own plane"
     )
     driven_machine: Literal["on_body", "separate"] = Field(

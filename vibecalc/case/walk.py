@@ -130,9 +130,18 @@ def _shape(annotation: Any, metadata: tuple[Any, ...]) -> Shape:
         return Shape(kind="text", lengths=lengths)
     if annotation is bool:
         return Shape(kind="flag")
-    bounds = tuple((name, float(found[name])) for name in BOUND_SIGNS if name in found)
+    bounds = _stricter({name: float(found[name]) for name in BOUND_SIGNS if name in found})
     unit = next((mark.symbol for mark in metadata if isinstance(mark, Unit)), "")
     return Shape(kind="whole" if annotation is int else "number", unit=unit, bounds=bounds)
+
+
+def _stricter(found: dict[str, float]) -> tuple[tuple[str, float], ...]:
+    """One bound for each side: a field may sharpen that of its type, as in > 0 beside >= 0."""
+    for excluding, including, sharper in (("gt", "ge", 1.0), ("lt", "le", -1.0)):
+        if excluding in found and including in found:
+            excluded = sharper * (found[excluding] - found[including]) >= 0.0
+            del found[including if excluded else excluding]
+    return tuple(found.items())
 
 
 def _flat(marks: list[Any]) -> list[Any]:

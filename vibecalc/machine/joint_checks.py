@@ -2,14 +2,12 @@
 
 import math
 from collections.abc import Iterator
-from typing import NamedTuple
 
-from vibecalc.case.joint_parts import Play
 from vibecalc.case.schema import Case
 from vibecalc.errors import KeyPath, Problem
-from vibecalc.machine.crank_train import build_crank_train, rod_share
+from vibecalc.machine.joint_cost import cost_problems
+from vibecalc.machine.joint_gaps import JOINTS, Gap, gaps, plays
 
-JOINTS: KeyPath = ("machine", "joints")
 IMPACT: KeyPath = ("response", "impact")
 TURN = 2.0 * math.pi
 #: Share of a revolution: a shorter contact has no digits left in a time of many revolutions.
@@ -22,14 +20,6 @@ LARGEST_RATIO = 50.0
 LONGEST_STEP = 2.0
 
 
-class _Gap(NamedTuple):
-    """A joint with play: its place in the case and the inverse of the mass that it moves, 1/kg."""
-
-    path: KeyPath
-    play: Play
-    mobility: float
-
-
 def joint_problems(case: Case) -> list[Problem]:
     """Problems of joints with play, and of the study of impacts in them."""
     joints = case.machine.joints
@@ -37,25 +27,19 @@ def joint_problems(case: Case) -> list[Problem]:
     if joints is None or (joints.cylinder is not None and joints.cylinder not in names):
         return []
     problems = [*_clearances(case), *_stands(case)]
-    gaps = _gaps(case, problems)
-    for gap in gaps:
+    found = gaps(case, problems)
+    for gap in found:
         problems += [*_contact(case, gap), *_damping(case, gap)]
-    return [*problems, *_steps(case, gaps)]
-
-
-def _plays(case: Case) -> Iterator[tuple[KeyPath, Play]]:
-    joints = case.machine.joints
-    for name in ("wrist_pin", "crank_pin", "bore"):
-        play = getattr(joints, name)
-        if play is not None:
-            yield (*JOINTS, name), play
+    # a contact that cannot be followed has no cost
+    costs = [] if problems else [*cost_problems(case, found)]
+    return [*problems, *costs, *_orders(case), *_steps(case, found)]
 
 
 def _clearances(case: Case) -> Iterator[Problem]:
     stroke = 2.0 * case.machine.crank_train.crank_radius
     study = None if case.response is None else case.response.impact
     several = () if study is None else study.clearances
-    rows = [((*path, "clearance"), play.clearance) for path, play in _plays(case)]
+    rows = [((*path, "clearance"), play.clearance) for path, play in plays(case)]
     rows += [((*IMPACT, "clearances", place), size) for place, size in enumerate(several)]
     for path, size in rows:
         if size <= 0.0 or size >= stroke:
@@ -87,17 +71,6 @@ def _clearances(case: Case) -> Iterator[Problem]:
         )
 
 
-def _cylinder(case: Case) -> int:
-    """Return which cylinder has the joints with play: the named one, or the first that works."""
-    names = [cylinder.name for cylinder in case.machine.crank_train.cylinders]
-    joints = case.machine.joints
-    if joints is not None and joints.cylinder in names:
-        return names.index(joints.cylinder)
-    working = None if case.excitation is None else case.excitation.working
-    works = [place for place, name in enumerate(names) if working is None or name in working]
-    return works[0] if works else 0
-
-
 def _stands(case: Case) -> Iterator[Problem]:
     excitation, joints = case.excitation, case.machine.joints
     if excitation is None or excitation.working is None or excitation.idle != "stopped":
@@ -113,45 +86,7 @@ def _stands(case: Case) -> Iterator[Problem]:
         )
 
 
-def _gaps(case: Case, problems: list[Problem]) -> list[_Gap]:
-    """The gaps with the masses they move; where a mass is missing, a problem instead."""
-    joints, train = case.machine.joints, case.machine.crank_train
-    place = _cylinder(case)
-    name = train.cylinders[place].name
-    moving = float(build_crank_train(train).reciprocating_mass[place])
-    play_at_crank = joints is not None and joints.crank_pin is not None
-    rod = 0.0 if train.rod is None else train.rod.mass * rod_share(train)
-    if play_at_crank and rod <= 0.0:
-        problems.append(
-            Problem(
-                path=(*JOINTS, "crank_pin"),
-                message="play in the crank pin needs a rod: it is then a mass between two gaps",
-                found=f"{rod:.6g} kg of rod that moves with the piston",
-                allowed="rod = { mass = ..., crank_pin_to_mass_centre = ... } in the crank train",
-            )
-        )
-        return []
-    piston = moving - (rod if play_at_crank else 0.0)
-    if piston <= 0.0:
-        problems.append(
-            Problem(
-                path=(*JOINTS, "wrist_pin"),
-                message=f"nothing has a mass on the piston's side of the wrist pin of {name!r}",
-                found=f"{moving:.6g} kg that move with the piston, {rod:.6g} kg of them rod",
-                allowed="a mass above zero of piston and pin",
-                also=("machine", "crank_train"),
-            )
-        )
-        return []
-    across = {
-        "wrist_pin": 1.0 / piston + (1.0 / rod if play_at_crank else 0.0),
-        "crank_pin": 1.0 / rod if rod else 0.0,
-        "bore": 1.0 / piston,
-    }
-    return [_Gap(path, play, across[str(path[-1])]) for path, play in _plays(case)]
-
-
-def _contact(case: Case, gap: _Gap) -> Iterator[Problem]:
+def _contact(case: Case, gap: Gap) -> Iterator[Problem]:
     speed, stiffness = case.machine.speed, gap.play.stiffness
     lasts = math.pi / math.sqrt(stiffness * gap.mobility) * speed / TURN
     if lasts < SHORTEST_CONTACT:
@@ -175,7 +110,7 @@ def _contact(case: Case, gap: _Gap) -> Iterator[Problem]:
         )
 
 
-def _damping(case: Case, gap: _Gap) -> Iterator[Problem]:
+def _damping(case: Case, gap: Gap) -> Iterator[Problem]:
     ratio = 2.0 * LARGEST_RATIO * math.sqrt(gap.play.stiffness / gap.mobility)
     rate = case.machine.speed / (TURN * FASTEST_DAMPING) / gap.mobility
     too_fast = "it brings the parts to rest too fast to be followed"
@@ -195,11 +130,24 @@ def _damping(case: Case, gap: _Gap) -> Iterator[Problem]:
             )
 
 
-def _steps(case: Case, gaps: list[_Gap]) -> Iterator[Problem]:
+def _orders(case: Case) -> Iterator[Problem]:
     study = None if case.response is None else case.response.impact
-    if study is None or study.method == "event_exact" or not gaps:
+    if study is not None and study.method != "event_exact" and study.steps <= 2 * study.orders:
+        yield Problem(
+            path=(*IMPACT, "steps"),
+            message="response.impact.steps hold only the orders below half their number, fewer "
+            "than response.impact.orders",
+            found=f"{study.steps} steps per revolution for {study.orders} orders",
+            allowed=f"> {2 * study.orders} steps, or < {study.steps / 2:g} orders",
+            also=(*IMPACT, "orders"),
+        )
+
+
+def _steps(case: Case, found: list[Gap]) -> Iterator[Problem]:
+    study = None if case.response is None else case.response.impact
+    if study is None or study.method == "event_exact" or not found:
         return
-    gap = max(gaps, key=lambda each: each.play.stiffness * each.mobility)
+    gap = max(found, key=lambda each: each.play.stiffness * each.mobility)
     needed = math.sqrt(gap.play.stiffness * gap.mobility) * TURN / case.machine.speed
     if needed > LONGEST_STEP * study.steps:
         yield Problem(

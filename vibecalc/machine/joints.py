@@ -9,7 +9,8 @@ import numpy as np
 from vibecalc.case import joint_parts, parts
 from vibecalc.case.schema import Machine
 from vibecalc.errors import UsageError
-from vibecalc.machine.crank_train import build_crank_train, rod_share
+from vibecalc.machine.crank_train import build_crank_train
+from vibecalc.machine.joint_gaps import piston_and_pin, rod_beside_piston
 from vibecalc.response.impact.drive import slider_crank_drive
 from vibecalc.response.impact.linkage import Linkage
 from vibecalc.response.impact.model import GasForce, Joint
@@ -18,7 +19,9 @@ from vibecalc.response.impact.model import GasForce, Joint
 class Joints(NamedTuple):
     """The running gear of `cylinder`, and all the mass (kg) that moves with its piston.
 
-    Angles count from the cylinder's own top dead centre.
+    `linkage.mass` is what lies beyond the wrist pin's play: piston and pin. The rod's reciprocating
+    share lies on the crank's side of it: driven, or with play in the crank pin a mass between two
+    gaps. `reciprocating_mass` has both. Angles count from the cylinder's own top dead centre.
     """
 
     linkage: Linkage
@@ -35,6 +38,10 @@ def build_joints(
     crank, as a pressure above that of the crankcase does, or (the sense of eq. 5.1 of Ong 2000)
     towards the head.
 
+    The mass beyond the wrist pin's play is piston and pin: of a mass that has the rod's share in
+    it, and a case that gives the rod, that share is taken off. A reciprocating mass without a rod
+    is taken as it is. (The source takes its whole reciprocating mass, with the rod's share.)
+
     Raises UsageError where the case leaves the piston without mass, or does not tell the rod's
     part of the reciprocating mass although the rod moves between two joints with play.
     """
@@ -47,7 +54,7 @@ def build_joints(
     )
     whole = float(train.reciprocating_mass[train.names.index(name)])
     rod_mass = None if joints.crank_pin is None else _rod_mass(case_train)
-    mass = whole - (rod_mass or 0.0)
+    mass = piston_and_pin(case_train, whole)
     if not mass > 0.0:
         raise UsageError(
             f"the piston of cylinder {name!r} is left with {mass:.6g} kg: impacts in its joints "
@@ -74,13 +81,13 @@ def build_joints(
 
 
 def _rod_mass(train: parts.CrankTrain) -> float:
-    mass = 0.0 if train.rod is None else train.rod.mass * rod_share(train)
+    mass = rod_beside_piston(train)
     if not mass > 0.0:
         raise UsageError(
             "a crank pin with play leaves the rod free between two joints: give the rod its mass "
             "and a mass centre apart from the crank pin ([machine.crank_train] rod)"
         )
-    return float(mass)
+    return mass
 
 
 def _joint(play: joint_parts.Play, law: str) -> Joint:

@@ -6,6 +6,7 @@ import numpy as np
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import EPSILON
+from vibecalc.optimisation.degenerate import groups
 from vibecalc.optimisation.local_search import VANISHING
 from vibecalc.optimisation.refine import Refined, keeps, refine
 from vibecalc.optimisation.sampler import Sampler
@@ -21,7 +22,7 @@ MOST_RIVALS = 4
 
 
 class Distinct(NamedTuple):
-    """An end point that no other is close to, and how many searches ended there."""
+    """An end point apart from all others, and how many searches ended there."""
 
     unit: np.ndarray
     objective: float
@@ -78,7 +79,11 @@ def choose(sampler: Sampler, ends: list[End], begin: np.ndarray, accuracy: float
     lowest_ones = [one for one in refined if one.objective - one.rise <= least]
     best = min(lowest_ones, key=lambda one: rank(Distinct(one.unit, one.objective, 1)))
     ordered = sorted(final.values(), key=lambda one: (one.objective, *one.unit))
-    return Choice(best, tuple(ordered))
+    joined = [
+        group[0]._replace(found_by=sum(one.found_by for one in group))
+        for group in groups(sampler, ordered)
+    ]
+    return Choice(best, tuple(joined))
 
 
 def anywhere(sampler: Sampler, ends: list[End]) -> Choice:

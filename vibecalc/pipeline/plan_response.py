@@ -111,6 +111,10 @@ def _impact(case: "Case") -> StagePlan:
         )
         if not given
     )
+    from vibecalc.machine.joint_cost import impact_work  # loads what follows the contacts
+
+    work = impact_work(case)
+    steps = "" if work is None else f", about {work.steps:.2g} steps per turn"
     turns = study.discard + study.revolutions
     runs = study.members * max(len(study.clearances), 1)
     return StagePlan(
@@ -120,7 +124,7 @@ def _impact(case: "Case") -> StagePlan:
         parts=("crank_train", "joints"),
         uses=("response.impact",),
         orders=f"1 to {study.orders} of the joint force",
-        cost=f"{runs} runs of {turns} turns in one batch",
+        cost=f"{runs} runs of {turns} turns in one batch{steps}",
         quantities=below("response/impact/", without=left_out),
         is_last=True,
     )

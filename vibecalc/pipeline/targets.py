@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from vibecalc.errors import KeyPath, Problem, UnitError
 from vibecalc.pipeline.catalogue import AXES, CATALOGUE
 from vibecalc.pipeline.entries.entry import Entry
+from vibecalc.pipeline.numeric_entries import missing_entries
 from vibecalc.pipeline.plan import planned_quantities
 
 if TYPE_CHECKING:
@@ -76,6 +77,9 @@ def _check_name(
                 allowed=f"{quantity}_peak, or no speed: then the worst one counts",
                 hint="a value at one speed is the steady state with machine.speed set to it",
             )
+    if case.sweep is None:  # which may change them, and computes no references
+        own = {axis: value for axis, value in where.items() if axis in entry.axes}
+        yield from missing_entries(path, quantity, own, case)
 
 
 def unknown_quantity(path: KeyPath, quantity: str, known: Mapping[str, Entry]) -> Problem:

@@ -14,6 +14,16 @@ PLACES = ("/peak_time", "/peak_speed", "/worst_angle")
 #: a chaotic motion: what counts of its statistics is their standard error
 CHAOTIC = "response/impact/"
 
+_ORDERS = "where too few orders are kept, more help ([excitation] orders)"
+_RESONANCE = "beside an undamped resonance only damping does"
+_CANCELS = "what is left of large numbers that cancel has no more digits to give"
+#: what helps, by the beginnings of paths; the first that fits counts
+_ADVICE = (
+    (("response/modes/", "isolation/modes/", "isolation/support_force/static"), (_CANCELS,)),
+    (("kinematics/", "excitation/", "response/switching/"), (_ORDERS,)),
+    (("isolation/", "response/", "optimisation/"), (_ORDERS, _RESONANCE)),
+)
+
 
 def reached(quantity: Quantity) -> float | None:
     """Error estimate over the largest finite magnitude; None for what cancels to zero.
@@ -43,6 +53,15 @@ def tolerance_warning(record: Record, rtol: float) -> str | None:
     more = f" and {len(worst) - MOST_NAMES} more" if len(worst) > MOST_NAMES else ""
     return (
         f"not within rtol = {rtol:g} of their largest magnitude, by their error estimates: "
-        f"{named}{more}; where too few orders are kept, more help ([excitation] orders); beside an "
-        "undamped resonance only damping does"
+        f"{named}{more}; {_advice(worst)}"
     )
+
+
+def _advice(paths: list[str]) -> str:
+    """What helps these results, each thing said once."""
+    fitting = [
+        next((words for starts, words in _ADVICE if path.startswith(starts)), (_CANCELS,))
+        for path in paths
+    ]
+    said = [words for words in (_ORDERS, _RESONANCE, _CANCELS) if any(words in w for w in fitting)]
+    return "; ".join(said)

@@ -4,7 +4,7 @@ from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 
-from vibecalc.errors import UsageError
+from vibecalc.errors import ResultError, UsageError
 from vibecalc.results.record import Result
 
 DEFAULT_FOLDER = "outputs"
@@ -41,12 +41,23 @@ def result_paths(names: Sequence[str], output: str | None) -> list[Path]:
 
 
 def write_outputs(result: Result, path: Path) -> None:
-    """Write the result file and, beside it, the text report."""
+    """Write the result file and, beside it, the text report.
+
+    Raises
+    ------
+    ResultError
+        A row of the case names what the result does not have. The result is written all the same,
+        for it may have taken hours; a report of an earlier one is taken away.
+    """
     from vibecalc.report.text import render_report
     from vibecalc.results.store import write_result
 
-    text = render_report(result)
     write_result(result, path)
+    try:
+        text = render_report(result)
+    except ResultError as error:
+        path.with_suffix(".txt").unlink(missing_ok=True)
+        raise ResultError(f"{error}; the result is written to {path}, without a report") from error
     write_text(text, path.with_suffix(".txt"))
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import Any, Literal
 
 from vibecalc.errors import ResultError
-from vibecalc.report.lookup import asked, entries
+from vibecalc.report.lookup import asked, entries, naming
 from vibecalc.report.printed import read_printed
 from vibecalc.results.record import Result
 from vibecalc.results.select import worst
@@ -70,7 +70,8 @@ def _judge(result: Result, entry: Mapping[str, Any]) -> LimitRow:
     limits = {side: convert(bound.number, bound.unit, unit) for side, bound in bounds.items()}
     held = []
     for side, limit in limits.items():
-        value, label = worst(quantity, where, side)
+        with naming("limit", entry):
+            value, label = worst(quantity, where, side)
         magnitude = abs(value) if isinstance(value, complex) else value
         computed = convert(float(magnitude), quantity.unit, unit)
         margin = limit - computed if side == "max" else computed - limit

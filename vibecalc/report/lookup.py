@@ -1,6 +1,7 @@
 """Finding things in a result: the quantity a row of the case asks for, labels of axes, pieces."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
@@ -36,6 +37,17 @@ def asked(result: Result, entry: Mapping[str, Any], table: str) -> Quantity:
         hint = f"; the nearest one is {near[0]}" if near else ""
         raise ResultError(f"a [[{table}]] asks for {path}, which this result does not have{hint}")
     return result.record[path]
+
+
+@contextmanager
+def naming(table: str, entry: Mapping[str, Any]) -> Iterator[None]:
+    """Say in a ResultError which row of a list of tables asked for what is not there."""
+    try:
+        yield
+    except ResultError as error:
+        row = name_of(str(entry["quantity"]), dict(entry.get("where") or {}))
+        source = f" ({entry['source']})" if entry.get("source") else ""
+        raise ResultError(f"the [[{table}]] on {row}{source}: {error}") from error
 
 
 def name_of(quantity: str, where: Mapping[str, Any]) -> str:

@@ -23,6 +23,7 @@ PICTURES: dict[str, str] = {
     "mode_shapes": "mode_shapes",
     "energy_by_order": "energy_by_order",
     "operations": "operations",
+    "response_run_up": "response_run_up",
     "switching": "switching",
     "impact_clearance": "impact_clearance",
     "impact_time": "impact_time",

@@ -7,7 +7,7 @@ from typing import Any
 
 from vibecalc.numerics.rounding import EPSILON
 from vibecalc.report.limits import LimitRow, judge_limits
-from vibecalc.report.lookup import asked, entries, name_of
+from vibecalc.report.lookup import asked, entries, name_of, naming
 from vibecalc.report.printed import Printed, read_printed
 from vibecalc.results.record import Result
 from vibecalc.results.select import scalar
@@ -106,7 +106,8 @@ def _judge(result: Result, entry: Mapping[str, Any]) -> ReferenceRow:
     quantity = asked(result, entry, "reference")
     where = dict(entry.get("where") or {})
     printed = read_printed(entry["value"], entry.get("unit") or "", quantity.unit)
-    picked = scalar(quantity, where)
+    with naming("reference", entry):
+        picked = scalar(quantity, where)
     magnitude = abs(picked) if isinstance(picked, complex) else picked
     computed = convert(float(magnitude), quantity.unit, printed.unit)
     tolerance = _tolerance(entry, printed)

@@ -38,8 +38,8 @@ def damping_ratio(matrices: Matrices, shapes: Modes) -> WithError:
     if free.size:
         number = int(free[0]) + 1
         raise NumericalFailure(
-            f"mode {number} has no damping ratio: nothing holds the body in it (its stiffness "
-            f"cancels to rounding); give the mounts stiffness in that direction"
+            f"mode {number} has no damping ratio: nothing holds the body in it (its stiffness is "
+            f"zero to rounding); give the mounts stiffness in that direction"
         )
     frequency = shapes.natural_frequency
     vector, size = shapes.shape, np.abs(shapes.shape)

@@ -10,6 +10,8 @@ from vibecalc.response.matrices import Matrices
 
 #: eigenvalues closer than this many error estimates count as one, repeated
 CLUSTER = 16.0
+#: an eigenvalue below this share of the largest is what rounding leaves of nothing
+_NOTHING = 4.0 * UNIT_ROUNDOFF
 
 _NO_MASS = (
     "the mass matrix of the body is not positive definite: every direction needs a positive mass "
@@ -23,7 +25,8 @@ class Modes(NamedTuple):
     `natural_frequency` (modes,) in rad/s; `shape` (6, modes), mass-normalised, the largest
     component (by kinetic energy) positive; `eigenvalue` is the frequency squared. Modes whose
     frequencies agree to rounding span a space in which any basis would do: theirs is the one
-    nearest to the coordinates, and their error is that of the space.
+    nearest to the coordinates, and their error is that of the space. Nothing holds the body in
+    a mode whose eigenvalue is not above its error.
     """
 
     natural_frequency: np.ndarray
@@ -62,11 +65,12 @@ def modes(matrices: Matrices) -> Modes:
     order = np.argsort(eigenvalue, kind="stable")
     shape, eigenvalue = shape[:, order], eigenvalue[order]
     coupling = coupling[np.ix_(order, order)]
-    error = _eigenvalue_error(eigenvalue, coupling)
+    doubt = _eigenvalue_error(eigenvalue, coupling)
+    error = _with_nothing(eigenvalue, doubt)
     shape, cluster = _settle_repeated(mass, shape, eigenvalue, error)
     shape = shape * largest_positive(mass, shape)
     frequency = np.sqrt(np.maximum(eigenvalue, 0.0))
-    above = np.sqrt(np.maximum(eigenvalue, 0.0) + error) - frequency
+    above = np.sqrt(np.maximum(eigenvalue, 0.0) + doubt) - frequency
     below = frequency - np.sqrt(np.maximum(eigenvalue - error, 0.0))
     return Modes(
         frequency,
@@ -118,6 +122,18 @@ def _eigenvalue_error(eigenvalue: np.ndarray, coupling: np.ndarray) -> np.ndarra
     np.fill_diagonal(second, 0.0)
     error: np.ndarray = np.diagonal(coupling) + np.sum(second, axis=1)
     return error
+
+
+def _with_nothing(eigenvalue: np.ndarray, error: np.ndarray) -> np.ndarray:
+    """The errors, at least `_NOTHING` of the largest eigenvalue for those that are not above it.
+
+    What the rounding of the stiffest mode would hide is no stiffness at all, however little doubt
+    there is of it: where rows of the stiffness are zero, a quotient of rounding errors remains.
+    """
+    size = np.abs(eigenvalue)
+    nothing = _NOTHING * np.max(size)
+    floored: np.ndarray = np.where(size <= nothing, np.maximum(error, nothing), error)
+    return floored
 
 
 def _settle_repeated(

@@ -76,11 +76,13 @@ ENTRIES = (
             ),
             entry(
                 f"response/operations/{kind}_energy/rotating_mean", "operation balance", "J",
-                f"mean {kind} energy of throws and weights without the pistons",
+                f"mean {kind} energy of throws and balance weights, without pistons, "
+                "counterweights and shafts",
             ),
             entry(
                 f"response/operations/{kind}_energy/rotating_peak", "operation balance", "J",
-                f"largest {kind} energy of throws and weights without the pistons",
+                f"largest {kind} energy of throws and balance weights, without pistons, "
+                "counterweights and shafts",
             ),
             entry(
                 f"response/operations/{kind}_energy/difference", "balance", "J",

@@ -13,14 +13,17 @@ from vibecalc.pipeline.stages.excitation import DIRECTIONS
 from vibecalc.pipeline.stages.linear_system import (
     LinearSystem,
     as_loads,
+    forcing_of,
     linear_system,
     ratios_of,
 )
 from vibecalc.pipeline.stages.operation_loads import operation_loads
+from vibecalc.pipeline.stages.switching_watch import short_watch_warning
 from vibecalc.response.matrices import Matrices
 from vibecalc.response.modes import Modes
 from vibecalc.response.switching.follow import Transient, follow
 from vibecalc.response.switching.instant import instantaneous
+from vibecalc.response.switching.lasting import lasting_peaks
 from vibecalc.response.switching.passages import passages
 from vibecalc.response.switching.readings import columns, steady_peaks
 from vibecalc.response.switching.slow import slow_peaks
@@ -39,6 +42,7 @@ INSTANT = tuple(path for path in CATALOGUE if path.startswith(f"{ROOT}/instant/"
 REVERSAL = tuple(
     path for path in CATALOGUE if path.startswith((f"{ROOT}/reversal/", f"{ROOT}/passage/"))
 )
+WAYS = {"instant": "at once", "reversal": "through rest"}
 PEAKS = (
     ("translation", slice(0, 3)),
     ("rotation", slice(3, 6)),
@@ -98,13 +102,16 @@ def _study(scene: Scene) -> _Study:
         as_loads(add(shaking, residual[0]))
         for shaking, residual in zip(found.shaking, found.residual, strict=True)
     ]
+    forcing = forcing_of(scene)
     per_square = np.stack([load.value for load in each])
+    # the errors count the guard orders, which stand for all that is dropped
+    per_square[:, forcing.kept :] *= forcing.tail
     matrices, shapes = linear_system(scene)
     ratio = ratios_of(scene, LinearSystem(matrices, shapes)).value
     _warn_of_coupling(scene, matrices, shapes)
     system = ModalSystem(shapes.shape, shapes.natural_frequency, ratio)
     orders = np.arange(1, per_square.shape[1] + 1)
-    loads = Loads(orders, per_square, np.zeros((2, 6)))
+    loads = Loads(orders, per_square, np.zeros((2, 6)), forcing.kept)
     speed = scene.case.machine.speed
     return _Study(system, loads, options, speed, options.between)
 
@@ -241,25 +248,29 @@ def _emit_steady(scene: Scene, study: _Study) -> None:
 
 
 def _emit_transients(scene: Scene, study: _Study, way: str, found: list[Transient]) -> None:
-    stem = f"{ROOT}/{way}"
+    options, stem = study.options, f"{ROOT}/{way}"
     axes: dict[str, Any] = {
         "change": study.labels,
         "direction": DIRECTIONS,
         f"{way}_time": found[0].history.time[1:],
     }
+    short = short_watch_warning(study.labels, WAYS[way], options.after, found)
+    if short is not None:
+        scene.warn(short)
+    peaks = [lasting_peaks(each) for each in found]
     for name, part in PEAKS:
-        values = np.array([each.peaks.value[part] for each in found])
-        error = np.array([each.peaks.error[part] for each in found])
+        values = np.array([each.value[part] for each in peaks])
+        error = np.array([each.error[part] for each in peaks])
         scene.emit(f"{stem}/{name}_peak", values, error, axes)
     for name, column in (("kinetic", COLUMNS.kinetic), ("potential", COLUMNS.potential)):
-        values = np.array([each.peaks.value[column] for each in found])
-        error = np.array([each.peaks.error[column] for each in found])
+        values = np.array([each.value[column] for each in peaks])
+        error = np.array([each.error[column] for each in peaks])
         scene.emit(f"{stem}/{name}_energy_peak", values, error, axes)
     kinetic = COLUMNS.kinetic
-    peaks = [each.peaks for each in found]
     doubt = max(float(each.time_error[kinetic]) for each in peaks)
     scene.emit(f"{stem}/peak_time", [each.time[kinetic] for each in peaks], doubt, axes)
-    slope = study.speed / min(study.options.run_down, study.options.run_up)
+    # at once, the crank keeps its speed
+    slope = 0.0 if way == "instant" else study.speed / min(options.run_down, options.run_up)
     scene.emit(f"{stem}/peak_speed", [each.speed[kinetic] for each in peaks], slope * doubt, axes)
     settled = [each.settling for each in found]
     scene.emit(

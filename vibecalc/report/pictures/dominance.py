@@ -40,7 +40,7 @@ def picture(result: Result) -> "Figure | None":
     for i, row in zip(chosen, impacts, strict=True):
         colour = COLOURS[chosen.index(i)]
         acting = (row > 0.0) & (orders > 0)
-        axes.plot(orders[acting], row[acting], color=colour, label=f"impacts add, {names[i]}")
+        axes.plot(*broken(orders, row, acting), color=colour, label=f"impacts add, {names[i]}")
     motor = having(record, _STEM + "motor", "order")
     if motor is not None:
         own = np.asarray(motor.axes[0].values)
@@ -65,10 +65,21 @@ def picture(result: Result) -> "Figure | None":
 def _points(
     axes: "Axes", orders: np.ndarray, values: Any, words: str, colour: str, style: str
 ) -> None:
-    acting = (values > 0.0) & (orders > 0)
-    axes.plot(
-        orders[acting], values[acting], style, color=colour, linewidth=1.1, ms=4.0, label=words
-    )
+    places, sizes = broken(orders, values, (np.asarray(values) > 0.0) & (orders > 0))
+    axes.plot(places, sizes, style, color=colour, linewidth=1.1, ms=4.0, label=words)
+
+
+def broken(
+    orders: np.ndarray, values: np.ndarray, acting: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """The acting orders and their values, with NaN between two that are not neighbours.
+
+    A line does not cross an order that has no force.
+    """
+    kept = np.asarray(orders)[acting]
+    apart = np.flatnonzero(np.diff(kept) > 1) + 1
+    places = np.insert(kept.astype(float), apart, np.nan)
+    return places, np.insert(np.asarray(values, dtype=float)[acting], apart, np.nan)
 
 
 def _leads(axes: "Axes", record: Record, chosen: list[int], top: float) -> None:

@@ -21,7 +21,7 @@ _WIDE = 8.0
 _WORDS = 8
 _OTHERS = (
     ("peak_force", "largest force of a turn, mean", COLOURS[1], "s--"),
-    ("average_amplitude", "mean of the spectrum over its orders", COLOURS[2], "D:"),
+    ("average_amplitude", "mean of the joint force's spectrum over its orders", COLOURS[2], "D:"),
 )
 
 

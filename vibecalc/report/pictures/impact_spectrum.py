@@ -7,6 +7,7 @@ import numpy as np
 from vibecalc.report.lookup import having
 from vibecalc.report.numbers import show
 from vibecalc.report.pictures.canvas import COLOURS, LIMIT, TOTAL, canvas
+from vibecalc.report.pictures.dominance import broken
 from vibecalc.report.pictures.scales import clearance_names, spread_out
 from vibecalc.results.record import Quantity, Record, Result
 
@@ -63,23 +64,23 @@ def _curves(axes: "Axes", record: Record, spectrum: Quantity, i: int) -> None:
             label="5 to 95 % of turns",
         )
     mean = np.abs(spectrum.values[i])
-    axes.plot(orders, mean, color=COLOURS[0], linewidth=1.3, label="impacts, mean of turns")
+    axes.plot(orders, mean, color=COLOURS[0], linewidth=1.3, label="joint force, mean of turns")
     average = having(record, _STEM + "average_amplitude", "clearance")
     if average is not None:
         level = float(abs(average.values[i]))
-        axes.axhline(level, color=LIMIT, linestyle="--", linewidth=1.2, label="mean of all orders")
+        axes.axhline(
+            level, color=LIMIT, linestyle="--", linewidth=1.2, label="its mean over the orders"
+        )
     shaking = having(record, _STEM + "shaking", "order")
     if shaking is not None:
         values: Any = np.abs(shaking.values)
         acting = values > _FAINT * values.max()
-        places = np.asarray(shaking.axes[0].values)[acting]
-        axes.plot(
-            places, values[acting], "o-", color=TOTAL, linewidth=1.0, ms=4.0, label="inertia force"
-        )
+        places, sizes = broken(np.asarray(shaking.axes[0].values), values, acting)
+        axes.plot(places, sizes, "o-", color=TOTAL, linewidth=1.0, ms=4.0, label="inertia force")
 
 
 def _linear(axes: "Axes", record: Record, spectrum: Quantity, i: int) -> None:
-    """The impacts fill the linear axis; where the inertia force leaves it, words say how high."""
+    """The joint force fills the linear axis; words say how high the inertia force goes beyond."""
     _, high = _band(record)
     top = 1.1 * float(np.max(np.abs((spectrum if high is None else high).values[i])))
     axes.set_ylim(0.0, top if top > 0.0 else 1.0)
@@ -103,7 +104,7 @@ def _band(record: Record) -> tuple[Quantity | None, Quantity | None]:
 
 
 def _window(record: Record, spectrum: Quantity, i: int) -> tuple[float, float]:
-    """Ends of the logarithmic axis: the impacts with their band; the inertia force leaves it."""
+    """Ends of the logarithmic axis: the joint force with its band; the inertia force leaves it."""
     low, high = _band(record)
     values = [np.abs(spectrum.values[i])]
     values += [np.abs(q.values[i]) for q in (low, high) if q is not None]

@@ -17,6 +17,8 @@ _STEM = "response/operations/"
 _AXES = ("operation", "balance")
 _KINDS = ("kinetic", "potential")
 _GROUP = 0.68
+#: places of a peak's diamond and, beside it, of its range, in widths of a bar from the middle
+_PEAK, _BESIDE = 0.12, 0.37
 #: a range below this share of the energy is none
 _NARROW = 1e-6
 
@@ -53,10 +55,10 @@ def picture(result: Result) -> "Figure | None":
 def _legend(figure: "Figure", axes: "Axes") -> None:
     """Each entry once: bars, then diamonds, then lines."""
     once = {words: handle for handle, words in zip(*axes.get_legend_handles_labels(), strict=True)}
-    ends = (": mean", ": peak", "weights", "weighted mean")
+    ends = (": mean", ": peak", "of the weights", "weighted mean")
     ordered = [words for end in ends for words in once if words.endswith(end)]
     handles = [once[words] for words in ordered]
-    figure.legend(handles, ordered, loc="outside lower center", ncols=4, fontsize=9)
+    figure.legend(handles, ordered, loc="outside lower center", ncols=3, fontsize=9)
 
 
 def _bars(axes: "Axes", record: Record, kind: str, mean: Quantity) -> None:
@@ -69,10 +71,10 @@ def _bars(axes: "Axes", record: Record, kind: str, mean: Quantity) -> None:
         place = np.arange(len(balances)) + (i - 0.5 * (len(operations) - 1)) * width - 0.06
         colour = COLOURS[i % len(COLOURS)]
         axes.bar(place, mean.values[i], 0.86 * width, color=colour, label=f"{name}: mean")
-        _range(axes, record, stem + "mean", i, place, "range over the angle of the weights")
+        _range(axes, record, stem + "mean", i, place - 0.2 * width, "mean")
         if peak is not None:
             axes.plot(
-                place + 0.24 * width,
+                place + _PEAK * width,
                 peak.values[i],
                 "D",
                 color=colour,
@@ -81,12 +83,11 @@ def _bars(axes: "Axes", record: Record, kind: str, mean: Quantity) -> None:
                 label=f"{name}: peak",
                 zorder=4,
             )
-            _range(axes, record, stem + "peak", i, place + 0.24 * width, None)
+            _range(axes, record, stem + "peak", i, place + _BESIDE * width, "peak")
 
 
-def _range(
-    axes: "Axes", record: Record, path: str, i: int, place: np.ndarray, words: str | None
-) -> None:
+def _range(axes: "Axes", record: Record, path: str, i: int, place: np.ndarray, what: str) -> None:
+    """The range of means in full lines, that of peaks in dashes, so that the legend parts them."""
     low, high = (having(record, f"{path}_{end}", *_AXES) for end in ("low", "high"))
     if low is None or high is None:
         return
@@ -95,7 +96,7 @@ def _range(
     if not wide.any():
         return
     half = 0.5 * (most - least)[wide]
-    axes.errorbar(
+    drawn = axes.errorbar(
         place[wide],
         least[wide] + half,
         yerr=half,
@@ -103,9 +104,12 @@ def _range(
         ecolor=TOTAL,
         elinewidth=1.2,
         capsize=4,
-        label=words,
+        label=f"range of the {what} over the angle of the weights",
         zorder=3,
     )
+    if what == "peak":
+        for bar in drawn[2]:
+            bar.set_linestyle((0, (2, 1.5)))
 
 
 def _together(axes: "Axes", record: Record, kind: str, mean: Quantity) -> None:

@@ -15,7 +15,14 @@ from vibecalc.report.pictures.canvas import (
     limit_line,
     natural_frequencies,
 )
-from vibecalc.report.pictures.run_up_marks import lowest, masked, resonances, unbounded, window
+from vibecalc.report.pictures.run_up_marks import (
+    lowest,
+    masked,
+    plain_ticks,
+    resonances,
+    unbounded,
+    window,
+)
 from vibecalc.results.record import Quantity, Record, Result
 
 if TYPE_CHECKING:
@@ -50,7 +57,7 @@ def picture(result: Result) -> "Figure | None":
         _finish(result, axes, support, speed, "one support on the ground")
     _rpm_axis(panels[0])
     panels[-1].set_xlabel("crank speed in rad/s")
-    _plain_ticks(panels[-1].xaxis)
+    plain_ticks(panels[-1].xaxis)
     return figure
 
 
@@ -159,16 +166,7 @@ def _rpm_axis(axes: "Axes") -> None:
 
     turns = axes.secondary_xaxis("top", functions=(to_rpm, from_rpm))
     turns.set_xlabel("crank speed in rpm")
-    _plain_ticks(turns.xaxis)
-
-
-def _plain_ticks(axis: Any) -> None:
-    """1, 2, 5, 10, 20, 50 ... in plain numbers on a logarithmic axis."""
-    from matplotlib.ticker import LogLocator, NullFormatter
-
-    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-    axis.set_major_formatter("{x:g}")
-    axis.set_minor_formatter(NullFormatter())
+    plain_ticks(turns.xaxis)
 
 
 def _drawable(values: np.ndarray) -> np.ndarray:

@@ -135,10 +135,13 @@ def _draw_uses(axes: "Axes", uses: list[Use]) -> None:
                 va="center",
                 fontsize=9,
             )
-    axes.axvline(100.0, color=LIMIT, linestyle="--", linewidth=1.3)
+    limited, aimed = any(use[3] for use in uses), not all(use[3] for use in uses)
+    if limited:
+        axes.axvline(100.0, color=LIMIT, linestyle="--", linewidth=1.3)
     axes.set_yticks(place, [use[0] for use in uses])
     axes.invert_yaxis()
     axes.set_xlim(0.0, 1.18 * max([100.0, *starts, *ends]))
-    axes.set_xlabel("% of the limit; objective: % of its start")
+    parts = ["% of the limit"] * limited + ["objective: % of its start"] * aimed
+    axes.set_xlabel("; ".join(parts))
     axes.grid(visible=False, axis="y")
     axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, fontsize=9)

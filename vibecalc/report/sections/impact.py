@@ -21,7 +21,7 @@ _FORCES = (
     ("+-", "+-", 8),
     ("mean_force_low", "5 % below", 11),
     ("mean_force_high", "5 % above", 11),
-    ("average_amplitude", "mean of orders", 14),
+    ("average_amplitude", "spectrum mean", 14),
     ("peak_force", "mean peak N", 12),
     ("peak_force_high", "5 % above", 11),
 )
@@ -43,12 +43,13 @@ def impact(result: Result) -> Section | None:
     """The section, None if the result has no impacts."""
     record = result.record
     first = having(record, _STEM + "mean_force", "clearance")
+    turns = _turns(result)
     if first is None:
         return None
     shown = frozenset(path for path in record if path.startswith(_STEM))
     clearances = [f"{1e3 * float(value):.5g}" for value in first.axes[0].values]
-    lines = _over_clearances(record, clearances, _FORCES, "wrist pin play mm")
-    lines += ["", *_over_clearances(record, clearances, _COUNTS, "wrist pin play mm")]
+    lines = _over_clearances(record, clearances, _FORCES, turns)
+    lines += ["", *_over_clearances(record, clearances, _COUNTS, turns)]
     lines += _notes(record, first) + _leaders(record, clearances)
     lines += _other_joints(record, clearances)
     lines += _first_contacts(record, clearances)
@@ -57,9 +58,12 @@ def impact(result: Result) -> Section | None:
 
 
 def _over_clearances(
-    record: Record, clearances: Sequence[str], fields: Sequence[tuple[str, str, int]], title: str
+    record: Record,
+    clearances: Sequence[str],
+    fields: Sequence[tuple[str, str, int]],
+    turns: int | None,
 ) -> list[str]:
-    columns = [Column(title, 10)]
+    columns = [Column("wrist pin play mm", 10)]
     cells: list[list[str]] = [[clearance] for clearance in clearances]
     for name, words, width in fields:
         if name == "+-":
@@ -68,7 +72,7 @@ def _over_clearances(
         else:
             quantity = having(record, _STEM + name, "clearance")
             count = range(len(clearances))
-            texts = None if quantity is None else [_cell(quantity, name, i) for i in count]
+            texts = None if quantity is None else [_cell(quantity, name, i, turns) for i in count]
         if texts is None:
             continue
         columns.append(number(words, width))
@@ -88,14 +92,24 @@ def standard_errors(record: Record, name: str) -> np.ndarray | None:
     return np.full(quantity.values.shape, quantity.standard_error)
 
 
-def _cell(quantity: Quantity, name: str, i: int) -> str:
+def _turns(result: Result) -> int | None:
+    """Turns that each run was watched for, None where the case does not say."""
+    options = table_of(result.case, "response", "impact")
+    parts = [options.get(key) for key in ("discard", "revolutions")] if options else [None]
+    return None if None in parts else sum(int(str(part)) for part in parts)
+
+
+def _cell(quantity: Quantity, name: str, i: int, turns: int | None = None) -> str:
     value = float(quantity.values[i])
     if name == "contact_share":
         return show(100.0 * value, 100.0 * quantity.error_estimate, _DIGITS)
     if name == "leads_from":
         return f"order {int(value)}" if value > 0 else "nowhere"
     if name == "parting":
-        return f"{value:.3g}" if math.isfinite(value) else "never"
+        if math.isfinite(value):
+            return f"{value:.3g}"
+        # a longer run might part
+        return "none seen" if turns is None else f"> {turns}"
     if name == "energy_residual":
         return show_error(value) if value else "0"
     return show(value, quantity.error_estimate, _DIGITS)
@@ -103,6 +117,8 @@ def _cell(quantity: Quantity, name: str, i: int) -> str:
 
 def _notes(record: Record, first: Quantity) -> list[str]:
     words = []
+    if having(record, _STEM + "average_amplitude", "clearance") is not None:
+        words.append("spectrum mean: amplitude of the joint force, mean over the orders")
     if standard_errors(record, "mean_force") is not None:
         words.append("+-: standard error of the mean, from the scatter of the runs")
     if having(record, _STEM + "leads_from", "clearance") is not None:
@@ -112,8 +128,8 @@ def _notes(record: Record, first: Quantity) -> list[str]:
         )
     if having(record, _STEM + "parting", "clearance") is not None:
         words.append(
-            "turns to part: until two runs that start almost alike have parted, growth: of the "
-            "logarithm of their distance; so only statistics are results"
+            "turns to part: until two runs that start almost alike have parted (>: longer than the "
+            "run), growth: of the logarithm of their distance; so only statistics are results"
         )
     if having(record, _STEM + "energy_residual", "clearance") is not None:
         words.append("energy off: imbalance over the energy exchanged")
@@ -208,4 +224,14 @@ def _method(result: Result) -> list[str]:
         words += f"; {runs} runs of {turns} turns that count, after {before} to forget the start"
     if options.get("pressure"):
         words += f"; gas pushes the piston {str(options['pressure']).replace('_', ' ')}"
+    words += f"; {_mass_words(result)}"
     return ["", *paragraph(f"method: {words}")]
+
+
+def _mass_words(result: Result) -> str:
+    """Which mass the play sets free."""
+    if not table_of(result.case, "machine", "crank_train", "rod"):
+        return "beyond the wrist pin's play is all the reciprocating mass of the case"
+    crank_pin = table_of(result.case, "machine", "joints", "crank_pin")
+    rod = "is a mass between two gaps" if crank_pin else "moves with the crank"
+    return f"beyond the wrist pin's play are piston and pin, the rod's reciprocating share {rod}"

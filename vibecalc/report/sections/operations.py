@@ -80,13 +80,15 @@ def _combinations(record: Record, kind: str, what: str) -> tuple[list[str], set[
 
 
 def _turning(record: Record, kind: str) -> tuple[list[str], set[str]]:
-    """Throws and weights without the pistons: what balancing alone leaves."""
+    """Throws and balance weights without all else that moves: what balancing alone leaves."""
     stem = f"{_STEM}{kind}_energy/rotating_"
     mean, peak = (having(record, stem + what, *_AXES) for what in ("mean", "peak"))
     if mean is None or peak is None:
         return [], set()
     lines = [
-        f"  {kind.capitalize()} energy of throws and weights alone, mean / largest, {mean.unit}"
+        f"  {kind.capitalize()} energy of throws and balance weights, without counterweights and "
+        "shafts,",
+        f"  mean / largest, {mean.unit}",
     ]
     names = labels(mean.axes[0])
     for columns, part in _tables(mean):

@@ -125,19 +125,26 @@ def _motion(record: Record) -> tuple[list[str], set[str]]:
 
 
 def _run_up(record: Record) -> tuple[list[str], set[str]]:
-    """Where over the speeds the energy is largest, and the speeds left out."""
+    """Where over the speeds the energy is largest, and the speeds left out.
+
+    A driven resonance without damping among the speeds leaves no largest value: what was computed
+    at the edge of the speeds left out is not one.
+    """
     rows: list[list[str]] = []
     shown: set[str] = set()
+    masked = {path for path in record if path.startswith("response/masked/")}
+    centre = having(record, "response/masked/centre", "masked")
     for kind in ("kinetic", "potential"):
         hit = along(record, f"response/run_up/{kind}_energy", "speed")
         if hit is None or not hit[1].size:
             continue
         quantity, speed = hit
         top = int(np.argmax(quantity.values))
-        value = show(float(quantity.values[top]), quantity.error_estimate)
-        rows.append([f"{kind}, mean over a turn", value, quantity.unit, show(float(speed[top]))])
-    masked = {path for path in record if path.startswith("response/masked/")}
-    centre = having(record, "response/masked/centre", "masked")
+        value, unit = show(float(quantity.values[top]), quantity.error_estimate), quantity.unit
+        at = float(speed[top])
+        if centre is not None and centre.values.size:
+            value, unit, at = "without bound", "", float(centre.values[0])
+        rows.append([f"{kind}, mean over a turn", value, unit, show(at)])
     if not rows:
         return [], masked
     columns = (

@@ -24,10 +24,10 @@ _SCALARS = (
     ("slow_kinetic_energy", "  if infinitely slow J"),
     ("worst_kinetic_energy_peak", "  at the worst crank angle J"),
     ("worst_angle", "  which is deg"),
-    ("peak_time", "  comes after s"),
+    ("peak_time", "  time from start of change s"),
     ("peak_speed", "  at a crank speed of rpm"),
     ("potential_energy_peak", "largest potential energy J"),
-    ("settle_time", "settles within s"),
+    ("settle_time", "settles, from end of change s"),
 )
 _DIGITS = 5
 _PER_TABLE = 4

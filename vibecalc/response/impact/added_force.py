@@ -1,9 +1,12 @@
 """What play adds to the force that shakes the body.
 
 The body feels minus the inertia force of all that moves along the cylinder: the force F of the
-joint that the crank drives, and the gas on the head, which is equal and opposite to that on the
-piston. So M X'' = F + gas, and what play adds to it is F less the force M Y'' - gas that the joint
-would carry without play. In F itself most of the lower orders is the load that is carried anyway.
+joint that the crank drives, that of what the crank drives without play, and the gas on the head,
+which is equal and opposite to that on the piston. M is the mass beyond that joint: piston and pin,
+and the rod's reciprocating share if the crank pin has play. So M X'' = F + gas, and what play adds
+is F less the force M Y'' - gas that the joint would carry without play. A rod's share that the
+crank drives has its inertia force whatever the play is, and adds nothing. In F itself most of the
+lower orders is the load that is carried anyway.
 """
 
 import numpy as np

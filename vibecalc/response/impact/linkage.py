@@ -16,8 +16,9 @@ from vibecalc.response.impact.model import Drive, GasForce, Joint
 class Linkage(NamedTuple):
     """One cylinder: masses in kg; the joints hold plain numbers, see `model.py`.
 
-    `crank_pin` and `rod_mass` (the rod's reciprocating point mass, then not in `mass`) are there
-    together or not at all. The clearance of `bore` is the whole lateral play.
+    `mass` is what lies beyond the wrist pin's play. `crank_pin` and `rod_mass` (the rod's
+    reciprocating point mass, between the two gaps) are there together or not at all. The
+    clearance of `bore` is the whole lateral play.
     """
 
     drive: Drive

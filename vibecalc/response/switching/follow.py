@@ -70,7 +70,7 @@ def follow(
     ------
     NumericalFailure
         A driven mode is not held or has no damping, the course is too long to follow, or the
-        settling drowns in rounding.
+        settling drowns in rounding or in what the dropped orders may add.
     ValueError
         The speed jumps between pieces.
     """

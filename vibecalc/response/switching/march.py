@@ -57,7 +57,31 @@ def march(
     points = 1.0 + _POINTS * count * window / run.duration
     error = quadrature + rounding * largest + 4.0 * force * window / np.sqrt(points)
     doubt_of_load = loads.left_out[run.operation] + np.sum(loads.noise[run.operation], axis=0)
-    return states, error + doubt_of_load * fastest**2 * window
+    error = error + doubt_of_load * fastest**2 * window
+    return states, error + _size_of_dropped(system, loads, run, grid)
+
+
+def _size_of_dropped(
+    system: ModalSystem, loads: ModalLoads, run: Run, grid: np.ndarray
+) -> np.ndarray:
+    """Size (modes,) that the dropped orders alone reach from rest, doubled for between the times.
+
+    What they have done before the run is in its first error, and free motion does not grow.
+    """
+    if not np.any(loads.dropped):
+        return np.zeros(len(system.frequency))
+    alone = loads._replace(
+        orders=loads.dropped_orders, amplitude=loads.dropped, push=np.zeros_like(loads.push)
+    )
+    gained = np.concatenate(
+        [
+            driven_part(system, alone, run, grid[:-1][part], np.diff(grid)[part])
+            for part in (slice(at, at + _BLOCK) for at in range(0, len(grid) - 1, _BLOCK))
+        ]
+    )
+    states, _ = _scan(system, grid, gained, np.zeros((len(system.frequency), 2)))
+    reached: np.ndarray = 2.0 * np.max(modal_size(system, states), axis=0)
+    return reached
 
 
 def driven_part(

@@ -58,7 +58,7 @@ def settling(
     Raises
     ------
     NumericalFailure
-        The threshold lies below the rounding of the deviation.
+        The threshold lies below the error of the deviation.
     """
     start = float(np.sqrt(np.sum(modal_size(system, deviation) ** 2)))
     doubt = float(np.sqrt(np.sum(deviation_error**2))) + 4.0 * EPSILON * start
@@ -69,7 +69,8 @@ def settling(
     if threshold <= doubt:
         raise NumericalFailure(
             "no settling time: the final motion is so small that the deviation from it drowns in "
-            "rounding before it is a small part of it; ask for a larger settle tolerance"
+            "rounding, or in what the dropped orders may add, before it is a small part of it; ask "
+            "for a larger settle tolerance or keep more orders ([excitation] orders)"
         )
 
     def size(time: float) -> float:

@@ -31,11 +31,25 @@ def steady_motion(system: ModalSystem, loads: ModalLoads, operation: int, speed:
     lost = 2.0 + (frequency**2 + rate**2) / np.abs(stiffness)
     noise = loads.noise[operation] * speed**2 / np.abs(stiffness)
     doubt = np.sum((4.0 * EPSILON * lost * np.abs(amplitude) + noise) * magnitude, axis=0)
+    doubt = doubt + _size_of_dropped(system, loads, operation, speed)
     # what is left out: static, or at its worst on the resonance
     stiffest = frequency * np.minimum(2.0 * system.damping_ratio, 1.0)
     left_out = loads.left_out[operation] * speed**2 * loads.driven
     left_out = 2.0 * left_out / np.where(loads.driven, stiffest, 1.0)
     return Steady(amplitude, doubt + left_out)
+
+
+def _size_of_dropped(
+    system: ModalSystem, loads: ModalLoads, operation: int, speed: float
+) -> np.ndarray:
+    """Size (modes,) of the steady motion under the dropped orders, all at their worst together."""
+    rate = (loads.dropped_orders * speed)[:, None]
+    frequency = system.frequency
+    stiffness = frequency**2 - rate**2 + 2j * system.damping_ratio * frequency * rate
+    moved = np.abs(loads.dropped[operation]) * speed**2
+    moved = moved / np.abs(np.where(loads.driven, stiffness, 1.0))
+    size: np.ndarray = np.sum(moved * np.maximum(frequency, np.abs(rate)), axis=0)
+    return size
 
 
 def steady_state(steady: Steady, orders: np.ndarray, speed: float, angle: np.ndarray) -> np.ndarray:

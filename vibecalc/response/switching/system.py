@@ -37,11 +37,14 @@ class Loads(NamedTuple):
     proportion to the crank; not for the torque that a driven machine off the body keeps.
     `per_acceleration` (operations, coordinates), real, is a load G w' without an order, such as
     the couple -J w' about the shaft of a rotor J that is driven from the body; often 0.
+    `kept` is the number of orders that move the body; without it all do. Those behind them are
+    dropped from the motion, and what they would add stands in its errors.
     """
 
     orders: np.ndarray
     per_speed_squared: np.ndarray
     per_acceleration: np.ndarray
+    kept: int | None = None
 
 
 class Piece(NamedTuple):
@@ -60,8 +63,9 @@ class ModalLoads(NamedTuple):
     """`Loads` on each mode, orders without a share left out.
 
     `amplitude` and its rounding `noise` (operations, orders, modes), `push` (operations, modes);
-    `left_out` (operations, modes) is the sum of the orders left out. `driven` (modes,): any load
-    at all; the others are taken to be at rest.
+    `left_out` (operations, modes) is the sum of the negligible orders left out; `dropped_orders`
+    with `dropped` (operations, dropped orders, modes) are those that the errors count. `driven`
+    (modes,): any load at all; the others are taken to be at rest.
     """
 
     orders: np.ndarray
@@ -70,6 +74,8 @@ class ModalLoads(NamedTuple):
     push: np.ndarray
     left_out: np.ndarray
     driven: np.ndarray
+    dropped_orders: np.ndarray
+    dropped: np.ndarray
 
 
 def modal_loads(system: ModalSystem, loads: Loads) -> ModalLoads:
@@ -91,14 +97,25 @@ def modal_loads(system: ModalSystem, loads: Loads) -> ModalLoads:
     _refuse(driven & ~(system.frequency > 0.0), _NOT_HELD)
     _refuse(driven & ~(system.damping_ratio > 0.0), _NOT_DAMPED)
 
-    order = np.argsort(loads.orders, kind="stable")
+    kept_orders = loads.orders[: loads.kept]
+    dropped_orders, dropped = loads.orders[len(kept_orders) :], amplitude[:, len(kept_orders) :]
+    order = np.argsort(kept_orders, kind="stable")
     sorted_size = np.max(np.abs(amplitude[:, order]), axis=0)
     rest = np.cumsum(sorted_size[::-1], axis=0)[::-1]
     needed = np.any(rest > _NEGLIGIBLE * np.sum(sorted_size, axis=0), axis=1)
     kept = order[needed & np.any(sorted_size > 0.0, axis=1)]
     rest_of_them = np.sum(np.abs(amplitude[:, order[~needed]]), axis=1)
     noise = noise[:, kept] * driven
-    return ModalLoads(loads.orders[kept], amplitude[:, kept], noise, push, rest_of_them, driven)
+    return ModalLoads(
+        loads.orders[kept],
+        amplitude[:, kept],
+        noise,
+        push,
+        rest_of_them,
+        driven,
+        dropped_orders,
+        dropped,
+    )
 
 
 _NOT_HELD = (

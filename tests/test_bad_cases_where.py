@@ -1,0 +1,112 @@
+"""Claim: a `where` with a number that the run will not have is told before the run, at its line.
+
+What only the run can tell is told after it, names the row and costs no result.
+"""
+
+import re
+from pathlib import Path
+
+import pytest
+from fuzzing import command
+
+from vibecalc.case.load import load_case
+from vibecalc.case.template import starter
+from vibecalc.errors import CaseError
+from vibecalc.pipeline.targets import check_targets
+from vibecalc.study.load import load_checked
+
+GENERATOR = Path(__file__).resolve().parents[1] / "cases" / "generator.toml"
+ROW = """
+[[reference]]
+quantity = "{quantity}"
+where = {{ {where} }}
+value = {value}
+source = "a table"
+"""
+MEAN = "response/impact/mean_force"
+FORCE = "excitation/force"
+
+
+def written(folder: Path, text: str, quantity: str, where: str, value: str = "1.0") -> Path:
+    path = folder / "one.toml"
+    path.write_text(text + ROW.format(quantity=quantity, where=where, value=value))
+    return path
+
+
+def generator(orders: int | None) -> str:
+    """The shipped generator up to its references, with some orders of excitation or without."""
+    text = re.sub(r"(?ms)^\[\[(reference|limit).*", "", GENERATOR.read_text())
+    text = re.sub(r"(?m)^\[excitation\].*\n(^[^\[\n].*\n)*", "", text)
+    return text + "\n[excitation]\n" + ("" if orders is None else f"orders = {orders}\n")
+
+
+@pytest.mark.parametrize(
+    ("quantity", "where", "allowed"),
+    [
+        (MEAN, 'clearance = "20 um"', "allowed: 10 um, 30 um"),
+        (MEAN, "clearance = 2e-5", "allowed: 1e-05 m, 3e-05 m"),
+        ("response/impact/spectrum", 'clearance = "10 um", order = 101', "allowed: 1 to 100"),
+    ],
+)
+def test_clearances_are_known_before_the_run(
+    tmp_path: Path, quantity: str, where: str, allowed: str
+) -> None:
+    path = written(tmp_path, starter("impact"), quantity, where)
+    line = path.read_text().splitlines().index(f"where = {{ {where} }}") + 1
+    with pytest.raises(CaseError) as refused:
+        load_checked([path], ())
+    text = str(refused.value)
+    assert f"one.toml:{line}:" in text and "[[reference]]" in text
+    assert f"that {quantity} lacks" in text and allowed in text
+
+
+def test_the_clearance_of_the_joint_counts_where_no_others_are_given(tmp_path: Path) -> None:
+    text = starter("impact").replace('clearances = ["10 um", "30 um"]', "")
+    assert "clearances =" not in re.sub("(?m)^#.*", "", text)
+    for where, problems in (('clearance = "0.03 mm"', 0), ('clearance = "10 um"', 1)):
+        case = load_case(written(tmp_path, text, MEAN, where)).case
+        assert len(check_targets(case)) == problems
+
+
+@pytest.mark.parametrize(
+    ("quantity", "order", "allowed"),
+    [
+        (FORCE, 5, "1, 2, 3, 4"),
+        (FORCE, 0, "1, 2, 3, 4"),
+        (FORCE, 1.5, "1, 2, 3, 4"),
+        ("kinematics/position_harmonics", 5, "0, 1, 2, 3, 4"),
+        ("kinematics/position_harmonics", 0, None),
+        (FORCE, 4, None),
+    ],
+)
+def test_orders_of_excitation_are_known_before_the_run(
+    tmp_path: Path, quantity: str, order: float, allowed: str | None
+) -> None:
+    path = written(tmp_path, generator(4), quantity, f"order = {order}")
+    problems = check_targets(load_case(path).case)
+    assert [problem.allowed for problem in problems] == ([] if allowed is None else [allowed])
+    assert all(problem.path == ("reference", 0, "where") for problem in problems)
+
+
+def test_an_order_that_the_tolerance_decides_costs_no_result(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    where = 'order = 399, direction = "z"'
+    path = written(tmp_path, generator(None), FORCE, where, '"1 N"')
+    Path("outputs").mkdir()
+    Path("outputs/one.txt").write_text("the report of an earlier run")
+    outcome = command("run", str(path), "-q")
+    assert outcome.code == 2
+    assert f"the [[reference]] on {FORCE} [order=399, direction=z] (a table)" in outcome.err
+    assert "outputs/one.h5, without a report" in outcome.err
+    assert Path("outputs/one.h5").is_file() and not Path("outputs/one.txt").exists()
+
+
+def test_a_sweep_may_change_the_clearance_that_a_reference_names(tmp_path: Path) -> None:
+    path = written(tmp_path, starter("impact"), MEAN, 'clearance = "20 um"')
+    key = "machine.joints.wrist_pin.stiffness"
+    sweep = f'[[sweep.axes]]\nkey = "{key}"\nvalues = ["1e8 N/m", "2e8 N/m"]\n'
+    assert len(check_targets(load_case(path).case)) == 1
+    path.write_text(f"{path.read_text()}\n{sweep}")
+    assert check_targets(load_case(path).case) == []

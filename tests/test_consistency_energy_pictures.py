@@ -1,0 +1,104 @@
+"""Claim: pictures show a run-up with what is left out, ranges by name, and limits only if any."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+from report_samples import generator_case, optimised, quantity, result_of
+from response_samples import compressor
+
+pytest.importorskip("matplotlib")
+
+from test_consistency_response_plots import figure, words
+
+from vibecalc.report.plots import make
+from vibecalc.results.record import Axis, Result
+
+SPEEDS = np.linspace(0.0, 400.0, 801)
+
+
+def run_up(masked: list[tuple[float, float]]) -> Result:
+    speed = Axis(name="speed", values=SPEEDS, unit="rad/s")
+    left_out = Axis(name="masked", values=np.arange(1, len(masked) + 1))
+    energy = SPEEDS**2 / (1e-3 + np.abs((SPEEDS / 120.0) ** 2 - 1.0)) ** 2
+    low, high = (np.array([pair[end] for pair in masked]) for end in (0, 1))
+    return compressor(
+        [
+            quantity("response/run_up/kinetic_energy", energy, "J", speed),
+            quantity("response/run_up/potential_energy", 0.3 * energy, "J", speed),
+            quantity("response/masked/low", low, "rad/s", left_out),
+            quantity("response/masked/high", high, "rad/s", left_out),
+            quantity("response/masked/order", np.ones(len(masked), int), "", left_out),
+            quantity("response/masked/mode", np.full(len(masked), 2), "", left_out),
+        ]
+    )
+
+
+def curves(axes: Any) -> dict[str, Any]:
+    return {line.get_label(): line for line in axes.get_lines()}
+
+
+def test_run_up_energies_on_a_logarithmic_axis() -> None:
+    (axes,) = figure(run_up([]), "response_run_up").axes
+    assert axes.get_yscale() == "log" and "in J" in axes.get_ylabel()
+    drawn = curves(axes)
+    kinetic, potential = (drawn[f"{kind} energy, mean"] for kind in ("kinetic", "potential"))
+    ratio = np.asarray(kinetic.get_ydata()) / np.asarray(potential.get_ydata())
+    assert np.nanmax(np.abs(ratio - 1.0 / 0.3)) < 1e-12
+    assert np.isnan(np.asarray(kinetic.get_ydata())[0])  # at rest: no place on this axis
+    assert "at 1146 rpm" in words(axes)
+    assert list(drawn["operating speed"].get_xdata()) == [361.0, 361.0]
+
+
+def test_masked_speeds_are_bands_that_break_the_curves() -> None:
+    (axes,) = figure(run_up([(119.9, 120.1), (60.2, 60.3)]), "response_run_up").axes
+    assert len(axes.patches) == 2
+    assert "order 1, mode 2" in words(axes) and "rpm" not in words(axes)
+    speed, energy = (np.asarray(part) for part in curves(axes)["kinetic energy, mean"].get_data())
+    broken = speed[np.isnan(energy) & (speed > 0.0)]
+    assert broken == pytest.approx([60.25, 120.0])
+    assert np.all(np.diff(speed) >= 0.0)
+
+
+def test_no_run_up_no_picture() -> None:
+    assert make(compressor(), "response_run_up") is None
+
+
+def test_ranges_stand_beside_the_peaks_and_have_names_of_their_own() -> None:
+    made = figure(compressor(), "operations")
+    kinetic = made.axes[0]
+    names = [text.get_text() for text in made.legends[0].get_texts()]
+    for what in ("mean", "peak"):
+        assert names.count(f"range of the {what} over the angle of the weights") == 1
+    diamonds = [
+        float(x)
+        for line in kinetic.get_lines()
+        if line.get_marker() == "D"
+        for x in np.ravel(line.get_xdata())
+    ]
+    ranges = [
+        float(path.vertices[0, 0])
+        for line in kinetic.collections
+        for path in line.get_paths()
+        if len(path.vertices) == 2
+    ]
+    assert diamonds and ranges
+    nearest = min(abs(one - other) for one in diamonds for other in ranges)
+    width = min(bar.get_width() for bar in kinetic.patches if hasattr(bar, "get_width"))
+    assert nearest > 0.2 * width
+
+
+def red_lines(axes: Any) -> list[float]:
+    return [line.get_xdata()[0] for line in axes.get_lines() if line.get_linestyle() == "--"]
+
+
+def test_a_limit_line_needs_a_limit() -> None:
+    limited = optimised()
+    case = dict(limited.case)
+    free = result_of(limited.record, {**generator_case(), **case, "limit": []}, name="free")
+    uses = figure(limited, "optimisation").axes[1]
+    assert red_lines(uses) == [100.0]
+    assert uses.get_xlabel() == "% of the limit; objective: % of its start"
+    uses = figure(free, "optimisation").axes[1]
+    assert red_lines(uses) == []
+    assert uses.get_xlabel() == "objective: % of its start"

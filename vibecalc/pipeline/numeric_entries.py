@@ -1,0 +1,109 @@
+"""Entries of numbered axes that a run will have, as far as the case tells before it."""
+
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING
+
+from vibecalc.errors import KeyPath, Problem, UnitError
+from vibecalc.pipeline.catalogue import AXES
+
+if TYPE_CHECKING:
+    from vibecalc.case.schema import Case
+
+#: result paths of this beginning have the orders of the crank train, these apart
+_OF_THE_TRAIN = ("kinematics/", "excitation/", "response/", "isolation/")
+_OWN_ORDERS = ("excitation/motor/", "excitation/balance/", "response/impact/")
+#: and those that begin with order 0
+_FROM_ZERO = ("kinematics/", "excitation/rod/")
+_OWN_CLEARANCE = "machine.joints.wrist_pin.clearance"
+#: as in `results/select.py`: two numbers this close, relatively, are the same entry
+_SAME = 1e-9
+_SHOWN = 12
+_ARTICLE = {"clearance": "a", "order": "an"}
+
+
+def missing_entries(
+    path: KeyPath, quantity: str, where: Mapping[str, int | float | str], case: "Case"
+) -> Iterator[Problem]:
+    """Problems of a `where` that picks a clearance or an order which the run will not have."""
+    for axis, wanted in where.items():
+        known = _known(quantity, axis, case)
+        if known is None:
+            continue
+        entries, because = known
+        try:
+            value = _number(wanted, AXES[axis][0])
+        except UnitError as error:
+            yield Problem(
+                path=(*path, "where"),
+                message=f"{axis} of {quantity} cannot be read: {error.message}",
+                found=f"{axis} = {wanted!r}",
+                allowed=error.allowed,
+                hint=error.hint,
+            )
+            continue
+        if not any(abs(value - one) <= _SAME * max(abs(value), abs(one)) for one in entries):
+            yield Problem(
+                path=(*path, "where"),
+                message=f"this {_row(path)} asks for {_ARTICLE[axis]} {axis} that {quantity} lacks",
+                found=f"{axis} = {wanted!r}",
+                allowed=_listed(entries, wanted, axis),
+                hint=because,
+            )
+
+
+def _row(path: KeyPath) -> str:
+    return f"[[{path[0]}]]" if isinstance(path[1], int) else str(path[1])
+
+
+def _known(quantity: str, axis: str, case: "Case") -> tuple[tuple[float, ...], str] | None:
+    """The entries of an axis and where they come from; None where only the run can tell."""
+    if axis == "clearance":
+        return _clearances(case)
+    if axis != "order":
+        return None
+    impact = None if case.response is None else case.response.impact
+    if quantity.startswith("response/impact/") and impact is not None:
+        return tuple(range(1, impact.orders + 1)), "orders of [response.impact] is the highest"
+    options = case.excitation
+    if options is None:
+        return None
+    if quantity.startswith("excitation/balance/") and options.balance is not None:
+        return options.balance.orders, "orders of [excitation.balance] are those tabulated"
+    if quantity.startswith(_OWN_ORDERS) or not quantity.startswith(_OF_THE_TRAIN):
+        return None
+    if options.orders is None:
+        return None  # the tolerance decides
+    first = 0 if quantity.startswith(_FROM_ZERO) else 1
+    return tuple(range(first, options.orders + 1)), "orders of [excitation] is the highest one kept"
+
+
+def _clearances(case: "Case") -> tuple[tuple[float, ...], str] | None:
+    impact = None if case.response is None else case.response.impact
+    joints = case.machine.joints
+    if impact is None or joints is None:
+        return None
+    if impact.clearances:
+        return impact.clearances, "clearances of [response.impact] takes more of them"
+    study = case.optimisation
+    if study is not None and any(one.key == _OWN_CLEARANCE for one in study.variables):
+        return None
+    return (joints.wrist_pin.clearance,), "clearances of [response.impact] takes others, or more"
+
+
+def _number(wanted: int | float | str, unit: str) -> float:
+    from vibecalc.units import parse_quantity
+
+    return parse_quantity(wanted, unit)
+
+
+def _listed(entries: tuple[float, ...], wanted: int | float | str, axis: str) -> str:
+    """The entries in the unit that the case writes, the first and the last of many."""
+    from vibecalc.units import convert, split_number
+
+    unit = AXES[axis][0]
+    written = split_number(wanted)[1] if isinstance(wanted, str) else ""
+    values = [convert(one, unit, written) if written else one for one in entries]
+    texts = [f"{value:.9g} {written or unit}".rstrip() for value in values]
+    if len(texts) > _SHOWN:
+        return f"{texts[0]} to {texts[-1]}" if axis == "order" else ", ".join(texts[:_SHOWN])
+    return ", ".join(texts)
