@@ -2,6 +2,7 @@
 
 import pytest
 from pydantic import ValidationError
+from shipped_cases import CASES
 from sweep_samples import (
     DAMPING,
     MODEL,
@@ -17,6 +18,7 @@ from sweep_samples import (
 )
 
 from vibecalc.errors import CaseError, Problem, UsageError
+from vibecalc.study.load import load_checked
 from vibecalc.study.sweep.checks import check_design
 from vibecalc.study.sweep.keep import keep_problems
 from vibecalc.study.sweep.specs import axis_table, sampling_table
@@ -298,3 +300,18 @@ def test_tables_that_the_schema_refuses(more):
         design_of(axis(STIFFNESS, 1, 2), **more)
     with pytest.raises(ValidationError):
         design_of(axis(STIFFNESS, 1, True))
+
+
+def test_check_looks_at_the_sweep_too(tmp_path):
+    case = CASES["generator_mount_design"].read_text(encoding="utf-8")
+    swept = """
+[sweep]
+axes = [{ key = "machine.mounts.each.stiffness", from = "5 N/mm", to = "50 N/mm", points = 3 }]
+"""
+    (tmp_path / "both.toml").write_text(case + swept, encoding="utf-8")
+    with pytest.raises(CaseError) as caught:
+        load_checked([tmp_path / "both.toml"])
+    (problem,) = caught.value.problems
+    assert problem.message == "a key that the sweep sets cannot be searched for as well"
+    assert problem.found == "machine.mounts.each.stiffness"
+    assert "both.toml:" in str(caught.value)

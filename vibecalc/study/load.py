@@ -44,4 +44,8 @@ def physics_problems(loaded: LoadedCase) -> list[Problem]:
 
         extra = optimisation_entries(case)
         problems = study_problems(case)
+    if case.sweep is not None and case.sweep.axes:
+        from vibecalc.study.sweep.early import sweep_problems
+
+        problems = [*problems, *sweep_problems(loaded)]
     return check_machine(case) + check_targets(case, extra) + problems

@@ -7,12 +7,12 @@ from pathlib import Path
 from typing import Any
 
 from vibecalc.case.load import LoadedCase, raise_with_location
-from vibecalc.errors import CaseError, UsageError
-from vibecalc.study.sweep.checks import check_design
+from vibecalc.errors import UsageError
 from vibecalc.study.sweep.chunks import ChunkFolder, parts_folder
 from vibecalc.study.sweep.design import Design, make_design
+from vibecalc.study.sweep.early import sweep_problems
 from vibecalc.study.sweep.identity import Identity, identify
-from vibecalc.study.sweep.keep import keep_problems, kept_paths
+from vibecalc.study.sweep.keep import kept_paths
 from vibecalc.study.sweep.strategy import Strategy, choose, start
 
 
@@ -61,13 +61,8 @@ def prepare(loaded: LoadedCase, jobs: int) -> Prepared:
             f"{loaded.path} says not what to vary: it needs a table [sweep] with axes, or give "
             "them here, as in --grid 'machine.speed=2000 rpm:4000 rpm:21'"
         )
-    try:
-        design = make_design(case.sweep, resolved)
-    except CaseError as error:
-        raise_with_location(loaded, error.problems)
-        raise
-    problems = check_design(design, resolved)
-    raise_with_location(loaded, problems or keep_problems(case.sweep.keep, case, design, resolved))
+    raise_with_location(loaded, sweep_problems(loaded))
+    design = make_design(case.sweep, resolved)
     keep = kept_paths(case.sweep.keep, case, design, resolved)
     return Prepared(
         loaded=loaded,
