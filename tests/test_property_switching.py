@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from switching_machines import BOTH, IDLE, ONLY_A, ONLY_B, SPEED, compressor, compressor_loads
 
@@ -159,6 +159,8 @@ def test_later_bounds_what_comes_after() -> None:
 
 
 @given(st.floats(-400.0, 400.0), st.floats(-400.0, 400.0), st.floats(1e-3, 5.0))
+@example(-1.0, 1.8284668242094822e-214, 3.34375)
+@example(1e-320, -1.0, 3.34375)
 @settings(max_examples=40, deadline=None)
 def test_grid_is_fine_enough_everywhere(start: float, end: float, duration: float) -> None:
     modal = modal_loads(SYSTEM, LOADS)

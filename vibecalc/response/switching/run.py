@@ -54,8 +54,10 @@ def runs_of(pieces: Sequence[Piece], angle: float) -> list[Run]:
             raise ValueError(f"piece {number} begins at {piece.start_speed}, not at {speed}")
         acceleration = (piece.end_speed - speed) / piece.duration
         ends = [piece.duration]
-        if speed * piece.end_speed < 0.0:
-            ends = [-speed / acceleration, piece.duration]
+        # next to nothing before or after the standstill is no run of its own
+        rest = -speed / acceleration if acceleration else 0.0
+        if speed * piece.end_speed < 0.0 and 0.0 < rest < piece.duration:
+            ends = [rest, piece.duration]
         begin = 0.0
         for end in ends:
             at = 0.0 if begin > 0.0 else speed
