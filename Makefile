@@ -77,6 +77,8 @@ bench: $(READY) ## print speed ratios (start-up and the closest yardsticks)
 	$(BIN)/python benchmarks/impact.py
 	$(BIN)/python benchmarks/search.py
 	$(BIN)/python benchmarks/sweep.py
+	$(BIN)/python benchmarks/roll.py
+	$(BIN)/python benchmarks/absorber.py
 
 test-long: $(READY) ## long searches and the full fuzz; record the result in docs/validation.md
 	$(BIN)/python -m pytest -n $(WORKERS) -m long --timeout 14400

@@ -8,15 +8,18 @@ import pytest
 PACKAGE = Path(__file__).resolve().parents[1] / "vibecalc"
 
 FLOORS = {
-    "errors": 0, "units": 0, "numerics": 0,
+    "errors": 0, "units": 0, "unit_table": 0, "numerics": 0,
     "case": 1, "kinematics": 1, "excitation": 1, "response": 1, "isolation": 1, "optimisation": 1,
+    "measurement": 1, "hardware": 1,
     "machine": 2, "results": 2,
     "pipeline": 3,
     "study": 4,
     "report": 5,
     "cli": 6, "cli_sweep": 6, "__main__": 6,
 }  # fmt: skip
-STAGES = ("kinematics", "excitation", "response", "isolation", "optimisation")
+STAGES = (
+    "kinematics", "excitation", "response", "isolation", "optimisation", "measurement", "hardware",
+)  # fmt: skip
 FILES = sorted(PACKAGE.rglob("*.py"))
 HEAVY = {"numpy", "scipy", "h5py", "pint", "matplotlib", "pydantic", "rich"}
 

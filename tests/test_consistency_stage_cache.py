@@ -36,6 +36,13 @@ SHORTER = {
         "response.impact.orders=4",
         "reference=[]",
     ),
+    "roll_startup": (
+        "response.start_up.duration='0.1 s'",
+        "response.start_up.load={time=[0.0, 0.05], factor=[0.0, 1.0]}",
+        "response.start_up.angles=2",
+        "response.start_up.start_within='20 ms'",
+    ),
+    "roll_mounted": ("response.start_up.duration='0.1 s'", "reference=[]", "find=[]"),
     "compressor_switching": (
         "response.switching.run_down='0.1 s'",
         "response.switching.run_up='0.1 s'",

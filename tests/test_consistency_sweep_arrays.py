@@ -15,6 +15,8 @@ from vibecalc.case.overrides import get_key, key_text
 from vibecalc.case.sweep_tables import Sweep
 from vibecalc.errors import KeyPath
 from vibecalc.pipeline.arrays import compute as computing
+from vibecalc.pipeline.arrays.absorber import PATHS as TUNING
+from vibecalc.pipeline.arrays.roll_paths import PATHS as ROLL
 from vibecalc.pipeline.arrays.support import SUPPORTED, pattern, unsupported
 from vibecalc.pipeline.plan import planned_quantities
 from vibecalc.results.sweep_layout import DONE, FAILED, REFUSED
@@ -107,8 +109,11 @@ def assert_equal(name: str, design: Design, paths: tuple[str, ...], fewest: int 
 def test_the_machines_have_every_key_and_every_result() -> None:
     keys = {pattern(key) for name in CHANGES for key in known_keys(name)}
     paths = {path for name in CHANGES for path in known_paths(name)}
-    assert keys == set().union(*(known for _, known in SUPPORTED))
-    assert paths == set().union(*(known for known, _ in SUPPORTED))
+    # rotor, pistons and shell, and absorbers, have test files of their own
+    others = frozenset(ROLL) | frozenset(TUNING)
+    rows = [row for row in SUPPORTED if not row[0] & others]
+    assert keys == set().union(*(known for _, known in rows))
+    assert paths == set().union(*(known for known, _ in rows))
 
 
 @pytest.mark.parametrize("name", CHANGES)

@@ -10,6 +10,7 @@ import sys
 import pint
 import pytest
 
+from vibecalc.errors import UnitError
 from vibecalc.units import TABLE, WORDS, convert, parse_quantity
 
 EPS = sys.float_info.epsilon
@@ -72,3 +73,12 @@ def test_the_table_is_read_without_pint() -> None:
         "sys.exit(any(name in sys.modules for name in ('pint', 'numpy', 'pydantic')))"
     )
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def test_degrees_celsius_have_a_zero_of_their_own() -> None:
+    assert parse_quantity("20 degC", "K") == 293.15
+    assert parse_quantity("-40 °C", "K") == pytest.approx(233.15, rel=1e-15)
+    assert parse_quantity("293.15 K", "K") == 293.15
+    for read in (lambda: convert(20.0, "degC", "K"), lambda: parse_quantity("20 degC", "m")):
+        with pytest.raises(UnitError, match="zero of its own"):
+            read()

@@ -17,6 +17,7 @@ from report_samples import MOUNTS, ORDERS, generator, generator_case, quantity, 
 from vibecalc.errors import ResultError
 from vibecalc.report.printed import read_printed
 from vibecalc.report.references import counted_misses, judge_limits, judge_references, misses
+from vibecalc.report.sections.summary import difference, known_notes
 from vibecalc.results.record import Record, Result
 
 PATH = "isolation/lever_force/steady_peak"
@@ -216,3 +217,40 @@ def test_the_published_generator_comes_out() -> None:
     missed = [{"quantity": PATH, "value": "93 N", "source": "Graph 2"}]
     broken = [{"quantity": PATH, "max": "97 N"}, {"quantity": PATH, "max": "99 N"}]
     assert counted_misses(generator(reference=missed, limit=broken)) == 2
+
+
+PHASE = "response/roll/phase_lag/shell_acceleration"
+
+
+def judged_phase(value: float, row: dict[str, Any], path: str = PHASE) -> Any:
+    record = Record()
+    record.add(quantity(path, value, "rad"))
+    entry = {"quantity": path, "source": "a table", **row}
+    return judge_references(result_of(record, generator_case(reference=[entry])))[0]
+
+
+@given(st.floats(0.0, 6.2), st.floats(-3.1, 3.1), st.integers(-2, 2))
+def test_phases_are_compared_the_shortest_way_round(value: float, apart: float, turns: int) -> None:
+    printed = f"{value - apart + turns * math.tau:.4f} rad"
+    row = judged_phase(value, {"value": printed})
+    assert row.cyclic and row.difference == pytest.approx(apart, abs=6e-5)
+    assert row.agrees == (abs(row.difference) <= row.tolerance)
+    assert float(difference(row).split()[0]) == pytest.approx(math.degrees(apart), abs=0.06)
+
+
+def test_a_phase_on_the_other_side_of_zero_is_near() -> None:
+    row = judged_phase(0.0603, {"value": "6.156 rad"})
+    assert difference(row) == "+10.7 deg"
+    assert judged_phase(0.0603, {"value": "352.7 deg"}).difference == pytest.approx(10.8, abs=0.1)
+    assert judged_phase(0.0001, {"value": "360.0 deg"}).agrees
+    # an angle that is no phase, and how uncertain one is, have no whole turns to spare
+    for path in ("response/start_up/shell_angle_peak", "measurement/uncertainty/roll_phase"):
+        row = judged_phase(0.0603, {"value": "6.156 rad"}, path)
+        assert not row.cyclic and row.difference == pytest.approx(-6.0957)
+
+
+def test_what_cannot_be_shown_is_not_said_to_be_shown_by_it() -> None:
+    entry = {"value": 9.0, "known_difference": "why", "shown_by": "not reproducible: 3 ways tried"}
+    assert known_notes([judged(8.0, entry)]) == ["why (not reproducible: 3 ways tried)"]
+    entry["shown_by"] = "tests/test_this.py::that"
+    assert known_notes([judged(8.0, entry)]) == ["why (shown by tests/test_this.py::that)"]

@@ -4,7 +4,8 @@ The units that cases use most are read from a small table (held equal to pint by
 which takes a good part of a second to import, reads the rest. Hz and rpm are turns per second and
 minute, so 1 Hz is 2 pi rad/s, as an engineer means it. An angle is a dimension of its own here:
 "30 deg" is not read as a mass ratio of 0.52. Only inside a compound may the radian stay unwritten
-("N*m" for "N*m/rad", "1/s" for "rad/s").
+("N*m" for "N*m/rad", "1/s" for "rad/s"). A decibel is a dimension of its own, too: what a level
+refers to is said by the name of the quantity.
 """
 
 import functools
@@ -13,82 +14,11 @@ import re
 from typing import Any
 
 from vibecalc.errors import UnitError
+from vibecalc.unit_table import TABLE, WORDS
 
-_TURN = 2.0 * math.pi
-_DEGREE = math.pi / 180.0
-_INCH = 0.0254
-_POUND = 0.45359237
-_POUND_FORCE = 4.4482216152605  # a pound under standard gravity, exactly
-_POUND_FORCE_PER_INCH = 175.1268352464764  # their quotient, rounded once
 _LONGEST_TEXT = 120
-
-#: unit -> (factor, SI unit)
-TABLE: dict[str, tuple[float, str]] = {
-    "": (1.0, ""),
-    "%": (0.01, ""),
-    "m": (1.0, "m"),
-    "cm": (1e-2, "m"),
-    "mm": (1e-3, "m"),
-    "in": (0.0254, "m"),
-    "kg": (1.0, "kg"),
-    "g": (1e-3, "kg"),
-    "s": (1.0, "s"),
-    "rad": (1.0, "rad"),
-    "deg": (_DEGREE, "rad"),
-    "rad/s": (1.0, "rad/s"),
-    "rpm": (_TURN / 60.0, "rad/s"),
-    "Hz": (_TURN, "rad/s"),
-    "m/s": (1.0, "m/s"),
-    "m/s^2": (1.0, "m/s^2"),
-    "N": (1.0, "N"),
-    "kN": (1e3, "N"),
-    "N*m": (1.0, "N*m"),
-    "N/m": (1.0, "N/m"),
-    "N/mm": (1e3, "N/m"),
-    "kN/m": (1e3, "N/m"),
-    "N*s/m": (1.0, "N*s/m"),
-    "kg*m": (1.0, "kg*m"),
-    "kg*m^2": (1.0, "kg*m^2"),
-    "N*m/rad": (1.0, "N*m/rad"),
-    "N*m*s/rad": (1.0, "N*m*s/rad"),
-    "lb": (_POUND, "kg"),
-    "lbf": (_POUND_FORCE, "N"),
-    "lbf/in": (_POUND_FORCE_PER_INCH, "N/m"),
-    "lbf*s/in": (_POUND_FORCE_PER_INCH, "N*s/m"),
-    "in*lbf": (_POUND_FORCE * _INCH, "N*m"),
-    "lbf*in": (_POUND_FORCE * _INCH, "N*m"),
-    "lbf*s^2/in": (_POUND_FORCE_PER_INCH, "kg"),
-    "lbf*s^2": (_POUND_FORCE, "kg*m"),
-    "lbf*in*s^2": (_POUND_FORCE * _INCH, "kg*m^2"),
-    "psi": (_POUND_FORCE / _INCH**2, "Pa"),
-    "Pa": (1.0, "Pa"),
-    "bar": (1e5, "Pa"),
-    "J": (1.0, "J"),
-    "ms": (1e-3, "s"),
-    "in/s^2": (_INCH, "m/s^2"),
-}
-
-#: SI unit -> (its dimension in words, an example of what may be written)
-WORDS: dict[str, tuple[str, str]] = {
-    "": ("a number without unit", "'0.5' or '50 %'"),
-    "m": ("a length", "'0.2 m' or '200 mm'"),
-    "kg": ("a mass", "'0.4 kg' or '400 g'"),
-    "s": ("a time", "'0.5 s'"),
-    "rad": ("an angle", "'1.5 rad' or '120 deg'"),
-    "rad/s": ("an angular speed", "'513 rad/s' or '4900 rpm'"),
-    "m/s": ("a speed", "'2 m/s'"),
-    "m/s^2": ("an acceleration", "'9.81 m/s^2'"),
-    "N": ("a force", "'100 N' or '0.1 kN'"),
-    "N*m": ("a moment", "'250 N*m'"),
-    "N/m": ("a stiffness", "'10000 N/m' or '10 N/mm'"),
-    "N*s/m": ("a damping", "'50 N*s/m'"),
-    "kg*m": ("an unbalance", "'0.02 kg*m' or '20000 g*mm'"),
-    "kg*m^2": ("a moment of inertia", "'6.4 kg*m^2'"),
-    "N*m/rad": ("an angular stiffness", "'6400 N*m/rad'"),
-    "N*m*s/rad": ("an angular damping", "'32 N*m*s/rad'"),
-    "Pa": ("a pressure", "'2 bar' or '200000 Pa'"),
-    "J": ("an energy", "'0.1 J'"),
-}
+_CELSIUS, _ICE = ("degC", "°C"), 273.15
+_SHIFTED = {*_CELSIUS, "celsius", "degF", "°F", "fahrenheit"}
 
 _NUMBER_AND_UNIT = re.compile(r"([+-]?(?:\d[\d_]*\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)\Z", re.S)
 _FACTOR = re.compile(r"([^\W\d]\w*?|%)(?:(?:\^|\*\*)?([+-]?\d))?\Z")
@@ -137,7 +67,10 @@ def parse_quantity(text: str | float, unit: str) -> float:
     except ValueError:
         raise UnitError("not a number", found=_quoted(text), allowed=_allowed(unit)) from None
     try:
-        value = number * (_factor(written, unit) if written else 1.0)
+        if unit == "K" and written in _CELSIUS:
+            value = number + _ICE
+        else:
+            value = number * (_factor(written, unit) if written else 1.0)
     except UnitError as error:
         unknown = error.message == "unknown unit"
         found = error.found if unknown else f"{_quoted(text)}, {error.found}"
@@ -183,6 +116,8 @@ def _means_no_number(text: str) -> bool:
 @functools.lru_cache(maxsize=512)
 def _factor(found: str, wanted: str) -> float:
     """Return what a number in unit `found` is multiplied with to be in unit `wanted`."""
+    if {found, wanted} & _SHIFTED:
+        raise _shifted(found if found in _SHIFTED else wanted)
     if found in TABLE and wanted in TABLE:
         (factor, si), (wanted_factor, wanted_si) = TABLE[found], TABLE[wanted]
         same = si == wanted_si or si == wanted_si.removesuffix("/rad")
@@ -200,6 +135,11 @@ def _factor(found: str, wanted: str) -> float:
         f"{name}^{power:g}" if power != 1 else name for name, power in sorted(dimension.items())
     )
     raise _mismatch(words[0] if words else f"a value in {'*'.join(terms)}", found, wanted)
+
+
+def _shifted(name: str) -> UnitError:
+    hint = "20 degC are 293.15 K"
+    return UnitError("a scale with a zero of its own", found=name, allowed="kelvins", hint=hint)
 
 
 def _mismatch(words: str, found: str, wanted: str) -> UnitError:
@@ -253,6 +193,8 @@ def _read_unit(unit: str) -> tuple[float, dict[str, float]]:
 
 
 def _atom(name: str, unit: str) -> tuple[float, dict[str, float]]:
+    if name == "dB":  # a level has a reference of its own, and is no power of ten here
+        return 1.0, {"level": 1.0}
     asked = "percent" if name == "%" else re.sub(r"(Hz|hertz)\Z", "turn_per_second", name)
     try:
         base = _registry().Quantity(1.0, asked).to_base_units()

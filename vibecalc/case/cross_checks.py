@@ -7,8 +7,9 @@ what they cannot read they leave to the schema.
 from collections.abc import Callable, Iterator
 from typing import Any
 
+from vibecalc.case.kinds import check_kinds
 from vibecalc.case.part_checks import check_parts
-from vibecalc.case.raw import Data, either, table_at, tables_at
+from vibecalc.case.raw import Data, either, misspelt, table_at, tables_at
 from vibecalc.errors import KeyPath, Problem, UnitError
 from vibecalc.units import si_value, split_number
 
@@ -24,9 +25,12 @@ def _masses(data: Data) -> Iterator[Problem]:
     if not train:
         return
     cylinders = tables_at(data, "machine", "crank_train", "cylinders")
-    own = bool(cylinders) and all("reciprocating_mass" in entry for _, entry in cylinders)
-    ways = ("piston_mass", "pin_mass", "rod")
-    yield from either(train, path, "reciprocating_mass", ways, needed=not own)
+    key, ways = "reciprocating_mass", ("piston_mass", "pin_mass", "rod")
+    own = bool(cylinders) and all(key in entry for _, entry in cylinders)
+    if not (own or train.keys() & {key, *ways}):
+        meant = [misspelt(entry, (*path, "cylinders", place), key) for place, entry in cylinders]
+        own = any(meant)  # which is told of the misspelt key
+    yield from either(train, path, key, ways, needed=not own)
     parts = [key for key in ("pin_mass", "rod") if key in train]
     if parts and "piston_mass" not in train and "reciprocating_mass" not in train and not own:
         yield Problem(
@@ -159,6 +163,20 @@ def _optimisation(data: Data) -> Iterator[Problem]:
         yield from check_variables(data)
 
 
+def _find(data: Data) -> Iterator[Problem]:
+    if "find" in data:
+        from vibecalc.case.find_checks import check_find
+
+        yield from check_find(data)
+
+
+def _drive(data: Data) -> Iterator[Problem]:
+    if table_at(data, "machine", "motor"):
+        from vibecalc.case.motor_form import check_motor
+
+        yield from check_motor(data)
+
+
 def _asked(data: Data) -> Iterator[Problem]:
     if data.keys() & {"isolation", "response", "reference_table"}:
         from vibecalc.case.response_checks import check_asked
@@ -167,6 +185,8 @@ def _asked(data: Data) -> Iterator[Problem]:
 
 
 _CHECKS: tuple[Callable[[Data], Iterator[Problem]], ...] = (
+    check_kinds,
+    _drive,
     _masses,
     check_parts,
     _asked,
@@ -175,4 +195,5 @@ _CHECKS: tuple[Callable[[Data], Iterator[Problem]], ...] = (
     _references,
     _limits,
     _optimisation,
+    _find,
 )

@@ -65,7 +65,6 @@ def _path(location: tuple[str | int, ...]) -> KeyPath:
 
 
 def _missing(path: KeyPath, error: Error) -> Problem:
-    shape = shape_at(path)
     if path and isinstance(path[-1], int):
         whole = shape_at(path[:-1])
         values = error["input"]
@@ -75,6 +74,12 @@ def _missing(path: KeyPath, error: Error) -> Problem:
             found=shown(values),
             allowed="three numbers" if whole is None or whole.or_three else words(whole),
         )
+    return missing_key(path)
+
+
+def missing_key(path: KeyPath) -> Problem:
+    """The problem of a key that has to be there and is not."""
+    shape = shape_at(path)
     place = f" in [{_table_name(path[:-1])}]" if len(path) > 1 else ""
     return Problem(
         path=path,

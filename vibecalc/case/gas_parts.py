@@ -1,8 +1,12 @@
-"""Tables that a machine is driven with: gas pressure, motor torque. Each may stand in a CSV."""
+"""What the gas does to a piston over one turn, as a table. Each may stand in a CSV."""
+
+from typing import Literal
 
 from pydantic import Field
 
-from vibecalc.case.fields import Angle, Length, Moment, Pressure, Table, WholeNumber
+from vibecalc.case.fields import Angle, Force, Pressure, Table
+
+GasInterpolation = Literal["linear", "parabola", "cubic", "trigonometric"]
 
 
 class GasPressure(Table):
@@ -16,25 +20,15 @@ class GasPressure(Table):
     )
 
 
-class TorqueHarmonics(Table):
-    """Torque on the rotor: the sum of cosine cos(n a) + sine sin(n a) over the orders."""
+class GasForce(Table):
+    """Force on the piston over one turn of its own cylinder; positive pushes towards the crank."""
 
-    order: tuple[WholeNumber, ...] = Field(
-        min_length=1, max_length=401, description="multiples of the crank speed, 0 is the mean"
+    crank_angle: tuple[Angle, ...] = Field(
+        min_length=1,
+        max_length=2000,
+        description="of this cylinder, from its own top dead centre; the last one turn after the "
+        "first",
     )
-    cosine: tuple[Moment, ...] = Field(
-        min_length=1, max_length=401, description="amplitude of the cosine, one per order"
+    force: tuple[Force, ...] = Field(
+        min_length=1, max_length=2000, description="of the gas on the piston, one per angle"
     )
-    sine: tuple[Moment, ...] = Field(
-        min_length=1, max_length=401, description="amplitude of the sine, one per order"
-    )
-
-
-class Motor(Table):
-    """The motor that drives the crankshaft."""
-
-    rotor_diameter: Length = Field(gt=0, description="of the circle of the rotor's conductors")
-    skew_angle: Angle = Field(
-        gt=-1.5, lt=1.5, description="of the conductors against the axis of the rotor"
-    )
-    torque: TorqueHarmonics = Field(description="torque on the rotor, by order")

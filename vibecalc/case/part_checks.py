@@ -21,6 +21,8 @@ _MATRICES: tuple[tuple[KeyPath, type[BlockMatrix]], ...] = (
 _COLUMNS: tuple[tuple[KeyPath, tuple[str, ...]], ...] = (
     (("machine", "crank_train", "gas_pressure"), ("crank_angle", "pressure")),
     (("machine", "motor", "torque"), ("order", "cosine", "sine")),
+    (("machine", "motor", "slip_table"), ("slip", "torque")),
+    (("response", "start_up", "load"), ("time", "factor")),
 )
 
 
@@ -143,7 +145,12 @@ def _unit(path: KeyPath, unit: str, si: str, block: str) -> Iterator[Problem]:
 
 
 def _columns(data: Data) -> Iterator[Problem]:
-    for path, names in _COLUMNS:
+    cylinders: KeyPath = ("machine", "crank_train", "cylinders")
+    gas = [
+        ((*cylinders, place, "gas_force"), ("crank_angle", "force"))
+        for place, _ in tables_at(data, "machine", "crank_train", "cylinders")
+    ]
+    for path, names in (*_COLUMNS, *gas):
         table = table_at(data, *path)
         lists = {name: table[name] for name in names if isinstance(table.get(name), list)}
         sizes = [len(entries) for entries in lists.values()]

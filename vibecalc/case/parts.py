@@ -18,7 +18,7 @@ from vibecalc.case.fields import (
     Unbalance,
     Whole,
 )
-from vibecalc.case.gas_parts import GasPressure
+from vibecalc.case.gas_parts import GasForce, GasInterpolation, GasPressure
 from vibecalc.case.matrix_parts import DampingMatrix, MassMatrix, StiffnessMatrix
 
 AxisName = Literal["x", "y", "z"]
@@ -51,6 +51,9 @@ class Cylinder(Table):
     )
     rotating_mass: Mass | None = Field(
         None, ge=0, description="overrides the train's rotating mass for this throw"
+    )
+    gas_force: GasForce | None = Field(
+        None, description="of the gas over one turn, instead of pressure and bore: a table or a CSV"
     )
 
 
@@ -100,6 +103,11 @@ class CrankTrain(Table):
     bore: Length | None = Field(None, gt=0, description="diameter of the cylinders")
     gas_pressure: GasPressure | None = Field(
         None, description="pressure over one turn of a cylinder, from its top dead centre"
+    )
+    gas_interpolation: GasInterpolation | None = Field(
+        None,
+        description="between the rows of gas tables, for the roll of the machine, linear if not "
+        "said",
     )
     cylinders: tuple[Cylinder, ...] = Field(
         min_length=1, max_length=64, description="one entry for each cylinder"

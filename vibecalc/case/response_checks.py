@@ -3,15 +3,15 @@
 from collections.abc import Iterator
 from typing import Any
 
+from vibecalc.case.kinds import OF_THE_BODY, WITHOUT_A_BODY
 from vibecalc.case.raw import Data, listed, nearest, read_number, table_at, tables_at
+from vibecalc.case.roll_form import check_roll
 from vibecalc.errors import KeyPath, Problem, UnitError
 from vibecalc.units import split_number
 
 IMPACT: KeyPath = ("response", "impact")
 SWITCHING: KeyPath = ("response", "switching")
 TRAIN: KeyPath = ("machine", "crank_train")
-#: keys of [response] that ask for the motion of the body
-_OF_THE_BODY = ("energies", "operations", "balances", "run_up", "switching")
 
 
 def check_asked(data: Data) -> Iterator[Problem]:
@@ -65,8 +65,9 @@ def _run_up(data: Data, table: str) -> Iterator[Problem]:
 
 def _response(data: Data) -> Iterator[Problem]:
     machine, response = table_at(data, "machine"), table_at(data, "response")
-    if "impact" not in response or any(response.get(key) for key in _OF_THE_BODY):
-        alone = f"impacts alone need none: leave {', '.join(_OF_THE_BODY)} out"
+    alone_there = any(key in response for key in WITHOUT_A_BODY)
+    if not alone_there or any(response.get(key) for key in OF_THE_BODY):
+        alone = f"impacts alone need none: leave {', '.join(OF_THE_BODY)} out"
         for part in ("body", "mounts"):
             if machine and part not in machine:
                 yield Problem(
@@ -84,6 +85,7 @@ def _response(data: Data) -> Iterator[Problem]:
         yield from _switching(data)
     if "impact" in response and machine:
         yield from _impact(machine)
+    yield from check_roll(data)
 
 
 def _switching(data: Data) -> Iterator[Problem]:

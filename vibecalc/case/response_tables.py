@@ -4,8 +4,11 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
+from vibecalc.case.absorber_tables import AbsorberResponse
+from vibecalc.case.control_tables import Control
 from vibecalc.case.fields import Angle, Length, Name, Number, Table, Time
 from vibecalc.case.range_table import RunUp
+from vibecalc.case.roll_tables import Roll, StartUp
 
 Names = Annotated[tuple[Name, ...], Field(min_length=1, max_length=64)]
 #: of throws that weights cancel; an empty list is no weights at all
@@ -76,7 +79,7 @@ class Impact(Table):
 
 
 class Response(Table):
-    """The body on its suspension under the forces of the crank train."""
+    """Motion under the forces of the crank train: the body on its suspension, impacts, roll."""
 
     method: Literal["modal", "direct"] = Field(
         "direct", description="superposition of modes, or one solve per order"
@@ -93,3 +96,9 @@ class Response(Table):
     run_up: RunUp | None = Field(None, description="also energies over a range of speeds")
     switching: Switching | None = Field(None, description="also the change between operations")
     impact: Impact | None = Field(None, description="also impacts in the joints with play")
+    roll: Roll | None = Field(None, description="roll of the shell with the motor's own speed")
+    start_up: StartUp | None = Field(None, description="roll from rest to running, in time")
+    control: Control | None = Field(None, description="roll under control of the motor")
+    absorber: AbsorberResponse | None = Field(
+        None, description="of a primary system and its absorber"
+    )

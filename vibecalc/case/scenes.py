@@ -2,7 +2,7 @@
 
 from typing import Any, NamedTuple
 
-from vibecalc.case import compressor_scenes
+from vibecalc.case import absorber_scenes, compressor_scenes, roll_scenes
 
 
 class Scene(NamedTuple):
@@ -234,5 +234,29 @@ SCENES: dict[str, Scene] = {
     "counterweight": Scene(
         "a counterweight with angle that brings the energies of two operations down",
         compressor_scenes.BALANCE,
+    ),
+    "roll": Scene(
+        "rotor, pistons and shell of a compressor, with the speed that its motor finds",
+        roll_scenes.ROLL,
+    ),
+    "roll_control": Scene(
+        "control of a compressor's motor against the roll of its shell",
+        roll_scenes.ROLL_CONTROL,
+    ),
+    "plate": Scene(
+        "translation, roll and pitch of a rigid plate, from levels measured on it",
+        roll_scenes.PLATE,
+    ),
+    "absorber": Scene(
+        "an absorber in ratios: the spring and the damper that keep the primary stillest",
+        absorber_scenes.ABSORBER,
+    ),
+    "absorber_rig": Scene(
+        "a torsional rig with an absorber: rod, springs, gap and oils, and which of them to buy",
+        absorber_scenes.ABSORBER_RIG,
+    ),
+    "pendulum": Scene(
+        "pendulums on a rotor that follow an order of its speed",
+        absorber_scenes.PENDULUM,
     ),
 }

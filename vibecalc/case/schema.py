@@ -4,11 +4,29 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
+from vibecalc.case.absorber_hardware import (
+    Flywheel,
+    Gap,
+    Oil,
+    OilCatalogue,
+    Ring,
+    Rod,
+    SpringCatalogue,
+    Springs,
+    StockOils,
+    StockSprings,
+)
+from vibecalc.case.absorber_parts import Primary, Secondaries, Secondary
+from vibecalc.case.absorber_pendulum import Pendulum
+from vibecalc.case.absorber_tables import Tuning
 from vibecalc.case.fields import AngularSpeed, Table, Whole
-from vibecalc.case.gas_parts import Motor
+from vibecalc.case.find_tables import Find
 from vibecalc.case.joint_parts import Joints
+from vibecalc.case.measurement_tables import Measurement
+from vibecalc.case.motor_parts import NEEDED_BY_KIND, Motor
 from vibecalc.case.parts import Body, CrankTrain, Mounts
 from vibecalc.case.response_tables import Response
+from vibecalc.case.roll_parts import Friction, Rotor, Shell
 from vibecalc.case.sweep_tables import Sweep
 from vibecalc.case.tables import (
     Accuracy,
@@ -27,13 +45,42 @@ SCHEMA_VERSION = 1
 class Machine(Table):
     """A machine: its kind says which parts it needs, and nothing else."""
 
-    kind: Literal["generator", "compressor"] = Field(description="kind of machine")
-    speed: AngularSpeed = Field(gt=0, description="operating speed of the crankshaft")
-    crank_train: CrankTrain = Field(description="cylinders, rods and cranks")
+    kind: Literal["generator", "compressor", "plate", "absorber"] = Field(
+        description="kind of machine"
+    )
+    # None stands for a part that the kind does without (case/kinds.py); ask has_crank_train and
+    # has_speed there before reading one of these two where that may be.
+    speed: AngularSpeed = Field(
+        NEEDED_BY_KIND,
+        gt=0,
+        description="operating speed of the crankshaft; not where the motor finds it",
+    )
+    crank_train: CrankTrain = Field(NEEDED_BY_KIND, description="cylinders, rods and cranks")
     body: Body | None = Field(None, description="the rigid machine")
     mounts: Mounts | None = Field(None, description="what the body stands on")
     motor: Motor | None = Field(None, description="the motor on the crankshaft")
     joints: Joints | None = Field(None, description="bearings with play")
+    rotor: Rotor | None = Field(None, description="all that turns with the crankshaft")
+    shell: Shell | None = Field(None, description="what turns about the crank axis, as one body")
+    friction: Friction | None = Field(None, description="between shell, crankshaft and pistons")
+    primary: Primary | None = Field(None, description="a system that an absorber is to keep still")
+    secondary: Secondary | None = Field(None, description="the absorber on the primary")
+    secondaries: Secondaries = Field((), description="several absorbers, instead of one")
+    rod: Rod | None = Field(None, description="the rod that is the primary's spring")
+    flywheel: Flywheel | None = Field(None, description="on the end of the rod, for its bending")
+    springs: Springs | None = Field(None, description="helical springs of the absorber")
+    ring: Ring | None = Field(None, description="the seismic mass of the absorber")
+    gap: Gap | None = Field(None, description="full of oil, around the seismic mass")
+    oil: Oil | None = Field(None, description="in the gap, as built")
+    stock_springs: StockSprings = Field((), description="that can be bought")
+    stock_oils: StockOils = Field((), description="that can be bought")
+    spring_catalogue: SpringCatalogue | None = Field(
+        None, description="springs that can be bought, also as a file"
+    )
+    oil_catalogue: OilCatalogue | None = Field(
+        None, description="oils that can be bought, also as a file"
+    )
+    pendulum: Pendulum | None = Field(None, description="pendulums on a rotor")
 
 
 class Case(Table):
@@ -49,8 +96,11 @@ class Case(Table):
     excitation: Excitation | None = Field(None, description="forces and couples on the body")
     response: Response | None = Field(None, description="motion of the body, energies, impacts")
     isolation: Isolation | None = Field(None, description="the body on its mounts")
+    measurement: Measurement | None = Field(None, description="readings on a rigid plate")
+    tuning: Tuning | None = Field(None, description="the best spring and damper of an absorber")
     optimisation: Optimisation | None = Field(None, description="a search over keys of this case")
     sweep: Sweep | None = Field(None, description="the same case at many points; `sweep` reads it")
+    find: tuple[Find, ...] = Field((), description="searches for what brings a wanted result")
     accuracy: Accuracy = Field(
         default_factory=Accuracy.model_construct, description="tolerance of the results"
     )

@@ -8,6 +8,7 @@ from typing import Any
 from pydantic.fields import FieldInfo
 
 from vibecalc.case.fields import Table
+from vibecalc.case.kind_schema import with_kinds
 from vibecalc.case.scenes import SCENES
 from vibecalc.case.schema import Case
 from vibecalc.case.walk import Shape, bound_words, keys_of, shape_of
@@ -40,7 +41,8 @@ def starter(scene: str) -> str:
 def json_schema() -> dict[str, Any]:
     """Return the JSON schema (draft 2020-12) of case files, for editors."""
     schema: dict[str, Any] = _tidy(Case.model_json_schema(by_alias=True))
-    schema["$defs"] = {name: _or_a_file(table) for name, table in schema["$defs"].items()}
+    tables = with_kinds(schema["$defs"])
+    schema["$defs"] = {name: _or_a_file(table) for name, table in tables.items()}
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         **schema,

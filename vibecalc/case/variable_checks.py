@@ -1,4 +1,4 @@
-"""Checks of what an optimisation may change: a number of this case, between two readable bounds."""
+"""Checks of what a search may change: a number of this case, between two readable bounds."""
 
 import difflib
 from collections.abc import Iterator
@@ -22,9 +22,7 @@ def check_variables(data: dict[str, Any]) -> Iterator[Problem]:
         if not isinstance(key, str) or not key:
             continue
         try:
-            target = parse_key(key)
-            shape = _target(target)
-            get_key(data, target) if not _has_default(data, target) else None
+            shape = changeable(data, key, _CHANGEABLE)
         except UsageError as error:
             yield Problem(
                 path=(*path, "key"),
@@ -41,13 +39,25 @@ def check_variables(data: dict[str, Any]) -> Iterator[Problem]:
                 also=("optimisation", "variables", seen[key], "key"),
             )
         seen.setdefault(key, position)
-        yield from _bounds(variable, path, shape)
+        yield from bound_problems(variable, path, shape)
 
 
-def _target(target: KeyPath) -> Shape:
+def changeable(data: dict[str, Any], key: str, tables: tuple[str, ...]) -> Shape:
+    """Shape of a key of this case that a search may set; UsageError, with a hint, if it may not.
+
+    The key has to be a number below one of `tables`, and in the case or there by default.
+    """
+    target = parse_key(key)
+    shape = _number_at(target, tables)
+    if not _has_default(data, target):
+        get_key(data, target)
+    return shape
+
+
+def _number_at(target: KeyPath, tables: tuple[str, ...]) -> Shape:
     shape = shape_at(target)
-    if target[0] not in _CHANGEABLE:
-        raise UsageError(f"only keys below {', '.join(_CHANGEABLE)} can be changed")
+    if target[0] not in tables:
+        raise UsageError(f"only keys below {', '.join(tables)} can be changed")
     if shape is None:
         raise UsageError(_nearest(target))
     if shape.kind != "number":
@@ -78,7 +88,8 @@ def _has_default(data: dict[str, Any], target: KeyPath) -> bool:
     return field is not None and isinstance(field.default, float)
 
 
-def _bounds(variable: dict[str, Any], path: KeyPath, shape: Shape) -> Iterator[Problem]:
+def bound_problems(variable: dict[str, Any], path: KeyPath, shape: Shape) -> Iterator[Problem]:
+    """Problems of `lower` and `upper` of a table that changes `key`: unit, range, order."""
     values: dict[str, float] = {}
     for side in ("lower", "upper"):
         written = variable.get(side)
@@ -96,7 +107,7 @@ def _bounds(variable: dict[str, Any], path: KeyPath, shape: Shape) -> Iterator[P
                 hint=unit_error.hint,
             )
             continue
-        if not _inside(values[side], shape):
+        if not inside(values[side], shape):
             yield Problem(
                 path=(*path, side),
                 message=f"{side} is a value that {variable['key']} must not have",
@@ -113,7 +124,8 @@ def _bounds(variable: dict[str, Any], path: KeyPath, shape: Shape) -> Iterator[P
         )
 
 
-def _inside(value: float, shape: Shape) -> bool:
+def inside(value: float, shape: Shape) -> bool:
+    """Tell whether a number keeps the bounds of its key."""
     tests = {
         "gt": lambda bound: value > bound,
         "ge": lambda bound: value >= bound,

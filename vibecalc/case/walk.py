@@ -12,7 +12,8 @@ from pydantic.fields import FieldInfo
 
 from vibecalc.case.fields import Kind, Table, Unit
 from vibecalc.errors import KeyPath
-from vibecalc.units import WORDS, describe
+from vibecalc.unit_table import WORDS
+from vibecalc.units import describe
 
 BOUND_SIGNS = {"gt": ">", "ge": ">=", "lt": "<", "le": "<="}
 

@@ -1,7 +1,9 @@
 """All parts of one machine, built from a validated case."""
 
 from dataclasses import dataclass
+from typing import Any
 
+from vibecalc.case.kinds import has_crank_train
 from vibecalc.case.schema import Machine
 from vibecalc.case.tables import Excitation
 from vibecalc.machine.body import RigidBody, build_body
@@ -17,7 +19,10 @@ from vibecalc.machine.mounts import Mounts, build_mounts
 
 @dataclass(frozen=True, kw_only=True)
 class MachineParts:
-    """What stages read of a machine; a part that the case leaves out is None."""
+    """What stages read of a machine; a part that the case leaves out is None.
+
+    So is the crank train of a kind that does without; no stage is planned then that reads it.
+    """
 
     crank_train: CrankTrain
     rotating_masses: RotatingMasses
@@ -33,14 +38,22 @@ def build_machine(machine: Machine, options: Excitation | None = None) -> Machin
     `system.py`.
     """
     body, mounts = machine.body, machine.mounts
-    train = build_crank_train(machine.crank_train)
-    if options is not None:
-        train = moving(train, options.working, options.idle)
+    train, rotating = _turning(machine, options)
     return MachineParts(
         crank_train=train,
-        rotating_masses=build_rotating_masses(machine.crank_train, options),
+        rotating_masses=rotating,
         body=None if body is None or body.mass_matrix is not None else build_body(body),
         mounts=None
         if mounts is None or mounts.stiffness_matrix is not None
         else build_mounts(mounts),
     )
+
+
+def _turning(machine: Machine, options: Excitation | None) -> tuple[CrankTrain, RotatingMasses]:
+    if not has_crank_train(machine):
+        nothing: Any = None
+        return nothing, nothing
+    train = build_crank_train(machine.crank_train)
+    if options is not None:
+        train = moving(train, options.working, options.idle)
+    return train, build_rotating_masses(machine.crank_train, options)

@@ -6,12 +6,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibecalc.case import parts
+from vibecalc.case.kinds import finds_speed, has_crank_train, has_speed
 from vibecalc.case.schema import Case, Machine
 from vibecalc.machine.body import build_body
 from vibecalc.machine.crank_train import build_crank_train, rod_share
 from vibecalc.machine.frame import build_frame
 from vibecalc.machine.mounts import Mounts, build_mounts
 from vibecalc.machine.operation_checks import has_loss_factor
+from vibecalc.machine.roll_cautions import asks_roll, roll_cautions
 
 Array = NDArray[np.float64]
 #: m/s, m and a share: beyond these a case gets a sentence in its report.
@@ -22,6 +24,8 @@ NOTICEABLE = 1e-6
 
 def machine_warnings(case: Case) -> list[str]:
     """Sentences for the report, on a case without problems."""
+    if not has_crank_train(case.machine):
+        return [*_without_effect(case), *roll_cautions(case)]
     return [
         *_units(case),
         *_places(case),
@@ -29,6 +33,7 @@ def machine_warnings(case: Case) -> list[str]:
         *_pitch_coupling(case),
         *_without_effect(case),
         *_rod(case),
+        *roll_cautions(case),
     ]
 
 
@@ -44,7 +49,8 @@ def _placed(machine: Machine) -> tuple[parts.Body, parts.Mounts] | None:
 def _units(case: Case) -> list[str]:
     machine, train = case.machine, case.machine.crank_train
     texts = []
-    mean = 2.0 * train.crank_radius * machine.speed / math.pi
+    speed = machine.speed if has_speed(machine) else _synchronous(machine)
+    mean = 2.0 * train.crank_radius * speed / math.pi
     if mean > FASTEST_PISTON:
         texts.append(
             f"the mean piston speed is {mean:.3g} m/s, where engines stay below 30: "
@@ -74,7 +80,16 @@ def _units(case: Case) -> list[str]:
     return texts
 
 
+def _synchronous(machine: Machine) -> float:
+    """Speed in rad/s that the motor stays below; zero where nothing is said to turn."""
+    motor = machine.motor
+    return motor.synchronous_speed if motor is not None and finds_speed(machine) else 0.0
+
+
 def _places(case: Case) -> list[str]:
+    roll = None if case.response is None else case.response.roll
+    if not has_speed(case.machine) and not (roll is not None and roll.classical):
+        return []  # no couples are computed
     train = build_crank_train(case.machine.crank_train)
     seen: dict[tuple[float, float], str] = {}
     texts = []
@@ -107,12 +122,18 @@ def _without_effect(case: Case) -> list[str]:
     impact = None if response is None else response.impact
     texts = {
         "[machine.motor] has no effect: its axial force is computed where there is an "
-        "[excitation]": machine.motor is not None and case.excitation is None,
+        "[excitation]": (
+            machine.motor is not None and not finds_speed(machine) and case.excitation is None
+        ),
         "[machine.joints] have no effect: their play is for [response.impact]": (
             machine.joints is not None and impact is None
         ),
-        "the gas pressure has no effect: only [response.impact] uses it": (
-            machine.crank_train.gas_pressure is not None and impact is None
+        "the gas pressure has no effect: only [response.impact] and the roll of the machine use "
+        "it": (
+            has_crank_train(machine)
+            and machine.crank_train.gas_pressure is not None
+            and impact is None
+            and not asks_roll(case)
         ),
     }
     if mounts is not None:

@@ -2,14 +2,23 @@
 
 from vibecalc.case.schema import Case
 from vibecalc.errors import Problem
+from vibecalc.machine.absorber_checks import absorber_problems
+from vibecalc.machine.absorber_part_checks import absorber_part_problems
+from vibecalc.machine.absorber_pendulum_checks import pendulum_problems
 from vibecalc.machine.body_checks import body_problems
 from vibecalc.machine.cautions import machine_warnings
+from vibecalc.machine.control_checks import control_problems
 from vibecalc.machine.crank_train_checks import crank_train_problems
 from vibecalc.machine.drive_checks import drive_problems
+from vibecalc.machine.dynamic_checks import dynamic_problems
+from vibecalc.machine.gas_checks import gas_problems
 from vibecalc.machine.isolation_checks import isolation_problems
 from vibecalc.machine.joint_checks import joint_problems
+from vibecalc.machine.measurement_checks import measurement_problems
 from vibecalc.machine.operation_checks import operation_problems
 from vibecalc.machine.range_checks import range_problems
+from vibecalc.machine.roll_checks import roll_problems
+from vibecalc.machine.slip_checks import slip_problems
 
 __all__ = ["check_machine", "machine_warnings"]
 
@@ -33,7 +42,16 @@ _CHECKS = (
     _matrix_problems,
     operation_problems,
     drive_problems,
+    slip_problems,
+    dynamic_problems,
+    gas_problems,
+    roll_problems,
+    control_problems,
     joint_problems,
+    measurement_problems,
+    absorber_problems,
+    absorber_part_problems,
+    pendulum_problems,
 )
 
 

@@ -3,6 +3,7 @@
 import numpy as np
 
 from vibecalc.case import parts
+from vibecalc.case.kinds import has_crank_train
 from vibecalc.case.schema import Case
 from vibecalc.errors import KeyPath, Problem
 from vibecalc.machine.crank_train import build_crank_train, rod_share
@@ -13,6 +14,8 @@ TRAIN: KeyPath = ("machine", "crank_train")
 
 def crank_train_problems(case: Case) -> list[Problem]:
     """Problems of directions, lengths, masses and of the series chosen for the motion."""
+    if not has_crank_train(case.machine):
+        return []
     train = case.machine.crank_train
     masses = _masses(case)
     return [*_directions(train), *_lengths(train), *_series(case), *masses]

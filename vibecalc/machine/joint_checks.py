@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterator
 
+from vibecalc.case.kinds import has_crank_train
 from vibecalc.case.schema import Case
 from vibecalc.errors import KeyPath, Problem
 from vibecalc.machine.joint_cost import cost_problems
@@ -23,6 +24,8 @@ LONGEST_STEP = 2.0
 def joint_problems(case: Case) -> list[Problem]:
     """Problems of joints with play, and of the study of impacts in them."""
     joints = case.machine.joints
+    if not has_crank_train(case.machine):
+        return []
     names = [cylinder.name for cylinder in case.machine.crank_train.cylinders]
     if joints is None or (joints.cylinder is not None and joints.cylinder not in names):
         return []

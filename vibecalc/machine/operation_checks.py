@@ -5,6 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from vibecalc.case import parts
+from vibecalc.case.kinds import has_crank_train
 from vibecalc.case.raw import listed, nearest
 from vibecalc.case.schema import Case
 from vibecalc.errors import KeyPath, Problem
@@ -15,6 +16,8 @@ MOUNTS: KeyPath = ("machine", "mounts")
 
 def operation_problems(case: Case) -> list[Problem]:
     """Problems of the cylinders that are named, of weights, and of [response.switching]."""
+    if not has_crank_train(case.machine):
+        return []
     names = [cylinder.name for cylinder in case.machine.crank_train.cylinders]
     problems = [problem for path, given in _lists(case) for problem in _names(path, given, names)]
     joints = case.machine.joints

@@ -8,14 +8,23 @@ from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
 
 from vibecalc.errors import Problem
+from vibecalc.machine.absorber_checks import absorber_problems
+from vibecalc.machine.absorber_part_checks import absorber_part_problems
+from vibecalc.machine.absorber_pendulum_checks import pendulum_problems
 from vibecalc.machine.body_checks import body_problems
 from vibecalc.machine.checks import check_machine
+from vibecalc.machine.control_checks import control_problems
 from vibecalc.machine.crank_train_checks import crank_train_problems
 from vibecalc.machine.drive_checks import drive_problems
+from vibecalc.machine.dynamic_checks import dynamic_problems
+from vibecalc.machine.gas_checks import gas_problems
 from vibecalc.machine.isolation_checks import isolation_problems
 from vibecalc.machine.joint_checks import joint_problems
+from vibecalc.machine.measurement_checks import measurement_problems
 from vibecalc.machine.operation_checks import operation_problems
 from vibecalc.machine.range_checks import ANGLES, LARGEST, LARGEST_ANGLE, SMALLEST
+from vibecalc.machine.roll_checks import roll_problems
+from vibecalc.machine.slip_checks import slip_problems
 from vibecalc.pipeline.stage_cache import StageCache
 
 if TYPE_CHECKING:
@@ -34,6 +43,18 @@ def matrices(case: "Case") -> list[Problem]:
     return matrix_problems(case)
 
 
+#: what ratios of an absorber come from, and its other parts
+_ABSORBER = (
+    *(f"machine.{part}" for part in ("primary", "secondary", "secondaries", "rod")),
+    "tuning",
+)
+_HARDWARE = tuple(
+    f"machine.{part}"
+    for part in (
+        *("flywheel", "springs", "ring", "gap", "oil"),
+        *("stock_springs", "stock_oils", "spring_catalogue", "oil_catalogue"),
+    )
+)
 #: check -> places of the case that it reads
 CHECKS: dict[Callable[["Case"], list[Problem]], tuple[str, ...]] = {
     crank_train_problems: ("machine.crank_train", "machine.body", "kinematics"),
@@ -58,6 +79,23 @@ CHECKS: dict[Callable[["Case"], list[Problem]], tuple[str, ...]] = {
         "excitation",
         "response",
     ),
+    slip_problems: ("machine.motor", "response.start_up"),
+    gas_problems: ("machine.crank_train",),
+    roll_problems: (
+        "machine.crank_train",
+        "machine.motor",
+        "machine.shell",
+        "excitation.working",
+        "response.roll",
+        "response.start_up",
+        "response.control",
+    ),
+    control_problems: ("machine.motor", "response.control"),
+    dynamic_problems: ("machine.motor", "response"),
+    measurement_problems: ("measurement", "machine.speed", "machine.kind"),
+    absorber_problems: (*_ABSORBER, "response.absorber"),
+    absorber_part_problems: (*_ABSORBER, *_HARDWARE),
+    pendulum_problems: ("machine.pendulum",),
     isolation_problems: (
         "machine.crank_train.axis",
         "machine.crank_train.stroke",
@@ -69,6 +107,9 @@ CHECKS: dict[Callable[["Case"], list[Problem]], tuple[str, ...]] = {
 #: places whose numbers have a range, each looked at by itself
 _RANGES = (
     *(f"machine.{part}" for part in ("speed", "crank_train", "body", "mounts", "motor", "joints")),
+    *(f"machine.{part}" for part in ("rotor", "shell", "friction", "pendulum")),
+    *(place for place in _ABSORBER if place != "tuning"),
+    *_HARDWARE,
     "excitation",
     "isolation",
     "response",

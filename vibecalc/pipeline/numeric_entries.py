@@ -11,7 +11,14 @@ if TYPE_CHECKING:
 
 #: result paths of this beginning have the orders of the crank train, these apart
 _OF_THE_TRAIN = ("kinematics/", "excitation/", "response/", "isolation/")
-_OWN_ORDERS = ("excitation/motor/", "excitation/balance/", "response/impact/")
+_OWN_ORDERS = (
+    "excitation/motor/",
+    "excitation/balance/",
+    "response/impact/",
+    "response/roll/",
+    "response/start_up/",
+    "response/control/",
+)
 #: and those that begin with order 0
 _FROM_ZERO = ("kinematics/", "excitation/rod/")
 _OWN_CLEARANCE = "machine.joints.wrist_pin.clearance"
@@ -64,6 +71,12 @@ def _known(quantity: str, axis: str, case: "Case") -> tuple[tuple[float, ...], s
     impact = None if case.response is None else case.response.impact
     if quantity.startswith("response/impact/") and impact is not None:
         return tuple(range(1, impact.orders + 1)), "orders of [response.impact] is the highest"
+    roll = None if case.response is None else case.response.roll
+    if quantity.startswith("response/roll/") and roll is not None:
+        return tuple(range(1, roll.orders + 1)), "orders of [response.roll] is the highest"
+    control = None if case.response is None else case.response.control
+    if quantity.startswith("response/control/") and control is not None:
+        return tuple(range(1, control.orders + 1)), "orders of [response.control] is the highest"
     options = case.excitation
     if options is None:
         return None

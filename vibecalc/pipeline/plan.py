@@ -7,9 +7,13 @@ not reported.
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING
 
+from vibecalc.case.kinds import finds_speed, has_speed
 from vibecalc.pipeline.catalogue import CATALOGUE
 from vibecalc.pipeline.entries.entry import Entry
+from vibecalc.pipeline.plan_absorber import plan_absorber
+from vibecalc.pipeline.plan_measurement import plan_measurement
 from vibecalc.pipeline.plan_response import plan_response
+from vibecalc.pipeline.plan_roll import plan_roll
 from vibecalc.pipeline.stage_plan import StagePlan, below, orders_words
 
 if TYPE_CHECKING:
@@ -46,6 +50,8 @@ def _kinematics(case: "Case") -> Iterator[StagePlan]:
 
 
 def _needs_excitation(case: "Case") -> bool:
+    if not has_speed(case.machine):  # [excitation] then says at most which cylinders work
+        return False
     return any(table is not None for table in (case.excitation, case.response, case.isolation))
 
 
@@ -96,7 +102,7 @@ def _rod(case: "Case") -> tuple[str, ...]:
 
 
 def _motor(case: "Case") -> Iterator[StagePlan]:
-    if case.machine.motor is None or case.excitation is None:
+    if case.machine.motor is None or case.excitation is None or finds_speed(case.machine):
         return
     yield StagePlan(
         stage="motor",
@@ -160,5 +166,8 @@ _MAKERS: tuple[Callable[["Case"], Iterator[StagePlan]], ...] = (
     _excitation,
     _motor,
     plan_response,
+    plan_roll,
     _isolation,
+    plan_measurement,
+    plan_absorber,
 )

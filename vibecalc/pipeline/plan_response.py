@@ -8,7 +8,10 @@ from vibecalc.pipeline.stage_plan import StagePlan, below, orders_words
 if TYPE_CHECKING:
     from vibecalc.case.schema import Case
 
-_APART = ("_energy/", "/operations/", "/run_up/", "/masked/", "/switching/", "/impact/")
+_APART = (
+    *("_energy/", "/operations/", "/run_up/", "/masked/", "/switching/", "/impact/"),
+    *("/roll/", "/start_up/", "/control/", "/absorber/", "/pendulum/"),
+)
 _LINEAR = ("response.modes", "response.direct", "response.energies")
 
 
@@ -33,7 +36,11 @@ def _motion(case: "Case") -> StagePlan:
     options = case.response
     assert options is not None
     energies = below("response/", without=("/operations/", "/run_up/"))
-    energies = tuple(path for path in energies if "_energy/" in path and "/switching/" not in path)
+    energies = tuple(
+        path
+        for path in energies
+        if path.startswith(("response/kinetic_energy/", "response/potential_energy/"))
+    )
     return StagePlan(
         stage="response",
         module="response",

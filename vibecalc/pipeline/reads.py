@@ -28,6 +28,24 @@ SYSTEM = ("machine.body", "machine.mounts")
 #: an entry of `handed_on` that any stage may build or find, since all build it from the same
 SHARED = {"linear_system": SYSTEM}
 
+#: what rotor, pistons and shell are built from
+ROLL = (
+    "machine.crank_train",
+    "machine.rotor",
+    "machine.shell",
+    "machine.friction",
+    "machine.motor",
+    "excitation",
+)
+
+#: what a primary system with its absorber and parts is built from
+ABSORBER = (
+    *(f"machine.{part}" for part in ("primary", "secondary", "secondaries", "rod", "flywheel")),
+    *(f"machine.{part}" for part in ("springs", "ring", "gap", "oil")),
+    *(f"machine.{part}" for part in ("stock_springs", "stock_oils")),
+    *(f"machine.{part}" for part in ("spring_catalogue", "oil_catalogue")),
+)
+
 _MOTION = ("machine.crank_train", "machine.speed", "excitation", "kinematics", "accuracy.rtol")
 _DRIVEN = ("kinematics", "excitation")
 _OPERATIONS = ("machine.crank_train", "machine.speed", "excitation", *SYSTEM, "response.operations")
@@ -55,6 +73,9 @@ READS: dict[str, Reads] = {
             "response.impact",
         )
     ),
+    "roll": Reads((*ROLL, "response.roll", "accuracy.rtol")),
+    "start_up": Reads((*ROLL, "response.start_up", "accuracy.rtol")),
+    "control": Reads((*ROLL, "response.control", "accuracy.rtol")),
     "isolation_pitch": Reads(
         (
             "machine.crank_train",
@@ -74,4 +95,9 @@ READS: dict[str, Reads] = {
         ("machine.speed", *SYSTEM, "isolation.up", "isolation.gravity"), after=("excitation",)
     ),
     "run_up": Reads(("machine.mounts", "isolation.run_up"), after=("excitation", "isolation")),
+    "measurement": Reads(("measurement", "machine.speed")),
+    "absorber_tuning": Reads((*ABSORBER, "tuning")),
+    "absorber": Reads((*ABSORBER, "tuning", "response.absorber"), after=("tuning",)),
+    "absorber_parts": Reads((*ABSORBER, "tuning"), after=("tuning",)),
+    "absorber_pendulum": Reads(("machine.pendulum",)),
 }

@@ -4,6 +4,7 @@ import difflib
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
+from vibecalc.case.kinds import has_crank_train
 from vibecalc.errors import KeyPath, Problem, UnitError
 from vibecalc.pipeline.catalogue import AXES, CATALOGUE
 from vibecalc.pipeline.entries.entry import Entry
@@ -19,7 +20,8 @@ def check_targets(case: "Case", extra: Mapping[str, Entry] | None = None) -> lis
 
     `extra` holds paths beside the stages' own (what a study adds).
     """
-    known = {**planned_quantities(case), **(extra or {})}
+    planned = planned_quantities(case)
+    known = {**planned, **(extra or {})}
     problems: list[Problem] = []
     for index, reference in enumerate(case.reference):
         path: KeyPath = ("reference", index)
@@ -31,6 +33,11 @@ def check_targets(case: "Case", extra: Mapping[str, Entry] | None = None) -> lis
         problems += _check_name(path, limit.quantity, limit.where, known, case)
         for key, value in (("max", limit.max), ("min", limit.min)):
             problems += _check_unit((*path, key), value, limit.quantity, known)
+    for index, search in enumerate(case.find):
+        path = ("find", index)
+        problems += _check_name(path, search.quantity, search.where, planned, case)
+        for key, value in (("target", search.target), ("change", search.change)):
+            problems += _check_unit((*path, key), value, search.quantity, planned)
     if case.optimisation:
         goal = case.optimisation.objective
         problems += _check_name(
@@ -61,7 +68,7 @@ def _check_name(
                 allowed=allowed,
                 hint=_nearest(axis, entry.axes),
             )
-        elif axis in names and value not in names[axis]:
+        elif axis in names and str(value) not in names[axis]:  # a CSV file has 3 for "3"
             yield Problem(
                 path=(*path, "where"),
                 message=f"there is no {axis} named {value!r}",
@@ -125,13 +132,22 @@ def _check_unit(
 
 def _names(case: "Case") -> dict[str, tuple[str, ...]]:
     mounts = case.machine.mounts
+    turns = has_crank_train(case.machine)
+    train = case.machine.crank_train
     names = {
-        "cylinder": tuple(cylinder.name for cylinder in case.machine.crank_train.cylinders),
-        "counterweight": tuple(w.name for w in case.machine.crank_train.counterweights),
+        "cylinder": tuple(cylinder.name for cylinder in train.cylinders) if turns else (),
+        "counterweight": tuple(w.name for w in train.counterweights) if turns else (),
         "direction": ("x", "y", "z"),
         "coordinate": ("x", "y", "z", "rx", "ry", "rz"),
     }
     names |= _names_of_response(case)
+    names |= _names_of_absorber(case)
+    if case.measurement is not None:
+        names["position"] = tuple(position.name for position in case.measurement.positions)
+    if case.response is not None and case.response.roll is not None and turns:
+        from vibecalc.machine.roll import gas_tables, interpolations
+
+        names["interpolant"] = interpolations(gas_tables(case))
     if mounts is not None:
         named = tuple(mount.name for mount in mounts.individual or ())
         names["mount"] = named or tuple(str(i + 1) for i in range(len(mounts.positions or ())))
@@ -148,7 +164,23 @@ def _names_of_response(case: "Case") -> dict[str, tuple[str, ...]]:
     if response.switching is not None:
         there, back = response.switching.between
         names["change"] = (f"{there} to {back}", f"{back} to {there}")
+    if response.roll is not None:
+        names["method"] = tuple(dict.fromkeys((response.roll.method, *response.roll.compare)))
     return names
+
+
+def _names_of_absorber(case: "Case") -> dict[str, tuple[str, ...]]:
+    machine = case.machine
+    if machine.primary is None:
+        return {}
+    from vibecalc.machine.absorber_hardware import stock
+
+    known = stock(machine)
+    return {
+        "absorber": tuple(one.name for one in machine.secondaries),
+        "stock_spring": known.spring_names,
+        "stock_oil": tuple(oil.name for oil in known.oils),
+    }
 
 
 def _nearest(word: str, allowed: tuple[str, ...]) -> str:

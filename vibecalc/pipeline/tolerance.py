@@ -10,23 +10,66 @@ ZERO = 4.0
 #: sums that are there to show what cancels
 CANCELLING = "excitation/balance/"
 #: where a summit stands: it is flat there, so that half the digits of its height are known
-PLACES = ("/peak_time", "/peak_speed", "/worst_angle")
+PLACES = ("/peak_time", "/peak_speed", "/worst_angle", "_peak_time")
 #: a chaotic motion: what counts of its statistics is their standard error
 CHAOTIC = "response/impact/"
+#: differences of results, whose digits are those of what is left of them
+DIFFERENCES = (
+    "response/roll/sensitivity/",
+    "response/roll/classical/",
+    "response/roll/method/",
+    "/interpolation/spread",
+    "response/roll/motor/table/",
+    "/motor/worst_difference",
+    "/motor/rms_difference",
+    "/motor/fit_change",
+    "/motor/dynamics_change",
+    "tuning/sensitivity/",
+    "tuning/active/",
+    "tuning/each/",
+    "pendulum/jump/swing",
+)
+
+#: levels and phases of harmonics: of a weak one they show an error that is small beside the largest
+SPECTRA = ("response/roll/level/", "response/roll/phase_lag/")
+#: works of one turn, of which that of the motor feeds the others
+ENERGIES = "response/roll/energy/"
+
+#: where a search ends, and what its bounds are worth there: a minimum is flat
+SEARCHED = tuple(
+    f"response/control/tuned/{name}"
+    for name in ("gain", "acceleration_feedback", "speed_feedback", "multiplier", "residual")
+)
+#: the largest of what is looked at
+LOOKED_AT = ("response/control/full/largest_slip",)
+
+#: read off a march in time by looking at it (as well as the looks are close together), and borders
+#: of start angles, which are enclosed to a width of their own
+MARCH = "response/start_up/"
+LOOKED = ("_peak", "_low", "_high", "/turn/shell_acceleration")
+
+#: uncertainties of what was read, of which two digits tell all; bounds are searched for
+UNCERTAIN = ("measurement/uncertainty/", "measurement/candidate/level_bound")
 
 _ORDERS = "where too few orders are kept, more help ([excitation] orders)"
 _RESONANCE = "beside an undamped resonance only damping does"
 _CANCELS = "what is left of large numbers that cancel has no more digits to give"
+_MARCH = "a march in time keeps to the tolerance in each step, not over all of them"
 #: what helps, by the beginnings of paths; the first that fits counts
 _ADVICE = (
+    (("response/roll/", "response/control/"), (_CANCELS,)),
+    ((MARCH,), (_MARCH,)),
     (("response/modes/", "isolation/modes/", "isolation/support_force/static"), (_CANCELS,)),
     (("kinematics/", "excitation/", "response/switching/"), (_ORDERS,)),
     (("isolation/", "response/", "optimisation/"), (_ORDERS, _RESONANCE)),
 )
 
 
-def reached(quantity: Quantity) -> float | None:
+def reached(quantity: Quantity, record: Record | None = None) -> float | None:
     """Error estimate over the largest finite magnitude; None for what cancels to zero.
+
+    With the `record` a part of a balance is measured by the whole of it, and levels and phases of
+    harmonics by these themselves, in whose place they stand.
 
     A total that cancels has no relative accuracy: its estimate says that it is zero. Neither has a
     statistic, whose standard error is far above what the numbers cost.
@@ -35,16 +78,33 @@ def reached(quantity: Quantity) -> float | None:
     largest = float(np.max(size, initial=0.0, where=np.isfinite(size)))
     if largest <= ZERO * quantity.error_estimate or quantity.path.startswith(CANCELLING):
         return None
-    if quantity.path.endswith(PLACES):
+    if record is not None and _harmonics(quantity.path) in record:
+        return None
+    if record is not None and quantity.path.startswith(ENERGIES):
+        whole = record.get(f"{ENERGIES}motor")
+        largest = max(largest, 0.0 if whole is None else float(np.max(np.abs(whole.values))))
+    if quantity.path.endswith(PLACES) or any(part in quantity.path for part in DIFFERENCES):
+        return None
+    if quantity.path.startswith(UNCERTAIN) or quantity.path in (*SEARCHED, *LOOKED_AT):
         return None
     if quantity.standard_error is not None or quantity.path.startswith(CHAOTIC):
+        return None
+    if quantity.path.startswith(MARCH) and (
+        quantity.path.endswith(LOOKED) or "/start_angles/" in quantity.path
+    ):
         return None
     return quantity.error_estimate / largest
 
 
+def _harmonics(path: str) -> str:
+    """Path of the harmonics whose levels or phases stand under `path`; empty for other results."""
+    stem = next((stem for stem in SPECTRA if path.startswith(stem)), "")
+    return f"response/roll/{path.removeprefix(stem)}" if stem else ""
+
+
 def tolerance_warning(record: Record, rtol: float) -> str | None:
     """One sentence that names the results with a relative error estimate above `rtol`."""
-    relative = {path: reached(quantity) for path, quantity in record.items()}
+    relative = {path: reached(quantity, record) for path, quantity in record.items()}
     missed = {path: share for path, share in relative.items() if share is not None and share > rtol}
     if not missed:
         return None
@@ -63,5 +123,6 @@ def _advice(paths: list[str]) -> str:
         next((words for starts, words in _ADVICE if path.startswith(starts)), (_CANCELS,))
         for path in paths
     ]
-    said = [words for words in (_ORDERS, _RESONANCE, _CANCELS) if any(words in w for w in fitting)]
+    every = (_ORDERS, _RESONANCE, _CANCELS, _MARCH)
+    said = [words for words in every if any(words in w for w in fitting)]
     return "; ".join(said)

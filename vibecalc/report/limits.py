@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import Any, Literal
 
 from vibecalc.errors import ResultError
-from vibecalc.report.lookup import asked, entries, naming
+from vibecalc.report.lookup import asked, entries, naming, not_found
 from vibecalc.report.printed import read_printed
 from vibecalc.results.record import Result
 from vibecalc.results.select import worst
@@ -44,7 +44,8 @@ class LimitRow:
 def judge_limits(result: Result) -> list[LimitRow]:
     """Judge every `[[limit]]` of the case, in its order; of an array the worst entry counts.
 
-    An infinite value breaks a `max` with a margin of minus infinity. Numbers are in the unit of
+    An infinite value breaks a `max` with a margin of minus infinity, and so does what a [[find]]
+    was to find and did not. Numbers are in the unit of
     the bound as written (of `max`, if the row has both).
 
     Raises
@@ -55,7 +56,33 @@ def judge_limits(result: Result) -> list[LimitRow]:
     return [_judge(result, entry) for entry in entries(result, "limit")]
 
 
+def _nothing(entry: Mapping[str, Any]) -> LimitRow:
+    """A limit on what a [[find]] did not find: missed, whatever the case expects of it."""
+    both = {side: entry.get(side) for side in ("max", "min")}
+    bounds = {side: read_printed(bound) for side, bound in both.items() if bound is not None}
+    unit = next((bound.unit for bound in bounds.values()), "")
+    limits = {side: convert(bound.number, bound.unit, unit) for side, bound in bounds.items()}
+    expect = str(entry.get("expect") or "kept")
+    return LimitRow(
+        quantity=str(entry["quantity"]),
+        where=dict(entry.get("where") or {}),
+        source=str(entry.get("source") or ""),
+        min=limits.get("min"),
+        max=limits.get("max"),
+        unit=unit,
+        computed=math.nan,
+        label="",
+        error_estimate=math.nan,
+        margin=-math.inf,
+        kept=expect != "kept",
+        expect=expect,
+        at=str(entry.get("at") or "optimum"),
+    )
+
+
 def _judge(result: Result, entry: Mapping[str, Any]) -> LimitRow:
+    if not_found(result, entry):
+        return _nothing(entry)
     quantity = asked(result, entry, "limit")
     where = dict(entry.get("where") or {})
     sides: tuple[Literal["max"], Literal["min"]] = ("max", "min")

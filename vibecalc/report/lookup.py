@@ -39,6 +39,13 @@ def asked(result: Result, entry: Mapping[str, Any], table: str) -> Quantity:
     return result.record[path]
 
 
+def not_found(result: Result, entry: Mapping[str, Any]) -> bool:
+    """Whether a row of the case names something of a [[find]] that found nothing."""
+    path = str(entry["quantity"])
+    names = {f"find/{search['name']}" for search in entries(result, "find")}
+    return path not in result.record and path.rsplit("/", 1)[0] in names
+
+
 @contextmanager
 def naming(table: str, entry: Mapping[str, Any]) -> Iterator[None]:
     """Say in a ResultError which row of a list of tables asked for what is not there."""

@@ -1,13 +1,14 @@
 """Published and measured numbers of a case, held against its result."""
 
 import math
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 from vibecalc.numerics.rounding import EPSILON
 from vibecalc.report.limits import LimitRow, judge_limits
-from vibecalc.report.lookup import asked, entries, name_of, naming
+from vibecalc.report.lookup import asked, entries, name_of, naming, not_found
 from vibecalc.report.printed import Printed, read_printed
 from vibecalc.results.record import Result
 from vibecalc.results.select import scalar
@@ -33,12 +34,16 @@ MEASURED = "measured"
 
 #: Comparing at the very edge of a tolerance must not hang on the last bit of a subtraction.
 _ROUND_OFF = 4.0 * EPSILON
+#: paths of angles that say the same after a whole turn, but not their uncertainties
+_PHASE = re.compile(r"^(?!.*uncertainty)(.*[/_.])?(phase|phase_lag|lag)(/[^/]*)?$")
 
 
 @dataclass(frozen=True, kw_only=True)
 class ReferenceRow:
     """A published or measured number beside ours; all numbers in `unit`, the one printed.
 
+    `difference` is computed less printed, of a phase the shortest way round (`cyclic`); the
+    relative one is that over the printed number.
     `agrees` is the bare comparison, `within` the counted one: None for a row that is shown only.
     `printed` is the value as the case writes it.
     """
@@ -52,6 +57,7 @@ class ReferenceRow:
     unit: str
     error_estimate: float
     tolerance: float
+    difference: float
     relative_difference: float | None
     agrees: bool
     within: bool | None
@@ -60,6 +66,7 @@ class ReferenceRow:
     known_difference: str = ""
     shown_by: str = ""
     at: str = "optimum"
+    cyclic: bool = False
 
 
 def judge_references(result: Result) -> list[ReferenceRow]:
@@ -67,7 +74,8 @@ def judge_references(result: Result) -> list[ReferenceRow]:
 
     A complex quantity counts by its magnitude. The tolerance is `atol`, else `rtol` times the
     printed value, else half a unit of the last printed digit, a whole one where the source cut
-    its digits off.
+    its digits off. What a [[find]] was to find and did not is undefined, outside every tolerance.
+    Phases agree whatever whole turns they differ by.
 
     Raises
     ------
@@ -86,7 +94,7 @@ def misses(references: Sequence[ReferenceRow], limits: Sequence[LimitRow]) -> li
     """One line of words for each counted reference outside its tolerance and each missed limit."""
     found = [
         f"{name_of(row.quantity, row.where)}: published {row.value:.10g} {row.unit}".rstrip()
-        + f", computed {row.computed:.10g}, tolerance {row.tolerance:.2g} ({row.source})"
+        + f", {_computed(row.computed, 10)}, tolerance {row.tolerance:.2g} ({row.source})"
         for row in references
         if row.within is False
     ]
@@ -96,29 +104,43 @@ def misses(references: Sequence[ReferenceRow], limits: Sequence[LimitRow]) -> li
             fate = "is broken" if limit.expect == "kept" else "was expected to be broken, is kept"
             found.append(
                 f"limit on {name_of(limit.quantity, limit.where)} {fate}{where}: "
-                f"{limit.computed:.6g} {limit.unit}".rstrip()
+                f"{_computed(limit.computed, 6, '')} {limit.unit}".rstrip()
                 + f", margin {limit.margin:.3g}"
             )
     return found
 
 
+def _computed(value: float, digits: int, lead: str = "computed ") -> str:
+    return "nothing found" if math.isnan(value) else f"{lead}{value:.{digits}g}"
+
+
 def _judge(result: Result, entry: Mapping[str, Any]) -> ReferenceRow:
-    quantity = asked(result, entry, "reference")
     where = dict(entry.get("where") or {})
-    printed = read_printed(entry["value"], entry.get("unit") or "", quantity.unit)
-    with naming("reference", entry):
-        picked = scalar(quantity, where)
-    magnitude = abs(picked) if isinstance(picked, complex) else picked
-    computed = convert(float(magnitude), quantity.unit, printed.unit)
+    cyclic = False
+    if not_found(result, entry):
+        printed = read_printed(entry["value"], entry.get("unit") or "")
+        computed = error = math.nan
+    else:
+        quantity = asked(result, entry, "reference")
+        printed = read_printed(entry["value"], entry.get("unit") or "", quantity.unit)
+        with naming("reference", entry):
+            picked = scalar(quantity, where)
+        magnitude = abs(picked) if isinstance(picked, complex) else picked
+        computed = convert(float(magnitude), quantity.unit, printed.unit)
+        error = convert(quantity.error_estimate, quantity.unit, printed.unit)
+        cyclic = quantity.unit == "rad" and bool(_PHASE.match(quantity.path))
     tolerance = _tolerance(entry, printed)
     slack = _ROUND_OFF * max(abs(printed.number), abs(computed)) if math.isfinite(computed) else 0.0
-    agrees = bool(abs(computed - printed.number) <= tolerance + slack)
+    difference = computed - printed.number
+    if cyclic and math.isfinite(difference):
+        difference = math.remainder(difference, convert(2.0 * math.pi, "rad", printed.unit))
+    agrees = bool(abs(difference) <= tolerance + slack)
     kind = str(entry.get("kind") or "published")
     known = str(entry.get("known_difference") or "")
     counted = kind == "published" and not known
     relative = None
     if printed.number != 0.0 and math.isfinite(computed):
-        relative = (computed - printed.number) / abs(printed.number)
+        relative = difference / abs(printed.number)
     verdict = WITHIN if agrees else OUTSIDE
     if not counted:
         verdict = MEASURED if kind == "measured" else KNOWN
@@ -130,8 +152,9 @@ def _judge(result: Result, entry: Mapping[str, Any]) -> ReferenceRow:
         printed=printed.text,
         computed=computed,
         unit=printed.unit,
-        error_estimate=convert(quantity.error_estimate, quantity.unit, printed.unit),
+        error_estimate=error,
         tolerance=tolerance,
+        difference=difference,
         relative_difference=relative,
         agrees=agrees,
         within=agrees if counted else None,
@@ -140,6 +163,7 @@ def _judge(result: Result, entry: Mapping[str, Any]) -> ReferenceRow:
         known_difference=known,
         shown_by=str(entry.get("shown_by") or ""),
         at=str(entry.get("at") or "optimum"),
+        cyclic=cyclic,
     )
 
 

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vibecalc.report.limits import judge_limits
-from vibecalc.report.numbers import show, show_percent
+from vibecalc.report.numbers import show
 from vibecalc.report.references import OUTSIDE, WITHIN, judge_references
 from vibecalc.report.sections.key_rows import key_rows
 from vibecalc.report.sections.section import SCALARS
@@ -14,6 +14,7 @@ from vibecalc.report.sections.summary import (
     brief,
     computed,
     conclusion,
+    difference,
     known_notes,
     limit_verdict,
     not_shown,
@@ -131,7 +132,7 @@ def _references(result: Result) -> "Table | None":
         name = row.quantity + (f" [{picks}]" if picks else "") + f" ({row.source})"
         printed = row.printed if len(row.printed) <= LONGEST_PRINTED else show(row.value)
         cells = [name, printed, computed(row), row.unit]
-        cells.append(show_percent(row.relative_difference))
+        cells.append(difference(row))
         colour = colours.get(row.verdict, "yellow")
         table.add_row(*_plain(cells), f"[{colour}]{row.verdict}[/{colour}]")
     return table

@@ -8,17 +8,27 @@ from vibecalc.report.lookup import speed_of, table_of
 from vibecalc.report.numbers import rpm, show
 from vibecalc.report.references import judge_references, misses
 from vibecalc.report.sections import closing, summary
+from vibecalc.report.sections.absorber import absorber
+from vibecalc.report.sections.absorber_parts import absorber_parts
+from vibecalc.report.sections.absorber_tuning import absorber_tuning
 from vibecalc.report.sections.excitation import excitation
+from vibecalc.report.sections.find import find
 from vibecalc.report.sections.impact import impact
 from vibecalc.report.sections.isolation import isolation
 from vibecalc.report.sections.kinematics import kinematics
+from vibecalc.report.sections.measurement import measurement
 from vibecalc.report.sections.motor import motor
 from vibecalc.report.sections.operations import operations
 from vibecalc.report.sections.optimisation import optimisation
 from vibecalc.report.sections.other import other
+from vibecalc.report.sections.pendulum import pendulum
 from vibecalc.report.sections.response import response
 from vibecalc.report.sections.rod import rod
+from vibecalc.report.sections.roll import roll
+from vibecalc.report.sections.roll_control import roll_control
+from vibecalc.report.sections.roll_motor import roll_motor
 from vibecalc.report.sections.section import Section
+from vibecalc.report.sections.start_up import start_up
 from vibecalc.report.sections.switching import switching
 from vibecalc.report.tables import fold, pairs, paragraph
 from vibecalc.results.record import Result
@@ -29,6 +39,7 @@ _MOST_ON_TOP, _BRIEF = 40, 10
 #: In the order of the pipeline, the optimum first since it is what the rest describes.
 _STAGES: tuple[Callable[[Result], Section | None], ...] = (
     optimisation,
+    find,
     kinematics,
     rod,
     excitation,
@@ -37,7 +48,16 @@ _STAGES: tuple[Callable[[Result], Section | None], ...] = (
     operations,
     switching,
     impact,
+    roll,
+    start_up,
+    roll_motor,
+    roll_control,
     isolation,
+    measurement,
+    absorber_tuning,
+    absorber,
+    absorber_parts,
+    pendulum,
 )
 
 

@@ -1,5 +1,6 @@
 """A case with some of its keys set to numbers, as a function that a search can call."""
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -58,14 +59,7 @@ class Binding:
     def case_at(self, variables: np.ndarray) -> "Case":
         """The case with its variables set, checked again; NumericalFailure if it is not a case."""
         settings = dict(zip(self.keys, map(float, variables), strict=True))
-        try:
-            case = validate(case_at(self._resolved, settings))
-        except CaseError as error:
-            raise NumericalFailure(str(error.problems[0].message)) from error
-        problems = check_again(case, self._cache)
-        if problems:
-            raise NumericalFailure(problems[0].message)
-        return case
+        return checked_case(self._resolved, settings, self._cache)
 
     def evaluate(self, variables: np.ndarray) -> tuple[float, np.ndarray]:
         """Objective (to be made small) and dimensionless margins, kept where >= 0."""
@@ -121,6 +115,20 @@ class Binding:
     def _note_accuracy(self, record: "Record", path: str, value: float) -> None:
         if value != 0.0 and np.isfinite(value):
             self.accuracy = max(self.accuracy, record[path].error_estimate / abs(value))
+
+
+def checked_case(
+    resolved: Mapping[str, Any], settings: Mapping[str, float], cache: StageCache
+) -> "Case":
+    """A case in SI with some keys set, checked again; NumericalFailure if it is not a case."""
+    try:
+        case = validate(case_at(resolved, settings))
+    except CaseError as error:
+        raise NumericalFailure(str(error.problems[0].message)) from error
+    problems = check_again(case, cache)
+    if problems:
+        raise NumericalFailure(problems[0].message)
+    return case
 
 
 def sign_of(goal: Objective) -> float:

@@ -9,6 +9,9 @@ from typing import Any
 from vibecalc.errors import KeyPath, Problem, UnitError
 from vibecalc.units import parse_quantity
 
+#: result paths that a study adds, known once the whole case can be read
+_OF_STUDIES = ("optimisation/", "find/")
+
 
 def early_problems(data: dict[str, Any]) -> list[Problem]:
     """A rod that is too short, and quantities that no case computes; never raises on nonsense."""
@@ -31,12 +34,12 @@ def _quantities(data: dict[str, Any]) -> Iterator[Problem]:
     from vibecalc.pipeline.targets import unknown_quantity
 
     for path, quantity in _named(data):
-        if quantity and quantity not in CATALOGUE and not quantity.startswith("optimisation/"):
+        if quantity and quantity not in CATALOGUE and not quantity.startswith(_OF_STUDIES):
             yield unknown_quantity(path, quantity, CATALOGUE)
 
 
 def _named(data: dict[str, Any]) -> Iterator[tuple[KeyPath, str]]:
-    for name in ("reference", "limit"):
+    for name in ("reference", "limit", "find"):
         rows = data.get(name)
         for index, row in enumerate(rows if isinstance(rows, list) else ()):
             if isinstance(row, dict) and isinstance(row.get("quantity"), str):

@@ -1,4 +1,4 @@
-"""A checked case to a finished result: one run, or a run to the optimum."""
+"""A checked case to a finished result: one run, a run to the optimum, or one with searches."""
 
 import platform
 import shlex
@@ -25,6 +25,10 @@ def execute(loaded: LoadedCase, progress: bool = False) -> Result:
         from vibecalc.pipeline.run import run_case
 
         record = run_case(loaded.case, timings=timings)
+        if loaded.case.find:
+            from vibecalc.study.find import add_found
+
+            add_found(record, loaded, timings=timings, progress=progress)
     else:
         from vibecalc.study.optimise import optimise
 
@@ -41,6 +45,10 @@ def plan_texts(case: "Case") -> list[dict[str, str]]:
         from vibecalc.study.optimise_paths import describe_study
 
         rows.append(describe_study(case))
+    if case.find:
+        from vibecalc.study.find_paths import describe_find
+
+        rows.append(describe_find(case))
     return rows
 
 

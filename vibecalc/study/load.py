@@ -44,6 +44,10 @@ def physics_problems(loaded: LoadedCase) -> list[Problem]:
 
         extra = optimisation_entries(case)
         problems = study_problems(case)
+    if case.find:
+        from vibecalc.study.find_paths import find_entries
+
+        extra = {**extra, **find_entries(case)}
     if case.sweep is not None and case.sweep.axes:
         from vibecalc.study.sweep.early import sweep_problems
 

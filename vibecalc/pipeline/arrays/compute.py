@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
 #: points times cylinders, weights and mounts in one block: with some fifty orders about 100 MB
 _BLOCK = 16_384
+#: machines whose running states are found together
+_ROLL_BLOCK = 128
 #: a block this small that fails is left to single runs
 _SMALLEST = 8
 
@@ -40,6 +42,11 @@ def compute(
     point needs a single run if a check may refuse it, if an order may stand on an undamped
     resonance, or if something in its arithmetic goes wrong: the single run then says what.
     """
+    if case.machine.primary is not None:
+        from vibecalc.pipeline.arrays.absorber import tunings
+
+        done, columns, alone = tunings(case, varied, count, keep)
+        return ([Part(done, columns)] if len(done) else []), alone
     whole = Columns(case, varied, count)
     doubtful = suspects(whole)
     clear = np.flatnonzero(~doubtful)
@@ -48,6 +55,8 @@ def compute(
     mounted = 0 if mounts is None else len(mounts.individual or mounts.positions or ())
     turning = len(train.cylinders) + len(train.counterweights) + len(train.balance_shafts)
     size = max(1, _BLOCK // (turning + mounted))
+    if case.response is not None and case.response.roll is not None:
+        size = min(size, _ROLL_BLOCK)
     parts: list[Part] = []
     waiting = [clear[start : start + size] for start in range(0, len(clear), size)][::-1]
     while waiting:
@@ -72,6 +81,8 @@ def _block(
 ) -> tuple[Part | None, BoolArray]:
     """Results of one block, and which of its points (n,) are on a resonance instead."""
     met = np.zeros(len(places), dtype=bool)
+    if columns.case.response is not None and columns.case.response.roll is not None:
+        return _roll_block(columns, places, keep)
     with np.errstate(over="raise", divide="raise", invalid="raise", under="ignore"):
         forces = build_forces(columns)
         mounted = None
@@ -89,3 +100,21 @@ def _block(
         if mounted is not None:
             emit_pitch(columns, forces, mounted, sheet)
     return Part(places, sheet.columns), met
+
+
+def _roll_block(
+    columns: Columns, places: IntArray, keep: frozenset[str]
+) -> tuple[Part | None, BoolArray]:
+    """Running states of one block, and which of its points (n,) have to be run alone."""
+    from vibecalc.pipeline.arrays.roll import emit_roll  # loads what solves the motion
+
+    sheet = Sheet(columns.count, keep)
+    doubtful = emit_roll(columns, sheet)
+    clear = np.flatnonzero(~doubtful)
+    if not len(clear):
+        return None, doubtful
+    found = {
+        path: column._replace(values=column.values[clear], errors=column.errors[clear])
+        for path, column in sheet.columns.items()
+    }
+    return Part(places[clear], found), doubtful

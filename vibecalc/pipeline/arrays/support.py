@@ -3,11 +3,15 @@
 from collections.abc import Collection
 from typing import TYPE_CHECKING, Any
 
+from vibecalc.case.kinds import has_crank_train
 from vibecalc.case.overrides import key_text
 from vibecalc.errors import KeyPath
+from vibecalc.pipeline.arrays.absorber import DAMPING, MASS
+from vibecalc.pipeline.arrays.absorber import PATHS as TUNING
 from vibecalc.pipeline.arrays.excitation import BALANCE, COUNTERWEIGHT, RESIDUAL
 from vibecalc.pipeline.arrays.excitation import PATHS as EXCITATION
 from vibecalc.pipeline.arrays.pitch import PATHS as PITCH
+from vibecalc.pipeline.arrays.roll_paths import PATHS as ROLL
 
 if TYPE_CHECKING:
     from vibecalc.case.schema import Case
@@ -59,12 +63,23 @@ MOUNTED_KEYS = frozenset(
         "isolation.lever",
     ]
 )
+#: keys of rotor, pistons and shell
+ROLL_KEYS = TRAIN_KEYS | frozenset(
+    [
+        "machine.rotor.inertia",
+        *(f"machine.shell.{name}" for name in ("inertia", "stiffness", "damping")),
+        *(f"machine.friction.{name}" for name in ("torque", "viscous", "piston_force")),
+        "response.roll.started_at",
+    ]
+)
 #: results, and the keys over which arrays give them; the rest of a result's input stays as it is
 SUPPORTED: tuple[tuple[frozenset[str], frozenset[str]], ...] = (
     (
         frozenset(EXCITATION) | frozenset(PITCH),
         TRAIN_KEYS | FORCE_KEYS | RESIDUAL_KEYS | MOUNTED_KEYS,
     ),
+    (frozenset(ROLL), ROLL_KEYS),
+    (frozenset(TUNING), frozenset([key_text(MASS), key_text(DAMPING)])),
 )
 
 
@@ -106,15 +121,20 @@ def _whole_case(case: "Case", keep: Collection[str]) -> str | None:
     if case.optimisation is not None:
         return "each point is optimised"
     isolation, machine = case.isolation, case.machine
+    if machine.primary is not None:
+        return _whole_tuning(case)
     if isolation is not None and isolation.model != "pitch":
         return "the rigid body on its mounts is computed point by point"
     if machine.joints is not None or (case.response and case.response.switching):
         return "joints with play and changes between operations are checked point by point"
-    options = case.excitation
+    roll = None if case.response is None else case.response.roll
+    if roll is not None:
+        return _whole_roll(case)
+    options, turns = case.excitation, has_crank_train(machine)
     for path, there in (
         *((path, isolation is not None) for path in PITCH),
         *((path, bool(options and options.balance)) for path in BALANCE),
-        *((path, bool(machine.crank_train.counterweights)) for path in COUNTERWEIGHT),
+        *((path, turns and bool(machine.crank_train.counterweights)) for path in COUNTERWEIGHT),
         (RESIDUAL, bool(options and options.residual)),
     ):
         if path in keep and not there:
@@ -122,4 +142,25 @@ def _whole_case(case: "Case", keep: Collection[str]) -> str | None:
     driven = options or isolation or case.response
     if not driven and any(path.startswith("excitation/") for path in keep):
         return "no table of the case asks for forces"
+    return None
+
+
+def _whole_tuning(case: "Case") -> str | None:
+    options, machine = case.tuning, case.machine
+    if options is None or options.norm != "h_infinity" or options.kind != "free":
+        return "only tunings of spring and damper for the largest amplitude are found together"
+    if machine.secondary is None or machine.springs or machine.gap or machine.flywheel:
+        return "several absorbers and their parts are computed point by point"
+    if options.bounds is not None or options.compare or options.mistuning or options.sensitivity:
+        return "what [tuning] asks for beside the optimum is computed point by point"
+    return None
+
+
+def _whole_roll(case: "Case") -> str | None:
+    roll = None if case.response is None else case.response.roll
+    motor = case.machine.motor
+    if roll is None or roll.method != "collocation":
+        return "this method is run point by point"
+    if motor is None or motor.kind == "dynamic":
+        return "a dynamic motor is run point by point"
     return None

@@ -20,6 +20,7 @@ from vibecalc.pipeline.scene import Scene
 
 if TYPE_CHECKING:
     from vibecalc.case.schema import Case
+    from vibecalc.machine.crank_train import CrankTrain
 
 #: what is left after the guard orders, as a share of what was left before them
 BEYOND_GUARD = 1e-7
@@ -103,6 +104,14 @@ def _series(scene: Scene) -> tuple[PistonMotion, Lacking]:
         "hypergeometric coefficients, docs/theory.md; cf. Biezeno and Grammel (1953), ch. XI",
     )
     return motion, dropped
+
+
+def exact_motion(case: "Case", train: "CrankTrain", least: int) -> PistonMotion:
+    """Exact harmonics of a crank train, of `least` orders or as many as the tolerance needs."""
+    ratio = train.crank_radius / train.rod_length
+    offset = train.wrist_pin_offset / train.crank_radius
+    kept = max(_kept(case, _enough(ratio, case.accuracy.rtol, offset)), least)
+    return _exact_series(ratio, offset, kept, len(train.names))[0]
 
 
 def _cut_series(case: "Case", ratio: float, terms: int) -> tuple[PistonMotion, Lacking]:

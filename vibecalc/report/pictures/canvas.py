@@ -40,7 +40,7 @@ def canvas(result: Titled, subtitle: str, width: float, height: float) -> "Figur
     figure = Figure(figsize=(width, height), layout="constrained")
     FigureCanvasAgg(figure)
     title = str(result.case.get("title") or result.name)
-    figure.suptitle(f"{title}\n{subtitle}", fontsize=12)
+    figure.suptitle(f"{title}\n{subtitle}".rstrip(), fontsize=12)
     return figure
 
 

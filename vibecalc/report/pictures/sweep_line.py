@@ -8,6 +8,7 @@ import numpy as np
 
 from vibecalc.report.pictures.canvas import COLOURS, LIMIT, canvas
 from vibecalc.report.pictures.scales import plain_ticks
+from vibecalc.report.pictures.sweep_labels import line_style, name_ends
 from vibecalc.report.pictures.sweep_parts import (
     BEST,
     FEW,
@@ -29,6 +30,7 @@ from vibecalc.report.pictures.sweep_parts import (
 )
 from vibecalc.report.pictures.sweep_resonances import resonances
 from vibecalc.report.sweep.limits import Limit, best, judge
+from vibecalc.report.sweep.nearest import case_values
 from vibecalc.report.sweep.view import SweepView
 from vibecalc.report.sweep.worst import entries
 
@@ -42,6 +44,8 @@ _FAR = 4.0
 #: entries of these axes are alike; those of others get a line each if they are few
 _ALIKE = ("order", "direction", "mount", "cylinder", "coordinate", "crank_angle", "mode")
 _ENTRIES = 4
+#: levels are not alike: one may fall by 10 dB below another; their names stand at the end
+_LEVELS = 12
 #: standard errors of more points than these are a band
 _DENSE = 30
 _BARS, _BAND = "bars: standard error", "band: standard error"
@@ -57,7 +61,9 @@ def picture(sweep: SweepView) -> "Figure | None":
     if not chosen:
         return None
     axis = sweep.grid[part.axes[0]]
-    subtitle = f"over {axis.keys[0].words}" + (f"; {part.held}" if part.held else "")
+    # a case that is a sweep says it in its title already
+    over = "" if " over " in str(sweep.case.get("title") or "") else f"over {axis.keys[0].words}"
+    subtitle = "; ".join(words for words in (over, part.held) if words)
     columns = 1 if len(chosen) == 1 else 2
     rows = -(-len(chosen) // columns)
     figure = canvas(sweep, subtitle, 8.0 if columns == 1 else 10.0, 1.9 + 3.1 * rows)
@@ -93,10 +99,11 @@ def _panel(axes: "Axes", sweep: SweepView, part: Plane, one: Shown, own: Sequenc
         note = entry_words(one.worst, part.points)
     else:
         drawn, names = separate
+        at_end = len(names) > _ENTRIES
         for i, name in enumerate(names):
-            colour = COLOURS[i % len(COLOURS)]
-            axes.plot(x, _finite(drawn[:, i]), color=colour, label=name, **style)
-        note = ""
+            look = style | line_style(i) | ({"ls": "none"} if line == "none" else {})
+            axes.plot(x, _finite(drawn[:, i]), label=None if at_end else name, **look)
+        note = f"{sweep.kept[one.path].axes[0].name} at the right" if at_end else ""
     unbounded = np.isinf(drawn).any(axis=1)
     if unbounded.any():
         places = np.full(np.count_nonzero(unbounded), 0.97)
@@ -111,6 +118,21 @@ def _panel(axes: "Axes", sweep: SweepView, part: Plane, one: Shown, own: Sequenc
     axes.set_ylabel(one.unit or textwrap.fill(sweep.kept[one.path].long_name, 36))
     _scale(axes, drawn, own, one)
     resonances(axes, sweep, part)
+    if separate is not None:
+        if at_end:
+            name_ends(axes, x, drawn, names)
+        _here(axes, sweep, part)
+
+
+def _here(axes: "Axes", sweep: SweepView, part: Plane) -> None:
+    """A line where the case itself stands, if it lies inside."""
+    found = case_values(sweep)
+    if found is None:
+        return
+    place, span = sweep.together[part.axes[0]][0], along(sweep.grid[part.axes[0]])
+    x = float(found[place]) * sweep.keys[place].factor
+    if span.min() <= x <= span.max():
+        axes.axvline(x, color="black", ls="--", lw=1.0, label="the case as written")
 
 
 def _spread(axes: "Axes", x: np.ndarray, y: np.ndarray, spread: np.ndarray, colour: str) -> None:
@@ -132,10 +154,10 @@ def _separate(
     sweep: SweepView, part: Plane, one: Shown
 ) -> tuple[np.ndarray, tuple[str, ...]] | None:
     """Entries that are unlike each other and few, where nothing else asks for several lines."""
-    own = sweep.kept[one.path].axes
-    if len(part.axes) > 1 or len(own) != 1 or own[0].name in _ALIKE:
+    own, levels = sweep.kept[one.path].axes, sweep.kept[one.path].unit == "dB"
+    if len(part.axes) > 1 or len(own) != 1 or (own[0].name in _ALIKE and not levels):
         return None
-    if not 2 <= len(own[0].values) <= _ENTRIES:
+    if not 2 <= len(own[0].values) <= (_LEVELS if levels else _ENTRIES):
         return None
     values, names = entries(sweep, one.path)
     return values[part.points] * one.factor, names

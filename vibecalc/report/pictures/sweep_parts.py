@@ -31,6 +31,8 @@ BEST: dict[str, Any] = {
 _MARKS = (("x", COLOURS[1]), ("+", COLOURS[3]), ("1", QUIET))
 _WORDS = 100
 _SIDE_BY_SIDE = 45
+#: letters in one line below an axis
+_LABEL = 44
 
 
 class Plane(NamedTuple):
@@ -162,7 +164,8 @@ def name_axis(axes: "Axes", axis: GridAxis, direction: str) -> None:
     """Title, scale and, for choices, names of the x or y axis of a picture."""
     key = axis.keys[0]
     also = "".join(f", {other.words}" for other in axis.keys[1:3])
-    getattr(axes, f"set_{direction}label")(key.title + (f" (with{also[1:]})" if also else ""))
+    words = key.title + (f" (with{also[1:]})" if also else "")
+    getattr(axes, f"set_{direction}label")(textwrap.fill(words, _LABEL))
     if key.names:
         places = axis.values[:, 0]
         names = [key.names[round(float(place))] for place in places]

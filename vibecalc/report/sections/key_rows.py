@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from vibecalc.report.levels import decibels
 from vibecalc.report.lookup import START, magnitudes
 from vibecalc.report.numbers import also, rpm, show
 from vibecalc.report.sections.section import scalar_rows
@@ -19,14 +20,29 @@ _SCALARS = (
     "_energy/mean",
     "_energy/peak",
     "/motor/peak",
+    "tuning/peak",
+    "buy/peak",
+    "buy/penalty",
+    "pendulum/order",
+    "jump/torque",
 )
 _VARIABLES = "optimisation/variable/"
 _ARRAYS = ("_peak", "natural_frequency", "impact/mean_force")
+#: levels of which the strongest order has a row, and those of which each has one
+_STRONGEST = "response/roll/level/shell_acceleration"
+_EACH = ("measurement/roll_level", "measurement/pitch_level")
 #: peaks that say the same as others, or the half of it
 _LEFT_OUT = (
     "/rotating_peak",
     "excitation/rod/couple_peak",
+    "response/roll/classical/rod_force_peak",
+    "response/roll/classical/wall_force_peak",
     "instant/worst_kinetic_energy_peak",
+    "tuning/mass_ratio",
+    "tuning/bounded/stiffness_ratio",
+    "locked_frequency_ratio",
+    "hardware/built/stiffness_ratio",
+    "response/absorber/primary_frequency",
     *(
         f"{way}/{name}_peak"
         for way in ("instant", "reversal")
@@ -36,9 +52,10 @@ _LEFT_OUT = (
 
 
 def key_rows(record: Record) -> list[list[str]]:
-    """Rows for `SCALARS` in the order of the record, 16 at most; variables of an optimum
-    come first, then scalars, then arrays.
+    """Rows for `SCALARS` in the order of the record, 16 at most; variables of an optimum and
+    values found come first, then scalars, then arrays.
 
+    Levels follow: the strongest order of the shell, every order of the roll and pitch of a plate.
     Of an array the largest entry is shown and named (which mount, which direction), of natural
     frequencies the lowest one; a peak of the run-up says its speed.
     """
@@ -47,15 +64,35 @@ def key_rows(record: Record) -> list[list[str]]:
         for path, quantity in record.items()
         if not path.startswith(START) and not path.endswith(_LEFT_OUT)
     ]
-    variables = [q for q in found if not q.axes and q.path.startswith(_VARIABLES)]
+    variables = [q for q in found if not q.axes and _is_variable(q.path)]
     scalars = [q for q in found if not q.axes and q.path.endswith(_SCALARS)]
     arrays = [q for q in found if q.axes and q.path.endswith(_ARRAYS) and q.values.size]
     chosen = {q.path for q in [*variables, *scalars, *arrays][:_MOST]}
-    return [
+    rows = [
         _worst_row(record, quantity) if quantity.axes else scalar_rows([quantity])[0]
         for quantity in found
         if quantity.path in chosen
     ]
+    return rows + [row for quantity in found for row in _level_rows(quantity)]
+
+
+def _level_rows(quantity: Quantity) -> list[list[str]]:
+    """Levels in dB by order; one that is nothing is said to be zero."""
+    if quantity.path not in (_STRONGEST, *_EACH) or not quantity.values.size:
+        return []
+    values, names = np.ravel(quantity.values), select(quantity, {}).labels
+    if quantity.path == _STRONGEST:
+        at = int(np.argmax(values))
+        words = f"strongest: {names[at]}" if np.isfinite(values[at]) else "all orders"
+        return [[quantity.path, decibels(float(values[at])), quantity.unit, words]]
+    return [
+        [quantity.path, decibels(float(value)), quantity.unit, name]
+        for value, name in zip(values, names, strict=True)
+    ][:_MOST]
+
+
+def _is_variable(path: str) -> bool:
+    return path.startswith(_VARIABLES) or (path.startswith("find/") and path.endswith("/value"))
 
 
 def _worst_row(record: Record, quantity: Quantity) -> list[str]:

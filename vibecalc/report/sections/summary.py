@@ -1,11 +1,13 @@
 """The first page: limits with margins, one sentence of conclusion, published beside computed."""
 
+import math
 from collections.abc import Sequence
 
 from vibecalc.report.limits import LimitRow
 from vibecalc.report.numbers import DIGITS, show, show_percent
 from vibecalc.report.references import KNOWN, MEASURED, OUTSIDE, WITHIN, ReferenceRow
 from vibecalc.report.tables import Column, fold, number, paragraph, table
+from vibecalc.units import convert
 
 _LIMITS = (
     Column("limit on", 37),
@@ -28,6 +30,8 @@ LONGEST_PRINTED = 10
 #: A computed number is shown with its digits beside a published one of no more than so many times
 #: its size, even where both are within the error estimate of the quantity as a whole.
 _COMPARABLE = 1e3
+#: what a case says in the place of a test that shows a difference
+_NOT_SHOWN = "not reproducible"
 
 
 def limits(rows: Sequence[LimitRow]) -> list[str]:
@@ -81,7 +85,7 @@ def references(rows: Sequence[ReferenceRow], most: int | None = None) -> list[st
                 row.printed if len(row.printed) <= LONGEST_PRINTED else _fit(row.value),
                 computed(row),
                 row.unit,
-                show_percent(row.relative_difference),
+                difference(row),
                 verdict,
             ]
         )
@@ -96,8 +100,22 @@ def references(rows: Sequence[ReferenceRow], most: int | None = None) -> list[st
     return lines
 
 
+def difference(row: ReferenceRow) -> str:
+    """Relative; in dB for levels, which are logarithms already, and in degrees for phases."""
+    if row.unit != "dB" and not row.cyclic:
+        return show_percent(row.relative_difference)
+    if not math.isfinite(row.difference):
+        return "-"
+    if row.unit == "dB":
+        return f"{row.difference:+.2f} dB"
+    degrees = convert(row.difference, row.unit, "deg")
+    return f"{degrees:+.1f} deg" if abs(degrees) >= 0.1 else f"{degrees:+.1g} deg"
+
+
 def computed(row: ReferenceRow) -> str:
     """Our number beside a published one; 0 where it is nothing but round-off."""
+    if row.unit == "dB" and row.computed == -math.inf:
+        return "zero"
     error = row.error_estimate
     if row.value:
         error = min(error, abs(row.value) / _COMPARABLE)
@@ -174,7 +192,10 @@ def _fit(value: float, error: float = 0.0, width: int = LONGEST_PRINTED) -> str:
 
 
 def _note(row: ReferenceRow) -> str:
-    note = row.known_difference + (f" (shown by {row.shown_by})" if row.shown_by else "")
+    shown = row.shown_by
+    if shown and not shown.startswith(_NOT_SHOWN):
+        shown = f"shown by {shown}"
+    note = row.known_difference + (f" ({shown})" if shown else "")
     if row.agrees:
         note += " - yet it agrees within its tolerance: remove the note or the row"
     return note

@@ -1,5 +1,7 @@
 """The open file of a sweep as what the report reads."""
 
+import re
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from typing import Any
 
@@ -14,12 +16,16 @@ from vibecalc.results.sweep_layout import SAMPLE
 from vibecalc.results.sweep_record import SweptKey
 from vibecalc.units import convert
 
+#: words that more than one table has, and the tables that say whose they are
+_SHARED = frozenset({"inertia", "stiffness", "damping", "torque", "gain"})
+_OWNERS = frozenset({"rotor", "shell", "motor", "friction", "control"})
+
 
 def view_of(result: SweepResult) -> SweepView:
     """The view of a sweep; its results are read from the file one by one, when asked for."""
     head = result.head
     swept = [key for axis in head.axes for key in axis.keys]
-    words = _short([key.key for key in swept])
+    words = _short([key.key for key in swept], head.result.case)
     keys = tuple(_key(key, name) for key, name in zip(swept, words, strict=True))
     sampled = [axis.name for axis in head.axes] == [SAMPLE]
     columns = [np.stack(axis.read(0, axis.count), axis=1).astype(float) for axis in head.axes]
@@ -73,16 +79,36 @@ def _key(key: SweptKey, words: str) -> Key:
     return Key(key.key, words, unit, factor, ())
 
 
-def _short(keys: list[str]) -> list[str]:
-    """The shortest end of each key that no other key has."""
+def _short(keys: list[str], case: Mapping[str, Any]) -> list[str]:
+    """The shortest end of each key that no other key has, and whose it is where many have such."""
     parts = [key.split(".") for key in keys]
     names = []
     for mine, own in enumerate(parts):
         others = [other for place, other in enumerate(parts) if place != mine]
         sizes = range(1, len(own) + 1)
         size = next((n for n in sizes if all(o[-n:] != own[-n:] for o in others)), len(own))
-        names.append(".".join(own[-size:]).replace("_", " "))
+        if size == 1 and own[-1] in _SHARED and own[-2:-1] and own[-2] in _OWNERS:
+            size = 2
+        owner = _member(own[:-1], case) if size == 2 else ""
+        mark = " " if size == 2 and own[-2] in _OWNERS else "."
+        words = f"{own[-1]} of {owner}" if owner else mark.join(own[-size:])
+        names.append(words.replace("_", " "))
     return names
+
+
+def _member(parts: Sequence[str], case: Mapping[str, Any]) -> str:
+    """The name that the case gives to a member of a list, `cylinders[0]`; empty if it has none."""
+    found: Any = case
+    for part in parts:
+        match = re.fullmatch(r"(\w+)(?:\[(\d+)\])?", part)
+        if match is None or not isinstance(found, Mapping):
+            return ""
+        found = found.get(match[1])
+        if match[2] is not None:
+            inside = isinstance(found, list | tuple) and int(match[2]) < len(found)
+            found = found[int(match[2])] if inside else None
+    indexed = bool(parts) and parts[-1].endswith("]")
+    return str(found.get("name") or "") if indexed and isinstance(found, Mapping) else ""
 
 
 def _described(quantity: StackedQuantity) -> Quantity:

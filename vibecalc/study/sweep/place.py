@@ -7,7 +7,7 @@ from vibecalc.case.overrides import parse_key
 from vibecalc.errors import KeyPath
 
 #: tables that a run of one point does not read
-NOT_COMPUTED = ("sweep", "optimisation", "reference", "reference_table", "limit")
+NOT_COMPUTED = ("sweep", "optimisation", "find", "reference", "reference_table", "limit")
 
 
 def case_at(

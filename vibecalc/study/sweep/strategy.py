@@ -29,6 +29,14 @@ _COST = {
     "speeds": 100.0,
     "switching": 4000.0,
     "impact": 20_000.0,
+    "roll": 300.0,
+    "start_up": 3000.0,
+    "control": 500.0,
+    "measurement": 20.0,
+    "absorber_tuning": 300.0,
+    "absorber": 5.0,
+    "absorber_parts": 60.0,
+    "absorber_pendulum": 800.0,
 }
 _SEARCH = 1000.0  # runs of an optimisation
 _CHECKS = 0.5

@@ -1,0 +1,68 @@
+"""Cases of a measured plate, as texts to be changed and as runs."""
+
+from pathlib import Path
+from typing import Any
+
+from vibecalc.case.load import LoadedCase, load_case
+from vibecalc.errors import Problem
+from vibecalc.machine.checks import check_machine
+from vibecalc.pipeline.run import run_case
+from vibecalc.results.record import Record
+
+PLATE = """schema = 1
+title = "plate"
+[machine]
+kind = "plate"
+[measurement]
+amplitude = "zero_to_peak"
+reference_level = "1e-5 m/s^2"
+orders = [1, 2]
+positions = [
+  { name = "a", x = 0.5, y = -0.3 },
+  { name = "b", x = 0.5, y = 0.3 },
+  { name = "c", x = -0.5, y = -0.3 },
+  { name = "d", x = -0.5, y = 0.3 },
+]
+readings = [
+  { at = "a", level = [104.0, 107.3] },
+  { at = "b", level = [108.7, 104.2] },
+  { at = "c", level = [103.0, 101.5] },
+  { between = ["a", "b"], level = [111.2, 102.0] },
+  { between = ["a", "c"], level = [100.2, 102.3] },
+]
+"""
+
+
+def load(folder: Path, text: str, **files: str) -> LoadedCase:
+    """A case from a text, with CSV files beside it."""
+    for name, content in files.items():
+        (folder / f"{name}.csv").write_text(content, encoding="utf-8")
+    path = folder / "plate.toml"
+    path.write_text(text, encoding="utf-8")
+    return load_case(path)
+
+
+def problems(folder: Path, text: str, **files: str) -> list[Problem]:
+    """What the checks of physics find."""
+    return check_machine(load(folder, text, **files).case)
+
+
+def run(folder: Path, text: str, **files: str) -> Record:
+    """The results of a case without problems."""
+    case = load(folder, text, **files).case
+    found = check_machine(case)
+    assert not found, found
+    return run_case(case)
+
+
+def replaced(old: str, new: str, text: str = PLATE) -> str:
+    """The text with one piece changed; the piece has to be there."""
+    assert old in text, old
+    return text.replace(old, new, 1)
+
+
+def entry(record: Record, path: str, **where: Any) -> float | complex:
+    """One entry of a result."""
+    from vibecalc.results.select import scalar
+
+    return scalar(record[path], where)

@@ -1,0 +1,168 @@
+"""Claim: an absorber that cannot be built or tuned is refused in words, at its line.
+
+The form of these files is fine; what is wrong with them is their physics.
+"""
+
+from pathlib import Path
+
+import pytest
+from absorber_cases import PENDULUM, RATIOS, RIG, SEVERAL, TUNED, refusal, replaced
+
+from vibecalc.case.load import load_case
+from vibecalc.errors import CaseError
+from vibecalc.machine.checks import check_machine
+from vibecalc.study.load import load_checked
+
+FOLDER = Path(__file__).parent / "bad_cases"
+
+#: file, without "absorber_" -> (place of the problem, words that the message has to hold)
+PHYSICS: dict[str, tuple[str, tuple[str, ...]]] = {
+    "infinite_mass": ("8:1", ("ratio of this mass", "too large", "found 1e+12", "second ground")),
+    "locked_by_its_damper": ("10:1", ("ratio of this damping", "limits = true")),
+    "gap_wider_than_the_mass": ("33:1", ("no film", "found 0.02 m; allowed: < 0.018 m", "32 |")),
+    "gap_of_the_rule": ("29:1", ("0.000520683 m, by the rule for its radius",)),
+    "oil_at_40_kelvins": ("34:1", ("found 40 K, -233.15 degC", "-70 degC to 370", "'60 degC'")),
+    "oil_beyond_its_line": ("34:1", ("not known there", "1.637 mm^2/s at 300 C", "36 | visc")),
+    "oil_thicker_with_heat": ("36:1", ("31 mm^2/s at 40 degC and 460 mm^2/s at 100 degC",)),
+    "oil_as_thin_as_petrol": ("43:16", ("outside the model", "found 1 mm^2/s; allowed: 2 to")),
+    "coil_no_wider_than_its_wire": ("26:1", ("0.0016 m; allowed: > 0.002 m", "25 | wire")),
+    "supports_beyond_the_rod": ("15:1", ("further apart than the rod is long", "<= 1.65 m")),
+    "flywheel_of_no_body": ("21:1", ("at most twice the diametral one", "<= 0.4 kg*m^2")),
+    "ring_inside_out": ("31:1", ("inner radius is not below the outer one", "< 0.14 m")),
+    "chain_in_a_ring": ("9:1", ("carry each other", "'near' on 'far' on 'near'")),
+    "chain_to_nobody": ("12:1", ("no absorber is named 'neer'", "did you mean 'near'?")),
+    "two_of_one_name": ("11:1", ("two absorbers are named 'near'", "8 | name")),
+    "named_primary": ("11:1", ("is the name of the primary system",)),
+    "without_any_damping": ("11:1", ("there is no optimum", "infinite peaks", "5 | [machine.pr")),
+    "warming_backwards": ("31:18", ("found from 100 degC to 20 degC",)),
+    "pendulum_beyond_the_axis": ("10:1", ("nothing pulls the pendulum outwards", "9 | vertex")),
+    "pendulum_that_creeps": ("15:1", ("creeps and does not swing",)),
+    "pendulum_over_its_cusp": ("14:12", ("ends there in a cusp", "1.65806 rad; allowed: < 1.5708")),
+}
+
+
+@pytest.mark.parametrize("name", sorted(PHYSICS))
+def test_words_and_place(name: str) -> None:
+    path = FOLDER / f"absorber_{name}.toml"
+    place, words = PHYSICS[name]
+    load_case(path)  # its form is fine
+    with pytest.raises(CaseError) as caught:
+        load_checked([path])
+    message = str(caught.value)
+    assert message.splitlines()[1] == f"  --> {path}:{place}"
+    for expected in words:
+        assert expected in message
+    assert message.count("error: ") == (2 if name == "oil_as_thin_as_petrol" else 1), message
+
+
+def test_every_file_is_named() -> None:
+    here = {path.stem.removeprefix("absorber_") for path in FOLDER.glob("absorber_*.toml")}
+    assert here == set(PHYSICS)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        (replaced(RATIOS, ("damping_ratio = 0.02", "damping_ratio = 1e7")), "1e+07; allowed: 0"),
+        (replaced(RATIOS, ("mass_ratio = 0.1", "mass_ratio = 1e-12")), "too small"),
+        (TUNED + "bounds = { stiffness_ratio = [0, 1e12] }\n", "found 1e+12"),
+        (TUNED + "bounds = { damping_ratio = [1e-15, 1] }\n", "found 1e-15"),
+        (
+            TUNED + "chart = { primary_damping = [0, 1e9], mass_ratio = { from = 0.1, to = 1 } }\n",
+            "found 1e+09",
+        ),
+        (
+            TUNED + "chart = { primary_damping = [0], mass_ratio = { from = 0.1, to = 1e9 } }\n",
+            "found 1e+09",
+        ),
+        (
+            TUNED
+            + 'kind = "undamped_spring"\n'
+            + "chart = { primary_damping = [0.1, 0], mass_ratio = { from = 0.1, to = 1 } }\n",
+            "there is no optimum",
+        ),
+        (RATIOS + "vary = { secondary_damping = [0, 1e8] }\n", "found 1e+08"),
+        (
+            replaced(RATIOS, ("stiffness_ratio = 0.08", "stiffness_ratio = 0"))
+            + "vary = { own_damping = [0.1] }\n",
+            "no frequency of its own",
+        ),
+        (replaced(RIG, ('"24 mm"', '"24 mm"\nbore = "25 mm"')), "the bore is as wide as the rod"),
+        (replaced(RIG, ("diametral_inertia", "polar_inertia")), "at most twice the diametral"),
+        (
+            replaced(RIG, ('clearance = "0.6 mm"', 'clearance = "0.6 mm"\nbore_clearance = 0.075'))
+            .replace('width = "18 mm"', 'width = "90 mm"'),
+            "as wide as the bore itself",
+        ),
+        (
+            replaced(RIG, ('"0.6 mm"', '"0.6 mm"\nside_clearance = "18 mm"')),
+            "found 0.018 m; allowed: < 0.018 m",
+        ),
+        (replaced(RIG, ('"460 cSt", "31 cSt"', "460, 31")), "are in m^2/s: '86 cSt'"),
+        (
+            replaced(RIG, ('density = "902', 'temperatures = [20, 313.15]\ndensity = "902')),
+            "found 20 K",
+        ),
+        (replaced(SEVERAL, ('on = "near"', 'on = "far"')), "an absorber cannot carry itself"),
+        (replaced(PENDULUM, ('"cycloidal"', '"circular"'), ('"60 deg"', "4")), "goes round"),
+        (
+            replaced(
+                PENDULUM,
+                ('path_radius = "19 mm"\n', ""),
+                ('path = "cycloidal"', 'swing_inertia = "9 kg*m^2"'),
+            ),
+            "no arm tunes it to this order",
+        ),
+    ],
+)  # fmt: skip
+def test_words(text: str, words: str, tmp_path: Path) -> None:
+    message = refusal(tmp_path, text)
+    assert words in message
+    assert message.count("error: ") >= 1
+
+
+def test_a_longer_ring_is_told_once(tmp_path: Path) -> None:
+    text = SEVERAL.replace('name = "near"\n', 'name = "near"\non = "third"\n')
+    text = text.replace("[tuning]", '[[machine.secondaries]]\nname = "third"\non = "far"\n'
+                        "mass_ratio = 0.1\n[[machine.secondaries]]\nname = \"leaf\"\n"
+                        'on = "far"\nmass_ratio = 0.1\n[tuning]')  # fmt: skip
+    message = refusal(tmp_path, text)
+    assert "'near' on 'third' on 'far' on 'near'" in message
+    assert message.count("error: ") == 1
+
+
+def test_catalogues_from_files(tmp_path: Path) -> None:
+    files = {
+        "springs": "# by rate\npart, rate [N/mm]\n17, 2.0\n18, 3.5\n",
+        "oils": "part, viscosity_40 [cSt], viscosity_100 [cSt], density [kg/m^3]\n"
+        "220, 220, 19.4, 890\n460, 460, 31, 902\n",
+    }
+    names = 'spring_catalogue = "springs.csv"\noil_catalogue = "oils.csv"\n'
+    text = replaced(RIG, ('kind = "absorber"\n', 'kind = "absorber"\n' + names))
+    assert refusal(tmp_path, text, **files) == ""
+    loaded = load_case(tmp_path / "absorber.toml")
+    machine = loaded.case.machine
+    assert machine.spring_catalogue is not None and machine.oil_catalogue is not None
+    assert machine.spring_catalogue.part == (17, 18)
+    assert machine.spring_catalogue.rate == (2000.0, 3500.0)
+    assert machine.oil_catalogue.viscosity_100[1] == pytest.approx(31e-6, rel=1e-15)
+    worse = {**files, "oils": files["oils"].replace("460, 460, 31", "460, 460, 461")}
+    assert "thinner at the higher temperature" in refusal(tmp_path, text, **worse)
+    worse = {**files, "springs": files["springs"].replace("18,", "18.5,")}
+    assert "column part: not a whole number" in refusal(tmp_path, text, **worse)
+    inline = replaced(text, ('"springs.csv"', "{ part = [1, 2], rate = [9.0] }"))
+    assert "not of one length" in refusal(tmp_path, inline, **files)
+
+
+def test_a_stock_oil_may_be_unknown_at_the_temperature() -> None:
+    """Such an oil is no choice there, and the others are."""
+    text = replaced(
+        RIG,
+        ('"40 degC"', '"150 degC"'),
+        ('["100 cSt", "11.4 cSt"]', '["9 cSt", "2.1 cSt"]'),
+    )
+    import tomllib
+
+    from vibecalc.case.load import validate
+
+    assert check_machine(validate(tomllib.loads(text))) == []

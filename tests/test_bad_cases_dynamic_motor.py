@@ -1,0 +1,148 @@
+"""Claim: a dynamic motor that cannot be, or cannot be followed as asked, is refused in words."""
+
+import copy
+from typing import Any
+
+import numpy as np
+import pytest
+
+from vibecalc.case.load import validate
+from vibecalc.case.overrides import set_key
+from vibecalc.case.roll_scenes import ROLL
+from vibecalc.errors import CaseError, NumericalFailure, Problem
+from vibecalc.excitation.induction_motor import InductionMotor, steady_torque
+from vibecalc.machine.checks import check_machine, machine_warnings
+from vibecalc.machine.roll_motor import fitted_motor
+
+MOTOR = {"kind": "dynamic", "poles": 6, "voltage": "400 V", "stator_resistance": "50 mohm"}
+TWO = InductionMotor(
+    314.0, 3, 330.0, 0.05, 0.001, 0.03, np.array([0.06, 0.4]), np.array([3e-3, 2e-3])
+)
+
+
+def data_of(**changes: Any) -> dict[str, Any]:
+    data = copy.deepcopy(ROLL)
+    data["machine"]["motor"] |= MOTOR
+    for key, value in changes.items():
+        set_key(data, key.replace("__", "."), value)
+    return data
+
+
+def problems(**changes: Any) -> list[Problem]:
+    return check_machine(validate(data_of(**changes)))
+
+
+def test_the_motor_is_fine() -> None:
+    for cages in ("single", "double", "triple"):
+        case = validate(data_of(machine__motor__cages=cages))
+        assert check_machine(case) == []
+        assert machine_warnings(case) == []
+
+
+REFUSED: list[tuple[dict[str, Any], tuple[Any, ...], list[str]]] = [
+    (
+        {"response__roll__method": "fourier"},
+        ("response", "roll", "method"),
+        ["the method 'fourier'", "no fluxes as states", "'collocation'"],
+    ),
+    (
+        {"response__roll__compare": ["collocation", "dop853"]},
+        ("response", "roll", "compare", 1),
+        ["comparing with the method 'dop853'", "kind = 'slip_table'"],
+    ),
+    (
+        {"response__start_up": {"duration": 3.0}},
+        ("response", "start_up"),
+        ["a start-up is followed with the torque of a slip table", "inrush"],
+    ),
+    (
+        {
+            "machine__motor__slip_table": {
+                "slip": [0.0, 1.0, 9.0, 80.0], "torque": [0, 90, 400, 300],
+            },
+        },
+        ("machine", "motor", "slip_table"),
+        ["a double cage has 4 parameters", "3 rows with a slip above zero", ">= 4"],
+    ),
+    (
+        {
+            "machine__motor__cages": "single",
+            "machine__motor__slip_table": {
+                "slip": [0.0, 9.0, 20.0, 80.0], "torque": [0, 400, 350, 300],
+            },
+        },
+        ("machine", "motor", "slip_table"),
+        ["a single cage has 2 parameters", "1 rows up to the largest torque"],
+    ),
+    (
+        {
+            "machine__motor__slip_table": {
+                "slip": [0.0, 1.0, 9.0, 20.0, 80.0], "torque": [0, 90, 400, 300, 0],
+            },
+        },
+        ("machine", "motor", "slip_table", "torque", 4),
+        ["a torque at every slip above zero", "0 N*m in row 5"],
+    ),
+    (
+        {"machine__motor__stator_resistance": "2 ohm"},
+        ("machine", "motor", "stator_resistance"),
+        ["behind such a resistance", "190.986 N*m at most", "equivalent star"],
+    ),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("row", REFUSED, ids=lambda row: str(row[1][-1]))
+def test_refused(row: tuple[dict[str, Any], tuple[Any, ...], list[str]]) -> None:
+    changes, path, words = row
+    (problem,) = problems(**changes)
+    assert problem.path == path
+    told = " ".join((problem.message, problem.found, problem.allowed, problem.hint))
+    for word in words:
+        assert word in told, (word, told)
+
+
+def test_no_more_than_there_are_cages() -> None:
+    with pytest.raises(CaseError) as caught:
+        validate(data_of(machine__motor__cages="quadruple"))
+    assert "'triple'" in str(caught.value.problems[0].allowed)
+
+
+def test_a_line_of_forty_hertz_gets_a_sentence() -> None:
+    (text,) = machine_warnings(validate(data_of(machine__motor__poles=4)))
+    assert "4 poles" in text and "33.33 Hz" in text
+
+
+def test_the_limit_of_the_resistance() -> None:
+    """A motor with resistance R alone behind its terminals gives V^2 / (4 R) at its best."""
+    best = 0.0
+    for inductance in (1e-6, 1e-5):
+        for resistance in np.geomspace(0.01, 1.0, 60):
+            motor = InductionMotor(
+                100.0 * np.pi, 3, 400.0 * np.sqrt(2.0 / 3.0), 0.4, 0.0, 100.0,
+                np.array([resistance]), np.array([inductance]),
+            )  # fmt: skip
+            best = max(
+                best, float(np.max(steady_torque(motor, np.linspace(1.0, 104.0, 400)).value))
+            )
+    assert 0.98 * 400.0**2 / (4.0 * 0.4 * 104.7198) < best < 400.0**2 / (4.0 * 0.4 * 104.7197)
+    slips = ROLL["machine"]["motor"]["slip_table"]["slip"]
+    for share, refused in ((0.97, False), (1.03, True)):
+        table = {"slip": slips, "torque": np.linspace(0.0, share * best, len(slips)).tolist()}
+        found = problems(machine__motor__stator_resistance=0.4, machine__motor__slip_table=table)
+        assert [one.path[-1] for one in found] == ["stator_resistance"] * refused
+
+
+def test_more_cages_than_the_table_knows() -> None:
+    """The table of two cages leaves a third one open, and the transients with it."""
+    slip = np.array([0.0, 0.5, 1.0, 2.0, 4.0, 7.0, 12.0, 20.0, 40.0, 70.0, 104.0])
+    table = {"slip": slip.tolist(), "torque": [0.0, *steady_torque(TWO, slip[1:]).value.tolist()]}
+    more = {"machine__motor__slip_table": table, "machine__motor__voltage": 330.0 * np.sqrt(1.5)}
+    more["machine__motor__synchronous_speed"] = 314.0 / 3.0
+    good = validate(data_of(**more)).machine.motor
+    assert good is not None
+    fitted = fitted_motor(good)
+    assert fitted is not None and fitted.fit.worst_relative < 1e-9
+    three = validate(data_of(**more, machine__motor__cages="triple")).machine.motor
+    assert three is not None
+    with pytest.raises(NumericalFailure, match="does not settle the parameters of a triple cage"):
+        fitted_motor(three)

@@ -1,0 +1,119 @@
+"""Claim: where there is no periodic solution, or none to the digits asked for, that is said."""
+
+import numpy as np
+import pytest
+from periodic_problems import TURN, linear_rhs
+
+from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.periodic_collocation import solve_periodic
+from vibecalc.numerics.periodic_error import estimate_error
+from vibecalc.numerics.periodic_fourier import solve_fourier
+from vibecalc.numerics.periodic_ladder import solve_to
+from vibecalc.numerics.periodic_march import march_turns
+from vibecalc.numerics.periodic_panels import PeriodicProblem, require_converged
+
+EDGES = np.linspace(0.0, TURN, 37)
+
+
+def saddle_rhs(level):
+    """y' = level + sin(x) / 2 - (y - 1)^2: two periodic solutions, or none for a low level."""
+
+    def rhs(x, y, piece):
+        v = y[..., 0] - 1.0
+        return (level + 0.5 * np.sin(x) - v**2)[..., None], (-2.0 * v)[..., None, None]
+
+    return rhs
+
+
+def test_no_periodic_solution_is_said():
+    problem = PeriodicProblem(saddle_rhs(-0.5), EDGES)
+    with pytest.raises(NumericalFailure, match="Newton's method found none for 1 of 1 members"):
+        solve_to(problem, 1e-8, [2.0])
+    found = solve_periodic(problem, 4, [2.0])
+    assert not found.converged[0]
+    assert np.isinf(estimate_error(problem, found).between).all()
+    march = march_turns(problem.rhs, EDGES, [5.0], floor=-2.0)
+    assert march.stalled[0] and not march.converged[0]
+    assert 0.0 <= march.stalled_at[0] < TURN
+
+
+def test_marching_tells_which_members_have_a_solution():
+    level = np.array([0.3, -0.3, 0.02, 1.0, -0.02])[:, None, None]
+    rhs = saddle_rhs(level)
+    march = march_turns(rhs, EDGES, np.full(5, 8.0), floor=-3.0, tolerance=1e-9)
+    # exactly: a solution exists above a level near 0.06 (mean of the square of the ripple)
+    assert march.converged.tolist() == [True, False, False, True, False]
+    assert march.stalled.tolist() == [False, True, True, False, True]
+    assert np.isnan(march.stalled_at[[0, 3]]).all() and not np.isnan(march.stalled_at[1])
+    both = [0, 3]
+    start = march.path[both, :1]
+    finer = solve_periodic(PeriodicProblem(saddle_rhs(level[both]), EDGES), 6, start)
+    assert finer.converged.all()
+    assert np.abs(finer.left[:, 0, 0] - march.path[both, -1]).max() < 1e-5
+    # the upper one of the two solutions: stable, above 1 on average
+    assert np.all(finer.left.mean(axis=(1, 2)) > 1.0)
+
+
+def test_members_without_a_solution_do_not_spoil_the_others():
+    level = np.array([0.5, -0.8, 1.5])[:, None, None]
+    problem = PeriodicProblem(saddle_rhs(level), EDGES)
+    found, error = solve_to(problem, 1e-9, np.full((3, 1), 2.0), partial=True)
+    assert found.converged.tolist() == [True, False, True]
+    assert np.isinf(error.between[1, 0])
+    assert np.all(error.between[[0, 2]] < 1e-3)
+    alone = solve_periodic(PeriodicProblem(saddle_rhs(0.5), EDGES), found.points, [2.0])
+    assert np.abs(alone.stages[0] - found.stages[0]).max() < 1e-13
+    with pytest.raises(NumericalFailure, match=r"1 of 3 members \(1\)"):
+        require_converged(found)
+
+
+def test_a_multiplier_of_one_has_no_single_solution():
+    flat = linear_rhs(lambda x: np.cos(x) + 1.0, np.zeros_like)
+    for guess in ([0.0], [1.0]):
+        assert not solve_periodic(PeriodicProblem(flat, EDGES), 3, guess).converged[0]
+    with pytest.raises(NumericalFailure):
+        solve_to(PeriodicProblem(flat, EDGES), 1e-6, [1.0])
+
+    def still(x, y, piece):
+        return np.ones_like(y), np.zeros((*y.shape, y.shape[-1]))
+
+    assert not solve_periodic(PeriodicProblem(still, EDGES), 2, [1.0, 2.0]).converged[0]
+
+
+def test_round_off_is_said_when_it_stands_in_the_way():
+    rhs = linear_rhs(lambda x: 1e3 + np.cos(x), np.ones_like)
+    with pytest.raises(NumericalFailure, match="round-off stands in the way"):
+        solve_to(PeriodicProblem(rhs, EDGES), 1e-16, [1.0])
+    found, error = solve_to(PeriodicProblem(rhs, EDGES), 1e-16, [1.0], partial=True)
+    assert 1e-16 < error.between[0, 0] < 1e-11
+    assert np.abs(found.stages[..., 0] - 1e3 - (np.cos(found.nodes) + np.sin(found.nodes)) / 2).max(
+    ) <= error.between[0, 0]  # fmt: skip
+
+
+def test_too_few_panels_are_said():
+    rhs = linear_rhs(lambda x: np.cos(200.0 * x), np.ones_like)
+    with pytest.raises(NumericalFailure, match="give narrower panels"):
+        solve_to(PeriodicProblem(rhs, np.linspace(0.0, TURN, 4)), 1e-9, [1.0])
+
+
+def test_fourier_needs_an_odd_number_of_points_and_a_solution():
+    rhs = saddle_rhs(0.5)
+    for points in (1, 2, 20):
+        with pytest.raises(NumericalFailure, match="odd number"):
+            solve_fourier(rhs, points, [2.0])
+    assert solve_fourier(rhs, 21, [2.0]).converged[0]
+    none = solve_fourier(saddle_rhs(-0.5), 21, [2.0])
+    assert not none.converged[0] and np.isinf(none.error[0, 0])
+
+
+def test_values_outside_the_domain_shorten_the_step():
+    # y' = 2 - sqrt(y) - sin(x) / 2; a Newton step from 40 goes below zero
+    def rhs(x, y, piece):
+        root = np.sqrt(y[..., 0])
+        return (1.0 - root + 0.5 * np.sin(x))[..., None], (-0.5 / root)[..., None, None]
+
+    found = solve_periodic(PeriodicProblem(rhs, EDGES), 5, [40.0])
+    assert found.converged[0]
+    assert found.stages.min() > 0.0
+    near = solve_periodic(PeriodicProblem(rhs, EDGES), 5, [1.0])
+    assert np.abs(near.stages - found.stages).max() < 1e-13

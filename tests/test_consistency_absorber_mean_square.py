@@ -1,0 +1,201 @@
+"""Claim: mean squares under white noise are those of quadrature and of 40 digits, their optima
+those of a Newton iteration with 40 digits, and energy is accounted for.
+"""
+
+from functools import cache
+
+import numpy as np
+import pytest
+from exact_mean_square import exact_mean_square
+from mpmath import mp, mpf
+from scipy.integrate import quad
+
+from vibecalc.optimisation.absorber.mean_square import closed_form, mean_square_tuning
+from vibecalc.response.absorber.amplitude import amplitude
+from vibecalc.response.absorber.mean_square import WHITE, mean_square
+from vibecalc.response.absorber.model import Absorber
+
+KINDS = {
+    "displacement": ("force", "displacement"),
+    "velocity": ("force", "velocity"),
+    "transmitted": ("force", "transmitted_force"),
+    "base": ("base", "transmitted_force"),
+    "travel": ("force", "relative_displacement"),
+    "base travel": ("base", "relative_displacement"),
+}
+ALL = [
+    ("force", "displacement", ""), ("force", "velocity", ""), ("force", "transmitted_force", ""),
+    ("force", "relative_displacement", ""), ("base", "acceleration", ""),
+    ("base", "transmitted_force", ""), ("base", "relative_displacement", ""),
+    ("base", "displacement", "displacement"), ("base", "velocity", "velocity"),
+    ("base", "relative_displacement", "velocity"),
+    ("base", "relative_displacement", "displacement"),
+    ("unbalance", "displacement", "acceleration"), ("unbalance", "velocity", "acceleration"),
+    ("unbalance", "transmitted_force", "acceleration"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("excitation", "response", "white"), ALL)
+def test_mean_square_is_the_integral(excitation, response, white):
+    rng = np.random.default_rng(3)
+    absorber = Absorber(*np.exp(rng.uniform(-2.0, 1.0, 4)))
+    power = WHITE[white or ("acceleration" if excitation == "base" else "displacement")]
+
+    def density(t):
+        x = np.exp(t)
+        return np.abs(amplitude(absorber, x, excitation, response) / x**power) ** 2 * x
+
+    expected = 2.0 * quad(density, -24.0, 24.0, limit=500, epsabs=0.0, epsrel=1e-12)[0]
+    found = mean_square(absorber, excitation, response, white)
+    assert found.value == pytest.approx(expected, rel=2e-10)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_error_estimate_holds_against_many_digits(kind):
+    rng = np.random.default_rng(11)
+    with mp.workdps(60):
+        for _ in range(25):
+            ratios = 10.0 ** rng.uniform([-6, -4, -6, -6], [0.3, 1, 2, 2])
+            found = mean_square(Absorber(*ratios), *KINDS[kind])
+            exact = exact_mean_square(kind, *ratios)
+            assert abs(mpf(float(found.value)) - exact) <= mpf(float(found.error))
+            assert float(found.error) <= 1e-13 * float(exact)
+
+
+def test_near_the_optimum_of_a_light_absorber_no_digit_is_lost():
+    with mp.workdps(60):
+        for m in (1e-8, 1e-4):
+            k, z = m * (1.0 + 0.5 * m) / (1.0 + m) ** 2, 0.5 * m**1.5
+            found = mean_square(Absorber(0.0, m, k, z)).value
+            assert float(found / exact_mean_square("displacement", 0.0, m, k, z) - 1) < 1e-14
+
+
+def test_both_dampers_take_up_what_a_white_force_gives():
+    # the power of a white force is pi S / J1 whatever the system
+    rng = np.random.default_rng(5)
+    z1, m, k, z = 10.0 ** rng.uniform(-3.0, 1.0, (4, 500))
+    rate = mean_square(Absorber(z1, m, k, z), "force", "velocity").value
+    # relative velocity: the relative displacement of white ground velocity without its damper
+    relative = [
+        float(exact_mean_square("travel", *row)) for row in zip(z1[:3], m[:3], k[:3], z[:3],
+                                                                strict=True)
+    ]  # fmt: skip
+    travel = mean_square(Absorber(z1, m, k, z), "force", "relative_displacement").value
+    assert travel[:3] == pytest.approx(relative, rel=1e-12)
+
+    def density(t, row):
+        x = np.exp(t)
+        one = Absorber(*(a[row] for a in (z1, m, k, z)))
+        return np.abs(x * amplitude(one, x, "force", "relative_displacement")) ** 2 * x
+
+    for row in range(6):
+        slip = 2.0 * quad(density, -20.0, 30.0, args=(row,), limit=800, epsrel=1e-11)[0]
+        assert 2.0 * z1[row] * rate[row] + 2.0 * z[row] * slip == pytest.approx(np.pi, rel=1e-8)
+
+
+def test_displacement_falls_by_what_the_closed_form_of_the_threshold_says():
+    rng = np.random.default_rng(8)
+    z1, m, k, z = 10.0 ** rng.uniform(-2.0, 1.0, (4, 400))
+    with_it = mean_square(Absorber(z1, m, k, z)).value * 2.0 * z1 / np.pi
+    assert np.all(with_it < 1.0)
+
+
+def test_limits_lock_free_and_viscous():
+    z1, m = 0.2, 0.3
+    for excitation, response, mass in (
+        ("force", "displacement", 0), ("force", "velocity", -1),
+        ("base", "transmitted_force", None),
+    ):  # fmt: skip
+        locked = mean_square(Absorber(z1, m, np.inf, 0.1), excitation, response).value
+        near = mean_square(Absorber(z1, m, 1e9, 1e9), excitation, response).value
+        assert locked == pytest.approx(near, rel=1e-7)
+        if mass is not None:
+            assert locked == pytest.approx(0.5 * np.pi / z1 * (1.0 + m) ** mass, rel=1e-14)
+        free = mean_square(Absorber(z1, m, 0.0, 0.0), excitation, response).value
+        near = mean_square(Absorber(z1, m, 0.0, 1e-9), excitation, response).value
+        assert free == pytest.approx(near, rel=1e-7)
+        viscous = mean_square(Absorber(z1, m, 0.0, 0.1), excitation, response).value
+        near = mean_square(Absorber(z1, m, 1e-12, 0.1), excitation, response).value
+        assert viscous == pytest.approx(near, rel=1e-9)
+    assert mean_square(Absorber(z1, m, np.inf, 0.0), "force", "relative_displacement").value == 0.0
+    assert mean_square(Absorber(0.0, m, 0.3, 0.0)).value == np.inf
+
+
+def test_closed_forms_of_crandall_and_mark_and_warburton():
+    m = np.array([1e-4, 0.1, 0.5, 1.5, 3.0])
+    found = mean_square_tuning(0.0, m)
+    assert found.stiffness_ratio == pytest.approx(m * (2 + m) / (2 * (1 + m) ** 2), rel=1e-9)
+    damping = np.sqrt(m**3 * (4 + 3 * m) / (16 * (1 + m) ** 3))
+    assert found.secondary_damping == pytest.approx(damping, rel=1e-9)
+    # Warburton: frequency ratio and damping ratio for ground acceleration, relative motion
+    ground = mean_square_tuning(0.0, m, "base", "transmitted_force")
+    light = m < 2.0
+    tuned = np.sqrt(1 - m[light] / 2) / (1 + m[light])
+    assert ground.stiffness_ratio[light] == pytest.approx(m[light] * tuned**2, rel=1e-9)
+    ratio = np.sqrt(m[light] * (1 - m[light] / 4) / (4 * (1 + m[light]) * (1 - m[light] / 2)))
+    assert ground.secondary_damping[light] == pytest.approx(ratio * m[light] * tuned, rel=1e-9)
+    assert list(ground.without_spring) == [False, False, False, False, True]
+    for excitation, response in (("force", "velocity"), ("base", "transmitted_force")):
+        newton = mean_square_tuning(0.0, m, excitation, response)
+        closed = closed_form(m, excitation, response)
+        assert newton.value == pytest.approx(closed.value, rel=1e-13)
+        assert np.all(np.abs(newton.stiffness_ratio - closed.stiffness_ratio)
+                      <= newton.stiffness_error + closed.stiffness_error)  # fmt: skip
+
+
+@cache
+def seeded() -> list[tuple[float, float]]:
+    rng = np.random.default_rng(2)
+    return [(float(rng.uniform(0.0, 0.45)), float(10 ** rng.uniform(-4, 1))) for _ in range(20)]
+
+
+@pytest.mark.parametrize("kind", ["displacement", "velocity", "transmitted"])
+def test_tuning_against_newton_with_many_digits(kind):
+    z1, m = (np.array(column) for column in zip(*seeded(), strict=True))
+    found = mean_square_tuning(z1, m, *KINDS[kind])
+    assert not np.any(found.no_help | found.locked)
+    with mp.workdps(40):
+        for i in range(0, len(m), 3):
+
+            def level(k, z, i=i):
+                return mp.log(exact_mean_square(kind, z1[i], m[i], mp.exp(k), mp.exp(z)))
+
+            start = [mp.log(mpf(float(a[i]))) for a in (found.stiffness_ratio,
+                                                        found.secondary_damping)]  # fmt: skip
+            root = mp.findroot(
+                lambda k, z: [mp.diff(level, (k, z), (1, 0)), mp.diff(level, (k, z), (0, 1))],
+                start, tol=1e-30,
+            )  # fmt: skip
+            k, z = mp.exp(root[0]), mp.exp(root[1])
+            assert abs(k - mpf(float(found.stiffness_ratio[i]))) <= found.stiffness_error[i]
+            assert abs(z - mpf(float(found.secondary_damping[i]))) <= found.damping_error[i]
+            assert found.stiffness_error[i] < 1e-6 * k and found.damping_error[i] < 1e-6 * z
+            exact = mp.exp(level(*root))
+            assert abs(exact - mpf(float(found.value[i]))) <= found.value_error[i]
+
+
+@pytest.mark.parametrize(
+    ("excitation", "response"),
+    [("force", "displacement"), ("force", "velocity"), ("force", "transmitted_force"),
+     ("base", "transmitted_force")],
+)  # fmt: skip
+def test_no_grid_finds_less(excitation, response):
+    z1, m = np.meshgrid([0.0, 0.01, 0.3, 0.6, 2.0], [1e-4, 0.1, 1.0, 2.1, 10.0], indexing="ij")
+    found = mean_square_tuning(z1, m, excitation, response)
+    k = np.concatenate([[0.0], np.logspace(-4, 3, 120)])[:, None]
+    z = np.logspace(-6, 3, 160)
+    for place in np.ndindex(m.shape):
+        one = Absorber(z1[place], m[place], m[place] * k, m[place] * z)
+        grid = float(np.min(mean_square(one, excitation, response).value))
+        assert found.value[place] <= grid * (1.0 + 1e-13)
+
+
+def test_a_batch_is_its_points_one_by_one():
+    z1, m = np.array([[0.05], [0.4], [0.9]]), np.array([0.01, 0.3, 3.0])
+    for response in ("displacement", "velocity"):
+        whole = mean_square_tuning(z1, m, "force", response)
+        assert whole.value.shape == (3, 3)
+        for i, j in np.ndindex(3, 3):
+            one = mean_square_tuning(z1[i, 0], m[j], "force", response)
+            assert one.value == pytest.approx(whole.value[i, j], rel=1e-14)
+            assert one.locked == whole.locked[i, j]

@@ -1,0 +1,261 @@
+"""Claim: what the kernels get of an absorber says what the case says, each checked another way."""
+
+import math
+import tomllib
+from typing import Any
+
+import numpy as np
+import pytest
+from absorber_cases import PENDULUM, RATIOS, RIG, SEVERAL
+from watched_case import Watched
+
+from vibecalc.case.load import resolve, validate
+from vibecalc.case.overrides import set_key
+from vibecalc.case.scenes import SCENES
+from vibecalc.case.schema import Case
+from vibecalc.hardware.oils import oil_damping
+from vibecalc.hardware.overhung_rod import bending_frequencies
+from vibecalc.machine.absorber import AbsorberParts, Branch, build_absorber
+from vibecalc.machine.absorber_pendulum import PendulumParts, build_pendulum
+from vibecalc.machine.checks import check_machine
+from vibecalc.pipeline.check_cache import CHECKS
+from vibecalc.response.absorber.amplitude import amplitude
+from vibecalc.response.pendulum.model import rates
+from vibecalc.response.pendulum.order import tuning_order
+
+ROLLERS = {"mass": 0.08, "distance": 0.092, "diameter": 0.015}
+
+
+def case_of(text: str, **changes: Any) -> Case:
+    """A case with keys added or replaced; None takes one away."""
+    data = tomllib.loads(text)
+    for key, value in changes.items():
+        *above, last = key.split("__")
+        if value is None:
+            table = data
+            for part in above:
+                table = table[part]
+            del table[last]
+        else:
+            set_key(data, (*above, last), value)
+    case = validate(data)
+    assert check_machine(case) == []
+    return case
+
+
+def parts(text: str, **changes: Any) -> AbsorberParts:
+    return build_absorber(case_of(text, **changes))
+
+
+def pendulums(**changes: Any) -> PendulumParts:
+    return build_pendulum(case_of(PENDULUM, **changes))
+
+
+def test_ratios_stay_as_they_are_written() -> None:
+    found = parts(RATIOS)
+    assert tuple(found.absorber or ()) == (0.02, 0.1, 0.08, 0.015)
+    assert found.scale is None and found.is_complete
+    assert found.branches == ()
+
+
+def test_the_own_ratio_is_referred_to_the_primary() -> None:
+    own = parts(RATIOS, machine__secondary__damping_ratio=None,
+                machine__secondary__own_damping_ratio=0.185)  # fmt: skip
+    assert own.absorber is not None
+    assert own.absorber.secondary_damping == pytest.approx(0.185 * math.sqrt(0.1 * 0.08), rel=1e-15)
+
+
+@pytest.mark.parametrize("motion", ["torsion", "translation"])
+def test_units_and_ratios_are_one_system(motion: str) -> None:
+    """Solved with its matrices in SI, the system has the amplitude that the ratios give."""
+    j1, k1, c1, j2, k2, c2 = 0.42, 1700.0, 0.9, 0.08, 210.0, 1.3
+    names = ("inertia", "stiffness", "damping")
+    if motion == "translation":
+        names = ("mass", "linear_stiffness", "linear_damping")
+    data = tomllib.loads(RATIOS)
+    data["machine"]["primary"] = dict(zip(names, (j1, k1, c1), strict=True))
+    data["machine"]["secondary"] = dict(zip(names, (j2, k2, c2), strict=True))
+    found = build_absorber(validate(data))
+    assert found.scale is not None and found.absorber is not None
+    assert found.scale.torsion == (motion == "torsion")
+    for w in (10.0, 55.0, 63.0, 90.0):
+        link = k2 + 1j * w * c2
+        matrix = np.array(
+            [[k1 + 1j * w * c1 + link - j1 * w * w, -link], [-link, link - j2 * w**2]]
+        )
+        wanted = np.linalg.solve(matrix, [k1, 0.0])[0]
+        assert amplitude(found.absorber, w / found.scale.frequency) == pytest.approx(
+            wanted, rel=1e-12
+        )
+
+
+def test_the_rig_from_its_dimensions() -> None:
+    found = parts(RIG)
+    assert found.scale is not None and found.absorber is not None
+    stiffness = 80e9 * math.pi * 0.024**4 / 32.0 / 1.5
+    assert found.scale.stiffness == pytest.approx(stiffness, rel=1e-14)
+    assert found.absorber.mass_ratio == pytest.approx(0.08 / 0.42, rel=1e-15)
+    rate = 80e9 * 0.002**4 / (8.0 * 0.016**3 * 12)
+    lever = 0.13 * math.cos(math.radians(15.0))
+    assert found.absorber.stiffness_ratio == pytest.approx(
+        4.0 * rate * lever**2 / stiffness, rel=1e-13
+    )
+    # the gap by hand: thin films at rim and sides of a ring, 460 cSt at 40 degC, less than 902
+    dynamic = 460e-6 * 902.0
+    rim = 2.0 * math.pi * 0.14**3 * 0.018 / 0.0006
+    sides = math.pi * (0.14**4 - 0.07**4) / 0.0006
+    damping = (
+        float(np.asarray(found.absorber.secondary_damping)) * 2.0 * math.sqrt(stiffness * 0.42)
+    )
+    assert damping == pytest.approx(dynamic * (rim + sides), rel=0.02)
+    assert damping < 1.01 * dynamic * (rim + sides)
+    assert found.is_complete
+
+
+def test_the_rule_gives_the_clearance_and_sides_may_differ() -> None:
+    found = parts(RIG, machine__gap__clearance=None, machine__gap__side_clearance="1 mm",
+                  machine__gap__bore_clearance="0.8 mm")  # fmt: skip
+    assert found.filling is not None
+    gap = found.filling.gap
+    inches = 0.010 * (1.0 + math.sqrt(2.0 * 0.14 / 0.254))
+    assert gap.rim_clearance == pytest.approx(inches * 0.0254, rel=1e-14)
+    assert (gap.side_clearance, gap.bore_clearance) == (0.001, 0.0008)
+    assert found.filling.temperature == pytest.approx(313.15, rel=1e-15)
+
+
+def test_a_ring_is_an_absorber_of_its_own() -> None:
+    data = SCENES["absorber_rig"].data
+    found = build_absorber(validate(data))
+    assert found.absorber is not None and found.scale is not None
+    mass = 7850.0 * math.pi * (0.14**2 - 0.07**2) * 0.018
+    inertia = 0.5 * mass * (0.14**2 + 0.07**2)
+    assert found.absorber.mass_ratio == pytest.approx(inertia / 0.42, rel=1e-14)
+    assert not found.is_complete
+    assert math.isnan(found.absorber.stiffness_ratio)  # type: ignore[arg-type]
+    assert found.springs is not None and found.springs.stiffness is None
+
+
+def test_the_rod_bends_as_a_beam_of_its_mass() -> None:
+    by_density = parts(RIG).bending
+    assert by_density is not None
+    mass = 7850.0 * math.pi / 4.0 * 0.024**2 * 1.65
+    by_mass = parts(RIG, machine__rod__density=None, machine__rod__mass=mass).bending
+    assert by_mass is not None
+    first, other = (bending_frequencies(b.rod, b.body).value for b in (by_density, by_mass))
+    np.testing.assert_allclose(first, other, rtol=1e-11)
+    # a mass at the end of a light rod: w^2 = 3 E I / (M a^2 (L + a))
+    light = bending_frequencies(by_density.rod._replace(mass_per_length=1e-9),
+                                by_density.body._replace(diametral_inertia=0.0))  # fmt: skip
+    stiff = 205e9 * math.pi * 0.024**4 / 64.0
+    wanted = math.sqrt(3.0 * stiff / (22.0 * 0.15**2 * 1.65))
+    assert light.value[0] == pytest.approx(wanted, rel=1e-6)
+
+
+def test_several_stand_behind_what_carries_them() -> None:
+    data = tomllib.loads(SEVERAL)
+    data["machine"]["secondaries"].reverse()
+    data["machine"]["secondaries"].append(
+        {"name": "leaf", "on": "far", "mass_ratio": 0.01, "stiffness_ratio": 0.02}
+    )
+    for one, k in zip(data["machine"]["secondaries"][:2], (0.04, 0.06), strict=True):
+        one["stiffness_ratio"] = k
+    for one in data["machine"]["secondaries"]:
+        one["damping_ratio"] = 0.01
+    del data["tuning"]
+    case = validate(data)
+    assert check_machine(case) == []
+    found = build_absorber(case)
+    assert found.absorber is None and not found.is_complete
+    assert found.branches == (
+        Branch("near", -1, 0.05, 0.06, 0.01),
+        Branch("far", 0, 0.03, 0.04, 0.01),
+        Branch("leaf", 1, 0.01, 0.02, 0.01),
+    )
+    assert build_absorber(case_of(SEVERAL)).branches[1] == Branch("far", 0, 0.03, None, None)
+
+
+def test_stock_is_the_list_and_then_the_catalogue() -> None:
+    found = parts(
+        RIG,
+        machine__spring_catalogue={"part": [7, 9], "rate": ["1 N/mm", "5 N/mm"]},
+        machine__oil_catalogue={"part": [460], "viscosity_40": ["460 cSt"],
+                                "viscosity_100": ["31 cSt"], "density": [902.0]},
+    )  # fmt: skip
+    assert found.stock.spring_names == ("soft", "7", "9")
+    np.testing.assert_allclose(found.stock.spring_rates, [2000.0, 1000.0, 5000.0], rtol=1e-15)
+    assert [oil.name for oil in found.stock.oils] == ["thin", "460"]
+    assert found.filling is not None and found.filling.oil is not None
+    one, other = (
+        oil_damping(oil, found.filling.gap, 330.0).value
+        for oil in (found.filling.oil, found.stock.oils[1])
+    )
+    assert one == pytest.approx(float(other), rel=1e-12)
+
+
+def test_temperatures_in_kelvin_and_in_degrees() -> None:
+    values = [
+        case_of(RIG, machine__gap__temperature=value).machine.gap.temperature  # type: ignore[union-attr]
+        for value in ("40 degC", "313.15 K", 313.15, "313.15", "40 °C", "-5 degC")
+    ]
+    assert values[:5] == pytest.approx([313.15] * 5, rel=1e-15)
+    assert values[5] == pytest.approx(268.15, rel=1e-15)
+
+
+def test_pendulums_swing_together() -> None:
+    found = pendulums(machine__pendulum__rollers=ROLLERS, machine__pendulum__damping_ratio=0.02)
+    assert found.pendulum.mass == pytest.approx(3.6)
+    assert found.pendulum.roller_mass == pytest.approx(0.32)
+    assert found.pendulum.roller_inertia == pytest.approx(0.32 * 0.015**2 / 8.0)
+    one = pendulums(machine__pendulum__rollers=ROLLERS, machine__pendulum__count=1)
+    assert tuning_order(found.pendulum).value == pytest.approx(
+        float(tuning_order(one.pendulum).value), rel=1e-13
+    )
+    # a small swing at a heavy rotor's constant speed decays by exp(-2 pi z / sqrt(1 - z^2)) a turn
+    heavy, speed, small = 1e9, found.speed, 1e-4
+    force = rates(found.pendulum, heavy, np.array([0.0, small, speed, 0.0]), 0.0, found.damping)[3]
+    drag = rates(found.pendulum, heavy, np.array([0.0, 0.0, speed, small]), 0.0, found.damping)[3]
+    own = math.sqrt(-force / small)
+    assert own == pytest.approx(float(tuning_order(found.pendulum).value) * speed, rel=1e-6)
+    assert -drag / small == pytest.approx(2.0 * 0.02 * own, rel=1e-6)
+
+
+@pytest.mark.parametrize("path", ["circular", "cycloidal", "epicycloidal"])
+def test_a_path_that_is_not_given_is_tuned(path: str) -> None:
+    tuned = pendulums(machine__pendulum__path_radius=None, machine__pendulum__path=path)
+    assert tuned.is_tuned
+    assert tuning_order(tuned.pendulum).value == pytest.approx(2.0, rel=1e-14)
+    by_arm = pendulums(
+        machine__pendulum__path_radius=None,
+        machine__pendulum__vertex_distance=None,
+        machine__pendulum__arm_radius="76 mm",
+        machine__pendulum__path=path,
+    )
+    assert by_arm.pendulum.path_radius == pytest.approx(0.019, rel=1e-14)
+    assert by_arm.pendulum.vertex_distance == pytest.approx(0.095, rel=1e-14)
+    with_rollers = pendulums(
+        machine__pendulum__path_radius=None,
+        machine__pendulum__path=path,
+        machine__pendulum__rollers=ROLLERS,
+    )
+    assert tuning_order(with_rollers.pendulum).value == pytest.approx(2.0, rel=1e-13)
+    assert with_rollers.pendulum.path_radius != pytest.approx(0.019, rel=1e-3)
+
+
+@pytest.mark.parametrize("scene", ["absorber", "absorber_rig", "pendulum"])
+def test_starters_survive_being_resolved(scene: str) -> None:
+    case = validate(SCENES[scene].data)
+    assert validate(resolve(case)) == case
+
+
+@pytest.mark.parametrize("text", [RATIOS, RIG, SEVERAL, PENDULUM])
+def test_checks_read_what_is_declared(text: str) -> None:
+    case = case_of(text)
+    for check, declared in CHECKS.items():
+        seen: set[str] = set()
+        check(Watched(case, "", seen))  # type: ignore[arg-type]
+        for place in seen:
+            held = any(
+                place == one or place.startswith(f"{one}.") or one.startswith(f"{place}.")
+                for one in declared
+            )
+            assert held or place in ("machine", "response"), (check.__name__, place)

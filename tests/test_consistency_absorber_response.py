@@ -1,0 +1,208 @@
+"""Claim: the response of primary and secondary is that of the equations of motion, limits included,
+and peaks, poles and fixed points are those of the same curve."""
+
+import numpy as np
+import pytest
+from exact_absorber import KINDS, motions, peak, squared
+from mpmath import mp, mpf
+
+from vibecalc.errors import NumericalFailure
+from vibecalc.response.absorber.amplitude import amplitude, amplitude_with_error, phase
+from vibecalc.response.absorber.fixed_points import fixed_points
+from vibecalc.response.absorber.model import (
+    EXCITATIONS,
+    RESPONSES,
+    Absorber,
+    damping_from_own_ratio,
+    damping_from_primary_ratio,
+    own_damping_ratio,
+)
+from vibecalc.response.absorber.peaks import peaks
+from vibecalc.response.absorber.poles import landmarks, poles
+from vibecalc.response.absorber.polynomials import squared_magnitude
+
+X = np.array([0.03, 0.4, 0.8144, 1.0, 1.37, 6.0])
+LIMITS = [(0.08, 0.02), (0.0, 0.02), (0.08, 0.0), (0.0, 0.0), (np.inf, 0.02), (0.08, np.inf)]
+
+
+def by_matrix(z1, m, k, z2, x):
+    """Primary and secondary by a numerical solution of the 2 x 2 system, unit force."""
+    s = 1j * x
+    g = k + 2 * z2 * s
+    matrix = np.array([[s * s + 2 * z1 * s + 1 + g, -g], [-g, m * s * s + g]])
+    return np.linalg.solve(matrix, np.array([1.0, 0.0]))
+
+
+@pytest.mark.parametrize("z1", [0.0, 0.04, 0.9])
+def test_every_response_follows_from_the_matrix_of_the_motion(z1):
+    absorber = Absorber(z1, 0.1, 0.0826, 0.0168)
+    for x in X:
+        one, two = by_matrix(*absorber, x)
+        s = 1j * x
+        ground = 1.0 + 2.0 * z1 * s
+        moved = ground * one  # the ground's motion acts as a force (1 + 2 z1 s) Y
+        expected = {
+            ("force", "displacement"): one, ("force", "velocity"): s * one,
+            ("force", "acceleration"): s * s * one, ("force", "transmitted_force"): ground * one,
+            ("force", "secondary_displacement"): two, ("force", "relative_displacement"): two - one,
+            ("base", "displacement"): moved, ("base", "acceleration"): s * s * moved,
+            ("base", "transmitted_force"): ground * (moved - 1.0),
+            ("base", "relative_displacement"): ground * (two - one),
+            ("unbalance", "displacement"): x * x * one,
+            ("unbalance", "transmitted_force"): x * x * ground * one,
+        }  # fmt: skip
+        for names, value in expected.items():
+            got = amplitude_with_error(absorber, x, *names)
+            assert got.value == pytest.approx(complex(value), rel=1e-11), names
+            assert 0.0 < got.error < 1e-12 * max(1.0, abs(got.value))
+
+
+@pytest.mark.parametrize("names", [(e, r) for e in EXCITATIONS for r in RESPONSES])
+@pytest.mark.parametrize("limit", range(1, 6))
+def test_limits_are_what_ratios_near_them_tend_to(names, limit):
+    near = [(1e-16, 0.02), (0.08, 1e-16), (1e-16, 1e-16), (1e16, 0.02), (0.08, 1e16)][limit - 1]
+    at = amplitude(Absorber(0.05, 0.1, *LIMITS[limit]), X, *names)
+    beside = amplitude(Absorber(0.05, 0.1, *near), X, *names)
+    np.testing.assert_allclose(at, beside, rtol=1e-9, atol=1e-9)
+    ends = amplitude(Absorber(0.05, 0.1, *LIMITS[limit]), [0.0, 1e-200, 1e200, np.inf], *names)
+    assert not np.any(np.isnan(ends)) and ends[0] == pytest.approx(ends[1], abs=1e-190)
+
+
+def test_what_happens_at_both_ends():
+    a = Absorber(0.1, 0.2, 0.1, 0.05)
+    for names, at_zero, at_infinity in (
+        (("force", "displacement"), 1.0, 0.0), (("force", "acceleration"), 0.0, 1.0),
+        (("base", "displacement"), 1.0, 0.0), (("base", "velocity"), 0.0, 0.2),
+        (("base", "acceleration"), 0.0, np.inf), (("unbalance", "velocity"), 0.0, np.inf),
+        (("unbalance", "displacement"), 0.0, 1.0), (("force", "secondary_displacement"), 1.0, 0.0),
+    ):  # fmt: skip
+        got = np.abs(amplitude(a, [0.0, np.inf], *names))
+        assert got == pytest.approx([at_zero, at_infinity], rel=1e-14)
+        found = peaks(a, *names)
+        assert [found.at_zero, found.at_infinity] == pytest.approx([at_zero, at_infinity])
+    locked = peaks(Absorber(0.1, 0.2, np.inf, 0.0), "force", "acceleration")
+    assert locked.at_infinity == pytest.approx(1.0 / 1.2)
+
+
+def test_an_undamped_resonance_is_infinite_and_not_nan():
+    a = Absorber(0.0, 3.0, np.inf, 0.0)
+    assert np.isinf(amplitude(a, 0.5)) and np.isinf(amplitude_with_error(a, 0.5).error)
+    found = peaks(Absorber(0.0, 0.1, [0.0826, np.inf, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0]))
+    assert np.all(np.isinf(found.largest)) and list(np.sum(found.found, axis=1)) == [2, 1, 1, 1]
+    exact = np.sqrt(np.sort(np.roots([0.1, -(0.1 + 0.0826 * 1.1), 0.0826])))
+    np.testing.assert_allclose(found.frequency[0, :2], exact, rtol=1e-14)
+    np.testing.assert_allclose(found.frequency[1:, 0], [1.1**-0.5, 1.0, 1.0], rtol=1e-15)
+
+
+def test_shapes_broadcast_and_phase_lags():
+    a = Absorber(0.1, np.array([[0.1], [0.5]]), 0.1, 0.03)
+    assert amplitude(a, X).shape == (2, 6)
+    assert np.all(phase(amplitude(a, X)) < 0.0)
+    assert peaks(a).frequency.shape == (2, 1, 4)
+    assert poles(a).value.shape == (2, 1, 4)
+
+
+def test_damping_ratios_convert_back_and_forth():
+    z2 = damping_from_own_ratio(0.185, 0.1, 0.0826)
+    assert own_damping_ratio(Absorber(0.0, 0.1, 0.0826, z2)) == pytest.approx(0.185, rel=1e-15)
+    assert np.isinf(own_damping_ratio(Absorber(0.0, 0.1, 0.0, 0.1)))
+    assert own_damping_ratio(Absorber(0.0, 0.1, 0.0, 0.0)) == 0.0
+    # eq. 3.13: 2 eps2 mu x i is 2 z2 x i
+    assert damping_from_primary_ratio(0.422, 0.236) == pytest.approx(0.422 * 0.236)
+
+
+def test_poles_are_roots_and_undamped_ones_are_the_natural_frequencies():
+    found = poles(Absorber(0.0, 0.1, 0.0826, 0.0))
+    marks = landmarks(0.1, 0.0826)
+    np.testing.assert_allclose(
+        np.sort(found.value.imag)[2:], [marks.lower, marks.upper], rtol=1e-14
+    )
+    rng = np.random.default_rng(4)
+    a = Absorber(*(10.0 ** rng.uniform(-3, 0.5, (4, 200))))
+    found = poles(a)
+    assert np.all(found.found) and np.all(found.value.real < 0.0)
+    s = found.value
+    z1, m, k, z2 = (np.asarray(v)[:, None] for v in a)
+    g = k + 2 * z2 * s
+    left = (1 + 2 * z1 * s + s * s) * (m * s * s + g) + m * s * s * g
+    slope = 4 * m * np.prod(
+        np.where(np.eye(4, dtype=bool), 1.0, s[:, :, None] - s[:, None, :]), axis=-1
+    ) / 4  # fmt: skip
+    assert np.max(np.abs(left / slope) / found.error) < 4.0
+    assert np.median(found.error / np.abs(s)) < 1e-12
+
+
+def test_landmarks_of_extreme_ratios_keep_their_digits():
+    mp.dps = 40
+    for m, k in ((1e-6, 1e-6), (1e-4, 1e4), (10.0, 1e-9), (0.1, 0.0826)):
+        a, b = mpf(m), mpf(k)
+        total = 1 + b / a * (1 + a)
+        root = mp.sqrt(total**2 - 4 * b / a)
+        exact = [float(mp.sqrt((total - root) / 2)), float(mp.sqrt((total + root) / 2))]
+        marks = landmarks(m, k)
+        assert [marks.lower, marks.upper] == pytest.approx(exact, rel=4e-16)
+
+
+def test_fixed_points_do_not_depend_on_damping_and_exist_for_an_undamped_primary_only():
+    for m, k in ((0.1, 0.0826), (1e-3, 2e-3), (4.0, 0.3)):
+        p = fixed_points(m, k)
+        for z2 in (0.0, 0.01, 0.3, np.inf):
+            got = np.abs(amplitude(Absorber(0.0, m, k, z2), [p.frequency_p, p.frequency_q]))
+            np.testing.assert_allclose(got, [p.magnitude_p, p.magnitude_q], rtol=1e-11)
+    viscous = fixed_points(0.1, 0.0)
+    assert viscous.frequency_p == 0.0 and viscous.magnitude_q == pytest.approx(1.0 + 2.0 / 0.1)
+    with pytest.raises(NumericalFailure, match="no fixed points"):
+        fixed_points(0.1, 0.08, 0.04)
+    # with a damped primary the curves of three dampings have no common point
+    curves = np.abs(amplitude(Absorber(0.04, 0.1, 0.0826, [[0.0], [0.02], [0.1]]), X[0] + X * 0.3))
+    assert np.all(np.ptp(curves, axis=0) > 0.0)
+
+
+def test_polynomials_give_the_same_curve():
+    rng = np.random.default_rng(6)
+    for names in ((e, r) for e in EXCITATIONS for r in RESPONSES):
+        for limit in LIMITS:
+            a = Absorber(rng.choice([0.0, 0.3]), 0.3, *limit)
+            p = squared_magnitude(a, *names)
+            u = 1.01 * X * X
+            value = np.polyval(p.numerator[::-1], u) / np.polyval(p.denominator[::-1], u)
+            above = np.polyval(p.excess[::-1], u) / np.polyval(p.denominator[::-1], u)
+            exact = np.abs(amplitude(a, np.sqrt(u), *names)) ** 2
+            np.testing.assert_allclose(value, exact, rtol=1e-9, atol=1e-13)
+            np.testing.assert_allclose(above + p.floor**2, exact, rtol=1e-9, atol=1e-13)
+
+
+def test_peaks_are_those_with_many_digits_within_their_errors():
+    mp.dps = 40
+    rng = np.random.default_rng(12)
+    seen = 0
+    for kind in KINDS:
+        for _ in range(4):
+            z1 = float(rng.choice([0.0, 0.01, 0.3, 1.2]))
+            m = 10 ** rng.uniform(-4, 1)
+            a = Absorber(z1, m, m * 10 ** rng.uniform(-1.5, 1), m * 10 ** rng.uniform(-2, 1))
+            found = peaks(a, *kind)
+            for i in np.flatnonzero(found.found):
+                x, height = peak(kind, a, found.frequency[i])
+                assert abs(found.magnitude[i] - height) <= found.error[i]
+                assert abs(found.frequency[i] / x - 1) < 1e-7
+                seen += 1
+            x = 10 ** rng.uniform(-2, 2)
+            got = amplitude_with_error(a, x, *kind)
+            exact = mp.sqrt(squared(kind, *(mpf(v) for v in a), mpf(x) ** 2))
+            assert abs(abs(got.value) - exact) <= got.error < 1e-11 * exact
+    assert seen > 30
+
+
+def test_the_oracle_solves_the_matrix_of_the_motion():
+    one, two = motions(*(mpf(v) for v in (0.1, 0.2, 0.3, 0.05)), mpf(0.7))
+    np.testing.assert_allclose(
+        [complex(one), complex(two)], by_matrix(0.1, 0.2, 0.3, 0.05, 0.7), rtol=1e-13
+    )
+
+
+def test_unknown_names_are_refused_with_the_list():
+    with pytest.raises(NumericalFailure, match="force, base, unbalance"):
+        amplitude(Absorber(0.0, 0.1, 0.1, 0.1), 1.0, "wind")
+    with pytest.raises(NumericalFailure, match="transmitted_force"):
+        peaks(Absorber(0.0, 0.1, 0.1, 0.1), "force", "noise")

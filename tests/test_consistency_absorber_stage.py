@@ -1,0 +1,255 @@
+"""Claim: stages of an absorber hand on what the kernels compute, and nothing beside their plan."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+from shipped_cases import CASES, result_of
+
+from vibecalc.errors import NumericalFailure
+from vibecalc.hardware.rods import torsional_stiffness
+from vibecalc.machine.absorber import build_absorber
+from vibecalc.optimisation.absorber.closed_forms import closed_form
+from vibecalc.optimisation.absorber.mean_square import mean_square_tuning
+from vibecalc.optimisation.absorber.minimax import minimax
+from vibecalc.optimisation.absorber.minimax_restricted import pure_viscous
+from vibecalc.optimisation.absorber.several import several_tuning
+from vibecalc.pipeline.plan import planned_quantities
+from vibecalc.pipeline.run import run_case
+from vibecalc.report.references import counted_misses
+from vibecalc.response.absorber.amplitude import amplitude
+from vibecalc.response.absorber.mean_square import mean_square
+from vibecalc.response.absorber.model import Absorber
+from vibecalc.response.absorber.peaks import peaks
+from vibecalc.response.pendulum.period import order_of_swing
+from vibecalc.results.record import Record
+from vibecalc.study.load import load_checked
+
+NAMES = sorted(name for name in CASES if name.startswith("absorber"))
+
+
+def run(name: str, *settings: str) -> Record:
+    (loaded,) = load_checked([CASES[name]], (*settings, "reference=[]", "limit=[]"))
+    return run_case(loaded.case)
+
+
+def value(record: Record, path: str) -> Any:
+    return record[path].values
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_run_makes_what_was_planned(name: str) -> None:
+    (loaded,) = load_checked([CASES[name]], ())
+    assert set(planned_quantities(loaded.case)) == set(result_of(name).record)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_published_numbers_come_out(name: str) -> None:
+    assert counted_misses(result_of(name)) == 0
+
+
+def test_tuning_is_that_of_the_kernel() -> None:
+    record, best = result_of("absorber").record, minimax(0.0, 0.1)
+    assert value(record, "tuning/stiffness_ratio") == best.stiffness_ratio
+    assert value(record, "tuning/secondary_damping") == best.secondary_damping
+    assert value(record, "tuning/peak") == pytest.approx(float(best.largest), rel=1e-13)
+    np.testing.assert_allclose(
+        value(record, "tuning/active/frequency_ratio"), best.frequency, rtol=1e-9
+    )
+    exact = closed_form("nishihara_asami", 0.1)
+    place = list(record["tuning/method/peak"].axes[0].values).index("nishihara_asami")
+    assert value(record, "tuning/method/peak")[place] == pytest.approx(float(exact.largest))
+
+
+def test_curves_are_those_of_the_kernel() -> None:
+    record = result_of("absorber_curves").record
+    found = record["response/absorber/curve"]
+    x = found.axes[1].values
+    for name, k, own in (("as given", 0.0826, 0.185), ("own damping 0.3", 0.0826, 0.3)):
+        row = list(found.axes[0].values).index(name)
+        system = Absorber(0.0, 0.1, k, own * np.sqrt(0.1 * k))
+        np.testing.assert_allclose(found.values[row], amplitude(system, x), rtol=1e-13)
+        tops = value(record, "response/absorber/largest")
+        assert tops[row] == pytest.approx(float(peaks(system).largest), rel=1e-13)
+
+
+def test_a_damper_on_its_own_frequency_follows_what_varies() -> None:
+    record = run(
+        "absorber_curves",
+        "response.absorber.vary={stiffness_ratio=[0.06, 0.12]}",
+    )
+    found = record["response/absorber/largest"]
+    for name, k in (("stiffness ratio 0.06", 0.06), ("stiffness ratio 0.12", 0.12)):
+        system = Absorber(0.0, 0.1, k, 0.185 * np.sqrt(0.1 * k))
+        row = list(found.axes[0].values).index(name)
+        assert found.values[row] == pytest.approx(float(peaks(system).largest), rel=1e-12)
+
+
+def test_mean_square_tuning_is_that_of_the_kernel() -> None:
+    record = run(
+        "absorber_design_chart",
+        "tuning.norm='h2'",
+        "tuning.compare=['warburton']",
+        "machine.primary.damping_ratio=0.0",
+    )
+    best = mean_square_tuning(0.0, 0.1)
+    assert value(record, "tuning/stiffness_ratio") == pytest.approx(float(best.stiffness_ratio))
+    assert value(record, "tuning/mean_square") == pytest.approx(float(best.value), rel=1e-13)
+    assert np.isinf(value(record, "tuning/mean_square_alone"))
+
+
+def test_the_damper_without_a_spring() -> None:
+    record = result_of("absorber_rig_b").record
+    (loaded,) = load_checked([CASES["absorber_rig_b"]], ())
+    parts = build_absorber(loaded.case)
+    assert parts.absorber is not None and parts.scale is not None
+    best = pure_viscous(0.01, parts.absorber.mass_ratio)
+    assert value(record, "tuning/secondary_damping") == pytest.approx(float(best.value))
+    assert value(record, "tuning/peak") == pytest.approx(float(best.largest), rel=1e-12)
+    assert value(record, "tuning/torsional_damping") == pytest.approx(
+        float(best.value) * parts.scale.damping
+    )
+
+
+def test_parts_are_those_of_the_kernels() -> None:
+    record = result_of("absorber_rig_a").record
+    rod = torsional_stiffness(79e9, 0.0254, 1.6764)
+    assert value(record, "hardware/rod_stiffness") == rod.value
+    peak, penalty = record["hardware/pair/peak"], record["hardware/pair/penalty"]
+    least = float(value(record, "tuning/peak"))
+    np.testing.assert_allclose(penalty.values, peak.values / least - 1.0, atol=1e-13)
+    assert value(record, "hardware/buy/peak") == np.min(peak.values)
+    k = value(record, "hardware/spring/stiffness_ratio")
+    z2 = value(record, "hardware/oil/secondary_damping")
+    m = float(value(record, "tuning/mass_ratio"))
+    alone = peaks(Absorber(0.01, m, k[2], z2[4]))
+    assert peak.values[2, 4] == pytest.approx(float(alone.largest), rel=1e-12)
+    assert value(record, "hardware/warming/peak")[0] == pytest.approx(
+        float(value(record, "hardware/buy/peak")), rel=1e-12
+    )
+
+
+def test_the_wanted_spring_and_oil_give_the_tuning() -> None:
+    """Bought exactly as said, they are the tuned absorber."""
+    record = result_of("absorber_rig_a").record
+    rate = float(value(record, "hardware/spring_rate"))
+    assert 4.0 * rate * (0.138 * np.cos(np.radians(20.0))) ** 2 == pytest.approx(
+        float(value(record, "tuning/torsional_stiffness")), rel=1e-12
+    )
+    shares = sum(float(value(record, f"hardware/gap/{name}")) for name in ("rim", "sides", "bore"))
+    assert shares * float(value(record, "hardware/dynamic_viscosity")) == pytest.approx(
+        float(value(record, "tuning/torsional_damping")), rel=1e-12
+    )
+
+
+def test_chart_is_that_of_the_kernel_and_of_single_tunings() -> None:
+    record = result_of("absorber_design_chart").record
+    chart = record["tuning/chart/peak"]
+    z1, m = (axis.values for axis in chart.axes)
+    assert chart.values.shape == (9, 100)
+    for row, column in ((0, 9), (2, 0), (8, 99)):
+        alone = minimax(z1[row], m[column])
+        assert chart.values[row, column] == pytest.approx(float(alone.largest), rel=1e-12)
+        stiff = value(record, "tuning/chart/stiffness_ratio")[row, column]
+        assert stiff == pytest.approx(float(alone.stiffness_ratio), rel=1e-6)
+
+
+def test_two_absorbers_do_more_than_one_of_their_mass() -> None:
+    record = result_of("absorber_two").record
+    best = several_tuning(0.0, [0.05, 0.05], (0, 0))
+    assert value(record, "tuning/peak") == pytest.approx(best.peak, rel=1e-10)
+    one = value(result_of("absorber").record, "tuning/peak")
+    assert value(record, "tuning/peak") < 0.9 * one
+    assert len(value(record, "tuning/active/magnitude")) == 3
+    series = run(
+        "absorber_two",
+        "machine.secondaries=[{name='first', mass_ratio=0.05}, "
+        "{name='second', mass_ratio=0.05, on='first'}]",
+    )
+    assert value(series, "tuning/peak") < one
+
+
+def test_pendulum_is_that_of_the_kernel() -> None:
+    record = result_of("absorber_pendulum").record
+    assert value(record, "pendulum/order") == pytest.approx(2.0, rel=1e-13)
+    assert value(record, "pendulum/path_radius") == pytest.approx(0.02)
+    found = record["pendulum/order_of_swing"]
+    from vibecalc.response.pendulum.model import Pendulum
+
+    plain = Pendulum(1.8, 0.1, 0.02)
+    np.testing.assert_allclose(
+        found.values, order_of_swing(plain, found.axes[0].values).value, rtol=1e-12
+    )
+    small, alone = (abs(value(record, f"pendulum/small/{x}")) for x in ("rotor", "rotor_without"))
+    assert small < 0.05 * alone
+
+
+def test_no_optimum_is_a_failure_and_no_help_a_result() -> None:
+    with pytest.raises(NumericalFailure, match="without bound"):
+        run("absorber", "tuning.excitation='unbalance'", "tuning.response='acceleration'",
+            "tuning.compare=[]", "tuning.mistuning=[]", "tuning.sensitivity=false",
+            "machine.primary.damping_ratio=0.1")  # fmt: skip
+    (loaded,) = load_checked(
+        [CASES["absorber_design_chart"]],
+        ("machine.primary.damping_ratio=0.71", "reference=[]", "limit=[]"),
+    )
+    record = run_case(loaded.case)
+    assert value(record, "tuning/helps") == 0
+    assert value(record, "tuning/stiffness_ratio") == value(record, "tuning/secondary_damping") == 0
+    assert any("no absorber helps" in words for words in record.warnings)
+
+
+def test_a_bound_on_travel_is_kept_and_costs() -> None:
+    record = result_of("absorber").record
+    assert value(record, "tuning/bounded/travel") == pytest.approx(11.1, rel=1e-9)
+    assert value(record, "tuning/travel") > 11.1
+    assert 0.0 < value(record, "tuning/bounded/penalty") < 0.05
+
+
+def test_errors_of_a_mean_square_tuning_count_by_the_mean_square() -> None:
+    record = run(
+        "absorber_design_chart",
+        "tuning={norm='h2', mistuning=[0.1], compare=['numerical', 'warburton']}",
+    )
+    z1, m, k, z2 = (
+        float(value(record, f"tuning/{name}"))
+        for name in ("primary_damping", "mass_ratio", "stiffness_ratio", "secondary_damping")
+    )
+    least = float(mean_square(Absorber(z1, m, k, z2)).value)
+    off = float(mean_square(Absorber(z1, m, 1.1 * k, z2)).value)
+    loss = record["tuning/mistuning/loss"]
+    assert loss.values[0, 1] == pytest.approx(off / least - 1.0, rel=1e-9)
+    assert np.all(loss.values > 0.0)
+    assert np.all(value(record, "tuning/mistuning/worst") >= np.max(loss.values) - 1e-12)
+    # the closed form for an undamped primary is worse for a damped one
+    assert value(record, "tuning/method/loss")[0] == pytest.approx(0.0, abs=1e-12)
+    assert value(record, "tuning/method/loss")[1] > 1e-6
+
+
+@pytest.mark.parametrize(
+    ("settings", "words"),
+    [
+        ("excitation='unbalance', response='velocity', kind='viscous'", "without bound"),
+        ("excitation='base', response='acceleration', norm='h2', sensitivity=true", "no slopes"),
+        ("excitation='unbalance', norm='h2'", "no mean square"),
+    ],
+)
+def test_what_has_no_optimum_or_no_slope_is_said(settings: str, words: str) -> None:
+    with pytest.raises(NumericalFailure, match=words):
+        run("absorber", f"tuning={{{settings}}}")
+
+
+def test_sensitivity_is_the_slope_of_the_optimum() -> None:
+    record = result_of("absorber_rig_a").record
+    z1, m = (float(value(record, f"tuning/{name}")) for name in ("primary_damping", "mass_ratio"))
+    step = 1e-5
+    for place, (one, other) in enumerate((((z1 - step, m), (z1 + step, m)),
+                                          ((z1, m - step), (z1, m + step)))):  # fmt: skip
+        low, high = minimax(*one), minimax(*other)
+        for name, a, b in (
+            ("stiffness_ratio", low.stiffness_ratio, high.stiffness_ratio),
+            ("secondary_damping", low.secondary_damping, high.secondary_damping),
+            ("peak", low.largest, high.largest),
+        ):
+            slope = value(record, f"tuning/sensitivity/{name}")[place]
+            assert slope == pytest.approx(float(b - a) / (2.0 * step), rel=2e-4), name

@@ -1,0 +1,279 @@
+"""Claim: the running state with a motor in time is the motion that its equations lead to.
+
+Truth: the equations in time with complex fluxes, marched by DOP853 until they repeat; differences
+for derivatives; the monodromy matrix; the steady curve in the limit of fast fluxes; power.
+"""
+
+import re
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import pytest
+from dynamic_machines import FRICTION, MOTORS, MOUNTS, InTime, drive_of, machine_of
+from roll_machines import SYNCHRONOUS
+from scipy.integrate import solve_ivp
+
+from vibecalc.errors import NumericalFailure
+from vibecalc.excitation.induction_motor_power import power_flow
+from vibecalc.numerics.periodic_panels import evaluate
+from vibecalc.numerics.typing import FloatArray
+from vibecalc.response.roll.balances import balance
+from vibecalc.response.roll.dynamic_rates import driven_rates, with_steady_flux
+from vibecalc.response.roll.dynamic_start import steady_drive
+from vibecalc.response.roll.machine import RollDrive, RollMachine, is_mounted
+from vibecalc.response.roll.problem import roll_problem
+from vibecalc.response.roll.rates import place_at
+from vibecalc.response.roll.readings import readings
+from vibecalc.response.roll.running import Running, running_state
+from vibecalc.response.roll.steady import steady_state
+from vibecalc.response.roll.turn import harmonics, level
+
+ORDERS = np.arange(1.0, 11.0)
+KINDS: dict[str, dict[str, Any]] = {
+    "free": {},
+    "mounted": MOUNTS,
+    "rubbing": {"wrist_pin_offset": 0.004, "rod_inertia_difference": [0.01, -0.02], **FRICTION},
+}
+
+
+def run(machine: RollMachine, drive: RollDrive, rtol: float = 1e-11) -> Running:
+    started = None if is_mounted(machine) else SYNCHRONOUS
+    return running_state(machine, drive, rtol=rtol, orders=10, started_at=started)
+
+
+def spectrum(machine: RollMachine, drive: RollDrive, found: Running) -> np.ndarray:
+    read = readings(machine, drive, found.state.turn)
+    return np.asarray(harmonics(found.state.turn, read.shell_acceleration, ORDERS)[0])
+
+
+def start_in_time(machine: RollMachine, found: Running) -> FloatArray:
+    """The state of `InTime` at crank angle zero."""
+    state = evaluate(found.state.solution, np.zeros(1))[0, 0]
+    if is_mounted(machine):
+        w, turned, s = state[:3]
+        return np.concatenate([[0.0, w, turned, s], state[3:]])
+    place = place_at(machine, drive_of(1), np.zeros((1, 1))).moved
+    s = (found.state.momentum[0] - place.coupling[0, 0] * state[0]) / place.shell[0, 0]
+    return np.concatenate([[0.0, state[0], 0.0, s], state[1:]])
+
+
+@pytest.mark.parametrize("cages", [1, 2, 3])
+@pytest.mark.parametrize("kind", list(KINDS))
+def test_rates_and_jacobian(kind: str, cages: int) -> None:
+    machine, drive = machine_of(**KINDS[kind]), drive_of(cages)
+    mounted = is_mounted(machine)
+    momentum = None if mounted else np.array([205.0])
+    draw = np.random.default_rng(7)
+    angles = np.array([[0.3, 1.9, 4.4]])
+    rigid = np.array([[[92.0, 2e-3, -0.4]]])[..., : 3 if mounted else 1].repeat(3, axis=1)
+    state = with_steady_flux(drive, rigid)
+    state = state * (1.0 + 0.1 * draw.standard_normal(state.shape))
+    place = place_at(machine, drive, angles)
+    found = driven_rates(machine, drive, place, momentum, state)
+    for column in range(state.shape[-1]):
+        step = np.zeros(state.shape[-1])
+        step[column] = 1e-6 * np.abs(state[..., column]).max()
+        ahead, back = (
+            driven_rates(machine, drive, place, momentum, state + sign * step).value
+            for sign in (1.0, -1.0)
+        )
+        slope = (ahead - back) / (2.0 * step[column])
+        size = np.abs(found.jacobian).max(axis=(0, 1, 3))
+        rounding = 1e-15 * np.abs(found.value).max(axis=(0, 1)) / step[column]
+        away = np.abs(slope - found.jacobian[..., column])
+        assert np.all(away <= 1e-9 * size + rounding), column
+    truth = InTime(machine, drive)
+    for place_, angle in enumerate(angles[0]):
+        own = state[0, place_]
+        if mounted:
+            whole = np.concatenate([[angle, *own[:3]], own[3:]])
+        else:
+            moved = place.moved
+            s = (205.0 - moved.coupling[0, place_] * own[0]) / moved.shell[0, place_]
+            whole = np.concatenate([[angle, own[0], 0.0, s], own[1:]])
+        rate = truth(0.0, whole) / own[0]
+        wanted = rate[[1, 2, 3]] if mounted else rate[[1]]
+        wanted = np.concatenate([wanted, rate[4:]])
+        np.testing.assert_allclose(found.value[0, place_], wanted, rtol=1e-11, atol=1e-12)
+
+
+@pytest.mark.parametrize("kind", ["free", "mounted"])
+@pytest.mark.parametrize("cages", [1, 3])
+def test_a_turn_in_time_comes_back(kind: str, cages: int) -> None:
+    machine, drive = machine_of(**KINDS[kind]), drive_of(cages)
+    found = run(machine, drive)
+    truth, start = InTime(machine, drive), start_in_time(machine, found)
+    # panel by panel, so that no step goes over a kink of the gas tables
+    state, time = start, 0.0
+    for edge in found.state.solution.edges[0][1:]:
+
+        def there(_: float, y: FloatArray, edge: float = float(edge)) -> float:
+            return float(y[0] - edge)
+
+        there.terminal = True  # type: ignore[attr-defined]
+        part = solve_ivp(
+            truth, (0.0, 1.0), state, method="DOP853", rtol=1e-11, atol=1e-13, events=there
+        )
+        state, time = part.y_events[0][0], time + float(part.t_events[0][0])
+    assert abs(time / found.state.turn.period[0] - 1.0) < 1e-10
+    kept = [1, 2, 3] if kind == "mounted" else [1, 3]
+    for place in (*kept, *range(4, start.size)):
+        assert abs(state[place] - start[place]) < 1e-9 * max(1.0, abs(start[place])), place
+
+
+def test_a_march_in_time_ends_in_it() -> None:
+    machine, drive = machine_of(), drive_of(1, gas="trigonometric")
+    found = run(machine, drive)
+    truth = InTime(machine, drive)
+    w = SYNCHRONOUS - 1.0
+    flux = with_steady_flux(drive, np.array([[w]]))[0, 1:]
+    place = place_at(machine, drive, np.zeros((1, 1))).moved
+    s = (found.state.momentum[0] - place.coupling[0, 0] * w) / place.shell[0, 0]
+
+    def turns(_: float, y: FloatArray) -> float:
+        return float(np.sin(0.5 * y[0]))
+
+    march = solve_ivp(
+        truth, (0.0, 24 * 0.068), np.concatenate([[0.0, w, 0.0, s], flux]),
+        method="DOP853", rtol=1e-10, atol=1e-12, events=turns,
+    )  # fmt: skip
+    ends, times = march.y_events[0][-2:], march.t_events[0][-2:]
+    start = start_in_time(machine, found)
+    # what is left of the start after so many turns
+    left = np.abs(found.multiplier[0]).max() ** 22 * 20.0
+    assert left < 1e-7
+    assert abs((times[1] - times[0]) / found.state.turn.period[0] - 1.0) < 1e-8
+    np.testing.assert_allclose(ends[-1][[1, 3]], start[[1, 3]], atol=1e-6 + left)
+    np.testing.assert_allclose(ends[-1][4:], start[4:], atol=1e-7 + left)
+
+
+@pytest.mark.parametrize("kind", ["free", "mounted"])
+def test_fast_fluxes_are_the_steady_curve(kind: str) -> None:
+    """The torque's lag, and with it the difference of the spectra, goes with the pace."""
+    machine = machine_of(**KINDS[kind])
+    static = spectrum(machine, steady_drive(drive_of(2)), run(machine, steady_drive(drive_of(2))))
+    away = []
+    for pace in (1e-4, 1e-5):
+        drive = drive_of(2, pace=pace)
+        away.append(np.abs(spectrum(machine, drive, run(machine, drive, 1e-9)) - static).max())
+    assert away[0] < 2e-3 * np.abs(static).max()
+    assert 9.8 < away[0] / away[1] < 10.2
+
+
+@pytest.mark.parametrize("kind", list(KINDS))
+def test_power_over_a_turn(kind: str) -> None:
+    machine, drive = machine_of(**KINDS[kind]), drive_of(3)
+    found = run(machine, drive)
+    turn, stages = found.state.turn, found.state.solution.stages
+    flat = stages.reshape(-1, stages.shape[-1])
+    flow = power_flow(MOTORS[3].motor, flat[:, -8:], flat[:, 0])
+    rate = turn.weight[0] / turn.crank_speed[0]
+    work = {name: float(np.sum(rate * getattr(flow, name))) for name in flow._fields}
+    used = work["stator_copper"] + work["rotor_copper"] + work["mechanical"]
+    assert abs(work["electrical"] - used) < 1e-10 * work["electrical"]
+    assert min(work["stator_copper"], work["rotor_copper"]) > 0.0
+    own = balance(machine, turn, readings(machine, drive, turn))
+    np.testing.assert_allclose(own.motor[0], work["mechanical"], rtol=1e-13)
+    assert abs(own.residual[0]) < 1e-10 * own.motor[0]
+
+
+@pytest.mark.parametrize(("kind", "cages"), [("free", 1), ("free", 2), ("mounted", 2)])
+def test_multipliers_of_the_monodromy_matrix(kind: str, cages: int) -> None:
+    machine, drive = machine_of(**KINDS[kind]), drive_of(cages)
+    found = run(machine, drive)
+    state = found.state
+    rhs, _ = roll_problem(machine, drive, None if kind == "mounted" else state.momentum)
+    n = state.solution.left.shape[-1]
+
+    def linear(angle: float, y: FloatArray) -> FloatArray:
+        at = evaluate(state.solution, np.array([angle]))[:, None]
+        _, slope = rhs.rhs(np.array([[[angle]]]), at, None)
+        return np.asarray((slope[0, 0, 0] @ y.reshape(n, n)).ravel())
+
+    carried = np.eye(n).ravel()
+    for low, high in pairwise(state.solution.edges[0]):
+        part = solve_ivp(linear, (low, high), carried, method="DOP853", rtol=1e-9, atol=1e-12)
+        carried = part.y[:, -1]
+    wanted = np.linalg.eigvals(carried.reshape(n, n))
+    own = found.multiplier[0]
+    assert own.shape == (n,)
+    for value in own:
+        assert np.abs(wanted - value).min() < 1e-8
+    np.testing.assert_allclose(np.prod(own), np.linalg.det(carried.reshape(n, n)), rtol=1e-6)
+
+
+def test_the_line_swings_in_the_multipliers() -> None:
+    """The flux that stands still in the stator fades as its eigenvalue says, to a few percent."""
+    from vibecalc.excitation.induction_motor_dynamics import eigenvalues
+
+    machine, drive = machine_of(rotor_inertia=200.0), drive_of(1)
+    found = run(machine, drive)
+    period = float(found.state.turn.period[0])
+    values = eigenvalues(MOTORS[1].motor, SYNCHRONOUS - 2.0 * np.pi / period).value
+    wanted = np.exp(values * period)
+    swinging = wanted[np.argmax(np.abs(values.imag))]
+    assert np.abs(found.multiplier[0] - swinging).min() < 0.05 * abs(swinging)
+
+
+def test_a_batch_and_one_by_one() -> None:
+    lengths = [0.27, 0.2921, 0.4]
+    drive = drive_of(2)
+    batch = machine_of(rod_length=np.array(lengths), rotor_inertia=np.array([2.0, 2.1, 1.9]))
+    both = steady_state(batch, drive, 8, started_at=SYNCHRONOUS)
+    assert both.found.all()
+    together = level(
+        harmonics(both.turn, readings(batch, drive, both.turn).shell_acceleration, ORDERS)
+    )
+    for place, length in enumerate(lengths):
+        machine = machine_of(rod_length=length, rotor_inertia=[2.0, 2.1, 1.9][place])
+        alone = steady_state(machine, drive, 8, started_at=SYNCHRONOUS)
+        read = readings(machine, drive, alone.turn)
+        single = level(harmonics(alone.turn, read.shell_acceleration, ORDERS))[0]
+        np.testing.assert_allclose(together[place], single, atol=1e-9)
+
+
+def test_the_shell_may_stand_still_on_average() -> None:
+    machine, drive = machine_of(), drive_of(2)
+    found = running_state(machine, drive, rtol=1e-10, orders=10)
+    turn = found.state.turn
+    drift = float(np.sum(turn.weight * turn.shell_speed / turn.crank_speed) / turn.period[0])
+    assert abs(drift) < 1e-11
+
+
+def test_a_state_that_the_steady_curve_lacks() -> None:
+    """Followed from a heavy rotor it is found, and it comes back after a turn in time."""
+    machine, drive = machine_of(gas_scale=[2.8, 2.8]), drive_of(1)
+    with pytest.raises(NumericalFailure, match="no running state exists"):
+        run(machine, steady_drive(drive))
+    found = run(machine, drive)
+    assert 0.5 < np.abs(found.multiplier[0]).max() < 0.8
+    heavier = run(machine_of(gas_scale=[2.8, 2.8], rotor_inertia=2.2), drive)
+    assert heavier.state.turn.period[0] < found.state.turn.period[0]
+
+
+@pytest.mark.parametrize("started_at", [SYNCHRONOUS, None])
+def test_where_it_folds(started_at: float | None) -> None:
+    """The inertia told is that below which there is none: just above it a multiplier nears 1."""
+    changes = {"gas_scale": [3.2, 3.2]}
+    drive = drive_of(2)
+    with pytest.raises(NumericalFailure, match="ceases to exist below") as caught:
+        running_state(machine_of(**changes), drive, rtol=1e-9, orders=10, started_at=started_at)
+    told = re.search(r"about ([\d.]+) kg", str(caught.value))
+    assert told is not None
+    least = float(told.group(1))
+    largest = []
+    for more in (1.001, 1.01, 1.1):
+        machine = machine_of(**changes, rotor_inertia=more * least)
+        found = running_state(machine, drive, rtol=1e-9, orders=10, started_at=started_at)
+        largest.append(float(np.abs(found.multiplier[0]).max()))
+    assert largest[2] < largest[1] < largest[0] < 1.0
+    # a fold: 1 less the multiplier goes with the root of the distance
+    assert 2.0 < (1.0 - largest[1]) / (1.0 - largest[0]) < 3.9
+
+
+def test_too_much_for_the_motor() -> None:
+    with pytest.raises(NumericalFailure, match="no running state: gas and friction ask for"):
+        run(machine_of(gas_scale=[6.0, 6.0]), drive_of(2))
+    with pytest.raises(NumericalFailure, match="unstable: a disturbance grows"):
+        run(machine_of(rotor_inertia=0.1), drive_of(1))

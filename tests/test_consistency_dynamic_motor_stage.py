@@ -1,0 +1,247 @@
+"""Claim: a run with a dynamic motor gives what its kernels give, and apart what fit and lag do."""
+
+import copy
+from dataclasses import replace
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+from shipped_cases import result_of
+from watched_case import Watched, undeclared
+
+from vibecalc.case.load import validate
+from vibecalc.case.overrides import set_key
+from vibecalc.case.roll_scenes import ROLL
+from vibecalc.case.schema import Case
+from vibecalc.errors import NumericalFailure
+from vibecalc.excitation.induction_motor import steady_torque
+from vibecalc.excitation.induction_motor_dynamics import torque_answer
+from vibecalc.machine.build import build_machine
+from vibecalc.machine.roll import build_roll, roll_drive
+from vibecalc.machine.roll_motor import fitted_motor
+from vibecalc.pipeline.catalogue import CATALOGUE
+from vibecalc.pipeline.entries.roll_motor import ENTRIES, ROOT
+from vibecalc.pipeline.plan import planned_quantities
+from vibecalc.pipeline.reads import READS
+from vibecalc.pipeline.run import run_case
+from vibecalc.pipeline.scene import Scene
+from vibecalc.pipeline.stages import roll, roll_motor
+from vibecalc.report.plots import make
+from vibecalc.report.text import render_report
+from vibecalc.response.roll.machine import RollDrive, RollMachine, as_batch
+from vibecalc.response.roll.readings import readings
+from vibecalc.response.roll.running import Running, running_state
+from vibecalc.response.roll.turn import harmonics, level
+from vibecalc.results.record import Record
+
+MOTOR = {
+    "kind": "dynamic",
+    "poles": 6,
+    "voltage": "400 V",
+    "stator_resistance": "50 mohm",
+    "cages": "double",
+}
+ORDERS = np.arange(1.0, 11.0)
+
+
+def case_of(**changes: Any) -> Case:
+    data = copy.deepcopy(ROLL)
+    data["machine"]["motor"] |= MOTOR
+    for key, value in changes.items():
+        set_key(data, key.replace("__", "."), value)
+    return validate(data)
+
+
+@cache
+def record_of(*changes: tuple[str, Any]) -> Record:
+    return run_case(case_of(**dict(changes)))
+
+
+def values(record: Record, path: str) -> np.ndarray:
+    return np.asarray(record[path].values)
+
+
+def test_every_planned_result_is_there() -> None:
+    record = record_of()
+    planned = set(planned_quantities(case_of()))
+    assert {entry.path for entry in ENTRIES} <= planned
+    assert planned == set(record.quantities)
+    still = set(planned_quantities(validate(ROLL)))
+    assert not any(path.startswith(f"{ROOT}/") for path in still)
+    for entry in ENTRIES:
+        quantity = record[entry.path]
+        assert quantity.unit == CATALOGUE[entry.path].unit
+        assert np.isfinite(quantity.error_estimate), entry.path
+
+
+def test_levels_by_the_kernels() -> None:
+    """Table, steady curve and transients, each solved for with more points than the run had."""
+    record, case = record_of(), case_of()
+    parts = build_roll(case)
+    fitted = fitted_motor(parts.motor)
+    assert fitted is not None
+    machine, table = as_batch(parts.machine), roll_drive(parts)
+    ways = {
+        f"{ROOT}/table_level": table,
+        f"{ROOT}/static_level": table._replace(circuit=fitted.circuit._replace(transient=False)),
+        "response/roll/level/shell_acceleration": table._replace(circuit=fitted.circuit),
+    }
+    found = []
+    for path, drive in ways.items():
+        state = running_state(machine, drive, rtol=1e-9, orders=10, points=14).state
+        read = readings(machine, drive, state.turn)
+        wanted = level(harmonics(state.turn, read.shell_acceleration, ORDERS))[0]
+        error = record[path].error_estimate
+        assert error < 1e-4
+        np.testing.assert_allclose(values(record, path), wanted, rtol=0.0, atol=error)
+        found.append(values(record, path))
+    changes = [values(record, f"{ROOT}/{name}_change") for name in ("fit", "dynamics")]
+    np.testing.assert_array_equal(changes[0], found[1] - found[0])
+    np.testing.assert_array_equal(changes[1], found[2] - found[1])
+    assert np.abs(changes[1]).max() > 0.3
+
+
+def test_the_fit_is_that_of_the_table() -> None:
+    record, motor = record_of(), case_of().machine.motor
+    assert motor is not None
+    fitted = fitted_motor(motor)
+    assert fitted is not None
+    slip = np.array(motor.slip_table.slip)[1:]
+    np.testing.assert_array_equal(record[f"{ROOT}/table/torque"].axes[0].values, slip)
+    torque = steady_torque(fitted.circuit.motor, slip).value
+    error = record[f"{ROOT}/table/fitted"].error_estimate
+    np.testing.assert_allclose(values(record, f"{ROOT}/table/fitted"), torque, atol=error)
+    away = torque / np.array(motor.slip_table.torque)[1:] - 1.0
+    worst = float(values(record, f"{ROOT}/worst_difference"))
+    assert worst == pytest.approx(np.abs(away).max(), rel=1e-9)
+    for path in ("curve", "table/fitted"):
+        curve = record[f"{ROOT}/{path}"]
+        wanted = steady_torque(fitted.circuit.motor, np.asarray(curve.axes[0].values)).value
+        assert np.abs(np.asarray(curve.values) - wanted).max() <= curve.error_estimate
+    # one percent of error in the table, drawn often: the spread of each parameter is what is said
+    names = record[f"{ROOT}/parameter_spread"].axes[0].values
+    spread = dict(zip(names, values(record, f"{ROOT}/parameter_spread"), strict=True))
+    free = values(record, f"{ROOT}/parameter_free_spread")
+    assert np.isinf(free).all()  # of every single one the table says nothing without assumptions
+    draw, seen = np.random.default_rng(3), []
+    for _ in range(60):
+        noisy = np.array(motor.slip_table.torque) * (
+            1.0 + 0.01 * draw.standard_normal(slip.size + 1)
+        )
+        moved = fitted_motor(
+            motor.model_copy(
+                update={"slip_table": motor.slip_table.model_copy(update={"torque": tuple(noisy)})}
+            )
+        )
+        assert moved is not None
+        ratio = np.asarray(moved.circuit.motor.rotor_resistance) / np.asarray(
+            fitted.circuit.motor.rotor_resistance
+        )
+        seen.append(np.log(ratio))
+    for place, wide in enumerate(np.std(seen, axis=0)):
+        assert 0.6 < wide / spread[f"rotor_resistance {place + 1}"] < 1.7
+
+
+def test_energies_and_the_answer() -> None:
+    record = record_of()
+    energy = {
+        name: float(values(record, f"{ROOT}/energy/{name}"))
+        for name in ("electrical", "stator_copper", "rotor_copper", "mechanical")
+    }
+    residual = record[f"{ROOT}/energy/residual"]
+    assert abs(float(residual.values)) <= residual.error_estimate < 1e-6
+    work = float(values(record, "response/roll/energy/motor"))
+    assert energy["mechanical"] == pytest.approx(work, rel=1e-12)
+    used = energy["stator_copper"] + energy["rotor_copper"] + energy["mechanical"]
+    assert energy["electrical"] == pytest.approx(used, rel=1e-9)
+    fitted = fitted_motor(build_roll(case_of()).motor)
+    assert fitted is not None
+    slip, speed = (float(values(record, f"response/roll/{n}")) for n in ("mean_slip", "speed"))
+    answer, still = torque_answer(fitted.circuit.motor, slip, speed * ORDERS)
+    np.testing.assert_allclose(values(record, f"{ROOT}/torque_answer"), answer.value, rtol=1e-7)
+    static = float(values(record, f"{ROOT}/static_answer"))
+    assert static < 0.0
+    assert static == pytest.approx(float(np.real(still.value).flat[0]), rel=1e-7)
+    # a small harmonic of the speed gives nearly that torque: most of it is linear at order 3 and up
+    torque, speeds = (
+        values(record, f"response/roll/{name}") for name in ("motor_torque", "crank_speed")
+    )
+    ratio = torque[2:6] / speeds[2:6] / answer.value[2:6]
+    assert np.all(np.abs(ratio - 1.0) < 0.5)
+
+
+def test_options_beside_it() -> None:
+    changes = (
+        ("response__roll__sensitivity", True),
+        ("response__roll__interpolations", True),
+        ("response__roll__compare", ("collocation",)),
+        ("response__roll__classical", True),
+    )
+    record = record_of(*changes)
+    np.testing.assert_array_equal(values(record, "response/roll/method/difference"), 0.0)
+    levels = record["response/roll/interpolation/level"]
+    own = list(levels.axes[0].values).index("cubic")
+    wanted = values(record, "response/roll/level/shell_acceleration")
+    np.testing.assert_allclose(np.asarray(levels.values)[own], wanted, atol=1e-6)
+    slopes = record["response/roll/sensitivity/level"]
+    place = list(slopes.axes[0].values).index("shell_inertia")
+    more = record_of(("machine__shell__inertia", 85.0 * 1.01))
+    change = values(more, "response/roll/level/shell_acceleration") - wanted
+    np.testing.assert_allclose(np.asarray(slopes.values)[place], change, rtol=0.02, atol=1e-4)
+
+
+@pytest.mark.parametrize("lost", ["steady torque of its motor", "slip table"])
+def test_what_only_transients_carry(lost: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What the machine would do without them is left out where it does nothing, and that is said.
+
+    (Such machines are among those of the kernels' tests.)
+    """
+    whole, shipped = roll_motor.running_state, result_of("roll_dynamic_motor")
+
+    def reluctant(machine: RollMachine, drive: RollDrive, **rest: Any) -> Running:
+        if (drive.circuit is None) == (lost == "slip table"):
+            raise NumericalFailure("no running state exists")
+        return whole(machine, drive, **rest)
+
+    monkeypatch.setattr(roll_motor, "running_state", reluctant)
+    found = run_case(case_of())
+    names = {path.removeprefix(f"{ROOT}/") for path in found if path.startswith(ROOT)}
+    kept, gone = ("static", "table") if lost == "slip table" else ("table", "static")
+    assert f"{kept}_level" in names and f"{gone}_level" not in names
+    assert "fit_change" not in names
+    assert ("dynamics_change" in names) == ("cycle/static_slip" in names) == (kept == "static")
+    assert "response/roll/level/shell_acceleration" in found and "curve" in names
+    assert any(f"with the {lost} is left out: no running" in one for one in found.warnings)
+    text = render_report(replace(shipped, record=found))
+    assert "Motor with transients" in text
+
+
+def test_what_is_read_is_declared() -> None:
+    case, seen = case_of(response__roll__orders=2), set[str]()
+    scene = Scene(case=Watched(case, "", seen), parts=build_machine(case.machine, case.excitation))  # type: ignore[arg-type]
+    roll.run(scene)
+    assert undeclared(seen, READS["roll"].case) == []
+
+
+def test_report_and_picture() -> None:
+    result = result_of("roll_dynamic_motor")
+    text = render_report(result)
+    start = text.index("Motor with transients\n")
+    part = text[start : text.index("\nWarnings\n")]
+    assert "fitted rows are met within" in part and "not told" in part
+    change = values(result.record, f"{ROOT}/dynamics_change")
+    row = next(line for line in part.splitlines() if line.split()[:1] == ["1"])
+    assert f"{change[0]:.2f}" in row.split()
+    assert "the table does not tell magnetising_inductance" in text
+    figure = make(result, "motor_curve")
+    assert figure is not None and len(figure.axes) == 4
+    lines = {str(line.get_label()): line for line in figure.axes[0].lines}
+    heights = np.asarray(lines["one turn, with transients"].get_ydata())
+    np.testing.assert_array_equal(
+        heights, values(result.record, "response/roll/cycle/motor_torque")
+    )
+    panels = {axes.get_title(loc="left"): axes for axes in figure.axes}
+    bars = [bar.get_height() for bar in panels["what changes it"].patches]
+    fit = values(result.record, f"{ROOT}/fit_change")
+    np.testing.assert_allclose(bars, [*fit, *change])

@@ -1,0 +1,193 @@
+"""Claim: what [[find]] finds in a case is what closed forms and a run with that value say."""
+
+import json
+import math
+from pathlib import Path
+
+import pytest
+from find_samples import (
+    ARMS,
+    DAMPING,
+    FORCE,
+    FREQUENCY,
+    HEAD,
+    INERTIA,
+    PHASE,
+    RADIUS,
+    RIGID,
+    ROD,
+    STIFFNESS,
+    row,
+    undamped,
+)
+from fuzzing import command
+
+from vibecalc.report.text import render_report
+from vibecalc.results.record import Record, Result
+from vibecalc.results.store import read_result
+from vibecalc.study.execute import execute
+from vibecalc.study.find_paths import find_entries
+from vibecalc.study.load import load_checked
+
+
+def run(folder: Path, *rows: str, head: str = HEAD, settings: tuple[str, ...] = ()) -> Result:
+    path = folder / "one.toml"
+    path.write_text(head + "".join(rows), encoding="utf-8")
+    return execute(load_checked([path], settings)[0])
+
+
+def close(record: Record, path: str, exact: float, rtol: float) -> None:
+    """Within its error, which is not large."""
+    quantity = record[path]
+    assert abs(float(quantity.values) - exact) <= quantity.error_estimate + 1e-15 * abs(exact)
+    assert quantity.error_estimate <= rtol * abs(exact)
+
+
+def test_the_stiffness_for_a_frequency_is_a_square_law(tmp_path: Path) -> None:
+    wanted = row("ten", STIFFNESS, "1 N/mm", "1 kN/mm", FREQUENCY, 'target = "10 Hz"')
+    double = row("double", STIFFNESS, "1 N/mm", "1 kN/mm", FREQUENCY,
+                 f"change = {math.sqrt(ARMS * 1e4 / INERTIA)!r}")  # fmt: skip
+    record = run(tmp_path, wanted, double).record
+    close(record, "find/ten/value", (20.0 * math.pi) ** 2 * INERTIA / ARMS, 1e-12)
+    assert record["find/ten/value"].unit == "N/m" and record["find/ten/reached"].unit == "rad/s"
+    close(record, "find/ten/reached", 20.0 * math.pi, 1e-12)
+    close(record, "find/double/ratio", 4.0, 1e-12)
+    assert float(record["find/double/written"].values) == 1e4
+    assert not record["find/double/others"].values.size
+    # the case itself is what it was
+    close(record, FREQUENCY, math.sqrt(ARMS * 1e4 / INERTIA), 1e-12)
+
+
+def test_keys_that_follow_keep_their_ratio(tmp_path: Path) -> None:
+    """At one ratio of rod to crank the inertia force goes with the crank radius."""
+    search = row("radius", RADIUS, "2 cm", "20 cm", RIGID, f'also = ["{ROD}"]', 'target = "5 kN"')
+    record = run(tmp_path, search).record
+    close(record, "find/radius/ratio", 5000.0 / float(record[RIGID].values), 1e-12)
+    value = float(record["find/radius/value"].values)
+    alone = run(tmp_path, settings=(f"{RADIUS}={value!r}", f"{ROD}={value / 0.06 * 0.2!r}")).record
+    assert float(alone[RIGID].values) == pytest.approx(5000.0, rel=1e-12)
+    only = run(tmp_path, search.replace("also", "# also")).record
+    assert abs(float(only["find/radius/value"].values) - value) > 1e-3
+
+
+def test_all_solutions_and_the_nearest_first(tmp_path: Path) -> None:
+    """The sines of cylinders 1 and 3 cancel: what is left is the sine of the phase of the 2nd."""
+    quantity = "excitation/balance/total_sine"
+    search = row("phase", PHASE, "-100 deg", "700 deg", quantity, "where = { order = 1 }",
+                 "target = 0.5")  # fmt: skip
+    record = run(tmp_path, search).record
+    close(record, "find/phase/value", math.pi / 6.0, 1e-12)
+    others = record["find/phase/others"]
+    exact = [5.0 * math.pi / 6.0, 13.0 * math.pi / 6.0, 17.0 * math.pi / 6.0]
+    assert others.values == pytest.approx(exact, rel=1e-12)
+    assert others.axes[0].name == "solution" and list(others.axes[0].values) == [1, 2, 3]
+    assert record["find/phase/others_reached"].values == pytest.approx([0.5] * 3, abs=1e-12)
+    assert "find/phase/ratio" not in record  # the phase as written is zero
+
+
+def test_an_extreme_at_a_known_place(tmp_path: Path) -> None:
+    """With the phase of the 2nd cylinder at zero the cosines cancel, and their sum is largest."""
+    quantity = "excitation/balance/total_cosine"
+    search = row("phase", PHASE, "-1.1 rad", "4 rad", quantity, "where = { order = 1 }",
+                 'seek = "maximum"')  # fmt: skip
+    record = run(tmp_path, search, settings=(f"{PHASE}=0.3",)).record
+    value = record["find/phase/value"]
+    assert abs(float(value.values)) <= value.error_estimate <= 1e-6
+    assert abs(float(record["find/phase/reached"].values)) <= 1e-12
+    assert "find/phase/wanted" not in record
+    low = row("low", PHASE, "-1.1 rad", "4 rad", quantity, "where = { order = 1 }",
+              'seek = "minimum"')  # fmt: skip
+    value = run(tmp_path, low).record["find/low/value"]
+    assert abs(float(value.values) - math.pi) <= value.error_estimate <= 1e-6
+
+
+def test_a_run_with_the_value_found_gives_what_was_wanted(tmp_path: Path) -> None:
+    searches = [
+        row("damping", DAMPING, "1 N*s/m", "1000 N*s/m", FORCE, 'target = "0.09 kN"'),
+        row("rod", ROD, "61 mm", "2 m", RIGID, 'change = "-300 N"'),
+        row("sag", STIFFNESS, 2000, 50000, "isolation/support_displacement/sag", 'target = "1 cm"'),
+    ]
+    record = run(tmp_path, *searches).record
+    for name, key, path, wanted in (
+        ("damping", DAMPING, FORCE, 90.0),
+        ("rod", ROD, RIGID, float(record[RIGID].values) - 300.0),
+        ("sag", STIFFNESS, "isolation/support_displacement/sag", 0.01),
+    ):
+        value = float(record[f"find/{name}/value"].values)
+        again = run(tmp_path, settings=(f"{key}={value!r}",)).record[path].values.max()
+        assert again == pytest.approx(wanted, rel=1e-11)
+        assert again == float(record[f"find/{name}/reached"].values)
+
+
+def test_a_resonance_between_the_bounds_is_gone_around_and_said(tmp_path: Path) -> None:
+    """The middle of the first look is on the resonance of order 1."""
+    stiffness = 500.0**2 * INERTIA / ARMS
+    search = row("k", STIFFNESS, repr(0.5 * stiffness), repr(1.5 * stiffness), FORCE,
+                 'target = "100 kN"')  # fmt: skip
+    result = run(tmp_path, search, head=undamped())
+    record = result.record
+    # below and above, both beside the resonance
+    low = float(record["find/k/value"].values)
+    (high,) = record["find/k/others"].values
+    assert low < stiffness < high
+    for value in (low, float(high)):
+        peak = run(tmp_path, head=undamped(), settings=(f"{STIFFNESS}={value!r}",)).record[FORCE]
+        assert float(peak.values) == pytest.approx(1e5, rel=1e-9)
+    (said,) = [text for text in record.warnings if text.startswith("find 'k'")]
+    assert "could not be computed" in said and "undamped natural frequency" in said
+    assert int(record["find/k/failures"].values) > 0
+
+
+def test_paths_units_report_and_file_say_the_same(tmp_path: Path) -> None:
+    searches = [
+        row("ten", STIFFNESS, "1 N/mm", "1 kN/mm", FREQUENCY, 'target = "10 Hz"'),
+        row("radius", RADIUS, "2 cm", "20 cm", RIGID, f'also = ["{ROD}"]', 'change = "-1 kN"'),
+        row("phase", PHASE, "-1 rad", "4 rad", "excitation/balance/total_cosine",
+            "where = { order = 1 }", 'seek = "minimum"'),
+    ]  # fmt: skip
+    reference = '\n[[reference]]\nquantity = "find/ten/value"\nvalue = "39.2 N/mm"\n'
+    reference += 'source = "a page"\n\n[[limit]]\nquantity = "find/radius/ratio"\nmin = 0.5\n'
+    path = tmp_path / "one.toml"
+    path.write_text(HEAD + "".join(searches) + reference, encoding="utf-8")
+    done = command("run", str(path), "-o", str(tmp_path / "one.h5"), "--json")
+    assert done.code == 0, done.err
+    assert json.loads(done.out)["quantities"]["find/ten/written"]["value"] == 1e4
+    result = read_result(tmp_path / "one.h5")
+    entries = find_entries(load_checked([path])[0].case)
+    own = [name for name in result.record if name.startswith("find/")]
+    assert set(own) == set(entries)
+    for name in own:
+        quantity = result.record[name]
+        assert quantity.unit == entries[name].unit
+        assert tuple(axis.name for axis in quantity.axes) == entries[name].axes
+        assert quantity.amplitude == entries[name].amplitude
+    text = (tmp_path / "one.txt").read_text(encoding="utf-8")
+    assert text.split("Warnings")[0] == render_report(result).split("Warnings")[0]
+    section = text.split("Found values\n")[1][:2000]
+    for words in ("39196", "3.9196", "minimum", "wanted: a change of -1 kN", ROD, "as written"):
+        assert words in " ".join(section.split()), words
+    assert "1 of 1 counted published" in text
+    assert max(map(len, text.splitlines())) <= 100
+    plan = command("check", str(path)).out
+    assert "33 + 33 + 33 runs" in plan and "find/phase: value, reached, written" in plan
+    assert "Brent" in text
+
+
+def test_the_same_numbers_in_any_order_and_twice(tmp_path: Path) -> None:
+    one = row("ten", STIFFNESS, "1 N/mm", "1 kN/mm", FREQUENCY, 'target = "10 Hz"')
+    other = row("rod", ROD, "61 mm", "2 m", RIGID, 'change = "-300 N"')
+    first, second = run(tmp_path, one, other).record, run(tmp_path, other, one).record
+    paths = [path for path in first if path.startswith("find/")]
+    assert len(paths) == 18
+    for path in paths:
+        assert first[path].values.tolist() == second[path].values.tolist()
+
+
+def test_a_sweep_does_not_search(tmp_path: Path) -> None:
+    path = tmp_path / "one.toml"
+    search = row("none", STIFFNESS, "1 N/mm", "2 N/mm", FREQUENCY, 'target = "10 Hz"')
+    path.write_text(HEAD + search, encoding="utf-8")
+    grid = ("--grid", f"{STIFFNESS}=5000,6000", "--keep", FREQUENCY, "-q")
+    with_search = command("sweep", str(path), *grid, "-o", str(tmp_path / "a.h5"))
+    assert with_search.code == 0, with_search.err
+    assert command("run", str(path), "-q", "-o", str(tmp_path / "b.h5")).code == 3

@@ -1,0 +1,235 @@
+"""Claim: a fit finds the curve it was given, and says what no torque table can tell."""
+
+import mpmath
+import numpy as np
+import pytest
+from induction_motors import GIVEN, ONE_CAGE, RPM, TABLE_SLIP, TABLE_TORQUE, TWO_CAGES
+from scipy.optimize import differential_evolution
+
+from vibecalc.excitation.induction_motor import InductionMotor, steady_torque, torque_slope
+from vibecalc.excitation.induction_motor_curve import torque_curve
+from vibecalc.excitation.induction_motor_dynamics import eigenvalues, torque_answer
+from vibecalc.excitation.induction_motor_fit import NO_LOAD_RATIO, fit_induction_motor
+from vibecalc.excitation.induction_motor_split import transient_inductance
+
+MADE = TABLE_SLIP[1:]
+
+
+def stator_inductance(motor):
+    return float(motor.stator_leakage + motor.magnetising_inductance)
+
+
+def test_two_cages_are_found_again():
+    table = steady_torque(TWO_CAGES, MADE).value
+    share = float(TWO_CAGES.stator_leakage / transient_inductance(TWO_CAGES))
+    fit = fit_induction_motor(
+        MADE, table, **GIVEN,
+        stator_inductance=stator_inductance(TWO_CAGES), stator_share=share,
+    )  # fmt: skip
+    assert fit.worst_relative < 1e-11
+    assert fit.log_error < 1e-10
+    # between the rows and beyond them as well
+    slips = np.linspace(0.01, 150.0, 400)
+    ours, exact = steady_torque(fit.motor, slips).value, steady_torque(TWO_CAGES, slips).value
+    assert np.max(np.abs(ours / exact - 1.0)) < 1e-9
+    # with both assumptions true, so are the parameters
+    for found, true in zip(fit.motor, TWO_CAGES, strict=True):
+        assert np.allclose(found, true, rtol=1e-12)
+    waves = np.array([94.0, 300.0])
+    answers = [torque_answer(motor, 0.9, waves)[0].value for motor in (fit.motor, TWO_CAGES)]
+    assert np.allclose(*answers, rtol=1e-10)
+    assert np.all(fit.used) and fit.agreeing >= 2
+
+
+def test_one_cage_is_found_again_from_the_rows_up_to_breakdown():
+    table = steady_torque(ONE_CAGE, MADE).value
+    fit = fit_induction_motor(MADE, table, **GIVEN, cages=1)
+    assert fit.used.sum() == np.argmax(table) + 1 < MADE.size
+    # one cage has one shape of curve: the rows beyond breakdown are met as well
+    assert np.max(np.abs(fit.residual / fit.table)) < 1e-10
+    assert any("beyond the largest torque are not fitted" in text for text in fit.warnings)
+
+
+@pytest.mark.parametrize("cages", [1, 2])
+def test_stator_inductance_is_not_told_by_any_torque(cages):
+    fits = [
+        fit_induction_motor(TABLE_SLIP, TABLE_TORQUE, **GIVEN, cages=cages, stator_inductance=size)
+        for size in (0.01, 0.027, 0.2)
+    ]
+    slips = np.array([-80.0, -2.0, 0.01, 1.0, 9.0, 50.0, 94.0, 300.0])
+    curves = np.array([steady_torque(fit.motor, slips).value for fit in fits])
+    assert np.max(np.abs(curves / curves[0] - 1.0)) < 1e-9
+    assert fits[0].worst_relative == pytest.approx(fits[2].worst_relative, rel=1e-9)
+    # its transients depend on it, though: the flux of the stator decays otherwise
+    slow = [eigenvalues(fit.motor, 0.9).value[1 if cages == 2 else 0].real for fit in fits]
+    assert abs(slow[0] - slow[2]) > 0.02 * abs(slow[0])
+
+
+def test_what_the_table_does_not_tell_is_named():
+    fit = fit_induction_motor(TABLE_SLIP, TABLE_TORQUE, **GIVEN)
+    told = fit.identifiability
+    assert told.names == (
+        "stator_leakage", "magnetising_inductance", "rotor_resistance 1", "rotor_resistance 2",
+        "rotor_leakage 1", "rotor_leakage 2",
+    )  # fmt: skip
+    assert told.told.tolist() == [True] * 4 + [False] * 2
+    assert np.isinf(told.spread[4:]).all() and np.isinf(told.free_spread).all()
+    assert np.all(told.singular_values[4:] < 1e-13 * told.singular_values[0])
+    # with the assumptions held, one percent in the table is a few percent in the parameters
+    assert np.all((told.held_spread > 0.0) & (told.held_spread < 0.05))
+    # one unknown product moves the leakage alone, the other the magnetising inductance
+    sums = told.combinations[4:, :2] @ [fit.motor.stator_leakage, fit.motor.magnetising_inductance]
+    assert abs(sums[0]) < 1e-12 * abs(sums[1])
+    assert abs(told.combinations[5, 1]) > 0.9
+    assert np.allclose(told.combinations @ told.combinations.T, np.eye(6), atol=1e-12)
+    text = " | ".join(fit.warnings)
+    assert "does not tell stator_leakage^0.76" in text
+    assert "does not tell magnetising_inductance^0.99" in text
+    assert "assumed: 10 times" in fit.assumptions[0]
+
+
+def test_moving_along_a_product_that_is_not_told_moves_no_torque():
+    fit = fit_induction_motor(TABLE_SLIP, TABLE_TORQUE, **GIVEN)
+    told, step = fit.identifiability, 1e-4
+
+    def moved(exponents):
+        motor = fit.motor
+        return motor._replace(
+            stator_leakage=motor.stator_leakage * np.exp(step * exponents[0]),
+            magnetising_inductance=motor.magnetising_inductance * np.exp(step * exponents[1]),
+            rotor_resistance=motor.rotor_resistance * np.exp(step * exponents[2:4]),
+            rotor_leakage=motor.rotor_leakage * np.exp(step * exponents[4:]),
+        )
+
+    for value, exponents in zip(told.singular_values, told.combinations, strict=True):
+        change = steady_torque(moved(exponents), fit.slip).value / fit.torque.value - 1.0
+        # relative to the fitted torque, which differs from the table's only in the second order
+        assert np.linalg.norm(change) == pytest.approx(value * step, rel=1e-3, abs=1e-2 * step**1.5)
+
+
+def test_spread_is_that_of_fits_to_tables_with_errors():
+    rng = np.random.default_rng(11)
+    table = steady_torque(TWO_CAGES, MADE).value
+    base = fit_induction_motor(MADE, table, **GIVEN, stator_inductance=0.028)
+    found = []
+    for _ in range(60):
+        shaken = table * (1.0 + 1e-3 * rng.normal(size=table.size))
+        fit = fit_induction_motor(MADE, shaken, **GIVEN, stator_inductance=0.028)
+        motor = fit.motor
+        found.append(
+            np.log(np.concatenate([
+                [motor.stator_leakage, motor.magnetising_inductance],
+                motor.rotor_resistance, motor.rotor_leakage,
+            ]).astype(float))
+        )  # fmt: skip
+    seen = np.std(found, axis=0, ddof=1)
+    ratio = seen / (0.1 * base.identifiability.held_spread)
+    assert np.all((ratio > 0.65) & (ratio < 1.5))
+
+
+def test_source_table_is_met_as_well_as_two_cages_can():
+    fit = fit_induction_motor(TABLE_SLIP, TABLE_TORQUE, **GIVEN)
+    off = 100.0 * fit.residual / fit.table
+    # no circuit with two cages holds 542 N m at standstill beside 1009 N m at breakdown
+    assert np.allclose(off[[0, 1, 8, 10]], [-5.5, 2.3, 17.6, -30.1], atol=0.05)
+    assert fit.rms_relative == pytest.approx(0.1212, abs=5e-5)
+    assert fit.agreeing == fit.starts
+    assert any("-30.1 % at a slip of 94.25" in text for text in fit.warnings)
+    curve = torque_curve(fit.motor)
+    assert curve.breakdown_torque.value == pytest.approx(1036.7, abs=0.1)
+    assert curve.breakdown_slip.value / RPM == pytest.approx(158.8, abs=0.1)
+    three = fit_induction_motor(TABLE_SLIP, TABLE_TORQUE, **GIVEN, cages=3)
+    assert three.worst_relative == pytest.approx(0.0529, abs=5e-5)
+    assert three.agreeing == three.starts
+    one = fit_induction_motor(TABLE_SLIP, TABLE_TORQUE, **GIVEN, cages=1)
+    assert one.worst_relative == pytest.approx(0.2933, abs=5e-5)
+    assert np.min(one.residual / one.table) == pytest.approx(-0.722, abs=5e-4)
+
+
+def test_minimum_is_as_close_as_its_error_says():
+    fit = fit_induction_motor(TABLE_SLIP, TABLE_TORQUE, **GIVEN, stator_share=0.0)
+    ours = np.log(np.concatenate([fit.motor.rotor_resistance, fit.motor.rotor_leakage]))
+    with mpmath.workdps(40):
+        line, p, voltage, stator = (mpmath.mpf(float(GIVEN[name])) for name in GIVEN)
+        inverse = 1 / mpmath.mpf(float(fit.motor.magnetising_inductance))
+        rows = [tuple(map(mpmath.mpf, row)) for row in zip(fit.slip, fit.table, strict=True)]
+
+        def gradient(*logarithms):
+            rotor = [mpmath.exp(x) for x in logarithms]
+            sums = [mpmath.mpf(0)] * 4
+            for slip, wanted in rows:
+                x = mpmath.mpc(0, p * slip)
+                branch = [r + x * ll for r, ll in zip(rotor[:2], rotor[2:], strict=True)]
+                y = inverse + x / branch[0] + x / branch[1]
+                d = mpmath.mpc(0, line) + stator * y
+                factor = mpmath.mpf(3) / 2 * p * voltage**2 / wanted
+                off = factor * y.imag / abs(d) ** 2 - 1
+                changes = [-x * r / z**2 for r, z in zip(rotor[:2], branch, strict=True)]
+                changes += [-(x**2) * ll / z**2 for ll, z in zip(rotor[2:], branch, strict=True)]
+                for k, change in enumerate(changes):
+                    moved = mpmath.re(mpmath.conj(d) * stator * change)
+                    slope = change.imag / abs(d) ** 2 - 2 * y.imag * moved / abs(d) ** 4
+                    sums[k] += off * factor * slope
+            return sums
+
+        exact = np.array(
+            list(mpmath.findroot(gradient, [mpmath.mpf(x) for x in ours])), dtype=float
+        )
+    assert np.linalg.norm(ours - exact) <= fit.log_error
+    assert fit.log_error < 1e-10
+
+
+def test_no_other_minimum_is_lower():
+    fit = fit_induction_motor(TABLE_SLIP, TABLE_TORQUE, **GIVEN)
+    total = stator_inductance(fit.motor)
+
+    def squares(logarithms):
+        values = np.exp(logarithms)
+        resistance, leakage = np.moveaxis(values.reshape(2, 2, -1), -1, 0).swapaxes(0, 1)
+        motor = InductionMotor(
+            **{name: np.full((1, 1), value) for name, value in GIVEN.items()},
+            stator_leakage=np.zeros((1, 1)), magnetising_inductance=np.full((1, 1), total),
+            rotor_resistance=resistance[:, None, :], rotor_leakage=leakage[:, None, :],
+        )  # fmt: skip
+        off = steady_torque(motor, TABLE_SLIP[1:]).value / TABLE_TORQUE[1:] - 1.0
+        return (off**2).sum(axis=-1)
+
+    bounds = [(np.log(1e-3), np.log(30.0))] * 2 + [(np.log(1e-4), np.log(0.5))] * 2
+    other = differential_evolution(
+        squares, bounds, rng=5, maxiter=300, popsize=20, vectorized=True, updating="deferred",
+        polish=False, tol=1e-8,
+    )  # fmt: skip
+    ours = np.sum((fit.residual / fit.table) ** 2)
+    assert ours <= other.fun * (1.0 + 1e-12)
+    assert other.fun < ours * (1.0 + 1e-5)
+
+
+def test_weights_pull_the_fit():
+    running = np.where(TABLE_SLIP < 3.0, 100.0, 1.0)
+    even = fit_induction_motor(TABLE_SLIP, TABLE_TORQUE, **GIVEN)
+    pulled = fit_induction_motor(TABLE_SLIP, TABLE_TORQUE, **GIVEN, weight=running)
+    rows = slice(0, 3)
+    assert np.max(np.abs(pulled.residual[rows] / pulled.table[rows])) < 0.02
+    assert np.max(np.abs(even.residual[rows] / even.table[rows])) > 0.05
+    assert pulled.rms_relative > even.rms_relative
+
+
+def test_assumed_inductance_is_the_ratio_of_the_breakdown_leakage():
+    fit = fit_induction_motor(TABLE_SLIP, TABLE_TORQUE, **GIVEN)
+    p, voltage, line = GIVEN["pole_pairs"], GIVEN["phase_voltage"], GIVEN["line_frequency"]
+    # the largest torque of a motor without stator resistance and with this leakage is 1009 N m
+    leakage = stator_inductance(fit.motor) / NO_LOAD_RATIO
+    assert 1.5 * p * voltage**2 / (2.0 * line**2 * leakage) == pytest.approx(1009.0, rel=1e-12)
+    no_load = voltage / (line * stator_inductance(fit.motor)) / np.sqrt(2.0)
+    assert 20.0 < no_load < 30.0  # A, about a third of the rated current of a 44.7 kW motor
+
+
+def test_single_and_double_cage_agree_where_one_is_enough():
+    table = steady_torque(ONE_CAGE, MADE).value
+    fit = fit_induction_motor(MADE, table, **GIVEN, cages=2)
+    assert fit.worst_relative < 1e-6
+    assert np.isinf(fit.log_error)
+    assert any("fewer cages would do as well" in text for text in fit.warnings)
+    assert torque_slope(fit.motor, 0.0).value == pytest.approx(
+        float(torque_slope(ONE_CAGE, 0.0).value), rel=1e-5
+    )

@@ -1,0 +1,255 @@
+"""Claim: all motions that levels allow are found, whatever the places, and no other.
+
+Truth: motions drawn at random and read; scipy's least squares from many starts; mpmath.
+"""
+
+import mpmath
+import numpy as np
+import pytest
+from plate_readings import LEVELS, apart, by_the_source, random_plate, source_rows
+from scipy.optimize import least_squares
+
+from vibecalc.errors import NumericalFailure
+from vibecalc.measurement.choosing import choose
+from vibecalc.measurement.level import DECIBEL, amplitude_of, level_of
+from vibecalc.measurement.level_fit import evaluate, refine
+from vibecalc.measurement.level_motions import level_motions
+from vibecalc.measurement.quadratic import ends, least_determined
+from vibecalc.measurement.rigid_plate import difference_row, point_row, rotation_row
+from vibecalc.measurement.telling_apart import most_telling
+
+HALF = 0.05
+
+
+def motions_of(plate, half=HALF, rows=slice(None)):
+    own = plate.rows[rows]
+    widths = np.full(len(own), half)
+    return level_motions(own, plate.amplitudes[rows], widths, own[0], widths / 3.0)
+
+
+@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize(("points", "differences"), [(3, 2), (5, 0), (4, 1)])
+def test_five_levels_leave_the_motion_and_one_more(seed, points, differences):
+    plate = random_plate(seed, points, differences)
+    found = motions_of(plate)
+    assert 1 <= len(found) <= 2
+    assert min(apart(plate.motion, one.motion) for one in found) < 1e-9
+    for one in found:
+        np.testing.assert_allclose(np.abs(plate.rows @ one.motion), plate.amplitudes, rtol=1e-11)
+        assert not one.clipped
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_the_source_s_instruments_at_any_angle(seed):
+    """A reference point and two differences along directions that are not square to each other."""
+    random = np.random.default_rng(seed)
+    places = random.uniform(-1.0, 1.0, (3, 2))
+    rows = np.stack(
+        [*(point_row(*place) for place in places)]
+        + [difference_row(places[0], place) for place in places[1:]]
+    )
+    motion = random.normal(size=3) + 1j * random.normal(size=3)
+    widths = np.full(5, HALF)
+    found = level_motions(rows, np.abs(rows @ motion), widths, rows[0], widths)
+    assert len(found) == 2
+    assert min(apart(motion, one.motion) for one in found) < 1e-9
+    # the phase between the two differences turns round: (+/+) against (+/-)
+    signs = {
+        np.sign(np.imag(rows[3] @ u) * np.imag(rows[4] @ u)) for u in (m.motion for m in found)
+    }
+    assert signs == {-1.0, 1.0}
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_no_motion_is_overlooked(seed):
+    """Least squares of scipy from 60 random starts end at no further motion."""
+    plate = random_plate(100 + seed, 4, 1)
+    found = motions_of(plate)
+    random = np.random.default_rng(seed)
+
+    def misses(parts):
+        signal = plate.rows @ (parts[:3] + 1j * parts[3:])
+        return np.abs(signal) ** 2 - plate.amplitudes**2
+
+    met = []
+    for _ in range(60):
+        end = least_squares(misses, random.normal(size=6), xtol=1e-15, ftol=1e-15, gtol=1e-15)
+        if np.max(np.abs(end.fun)) < 1e-9:
+            met.append(min(apart(end.x[:3] + 1j * end.x[3:], one.motion) for one in found))
+    assert len(met) >= 10
+    assert max(met) < 1e-4
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_sixth_level_singles_out_the_motion(seed):
+    plate = random_plate(200 + seed, 6, 0)
+    best = motions_of(plate)[0]
+    assert apart(best.motion, plate.motion) < 1e-9
+    assert best.misfit < 1e-9
+    others = motions_of(plate)[1:]
+    # another may lie within the rounding, but none has these very levels
+    assert all(other.misfit > 1e-6 for other in others)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_redundant_levels_with_scatter_are_least_squares(seed):
+    """Against scipy from the true motion; no local minimum of it has a lower cost."""
+    plate = random_plate(300 + seed, 6, 3)
+    random = np.random.default_rng(seed)
+    read = plate.amplitudes * np.exp(random.normal(scale=0.3, size=9) / DECIBEL)
+    widths = np.full(9, HALF)
+    best = level_motions(plate.rows, read, widths, plate.rows[0], widths)[0]
+
+    def residuals(parts):
+        signal = np.abs(plate.rows @ (parts[:3] + 1j * parts[3:]))
+        return DECIBEL * np.log(signal / read) / HALF
+
+    for start in (plate.motion, *(random.normal(size=(6, 3)) + 1j * random.normal(size=(6, 3)))):
+        end = least_squares(residuals, np.concatenate([start.real, start.imag]), xtol=1e-14)
+        assert 2.0 * end.cost >= best.cost * (1.0 - 1e-9)
+    true = least_squares(residuals, np.concatenate([plate.motion.real, plate.motion.imag]))
+    assert best.cost == pytest.approx(2.0 * true.cost, rel=1e-6)
+
+
+def test_the_curvature_is_the_second_derivative():
+    plate = random_plate(7, 4, 2)
+    widths = np.linspace(0.05, 0.3, 6)
+    read = plate.amplitudes * np.linspace(0.9, 1.1, 6)
+    fit = evaluate(plate.rows, read, widths, plate.motion)
+
+    def slope(parts):
+        near = evaluate(plate.rows, read, widths, parts[:3] + 1j * parts[3:])
+        return near.jacobian.T @ (near.residual / widths)
+
+    at, step = np.concatenate([plate.motion.real, plate.motion.imag]), 1e-6
+    by_steps = [(slope(at + step * e) - slope(at - step * e)) / (2.0 * step) for e in np.eye(6)]
+    np.testing.assert_allclose(fit.hessian, by_steps, rtol=1e-6, atol=1e-6 * np.max(fit.hessian))
+
+
+def test_motion_to_many_digits():
+    """The phases of harmonic 1 by eqs. 32 and 33 in 40 digits."""
+    rows = source_rows()
+    widths = np.full(5, HALF)
+    found = level_motions(rows, amplitude_of(LEVELS[1], 1e-5), widths, rows[0], widths)
+    with mpmath.workdps(40):
+        sizes = [mpmath.power(10, mpmath.mpf(level) / 20) for level in LEVELS[1]]
+        first, second, _, across, _ = sizes
+        cosine = (second**2 - first**2 - across**2) / (2 * first * across)
+        phase = float(mpmath.acos(cosine))
+    for one in found:
+        assert np.angle(one.motion[1]) == pytest.approx(phase, abs=1e-14)
+
+
+@pytest.mark.parametrize("excess", [1e-3, 0.02, 0.03])
+def test_a_contradiction_within_the_rounding_is_clipped_and_sized(excess):
+    """A_2 a little louder than A_1 and A_12 in phase: the three have to share the excess."""
+    rows = source_rows()
+    first, across = 1.0, 0.4
+    sizes = np.array([first, first + across, 0.9, across, 0.7])
+    sizes[1] *= np.exp(3.0 * excess / DECIBEL)
+    widths = np.full(5, HALF)
+    (one,) = level_motions(rows, sizes, widths, rows[0], widths)
+    assert one.clipped
+    # the least possible worst residual: all three move, A_2 down and the others up, by as much,
+    # which is half of what A_2 is too loud by
+    low, high = 0.0, 3.0 * excess
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        closes = sizes[1] * np.exp(-middle / DECIBEL) <= (first + across) * np.exp(middle / DECIBEL)
+        low, high = (low, middle) if closes else (middle, high)
+    assert one.misfit * HALF == pytest.approx(high, rel=1e-3)
+    assert high == pytest.approx(1.5 * excess, rel=1e-2)
+    turned = one.motion[1] / (rows[0] @ one.motion)
+    assert abs(np.imag(turned)) < 1e-6 * abs(turned)
+
+
+def test_a_contradiction_beyond_the_rounding_is_refused_in_db():
+    rows = source_rows()
+    sizes = np.array([1.0, 2.0, 0.9, 0.5, 0.7])
+    widths = np.full(5, HALF)
+    with pytest.raises(NumericalFailure, match=r"contradict each other.*off by 1\.\d dB or more"):
+        level_motions(rows, sizes, widths, rows[0], widths)
+    granted = np.full(5, 2.0)
+    (one,) = level_motions(rows, sizes, granted, rows[0], granted)
+    assert one.clipped and one.misfit < 1.0
+
+
+def test_phasors_exactly_in_line():
+    """All phases 0 or 180 degrees: the two motions are one, and it is found."""
+    rows = source_rows()
+    motion = np.array([1.0, 2.0, -0.5], dtype=complex)
+    widths = np.full(5, HALF)
+    found = level_motions(rows, np.abs(rows @ motion), widths, rows[0], widths)
+    assert min(apart(motion, one.motion) for one in found) < 1e-6
+    # levels see a phase near 0 or 180 degrees by its cosine only
+    assert all(abs(np.imag(one.motion[1])) < 1e-3 for one in found)
+
+
+def test_too_few_levels_are_refused():
+    plate = random_plate(3, 4, 0)
+    with pytest.raises(NumericalFailure, match="determine 4 of the 5 numbers"):
+        motions_of(plate)
+
+
+def test_rotations_read_directly():
+    """Points on a line and the roll about it: what the points do not see is read."""
+    rows = np.stack(
+        [point_row(x, 0.0) for x in (-1.0, 0.2, 1.0)]
+        + [rotation_row((1.0, 0.0)), rotation_row((1.0, 1.0)), point_row(0.5, 0.5)]
+    )
+    motion = np.array([1.0, 0.7 - 0.4j, -0.3 + 0.9j])
+    widths = np.full(6, HALF)
+    found = level_motions(rows, np.abs(rows @ motion), widths, rows[0], widths)
+    assert apart(found[0].motion, motion) < 1e-9
+
+
+def test_readings_that_choose():
+    motions = [by_the_source(LEVELS[1], sign) for sign in (1.0, -1.0)]
+    rows = source_rows()
+    widths = np.full(5, HALF)
+    found = level_motions(rows, amplitude_of(LEVELS[1], 1e-5), widths, rows[0], widths)
+    six = point_row(-0.5493, 0.2794)[None]
+    for wanted in motions:
+        choice = choose(found, six, np.abs(six @ wanted), np.array([HALF]))
+        assert choice.decided
+        assert apart(found[choice.ranking[0]].motion, wanted) < 1e-9
+    middle = np.array([np.sqrt(np.prod([abs(six[0] @ one.motion) for one in found]))])
+    assert not choose(found, six, middle, np.array([HALF])).decided
+    none = choose(found, np.empty((0, 3)), np.empty(0), np.empty(0))
+    assert not none.decided and none.ranking == (0, 1)
+
+
+def test_the_reading_that_tells_most_is_the_largest_difference():
+    motions = np.stack([by_the_source(LEVELS[2], sign) for sign in (1.0, -1.0)])
+    x = np.linspace(-0.6, 0.6, 41)
+    rows = point_row(*np.meshgrid(x, 0.5 * x)).reshape(-1, 3)
+    found = most_telling(motions, rows)
+    sizes = np.abs(rows @ motions.T)
+    differences = 20.0 * np.log10(sizes[:, 0] / sizes[:, 1])
+    assert found is not None
+    assert abs(found.difference) == pytest.approx(np.max(np.abs(differences)), rel=1e-12)
+    quiet = float(np.sort(np.min(sizes, axis=1))[-5])
+    few = most_telling(motions, rows, quiet)
+    assert few is not None and np.min(few.amplitudes) > quiet
+    assert most_telling(motions, rows, 1e9) is None
+
+
+def test_ends_of_the_line_have_rank_two():
+    plate = random_plate(11, 3, 2)
+    line = least_determined(plate.rows, plate.amplitudes)
+    for motion in ends(line):
+        np.testing.assert_allclose(np.abs(plate.rows @ motion), plate.amplitudes, rtol=1e-6)
+
+
+def test_refine_leaves_an_exact_motion_alone():
+    plate = random_plate(5, 5, 2)
+    fit = refine(plate.rows, plate.amplitudes, np.full(7, HALF), plate.motion)
+    np.testing.assert_array_equal(fit.motion, plate.motion)
+
+
+def test_levels_and_their_errors():
+    value, error = level_of(np.array([1e-5, 0.158, 1e-9]), np.array([1e-7, 0.0, 1e-9]), 1e-5)
+    assert value[0] == 0.0 and value[2] == -np.inf
+    assert error[0] == pytest.approx(-20.0 * np.log10(0.99), rel=1e-9)
+    assert value[1] == pytest.approx(20.0 * np.log10(0.158e5), abs=error[1])
+    np.testing.assert_allclose(level_of(amplitude_of([86.9], 1e-5), 0.0, 1e-5).value, [86.9])

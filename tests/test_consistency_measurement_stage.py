@@ -1,0 +1,330 @@
+"""Claim: a run gives what its kernels give, from levels, phases, scans and rms values."""
+
+from pathlib import Path
+
+import mpmath
+import numpy as np
+import pytest
+from plate_cases import PLATE, entry, load, replaced, run
+from shipped_cases import result_of
+from watched_case import Watched, undeclared
+
+from vibecalc.machine.build import build_machine
+from vibecalc.measurement.rigid_plate import PARTS, difference_row, point_row
+from vibecalc.pipeline.catalogue import AXES, CATALOGUE
+from vibecalc.pipeline.plan import plan_case, planned_quantities
+from vibecalc.pipeline.reads import READS
+from vibecalc.pipeline.run import run_case
+from vibecalc.pipeline.scene import Scene
+from vibecalc.pipeline.stages import measurement
+from vibecalc.pipeline.targets import check_targets
+from vibecalc.report.plots import make
+from vibecalc.report.text import render_report
+from vibecalc.results.store import read_result, write_result
+from vibecalc.study.execute import execute
+
+MOTION = np.array([0.8 + 0.1j, 3.0 - 2.0j, -0.7 + 1.1j])
+POINTS = [(0.5, -0.3), (0.5, 0.3), (-0.5, -0.3), (-0.5, 0.3), (0.1, 0.2), (-0.2, 0.0)]
+HEAD = """schema = 1
+title = "scan"
+[machine]
+kind = "plate"
+[measurement]
+orders = [2]
+amplitude = "zero_to_peak"
+amplitude_step = 1e-6
+phase_step = 1e-6
+plate = { x = [-1.0, 1.0], y = [-0.5, 0.5], points = 11 }
+scan = "scan.csv"
+"""
+
+
+def scan(factor: float = 1.0, unit: str = "") -> str:
+    """A CSV of amplitudes and phases of MOTION at POINTS."""
+    lines = [f"order, x, y, amplitude{unit}, phase [deg]"]
+    for x, y in POINTS:
+        signal = complex(point_row(x, y) @ MOTION)
+        size, phase = float(abs(signal) * factor), np.degrees(np.angle(signal))
+        lines.append(f"2, {x}, {y}, {size!r}, {float(phase)!r}")
+    return "\n".join(lines) + "\n"
+
+
+def named_levels(rows: dict[str, np.ndarray], use: dict[str, str] | None = None) -> str:
+    """PLATE with readings of MOTION in dB re 1 m/s^2, for one harmonic."""
+    text = PLATE[: PLATE.index("readings")].replace("orders = [1, 2]", "orders = [1]")
+    text = text.replace("1e-5 m/s^2", "1 m/s^2") + "readings = [\n"
+    for where, row in rows.items():
+        level = 20.0 * np.log10(abs(row @ MOTION))
+        how = f', use = "{use[where]}"' if use and where in use else ""
+        text += f"  {{ {where}{how}, level = [{float(level)!r}] }},\n"
+    return text + "]\n"
+
+
+PLACES = dict(zip("abcd", POINTS, strict=False))
+FIVE = {f'at = "{name}"': point_row(*PLACES[name]) for name in "abc"} | {
+    f'between = ["a", "{name}"]': difference_row(PLACES["a"], PLACES[name]) for name in "bc"
+}
+SIXTH = {'at = "d"': point_row(*PLACES["d"])}
+
+
+def relative(motion: np.ndarray) -> np.ndarray:
+    """The motion with phase zero at the first point and a roll that leads it."""
+    turned = motion * np.exp(-1j * np.angle(point_row(*POINTS[0]) @ motion))
+    return np.conj(turned) if turned[1].imag < 0.0 else turned
+
+
+def test_a_scan_of_amplitudes_and_phases(tmp_path: Path) -> None:
+    record = run(tmp_path, HEAD, scan=scan())
+    found = [record[f"measurement/{name}"].values[0] for name in ("translation", "roll", "pitch")]
+    np.testing.assert_allclose(found, MOTION, rtol=1e-12)
+    for place, name in enumerate(("translation", "roll", "pitch")):
+        error = record[f"measurement/{name}"].error_estimate
+        assert abs(found[place] - MOTION[place]) <= error < 1e-10
+    # phases refer to the first point
+    against = np.angle(MOTION / (point_row(*POINTS[0]) @ MOTION))
+    phases = [record[f"measurement/phase/{n}"].values[0] for n in ("translation", "roll", "pitch")]
+    np.testing.assert_allclose(phases, against, atol=1e-11)
+    assert np.max(record["measurement/signal/residual"].values) < 1e-5
+    assert not record.warnings
+    x = record["measurement/map/amplitude"].axes[2].values
+    y = record["measurement/map/amplitude"].axes[1].values
+    direct = np.abs(point_row(x[None, :], y[:, None]) @ MOTION)
+    np.testing.assert_allclose(record["measurement/map/amplitude"].values[0], direct, atol=1e-12)
+    np.testing.assert_allclose(record["measurement/map/all_orders"].values, direct, atol=1e-12)
+
+
+def test_effective_values_and_other_units(tmp_path: Path) -> None:
+    """rms in mm/s^2: the same motion, 0-to-peak, and levels of effective values."""
+    text = replaced('"zero_to_peak"', '"rms"\nreference_level = 0.1', HEAD)
+    record = run(tmp_path, text, scan=scan(1000.0 / np.sqrt(2.0), " [mm/s^2]"))
+    found = [record[f"measurement/{name}"].values[0] for name in ("translation", "roll", "pitch")]
+    np.testing.assert_allclose(found, MOTION, rtol=1e-12)
+    wanted = 20.0 * np.log10(abs(MOTION[0]) / np.sqrt(2.0) / 0.1)
+    assert record["measurement/translation_level"].values[0] == pytest.approx(wanted, rel=1e-12)
+
+
+def test_scatter_beyond_the_rounding_is_said(tmp_path: Path) -> None:
+    bent = scan().splitlines()
+    cells = bent[2].split(", ")
+    bent[2] = ", ".join([*cells[:3], repr(1.01 * float(cells[3])), cells[4]])
+    record = run(tmp_path, HEAD, scan="\n".join(bent))
+    assert any("the readings scatter" in one and "plate bends" in one for one in record.warnings)
+    assert np.max(record["measurement/signal/residual"].values) > 100.0
+
+
+def test_levels_give_both_motions_and_the_sixth_chooses(tmp_path: Path) -> None:
+    record = run(tmp_path, named_levels(FIVE | SIXTH, {'at = "d"': "choose"}))
+    found = [record[f"measurement/{name}"].values[0] for name in ("translation", "roll", "pitch")]
+    np.testing.assert_allclose(found, relative(MOTION), rtol=1e-10)
+    assert record["measurement/fit/motions"].values.tolist() == [2]
+    assert record["measurement/fit/decided"].values.tolist() == [1]
+    assert record["measurement/candidate/chosen"].values.tolist() == [1, 0]
+    assert not record.warnings
+    for part, kept in PARTS.items():
+        for name, place in PLACES.items():
+            level = entry(record, f"measurement/level/{part}", position=name, order=1)
+            wanted = 20.0 * np.log10(abs((point_row(*place) * np.array(kept)) @ MOTION))
+            error = record[f"measurement/level/{part}"].error_estimate
+            assert abs(level - wanted) <= error < 1e-9
+
+
+@pytest.mark.parametrize("gap", [1e-2, 1e-5, 1e-8])
+def test_error_estimates_against_many_digits(tmp_path: Path, gap: float) -> None:
+    """Three signals nearly in line, where rounding enters a phase by its square root."""
+    levels = [0.0, float(20.0 * np.log10(1.4 * (1.0 - gap))), -1.0, 20.0 * np.log10(0.4), -3.0]
+    text = PLATE[: PLATE.index("readings")].replace("orders = [1, 2]", "orders = [1]")
+    rows = zip(FIVE, levels, strict=True)
+    text += "readings = [\n"
+    text += "".join(f"  {{ {where}, level = [{float(one)!r}] }},\n" for where, one in rows)
+    record = run(tmp_path, text + "]\n")
+    with mpmath.workdps(50):
+        first, second, third, across, along = (
+            mpmath.mpf(10) ** (mpmath.mpf(x) / 20) for x in levels
+        )
+        turn_x = mpmath.acos((second**2 - first**2 - across**2) / (2 * first * across))
+        turn_y = mpmath.acos((third**2 - first**2 - along**2) / (2 * first * along))
+        names = [str(name) for name in record["measurement/candidate/chosen"].axes[0].values]
+        taken = names[int(np.argmax(record["measurement/candidate/chosen"].values))]
+        sign = 1 if taken == "1 +/+" else -1
+        fourth = first + across * mpmath.expj(turn_x) + along * mpmath.expj(sign * turn_y)
+        wanted = {
+            "measurement/phase/roll": float(turn_x),
+            "measurement/phase/pitch": float(sign * turn_y),
+            "measurement/level/standard": float(20 * mpmath.log10(abs(fourth))),
+        }
+    for path, value in wanted.items():
+        where: dict[str, object] = {"position": "d"} if path.endswith("standard") else {}
+        found, error = entry(record, path, order=1, **where), record[path].error_estimate
+        assert abs(found - value) <= error, path
+        assert error < 1e-11 / gap**0.5, path
+
+
+def test_five_levels_alone_leave_two_motions_and_say_what_would_help(tmp_path: Path) -> None:
+    record = run(tmp_path, named_levels(FIVE))
+    assert record["measurement/fit/decided"].values.tolist() == [0]
+    (warning,) = record.warnings
+    assert "the levels leave 2 motions" in warning and "nothing read can tell them apart" in warning
+    names = record["measurement/further/difference"].axes[0].values
+    assert str(names[0]).removeprefix("1: ") in warning
+    level = record["measurement/candidate/level"]
+    apart = np.abs(np.subtract(*np.asarray(level.values)))
+    best = abs(record["measurement/further/difference"].values[0])
+    # where nothing was read yet, no named position tells more
+    fresh = [place for place, name in enumerate(level.axes[1].values) if name == "d"]
+    assert best >= np.max(apart[fresh]) - 1e-9
+
+
+def test_levels_of_all_six_are_least_squares(tmp_path: Path) -> None:
+    record = run(tmp_path, named_levels(FIVE | SIXTH))
+    found = [record[f"measurement/{name}"].values[0] for name in ("translation", "roll", "pitch")]
+    np.testing.assert_allclose(found, relative(MOTION), rtol=1e-9)
+    assert record["measurement/fit/misfit"].values[0] < 1e-6
+
+
+def test_levels_that_no_motion_has_within_reason_are_said(tmp_path: Path) -> None:
+    rows = FIVE | SIXTH
+    text = named_levels(rows)
+    level = repr(float(20.0 * np.log10(abs(SIXTH['at = "d"'] @ MOTION))))
+    record = run(tmp_path, replaced(level, repr(float(level) + 3.0), text))
+    assert any("no motion lies within the rounding" in one for one in record.warnings)
+    assert 1.0 < record["measurement/fit/misfit"].values[0] < 3.0 / 0.05
+    sure = replaced("orders =", "level_uncertainty = 0.5\norders =", text)
+    record = run(tmp_path, replaced(level, repr(float(level) + 3.0), sure))
+    assert not any("no motion lies" in one for one in record.warnings)
+
+
+def test_a_clipped_triangle_is_said(tmp_path: Path) -> None:
+    text = PLATE.replace("orders = [1, 2]", "orders = [1]")
+    levels = (100.0, 106.05, 99.0, 100.0, 95.0)
+    for old, new in zip((104.0, 108.7, 103.0, 111.2, 100.2), levels, strict=True):
+        start = text.index(f"level = [{old}")
+        end = text.index("]", start)
+        text = f"{text[:start]}level = [{new}{text[end:]}"
+    record = run(tmp_path, text)
+    assert any("two of its signals in line" in one for one in record.warnings)
+    assert record["measurement/fit/motions"].values.tolist() == [1]
+
+
+def test_a_missing_harmonic_of_one_instrument(tmp_path: Path) -> None:
+    """An instrument may cover some harmonics only."""
+    text = replaced("]\n", '  { at = "d", orders = [2], use = "choose", level = [93.0] },\n]\n',
+                    PLATE[PLATE.index("readings"):])  # fmt: skip
+    record = run(tmp_path, PLATE[: PLATE.index("readings")] + text)
+    names = list(record["measurement/reading/read"].axes[0].values)
+    assert "2: d" in names and "1: d" not in names
+    assert record["measurement/fit/decided"].values.tolist() == [0, 1]
+
+
+def test_without_positions_or_plate_nothing_of_them_is_planned(tmp_path: Path) -> None:
+    text = "\n".join(line for line in HEAD.splitlines() if not line.startswith("plate"))
+    case = load(tmp_path, text, scan=scan()).case
+    planned = set(planned_quantities(case))
+    assert planned == set(run_case(case))
+    assert not any("/level/" in path or "/map/" in path or "/quiet/" in path for path in planned)
+
+
+@pytest.mark.parametrize("text", [PLATE, HEAD], ids=["levels", "phases"])
+def test_the_plan_promises_what_the_run_makes(tmp_path: Path, text: str) -> None:
+    case = load(tmp_path, text, scan=scan()).case
+    assert set(planned_quantities(case)) == set(run_case(case))
+
+
+def test_what_would_help_is_planned_and_empty_where_one_motion_is_left(tmp_path: Path) -> None:
+    """A sixth level leaves one motion; its next reading is a list without entries."""
+    case = load(tmp_path, named_levels(FIVE | SIXTH)).case
+    made = run_case(case)
+    assert set(planned_quantities(case)) == set(made)
+    path = tmp_path / "plate.h5"
+    result = execute(load(tmp_path, named_levels(FIVE | SIXTH)))
+    write_result(result, path)
+    assert render_report(read_result(path)) == render_report(result)
+
+
+@pytest.mark.parametrize(("name", "fine"), [('"d"', True), ('"e"', False), ("3", False)])
+def test_positions_of_references_are_checked_before_the_run(
+    tmp_path: Path, name: str, fine: bool
+) -> None:
+    reference = (
+        f'[[reference]]\nquantity = "measurement/level/standard"\nvalue = "100 dB"\n'
+        f'where = {{ position = {name}, order = 1 }}\nsource = "a test"\n'
+    )
+    found = check_targets(load(tmp_path, PLATE + reference).case)
+    assert [one.message for one in found] == (
+        [] if fine else [f"there is no position named {name.replace(chr(34), chr(39))}"]
+    )
+
+
+def test_the_picture_shows_parts_and_bounds_that_have_no_place_on_its_axis() -> None:
+    """Pitch alone at 3 and 4 is 30 dB lower than the rest; positions beside one another."""
+    made = result_of("roll_measured")
+    levels, plate = make(made, "measured_levels"), make(made, "plate_map")
+    assert levels is not None and plate is not None
+    words = [text.get_text() for text in levels.axes[0].texts]
+    assert words == ["\u219368"] * 2
+    shown = [text.get_text() for text in levels.legends[0].get_texts()]
+    assert any("bars: its bound" in text and "standard uncertainty" in text for text in shown)
+    assert [text.get_text() for text in plate.axes[0].texts] == [
+        *("1", "2", "3", "4", "5, corner 5", "6, corner 6")
+    ]
+
+
+def test_catalogue_and_axes() -> None:
+    own = [one for path, one in CATALOGUE.items() if path.startswith("measurement/")]
+    assert {axis for one in own for axis in one.axes} <= set(AXES)
+    parts = {path.rsplit("/", 1)[1] for path in CATALOGUE if path.startswith("measurement/level/")}
+    assert parts == {*PARTS, "all_orders"}
+
+
+def test_the_stage_reads_what_it_declares(tmp_path: Path) -> None:
+    case = load(tmp_path, PLATE).case
+    seen: set[str] = set()
+    parts = build_machine(case.machine, case.excitation)
+    scene = Scene(case=Watched(case, "", seen), parts=parts)  # type: ignore[arg-type]
+    measurement.run(scene)
+    assert undeclared(seen, READS["measurement"].case) == []
+    (stage,) = plan_case(case)
+    assert (stage.stage, stage.module, stage.is_last) == ("measurement", "measurement", True)
+
+
+def test_a_node_has_no_level(tmp_path: Path) -> None:
+    """A position on the roll axis: roll alone gives nothing there, and the report says zero."""
+    text = replaced('{ name = "d", x = -0.5, y = 0.3 }', '{ name = "d", x = -0.5, y = 0.0 }')
+    record = run(tmp_path, text)
+    assert entry(record, "measurement/level/only_roll", position="d", order=1) == -np.inf
+    assert np.isfinite(record["measurement/level/only_roll"].error_estimate)
+
+
+@pytest.mark.parametrize("text", [PLATE, HEAD], ids=["levels", "phases"])
+def test_report_file_and_pictures(tmp_path: Path, text: str) -> None:
+    made = execute(load(tmp_path, text, scan=scan()))
+    words = render_report(made)
+    assert "Motion of the plate from readings" in words
+    assert max(map(len, words.splitlines())) <= 100
+    assert ("named by harmonic and the signs" in words) == (text == PLATE)
+    path = tmp_path / "plate.h5"
+    write_result(made, path)
+    assert render_report(read_result(path)) == words
+    assert (make(made, "measured_levels") is None) == (text == HEAD)
+    assert (make(made, "plate_map") is None) == (text == PLATE)
+
+
+def test_pictures_of_the_shipped_case() -> None:
+    made = result_of("roll_measured")
+    levels = make(made, "measured_levels")
+    assert levels is not None
+    titles = [axes.get_title(loc="left") for axes in levels.axes]
+    assert titles == ["harmonic 1", "harmonic 2", "harmonic 3", "rotation"]
+    labels = {line.get_label(): line for line in levels.axes[0].get_lines()}
+    np.testing.assert_allclose(
+        labels["measured"].get_ydata(), [104.0, 108.7, 101.5, 106.3, 103.0, 107.5, 103.0]
+    )
+    np.testing.assert_allclose(
+        labels["published"].get_ydata(), [104.0, 108.7, 101.8, 107.0, 103.4, 107.2]
+    )
+    plate = make(made, "plate_map")
+    assert plate is not None
+    assert [axes.get_title(loc="left") for axes in plate.axes][:4] == [
+        *(f"harmonic {order}" for order in (1, 2, 3)),
+        "all harmonics",
+    ]
+    assert make(result_of("generator"), "plate_map") is None

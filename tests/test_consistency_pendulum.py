@@ -1,0 +1,220 @@
+"""Claim: order, detuning, small and large motions of a centrifugal pendulum are those of the exact
+equations, which are those of the energy of its parts.
+"""
+
+import math
+
+import mpmath as mp
+import numpy as np
+import pytest
+from exact_pendulum import kinetic_energy, place
+from scipy.integrate import solve_ivp
+
+from vibecalc.response.absorber.amplitude import amplitude
+from vibecalc.response.pendulum.model import Pendulum, path, rates, terms
+from vibecalc.response.pendulum.order import (
+    detuning_coefficient,
+    path_exponent,
+    radius_for_order,
+    radius_for_order_with_rollers,
+    tuning_order,
+)
+from vibecalc.response.pendulum.period import order_of_swing
+from vibecalc.response.pendulum.secondary import as_absorber, as_secondary, small_motion
+
+POINT = Pendulum(1.3, 0.12, 0.02)
+ROLLERS = Pendulum(1.3, 0.12, 0.02, 0.0, 0.0, 0.2, 0.115, 0.03, 0.2 * 0.03**2 / 8.0)
+ARM = Pendulum(1.3, 0.12, 0.02, 0.0, 2e-4)
+ROTOR = 0.1
+
+
+def on(name, pendulum=POINT):
+    return pendulum._replace(path_exponent=float(path_exponent(name, pendulum)))
+
+
+EPICYCLOID, CYCLOID = on("epicycloidal"), on("cycloidal")
+KINDS = [POINT, ROLLERS, ARM, EPICYCLOID, CYCLOID, on("epicycloidal", ROLLERS)]
+
+
+@pytest.mark.parametrize("pendulum", KINDS)
+def test_terms_are_the_energy_of_the_parts(pendulum):
+    for angle in (-0.9, 0.0, 0.4, 1.3):
+        found = terms(pendulum, np.asarray(angle))
+        with mp.workdps(40):
+            whole = [kinetic_energy(pendulum, mp.mpf(angle), a, b) for a, b in
+                     ((1, 0), (0, 1), (1, 1))]  # fmt: skip
+        carried, swing = 2 * float(whole[0]), 2 * float(whole[1])
+        coupling = float(whole[2] - whole[0] - whole[1])
+        assert found.carried == pytest.approx(carried, rel=1e-13)
+        assert found.swing == pytest.approx(swing, rel=1e-13)
+        assert found.coupling == pytest.approx(coupling, rel=1e-12)
+
+
+@pytest.mark.parametrize("pendulum", KINDS)
+def test_slopes_are_derivatives(pendulum):
+    angle = np.array([-1.2, -0.3, 0.0, 0.7])
+    aside = terms(pendulum, angle + 1e-30j)
+    found = terms(pendulum, angle)
+    for name in ("carried", "coupling", "swing"):
+        slope = getattr(aside, name).imag / 1e-30
+        np.testing.assert_allclose(getattr(found, f"{name}_slope"), slope, rtol=1e-12, atol=1e-18)
+
+
+@pytest.mark.parametrize("bend", [0.0, 0.3, 0.9128, 1.0 - 1e-9, 1.0])
+def test_reach_and_pull_are_those_of_the_path(bend):
+    pendulum = POINT._replace(path_exponent=bend)
+    found = path(pendulum, np.asarray(0.8))
+    with mp.workdps(30):
+        x, y = place(pendulum, mp.mpf("0.8"))
+        reach = float(x * mp.cos(mp.mpf("0.8")) + y * mp.sin(mp.mpf("0.8")))
+        pull = float(y * mp.cos(mp.mpf("0.8")) - x * mp.sin(mp.mpf("0.8")))
+    assert found.reach == pytest.approx(reach, rel=1e-14)
+    assert found.pull == pytest.approx(pull, rel=1e-13)
+
+
+def swing_order(pendulum, angle):
+    """Order of free swings on a rotor so heavy that its speed stays, by integration in time."""
+    heavy = 1e14
+
+    def slow(_, state):
+        return state[3]
+
+    slow.terminal, slow.direction = 4, -1
+    found = solve_ivp(
+        lambda t, y: rates(pendulum, heavy, y), [0.0, 100.0], [0.0, angle, 1.0, 0.0],
+        method="DOP853", rtol=1e-12, atol=1e-14, events=slow,
+    )  # fmt: skip
+    tops = found.t_events[0]
+    return 2.0 * math.pi * (len(tops) - 1) / (tops[-1] - tops[0])
+
+
+@pytest.mark.parametrize("pendulum", KINDS)
+def test_order_of_large_swings_by_integration_of_the_exact_equations(pendulum):
+    found = order_of_swing(pendulum, 1.1)
+    assert found.value == pytest.approx(swing_order(pendulum, 1.1), rel=1e-9)
+
+
+def test_order_of_small_swings():
+    assert tuning_order(POINT).value == pytest.approx(math.sqrt(5.0), rel=1e-15)
+    for pendulum in KINDS:
+        small = order_of_swing(pendulum, 0.0)
+        tuned = tuning_order(pendulum)
+        assert abs(small.value - tuned.value) <= small.error + tuned.error
+    # a solid roller counts 3/8 in the motion and half in the pull
+    expected = (1.3 * 0.1 + 0.1 * (0.115 - 0.01)) / (0.02 * (1.3 + 0.2 * 3.0 / 8.0))
+    assert tuning_order(ROLLERS).value ** 2 == pytest.approx(expected, rel=1e-14)
+    assert tuning_order(ARM).value ** 2 == pytest.approx(
+        0.1 * 0.02 / (0.02**2 + 2e-4 / 1.3), rel=1e-14
+    )
+
+
+@pytest.mark.parametrize("order", [0.5, 1.0, 3.0, 6.0])
+def test_radius_for_an_order_and_back(order):
+    near = radius_for_order(0.12, order).value
+    assert tuning_order(POINT._replace(path_radius=near)).value == pytest.approx(order, rel=1e-14)
+    near = radius_for_order_with_rollers(ROLLERS, order).value
+    tuned = tuning_order(ROLLERS._replace(path_radius=near))
+    assert tuned.value == pytest.approx(order, rel=1e-13)
+
+
+def test_a_circle_is_an_elliptic_integral():
+    angle = np.array([1e-9, 0.1, 1.0, 2.0, 3.0, 3.1])
+    found = order_of_swing(POINT, angle)
+    with mp.workdps(30):
+        for i, a in enumerate(angle):
+            exact = mp.sqrt(5) * mp.pi / 2 / mp.ellipk(mp.sin(mp.mpf(a) / 2) ** 2)
+            # c - r and r are rounded: sqrt(5) to a few units
+            assert abs(found.value[i] - float(exact)) <= found.error[i]
+    assert np.all(found.error < 1e-13)
+
+
+def test_a_circle_softens_an_epicycloid_keeps_and_a_cycloid_hardens():
+    angle = np.array([0.2, 0.6, 1.0, 1.3])
+    order = tuning_order(POINT).value
+    soft, even, hard = (order_of_swing(p, angle) for p in (POINT, EPICYCLOID, CYCLOID))
+    assert np.all(np.diff(soft.value) < 0.0) and np.all(np.diff(hard.value) > 0.0)
+    np.testing.assert_array_less(np.abs(even.value - order), even.error)
+    rollers = on("epicycloidal", ROLLERS)
+    even = order_of_swing(rollers, angle)
+    np.testing.assert_array_less(np.abs(even.value - tuning_order(rollers).value), even.error)
+    # an epicycloid that leaves out the rollers is not one of equal times
+    wrong = ROLLERS._replace(path_exponent=EPICYCLOID.path_exponent)
+    assert abs(order_of_swing(wrong, 1.0).value / tuning_order(wrong).value - 1.0) > 1e-5
+
+
+@pytest.mark.parametrize("pendulum", [*KINDS, POINT._replace(path_exponent=0.5)])
+def test_detuning_is_the_second_term_of_the_period(pendulum):
+    expected = detuning_coefficient(pendulum)
+    angle = np.array([0.02, 0.04])
+    share = (order_of_swing(pendulum, angle).value / tuning_order(pendulum).value - 1.0) / angle**2
+    # the next term falls with the square: Richardson
+    assert (4.0 * share[0] - share[1]) / 3.0 == pytest.approx(float(expected.value), abs=1e-7)
+
+
+def test_detuning_of_the_three_paths():
+    assert detuning_coefficient(POINT).value == -1.0 / 16.0
+    assert abs(detuning_coefficient(EPICYCLOID).value) < 1e-16
+    assert detuning_coefficient(CYCLOID).value == pytest.approx(1.0 / (16.0 * 5.0), rel=1e-14)
+
+
+@pytest.mark.parametrize("pendulum", KINDS)
+def test_exact_motion_keeps_energy_and_angular_momentum(pendulum):
+    def kept(state):
+        term = terms(pendulum, state[1])
+        whole = ROTOR + term.carried
+        energy = 0.5 * (whole * state[2] ** 2 + term.swing * state[3] ** 2)
+        energy += term.coupling * state[2] * state[3]
+        return energy, whole * state[2] + term.coupling * state[3]
+
+    start = np.array([0.0, 0.9, 10.0, -3.0])
+    found = solve_ivp(
+        lambda t, y: rates(pendulum, ROTOR, y), [0.0, 2.0], start,
+        method="DOP853", rtol=1e-12, atol=1e-12,
+    )  # fmt: skip
+    np.testing.assert_allclose(kept(found.y[:, -1]), kept(start), rtol=1e-9)
+
+
+@pytest.mark.parametrize("pendulum", KINDS)
+def test_small_motion_is_that_of_the_exact_equations(pendulum):
+    """Linearised by complex steps about steady rotation, and solved for one harmonic."""
+    speed, frequency, torque, damping = 30.0, 55.0, 0.4 - 0.3j, 0.002
+    steps = []
+    for i in range(4):
+        state = np.array([0.0, 0.0, speed, 0.0], dtype=complex)
+        state[i] += 1e-30j
+        steps.append(rates(pendulum, ROTOR, state, 0.0, damping).imag / 1e-30)
+    push = rates(pendulum, ROTOR, np.array([0.0, 0.0, speed, 0.0]), 1.0, damping)
+    push = push - np.array([speed, 0.0, 0.0, 0.0])
+    exact = np.linalg.solve(1j * frequency * np.eye(4) - np.stack(steps, axis=1), push * torque)
+    system = as_secondary(pendulum, ROTOR, speed, damping)
+    found = small_motion(system, frequency, torque)
+    assert abs(found.rotor - exact[0]) <= 1e-12 * abs(exact[0])
+    assert abs(found.swing - exact[1]) <= 1e-12 * abs(exact[1])
+    assert 0.0 < found.swing_error < 1e-12 * abs(found.swing)
+
+
+def test_at_its_order_the_pendulum_carries_all_the_torque():
+    order = tuning_order(POINT).value
+    for speed in (10.0, 100.0):
+        system = as_secondary(POINT, ROTOR, speed)
+        found = small_motion(system, order * speed, 2.0)
+        assert abs(found.rotor) <= found.rotor_error
+        assert system.inertia == pytest.approx(1.3 * 0.12**2, rel=1e-14)
+        assert system.primary_inertia == pytest.approx(ROTOR, rel=1e-14)
+
+
+def test_a_rotor_on_a_shaft_with_a_pendulum_is_the_two_mass_system():
+    """The response of the absorber room, with a stiffness ratio that grows with the speed."""
+    shaft, damping = 900.0, 0.003
+    speed = np.array([5.0, 20.0, 60.0])
+    system = as_secondary(ROLLERS, ROTOR, speed, damping)
+    ratios = as_absorber(system, shaft)
+    natural = np.sqrt(shaft / system.primary_inertia)
+    frequency = np.array([30.0, 70.0, 140.0])
+    expected = amplitude(ratios, frequency / natural) * 2.0 / shaft
+    found = small_motion(system, frequency, 2.0, shaft)
+    np.testing.assert_allclose(found.rotor, expected, rtol=1e-12)
+    np.testing.assert_allclose(
+        ratios.stiffness_ratio / ratios.mass_ratio,
+        (tuning_order(ROLLERS).value * speed / natural) ** 2, rtol=1e-13,
+    )  # fmt: skip

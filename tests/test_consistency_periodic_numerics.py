@@ -1,0 +1,222 @@
+"""Claim: periodic solutions agree with shooting, Taylor series, closed forms and one another."""
+
+import mpmath
+import numpy as np
+import pytest
+from periodic_problems import TURN, duffing_rhs, friction_problem, linear_rhs
+from scipy.integrate import solve_ivp
+
+from vibecalc.numerics.periodic_collocation import solve_periodic
+from vibecalc.numerics.periodic_error import estimate_error
+from vibecalc.numerics.periodic_fourier import solve_fourier
+from vibecalc.numerics.periodic_ladder import solve_to
+from vibecalc.numerics.periodic_multipliers import floquet_multipliers
+from vibecalc.numerics.periodic_panels import PeriodicProblem, evaluate, running_integral
+
+EDGES = np.linspace(0.0, TURN, 37)
+
+
+def riccati(x, y, piece):
+    v = y[..., 0]
+    return (1.5 + np.sin(x) - v**2)[..., None], (-2.0 * v)[..., None, None]
+
+
+def test_riccati_against_a_taylor_series():
+    problem = PeriodicProblem(riccati, EDGES)
+    found, error = solve_to(problem, 1e-12, [1.0])
+    with mpmath.workdps(25):
+        # shooting with a Newton step whose slope is the multiplier
+        multiplier = floquet_multipliers(problem, found)
+        start = mpmath.mpf(float(found.left[0, 0, 0]))
+        flow = mpmath.odefun(lambda x, y: 1.5 + mpmath.sin(x) - y**2, 0, start)
+        miss = flow(2 * mpmath.pi) - start
+        exact = start + miss / (1 - float(multiplier.value[0, 0].real))
+        assert abs(float(exact - start)) <= error.ends[0, 0] < 1e-12
+        assert abs(float(flow(2)) - evaluate(found, [2.0])[0, 0, 0]) < 1e-12
+    # the multiplier is exp(-2 integral of y)
+    integral = running_integral(found.edges, found.stages[..., 0])[1][0, -1]
+    assert multiplier.value[0, 0].real == pytest.approx(np.exp(-2.0 * integral), rel=1e-11)
+
+
+@pytest.mark.parametrize("start", [[0.0, 0.0], [2.0, 0.0]])
+def test_duffing_against_shooting(start):
+    rhs = duffing_rhs(0.2, 0.5)
+    problem = PeriodicProblem(rhs, EDGES)
+    found, error = solve_to(problem, 1e-11, start)
+
+    def f(x, y):
+        return rhs(np.array(x), y, None)[0]
+
+    first = found.left[0, 0]
+    flow = solve_ivp(f, (0.0, TURN), first, method="DOP853", rtol=1e-12, atol=1e-13)
+    assert np.abs(flow.y[:, -1] - first).max() < 1e-10
+    assert error.between.max() < 1e-11
+    columns = [
+        solve_ivp(f, (0.0, TURN), first + 1e-5 * d, method="DOP853", rtol=1e-12, atol=1e-13)
+        .y[:, -1] - solve_ivp(f, (0.0, TURN), first - 1e-5 * d, method="DOP853", rtol=1e-12,
+                              atol=1e-13).y[:, -1]
+        for d in np.eye(2)
+    ]  # fmt: skip
+    monodromy = np.array(columns).T / 2e-5
+    ours = floquet_multipliers(problem, found)
+    assert np.abs(np.sort_complex(np.linalg.eigvals(monodromy)) -
+                  np.sort_complex(ours.value[0])).max() < 1e-7  # fmt: skip
+    # Liouville: their product is exp(-damping times the period)
+    assert np.prod(ours.value[0]).real == pytest.approx(np.exp(-0.2 * TURN), rel=1e-11)
+
+
+def test_kinked_friction_against_integration_that_stops_at_the_kinks():
+    bounds, slopes = np.array([-0.4, 0.1, 0.5]), [0.5, 2.0, 0.3, 5.0]
+
+    def a(x):
+        return 1.2 * np.sin(x) + 0.5 * np.cos(3.0 * x)
+
+    problem = friction_problem(a, bounds, slopes, EDGES)
+    found, error = solve_to(problem, 1e-12, [0.0])
+    crossings = found.edges.shape[1] - len(EDGES)
+    assert crossings >= 4
+    x, y, stops = 0.0, float(found.left[0, 0, 0]), 0
+    events = [lambda x, y, b=b: y[0] - b for b in bounds]
+    for event in events:
+        event.terminal = True
+    while x < TURN:
+        piece = int(np.searchsorted(bounds, y, side="right"))
+        if np.min(np.abs(bounds - y)) < 1e-9:  # on a kink: the piece it is going to
+            slope = problem.rhs(np.array([[[x]]]), np.array([[[[y]]]]), None)[0].item()
+            nearest = int(np.argmin(np.abs(bounds - y)))
+            piece = nearest + (slope > 0.0)
+        fixed = np.array([[piece]])
+
+        def f(x, y, fixed=fixed):
+            return problem.rhs(np.array([[[x]]]), y.reshape(1, 1, 1, 1), fixed)[0].ravel()
+
+        away = min(x + 1e-6, TURN)
+        step = solve_ivp(f, (x, away), [y], method="DOP853", rtol=1e-13, atol=1e-14)
+        x, y = away, float(step.y[0, -1])
+        flow = solve_ivp(f, (x, TURN), [y], method="DOP853", rtol=1e-13, atol=1e-14, events=events)
+        x, y, stops = float(flow.t[-1]), float(flow.y[0, -1]), stops + (flow.status == 1)
+    assert stops == crossings
+    multiplier = floquet_multipliers(problem, found).value[0, 0].real
+    assert abs(y - found.left[0, 0, 0]) / (1.0 - multiplier) < 1e-11
+    assert error.between[0, 0] < 1e-12
+
+
+def rotating_system(exponents):
+    """y' = A(x) y + b(x) with y = exact(x) and multipliers exp(2 pi exponents); n = 3.
+
+    In a frame that turns once the matrix is constant, upper triangular and far from normal.
+    """
+    spin = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
+    constant = np.diag(exponents) + np.triu(np.ones((3, 3)), 1)
+
+    def turn(x):
+        c, s, o, e = np.cos(x), np.sin(x), np.zeros_like(x), np.ones_like(x)
+        return np.stack([np.stack(row, -1) for row in ((c, -s, o), (s, c, o), (o, o, e))], -2)
+
+    def exact(x):
+        return np.stack([np.sin(x), np.cos(2.0 * x), 1.0 + 0.3 * np.sin(3.0 * x)], -1)
+
+    def slope(x):
+        return np.stack([np.cos(x), -2.0 * np.sin(2.0 * x), 0.9 * np.cos(3.0 * x)], -1)
+
+    def rhs(x, y, piece):
+        q = turn(x)
+        matrix = spin + q @ constant @ q.swapaxes(-1, -2)
+        return slope(x) + (matrix @ (y - exact(x))[..., None])[..., 0], matrix
+
+    return rhs, exact
+
+
+@pytest.mark.parametrize(
+    "wanted", [(0.999, 1e-5, 1e-12), (30.0, 0.9, 1e-9), (1e6, 0.3, 1e-6), (0.5, 0.4, 0.3)]
+)
+def test_multipliers_of_a_linear_system(wanted):
+    rhs, exact = rotating_system(np.log(wanted) / TURN)
+    problem = PeriodicProblem(rhs, EDGES)
+    found = solve_periodic(problem, 7, [0.0, 0.0, 0.0])
+    error = estimate_error(problem, found)
+    off = np.abs(found.stages - exact(found.nodes)).max(axis=(0, 1, 2))
+    assert np.all(off <= error.between[0])
+    assert np.all(error.between[0] < 1e-9)
+    ours = floquet_multipliers(problem, found)
+    assert np.all(np.abs(ours.value[0] / wanted - 1.0) < 1e-10)
+    # the error is honest but for a few roundings, and small relative to each of them
+    assert np.all(np.abs(ours.value[0] - wanted) <= ours.error[0])
+    assert np.all(ours.error[0] < 1e-9 * np.array(wanted))
+
+
+def test_a_batch_is_its_members_one_by_one():
+    mean = np.linspace(-0.5, 0.7, 7)[:, None, None]
+
+    def rhs_of(level):
+        return friction_problem(
+            lambda x: level + np.sin(x) + 0.4 * np.cos(3.0 * x), [-0.2, 0.3], [1.0, 4.0, 0.5], EDGES
+        )
+
+    together = solve_periodic(rhs_of(mean), 6, np.zeros((7, 1)))
+    errors = estimate_error(rhs_of(mean), together)
+    assert together.converged.all()
+    for member in range(7):
+        alone = solve_periodic(rhs_of(float(mean[member, 0, 0])), 6, [0.0])
+        x = np.linspace(0.0, TURN, 101)
+        difference = evaluate(alone, x)[0] - evaluate(together, x)[member]
+        assert np.abs(difference).max() < 5e-15
+        assert errors.between[member, 0] < 1e-8
+
+
+def test_thresholds_may_differ_between_members():
+    bound = np.array([-0.3, 0.05, 0.6])
+
+    def problem(at):
+        at = np.reshape(at, (-1, 1, 1))
+
+        def rhs(x, y, piece):
+            v = y[..., 0]
+            above = v >= at if piece is None else piece[..., None] > 0
+            slope = np.where(above, 6.0, 1.0) * np.ones_like(v)
+            f = np.sin(x) + 0.4 * np.cos(2.0 * x) - at - slope * (v - at)
+            return f[..., None], -slope[..., None, None]
+
+        return PeriodicProblem(rhs, EDGES, lambda y: y[..., 0], at[:, 0])
+
+    together, error = solve_to(problem(bound), 1e-10, np.zeros((3, 1)))
+    assert error.between.max() < 1e-10
+    for member in range(3):
+        alone = solve_periodic(problem(bound[member]), together.points, [0.0])
+        assert np.abs(alone.left[0, 0] - together.left[member, 0]).max() < 1e-13
+    # at a kink stands an edge, and the values at edges are on it
+    on = np.abs(together.ends[..., 0] - bound[:, None]).min(axis=1)
+    assert np.all(on < 1e-9)
+
+
+def test_fourier_and_panels_agree():
+    rhs = duffing_rhs(0.2, 0.5)
+    panels = solve_periodic(PeriodicProblem(rhs, EDGES), 10, [0.0, 0.0])
+    for points, bound in ((11, 1e-2), (31, 1e-10), (41, 1e-13)):
+        fourier = solve_fourier(rhs, points, [0.0, 0.0])
+        off = np.abs(evaluate(panels, fourier.x)[0] - fourier.values[0]).max(axis=0)
+        assert np.all(off <= fourier.error[0])
+        assert np.all(fourier.error < bound)
+
+
+def test_unequal_and_empty_panels():
+    rhs = linear_rhs(np.cos, lambda x: np.full_like(x, 2.0))
+    widths = np.array([0.3, 0.0, 1.7, 0.0, 0.0, 1e-9, 2.0, 0.9])
+    edges = TURN * np.concatenate([[0.0], np.cumsum(widths)]) / widths.sum()
+    found = solve_periodic(PeriodicProblem(rhs, edges), 14, [1.0])
+    exact = (2.0 * np.cos(edges) + np.sin(edges)) / 5.0
+    assert np.abs(found.ends[0, :, 0] - exact).max() < 1e-14
+    assert found.weights.sum() == pytest.approx(TURN, rel=1e-14)
+    assert np.sum(found.weights * found.stages[..., 0] * np.cos(found.nodes)) == pytest.approx(
+        0.4 * np.pi, rel=1e-12
+    )
+    x = np.linspace(-1.0, 9.0, 57)
+    assert np.abs(evaluate(found, x)[0, :, 0] - (2 * np.cos(x) + np.sin(x)) / 5).max() < 1e-11
+
+
+def test_an_unstable_solution_is_found_to_round_off():
+    # y' = 3 y + cos x: the multiplier is exp(6 pi) = 1.5e8
+    rhs = linear_rhs(np.cos, lambda x: np.full_like(x, -3.0))
+    found = solve_periodic(PeriodicProblem(rhs, EDGES), 7, [1.0])
+    exact = (-3.0 * np.cos(EDGES) + np.sin(EDGES)) / 10.0
+    assert np.abs(found.ends[0, :, 0] - exact).max() < 2e-15

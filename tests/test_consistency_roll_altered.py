@@ -1,0 +1,141 @@
+"""Claim: advice of the report comes true: each change it names, run on its own, does what it says.
+
+The truth is a run of each machine so changed, alone, and for some of them an independent
+integration (`exact_roll`).
+"""
+
+import re
+
+import numpy as np
+import pytest
+from exact_roll import exact_levels, exact_turn
+from roll_machines import SYNCHRONOUS, source_drive, source_machine
+from shipped_cases import result_of
+
+from vibecalc.report.sections.roll_advice import advice, parameter_words
+from vibecalc.response.roll.altered import changes
+from vibecalc.response.roll.machine import RollMachine, as_batch
+from vibecalc.response.roll.readings import readings
+from vibecalc.response.roll.running import running_state
+from vibecalc.response.roll.sensitivity import altered, parameters
+from vibecalc.response.roll.turn import harmonics, level
+
+ORDERS = np.arange(1, 11)
+NAMES = ("first stage", "second stage")
+MACHINE = as_batch(source_machine())
+DRIVE = source_drive()
+ONLY = (
+    "response.roll.interpolations=false",
+    "response.roll.classical=false",
+    'response.roll.compare=["euler"]',
+)
+
+
+def changed(words: str, factor: float) -> RollMachine:
+    row = next(row for row in parameters(MACHINE, NAMES) if parameter_words(row.name) == words)
+    return altered(MACHINE, [(row, factor)])
+
+
+def true_levels(machine: RollMachine) -> np.ndarray:
+    turn = exact_turn(machine, DRIVE, started_at=SYNCHRONOUS, rtol=1e-9, place=(0,))
+    return exact_levels(turn, ORDERS)
+
+
+def levels_alone(machine: RollMachine) -> np.ndarray:
+    """Of a run of this one machine, with everything that a run decides anew."""
+    found = running_state(machine, DRIVE, rtol=1e-9, orders=10, started_at=SYNCHRONOUS).state
+    read = readings(machine, DRIVE, found.turn, pistons=False).shell_acceleration
+    return level(harmonics(found.turn, read, ORDERS.astype(float)))[0]
+
+
+def raised_orders(words: str) -> set[int]:
+    found: set[int] = set()
+    for part in words.split(", ") if words != "none" else ():
+        first, _, last = part.partition(" to ")
+        found |= {*range(int(first), int(last or first) + 1)}
+    return found
+
+
+def test_every_advice_of_the_shipped_case_comes_true() -> None:
+    result = result_of("roll", *ONLY)
+    base, order, seen = levels_alone(MACHINE), 0, 0
+    truth: dict[tuple[str, str], np.ndarray] = {}
+    for line in advice(result):
+        match = re.match(
+            r" +(?:(\d+) +-?[\d.]+ )? *10 % (more|less) (.*?)(?: \(curved\))?  +(-[\d.]+) (.*)$",
+            line,
+        )
+        if match is None:
+            continue
+        order = int(match[1] or order)
+        key = (match[2], match[3])
+        if key not in truth:
+            truth[key] = levels_alone(changed(key[1], 1.1 if key[0] == "more" else 0.9)) - base
+        assert truth[key][order - 1] == pytest.approx(float(match[4]), abs=0.0051), line
+        rises = {int(n) for n in ORDERS[truth[key] >= 0.005]}
+        assert raised_orders(match[5]) == rises, line
+        seen += 1
+    assert seen == 30
+    # so says the integration too, where slopes are furthest off
+    exact = true_levels(MACHINE)
+    for sense, words, factor in (
+        ("more", "gas force of second stage", 1.1),
+        ("less", "motor torque", 0.9),
+    ):
+        change = true_levels(changed(words, factor)) - exact
+        np.testing.assert_allclose(truth[sense, words], change, atol=1e-6)
+    # what slopes promise is wrong in sign there: ten slopes are +1.13 dB
+    assert truth["more", "gas force of second stage"][8] == pytest.approx(-8.85, abs=0.005)
+
+
+def test_the_same_changes_written_into_the_case_bring_the_same() -> None:
+    level = "response/roll/level/shell_acceleration"
+    base = result_of("roll", *ONLY)
+    train = base.case["machine"]["crank_train"]  # type: ignore[index]
+    rotor = base.case["machine"]["rotor"]["inertia"]  # type: ignore[index]
+    for word, factor in (("more", 1.1), ("less", 0.9)):
+        found = base.record[f"response/roll/sensitivity/ten_percent_{word}"]
+        assert found.error_estimate < 1e-6
+        rows = [str(name) for name in found.axes[0].values]
+        for name, key, value in (
+            ("crank_radius", "machine.crank_train.crank_radius", train["crank_radius"]),
+            ("rotor_inertia", "machine.rotor.inertia", rotor),
+        ):
+            quiet = (*ONLY, "response.roll.sensitivity=false")
+            moved = result_of("roll", *quiet, f"{key}={factor * value!r}")
+            np.testing.assert_allclose(
+                moved.record[level].values - base.record[level].values,
+                found.values[rows.index(name)],
+                atol=found.error_estimate + 1e-7,
+            )
+
+
+def test_the_stated_error_bounds_the_true_one() -> None:
+    for points in (3, 4):
+        found = changes(
+            MACHINE, DRIVE, ORDERS, NAMES, (1.1,), points=points, started_at=SYNCHRONOUS
+        )[0]
+        fine = changes(MACHINE, DRIVE, ORDERS, NAMES, (1.1,), points=10, started_at=SYNCHRONOUS)[0]
+        off = np.abs(found.value - fine.value)
+        assert found.parameters == fine.parameters
+        assert np.all(off <= found.error + fine.error) and np.max(off) > 1e-9
+
+
+def test_a_change_that_leaves_no_running_state_is_lost_with_the_reason() -> None:
+    # a demand of nine tenths of what the motor gives at most: with less motor it stalls
+    need = running_state(MACHINE, DRIVE, rtol=1e-6, orders=2, started_at=SYNCHRONOUS).state.demand
+    weak = MACHINE._replace(
+        motor_scale=0.95**-1 * need.torque / need.breakdown, rotor_inertia=np.array([200.0])
+    )
+    more, less = changes(weak, DRIVE, (1, 2), NAMES, (1.1, 0.9), points=4, started_at=SYNCHRONOUS)
+    assert "motor_torque" in more.parameters and "motor_torque" not in less.parameters
+    assert dict(less.lost)["motor_torque"].startswith("no running state exists")
+    assert len(less.parameters) + len(less.lost) == len(more.parameters) + len(more.lost)
+
+
+def test_a_rod_that_would_not_reach_over_the_crank_is_lost_with_the_reason() -> None:
+    short = MACHINE._replace(rod_length=np.array([1.05 * 0.0635]))
+    more, less = changes(short, DRIVE, (1, 2), NAMES, (1.1, 0.9), points=4, started_at=SYNCHRONOUS)
+    assert dict(more.lost).get("crank_radius") == "the rod is too short for the crank"
+    assert dict(less.lost).get("rod_length") == "the rod is too short for the crank"
+    assert "rotor_inertia" in more.parameters

@@ -1,0 +1,214 @@
+"""Claim: speed, amplitudes and levels of the controlled machine are those of its equations: in
+forty digits, marched in time with lag and delay, and by its laws of similarity.
+"""
+
+import numpy as np
+import pytest
+from mpmath import mp, mpc, mpf
+from roll_control_loops import MOTOR_GAIN, SOURCE, TARGET, random_loops, source_load
+
+from vibecalc.response.roll_control.evaluate import Load, evaluate, evaluate_at_speed
+from vibecalc.response.roll_control.locus import root_locus
+from vibecalc.response.roll_control.model import (
+    Controller,
+    loop_of,
+    model_from_full,
+    source_model,
+)
+from vibecalc.response.roll_control.motor_gains import UNCONTROLLED, motor_gain_study
+from vibecalc.response.roll_control.poles import poles
+from vibecalc.response.roll_control.steady import speed_feedback_for, steady_speed
+
+
+@pytest.mark.parametrize("late", [False, True])
+def test_errors_of_speed_and_amplitudes_hold_against_forty_digits(late):
+    mp.dps = 40
+    count = 40
+    model, controller = random_loops(11, count, late)
+    draw = np.random.default_rng(12)
+    torque = draw.normal(size=(count, 3)) + 1j * draw.normal(size=(count, 3))
+    load = Load(94.25, draw.uniform(-400, 0, count), 100.0 * torque)
+    found = evaluate(model, controller, load)
+    assert 10 < np.sum(found.margins.stable) < count
+    for place in np.flatnonzero(found.margins.stable):
+        i, ratio, motor, viscous = (mpf(float(a[place])) for a in model)
+        k, speed, shell, lag, delay = (mpf(float(a[place])) for a in controller)
+        mean = mpf(float(load.mean[place]))
+        w = (mean + k * motor * mpf(94.25)) / (motor + viscous + k * motor * speed)
+        assert abs(float(w) - found.speed.value[place]) <= found.speed.error[place]
+        assert found.speed.error[place] <= 1e-11 * abs(float(w))
+        for n in (1, 2, 3):
+            s = mpc(0, n * w)
+            delivered = k * mp.exp(-s * delay) / (1 + lag * s)
+            back = speed - shell * ratio * s
+            d = mpc(complex(load.harmonics[place, n - 1]))
+            rotor = d / (i * s + motor + viscous + motor * delivered * back)
+            command = -delivered * back * rotor
+            truth = (-ratio * s * rotor, s * rotor, rotor, motor * (command - rotor), command)
+            for exact, part in zip(truth, found.harmonics, strict=True):
+                miss = abs(complex(exact) - part.value[place, n - 1])
+                assert miss <= part.error[place, n - 1] <= 1e-8 * abs(complex(exact))
+            level = float(20 * mp.log10(abs(truth[0])))
+            miss = abs(level - found.level.value[place, n - 1])
+            assert miss <= found.level.error[place, n - 1] <= 1e-7
+
+
+def marched(controller, load, turns, parts):
+    """Rotor speed of the source's machine by Runge-Kutta steps that divide the delay."""
+    i, ratio = float(SOURCE.inertia), float(SOURCE.ratio)
+    k, k_r, k_s, lag, delay = (float(a) for a in controller)
+    speed = float(steady_speed(SOURCE, controller, load.reference, load.mean).value)
+    step = delay / parts if delay else 2.0 * np.pi / speed / 4000.0
+    count = int(turns * 2.0 * np.pi / speed / step)
+    demand = np.zeros(count + parts + 2)
+    state = np.array([0.3, 0.0])
+    history = np.empty(count)
+
+    def rate(t, x, asked):
+        w, u = x
+        torque = sum(
+            (d * np.exp(1j * (n + 1) * speed * t)).real for n, d in enumerate(load.harmonics)
+        )
+        moved = (MOTOR_GAIN * (u - w) + torque) / i
+        return np.array([moved, (asked - u) / lag]), moved
+
+    for row in range(count):
+        t = row * step
+        history[row] = state[0]
+        _, moved = rate(t, state, 0.0)
+        demand[row + parts] = -k * (k_r * state[0] - k_s * ratio * moved)
+        # what the actuator is asked for during this step, a delay ago
+        ends = (demand[row], 0.5 * (demand[row] + demand[row + 1]), demand[row + 1])
+        a, _ = rate(t, state, ends[0])
+        b, _ = rate(t + step / 2, state + step / 2 * a, ends[1])
+        c, _ = rate(t + step / 2, state + step / 2 * b, ends[1])
+        d, _ = rate(t + step, state + step * c, ends[2])
+        state = state + step / 6 * (a + 2 * b + 2 * c + d)
+    return np.arange(count) * step, history, speed
+
+
+def test_the_machine_marched_in_time_settles_to_the_amplitudes():
+    load = source_load()
+    kept = speed_feedback_for(SOURCE, 5.0, load.reference, load.mean, TARGET).value
+    controller = Controller(5.0, float(kept), -0.02, 2e-3, 4e-4)
+    found = evaluate(SOURCE, controller, load)
+    assert found.margins.status == 0
+    time, history, speed = marched(controller, load, 9, 8)
+    late = time > 5 * 2 * np.pi / speed
+    basis = np.stack([
+        f(n * speed * time[late]) for n in (1, 2) for f in (np.cos, np.sin)
+    ] + [np.ones(np.sum(late))], axis=-1)  # fmt: skip
+    part = np.linalg.lstsq(basis, history[late], rcond=None)[0]
+    seen = np.array([part[0] - 1j * part[1], part[2] - 1j * part[3]])
+    np.testing.assert_allclose(seen, found.harmonics.rotor_speed.value, rtol=3e-5)
+    assert np.max(np.abs(basis @ part - history[late])) < 1e-4 * np.max(np.abs(seen))
+
+
+@pytest.mark.parametrize(("factor", "grows"), [(0.8, False), (1.2, True)])
+def test_the_machine_marched_in_time_diverges_where_the_delay_margin_ends(factor, grows):
+    load = source_load(0.0, 0.0)
+    kept = float(speed_feedback_for(SOURCE, 10.0, load.reference, load.mean, TARGET).value)
+    controller = Controller(10.0, kept, 0.02, 2e-3, 1e-4)
+    more = float(evaluate(SOURCE, controller, load).margins.delay.value)
+    late = controller._replace(delay=1e-4 + factor * more)
+    assert evaluate(SOURCE, late, load).margins.stable == (not grows)
+    time, history, _ = marched(late, load, 4, 8)
+    third = len(time) // 3
+    before = np.max(np.abs(history[third : 2 * third]))
+    after = np.max(np.abs(history[2 * third :]))
+    assert (after > 1.5 * before) == grows and (after < 0.7 * before) == (not grows)
+
+
+def test_the_target_speed_is_kept_whatever_the_gain():
+    load = source_load()
+    gain = np.geomspace(0.3, 300.0, 50)
+    found = evaluate_at_speed(SOURCE, Controller(gain, 0.0, -0.01, 1e-3, 0.0), load, TARGET)
+    assert np.all(np.abs(found.speed.value - TARGET) <= found.speed.error + 2e-14 * TARGET)
+
+
+def test_an_unstable_loop_has_no_amplitude_to_praise():
+    load = source_load()
+    gain = np.array([10.0, 10.0])
+    found = evaluate_at_speed(SOURCE, Controller(gain, 0.0, np.array([-10.0, 10.0])), load, TARGET)
+    np.testing.assert_array_equal(found.margins.status, [1, 3])
+    assert np.all(np.isfinite(found.level.value[0])) and np.all(found.level.value[1] == np.inf)
+    assert np.all(np.isinf(found.harmonics.shell_acceleration.value[1]))
+    for part in (*found.harmonics, found.level, found.command_rate, found.speed):
+        assert not np.any(np.isnan(part.value)) and not np.any(np.isnan(part.error))
+    margin = found.margins
+    assert margin.gain.value[1] == 1.0 and margin.phase.value[1] == margin.delay.value[1] == 0.0
+
+
+def test_any_delay_undoes_a_gain_that_does_not_fall_off():
+    load = source_load()
+    bare = Controller(10.0, 0.0, -10.0)
+    found = evaluate_at_speed(SOURCE, bare, load, TARGET)
+    assert found.margins.feedthrough == pytest.approx(134.05, abs=5e-3)
+    assert found.margins.delay.value == found.margins.phase.value == 0.0
+    assert found.margins.bandwidth.value == np.inf
+    for delay in (1e-3, 1e-6, 1e-9):
+        late = evaluate_at_speed(SOURCE, bare._replace(delay=delay), load, TARGET)
+        assert not late.margins.stable and late.level.value[0] == np.inf
+    # below a gain of one it bears some
+    small = evaluate_at_speed(SOURCE, Controller(10.0, 0.0, -0.06, 0.0, 1e-6), load, TARGET)
+    assert 0.0 < small.margins.feedthrough < 1.0 and small.margins.stable
+
+
+def test_feedback_of_the_shell_is_inertia_of_the_rotor():
+    """Without lag and delay k_S adds -K K_M k_S ratio to the rotor's inertia and does no more."""
+    load = source_load()
+    fed = evaluate(SOURCE, Controller(4.0, 0.3, -0.2), load)
+    heavy = SOURCE.inertia + 4.0 * MOTOR_GAIN * 0.2 * SOURCE.ratio
+    plain = evaluate(SOURCE._replace(inertia=heavy), Controller(4.0, 0.3, 0.0), load)
+    np.testing.assert_allclose(
+        fed.harmonics.shell_acceleration.value,
+        plain.harmonics.shell_acceleration.value, rtol=1e-13,
+    )  # fmt: skip
+
+
+def test_speed_feedback_alone_is_a_stiffer_motor():
+    load = source_load()
+    fed = evaluate_at_speed(SOURCE, Controller(6.0, 0.0, 0.0), load, TARGET)
+    stiffer = MOTOR_GAIN * (1.0 + 6.0 * float(fed.speed_feedback.value))
+    other = evaluate(
+        SOURCE._replace(motor_gain=stiffer), UNCONTROLLED,
+        load._replace(reference=TARGET + 303.3 / stiffer),
+    )  # fmt: skip
+    np.testing.assert_allclose(fed.level.value, other.level.value, atol=1e-12)
+
+
+def test_both_reductions_agree_where_nothing_is_neglected():
+    """Without pistons the whole is shell and rotor; then only the rotor's share of it differs."""
+    rotor, shell = 2.0, 1.0e9
+    near = model_from_full(shell + rotor, rotor, rotor, MOTOR_GAIN)
+    source = source_model(rotor, shell, MOTOR_GAIN)
+    np.testing.assert_allclose(near.inertia, source.inertia, rtol=1e-8)
+    np.testing.assert_allclose(near.ratio, source.ratio, rtol=1e-8)
+    light = model_from_full(3.0 + 2.0, 2.0, 2.0, MOTOR_GAIN)
+    # two bodies against each other: reduced inertia 2 x 3 / 5
+    assert light.inertia == pytest.approx(1.2, rel=1e-15)
+
+
+def test_stiffer_motors_shake_less_and_run_faster():
+    found = motor_gain_study(SOURCE, np.geomspace(10.0, 1e6, 60), source_load())
+    assert np.all(np.diff(found.level.value, axis=0) < 0.0)
+    assert np.all(np.diff(found.speed.value) > 0.0)
+    assert found.speed.value[-1] == pytest.approx(94.25, abs=1e-3)
+
+
+@pytest.mark.parametrize("delay", [0.0, 3e-4])
+def test_a_locus_follows_its_poles(delay):
+    gains = np.geomspace(0.5, 60.0, 120)
+    controller = Controller(1.0, 0.9, -0.02, 2e-3, delay)
+    found = root_locus(SOURCE, controller, gains, source_load(), TARGET, count=4)
+    for row in (0, 37, 119):
+        at = Controller(gains[row], 0.0, -0.02, 2e-3, delay)
+        kept = evaluate_at_speed(SOURCE, at, source_load(), TARGET).speed_feedback.value
+        same = poles(loop_of(SOURCE, at._replace(speed_feedback=kept)), 4)
+        np.testing.assert_allclose(
+            np.sort_complex(found.pole[row]), np.sort_complex(same.value), rtol=1e-10
+        )
+    # columns are joined to the nearest, so the dominant one moves in small steps
+    step = np.abs(np.diff(found.pole[:, 0]))
+    assert np.max(step) < 0.15 * np.max(np.abs(found.pole[:, 0]))
+    assert np.all(found.pole_error < 1e-6 * (1.0 + np.abs(found.pole)))

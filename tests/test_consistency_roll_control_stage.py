@@ -1,0 +1,201 @@
+"""Claim: the stage gives what the kernels give for the machine of the case; no loop that is not
+stable has a finite level; what the reduced model leaves out is said.
+"""
+
+import numpy as np
+import pytest
+from roll_control_cases import case_of, record_of, shipped, value_of
+from roll_machines import SYNCHRONOUS, source_drive, source_machine
+
+from vibecalc.errors import NumericalFailure
+from vibecalc.excitation.gas_force import force_at
+from vibecalc.pipeline.run import run_case
+from vibecalc.response.roll.inertia import inertia
+from vibecalc.response.roll.machine import as_batch
+from vibecalc.response.roll.running import running_state
+from vibecalc.response.roll_control.disturbance import disturbance
+from vibecalc.response.roll_control.evaluate import Load, evaluate, evaluate_at_speed
+from vibecalc.response.roll_control.model import Controller, model_from_full, source_model
+from vibecalc.response.roll_control.motor_gains import UNCONTROLLED, motor_gain_study
+from vibecalc.response.roll_control.tangent import tangent
+
+ROTOR, SHELL = 2.110823323068138, 151.73454612199947
+#: largest torque of the motor's table, N m
+BREAKDOWN = 1009.0
+
+
+def load_by_hand(speed: float) -> Load:
+    """Sums over even angles: kinks of the gas tables leave some 1e-5 of the torque."""
+    angle = np.arange(7200) * np.pi / 3600.0
+    machine, drive = source_machine(), source_drive()
+    part = inertia(machine, angle)
+    own = np.mod(angle[:, None] + machine.crank_angle_offset, 2.0 * np.pi)
+    gas = np.stack([force_at(drive.gas[i], own[:, i]) for i in range(2)], axis=-1)
+    torque = -np.sum(gas * part.stroke, axis=-1) - 0.5 * speed**2 * part.crank_slope
+    harmonic = np.fft.rfft(torque) / len(angle)
+    return Load(SYNCHRONOUS, harmonic[0].real, 2.0 * harmonic[1:11])
+
+
+def test_the_load_is_that_of_the_machine_at_constant_speed():
+    found = disturbance(as_batch(source_machine()), source_drive(), 10)
+    by_hand = load_by_hand(92.76)
+    assert float(found.mean.value) == pytest.approx(by_hand.mean, rel=1e-5)
+    at = found.at(92.76)
+    np.testing.assert_allclose(at.value, by_hand.harmonics, atol=5e-3)
+    finer = disturbance(as_batch(source_machine()), source_drive(), 40).at(92.76)
+    assert np.all(np.abs(finer.value[:10] - at.value) <= at.error + finer.error[:10])
+    assert np.max(at.error) < 1e-9
+
+
+def test_the_stage_is_the_kernels():
+    record = shipped().record
+    model, load = source_model(ROTOR, SHELL, 203.4), load_by_hand(92.757)
+    target = float(value_of(record, "target_speed"))
+    assert target == pytest.approx(SYNCHRONOUS + load.mean / 203.4, rel=1e-7)
+    known = evaluate_at_speed(model, Controller(1.0, 0.0, -1.0, 2e-4), load, target)
+    np.testing.assert_allclose(value_of(record, "level"), known.level.value, atol=1e-2)
+    without = evaluate(model, UNCONTROLLED, load)
+    np.testing.assert_allclose(value_of(record, "level_without"), without.level.value, atol=1e-2)
+    np.testing.assert_allclose(
+        value_of(record, "attenuation"),
+        value_of(record, "level_without") - value_of(record, "level"), atol=1e-12,
+    )  # fmt: skip
+    for name in ("phase", "delay"):
+        own = float(getattr(known.margins, name).value)
+        assert value_of(record, f"{name}_margin") == pytest.approx(own, rel=1e-6)
+    axes = record["response/control/grid/level"].axes
+    grid = Controller(axes[0].values[:, None], 0.0, axes[1].values, 2e-4)
+    every = evaluate_at_speed(model, grid, load, target)
+    np.testing.assert_array_equal(value_of(record, "grid/status"), every.margins.status)
+    held = every.margins.stable
+    np.testing.assert_allclose(
+        value_of(record, "grid/level")[held], every.level.value[held], atol=1e-2
+    )
+    gains = record["response/control/motor_gains/level"].axes[0].values
+    others = motor_gain_study(model, gains, load)
+    np.testing.assert_allclose(value_of(record, "motor_gains/level"), others.level.value, atol=1e-2)
+    np.testing.assert_allclose(value_of(record, "motor_gains/speed"), others.speed.value, rtol=1e-6)
+
+
+def test_no_loop_that_is_not_stable_has_a_level():
+    record = shipped().record
+    status, level = value_of(record, "grid/status"), value_of(record, "grid/level")
+    assert 0 < np.sum(status >= 2) < status.size
+    np.testing.assert_array_equal(np.isfinite(level).all(axis=-1), status < 2)
+    assert np.all(level[status >= 2] == np.inf)
+    np.testing.assert_array_equal(np.isfinite(value_of(record, "grid/torque_peak")), status < 2)
+    assert np.all(value_of(record, "grid/delay_margin")[status >= 2] == 0.0)
+
+    lost = record_of(gain=10.0, acceleration_feedback=10.0)
+    assert value_of(lost, "status") == 3 and np.all(value_of(lost, "level") == np.inf)
+    assert np.all(value_of(lost, "attenuation") == -np.inf)
+    assert value_of(lost, "pole")[0].real > 0.0
+    assert any("unstable: its amplitudes have no bound" in words for words in lost.warnings)
+
+
+def test_without_lag_the_gains_of_the_source_are_called_what_they_are():
+    record = record_of(gain=10.0, acceleration_feedback=-10.0, actuator_lag=0.0)
+    assert value_of(record, "status") == 1 and value_of(record, "delay_margin") == 0.0
+    assert value_of(record, "feedthrough") == pytest.approx(134.05, abs=0.05)
+    assert value_of(record, "torque_peak") > BREAKDOWN
+    said = " ".join(record.warnings)
+    assert "stable only without any delay" in said and "on paper only" in said
+    assert "gives 1009 N*m at most" in said
+
+
+def test_the_tangent_carries_the_mean_where_the_curve_does():
+    """The default motor gain: same mean slip as the curve, its slope, a torque at no slip."""
+    record = record_of(motor_gain=None, reduction="momentum")
+    machine, drive = as_batch(source_machine()), source_drive()
+    line = tangent(machine, drive)
+    assert value_of(record, "motor_gain") == pytest.approx(line.gain)
+    assert value_of(record, "motor_offset") == pytest.approx(line.offset)
+    assert value_of(record, "speed_without") == pytest.approx(SYNCHRONOUS - line.slip, rel=1e-12)
+    torque = line.gain * line.slip + line.offset
+    assert torque == pytest.approx(-float(value_of(record, "mean_torque")), rel=1e-12)
+    # between 6 and 11 rpm the table has a slope of 122 N m in 5 rpm
+    assert line.gain == pytest.approx(122.0 / (5.0 * np.pi / 30.0), rel=1e-12)
+    known = disturbance(machine, drive, 10)
+    model = model_from_full(known.whole, known.coupling, known.crank, line.gain)
+    assert value_of(record, "inertia") == pytest.approx(float(model.inertia), rel=1e-12)
+
+
+def test_the_range_is_full_less_reduced():
+    record = shipped().record
+    state = running_state(as_batch(source_machine()), source_drive(), rtol=1e-9, orders=10).state
+    assert 2.0 * np.pi / float(state.turn.period[0]) == pytest.approx(92.97002725, rel=1e-9)
+    difference = value_of(record, "range/level") - value_of(record, "level_without")
+    np.testing.assert_allclose(value_of(record, "range/difference"), difference, atol=1e-12)
+    # orders 3 and 7 are those of the bends of the motor's curve
+    assert np.all(np.abs(difference[[0, 1, 3]]) < 0.5) and difference[6] > 10.0
+    straight = value_of(record, "range/linear_difference")
+    assert np.all(np.abs(straight[[0, 1, 2, 3, 6]]) < 0.35)
+
+
+def test_an_unstable_motion_of_the_full_model_has_no_levels():
+    record = record_of(machine__shell__stiffness=3e4, machine__shell__damping=60.0, full_model=True)
+    assert value_of(record, "status") == 0 and value_of(record, "full/stable") == 0
+    assert np.max(np.abs(value_of(record, "full/multiplier"))) > 1.01
+    assert np.all(value_of(record, "full/level") == np.inf)
+    assert np.all(value_of(record, "full/difference") == np.inf)
+    said = " ".join(record.warnings)
+    assert "full model is unstable" in said and "has no mounts" in said
+
+
+def test_gains_beyond_the_motor_are_refused_in_words():
+    with pytest.raises(NumericalFailure, match="beyond the motor's table"):
+        record_of(gain=10.0, acceleration_feedback=-10.0, actuator_lag=1e-3, full_model=True)
+    with pytest.raises(NumericalFailure, match="does not carry the mean torque"):
+        record_of(motor_gain=3.0)
+    with pytest.raises(NumericalFailure, match="no mean speed balances"):
+        record_of(gain=2.0, speed_feedback=-0.5)
+
+
+def test_what_is_found_keeps_its_margins():
+    record = shipped().record
+    assert value_of(record, "tuned/delay_margin") >= 5e-4
+    assert value_of(record, "tuned/phase_margin") >= np.radians(45.0)
+    worst = np.max(value_of(record, "tuned/level")[:2])
+    assert value_of(record, "tuned/objective") == pytest.approx(worst, abs=1e-12)
+    bounds = record["response/control/tuned/active"].axes[0].values
+    active = value_of(record, "tuned/active") > 0.0
+    assert [str(name) for name in bounds[active]] == ["delay margin"]
+    # it beats every pair of the grid that keeps them
+    keeps = (value_of(record, "grid/delay_margin") >= 5e-4) & (
+        value_of(record, "grid/phase_margin") >= np.radians(45.0)
+    )
+    keeps &= value_of(record, "grid/gain_margin") >= 6.0
+    others = np.max(value_of(record, "grid/level")[keeps][:, :2], axis=-1)
+    assert len(others) > 10 and np.all(worst <= others)
+
+
+def test_a_search_may_look_at_orders_that_are_not_shown():
+    tune = {
+        "orders": [3], "gain": {"lower": 1.0, "upper": 5.0},
+        "acceleration_feedback": {"lower": -1.0, "upper": 1.0},
+    }  # fmt: skip
+    record = record_of(orders=2, tune=tune)
+    assert value_of(record, "tuned/level").shape == (2,)
+    assert record_of(orders=3, tune=tune)["response/control/tuned/level"].values[2] == (
+        pytest.approx(float(value_of(record, "tuned/objective")), abs=1e-9)
+    )
+
+
+def test_equal_pressures_have_no_odd_orders():
+    """Zero to rounding is zero: minus infinity, and no error without bound."""
+    case = case_of(motor_gains=[203.4])
+    cylinders = case.machine.crank_train.cylinders
+    twin = cylinders[1].model_copy(
+        update={
+            "gas_force": cylinders[0].gas_force,
+            "reciprocating_mass": cylinders[0].reciprocating_mass,
+        }
+    )
+    train = case.machine.crank_train.model_copy(update={"cylinders": (cylinders[0], twin)})
+    machine = case.machine.model_copy(update={"crank_train": train})
+    record = run_case(case.model_copy(update={"machine": machine}))
+    for name in ("level", "level_without", "range/level"):
+        level = value_of(record, name)
+        assert np.all(level[::2] == -np.inf) and np.all(np.isfinite(level[1::2]))
+        assert np.isfinite(record[f"response/control/{name}"].error_estimate)
+    assert np.all(value_of(record, "attenuation")[::2] == 0.0)

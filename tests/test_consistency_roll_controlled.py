@@ -1,0 +1,176 @@
+"""Claim: the closed loop in the full model is what its equations of motion give when they are
+marched, with and without mounts; it is the running state where nothing is fed back; it comes down
+to the reduced model where the motor is straight and the load small; its stability is that of the
+motion.
+"""
+
+import numpy as np
+import pytest
+from roll_controlled import marched
+from roll_machines import (
+    FIRST_MASS,
+    SECOND_MASS,
+    SYNCHRONOUS,
+    source_drive,
+    source_machine,
+)
+
+from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.periodic_panels import evaluate
+from vibecalc.response.roll.controlled import ControlledRates, Law
+from vibecalc.response.roll.controlled_state import closed_loop
+from vibecalc.response.roll.machine import as_batch
+from vibecalc.response.roll.readings import readings
+from vibecalc.response.roll.running import running_state
+from vibecalc.response.roll.turn import harmonics as spectrum
+from vibecalc.response.roll_control.disturbance import disturbance
+from vibecalc.response.roll_control.evaluate import Load, evaluate_at_speed
+from vibecalc.response.roll_control.model import Controller, model_from_full
+from vibecalc.response.roll_control.tangent import straight
+
+FREE = as_batch(source_machine())
+MOUNTED = as_batch(source_machine(shell_stiffness=3e4, shell_damping=60.0))
+TABLE, LINE = source_drive(), source_drive()._replace(motor=straight(203.4))
+ORDERS = np.arange(1.0, 11.0)
+
+
+def levels(amplitudes):
+    return 20.0 * np.log10(np.abs(amplitudes))
+
+
+@pytest.mark.parametrize("lag", [0.0, 1e-3])
+def test_without_feedback_it_is_the_running_state(lag):
+    running = running_state(FREE, TABLE, rtol=1e-9, orders=10).state
+    read = readings(FREE, TABLE, running.turn, pistons=False).shell_acceleration
+    known = spectrum(running.turn, read, ORDERS)[0]
+    found = closed_loop(FREE, TABLE, Law(1.0, 0.0, 0.0, SYNCHRONOUS, lag), rtol=1e-9, orders=10)
+    np.testing.assert_allclose(levels(found.harmonics.value), levels(known), rtol=0, atol=1e-9)
+    assert found.speed.value == pytest.approx(2.0 * np.pi / float(running.turn.period[0]), 1e-12)
+
+
+@pytest.mark.parametrize("machine", [FREE, MOUNTED], ids=["free", "mounted"])
+@pytest.mark.parametrize("drive", [TABLE, LINE], ids=["table", "line"])
+def test_marching_leads_to_it(machine, drive):
+    """Three turns from its start displaced: what is left of that is what the multipliers say."""
+    law = Law(2.0, 0.508, -0.1, SYNCHRONOUS, 3e-3)
+    found = closed_loop(machine, drive, law, rtol=1e-10, orders=10)
+    assert found.stable
+    solution = found.closed.solution
+    at = evaluate(solution, [0.0])[0, 0]
+    start = at.copy()
+    if machine is FREE:
+        shell = (found.closed.problem.rhs.momentum - 2.110823323068138 * at[0])[0]
+        whole = 151.73454612199947 + 2.110823323068138 + FIRST_MASS * 0.3556**2 + (
+            SECOND_MASS * 0.2286**2
+        )  # fmt: skip
+        start = np.array([at[0], 0.0, shell / whole, at[1]])
+    once = marched(machine, drive, law, start, 1)
+    np.testing.assert_allclose(once[[0, 3]], start[[0, 3]], rtol=2e-8)
+    if machine is MOUNTED:
+        np.testing.assert_allclose(once[1:3], start[1:3], rtol=1e-5)
+    else:
+        away = start * np.array([1.0, 1.0, 1.0, 1.002])
+        twice = marched(machine, drive, law, away, 2)
+        left = abs(twice[0] / start[0] - 1.0)
+        assert left < 2e-3 * 20.0 * np.max(np.abs(found.multiplier)) ** 2 + 2e-8
+
+
+def test_multipliers_are_those_of_the_marched_turn_and_mounts_can_make_them_unstable():
+    """Feedback that the reduced model calls stable excites the roll on the mounts."""
+    law = Law(1.0, 0.0, -1.0, SYNCHRONOUS, 2e-3)
+    found = closed_loop(MOUNTED, LINE, law, rtol=1e-9, orders=6)
+    start = evaluate(found.closed.solution, [0.0])[0, 0]
+    columns = []
+    for place, step in enumerate((1e-3, 1e-6, 1e-5, 1e-3)):
+        ends = []
+        for sign in (1.0, -1.0):
+            moved = start.copy()
+            moved[place] += sign * step
+            ends.append(marched(MOUNTED, LINE, law, moved, 1))
+        columns.append((ends[0] - ends[1]) / (2.0 * step))
+    known = np.linalg.eigvals(np.array(columns).T)
+    known = known[np.argsort(-np.abs(known))]
+    np.testing.assert_allclose(np.abs(found.multiplier[:2]), np.abs(known[:2]), rtol=1e-5)
+    assert not found.stable and np.abs(known[0]) > 1.03
+    model = reduced(MOUNTED, LINE)[0]
+    told = evaluate_at_speed(model, Controller(1.0, 0.0, -1.0, 2e-3), load(MOUNTED, LINE), 92.757)
+    assert told.margins.status == 0
+
+
+def reduced(machine, drive):
+    known = disturbance(machine, drive, 10)
+    return model_from_full(known.whole, known.coupling, known.crank, 203.4), known
+
+
+def load(machine, drive, speed=92.757):
+    known = disturbance(machine, drive, 10)
+    return Load(SYNCHRONOUS, known.mean.value, known.at(speed).value)
+
+
+def test_small_loads_and_a_straight_motor_make_it_the_reduced_model():
+    """The difference in order 2 shrinks with the load; a twentieth of it leaves next to nothing."""
+    off = []
+    for size in (1.0, 0.2, 0.05):
+        machine = as_batch(
+            source_machine(
+                gas_scale=[size, size], reciprocating_mass=[size * FIRST_MASS, size * SECOND_MASS]
+            )
+        )
+        model, known = reduced(machine, LINE)
+        target = SYNCHRONOUS + float(known.mean.value) / 203.4
+        told = evaluate_at_speed(
+            model, Controller(5.0, 0.0, -0.01, 1e-3), load(machine, LINE, target), target
+        )
+        law = Law(5.0, float(told.speed_feedback.value), -0.01, SYNCHRONOUS, 1e-3)
+        found = closed_loop(machine, LINE, law, rtol=1e-9, orders=10)
+        off.append(np.abs(levels(found.harmonics.value) - told.level.value))
+    for order in (1, 3, 4):
+        assert off[1][order - 1] < 0.4 * off[0][order - 1]
+        assert off[2][order - 1] < 0.4 * off[1][order - 1]
+    assert np.all(off[0][:2] < 0.06) and np.all(off[2][:4] < 0.01)
+
+
+def test_the_error_bounds_what_more_points_change():
+    law = Law(1.0, 0.0, -1.0, SYNCHRONOUS, 2e-4)
+    rough, fine = (closed_loop(FREE, TABLE, law, rtol=r, orders=10) for r in (1e-4, 1e-12))
+    change = np.abs(rough.harmonics.value - fine.harmonics.value)
+    assert np.all(change <= 2.0 * (rough.harmonics.error + fine.harmonics.error))
+    assert np.max(fine.harmonics.error) < 1e-9 * np.max(np.abs(fine.harmonics.value))
+
+
+@pytest.mark.parametrize("lag", [0.0, 2e-3])
+@pytest.mark.parametrize("momentum", [None, np.array([195.0])])
+def test_the_jacobian_is_that_of_the_rates(momentum, lag):
+    drive = source_drive(motor="monotone")
+    machine = as_batch(
+        source_machine(
+            wrist_pin_offset=0.004, friction_torque=3.0, friction_damping=0.1,
+            shell_stiffness=3e4 if momentum is None else 0.0, shell_damping=60.0,
+        )
+    )  # fmt: skip
+    found = ControlledRates(machine, drive, Law(2.0, 0.55, -0.3, SYNCHRONOUS, lag), momentum)
+    draw = np.random.default_rng(3)
+    x, y = draw.uniform(0.0, 6.28, (1, 3, 2)), np.zeros((1, 3, 2, found.states))
+    y[..., 0] = 92.0 + draw.normal(size=y.shape[:-1])
+    if momentum is None:
+        y[..., 1], y[..., 2] = 1e-3, 0.05 * draw.normal(size=y.shape[:-1])
+    if lag:
+        y[..., -1] = y[..., 0] + 1.0
+    _, jacobian = found(x, y, None)
+    for state in range(found.states):
+        step = 1e-6 * max(1.0, float(np.max(np.abs(y[..., state]))))
+        up, down = y.copy(), y.copy()
+        up[..., state] += step
+        down[..., state] -= step
+        slope = (found(x, up, None)[0] - found(x, down, None)[0]) / (2.0 * step)
+        own = jacobian[..., state]
+        np.testing.assert_allclose(own, slope, atol=2e-6 * float(np.max(np.abs(own))), rtol=1e-5)
+
+
+@pytest.mark.parametrize("lag", [0.0, 1e-3])
+def test_the_gains_that_the_source_praises_are_beyond_its_motor(lag):
+    """K = 10, k = -10: calm needs more than the breakdown torque."""
+    law = Law(10.0, 0.914, -10.0, SYNCHRONOUS, lag)
+    with pytest.raises(NumericalFailure, match=r"beyond the motor's table|no running state"):
+        closed_loop(FREE, TABLE, law, rtol=1e-6, orders=4)
+    assert closed_loop(FREE, LINE, law, rtol=1e-6, orders=4).stable

@@ -1,0 +1,261 @@
+"""Claim: the running state is right where it is awkward, and its multipliers are those in time.
+
+Truth: an independent integration in the crank angle, one turn in time by DOP853, long marches, and
+symmetry.
+"""
+
+from functools import cache
+
+import numpy as np
+import pytest
+from exact_roll import exact_levels, exact_turn
+from roll_machines import FIRST_MASS, SHELL, SYNCHRONOUS, source_drive, source_machine
+from scipy.integrate import solve_ivp
+
+from vibecalc.excitation.slip_torque import linear_motor
+from vibecalc.pipeline.stages.roll_observed import Seen, in_decibels, spectra_of
+from vibecalc.response.roll.course import course_of_state
+from vibecalc.response.roll.inertia import inertia
+from vibecalc.response.roll.machine import RollDrive, RollMachine, as_batch
+from vibecalc.response.roll.march import march_to_repeat
+from vibecalc.response.roll.march_scalar import running
+from vibecalc.response.roll.readings import readings
+from vibecalc.response.roll.running import Running, running_state
+from vibecalc.response.roll.steady import started_momentum, steady_state
+from vibecalc.response.roll.turn import Turn, harmonics, level, mean
+
+ORDERS = np.arange(1, 11)
+TURN = 2.0 * np.pi
+DRIVE = source_drive()
+
+
+def found(machine: RollMachine, drive: RollDrive = DRIVE, rtol: float = 1e-10, **more) -> Running:
+    return running_state(as_batch(machine), drive, rtol=rtol, orders=10, **more)
+
+
+def levels(machine: RollMachine, turn: Turn, drive: RollDrive = DRIVE) -> np.ndarray:
+    read = readings(as_batch(machine), drive, turn, pistons=False)
+    return level(harmonics(turn, read.shell_acceleration, ORDERS))[0]
+
+
+@cache
+def source_levels() -> np.ndarray:
+    machine = source_machine()
+    return levels(machine, found(machine, started_at=SYNCHRONOUS).state.turn)
+
+
+def test_two_ways_agree_to_a_billionth_of_a_decibel() -> None:
+    exact = exact_turn(source_machine(), DRIVE, started_at=SYNCHRONOUS)
+    assert np.max(np.abs(source_levels() - exact_levels(exact, ORDERS))) < 1e-9
+
+
+def test_a_machine_of_equal_halves_has_no_odd_harmonics() -> None:
+    machine = source_machine(reciprocating_mass=[FIRST_MASS] * 2)
+    drive = source_drive(equal=True)
+    state = found(machine, drive, started_at=SYNCHRONOUS).state
+    course = course_of_state(as_batch(machine), drive, state)
+    seen = Seen(as_batch(machine), drive, state.turn, course)
+    for name in ("shell_acceleration", "slip", "motor_torque"):
+        values, rounding = spectra_of(seen, 10)[name]
+        size = np.abs(values)
+        assert size[::2].max() < 1e-13 * size[1::2].max()
+        shown, error = in_decibels(values, np.full(10, rounding))
+        assert np.all(shown[::2] == -np.inf) and np.all(error[::2] == 0.0)
+        assert np.all(np.isfinite(shown[1::2]))
+
+
+@pytest.mark.parametrize("gas", ["linear", "parabola", "cubic", "trigonometric"])
+@pytest.mark.parametrize("motor", ["linear", "parabola", "monotone"])
+def test_every_way_to_read_the_tables_has_its_state(gas: str, motor: str) -> None:
+    drive = source_drive(gas, motor)
+    state = found(source_machine(), drive, started_at=SYNCHRONOUS).state
+    assert one_turn(source_machine(), drive, state) < 1e-8
+
+
+HARD = {
+    "rod of 1.001 radii": {"rod_length": 0.0635 / 0.999},
+    "rotor of 20": {"rotor_inertia": 20.0},
+    "rotor of 0.1": {"rotor_inertia": 0.1},
+    "shell of 0.5": {"shell_inertia": 0.5},
+    "throws at right angles": {"crank_angle_offset": [0.0, 0.5 * np.pi]},
+    "offset and sticking pistons": {"wrist_pin_offset": 0.01, "piston_friction": 150.0},
+    "friction torque": {"friction_torque": 30.0, "friction_damping": 0.3},
+    "heavy rods": {"rod_inertia_difference": [-0.02, 0.03]},
+    "three times the gas": {"gas_scale": [3.1, 3.1]},
+}
+
+
+@pytest.mark.parametrize("name", HARD)
+def test_a_turn_in_time_comes_back_to_where_it_began(name: str) -> None:
+    machine = source_machine(**HARD[name])
+    drive = DRIVE._replace(holds=True)
+    state = found(machine, drive, started_at=SYNCHRONOUS).state
+    assert one_turn(machine, drive, state) < 1e-7
+
+
+MOUNTS = {
+    "soft": (1e3, 10.0),
+    "firm": (1e5, 10.0),
+    "on order 1": (SHELL * 93.0**2, 10.0),
+    "on order 2": (4.0 * SHELL * 93.0**2, 10.0),
+    "on order 1, undamped": (SHELL * 93.0**2, 0.0),
+    "between, undamped": (3e5, 0.0),
+    "stiff": (1e8, 100.0),
+}
+
+
+@pytest.mark.parametrize("name", MOUNTS)
+def test_on_mounts_too_however_near_its_multipliers_are_to_one(name: str) -> None:
+    stiffness, damping = MOUNTS[name]
+    machine = source_machine(shell_stiffness=stiffness, shell_damping=damping)
+    running_ = found(machine)
+    assert one_turn(machine, DRIVE, running_.state) < 1e-7
+    assert 0.7 < np.max(np.abs(running_.multiplier)) < 1.0
+    if not damping:
+        # the motor alone damps the roll, a little
+        assert np.max(np.abs(running_.multiplier)) > 0.97
+
+
+def one_turn(machine: RollMachine, drive: RollDrive, state) -> float:
+    """By how much a turn in time misses its start: period, speeds, shell's angle; relative."""
+    start, period, mounted = at_zero(machine, state)
+    end, time = integrated(machine, drive, start, until=TURN)
+    size = np.array([start[1], 1e-2, 1e-2 * start[1]])
+    missed = np.abs(end[1:] - start[1:]) / size
+    return float(max(abs(time / period - 1.0), *(missed if mounted else missed[[0, 2]])))
+
+
+def at_zero(machine: RollMachine, state) -> tuple[np.ndarray, float, bool]:
+    """Crank angle and speed, shell angle and speed where the turn begins; its period."""
+    y = state.solution.left[0, 0]
+    mounted = len(y) == 3
+    if mounted:
+        return np.array([0.0, *y]), float(state.turn.period[0]), True
+    moved = inertia(as_batch(machine), np.zeros((1, 1)))
+    shell = (state.momentum - moved.coupling[:, 0] * y) / moved.shell[:, 0]
+    return np.array([0.0, y[0], 0.0, shell[0]]), float(state.turn.period[0]), False
+
+
+def integrated(
+    machine: RollMachine, drive: RollDrive, start: np.ndarray, until: float, span: float = 0.0
+) -> tuple[np.ndarray, float]:
+    """State after a time, or else at a crank angle, and when that is; DOP853."""
+    rates = running(machine, drive)
+
+    def equations(time: float, y: np.ndarray) -> list[float]:
+        crank, shell = rates(*y.tolist())
+        return [y[1], crank, y[3], shell]
+
+    def event(time: float, y: np.ndarray) -> float:
+        return y[0] - until
+
+    event.terminal = not span  # type: ignore[attr-defined]
+    run = solve_ivp(
+        equations, (0.0, span or 1.0), start, method="DOP853", events=event,
+        rtol=1e-11, atol=1e-13, max_step=1e-3,
+    )  # fmt: skip
+    if span:
+        return run.y[:, -1], span
+    return run.y_events[0][0], float(run.t_events[0][0])
+
+
+@pytest.mark.parametrize(
+    ("fields", "trivial"),
+    [
+        ({"rotor_inertia": 20.0}, 3),
+        ({"shell_stiffness": 2e5, "shell_damping": 2e3, "rotor_inertia": 10.0}, 1),
+        ({"shell_stiffness": 2e5, "shell_damping": 60.0, "rotor_inertia": 10.0}, 1),
+    ],
+)
+def test_multipliers_are_those_of_all_four_states_in_time(fields: dict, trivial: int) -> None:
+    """The trivial ones are 1 (of a free machine three in one Jordan block, so by coefficients)."""
+    machine = source_machine(**fields)
+    drive = source_drive("cubic", "monotone")
+    running_ = found(machine, drive)
+    start, period, _ = at_zero(machine, running_.state)
+    columns, steps = [], np.array([1e-4, 1e-2, 1e-4, 1e-2])
+    for place, step in enumerate(steps):
+        ends = []
+        for way in (step, -step):
+            moved = start.copy()
+            moved[place] += way
+            ends.append(integrated(machine, drive, moved, TURN, span=period)[0])
+        columns.append((ends[0] - ends[1]) / (2.0 * step))
+    scale = np.array([1.0, start[1], 1.0, start[1]])
+    monodromy = np.array(columns).T / scale[:, None] * scale
+    expected = np.poly(np.concatenate([np.ones(trivial), running_.multiplier[0]]))
+    assert np.abs(np.poly(monodromy) - expected).max() < 5e-5
+    assert len(running_.multiplier[0]) == 4 - trivial
+
+
+def test_ten_machines_on_mounts_are_where_long_marches_end() -> None:
+    random = np.random.default_rng(5)
+    for _ in range(10):
+        machine = source_machine(
+            shell_stiffness=10.0 ** random.uniform(4.0, 6.0),
+            shell_damping=10.0 ** random.uniform(3.7, 4.3),
+            rotor_inertia=random.uniform(1.0, 4.0),
+            gas_scale=random.uniform(0.5, 1.3, 2),
+            rod_length=random.uniform(0.15, 0.5),
+        )
+        state = found(machine, rtol=1e-8).state
+        march = march_to_repeat(
+            machine, DRIVE, "rk4", started_at=SYNCHRONOUS, step=2.5e-4, repeats=5e-5
+        )
+        assert march.turns > 2
+        turn = state.turn
+        assert float(march.turn.period) == pytest.approx(float(turn.period[0]), rel=2e-6)
+        speed, _, shell = state.solution.left[0, 0]
+        assert march.turn.crank_speed[0] == pytest.approx(speed, rel=2e-5)
+        assert march.turn.shell_speed[0] == pytest.approx(shell, abs=2e-5 * speed)
+
+
+def test_a_shell_at_rest_on_average_and_a_start_at_rest() -> None:
+    """Without a start the drift is zero; the start with that momentum gives the same motion."""
+    machine = as_batch(source_machine(shell_inertia=[20.0]))
+    still = steady_state(machine, DRIVE, 8)
+    assert abs(float(mean(still.turn, still.turn.shell_speed)[0])) < 1e-12
+    unit = float(started_momentum(machine, 1.0)[0])
+    again = steady_state(machine, DRIVE, 8, started_at=float(still.momentum[0]) / unit)
+    np.testing.assert_allclose(again.turn.crank_speed, still.turn.crank_speed, rtol=1e-12)
+    # another momentum gives another motion: the shell drifts, and its levels move
+    other = steady_state(machine, DRIVE, 8, started_at=SYNCHRONOUS)
+    assert abs(float(mean(other.turn, other.turn.shell_speed)[0])) > 0.01
+    apart = levels(machine, other.turn) - levels(machine, still.turn)
+    assert 1e-3 < np.max(np.abs(apart)) < 1.0
+
+
+def test_with_a_heavy_rotor_speed_and_multiplier_are_those_of_a_flywheel() -> None:
+    """Rotor and shell turn against each other: with their reduced inertia, at nearly one slip."""
+    constant = []
+    for rotor in (200.0, 2000.0, 20000.0):
+        running_ = found(source_machine(rotor_inertia=rotor), started_at=SYNCHRONOUS)
+        reduced = 1.0 / (1.0 / rotor + 1.0 / SHELL)
+        size = float(np.abs(running_.multiplier[0, 0]))
+        swing = float(np.ptp(running_.state.turn.crank_speed))
+        assert 0.8 < size < 1.0
+        constant.append([np.log(size) * reduced, swing * reduced])
+    # the pistons add little
+    np.testing.assert_allclose(constant, np.tile(constant[0], (3, 1)), rtol=0.03)
+
+
+def test_a_linear_motor_gives_a_smooth_problem() -> None:
+    drive = DRIVE._replace(motor=linear_motor(30.0))
+    state = found(source_machine(), drive, started_at=SYNCHRONOUS).state
+    exact = exact_turn(source_machine(), drive, started_at=SYNCHRONOUS)
+    apart = levels(source_machine(), state.turn, drive) - exact_levels(exact, ORDERS)
+    assert np.max(np.abs(apart)) < 1e-9
+    # mean torque over the crank angle is what the gas takes: gain times the mean slip over it
+    weight = state.turn.weight / TURN
+    slip = float(np.sum(weight * (SYNCHRONOUS - state.turn.crank_speed)))
+    assert 30.0 * slip == pytest.approx(float(state.demand.torque[0]), rel=1e-12)
+
+
+def test_mounts_that_hold_nothing_leave_a_free_shell() -> None:
+    free = found(source_machine())
+    soft = found(source_machine(shell_stiffness=1e-3, shell_damping=1e-3))
+    apart = levels(source_machine(), free.state.turn) - levels(source_machine(), soft.state.turn)
+    assert np.max(np.abs(apart)) < 1e-4
+    assert float(np.abs(soft.multiplier[0, -1])) == pytest.approx(
+        float(np.abs(free.multiplier[0, 0])), rel=1e-4
+    )

@@ -1,0 +1,149 @@
+"""Claim: by every method a run gives the motion that collocation gives, within what it says.
+
+Peaks and courses are read between the points of a method, which may nearly coincide where a turn
+ends and begins. Truth: a run by collocation to 1e-11.
+"""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from shipped_cases import CASES
+
+from vibecalc.pipeline.entries.roll import ROOT
+from vibecalc.results.record import Result
+from vibecalc.study.execute import execute
+from vibecalc.study.load import load_checked
+
+FILES = ("roll_first_stage.csv", "roll_second_stage.csv", "roll_motor.csv")
+METHODS = ("fourier", "shooting", "dop853", "rk4", "euler")
+#: largest error of peaks and courses over their size, with the dials of these tests
+CLOSE = {"fourier": 0.02, "shooting": 0.02, "dop853": 2e-3, "rk4": 0.02, "euler": 0.12}
+MOUNTS = {"stiffness": 3e5, "damping": 6e3}
+#: settings of the methods that want some
+STEP = {"rk4": ('step = "0.5 ms"',), "euler": ('step = "0.5 ms"',)}
+PEAKS = ("rod_force_peak", "wall_force_peak")
+
+
+def solved(
+    folder: Path, *lines: str, mounts: dict[str, float] | None = None, **swaps: str
+) -> Result:
+    """The shipped machine, with what [response.roll] says in `lines`."""
+    text = CASES["roll"].read_text(encoding="utf-8").split("[response.roll]")[0]
+    shell = "".join(f"\n{key} = {value}" for key, value in (mounts or {}).items())
+    text = text.replace("[machine.motor]", f"{shell}\n[machine.motor]")
+    for old, new in swaps.items():
+        head, _, tail = text.partition(f"[machine.{old}]")
+        text = f"{head}[machine.{old}]\n{new}\n" + tail[tail.find("\n\n") :]
+    for name in FILES:
+        (folder / name).write_text((CASES["roll"].parent / name).read_text(encoding="utf-8"))
+    path = folder / "case.toml"
+    body = "\n".join(lines)
+    rtol = "" if "[accuracy]" in body else "\n[accuracy]\nrtol = 1e-11\n"
+    path.write_text(f"{text}[response.roll]\n{body}\n{rtol}", encoding="utf-8")
+    (loaded,) = load_checked([path])
+    return execute(loaded)
+
+
+def comparable(result: Result) -> list[str]:
+    """Results of a run that another method gives too, but what only the motion decides."""
+    left_out = ("multiplier", "level/", "phase_lag/", "residual", "cycle/time")
+    return [
+        path
+        for path in result.record
+        if path.startswith(ROOT) and not any(part in path for part in left_out)
+    ]
+
+
+@pytest.mark.parametrize("mounts", [None, MOUNTS], ids=["free", "mounted"])
+@pytest.mark.parametrize("method", METHODS)
+def test_a_method_gives_what_collocation_gives(
+    tmp_path: Path, method: str, mounts: dict[str, float] | None
+) -> None:
+    truth = solved(tmp_path, mounts=mounts).record
+    found = solved(tmp_path, f'method = "{method}"', *STEP.get(method, ()), mounts=mounts)
+    for path in comparable(found):
+        own, exact = found.record[path], truth[path]
+        missed = float(np.max(np.abs(own.values - exact.values)))
+        assert missed <= own.error_estimate + exact.error_estimate, path
+        size = float(np.max(np.abs(exact.values)))
+        if path.endswith(PEAKS) or "/cycle/rod_force" in path or "/cycle/gas_torque" in path:
+            assert missed <= CLOSE[method] * size, (path, missed / size)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_levels_and_lags_are_within_what_a_method_says(tmp_path: Path, method: str) -> None:
+    truth = solved(tmp_path).record
+    found = solved(tmp_path, f'method = "{method}"', *STEP.get(method, ())).record
+    for name in ("shell_acceleration", "rod_force", "motor_torque"):
+        level, exact = (one[f"{ROOT}/level/{name}"] for one in (found, truth))
+        there = np.isfinite(level.values)
+        assert np.max(np.abs(level.values - exact.values)[there]) <= level.error_estimate + 1e-6
+        lag, right = (one[f"{ROOT}/phase_lag/{name}"] for one in (found, truth))
+        off = np.abs(np.mod(lag.values - right.values + np.pi, 2.0 * np.pi) - np.pi)
+        assert np.max(off[there]) <= lag.error_estimate + 1e-6
+
+
+def test_compared_methods_say_no_less_than_they_differ(tmp_path: Path) -> None:
+    found = solved(tmp_path, 'compare = ["dop853", "fourier", "shooting"]').record
+    difference = found[f"{ROOT}/method/difference"]
+    assert np.max(np.abs(difference.values)) <= difference.error_estimate
+
+
+@pytest.mark.parametrize("points", [1, 2, 3])
+@pytest.mark.parametrize("mounts", [None, MOUNTS], ids=["free", "mounted"])
+def test_few_points_of_the_case_say_how_few(
+    tmp_path: Path, points: int, mounts: dict[str, float] | None
+) -> None:
+    truth = solved(tmp_path, mounts=mounts).record
+    found = solved(tmp_path, f"points = {points}", mounts=mounts)
+    for path in comparable(found):
+        own, exact = found.record[path], truth[path]
+        missed = float(np.max(np.abs(own.values - exact.values)))
+        assert missed <= own.error_estimate + exact.error_estimate, path
+    for name in ("shell_acceleration", "rod_force"):
+        lag, right = (one[f"{ROOT}/phase_lag/{name}"] for one in (found.record, truth))
+        there = np.isfinite(found.record[f"{ROOT}/level/{name}"].values)
+        off = np.abs(np.mod(lag.values - right.values + np.pi, 2.0 * np.pi) - np.pi)
+        assert np.max(off[there]) <= lag.error_estimate + 1e-9
+
+
+LINEAR = 'kind = "linear"\nsynchronous_speed = "900 rpm"\ngain = "203 N*m*s/rad"'
+
+
+@pytest.mark.parametrize("mounts", [None, MOUNTS], ids=["free", "mounted"])
+@pytest.mark.parametrize("gas", [True, False], ids=["gas", "no gas"])
+def test_a_linear_motor_runs(tmp_path: Path, mounts: dict[str, float] | None, gas: bool) -> None:
+    case = CASES["roll"].read_text(encoding="utf-8")
+    assert "gas_force" in case
+    found = (
+        solved(tmp_path, mounts=mounts, motor=LINEAR).record if gas else _idling(tmp_path, mounts)
+    )
+    assert float(found[f"{ROOT}/breakdown_margin"].values) == np.inf
+    assert found[f"{ROOT}/breakdown_margin"].error_estimate < 1e-9
+    torque, slip = (float(found[f"{ROOT}/{name}"].values) for name in ("mean_torque", "mean_slip"))
+    assert abs(torque) <= 400.0 and abs(slip) < 2.0
+    motor, speed = found[f"{ROOT}/motor_torque"].values, found[f"{ROOT}/slip"].values
+    np.testing.assert_allclose(motor, 203.0 * speed, rtol=1e-9, atol=1e-9)
+    balance = found[f"{ROOT}/energy/residual"]
+    assert abs(float(balance.values)) <= balance.error_estimate + 1e-9 * (1.0 + abs(torque))
+
+
+def _idling(folder: Path, mounts: dict[str, float] | None) -> object:
+    from tomllib import loads
+
+    import tomli_w
+
+    case = loads(CASES["roll"].read_text(encoding="utf-8"))
+    for cylinder in case["machine"]["crank_train"]["cylinders"]:
+        del cylinder["gas_force"]
+    del case["machine"]["crank_train"]["gas_interpolation"]
+    for name in ("reference", "reference_table"):
+        case.pop(name, None)
+    case["machine"]["motor"] = loads(LINEAR)
+    case["machine"]["shell"] |= mounts or {}
+    case["response"] = {"roll": {"orders": 10}}
+    path = folder / "idle.toml"
+    path.write_text(tomli_w.dumps(case), encoding="utf-8")
+    (loaded,) = load_checked([path])
+    return execute(loaded).record

@@ -1,0 +1,283 @@
+"""Claim: a start-up in a case is what the kernel computes, and ends in the periodic motion.
+
+The steady state that the march of `roll_startup.toml` comes to is held against the collocation of
+[response.roll], state by state and level by level. What the case asks for beside it (load, start
+angles, a machine that does not start) is said in the result as in the kernel.
+"""
+
+import copy
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+from response_machines import run, shipped
+from shipped_cases import result_of
+
+from vibecalc.case.load import validate
+from vibecalc.errors import NumericalFailure
+from vibecalc.machine.roll import build_roll, roll_drive
+from vibecalc.numerics.runge_kutta_march import march
+from vibecalc.numerics.runge_kutta_record import sample
+from vibecalc.pipeline.run import run_case
+from vibecalc.pipeline.stage_plan import below
+from vibecalc.report.sections.start_up import start_up as section
+from vibecalc.report.text import render_report
+from vibecalc.response.roll.course import course_of_state
+from vibecalc.response.roll.inertia import accelerations, inertia
+from vibecalc.response.roll.machine import as_batch
+from vibecalc.response.roll.running import running_state
+from vibecalc.response.roll.start_up import start_up
+from vibecalc.response.roll.start_up_states import (
+    ANGLE,
+    FULL_LOAD,
+    SHELL_ANGLE,
+    SHELL_SPEED,
+    SPEED,
+    STATES,
+    Load,
+)
+from vibecalc.response.roll.start_up_system import StartUpSystem
+from vibecalc.response.roll.start_up_view import QUANTITIES
+from vibecalc.results.record import Record, Result
+
+ROOT = "response/start_up"
+CASE = "roll_startup"
+
+
+def table(**start_up_options: Any) -> dict[str, Any]:
+    """The shipped case without [response.roll] and start angles, with options of its own."""
+    found = copy.deepcopy(shipped(CASE))
+    del found["response"]["roll"], found["response"]["start_up"]["angles"]
+    del found["response"]["start_up"]["start_within"]
+    found["response"]["start_up"] |= start_up_options
+    return found
+
+
+def value(record: Record, path: str) -> Any:
+    return record[f"{ROOT}/{path}"].values
+
+
+@cache
+def shipped_record() -> Record:
+    return result_of(CASE).record
+
+
+def test_the_adapter_hands_on_what_the_kernel_finds() -> None:
+    options = {
+        "duration": 0.5,
+        "load": {"time": [0.0, 0.35], "factor": [0.0, 0.5]},
+        "crank_angle": 0.3,
+    }
+    data = table(**options)
+    parts = build_roll(validate(data))
+    found = start_up(
+        parts.machine,
+        roll_drive(parts),
+        duration=0.5,
+        crank_angle=0.3,
+        load=Load(np.array([0.0, 0.35]), np.array([0.0, 0.5])),
+        settled=0.02,
+        tolerance=0.1 * data["accuracy"]["rtol"],
+        buckets=400,
+    )
+    record = run(data)
+    assert value(record, "started") == 1 and value(record, "settled") == 0
+    assert value(record, "running_speed") == found.speed
+    assert value(record, "time_to_speed") == found.time_to_speed
+    assert value(record, "time_to_steady") == value(record, "turns_to_steady") == np.inf
+    for name in ("shell_angle", "shell_acceleration", "motor_torque", "mount_torque"):
+        row = QUANTITIES.index(name)
+        assert value(record, f"{name}_peak") == found.peaks.value[row]
+        assert value(record, f"{name}_peak_time") == found.peaks.time[row]
+        peaks = value(record, f"load/{name}_peak")
+        np.testing.assert_array_equal(peaks, found.stretches.peaks.value[:, row])
+        assert np.max(peaks) == pytest.approx(found.peaks.value[row], rel=1e-12)
+        high, low = (value(record, f"history/{name}_{end}") for end in ("high", "low"))
+        assert len(high) == 400 and np.all(high >= low)
+        top = max(np.max(high), -np.min(low))
+        assert top == pytest.approx(found.peaks.value[row], rel=1e-3)
+    works = found.energies
+    assert value(record, "energy/motor") == works.motor
+    assert value(record, "energy/gas") == -works.gas > 0.0
+    left = sum(value(record, f"energy/{name}") for name in ("gas", "mounts", "stored"))
+    residual = value(record, "energy/residual")
+    assert works.motor - left == pytest.approx(residual, abs=1e-9 * works.motor)
+    assert abs(residual) < 1e-6 * works.motor
+    np.testing.assert_array_equal(record[f"{ROOT}/load/factor"].axes[0].values, [0.0, 0.35])
+    assert "not yet settled within 2 % after 0.5 s" in " ".join(record.warnings)
+
+
+def test_the_march_ends_in_the_periodic_motion() -> None:
+    """At the last instant, by its crank angle: speed, and angle and speed of the shell."""
+    case = validate(shipped(CASE))
+    parts = build_roll(case)
+    machine, drive = parts.machine, roll_drive(parts)
+    turned = running_state(as_batch(machine), drive, rtol=1e-9, orders=10)
+    decay = float(np.max(np.abs(turned.multiplier)))
+    found = start_up(
+        machine, drive, duration=0.1, speed=float(2.0 * np.pi / turned.state.turn.period[0]),
+        tolerance=1e-8,
+    )  # fmt: skip
+    # from a start beside the motion its distance falls by the largest multiplier in each turn
+    later = start_up(machine, drive, duration=1.8, speed=93.0, tolerance=1e-7)
+    course = course_of_state(as_batch(machine), drive, turned.state)
+    gaps = []
+    for one in (found, later):
+        at = course(np.array([np.mod(one.final[ANGLE], 2.0 * np.pi)]))
+        periodic = [float(row[0, 0]) for row in (at.crank_speed, at.shell_angle, at.shell_speed)]
+        gaps.append(np.abs(one.final[[SPEED, SHELL_ANGLE, SHELL_SPEED]] - periodic))
+    turns = (later.final[ANGLE] - found.final[ANGLE]) / (2.0 * np.pi)
+    assert decay == pytest.approx(0.838, abs=0.002)
+    assert np.all(gaps[1] <= 4.0 * np.max(gaps[0]) * decay**turns + later.final_error[1:4])
+    assert np.max(gaps[1]) < 0.02 * np.max(gaps[0])
+
+
+def test_levels_of_the_march_are_those_of_collocation() -> None:
+    """One turn from a state on the periodic motion, marched and sampled over its time."""
+    parts = build_roll(validate(shipped(CASE)))
+    machine, drive = parts.machine, roll_drive(parts)
+    turned = running_state(as_batch(machine), drive, rtol=1e-9, orders=10)
+    period = float(turned.state.turn.period[0])
+    course = course_of_state(as_batch(machine), drive, turned.state)
+    at = course(np.array([0.0]))
+    first = np.zeros((1, STATES))
+    first[0, [SPEED, SHELL_ANGLE, SHELL_SPEED]] = [
+        float(row[0, 0]) for row in (at.crank_speed, at.shell_angle, at.shell_speed)
+    ]
+    system = StartUpSystem(machine, drive, FULL_LOAD, 1e-9)
+    marched = march(
+        system, np.zeros(1), first, system.first_piece(first, 0.0), np.array([period]),
+        absolute=1e-9 * system.scale, parts=2,
+    )  # fmt: skip
+    last = marched.state[0]
+    assert last[ANGLE] == pytest.approx(2.0 * np.pi, abs=1e-7)
+    np.testing.assert_allclose(last[1:4], first[0, 1:4], atol=1e-6)
+    assert marched.record is not None
+    count = 7200
+    seen = sample(marched.record, 0, period * np.arange(count) / count)
+    moved = inertia(machine, seen.state[:, ANGLE])
+    acting = system.torques(moved, seen.state, marched.record.piece[seen.step])
+    shell = accelerations(
+        moved, seen.state[:, SPEED], seen.state[:, SHELL_SPEED], acting.mounts,
+        acting.motor + acting.gas + acting.viscous + acting.dry,
+    ).shell  # fmt: skip
+    levels = 20.0 * np.log10(np.abs(2.0 * np.fft.rfft(shell)[1:11] / count))
+    ours = shipped_record()["response/roll/level/shell_acceleration"]
+    np.testing.assert_allclose(levels, ours.values, atol=2e-4)
+
+
+def test_the_shipped_start_settles_where_the_periodic_motion_is() -> None:
+    record = shipped_record()
+    assert value(record, "settled") == 1
+    assert value(record, "running_speed") == pytest.approx(
+        float(record["response/roll/speed"].values), rel=1e-5
+    )
+    cycle = record["response/roll/cycle/shell_acceleration"].values
+    half = 0.5 * np.ptp(cycle)
+    begin, size = value(record, "turn/begin"), value(record, "turn/shell_acceleration")
+    steady = float(value(record, "time_to_steady"))
+    assert np.all(np.abs(size[begin >= steady] / half - 1.0) < 0.023)
+    assert abs(size[np.searchsorted(begin, steady) - 1] / half - 1.0) > 0.01
+    since = np.sum((begin >= 0.4) & (begin < steady))
+    assert value(record, "turns_to_steady") == since
+
+
+def test_a_load_that_comes_on_lowers_the_speed_by_what_the_motor_slips() -> None:
+    # late enough that the unloaded crank has come to the synchronous speed
+    speed = value(run(table(duration=1.2, load={"time": [0.0, 0.5], "factor": [0.0, 1.0]})),
+                  "load/speed")  # fmt: skip
+    synchronous = 900.0 * 2.0 * np.pi / 60.0
+    assert speed[0] == pytest.approx(synchronous, rel=1e-4)
+    slip = synchronous - float(shipped_record()["response/roll/speed"].values)
+    assert speed[0] - speed[1] == pytest.approx(slip, rel=1e-2)
+
+
+def test_start_angles_part_what_starts_from_what_does_not() -> None:
+    record = shipped_record()
+    lower, upper = (value(record, f"start_angles/{end}") for end in ("lower", "upper"))
+    starts = record[f"{ROOT}/start_angles/starts"]
+    angle = starts.axes[0].values
+    inside = np.zeros(len(angle), dtype=bool)
+    for low, high in zip(lower, upper, strict=True):
+        inside |= ((angle >= low) & (angle <= high)) | (angle + 2.0 * np.pi <= high)
+    np.testing.assert_array_equal(inside, starts.values == 1)
+    fraction = np.sum(upper - lower) / (2.0 * np.pi)
+    assert value(record, "start_angles/fraction") == pytest.approx(fraction, rel=1e-12)
+    assert "depend on the time allowed, 0.8 s" in " ".join(record.warnings)
+    assert len(lower) == 2
+
+
+@pytest.mark.parametrize(("angle", "starts"), [(3.0, 1), (2.85, 0)])
+def test_a_start_within_such_an_interval_starts(angle: float, starts: int) -> None:
+    """On both sides of its lower end, 2.922 rad, under load from the start on."""
+    record = run(table(duration=0.8, crank_angle=angle, load=None))
+    assert value(record, "started") == starts
+
+
+def test_a_machine_that_does_not_start_is_a_result_and_said() -> None:
+    data = table(duration=0.5, crank_angle=1.0, load=None)
+    record = run(data)
+    assert value(record, "started") == value(record, "settled") == 0
+    assert value(record, "running_speed") == 0.0
+    for name in ("time_to_speed", "time_to_steady", "turns_to_steady"):
+        assert value(record, name) == np.inf
+    assert any("does not start within 0.5 s" in words for words in record.warnings)
+    assert any("rocks between crank angles" in words for words in record.warnings)
+    assert f"{ROOT}/load/factor" not in record
+    result = Result(
+        name="rocks", case=data, case_toml="", case_toml_resolved="", case_sha256="",
+        record=record, version="",
+    )  # fmt: skip
+    found = section(result)
+    assert found is not None
+    text = " ".join(" ".join(found.lines).split())
+    assert "IT DOES NOT START within 0.5 s; it does not turn over" in text
+
+
+def test_a_slip_beyond_the_table_is_refused_with_the_way_out() -> None:
+    data = table(duration=0.5, crank_angle=1.0, load=None)
+    del data["machine"]["motor"]["beyond"]
+    with pytest.raises(NumericalFailure, match=r"the gas turns it backward.*beyond = .hold."):
+        run(data)
+
+
+def test_friction_that_holds_the_crank_is_a_stall() -> None:
+    data = table(duration=0.2, load=None, crank_angle=1.5)
+    data["machine"]["friction"] = {"torque": 5000.0}
+    record = run(data)
+    assert value(record, "started") == 0
+    assert any("held by friction" in words for words in record.warnings)
+
+
+def test_only_what_is_wanted_is_marched() -> None:
+    case = validate(table(duration=0.2, angles=2, start_within=0.05, load=None))
+    wanted = frozenset({f"{ROOT}/start_angles/fraction"})
+    assert set(run_case(case, wanted=wanted)) == wanted
+    record = run_case(case, wanted=frozenset({f"{ROOT}/started"}))
+    assert set(record) == {f"{ROOT}/started"}
+
+
+def test_the_report_shows_the_start_and_compares_its_end() -> None:
+    text = render_report(result_of(CASE))
+    part = text[text.index("\nStart-up\n") :]
+    for words in (
+        "it starts: 887.79 rpm in its last turn",
+        "its shaking has settled",
+        "last turn   periodic motion",
+        "starts within 0.8 s from 33.12 % of all crank angles",
+        "167.432",
+    ):
+        assert words in " ".join(part.split()) or words in part, words
+    assert max(len(line) for line in text.splitlines()) <= 100
+    assert "Further results" not in text
+
+
+def test_the_plan_leaves_out_what_no_key_asks_for() -> None:
+    from vibecalc.pipeline.plan import planned_quantities
+
+    planned = set(planned_quantities(validate(table(load=None))))
+    asked = {path for path in below(f"{ROOT}/") if "/load/" not in path}
+    assert planned == {path for path in asked if "/start_angles/" not in path}
+    record = shipped_record()
+    assert {path for path in record if path.startswith(ROOT)} == set(below(f"{ROOT}/"))

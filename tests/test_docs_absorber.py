@@ -1,0 +1,70 @@
+"""Claim: docs/validation_absorber.md shows what the source prints and what is right, each digit."""
+
+import re
+from collections import Counter
+
+import pytest
+from absorber_numbers import Row
+from absorber_page import SECTIONS
+from shipped_cases import ROOT
+from test_docs import rows, shows
+
+PAGE = (ROOT / "docs" / "validation_absorber.md").read_text(encoding="utf-8")
+SOURCE = ("reproduced", "with the slip", "misprint", "compatible", "not reproducible", "measured")
+
+
+def cells_of(title: str) -> list[list[str]]:
+    body = PAGE.split(f"\n## {title}\n")[1].split("\n## ")[0]
+    return rows(body)[2:]
+
+
+def shown(cell: str, value: float | None) -> None:
+    """The number of a cell is the value to each digit; an empty cell is no value."""
+    assert bool(cell) == (value is not None)
+    if value is not None:
+        assert shows(cell, value), f"{cell} is shown, {value!r} computed"
+
+
+@pytest.mark.parametrize("title", SECTIONS)
+def test_every_row(title: str) -> None:
+    cells, found = cells_of(title), SECTIONS[title]()
+    assert [row[:2] for row in cells] == [[one.place, one.printed] for one in found]
+    for (_, _, source, right, verdict, reason), one in zip(cells, found, strict=True):
+        shown(source, one.source)
+        shown(right, one.right)
+        assert (verdict, reason) == (one.verdict, one.reason)
+
+
+@pytest.mark.parametrize("row", [row for make in SECTIONS.values() for row in make()],
+                         ids=lambda row: row.place)  # fmt: skip
+def test_the_verdict_is_what_the_numbers_say(row: Row) -> None:
+    """Reproduced where the right number has the printed digits, else with the slip."""
+    number = row.printed.split(" ")[0]
+    right = row.right is not None and shows(number, row.right)
+    slipped = row.source is not None and shows(number, row.source)
+    assert row.verdict in SOURCE
+    if row.verdict == "reproduced":
+        assert right
+    elif row.verdict == "with the slip":
+        assert slipped and not right
+    elif row.verdict in ("misprint", "not reproducible"):
+        assert not right and not slipped
+    assert row.reason or row.verdict in ("reproduced", "measured")
+
+
+def test_summary_counts_the_verdicts() -> None:
+    summary = rows(PAGE)[2 : 2 + len(SECTIONS)]
+    assert [row[0] for row in summary] == list(SECTIONS)
+    for title, printed, *counts in summary:
+        found = Counter(row.verdict for row in SECTIONS[title]())
+        assert int(printed) == found.total()
+        assert [int(cell or 0) for cell in counts] == [found[verdict] for verdict in SOURCE]
+
+
+def test_the_tests_and_files_that_are_named_exist() -> None:
+    written = "".join(path.read_text(encoding="utf-8") for path in (ROOT / "tests").rglob("*.py"))
+    named = set(re.findall(r"`(test_\w+)`", PAGE))
+    assert len(named) > 20
+    assert not {name for name in named if f"def {name}(" not in written}
+    for path in re.findall(r"`((?:tests|cases)/[\w/.]+)`", PAGE):
+        assert (ROOT / path).exists(), path

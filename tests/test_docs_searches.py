@@ -1,0 +1,46 @@
+"""Claim: the case and the commands of docs/searches.md work as printed."""
+
+import re
+import shlex
+from pathlib import Path
+
+import pytest
+from fuzzing import command
+
+from vibecalc.results.store import read_result
+from vibecalc.study.find_paths import find_entries
+from vibecalc.study.load import load_checked
+
+ROOT = Path(__file__).resolve().parents[1]
+PAGE = (ROOT / "docs" / "searches.md").read_text(encoding="utf-8")
+BLOCKS = dict(re.findall(r"```(\w+)\n(.*?)```", PAGE, re.S))
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder with the case of the page."""
+    text = (ROOT / "cases" / "generator.toml").read_text(encoding="utf-8")
+    (tmp_path / "finds.toml").write_text(f"{text}\n{BLOCKS['toml']}", encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def test_commands_work_in_the_order_printed(folder: Path) -> None:
+    for line in BLOCKS["sh"].splitlines():
+        outcome = command(*shlex.split(line)[1:], cap=120)
+        assert outcome.code == 0, (line, outcome.err)
+    record = read_result(folder / "outputs" / "finds.h5").record
+    assert float(record["find/ten_hertz/reached"].values) == pytest.approx(62.8318530718)
+    peak = float(record["isolation/lever_force/rigid_peak"].values)
+    assert float(record["find/smaller_crank/reached"].values) == pytest.approx(peak - 1000.0)
+    assert float(record["find/smaller_crank/ratio"].values) == pytest.approx(1.0 - 1000.0 / peak)
+    best = record["find/best_damping/reached"].values
+    assert best < record["isolation/lever_force/run_up_peak"].values
+    assert "Found values" in (folder / "outputs" / "finds.txt").read_text(encoding="utf-8")
+
+
+def test_every_path_is_in_the_table(folder: Path) -> None:
+    rows = re.findall(r"^\| (`.*?) \|", PAGE, re.M)
+    told = {name for row in rows for name in re.findall(r"`(\w+)`", row)}
+    entries = find_entries(load_checked([folder / "finds.toml"])[0].case)
+    assert told == {path.rpartition("/")[2] for path in entries}

@@ -1,0 +1,98 @@
+"""Claim: below its threshold of primary damping an absorber helps, above it none does."""
+
+import numpy as np
+import pytest
+
+from vibecalc.optimisation.absorber.mean_square import mean_square_tuning
+from vibecalc.optimisation.absorber.threshold import threshold
+from vibecalc.optimisation.absorber.threshold_mean_square import mean_square_threshold
+from vibecalc.response.absorber.mean_square import mean_square
+from vibecalc.response.absorber.model import EXCITATIONS, Absorber
+from vibecalc.response.absorber.peaks import peaks
+
+PAIRS = [
+    (excitation, response)
+    for excitation in EXCITATIONS
+    for response in ("displacement", "velocity", "acceleration", "transmitted_force")
+]
+
+
+@pytest.mark.parametrize(("excitation", "response"), PAIRS)
+def test_the_largest_response_against_its_threshold(excitation, response):
+    found = threshold(excitation, response)
+    limit = found.primary_damping
+    k, z = np.logspace(-3, 1, 14)[:, None], np.logspace(-4, 1, 15)
+
+    def best_and_bare(z1, m):
+        bare = float(peaks(Absorber(z1, m, 0.0, 0.0), excitation, response).largest)
+        tried = peaks(Absorber(z1, m, m * k, m * z), excitation, response).largest
+        weak = peaks(Absorber(z1, m, 0.0, [1e-3, 1e-5]), excitation, response).largest
+        return min(float(np.min(tried)), float(np.min(weak))), bare
+
+    for m in (0.01, 0.3, 5.0):
+        below = [0.05, 0.5, 3.0] if np.isinf(limit) else [0.1 * limit, 0.99 * limit]
+        for z1 in below:
+            best, bare = best_and_bare(z1, m)
+            if found.bounded_damped:
+                assert best < bare
+        if np.isinf(limit):
+            continue
+        for z1 in (max(1.000001 * limit, 0.01), 2.0 * limit + 0.01):
+            best, bare = best_and_bare(z1, m)
+            assert best >= bare * (1.0 - 1e-14)
+            assert np.isinf(bare) == (not found.bounded_damped)
+
+
+def test_a_response_unbounded_with_damping_is_bounded_without_where_the_words_say_so():
+    for pair, words in (
+        (("base", "acceleration"), "with damping"), (("unbalance", "velocity"), "damped or not"),
+    ):  # fmt: skip
+        assert words in threshold(*pair).why
+        undamped = peaks(Absorber(0.0, 0.1, 0.08, 0.02), *pair)
+        assert np.isinf(undamped.largest) == (words == "damped or not")
+
+
+@pytest.mark.parametrize("response", ["velocity", "transmitted_force"])
+def test_beyond_the_threshold_a_locked_mass_has_the_least_mean_square(response):
+    m = np.array([1e-3, 0.1, 0.5, 1.0, 10.0])
+    found = mean_square_threshold(m, "force", response)
+    assert found.kind == "locked"
+    for factor in (0.9, 0.99, 0.999, 1.001, 1.01, 2.0):
+        z1 = factor * found.primary_damping
+        tuned = mean_square_tuning(z1, m, "force", response)
+        locked = mean_square(Absorber(z1, m, np.inf, 0.0), "force", response).value
+        assert np.all(tuned.locked == (factor > 1.0))
+        if factor < 1.0:
+            assert np.all(tuned.value < locked)
+        k = np.logspace(-3, 6, 90)[:, None, None] * m
+        z = np.logspace(-4, 6, 100)[:, None] * m
+        grid = mean_square(Absorber(z1, m, k, z), "force", response).value
+        assert np.all(np.min(grid, axis=(0, 1)) >= tuned.value * (1.0 - 1e-13))
+
+
+def test_velocity_threshold_in_closed_form():
+    found = mean_square_threshold([0.0, 1.0], "force", "velocity").primary_damping
+    assert found == pytest.approx([np.sqrt(0.5), np.sqrt(1.0 - 0.5 * np.sqrt(2.0))], rel=1e-14)
+
+
+def test_every_secondary_lowers_the_mean_square_displacement():
+    assert np.isinf(mean_square_threshold(0.1).primary_damping)
+    tuned = mean_square_tuning([0.1, 2.0, 20.0], 0.1)
+    assert np.all(tuned.value < tuned.alone) and not np.any(tuned.no_help)
+
+
+def test_ground_acceleration_has_a_threshold_that_depends_on_the_mass():
+    m = np.array([0.01, 0.1, 0.2, 1.0])
+    found = mean_square_threshold(m, "base", "transmitted_force")
+    # a heavy secondary is best as a mere damper; a light one may still be tuned beyond that
+    plain = 0.5 / np.sqrt(1.0 + m)
+    assert found.primary_damping[2:] == pytest.approx(plain[2:], rel=1e-12)
+    assert np.all(found.primary_damping[:2] > 1.1 * plain[:2])
+    for factor in (0.999, 1.001):
+        tuned = mean_square_tuning(factor * found.primary_damping, m, "base", "transmitted_force")
+        assert np.all(tuned.no_help == (factor > 1.0))
+        k = np.concatenate([[0.0], np.logspace(-3, 2, 80)])[:, None, None] * m
+        z = np.logspace(-7, 2, 130)[:, None] * m
+        one = Absorber(factor * found.primary_damping, m, k, z)
+        grid = np.min(mean_square(one, "base", "transmitted_force").value, axis=(0, 1))
+        assert np.all(grid >= tuned.value * (1.0 - 1e-13))

@@ -1,0 +1,115 @@
+"""Claim: no power is lost, and passivity holds, for any motor at any fluxes and speed."""
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from induction_motors import TWO_CAGES, random_motor
+from scipy.integrate import solve_ivp
+
+from vibecalc.excitation.induction_motor import steady_torque
+from vibecalc.excitation.induction_motor_curve import running_slip, torque_curve
+from vibecalc.excitation.induction_motor_dynamics import eigenvalues
+from vibecalc.excitation.induction_motor_flux import (
+    flux_rates,
+    flux_system,
+    flux_torque,
+    steady_flux,
+)
+from vibecalc.excitation.induction_motor_power import power_flow
+
+seeds = st.integers(0, 2**32 - 1)
+
+
+@settings(max_examples=150, deadline=None)
+@given(seeds, st.integers(1, 3))
+def test_power_in_is_heat_work_and_field(seed, cages):
+    rng = np.random.default_rng(seed)
+    motor = random_motor(rng, cages)
+    speed = float(motor.synchronous_speed) * rng.uniform(-2.0, 2.0)
+    rated = motor.phase_voltage / motor.line_frequency
+    flux = rated * rng.normal(size=(5, 2 + 2 * cages))
+    flow = power_flow(motor, flux, speed)
+    left = (
+        flow.electrical - flow.stator_copper - flow.rotor_copper
+        - flow.mechanical - flow.magnetic_rate
+    )  # fmt: skip
+    assert np.all(np.abs(left) <= flow.error)
+    scale = np.abs(flow.electrical) + flow.stator_copper + flow.rotor_copper
+    assert np.all(flow.error <= 1e-9 * scale.max())
+    # the rate of the energy is its derivative along the motion: exact for a quadratic
+    rates = flux_rates(flux_system(motor), flux, speed).rates
+    step = rated / np.linalg.norm(rates)
+    ahead = power_flow(motor, flux + step * rates, speed).magnetic_energy
+    behind = power_flow(motor, flux - step * rates, speed).magnetic_energy
+    slope = (ahead - behind) / (2.0 * step)
+    allowed = 1e-12 * (ahead + behind) / step + flow.error
+    assert np.all(np.abs(slope - flow.magnetic_rate) <= allowed)
+    assert np.all(flow.magnetic_energy > 0.0) and np.all(flow.rotor_copper > 0.0)
+
+
+@settings(max_examples=60, deadline=None)
+@given(seeds, st.integers(1, 3))
+def test_steady_rotor_heat_is_torque_times_slip(seed, cages):
+    rng = np.random.default_rng(seed)
+    motor = random_motor(rng, cages)
+    slip = float(motor.synchronous_speed) * rng.uniform(-1.5, 1.5)
+    flux = steady_flux(motor, slip).value
+    flow = power_flow(motor, flux, float(motor.synchronous_speed) - slip)
+    torque = steady_torque(motor, slip)
+    assert abs(flow.rotor_copper - torque.value * slip) <= flow.error + torque.error * abs(slip)
+    assert abs(flow.magnetic_rate) <= 4.0 * flow.error
+    assert torque.value * slip >= 0.0
+
+
+@settings(max_examples=60, deadline=None)
+@given(seeds, st.integers(1, 3))
+def test_curve_has_no_higher_point_than_its_breakdown(seed, cages):
+    rng = np.random.default_rng(seed)
+    motor = random_motor(rng, cages)
+    curve = torque_curve(motor)
+    unit = motor.rotor_resistance / motor.rotor_leakage / motor.pole_pairs
+    slips = np.geomspace(1e-4 * unit.min(), 1e4 * unit.max(), 4001)
+    torque = steady_torque(motor, slips).value
+    top = curve.breakdown_torque.value
+    assert np.all(torque <= top * (1.0 + 1e-12))
+    assert torque.max() > 0.9999 * top
+    signs = np.sign(np.diff(torque))
+    assert np.count_nonzero(np.diff(signs)) <= curve.extreme_slips.size
+    assert curve.extreme_slips.size % 2 == 1
+    for torque_asked in (0.3 * top, 0.999999 * top):
+        slip = running_slip(motor, torque_asked)
+        ours = steady_torque(motor, [slip.value - slip.error, slip.value, slip.value + slip.error])
+        # nothing nearer to synchronous speed carries it
+        nearer = steady_torque(motor, slip.value * np.linspace(0.0, 0.999, 200)).value
+        assert np.all(nearer < torque_asked)
+        assert abs(ours.value[1] - torque_asked) <= 1e-11 * top
+        assert slip.error <= 1e-6 * slip.value
+
+
+@settings(max_examples=60, deadline=None)
+@given(seeds, st.integers(1, 3))
+def test_transients_decay_at_any_held_speed(seed, cages):
+    rng = np.random.default_rng(seed)
+    motor = random_motor(rng, cages)
+    found = eigenvalues(motor, float(motor.synchronous_speed) * rng.uniform(-1.0, 3.0))
+    assert np.all(found.value.real < found.error)
+
+
+def test_energy_over_a_run_with_a_speed_that_varies():
+    motor = TWO_CAGES
+    system = flux_system(motor)
+    top = float(motor.synchronous_speed)
+
+    def rates(t, state):
+        speed = top * (0.7 + 0.3 * np.sin(40.0 * t))
+        flow = power_flow(motor, state[:6], speed)
+        found = flux_rates(system, state[:6], speed).rates
+        work = flux_torque(system, state[:6]).value * speed
+        return np.concatenate(
+            [found, [flow.electrical, flow.stator_copper, flow.rotor_copper, work]]
+        )
+
+    run = solve_ivp(rates, (0.0, 0.08), np.zeros(10), "DOP853", rtol=1e-10, atol=1e-9)
+    taken, *spent = run.y[6:, -1]
+    stored = power_flow(motor, run.y[:6, -1], 0.0).magnetic_energy
+    assert abs(taken - sum(spent) - stored) < 1e-7 * taken

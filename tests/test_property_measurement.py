@@ -1,0 +1,220 @@
+"""Claim: uncertainties bound what they say, and motions turn with the plate and the axes.
+
+Truth: all corners of the readings' rounding, seeded samples, and readings of turned plates.
+"""
+
+from itertools import product
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from plate_readings import LEVELS, PLACES, apart, random_plate, source_rows
+
+from vibecalc.errors import NumericalFailure
+from vibecalc.measurement.complex_motion import complex_motion
+from vibecalc.measurement.level import DECIBEL, amplitude_of
+from vibecalc.measurement.level_motions import level_motions
+from vibecalc.measurement.observable import helpful, observable
+from vibecalc.measurement.quiet_places import Rectangle, amplitude_map, grid, quietest
+from vibecalc.measurement.rigid_plate import PARTS, difference_row, point_row
+from vibecalc.measurement.spread import level_gradient, phase_gradient
+
+HALF = 0.05
+DEVIATION = 2.0 * HALF / np.sqrt(12.0)
+
+
+def solved(levels, rows, half=HALF):
+    widths, deviations = np.full(len(rows), half), np.full(len(rows), 2.0 * half / np.sqrt(12.0))
+    return level_motions(rows, amplitude_of(levels, 1e-5), widths, rows[0], deviations)
+
+
+def nearest(found, motion):
+    return min(found, key=lambda one: apart(one.motion, motion))
+
+
+@pytest.mark.parametrize("order", [1, 2, 3])
+def test_bound_against_all_corners_of_the_rounding(order):
+    """32 corners, solved one by one: the first-order bound is right to its second order."""
+    rows, half = source_rows(), 0.01
+    (taken,) = [one for one in solved(LEVELS[order], rows, half) if one.motion[2].imag < 0.0]
+    there = point_row(*PLACES["3"])
+    bound = float(taken.spread.bound(level_gradient(there, taken.motion)))
+    turn = phase_gradient(np.eye(3)[1], taken.motion)
+    levels, phases = [], []
+    for corner in product((-half, half), repeat=5):
+        near = nearest(solved(np.array(LEVELS[order]) + corner, rows, half), taken.motion)
+        levels.append(DECIBEL * np.log(abs(there @ near.motion) / abs(there @ taken.motion)))
+        phases.append(np.angle(near.motion[1] / taken.motion[1]))
+    assert np.max(np.abs(levels)) == pytest.approx(bound, rel=0.1)
+    assert np.max(np.abs(phases)) == pytest.approx(float(taken.spread.bound(turn)), rel=0.1)
+
+
+@pytest.mark.parametrize("order", [1, 3])
+def test_standard_uncertainty_against_samples(order):
+    """400 readings spread evenly over their last digit."""
+    rows = source_rows()
+    (taken,) = [one for one in solved(LEVELS[order], rows) if one.motion[2].imag < 0.0]
+    random = np.random.default_rng(5)
+    there = point_row(*PLACES["6"])
+    sampled = []
+    for _ in range(400):
+        levels = np.array(LEVELS[order]) + random.uniform(-HALF, HALF, 5)
+        near = nearest(solved(levels, rows), taken.motion)
+        sampled.append(DECIBEL * np.log(abs(there @ near.motion)))
+    deviation = float(taken.spread.deviation(level_gradient(there, taken.motion)))
+    assert np.std(sampled) == pytest.approx(deviation, rel=0.12)
+
+
+def test_uncertainty_of_least_squares_against_samples():
+    """Nine levels of which none is met: the slopes are those of the least-squares motion."""
+    plate = random_plate(42, 6, 3)
+    random = np.random.default_rng(1)
+    read = plate.amplitudes * np.exp(random.normal(scale=0.2, size=9) / DECIBEL)
+    widths = np.full(9, HALF)
+    best = level_motions(plate.rows, read, widths, plate.rows[0], widths)[0]
+    step = 1e-4
+    slopes = []
+    for place in range(9):
+        ends = []
+        for side in (step, -step):
+            moved = read.copy()
+            moved[place] *= np.exp(side / DECIBEL)
+            ends.append(level_motions(plate.rows, moved, widths, plate.rows[0], widths)[0].motion)
+        change = (ends[0] - ends[1]) / (2.0 * step)
+        slopes.append(np.concatenate([change.real, change.imag]))
+    np.testing.assert_allclose(
+        best.spread.slopes.T, slopes, rtol=1e-5, atol=1e-6 * np.max(np.abs(slopes))
+    )
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.integers(0, 10_000), st.floats(0.0, 6.28), st.floats(1e-3, 1e3))
+def test_turned_and_magnified_plates(seed, angle, size):
+    """Turning the axes turns roll and pitch as a vector; lengths and amplitudes scale apart."""
+    plate = random_plate(seed, 5, 1)
+    turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    # a row is (1 or 0, y, -x): turn the lever (x, y) and magnify it
+    levers = np.stack([-plate.rows[:, 2], plate.rows[:, 1]], axis=1) @ turn.T * size
+    rows = np.stack([plate.rows[:, 0], levers[:, 1], -levers[:, 0]], axis=1)
+    widths = np.full(6, HALF)
+    found = level_motions(rows, 3.0 * plate.amplitudes, widths, rows[0], widths)
+    # (alpha_x, alpha_y) turns like the lever
+    rotation = turn @ plate.motion[1:] * 3.0 / size
+    wanted = np.array([3.0 * plate.motion[0], *rotation])
+    scale = np.array([1.0, size, size])
+    assert min(apart(wanted * scale, one.motion * scale) for one in found) < 1e-6
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.integers(0, 10_000), st.integers(3, 12))
+def test_complex_amplitudes(seed, points):
+    """Any number of points: the motion comes back, and scatter stays within its uncertainty."""
+    plate = random_plate(seed, points, 0)
+    read = plate.rows @ plate.motion
+    ones = np.ones(points)
+    fit = complex_motion(plate.rows, read, ones, ones)
+    assert np.max(np.abs(fit.motion - plate.motion)) < 1e-11 * fit.condition**2
+    random = np.random.default_rng(seed)
+    noise = 1e-3 * (random.normal(size=points) + 1j * random.normal(size=points))
+    deviations = np.full(points, 1e-3)
+    noisy = complex_motion(plate.rows, read + noise, deviations, deviations)
+    off = noisy.motion - plate.motion
+    sure = [noisy.spread.deviation(np.eye(6)[place]) for place in range(6)]
+    parts = np.concatenate([off.real, off.imag])
+    assert np.all(np.abs(parts) < 6.0 * np.array(sure))
+    # least squares: what is left is square to the rows
+    assert np.max(np.abs(plate.rows.T @ noisy.residual)) < 1e-12 * points
+
+
+def test_weights_of_complex_readings():
+    """A reading said to be far off counts for nothing, and one said to be right for all."""
+    plate = random_plate(9, 4, 0)
+    read = plate.rows @ plate.motion
+    read[3] += 1.0
+    deviations = np.array([1.0, 1.0, 1.0, 1e6])
+    fit = complex_motion(plate.rows, read, deviations, deviations)
+    assert np.max(np.abs(fit.motion - plate.motion)) < 1e-9
+    evenly = complex_motion(plate.rows, read, np.ones(4), np.ones(4))
+    assert np.max(np.abs(evenly.motion - plate.motion)) > 1e-2
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.integers(0, 10_000), st.integers(1, 4))
+def test_the_quietest_place_is_quieter_than_a_grid(seed, harmonics):
+    random = np.random.default_rng(seed)
+    motions = random.normal(size=(harmonics, 3)) + 1j * random.normal(size=(harmonics, 3))
+    motions[:, 0] *= random.choice([0.1, 1.0, 10.0])
+    plate = Rectangle(-0.7, 0.4, -0.2, 0.9)
+    x, y = grid(plate, 61)
+    best = quietest(motions, plate)
+    total = np.linalg.norm(amplitude_map(motions, x, y), axis=0)
+    assert plate.x_low <= best.x <= plate.x_high and plate.y_low <= best.y <= plate.y_high
+    assert best.amplitude <= np.min(total) * (1.0 + 1e-12)
+    iy, ix = np.unravel_index(np.argmin(total), total.shape)
+    slope = float(np.linalg.norm(motions[:, 1:]))
+    reach = np.hypot(x[1] - x[0], y[1] - y[0])
+    assert best.amplitude >= total[iy, ix] - slope * reach
+    assert best.error < 1e-9
+
+
+def test_quiet_places_of_single_motions():
+    plate = Rectangle(-1.0, 1.0, -0.5, 0.5)
+    node = quietest(np.array([[1.0, 4.0j, 2.0 + 0.0j]]), plate)
+    assert (node.x, node.y, node.amplitude) == pytest.approx((0.5, 0.0, 0.0), abs=1e-15)
+    roll = quietest(np.array([[1.0, 4.0, 0.0]], dtype=complex), plate)
+    assert (roll.x, roll.y) == pytest.approx((0.0, -0.25), abs=1e-15)
+    still = quietest(np.array([[2.0, 0.0, 0.0]], dtype=complex), plate)
+    assert (still.x, still.y, still.amplitude) == (0.0, 0.0, 2.0)
+
+
+def test_parts_add_up_to_the_whole():
+    parts = {name: np.array(kept) for name, kept in PARTS.items()}
+    alone = sum(parts[f"only_{name}"] for name in ("translation", "roll", "pitch"))
+    np.testing.assert_array_equal(alone, parts["standard"])
+    np.testing.assert_array_equal(parts["no_roll"] + parts["only_roll"], parts["standard"])
+    np.testing.assert_array_equal(parts["no_pitch"] + parts["only_pitch"], parts["standard"])
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.4, np.pi / 2.0, 2.0])
+def test_points_on_a_line_hide_the_turn_about_it(angle):
+    along = np.array([np.cos(angle), np.sin(angle)])
+    foot = 0.3 * np.array([-along[1], along[0]])
+    places = [foot + t * along for t in (-1.0, 0.1, 0.4, 1.0)]
+    rows = np.stack([point_row(*place) for place in places])
+    told = observable(rows)
+    assert len(told.unseen) == 1 and told.levels == 3
+    hidden = told.unseen[0] / np.array([1.0, told.span, told.span])
+    # the rotation vector lies along the line, and the points stay
+    assert abs(hidden[1] * along[1] - hidden[2] * along[0]) < 1e-12
+    assert np.max(np.abs(rows @ hidden)) < 1e-12
+    with pytest.raises(NumericalFailure, match="leave a motion of the plate free"):
+        complex_motion(rows, np.ones(4, dtype=complex), np.ones(4), np.ones(4))
+
+
+def test_how_many_levels_are_independent():
+    """Six points on a conic tell five numbers, off it six; differences add those of rotation."""
+    circle = [point_row(np.cos(t), np.sin(t)) for t in np.arange(6.0)]
+    assert observable(np.stack(circle)).levels == 5
+    assert observable(np.stack([*circle, point_row(0.2, 0.1)])).levels == 6
+    assert observable(source_rows()).levels == 5
+    assert observable(source_rows()[:3]).levels == 3
+    further = np.stack([difference_row(PLACES["1"], PLACES["2"]), source_rows()[1]])
+    assert helpful(source_rows()[:3], further) == [0]
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.integers(0, 10_000), st.floats(0.0, 6.28), st.booleans())
+def test_no_level_tells_a_common_phase_or_the_sign_of_all(seed, phase, mirrored):
+    plate = random_plate(seed, 5, 2)
+    other = plate.motion * np.exp(1j * phase)
+    other = np.conj(other) if mirrored else other
+    np.testing.assert_allclose(np.abs(plate.rows @ other), plate.amplitudes, rtol=1e-12)
+    widths = np.full(7, HALF)
+    one, two = (
+        level_motions(plate.rows, np.abs(plate.rows @ u), widths, plate.rows[0], widths)[0]
+        for u in (plate.motion, other)
+    )
+    np.testing.assert_allclose(one.motion, two.motion, atol=1e-7 * np.max(np.abs(one.motion)))
+    assert one.motion[1].imag >= 0.0
+    assert abs(np.angle(plate.rows[0] @ one.motion)) < 1e-12

@@ -1,0 +1,215 @@
+"""Claim: of a free machine the fastest running state is found, or it is said that there is none.
+
+Truth: marching down from above, which cannot pass a periodic motion; laws of scale and of turning.
+"""
+
+import re
+
+import numpy as np
+import pytest
+from roll_machines import RADIUS, ROTOR, RPM, SYNCHRONOUS, source_drive, source_machine
+
+from vibecalc.errors import NumericalFailure
+from vibecalc.excitation.slip_torque import breakdown, linear_motor, rising_branch, slip_curve
+from vibecalc.numerics.periodic_march import march_turns
+from vibecalc.numerics.periodic_panels import constant_start
+from vibecalc.response.roll.demand import surely_fastest
+from vibecalc.response.roll.machine import RollDrive, RollMachine, as_batch
+from vibecalc.response.roll.problem import roll_problem
+from vibecalc.response.roll.quick import quick_spectrum, quick_turn
+from vibecalc.response.roll.readings import readings
+from vibecalc.response.roll.running import running_state
+from vibecalc.response.roll.steady import Steady, started_momentum, steady_state
+from vibecalc.response.roll.turn import harmonics
+
+ORDERS = np.arange(1, 11)
+#: by what the march, with three points on half panels and kinks passed over, may be off
+COARSE = 2e-3
+
+
+def random_machine(random: np.random.Generator) -> tuple[RollMachine, RollDrive]:
+    """Anything from a light load to beyond breakdown; table and curve read in any way."""
+    machine = source_machine(
+        gas_scale=random.uniform(0.2, 3.4) * random.uniform(0.7, 1.3, 2),
+        rotor_inertia=10.0 ** random.uniform(-1.3, 1.0),
+        shell_inertia=10.0 ** random.uniform(0.0, 2.5),
+        reciprocating_mass=random.uniform(1.0, 20.0, 2),
+        rod_length=RADIUS / random.uniform(0.1, 0.9),
+        wrist_pin_offset=random.choice([0.0, 0.003]),
+        crank_angle_offset=[0.0, random.choice([np.pi, 0.5 * np.pi, 1.0])],
+        friction_torque=random.choice([0.0, 20.0]),
+        friction_damping=random.choice([0.0, 0.3]),
+        piston_friction=random.choice([0.0, 200.0]),
+        motor_scale=random.uniform(0.7, 1.3),
+    )
+    gas = str(random.choice(["linear", "parabola", "cubic"]))
+    motor = str(random.choice(["linear", "parabola", "monotone"]))
+    return as_batch(machine), source_drive(gas, motor, holds=True)
+
+
+def from_above(machine: RollMachine, drive: RollDrive) -> float | None:
+    """Crank speed at angle zero to which a march comes down; None if it stalls."""
+    problem, rates = roll_problem(machine, drive, started_momentum(machine, SYNCHRONOUS))
+    edges = np.sort(np.concatenate([problem.edges, 0.5 * (problem.edges[1:] + problem.edges[:-1])]))
+    march = march_turns(
+        rates, edges, np.array([1.5 * SYNCHRONOUS]), floor=1e-3 * SYNCHRONOUS, most_turns=400
+    )
+    assert march.converged[0] or march.stalled[0]
+    return float(march.path[0, 0]) if march.converged[0] else None
+
+
+def compare(machine: RollMachine, drive: RollDrive) -> str:
+    """What the running state is, held against the march: "runs", "stalls" or "demand"."""
+    lowest = from_above(machine, drive)
+    try:
+        running = running_state(machine, drive, rtol=1e-7, orders=10, started_at=SYNCHRONOUS)
+    except NumericalFailure as failure:
+        assert lowest is None
+        words = str(failure)
+        assert words.startswith("roll: no running state exists: ")
+        if "from any speed the machine comes to a standstill" in words:
+            return "stalls"
+        asked, most = map(float, re.findall(r"([\d.]+) N\*m", words))
+        assert asked > most
+        return "demand"
+    assert lowest == pytest.approx(float(running.state.solution.left[0, 0, 0]), rel=COARSE)
+    return "runs"
+
+
+def some(count: int, seed: int) -> set[str]:
+    random = np.random.default_rng(seed)
+    return {compare(*random_machine(random)) for _ in range(count)}
+
+
+def test_the_state_is_where_a_march_from_above_ends() -> None:
+    assert some(12, 4) == {"runs", "stalls", "demand"}
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("seed", range(2, 10))
+def test_many_states_are_where_marches_from_above_end(seed: int) -> None:
+    assert some(200, seed) == {"runs", "stalls", "demand"}
+
+
+def humped() -> RollDrive:
+    """A motor that has a second summit far down, so that it can run at two speeds."""
+    slip, torque = [0, 60, 110, 300, 500, 700, 880], [0, 700, 1000, 500, 1100, 1300, 1200]
+    return source_drive()._replace(
+        motor=slip_curve(np.array(slip) * RPM, np.array(torque, dtype=float), "monotone"),
+        holds=True,
+    )
+
+
+def test_how_far_the_torque_of_a_motor_rises() -> None:
+    summit, least = rising_branch(humped().motor)
+    assert (summit / RPM, least) == (pytest.approx(110.0), 500.0)
+    assert breakdown(humped().motor) == (pytest.approx(700.0 * RPM), 1300.0)
+    # Herold's curve falls from breakdown to the locked rotor
+    summit, least = rising_branch(source_drive().motor)
+    assert (summit, least) == (breakdown(source_drive().motor)[0], 542.0)
+    assert rising_branch(linear_motor(3.0)) == (np.inf, np.inf)
+    rises = slip_curve([0.0, 1.0, 2.0], [0.0, 5.0, 7.0], "monotone")
+    assert rising_branch(rises) == (np.inf, np.inf)
+
+
+def begun_at(machine: RollMachine, drive: RollDrive, speed: float) -> Steady:
+    first = steady_state(machine, drive, 6, started_at=SYNCHRONOUS)
+    solution = constant_start(first.problem, 6, np.array([[speed]]))
+    return steady_state(
+        machine, drive, 6, started_at=SYNCHRONOUS, start=first._replace(solution=solution)
+    )
+
+
+@pytest.mark.parametrize("scale", [2.0, 2.5])
+def test_a_slower_state_is_not_taken_for_the_running_state(scale: float) -> None:
+    machine, drive = as_batch(source_machine(gas_scale=[scale, scale])), humped()
+    slow = begun_at(machine, drive, 300.0 * RPM)
+    assert slow.found[0] and not surely_fastest(machine, drive, slow.turn)[0]
+    running = running_state(machine, drive, rtol=1e-9, orders=10, started_at=SYNCHRONOUS)
+    fast = running.state.turn
+    assert np.min(fast.crank_speed) > np.max(slow.turn.crank_speed)
+    assert float(fast.period[0]) < 0.7 * float(slow.turn.period[0])
+
+
+def test_a_state_above_breakdown_is_known_to_be_the_fastest() -> None:
+    machine, drive = as_batch(source_machine()), source_drive()
+    state = steady_state(machine, drive, 4)
+    assert surely_fastest(machine, drive, state.turn)[0]
+    lower = state.turn._replace(crank_speed=state.turn.crank_speed - 80.0 * RPM)
+    assert not surely_fastest(machine, drive, lower)[0]
+
+
+@pytest.mark.parametrize("factor", [0.1, 7.0])
+def test_all_inertias_and_torques_scaled_leave_the_motion_as_it_is(factor: float) -> None:
+    plain = source_machine(friction_damping=0.2)
+    scaled = plain._replace(
+        reciprocating_mass=factor * plain.reciprocating_mass,
+        rotor_inertia=factor * plain.rotor_inertia,
+        shell_inertia=factor * plain.shell_inertia,
+        friction_damping=factor * plain.friction_damping,
+        gas_scale=factor * plain.gas_scale,
+        motor_scale=factor * plain.motor_scale,
+    )
+    one, other = (
+        steady_state(as_batch(machine), source_drive(), 8, started_at=SYNCHRONOUS)
+        for machine in (plain, scaled)
+    )
+    np.testing.assert_allclose(other.turn.crank_speed, one.turn.crank_speed, rtol=1e-12)
+
+
+def test_machines_in_a_batch_do_not_feel_each_other() -> None:
+    random = np.random.default_rng(3)
+    rods, rotors = random.uniform(0.1, 0.6, 6), 10.0 ** random.uniform(-0.5, 1.0, 6)
+    scale = np.repeat(random.uniform(0.5, 1.5, 6)[:, None], 2, axis=1)
+    together = source_machine(rod_length=rods, rotor_inertia=rotors, gas_scale=scale)
+    drive = source_drive()
+    batch = steady_state(together, drive, 6)
+    assert batch.found.all()
+    for place in range(6):
+        alone = steady_state(RollMachine(*(f[place : place + 1] for f in together)), drive, 6)
+        assert float(alone.turn.period[0]) == pytest.approx(
+            float(batch.turn.period[place]), rel=1e-13
+        )
+        assert float(alone.momentum[0]) == pytest.approx(float(batch.momentum[place]), rel=1e-12)
+
+
+def test_a_machine_that_fails_leaves_the_others_of_its_batch_alone() -> None:
+    scale = np.array([[1.0, 1.0], [3.5, 3.5], [3.2, 3.2], [1.5, 1.5]])
+    machine, drive = source_machine(gas_scale=scale), source_drive(holds=True)
+    batch = steady_state(machine, drive, 6, started_at=SYNCHRONOUS)
+    assert batch.found.tolist() == [True, False, False, True]
+    alone = steady_state(RollMachine(*(f[3:] for f in machine)), drive, 6, started_at=SYNCHRONOUS)
+    assert float(alone.turn.period[0]) == pytest.approx(float(batch.turn.period[3]), rel=1e-13)
+
+
+def test_edges_that_never_come_to_rest_are_no_solution() -> None:
+    """Near the last load that runs, Newton's method finds something on wandering panels."""
+    machine = as_batch(source_machine(gas_scale=[3.2, 3.2]))
+    state = steady_state(machine, source_drive(holds=True), 6, started_at=SYNCHRONOUS)
+    assert state.solution.converged[0] and not state.solution.edge_error[0] < 1e-3
+    assert not state.found[0]
+
+
+def test_the_quick_look_is_within_a_decibel_and_finds_the_stall() -> None:
+    random, drive = np.random.default_rng(11), source_drive()
+    for _ in range(10):
+        machine = as_batch(
+            source_machine(
+                rotor_inertia=ROTOR * random.uniform(0.5, 3.0),
+                rod_length=random.uniform(0.15, 0.6),
+                gas_scale=random.uniform(0.7, 1.5, 2),
+                wrist_pin_offset=random.uniform(0.0, 0.01),
+                friction_damping=0.1,
+            )
+        )
+        state = steady_state(machine, drive, 6, started_at=SYNCHRONOUS)
+        read = readings(machine, drive, state.turn, pistons=False)
+        exact = harmonics(state.turn, read.shell_acceleration, ORDERS)[0]
+        errors = []
+        for points in (72, 288):
+            turn = quick_turn(machine, drive, SYNCHRONOUS, points=points)
+            assert turn is not None
+            errors.append(np.abs(quick_spectrum(turn, 10) - exact).max() / np.abs(exact).max())
+        assert errors[0] < 0.02 and errors[1] < 0.3 * errors[0]
+    stalls = as_batch(source_machine(rotor_inertia=0.03))
+    assert quick_turn(stalls, source_drive(holds=True), SYNCHRONOUS) is None

@@ -1,0 +1,122 @@
+"""Claim: sweeps of the roll are shown so that each order, each line and each key can be told."""
+
+import tomllib
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from report_samples import quantity
+from roll_samples import LEVELS, roll, spectra, symmetrical
+from shipped_cases import CASES
+
+from vibecalc.report.pictures.sweep_labels import line_style, spread_out
+from vibecalc.report.sections.key_rows import key_rows
+from vibecalc.report.sweep.extremes import extreme_lines
+from vibecalc.report.sweep.opened import _short
+from vibecalc.report.sweep.view import GridAxis, Key, Stacked, SweepView
+from vibecalc.results.record import Axis, Record
+
+LEVEL = "response/roll/level/shell_acceleration"
+CASE = {"machine": {"crank_train": {"cylinders": [{"name": "first stage"}, {"name": "No. 2"}]}}}
+
+
+def levels(values: np.ndarray) -> SweepView:
+    """Levels (points, orders) over the inertia of the rotor, 1, 2, ... kg m^2."""
+    key = Key("machine.rotor.inertia", "rotor inertia", "kg*m^2", 1.0, ())
+    points = 1.0 + np.arange(len(values))
+    orders = Axis(name="order", values=np.arange(1, values.shape[1] + 1))
+    kept = {LEVEL: quantity(LEVEL, values[0], "dB", orders)}
+    return SweepView(
+        name="s",
+        case={},
+        sampling="grid",
+        keys=(key,),
+        grid=(GridAxis((key,), points[:, None]),),
+        together=((0,),),
+        status=np.zeros(len(values), dtype=int),
+        message=lambda point: "",
+        kept=kept,
+        read=lambda path: Stacked(values, np.zeros(len(values))),
+    )
+
+
+def test_each_order_of_a_level_has_its_own_extremes() -> None:
+    lines = extreme_lines(levels(np.array([[5.0, -30.0], [4.0, -10.0], [6.0, -20.0]])))
+    text = " ".join(" ".join(lines).split())
+    for order, low, at_low, high, at_high in ((1, 4, 2, 6, 3), (2, -30, 1, -10, 2)):
+        assert f"order={order}" in text
+        assert f"smallest {low:#.6g} dB rotor inertia = {at_low} kg*m^2" in text
+        assert f"largest {high:#.6g} dB rotor inertia = {at_high} kg*m^2" in text
+    assert text.count("(order=") == 0
+
+
+@pytest.mark.parametrize(
+    ("keys", "words"),
+    [
+        (["machine.rotor.inertia"], ["rotor inertia"]),
+        (["machine.shell.inertia", "machine.rotor.inertia"], ["shell inertia", "rotor inertia"]),
+        (["machine.crank_train.rod_length"], ["rod length"]),
+        (["machine.mounts.each.stiffness"], ["stiffness"]),
+        (
+            [f"machine.crank_train.cylinders[{i}].reciprocating_mass" for i in (0, 1)],
+            ["reciprocating mass of first stage", "reciprocating mass of No. 2"],
+        ),
+        (["machine.mounts[0].stiffness", "machine.mounts[1].stiffness"],
+         ["mounts[0].stiffness", "mounts[1].stiffness"]),
+    ],
+)  # fmt: skip
+def test_a_key_says_whose_it_is(keys: list[str], words: list[str]) -> None:
+    assert _short(keys, CASE) == words
+
+
+@given(st.lists(st.floats(-1.0, 2.0), max_size=12), st.floats(0.01, 0.2))
+def test_names_at_the_right_stay_apart_and_in_order(places: list[float], apart: float) -> None:
+    ordered = np.sort(np.array(places))
+    moved = spread_out(ordered, apart)
+    assert np.all(np.diff(moved) >= apart * (1.0 - 1e-9))
+    np.testing.assert_allclose(spread_out(moved, 0.99 * apart), moved, atol=1e-12)
+    if ordered.size:
+        assert np.mean(moved) == pytest.approx(np.mean(ordered), abs=1e-9)
+
+
+def test_twelve_lines_look_different() -> None:
+    looks = [line_style(i) for i in range(12)]
+    assert len({(str(look["color"]), str(look["ls"])) for look in looks}) == 12
+
+
+def test_the_terminal_names_the_strongest_order() -> None:
+    def rows(record: Record) -> list[list[str]]:
+        return [row for row in key_rows(record) if "level" in row[0]]
+
+    (row,) = rows(roll(spectra()).record)
+    assert row == [LEVEL, f"{max(LEVELS):.2f}", "dB", f"strongest: order={np.argmax(LEVELS) + 1}"]
+    assert rows(symmetrical().record)[0][3] == "strongest: order=2"
+    record, orders = Record(), Axis(name="order", values=np.array([1, 2]))
+    for name, values in (("roll", [16.6, 7.4]), ("pitch", [-0.6, -np.inf])):
+        record.add(quantity(f"measurement/{name}_level", values, "dB", orders))
+    assert [row[1:] for row in rows(record)] == [
+        ["16.60", "dB", "order=1"],
+        ["7.40", "dB", "order=2"],
+        ["-0.60", "dB", "order=1"],
+        ["zero", "dB", "order=2"],
+    ]
+
+
+def test_both_pistons_change_in_step_and_each_alone_over_the_same_ratios() -> None:
+    def case(name: str) -> dict[str, Any]:
+        return tomllib.loads(CASES[name].read_text())
+
+    pistons = case("roll_pistons_sweep")
+    (axis,) = pistons["sweep"]["axes"]
+    alone = [case(f"roll_{name}_piston_sweep")["sweep"]["axes"][0] for name in ("first", "second")]
+    for place, part in enumerate((axis, *axis["with"])):
+        key = f"machine.crank_train.cylinders[{place}].reciprocating_mass"
+        assert part["key"] == alone[place]["key"] == key
+        mass = pistons["machine"]["crank_train"]["cylinders"][place]["reciprocating_mass"]
+        for end, ratio in (("from", 0.25), ("to", 8.0)):
+            assert float(part[end].split()[0]) == pytest.approx(
+                ratio * float(mass.split()[0]), rel=1e-12
+            )
+            assert alone[place][end] == part[end]

@@ -1,0 +1,135 @@
+"""Claim: the batch march conserves, stops where told, keeps members apart, refuses in words."""
+
+import mpmath
+import numpy as np
+import pytest
+from test_convergence_runge_kutta import bilinear
+
+from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.runge_kutta_march import march
+from vibecalc.numerics.runge_kutta_record import fine, sample
+from vibecalc.numerics.runge_kutta_system import Change, Plain, Tables
+
+NO_PIECE = np.zeros((1, 0), dtype=np.int64)
+PENDULUM = Plain(lambda t, y: np.stack([y[:, 1], -np.sin(y[:, 0])], axis=1))
+
+
+@pytest.mark.parametrize("swing", [0.3, 1.5, 3.0])
+def test_a_pendulum_keeps_its_energy_and_its_elliptic_period(swing: float) -> None:
+    period = float(4 * mpmath.ellipk(mpmath.sin(mpmath.mpf(swing) / 2) ** 2))
+    start = np.array([[swing, 0.0]])
+    found = march(PENDULUM, np.zeros(1), start, NO_PIECE, np.array([3 * period]), absolute=1e-11)
+    assert np.max(np.abs(found.state - start)) < 3e-8
+    times, looked = fine(found.record, 0, 4)
+    energy = 0.5 * looked.state[:, 1] ** 2 - np.cos(looked.state[:, 0])
+    assert np.all(np.diff(times) >= 0.0)
+    assert np.max(np.abs(energy + np.cos(swing))) < 1e-8
+
+
+def test_each_member_is_what_it_is_alone() -> None:
+    system, count = bilinear(), 7
+    rng = np.random.default_rng(5)
+    start = rng.normal(size=(count, 2))
+    begin, end = rng.uniform(0, 1, count), rng.uniform(3, 9, count)
+    stops = np.sort(rng.uniform(1, 8, (count, 2)), axis=1)
+    pieces = system.pieces_at(start)
+    both = march(system, begin, start, pieces, end, absolute=1e-8, stops=stops)
+    for k in range(count):
+        one = march(
+            system, begin[[k]], start[[k]], pieces[[k]], end[[k]], absolute=1e-8, stops=stops[[k]]
+        )
+        assert one.steps[0] == both.steps[k] and one.rejected[0] == both.rejected[k]
+        assert np.max(np.abs(one.state[0] - both.state[k])) < 1e-13
+        times = np.linspace(begin[k], end[k], 50)
+        gap = sample(one.record, 0, times).state - sample(both.record, k, times).state
+        assert np.max(np.abs(gap)) < 1e-12
+
+
+def test_steps_end_exactly_on_the_times_given() -> None:
+    stops = np.array([[0.1, 1.0 / 3.0, 2.0, np.inf]])
+    met: list[float] = []
+
+    class Telling(Plain):
+        def stopped(self, member, time, state, piece):  # type: ignore[no-untyped-def]
+            met.extend(time.tolist())
+            return Change(state, piece, time >= 2.0)
+
+    system = Telling(lambda t, y: -y)
+    found = march(
+        system, np.zeros(1), np.ones((1, 1)), NO_PIECE, np.array([5.0]), absolute=1e-9, stops=stops
+    )
+    assert met == stops[0, :3].tolist()
+    assert found.finished[0] and found.time[0] == 2.0
+    assert found.state[0, 0] == pytest.approx(np.exp(-2.0), abs=1e-8)
+
+
+def test_borders_are_met_to_their_closeness_and_no_step_has_one_inside() -> None:
+    nodes = np.linspace(-2.0, 2.0, 9)
+    system = Tables(
+        lambda t, y, p: np.stack([y[:, 1], -y[:, 0]], axis=1),
+        np.array([[1.0, 0.0]]),
+        [nodes],
+        1e-11,
+    )
+    start = np.array([[1.9, 0.0]])
+    found = march(
+        system, np.zeros(1), start, system.pieces_at(start), np.array([12.0]), absolute=1e-9
+    )
+    record = found.record
+    assert record is not None
+    _, looked = fine(record, 0, 8)
+    edges = np.concatenate([[-np.inf], nodes, [np.inf]])
+    piece = record.piece[looked.step, 0]
+    assert np.all(looked.state[:, 0] > edges[piece] - 3e-11)
+    assert np.all(looked.state[:, 0] < edges[piece + 1] + 3e-11)
+    # 1.9 cos t meets each of the 7 nodes inside it 4 times less the way that is cut off at t = 12
+    count = sum(
+        np.sum(np.diff(np.sign(1.9 * np.cos(np.linspace(0, 12, 100001)) - n)) != 0) for n in nodes
+    )
+    assert np.sum(np.diff(record.piece[:, 0]) != 0) == count
+
+
+def test_more_parts_refine_where_borders_set_the_steps() -> None:
+    nodes = np.linspace(0.0, 40.0, 201)
+    system = Tables(
+        lambda t, y, p: np.stack([1.0 + 0.5 * np.sin(y[:, 0])], axis=1), np.ones((1, 1)), [nodes],
+        1e-10,
+    )  # fmt: skip
+    start = np.array([[0.5]])
+
+    def run(parts: int, tolerance: float = 10.0) -> tuple[float, int]:
+        found = march(
+            system, np.zeros(1), start, system.pieces_at(start), np.array([20.0]),
+            absolute=tolerance, parts=parts,
+        )  # fmt: skip
+        return float(found.state[0, 0]), int(found.steps[0])
+
+    truth, _ = run(4, 1e-12)
+    coarse, few = run(1)
+    finer, many = run(2)
+    assert many > 1.5 * few
+    assert abs(finer - truth) < 0.1 * abs(coarse - truth)
+
+
+def test_a_solution_that_blows_up_is_refused() -> None:
+    system = Plain(lambda t, y: y * y)
+    with pytest.raises(NumericalFailure, match="no step is short enough at time 1"):
+        march(system, np.zeros(1), np.ones((1, 1)), NO_PIECE, np.array([2.0]), absolute=1e-4)
+
+
+def test_rates_that_push_onto_a_border_from_both_sides_are_refused() -> None:
+    system = Tables(
+        lambda t, y, p: np.where(p == 0, 1.0, -1.0), np.ones((1, 1)), [np.zeros(1)], 1e-12
+    )
+    with pytest.raises(NumericalFailure, match="changes for ever at time"):
+        march(
+            system, np.zeros(1), np.array([[0.5]]), np.array([[1]]), np.array([2.0]), absolute=1e-8
+        )
+
+
+def test_too_many_steps_are_refused() -> None:
+    with pytest.raises(NumericalFailure, match="after 20 sweeps"):
+        march(
+            PENDULUM, np.zeros(1), np.array([[1.0, 0.0]]), NO_PIECE, np.array([100.0]),
+            absolute=1e-10, sweeps=20,
+        )  # fmt: skip

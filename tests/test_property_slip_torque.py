@@ -1,0 +1,170 @@
+"""Claim: a motor's curve goes through its table, is odd, continuous, and keeps its summit."""
+
+import numpy as np
+import pytest
+from roll_machines import RPM, columns
+
+from vibecalc.excitation.slip_torque import (
+    INTERPOLATIONS,
+    SlipCurve,
+    breakdown,
+    linear_motor,
+    piece_of,
+    slip_curve,
+    slip_torque,
+)
+
+SLIP, TORQUE = columns("roll_motor.csv")
+#: tables of one and two rows beyond zero, one that falls at once, and one with uneven steps
+TABLES = {
+    "source": (SLIP, TORQUE),
+    "two": (np.array([0.0, 5.0]), np.array([0.0, 80.0])),
+    "falling": (np.array([0.0, 1.0, 4.0]), np.array([0.0, 90.0, 30.0])),
+    "uneven": (np.array([0.0, 0.1, 7.0, 7.5, 30.0]), np.array([0.0, 9.0, 80.0, 95.0, 94.0])),
+}
+
+
+def value(curve: SlipCurve, slip: np.ndarray) -> np.ndarray:
+    return slip_torque(curve, np.asarray(slip)).value
+
+
+@pytest.fixture(params=[(t, k) for t in TABLES for k in INTERPOLATIONS], ids="-".join)
+def drawn(request: pytest.FixtureRequest) -> tuple[np.ndarray, np.ndarray, SlipCurve, str]:
+    table, kind = request.param
+    slip, torque = TABLES[table]
+    return slip, torque, slip_curve(slip, torque, kind), kind
+
+
+def test_through_the_nodes_on_both_sides(drawn) -> None:
+    slip, torque, curve, _ = drawn
+    largest = np.max(torque)
+    np.testing.assert_allclose(value(curve, slip), torque, rtol=0, atol=1e-14 * largest)
+    np.testing.assert_allclose(value(curve, -slip), -torque, rtol=0, atol=1e-14 * largest)
+    assert curve.largest == slip[-1]
+
+
+def test_odd(drawn) -> None:
+    slip, torque, curve, _ = drawn
+    points = np.linspace(0.0, slip[-1], 1001)
+    found, mirrored = slip_torque(curve, points), slip_torque(curve, -points)
+    np.testing.assert_allclose(mirrored.value, -found.value, rtol=0, atol=1e-13 * np.max(torque))
+    inside = ~np.isin(points, slip)
+    size = np.max(np.abs(found.slope))
+    np.testing.assert_allclose(
+        mirrored.slope[inside], found.slope[inside], rtol=0, atol=1e-12 * size
+    )
+
+
+def test_continuous_at_every_threshold(drawn) -> None:
+    _, torque, curve, kind = drawn
+    above = piece_of(curve, curve.threshold)
+    upper = slip_torque(curve, curve.threshold, above)
+    lower = slip_torque(curve, curve.threshold, above - 1)
+    np.testing.assert_allclose(upper.value, lower.value, rtol=0, atol=1e-13 * np.max(torque))
+    if kind == "monotone":
+        inner = slice(1, -1)
+        size = np.max(np.abs(upper.slope))
+        np.testing.assert_allclose(
+            upper.slope[inner], lower.slope[inner], rtol=0, atol=1e-13 * size
+        )
+
+
+def test_slope_is_the_derivative(drawn) -> None:
+    slip, _, curve, _ = drawn
+    middles = np.concatenate([0.5 * (slip[1:] + slip[:-1]), -0.3 * slip[1:] - 0.7 * slip[:-1]])
+    piece = piece_of(curve, middles)
+    away = (middles - curve.base[piece]) + 1e-30j
+    rows = curve.coefficient[piece]
+    truth = np.imag(sum(rows[:, k] * away**k for k in range(rows.shape[1]))) / 1e-30
+    np.testing.assert_allclose(slip_torque(curve, middles).slope, truth, rtol=1e-13)
+
+
+def test_a_threshold_belongs_to_the_piece_above_it(drawn) -> None:
+    _, _, curve, _ = drawn
+    np.testing.assert_array_equal(
+        piece_of(curve, curve.threshold), np.arange(len(curve.threshold)) + 1
+    )
+
+
+def test_beyond_the_table_the_last_torque_is_kept(drawn) -> None:
+    slip, torque, curve, _ = drawn
+    for sign in (1.0, -1.0):
+        found = slip_torque(curve, sign * np.array([slip[-1] * 1.01, slip[-1] * 50.0]))
+        np.testing.assert_array_equal(found.value, sign * torque[-1])
+        np.testing.assert_array_equal(found.slope, 0.0)
+
+
+def test_monotone_between_nodes() -> None:
+    for slip, torque in TABLES.values():
+        curve = slip_curve(slip, torque, "monotone")
+        for low, high, a, b in zip(slip, slip[1:], torque, torque[1:], strict=False):
+            inside = value(curve, np.linspace(low, high, 201))
+            step = np.diff(inside) * np.sign(b - a)
+            assert np.min(step) > -1e-12 * np.max(torque)
+
+
+def test_linear_is_interpolation_by_numpy() -> None:
+    curve = slip_curve(SLIP, TORQUE, "linear")
+    points = np.linspace(0.0, SLIP[-1], 777)
+    np.testing.assert_allclose(value(curve, points), np.interp(points, SLIP, TORQUE), rtol=1e-13)
+
+
+def test_parabola_goes_through_the_node_before() -> None:
+    """Also on the first interval, where the node before is the first one at negative slip."""
+    nodes = np.concatenate([-SLIP[1:2], SLIP])
+    heights = np.concatenate([-TORQUE[1:2], TORQUE])
+    curve = slip_curve(SLIP, TORQUE, "parabola")
+    for place in range(1, len(nodes) - 1):
+        three = slice(place - 1, place + 2)
+        parabola = np.polyfit(nodes[three], heights[three], 2)
+        inside = np.linspace(nodes[place], nodes[place + 1], 9)[:-1]
+        np.testing.assert_allclose(
+            value(curve, inside), np.polyval(parabola, inside), rtol=1e-9, atol=1e-9
+        )
+
+
+def test_given_pieces_are_continued_beyond_their_ends() -> None:
+    curve = slip_curve(SLIP, TORQUE, "linear")
+    piece = piece_of(curve, np.array([5.0]))
+    found = slip_torque(curve, np.array([-20.0, 8.0]), np.repeat(piece, 2))
+    np.testing.assert_allclose(found.value, np.array([-20.0, 8.0]) * 239.0 / 6.0, rtol=1e-14)
+
+
+@pytest.mark.parametrize("kind", INTERPOLATIONS)
+def test_breakdown_is_the_summit(kind: str) -> None:
+    for slip, torque in TABLES.values():
+        curve = slip_curve(slip, torque, kind)
+        at, summit = breakdown(curve)
+        assert value(curve, np.array([at]))[0] == pytest.approx(summit, rel=1e-13)
+        every = value(curve, np.linspace(0.0, slip[-1], 200001))
+        assert summit >= np.max(every) * (1.0 - 1e-14)
+        assert summit == pytest.approx(np.max(every), rel=1e-6)
+        if kind != "parabola":
+            assert (at, summit) == (pytest.approx(slip[np.argmax(torque)]), torque.max())
+
+
+def test_the_parabola_of_the_source_table_overshoots() -> None:
+    """Its summit lies between two nodes and above both: a reason not to use it for a motor."""
+    at, summit = breakdown(slip_curve(SLIP, TORQUE, "parabola"))
+    assert 108.0 < at < 180.0
+    assert summit > 1009.0
+    bend = np.polyfit([70.0, 108.0, 180.0], [949.0, 1009.0, 949.0], 2)
+    assert at == pytest.approx(-bend[1] / (2.0 * bend[0]), rel=1e-9)
+    assert summit == pytest.approx(np.polyval(bend, at), rel=1e-9)
+
+
+def test_linear_motor_has_no_summit() -> None:
+    curve = linear_motor(203.4)
+    found = slip_torque(curve, np.array([-5.0, 0.0, 1e3]))
+    np.testing.assert_allclose(found.value, [-1017.0, 0.0, 203400.0], rtol=1e-15)
+    np.testing.assert_array_equal(found.slope, 203.4)
+    assert breakdown(curve) == (np.inf, np.inf)
+
+
+def test_shapes_and_units() -> None:
+    curve = slip_curve(SLIP * RPM, TORQUE, "monotone")
+    points = np.linspace(-40.0, 90.0, 24).reshape(2, 3, 4) * RPM
+    found = slip_torque(curve, points)
+    assert found.value.shape == found.slope.shape == (2, 3, 4)
+    for place in np.ndindex(2, 3, 4):
+        assert found.value[place] == slip_torque(curve, points[place]).value

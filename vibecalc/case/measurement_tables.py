@@ -1,0 +1,129 @@
+"""Readings of accelerometers on a rigid plate, harmonic by harmonic."""
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from vibecalc.case.fields import (
+    Acceleration,
+    Angle,
+    AngularSpeed,
+    Length,
+    Level,
+    Name,
+    Table,
+    Unit,
+    Whole,
+    WholeNumber,
+)
+
+AngularAcceleration = Annotated[float, Unit("rad/s^2")]
+Order = Annotated[int, Whole, Field(ge=1, le=2000)]
+Orders = Annotated[tuple[Order, ...], Field(max_length=64)]
+Levels = Annotated[tuple[Level, ...], Field(max_length=64)]
+Amplitudes = Annotated[tuple[Annotated[Acceleration, Field(ge=0)], ...], Field(max_length=64)]
+AngularAmplitudes = Annotated[
+    tuple[Annotated[AngularAcceleration, Field(ge=0)], ...], Field(max_length=64)
+]
+Phases = Annotated[tuple[Angle, ...], Field(max_length=64)]
+Column = Field((), max_length=2000)
+
+
+class Position(Table):
+    """A point of the plate."""
+
+    name: Name = Field(description="label used in readings, tables and `where`")
+    x: Length = Field(description="along the crankshaft, from the centre; roll is about x")
+    y: Length = Field(description="across it; pitch is about y")
+
+
+class Reading(Table):
+    """What one instrument reads: one number for each harmonic, and a phase where it has one."""
+
+    at: Name | None = Field(None, description="name of the position of an accelerometer")
+    between: tuple[Name, Name] | None = Field(
+        None, description="two positions: acceleration of the second less that of the first"
+    )
+    about: Literal["x", "y"] | None = Field(
+        None, description="axis of an angular acceleration read directly"
+    )
+    use: Literal["solve", "choose", "compare"] = Field(
+        "solve",
+        description="find the motion, choose between motions that are left, or compare only",
+    )
+    orders: Orders = Field((), description="harmonics that it covers; default: all of them")
+    level: Levels = Field((), description="in dB, one for each harmonic")
+    amplitude: Amplitudes = Field((), description="instead of levels")
+    angular_amplitude: AngularAmplitudes = Field(
+        (), description="instead of levels, of an angular acceleration"
+    )
+    phase: Phases = Field((), description="leading positive, all against one signal")
+
+
+class Scan(Table):
+    """Readings at many points, one in each row; a file takes it from an analyser."""
+
+    order: tuple[WholeNumber, ...] = Field(
+        min_length=1, max_length=2000, description="harmonic of the row"
+    )
+    x: tuple[Length, ...] = Field(min_length=1, max_length=2000, description="of the point")
+    y: tuple[Length, ...] = Field(min_length=1, max_length=2000, description="of the point")
+    level: tuple[Level, ...] = Field((), max_length=2000, description="in dB")
+    amplitude: tuple[Acceleration, ...] = Field(
+        (), max_length=2000, description="instead of levels"
+    )
+    phase: tuple[Angle, ...] = Field((), max_length=2000, description="leading positive")
+
+
+class Plate(Table):
+    """Edges of the plate, for a map and for the place that moves least."""
+
+    x: tuple[Length, Length] = Field(description="from and to, along the crankshaft")
+    y: tuple[Length, Length] = Field(description="from and to, across it")
+    points: Annotated[int, Field(strict=True, ge=2, le=401)] = Field(
+        61, description="of the map, along each edge"
+    )
+
+
+class Measurement(Table):
+    """Readings on a rigid plate: its translation, roll and pitch, harmonic by harmonic."""
+
+    amplitude: Literal["zero_to_peak", "rms"] = Field(
+        description="what readings are amplitudes of; levels come out in the same"
+    )
+    reference_level: Acceleration | None = Field(
+        None, gt=0, description="acceleration of 0 dB; levels need it"
+    )
+    angular_reference_level: AngularAcceleration | None = Field(
+        None, gt=0, description="angular acceleration of 0 dB; default: 1 rad/s^2"
+    )
+    level_step: Level = Field(
+        0.1, gt=0, le=20, description="last digit of a level: it is off by up to half of it"
+    )
+    level_uncertainty: Level = Field(
+        0.0, ge=0, le=20, description="standard uncertainty of a level beside that"
+    )
+    amplitude_step: Acceleration | None = Field(
+        None, gt=0, description="last digit of an amplitude"
+    )
+    angular_step: AngularAcceleration | None = Field(
+        None, gt=0, description="last digit of an angular amplitude"
+    )
+    phase_step: Angle | None = Field(None, gt=0, description="last digit of a phase")
+    orders: Annotated[tuple[Order, ...], Field(min_length=1, max_length=64)] = Field(
+        description="harmonics that are read"
+    )
+    base_frequency: AngularSpeed | None = Field(
+        None, gt=0, description="frequency of order 1, where no machine speed tells it"
+    )
+    reference_position: Name | None = Field(
+        None, description="where phases are zero; default: that of the first reading"
+    )
+    positions: Annotated[tuple[Position, ...], Field(max_length=200)] = Field(
+        (), description="points with names: of readings, and where levels are wanted"
+    )
+    readings: Annotated[tuple[Reading, ...], Field(max_length=200)] = Field(
+        (), description="of instruments"
+    )
+    scan: Scan | None = Field(None, description="readings at many points")
+    plate: Plate | None = Field(None, description="edges of the plate")

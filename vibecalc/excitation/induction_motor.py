@@ -1,0 +1,142 @@
+"""Equivalent circuit of an induction motor: its torque at a steady slip.
+
+Conventions, for all files `induction_motor*.py`. Three phases in star, constant balanced voltage of
+constant frequency. Space vectors are complex and of peak size (amplitude-invariant), seen from a
+frame that turns with the field of the stator; so powers carry 3/2 and a steady state stands still.
+All that stands on the rotor is referred to the stator. The frame of the stator may turn (a shell
+that rolls): only the crank's speed against it enters. With the slip s (mechanical, rad/s: the
+speed of the field less the speed of the rotor, both against the stator), p pairs of poles, line
+frequency w and slip frequency v = p s, currents i and flux linkages f obey
+
+    f_stator = l_stator i_stator + f_m,   f_k = l_k i_k + f_m,   f_m = M (i_stator + sum i_k),
+    V = R i_stator + d f_stator/dt + i w f_stator,   0 = R_k i_k + d f_k/dt + i v f_k,
+
+with one or more cages k. Torque is positive on the rotor in the sense of the field, and acts on
+the stator with the opposite sign. (P. C. Krause, O. Wasynczuk and S. D. Sudhoff, Analysis of
+Electric Machinery, 2nd ed. 2002, ch. 4; there the rotor's voltages are kept and the cage is one.)
+
+Two cages as separate branches are general: a leakage that both share adds nothing that terminals
+or shaft could tell, since it can be taken up by the other four (R. M. Foster, Bell System
+Technical Journal 3, 1924, of networks in general).
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from vibecalc.numerics.rounding import EPSILON, WithError
+from vibecalc.numerics.typing import ComplexArray, FloatArray
+
+
+class InductionMotor(NamedTuple):
+    """A motor per phase of the equivalent star. Leading axes broadcast; cages are the last axis.
+
+    `line_frequency` in rad/s; `pole_pairs` (half the number of poles); `phase_voltage`, peak V
+    (the line voltage times sqrt(2/3)); `stator_resistance` in ohm, `stator_leakage` and
+    `magnetising_inductance` in H, all (...,); `rotor_resistance` in ohm and `rotor_leakage` in H,
+    (..., cages), above 0 and referred to the stator. `stator_leakage` may be 0.
+    """
+
+    line_frequency: ArrayLike
+    pole_pairs: ArrayLike
+    phase_voltage: ArrayLike
+    stator_resistance: ArrayLike
+    stator_leakage: ArrayLike
+    magnetising_inductance: ArrayLike
+    rotor_resistance: ArrayLike
+    rotor_leakage: ArrayLike
+
+    @property
+    def synchronous_speed(self) -> FloatArray:
+        """Mechanical speed of the field against the stator, rad/s."""
+        return np.asarray(np.asarray(self.line_frequency) / np.asarray(self.pole_pairs))
+
+
+class Circuit(NamedTuple):
+    """The circuit at a steady slip, complex (...,).
+
+    `inverse_inductance` Y = i_stator / f_m in 1/H, `stator` Z = R + i w l_stator in ohm,
+    `divisor` D = i w + Z Y, so that f_m = V / D; `size` is the sum of the magnitudes in D.
+    """
+
+    inverse_inductance: ComplexArray
+    stator: ComplexArray
+    divisor: ComplexArray
+    size: FloatArray
+
+
+def steady_torque(motor: InductionMotor, slip_speed: ArrayLike) -> WithError:
+    """Torque at a steady slip, N m (...,), with its rounding error.
+
+    Parameters
+    ----------
+    motor
+        Its leading axes broadcast with those of `slip_speed`.
+    slip_speed
+        s in rad/s, mechanical: 0 at synchronous speed, the synchronous speed with locked rotor,
+        more when the rotor turns against the field, negative as a generator.
+
+    Returns
+    -------
+    WithError
+        (3/2) p V^2 Im Y / |D|^2. Nothing cancels in Im Y; what cancels in D as a generator is
+        in the error.
+    """
+    circuit = at_slip(motor, slip_speed)
+    p, voltage = np.asarray(motor.pole_pairs), np.asarray(motor.phase_voltage)
+    divisor = np.abs(circuit.divisor)
+    value = 1.5 * p * (voltage / divisor) ** 2 * circuit.inverse_inductance.imag
+    rounding = 16.0 + 8.0 * circuit.size / divisor
+    return WithError(np.asarray(value), np.asarray(EPSILON * rounding * np.abs(value)))
+
+
+def torque_slope(motor: InductionMotor, slip_speed: ArrayLike) -> WithError:
+    """Derivative of `steady_torque` by the slip, N m s (...,), with its rounding error.
+
+    Positive where the motor runs stably; at slip 0 it is the motor's gain.
+    """
+    circuit = at_slip(motor, slip_speed)
+    p, voltage = np.asarray(motor.pole_pairs), np.asarray(motor.phase_voltage)
+    resistance, leakage = np.asarray(motor.rotor_resistance), np.asarray(motor.rotor_leakage)
+    impedance = resistance + 1j * _frequency(motor, slip_speed)[..., None] * leakage
+    by_frequency = (1j * resistance / impedance**2).sum(axis=-1)
+    terms = change_of_torque(circuit, by_frequency, circuit.stator * by_frequency)
+    factor = 1.5 * (p * voltage) ** 2
+    rounding = 24.0 + 16.0 * circuit.size / np.abs(circuit.divisor)
+    # a derivative passes through zero: its rounding is that of its two parts
+    return WithError(
+        np.asarray(factor * (terms[0] + terms[1])),
+        np.asarray(factor * EPSILON * rounding * (np.abs(terms[0]) + np.abs(terms[1]))),
+    )
+
+
+def change_of_torque(
+    circuit: Circuit, in_admittance: ArrayLike, in_divisor: ArrayLike
+) -> tuple[FloatArray, FloatArray]:
+    """Change of Im Y / |D|^2 with changes of Y and D, in its two parts (through Y, through D)."""
+    squared = np.abs(circuit.divisor) ** 2
+    first = np.asarray(in_admittance).imag / squared
+    bend = (np.conj(circuit.divisor) * np.asarray(in_divisor)).real
+    second = -2.0 * circuit.inverse_inductance.imag * bend / squared**2
+    return np.asarray(first), np.asarray(second)
+
+
+def at_slip(motor: InductionMotor, slip_speed: ArrayLike) -> Circuit:
+    """The equivalent circuit at a steady slip (rad/s, mechanical), see `Circuit`."""
+    frequency = _frequency(motor, slip_speed)[..., None]
+    resistance, leakage = np.asarray(motor.rotor_resistance), np.asarray(motor.rotor_leakage)
+    reactance = frequency * leakage
+    squared = resistance**2 + reactance**2
+    real = (frequency * reactance / squared).sum(axis=-1)
+    imaginary = (frequency * resistance / squared).sum(axis=-1)
+    admittance = 1.0 / np.asarray(motor.magnetising_inductance) + real + 1j * imaginary
+    line = np.asarray(motor.line_frequency)
+    stator = np.asarray(motor.stator_resistance) + 1j * line * np.asarray(motor.stator_leakage)
+    size = line + (np.abs(stator.real) + np.abs(stator.imag)) * np.abs(admittance)
+    return Circuit(admittance, stator, 1j * line + stator * admittance, np.asarray(size))
+
+
+def _frequency(motor: InductionMotor, slip_speed: ArrayLike) -> FloatArray:
+    """Slip frequency in the rotor, rad/s: v = p s."""
+    return np.asarray(np.asarray(motor.pole_pairs) * np.asarray(slip_speed, dtype=float))

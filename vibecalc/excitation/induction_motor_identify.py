@@ -1,0 +1,114 @@
+"""Which parameters of a motor a torque table tells, and which it does not.
+
+For small changes the logarithms of the parameters move the logarithms of the torques by a matrix J.
+Its singular vectors are products of powers of the parameters; its singular values say how strongly
+the table answers to each product. An error of one percent in every row, independent of the others,
+moves a product by the factor exp(.01 / singular value). (G. H. Golub and C. F. Van Loan, Matrix
+Computations, 4th ed. 2013, sec. 5.5.)
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from vibecalc.excitation.induction_motor import InductionMotor, steady_torque
+from vibecalc.excitation.induction_motor_gradient import parameter_names, torque_sensitivity
+from vibecalc.numerics.typing import BoolArray, FloatArray
+
+#: standard error of a row of the table to which all spreads refer
+TABLE_ERROR = 0.01
+#: a product that this table error moves by more than exp(.5) counts as not told
+NOT_TOLD = 0.5
+#: singular values below this share of the largest are zero to rounding
+ZERO = 1e-11
+
+
+class Identifiability(NamedTuple):
+    """What the table tells of the n parameters in `names`, near the motor given.
+
+    `singular_values` (n,) fall; row k of `combinations` (n, n) holds the exponents of the product
+    that belongs to value k; `spread` (n,) is the standard error of its logarithm for 1 % of error
+    in the table (infinite where the table does not answer at all), `told` (n,) whether it is
+    below `NOT_TOLD`. The two products of which no table tells anything are chosen so that the
+    first keeps the inductance of the stator (it moves leakage between stator and rotor) and the
+    second is at right angles to it. `free_spread` (n,) is the same for each parameter alone if all
+    are unknown, `held_spread` (n,) if the two assumptions of the fit are held: the sum of stator
+    leakage and magnetising inductance, and the ratio of the stator leakage to the transient
+    inductance.
+    """
+
+    names: tuple[str, ...]
+    singular_values: FloatArray
+    combinations: FloatArray
+    spread: FloatArray
+    told: BoolArray
+    free_spread: FloatArray
+    held_spread: FloatArray
+
+
+def identifiability(motor: InductionMotor, slip: FloatArray, weight: FloatArray) -> Identifiability:
+    """Singular values and spreads for the slips (rad/s) and weights (rows,) of a table.
+
+    All parameters but line, poles and stator resistance, which are given beside the table. A row of
+    weight 1 has the error `TABLE_ERROR`, others that over the root of their weight.
+    """
+    names = parameter_names(np.asarray(motor.rotor_resistance).shape[-1])[1:]
+    torque = steady_torque(motor, slip).value
+    change = torque_sensitivity(motor, slip)[:, 1:] / torque[:, None] * np.sqrt(weight)[:, None]
+    _, found, rows = np.linalg.svd(change, full_matrices=True)
+    values = np.zeros(len(names))
+    values[: found.size] = found
+    there = values > ZERO * values[0]
+    rows[~there] = _leakage_first(rows[~there], motor)
+    strongest = np.argmax(np.abs(rows), axis=1)
+    rows *= np.sign(rows[np.arange(len(names)), strongest])[:, None]
+    spread = np.full(len(names), np.inf)
+    spread[there] = TABLE_ERROR / values[there]
+    takes_part = np.abs(rows) > 1e-7
+    parts = np.abs(rows) * np.where(takes_part, spread[:, None], 0.0)
+    basis = _directions_left(motor, names)
+    _, triangle = np.linalg.qr(change @ basis)
+    held = TABLE_ERROR * np.linalg.norm(basis @ np.linalg.pinv(triangle), axis=1)
+    return Identifiability(
+        names=names,
+        singular_values=values,
+        combinations=rows,
+        spread=spread,
+        told=spread < NOT_TOLD,
+        free_spread=np.linalg.norm(parts, axis=0),
+        held_spread=held,
+    )
+
+
+def _leakage_first(rows: FloatArray, motor: InductionMotor) -> FloatArray:
+    """The same directions, one of which changes the stator's inductance, in last place."""
+    inductance = np.zeros(rows.shape[1])
+    inductance[:2] = (
+        float(np.asarray(motor.stator_leakage)),
+        float(np.asarray(motor.magnetising_inductance)),
+    )
+    turn = np.linalg.svd((rows @ inductance)[None, :])[2] if len(rows) else np.eye(0)
+    return np.asarray(turn[::-1] @ rows)
+
+
+def product_of_powers(names: tuple[str, ...], exponents: FloatArray) -> str:
+    """The combination in words, its small exponents left out."""
+    strong = np.flatnonzero(np.abs(exponents) >= 0.1)
+    strong = strong[np.argsort(-np.abs(exponents[strong]), kind="stable")]
+    return " * ".join(f"{names[k]}^{exponents[k]:.2f}" for k in strong)
+
+
+def _directions_left(motor: InductionMotor, names: tuple[str, ...]) -> FloatArray:
+    """Orthonormal basis (n, n - 2) of the changes that keep both assumptions of the fit."""
+    leakage = float(np.asarray(motor.stator_leakage))
+    magnetising = float(np.asarray(motor.magnetising_inductance))
+    shares = 1.0 / np.concatenate([[magnetising], np.asarray(motor.rotor_leakage, dtype=float)])
+    inside = 1.0 / shares.sum()
+    kept = np.zeros((2, len(names)))
+    kept[0, :2] = leakage, magnetising
+    # ratio of the leakage to leakage + inside: d log inside = sum of shares times d log of each
+    kept[1, 0] = 1.0
+    kept[1, 1] = -shares[0] * inside
+    kept[1, -(shares.size - 1) :] = -shares[1:] * inside
+    kept /= np.linalg.norm(kept, axis=1, keepdims=True)
+    return np.asarray(np.linalg.svd(kept)[2][2:].T)

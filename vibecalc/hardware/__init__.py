@@ -1,0 +1,1 @@
+"""What a tuning is built of: rods, springs, seismic masses, gaps, oils, and how the rod bends."""

@@ -1,0 +1,196 @@
+"""Readings of a case as rows, amplitudes and how far each may be off, harmonic by harmonic."""
+
+import math
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from vibecalc.case.measurement_tables import Measurement, Reading
+from vibecalc.measurement.level import DECIBEL, amplitude_of
+from vibecalc.measurement.rigid_plate import difference_row, point_row, rotation_row
+from vibecalc.numerics.typing import FloatArray
+
+#: what an uncertainty beside the last digit adds to how far a reading may be off
+COVERAGE = 2.0
+_AXES = {"x": (1.0, 0.0), "y": (0.0, 1.0)}
+
+
+class Read(NamedTuple):
+    """One number that an instrument shows; amplitudes are 0-to-peak, in m/s^2 or rad/s^2.
+
+    `half_width` and `deviation` are how far the amplitude may be off and its standard
+    uncertainty: in dB of a level alone, in the unit of the amplitude where there is a phase.
+    `reference` is the 0-to-peak amplitude of 0 dB.
+    """
+
+    name: str
+    row: FloatArray
+    use: str
+    amplitude: float
+    phase: float | None
+    half_width: float
+    deviation: float
+    reference: float
+
+
+class Harmonic(NamedTuple):
+    """What is read of one order. Phases among `solve` make the motion a linear problem."""
+
+    order: int
+    reads: tuple[Read, ...]
+
+    @property
+    def is_complex(self) -> bool:
+        """Whether the motion comes from complex amplitudes."""
+        return any(read.phase is not None for read in self.reads if read.use == "solve")
+
+    @property
+    def solving(self) -> tuple[Read, ...]:
+        """The readings that the motion is found from; levels beside phases only compare."""
+        found = (read for read in self.reads if read.use == "solve")
+        return tuple(read for read in found if (read.phase is not None) is self.is_complex)
+
+
+class References(NamedTuple):
+    """0-to-peak amplitudes of 0 dB, m/s^2 and rad/s^2."""
+
+    linear: float
+    angular: float
+
+
+def references(table: Measurement) -> References:
+    """What levels refer to, with the factor from effective values where levels are of these."""
+    peak = _peak(table)
+    return References(
+        peak * (table.reference_level or 1.0), peak * (table.angular_reference_level or 1.0)
+    )
+
+
+def build_harmonics(table: Measurement) -> tuple[Harmonic, ...]:
+    """All readings, under the orders of the table, in the order in which they stand there."""
+    reads = [*_readings(table), *_scanned(table)]
+    return tuple(
+        Harmonic(order, tuple(read for own, read in reads if own == order))
+        for order in table.orders
+    )
+
+
+def places(table: Measurement) -> dict[str, tuple[float, float]]:
+    """Coordinates of the named positions, m."""
+    return {position.name: (position.x, position.y) for position in table.positions}
+
+
+def position_rows(table: Measurement) -> FloatArray:
+    """Rows (p, 3) of the named positions."""
+    x = [position.x for position in table.positions]
+    y = [position.y for position in table.positions]
+    return point_row(np.array(x), np.array(y))
+
+
+def reference_row(table: Measurement) -> FloatArray:
+    """Row (3,) of the place where phases are zero."""
+    known = places(table)
+    name = table.reference_position
+    if name is None:
+        pointed = [reading.at for reading in table.readings if reading.use == "solve"]
+        name = next((at for at in pointed if at is not None), None)
+    if name is not None:
+        return point_row(*known[name])
+    if table.scan is not None:
+        return point_row(table.scan.x[0], table.scan.y[0])
+    return point_row(0.0, 0.0)
+
+
+def row_of(reading: Reading, known: dict[str, tuple[float, float]]) -> FloatArray:
+    """Row (3,) of an instrument."""
+    if reading.at is not None:
+        return point_row(*known[reading.at])
+    if reading.between is not None:
+        return difference_row(known[reading.between[0]], known[reading.between[1]])
+    return rotation_row(_AXES[reading.about or "x"])
+
+
+def name_of(reading: Reading) -> str:
+    """How results name an instrument: `1`, `1-2`, `about x`."""
+    if reading.at is not None:
+        return reading.at
+    if reading.between is not None:
+        return "-".join(reading.between)
+    return f"about {reading.about}"
+
+
+def _readings(table: Measurement) -> Iterator[tuple[int, Read]]:
+    known = places(table)
+    for reading in table.readings:
+        angular = reading.about is not None
+        amplitudes = reading.angular_amplitude if angular else reading.amplitude
+        for place, order in enumerate(reading.orders or table.orders):
+            yield (
+                order,
+                _read(
+                    table,
+                    f"{order}: {name_of(reading)}",
+                    row_of(reading, known),
+                    reading.use,
+                    angular,
+                    reading.level[place] if reading.level else None,
+                    amplitudes[place] if amplitudes else None,
+                    reading.phase[place] if reading.phase else None,
+                ),
+            )
+
+
+def _scanned(table: Measurement) -> Iterator[tuple[int, Read]]:
+    scan = table.scan
+    if scan is None:
+        return
+    for place, order in enumerate(scan.order):
+        yield (
+            order,
+            _read(
+                table,
+                f"{order}: row {place + 1}",
+                point_row(scan.x[place], scan.y[place]),
+                "solve",
+                False,
+                scan.level[place] if scan.level else None,
+                scan.amplitude[place] if scan.amplitude else None,
+                scan.phase[place] if scan.phase else None,
+            ),
+        )
+
+
+def _read(
+    table: Measurement,
+    name: str,
+    row: FloatArray,
+    use: str,
+    angular: bool,
+    level: float | None,
+    amplitude: float | None,
+    phase: float | None,
+) -> Read:
+    reference = references(table)[int(angular)]
+    if level is not None:
+        size = float(amplitude_of(level, reference))
+        step = table.level_step
+    else:
+        size = _peak(table) * (amplitude or 0.0)
+        own = (table.angular_step if angular else table.amplitude_step) or 0.0
+        step = DECIBEL * _peak(table) * own / size if size > 0.0 else 0.0
+    beside = table.level_uncertainty if level is not None else 0.0
+    half, deviation = 0.5 * step + COVERAGE * beside, math.hypot(step / math.sqrt(12.0), beside)
+    if phase is not None:
+        turn = size * (table.phase_step or 0.0)
+        share = size / DECIBEL
+        if size == 0.0:
+            own = (table.angular_step if angular else table.amplitude_step) or 0.0
+            half, deviation, share = 0.5 * own, own / math.sqrt(12.0), _peak(table)
+        half = math.hypot(half * share, 0.5 * turn)
+        deviation = math.hypot(deviation * share, turn / math.sqrt(12.0))
+    return Read(name, row, use, size, phase, half, deviation, reference)
+
+
+def _peak(table: Measurement) -> float:
+    return math.sqrt(2.0) if table.amplitude == "rms" else 1.0

@@ -1,0 +1,163 @@
+"""Can rotor, pistons and shell move like this, and can that motion be followed as asked?"""
+
+import math
+from collections.abc import Iterator
+
+from vibecalc.case.kinds import finds_speed, has_crank_train
+from vibecalc.case.roll_form import STEPPING
+from vibecalc.case.roll_tables import Load, Roll
+from vibecalc.case.schema import Case
+from vibecalc.errors import KeyPath, Problem
+from vibecalc.machine.crank_train import rod_share
+from vibecalc.machine.roll_cautions import asks_roll, working_names
+
+CYLINDERS: KeyPath = ("machine", "crank_train", "cylinders")
+ROLL: KeyPath = ("response", "roll")
+LOAD: KeyPath = ("response", "start_up", "load")
+#: Nodes of one panel: more of them lose digits, since they crowd at its ends.
+MOST_NODES = 32
+#: Steps of one turn: below, the highest harmonic has fewer than four samples in its period.
+FEWEST_IN_A_PERIOD = 4
+MOST_STEPS = 2_000_000
+
+
+def roll_problems(case: Case) -> list[Problem]:
+    """Problems of pistons, of the steady motion asked for, and of the load at start-up."""
+    if not (asks_roll(case) and has_crank_train(case.machine) and finds_speed(case.machine)):
+        return []
+    response = case.response
+    problems = [*_pistons(case), *_drifting(case)]
+    if response is not None and response.roll is not None:
+        problems += [*_start(case, response.roll), *_work(case, response.roll)]
+    if response is not None and response.start_up is not None and response.start_up.load:
+        problems += [*_load(response.start_up.load)]
+    return problems
+
+
+def _pistons(case: Case) -> Iterator[Problem]:
+    """Of a mass that has the rod's share in it, something has to be left for the piston."""
+    train, works = case.machine.crank_train, working_names(case)
+    share = 0.0 if train.rod is None else train.rod.mass * rod_share(train)
+    for place, cylinder in enumerate(train.cylinders):
+        mass = cylinder.reciprocating_mass
+        if mass is not None and mass < share and cylinder.name in works:
+            yield Problem(
+                path=(*CYLINDERS, place, "reciprocating_mass"),
+                message=f"the piston of cylinder {cylinder.name!r} is lighter than nothing: what "
+                "moves with it has the rod's share in it",
+                found=f"{mass:.6g} kg, with {share:.6g} kg of the rod",
+                allowed=f">= {share:.6g} kg",
+                also=("machine", "crank_train", "rod"),
+            )
+
+
+def _drifting(case: Case) -> Iterator[Problem]:
+    """A shell that is damped, and not held, may repeat its motion at any angle."""
+    shell, response = case.machine.shell, case.response
+    control = None if response is None else response.control
+    periodic = response is not None and response.roll is not None
+    periodic |= control is not None and control.full_model
+    if periodic and shell is not None and shell.damping and not shell.stiffness:
+        yield Problem(
+            path=("machine", "shell", "damping"),
+            message="damping alone lets the shell drift: its motion would repeat at any angle, and "
+            "none of these is the steady one",
+            found=f"{shell.damping:.6g} N*m*s/rad, and no stiffness",
+            allowed="damping together with a stiffness, or neither of them",
+            hint="of mounts that are soft enough the stiffness hardly counts",
+            also=("machine", "shell", "stiffness"),
+        )
+
+
+def _start(case: Case, roll: Roll) -> Iterator[Problem]:
+    shell, motor = case.machine.shell, case.machine.motor
+    if roll.started_at is None or shell is None or motor is None:
+        return
+    if shell.stiffness or shell.damping:
+        yield Problem(
+            path=(*ROLL, "started_at"),
+            message="started_at fixes the angular momentum, which mounts do not let be constant",
+            found=f"mounts of {shell.stiffness:.6g} N*m/rad and {shell.damping:.6g} N*m*s/rad",
+            allowed="no started_at, or a shell without stiffness and damping",
+            hint="with mounts the steady motion is the same from every start",
+            also=("machine", "shell", "stiffness" if shell.stiffness else "damping"),
+        )
+    elif roll.started_at > 2.0 * motor.synchronous_speed:
+        yield Problem(
+            path=(*ROLL, "started_at"),
+            message="the machine cannot have been started at more than twice its synchronous speed",
+            found=f"{roll.started_at:.6g} rad/s",
+            allowed=f"<= {2.0 * motor.synchronous_speed:.6g} rad/s",
+            hint="speeds are in rad/s unless they carry a unit, as in '900 rpm'",
+            also=("machine", "motor", "synchronous_speed"),
+        )
+
+
+def _work(case: Case, roll: Roll) -> Iterator[Problem]:
+    """Points and steps against the highest order."""
+    motor, methods = case.machine.motor, (roll.method, *roll.compare)
+    # the points are those of the first method that has any
+    method = next((name for name in methods if name in ("collocation", "fourier")), "")
+    if roll.points is not None and method == "fourier" and roll.points <= 2 * roll.orders:
+        yield Problem(
+            path=(*ROLL, "points"),
+            message="the points of a turn hold only the orders below half their number",
+            found=f"{roll.points} points for {roll.orders} orders",
+            allowed=f"> {2 * roll.orders} points, or fewer orders",
+            also=(*ROLL, "orders"),
+        )
+    elif roll.points is not None and method == "collocation" and roll.points > MOST_NODES:
+        yield Problem(
+            path=(*ROLL, "points"),
+            message="so many nodes in one panel gain nothing",
+            found=str(roll.points),
+            allowed=f"1 to {MOST_NODES} nodes in each panel",
+        )
+    if roll.step is None or motor is None or not any(name in STEPPING for name in methods):
+        return
+    turn = 2.0 * math.pi / motor.synchronous_speed
+    longest = turn / (FEWEST_IN_A_PERIOD * roll.orders)
+    if roll.step > longest:
+        yield Problem(
+            path=(*ROLL, "step"),
+            message=f"the step is too long for order {roll.orders}: fewer than "
+            f"{FEWEST_IN_A_PERIOD} steps in its period",
+            found=f"{roll.step:.6g} s",
+            allowed=f"<= {longest:.3g} s, or fewer orders",
+            also=(*ROLL, "orders"),
+        )
+    elif turn > MOST_STEPS * roll.step:
+        yield Problem(
+            path=(*ROLL, "step"),
+            message="steps this short take too many of them",
+            found=f"{roll.step:.6g} s: {turn / roll.step:.3g} steps in a turn",
+            allowed=f">= {turn / MOST_STEPS:.3g} s",
+        )
+
+
+def _load(load: Load) -> Iterator[Problem]:
+    time, factor = load.time, load.factor
+    back = [n for n in range(1, len(time)) if not time[n] > time[n - 1]]
+    if time[0] != 0.0:
+        yield Problem(
+            path=(*LOAD, "time", 0),
+            message="the load has to be known from the start on",
+            found=f"a first time of {time[0]:.6g} s",
+            allowed="a first time of 0 s",
+        )
+    elif back:
+        last = back[0]
+        yield Problem(
+            path=(*LOAD, "time", last),
+            message="the times of the load have to ascend",
+            found=f"{time[last - 1]:.6g} s, then {time[last]:.6g} s, in rows {last} and {last + 1}",
+            allowed="each later than the one before it",
+        )
+    low = min(range(len(factor)), key=lambda row: factor[row])
+    if factor[low] < 0.0:
+        yield Problem(
+            path=(*LOAD, "factor", low),
+            message="a factor below zero would make the gas pull where it pushes",
+            found=f"{factor[low]:.6g} in row {low + 1}",
+            allowed=">= 0: 0 is no load, 1 the gas forces as they are",
+        )

@@ -1,0 +1,33 @@
+"""Levels in dB and the amplitudes they stand for, with what errors become on the way."""
+
+import math
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from vibecalc.numerics.rounding import EPSILON, WithError
+from vibecalc.numerics.typing import FloatArray
+
+#: dB for each unit of the natural logarithm of an amplitude
+DECIBEL = 20.0 / math.log(10.0)
+
+
+def amplitude_of(level: ArrayLike, reference: float) -> FloatArray:
+    """Amplitude, in the unit of `reference`, of a level of an amplitude in dB."""
+    return reference * np.exp(np.asarray(level, dtype=float) / DECIBEL)
+
+
+def level_of(amplitude: ArrayLike, error: ArrayLike, reference: float) -> WithError:
+    """Level in dB of an amplitude with its absolute error.
+
+    An amplitude that does not exceed its error is zero: its level is minus infinity, error 0.
+    The error is that of the lower end, which is the larger one.
+    """
+    size, doubt = np.broadcast_arrays(np.abs(np.asarray(amplitude)), np.asarray(error, dtype=float))
+    there = size > doubt
+    safe = np.where(there, size, 1.0)
+    level = np.where(there, DECIBEL * np.log(safe / reference), -np.inf)
+    share = np.where(there, doubt / safe, 0.0)
+    off = np.where(there, -DECIBEL * np.log1p(-share), 0.0)
+    off = off + np.where(there, 4.0 * EPSILON * (np.abs(np.where(there, level, 0.0)) + DECIBEL), 0)
+    return WithError(level, off)

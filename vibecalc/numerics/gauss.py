@@ -1,0 +1,101 @@
+"""Gauss-Legendre points on [0, 1] with the matrices that collocation needs.
+
+All matrices come from sums over Legendre polynomials or from barycentric weights, which keep full
+precision for the numbers of points used here (up to about 30).
+"""
+
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+
+from vibecalc.numerics.typing import FloatArray
+
+#: stands for a distance of zero in the barycentric formula, where it lets one term win exactly
+_HIT = 1e-150
+
+
+class GaussRule(NamedTuple):
+    """s points on [0, 1]; `integration[i, j]` is the integral of the j-th Lagrange basis to node i.
+
+    `dense_...` are the nodes with 0 in front (s + 1), `closed_...` those with 0 and 1 (s + 2), each
+    with barycentric weights.
+    """
+
+    nodes: FloatArray
+    weights: FloatArray
+    integration: FloatArray
+    dense_nodes: FloatArray
+    dense_weights: FloatArray
+    closed_nodes: FloatArray
+    closed_weights: FloatArray
+
+
+@lru_cache(maxsize=64)
+def gauss_rule(points: int) -> GaussRule:
+    """Rule with that many points, exact for polynomials up to degree 2 points - 1."""
+    position, weight = np.polynomial.legendre.leggauss(points)
+    nodes, weights = 0.5 * (1.0 + position), 0.5 * weight
+    dense, closed = np.concatenate([[0.0], nodes]), np.concatenate([[0.0], nodes, [1.0]])
+    rule = GaussRule(
+        nodes, weights, integration_matrix(nodes, weights, nodes),
+        dense, barycentric_weights(dense), closed, barycentric_weights(closed),
+    )  # fmt: skip
+    for array in rule:
+        array.flags.writeable = False  # the rule is shared by all callers
+    return rule
+
+
+def integration_matrix(nodes: FloatArray, weights: FloatArray, at: FloatArray) -> FloatArray:
+    """Integrals from 0 to each of `at` (k,) of the Lagrange basis on Gauss nodes: (k, s).
+
+    The basis is expanded in Legendre polynomials, whose integrals have a closed form.
+    """
+    points = len(nodes)
+    degree = np.arange(1, points)
+    values = np.polynomial.legendre.legvander(2.0 * nodes - 1.0, points - 1)
+    ends = np.polynomial.legendre.legvander(2.0 * np.asarray(at) - 1.0, points)
+    integrals = np.empty((len(ends), points))
+    integrals[:, 0] = at
+    integrals[:, 1:] = (ends[:, 2:] - ends[:, :-2]) / (2.0 * (2.0 * degree + 1.0))
+    expansion = (2.0 * np.arange(points) + 1.0)[:, None] * (weights[:, None] * values).T
+    return np.asarray(integrals @ expansion)
+
+
+def barycentric_weights(nodes: FloatArray) -> FloatArray:
+    """Weights of the barycentric formula for distinct nodes on [0, 1]."""
+    distance = 4.0 * (nodes[:, None] - nodes)
+    np.fill_diagonal(distance, 1.0)
+    return np.asarray(1.0 / np.prod(distance, axis=1))
+
+
+def interpolation_rows(nodes: FloatArray, weights: FloatArray, at: FloatArray) -> FloatArray:
+    """Values of the Lagrange basis at `at` (...): array (..., nodes).
+
+    Source: Berrut and Trefethen (2004), Barycentric Lagrange interpolation, eq. 4.2.
+    """
+    distance = np.asarray(at)[..., None] - nodes
+    distance[np.abs(distance) < _HIT] = _HIT
+    share = weights / distance
+    share /= share.sum(axis=-1, keepdims=True)
+    return np.asarray(share)
+
+
+@lru_cache(maxsize=256)
+def between_rules(points: int, other: int) -> FloatArray:
+    """From values at 0 and the nodes of one rule to the nodes of another: (other, points + 1)."""
+    rule = gauss_rule(points)
+    return interpolation_rows(rule.dense_nodes, rule.dense_weights, gauss_rule(other).nodes)
+
+
+@lru_cache(maxsize=64)
+def differentiation_matrix(points: int) -> FloatArray:
+    """Derivatives at 0, the nodes and 1 from the values there: (points + 2, points + 2)."""
+    rule = gauss_rule(points)
+    nodes, weights = rule.closed_nodes, rule.closed_weights
+    distance = nodes[:, None] - nodes
+    np.fill_diagonal(distance, 1.0)
+    matrix = weights / weights[:, None] / distance
+    np.fill_diagonal(matrix, 0.0)
+    np.fill_diagonal(matrix, -matrix.sum(axis=1))
+    return np.asarray(matrix)

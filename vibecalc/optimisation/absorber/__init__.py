@@ -1,0 +1,1 @@
+"""Tuning of absorbers: smallest largest response, its certificate, and closed forms."""

@@ -1,0 +1,87 @@
+"""Least largest response where stiffness, damping or the travel of the spring are limited."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from vibecalc.errors import NumericalFailure
+from vibecalc.optimisation.absorber.several import SeveralTuning, tuned
+from vibecalc.optimisation.absorber.several_problem import Problem, Travel
+from vibecalc.response.absorber.model import Absorber
+from vibecalc.response.absorber.peaks import peaks
+
+
+class BoundedTuning(NamedTuple):
+    """The optimum within the limits beside the one without; arrays of one entry are plain numbers.
+
+    `tuning` as for several absorbers, with one; `travel` of the spring there (largest relative
+    amplitude at its own worst frequency, in the unit of displacement of `transfer_of`),
+    `free_peak` and `free_travel` of the unlimited optimum, `penalty` = peak / free_peak - 1 with
+    `penalty_error`. `active`: names of the limits that hold the optimum.
+    """
+
+    tuning: SeveralTuning
+    travel: float
+    travel_error: float
+    free_peak: float
+    free_travel: float
+    penalty: float
+    penalty_error: float
+    active: tuple[str, ...]
+
+
+def bounded_tuning(
+    primary_damping: float, mass_ratio: float, excitation: str = "force",
+    response: str = "displacement", *, stiffness: tuple[float, float] = (0.0, np.inf),
+    damping: tuple[float, float] = (0.0, np.inf), travel: float = np.inf,
+) -> BoundedTuning:  # fmt: skip
+    """Minimise the largest |H| over k and z2 within [low, high] each, and a largest spring travel.
+
+    Raises NumericalFailure where a bound is crossed over, where nothing within the bounds keeps
+    the travel, and where the response grows with frequency without bound.
+    """
+    for name, (low, high) in (("stiffness", stiffness), ("damping", damping)):
+        if not 0.0 <= low <= high:
+            raise NumericalFailure(
+                f"bounds of the {name} ratio, {low:.6g} to {high:.6g}, leave nothing: they must be "
+                "zero or positive, and the lower not above the upper"
+            )
+    if not travel > 0.0:
+        raise NumericalFailure(f"a largest spring travel of {travel:.6g} leaves no motion to use")
+    m = np.array([float(mass_ratio)])
+    free = tuned(
+        Problem(float(primary_damping), m, (0,), excitation, response, np.zeros(2),
+                np.full(2, np.inf)), 8,
+    )  # fmt: skip
+    lower = np.array([stiffness[0], damping[0]], dtype=float)
+    upper = np.array([stiffness[1], damping[1]], dtype=float)
+    limits = (Travel(1, float(travel)),) if np.isfinite(travel) else ()
+    found = tuned(
+        Problem(float(primary_damping), m, (0,), excitation, response, lower, upper, limits), 8
+    )
+    reached, doubt = spring_travel(primary_damping, m[0], found, excitation)
+    active = tuple(
+        name
+        for name, held in (
+            ("least stiffness", found.on_lower[0]), ("least damping", found.on_lower[1]),
+            ("largest stiffness", found.on_upper[0]), ("largest damping", found.on_upper[1]),
+            ("spring travel", bool(limits) and bool(found.travel_active[0])),
+        ) if held
+    )  # fmt: skip
+    ratio = found.peak / free.peak
+    return BoundedTuning(
+        found, reached, doubt, free.peak, spring_travel(primary_damping, m[0], free, excitation)[0],
+        ratio - 1.0, ratio * (found.peak_error / found.peak + free.peak_error / free.peak) + 4e-16,
+        active,
+    )  # fmt: skip
+
+
+def spring_travel(
+    primary_damping: float, mass_ratio: float, tuning: SeveralTuning, excitation: str
+) -> tuple[float, float]:
+    """Largest relative amplitude of one tuned secondary over all frequencies, and its error."""
+    absorber = Absorber(
+        primary_damping, mass_ratio, tuning.stiffness_ratio[0], tuning.secondary_damping[0]
+    )
+    found = peaks(absorber, excitation, "relative_displacement")
+    return float(found.largest), float(found.largest_error)

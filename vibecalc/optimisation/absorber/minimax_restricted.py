@@ -1,0 +1,205 @@
+"""Tunings with one of spring and damper given: viscous damper, undamped spring, stock parts."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.rounding import UNIT_ROUNDOFF
+from vibecalc.response.absorber.coefficients import Coupling, coupling
+from vibecalc.response.absorber.excess import ALL, excess
+from vibecalc.response.absorber.measure import Measure, measure
+from vibecalc.response.absorber.model import Absorber, Transfer, transfer_of
+from vibecalc.response.absorber.peaks import maxima, near_poles, peaks
+
+#: range of ln (free ratio / m) searched, wide enough for both limits to be felt
+_REACH = (-30.0, 12.0)
+#: places looked at first, closer together where absorbers are tuned
+_LOOK = np.unique(np.concatenate([np.linspace(*_REACH, 15), np.linspace(-4.0, 2.0, 19)]))
+#: halvings that leave the rest to Newton's method
+_HALVINGS = 22
+
+
+class Restricted(NamedTuple):
+    """Best tunings (...) along one line, sup |H| there and errors of both.
+
+    `value` of the free ratio; `held_by` the number of active peaks: 1 where one peak is stationary
+    in the free ratio, 2 where two peaks are equal, 0 where the best is a limit: then `value` is
+    zero or infinite. Where the floor is reached, `value` is one of many.
+    """
+
+    value: np.ndarray
+    largest: np.ndarray
+    value_error: np.ndarray
+    largest_error: np.ndarray
+    held_by: np.ndarray
+    evaluations: np.ndarray
+
+
+def pure_viscous(
+    primary_damping: ArrayLike, mass_ratio: ArrayLike, excitation: str = "force",
+    response: str = "displacement",
+) -> Restricted:  # fmt: skip
+    """Best z2 of a damper without a spring (type B of Baca Vasquez, 2007; Houdaille)."""
+    return given_stiffness(primary_damping, mass_ratio, 0.0, excitation, response)
+
+
+def undamped_spring(
+    primary_damping: ArrayLike, mass_ratio: ArrayLike, excitation: str = "force",
+    response: str = "displacement",
+) -> Restricted:  # fmt: skip
+    """Best k of a secondary without damping. Raises NumericalFailure for an undamped primary."""
+    if np.any(np.asarray(primary_damping) == 0.0):
+        raise NumericalFailure("without any damping the response is infinite whatever the spring")
+    return given_damping(primary_damping, mass_ratio, 0.0, excitation, response)
+
+
+def given_stiffness(
+    primary_damping: ArrayLike, mass_ratio: ArrayLike, stiffness_ratio: ArrayLike,
+    excitation: str = "force", response: str = "displacement",
+) -> Restricted:  # fmt: skip
+    """Best z2 for a given k >= 0."""
+    transfer = _known(excitation, response)
+    z1, m, k = _checked(primary_damping, mass_ratio, stiffness_ratio)
+    return _along(z1, m, k, True, transfer, (excitation, response))
+
+
+def given_damping(
+    primary_damping: ArrayLike, mass_ratio: ArrayLike, secondary_damping: ArrayLike,
+    excitation: str = "force", response: str = "displacement",
+) -> Restricted:  # fmt: skip
+    """Best k for a given z2 >= 0."""
+    transfer = _known(excitation, response)
+    z1, m, z2 = _checked(primary_damping, mass_ratio, secondary_damping)
+    return _along(z1, m, z2, False, transfer, (excitation, response))
+
+
+def _known(excitation: str, response: str) -> Transfer:
+    transfer = transfer_of(excitation, response)
+    if transfer.motion not in ("primary", "ground"):
+        raise NumericalFailure(f"no tuning makes {response} least: it vanishes with the absorber")
+    return transfer
+
+
+def _checked(*ratios: ArrayLike) -> tuple[np.ndarray, ...]:
+    z1, m, given = np.broadcast_arrays(*(np.asarray(r, dtype=float) for r in ratios))
+    if not np.all((m > 0.0) & np.isfinite(m) & (z1 >= 0.0) & np.isfinite(z1)):
+        raise NumericalFailure("a tuning needs 0 < mass ratio < infinity and 0 <= primary damping")
+    if not np.all((given >= 0.0) & np.isfinite(given)):
+        raise NumericalFailure("the given ratio must be zero or above, and finite")
+    return np.array(z1), np.array(m), np.array(given)
+
+
+def _along(
+    z1: np.ndarray, m: np.ndarray, given: np.ndarray, damping_free: bool, transfer: Transfer,
+    asked: tuple[str, str],
+) -> Restricted:  # fmt: skip
+    """Halve the interval by the sign of the slope of the highest peak, then Newton's method."""
+    shape = m.shape
+    z1, m, given = (a.reshape(-1) for a in (z1, m, given))
+    count = len(m)
+
+    def parts_at(logs: np.ndarray) -> Coupling:
+        free = np.exp(logs)
+        k, z2 = (given, free) if damping_free else (free, given)
+        return coupling(Absorber(z1, m, k, z2))
+
+    def top(logs: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """ln u (2, n) and excess (2, n) of the two highest peaks, and the slope of the highest."""
+        own = parts_at(logs)
+        rows, u, value, _ = maxima(own, measure(own, transfer), near_poles(own))
+        y, level = np.zeros((2, count)), np.full((2, count), -np.inf)
+        order = np.lexsort((-value, rows))
+        rank = np.arange(len(rows)) - np.searchsorted(rows[order], rows[order])
+        for i in range(2):
+            pick = order[rank == i]
+            y[i, rows[pick]], level[i, rows[pick]] = np.log(u[pick]), value[pick]
+        return y, level, _slope(z1, m, given, logs, y, damping_free, transfer)[1][0]
+
+    # the largest peak may have humps far from tune: look once at the whole range
+    look = _LOOK
+    if not damping_free and np.any(given == 0.0):
+        # the peak that a very soft spring without damper adds is too sharp to be seen
+        look = look[look >= -9.0]
+    levels = np.stack([top(np.log(m) + shift)[1][0] for shift in look])
+    # without a damped primary there always is a peak: one that is not seen is too high
+    levels = np.where((levels == -np.inf) & (z1 == 0.0), np.inf, levels)
+    best = np.argmin(levels, axis=0)
+    low = np.log(m) + look[np.maximum(best - 1, 0)]
+    high = np.log(m) + look[np.minimum(best + 1, len(look) - 1)]
+    rises = best < len(look) - 1
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        y, level, slope = top(middle)
+        up = (slope > 0.0) | (level[0] <= 0.0)
+        high, low = np.where(up, middle, high), np.where(up, low, middle)
+    middle = 0.5 * (low + high)
+    y, level, _ = top(middle)
+    middle, y, held = _finish(z1, m, given, middle, y, level, damping_free, transfer)
+    free = np.exp(middle)
+    # a level that falls to the far end of the range has its least in that limit
+    free = np.where(~rises & (middle - np.log(m) > _REACH[1] - 1.0), np.inf, free)
+    k, z2 = (given, free) if damping_free else (free, given)
+    # nothing at all can be better than any of it: a light spring without a damper is worse
+    none = (given, np.zeros(count)) if damping_free else (np.zeros(count), given)
+    bare = peaks(Absorber(z1, m, *none), *asked).largest
+    free = np.where(bare <= peaks(Absorber(z1, m, k, z2), *asked).largest, 0.0, free)
+    inside = np.isfinite(free) & (free > 0.0)
+    k, z2 = (given, free) if damping_free else (free, given)
+    there = peaks(Absorber(z1, m, k, z2), *asked)
+    slack = np.where(inside & (held == 2), there.largest * (1.0 + there.largest), there.largest)
+    error = there.largest_error + 16.0 * UNIT_ROUNDOFF * np.where(np.isfinite(slack), slack, 0.0)
+    wrong = np.where(inside, free * 64.0 * UNIT_ROUNDOFF * (1.0 + there.largest), 0.0)
+    held = np.where(inside, held, 0)
+    used = np.full(count, _HALVINGS + len(_LOOK) + 8)
+    columns = (free, there.largest, wrong, error, held, used)
+    return Restricted(*(np.reshape(a, shape) for a in columns))
+
+
+def _slope(
+    z1: np.ndarray, m: np.ndarray, given: np.ndarray, logs: np.ndarray, y: np.ndarray,
+    damping_free: bool, transfer: Transfer,
+) -> tuple[np.ndarray, ...]:  # fmt: skip
+    """Of w = ln (excess) at y (2, n): value, slopes by the free logarithm and by y, bends."""
+    free = np.exp(logs)
+    k, z2 = (given, free) if damping_free else (free, given)
+    own = Coupling(z1, m, m, k, 2.0 * z2, np.zeros(len(m), dtype=int))
+    weights: Measure = measure(own, transfer)
+    u = np.exp(y)
+    with np.errstate(all="ignore"):
+        seen = excess(own, weights, u, ALL)
+        first, mixed, second = (4, 6, 9) if damping_free else (3, 5, 7)
+        ratio = 2.0 * free if damping_free else free
+        a, q = (side / side[0] for side in (seen.above, seen.below))
+        slope = (a[first] - q[first]) * ratio
+        along = (a[1] - q[1]) * u
+        yy = (a[2] - a[1] ** 2 - q[2] + q[1] ** 2) * u * u + along
+        yp = (a[mixed] - a[1] * a[first] - q[mixed] + q[1] * q[first]) * u * ratio
+        pp = (a[second] - a[first] ** 2 - q[second] + q[first] ** 2) * ratio**2 + slope
+        level = np.log(seen.above[0] / seen.below[0])
+    return level, slope, along, yy, yp, pp
+
+
+def _finish(
+    z1: np.ndarray, m: np.ndarray, given: np.ndarray, logs: np.ndarray, y: np.ndarray,
+    level: np.ndarray, damping_free: bool, transfer: Transfer,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:  # fmt: skip
+    """Newton on equal peaks where two are level, on a stationary peak elsewhere."""
+    with np.errstate(all="ignore"):
+        two = (level[1] > 0.0) & (level[1] / level[0] > 1.0 - 1e-3)
+        slopes = _slope(z1, m, given, logs, y, damping_free, transfer)[1]
+        two &= slopes[0] * slopes[1] < 0.0
+        for _ in range(6):
+            w, slope, along, yy, yp, pp = _slope(z1, m, given, logs, y, damping_free, transfer)
+            flat = slope - yp * along / yy
+            height = w - 0.5 * along**2 / yy
+            bend = pp - yp**2 / yy
+            equal = -(height[0] - height[1]) / (flat[0] - flat[1])
+            smooth = -flat[0] / bend[0]
+            step = np.where(two, equal, smooth)
+            step = np.where(np.isfinite(step) & (np.abs(step) < 1e-2), step, 0.0)
+            shift = -(along + yp * step) / yy
+            y = y + np.where(np.isfinite(shift) & (np.abs(shift) < 0.1), shift, 0.0)
+            logs = logs + step
+    return logs, y, np.where(two, 2, 1)

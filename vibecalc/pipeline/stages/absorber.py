@@ -1,0 +1,131 @@
+"""Adapter: curves, peaks, fixed points, frequencies and poles of a primary with absorber."""
+
+import numpy as np
+
+from vibecalc.case.absorber_tables import AbsorberResponse
+from vibecalc.machine.absorber import AbsorberParts, build_absorber
+from vibecalc.numerics.rounding import EPSILON
+from vibecalc.pipeline.entries.absorber import ROOT
+from vibecalc.pipeline.plan_absorber import asked_of, has_fixed_points
+from vibecalc.pipeline.scene import Scene
+from vibecalc.pipeline.stages.absorber_curves import Curves, family
+from vibecalc.response.absorber.amplitude import amplitude_with_error
+from vibecalc.response.absorber.fixed_points import fixed_points
+from vibecalc.response.absorber.model import Absorber, transfer_of
+from vibecalc.response.absorber.peaks import peaks
+from vibecalc.response.absorber.poles import landmarks, poles
+
+TRAVEL = "relative_displacement"
+#: maxima that a two-mass system can have
+_MOST = 4
+
+
+def run(scene: Scene) -> None:
+    """Emit everything for [response.absorber]; at the optimum where [tuning] found one."""
+    case = scene.case
+    if case.response is None or case.response.absorber is None:
+        raise ValueError("the case has no [response.absorber]")
+    parts = build_absorber(case)
+    if parts.branches:
+        from vibecalc.pipeline.stages.absorber_several import run_response
+
+        run_response(scene, parts)
+        return
+    options, pair = case.response.absorber, asked_of(case)
+    curves = family(case, options, parts, scene.handed_on.get("tuned"))
+    ratios = frequency_ratios(options, parts)
+    axes = {"curve": curves.names, "frequency_ratio": ratios}
+    emit_frequencies(scene, parts, ratios)
+    wide = Absorber(*(np.asarray(part)[:, None] for part in curves.absorber))
+    for name, what in (("curve", pair[1]), ("relative_curve", TRAVEL)):
+        value, error = amplitude_with_error(wide, ratios, pair[0], what)
+        finite = np.isfinite(np.abs(value))
+        scene.emit(f"{ROOT}/{name}", value, np.where(finite, error, 0.0), axes)
+    _emit_peaks(scene, curves, pair)
+    _emit_landmarks(scene, curves, pair)
+    _cite(scene)
+
+
+def frequency_ratios(options: AbsorberResponse, parts: AbsorberParts) -> np.ndarray:
+    """Frequencies of the curves over the primary's own one."""
+    if options.frequencies is not None and parts.scale is not None:
+        asked = options.frequencies
+        span = np.linspace(asked.start, asked.stop, asked.points)
+        return np.asarray(span / parts.scale.frequency)
+    ratios = options.frequency_ratios
+    if ratios is None:
+        return np.linspace(0.0, 2.0, 401)
+    return np.linspace(ratios.start, ratios.stop, ratios.points)
+
+
+def emit_frequencies(scene: Scene, parts: AbsorberParts, ratios: np.ndarray) -> None:
+    """The same in rad/s, for a primary with units."""
+    if parts.scale is None:
+        return
+    own = parts.scale.frequency
+    scene.emit(
+        f"{ROOT}/frequency",
+        own * ratios,
+        8.0 * EPSILON * own * np.max(ratios),
+        {"frequency_ratio": ratios},
+    )
+    scene.emit(f"{ROOT}/primary_frequency", own, 8.0 * EPSILON * own)
+
+
+def _emit_peaks(scene: Scene, curves: Curves, pair: tuple[str, str]) -> None:
+    axes = {"curve": curves.names}
+    found = peaks(curves.absorber, *pair)
+    places = axes | {"summit": np.arange(1, _MOST + 1)}
+    # the frequency of a summit is known to half the digits of its height, seen from the height
+    spread = np.where(found.found, 4.0 * EPSILON * found.frequency, 0.0)
+    error = np.where(np.isfinite(found.error), found.error, 0.0)
+    scene.emit(f"{ROOT}/summit/magnitude", found.magnitude, error, places)
+    scene.emit(f"{ROOT}/summit/frequency_ratio", found.frequency, spread, places)
+    doubt = np.where(np.isfinite(found.largest_error), found.largest_error, 0.0)
+    scene.emit(f"{ROOT}/largest", found.largest, doubt, axes)
+    where = np.where(np.isfinite(found.where), 4.0 * EPSILON * found.where, 0.0)
+    scene.emit(f"{ROOT}/largest_frequency_ratio", found.where, where, axes)
+    travel = peaks(curves.absorber, pair[0], TRAVEL)
+    doubt = np.where(np.isfinite(travel.largest_error), travel.largest_error, 0.0)
+    scene.emit(f"{ROOT}/largest_travel", travel.largest, doubt, axes)
+
+
+def _emit_landmarks(scene: Scene, curves: Curves, pair: tuple[str, str]) -> None:
+    """Of the first curve, which is the one given or tuned."""
+    z1, m, k, z2 = (float(np.asarray(part).flat[0]) for part in curves.absorber)
+    marks = landmarks(m, k)
+    both = np.array([marks.lower, marks.upper], dtype=float)
+    near = 16.0 * EPSILON * np.max(both[np.isfinite(both)])
+    scene.emit(f"{ROOT}/natural_frequency_ratio", both, near, {"mode": np.arange(1, 3)})
+    for name, value in (
+        ("antiresonance", marks.antiresonance), ("locked_frequency_ratio", marks.locked),
+    ):  # fmt: skip
+        scene.emit(f"{ROOT}/{name}", float(value), 16.0 * EPSILON * float(value))
+    found = poles(Absorber(z1, m, k, z2))
+    values, doubt = found.value[found.found], found.error[found.found]
+    rank = np.lexsort((values.imag, -values.real))
+    axes = {"pole": np.arange(1, len(rank) + 1)}
+    scene.emit(f"{ROOT}/pole", values[rank], np.max(doubt, initial=0.0), axes)
+    if has_fixed_points(scene.case):
+        _emit_fixed_points(scene, m, k, pair)
+
+
+def _emit_fixed_points(scene: Scene, m: float, k: float, pair: tuple[str, str]) -> None:
+    passed = fixed_points(m, k)
+    places = np.array([passed.frequency_p, passed.frequency_q], dtype=float)
+    heights = np.array([passed.magnitude_p, passed.magnitude_q], dtype=float)
+    errors = np.array([passed.error_p, passed.error_q], dtype=float)
+    # what a power of x adds to |H| is the same for all dampings
+    power = places ** transfer_of(*pair).power
+    names = {"fixed_point": ("P", "Q")}
+    scene.emit(f"{ROOT}/fixed_point/frequency_ratio", places, 16.0 * EPSILON, names)
+    doubt = (errors + 8.0 * EPSILON * heights) * power
+    scene.emit(f"{ROOT}/fixed_point/magnitude", heights * power, doubt, names)
+
+
+def _cite(scene: Scene) -> None:
+    scene.cite(
+        "complex response of the two-mass system, exact peaks from the stationarity polynomial",
+        "curves, peaks, travel",
+        "Baca Vasquez (2007), equations 2.8 to 2.10 and 3.13; docs/theory_absorber.md",
+    )

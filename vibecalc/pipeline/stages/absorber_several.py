@@ -1,0 +1,204 @@
+"""Adapter: several absorbers on one primary, beside each other or one on another."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from vibecalc.case.absorber_tables import Tuning
+from vibecalc.errors import NumericalFailure
+from vibecalc.machine.absorber import AbsorberParts
+from vibecalc.numerics.rounding import EPSILON
+from vibecalc.optimisation.absorber.several import tuned as solved
+from vibecalc.optimisation.absorber.several_problem import Problem, Travel
+from vibecalc.pipeline.entries.absorber import ROOT as RESPONSE
+from vibecalc.pipeline.entries.tuning import ROOT
+from vibecalc.pipeline.plan_absorber import asked_of
+from vibecalc.pipeline.scene import Scene
+from vibecalc.pipeline.stages.absorber import TRAVEL, emit_frequencies, frequency_ratios
+from vibecalc.response.absorber.model import Absorber
+from vibecalc.response.absorber.peaks import peaks
+from vibecalc.response.absorber.several import Several, several_amplitude
+from vibecalc.response.absorber.several_peaks import several_peaks
+
+_STARTS = 12
+#: slopes that cancel to this are as good as rounding lets them
+_ZERO = 1e-7
+
+
+class _Peaks(NamedTuple):
+    """Maxima (p,) of one system, and the largest response with its place."""
+
+    frequency: np.ndarray
+    magnitude: np.ndarray
+    error: np.ndarray
+    largest: float
+    largest_error: float
+    where: float
+
+
+def run_tuning(scene: Scene, options: Tuning, parts: AbsorberParts) -> None:
+    """Emit the tuning of all absorbers together; hand on the system."""
+    z1, pair = parts.primary_damping, (options.excitation, options.response)
+    m = np.array([branch.mass_ratio for branch in parts.branches])
+    found = solved(_problem(options, parts, m), _STARTS)
+    system = Several(z1, m, found.stiffness_ratio, found.secondary_damping, _parents(parts))
+    scene.handed_on["several"] = system
+    names = {"absorber": tuple(branch.name for branch in parts.branches)}
+    count, error = len(m), found.ratio_error
+    k, z2 = found.stiffness_ratio, found.secondary_damping
+    scene.emit(f"{ROOT}/primary_damping", z1)
+    scene.emit(f"{ROOT}/each/mass_ratio", m, 2.0 * EPSILON * np.max(m), names)
+    scene.emit(f"{ROOT}/each/stiffness_ratio", k, error[:count], names)
+    scene.emit(f"{ROOT}/each/secondary_damping", z2, error[count : 2 * count], names)
+    own = np.where(k > 0.0, z2 / np.sqrt(m * np.where(k > 0.0, k, 1.0)), 0.0)
+    relative = np.max(error / np.maximum(np.concatenate([k, z2]), 1e-300)) + 4.0 * EPSILON
+    scene.emit(f"{ROOT}/each/own_damping", own, own * relative, names)
+    scene.emit(f"{ROOT}/peak", found.peak, found.peak_error)
+    alone = peaks(Absorber(z1, 1.0, 0.0, 0.0), *pair)
+    least = float(alone.largest)
+    doubt = float(alone.largest_error) if np.isfinite(least) else 0.0
+    scene.emit(f"{ROOT}/peak_alone", least, doubt)
+    travel = several_peaks(system, pair[0], TRAVEL)
+    scene.emit(
+        f"{ROOT}/travel", travel.largest, travel.largest_error + 4.0 * travel.largest * relative
+    )
+    axes = {"active": np.arange(1, len(found.frequency) + 1)}
+    height = np.full(len(found.frequency), found.peak)
+    scene.emit(f"{ROOT}/active/frequency_ratio", found.frequency, 1e-8, axes)
+    scene.emit(f"{ROOT}/active/magnitude", height, found.peak_error, axes)
+    scene.emit(f"{ROOT}/active/weight", found.weight, 1e-6, axes)
+    scene.emit(f"{ROOT}/certificate", found.residual, _ZERO)
+    scene.emit(f"{ROOT}/evaluations", found.evaluations)
+    if options.mistuning:
+        _emit_mistuning(scene, options, system, found.peak)
+    if found.no_help:
+        scene.warn("many tunings are as good: the largest response stands at one end")
+    elif found.agreeing < 2:
+        scene.warn("only one of the best starts ends at this tuning; another may be better")
+    scene.cite(
+        "sequential quadratic programming on the levels of all peaks, then Newton's method",
+        "tuning of several absorbers, from a dozen starts",
+        "docs/theory_absorber_tuning.md",
+    )
+
+
+def _problem(options: Tuning, parts: AbsorberParts, m: np.ndarray) -> Problem:
+    bounds, count = options.bounds, len(m)
+    lower, upper = np.zeros(2 * count), np.full(2 * count, np.inf)
+    travel: tuple[Travel, ...] = ()
+    if bounds is not None:
+        for given, place in (
+            (bounds.stiffness_ratio, slice(0, count)), (bounds.damping_ratio, slice(count, None)),
+        ):  # fmt: skip
+            if given is not None:
+                lower[place], upper[place] = given
+        if bounds.travel is not None:
+            travel = tuple(Travel(number, bounds.travel) for number in range(1, count + 1))
+    return Problem(
+        parts.primary_damping, m, _parents(parts), options.excitation, options.response,
+        lower, upper, travel,
+    )  # fmt: skip
+
+
+def _parents(parts: AbsorberParts) -> tuple[int, ...]:
+    """What each hangs on: 0 the primary, j the j-th absorber."""
+    return tuple(branch.carrier + 1 for branch in parts.branches)
+
+
+def _emit_mistuning(scene: Scene, options: Tuning, system: Several, best: float) -> None:
+    """All springs, or all dampers, off by the same share."""
+    pair = options.excitation, options.response
+    sizes = np.array(sorted({sign * size for size in options.mistuning for sign in (-1.0, 1.0)}))
+    k, z2 = np.asarray(system.stiffness_ratio), np.asarray(system.secondary_damping)
+    found = [
+        [several_peaks(system._replace(**{key: part * (1.0 + size)}), *pair) for size in sizes]
+        for key, part in (("stiffness_ratio", k), ("secondary_damping", z2))
+    ]
+    loss = np.array([[one.largest for one in row] for row in found]) / best - 1.0
+    error = max(one.largest_error for row in found for one in row) / best
+    axes = {"mistuned": ("stiffness", "damping"), "deviation": sizes}
+    scene.emit(f"{ROOT}/mistuning/loss", loss, 4.0 * error, axes)
+
+
+def run_response(scene: Scene, parts: AbsorberParts) -> None:
+    """Emit the curves of several absorbers: as given or tuned, and over the primary damping."""
+    case = scene.case
+    assert case.response is not None and case.response.absorber is not None
+    options, pair = case.response.absorber, asked_of(case)
+    system, first = scene.handed_on.get("several"), "tuned"
+    if system is None:
+        system, first = _given(parts), "as given"
+    names, systems = [first], [system]
+    if options.limits:
+        names += ["locked", "free"]
+        hard = np.full(len(parts.branches), np.inf)
+        systems += [system._replace(stiffness_ratio=hard), _free(system)]
+    for value in options.vary.primary_damping if options.vary is not None else ():
+        names.append(f"primary damping {value:g}")
+        systems.append(system._replace(primary_damping=value))
+    ratios = frequency_ratios(options, parts)
+    emit_frequencies(scene, parts, ratios)
+    axes = {"curve": tuple(names), "frequency_ratio": ratios}
+    for name, what in (("curve", pair[1]), ("relative_curve", TRAVEL)):
+        values = np.stack([several_amplitude(one, ratios, pair[0], what) for one in systems])
+        size = np.abs(values)
+        error = 1e-12 * np.where(np.isfinite(size), size * (1.0 + size), 0.0)
+        scene.emit(f"{RESPONSE}/{name}", values, error, axes)
+    _emit_peaks(scene, tuple(names), systems, pair)
+    scene.cite(
+        "complex response of a tree of masses, exact peaks from the stationarity polynomial",
+        "curves, peaks, travel",
+        "docs/theory_absorber.md",
+    )
+
+
+def _free(system: Several) -> Several:
+    nothing = np.zeros(len(system.parent))
+    return system._replace(stiffness_ratio=nothing, secondary_damping=nothing)
+
+
+def _given(parts: AbsorberParts) -> Several:
+    rows = [(b.mass_ratio, b.stiffness_ratio, b.secondary_damping) for b in parts.branches]
+    if any(value is None for row in rows for value in row):
+        raise NumericalFailure("an absorber has no spring or no damper, and no tuning finds it")
+    m, k, z2 = np.array(rows, dtype=float).T
+    return Several(parts.primary_damping, m, k, z2, _parents(parts))
+
+
+def _emit_peaks(
+    scene: Scene, names: tuple[str, ...], systems: list[Several], pair: tuple[str, str]
+) -> None:
+    found = [_peaks(one, pair[0], pair[1]) for one in systems]
+    most = max(1, *(len(one.frequency) for one in found))
+    place, height = np.zeros((len(found), most)), np.zeros((len(found), most))
+    for row, one in enumerate(found):
+        place[row, : len(one.frequency)] = one.frequency
+        height[row, : len(one.frequency)] = one.magnitude
+    error = max((float(np.max(one.error, initial=0.0)) for one in found), default=0.0)
+    axes = {"curve": names}
+    summits = axes | {"summit": np.arange(1, most + 1)}
+    scene.emit(f"{RESPONSE}/summit/magnitude", height, error, summits)
+    scene.emit(f"{RESPONSE}/summit/frequency_ratio", place, 1e-12 * np.max(place), summits)
+    largest = np.array([one.largest for one in found])
+    where = np.array([one.where for one in found])
+    doubt = max(one.largest_error for one in found)
+    scene.emit(f"{RESPONSE}/largest", largest, doubt, axes)
+    finite = where[np.isfinite(where)]
+    near = 1e-12 * float(np.max(finite, initial=0.0))
+    scene.emit(f"{RESPONSE}/largest_frequency_ratio", where, near, axes)
+    travels = [_peaks(one, pair[0], TRAVEL) for one in systems]
+    reach = np.array([one.largest for one in travels])
+    scene.emit(f"{RESPONSE}/largest_travel", reach, max(one.largest_error for one in travels), axes)
+
+
+def _peaks(system: Several, excitation: str, response: str) -> _Peaks:
+    """All peaks; on an undamped natural frequency the largest is infinite."""
+    try:
+        found = several_peaks(system, excitation, response)
+    except NumericalFailure:
+        none = np.zeros(0)
+        return _Peaks(none, none, none, np.inf, 0.0, np.inf)
+    return _Peaks(
+        found.frequency, found.magnitude, found.error,
+        found.largest, found.largest_error, found.where,
+    )  # fmt: skip

@@ -1,0 +1,153 @@
+"""Adapter, continued: what springs and oils in stock give, and the pair with the lowest peak."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from vibecalc.errors import NumericalFailure
+from vibecalc.hardware.oils import Oil, dynamic_viscosity, oil_damping, right_temperature
+from vibecalc.hardware.spring_couple import couple_stiffness
+from vibecalc.hardware.viscosity import kinematic_viscosity
+from vibecalc.machine.absorber import AbsorberParts, Scale
+from vibecalc.machine.absorber_hardware import Filling
+from vibecalc.numerics.rounding import EPSILON
+from vibecalc.numerics.typing import FloatArray
+from vibecalc.optimisation.absorber.stock import stock_choice
+from vibecalc.pipeline.entries.absorber_parts import ROOT
+from vibecalc.pipeline.scene import Scene
+from vibecalc.response.absorber.model import Absorber
+from vibecalc.response.absorber.peaks import peaks
+
+#: name where no springs are wanted
+NO_SPRING = "none"
+_VISCOUS = ("viscous", "lanchester")
+
+
+class Held(NamedTuple):
+    """Springs and oil that stay while the oil warms: the best pair in stock, else those built in.
+
+    `least` is the peak of the tuning.
+    """
+
+    stiffness_ratio: float
+    oil: Oil
+    least: float
+
+
+class Offers(NamedTuple):
+    """What every part in stock gives: names, ratios (n,), errors of the ratios."""
+
+    names: tuple[str, ...]
+    ratio: FloatArray
+    error: FloatArray
+
+
+def emit_stock(scene: Scene, parts: AbsorberParts, tuned: Absorber | None) -> Held | None:
+    """Emit springs, oils and their pairs; give what stays while the oil warms, if there is any."""
+    scale, filled = parts.scale, parts.filling
+    if scale is None or filled is None:
+        return None
+    tuning = scene.case.tuning
+    viscous = tuning is not None and tuning.kind in _VISCOUS
+    springs = _springs(scene, parts, scale)
+    oils = _oils(scene, parts, scale, filled, tuned)
+    if tuning is None or tuned is None:
+        return None
+    pair = tuning.excitation, tuning.response
+    least = float(peaks(tuned, *pair).largest)
+    if viscous:
+        springs = Offers((NO_SPRING,), np.zeros(1), np.zeros(1))
+    if springs is None or oils is None:
+        return _as_built(parts, scale, filled, least, viscous)
+    z1, m = float(np.asarray(tuned.primary_damping)), float(np.asarray(tuned.mass_ratio))
+    k, z2 = springs.ratio[:, None], oils.ratio[None, :]
+    limit = None if tuning.bounds is None else tuning.bounds.travel
+    found = stock_choice(
+        z1, m, springs.ratio, oils.ratio, least, *pair, travel=np.inf if limit is None else limit
+    )
+    stray = springs.error[:, None] / np.where(k > 0.0, k, 1.0) + oils.error / z2
+    finite = np.isfinite(found.peak)
+    top = np.where(finite, found.peak, 0.0)
+    error = np.where(finite, found.error, 0.0) + 4.0 * top * (1.0 + top) * stray
+    axes = {"stock_spring": springs.names, "stock_oil": oils.names}
+    scene.emit(f"{ROOT}/pair/peak", found.peak, error, axes)
+    scene.emit(f"{ROOT}/pair/penalty", found.penalty, 2.0 * error / least, axes)
+    scene.emit(f"{ROOT}/pair/travel", found.travel, 1e-9 * found.travel, axes)
+    scene.emit(f"{ROOT}/pair/allowed", found.allowed.astype(int), 0.0, axes)
+    best = found.spring, found.oil
+    peak, doubt = float(found.peak[best]), float(error[best])
+    if found.unsure:
+        scene.warn("the best two pairs of stock parts differ by less than the error of their peaks")
+    scene.emit(f"{ROOT}/buy/peak", peak, doubt)
+    scene.emit(f"{ROOT}/buy/penalty", peak / least - 1.0, 2.0 * doubt / least)
+    return Held(float(springs.ratio[best[0]]), parts.stock.oils[best[1]], least)
+
+
+def _as_built(
+    parts: AbsorberParts, scale: Scale, filled: Filling, least: float, viscous: bool
+) -> Held | None:
+    springs = parts.springs
+    if filled.oil is None:
+        return None
+    if viscous:
+        return Held(0.0, filled.oil, least)
+    if springs is None or springs.stiffness is None:
+        return None
+    return Held(springs.stiffness / scale.stiffness, filled.oil, least)
+
+
+def _springs(scene: Scene, parts: AbsorberParts, scale: Scale) -> Offers | None:
+    springs, stock = parts.springs, parts.stock
+    if springs is None or not stock.spring_names:
+        return None
+    found = couple_stiffness(stock.spring_rates, springs.count, springs.radius, springs.angle)
+    ratio = found.value / scale.stiffness
+    error = found.error / scale.stiffness + 4.0 * EPSILON * ratio
+    axes = {"stock_spring": stock.spring_names}
+    scene.emit(f"{ROOT}/spring/rate", stock.spring_rates, 0.0, axes)
+    scene.emit(f"{ROOT}/spring/stiffness_ratio", ratio, error, axes)
+    return Offers(stock.spring_names, ratio, error)
+
+
+def _oils(
+    scene: Scene, parts: AbsorberParts, scale: Scale, filled: Filling, tuned: Absorber | None
+) -> Offers | None:
+    oils = parts.stock.oils
+    if not oils:
+        return None
+    names = tuple(oil.name for oil in oils)
+    axes = {"stock_oil": names}
+    thick, damping = [], []
+    for oil in oils:
+        try:
+            dynamic_viscosity(oil, filled.temperature)
+            thick.append(kinematic_viscosity(oil.line, filled.temperature))
+            damping.append(oil_damping(oil, filled.gap, filled.temperature))
+        except NumericalFailure as failure:
+            raise NumericalFailure(f"oil {oil.name!r} in stock: {failure}") from failure
+    values, errors = (np.array([float(x[i]) for x in thick]) for i in range(2))
+    scene.emit(f"{ROOT}/oil/kinematic_viscosity", values, errors, axes)
+    values, errors = (np.array([float(x[i]) for x in damping]) for i in range(2))
+    scene.emit(f"{ROOT}/oil/damping", values, errors, axes)
+    ratio = values / scale.damping
+    error = errors / scale.damping + 8.0 * EPSILON * ratio
+    scene.emit(f"{ROOT}/oil/secondary_damping", ratio, error, axes)
+    if tuned is not None:
+        wanted = float(np.asarray(tuned.secondary_damping)) * scale.damping
+        warm, slack = np.array([_right(oil, filled, wanted) for oil in oils]).T
+        scene.emit(f"{ROOT}/oil/right_temperature", warm, slack, axes)
+    scene.cite(
+        "straight line of ASTM D341 through two viscosities, density by API MPMS 11.1",
+        "viscosity against temperature",
+        "ASTM D341; Baca Vasquez (2007), equation 3.18",
+    )
+    return Offers(names, ratio, error)
+
+
+def _right(oil: Oil, filled: Filling, wanted: float) -> tuple[float, float]:
+    """Temperature at which an oil is as thick as wanted, and its error; zeros where it never is."""
+    try:
+        found = right_temperature(oil, filled.gap, wanted)
+    except NumericalFailure:
+        return 0.0, 0.0
+    return float(found.value), float(found.error)

@@ -1,0 +1,151 @@
+"""Adapter: the spring and the damper that make the response of the primary smallest."""
+
+import numpy as np
+
+from vibecalc.case.absorber_tables import Tuning
+from vibecalc.errors import NumericalFailure
+from vibecalc.machine.absorber import AbsorberParts, build_absorber
+from vibecalc.numerics.rounding import EPSILON
+from vibecalc.optimisation.absorber.certificate import VERDICTS, certify
+from vibecalc.optimisation.absorber.threshold import threshold
+from vibecalc.pipeline.entries.tuning import ROOT
+from vibecalc.pipeline.scene import Scene
+from vibecalc.pipeline.stages.absorber_chart import emit_chart, emit_map
+from vibecalc.pipeline.stages.absorber_optimum import Best, best_tuning
+from vibecalc.pipeline.stages.absorber_studies import (
+    emit_bounded,
+    emit_methods,
+    emit_mistuning,
+    emit_sensitivity,
+)
+from vibecalc.response.absorber.model import Absorber, own_damping_ratio
+from vibecalc.response.absorber.peaks import peaks
+
+#: peaks this close, relative to their height, hold an optimum together
+_EQUAL = 1e-9
+#: slopes that cancel to this are as good as rounding lets them
+_ZERO = 1e-7
+
+
+def run(scene: Scene) -> None:
+    """Emit the optimum and what the case asks for beside it; hand on the tuned absorber."""
+    case = scene.case
+    options, parts = case.tuning, build_absorber(case)
+    if options is None:
+        raise ValueError("the case has no [tuning]")
+    if parts.branches:
+        from vibecalc.pipeline.stages.absorber_several import run_tuning
+
+        run_tuning(scene, options, parts)
+        return
+    if parts.absorber is None:
+        raise ValueError("the case has no absorber to tune")
+    z1, m = parts.primary_damping, float(np.asarray(parts.absorber.mass_ratio))
+    best = best_tuning(options, z1, m)
+    tuned = Absorber(z1, m, best.stiffness_ratio, best.secondary_damping)
+    scene.handed_on["tuned"] = tuned
+    _emit_best(scene, options, best, tuned)
+    _emit_units(scene, options, parts, best)
+    if options.norm == "h_infinity":
+        _emit_proof(scene, options, tuned)
+    if options.compare:
+        emit_methods(scene, options, tuned, best)
+    if options.mistuning:
+        emit_mistuning(scene, options, tuned)
+    if options.sensitivity:
+        emit_sensitivity(scene, options, z1, m)
+    if options.bounds is not None:
+        emit_bounded(scene, options, tuned, best)
+    if options.chart is not None:
+        emit_chart(scene, options)
+    if options.kind == "free" and options.norm == "h_infinity":
+        emit_map(scene, options, tuned)
+    _cite(scene, options)
+
+
+def _emit_best(scene: Scene, options: Tuning, best: Best, tuned: Absorber) -> None:
+    z1, m = float(np.asarray(tuned.primary_damping)), float(np.asarray(tuned.mass_ratio))
+    pair = options.excitation, options.response
+    scene.emit(f"{ROOT}/primary_damping", z1)
+    scene.emit(f"{ROOT}/mass_ratio", m, 2.0 * EPSILON * m)
+    scene.emit(f"{ROOT}/stiffness_ratio", best.stiffness_ratio, best.stiffness_error)
+    scene.emit(f"{ROOT}/secondary_damping", best.secondary_damping, best.damping_error)
+    k, z2 = best.stiffness_ratio, best.secondary_damping
+    relative = best.damping_error / (z2 or 1.0) + best.stiffness_error / (k or 1.0)
+    if options.kind == "free":
+        own = float(own_damping_ratio(tuned)) if k > 0.0 else 0.0
+        scene.emit(f"{ROOT}/own_damping", own, own * (relative + 4.0 * EPSILON))
+    alone = peaks(Absorber(z1, m, 0.0, 0.0), *pair)
+    for name, found in (("peak", peaks(tuned, *pair)), ("peak_alone", alone)):
+        error = float(found.largest_error)
+        value = float(found.largest)
+        doubt = best.peak_error if name == "peak" else 0.0
+        scene.emit(f"{ROOT}/{name}", value, error + doubt if np.isfinite(value) else 0.0)
+    travel = peaks(tuned, pair[0], "relative_displacement")
+    reach = float(travel.largest)
+    doubt = float(travel.largest_error) + 2.0 * reach * relative
+    scene.emit(f"{ROOT}/travel", reach, doubt if np.isfinite(reach) else 0.0)
+    scene.emit(f"{ROOT}/helps", int(best.helps))
+    scene.emit(f"{ROOT}/without_spring", int(k == 0.0 and best.helps))
+    if options.norm == "h2":
+        scene.emit(f"{ROOT}/mean_square", best.value, best.value_error)
+        scene.emit(f"{ROOT}/mean_square_alone", best.alone, 8.0 * EPSILON)
+    else:
+        scene.emit(f"{ROOT}/threshold", threshold(*pair).primary_damping, EPSILON)
+        scene.emit(f"{ROOT}/evaluations", best.evaluations)
+    for words in best.remarks:
+        scene.warn(words)
+
+
+def _emit_units(scene: Scene, options: Tuning, parts: AbsorberParts, best: Best) -> None:
+    scale = parts.scale
+    if scale is None:
+        return
+    kind = "torsional" if scale.torsion else "linear"
+    size = scale.damping * best.secondary_damping
+    error = scale.damping * best.damping_error + 8.0 * EPSILON * size
+    scene.emit(f"{ROOT}/{kind}_damping", size, error)
+    if options.kind not in ("free", "undamped_spring"):
+        return
+    stiff = scale.stiffness * best.stiffness_ratio
+    error = scale.stiffness * best.stiffness_error + 8.0 * EPSILON * stiff
+    scene.emit(f"{ROOT}/{kind}_stiffness", stiff, error)
+    m = float(np.asarray(parts.absorber.mass_ratio)) if parts.absorber is not None else 1.0
+    own = scale.frequency * np.sqrt(best.stiffness_ratio / m)
+    error = best.stiffness_error / (best.stiffness_ratio or 1.0) + 8.0 * EPSILON
+    scene.emit(f"{ROOT}/secondary_frequency", own, own * error)
+
+
+def _emit_proof(scene: Scene, options: Tuning, tuned: Absorber) -> None:
+    """The peaks that hold the optimum, and that no change of spring and damper lowers them all."""
+    pair = options.excitation, options.response
+    found, proof = peaks(tuned, *pair), certify(tuned, *pair)
+    top = found.found & (found.magnitude >= found.largest * (1.0 - _EQUAL))
+    axes = {"active": np.arange(1, int(np.sum(top)) + 1)}
+    error = np.max(found.error[top], initial=0.0)
+    scene.emit(f"{ROOT}/active/magnitude", found.magnitude[top], error, axes)
+    # known to half the digits of the height: the summit is flat
+    scene.emit(f"{ROOT}/active/frequency_ratio", found.frequency[top], 1e-9, axes)
+    scene.emit(f"{ROOT}/active/weight", proof.weight[top], 1e-6, axes)
+    if options.kind == "free":
+        scene.emit(f"{ROOT}/certificate", float(proof.residual), _ZERO)
+        verdict = VERDICTS[int(proof.verdict)]
+        if verdict == "not_optimal":
+            raise NumericalFailure(
+                f"the tuning found is not optimal: slopes of its peaks leave {proof.residual:.2g}"
+            )
+
+
+def _cite(scene: Scene, options: Tuning) -> None:
+    if options.norm == "h2":
+        scene.cite(
+            "closed form of the mean square, Newton's method",
+            "tuning",
+            "Crandall and Mark (1963); Asami, Nishihara and Baz (2002); docs/theory_absorber.md",
+        )
+        return
+    scene.cite(
+        "Newton's method on two equal peaks whose slopes oppose each other",
+        "tuning, certified by all peaks of the optimum",
+        "docs/theory_absorber.md; Nishihara and Asami (2002) for an undamped primary",
+    )

@@ -1,0 +1,158 @@
+"""The motion of each harmonic from its readings, with all that levels leave open."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from vibecalc.errors import NumericalFailure
+from vibecalc.machine.measurement import Harmonic, Read
+from vibecalc.measurement.choosing import choose
+from vibecalc.measurement.complex_motion import complex_motion
+from vibecalc.measurement.level import DECIBEL
+from vibecalc.measurement.level_motions import LevelMotion, level_motions
+from vibecalc.measurement.level_reach import Reach, reach
+from vibecalc.measurement.spread import Spread, level_gradient, phase_gradient
+from vibecalc.numerics.rounding import EPSILON, WithError
+from vibecalc.numerics.typing import ComplexArray, FloatArray
+
+#: relative error where first order does not hold: rounding enters by its square root
+_IN_LINE = 3e-7
+_ROUNDINGS = 64.0
+
+
+class Found(NamedTuple):
+    """The motion (3,) taken for a harmonic, and how its readings and rounding move it.
+
+    `candidates` are all motions that levels leave, the one taken first, with their largest
+    residual in dB; none where there are phases. `reach` bounds what they may be off.
+    """
+
+    harmonic: Harmonic
+    motion: ComplexArray
+    spread: Spread
+    rounding: Spread
+    misfit: float
+    misfit_error: float
+    decided: bool
+    chosen_by_others: bool
+    clipped: bool
+    candidates: tuple[LevelMotion, ...]
+    worst: tuple[float, ...]
+    roundings: tuple[Spread, ...]
+    reach: Reach | None
+
+    @property
+    def folded(self) -> bool:
+        """Whether the motions are one family within the rounding, of which slopes say nothing."""
+        return self.reach is not None and self.reach.folded
+
+    def level_bound(self, rows: FloatArray, candidate: int = 0) -> FloatArray:
+        """How far the levels (m,) at rows (m, 3) may be off, dB."""
+        if self.reach is None:
+            return self.spread.bound(level_gradient(rows, self.motion))
+        return self.reach.bound(self.candidates[candidate], rows)
+
+    def level_deviation(self, rows: FloatArray) -> FloatArray:
+        """Standard uncertainty (m,) of the levels at rows (m, 3), dB."""
+        if self.reach is None:
+            return self.spread.deviation(level_gradient(rows, self.motion))
+        return self.reach.deviation(self.candidates[0], rows)
+
+    def phase_deviation(self, row: FloatArray, reference: FloatArray) -> float:
+        """Standard uncertainty, rad, of the phase of a row (3,) against another."""
+        turn = phase_gradient(row, self.motion) - phase_gradient(reference, self.motion)
+        if self.folded:
+            return float("inf") if np.any(turn != 0.0) else 0.0
+        return float(self.spread.deviation(turn))
+
+    def signal(self, rows: FloatArray) -> WithError:
+        """Signals (...) at rows (..., 3) with their numerical error."""
+        return signal(self.motion, self.rounding, rows)
+
+
+def solve(harmonic: Harmonic, reference: FloatArray) -> Found:
+    """The motion of one harmonic; `reference` (3,) is the row where phases are zero."""
+    try:
+        return _from_phases(harmonic) if harmonic.is_complex else _from_levels(harmonic, reference)
+    except NumericalFailure as failure:
+        raise NumericalFailure(f"harmonic {harmonic.order}: {failure}") from failure
+
+
+def signal(motion: ComplexArray, rounding: Spread, rows: FloatArray) -> WithError:
+    """Signals (...) of a motion at rows (..., 3), and what rounding makes of them."""
+    zero = np.zeros_like(rows)
+    parts = (np.concatenate([rows, zero], axis=-1), np.concatenate([zero, rows], axis=-1))
+    moved = np.hypot(*(rounding.bound(part) for part in parts))
+    size = np.abs(rows) @ np.abs(motion)
+    moved = np.where(np.isfinite(moved), moved, _IN_LINE * size)
+    return WithError(rows @ motion, np.asarray(moved + 8.0 * EPSILON * size))
+
+
+def _from_levels(harmonic: Harmonic, reference: FloatArray) -> Found:
+    reads = harmonic.solving
+    rows, sizes = _rows(reads), np.array([read.amplitude for read in reads])
+    half = np.array([read.half_width for read in reads])
+    deviations = np.array([read.deviation for read in reads])
+    motions = level_motions(rows, sizes, half, reference, deviations)
+    bounds = reach(rows, sizes, half)
+    others = [read for read in harmonic.reads if read.use == "choose" and read.phase is None]
+    choice = choose(
+        motions,
+        _rows(others),
+        np.array([read.amplitude for read in others]),
+        np.array([read.half_width for read in others]),
+        bounds,
+    )
+    ranked = tuple(motions[place] for place in choice.ranking)
+    by_others = choice.residuals[list(choice.ranking)] if others else None
+    worst = tuple(
+        float(np.max(np.abs(motion.residual if by_others is None else by_others[place])))
+        for place, motion in enumerate(ranked)
+    )
+    best = ranked[0]
+    # the levels carry a few roundings each, and so does the motion that has them
+    widths = _ROUNDINGS * EPSILON * (1.0 + np.abs(np.log(sizes / np.max(sizes)))) * DECIBEL
+    roundings = tuple(motion.spread._replace(half_widths=widths) for motion in ranked)
+    return Found(
+        harmonic=harmonic,
+        motion=best.motion,
+        spread=best.spread,
+        rounding=roundings[0],
+        misfit=best.misfit,
+        misfit_error=2.0 * _ROUNDINGS * EPSILON * DECIBEL / float(np.min(half)),
+        decided=choice.decided,
+        chosen_by_others=bool(others),
+        clipped=best.clipped,
+        candidates=ranked,
+        worst=worst,
+        roundings=roundings,
+        reach=bounds,
+    )
+
+
+def _from_phases(harmonic: Harmonic) -> Found:
+    reads = harmonic.solving
+    readings = np.array([read.amplitude * np.exp(1j * (read.phase or 0.0)) for read in reads])
+    half = np.array([read.half_width for read in reads])
+    deviations = np.array([read.deviation for read in reads])
+    fit = complex_motion(_rows(reads), readings, half, deviations)
+    widths = _ROUNDINGS * EPSILON * fit.condition * np.abs(np.tile(readings, 2))
+    return Found(
+        harmonic=harmonic,
+        motion=fit.motion,
+        spread=fit.spread,
+        rounding=fit.spread._replace(half_widths=widths),
+        misfit=fit.excess,
+        misfit_error=float(np.max(widths / fit.spread.deviations)),
+        decided=True,
+        chosen_by_others=False,
+        clipped=False,
+        candidates=(),
+        worst=(),
+        roundings=(),
+        reach=None,
+    )
+
+
+def _rows(reads: "list[Read] | tuple[Read, ...]") -> FloatArray:
+    return np.array([read.row for read in reads]).reshape(-1, 3)

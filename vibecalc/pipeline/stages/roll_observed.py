@@ -1,0 +1,176 @@
+"""What is read off one turn of a roll machine: spectra, numbers, course over the turn, peaks."""
+
+from collections.abc import Callable
+from typing import NamedTuple, TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from vibecalc.numerics.typing import FloatArray
+from vibecalc.pipeline.entries.roll import FORCES, VARIABLES
+from vibecalc.response.roll.balances import balance
+from vibecalc.response.roll.classical import by_cylinder
+from vibecalc.response.roll.course import Course, summit
+from vibecalc.response.roll.demand import demand
+from vibecalc.response.roll.hidden import rounding_left
+from vibecalc.response.roll.machine import RollDrive, RollMachine
+from vibecalc.response.roll.readings import readings
+from vibecalc.response.roll.turn import Turn, harmonics, mean
+
+#: dB of one neper
+NEPER = 20.0 / np.log(10.0)
+#: crank angles of the course over a turn, both ends included
+_SHOWN = 361
+
+#: what a reading of a look may be
+_Read = TypeVar("_Read")
+
+
+class Seen(NamedTuple):
+    """One machine (B = 1) with its turn, and its motion at any angle."""
+
+    machine: RollMachine
+    drive: RollDrive
+    turn: Turn
+    course: Course
+
+
+class Value(NamedTuple):
+    """A number with the size that its rounding is relative to, and an error of its own."""
+
+    value: float
+    size: float
+    error: float = 0.0
+
+
+def spectra_of(seen: Seen, orders: int) -> dict[str, tuple[np.ndarray, float]]:
+    """Harmonics (orders,) or (cylinders, orders) by name, each with the rounding in them."""
+    read = readings(seen.machine, seen.drive, seen.turn)
+    numbers = np.arange(1.0, orders + 1)
+    found = {}
+    for name in (*VARIABLES, *FORCES):
+        values = np.asarray(getattr(read, name))
+        rounding = rounding_left(seen.machine, read, name)
+        by_order = harmonics if name in VARIABLES else by_cylinder
+        found[name] = by_order(seen.turn, values, numbers)[0], rounding
+    return found
+
+
+def in_decibels(values: np.ndarray, error: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Levels of harmonics, and their errors; what is below its own error is zero: -inf, error 0."""
+    size = np.abs(values)
+    there = size > error
+    safe = np.where(there, size, 1.0)
+    levels = np.where(there, 20.0 * np.log10(safe), -np.inf)
+    # downwards the logarithm gives way more than upwards
+    return levels, np.where(there, -NEPER * np.log1p(-error / np.where(there, safe, np.inf)), 0.0)
+
+
+def lags_of(values: np.ndarray, error: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Angles by which harmonics lag, in [0, 2 pi), and their errors; zero for what is zero."""
+    size = np.abs(values)
+    there = size > error
+    share = np.where(there, error / np.where(there, size, 1.0), 0.0)
+    return np.where(there, np.mod(-np.angle(values), 2.0 * np.pi), 0.0), np.arcsin(share)
+
+
+class Looks(NamedTuple):
+    """The motion by the method of a case, and what tells how far it is off.
+
+    `other` is from another dial; `order` that of the method, 0 if not known, and `safety` what a
+    difference of dials then counts. `best` are two looks by collocation, where another method has
+    found the motion: no estimate is below what it differs from these.
+    """
+
+    own: Seen
+    other: Seen
+    order: int = 0
+    safety: float = 1.0
+    best: tuple[Seen, Seen] | None = None
+
+    def read(self, reading: Callable[[Seen], _Read]) -> tuple[_Read, ...]:
+        """The same reading of every look, the own first."""
+        return tuple(reading(look) for look in (self.own, self.other, *(self.best or ())))
+
+    def error(self, *values: ArrayLike) -> FloatArray:
+        """Error of the first of values that came from `read`."""
+        own, other, *best = (np.asarray(value) for value in values)
+        # two runs with fixed steps may differ by less than both are off
+        power = 2.0**self.order
+        factor = 2.0 * power / (power - 1.0) if self.order else self.safety
+        found = factor * np.abs(own - other)
+        if best:
+            found = np.maximum(found, np.abs(own - best[0]) + np.abs(best[0] - best[1]))
+        return np.asarray(found)
+
+
+def numbers_of(seen: Seen) -> dict[str, Value]:
+    """Speed, slip, torque, balances."""
+    machine, drive, turn = seen.machine, seen.drive, seen.turn
+    read = readings(machine, drive, turn)
+    work = balance(machine, turn, read)
+    need = demand(machine, drive)
+    speed = 2.0 * np.pi / float(turn.period[0])
+    motor = float(work.motor[0])
+    torque = motor / (2.0 * np.pi)
+    momentum = float(work.momentum[0])
+    margin = float(need.breakdown[0]) / torque - 1.0 if torque > 0.0 else np.inf
+    # works and impulses are what large ones of both signs leave
+    rate = turn.weight / turn.crank_speed
+    parts = (read.motor_torque, read.gas_torque, read.friction_torque)
+    moved = float(sum(np.sum(turn.weight * np.abs(part)) for part in parts))
+    moved += float(np.sum(rate * np.abs(read.mount_torque * turn.shell_speed)))
+    pushed = abs(momentum) + float(np.sum(rate * np.abs(read.mount_torque)))
+    found = {
+        "speed": Value(speed, speed),
+        "mean_slip": Value(float(mean(turn, read.slip)[0]), speed),
+        "mean_torque": Value(torque, moved / (2.0 * np.pi)),
+        "breakdown_margin": Value(margin, 1.0 + margin if np.isfinite(margin) else 1.0),
+        "shell_drift": Value(float(mean(turn, turn.shell_speed)[0]), speed),
+        "angular_momentum": Value(momentum, abs(momentum)),
+        "momentum_residual": Value(float(work.momentum_residual[0]), pushed),
+        "energy/motor": Value(motor, moved),
+    }
+    for name in ("gas", "friction", "mounts", "residual"):
+        found[f"energy/{name}"] = Value(float(getattr(work, name)[0]), moved)
+    return found
+
+
+def extremes_of(seen: Seen) -> dict[str, Value]:
+    """Largest slip and variation of the speed, found between the points."""
+    slow, one = summit(lambda angles: -seen.course(angles).crank_speed[0])
+    fast, other = summit(lambda angles: seen.course(angles).crank_speed[0])
+    speed = 2.0 * np.pi / float(seen.turn.period[0])
+    sync = float(np.max(seen.drive.synchronous_speed))
+    return {
+        "speed_variation": Value((fast + slow) / speed, 1.0, (one + other) / speed),
+        "largest_slip": Value(sync + slow, sync, one),
+    }
+
+
+def course_of(seen: Seen) -> tuple[FloatArray, dict[str, FloatArray]]:
+    """Crank angles (k,) and variables over the turn (k,), forces (cylinders, k)."""
+    angles = np.linspace(0.0, 2.0 * np.pi, _SHOWN)
+    at = seen.course(angles)
+    read = readings(seen.machine, seen.drive, at)
+    found = {name: np.asarray(getattr(read, name))[0] for name in VARIABLES}
+    for name in (*FORCES, "gas_force"):
+        found[name] = np.asarray(getattr(read, name))[0].T
+    found["time"] = at.time[0]
+    return angles, found
+
+
+def peaks_of(seen: Seen) -> dict[str, tuple[FloatArray, FloatArray]]:
+    """Largest magnitude of each force (cylinders,), and what looking for it leaves open."""
+    found = {}
+    for name in FORCES:
+        tops = []
+        for place in range(seen.machine.reciprocating_mass.shape[-1]):
+
+            def size(angles: FloatArray, name: str = name, place: int = place) -> FloatArray:
+                read = readings(seen.machine, seen.drive, seen.course(angles))
+                return np.asarray(np.abs(np.asarray(getattr(read, name))[0, :, place]))
+
+            tops.append(summit(size))
+        found[name] = np.array([top for top, _ in tops]), np.array([left for _, left in tops])
+    return found

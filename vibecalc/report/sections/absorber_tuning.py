@@ -1,0 +1,173 @@
+"""Tuning of an absorber: what is best, what proves it, what errors in it cost."""
+
+import math
+
+import numpy as np
+
+from vibecalc.report.lookup import having, labels, scalar_of, table_of
+from vibecalc.report.numbers import show
+from vibecalc.report.sections.by_axis import by_axis
+from vibecalc.report.sections.section import Section, scalars
+from vibecalc.report.tables import Column, number, paragraph, table
+from vibecalc.results.record import Record, Result
+
+TUNING = "tuning/"
+_KINDS = {
+    "free": "spring and damper",
+    "viscous": "a damper without a spring",
+    "undamped_spring": "a spring without a damper",
+    "lanchester": "the damper without a spring that suits an undamped primary",
+}
+_FOUND = (
+    *("primary_damping", "mass_ratio", "stiffness_ratio", "secondary_damping", "own_damping"),
+    *("torsional_stiffness", "torsional_damping", "linear_stiffness", "linear_damping"),
+    *("secondary_frequency", "peak", "mean_square", "travel"),
+)
+_PENALTY = 1e-9
+
+
+def absorber_tuning(result: Result) -> Section | None:
+    """The section, None if the result has nothing of it."""
+    record = result.record
+    shown = frozenset(path for path in record if path.startswith(TUNING))
+    if not shown:
+        return None
+    lines = _conclusion(result)
+    scalar, _ = scalars(record, (TUNING + name for name in _FOUND), TUNING)
+    for block in (
+        scalar, _each(record), _proof(record), _methods(record), _mistuned(record),
+        _slopes(record), _bounded(record), _chart(record),
+    ):  # fmt: skip
+        if block:
+            lines += ["", *block]
+    return Section("Tuning of the absorber", lines, shown)
+
+
+def _conclusion(result: Result) -> list[str]:
+    """What is best in one sentence, and what it brings."""
+    record, options = result.record, table_of(result.case, "tuning")
+    what = str(options.get("response", "displacement")).replace("_", " ")
+    cause = str(options.get("excitation", "force"))
+    how = _KINDS.get(str(options.get("kind", "free")), "")
+    if scalar_of(record, TUNING + "helps") == 0.0:
+        return paragraph(
+            f"No absorber lowers the {what} of the primary under excitation by {cause}."
+        )
+    measure = "mean square" if options.get("norm") == "h2" else "largest amplitude"
+    words = f"Least {measure} of the {what} under excitation by {cause}, by {how}: "
+    name = "mean_square" if options.get("norm") == "h2" else "peak"
+    value, alone = (scalar_of(record, TUNING + key) for key in (name, f"{name}_alone"))
+    if value is None:
+        return paragraph(words.rstrip(": ") + ".")
+    words += f"{show(value)} instead of {'' if alone is None else show(alone)}"
+    if alone is not None and math.isfinite(alone) and value > 0.0:
+        words += f", a factor {show(alone / value, digits=3)}"
+    lines = paragraph(words + ".")
+    if scalar_of(record, TUNING + "without_spring") == 1.0 and options.get("kind") != "viscous":
+        lines += paragraph("The best absorber has no spring.")
+    limit = scalar_of(record, TUNING + "threshold")
+    if limit is not None:
+        lines += paragraph(
+            "An absorber helps at any damping of the primary."
+            if math.isinf(limit)
+            else f"From a damping of the primary of {show(limit)} on no absorber helps."
+        )
+    return lines
+
+
+def _each(record: Record) -> list[str]:
+    return by_axis(
+        record, "absorber", "absorber",
+        [(f"{TUNING}each/{name}", words) for name, words in (
+            ("mass_ratio", "mass ratio"), ("stiffness_ratio", "stiffness\nratio"),
+            ("secondary_damping", "damping"), ("own_damping", "damping on its\nown frequency"),
+        )],
+    )  # fmt: skip
+
+
+def _proof(record: Record) -> list[str]:
+    lines = by_axis(
+        record, "active", "peak that holds it",
+        [(f"{TUNING}active/{name}", words) for name, words in (
+            ("frequency_ratio", "frequency\nratio"), ("magnitude", "height"), ("weight", "weight"),
+        )],
+    )  # fmt: skip
+    proof = scalar_of(record, TUNING + "certificate")
+    if proof is not None and lines:
+        left = show(proof, record[TUNING + "certificate"].error_estimate, 2)
+        lines += paragraph(
+            "the slopes of these peaks by spring and damper cancel with these weights (left over: "
+            f"{left}), so that no small change lowers them all"
+        )
+    used = scalar_of(record, TUNING + "evaluations")
+    if used is not None:
+        lines += paragraph(f"found with {int(used)} evaluations of a peak")
+    return lines
+
+
+def _methods(record: Record) -> list[str]:
+    return by_axis(
+        record, "method", "method",
+        [(f"{TUNING}method/{name}", words) for name, words in (
+            ("stiffness_ratio", "stiffness\nratio"), ("secondary_damping", "damping"),
+            ("promised", "promised\npeak"), ("peak", "true peak"), ("loss", "above the\nbest, %"),
+        )],
+        width=18, each=13, factors=[1.0, 1.0, 1.0, 1.0, 100.0],
+    )  # fmt: skip
+
+
+def _mistuned(record: Record) -> list[str]:
+    loss = having(record, TUNING + "mistuning/loss", "mistuned", "deviation")
+    if loss is None:
+        return []
+    sizes = np.asarray(loss.axes[1].values, dtype=float)
+    columns = [Column("higher peak, % , for an error of", 30)]
+    columns += [number(f"{100.0 * size:+.3g} %", 9) for size in sizes[:6]]
+    rows = []
+    for label, row in zip(labels(loss.axes[0]), np.asarray(loss.values), strict=True):
+        cells = [show(100.0 * one, 100.0 * loss.error_estimate, 3) for one in row[:6]]
+        rows.append([label, *cells])
+    return table(columns, rows)
+
+
+def _slopes(record: Record) -> list[str]:
+    return by_axis(
+        record, "ratio", "slope by",
+        [(f"{TUNING}sensitivity/{name}", words) for name, words in (
+            ("stiffness_ratio", "of the best\nstiffness"),
+            ("secondary_damping", "of the best\ndamping"),
+            ("peak", "of the peak"),
+        )],
+    )  # fmt: skip
+
+
+def _bounded(record: Record) -> list[str]:
+    names = ("stiffness_ratio", "secondary_damping", "peak", "travel")
+    lines, _ = scalars(record, (f"{TUNING}bounded/{name}" for name in names), TUNING)
+    penalty = scalar_of(record, TUNING + "bounded/penalty")
+    if penalty is None:
+        return lines
+    signed = float(record[TUNING + "bounded/penalty"].values)
+    words = (
+        f"the bounds cost {show(100.0 * signed, digits=3)} % of the peak"
+        if signed > _PENALTY
+        else "the bounds cost nothing: the best tuning keeps them"
+    )
+    return lines + paragraph(words)
+
+
+def _chart(record: Record) -> list[str]:
+    peak = having(record, TUNING + "chart/peak", "primary_damping", "mass_ratio")
+    if peak is None:
+        return []
+    masses = np.asarray(peak.axes[1].values, dtype=float)
+    chosen = np.unique(np.linspace(0, len(masses) - 1, 6).round().astype(int))
+    columns = [number("primary damping", 16)]
+    columns += [number(f"m = {masses[i]:.4g}", 12) for i in chosen]
+    rows = [
+        [show(float(damping), digits=4), *(show(row[i], peak.error_estimate) for i in chosen)]
+        for damping, row in zip(
+            peak.axes[0].values, np.asarray(peak.values), strict=True
+        )
+    ]
+    return [*paragraph("Least peak over the mass ratio m:"), *table(columns, rows)]

@@ -1,0 +1,214 @@
+"""What to change on the machine to lower each harmonic of the shell, from machines so changed."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from vibecalc.report.levels import ROLL, decibels, known_error, oscillating, shell_acts
+from vibecalc.report.lookup import having, labels
+from vibecalc.report.tables import Column, number, paragraph, table
+from vibecalc.results.record import Quantity, Record, Result
+
+#: the machines of the result are changed by so many percent
+PERCENT = 10
+_STRONGEST = 3
+_THOSE = "those at zero"
+#: a smaller effect, in dB, is no advice
+_WORTH = 0.005
+#: behind a change whose effect has another sign than a small change of the same kind
+_CURVED = " (curved)"
+
+#: names of parameters, where they are not words already
+_WORDS = {
+    "reciprocating_mass": "piston mass",
+    "shell_stiffness": "mount stiffness",
+    "shell_damping": "mount damping",
+    "friction_damping": "viscous friction",
+}
+
+
+class Changes(NamedTuple):
+    """What ten percent more and ten percent less of each parameter do to each harmonic.
+
+    `values` (2, parameters, orders) are changes of level in dB, first for more, then for less, zero
+    where they are within their error and NaN where such a machine has no running state. `words`
+    are those of the parameters, `acts` says which `orders` the shell has.
+
+    `wakes` (parameters,) says which are of one cylinder alone where others are alike: harmonics
+    that are zero by symmetry appear when these change, and no change in dB can tell it. `curved`
+    (2, parameters, orders) says where a small change of the same kind does the opposite.
+    """
+
+    values: np.ndarray
+    words: list[str]
+    orders: np.ndarray
+    acts: np.ndarray
+    wakes: np.ndarray
+    curved: np.ndarray
+
+
+def changes(result: Result) -> Changes | None:
+    """The changes of the levels; None if the result has none."""
+    record = result.record
+    stem = ROLL + "sensitivity/"
+    both = [
+        having(record, f"{stem}ten_percent_{word}", "parameter", "order")
+        for word in ("more", "less")
+    ]
+    given = [one for one in both if one is not None]
+    if not given:
+        return None
+    slopes = having(record, f"{stem}level", "parameter", "order")
+    tables = [one for one in (slopes, *given) if one is not None]
+    names = list(dict.fromkeys(str(name) for one in tables for name in labels(one.axes[0])))
+    # harmonics that are zero have no change in dB, and need not be among the orders
+    level = having(record, ROLL + "level/shell_acceleration", "order")
+    known = [] if level is None else [np.asarray(level.axes[0].values)[oscillating(level)]]
+    own = [np.asarray(one.axes[1].values)[oscillating(one)] for one in given]
+    orders = np.unique(np.concatenate([*own, *known]))
+    acts = shell_acts(record, orders)
+    values = np.stack([_spread(one, names, orders) for one in both])
+    values = np.where(acts | np.isnan(values), values, 0.0)
+    small = np.nan_to_num(_spread(slopes, names, orders))
+    signs = np.stack([small, -small]) * np.nan_to_num(values) < 0.0
+    return Changes(
+        values,
+        [parameter_words(name) for name in names],
+        orders,
+        acts,
+        np.array([" " in name for name in names]) & (not acts.all()),
+        signs,
+    )
+
+
+def _spread(found: Quantity | None, names: list[str], orders: np.ndarray) -> np.ndarray:
+    """Values (names, orders), zero within the error; rows that are not there are NaN."""
+    values = np.full((len(names), len(orders)), np.nan)
+    if found is None:
+        return values
+    rows = [names.index(str(name)) for name in labels(found.axes[0])]
+    values[rows] = 0.0
+    chosen = oscillating(found)
+    given = np.asarray(found.axes[1].values)[chosen]
+    own = np.asarray(found.values, dtype=float)[:, chosen]
+    seen = np.isfinite(own) & (np.abs(own) > known_error(found))
+    there = np.isin(given, orders)
+    values[np.ix_(rows, np.searchsorted(orders, given[there]))] = np.where(seen, own, 0.0)[:, there]
+    return values
+
+
+def advice(result: Result) -> list[str]:
+    """For each order the changes that lower it most, and what they do to the other orders."""
+    found = changes(result)
+    if found is None:
+        return []
+    level = having(result.record, ROLL + "level/shell_acceleration", "order")
+    columns = (
+        number("order", 6),
+        number("level dB", 9),
+        Column("what lowers it", 46),
+        number("by dB", 8),
+        Column("and raises orders", 24),
+    )
+    rows = [row for j in range(len(found.orders)) for row in _rows(found, j, level)]
+    curved = any(_CURVED in cell for row in rows for cell in row)
+    return [
+        *paragraph(f"What lowers each harmonic of the shell, for {PERCENT} % of a parameter:"),
+        *_all_orders(found),
+        *_missing(found, result.record),
+        *table(columns, rows),
+        *paragraph(
+            "by dB: computed with the running state of the machine so changed; effects of changes "
+            "made together do not add, and larger ones are not in proportion: they need a run or a "
+            "sweep of their own; -6 dB is half the amplitude"
+            + ("; curved: a small change of the same kind does the opposite" if curved else "")
+        ),
+    ]
+
+
+def _rows(found: Changes, j: int, level: Quantity | None) -> list[list[str]]:
+    order = str(int(found.orders[j]))
+    shown = "" if level is None else decibels(_at(level, int(found.orders[j])), bool(found.acts[j]))
+    if not found.acts[j]:
+        return [[order, shown, "nothing to lower", "", ""]]
+    effect = found.values[:, :, j]
+    places = [(side, i) for i in range(effect.shape[1]) for side in (0, 1)]
+    lowering = [place for place in places if effect[place] <= -_WORTH]
+    strongest = sorted(lowering, key=lambda place: float(effect[place]))[:_STRONGEST]
+    if not strongest:
+        return [[order, shown, "nothing that can be seen", "", ""]]
+    rows = []
+    for place, (side, i) in enumerate(strongest):
+        head = [order, shown] if place == 0 else ["", ""]
+        words = change(found.words[i], side) + (_CURVED if found.curved[side, i, j] else "")
+        rows.append([*head, words, f"{effect[side, i]:.2f}", _raised(found, side, i)])
+    return rows
+
+
+def change(words: str, side: int) -> str:
+    """`10 % more rotor inertia`, or for a `side` of 1 less of it."""
+    return f"{PERCENT} % {'less' if side else 'more'} {words}"
+
+
+def _raised(found: Changes, side: int, i: int) -> str:
+    up = found.values[side, i] >= _WORTH
+    words = [joined(found.orders[up])] if up.any() else []
+    words += [_THOSE] if found.wakes[i] else []
+    return ", ".join(words) or "none"
+
+
+def joined(orders: Sequence[int] | np.ndarray) -> str:
+    """`1, 4 to 9`: ascending orders, three neighbours or more joined."""
+    whole = [int(order) for order in orders]
+    words: list[str] = []
+    start = 0
+    for i in range(1, len(whole) + 1):
+        if i < len(whole) and whole[i] == whole[i - 1] + 1:
+            continue
+        run = whole[start:i]
+        words += [f"{run[0]} to {run[-1]}"] if len(run) > 2 else [str(order) for order in run]
+        start = i
+    return ", ".join(words)
+
+
+def _all_orders(found: Changes) -> list[str]:
+    """Changes that lower every harmonic at once."""
+    lines = []
+    for i, words in enumerate(found.words):
+        for side in (0, 1):
+            row = found.values[side, i, found.acts]
+            if found.wakes[i] or not row.size or not np.all(row <= -_WORTH):
+                continue
+            low, high = f"{-row.max():.2f}", f"{-row.min():.2f}"
+            by = f"{low} dB" if low == high else f"{low} to {high} dB"
+            lines += paragraph(f"{change(words, side)} lowers every harmonic, by {by}", "-")
+    return lines
+
+
+def _missing(found: Changes, record: Record) -> list[str]:
+    """Changes that leave no running state, where such changes were looked at at all."""
+    words = []
+    for side, name in enumerate(("more", "less")):
+        if f"{ROLL}sensitivity/ten_percent_{name}" in record:
+            gone = np.isnan(found.values[side]).all(axis=1)
+            words += [change(found.words[i], side) for i in np.flatnonzero(gone)]
+    if not words or not found.orders.size:
+        return []
+    return paragraph(f"no running state was found with {', nor with '.join(words)}", "-")
+
+
+def parameter_words(name: str) -> str:
+    """The name of a parameter in words: `rotor inertia`, `piston mass of first stage`.
+
+    A cylinder stands behind the parameter, after a blank.
+    """
+    key, _, cylinder = name.partition(" ")
+    words = _WORDS.get(key, key.replace("_", " "))
+    return f"{words} of {cylinder}" if cylinder else words
+
+
+def _at(level: Quantity, order: int) -> float:
+    orders = np.asarray(level.axes[0].values)
+    hit = np.flatnonzero(orders == order)
+    return float(level.values[hit[0]]) if hit.size else float("nan")

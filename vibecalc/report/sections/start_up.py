@@ -1,0 +1,193 @@
+"""A start-up: does the machine come to speed, how hard is it on the way, and from which angles?"""
+
+import math
+
+import numpy as np
+
+from vibecalc.report.lookup import having, scalar_of, table_of
+from vibecalc.report.numbers import also, rpm, show
+from vibecalc.report.sections.section import Section
+from vibecalc.report.tables import Column, number, paragraph, table
+from vibecalc.results.record import Quantity, Record, Result
+
+_STEM = "response/start_up/"
+_PEAKS = (
+    ("shell_angle", "angle of the shell"),
+    ("shell_acceleration", "acceleration of the shell"),
+    ("rotor_acceleration", "acceleration of the rotor"),
+    ("crank_speed", "speed of the crank"),
+    ("motor_torque", "torque of the motor"),
+    ("mount_torque", "torque of the mounts"),
+)
+_WORK = (
+    ("motor", "by motor"),
+    ("gas", "to gas"),
+    ("friction", "to friction"),
+    ("mounts", "to mounts"),
+    ("stored", "stored"),
+    ("residual", "left over"),
+)
+_STEPS = (
+    ("shell_angle_peak", "shell angle\ndeg"),
+    ("shell_acceleration_peak", "shell\nrad/s^2"),
+    ("motor_torque_peak", "motor\nN*m"),
+    ("mount_torque_peak", "mounts\nN*m"),
+)
+_DIGITS = 5
+
+
+def start_up(result: Result) -> Section | None:
+    """The section, None if the result has nothing of it."""
+    record = result.record
+    shown = frozenset(path for path in record if path.startswith(_STEM))
+    lines: list[str] = []
+    for block in (
+        _verdict(result),
+        _steady(record),
+        _peaks(record),
+        _energies(record),
+        _load(record),
+        _angles(result),
+    ):
+        if block:
+            lines += ["", *block] if lines else block
+    return Section("Start-up", lines, shown) if lines else None
+
+
+def _verdict(result: Result) -> list[str]:
+    record = result.record
+    started = scalar_of(record, _STEM + "started")
+    if started is None:
+        return []
+    options = table_of(result.case, "response", "start_up")
+    speed = scalar_of(record, _STEM + "running_speed")
+    turns = "" if not speed else f"{show(rpm(speed), digits=_DIGITS)} rpm in its last turn"
+    if not started:
+        duration = options.get("duration")
+        within = f" within {duration:g} s" if isinstance(duration, int | float) else ""
+        rest = f"; it makes {turns}" if turns else "; it does not turn over"
+        return paragraph(f"IT DOES NOT START{within}{rest}. The reason stands in the warnings.")
+    words = "it starts" + (f": {turns}" if turns else "")
+    to_speed = scalar_of(record, _STEM + "time_to_speed")
+    if to_speed is not None and math.isfinite(to_speed):
+        words += f", a speed that it first has after {show(to_speed, digits=4)} s"
+    return paragraph(words + "; " + _settling(record, options.get("settled", 0.01)))
+
+
+def _settling(record: Record, share: object) -> str:
+    steady = scalar_of(record, _STEM + "time_to_steady")
+    within = f" to {100.0 * share:g} %" if isinstance(share, int | float) else ""
+    if steady is None or not math.isfinite(steady):
+        return f"its shaking has NOT settled{within} at the end"
+    words = f"its shaking has settled{within} from {show(steady, digits=4)} s on"
+    turns = scalar_of(record, _STEM + "turns_to_steady")
+    if turns is not None and math.isfinite(turns):
+        words += f", {turns:.0f} turns after the start or the last change of load"
+    return words
+
+
+def _steady(record: Record) -> list[str]:
+    """The last turn beside the periodic motion, where the result has both."""
+    last = having(record, _STEM + "turn/shell_acceleration", "turn")
+    speeds = having(record, _STEM + "turn/speed", "turn")
+    cycle = having(record, "response/roll/cycle/shell_acceleration", "crank_angle")
+    mean = scalar_of(record, "response/roll/speed")
+    started = scalar_of(record, _STEM + "started")
+    if last is None or speeds is None or cycle is None or mean is None or not started:
+        return []
+    half = 0.5 * float(np.ptp(cycle.values))
+    rows = [
+        ["mean speed", "rpm", show(rpm(float(speeds.values[-1]))), show(rpm(mean))],
+        ["half range of the shell", last.unit, show(last.values[-1], digits=_DIGITS),
+         show(half, digits=_DIGITS)],
+    ]  # fmt: skip
+    columns = (Column("where it ends", 26), Column("unit", 9), number("last turn", 13),
+               number("periodic motion", 17))  # fmt: skip
+    return table(columns, rows)
+
+
+def _peaks(record: Record) -> list[str]:
+    rows = []
+    for name, words in _PEAKS:
+        found = record.quantities.get(f"{_STEM}{name}_peak")
+        when = scalar_of(record, f"{_STEM}{name}_peak_time")
+        if found is None or found.axes or not abs(found.values) > found.error_estimate:
+            continue
+        value = float(found.values)
+        twin = f"{show(rpm(value))} rpm" if name == "crank_speed" else _twin(found)
+        after = "" if when is None else show(when, digits=4)
+        rows.append([words, show(value, found.error_estimate), found.unit, twin, after])
+    columns = (
+        Column("largest on the way", 30),
+        number("value", 13),
+        Column("unit", 9),
+        Column("also", 18),
+        number("after s", 10),
+    )
+    return table(columns, rows) if rows else []
+
+
+def _twin(quantity: Quantity) -> str:
+    if quantity.unit != "rad":
+        return ""
+    return also(quantity.path, float(quantity.values), quantity.unit, quantity.error_estimate)
+
+
+def _energies(record: Record) -> list[str]:
+    found = [
+        (record[path], words)
+        for name, words in _WORK
+        if (path := f"{_STEM}energy/{name}") in record
+    ]
+    if not found:
+        return []
+    row = ["energy J", *(show(float(q.values), q.error_estimate) for q, _ in found)]
+    return table([Column("balance", 10), *(number(words, 12) for _, words in found)], [row])
+
+
+def _load(record: Record) -> list[str]:
+    factor = having(record, _STEM + "load/factor", "load_step")
+    speed = having(record, _STEM + "load/speed", "load_step")
+    if factor is None or speed is None:
+        return []
+    columns = [number("load from\ns", 11), number("times", 8), number("speed\nrpm", 11)]
+    rows = []
+    for begin, times, mean in zip(factor.axes[0].values, factor.values, speed.values, strict=True):
+        turned = show(rpm(float(mean))) if mean else "-"
+        rows.append([f"{float(begin):g}", f"{float(times):g}", turned])
+    for name, words in _STEPS:
+        found = having(record, _STEM + "load/" + name, "load_step")
+        if found is None:
+            continue
+        columns.append(number(words, 13))
+        scale = 180.0 / math.pi if found.unit == "rad" else 1.0
+        for row, value in zip(rows, found.values, strict=True):
+            row.append(show(scale * float(value), scale * found.error_estimate, _DIGITS))
+    return [
+        *table(columns, rows),
+        *paragraph("speed: mean of the last whole turn under that load; then the largest values"),
+    ]
+
+
+def _angles(result: Result) -> list[str]:
+    record = result.record
+    fraction = scalar_of(record, _STEM + "start_angles/fraction")
+    lower = record.quantities.get(_STEM + "start_angles/lower")
+    upper = record.quantities.get(_STEM + "start_angles/upper")
+    if fraction is None or lower is None or upper is None:
+        return []
+    options = table_of(result.case, "response", "start_up")
+    within = options.get("start_within", options.get("duration"))
+    time = f" within {within:g} s" if isinstance(within, int | float) else ""
+    words = f"from rest under its full load it starts{time} "
+    if fraction >= 1.0:
+        return paragraph(words + "from every crank angle")
+    if fraction <= 0.0:
+        return paragraph(words + "from none of the crank angles examined")
+    words += f"from {show(100.0 * fraction, digits=4)} % of all crank angles"
+    rows = [
+        [f"{math.degrees(low):.3f}", f"{math.degrees(high):.3f}", f"{math.degrees(high - low):.3f}"]
+        for low, high in zip(lower.values, upper.values, strict=True)
+    ]
+    columns = (number("starts from deg", 17), number("to deg", 12), number("width deg", 12))
+    return [*paragraph(words), *table(columns, rows)]

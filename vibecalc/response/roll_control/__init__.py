@@ -1,0 +1,1 @@
+"""The reduced model of roll, the feedback that calms it, and how far that is from diverging."""
