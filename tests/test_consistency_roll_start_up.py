@@ -191,6 +191,7 @@ def potential(
     return whole[cell] + work(edges[cell], angle)
 
 
+@pytest.mark.long
 def test_start_angles_are_those_above_every_later_hump_of_the_potential() -> None:
     """With one torque at every slip energy is kept: a closed form of the angles that start."""
     torque = 500.0

@@ -46,9 +46,9 @@ def run_many(count: int, path: Path, seed: int = SEED + 1) -> dict[int, int]:
 
 @pytest.mark.timeout(280)
 def test_mutations_through_check(tmp_path: Path) -> None:
-    codes = check_many(1500, tmp_path / "mutated.toml")
+    codes = check_many(1000, tmp_path / "mutated.toml")
     assert set(codes) == {0, 2}
-    assert codes[2] > 750 and codes[0] > 40
+    assert codes[2] > 500 and codes[0] > 25
 
 
 @pytest.mark.timeout(280)

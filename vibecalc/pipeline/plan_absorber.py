@@ -150,7 +150,8 @@ def _hardware_quantities(case: "Case") -> tuple[str, ...]:
     built = oiled and (sprung or viscous)
     rod = machine.rod is not None and machine.rod.length is not None
     bends = machine.flywheel is not None
-    pairs = tuned and oils and (rates or viscous)
+    by_peak = case.tuning is not None and case.tuning.norm == "h_infinity"
+    pairs = by_peak and oils and (rates or viscous)
     warms = case.tuning is not None and case.tuning.temperatures is not None and (pairs or built)
     there = {
         "hardware/rod_stiffness": rod,

@@ -5,10 +5,14 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.errors import NumericalFailure
+from vibecalc.optimisation.absorber.bounded_free import free_optimum
 from vibecalc.optimisation.absorber.several import SeveralTuning, tuned
 from vibecalc.optimisation.absorber.several_problem import Problem, Travel
 from vibecalc.response.absorber.model import Absorber
 from vibecalc.response.absorber.peaks import peaks
+
+#: an optimum that exceeds a limit of travel by less than this keeps it
+_KEPT = 1e-9
 
 
 class BoundedTuning(NamedTuple):
@@ -37,6 +41,7 @@ def bounded_tuning(
 ) -> BoundedTuning:  # fmt: skip
     """Minimise the largest |H| over k and z2 within [low, high] each, and a largest spring travel.
 
+    The free optimum is found first, by itself, and is the answer where it keeps the limits.
     Raises NumericalFailure where a bound is crossed over, where nothing within the bounds keeps
     the travel, and where the response grows with frequency without bound.
     """
@@ -49,16 +54,25 @@ def bounded_tuning(
     if not travel > 0.0:
         raise NumericalFailure(f"a largest spring travel of {travel:.6g} leaves no motion to use")
     m = np.array([float(mass_ratio)])
-    free = tuned(
-        Problem(float(primary_damping), m, (0,), excitation, response, np.zeros(2),
-                np.full(2, np.inf)), 8,
-    )  # fmt: skip
+    bare = Problem(
+        float(primary_damping), m, (0,), excitation, response, np.zeros(2), np.full(2, np.inf)
+    )
+    free = free_optimum(bare)
+    free = tuned(bare, 8) if free is None else free
+    free_travel, free_doubt = spring_travel(primary_damping, m[0], free, excitation)
     lower = np.array([stiffness[0], damping[0]], dtype=float)
     upper = np.array([stiffness[1], damping[1]], dtype=float)
     limits = (Travel(1, float(travel)),) if np.isfinite(travel) else ()
-    found = tuned(
-        Problem(float(primary_damping), m, (0,), excitation, response, lower, upper, limits), 8
-    )
+    there = np.append(free.stiffness_ratio, free.secondary_damping)
+    inside = bool(np.all((lower <= there) & (there <= upper)))
+    if inside and not free.is_set and free_travel <= travel * (1.0 + _KEPT):
+        reach = np.array([free_travel] * len(limits))
+        held = free._replace(travel=reach, travel_active=reach >= travel * (1.0 - _KEPT))
+        return BoundedTuning(
+            held, free_travel, free_doubt, free.peak, free_travel, 0.0, 4e-16,
+            ("spring travel",) if np.any(held.travel_active) else (),
+        )  # fmt: skip
+    found = tuned(bare._replace(lower=lower, upper=upper, travel=limits), 8)
     reached, doubt = spring_travel(primary_damping, m[0], found, excitation)
     active = tuple(
         name
@@ -70,8 +84,8 @@ def bounded_tuning(
     )  # fmt: skip
     ratio = found.peak / free.peak
     return BoundedTuning(
-        found, reached, doubt, free.peak, spring_travel(primary_damping, m[0], free, excitation)[0],
-        ratio - 1.0, ratio * (found.peak_error / found.peak + free.peak_error / free.peak) + 4e-16,
+        found, reached, doubt, free.peak, free_travel, ratio - 1.0,
+        ratio * (found.peak_error / found.peak + free.peak_error / free.peak) + 4e-16,
         active,
     )  # fmt: skip
 

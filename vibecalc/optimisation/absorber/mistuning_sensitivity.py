@@ -60,7 +60,8 @@ def sensitivity(
     held = hold(problem, start, scale)
     if held is None or not np.all(held.rows.moves[held.active]):
         raise NumericalFailure(
-            "sensitivity: the given stiffness and damping are not an optimum held by its peaks"
+            "sensitivity: the given stiffness and damping are not an optimum held by its peaks, or "
+            "its peaks stand too little above an end of the frequency range to tell"
         )
     if float(np.max(np.abs(held.ratios - start) / scale)) > 1e-3:
         raise NumericalFailure(

@@ -114,9 +114,13 @@ def tuned(problem: Problem, count: int) -> SeveralTuning:
     best = ends[0]
     agreeing = sum(_merit(end) < _merit(best) + 1e-5 for end in ends)
     if largest(best.rows)[1] > 1e-7:
+        factor = float(np.exp(0.5 * largest(best.rows)[1]))
+        least = ""
+        if len(problem.travel) == 1:
+            least = f"; the least travel found is {factor * problem.travel[0].limit:.6g}"
         raise NumericalFailure(
             "no stiffness and damping within the bounds keep the spring travel within its limit: "
-            f"the closest found exceeds it by the factor {np.exp(0.5 * largest(best.rows)[1]):.6g}"
+            f"the closest found exceeds it by the factor {factor:.6g}{least}"
         )
     still = best.rows.some(~best.rows.moves & (best.rows.kind == 0))
     level = largest(best.rows)[0]

@@ -3,6 +3,7 @@
 import numpy as np
 
 from vibecalc.case.absorber_tables import AbsorberResponse
+from vibecalc.errors import NumericalFailure
 from vibecalc.machine.absorber import AbsorberParts, build_absorber
 from vibecalc.numerics.rounding import EPSILON
 from vibecalc.pipeline.entries.absorber import ROOT
@@ -32,7 +33,7 @@ def run(scene: Scene) -> None:
         run_response(scene, parts)
         return
     options, pair = case.response.absorber, asked_of(case)
-    curves = family(case, options, parts, scene.handed_on.get("tuned"))
+    curves = _told(scene, family(case, options, parts, scene.handed_on.get("tuned")), pair)
     ratios = frequency_ratios(options, parts)
     axes = {"curve": curves.names, "frequency_ratio": ratios}
     emit_frequencies(scene, parts, ratios)
@@ -44,6 +45,25 @@ def run(scene: Scene) -> None:
     _emit_peaks(scene, curves, pair)
     _emit_landmarks(scene, curves, pair)
     _cite(scene)
+
+
+def _told(scene: Scene, curves: Curves, pair: tuple[str, str]) -> Curves:
+    """The curves without those beside the first whose peaks double precision cannot tell."""
+    try:
+        peaks(curves.absorber, *pair)
+        return curves
+    except NumericalFailure:
+        if scene.wanted is not None:
+            raise
+    kept = [0]
+    for place, name in enumerate(curves.names[1:], start=1):
+        try:
+            peaks(Absorber(*(np.asarray(part)[place] for part in curves.absorber)), *pair)
+            kept.append(place)
+        except NumericalFailure as failure:
+            scene.warn(f"curve {name!r} left out: {failure}")
+    names = tuple(curves.names[place] for place in kept)
+    return Curves(names, Absorber(*(np.asarray(part)[kept] for part in curves.absorber)))
 
 
 def frequency_ratios(options: AbsorberResponse, parts: AbsorberParts) -> np.ndarray:

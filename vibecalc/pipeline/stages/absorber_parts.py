@@ -32,9 +32,11 @@ def run(scene: Scene) -> None:
     _emit_built(scene, parts)
     _emit_gap(scene, parts)
     tuned: Absorber | None = scene.handed_on.get("tuned")
-    if tuned is not None:
-        _emit_wanted(scene, parts, tuned)
-    held = None if parts.filling is None else emit_stock(scene, parts, tuned)
+    # what is bought keeps the bounds of the case
+    wanted: Absorber | None = scene.handed_on.get("bounded", tuned)
+    if wanted is not None:
+        _emit_wanted(scene, parts, wanted)
+    held = None if parts.filling is None else emit_stock(scene, parts, tuned, wanted)
     if held is not None:
         _emit_warming(scene, parts, held)
 
@@ -122,12 +124,12 @@ def _emit_gap(scene: Scene, parts: AbsorberParts) -> None:
     )
 
 
-def _emit_wanted(scene: Scene, parts: AbsorberParts, tuned: Absorber) -> None:
-    """Rate of the springs and viscosity of the oil that the tuning asks for."""
+def _emit_wanted(scene: Scene, parts: AbsorberParts, wanted: Absorber) -> None:
+    """Rate of the springs and viscosity of the oil that the wanted tuning asks for."""
     scale, springs, filled = parts.scale, parts.springs, parts.filling
     if scale is None:
         return
-    k, z2 = float(np.asarray(tuned.stiffness_ratio)), float(np.asarray(tuned.secondary_damping))
+    k, z2 = float(np.asarray(wanted.stiffness_ratio)), float(np.asarray(wanted.secondary_damping))
     if springs is not None:
         rate = rate_for_couple(k * scale.stiffness, springs.count, springs.radius, springs.angle)
         scene.emit(f"{ROOT}/spring_rate", rate.value, float(rate.error) + 1e-11 * float(rate.value))

@@ -21,6 +21,8 @@ from vibecalc.response.absorber.several import Several, several_amplitude
 from vibecalc.response.absorber.several_peaks import several_peaks
 
 _STARTS = 12
+#: curves of the primary with all masses fastened rigidly, and with none
+_LIMITS = ("locked", "free")
 #: slopes that cancel to this are as good as rounding lets them
 _ZERO = 1e-7
 
@@ -168,7 +170,10 @@ def _given(parts: AbsorberParts) -> Several:
 def _emit_peaks(
     scene: Scene, names: tuple[str, ...], systems: list[Several], pair: tuple[str, str]
 ) -> None:
-    found = [_peaks(one, pair[0], pair[1]) for one in systems]
+    found = [
+        _limit(name, one, pair[0], pair[1]) if name in _LIMITS else _peaks(one, pair[0], pair[1])
+        for name, one in zip(names, systems, strict=True)
+    ]
     most = max(1, *(len(one.frequency) for one in found))
     place, height = np.zeros((len(found), most)), np.zeros((len(found), most))
     for row, one in enumerate(found):
@@ -189,6 +194,18 @@ def _emit_peaks(
     travels = [_peaks(one, pair[0], TRAVEL) for one in systems]
     reach = np.array([one.largest for one in travels])
     scene.emit(f"{RESPONSE}/largest_travel", reach, max(one.largest_error for one in travels), axes)
+
+
+def _limit(name: str, system: Several, excitation: str, response: str) -> _Peaks:
+    """Of all masses fastened rigidly, or of none: the primary, a system of one mass."""
+    mass = float(np.sum(system.mass_ratio))
+    stiff = np.inf if name == "locked" else 0.0
+    one = peaks(Absorber(system.primary_damping, mass, stiff, 0.0), excitation, response)
+    there = one.found & np.isfinite(one.magnitude)  # an infinite one is told by the largest
+    return _Peaks(
+        one.frequency[there], one.magnitude[there], one.error[there],
+        float(one.largest), float(one.largest_error), float(one.where),
+    )  # fmt: skip
 
 
 def _peaks(system: Several, excitation: str, response: str) -> _Peaks:

@@ -21,6 +21,8 @@ from vibecalc.response.absorber.peaks import peaks
 #: name where no springs are wanted
 NO_SPRING = "none"
 _VISCOUS = ("viscous", "lanchester")
+#: results of a choice among stock parts
+_CHOSEN = (f"{ROOT}/pair/", f"{ROOT}/buy/", f"{ROOT}/warming/")
 
 
 class Held(NamedTuple):
@@ -42,15 +44,20 @@ class Offers(NamedTuple):
     error: FloatArray
 
 
-def emit_stock(scene: Scene, parts: AbsorberParts, tuned: Absorber | None) -> Held | None:
-    """Emit springs, oils and their pairs; give what stays while the oil warms, if there is any."""
+def emit_stock(
+    scene: Scene, parts: AbsorberParts, tuned: Absorber | None, wanted: Absorber | None
+) -> Held | None:
+    """Emit springs, oils and their pairs; give what stays while the oil warms, if there is any.
+
+    `wanted` is the tuning to buy for, `tuned` the one that the pairs are priced against.
+    """
     scale, filled = parts.scale, parts.filling
     if scale is None or filled is None:
         return None
     tuning = scene.case.tuning
     viscous = tuning is not None and tuning.kind in _VISCOUS
     springs = _springs(scene, parts, scale)
-    oils = _oils(scene, parts, scale, filled, tuned)
+    oils = _oils(scene, parts, scale, filled, wanted)
     if tuning is None or tuned is None:
         return None
     pair = tuning.excitation, tuning.response
@@ -59,12 +66,23 @@ def emit_stock(scene: Scene, parts: AbsorberParts, tuned: Absorber | None) -> He
         springs = Offers((NO_SPRING,), np.zeros(1), np.zeros(1))
     if springs is None or oils is None:
         return _as_built(parts, scale, filled, least, viscous)
+    if tuning.norm == "h2":
+        scene.warn(
+            "stock parts are ranked by their largest peak, which is not what a mean square makes "
+            'small: under norm = "h2" no pair of them is chosen'
+        )
+        return _as_built(parts, scale, filled, least, viscous)
     z1, m = float(np.asarray(tuned.primary_damping)), float(np.asarray(tuned.mass_ratio))
     k, z2 = springs.ratio[:, None], oils.ratio[None, :]
     limit = None if tuning.bounds is None else tuning.bounds.travel
-    found = stock_choice(
-        z1, m, springs.ratio, oils.ratio, least, *pair, travel=np.inf if limit is None else limit
-    )
+    limit = np.inf if limit is None else limit
+    try:
+        found = stock_choice(z1, m, springs.ratio, oils.ratio, least, *pair, travel=limit)
+    except NumericalFailure as failure:
+        if any(path.startswith(_CHOSEN) for path in scene.wanted or ()):
+            raise
+        scene.warn(f"no stock parts chosen: {failure}")
+        return _as_built(parts, scale, filled, least, viscous)
     stray = springs.error[:, None] / np.where(k > 0.0, k, 1.0) + oils.error / z2
     finite = np.isfinite(found.peak)
     top = np.where(finite, found.peak, 0.0)
@@ -80,7 +98,8 @@ def emit_stock(scene: Scene, parts: AbsorberParts, tuned: Absorber | None) -> He
         scene.warn("the best two pairs of stock parts differ by less than the error of their peaks")
     scene.emit(f"{ROOT}/buy/peak", peak, doubt)
     scene.emit(f"{ROOT}/buy/penalty", peak / least - 1.0, 2.0 * doubt / least)
-    return Held(float(springs.ratio[best[0]]), parts.stock.oils[best[1]], least)
+    oil = next(oil for oil in parts.stock.oils if oil.name == oils.names[best[1]])
+    return Held(float(springs.ratio[best[0]]), oil, least)
 
 
 def _as_built(
@@ -110,21 +129,24 @@ def _springs(scene: Scene, parts: AbsorberParts, scale: Scale) -> Offers | None:
 
 
 def _oils(
-    scene: Scene, parts: AbsorberParts, scale: Scale, filled: Filling, tuned: Absorber | None
+    scene: Scene, parts: AbsorberParts, scale: Scale, filled: Filling, wanted: Absorber | None
 ) -> Offers | None:
-    oils = parts.stock.oils
+    oils, thick, damping = [], [], []
+    for oil in parts.stock.oils:
+        try:
+            dynamic_viscosity(oil, filled.temperature)
+            line = kinematic_viscosity(oil.line, filled.temperature)
+            drag = oil_damping(oil, filled.gap, filled.temperature)
+        except NumericalFailure as failure:
+            scene.warn(f"oil {oil.name!r} in stock is left out: {failure}")
+            continue
+        oils.append(oil)
+        thick.append(line)
+        damping.append(drag)
     if not oils:
         return None
     names = tuple(oil.name for oil in oils)
     axes = {"stock_oil": names}
-    thick, damping = [], []
-    for oil in oils:
-        try:
-            dynamic_viscosity(oil, filled.temperature)
-            thick.append(kinematic_viscosity(oil.line, filled.temperature))
-            damping.append(oil_damping(oil, filled.gap, filled.temperature))
-        except NumericalFailure as failure:
-            raise NumericalFailure(f"oil {oil.name!r} in stock: {failure}") from failure
     values, errors = (np.array([float(x[i]) for x in thick]) for i in range(2))
     scene.emit(f"{ROOT}/oil/kinematic_viscosity", values, errors, axes)
     values, errors = (np.array([float(x[i]) for x in damping]) for i in range(2))
@@ -132,9 +154,9 @@ def _oils(
     ratio = values / scale.damping
     error = errors / scale.damping + 8.0 * EPSILON * ratio
     scene.emit(f"{ROOT}/oil/secondary_damping", ratio, error, axes)
-    if tuned is not None:
-        wanted = float(np.asarray(tuned.secondary_damping)) * scale.damping
-        warm, slack = np.array([_right(oil, filled, wanted) for oil in oils]).T
+    if wanted is not None:
+        drag_wanted = float(np.asarray(wanted.secondary_damping)) * scale.damping
+        warm, slack = np.array([_right(oil, filled, drag_wanted) for oil in oils]).T
         scene.emit(f"{ROOT}/oil/right_temperature", warm, slack, axes)
     scene.cite(
         "straight line of ASTM D341 through two viscosities, density by API MPMS 11.1",

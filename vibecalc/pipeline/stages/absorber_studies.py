@@ -193,6 +193,7 @@ def emit_bounded(scene: Scene, options: Tuning, tuned: Absorber, best: Best) -> 
     whole = bounded_tuning(z1, m, *pair, stiffness=k, damping=z, travel=travel)
     found, free = whole.tuning, float(peaks(tuned, *pair).largest)
     stiff, damped = float(found.stiffness_ratio[0]), float(found.secondary_damping[0])
+    scene.handed_on["bounded"] = Absorber(z1, m, stiff, damped)
     moved, peak = found.ratio_error, float(found.peak)
     scene.emit(f"{ROOT}/bounded/stiffness_ratio", stiff, float(moved[0]))
     scene.emit(f"{ROOT}/bounded/secondary_damping", damped, float(moved[1]))

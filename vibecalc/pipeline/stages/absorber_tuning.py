@@ -1,5 +1,7 @@
 """Adapter: the spring and the damper that make the response of the primary smallest."""
 
+from collections.abc import Callable
+
 import numpy as np
 
 from vibecalc.case.absorber_tables import Tuning
@@ -25,6 +27,12 @@ from vibecalc.response.absorber.peaks import peaks
 _EQUAL = 1e-9
 #: slopes that cancel to this are as good as rounding lets them
 _ZERO = 1e-7
+#: table of results -> words for it where it is left out
+_LEFT_OUT = {
+    "mistuning": "losses of a mistuned absorber",
+    "sensitivity": "slopes of the tuning",
+    "bounded": "the tuning within bounds",
+}
 
 
 def run(scene: Scene) -> None:
@@ -51,16 +59,30 @@ def run(scene: Scene) -> None:
     if options.compare:
         emit_methods(scene, options, tuned, best)
     if options.mistuning:
-        emit_mistuning(scene, options, tuned)
+        _beside(scene, "mistuning", lambda: emit_mistuning(scene, options, tuned))
     if options.sensitivity:
-        emit_sensitivity(scene, options, z1, m)
+        _beside(scene, "sensitivity", lambda: emit_sensitivity(scene, options, z1, m))
     if options.bounds is not None:
-        emit_bounded(scene, options, tuned, best)
+        _beside(scene, "bounded", lambda: emit_bounded(scene, options, tuned, best))
     if options.chart is not None:
         emit_chart(scene, options)
     if options.kind == "free" and options.norm == "h_infinity":
         emit_map(scene, options, tuned)
     _cite(scene, options)
+
+
+def _beside(scene: Scene, name: str, study: Callable[[], None]) -> None:
+    """Run what stands beside a tuning; where it fails, warn and leave it out.
+
+    A sweep or search that asks for its results by name fails: nothing stands in their place.
+    """
+    try:
+        study()
+    except NumericalFailure as failure:
+        named = (f"{ROOT}/{name}/", *(("hardware/",) if name == "bounded" else ()))
+        if any(path.startswith(named) for path in scene.wanted or ()):
+            raise
+        scene.warn(f"{_LEFT_OUT[name]} left out: {failure}")
 
 
 def _emit_best(scene: Scene, options: Tuning, best: Best, tuned: Absorber) -> None:

@@ -50,7 +50,7 @@ def picture(result: Result) -> "Figure | None":
     mesh = left.pcolormesh(
         x, values, shown, cmap="viridis", vmin=_DECADES[0], vmax=_DECADES[1], shading="nearest"
     )
-    bar = figure.colorbar(mesh, ax=left, pad=0.01, extend="both")
+    bar = figure.colorbar(mesh, ax=left, location="bottom", aspect=40, extend="both")
     marks = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0)
     bar.set_ticks([float(np.log10(mark)) for mark in marks], labels=[f"{m:g}" for m in marks])
     bar.set_label("amplitude ratio")
@@ -60,6 +60,8 @@ def picture(result: Result) -> "Figure | None":
     if np.ptp(np.log10(tops[np.isfinite(tops)])) < _WIDE:
         plain_ticks(right.xaxis)
     right.set_xlabel("largest response")
+    right.set_ylabel(words)
+    right.tick_params(labelleft=True)
     left.set_xlabel("frequency over the primary's own")
     left.set_ylabel(words)
     left.grid(visible=False)

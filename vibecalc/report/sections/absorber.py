@@ -22,7 +22,10 @@ def absorber(result: Result) -> Section | None:
     if not shown:
         return None
     lines: list[str] = []
-    marks, _ = scalars(record, (ABSORBER + name for name in _MARKS), ABSORBER)
+    # without a spring nothing stands still anywhere
+    at_rest = scalar_of(record, ABSORBER + "antiresonance") == 0.0
+    names = [name for name in _MARKS if not (at_rest and name == "antiresonance")]
+    marks, _ = scalars(record, (ABSORBER + name for name in names), ABSORBER)
     natural = by_axis(
         record,
         "mode",

@@ -4,6 +4,7 @@ import numpy as np
 
 from vibecalc.report.lookup import having, labels, scalar_of, table_of
 from vibecalc.report.numbers import hertz, show
+from vibecalc.report.sections.absorber_tuning import is_mean, no_help
 from vibecalc.report.sections.by_axis import by_axis
 from vibecalc.report.sections.section import Section, scalars
 from vibecalc.report.tables import Column, number, paragraph, table
@@ -31,7 +32,7 @@ def absorber_parts(result: Result) -> Section | None:
     parts, _ = scalars(record, (HARDWARE + name for name in _SCALARS), HARDWARE)
     lines: list[str] = []
     for block in (
-        parts, _bending(record), _springs(record), _oils(record), _pairs(record),
+        parts, _bending(record), _springs(record), _oils(record), _pairs(result),
         _warming(record), _to_buy(result),
     ):  # fmt: skip
         if block:
@@ -70,7 +71,8 @@ def _oils(record: Record) -> list[str]:
     if thick is None:
         return []
     columns = [Column("oil in stock", 22), number("viscosity\ncSt", 12),
-               number("damping\nN*m*s/rad", 12), number("damping\nratio", 12)]  # fmt: skip
+               number("viscosity\nmPa*s", 12), number("damping\nN*m*s/rad", 12),
+               number("damping\nratio", 12)]  # fmt: skip
     others = [
         having(record, f"{HARDWARE}oil/{name}", "stock_oil")
         for name in ("damping", "secondary_damping", "right_temperature")
@@ -79,13 +81,23 @@ def _oils(record: Record) -> list[str]:
     columns += [number("right at\ndegC", 11)] if right is not None else []
     rows = []
     for place, label in enumerate(labels(thick.axes[0])):
-        row = [label, show(1e6 * float(thick.values[place]))]
+        row = [label, show(1e6 * float(thick.values[place])), _dynamic(record, place)]
         row += ["" if one is None else show(float(one.values[place])) for one in others]
         if right is not None:
             warm = float(right.values[place])
             row.append(f"{warm - ICE:.1f}" if warm else "never")
         rows.append(row)
     return table(columns, rows)
+
+
+def _dynamic(record: Record, place: int) -> str:
+    """Dynamic viscosity of a stock oil: its damping over that of the gap at one Pa*s."""
+    damping = having(record, HARDWARE + "oil/damping", "stock_oil")
+    shares = [scalar_of(record, f"{HARDWARE}gap/{name}") for name in ("rim", "sides", "bore")]
+    films = sum(share for share in shares if share is not None)
+    if damping is None or films <= 0.0:
+        return ""
+    return show(1e3 * float(damping.values[place]) / films)
 
 
 def _best(record: Record, penalty: Quantity) -> list[tuple[str, str, float]]:
@@ -100,7 +112,10 @@ def _best(record: Record, penalty: Quantity) -> list[tuple[str, str, float]]:
             if np.isfinite(values[i, j])]  # fmt: skip
 
 
-def _pairs(record: Record) -> list[str]:
+def _pairs(result: Result) -> list[str]:
+    record = result.record
+    if _is_useless(record):
+        return []
     penalty = having(record, HARDWARE + "pair/penalty", "stock_spring", "stock_oil")
     peak = having(record, HARDWARE + "pair/peak", "stock_spring", "stock_oil")
     least = scalar_of(record, "tuning/peak")
@@ -135,7 +150,22 @@ def _warming(record: Record) -> list[str]:
         [f"{warm[i] - ICE:.1f}", *(show(float(q.values[i]), q.error_estimate) for q, _ in found)]
         for i in chosen
     ]
-    return table(columns, rows)
+    return [*paragraph(_warmed(record)), *table(columns, rows)]
+
+
+def _warmed(record: Record) -> str:
+    """Which springs and which oil get warm."""
+    penalty = having(record, HARDWARE + "pair/penalty", "stock_spring", "stock_oil")
+    pairs = [] if penalty is None else _best(record, penalty)
+    if not pairs:
+        return "As the oil that is in warms, with the springs that are in:"
+    spring, oil, _ = pairs[0]
+    held = "without springs" if spring == _NONE else f"with the springs {spring!r}"
+    return f"As the oil {oil!r} from stock warms, {held}:"
+
+
+def _is_useless(record: Record) -> bool:
+    return scalar_of(record, "tuning/helps") == 0.0
 
 
 def _to_buy(result: Result) -> list[str]:
@@ -144,6 +174,11 @@ def _to_buy(result: Result) -> list[str]:
     least = scalar_of(record, "tuning/peak")
     if least is None:
         return []
+    if _is_useless(record):
+        what = "mean square" if is_mean(result) else "peak"
+        subject = no_help(result)
+        words = f"Buy nothing: {subject[0].lower()}{subject[1:]} the {what}."
+        return [*paragraph("What to buy:"), *paragraph(words, "-")]
     rows = [*_wanted(result), *_bought(result, least)]
     if not rows:
         return []
@@ -159,14 +194,14 @@ def _wanted(result: Result) -> list[str]:
     words = []
     if rate is not None:
         count = table_of(machine, "springs").get("count", 1)
-        stiff = scalar_of(record, "tuning/torsional_stiffness")
+        stiff = _within(record, "stiffness")
         each = f" ({show(stiff)} N*m/rad together)" if stiff is not None else ""
         words.append(f"springs: {count} of {show(1e-3 * rate)} N/mm each{each}")
     if thick is not None:
         gap = table_of(machine, "gap")
         warm = gap.get("temperature")
         place = f" at {float(warm) - ICE:.4g} degC" if isinstance(warm, int | float) else ""
-        damping = scalar_of(record, "tuning/torsional_damping")
+        damping = _within(record, "damping")
         worth = f" ({show(damping)} N*m*s/rad in the gap)" if damping is not None else ""
         words.append(f"oil: {show(1e3 * thick)} mPa*s{place}{worth}")
     if play is not None:
@@ -174,26 +209,44 @@ def _wanted(result: Result) -> list[str]:
     return words
 
 
+def _within(record: Record, name: str) -> float | None:
+    """Torsional stiffness or damping of the tuning, of that within bounds if there is one."""
+    own = scalar_of(record, f"tuning/torsional_{name}")
+    ratio = "stiffness_ratio" if name == "stiffness" else "secondary_damping"
+    free, kept = (scalar_of(record, f"tuning/{place}{ratio}") for place in ("", "bounded/"))
+    return own if own is None or not free or kept is None else own * kept / free
+
+
 def _bought(result: Result, least: float) -> list[str]:
     record = result.record
-    words = [f"with exactly these the peak is {show(least)}"]
+    kept = scalar_of(record, "tuning/bounded/peak")
+    words = [f"with exactly these the peak is {show(least if kept is None else kept)}"]
     alone = scalar_of(record, "tuning/peak_alone")
     if alone is not None and np.isfinite(alone):
         words[0] += f", {show(alone)} without an absorber"
+    than = "the one of this tuning" if is_mean(result) else "the best"
     built = scalar_of(record, HARDWARE + "built/peak")
     if built is not None:
         words.append(
-            f"with the parts that are in, it is {show(built)}, {_above(built / least - 1.0)}"
+            f"with the parts that are in, it is {show(built)}, {_above(built / least - 1.0, than)}"
         )
     penalty = having(record, HARDWARE + "pair/penalty", "stock_spring", "stock_oil")
     peak = scalar_of(record, HARDWARE + "buy/peak")
     if penalty is None or peak is None:
         return words
-    spring, oil, cost = _best(record, penalty)[0]
+    pairs = _best(record, penalty)
+    if not pairs:
+        return words
+    spring, oil, cost = pairs[0]
+    place = labels(penalty.axes[1]).index(oil)
+    thick = having(record, HARDWARE + "oil/kinematic_viscosity", "stock_oil")
     what = f"oil {oil!r}" if spring == _NONE else f"springs {spring!r} and oil {oil!r}"
-    words.append(f"from stock: {what}; the peak is {show(peak)}, {_above(cost)}")
+    if thick is not None:
+        size = show(1e6 * float(thick.values[place]))
+        what += f" ({_dynamic(record, place)} mPa*s, {size} cSt)"
+    words.append(f"from stock: {what}; the peak is {show(peak)}, {_above(cost, than)}")
     return words
 
 
-def _above(cost: float) -> str:
-    return f"{show(100.0 * cost, digits=3)} % above the best"
+def _above(cost: float, than: str) -> str:
+    return f"{show(100.0 * cost, digits=3)} % above {than}"

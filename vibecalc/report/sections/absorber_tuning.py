@@ -24,6 +24,8 @@ _FOUND = (
     *("secondary_frequency", "peak", "mean_square", "travel"),
 )
 _PENALTY = 1e-9
+#: peaks with and without absorbers that differ by less are the same
+_SAME = 1e-9
 
 
 def absorber_tuning(result: Result) -> Section | None:
@@ -35,7 +37,7 @@ def absorber_tuning(result: Result) -> Section | None:
     lines = _conclusion(result)
     scalar, _ = scalars(record, (TUNING + name for name in _FOUND), TUNING)
     for block in (
-        scalar, _each(record), _proof(record), _methods(record), _mistuned(record),
+        scalar, _each(record), _proof(record), _methods(result), _mistuned(result),
         _slopes(record), _bounded(record), _chart(record),
     ):  # fmt: skip
         if block:
@@ -49,14 +51,22 @@ def _conclusion(result: Result) -> list[str]:
     what = str(options.get("response", "displacement")).replace("_", " ")
     cause = str(options.get("excitation", "force"))
     how = _KINDS.get(str(options.get("kind", "free")), "")
+    measure = "mean square" if is_mean(result) else "largest amplitude"
     if scalar_of(record, TUNING + "helps") == 0.0:
-        return paragraph(
-            f"No absorber lowers the {what} of the primary under excitation by {cause}."
-        )
-    measure = "mean square" if options.get("norm") == "h2" else "largest amplitude"
+        words = f"{no_help(result)} the {measure} of the {what} under excitation by {cause}"
+        threshold = scalar_of(record, TUNING + "threshold") or 0.0
+        damped = (scalar_of(record, TUNING + "primary_damping") or 0.0) < threshold
+        only = options.get("kind") == "undamped_spring" and damped
+        return paragraph(words + ("; spring and damper do." if only else "."))
     words = f"Least {measure} of the {what} under excitation by {cause}, by {how}: "
-    name = "mean_square" if options.get("norm") == "h2" else "peak"
+    name = "mean_square" if is_mean(result) else "peak"
     value, alone = (scalar_of(record, TUNING + key) for key in (name, f"{name}_alone"))
+    several = TUNING + "each/mass_ratio" in record.quantities
+    if several and value is not None and alone is not None and value >= alone * (1.0 - _SAME):
+        return paragraph(
+            f"None of these absorbers helps: the {measure} of the {what} under excitation by "
+            f"{cause} is {show(value)} with them and {show(alone)} without."
+        )
     if value is None:
         return paragraph(words.rstrip(": ") + ".")
     words += f"{show(value)} instead of {'' if alone is None else show(alone)}"
@@ -67,12 +77,31 @@ def _conclusion(result: Result) -> list[str]:
         lines += paragraph("The best absorber has no spring.")
     limit = scalar_of(record, TUNING + "threshold")
     if limit is not None:
-        lines += paragraph(
-            "An absorber helps at any damping of the primary."
-            if math.isinf(limit)
-            else f"From a damping of the primary of {show(limit)} on no absorber helps."
-        )
+        lines += paragraph(_threshold(limit))
     return lines
+
+
+def _threshold(limit: float) -> str:
+    if math.isinf(limit):
+        return "An absorber helps at any damping of the primary."
+    if limit == 0.0:
+        return "With any damping of the primary it grows without bound."
+    return f"From a damping of the primary of {show(limit)} on no absorber helps."
+
+
+def is_mean(result: Result) -> bool:
+    """Whether the mean square is what was made small."""
+    return table_of(result.case, "tuning").get("norm") == "h2"
+
+
+def no_help(result: Result) -> str:
+    """Subject and verb of what does not help, of the kind that the case asks for."""
+    kind = str(table_of(result.case, "tuning").get("kind", "free"))
+    return {
+        "undamped_spring": "No spring without a damper lowers",
+        "viscous": "No damper without a spring lowers",
+        "lanchester": "This damper without a spring does not lower",
+    }.get(kind, "No absorber lowers")
 
 
 def _each(record: Record) -> list[str]:
@@ -86,6 +115,8 @@ def _each(record: Record) -> list[str]:
 
 
 def _proof(record: Record) -> list[str]:
+    if scalar_of(record, TUNING + "helps") == 0.0:
+        return []
     lines = by_axis(
         record, "active", "peak that holds it",
         [(f"{TUNING}active/{name}", words) for name, words in (
@@ -105,32 +136,55 @@ def _proof(record: Record) -> list[str]:
     return lines
 
 
-def _methods(record: Record) -> list[str]:
-    return by_axis(
+def _methods(result: Result) -> list[str]:
+    record = result.record
+    what = "mean square\nabove best, %" if is_mean(result) else "above the\nbest, %"
+    lines = by_axis(
         record, "method", "method",
         [(f"{TUNING}method/{name}", words) for name, words in (
             ("stiffness_ratio", "stiffness\nratio"), ("secondary_damping", "damping"),
-            ("promised", "promised\npeak"), ("peak", "true peak"), ("loss", "above the\nbest, %"),
+            ("promised", "promised\npeak"), ("peak", "true peak"), ("loss", what),
         )],
         width=18, each=13, factors=[1.0, 1.0, 1.0, 1.0, 100.0],
+        blank=f"{TUNING}method/promised",
     )  # fmt: skip
+    promised = having(record, TUNING + "method/promised", "method")
+    if promised is None or not scalar_of(record, TUNING + "primary_damping"):
+        return lines
+    forms = np.array(labels(promised.axes[0])) != "numerical"
+    if np.any(np.isfinite(np.asarray(promised.values)[forms])):
+        lines += paragraph("promised by a closed form: the peak on an undamped primary")
+    return lines
 
 
-def _mistuned(record: Record) -> list[str]:
+def _mistuned(result: Result) -> list[str]:
+    record = result.record
     loss = having(record, TUNING + "mistuning/loss", "mistuned", "deviation")
-    if loss is None:
+    if loss is None or not np.any(loss.values):
         return []
+    absent = {
+        label
+        for label, name in (("stiffness", "stiffness_ratio"), ("damping", "secondary_damping"))
+        if scalar_of(record, TUNING + name) == 0.0
+    }
+    what = "mean square" if is_mean(result) else "peak"
     sizes = np.asarray(loss.axes[1].values, dtype=float)
-    columns = [Column("higher peak, % , for an error of", 30)]
+    columns = [Column(f"higher {what}, %, for an error of", 30)]
     columns += [number(f"{100.0 * size:+.3g} %", 9) for size in sizes[:6]]
     rows = []
     for label, row in zip(labels(loss.axes[0]), np.asarray(loss.values), strict=True):
+        if label in absent:
+            continue
         cells = [show(100.0 * one, 100.0 * loss.error_estimate, 3) for one in row[:6]]
         rows.append([label, *cells])
     return table(columns, rows)
 
 
 def _slopes(record: Record) -> list[str]:
+    names = [f"{TUNING}sensitivity/{n}" for n in ("stiffness_ratio", "secondary_damping", "peak")]
+    found = [one for name in names if (one := having(record, name, "ratio")) is not None]
+    if not any(np.any(one.values) for one in found):
+        return []
     return by_axis(
         record, "ratio", "slope by",
         [(f"{TUNING}sensitivity/{name}", words) for name, words in (
@@ -166,8 +220,6 @@ def _chart(record: Record) -> list[str]:
     columns += [number(f"m = {masses[i]:.4g}", 12) for i in chosen]
     rows = [
         [show(float(damping), digits=4), *(show(row[i], peak.error_estimate) for i in chosen)]
-        for damping, row in zip(
-            peak.axes[0].values, np.asarray(peak.values), strict=True
-        )
+        for damping, row in zip(peak.axes[0].values, np.asarray(peak.values), strict=True)
     ]
     return [*paragraph("Least peak over the mass ratio m:"), *table(columns, rows)]

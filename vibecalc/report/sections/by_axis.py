@@ -13,10 +13,12 @@ from vibecalc.results.record import Record
 def by_axis(
     record: Record, axis: str, title: str, names: Sequence[tuple[str, str]], width: int = 22,
     each: int = 14, digits: int = 6, factors: Sequence[float] | None = None,
+    blank: str = "",
 ) -> list[str]:  # fmt: skip
     """Lines of a table of the quantities `names` (path, words) over `axis`; [] if there are none.
 
-    `factors` turn the SI of each into the unit that its words say.
+    `factors` turn the SI of each into the unit that its words say. Of the quantity `blank` an
+    infinite entry is none, shown as "-".
     """
     scale = factors or [1.0] * len(names)
     found = [
@@ -32,6 +34,9 @@ def by_axis(
         row = [label]
         for quantity, _, factor in found:
             value = float(magnitudes(quantity)[place]) * factor
+            if quantity.path == blank and not np.isfinite(value):
+                row.append("-")
+                continue
             row.append(show(value, factor * quantity.error_estimate, digits))
         rows.append(row)
     return table(columns, rows)

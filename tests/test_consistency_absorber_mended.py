@@ -1,0 +1,96 @@
+"""Claim: what fails beside a tuning is left out with a warning, and what is bought keeps bounds."""
+
+import numpy as np
+import pytest
+from shipped_cases import CASES
+
+from vibecalc.errors import NumericalFailure
+from vibecalc.optimisation.absorber.bounded import bounded_tuning
+from vibecalc.optimisation.absorber.minimax import minimax
+from vibecalc.pipeline.run import run_case
+from vibecalc.results.record import Record
+from vibecalc.study.load import load_checked
+
+
+def run(name: str, *settings: str, wanted: frozenset[str] | None = None) -> Record:
+    (loaded,) = load_checked([CASES[name]], (*settings, "reference=[]", "limit=[]"))
+    return run_case(loaded.case, wanted=wanted)
+
+
+def number(record: Record, path: str) -> float:
+    return float(record[path].values)
+
+
+@pytest.mark.parametrize("damping", [0.7071, 0.707106, 0.7071067])
+def test_a_run_beside_the_threshold_keeps_its_tuning(damping: float) -> None:
+    setting = f"machine.primary.damping_ratio={damping}"
+    record, best = run("absorber", setting), minimax(damping, 0.1)
+    assert number(record, "tuning/stiffness_ratio") == best.stiffness_ratio
+    assert number(record, "tuning/certificate") < 1e-7
+    # the free optimum keeps the limit of travel
+    assert number(record, "tuning/bounded/stiffness_ratio") == best.stiffness_ratio
+    assert number(record, "tuning/bounded/penalty") == 0.0
+    assert "tuning/sensitivity/peak" not in record
+    assert any(words.startswith("slopes of the tuning left out") for words in record.warnings)
+    with pytest.raises(NumericalFailure, match="sensitivity"):
+        run("absorber", setting, wanted=frozenset({"tuning/sensitivity/peak"}))
+
+
+def test_slopes_of_a_response_without_bound_are_left_out() -> None:
+    tuning = "tuning={excitation='base', response='acceleration', norm='h2', sensitivity=true}"
+    record = run("absorber", tuning)
+    assert "tuning/sensitivity/peak" not in record
+    assert any("no slopes" in words for words in record.warnings)
+
+
+@pytest.mark.parametrize("damping", [0.0, 0.3, 0.7, 0.7071, 0.7071067])
+def test_bounds_that_the_free_optimum_keeps_cost_nothing(damping: float) -> None:
+    best = minimax(damping, 0.1)
+    found = bounded_tuning(damping, 0.1, stiffness=(0.0, 1.0), damping=(0.0, 1.0), travel=30.0)
+    assert found.tuning.stiffness_ratio[0] == best.stiffness_ratio
+    assert found.tuning.secondary_damping[0] == best.secondary_damping
+    assert found.penalty == 0.0 and found.active == ()
+    assert found.tuning.residual < 1e-7 and found.tuning.curvature > 0.0
+
+
+def test_travel_that_no_stock_keeps_leaves_tuning_and_hardware() -> None:
+    record = run("absorber_rig_a", "tuning.bounds={travel=5}")
+    (words,) = [words for words in record.warnings if "stock" in words]
+    assert "the least travel is 6.71448" in words
+    assert "hardware/buy/peak" not in record
+    assert number(record, "tuning/bounded/travel") == pytest.approx(5.0, rel=1e-9)
+    assert number(record, "hardware/built/peak") > number(record, "tuning/peak")
+
+
+def test_what_is_bought_keeps_the_bounds() -> None:
+    free = run("absorber_rig_a")
+    record = run("absorber_rig_a", "tuning.bounds={damping_ratio=[0.0, 0.01]}")
+    assert number(record, "tuning/bounded/secondary_damping") == pytest.approx(0.01, rel=1e-12)
+    for bought, tuned in (("spring_rate", "stiffness_ratio"),
+                          ("dynamic_viscosity", "secondary_damping")):  # fmt: skip
+        share = number(record, f"tuning/bounded/{tuned}") / number(record, f"tuning/{tuned}")
+        change = number(record, f"hardware/{bought}") / number(free, f"hardware/{bought}")
+        assert change == pytest.approx(share, rel=1e-12) and abs(share - 1.0) > 1e-3
+
+
+def test_no_stock_is_ranked_by_peaks_for_a_mean_square() -> None:
+    record = run("absorber_rig_a", "tuning={norm='h2'}")
+    assert "hardware/pair/peak" not in record and "hardware/spring_rate" in record
+    assert any("mean square" in words for words in record.warnings)
+
+
+def test_an_oil_out_of_its_model_is_left_out() -> None:
+    record = run("absorber_rig_a", "machine.gap.temperature='-40 degC'")
+    kept = list(record["hardware/oil/damping"].axes[0].values)
+    assert "ISO VG 680" not in kept and len(kept) == 6
+    assert list(record["hardware/pair/peak"].axes[1].values) == kept
+    assert any("'ISO VG 680' in stock is left out" in words for words in record.warnings)
+
+
+def test_two_absorbers_locked_and_free_are_one_mass() -> None:
+    record = run("absorber_two")
+    where = record["response/absorber/largest_frequency_ratio"]
+    at = dict(zip(where.axes[0].values, where.values, strict=True))
+    mass = float(np.sum(record["tuning/each/mass_ratio"].values))
+    assert at["locked"] == pytest.approx((1.0 + mass) ** -0.5, rel=1e-14)
+    assert at["free"] == pytest.approx(1.0, rel=1e-14)
