@@ -16,7 +16,7 @@ export OMP_NUM_THREADS := 1
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help run sweep test check lint types golden accept-golden plots bench test-long clean
+.PHONY: help run sweep test check lint types golden golden-results accept-golden plots bench test-long clean
 
 help: ## print this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 16
@@ -52,17 +52,19 @@ lint: $(READY) ## ruff
 types: $(READY) ## mypy
 	$(BIN)/mypy
 
-golden: $(READY) ## run every case and compare with tests/golden
-	$(BIN)/vibecalc run $(CASES) -q -o outputs/golden/
-	@set -e; for name in $(SWEPT); do \
-	  $(BIN)/vibecalc sweep cases/$${name%.sweep}.toml -q --fresh -j $(WORKERS) -o outputs/golden/$$name.h5; done
-	@set -e; for name in $(NAMES) $(SWEPT); do echo "$$name:"; \
-	  $(BIN)/vibecalc diff tests/golden/$$name.h5 outputs/golden/$$name.h5 --rules tests/golden/rules.toml; done
+golden: $(READY) golden-results ## run every case and compare with tests/golden
+	@printf '%s\n' $(NAMES) $(SWEPT) | xargs -P $(WORKERS) -I {} sh -c 'said=$$($(BIN)/vibecalc diff \
+	  tests/golden/{}.h5 outputs/golden/{}.h5 --rules tests/golden/rules.toml 2>&1); code=$$?; \
+	  printf "%s: %s\n" {} "$$said"; exit $$code'
 
-accept-golden: $(READY) ## make the numbers of this checkout the golden ones
-	$(BIN)/vibecalc run $(CASES) -q -o outputs/golden/
-	@set -e; for name in $(SWEPT); do \
-	  $(BIN)/vibecalc sweep cases/$${name%.sweep}.toml -q --fresh -j $(WORKERS) -o outputs/golden/$$name.h5; done
+# One process for each case, WORKERS at a time.
+golden-results: $(READY)
+	@mkdir -p outputs/golden
+	@printf '%s\n' $(CASES) | xargs -P $(WORKERS) -I {} $(BIN)/vibecalc run {} -q -o outputs/golden/
+	@printf '%s\n' $(SWEPT:%.sweep=%) | xargs -P $(WORKERS) -I {} $(BIN)/vibecalc sweep cases/{}.toml -q \
+	  --fresh -j 1 -o outputs/golden/{}.sweep.h5
+
+accept-golden: $(READY) golden-results ## make the numbers of this checkout the golden ones
 	@set -e; for name in $(NAMES) $(SWEPT); do \
 	  $(BIN)/vibecalc diff tests/golden/$$name.h5 outputs/golden/$$name.h5 --accept; done
 
