@@ -52,6 +52,7 @@ def mixed_batch(members: list[int]):
     )  # fmt: skip
 
 
+@pytest.mark.long
 def test_a_run_is_the_same_bit_for_bit_in_any_company():
     together = mixed_batch(list(range(8)))
     for members in ([3], [7, 0, 5]):
