@@ -77,6 +77,7 @@ def hold(judged: list[Judged]) -> None:
     assert len(high) <= MOST_TOO_HIGH * len(judged), high
 
 
+@pytest.mark.long
 def test_estimates_of_fifteen_machines() -> None:
     judged = [one for seed in range(15) for one in judge_response(shortened(seed))]
     assert len(judged) > 15 * 24
