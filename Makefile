@@ -40,9 +40,8 @@ outputs/%.sweep.h5: cases/%.toml $(READY)
 	$(BIN)/vibecalc sweep $< -o $@ -j $(WORKERS) --resume --fresh -q
 	@touch $@
 
-# Tests of one file share the runs of shipped cases, so they stay in one process.
 test: $(READY) ## run the tests
-	$(BIN)/python -m pytest -n $(WORKERS) --dist loadfile -m "not long"
+	$(BIN)/python -m pytest -n $(WORKERS) -m "not long"
 
 check: lint types test golden ## lint, types, tests, golden files
 
