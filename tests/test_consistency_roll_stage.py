@@ -9,11 +9,11 @@ from roll_machines import ROTOR, SYNCHRONOUS, source_drive, source_machine
 from shipped_cases import CASES, result_of
 
 from vibecalc.machine.roll import build_roll, roll_drive
+from vibecalc.measurement.level import level_of
 from vibecalc.pipeline.entries.roll import FORCES, ROOT, VARIABLES
 from vibecalc.pipeline.stages.roll_observed import (
     Looks,
     Seen,
-    in_decibels,
     numbers_of,
     peaks_of,
     spectra_of,
@@ -55,7 +55,7 @@ def test_results_are_those_of_the_kernels(name: str) -> None:
         by_order = harmonics if variable in VARIABLES else by_cylinder
         found = result.record[f"{ROOT}/{variable}"]
         np.testing.assert_array_equal(found.values, by_order(turn, values, ORDERS)[0])
-        levels, doubt = in_decibels(found.values, np.full(found.values.shape, found.error_estimate))
+        levels, doubt = level_of(found.values, found.error_estimate, reference=1.0)
         shown = result.record[f"{ROOT}/level/{variable}"]
         # where a harmonic is zero within its error both say so
         there = np.isfinite(shown.values) & np.isfinite(levels)
@@ -139,7 +139,7 @@ def test_peaks_are_no_lower_than_any_value_of_the_turn() -> None:
 
 
 def test_levels_below_their_error_are_zero() -> None:
-    levels, doubt = in_decibels(np.array([1.0, 1e-3j]), np.array([1e-2, 1e-2]))
+    levels, doubt = level_of(np.array([1.0, 1e-3j]), np.array([1e-2, 1e-2]), reference=1.0)
     assert levels.tolist() == [0.0, -np.inf]
     assert doubt[0] == pytest.approx(-20.0 * np.log10(0.99)) and doubt[1] == 0.0
 

@@ -7,12 +7,14 @@ import numpy as np
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.machine.roll import build_roll, roll_drive
+from vibecalc.measurement.level import level_of
 from vibecalc.numerics.rounding import EPSILON, WithError
 from vibecalc.numerics.typing import BoolArray, FloatArray
 from vibecalc.pipeline.arrays.columns import Columns, together
 from vibecalc.pipeline.arrays.sheet import Sheet
 from vibecalc.pipeline.arrays.train import TRAIN, Train, build_train
 from vibecalc.pipeline.entries.roll import FORCES, ROOT, VARIABLES
+from vibecalc.pipeline.stages.roll_observed import lags_of
 from vibecalc.response.roll.classical import by_cylinder
 from vibecalc.response.roll.demand import surely_fastest
 from vibecalc.response.roll.machine import RollDrive, RollMachine, is_mounted, roll_machine
@@ -24,7 +26,6 @@ from vibecalc.response.roll.turn import Turn, harmonics, mean
 
 #: of the numbers of Gauss points to try; a point that these do not settle is run alone
 _RUNGS = 4
-_NEPER = 20.0 / np.log(10.0)
 
 
 def emit_roll(columns: Columns, sheet: Sheet) -> BoolArray:
@@ -120,14 +121,8 @@ def _emit_spectrum(
     axes: Mapping[str, Any],
 ) -> None:
     sheet.emit(f"{ROOT}/{name}", WithError(values, error), axes)
-    size = np.abs(values)
-    there = size > error
-    safe = np.where(there, size, 1.0)
-    share = np.where(there, error / safe, 0.0)
-    levels = np.where(there, 20.0 * np.log10(safe), -np.inf)
-    sheet.emit(f"{ROOT}/level/{name}", WithError(levels, _NEPER * share), axes)
-    lag = np.where(there, np.mod(-np.angle(values), 2.0 * np.pi), 0.0)
-    sheet.emit(f"{ROOT}/phase_lag/{name}", WithError(lag, share), axes)
+    sheet.emit(f"{ROOT}/level/{name}", level_of(values, error, reference=1.0), axes)
+    sheet.emit(f"{ROOT}/phase_lag/{name}", WithError(*lags_of(values, error)), axes)
 
 
 def _settled(one: _Read, other: _Read, orders: FloatArray, rtol: float) -> BoolArray:

@@ -3,10 +3,11 @@
 import numpy as np
 
 from vibecalc.errors import NumericalFailure
+from vibecalc.measurement.level import level_of
 from vibecalc.numerics.rounding import EPSILON, WithError
 from vibecalc.pipeline.scene import Scene
 from vibecalc.pipeline.stages.control_setup import Setup
-from vibecalc.pipeline.stages.control_values import NEPER, less, put
+from vibecalc.pipeline.stages.control_values import less, put
 from vibecalc.response.roll.controlled import Law
 from vibecalc.response.roll.controlled_state import closed_loop
 from vibecalc.response.roll.machine import RollDrive
@@ -54,7 +55,7 @@ def emit_full(
         "order": given.orders,
         "multiplier": np.arange(1, len(found.multiplier) + 1),
     }
-    level = in_decibels(found.harmonics)
+    level = level_of(found.harmonics.value, found.harmonics.error, reference=1.0)
     if not found.stable:
         level = WithError(np.full(len(given.orders), np.inf), np.zeros(len(given.orders)))
         size = float(np.max(np.abs(found.multiplier)))
@@ -90,13 +91,4 @@ def _uncontrolled(scene: Scene, given: Setup, drive: RollDrive) -> WithError:
         for state in (running.state, running.check)
     ]
     rounding = 64.0 * EPSILON * float(np.max(np.abs(each[0])))
-    return in_decibels(WithError(each[0], np.abs(each[0] - each[1]) + rounding))
-
-
-def in_decibels(amplitude: WithError) -> WithError:
-    """Levels of harmonics; what is below its own error is zero: minus infinity, error zero."""
-    size = np.abs(amplitude.value)
-    there = size > amplitude.error
-    safe = np.where(there, size, 1.0)
-    level = np.where(there, 20.0 * np.log10(safe), -np.inf)
-    return WithError(level, np.where(there, NEPER * amplitude.error / safe, 0.0))
+    return level_of(each[0], np.abs(each[0] - each[1]) + rounding, reference=1.0)

@@ -5,15 +5,13 @@ from typing import Any
 
 import numpy as np
 
+from vibecalc.measurement.level import DECIBEL
 from vibecalc.numerics.cycle_peak import cycle_peak
 from vibecalc.numerics.rounding import EPSILON, WithError
 from vibecalc.pipeline.entries.roll_control import ROOT
 from vibecalc.pipeline.scene import Scene
 from vibecalc.pipeline.stages.control_setup import Setup
 from vibecalc.response.roll_control.evaluate import Controlled
-
-#: dB of one neper
-NEPER = 20.0 / np.log(10.0)
 
 
 def put(scene: Scene, name: str, found: WithError, axes: Mapping[str, Any] | None = None) -> None:
@@ -63,9 +61,9 @@ def factor_in_decibels(factor: WithError) -> WithError:
     """How far a factor is from one, in dB; infinite for a factor that is zero or infinite."""
     with np.errstate(divide="ignore", invalid="ignore"):
         level = np.abs(20.0 * np.log10(factor.value))
-        error = NEPER * factor.error / factor.value
+        error = DECIBEL * factor.error / factor.value
     fine = np.isfinite(level)
-    rounding = 4.0 * EPSILON * (np.abs(np.where(fine, level, 0.0)) + NEPER)
+    rounding = 4.0 * EPSILON * (np.abs(np.where(fine, level, 0.0)) + DECIBEL)
     return WithError(level, np.where(fine, error + rounding, 0.0))
 
 

@@ -5,6 +5,7 @@ import numpy as np
 from vibecalc.case.roll_tables import Roll
 from vibecalc.machine.roll import RollParts, build_roll, roll_drive
 from vibecalc.machine.roll_motor import fitted_motor
+from vibecalc.measurement.level import level_of
 from vibecalc.numerics.rounding import EPSILON
 from vibecalc.pipeline.entries.roll import FORCES, ROOT
 from vibecalc.pipeline.scene import Scene
@@ -14,7 +15,6 @@ from vibecalc.pipeline.stages.roll_observed import (
     Seen,
     course_of,
     extremes_of,
-    in_decibels,
     lags_of,
     numbers_of,
     peaks_of,
@@ -115,7 +115,7 @@ def _emit_spectra(scene: Scene, parts: RollParts, orders: int, looks: Looks) -> 
         error = looks.error(*(each[name][0] for each in spectra)) + rounding
         axes = {"order": numbers, "cylinder": np.array(parts.names, dtype=object)}
         scene.emit(f"{ROOT}/{name}", values, error, axes)
-        levels, doubt = in_decibels(values, error)
+        levels, doubt = level_of(values, error, reference=1.0)
         scene.emit(f"{ROOT}/level/{name}", levels, doubt, axes)
         scene.emit(f"{ROOT}/phase_lag/{name}", *lags_of(values, error), axes)
 

@@ -7,12 +7,13 @@ from vibecalc.errors import NumericalFailure
 from vibecalc.excitation.dynamic_motor import CircuitMotor
 from vibecalc.excitation.induction_motor_power import power_flow
 from vibecalc.machine.roll_motor import FittedMotor
+from vibecalc.measurement.level import level_of
 from vibecalc.numerics.rounding import WithError
 from vibecalc.numerics.typing import FloatArray
 from vibecalc.pipeline.entries.roll_motor import COMPARED, ENERGIES, ROOT
 from vibecalc.pipeline.scene import Scene
 from vibecalc.pipeline.stages.roll_motor_fit import emit_fit, emit_transients
-from vibecalc.pipeline.stages.roll_observed import Seen, course_of, in_decibels, spectra_of
+from vibecalc.pipeline.stages.roll_observed import Seen, course_of, spectra_of
 from vibecalc.response.roll.course import course_of_state
 from vibecalc.response.roll.dynamic_start import steady_drive
 from vibecalc.response.roll.machine import RollDrive, RollMachine
@@ -153,7 +154,7 @@ def _levels(looks: tuple[Seen, Seen], orders: int) -> tuple[FloatArray, FloatArr
     (values, rounding), (others, _) = (
         spectra_of(look, orders)["shell_acceleration"] for look in looks
     )
-    return in_decibels(values, np.abs(values - others) + rounding)
+    return level_of(values, np.abs(values - others) + rounding, reference=1.0)
 
 
 def _less(level: FloatArray, other: FloatArray) -> FloatArray:

@@ -17,8 +17,6 @@ from vibecalc.response.roll.machine import RollDrive, RollMachine
 from vibecalc.response.roll.readings import readings
 from vibecalc.response.roll.turn import Turn, harmonics, mean
 
-#: dB of one neper
-NEPER = 20.0 / np.log(10.0)
 #: crank angles of the course over a turn, both ends included
 _SHOWN = 361
 
@@ -54,16 +52,6 @@ def spectra_of(seen: Seen, orders: int) -> dict[str, tuple[np.ndarray, float]]:
         by_order = harmonics if name in VARIABLES else by_cylinder
         found[name] = by_order(seen.turn, values, numbers)[0], rounding
     return found
-
-
-def in_decibels(values: np.ndarray, error: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Levels of harmonics, and their errors; what is below its own error is zero: -inf, error 0."""
-    size = np.abs(values)
-    there = size > error
-    safe = np.where(there, size, 1.0)
-    levels = np.where(there, 20.0 * np.log10(safe), -np.inf)
-    # downwards the logarithm gives way more than upwards
-    return levels, np.where(there, -NEPER * np.log1p(-error / np.where(there, safe, np.inf)), 0.0)
 
 
 def lags_of(values: np.ndarray, error: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
