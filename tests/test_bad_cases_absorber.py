@@ -318,24 +318,24 @@ FORM: dict[str, tuple[str, int, tuple[str, ...]]] = {
     "a scale of temperature": (
         replaced(G, ("40 degC", "40 degF")),
         34,
-        ("not a scale of temperature", "'20 degC' or '293.15 K'"),
+        ("a scale with a zero of its own", "degC or K"),
     ),
-    "another unit": (replaced(G, ("40 degC", "40 mm")), 34, ("not a scale of temperature",)),
+    "another unit": (replaced(G, ("40 degC", "40 mm")), 34, ("wrong dimension", "293.15 K")),
     "no temperature": (replaced(G, ("40 degC", "warm")), 34, ("not a number", "293.15 K")),
     "a temperature of ice": (
         replaced(G, ("40 degC", "-300 degC")),
         34,
-        ("below absolute zero", "found -26.85 K"),
+        ("temperature is out of range", "found -26.85"),
     ),
     "a list of temperatures": (
         replaced(G, ('"40 degC"', "[40]")),
         34,
-        ("temperature: not a temperature", "found list"),
+        ("temperature cannot be a list", "293.15 K"),
     ),
     "nan temperature": (
         replaced(G, ('"40 degC"', "nan")),
         34,
-        ("temperature: not finite", "293.15 K"),
+        ("temperature is not finite", "293.15 K"),
     ),
 }
 

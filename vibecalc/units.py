@@ -139,7 +139,7 @@ def _factor(found: str, wanted: str) -> float:
 
 def _shifted(name: str) -> UnitError:
     hint = "20 degC are 293.15 K"
-    return UnitError("a scale with a zero of its own", found=name, allowed="kelvins", hint=hint)
+    return UnitError("a scale with a zero of its own", found=name, allowed="degC or K", hint=hint)
 
 
 def _mismatch(words: str, found: str, wanted: str) -> UnitError:
