@@ -1,6 +1,12 @@
-"""The same examples in every run: what a search finds once becomes an example of its own."""
+"""The same examples in every run, and commands that can be interrupted wherever tests run."""
+
+import signal
 
 from hypothesis import settings
 
+# what a search finds once becomes an example of its own
 settings.register_profile("fixed", derandomize=True)
 settings.load_profile("fixed")
+
+# a shell's background jobs ignore an interrupt, and what they start would inherit that
+signal.signal(signal.SIGINT, signal.default_int_handler)
