@@ -16,16 +16,13 @@ from vibecalc.case.load import load_case
 from vibecalc.report.limits import judge_limits
 from vibecalc.report.references import counted_misses, judge_references
 
-#: a search of half a minute, whose references `tests/test_docs_compressor_balance.py` looks at
-ELSEWHERE = frozenset({"compressor_balance"})
 KNOWN = [
     (name, index)
     for name in CASES
-    if name not in ELSEWHERE
     for index, row in enumerate(load_case(CASES[name]).case.reference)
     if row.known_difference
 ]
-JUDGED = [name for name in CASES if not takes_long(name) and name not in ELSEWHERE]
+JUDGED = [name for name in CASES if not takes_long(name)]
 
 
 @cache
