@@ -96,7 +96,14 @@ IMPACT: dict[str, Any] = {
             },
         },
     ),
-    "response": {"impact": {"clearances": ["10 um", "30 um"], "members": 16, "revolutions": 10}},
+    "response": {
+        "impact": {
+            "clearances": ["10 um", "30 um"],
+            "members": 8,
+            "revolutions": 5,
+            "discard": 5,
+        }
+    },
 }
 
 BALANCE: dict[str, Any] = {
