@@ -193,6 +193,7 @@ def test_two_in_series_need_no_damper_on_the_first():
     assert found.peak < parallel_peak
 
 
+@pytest.mark.long
 def test_an_absorber_that_is_best_fastened_to_another_is_said_to_be():
     # of two that hang on the first, one does better as a part of it: two in a row are left
     found = several_tuning(0.0, [0.06, 0.02, 0.02], (0, 1, 1))
