@@ -5,6 +5,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from vibecalc.case.fields import UNION_TAGS, Table
+from vibecalc.case.overrides import key_text
 from vibecalc.case.walk import Shape, bound_words, keys_of, shape_at, shape_of, words
 from vibecalc.errors import KeyPath, Problem, UnitError
 
@@ -80,7 +81,7 @@ def _missing(path: KeyPath, error: Error) -> Problem:
 def missing_key(path: KeyPath) -> Problem:
     """The problem of a key that has to be there and is not."""
     shape = shape_at(path)
-    place = f" in [{_table_name(path[:-1])}]" if len(path) > 1 else ""
+    place = f" in [{key_text(path[:-1])}]" if len(path) > 1 else ""
     return Problem(
         path=path,
         message=f"missing key {path[-1]!r}{place}",
@@ -100,7 +101,7 @@ def _unknown(path: KeyPath, error: Error) -> Problem:
     elif elsewhere:
         hint = f"{key} belongs to {', '.join(f'[{name}]' for name in elsewhere[:3])}"
     keys = ", ".join(keys_of(parent.table)) if parent and parent.table and not near else ""
-    place = f" in [{_table_name(path[:-1])}]" if len(path) > 1 else ""
+    place = f" in [{key_text(path[:-1])}]" if len(path) > 1 else ""
     return Problem(path=path, message=f"unknown key {shown(key)}{place}", allowed=keys, hint=hint)
 
 
@@ -255,11 +256,6 @@ def _description(path: KeyPath) -> str:
         return ""
     field = keys_of(parent.table).get(str(path[-1]))
     return f"{path[-1]}: {field.description}" if field and field.description else ""
-
-
-def _table_name(path: KeyPath) -> str:
-    text = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in path)
-    return text.removeprefix(".")
 
 
 def _with_unit(value: Any, shape: Shape) -> str:

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.rounding import EPSILON
+from vibecalc.numerics.rounding import EPSILON, WithError
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -82,3 +82,11 @@ def about_point(excitation: Excitation, point: ArrayLike) -> Excitation:
         + EPSILON * (np.abs(excitation.couple) + sizes)
     )
     return excitation._replace(couple=excitation.couple - moved, couple_error=couple_error)
+
+
+def as_loads(excitation: Excitation) -> WithError:
+    """Forces and couples (..., orders, 6): x, y, z, then the couples about them."""
+    return WithError(
+        np.concatenate([excitation.force, excitation.couple], axis=-1),
+        np.concatenate([excitation.force_error, excitation.couple_error], axis=-1),
+    )

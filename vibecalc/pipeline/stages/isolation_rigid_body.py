@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from vibecalc.excitation.sums import Excitation, at_speed
+from vibecalc.excitation.sums import as_loads, at_speed
 from vibecalc.isolation.body_readout import mount_readout
 from vibecalc.isolation.body_rows import body_rows
 from vibecalc.isolation.left_out import with_left_out
@@ -53,14 +53,14 @@ def run(scene: Scene) -> None:
     _emit_modes(scene, matrices, shapes)
     sag = _emit_static(scene, matrices, body, mounts)
 
-    load = _as_loads(forcing.per_speed_squared)
+    load = as_loads(forcing.per_speed_squared)
     resonances = body_resonances(matrices, shapes, load)
     speed = scene.case.machine.speed
     for warning in check_operating_point(resonances, forcing.orders, speed):
         scene.warn(warning)
     undriven = _undriven(resonances, shapes)
     frequency = forcing.orders * speed
-    driven = _as_loads(at_speed(forcing.per_speed_squared, speed))
+    driven = as_loads(at_speed(forcing.per_speed_squared, speed))
     system = dynamics(matrices, frequency, undriven)
     motion = response(system, driven.value, driven.error)
     require_digits(matrices, system, driven, motion, forcing.orders, speed)
@@ -70,13 +70,6 @@ def run(scene: Scene) -> None:
     up = np.eye(3)["xyz".index(isolation_of(scene).up)]
     emit_support_motion(scene, forcing, mounts.names, DIRECTIONS, at_mounts, force, up, sag)
     _hand_on_run_up(scene, forcing, matrices, mounts, shapes, load)
-
-
-def _as_loads(excitation: Excitation) -> WithError:
-    return WithError(
-        np.concatenate([excitation.force, excitation.couple], axis=-1),
-        np.concatenate([excitation.force_error, excitation.couple_error], axis=-1),
-    )
 
 
 def _undriven(resonances: Resonances, shapes: Modes) -> Undriven:

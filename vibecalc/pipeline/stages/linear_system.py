@@ -4,7 +4,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibecalc.excitation.sums import Excitation
 from vibecalc.machine.system import build_system
 from vibecalc.numerics.rounding import EPSILON, WithError
 from vibecalc.pipeline.scene import Scene
@@ -63,14 +62,6 @@ def ratios_of(scene: Scene, system: LinearSystem) -> WithError:
     found = damping_ratio(rest, system.shapes)
     value = found.value + given
     return WithError(value, found.error + EPSILON * np.abs(value))
-
-
-def as_loads(excitation: Excitation) -> WithError:
-    """Forces and couples (..., orders, 6) in the order of the coordinates."""
-    return WithError(
-        np.concatenate([excitation.force, excitation.couple], axis=-1),
-        np.concatenate([excitation.force_error, excitation.couple_error], axis=-1),
-    )
 
 
 def undriven_at_operating_point(

@@ -5,14 +5,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from vibecalc.case.response_tables import Response
-from vibecalc.excitation.sums import Excitation, at_speed
+from vibecalc.excitation.sums import Excitation, as_loads, at_speed
 from vibecalc.numerics.rounding import EPSILON, WithError
 from vibecalc.pipeline.catalogue import CATALOGUE
 from vibecalc.pipeline.scene import Scene
 from vibecalc.pipeline.stages.excitation import Forcing
 from vibecalc.pipeline.stages.linear_system import (
     LinearSystem,
-    as_loads,
     forcing_of,
     linear_system,
     undriven_at_operating_point,

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from vibecalc.excitation.sums import at_speed
+from vibecalc.excitation.sums import as_loads, at_speed
 from vibecalc.numerics.cycle_peak import cycle_peak
 from vibecalc.numerics.rounding import DATA_ROUNDINGS, EPSILON, WithError
 from vibecalc.pipeline.scene import Scene
@@ -10,7 +10,6 @@ from vibecalc.pipeline.stages.excitation import DIRECTIONS, Forcing
 from vibecalc.pipeline.stages.linear_system import (
     COORDINATES,
     LinearSystem,
-    as_loads,
     forcing_of,
     linear_system,
     ratios_of,

@@ -2,12 +2,12 @@
 
 import numpy as np
 
+from vibecalc.excitation.sums import as_loads
 from vibecalc.numerics.rounding import UNIT_ROUNDOFF, WithError
 from vibecalc.pipeline.scene import Scene
 from vibecalc.pipeline.stages.excitation import Forcing
 from vibecalc.pipeline.stages.linear_system import (
     LinearSystem,
-    as_loads,
     forcing_of,
     linear_system,
     resonances_of,

@@ -5,14 +5,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vibecalc.case.response_tables import Operation, Switching
-from vibecalc.excitation.sums import add
+from vibecalc.excitation.sums import add, as_loads
 from vibecalc.numerics.rounding import EPSILON
 from vibecalc.pipeline.catalogue import CATALOGUE
 from vibecalc.pipeline.scene import Scene
 from vibecalc.pipeline.stages.excitation import DIRECTIONS
 from vibecalc.pipeline.stages.linear_system import (
     LinearSystem,
-    as_loads,
     forcing_of,
     linear_system,
     ratios_of,

@@ -7,7 +7,7 @@ import numpy as np
 from vibecalc.report.lookup import along, having, speed_of
 from vibecalc.report.numbers import rpm, show
 from vibecalc.report.pictures.canvas import COLOURS, QUIET, canvas
-from vibecalc.report.pictures.run_up_marks import plain_ticks
+from vibecalc.report.pictures.scales import plain_ticks
 from vibecalc.results.record import Record, Result
 
 if TYPE_CHECKING:

@@ -18,11 +18,11 @@ from vibecalc.report.pictures.canvas import (
 from vibecalc.report.pictures.run_up_marks import (
     lowest,
     masked,
-    plain_ticks,
     resonances,
     unbounded,
     window,
 )
+from vibecalc.report.pictures.scales import plain_ticks
 from vibecalc.results.record import Quantity, Record, Result
 
 if TYPE_CHECKING:

@@ -1,6 +1,6 @@
 """Marks of a run-up: orders on natural frequencies, speeds left out, where the axis begins."""
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -86,12 +86,3 @@ def masked(record: Record, axes: "Axes") -> None:
         return
     for start, stop in zip(np.atleast_1d(low.values), np.atleast_1d(high.values), strict=True):
         axes.axvspan(float(start), float(stop), color="#f3c6cc", linewidth=1.0)
-
-
-def plain_ticks(axis: Any) -> None:
-    """1, 2, 5, 10, 20, 50 ... in plain numbers on a logarithmic axis."""
-    from matplotlib.ticker import LogLocator, NullFormatter
-
-    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-    axis.set_major_formatter("{x:g}")
-    axis.set_minor_formatter(NullFormatter())
