@@ -104,7 +104,8 @@ def test_units_of_engineers(text: str, unit: str, value: float) -> None:
     [
         ("3 kg", "m", ("wrong dimension", "a mass", "a length, e.g. '0.2 m' or '200 mm'")),
         ("3 psi", "m", ("wrong dimension", "a pressure")),
-        ("3 W", "m", ("wrong dimension", "a value in kilogram")),
+        ("3 W", "m", ("wrong dimension", "a power")),
+        ("3 T", "m", ("wrong dimension", "a value in")),
         ("30 deg", "", ("an angle", "a number without unit")),
         ("50 %", "rad", ("a number without unit", "an angle")),
         ("1 N*m/rad", "N", ("an angular stiffness", "a force")),

@@ -1,0 +1,79 @@
+"""Claim: what has no steady response, or no trustworthy one, is refused in words."""
+
+import numpy as np
+import pytest
+
+from vibecalc.errors import NumericalFailure
+from vibecalc.response.torsion.barred import barred_ranges
+from vibecalc.response.torsion.forced import forced
+from vibecalc.response.torsion.forced_modal import forced_modal
+from vibecalc.response.torsion.line import chain
+from vibecalc.response.torsion.resonances import resonances
+from vibecalc.response.torsion.synthesis import synthesis
+
+PAIR = chain(np.ones(2), np.array([2.0]))
+MODES = (np.array([0.0, 2.0]), np.array([[1.0, 1.0], [1.0, -1.0]]), np.array([2.0, 2.0]))
+
+
+@pytest.mark.parametrize("estimate", [True, False])
+@pytest.mark.parametrize(
+    ("frequency", "words"),
+    [(2.0, "at 2 rad/s: it is a natural frequency"), (0.0, "free to turn do not balance")],
+)
+def test_no_steady_response(frequency, words, estimate):
+    with pytest.raises(NumericalFailure, match=words):
+        forced(PAIR, frequency, np.array([1.0, 0.0]), estimate=estimate)
+    with pytest.raises(NumericalFailure, match="which the torques drive"):
+        forced_modal(PAIR, *MODES, frequency, np.array([1.0, 0.0]))
+
+
+@pytest.mark.parametrize("estimate", [True, False])
+@pytest.mark.parametrize("torque", [[1.0, 0.0, 0.0], [0.1, 1.0, 0.2]])
+def test_next_to_singular_counts_as_singular(torque, estimate):
+    # the middle station, without inertia, has the largest torque in one case
+    line = chain(np.array([1.0, 0.0, 1.0]), np.array([4.0, 4.0]))
+    with pytest.raises(NumericalFailure, match="natural frequency"):
+        forced(line, 2.0 * (1 + 1e-13), torque, estimate=estimate)
+
+
+def test_unbalanced_loops_at_rest_are_refused_and_balanced_ones_twist():
+    ring = chain(np.ones(3), np.ones(2))._replace(
+        first=np.array([0, 1, 2]), second=np.array([1, 2, 0]),
+        stiffness=np.ones(3), damping=np.zeros(3), loss_factor=np.zeros(3),
+    )  # fmt: skip
+    with pytest.raises(NumericalFailure, match="do not balance"):
+        forced(ring, 0.0, np.array([1.0, 0.0, 0.0]))
+    assert forced(ring, 0.0, [1.0, -1.0, 0.0]).angle == pytest.approx([1 / 3, -1 / 3, 0.0])
+
+
+def test_a_station_without_inertia_that_nothing_holds_is_refused():
+    line = chain(np.array([1.0, 0.0]), np.zeros(1))
+    with pytest.raises(NumericalFailure):
+        forced(line, 1.0, np.array([0.0, 1.0]))
+    assert forced(line, 1.0, np.array([1.0, 0.0])).angle.tolist() == [-1.0, 0.0]
+
+
+def test_modes_coupled_by_damping_are_no_modal_response():
+    line = PAIR._replace(absolute_damping=np.array([1.0, 0.0]))
+    with pytest.raises(NumericalFailure, match="couples the undamped modes"):
+        forced_modal(line, *MODES, 1.0, np.array([1.0, 0.0]))
+
+
+def test_curves_and_sums_that_are_not_numbers():
+    speeds = np.linspace(1.0, 2.0, 5)
+    with pytest.raises(NumericalFailure, match="infinite at some speed"):
+        resonances(lambda speed: np.full((len(speed), 1), np.inf), speeds)
+    with pytest.raises(NumericalFailure, match="not a number"):
+        barred_ranges(lambda speed: np.full(len(speed), np.nan), speeds)
+    with pytest.raises(NumericalFailure, match="multiple of 1/2"):
+        synthesis([1 / 3], [1.0])
+    with pytest.raises(NumericalFailure, match="not a finite number"):
+        synthesis([1.0], [np.inf])
+
+
+@pytest.mark.parametrize("size", [1.0, 1e-25])
+@pytest.mark.parametrize("estimate", [True, False])
+def test_a_resonance_is_refused_however_small_the_torque(size, estimate):
+    line = chain(np.ones(2), np.array([2.0]))
+    with pytest.raises(NumericalFailure, match="natural frequency of the line"):
+        forced(line, 2.0 * (1.0 + 1e-13), np.array([size, 0.0]), estimate=estimate)

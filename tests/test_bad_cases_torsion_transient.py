@@ -1,0 +1,75 @@
+"""Claim: what has no transient is refused in words."""
+
+import re
+
+import numpy as np
+import pytest
+
+from vibecalc.errors import NumericalFailure
+from vibecalc.response.torsion.line import Line, chain
+from vibecalc.response.torsion.transient_march import transient
+from vibecalc.response.torsion.transient_motion import stretch
+from vibecalc.response.torsion.transient_peaks import envelope
+from vibecalc.response.torsion.transient_quasi_steady import against_quasi_steady
+from vibecalc.response.torsion.transient_waterfall import order_waterfall, time_course
+
+PAIR = chain(np.array([2.0, 3.0]), np.array([4000.0]))
+GAS = np.array([[10.0 + 0j], [0.0]])
+CRITICAL = float(np.sqrt(4000.0 / 1.2))
+
+
+def run(
+    line: Line = PAIR, order: float = 1.0, acceleration: float = 1.0, speed: float = 5.0, **more
+):
+    return transient(line, np.array([order]), [stretch(2.0, acceleration, GAS)], speed, **more)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"line": PAIR._replace(loss_factor=np.array([0.1]))}, "loss factor has no time domain"),
+        ({"line": PAIR._replace(inertia=np.array([2.0, 0.0]))}, "inertia at every freedom"),
+        ({"acceleration": -4.0}, "turn backwards in stretch 1"),
+        ({"order": 1.25}, "multiples of 1/2"),
+        ({"speed": CRITICAL, "start": "steady"}, "order 1 meets an undamped natural frequency"),
+        ({"reaction": np.zeros(2)}, "no station which takes the mean torque"),
+        ({"rtol": 1e-18}, "does not reach the tolerance 1e-18 (section 1"),
+    ],
+)
+def test_refused(change: dict, words: str) -> None:
+    with pytest.raises(NumericalFailure, match=re.escape(words)):
+        run(**change)
+
+
+def test_a_stretch_that_does_not_last() -> None:
+    with pytest.raises(NumericalFailure, match="stretch 2 of the transient has no duration"):
+        transient(PAIR, np.array([1.0]), [stretch(1.0, 0.0, GAS), stretch(0.0, 0.0, GAS)], 5.0)
+
+
+def test_too_long_for_its_orders() -> None:
+    with pytest.raises(NumericalFailure, match="more than 4000000 steps"):
+        transient(PAIR, np.array([50.0]), [stretch(1e6, 0.0, GAS)], 500.0)
+
+
+def test_comparison_and_windows_outside_what_is_known() -> None:
+    found = envelope(run(), windows=5)
+    speed = np.linspace(1.0, 6.0, 11)
+    with pytest.raises(NumericalFailure, match="the steady response covers"):
+        against_quasi_steady(found, speed, np.ones((11, 1)))
+    still = envelope(run(acceleration=0.0), windows=5)
+    with pytest.raises(NumericalFailure, match="goes one way"):
+        against_quasi_steady(still, speed, np.ones((11, 1)))
+    seen = time_course(run(), 0.0, 2.0)
+    with pytest.raises(NumericalFailure, match="reaches beyond the course"):
+        order_waterfall(seen, 0, np.array([1.0]), np.array([0.1]), 1.0)
+
+
+def test_standstill_is_held_by_its_static_torque() -> None:
+    # crank at 60 degrees: the static torque 10 cos(60) is passed on to the far end, at rest
+    still = transient(
+        PAIR, np.array([1.0]), [stretch(3.0, 0.0, GAS)], 0.0, angle=np.pi / 3,
+        start="steady", reaction=np.array([0.0, 1.0]),
+    )  # fmt: skip
+    torque = still.states[-1] @ still.system.torque.T
+    assert np.abs(torque - 5.0).max() <= still.torque_error[0] + 1e-13
+    assert np.abs(still.states[-1][:, 1:]).max() < 1e-12

@@ -1,0 +1,144 @@
+"""Claim: the modal route of the source, where its premises hold, is the direct solution; its error
+estimates hold against mpmath; and a damping series of many terms says how ill conditioned it is.
+"""
+
+import engine_source as source
+import mpmath
+import numpy as np
+import pytest
+from engine_as_published import ORDER, full_torque, modes
+
+from vibecalc.errors import NumericalFailure
+from vibecalc.response.torsion.as_published import (
+    critical_speeds,
+    empirical_magnifier,
+    magnifier,
+    modal_excitation,
+    modal_twist,
+    twist_on_criticals,
+)
+from vibecalc.response.torsion.as_published_damping import caughey_series, series_damping
+from vibecalc.response.torsion.line import chain, stiffness_matrix
+
+FREQUENCY, SHAPE, INERTIA = modes(8)
+TORQUE = full_torque(8, speed=source.SPEED_OF_TEXT)
+EXCITATION = modal_excitation(SHAPE[1:], FREQUENCY[1:], INERTIA, TORQUE)
+
+
+def test_all_modes_together_are_the_direct_solution():
+    # Rayleigh damping, one speed: shafts' twists (the rigid mode drops out of them) at t = 0
+    alpha = caughey_series(FREQUENCY[1:3], [0.01, 0.01]).alpha
+    line = chain(source.DAMPED_INERTIA, source.DAMPED_STIFFNESS)
+    stiffness, speed = stiffness_matrix(line), 191.3
+    zeta = 0.5 * (alpha[0] / FREQUENCY[1:] + alpha[1] * FREQUENCY[1:])
+    modal = np.array([
+        modal_twist(
+            modal_excitation(SHAPE[c : c + 1], FREQUENCY[c : c + 1], INERTIA, TORQUE),
+            FREQUENCY[c : c + 1], ORDER, [speed], zeta[c - 1],
+        ).at_zero[0, 0]
+        for c in range(1, 8)
+    ])  # fmt: skip
+    by_modes = np.diff(modal @ SHAPE[1:])
+    direct = np.zeros(8)
+    for q, torque in zip(ORDER, TORQUE, strict=True):
+        w = q * speed
+        damping = alpha[0] * np.diag(INERTIA) + alpha[1] * stiffness
+        matrix = stiffness + 1j * w * damping - w**2 * np.diag(INERTIA)
+        direct += np.linalg.solve(matrix, torque).real
+    assert np.diff(direct) == pytest.approx(by_modes, abs=1e-9 * np.abs(by_modes).max())
+
+
+def test_twist_on_a_critical_is_the_twist_at_that_speed():
+    ratio = np.full(7, 0.02)
+    on = twist_on_criticals(EXCITATION, ORDER, ratio)
+    speeds = critical_speeds(FREQUENCY[1:], ORDER)
+    assert speeds[:, 1] == pytest.approx(FREQUENCY[1:], rel=1e-15)
+    for w in (0, 2, 17):
+        for c in (0, 3):
+            one = modal_excitation(SHAPE[c + 1 : c + 2], FREQUENCY[c + 1 : c + 2], INERTIA, TORQUE)
+            there = modal_twist(one, FREQUENCY[c + 1 : c + 2], ORDER, speeds[c, w : w + 1], 0.02)
+            off = abs(there.at_zero[0, 0] - on.value[c, w, -1])
+            assert off <= there.error[0, 0] + on.error[c, w, -1]
+            assert there.error[0, 0] < 1e-9 * there.magnitude[0, 0]
+
+
+def test_empirical_magnifier_only_for_the_resonant_order():
+    bare = twist_on_criticals(EXCITATION, ORDER).value
+    term = np.diff(bare, axis=-1, prepend=0.0)
+    static = EXCITATION.deflection
+    c, w = 1, 5
+    bump = empirical_magnifier(np.abs(static[c, w])) * static[c, w].real
+    assert term[c, w, w] == pytest.approx(bump, rel=1e-9)
+    # eq. 4.20 for another order, whatever the frequency
+    assert term[c, w, 2] == pytest.approx(static[c, 2].real / (1 - (3 / 6) ** 2), rel=1e-9)
+    # its result depends on how the mode is scaled: a shape twice as large is not half the twist
+    double = modal_excitation(2.0 * SHAPE[1:], FREQUENCY[1:], INERTIA, TORQUE)
+    resonant = np.diff(twist_on_criticals(double, ORDER).value, axis=-1, prepend=0.0)[c, w, w]
+    assert 2.0 * resonant / term[c, w, w] == pytest.approx(2.0**0.25, rel=1e-9)
+
+
+def test_errors_of_a_twist_hold_close_to_a_critical():
+    frequency, speed, zeta = FREQUENCY[2], FREQUENCY[2] / 1.5 * (1.0 + 1e-6), 1e-4
+    one = modal_excitation(SHAPE[2:3], FREQUENCY[2:3], INERTIA, TORQUE, 1e-9)
+    found = modal_twist(one, FREQUENCY[2:3], ORDER, [speed], zeta)
+    with mpmath.workdps(40):
+        shape = [mpmath.mpf(float(x)) for x in SHAPE[2]]
+        mass = sum(s**2 * mpmath.mpf(float(j)) for s, j in zip(shape, INERTIA, strict=True))
+        total = mpmath.mpc(0)
+        for q, torque in zip(ORDER, TORQUE, strict=True):
+            r = mpmath.mpf(float(q)) * mpmath.mpf(float(speed)) / mpmath.mpf(float(frequency))
+            force = sum(
+                s * mpmath.mpmathify(complex(t)) for s, t in zip(shape, torque, strict=True)
+            )
+            total += (
+                force
+                / mass
+                / mpmath.mpf(float(frequency)) ** 2
+                / (1 - r**2 + 2j * mpmath.mpf(zeta) * r)
+            )
+        off = abs(mpmath.mpf(float(found.at_zero[0, 0])) - total.real)
+        # without the 1e-9 N m of doubt in the torque the estimate is still an upper bound
+        sharp = modal_excitation(SHAPE[2:3], FREQUENCY[2:3], INERTIA, TORQUE)
+        rounding = modal_twist(sharp, FREQUENCY[2:3], ORDER, [speed], zeta).error[0, 0]
+    assert off <= rounding < found.error[0, 0] < 1e-6 * found.magnitude[0, 0]
+
+
+def test_series_goes_through_its_points_and_tells_its_condition():
+    ratios = [0.01, 0.02, 0.015, 0.03]
+    series = caughey_series(FREQUENCY[1:5], ratios)
+    back = series_damping(series, FREQUENCY[1:5])
+    assert np.all(np.abs(back.value - ratios) <= back.error)
+    assert np.all(back.error < 1e-9)
+    with mpmath.workdps(40):
+        system = mpmath.matrix(4, 4)
+        for i in range(4):
+            for d in range(4):
+                system[i, d] = mpmath.mpf(float(FREQUENCY[i + 1])) ** (2 * d - 1)
+        exact = mpmath.lu_solve(system, mpmath.matrix([2 * mpmath.mpf(z) for z in ratios]))
+        off = np.array(
+            [float(abs(mpmath.mpf(float(series.alpha[d])) - exact[d])) for d in range(4)]
+        )
+    assert np.all(off <= series.error) and np.all(series.error < 1e-8 * np.abs(series.alpha))
+    two, seven = (
+        caughey_series(FREQUENCY[1:3], ratios[:2]),
+        caughey_series(FREQUENCY[1:], [0.01] * 7),
+    )
+    assert seven.condition > 1e4 * two.condition
+    # through .01 at every mode, and yet anything but constant: far out it runs away
+    assert abs(series_damping(seven, 1.5 * FREQUENCY[7]).value) > 0.1
+
+
+def test_what_has_no_value_is_refused():
+    with pytest.raises(NumericalFailure, match="rigid mode"):
+        modal_excitation(SHAPE[:2], [0.0, FREQUENCY[1]], INERTIA, TORQUE)
+    with pytest.raises(NumericalFailure, match="meets an undamped"):
+        magnifier([0.5, 1.0])
+    with pytest.raises(NumericalFailure, match="positive static deflection"):
+        empirical_magnifier(0.0)
+    with pytest.raises(NumericalFailure, match="all different"):
+        caughey_series([1.0, 1.0], [0.1, 0.1])
+    close = 100.0 * (1.0 + 1e-3 * np.arange(8))
+    with pytest.raises(NumericalFailure, match="ill conditioned"):
+        caughey_series(close, np.linspace(0.01, 0.02, 8))
+    with pytest.raises(NumericalFailure, match="no damping ratio"):
+        series_damping(caughey_series([1.0, 2.0], [0.1, 0.1]), [0.0])

@@ -1,0 +1,201 @@
+"""Claim: the damper of a line is tuned as other methods tune it, from readings other ways confirm.
+
+Evidence: dense solution with the ring as a freedom, mpmath at a speed near zero, the closed-form
+absorber, a brute force that is refined round its best point, differential evolution, the simplex.
+"""
+
+import mpmath
+import numpy as np
+from line_damper_samples import RING, TABLE_VALUE, branched, direct, engine, torque_of_parts
+
+from vibecalc.optimisation.absorber.minimax import minimax
+from vibecalc.optimisation.damper.design import design
+from vibecalc.optimisation.damper.problem import Damper, Limits, Problem
+from vibecalc.optimisation.damper.rank_one import amplitudes, table
+from vibecalc.optimisation.damper.readings import reading_error, readings
+from vibecalc.optimisation.damper.relative import system_of
+from vibecalc.response.torsion.line import Line, chain
+
+ENGINE_LIMITS = Limits((RING, RING), (2e5, 5e6), (1e3, 3e4))
+QUICK = {"map_points": 5, "speeds": 31, "starts": 1}
+
+
+def test_readings_are_those_of_dense_solution_with_the_ring_as_a_freedom() -> None:
+    for problem, damper in ((engine(), TABLE_VALUE), (branched(), Damper(0.5, 800.0, 9.0))):
+        speed = np.linspace(*problem.speed, 7)[1:-1]
+        truth = direct(problem, damper, speed, 20000)
+        rows = truth.shape[1] + 1
+        at, row = np.repeat(speed, rows), np.tile(np.arange(rows), speed.size)
+        found = readings(system_of(problem), damper, at, row).value.reshape(-1, rows)
+        found = np.column_stack([found[:, :-2], found[:, -2:].max(axis=1)])
+        # samples lie below the summit by (24 pi / 20000)^2 / 2 at most; heat needs none
+        assert np.all(found >= truth * (1.0 - 1e-11))
+        assert np.max(found / truth) - 1.0 < 8e-6
+        np.testing.assert_allclose(found[:, -2], truth[:, -2], rtol=1e-11)
+
+
+def test_one_table_serves_all_springs_and_dashpots_within_its_error() -> None:
+    problem = engine()
+    system = system_of(problem)
+    speed = np.linspace(20.0, 100.0, 9)
+    found = table(system, Damper(RING, 1e6, 3e3), speed)
+    stiffness, damping = np.array([1e3, 5.97e5, 5e8]), np.array([5.0, 2132.0, 1e6])
+    section, relative, error = amplitudes(found, stiffness, damping)
+    for i in range(3):
+        own = table(system, Damper(RING, float(stiffness[i]), float(damping[i])), speed)
+        allowed = error[i] + own.section_error
+        assert np.all(np.abs(section[i] - own.section) <= allowed)
+        assert np.median(allowed / np.abs(own.section)) < 1e-11
+        np.testing.assert_allclose(relative[i], own.relative, rtol=1e-9)
+
+
+def test_twist_of_a_free_line_keeps_its_digits_at_low_frequency() -> None:
+    problem = engine(orders=2, speed=(1e-5, 1.0))
+    system, speed = system_of(problem), np.array([2e-4])
+    row = np.array([5])
+    found = readings(system, TABLE_VALUE, speed, row).value[0]
+    error = reading_error(system, TABLE_VALUE, speed, row)[0]
+    with mpmath.workdps(60):
+        wave = []
+        for m, order in enumerate(problem.order):
+            w = mpmath.mpf(float(speed[0])) * mpmath.mpf(float(order))
+            matrix = mpmath.zeros(8, 8)
+            for e in range(6):
+                k = mpmath.mpf(float(problem.line.stiffness[e]))
+                for a, b, s in ((e, e, 1), (e + 1, e + 1, 1), (e, e + 1, -1), (e + 1, e, -1)):
+                    matrix[a, b] += s * k
+            s0 = mpmath.mpf(TABLE_VALUE.stiffness) + 1j * w * mpmath.mpf(TABLE_VALUE.damping)
+            for a, b, s in ((0, 0, 1), (7, 7, 1), (0, 7, -1), (7, 0, -1)):
+                matrix[a, b] += s * s0
+            for i in range(8):
+                own = RING if i == 7 else float(problem.line.inertia[i])
+                matrix[i, i] -= w**2 * mpmath.mpf(own)
+            gas, _, inertia = problem.torque.coefficient[0]
+            load = [mpmath.mpc(g) for g in gas[m]] + [mpmath.mpf(0)]
+            load = [
+                v + (mpmath.mpc(inertia[m][i]) * mpmath.mpf(float(speed[0])) ** 2 if i < 7 else 0)
+                for i, v in enumerate(load)
+            ]
+            angle = mpmath.lu_solve(matrix, mpmath.matrix(load))
+            wave.append(
+                complex((angle[5] - angle[6]) * mpmath.mpf(float(problem.line.stiffness[5])))
+            )
+    phase = 4.0 * np.pi * np.arange(40000) / 40000
+    course = (np.array(wave)[:, None] * np.exp(1j * problem.order[:, None] * phase)).sum(0).real
+    truth = 0.5 * (course.max() - course.min())
+    assert error < 1e-12 * truth
+    assert abs(found / truth - 1.0) < 2e-8
+    # dense solution in angles loses half of its digits there
+    assert abs(direct(problem, TABLE_VALUE, speed, 40000)[0, 5] / truth - 1.0) > 1e-7
+
+
+def test_two_inertias_and_one_order_are_the_classical_absorber() -> None:
+    primary, spring, share = 4.0, 3e4, 0.05
+    line = Line(
+        np.array([primary, 1.0]), np.zeros(2), np.array([0.0, 1e18]),
+        np.array([0]), np.array([1]), np.array([spring]), np.zeros(1), np.zeros(1),
+    )  # fmt: skip
+    source = torque_of_parts(np.array([[7.0, 0.0]]), 0.0)
+    own = np.sqrt(spring / primary)
+    problem = Problem(
+        line, 0, np.array([2.0]), 2.0 * np.pi, source, (0.2 * own, 0.9 * own), np.ones(1)
+    )
+    ring = share * primary
+    found = design(
+        problem, Limits((ring, ring), (200.0, 1e4), (0.5, 100.0)), map_points=5, speeds=31, starts=1
+    )
+    known = minimax(0.0, share)
+    scale = 2.0 * np.sqrt(spring * primary)
+    stiffness, damping = known.stiffness_ratio * spring, known.secondary_damping * scale
+    np.testing.assert_allclose(found.damper[1:], [stiffness, damping], rtol=1e-10)
+    assert abs(found.worst - 7.0 * known.largest) <= found.worst_error + 7.0 * known.largest_error
+    own_error = np.array([known.stiffness_error * spring, known.damping_error * scale])
+    off = np.abs(np.array(found.damper[1:]) - [stiffness, damping])
+    assert np.all(off <= found.damper_error[1:] + own_error)
+    np.testing.assert_allclose(
+        np.sort(2.0 * found.speed / own), np.sort(known.frequency), rtol=1e-9
+    )
+
+
+def test_brute_force_on_the_engine_finds_the_same_damper() -> None:
+    problem = engine(orders=12)
+    found = design(problem, ENGINE_LIMITS, **QUICK)
+    centre, width = np.log([8e5, 4e3]), np.array([1.2, 1.2])
+    speed = np.linspace(*problem.speed, 321)
+    for _ in range(5):
+        best = (np.inf, centre)
+        for a in np.linspace(-1.0, 1.0, 5):
+            for b in np.linspace(-1.0, 1.0, 5):
+                at = centre + width * [a, b]
+                damper = Damper(RING, *np.exp(at))
+                worst = float(direct(problem, damper, speed[::5], 96)[:, :-2].max())
+                best = min(best, (worst, at), key=lambda pair: pair[0])
+        centre, width = best[1], 0.5 * width
+    # coarse samples and speeds read up to 1 % low, and the valley is flat along one direction
+    assert found.worst * (1.0 - 0.012) < best[0] < found.worst * 1.005
+    np.testing.assert_allclose(np.log(found.damper[1:]), centre, atol=0.15)
+    fine = direct(problem, found.damper, speed, 2000)[:, :-2].max()
+    assert found.worst * (1.0 - 2e-4) < fine <= found.worst + found.worst_error
+
+
+def test_an_optimum_where_two_crests_of_one_cycle_change_places() -> None:
+    from scipy.optimize import minimize
+
+    problem = engine(orders=12)
+    found = design(problem, ENGINE_LIMITS._replace(inertia=(10.0, 10.0)), **QUICK)
+    # three equal summits for two variables; two are of the last section in one resonance, with the
+    # same trough and crests a third of the cycle apart
+    np.testing.assert_allclose(found.value, found.worst, rtol=1e-11)
+    assert found.reading.tolist() == [5, 5, 5] and np.all(found.weight > 0.2)
+    assert found.residual < 1e-11 and found.worst_error < 1e-11 * found.worst
+    slow = np.sort(np.argsort(found.speed)[:2])
+    assert np.ptp(found.speed[slow]) < 0.03 * found.speed[slow[0]]
+    crest, trough = np.ptp(found.angle[slow], axis=0) / problem.cycle
+    assert 0.3 < crest < 0.4 and trough < 0.002
+    # each is read again from the sampled cycle at its own speed, and nothing is higher
+    own = direct(problem, found.damper, found.speed, 20000)[:, 5]
+    np.testing.assert_allclose(own, found.worst, rtol=8e-6)
+    dense = direct(problem, found.damper, np.linspace(*problem.speed, 801), 480)[:, :-2].max()
+    assert found.worst * (1.0 - 1e-3) < dense <= found.worst + found.worst_error
+    speed = np.sort(np.append(np.linspace(20.0, 100.0, 21), np.linspace(45.5, 47.6, 15)))
+    speed = np.append(speed, np.linspace(72.2, 72.9, 5))
+
+    def worst(logarithms: np.ndarray) -> float:
+        damper = Damper(10.0, *np.exp(logarithms))
+        return float(direct(problem, damper, speed, 288)[:, :-2].max())
+
+    for start in ((4e5, 2500.0), (8e5, 1100.0)):
+        other = minimize(worst, np.log(start), method="Nelder-Mead", options={"maxfev": 45})
+        np.testing.assert_allclose(np.exp(other.x), found.damper[1:], rtol=0.01)
+        assert found.worst * (1.0 - 2e-3) < other.fun < found.worst * (1.0 + 1e-3)
+
+
+def test_differential_evolution_on_a_branched_line_finds_nothing_better() -> None:
+    from scipy.optimize import differential_evolution
+
+    problem = branched()
+    limits = Limits((0.5, 0.5), (50.0, 2e4), (0.3, 100.0))
+    found = design(problem, limits, map_points=7, speeds=41, starts=1)
+    speed = np.linspace(*problem.speed, 101)
+
+    def worst(logarithms: np.ndarray) -> float:
+        return float(direct(problem, Damper(0.5, *np.exp(logarithms)), speed, 48)[:, :-2].max())
+
+    other = differential_evolution(
+        worst, np.log([limits.stiffness, limits.damping]), seed=3, popsize=6, maxiter=12,
+        tol=1e-6, polish=False,
+    )  # fmt: skip
+    assert worst(np.log(found.damper[1:])) <= other.fun * 1.003
+    assert found.worst * 0.99 < other.fun < found.worst * 1.01
+
+
+def test_damped_line_on_chain_without_damping_has_a_finite_table() -> None:
+    """On a natural frequency of the bare line the bare receptance is infinite, the table is not."""
+    line = chain(np.array([1.0, 1.0]), np.array([200.0]))
+    source = torque_of_parts(np.array([[1.0, 0.0]]), 0.0)
+    problem = Problem(line, 0, np.array([1.0]), 2.0 * np.pi, source, (10.0, 30.0), np.ones(1))
+    damper = Damper(0.2, 30.0, 0.5)
+    found = table(system_of(problem), Damper(0.2, 10.0, 1.0), np.array([20.0]))
+    section = amplitudes(found, np.array([30.0]), np.array([0.5]))[0][0, 0, 0, 0]
+    truth = direct(problem, damper, np.array([20.0]), 100000)[0, 0]
+    assert abs(abs(section) / truth - 1.0) < 1e-8

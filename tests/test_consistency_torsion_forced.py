@@ -1,0 +1,240 @@
+"""Claim: the forced response of a shaft line is the exact one within its error estimate, by
+elimination, by modes and by dense solves, also where elimination meets resonances of its own.
+"""
+
+import mpmath as mp
+import numpy as np
+import pytest
+from exact_shaft_line import exact_angles
+
+from vibecalc.response.torsion import forced as forced_module
+from vibecalc.response.torsion import forced_mended
+from vibecalc.response.torsion.elimination_plan import plan_of
+from vibecalc.response.torsion.forced import forced, forced_masked
+from vibecalc.response.torsion.forced_modal import forced_modal, modal_damping
+from vibecalc.response.torsion.line import Line, chain, damping_matrix, stiffness_matrix
+
+
+@pytest.fixture(autouse=True)
+def digits():
+    with mp.workdps(40):
+        yield
+
+
+def engine() -> Line:
+    """The published engine of seven inertias, with some damping in every shaft."""
+    line = chain(np.array([18.64] * 6 + [2655.0]), np.array([22.82e6] * 5 + [19.21e6]))
+    return line._replace(damping=1e-5 * line.stiffness)
+
+
+def branched(generator: np.random.Generator) -> Line:
+    """A tree of nine stations: massless ones, two elements side by side, all kinds of damping."""
+    first = np.array([0, 1, 1, 3, 3, 5, 6, 6, 8, 3])
+    second = np.array([1, 2, 3, 4, 5, 6, 7, 8, 6, 1])
+    inertia = 10.0 ** generator.uniform(-2, 2, 9)
+    inertia[[2, 5]] = 0.0
+    return Line(
+        inertia,
+        generator.uniform(0, 3, 9) * (generator.random(9) < 0.3),
+        generator.uniform(0, 1e4, 9) * (generator.random(9) < 0.2),
+        first,
+        second,
+        10.0 ** generator.uniform(3, 8, 10),
+        10.0 ** generator.uniform(-1, 3, 10) * (generator.random(10) < 0.5),
+        0.02 * (generator.random(10) < 0.3),
+    )
+
+
+def true_error(line: Line, frequency, torque, angle) -> np.ndarray:
+    exact = [exact_angles(line, w, t) for w, t in zip(frequency, torque, strict=True)]
+    return np.max(np.abs(np.array(exact) - angle), axis=-1)
+
+
+def test_trees_with_massless_stations_and_any_damping_are_exact_within_the_estimate():
+    generator = np.random.default_rng(3)
+    for _ in range(6):
+        line = branched(generator)
+        w = np.concatenate([10.0 ** generator.uniform(-3, 4, 5), [0.0]])
+        w = w[: 6 if np.any(line.ground_stiffness) else 5]
+        torque = generator.normal(size=(len(w), 9)) + 1j * generator.normal(size=(len(w), 9))
+        found = forced(line, w, torque)
+        wrong = true_error(line, w, torque, found.angle)
+        largest = np.max(np.abs(found.angle), axis=-1)
+        assert np.all(wrong <= found.error)
+        assert np.all(found.error <= 1e-9 * largest)
+        quick = forced(line, w, torque, estimate=False)
+        assert quick.error.size == 0
+        np.testing.assert_allclose(quick.angle, found.angle, rtol=0, atol=np.max(found.error) * 2)
+
+
+def hard_chains() -> list[Line]:
+    generator = np.random.default_rng(1)
+    many = 0.05 + 0.1 * generator.random(200)
+    stiff = 1e6 * (1 + generator.random(199)) * 200 / 7
+    graded = 10.0 ** np.linspace(0, 6, 59)
+    alternating = np.where(np.arange(59) % 2, 1.0, 1e6)
+    weak = np.ones(59)
+    weak[29] = 1e-6
+    return [
+        chain(many, stiff)._replace(damping=1e-4 * stiff),
+        chain(np.ones(60), graded),
+        chain(np.ones(60), alternating),
+        chain(np.ones(60), weak),
+        chain(np.ones(60), np.ones(59))._replace(damping=np.full(59, 1e9)),
+    ]
+
+
+@pytest.mark.parametrize("place", range(5))
+def test_hard_chains_are_exact_within_the_estimate(place):
+    line = hard_chains()[place]
+    n = len(line.inertia)
+    w = np.array([1e-4, 0.37, 1.9, 300.0])
+    torque = np.zeros((4, n), dtype=complex)
+    torque[:, 0], torque[:, n // 2] = 1.0, 2.0 - 1.0j
+    found = forced(line, w, torque)
+    wrong = true_error(line, w, torque, found.angle)
+    assert np.all(wrong <= found.error)
+    assert np.all(found.error <= 1e-9 * np.max(np.abs(found.angle), axis=-1))
+
+
+def test_next_to_an_undamped_resonance_the_lost_digits_are_in_the_estimate():
+    line = chain(np.ones(3), np.ones(2))
+    gap = np.append(10.0 ** -np.arange(3.0, 10.0), 1e-7)
+    w = np.append(1.0 + gap[:-1], np.sqrt(3.0) * (1 - 1e-7))
+    torque = np.tile([1.0 + 0j, 0.3, 0.0], (len(w), 1))
+    found = forced(line, w, torque)
+    wrong = true_error(line, w, torque, found.angle)
+    largest = np.max(np.abs(found.angle), axis=-1)
+    assert np.all(wrong <= found.error)
+    assert np.all(found.error <= 1e-14 * largest / gap)
+
+
+@pytest.mark.parametrize("offset", [0.0, 1e-15, 1e-12, 1e-9])
+def test_a_resonance_of_an_eliminated_sub_line_costs_no_digits(offset):
+    # stations 0 and 1 alone resonate where station 1 is held at the far end of its shaft: nothing
+    # special about the whole line, but elimination from that end divides by zero
+    line = chain(np.array([1.0, 1.0, 1.0, 1.0]), np.array([1.0, 2.0, 3.0]))
+    inner = np.sqrt((4.0 - np.sqrt(8.0)) / 2.0)
+    w = np.array([inner, 1.0]) * (1.0 + offset)
+    torque = np.zeros((2, 4), dtype=complex)
+    torque[:, 3] = 1.0
+    torque[:, 2] = 0.25
+    for estimate in (True, False):
+        found = forced(line, w, torque, estimate=estimate)
+        wrong = true_error(line, w, torque, found.angle)
+        assert np.all(wrong <= 1e-13 * np.max(np.abs(found.angle), axis=-1))
+
+
+def test_three_ways_agree_and_modes_next_to_a_resonance():
+    line = engine()
+    scale = 1.0 / np.sqrt(line.inertia)
+    square, vectors = np.linalg.eigh(scale[:, None] * stiffness_matrix(line) * scale)
+    natural = np.sqrt(np.maximum(square, 0.0))
+    natural[0] = 0.0
+    shape = (scale[:, None] * vectors).T
+    shape[0] = 1.0 / np.sqrt(np.sum(line.inertia))
+    w = np.concatenate([np.linspace(20.0, 3000.0, 9), natural[1:4] * (1 + 1e-7)])
+    generator = np.random.default_rng(5)
+    torque = generator.normal(size=(12, 7)) + 1j * generator.normal(size=(12, 7))
+    by_tree = forced(line, w, torque)
+    by_modes = forced_modal(line, natural, shape, np.ones(7), w, torque)
+    looped = line._replace(
+        first=np.append(line.first, 0),
+        second=np.append(line.second, 6),
+        stiffness=np.append(line.stiffness, 1e-300),
+        damping=np.append(line.damping, 0.0),
+        loss_factor=np.append(line.loss_factor, 0.0),
+    )
+    assert plan_of(looped, 0) is None
+    by_matrix = forced(looped, w, torque)
+    wrong = true_error(line, w, torque, by_tree.angle)
+    largest = np.max(np.abs(by_tree.angle), axis=-1)
+    assert np.all(wrong <= by_tree.error) and np.all(by_tree.error <= 1e-11 * largest)
+    assert np.all(true_error(line, w, torque, by_matrix.angle) <= by_matrix.error)
+    difference = np.max(np.abs(by_modes.angle - by_tree.angle), axis=-1)
+    assert np.all(difference <= 1e-11 * largest)
+    assert modal_damping(line, shape).coupling < 1e-12
+    assert np.all(damping_matrix(line) == damping_matrix(line).T)
+
+
+def test_a_real_loop_is_exact_within_the_estimate():
+    line = Line(
+        *(np.array(one) for one in ([1.0, 2.0, 0.0, 4.0], [0.0] * 4, [0.0] * 4)),
+        *(np.array(one) for one in ([0, 1, 2, 3], [1, 2, 3, 0])),
+        *(np.array(one) for one in ([1e3, 2e5, 3e3, 4e2], [1.0, 0, 0, 0], [0.0, 0.01, 0, 0])),
+    )
+    w, torque = np.array([0.01, 11.0, 900.0]), np.tile([1.0, -1.0j, 0.5, 0.0], (3, 1))
+    found = forced(line, w, torque)
+    wrong = true_error(line, w, torque, found.angle)
+    assert np.all(wrong <= found.error)
+    # a dense matrix holds the inertia of slow motion beside k: eps k / (w^2 sum J) is lost
+    lost = 1e-14 * (1.0 + 2e5 / (w**2 * 7.0))
+    assert np.all(found.error <= 10.0 * lost * np.max(np.abs(found.angle), axis=-1))
+
+
+def test_at_rest_balanced_torques_leave_the_static_twist():
+    line, torque = engine(), np.array([3.0, 0, 0, -1.0, 0, 0, -2.0])
+    found = forced(line, 0.0, torque)
+    twist = np.cumsum(torque)[:-1] / line.stiffness
+    assert found.angle[:-1] - found.angle[1:] == pytest.approx(twist, rel=1e-13)
+    assert abs(np.sum(line.inertia * found.angle)) <= 1e-12 * np.max(np.abs(found.angle)) * 2655
+    # the limit of low frequency
+    low = forced(line, 0.03, torque)
+    assert np.max(np.abs(low.angle - found.angle)) <= 1e-6 * np.max(np.abs(found.angle)) + low.error
+    assert not np.any(forced(line, 0.0, np.zeros(7)).angle)
+
+
+def test_blocks_several_torques_and_lines_with_leading_axes_are_the_same_numbers(monkeypatch):
+    line = engine()
+    w = np.linspace(10.0, 90.0, 40)[:, None] * np.array([0.5, 1.0, 6.0])
+    generator = np.random.default_rng(8)
+    torque = generator.normal(size=(2, 40, 3, 7)) + 0j
+    whole = forced(line, w, torque)
+    assert whole.angle.shape == (2, 40, 3, 7) and whole.error.shape == (2, 40, 3)
+    one_by_one = [forced(line, w, one).angle for one in torque]
+    for a, b in zip(whole.angle, one_by_one, strict=True):
+        np.testing.assert_allclose(a, b, rtol=0, atol=np.max(whole.error))
+    monkeypatch.setattr(forced_module, "BLOCK", 7 * 11)
+    assert np.array_equal(forced(line, w, torque[0]).angle, one_by_one[0])
+    soft = np.stack([line.stiffness, 0.5 * line.stiffness])[:, None, :]
+    both = forced(line._replace(stiffness=soft), w[:2], torque[0, :2])
+    alone = forced(line._replace(stiffness=0.5 * line.stiffness), w[1], torque[0, 1])
+    np.testing.assert_allclose(both.angle[1], alone.angle, rtol=1e-12)
+    single = forced(line, w, torque[0][..., 2:3], stations=[2])
+    assert np.array_equal(single.angle, forced(line, w, torque[0] * (np.arange(7) == 2)).angle)
+
+
+def test_an_undamped_critical_in_a_range_is_masked_and_the_rest_is_right():
+    line = chain(np.ones(2), np.array([2.0]))
+    found = forced_masked(line, np.array([1.0, 2.0, 3.0]), np.array([1.0, 0.0]))
+    assert found.masked.tolist() == [False, True, False]
+    assert found.error[1] == np.inf and not np.any(found.angle[1])
+    # (k - w^2 J) / (w^2 J (w^2 J - 2 k)) of the driven station
+    assert found.angle[0, 0] == pytest.approx((2.0 - 1.0) / (1.0 * (1.0 - 4.0)), rel=1e-14)
+
+
+def test_an_ordinary_range_is_eliminated_once_and_only_growth_is_solved_again(monkeypatch):
+    again = []
+    by_root, dense = forced_mended.plan_of, forced_mended.dense_solution
+
+    def counted(line, root):
+        again.append(root)
+        return by_root(line, root)
+
+    def counted_dense(line, frequency, *rest):
+        again.append(frequency.tolist())
+        return dense(line, frequency, *rest)
+
+    monkeypatch.setattr(forced_mended, "plan_of", counted)
+    monkeypatch.setattr(forced_mended, "dense_solution", counted_dense)
+    w = np.linspace(20.0, 300.0, 500)[:, None] * np.arange(0.5, 6.5, 0.5)
+    forced(engine(), w, np.ones(7))
+    forced(engine(), w, np.ones(7), estimate=False)
+    assert again == []
+    inner = chain(np.ones(4), np.array([1.0, 2.0, 3.0]))
+    forced(inner, np.array([0.5, 1.0]), np.array([0.0, 0.0, 0.25, 1.0]))
+    assert again == [[1.0]]
+    # too many for dense solves: from another root
+    again.clear()
+    forced(inner, np.append(np.full(80, 1.0), 0.5), np.array([0.0, 0.0, 0.25, 1.0]))
+    assert again == [0]

@@ -1,0 +1,239 @@
+"""Claim: a shaft line through a transient moves as closed forms and another integrator say."""
+
+import mpmath
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.special import fresnel
+
+from vibecalc.response.torsion.line import (
+    Line,
+    chain,
+    damping_matrix,
+    dynamic_stiffness,
+    stiffness_matrix,
+)
+from vibecalc.response.torsion.transient_march import TransientRun, transient
+from vibecalc.response.torsion.transient_motion import (
+    angle_at,
+    course,
+    speed_at,
+    stretch,
+    time_of_speed,
+)
+from vibecalc.response.torsion.transient_peaks import envelope
+from vibecalc.response.torsion.transient_quasi_steady import section_peaks
+
+
+def pair(damping: float = 0.0, stiffness: float = 4000.0) -> Line:
+    line = chain(np.array([2.0, 3.0]), np.array([stiffness]))
+    return line._replace(damping=np.array([damping]))
+
+
+REDUCED = 2.0 * 3.0 / 5.0
+
+
+def step_times(run: TransientRun) -> np.ndarray:
+    """Times at the ends of all steps, with the start of each piece again."""
+    return np.concatenate(
+        [
+            run.borders.time[p.stretch] + p.offset + p.step * np.arange(p.steps + 1)
+            for p in run.pieces
+        ]
+    )
+
+
+def torques(run: TransientRun) -> np.ndarray:
+    return np.concatenate([x @ run.system.torque.T for x in run.states])
+
+
+def chirp_twist(
+    t: float, line: Line, torque: complex, order: float, speed: float, acceleration: float
+) -> float:
+    """Twist of two free inertias from rest under Re(torque e^{i q theta}) on the first.
+
+    One pole s: int_0^t e^{s (t - u)} e^{i q (w u + a u^2 / 2)} du, an error function of complex
+    argument after completing the square.
+    """
+    mp = mpmath.mp
+    k, c = mp.mpf(line.stiffness[0]), mp.mpf(line.damping[0])
+    half, square = c / mp.mpf(REDUCED) / 2, k / mp.mpf(REDUCED)
+    split = mp.sqrt(square - half**2)
+    total = mp.mpc(0)
+    for sign in (1, -1):
+        pole = -half + 1j * sign * split
+        slope = 1j * mp.mpf(order) * mp.mpf(speed) - pole
+        root = mp.sqrt(-1j * mp.mpf(order) * mp.mpf(acceleration) / 2)
+        shift = slope / (2 * root)
+        part = (mp.erf(root * t - shift) - mp.erf(-shift)) * mp.exp(shift**2 + pole * t)
+        total += sign * part * mp.sqrt(mp.pi) / (2 * root) / (2j * split)
+    return float(mp.re(total * mp.mpmathify(torque) / 2))
+
+
+@pytest.mark.parametrize(("damping", "speed", "acceleration"), [(4.0, 1.0, 7.0), (0.0, 90.0, -8.0)])
+def test_chirp_through_a_critical_is_the_error_function(
+    damping: float, speed: float, acceleration: float
+) -> None:
+    line, torque = pair(damping), 30.0 - 12.0j
+    gas = np.array([[torque], [0.0]])
+    run = transient(line, np.array([1.5]), [stretch(10.0, acceleration, gas)], speed)
+    times, values = step_times(run), torques(run)
+    with mpmath.workdps(60):
+        for k in np.linspace(5, times.size - 1, 25).astype(int):
+            t = times[k]
+            near = [chirp_twist(t + d, line, torque, 1.5, speed, acceleration) for d in (0.0, 1e-9)]
+            exact = line.stiffness[0] * near[0] + damping * (near[1] - near[0]) / 1e-9
+            slack = 1e-6 * damping  # of the difference quotient, which has a damper only
+            assert abs(values[k, 0] - exact) <= run.torque_error[0] + slack
+    assert run.torque_error[0] < 1e-8 * np.abs(values).max()
+
+
+def test_slow_undamped_passage_is_the_fresnel_integral() -> None:
+    # from far below the critical: amplitude F / (2 w_n) sqrt(pi / a) |int e^{i pi x^2 / 2} dx|,
+    # whose first maximum lies at x = 1.2172, after the critical (Lewis 1932)
+    line, natural = pair(), np.sqrt(4000.0 / REDUCED)
+    rate = 2.0
+    gas = np.array([[100.0 + 0j], [0.0]])
+    run = transient(line, np.array([1.0]), [stretch(57.0, rate, gas)], 0.0)
+    peak = section_peaks(run, envelope(run))
+    x = np.linspace(0.5, 2.0, 4001)
+    sine, cosine = fresnel(x)
+    size = np.hypot(sine + 0.5, cosine + 0.5)
+    force = 100.0 / 2.0 * 4000.0
+    expected = force / (2.0 * natural) * np.sqrt(np.pi / rate) * size.max()
+    assert peak.peak[0] == pytest.approx(expected, rel=0.01)
+    assert x[size.argmax()] == pytest.approx(1.2172, abs=1e-3)
+    # the vibration follows its envelope to a period
+    expected_speed = natural + x[size.argmax()] * np.sqrt(np.pi * rate)
+    assert peak.speed[0] == pytest.approx(expected_speed, abs=rate * 2 * np.pi / natural)
+
+
+def test_branched_line_with_everything_agrees_with_runge_kutta() -> None:
+    line = Line(
+        inertia=np.array([1.0, 0.4, 2.5, 0.7]),
+        absolute_damping=np.array([0.3, 0.0, 0.0, 0.2]),
+        ground_stiffness=np.array([0.0, 0.0, 150.0, 0.0]),
+        first=np.array([0, 1, 1]),
+        second=np.array([1, 2, 3]),
+        stiffness=np.array([900.0, 1500.0, 0.0]),
+        damping=np.array([0.8, 0.0, 5.0]),
+        loss_factor=np.zeros(3),
+    )
+    order = np.array([0.0, 0.5, 1.0, 2.5])
+    rng = np.random.default_rng(7)
+    gas = 40.0 * (rng.normal(size=(4, 4)) + 1j * rng.normal(size=(4, 4)))
+    own = 0.05 * (rng.normal(size=(4, 4)) + 1j * rng.normal(size=(4, 4)))
+    misfire = gas.copy()
+    misfire[1] *= 0.3
+    load, more = np.array([0.0, 0.0, 20.0, 0.0]), np.array([0.0, 5.0, -60.0, 0.0])
+    parts = [
+        stretch(1.5, 2.0, gas, own, scale=(0.0, 1.0), acceleration_rate=32.0 / 3.0),
+        stretch(1.0, 0.0, misfire, own, load=load, load_end=more),
+        stretch(1.0, -15.0, misfire, own, load=more, acceleration_rate=12.0),
+    ]
+    run = transient(line, order, parts, 3.0, angle=0.7)
+    inertia, damping = line.inertia, damping_matrix(line)
+    stiffness = stiffness_matrix(line)
+    state, found, begin = np.zeros(8), [], (0.7, 3.0)
+    for part in parts:
+        theta, speed = begin
+
+        def rates(t: float, y: np.ndarray, part=part, theta=theta, speed=speed) -> np.ndarray:
+            bend = part.acceleration_rate * t
+            now = speed + (part.acceleration + bend / 2) * t
+            angle = theta + speed * t + (part.acceleration / 2 + bend / 6) * t * t
+            share = t / part.duration
+            scale = part.scale_start + (part.scale_end - part.scale_start) * share
+            turned = np.exp(1j * order * angle)
+            torque = scale * ((part.gas + now**2 * part.inertia) @ turned).real
+            torque = torque + part.load_start + (part.load_end - part.load_start) * share
+            torque = torque - inertia * (part.acceleration + bend)
+            force = torque - stiffness @ y[:4] - damping @ y[4:]
+            return np.concatenate([y[4:], force / inertia])
+
+        ends = solve_ivp(
+            rates, (0, part.duration), state, method="DOP853", rtol=1e-11, atol=1e-12,
+            t_eval=np.linspace(0, part.duration, 3),
+        )  # fmt: skip
+        state = ends.y[:, -1]
+        begin = (
+            theta + run.borders.angle[len(found) + 1] - run.borders.angle[len(found)],
+            run.borders.speed[len(found) + 1],
+        )
+        twist = state[:4][line.first] - state[:4][line.second]
+        rate = state[4:][line.first] - state[4:][line.second]
+        found.append(line.stiffness * twist + line.damping * rate)
+    for number, expected in enumerate(found):
+        last = max(k for k, piece in enumerate(run.pieces) if piece.stretch == number)
+        values = run.system.torque @ run.states[last][-1]
+        np.testing.assert_allclose(values, expected, rtol=0, atol=1e-6)
+    assert np.all(run.torque_error < 1e-5)
+
+
+def test_a_steady_start_at_constant_speed_stays_on_the_forced_response() -> None:
+    line = chain(np.array([1.0, 2.0, 4.0]), np.array([3000.0, 2000.0]))._replace(
+        absolute_damping=np.array([0.0, 1.5, 0.0])
+    )
+    order, speed, angle = np.array([0.5, 3.0, 4.0]), 17.0, 1.1
+    gas = np.array([[5.0, 3.0j, 2.0], [1.0, 1.0, -4.0j], [0.0, 0.0, 0.0]])
+    inertia = 0.01j * gas
+    run = transient(line, order, [stretch(5.0, 0.0, gas, inertia)], speed, angle, start="steady")
+    total = gas + speed**2 * inertia
+    matrix = dynamic_stiffness(line, order * speed)
+    phi = np.linalg.solve(matrix, total.T[..., None])[..., 0]
+    section = (phi[:, :-1] - phi[:, 1:]) * line.stiffness
+    times = step_times(run)
+    phase = np.exp(1j * order * (angle + speed * times[:, None]))
+    expected = (phase @ section).real
+    error = np.abs(torques(run) - expected).max(axis=0)
+    # 1e-13: the two ways to the amplitudes at the start
+    assert np.all(error <= run.torque_error + 1e-13 * np.abs(expected).max())
+    # from rest the same vibration is reached: the slowest pole is that of the damped rigid mode
+    rest = transient(line, order, [stretch(90.0, 0.0, gas, inertia)], speed, angle)
+    size = np.abs(expected).max(axis=0)
+    late = np.abs(rest.states[-1] @ run.system.torque.T)[-2000:].max(axis=0)
+    np.testing.assert_allclose(late, size, rtol=0.01)
+
+
+def test_load_step_on_undamped_line_doubles_the_static_torque_for_ever() -> None:
+    none = np.zeros((2, 1), dtype=complex)
+    part = stretch(40.0, 0.0, none, load=np.array([0.0, -70.0]))
+    run = transient(pair(), np.array([1.0]), [part], 50.0, reaction=np.array([1.0, 0.0]))
+    exact = 70.0 * (1.0 - np.cos(np.sqrt(4000.0 / REDUCED) * step_times(run)))
+    assert np.abs(torques(run)[:, 0] - exact).max() <= run.torque_error[0] < 1e-8
+    found = envelope(run, windows=50)
+    assert np.all(np.abs(found.high[:, 0] - 140.0) <= found.error[:, 0])
+    assert np.all(np.abs(found.low[:, 0]) <= found.error[:, 0])
+    # all summits are alike, so each window doubts whether another one is higher
+    assert found.error.max() < 1e-4 * 140.0
+
+
+def test_critically_damped_pair_with_a_double_pole() -> None:
+    natural = np.sqrt(4000.0 / REDUCED)
+    line = pair(2.0 * REDUCED * natural)
+    none = np.zeros((2, 1), dtype=complex)
+    part = stretch(0.5, 0.0, none, load=np.array([0.0, -70.0]))
+    run = transient(line, np.array([1.0]), [part], 0.0, reaction=np.array([1.0, 0.0]))
+    x = natural * step_times(run)
+    twist = run.states[0] @ run.system.twist.T
+    exact = 70.0 / 4000.0 * -np.expm1(-x) - 70.0 / 4000.0 * x * np.exp(-x)
+    assert np.abs(twist[:, 0] - exact).max() <= run.twist_error[0] < 1e-11
+
+
+def test_a_run_down_that_fades_out_ends_at_rest() -> None:
+    gas, speed, duration = np.zeros((1, 1)), 50.0 * np.pi, 3.0
+    top = -speed / (0.9 * duration)
+    ends, middle = 0.1 * duration, 0.8 * duration
+    parts = [
+        stretch(ends, 0.0, gas, acceleration_rate=top / ends),
+        stretch(middle, top, gas),
+        stretch(ends, top, gas, acceleration_rate=-top / ends),
+    ]
+    borders = course(parts, speed)
+    assert borders.speed[-1] == 0.0
+    assert float(borders.angle[-1]) == pytest.approx(0.5 * speed * duration, rel=1e-14)
+    time = np.linspace(0.0, duration, 3001)
+    turned = np.gradient(angle_at(parts, borders, time), time, edge_order=2)
+    np.testing.assert_allclose(turned, speed_at(parts, borders, time), atol=1e-4)
+    back = time_of_speed(parts[2], float(borders.speed[2]), 1.0)
+    assert speed_at(parts, borders, np.array(ends + middle + back)) == pytest.approx(1.0)

@@ -1,0 +1,177 @@
+"""Claim: the response with variable inertias is that of the Lagrangian system, order by order."""
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from variable_inertia_lines import (
+    modes_of,
+    one_freedom,
+    piston_variation,
+    published_engine,
+    ship_engine,
+    ship_torque,
+)
+
+from vibecalc.kinematics.harmonics import motion_harmonics
+from vibecalc.kinematics.slider_crank import piston_path
+from vibecalc.response.torsion.line import damping_matrix, dynamic_stiffness, stiffness_matrix
+from vibecalc.response.torsion.variable_inertia import inertia_at
+from vibecalc.response.torsion.variable_inertia_feed import feed, section_twist
+from vibecalc.response.torsion.variable_inertia_motion import acceleration, course, energy
+from vibecalc.response.torsion.variable_inertia_steady import constant_response, steady_response
+
+
+def marched(system, speed, angle, rate, torque_at, duration):
+    """DOP853 on the exact nonlinear system."""
+    n = len(angle)
+
+    def rates(t, y):
+        torque = torque_at(speed * t, y[:n])
+        return np.r_[y[n:], acceleration(system, speed, speed * t, y[:n], y[n:], torque)]
+
+    start = np.r_[angle, rate]
+    found = solve_ivp(rates, (0.0, duration), start, method="DOP853", rtol=1e-11, atol=1e-13)
+    return found.y[:n, -1], found.y[n:, -1]
+
+
+def test_variation_is_that_of_the_slider_crank() -> None:
+    crank = np.linspace(0.0, 2.0 * np.pi, 17)
+    true = piston_path(crank, 1.0, 1.0 / 0.28).velocity ** 2
+    order = np.arange(1, 13)
+    series = (np.exp(1j * np.outer(crank, order)) @ piston_variation(0.28, 12)).real
+    mean = 0.5 * np.sum((np.arange(25) * np.abs(motion_harmonics(0.28, 24))) ** 2)
+    assert np.abs(mean + series - true).max() < 1e-8  # orders from 13 on
+    system = ship_engine()
+    step = 1e-4
+    at = 0.3 + step * np.array([-1.0, 0.0, 1.0])[:, None]
+    inertia = inertia_at(system, at)
+    slope = (inertia.value[2] - inertia.value[0]) / (2.0 * step)
+    curvature = (inertia.slope[2] - inertia.slope[0]) / (2.0 * step)
+    assert np.abs(slope - inertia.slope[1]).max() < 1e-5
+    assert np.abs(curvature - inertia.curvature[1]).max() < 1e-5
+
+
+def test_undamped_unforced_motion_keeps_its_energy() -> None:
+    system = ship_engine(damping=0.0)
+    start, rate = np.array([0.1, -0.05, 0.02, 0.0]), np.array([3.0, 0.0, -5.0, 1.0])
+    end = marched(system, 60.0, start, rate, lambda a, x: np.zeros(4), 0.05)
+    before = energy(system, 60.0, 0.0, start, rate)
+    after = energy(system, 60.0, 3.0, *end)
+    assert np.abs(end[0] - start).max() > 0.01
+    assert after == pytest.approx(before, rel=1e-9)
+
+
+def test_exact_steady_motion_returns_to_itself_in_time() -> None:
+    """One cycle of DOP853 from the harmonic balance, with dJ / J = .4 and twists of .05 rad."""
+    system, torque, speed = ship_engine(), ship_torque(), 90.0
+    motion = steady_response(system, speed, torque, 40, follows=True, exact=True)
+    grid = np.arange(512) * (4.0 * np.pi / 512)
+    around = course(motion.angle[0], 2, speed, grid)
+    order = np.arange(len(torque))[:, None] / 2.0
+
+    def gas(crank_angle, angle):
+        return (torque * np.exp(1j * order * (crank_angle + angle))).real.sum(axis=0)
+
+    inertia = inertia_at(system, grid[:, None] + around.angle)
+    turning = speed + around.rate
+    supplied = np.array([gas(a, x) for a, x in zip(grid, around.angle, strict=True)])
+    taken = inertia.value * around.acceleration + 0.5 * inertia.slope * turning**2
+    load = np.array([0.0, 0.0, 0.0, (taken - supplied).sum(axis=1).mean()])
+    end = marched(
+        system, speed, around.angle[0], around.rate[0],
+        lambda a, x: gas(a, x) + load, 4.0 * np.pi / speed,
+    )  # fmt: skip
+    assert np.abs(around.angle).max() > 0.05
+    # rates of 80 half orders carry the error of the angles on
+    assert np.abs(end[0] - around.angle[0]).max() < 1e-7
+    assert np.abs(end[1] - around.rate[0]).max() < 1e-5
+    assert motion.error.max() < 3e-9
+
+
+def test_linear_response_is_the_exact_one_to_the_third_power_of_the_variation() -> None:
+    gaps = []
+    for scale in (0.1, 0.05):
+        system = ship_engine(scale)
+        both = [steady_response(system, 90.0, np.zeros((1, 4)), 14, exact=e) for e in (0, 1)]
+        gaps.append(np.abs(both[0].angle - both[1].angle).max())
+    assert gaps[0] / gaps[1] == pytest.approx(8.0, rel=0.1)
+
+
+def test_slope_of_the_gas_torque_is_exact_to_the_square_of_the_torque() -> None:
+    gaps = []
+    for scale in (0.02, 0.01):
+        torque = ship_torque(scale)
+        both = [
+            steady_response(ship_engine(0.0), 90.0, torque, 8, follows=True, exact=exact).angle
+            for exact in (False, True)
+        ]
+        gaps.append(np.abs(both[0] - both[1]).max() / scale)
+    without = steady_response(ship_engine(0.0), 90.0, torque, 8).angle
+    assert gaps[0] / gaps[1] == pytest.approx(4.0, rel=0.1)
+    assert np.abs(without - both[1]).max() / scale > 10.0 * gaps[1]
+
+
+def test_secondary_order_of_one_freedom_in_closed_form() -> None:
+    """Order 2 of the inertia torque makes order 4, near its resonance much more than itself."""
+    change, speed = 1e-4, 0.249
+    angle = steady_response(one_freedom(change), speed, np.zeros((1, 1)), 12).angle[0, :, 0]
+    second = -1j * change * speed**2 / (1.0 - 4.0 * speed**2)
+    fourth = 0.25 * speed**2 * change * 20.0 * second / (1.0 - 16.0 * speed**2)
+    assert angle[2] == pytest.approx(second, rel=1e-5)
+    assert angle[4] == pytest.approx(fourth, rel=1e-5)
+
+
+def test_without_variation_it_is_the_dynamic_stiffness() -> None:
+    system, torque = ship_engine(0.0), ship_torque()
+    line, speed = system.line, np.array([60.0, 90.0])
+    line = line._replace(loss_factor=np.array([0.01, 0.02, 0.0]))
+    found = steady_response(system._replace(line=line), speed, torque, 6)
+    order = np.arange(1, 13) / 2.0
+    matrix = dynamic_stiffness(line, speed[:, None] * order)
+    true = np.linalg.solve(matrix, torque[1:, :, None])[..., 0]
+    assert np.all(np.abs(found.angle[:, 1:] - true) <= found.error[:, 1:])
+    # order 0: mean torques against the flywheel's load, and no turn as a whole
+    mean = torque[0].real - np.array([0.0, 0.0, 0.0, 3000.0])
+    assert np.allclose(stiffness_matrix(line) @ found.angle[0, 0].real, mean, atol=1e-9)
+    assert abs(found.angle[0, 0].real @ line.inertia) < 1e-15
+    assert not found.beyond.any() and damping_matrix(line).any()
+
+
+def test_feeds_add_up_to_what_the_variation_changes() -> None:
+    system, torque = ship_engine(), ship_torque()
+    full = steady_response(system, 90.0, torque, 24)
+    plain = constant_response(system, 90.0, torque, 24)
+    found = feed(system, 90.0, full.angle[0], full.error[0])
+    change = section_twist(system.line, full.angle[0] - plain.angle[0])
+    assert np.abs(found.twist.sum(axis=1) - change).max() < 1e-14
+    # order 5 has little of its own: order 3 feeds it through the inertias' order 2
+    sixth = np.abs(found.twist[10, :, 2])
+    assert np.argmax(sixth) == 6 and np.abs(change[10, 2]) > 20.0 * np.abs(
+        section_twist(system.line, plain.angle[0])[10, 2]
+    )
+
+
+def test_published_engine_hardly_feels_it() -> None:
+    system = published_engine()
+    share = np.abs(system.variation).max() / 18.64
+    assert share == pytest.approx(1.4e-5, rel=0.01)
+    torque = np.zeros((13, 7), dtype=complex)
+    torque[1:, :6] = 40.0
+    plain = constant_response(system, [190.0, 400.0], torque, 12)
+    full = steady_response(system, [190.0, 400.0], torque, 12)
+    twist, other = (section_twist(system.line, one.angle) for one in (plain, full))
+    change = np.abs(other - twist).max(axis=(1, 2)) / np.abs(twist).max(axis=(1, 2))
+    assert np.all(change < 40.0 * share) and np.all(change > 0.1 * share)
+    assert 2.0 * full.error.max() < 1e-6 * np.abs(other - twist).max()
+
+
+def test_modes_give_the_response_within_the_error() -> None:
+    system = published_engine()
+    torque = np.zeros((13, 7), dtype=complex)
+    torque[1:, :6] = 40.0 * np.exp(1j * np.arange(12))[:, None] * np.arange(1, 7)
+    _, shapes = modes_of(system.line)
+    full = steady_response(system, 120.0, torque, 10)
+    modal = steady_response(system, 120.0, torque, 10, basis=shapes[:4])
+    gap = np.abs(modal.angle - full.angle)
+    assert np.all(gap <= modal.error + full.error)
+    assert modal.error.max() < 3.0 * gap.max() < 0.3 * np.abs(full.angle).max()

@@ -1,0 +1,165 @@
+"""Claim: sums over orders have their true ends, powers balance, resonances and barred ranges lie
+where closed forms put them.
+"""
+
+import numpy as np
+import pytest
+
+from vibecalc.numerics.cycle_peak import cycle_peak
+from vibecalc.response.torsion.barred import barred_ranges
+from vibecalc.response.torsion.critical import critical_speeds
+from vibecalc.response.torsion.forced import forced
+from vibecalc.response.torsion.heat import heat
+from vibecalc.response.torsion.line import Line, chain
+from vibecalc.response.torsion.mesh import mesh_torque
+from vibecalc.response.torsion.resonances import resonances
+from vibecalc.response.torsion.sections import section_peaks, section_torque, shear_stress
+from vibecalc.response.torsion.synthesis import synthesis
+
+
+def test_both_ends_of_half_order_sums_are_found_and_attained():
+    generator = np.random.default_rng(2)
+    order = np.arange(0.0, 12.5, 0.5)
+    decay = 10.0 ** -generator.uniform(0, 6, (200, 25)) * 10.0 ** generator.uniform(-9, 9, (200, 1))
+    parts = generator.normal(size=(2, 200, 25)) * decay
+    amplitude = parts[0] + 1j * parts[1]
+    found = synthesis(order, amplitude)
+    grid = np.linspace(0.0, 4.0 * np.pi, 6001)
+    mean = np.where(order == 0.0, amplitude.real, amplitude)
+    scan = (mean @ np.exp(1j * np.multiply.outer(order, grid))).real
+    rounding = 1e-14 * found.upper_bound
+    assert np.all(found.highest >= scan.max(axis=1) - rounding)
+    assert np.all(found.lowest <= scan.min(axis=1) + rounding)
+    for end, angle in ((found.highest, found.highest_angle), (found.lowest, found.lowest_angle)):
+        at = np.sum(mean * np.exp(1j * order * angle[:, None]), axis=1).real
+        np.testing.assert_allclose(at, end, rtol=0, atol=5e-14 * np.max(found.upper_bound))
+        assert np.all(np.abs(at - end) <= 5e-14 * found.upper_bound)
+        assert np.all((angle >= 0.0) & (angle < 4.0 * np.pi))
+    other = cycle_peak(mean, (2 * order).astype(int))
+    assert np.all(np.abs(found.peak - other.value) <= found.error + other.error)
+    assert np.all(found.half_range == 0.5 * (found.highest - found.lowest))
+    assert np.all(found.peak <= found.upper_bound * (1 + 1e-15))
+
+
+def test_sums_of_known_ends():
+    # cos a + cos 2 a: 2 at 0, -9/8 at cos a = -1/4; alone, a half order has the cycle of two turns
+    found = synthesis([1.0, 2.0], [[1.0, 1.0], [0.0, 0.0]])
+    assert found.highest.tolist() == pytest.approx([2.0, 0.0], abs=1e-15)
+    assert found.lowest.tolist() == pytest.approx([-1.125, 0.0], abs=1e-15)
+    assert np.cos(found.lowest_angle[0]) == pytest.approx(-0.25, abs=1e-7)
+    half = synthesis([0.5], [2.0j])
+    assert (half.half_range, half.highest_angle) == pytest.approx((2.0, 3.0 * np.pi))
+    mean = synthesis([0.0, 1.0], [-5.0 + 1j, 1.0])
+    assert (mean.peak, mean.half_range) == pytest.approx((6.0, 1.0))
+
+
+def damped_line() -> Line:
+    return Line(
+        np.array([1.0, 2.0, 0.5, 3.0]),
+        np.array([0.3, 0.0, 0.0, 0.1]),
+        np.zeros(4),
+        np.array([0, 1, 1]),
+        np.array([1, 2, 3]),
+        np.array([100.0, 300.0, 50.0]),
+        np.array([0.2, 0.0, 0.5]),
+        np.array([0.0, 0.05, 0.01]),
+    )
+
+
+def test_heat_is_the_power_of_the_torques_and_torque_is_what_the_parts_say():
+    line, generator = damped_line(), np.random.default_rng(4)
+    w = np.linspace(0.5, 40.0, 30)
+    torque = generator.normal(size=(30, 4)) + 1j * generator.normal(size=(30, 4))
+    found = forced(line, w, torque)
+    warm = heat(line, w, found.angle, found.error)
+    taken = warm.element.sum(axis=-1) + warm.ground.sum(axis=-1)
+    given = 0.5 * w * np.sum(np.imag(torque * np.conj(found.angle)), axis=-1)
+    np.testing.assert_allclose(taken, given, rtol=1e-12)
+    assert np.all(warm.element == warm.dashpot + warm.loss) and np.all(warm.error < 1e-11 * taken)
+    sections = section_torque(line, w, found.angle, found.error)
+    # station 0: inertia and its dashpot against torque and shaft
+    left = (w[:, None] * (1j * line.absolute_damping - w[:, None] * line.inertia))[:, 0]
+    rest = torque[:, 0] - left * found.angle[:, 0] - sections.total[:, 0]
+    assert np.all(np.abs(rest) <= 1e-12 * np.abs(torque[:, 0]).max())
+    assert np.all(sections.error < 1e-9 * np.max(np.abs(sections.total)))
+    stress = shear_stress(sections.total, np.array([2.0, 4.0, 8.0]))
+    assert stress[3, 1] == sections.total[3, 1] / 4.0
+
+
+def oscillator(ratio: float) -> Line:
+    """Natural frequency 5, shaft to a station held fast by a ground spring of enormous inertia."""
+    none = np.zeros(2)
+    return Line(
+        np.array([1.0, 1e12]), none, none, np.array([0]), np.array([1]),
+        np.array([25.0]), np.array([2.0 * ratio * 5.0]), np.zeros(1),
+    )  # fmt: skip
+
+
+def test_resonances_of_two_orders_lie_at_the_closed_form():
+    ratio, orders = 0.03, np.array([1.0, 2.5])
+    speeds = np.linspace(1.0, 8.0, 301)
+    peaks = section_peaks(oscillator(ratio), speeds, orders[:1], lambda s: np.array([[1.0, 0.0]]))
+    damping = 1 + (2 * ratio * speeds / 5) ** 2
+    closed = np.sqrt(damping / ((1 - (speeds / 5) ** 2) ** 2 + damping - 1))
+    np.testing.assert_allclose(peaks.torque.half_range[:, 0], closed, rtol=1e-10)
+
+    def curve(at):
+        found = section_peaks(oscillator(ratio), at, orders[:1], lambda s: np.array([[1.0, 0.0]]))
+        return found.torque.half_range
+
+    # the maximum of the transmissibility: r^2 = (sqrt(1 + 8 z^2) - 1) / (4 z^2)
+    true = 5.0 * np.sqrt((np.sqrt(1 + 8 * ratio**2) - 1) / (4 * ratio**2))
+    found = resonances(curve, np.linspace(2.0, 8.0, 61))
+    assert len(found.speed) == 1
+    assert abs(found.speed[0] - true) <= found.speed_error[0] <= 1e-9 * true
+
+    def both(at):
+        found = section_peaks(oscillator(ratio), at, orders, lambda s: np.array([[1.0, 0], [1, 0]]))
+        return found.torque.half_range
+
+    pair = resonances(both, speeds)
+    assert pair.section.tolist() == [0, 0]
+    assert pair.speed * orders[::-1] == pytest.approx([5.0, 5.0], rel=2e-3)
+    step = 1e-5 * pair.speed
+    for offset in (-step, step):
+        assert np.all(np.diagonal(both(pair.speed + offset).repeat(2, 1)) < pair.value)
+
+
+def test_barred_ranges_end_where_the_closed_form_crosses_its_limit():
+    def excess(speed):
+        return 1.0 / np.abs(speed - 3.0) - 4.0
+
+    with np.errstate(divide="ignore"):
+        found = barred_ranges(excess, np.linspace(0.0, 6.0, 25))
+    assert (found.start[0], found.end[0]) == pytest.approx((2.75, 3.25), rel=1e-15)
+    assert found.start_crosses.all() and found.end_crosses.all()
+    open_ = barred_ranges(lambda speed: np.cos(speed), np.linspace(0.0, 5.0, 40))
+    assert open_.start.tolist() == pytest.approx([0.0, 1.5 * np.pi], rel=1e-15)
+    assert open_.end.tolist() == pytest.approx([0.5 * np.pi, 5.0], rel=1e-15)
+    assert open_.start_crosses.tolist() == [False, True]
+    assert open_.end_crosses.tolist() == [True, False]
+    assert len(barred_ranges(lambda speed: speed - 9.0, np.linspace(0, 5, 9)).start) == 0
+
+
+def test_critical_speeds_are_frequency_over_order_and_the_mesh_hammers_when_it_changes_sign():
+    found = critical_speeds([0.0, 60.0, 140.0], [0.0, 0.5, 3.0, 6.0], 10.0, 50.0, [0, 1e-9, 1e-9])
+    assert found.speed.tolist() == pytest.approx([10.0, 20.0, 140 / 6, 140 / 3])
+    assert found.mode.tolist() == [1, 1, 2, 2] and found.order.tolist() == [6.0, 3.0, 6.0, 3.0]
+    assert found.error[0] == pytest.approx(1e-9 / 6, rel=1e-3)
+    mesh = mesh_torque([5.0, -1.0, 0.0, 0.0, -2.0], [1.0], [[4.0], [2.0], [1.0], [0.0], [2.0j]])
+    assert mesh.hammer.tolist() == [False, True, True, False, False]
+    assert mesh.least[:2].tolist() == pytest.approx([1.0, -3.0])
+    assert mesh.share.tolist() == pytest.approx([0.8, 2.0, np.inf, 0.0, 1.0])
+    assert mesh.uncertain.tolist() == [False, False, False, False, True]
+
+
+def test_a_masked_speed_has_an_infinite_peak_and_work_is_by_blocks():
+    line, asked = chain(np.ones(2), np.array([2.0])), []
+
+    def torque(speed):
+        asked.append(len(speed))
+        return np.array([[1.0, 0.0]])
+
+    found = section_peaks(line, [1.0, 2.0, 3.0], [1.0], torque, rows=2)
+    assert asked == [2, 1] and found.masked.tolist() == [False, True, False]
+    assert found.torque.peak[1, 0] == np.inf and np.isfinite(found.torque.peak[[0, 2]]).all()

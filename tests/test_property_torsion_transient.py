@@ -1,0 +1,196 @@
+"""Claim: passages, envelopes, error estimates and spectra of a transient behave as they must."""
+
+import numpy as np
+import pytest
+
+from vibecalc.response.torsion import transient_pieces
+from vibecalc.response.torsion.line import chain, dynamic_stiffness
+from vibecalc.response.torsion.transient_march import TransientRun, transient
+from vibecalc.response.torsion.transient_motion import Stretch, stretch
+from vibecalc.response.torsion.transient_peaks import envelope, look
+from vibecalc.response.torsion.transient_quasi_steady import against_quasi_steady, section_peaks
+from vibecalc.response.torsion.transient_step import propagator
+from vibecalc.response.torsion.transient_waterfall import (
+    frequency_waterfall,
+    order_waterfall,
+    time_course,
+)
+
+PAIR = chain(np.array([2.0, 3.0]), np.array([4000.0]))._replace(damping=np.array([2.8]))
+FORCE = np.array([[50.0 + 0j], [0.0]])
+GRIP = np.array([[40.0, 50.0], [0.0, 0.0]], dtype=complex)
+SPEEDS = np.linspace(30.0, 90.0, 1201)
+MATRIX = dynamic_stiffness(PAIR, SPEEDS)
+ANGLE = np.linalg.solve(MATRIX, np.broadcast_to(FORCE, (1201, 2, 1)))[..., 0]
+STEADY = np.abs((4000.0 + 2.8j * SPEEDS) * (ANGLE[:, 0] - ANGLE[:, 1]))[:, None]
+
+ENGINE = chain(
+    np.array([27.5126, *[18.64] * 6, 2655.0]),
+    np.array([5.9712e5, *[22.82e6] * 5, 19.21e6]),
+)._replace(damping=np.array([2000.0] + [800.0] * 6))
+ORDERS = np.arange(1, 31) / 2
+
+
+def engine_gas() -> np.ndarray:
+    gas = np.zeros((8, 30), dtype=complex)
+    for cylinder, place in enumerate([0, 8, 4, 10, 2, 6]):
+        gas[cylinder + 1] = 3000.0 / ORDERS * np.exp(-1j * ORDERS * place * np.pi / 3.0)
+    return gas
+
+
+def passage(acceleration: float):
+    start = 40.0 if acceleration > 0.0 else 80.0
+    parts = [stretch(40.0 / abs(acceleration), acceleration, FORCE)]
+    run = transient(PAIR, np.array([1.0]), parts, start, start="steady")
+    return against_quasi_steady(envelope(run, windows=150), SPEEDS, STEADY)
+
+
+def test_slow_passages_are_quasi_steady_and_fast_ones_lower_and_later() -> None:
+    slow = passage(0.05)
+    np.testing.assert_allclose(slow.half_range, slow.steady, rtol=0.03)
+    assert abs(slow.overshoot[0]) < 2e-3 and slow.lag[0] < 0.5
+    faster = [passage(a) for a in (0.5, 4.0, 30.0)]
+    peaks = [slow.peak[0], *[each.peak[0] for each in faster]]
+    lags = [slow.lag[0], *[each.lag[0] for each in faster]]
+    assert np.all(np.diff(peaks) < 0.0) and np.all(np.diff(lags) > 0.0)
+    down = passage(-4.0)
+    assert down.overshoot[0] < -0.05 and down.lag[0] > 0.3
+
+
+def test_envelope_holds_the_true_maxima() -> None:
+    run = transient(ENGINE, ORDERS, [stretch(1.5, 60.0, engine_gas())], 60.0, start="steady")
+    found = envelope(run, windows=12)
+    high, low = np.full_like(found.high, -np.inf), np.full_like(found.low, np.inf)
+    for number, piece in enumerate(run.pieces):
+        steps = np.arange(piece.steps)
+        tool = propagator(run.system, piece.step, 150, run.system.torque)
+        values = look(run, number, tool, steps, run.system.torque)
+        window = np.searchsorted(found.time, piece.offset + piece.step * steps, side="right") - 1
+        np.maximum.at(high, np.clip(window, 0, 11), values.max(axis=1))
+        np.minimum.at(low, np.clip(window, 0, 11), values.min(axis=1))
+    fine = 1e-5 * high.max()  # of the samples: (2 / 150)^2 / 8 of the highest order
+    assert np.all(high <= found.high + found.error) and np.all(found.high <= high + fine)
+    assert np.all(low >= found.low - found.error) and np.all(found.low >= low - fine)
+    assert np.all(found.error < 2e-3 * found.high.max(axis=0))
+    peak = section_peaks(run, found)
+    assert np.all(np.abs(peak.peak - np.maximum(high, -low).max(axis=0)) <= peak.error + fine)
+
+
+def test_error_estimates_bound_the_error_and_the_order_is_high(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def ends(length: float) -> TransientRun:
+        monkeypatch.setattr(transient_pieces, "ORDER_STEP", length)
+        monkeypatch.setattr(transient_pieces, "MODE_STEP", 6.0 * length)
+        part = stretch(1.0, 40.0, engine_gas())
+        return transient(ENGINE, ORDERS, [part], 100.0, rtol=np.inf)
+
+    exact = ends(0.5)
+    errors = []
+    for length in (4.0, 8.0):
+        run = ends(length)
+        gap = (run.states[-1][-1] - exact.states[-1][-1]) @ exact.system.torque.T
+        assert np.all(np.abs(gap) <= run.torque_error + exact.torque_error)
+        errors.append((np.abs(gap).max(), run.torque_error.max()))
+    # sixteen radians of the highest order in a step of the rough march: still told apart
+    assert errors[1][0] > 2**9 * errors[0][0]
+
+
+def test_sixty_seconds_of_an_engine_take_a_bounded_number_of_steps() -> None:
+    parts = transient_pieces.cut(
+        *_course(stretch(60.0, 3.5, engine_gas())), highest=15.0, fastest=2100.0, finer=1.0
+    )
+    assert sum(piece.steps for piece in parts) < 70_000
+    # each piece resolves the highest order at its own speed
+    for piece in parts:
+        top = 3.5 * (piece.offset + piece.step * piece.steps)
+        assert 15.0 * top * piece.step <= transient_pieces.ORDER_STEP * (1 + 1e-12)
+
+
+def _course(part: Stretch):
+    from vibecalc.response.torsion.transient_motion import course
+
+    return [part], course([part], 0.0)
+
+
+def test_misfire_leads_from_one_steady_vibration_to_the_other() -> None:
+    gas, speed = engine_gas(), 83.0
+    misfire = gas.copy()
+    misfire[3] *= 0.2
+    parts = [stretch(0.5, 0.0, gas), stretch(4.0, 0.0, misfire)]
+    run = transient(ENGINE, ORDERS, parts, speed, start="steady")
+    found = envelope(run, windows=45)
+    ends = []
+    for torque, angle in ((gas, 0.0), (misfire, speed * 4.3)):
+        steady = [stretch(0.2, 0.0, torque)]
+        own = transient(ENGINE, ORDERS, steady, speed, angle, start="steady")
+        ends.append(envelope(own, windows=1))
+    tight = 1e-6 * found.high.max()
+    for row in (1, 2):  # a window of 0.1 s has more than the six firings of a turn
+        assert np.all(found.high[row] <= ends[0].high[0] + tight)
+    last = np.maximum(found.high[-3], found.high[-2])
+    np.testing.assert_allclose(last, ends[1].high[0], rtol=2e-3)
+    # six equal cylinders leave little of order 1/2 behind the last one, a missing firing does not
+    sizes = []
+    for torque, begin, centre in ((gas, 0.0, 0.25), (misfire, 3.6, 4.1)):
+        seen = time_course(run, begin, begin + 0.9 if begin else 0.5)
+        found_half = order_waterfall(seen, 6, np.array([0.5]), np.array([centre]), 4.0)
+        phi = np.linalg.solve(dynamic_stiffness(ENGINE, 0.5 * speed), torque[:, 0])
+        exact = (19.21e6 + 400.0j * speed) * (phi[6] - phi[7])
+        assert abs(found_half.amplitude[0, 0] - exact) < 2e-3 * abs(exact) + 5.0
+        sizes.append(abs(found_half.amplitude[0, 0]))
+    assert sizes[1] > 10.0 * sizes[0]
+
+
+def test_start_from_rest_ramps_the_torque_in() -> None:
+    ramp = [stretch(2.0, 5.0, GRIP, scale=(0.0, 1.0)), stretch(2.0, 5.0, GRIP)]
+    soft = transient(PAIR, np.array([0.0, 1.0]), ramp, 0.0)
+    hard = transient(PAIR, np.array([0.0, 1.0]), [stretch(4.0, 5.0, GRIP)], 0.0)
+    early = [np.abs(run.states[0][:40] @ run.system.torque.T).max() for run in (soft, hard)]
+    assert early[0] < 0.2 * early[1]
+    assert soft.borders.speed[-1] == pytest.approx(20.0) and soft.borders.time.size == 3
+
+
+def test_ring_on_a_dashpot_is_dragged_along() -> None:
+    # the ring of 3 kg m^2 follows the acceleration of 2 rad/s^2 only by the torque of its dashpot
+    line = chain(np.array([5.0, 3.0]), np.array([0.0]))._replace(damping=np.array([9.0]))
+    none = np.zeros((2, 1), dtype=complex)
+    run = transient(
+        line, np.array([1.0]), [stretch(8.0, 2.0, none)], 0.0, reaction=np.array([1.0, 0.0])
+    )
+    torque = run.states[-1][-1] @ run.system.torque.T
+    exact = -np.expm1(-9.0 * 8.0 * (1 / 5.0 + 1 / 3.0)) * 3.0 * 2.0
+    assert abs(torque[0] - exact) <= run.torque_error[0] < 1e-6
+
+
+def test_shares_of_reaction_matter_for_the_mean_only() -> None:
+    def torques(mean: float, share: np.ndarray | None) -> np.ndarray:
+        gas = np.array([[mean, 20.0], [0.0, 5.0j]], dtype=complex)
+        part = stretch(2.0, 0.0, gas)
+        run = transient(PAIR, np.array([0.0, 1.0]), [part], 30.0, reaction=share)
+        return run.states[-1] @ run.system.torque.T
+
+    far = np.array([0.0, 1.0])
+    np.testing.assert_allclose(torques(0.0, None), torques(0.0, far), rtol=0, atol=1e-9)
+    # the far end holds the mean of 60 N m: it passes the shaft, and not 3/5 of it
+    gain = torques(60.0, far) - torques(60.0, None)
+    assert gain[-1, 0] == pytest.approx(60.0 * 2.0 / 5.0, rel=0.2)
+
+
+def test_waterfall_finds_the_orders_of_a_steady_line() -> None:
+    order = np.array([1.0, 2.5])
+    gas = np.array([[50.0, 30.0j], [0.0, 0.0]], dtype=complex)
+    run = transient(PAIR, order, [stretch(6.0, 0.0, gas)], 40.0, angle=0.4, start="steady")
+    matrix = dynamic_stiffness(PAIR, order * 40.0)
+    phi = np.linalg.solve(matrix, gas.T[..., None])[..., 0]
+    expected = (4000.0 + 2.8j * order * 40.0) * (phi[:, 0] - phi[:, 1])
+    seen = time_course(run, 1.0, 5.0)
+    by_order = order_waterfall(seen, 0, np.array([0.5, 1.0, 2.5]), np.array([2.0, 4.0]), 8.0)
+    size = np.abs(expected).max()
+    np.testing.assert_allclose(
+        by_order.amplitude, np.array([[0.0, *expected]] * 2), rtol=0, atol=1e-3 * size
+    )
+    by_rate = frequency_waterfall(seen, 0, 40.0 * order, np.array([3.0]), 8.0 * 2 * np.pi / 40.0)
+    np.testing.assert_allclose(
+        np.abs(by_rate.amplitude[0]), np.abs(expected), rtol=0, atol=1e-3 * size
+    )

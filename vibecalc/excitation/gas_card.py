@@ -1,0 +1,188 @@
+"""Pressure cards: the gas pressure in a cylinder against its own crank angle, over one cycle.
+
+A cycle is 4 pi of crank angle in four-stroke and 2 pi in two-stroke. The angle counts from the
+cylinder's own firing position, where the crank lies along the cylinder (top dead centre if the
+wrist pin has no offset). Pressures are gauge: above that in the crankcase, under the piston.
+"""
+
+from collections.abc import Callable, Sequence
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.rounding import EPSILON
+from vibecalc.numerics.typing import FloatArray
+
+FOUR_STROKE = 4.0 * np.pi
+TWO_STROKE = 2.0 * np.pi
+#: degree of the pieces that stand for a formula, and panels at most on one of its intervals
+DEGREE = 9
+MOST_PANELS = 1024
+#: a fit is accurate enough where it misses the formula by less than this share of the largest value
+FIT_TOLERANCE = 1e-13
+
+
+class GasCard(NamedTuple):
+    """Periodic gauge pressure, piecewise polynomial.
+
+    On piece i, between `node[i]` and `node[i + 1]` (m + 1,) in rad, it is
+    sum_k coefficient[i, k] (angle - node[i])^k in Pa, coefficients (m, d + 1). The last node is the
+    first one a `cycle` later. `error` is how far the pieces may be off what they stand for, Pa.
+    """
+
+    node: FloatArray
+    coefficient: FloatArray
+    cycle: float
+    error: float
+
+
+def gas_card(
+    angle: ArrayLike,
+    pressure: ArrayLike,
+    interpolation: str = "linear",
+    *,
+    cycle: float,
+    crankcase_pressure: float = 0.0,
+) -> GasCard:
+    """A card through a table over one cycle, from any angle, whose last row repeats the first.
+
+    Parameters
+    ----------
+    angle, pressure : (m + 1,) in rad, ascending, and Pa.
+    interpolation
+        "linear": straight lines. "cubic": the periodic cubic spline. "monotone": cubic pieces that
+        never leave the range of the two values at their ends (Fritsch and Butland 1984).
+    cycle
+        4 pi or 2 pi.
+    crankcase_pressure
+        Subtracted from every pressure; zero where the table is gauge already.
+    """
+    nodes = np.array(angle, dtype=float)
+    nodes[-1] = nodes[0] + cycle
+    values = np.array(pressure, dtype=float) - crankcase_pressure
+    values[-1] = values[0]
+    return GasCard(nodes, _PIECES[interpolation](nodes, values), float(cycle), 0.0)
+
+
+def fitted_card(
+    pressure: Callable[[FloatArray], FloatArray], breakpoints: Sequence[float], cycle: float
+) -> GasCard:
+    """A card for a formula: polynomials of degree 9 on as many panels as it takes.
+
+    Parameters
+    ----------
+    pressure
+        Gauge pressure, Pa, at angles in rad; smooth between the breakpoints.
+    breakpoints
+        (b + 1,) ascending angles in rad, the last one a cycle after the first. Each interval is cut
+        into equal panels, twice as many until the fit agrees with the formula between its points.
+
+    Raises
+    ------
+    NumericalFailure
+        More than 1024 panels on one interval: the formula is not smooth there.
+    """
+    ends = np.asarray(breakpoints, dtype=float)
+    points = 0.5 - 0.5 * np.cos(np.pi * (np.arange(DEGREE + 1) + 0.5) / (DEGREE + 1))
+    between = 0.5 * (points[1:] + points[:-1])
+    powers = np.arange(DEGREE + 1)
+    to_points, to_between = points[:, None] ** powers, between[:, None] ** powers
+    scale = float(np.max(np.abs(pressure(np.linspace(ends[0], ends[-1], 4 * 64 * len(ends))))))
+    nodes, pieces, worst = [], [], 0.0
+    for low, high in pairwise(ends.tolist()):
+        panels = 4
+        while True:
+            start, width = np.linspace(low, high, panels, endpoint=False), (high - low) / panels
+            values = pressure(start[:, None] + width * points)
+            fit = np.linalg.solve(to_points, values.T).T
+            off = np.abs(fit @ to_between.T - pressure(start[:, None] + width * between)).max()
+            if off <= FIT_TOLERANCE * scale:
+                break
+            if panels >= MOST_PANELS:
+                raise NumericalFailure(
+                    f"gas card: the pressure between {low:.6g} and {high:.6g} rad cannot be "
+                    f"followed by {panels} polynomials of degree {DEGREE}; it is off by {off:.3g} "
+                    "Pa; the formula has to be smooth there"
+                )
+            panels *= 2
+        nodes.append(start)
+        pieces.append(fit / width**powers)
+        worst = max(worst, float(off))
+    node = np.concatenate([*nodes, [ends[0] + cycle]])
+    return GasCard(node, np.concatenate(pieces), float(cycle), 2.0 * worst + 64.0 * EPSILON * scale)
+
+
+def pressure_at(card: GasCard, angle: ArrayLike) -> FloatArray:
+    """Gauge pressure in Pa at the cylinder's own angles, rad, of any cycle."""
+    turned = card.node[0] + np.mod(np.asarray(angle, dtype=float) - card.node[0], card.cycle)
+    place = np.clip(
+        np.searchsorted(card.node, turned, side="right") - 1, 0, len(card.coefficient) - 1
+    )
+    away, rows = turned - card.node[place], card.coefficient[place]
+    value = rows[..., -1]
+    for power in range(rows.shape[-1] - 2, -1, -1):
+        value = value * away + rows[..., power]
+    return np.asarray(value)
+
+
+def card_weights(card_value: ArrayLike, value: ArrayLike) -> FloatArray:
+    """Weights (..., c) of c cards taken at ascending speeds (or loads) at the values (...) asked.
+
+    Linear between two neighbours. The torque is linear in the pressure, so that the same weights
+    hold for its harmonics. A single card holds at every value.
+
+    Raises
+    ------
+    NumericalFailure
+        A value beyond the range of the cards: nothing is extrapolated.
+    """
+    known = np.asarray(card_value, dtype=float)
+    asked = np.asarray(value, dtype=float)
+    if len(known) == 1:
+        return np.ones((*asked.shape, 1))
+    outside = ~((asked >= known[0]) & (asked <= known[-1]))
+    if np.any(outside):
+        raise NumericalFailure(
+            f"gas cards: {np.extract(outside, asked)[0]:.6g} lies outside the cards' range, "
+            f"{known[0]:.6g} to {known[-1]:.6g} (SI units, speeds in rad/s); give a card at or "
+            "beyond that value"
+        )
+    upper = np.clip(np.searchsorted(known, asked, side="left"), 1, len(known) - 1)
+    share = (asked - known[upper - 1]) / (known[upper] - known[upper - 1])
+    index = np.arange(len(known))
+    above = np.where(index == upper[..., None], share[..., None], 0.0)
+    below = np.where(index == upper[..., None] - 1, 1.0 - share[..., None], 0.0)
+    return np.asarray(above + below)
+
+
+def _linear(node: FloatArray, value: FloatArray) -> FloatArray:
+    return np.stack([value[:-1], np.diff(value) / np.diff(node)], axis=1)
+
+
+def _cubic(node: FloatArray, value: FloatArray) -> FloatArray:
+    from scipy.interpolate import CubicSpline
+
+    return np.asarray(CubicSpline(node, value, bc_type="periodic").c[::-1].T)
+
+
+def _monotone(node: FloatArray, value: FloatArray) -> FloatArray:
+    """Hermite pieces with slopes that are weighted harmonic means, zero at every extreme."""
+    step = np.diff(node)
+    rise = np.diff(value) / step
+    before, width = np.roll(rise, 1), np.roll(step, 1)
+    same = before * rise > 0.0
+    near, far = 2.0 * step + width, step + 2.0 * width
+    with np.errstate(divide="ignore", invalid="ignore"):
+        mean = (near + far) / (near / before + far / rise)
+    slope = np.where(same, mean, 0.0)
+    after = np.roll(slope, -1)
+    square = (3.0 * rise - 2.0 * slope - after) / step
+    cube = (slope + after - 2.0 * rise) / step**2
+    return np.stack([value[:-1], slope, square, cube], axis=1)
+
+
+_PIECES = {"linear": _linear, "cubic": _cubic, "monotone": _monotone}
+INTERPOLATIONS = tuple(_PIECES)

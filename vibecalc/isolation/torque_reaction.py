@@ -1,0 +1,167 @@
+"""What the torque of an engine's cylinders does to its body, about the crankshaft.
+
+Torques are positive in the crank's sense of rotation, right-handed about `axis`, and so are the
+couples on the body. The side thrusts of the pistons turn the body with minus the torque T that they
+give the crankshaft, by gas and inertia. What else holds depends on where the driven machine stands:
+
+- elsewhere: its stator turns the ground, not the body. -T remains, its mean too. What damps a
+  station of the line against the ground is taken to stand on the ground.
+- on the body, with a shaft line of finite inertia: the body gives the line all its torques (of the
+  cylinders, of the loads, of what damps a station against the body), so that it feels minus the
+  change of the line's angular momentum. With loads that do not alternate and no damping against
+  the body that is -T again, however elastic the line: the torque goes into its speed. Gears turn
+  some of the inertia the other way round, or faster. There is no mean: the stator gives it back.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from vibecalc.numerics.cycle_peak import vector_cycle_peak
+from vibecalc.numerics.rounding import EPSILON, UNIT_ROUNDOFF, WithError
+from vibecalc.response.energy import modal_force
+from vibecalc.response.modes import Modes
+from vibecalc.response.torsion.forced import forced
+from vibecalc.response.torsion.line import Line
+from vibecalc.response.torsion.synthesis import synthesis
+
+#: orders beyond twice the highest against those up to there: forces that fall as order^-2 or faster
+TAIL = 2.0
+#: share of the largest modal force from which on an order is said to drive a mode
+DRIVES = 1e-3
+
+
+class Nearest(NamedTuple):
+    """Of each mode the order nearest to it of those that drive it; 0 and infinite if none does.
+
+    `margin` (modes,) is the frequency of that order over the natural frequency, less 1.
+    """
+
+    order: np.ndarray
+    margin: np.ndarray
+    margin_error: np.ndarray
+
+
+class Loads(NamedTuple):
+    """Highest and lowest force (mounts,) over the cycle, with an absolute error, N."""
+
+    highest: np.ndarray
+    lowest: np.ndarray
+    error: np.ndarray
+
+
+def line_transfer(line: Line, spin_inertia: WithError, frequency: np.ndarray) -> WithError:
+    """Couple on the body for a unit torque on each freedom, (m, n) complex, and its error.
+
+    Parameters
+    ----------
+    line
+        n freedoms referred to the crankshaft; its bearings, gears and loads are on the body.
+    spin_inertia
+        (n,) in kg m^2: own inertia times own speed ratio, summed over what turns with a freedom.
+        Times the referred angular velocity it is angular momentum, signed as the crank turns.
+    frequency
+        (m,) in rad/s, above 0.
+
+    As -d/dt sum h phi' is w^2 h.X and the dynamic stiffness symmetric, one solution under the
+    torques w^2 h is the transfer from every freedom. It is -1 everywhere for a line without gears
+    and without damping or springs to the body.
+
+    Raises
+    ------
+    NumericalFailure
+        A frequency is a natural frequency of a line without damping.
+    """
+    rate = np.asarray(frequency, dtype=float)
+    found = forced(line, rate, np.square(rate)[:, None] * np.stack(spin_inertia)[:, None])
+    value, doubt = found.angle
+    error = 2.0 * found.error[0] + found.error[1] + np.max(np.abs(doubt), axis=-1)
+    error = error + 16.0 * EPSILON * np.max(np.abs(value), axis=-1)
+    return WithError(value, np.broadcast_to(error[:, None], value.shape))
+
+
+def couple_on_body(torque: WithError, transfer: WithError | None = None) -> WithError:
+    """Couple (m,) on the body, N m complex, of the torques (c, m) of its cylinders.
+
+    `transfer` (m, c) belongs to the freedoms of the cylinders; without one it is -1.
+    """
+    size = np.abs(torque.value)
+    count = len(size) * EPSILON
+    if transfer is None:
+        return WithError(-torque.value.sum(0), torque.error.sum(0) + count * size.sum(0))
+    passing = np.abs(transfer.value.T)
+    value = (transfer.value.T * torque.value).sum(0)
+    doubt = passing * (torque.error + count * size) + transfer.error.T * (size + torque.error)
+    return WithError(value, doubt.sum(0))
+
+
+def with_shaking(
+    couple: WithError, half_order: np.ndarray, axis: np.ndarray, shaking: WithError
+) -> WithError:
+    """Loads (m, 6) on the body: a couple (m,) about the unit vector `axis`, and what shakes it.
+
+    `shaking` (n, 6) holds forces and couples of the orders 1 .. n at the speed; it enters at the
+    whole ones of the orders `half_order` (m,).
+    """
+    value = np.zeros((len(half_order), 6), dtype=complex)
+    error = np.zeros(value.shape)
+    value[:, 3:] = couple.value[:, None] * axis
+    error[:, 3:] = couple.error[:, None] * np.abs(axis)
+    whole = (half_order == np.floor(half_order)) & (half_order <= len(shaking.value))
+    place = half_order[whole].astype(int) - 1
+    value[whole] += shaking.value[place]
+    error[whole] += shaking.error[place] + EPSILON * np.abs(value[whole])
+    return WithError(value, error)
+
+
+def left_out(harmonics: WithError, kept: int) -> np.ndarray:
+    """Error (...) of a sum over the first `kept` orders (..., m): rounding, and those beyond.
+
+    What follows the m orders is taken for as much again as those from `kept` to m.
+    """
+    beyond = TAIL * np.abs(harmonics.value[..., kept:]).sum(-1)
+    return np.asarray(harmonics.error[..., :kept].sum(-1) + beyond)
+
+
+def vector_peak(harmonics: WithError, half_order: np.ndarray, kept: int) -> WithError:
+    """Largest length (...) over the cycle of vectors (..., components, m) of halves of orders."""
+    doubled = np.rint(2.0 * half_order[:kept]).astype(np.int64)
+    peak = vector_cycle_peak(harmonics.value[..., :kept], doubled)
+    rest = np.sqrt(np.square(left_out(harmonics, kept)).sum(-1))
+    return WithError(peak.value, peak.error + rest)
+
+
+def extreme_loads(
+    harmonics: WithError, half_order: np.ndarray, kept: int, constant: WithError
+) -> Loads:
+    """Highest and lowest of a constant (mounts,) and its alternating part (mounts, m)."""
+    total = synthesis(half_order[:kept], harmonics.value[..., :kept])
+    highest, lowest = constant.value + total.highest, constant.value + total.lowest
+    error = total.error + left_out(harmonics, kept) + constant.error
+    size = np.abs(constant.value) + np.maximum(np.abs(total.highest), np.abs(total.lowest))
+    return Loads(highest, lowest, error + UNIT_ROUNDOFF * size)
+
+
+def nearest_driven(
+    shapes: Modes, loads: WithError, half_order: np.ndarray, speed: float
+) -> Nearest:
+    """Which order comes nearest to each mode, of those of the loads (m, 6) that drive it.
+
+    An order drives a mode if its modal force is no rounding, and a thousandth of the largest one.
+    """
+    force = modal_force(shapes, loads.value, loads.error)
+    size = np.abs(force.value)
+    drives = (size > 4.0 * force.error) & (size >= DRIVES * size.max(axis=0))
+    ratio = half_order[:, None] * speed / shapes.natural_frequency
+    away = np.where(drives, np.abs(ratio - 1.0), np.inf)
+    place = np.argmin(away, axis=0)
+    modes = np.arange(len(place))
+    none = np.isinf(away[place, modes])
+    found = ratio[place, modes]
+    doubt = shapes.natural_frequency_error / shapes.natural_frequency
+    error = found * (doubt + 4.0 * UNIT_ROUNDOFF)
+    return Nearest(
+        np.where(none, 0.0, half_order[place]),
+        np.where(none, np.inf, found - 1.0),
+        np.where(none, 0.0, error),
+    )

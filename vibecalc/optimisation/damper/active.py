@@ -1,0 +1,214 @@
+"""The last digits of a tuning: Newton's method on the summits that hold it.
+
+Unknowns are the variables, the common level of the sections and the weights of the summits; the
+conditions are equal levels, limits just met, and slopes that cancel with these weights. Summits
+are followed to their own speeds at each step, so that no grid of speeds remains in the answer.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from vibecalc.numerics.typing import BoolArray, FloatArray
+from vibecalc.optimisation.damper.follow import Summits, about, follow
+from vibecalc.optimisation.damper.readings import reading_error
+from vibecalc.optimisation.damper.survey import Survey
+
+_MOST_STEPS = 20
+#: change of a logarithm in one step
+_LONGEST = 0.1
+_DIFFERENCE = 1e-4
+_PROBE = 1e-10
+
+
+class Held(NamedTuple):
+    """A tuning at which weighted slopes cancel.
+
+    `weight` (p,) of the summits `seen`, of sections they add up to 1; `fixed` (v,) variables at a
+    bound and `bound_weight` (v,) what those bounds pull; `variable_error` (v,) of the logarithms;
+    `residual` of the slopes over the level, `curvature` least of the Lagrangian along directions
+    that the summits leave free, over the level (infinite where they leave none).
+    """
+
+    variables: FloatArray
+    level: float
+    seen: Summits
+    weight: FloatArray
+    fixed: BoolArray
+    bound_weight: FloatArray
+    variable_error: FloatArray
+    level_error: float
+    residual: float
+    curvature: float
+
+
+def newton(prepared: Survey, variables: FloatArray, seen: Summits, fixed: BoolArray) -> Held | None:
+    """Iterate with these active summits and fixed variables; None where it does not converge."""
+    moving, free = prepared.moving, np.flatnonzero(~fixed)
+    x = variables.copy()
+    weight = np.zeros(seen.row.size)
+    last = np.inf
+    for _ in range(_MOST_STEPS):
+        now = tracked(prepared, x, seen)
+        if now is None:
+            return None
+        seen = now
+        scale = _scale(prepared, seen)
+        slope = seen.slope[:, moving] / scale[:, None]
+        if not np.any(weight):
+            weight = _weights(prepared, x, seen, slope, free)
+        hessian = _hessian(prepared, x, seen, weight, scale)
+        if hessian is None:
+            return None
+        matrix, right = _conditions(prepared, x, seen, slope, weight, hessian, free)
+        solution: FloatArray = np.array(np.linalg.lstsq(matrix, right, rcond=1e-13)[0], dtype=float)
+        step = solution[: free.size]
+        weight = solution[free.size + 1 :]
+        length = float(np.max(np.abs(step), initial=0.0))
+        x = x.copy()
+        x[free] += step * min(1.0, _LONGEST / max(length, 1e-300))
+        if length < 1e-10 or (length < 1e-6 and length > 0.3 * last):
+            return _finished(prepared, x, seen, weight, fixed, matrix, length)
+        last = length
+    return None
+
+
+def tracked(prepared: Survey, variables: FloatArray, seen: Summits) -> Summits | None:
+    """The same summits of a damper close by; None where one has gone from its place."""
+    system = prepared.system
+    low, high = about(seen, system.problem.speed, prepared.grid[1] - prepared.grid[0])
+    now = follow(system, prepared.damper(variables), seen.row, low, high, near=seen.phase)
+    reach = 3.0 * np.maximum(high - seen.speed, seen.speed - low)
+    gone = np.abs(now.speed - seen.speed) > reach
+    return None if np.any(gone) else now
+
+
+def _scale(prepared: Survey, seen: Summits) -> FloatArray:
+    """Worst section for sections, the limit for heat and travel (p,)."""
+    section = seen.row < prepared.system.twist.shape[0]
+    worst = np.max(seen.value[section])
+    return np.where(section, worst, prepared.scale[seen.row])
+
+
+def _price(prepared: Survey, x: FloatArray, scale: FloatArray) -> FloatArray:
+    """Slope (v,) of the price of the ring, over the level; the same is its curvature."""
+    cost = prepared.limits.inertia_price * prepared.damper(x).inertia
+    price: FloatArray = cost / np.max(scale) * (prepared.moving == 0)
+    return price
+
+
+def _weights(
+    prepared: Survey, x: FloatArray, seen: Summits, slope: FloatArray, free: np.ndarray
+) -> FloatArray:
+    """First weights (p,), none negative, by least squares."""
+    from scipy.optimize import nnls
+
+    section = seen.row < prepared.system.twist.shape[0]
+    price = _price(prepared, x, _section_scale(prepared, seen))[free]
+    rows = np.vstack([slope.T[free], section.astype(float)])
+    return np.asarray(nnls(rows, np.append(-price, 1.0))[0])
+
+
+def _section_scale(prepared: Survey, seen: Summits) -> FloatArray:
+    """The worst section as an array (1,)."""
+    return np.array([np.max(seen.value[seen.row < prepared.system.twist.shape[0]])])
+
+
+def _hessian(
+    prepared: Survey, x: FloatArray, seen: Summits, weight: FloatArray, scale: FloatArray
+) -> FloatArray | None:
+    """Curvature (v, v) of the weighted summits and the price, by central differences of slopes."""
+    count = prepared.moving.size
+    price = _price(prepared, x, _section_scale(prepared, seen))
+    result = np.diag(price)
+    share = weight / scale
+    for column in range(count):
+        pair = []
+        for side in (1.0, -1.0):
+            beside = x.copy()
+            beside[column] += side * _DIFFERENCE
+            now = tracked(prepared, beside, seen)
+            if now is None:
+                return None
+            pair.append(share @ now.slope[:, prepared.moving])
+        result[:, column] += (pair[0] - pair[1]) / (2.0 * _DIFFERENCE)
+    symmetric: FloatArray = 0.5 * (result + result.T)
+    return symmetric
+
+
+def _conditions(
+    prepared: Survey, x: FloatArray, seen: Summits, slope: FloatArray, weight: FloatArray,
+    hessian: FloatArray, free: np.ndarray,
+) -> tuple[FloatArray, FloatArray]:  # fmt: skip
+    """Newton's matrix and right-hand side for step (f,), level and new weights (p,)."""
+    section = seen.row < prepared.system.twist.shape[0]
+    f, p = free.size, seen.row.size
+    scale = _scale(prepared, seen)
+    matrix = np.zeros((f + 1 + p, f + 1 + p))
+    matrix[:f, :f] = hessian[np.ix_(free, free)]
+    matrix[:f, f + 1 :] = slope[:, free].T
+    matrix[f, f + 1 :] = section
+    matrix[f + 1 :, :f] = slope[:, free]
+    matrix[f + 1 :, f] = -section.astype(float)
+    level = seen.value / scale
+    price = _price(prepared, x, _section_scale(prepared, seen))[free]
+    right = np.concatenate([-price, [1.0], np.where(section, 0.0, 1.0) - level])
+    return matrix, right
+
+
+def _finished(
+    prepared: Survey, x: FloatArray, seen: Summits, weight: FloatArray, fixed: BoolArray,
+    matrix: FloatArray, length: float,
+) -> Held | None:  # fmt: skip
+    """Level, errors and certificate at the end of the iteration."""
+    end = tracked(prepared, x, seen)
+    inwards = np.where(x < prepared.logarithms.mean(axis=1), _PROBE, -_PROBE) * ~fixed
+    beside = tracked(prepared, x + inwards, seen)
+    if end is None or beside is None:
+        return None
+    moving, free = prepared.moving, np.flatnonzero(~fixed)
+    scale = _scale(prepared, end)
+    worst = float(_section_scale(prepared, end)[0])
+    section = end.row < prepared.system.twist.shape[0]
+    slope = end.slope[:, moving] / scale[:, None]
+    price = _price(prepared, x, _section_scale(prepared, end))
+    balance = weight @ slope + price
+    bound = np.where(fixed, -balance, 0.0)
+    # noise of levels: bounds on round-off; of slopes: what a step of 1e-10 should not change
+    value_noise = reading_error(prepared.system, prepared.damper(x), end.speed, end.row) / scale
+    jump = (beside.value - end.value) / scale - slope @ inwards
+    value_noise = value_noise + np.abs(jump)
+    slope_noise = np.max(np.abs(beside.slope - end.slope)[:, moving] / scale[:, None], axis=1)
+    slope_noise = np.abs(weight) @ (slope_noise + 10.0 * value_noise)
+    noise = np.concatenate([np.full(free.size, slope_noise), [0.0], value_noise])
+    residual = np.abs(balance[free])
+    noise[: free.size] += residual
+    inverse = np.abs(np.linalg.pinv(matrix, rcond=1e-13))
+    error = np.zeros(moving.size)
+    error[free] = (inverse @ noise)[: free.size] + length**2 + 1e-3 * length
+    level = worst * float(weight[section] @ (end.value[section] / worst))
+    spread = float(np.abs(weight) @ value_noise)
+    unequal = float(np.max(np.abs(end.value[section] / worst - level / worst), initial=0.0))
+    curvature = _curvature(matrix, free.size)
+    rise = spread + float(np.sum(residual) * np.max(error, initial=0.0)) + unequal
+    return Held(
+        x, level, end, weight, fixed, bound, error, worst * rise,
+        float(np.max(residual, initial=0.0)), curvature,
+    )  # fmt: skip
+
+
+def _curvature(matrix: FloatArray, free: int) -> float:
+    """Least eigenvalue of the curvature within directions that keep all active levels."""
+    if free == 0:
+        return np.inf
+    rows = matrix[free + 1 :, : free + 1]
+    _, size, right = np.linalg.svd(rows)
+    rank = int(np.sum(size > 1e-10 * max(float(size[0]), 1e-300)))
+    null = right[rank:, :free].T
+    if null.shape[1] == 0:
+        return np.inf
+    length = np.linalg.norm(null, axis=0)
+    null = np.linalg.qr(null[:, length > 1e-12])[0]
+    if null.shape[1] == 0:
+        return np.inf
+    return float(np.min(np.linalg.eigvalsh(null.T @ matrix[:free, :free] @ null)))

@@ -1,0 +1,1 @@
+"""Torsional vibration of shaft lines: modes, forced motion, transients."""

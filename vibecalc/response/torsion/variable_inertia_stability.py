@@ -1,0 +1,219 @@
+"""Stability of a line with variable inertias: multipliers over a cycle and rates of growth.
+
+In the canonical pair d and p = J d' the undamped equations are Hamiltonian, and Gauss collocation
+keeps them so: multipliers of a stable undamped line stay on the unit circle to round-off, and a
+growth that is found is not one of the method.
+
+Source: Yakubovich and Starzhinskii (1975), Linear differential equations with periodic
+coefficients; Hairer, Lubich and Wanner (2006), Geometric numerical integration, section IV.2.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.gauss import GaussRule, gauss_rule
+from vibecalc.numerics.rounding import EPSILON
+from vibecalc.numerics.typing import ComplexArray, FloatArray
+from vibecalc.response.torsion.line import damping_matrix, stiffness_matrix
+from vibecalc.response.torsion.variable_inertia import VariableLine, free_pieces
+from vibecalc.response.torsion.variable_inertia_motion import terms
+
+_POINTS = 8
+#: radians of the fastest motion in one panel
+_PANEL = 2.5
+#: panels are halved until two rules agree so closely (relative), or that often
+_CLOSE = 1e-12
+_DENSITIES = (1, 2, 4, 8)
+
+
+class Stability(NamedTuple):
+    """Multipliers over one cycle (2 m,) with absolute errors, and the fastest growth of vibration.
+
+    `common` (2 m,) is each motion's share of turning as a whole, 0 to 1: about 1 for drifts of the
+    speed, whose multipliers lie about 1 and do not count as vibration above one half. `growth` in
+    1/s (negative: everything dies out) has the error `growth_error`; `unstable` says that it is
+    positive beyond that.
+    """
+
+    multiplier: ComplexArray
+    error: FloatArray
+    common: FloatArray
+    growth: float
+    growth_error: float
+    unstable: bool
+
+
+def stability(
+    system: VariableLine,
+    speed: float,
+    *,
+    angle: ArrayLike | None = None,
+    angle_error: ArrayLike | None = None,
+    torque: ArrayLike | None = None,
+    follows: bool = False,
+    basis: FloatArray | None = None,
+) -> Stability:
+    """Multipliers of small deviations about a motion at one speed.
+
+    Parameters
+    ----------
+    angle : complex (N + 1, n), rad
+        The motion, as from `steady_response(..., exact=True)`; None is uniform turning, right to
+        the first order of the variation: the second makes drifts of the speed seem to grow.
+    angle_error : (N + 1, n), rad
+        How far the motion may be off; what so much more at every order changes is counted twice.
+    torque : complex (T, n), N m
+        Gas torque; it matters only if it `follows` the throws' angles.
+    basis : (m, n)
+        Shapes that deviations are sought in; None keeps every freedom.
+
+    Raises
+    ------
+    NumericalFailure
+        The line has loss factors, which have no form in time, or freedoms without inertia.
+    """
+    line = system.line
+    if np.any(line.loss_factor):
+        raise NumericalFailure("stability: a loss factor has no form in time; give shaft damping")
+    if np.any(line.inertia <= 0.0) and basis is None:
+        raise NumericalFailure("stability: a freedom has no inertia; join it to its neighbour")
+    n = len(line.inertia)
+    shapes = np.eye(n) if basis is None else np.asarray(basis, dtype=np.float64)
+    motion = np.zeros((1, n)) if angle is None else np.asarray(angle)
+    force = np.zeros((1, n)) if torque is None else np.asarray(torque)
+    parts = (
+        system,
+        float(speed),
+        motion.astype(np.complex128),
+        force.astype(np.complex128),
+        follows,
+        shapes,
+    )
+    finer, plain = gauss_rule(_POINTS + 1), gauss_rule(_POINTS)
+    for density in _DENSITIES:
+        turn, panels = _turn(*parts, finer, density)
+        noise = float(np.linalg.norm(turn - _turn(*parts, plain, density)[0], 2))
+        if noise <= _CLOSE * float(np.linalg.norm(turn, 2)):
+            break
+    if angle_error is not None:
+        moved = parts[2] + np.asarray(angle_error, dtype=np.float64)
+        changed, _ = _turn(system, float(speed), moved, parts[3], follows, shapes, finer, density)
+        noise += 2.0 * float(np.linalg.norm(changed - turn, 2))
+    return _judged(system, float(speed), shapes, turn, panels, noise)
+
+
+def refuse_unstable(found: Stability, speed: float) -> None:
+    """NumericalFailure if small deviations grow: there is no steady motion at this speed."""
+    if found.unstable:
+        raise NumericalFailure(
+            f"variable inertia at {speed:.6g} rad/s: no steady motion; small vibration grows by "
+            f"{found.growth:.4g} 1/s (parametric instability). More damping or another speed"
+        )
+
+
+def _turn(
+    system: VariableLine,
+    speed: float,
+    angle: ComplexArray,
+    torque: ComplexArray,
+    follows: bool,
+    shapes: FloatArray,
+    rule: GaussRule,
+    density: int,
+) -> tuple[FloatArray, int]:
+    """Transfer over one cycle (2 m, 2 m) in scaled d and p, and the number of panels."""
+    line, period = system.line, 2.0 * np.pi * system.turns / speed
+    mean, stiffness, damping = (
+        shapes @ matrix @ shapes.T
+        for matrix in (np.diag(line.inertia), stiffness_matrix(line), damping_matrix(line))
+    )
+    pace = _pace(system, speed, mean, stiffness)
+    orders = max(system.variation.shape[1], (len(angle) + len(torque)) / system.turns)
+    panels = density * int(np.ceil(period * max(pace, orders * speed / 3.0) / _PANEL))
+    edges = np.arange(panels) / panels
+    at = (edges[:, None] + rule.nodes / panels).ravel() * (2.0 * np.pi * system.turns)
+    found = terms(system, speed, at, angle, torque, follows=follows)
+    pairs = (shapes[:, None] * shapes).reshape(-1, shapes.shape[1])
+    size, m = len(at), len(shapes)
+    inverse = np.linalg.inv((found.inertia @ pairs.T).reshape(size, m, m))
+    spring = stiffness + (found.stiffness @ pairs.T).reshape(size, m, m)
+    scale = np.sqrt(np.diagonal(mean))
+    slope = np.zeros((size, 2 * m, 2 * m))
+    slope[:, :m, m:] = scale[:, None] * inverse * scale * pace
+    slope[:, m:, :m] = -spring / (scale[:, None] * scale) / pace
+    slope[:, m:, m:] = -(damping @ inverse) * scale / scale[:, None]
+    split = slope.reshape(panels, len(rule.nodes), 2 * m, 2 * m)
+    transfer = _panel_transfers(rule, period / panels, split)
+    while len(transfer) > 1:
+        odd = transfer[-1:] if len(transfer) % 2 else transfer[:0]
+        even = transfer[: len(transfer) // 2 * 2]
+        transfer = np.concatenate([even[1::2] @ even[::2], odd])
+    return transfer[0], panels
+
+
+def _pace(system: VariableLine, speed: float, mean: FloatArray, stiffness: FloatArray) -> float:
+    """Highest natural frequency of the mean line, or the speed, rad/s."""
+    root = np.sqrt(np.diagonal(mean))
+    highest = np.linalg.eigvalsh(stiffness / (root[:, None] * root))[-1]
+    return float(np.sqrt(max(highest, speed**2)))
+
+
+def _panel_transfers(rule: GaussRule, width: float, slope: FloatArray) -> FloatArray:
+    """Transfers (P, k, k) of y' = slope y over panels, slope (P, s, k, k) at the Gauss points."""
+    panels, points, states = slope.shape[:3]
+    whole = -width * rule.integration[:, None, :, None] * slope.transpose(0, 2, 1, 3)[:, None]
+    # rows: point i and state of the equation; columns: point j and state that slope acts on
+    matrix = whole.reshape(panels, points * states, points * states)
+    matrix = matrix + np.eye(points * states)
+    start = np.tile(np.eye(states), (points, 1))
+    stages = np.linalg.solve(matrix, np.broadcast_to(start, (panels, *start.shape)))
+    stages = stages.reshape(panels, points, states, states)
+    rates = (slope @ stages) * rule.weights[:, None, None]
+    return np.asarray(np.eye(states) + width * rates.sum(axis=1))
+
+
+def _judged(
+    system: VariableLine,
+    speed: float,
+    shapes: FloatArray,
+    turn: FloatArray,
+    panels: int,
+    disturbed: float,
+) -> Stability:
+    multiplier, right = np.linalg.eig(turn)
+    noise = (4.0 * EPSILON * panels + EPSILON * len(turn)) * float(np.linalg.norm(turn, 2))
+    noise += disturbed
+    try:
+        left = np.linalg.inv(right)
+        condition = np.linalg.norm(left, axis=1) * np.linalg.norm(right, axis=0)
+    except np.linalg.LinAlgError:
+        condition = np.full(len(turn), np.inf)
+    # two that nearly coincide move by the root of what disturbs them
+    root = 2.0 * np.sqrt(noise * max(1.0, float(np.linalg.norm(turn, 2))))
+    error = np.minimum(condition * noise, root)
+    m = len(shapes)
+    line, period = system.line, 2.0 * np.pi * system.turns / speed
+    scale = np.sqrt((shapes**2 * line.inertia).sum(axis=1))
+    twist = shapes.T @ (right[:m] / scale[:, None])
+    common = np.zeros(len(turn))
+    total = (line.inertia[:, None] * np.abs(twist) ** 2).sum(axis=0)
+    for piece in free_pieces(line):
+        weight = piece * line.inertia
+        common += np.abs(weight @ twist) ** 2 / weight.sum() / np.where(total > 0.0, total, 1.0)
+    vibrates = common <= 0.5
+    size = np.maximum(np.abs(multiplier), np.finfo(float).tiny)
+    rate = np.where(vibrates, np.log(size) / period, -np.inf)
+    worst = int(np.argmax(rate))
+    doubt = float(error[worst] / size[worst] / period)
+    order = np.argsort(-size, kind="stable")
+    return Stability(
+        multiplier[order],
+        error[order],
+        common[order],
+        float(rate[worst]),
+        doubt,
+        bool(rate[worst] > doubt),
+    )
