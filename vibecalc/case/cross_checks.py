@@ -67,6 +67,10 @@ _NAMED: tuple[tuple[str, ...], ...] = (
     ("machine", "mounts", "individual"),
     ("response", "operations"),
     ("response", "balances"),
+    ("machine", "shaft_line", "stations"),
+    ("machine", "shaft_line", "shafts"),
+    ("machine", "shaft_line", "gears"),
+    ("machine", "shaft_line", "dampers"),
 )
 
 

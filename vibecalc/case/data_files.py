@@ -2,6 +2,7 @@
 
 A table of the schema whose keys are all lists of numbers may be given as the name of a CSV file:
 its columns become the keys of the table, a unit stands in brackets behind the name of its column.
+Some lists of tables may be a file as well, one line for each table (`row_files.py`).
 Everything after this sees the numbers only, so that hash, resolved case and studies need no file.
 """
 
@@ -13,6 +14,7 @@ from typing import Any
 
 from vibecalc.case.csv_table import Column, Columns, Unreadable, read_columns
 from vibecalc.case.raw import Data, listed, nearest
+from vibecalc.case.row_files import LISTS, rows_of
 from vibecalc.errors import KeyPath, Problem, UnitError
 from vibecalc.units import convert, split_number
 
@@ -29,7 +31,8 @@ def attach_files(data: Data, folder: Path) -> list[Problem]:
     problems: list[Problem] = []
     for path, place, key in _named_tables(data, ()):
         try:
-            place[key] = _table(read_columns(folder, place[key]), path)
+            columns = read_columns(folder, place[key])
+            place[key] = rows_of(columns, path) if path in LISTS else _table(columns, path)
         except Unreadable as error:
             problems.append(_problem(path, place[key], error))
     rows = data.get("reference_table")
@@ -51,7 +54,7 @@ def _named_tables(data: Any, above: KeyPath) -> Iterator[tuple[KeyPath, Any, Any
     for key, value in list(entries):
         path = (*above, key)
         if isinstance(value, str):
-            if _FILE_NAME.match(value) and _columns_of(path):
+            if _FILE_NAME.match(value) and (path in LISTS or _columns_of(path)):
                 yield path, data, key
         else:
             yield from _named_tables(value, path)
@@ -80,8 +83,8 @@ def _table(columns: Columns, path: KeyPath) -> dict[str, list[Any]]:
             if shape.kind == "whole":
                 _check_whole(name, column)
             else:
-                _check_unit(name, column.unit, shape.unit or "")
-                _check_numbers(name, column)
+                check_unit(name, column.unit, shape.unit or "")
+                check_numbers(name, column)
         unit = column.unit
         table[name] = [f"{cell} {unit}" if unit else _label(cell) for cell in column.cells]
     return table
@@ -98,7 +101,8 @@ def _check_whole(name: str, column: Column) -> None:
             )
 
 
-def _check_unit(name: str, unit: str, wanted: str) -> None:
+def check_unit(name: str, unit: str, wanted: str) -> None:
+    """Raise Unreadable where the unit of a column does not convert to the wanted one."""
     if not unit:
         return
     try:
@@ -112,7 +116,8 @@ def _check_unit(name: str, unit: str, wanted: str) -> None:
         ) from None
 
 
-def _check_numbers(name: str, column: Column) -> None:
+def check_numbers(name: str, column: Column) -> None:
+    """Raise Unreadable at the first cell of a column that is no finite number."""
     for cell, line in zip(column.cells, column.lines, strict=True):
         try:
             number, own = split_number(cell)
@@ -157,7 +162,7 @@ def _attach_reference(row: Data, folder: Path) -> None:
     if not given:
         raise Unreadable(f"column {chosen} has no values", "a number in one line at least")
     cells = [column.cells[place] for place in given]
-    _check_numbers(chosen, Column(column.unit, cells, [column.lines[place] for place in given]))
+    check_numbers(chosen, Column(column.unit, cells, [column.lines[place] for place in given]))
     if column.unit and row.get("unit", column.unit) != column.unit:
         raise Unreadable(
             f"column {chosen} is in {column.unit[:40]}, and unit = {str(row['unit'])[:40]!r}",

@@ -28,7 +28,8 @@ def explain(errors: Iterable[Error]) -> list[Problem]:
     problems: dict[KeyPath, Problem] = {}
     for path, error in found:
         kind = error["type"]
-        swallowed = kind == "missing" and path in misspelt
+        above = {path[:size] for size in range(1, len(path) + 1)}
+        swallowed = kind == "missing" and not misspelt.isdisjoint(above)
         follows = kind == "too_short" and path in broken
         if not (swallowed or follows):
             explainer = _EXPLAINERS.get(kind, _other)

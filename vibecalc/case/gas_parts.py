@@ -10,10 +10,12 @@ GasInterpolation = Literal["linear", "parabola", "cubic", "trigonometric"]
 
 
 class GasPressure(Table):
-    """Pressure on the piston over one turn, straight lines between the entries."""
+    """Pressure on the piston over one turn, or over one cycle of an engine."""
 
     crank_angle: tuple[Angle, ...] = Field(
-        min_length=3, max_length=2000, description="ascending, the last one turn after the first"
+        min_length=3,
+        max_length=2000,
+        description="ascending, the last one turn (of an engine: one cycle) after the first",
     )
     pressure: tuple[Pressure, ...] = Field(
         min_length=3, max_length=2000, description="above that of the crankcase, one per angle"

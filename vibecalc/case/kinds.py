@@ -30,6 +30,7 @@ KINDS: dict[str, Kind] = {
     "compressor": Kind(needs=("crank_train", "speed"), driven=True),
     "plate": Kind(),
     "absorber": Kind(),
+    "engine": Kind(needs=("crank_train", "speed")),
 }
 #: motors whose speed is a result
 FINDING_MOTORS = ("slip_table", "linear", "dynamic")
@@ -47,7 +48,7 @@ _ASKED = ("kinematics", "excitation", "response", "isolation")
 #: tables of [response] whose speed the motor finds
 ROLL = ("roll", "start_up", "control")
 #: tables of [response] that need no body on mounts
-WITHOUT_A_BODY = ("impact", *ROLL, "absorber")
+WITHOUT_A_BODY = ("impact", *ROLL, "absorber", "torsion")
 #: keys of [response] that ask for the motion of the body
 OF_THE_BODY = ("energies", "operations", "balances", "run_up", "switching")
 
@@ -110,6 +111,10 @@ def check_kinds(data: Data) -> Iterator[Problem]:
             yield _missing(part)
     yield from _stages(data, machine, kind, finds)
     yield from _absorber(data, name)
+    if name in KINDS:
+        from vibecalc.case.engine_form import check_engine
+
+        yield from check_engine(data, name)
 
 
 def _absorber(data: Data, kind: str) -> Iterator[Problem]:
@@ -166,8 +171,8 @@ def _asking(data: Data) -> Iterator[KeyPath]:
         below = [name for name in WITHOUT_A_BODY if isinstance(given.get(name), dict)]
         if table != "response" or not below or any(given.get(key) for key in OF_THE_BODY):
             yield (table,)
-        if table == "response":  # an absorber turns with nothing
-            yield from ((table, name) for name in below if name != "absorber")
+        if table == "response":  # an absorber turns with nothing, an engine needs both anyway
+            yield from ((table, name) for name in below if name not in ("absorber", "torsion"))
     if table_at(data, "machine", "joints"):
         yield (*MACHINE, "joints")
 

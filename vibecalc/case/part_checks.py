@@ -1,6 +1,7 @@
 """Checks of form of the parts of a machine: a body and its mounts from parts or from matrices."""
 
 from collections.abc import Iterator
+from typing import Any
 
 from vibecalc.case.matrix_parts import BlockMatrix, DampingMatrix, MassMatrix, StiffnessMatrix
 from vibecalc.case.raw import Data, either, misspelt, read_number, table_at, tables_at
@@ -23,6 +24,12 @@ _COLUMNS: tuple[tuple[KeyPath, tuple[str, ...]], ...] = (
     (("machine", "motor", "torque"), ("order", "cosine", "sine")),
     (("machine", "motor", "slip_table"), ("slip", "torque")),
     (("response", "start_up", "load"), ("time", "factor")),
+)
+#: a list of tables, the key of each that holds a table of columns, its columns
+_LISTED: tuple[tuple[tuple[str, ...], str, tuple[str, ...]], ...] = (
+    (("machine", "crank_train", "cylinders"), "gas_force", ("crank_angle", "force")),
+    (("machine", "crank_train", "gas_cards"), "gas_pressure", ("crank_angle", "pressure")),
+    (("response", "torsion", "limits"), "curve", ("speed", "stress")),
 )
 
 
@@ -145,19 +152,33 @@ def _unit(path: KeyPath, unit: str, si: str, block: str) -> Iterator[Problem]:
 
 
 def _columns(data: Data) -> Iterator[Problem]:
-    cylinders: KeyPath = ("machine", "crank_train", "cylinders")
-    gas = [
-        ((*cylinders, place, "gas_force"), ("crank_angle", "force"))
-        for place, _ in tables_at(data, "machine", "crank_train", "cylinders")
+    nested: list[tuple[KeyPath, tuple[str, ...]]] = [
+        ((*above, place, key), names)
+        for above, key, names in _LISTED
+        for place, _ in tables_at(data, *above)
     ]
-    for path, names in (*_COLUMNS, *gas):
+    for path, names in (*_COLUMNS, *nested):
         table = table_at(data, *path)
         lists = {name: table[name] for name in names if isinstance(table.get(name), list)}
         sizes = [len(entries) for entries in lists.values()]
-        if len(set(sizes)) > 1:
+        if len(set(sizes)) > 1 and not _too_short(path, lists):
             yield Problem(
                 path=path,
                 message=f"the columns of {path[-1]} are not of one length",
                 found=", ".join(f"{len(entries)} of {name}" for name, entries in lists.items()),
                 allowed="as many entries in each",
             )
+
+
+def _too_short(path: KeyPath, lists: dict[str, list[Any]]) -> bool:
+    """Whether the schema refuses one of these columns, whatever the others are."""
+    from vibecalc.case.walk import keys_of, shape_at
+
+    shape = shape_at(path)
+    fields = keys_of(shape.table) if shape is not None and shape.table is not None else {}
+    return any(
+        len(lists[name]) < getattr(rule, "min_length", 0)
+        for name, field in fields.items()
+        if name in lists
+        for rule in field.metadata
+    )

@@ -4,6 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
+from vibecalc.case.engine_parts import GasCard, GasCycle
 from vibecalc.case.fields import (
     Angle,
     DampingOrThree,
@@ -51,6 +52,12 @@ class Cylinder(Table):
     )
     rotating_mass: Mass | None = Field(
         None, ge=0, description="overrides the train's rotating mass for this throw"
+    )
+    firing_angle: Angle | None = Field(
+        None, ge=0, description="crank angle at which it fires, of an engine; or firing_order"
+    )
+    pressure_scale: Number | None = Field(
+        None, ge=0, le=3, description="of the gas pressure of an engine, 0.9: weak; default: 1"
     )
     gas_force: GasForce | None = Field(
         None, description="of the gas over one turn, instead of pressure and bore: a table or a CSV"
@@ -102,7 +109,21 @@ class CrankTrain(Table):
     )
     bore: Length | None = Field(None, gt=0, description="diameter of the cylinders")
     gas_pressure: GasPressure | None = Field(
-        None, description="pressure over one turn of a cylinder, from its top dead centre"
+        None,
+        description="pressure over one turn of a cylinder, from its top dead centre; of an engine "
+        "over one cycle, from the firing one",
+    )
+    gas_cards: tuple[GasCard, ...] = Field(
+        (), max_length=64, description="of an engine, at several speeds, instead of gas_pressure"
+    )
+    gas_cycle: GasCycle | None = Field(
+        None, description="of an engine, computed, instead of gas_pressure"
+    )
+    firing_order: Annotated[tuple[Name, ...], Field(max_length=64)] = Field(
+        (), description="names of the cylinders of an engine, as they fire"
+    )
+    firing_intervals: Annotated[tuple[Angle, ...], Field(max_length=64)] = Field(
+        (), description="from each of firing_order to the next; default: even ones"
     )
     gas_interpolation: GasInterpolation | None = Field(
         None,

@@ -2,7 +2,7 @@
 
 from typing import Any, NamedTuple
 
-from vibecalc.case import absorber_scenes, compressor_scenes, roll_scenes
+from vibecalc.case import absorber_scenes, compressor_scenes, engine_scenes, roll_scenes
 
 
 class Scene(NamedTuple):
@@ -258,5 +258,9 @@ SCENES: dict[str, Scene] = {
     "pendulum": Scene(
         "pendulums on a rotor that follow an order of its speed",
         absorber_scenes.PENDULUM,
+    ),
+    "engine": Scene(
+        "torsional vibration of the shaft line of an engine with damper, flywheel and generator",
+        engine_scenes.ENGINE,
     ),
 }

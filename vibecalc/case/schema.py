@@ -1,8 +1,8 @@
 """A whole case: the machine, the stages asked for, the numbers it is held against."""
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from vibecalc.case.absorber_hardware import (
     Flywheel,
@@ -19,6 +19,8 @@ from vibecalc.case.absorber_hardware import (
 from vibecalc.case.absorber_parts import Primary, Secondaries, Secondary
 from vibecalc.case.absorber_pendulum import Pendulum
 from vibecalc.case.absorber_tables import Tuning
+from vibecalc.case.damper_tables import DamperDesign
+from vibecalc.case.engine_parts import Cycle
 from vibecalc.case.fields import AngularSpeed, Table, Whole
 from vibecalc.case.find_tables import Find
 from vibecalc.case.joint_parts import Joints
@@ -27,6 +29,7 @@ from vibecalc.case.motor_parts import NEEDED_BY_KIND, Motor
 from vibecalc.case.parts import Body, CrankTrain, Mounts
 from vibecalc.case.response_tables import Response
 from vibecalc.case.roll_parts import Friction, Rotor, Shell
+from vibecalc.case.shaft_parts import ShaftLine
 from vibecalc.case.sweep_tables import Sweep
 from vibecalc.case.tables import (
     Accuracy,
@@ -45,9 +48,10 @@ SCHEMA_VERSION = 1
 class Machine(Table):
     """A machine: its kind says which parts it needs, and nothing else."""
 
-    kind: Literal["generator", "compressor", "plate", "absorber"] = Field(
+    kind: Literal["generator", "compressor", "plate", "absorber", "engine"] = Field(
         description="kind of machine"
     )
+    cycle: Cycle | None = Field(None, description="of an engine: 720 or 360 degrees")
     # None stands for a part that the kind does without (case/kinds.py); ask has_crank_train and
     # has_speed there before reading one of these two where that may be.
     speed: AngularSpeed = Field(
@@ -81,6 +85,17 @@ class Machine(Table):
         None, description="oils that can be bought, also as a file"
     )
     pendulum: Pendulum | None = Field(None, description="pendulums on a rotor")
+    shaft_line: ShaftLine | None = Field(None, description="of an engine: what turns and twists")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _phases(cls, data: Any) -> Any:
+        """Where no throw of an engine says its phase, the order of firing does."""
+        if isinstance(data, dict) and data.get("kind") == "engine":
+            from vibecalc.case.engine_firing import with_phases
+
+            return with_phases(data)
+        return data
 
 
 class Case(Table):
@@ -98,6 +113,7 @@ class Case(Table):
     isolation: Isolation | None = Field(None, description="the body on its mounts")
     measurement: Measurement | None = Field(None, description="readings on a rigid plate")
     tuning: Tuning | None = Field(None, description="the best spring and damper of an absorber")
+    damper_design: DamperDesign | None = Field(None, description="the best damper of an engine")
     optimisation: Optimisation | None = Field(None, description="a search over keys of this case")
     sweep: Sweep | None = Field(None, description="the same case at many points; `sweep` reads it")
     find: tuple[Find, ...] = Field((), description="searches for what brings a wanted result")

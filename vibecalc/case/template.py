@@ -9,6 +9,7 @@ from pydantic.fields import FieldInfo
 
 from vibecalc.case.fields import Table
 from vibecalc.case.kind_schema import with_kinds
+from vibecalc.case.row_files import LISTS
 from vibecalc.case.scenes import SCENES
 from vibecalc.case.schema import Case
 from vibecalc.case.walk import Shape, bound_words, keys_of, shape_of
@@ -43,6 +44,9 @@ def json_schema() -> dict[str, Any]:
     schema: dict[str, Any] = _tidy(Case.model_json_schema(by_alias=True))
     tables = with_kinds(schema["$defs"])
     schema["$defs"] = {name: _or_a_file(table) for name, table in tables.items()}
+    rows = schema["$defs"]["ShaftLine"]["properties"]
+    for key in (path[-1] for path in LISTS):
+        rows[key] = {"anyOf": [rows[key], _CSV_NAME]}
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         **schema,
@@ -56,7 +60,10 @@ def _or_a_file(table: dict[str, Any]) -> dict[str, Any]:
     numbers = [column for column in columns if column and column.get("type") != "array"]
     if not columns or len(numbers) < len(columns):
         return table
-    return {"anyOf": [table, {"type": "string", "pattern": r"\.csv$"}]}
+    return {"anyOf": [table, _CSV_NAME]}
+
+
+_CSV_NAME = {"type": "string", "pattern": r"\.csv$"}
 
 
 def _table_lines(table: type[Table], data: dict[str, Any], name: str) -> Iterator[str]:

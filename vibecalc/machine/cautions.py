@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibecalc.case import parts
+from vibecalc.case.engine_mounted import has_gas, torque_reaches_mounts
 from vibecalc.case.kinds import finds_speed, has_crank_train, has_speed
 from vibecalc.case.schema import Case, Machine
 from vibecalc.machine.body import build_body
@@ -14,12 +15,17 @@ from vibecalc.machine.frame import build_frame
 from vibecalc.machine.mounts import Mounts, build_mounts
 from vibecalc.machine.operation_checks import has_loss_factor
 from vibecalc.machine.roll_cautions import asks_roll, roll_cautions
+from vibecalc.machine.throw_cautions import throw_cautions
+from vibecalc.machine.torsion_cautions import torsion_cautions
 
 Array = NDArray[np.float64]
 #: m/s, m and a share: beyond these a case gets a sentence in its report.
 FASTEST_PISTON = 60.0
 DEEPEST_SAG = 0.5
 NOTICEABLE = 1e-6
+#: of an engine: bore over stroke or the other way round, and kg/m^3
+WIDEST = 6.0
+STEEL = 7850.0
 
 
 def machine_warnings(case: Case) -> list[str]:
@@ -33,7 +39,10 @@ def machine_warnings(case: Case) -> list[str]:
         *_pitch_coupling(case),
         *_without_effect(case),
         *_rod(case),
+        *_sizes(case),
+        *throw_cautions(case),
         *roll_cautions(case),
+        *torsion_cautions(case),
     ]
 
 
@@ -90,6 +99,8 @@ def _places(case: Case) -> list[str]:
     roll = None if case.response is None else case.response.roll
     if not has_speed(case.machine) and not (roll is not None and roll.classical):
         return []  # no couples are computed
+    if case.machine.kind == "engine" and case.machine.body is None and case.excitation is None:
+        return []  # only torques on a shaft line
     train = build_crank_train(case.machine.crank_train)
     seen: dict[tuple[float, float], str] = {}
     texts = []
@@ -132,8 +143,17 @@ def _without_effect(case: Case) -> list[str]:
         "it": (
             has_crank_train(machine)
             and machine.crank_train.gas_pressure is not None
+            and machine.kind != "engine"
             and impact is None
             and not asks_roll(case)
+        ),
+        "the gas has no effect: without [response.torsion] it reaches the mounts of an engine in "
+        "the model 'rigid_body', with a firing order, and with driven_machine = 'separate' or a "
+        "shaft_line": (
+            machine.kind == "engine"
+            and has_gas(case)
+            and not torque_reaches_mounts(case)
+            and (response is None or response.torsion is None)
         ),
     }
     if mounts is not None:
@@ -161,6 +181,33 @@ def _rod(case: Case) -> list[str]:
         f"the rod's moment of inertia is {rod.inertia:.4g} kg*m^2, more than the {between:.4g} "
         "kg*m^2 of a rod whose material lies between its bearings: is it about the mass centre?"
     ]
+
+
+def _sizes(case: Case) -> list[str]:
+    """Parts of an engine that do not fit each other: a wrong unit, or a digit too many."""
+    train, rod = case.machine.crank_train, case.machine.crank_train.rod
+    if case.machine.kind != "engine":
+        return []
+    texts, stroke = [], 2.0 * train.crank_radius
+    if train.bore is not None and not stroke / WIDEST <= train.bore <= stroke * WIDEST:
+        texts.append(
+            f"the bore is {train.bore:.3g} m at a stroke of {stroke:.3g} m: engines have the two "
+            "nearly alike; are both in m ('76 mm' otherwise)?"
+        )
+    solid = STEEL * train.rod_length**3
+    masses = {
+        "the rod": None if rod is None else rod.mass,
+        "what moves with a piston": train.reciprocating_mass,
+        "a piston": train.piston_mass,
+        "a wrist pin": train.pin_mass,
+    }
+    texts += [
+        f"{what} weighs {mass:.3g} kg, more than a cube of steel as long as the rod, {solid:.3g} "
+        "kg: is the mass in kg ('1 g' otherwise) and the length in m?"
+        for what, mass in masses.items()
+        if mass is not None and mass > solid
+    ]
+    return texts
 
 
 def _pitch_coupling(case: Case) -> list[str]:

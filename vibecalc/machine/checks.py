@@ -11,6 +11,7 @@ from vibecalc.machine.control_checks import control_problems
 from vibecalc.machine.crank_train_checks import crank_train_problems
 from vibecalc.machine.drive_checks import drive_problems
 from vibecalc.machine.dynamic_checks import dynamic_problems
+from vibecalc.machine.engine_checks import engine_problems
 from vibecalc.machine.gas_checks import gas_problems
 from vibecalc.machine.isolation_checks import isolation_problems
 from vibecalc.machine.joint_checks import joint_problems
@@ -18,7 +19,10 @@ from vibecalc.machine.measurement_checks import measurement_problems
 from vibecalc.machine.operation_checks import operation_problems
 from vibecalc.machine.range_checks import range_problems
 from vibecalc.machine.roll_checks import roll_problems
+from vibecalc.machine.shaft_line_checks import shaft_line_problems
 from vibecalc.machine.slip_checks import slip_problems
+from vibecalc.machine.torsion_checks import torsion_problems
+from vibecalc.machine.transient_checks import transient_problems
 
 __all__ = ["check_machine", "machine_warnings"]
 
@@ -52,6 +56,10 @@ _CHECKS = (
     absorber_problems,
     absorber_part_problems,
     pendulum_problems,
+    engine_problems,
+    shaft_line_problems,
+    torsion_problems,
+    transient_problems,
 )
 
 

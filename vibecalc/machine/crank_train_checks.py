@@ -40,6 +40,11 @@ def _lengths(train: parts.CrankTrain) -> list[Problem]:
     return rod_problems(train.crank_radius, train.rod_length, abs(train.wrist_pin_offset))
 
 
+def turns(train: parts.CrankTrain) -> bool:
+    """Whether the rod gets round, so that something can be computed from its motion."""
+    return not _lengths(train)
+
+
 def rod_problems(radius: float, rod_length: float, offset: float) -> list[Problem]:
     """Whether the rod gets round: lengths in m, all zero or more."""
     reach = radius + offset

@@ -2,10 +2,12 @@
 
 from collections.abc import Iterator
 
+from vibecalc.case.engine_firing import CYCLES
+from vibecalc.case.gas_parts import GasPressure
 from vibecalc.case.kinds import finds_speed, has_crank_train
 from vibecalc.case.schema import Case
 from vibecalc.errors import KeyPath, Problem
-from vibecalc.machine.turn_checks import turn_problems
+from vibecalc.machine.turn_checks import TURN, quoted, turn_problems
 
 PRESSURE: KeyPath = ("machine", "crank_train", "gas_pressure")
 TORQUE: KeyPath = ("machine", "motor", "torque")
@@ -24,17 +26,22 @@ def _pressure(case: Case) -> Iterator[Problem]:
     table = case.machine.crank_train.gas_pressure
     if table is None:
         return
+    yield from pressure_problems(PRESSURE, table, CYCLES.get(case.machine.cycle or "", TURN))
+
+
+def pressure_problems(path: KeyPath, table: GasPressure, period: float) -> Iterator[Problem]:
+    """Problems of a table of gas pressure at `path` over `period`, rad: a turn, or a cycle."""
     pressure = table.pressure
     yield from turn_problems(
-        PRESSURE, "gas pressure", table.crank_angle, "pressure", pressure, "Pa"
+        path, "gas pressure", table.crank_angle, "pressure", pressure, "Pa", period
     )
     low = min(range(len(pressure)), key=lambda row: pressure[row])
     if pressure[low] < VACUUM:
         yield Problem(
-            path=(*PRESSURE, "pressure", low),
+            path=(*path, "pressure", low),
             message="the gas pressure is lower than that of an empty cylinder",
-            found=f"{pressure[low]:.6g} Pa in row {low + 1}",
-            allowed=f">= {VACUUM:.0f} Pa, counted from the pressure of the crankcase",
+            found=f"{quoted(pressure[low], 'Pa')} in row {low + 1}",
+            allowed=f">= {quoted(VACUUM, 'Pa')}, counted from the pressure of the crankcase",
         )
 
 

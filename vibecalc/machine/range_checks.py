@@ -11,6 +11,8 @@ SMALLEST = 1e-20
 LARGEST_ANGLE = 1e6
 ANGLES = frozenset(
     {"crank_phase", "bank_angle", "phase", "orientation", "crank_angle", "skew_angle"}
+    | {"firing_angle", "firing_intervals", "overlap", "inlet_closes", "exhaust_opens"}
+    | {"combustion_starts", "combustion_ends", "injection_ends"}
 )
 #: Keys whose value may be as small as it likes: coordinates, shares and differences.
 MAY_VANISH = frozenset(
@@ -35,7 +37,7 @@ def _numbers(value: Any, path: KeyPath) -> Iterator[tuple[KeyPath, float]]:
 def range_problems(case: Case) -> list[Problem]:
     """One problem for each number of machine, forces and motion that is out of range."""
     tables = case.model_dump(
-        include={"machine", "excitation", "isolation", "response"},
+        include={"machine", "excitation", "isolation", "response", "damper_design"},
         by_alias=True,
         exclude_none=True,
     )

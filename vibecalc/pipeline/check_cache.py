@@ -17,6 +17,7 @@ from vibecalc.machine.control_checks import control_problems
 from vibecalc.machine.crank_train_checks import crank_train_problems
 from vibecalc.machine.drive_checks import drive_problems
 from vibecalc.machine.dynamic_checks import dynamic_problems
+from vibecalc.machine.engine_checks import engine_problems
 from vibecalc.machine.gas_checks import gas_problems
 from vibecalc.machine.isolation_checks import isolation_problems
 from vibecalc.machine.joint_checks import joint_problems
@@ -24,7 +25,10 @@ from vibecalc.machine.measurement_checks import measurement_problems
 from vibecalc.machine.operation_checks import operation_problems
 from vibecalc.machine.range_checks import ANGLES, LARGEST, LARGEST_ANGLE, SMALLEST
 from vibecalc.machine.roll_checks import roll_problems
+from vibecalc.machine.shaft_line_checks import shaft_line_problems
 from vibecalc.machine.slip_checks import slip_problems
+from vibecalc.machine.torsion_checks import torsion_problems
+from vibecalc.machine.transient_checks import transient_problems
 from vibecalc.pipeline.stage_cache import StageCache
 
 if TYPE_CHECKING:
@@ -71,7 +75,11 @@ CHECKS: dict[Callable[["Case"], list[Problem]], tuple[str, ...]] = {
         "excitation",
         "response",
     ),
-    drive_problems: ("machine.crank_train.gas_pressure", "machine.motor"),
+    drive_problems: (
+        "machine.cycle",
+        "machine.crank_train.gas_pressure",
+        "machine.motor",
+    ),
     joint_problems: (
         "machine.crank_train",
         "machine.joints",
@@ -80,7 +88,7 @@ CHECKS: dict[Callable[["Case"], list[Problem]], tuple[str, ...]] = {
         "response",
     ),
     slip_problems: ("machine.motor", "response.start_up"),
-    gas_problems: ("machine.crank_train",),
+    gas_problems: ("machine.crank_train", "machine.kind"),
     roll_problems: (
         "machine.crank_train",
         "machine.motor",
@@ -96,6 +104,23 @@ CHECKS: dict[Callable[["Case"], list[Problem]], tuple[str, ...]] = {
     absorber_problems: (*_ABSORBER, "response.absorber"),
     absorber_part_problems: (*_ABSORBER, *_HARDWARE),
     pendulum_problems: ("machine.pendulum",),
+    engine_problems: ("machine.kind", "machine.cycle", "machine.crank_train"),
+    shaft_line_problems: ("machine.shaft_line", "machine.crank_train"),
+    transient_problems: (
+        "machine.cycle",
+        "machine.speed",
+        "machine.shaft_line",
+        "response.torsion",
+    ),
+    torsion_problems: (
+        "machine.cycle",
+        "machine.speed",
+        "machine.shaft_line",
+        "machine.crank_train.gas_cards",
+        "machine.crank_train.cylinders",
+        "response.torsion",
+        "damper_design",
+    ),
     isolation_problems: (
         "machine.crank_train.axis",
         "machine.crank_train.stroke",
@@ -108,11 +133,13 @@ CHECKS: dict[Callable[["Case"], list[Problem]], tuple[str, ...]] = {
 _RANGES = (
     *(f"machine.{part}" for part in ("speed", "crank_train", "body", "mounts", "motor", "joints")),
     *(f"machine.{part}" for part in ("rotor", "shell", "friction", "pendulum")),
+    "machine.shaft_line",
     *(place for place in _ABSORBER if place != "tuning"),
     *_HARDWARE,
     "excitation",
     "isolation",
     "response",
+    "damper_design",
 )
 
 

@@ -1,0 +1,188 @@
+"""Claim: an engine or a shaft line that contradicts itself is refused in words, at its line."""
+
+import copy
+import random
+import tomllib
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from engine_cases import CARD, DESIGN, ENGINE, GEARED, cards, refusal, replaced
+from engine_refusals import REFUSED as OF_MACHINES
+from engine_refusals_asked import REFUSED as OF_QUESTIONS
+
+from vibecalc.case.load import load_case, validate
+from vibecalc.case.scenes import SCENES
+from vibecalc.errors import CaseError
+from vibecalc.machine.checks import check_machine
+from vibecalc.machine.shaft_line import build_shaft_line
+from vibecalc.pipeline.plan import plan_case
+from vibecalc.study.load import load_checked
+
+FOLDER = Path(__file__).parent / "bad_cases"
+E, G, P, D = ENGINE, GEARED, CARD, DESIGN
+REFUSED = OF_MACHINES | OF_QUESTIONS
+NONSENSE: tuple[Any, ...] = (
+    *(float("nan"), float("inf"), -1, 0, 1e15, 1e-15, 10**400, True),
+    *("nan", "1e400 m", "3 bananas", "", "1", "nix", [], {}, [1, 2], [{}]),
+)
+
+#: file, without "engine_" -> (place of the problem, words that the message has to hold)
+PHYSICS: dict[str, tuple[str, tuple[str, ...]]] = {
+    "in_two_pieces": ("19:3", ("in two pieces", "these stations", "found 'c', 'flywheel'")),
+    "gears_in_a_loop": ("32:3", ("contradict each other", "'wheel' turns -0.5 times as fast")),
+    "fires_twice": ("13:27", ("cylinder '3' fires twice in a cycle",)),
+    "fires_off_centre": ("12:44", ("'2' fires at 480 deg", "allowed: 240 deg", "firing_order =")),
+    "open_card": (
+        "14:64",
+        ("after a cycle has to be that before it", "5900000 Pa (59 bar) in the last"),
+    ),
+    "speed_beyond_the_cards": ("29:12", ("outside the range of the gas cards", "83.7758 rad/s")),
+    "damper_on_nothing": ("27:29", ("no station is named 'A'", "did you mean 'a'?")),
+    "chain_with_a_gap": ("22:1", ("one shaft less than stations", "2 shafts and 4 stations")),
+    "no_inertia": ("16:1", ("the line has no inertia at all",)),
+    "cylinder_on_two_stations": ("20:46", ("cylinder '3' turns two stations",)),
+}
+#: what is right, and no more than unusual
+FINE: dict[str, str] = {
+    "in line": E,
+    "geared": G,
+    "cards over the speed": replaced(E, (P, cards("700 rpm", "2100 rpm"))),
+    "a damper to be found": E + D,
+    "a damper to be replaced": E + '[damper_design]\non = "ring"\n',
+    "misfire": E + 'misfire = ["2"]\nmisfire_kind = "motored"\nmethod = "dense"\n',
+    "a rule": E
+    + 'limits = [{ rule = "iacs_m68", tensile_strength = "600 MPa", sections = ["a - b"] }]\n',
+    "spark": replaced(E, (P, 'gas_cycle = { kind = "spark", mean_indicated_pressure = "9 bar" }')),
+    "phases that agree": replaced(
+        E,
+        ('{ name = "2" }', '{ name = "2", crank_phase = "240 deg" }'),
+        ('{ name = "3" }', '{ name = "3", crank_phase = "120 deg" }'),
+    ),
+    "a point without mass": E.replace("0.1 kg*m^2", "0 kg*m^2"),
+}
+
+
+@pytest.mark.parametrize("name", sorted(REFUSED))
+def test_words_and_line(name: str, tmp_path: Path) -> None:
+    text, line, words = REFUSED[name]
+    message = refusal(tmp_path, text)
+    assert message, "nothing found wrong"
+    assert message.splitlines()[1].startswith(f"  --> {tmp_path / 'engine.toml'}:{line}:"), message
+    for expected in words:
+        assert expected in message
+    assert message.count("error: ") == 1, message
+    assert "pydantic" not in message
+
+
+@pytest.mark.parametrize("name", sorted(PHYSICS))
+def test_files(name: str) -> None:
+    path = FOLDER / f"engine_{name}.toml"
+    place, words = PHYSICS[name]
+    load_case(path)  # its form is fine
+    with pytest.raises(CaseError) as caught:
+        load_checked([path])
+    message = str(caught.value)
+    assert message.splitlines()[1] == f"  --> {path}:{place}"
+    for expected in words:
+        assert expected in message
+    assert message.count("error: ") == 1, message
+
+
+def test_every_file_is_named() -> None:
+    here = {path.stem.removeprefix("engine_") for path in FOLDER.glob("engine_*.toml")}
+    assert here == set(PHYSICS)
+
+
+@pytest.mark.parametrize("name", sorted(FINE))
+def test_the_plain_cases_are_fine(name: str, tmp_path: Path) -> None:
+    assert refusal(tmp_path, FINE[name]) == ""
+
+
+@pytest.mark.parametrize(
+    ("text", "key"),
+    [
+        (replaced(E, ('"viscous"', '"spring", stiffness = 9')), "dampers[0].on"),
+        (G, "gears[0].between[0]"),
+        (G, "shafts[1].between[1]"),
+        (G, "load"),
+        (E, "stations[0].name"),
+    ],
+)
+def test_no_setting_of_a_name_is_an_exception(text: str, key: str, tmp_path: Path) -> None:
+    path = tmp_path / "engine.toml"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(CaseError) as caught:
+        load_checked([path], [f"machine.shaft_line.{key}='nix'"])
+    assert "error: no station is named " in str(caught.value)
+
+
+def test_all_problems_come_at_once(tmp_path: Path) -> None:
+    text = replaced(
+        E, ('on = "a"', 'on = "z"'), ('"3", "2"]', '"3", "9"]'), (P, P.replace("60", "61", 1))
+    )
+    message = refusal(tmp_path, text)
+    assert message.count("error: ") == 3
+    for expected in ("station is named 'z'", "cylinder is named '9'", "after a cycle"):
+        assert expected in message
+
+
+def test_what_an_engine_has_is_refused_elsewhere() -> None:
+    data = copy.deepcopy(tomllib.loads(E + D))
+    data["machine"]["kind"] = "generator"
+    with pytest.raises(CaseError) as caught:
+        validate(data)
+    told = {problem.path[-1] for problem in caught.value.problems}
+    assert told == {"cycle", "firing_order", "shaft_line", "torsion", "damper_design"}
+
+
+def test_a_missing_file_and_a_strange_column(tmp_path: Path) -> None:
+    stations = E[E.index("stations = [") : E.index("shafts = [")]
+    text = replaced(E, (stations, 'stations = "line.csv"\n'))
+    assert "line.csv" in refusal(tmp_path, text)
+    message = refusal(tmp_path, text, line="name,inertja [kg*m^2]\na,1\n")
+    assert "'inertja' is no key of stations" in message and "did you mean 'inertia'?" in message
+    message = refusal(tmp_path, text, line="name,inertia [kg*m^2]\na,lots\n")
+    assert "line 2, column inertia: not a number" in message
+
+
+def test_whatever_stands_in_the_place_of_a_value_is_no_exception() -> None:
+    random_places = random.Random(7)
+    ring = ("viscous", 'spring", stiffness = "9 kN*m/rad')
+    for text in (replaced(E, ring) + D, G, SCENES["engine"].data):
+        data = tomllib.loads(text) if isinstance(text, str) else text
+        for path in random_places.sample([*_places(data["machine"])], 40):
+            changed = copy.deepcopy(data)
+            holder = changed["machine"]
+            for key in path[:-1]:
+                holder = holder[key]
+            holder[path[-1]] = random_places.choice(NONSENSE)
+            try:
+                case = validate(changed)
+            except CaseError:
+                continue
+            plan_case(case)
+            if not check_machine(case) and case.machine.shaft_line is not None:
+                assert all(np.all(np.isfinite(one)) for one in build_shaft_line(case).line), path
+
+
+def _places(value: Any, above: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
+    if above:
+        yield above
+    if isinstance(value, dict | list):
+        entries = value.items() if isinstance(value, dict) else enumerate(value)
+        for key, entry in entries:
+            yield from _places(entry, (*above, key))
+
+
+def test_a_rod_that_does_not_get_round_is_told_once() -> None:
+    data = copy.deepcopy(SCENES["engine"].data)
+    data["machine"]["crank_train"]["rod_length"] = "60 mm"
+    (problem,) = check_machine(validate(data))
+    assert problem.path == ("machine", "crank_train", "rod_length")
+
+
+def test_the_starter_has_no_problems() -> None:
+    assert check_machine(validate(SCENES["engine"].data)) == []

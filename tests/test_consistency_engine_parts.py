@@ -1,0 +1,230 @@
+"""Claim: the arrays of a shaft line and of its cylinders say what the case says.
+
+The truth is Lagrange's: energies written down station by station at their own speeds, with the
+gears as constraints, and the pendulum's own equation of motion.
+"""
+
+import math
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+from engine_cases import CARD, ENGINE, GEARED, cards, replaced
+from scipy.linalg import eigh
+
+from vibecalc.case.load import load_case, resolve, validate
+from vibecalc.case.scenes import SCENES
+from vibecalc.case.schema import Case
+from vibecalc.excitation.gas_card import pressure_at
+from vibecalc.machine.cautions import machine_warnings
+from vibecalc.machine.engine import build_firing, gas_cards
+from vibecalc.machine.shaft_line import build_shaft_line
+from vibecalc.response.torsion.line import damping_matrix, stiffness_matrix
+
+DEGREE = math.pi / 180.0
+
+
+def case_of(text: str, *pairs: tuple[str, str]) -> Case:
+    return validate(tomllib.loads(replaced(text, *pairs)))
+
+
+def frequencies(stiffness: np.ndarray, inertia: np.ndarray) -> np.ndarray:
+    return np.asarray(eigh(stiffness, inertia, eigvals_only=True))
+
+
+def test_a_geared_line_has_the_energies_of_its_stations() -> None:
+    line = build_shaft_line(case_of(GEARED))
+    # own angles of a, b, pinion, wheel, propeller, take-off, generator
+    inertia = np.diag([0.1, 0.1, 0.05, 3.0, 9.0, 0.02, 0.4])
+    stiffness = np.zeros((7, 7))
+    springs = [(0, 1, 1e6, 1.0, -1.0), (1, 2, 4e5, 1.0, -1.0), (3, 4, 2e5, 1.0, -1.0)]
+    springs += [(5, 6, 3e4, 1.0, -1.0)]
+    # teeth of wheel and take-off: 0.3 m on the first, 0.075 m on the second, opposite senses
+    springs += [(3, 5, 1e8, 0.3, 0.3 / 4.0)]
+    for a, b, k, at_a, at_b in springs:
+        row = np.zeros(7)
+        row[a], row[b] = at_a, at_b
+        stiffness += k * np.outer(row, row)
+    # the pinion turns three times as fast as the wheel, the other way
+    held = np.zeros((7, 6))
+    held[[0, 1, 2, 4, 5, 6], range(6)] = 1.0
+    held[3, 2] = -1.0 / 3.0
+    wanted = frequencies(held.T @ stiffness @ held, held.T @ inertia @ held)
+    found = frequencies(stiffness_matrix(line.line), np.diag(line.line.inertia))
+    np.testing.assert_allclose(found[1:], wanted[1:], rtol=1e-11)
+    assert abs(found[0]) < 1e-9 * found[-1] and abs(wanted[0]) < 1e-9 * wanted[-1]
+    np.testing.assert_allclose(
+        line.station_ratio, [1, 1, 1, -1 / 3, -1 / 3, 4 / 3, 4 / 3], rtol=1e-15
+    )
+    assert line.freedom.tolist() == [0, 1, 2, 2, 3, 4, 5]
+    assert line.freedom_names[2] == "pinion + wheel"
+    assert line.station_names[line.load_station] == "propeller"
+    assert line.section_names[-1] == "wheel - take-off" and line.section_kinds[-1] == "mesh"
+
+
+def test_the_order_of_stations_and_a_doubled_ratio_change_nothing() -> None:
+    wheel = '  { name = "wheel", inertia = "3 kg*m^2" },\n'
+    moved = replaced(GEARED, (wheel, ""), ("stations = [\n", "stations = [\n" + wheel))
+    closed = replaced(
+        GEARED,
+        (
+            "gears = [",
+            'gears = [\n  { between = ["pinion", "take-off"], ratio = 1.3333333333333333, '
+            'reverses = false, mesh_stiffness = "1 N/m", pitch_radius = "0.1 m" },',
+        ),
+    )
+    plain = build_shaft_line(case_of(GEARED))
+    wanted = frequencies(stiffness_matrix(plain.line), np.diag(plain.line.inertia))
+    for text, tolerance in ((moved, 1e-12), (closed, 1e-6)):
+        line = build_shaft_line(case_of(text))
+        found = frequencies(stiffness_matrix(line.line), np.diag(line.line.inertia))
+        np.testing.assert_allclose(found[1:], wanted[1:], rtol=tolerance)
+
+
+def test_pendulums_swing_as_their_own_equation_of_motion_has_it() -> None:
+    damper = ENGINE[ENGINE.index("dampers = [") : ENGINE.index("[response.torsion]")]
+    hung = 'dampers = [{ name = "p", on = "a", kind = "pendulum", order = 1.5, mass = "0.4 kg", count = 3, arm_radius = "60 mm" }]\n'  # noqa: E501
+    line = build_shaft_line(case_of(ENGINE, (damper, hung)))
+    speed, arm = 150.0, 0.06
+    length, mass = arm / 1.5**2, 3 * 0.4
+    # rotor angles, then the swing s: T = m/2 ((R + r) theta' + r s')^2, V = m R r w^2 s^2 / 2
+    inertia, stiffness = np.zeros((5, 5)), np.zeros((5, 5))
+    inertia[:4, :4] = np.diag(line.line.inertia[:4])
+    reach = np.array([arm + length, 0, 0, 0, length])
+    inertia += mass * np.outer(reach, reach)
+    stiffness[:4, :4] = stiffness_matrix(line.line)[:4, :4]
+    stiffness[4, 4] = mass * arm * length * speed**2
+    at_speed = line.at(speed)
+    found = frequencies(stiffness_matrix(at_speed), np.diag(at_speed.inertia))
+    np.testing.assert_allclose(found[1:], frequencies(stiffness, inertia)[1:], rtol=1e-11)
+    both = line.at(np.array([100.0, speed]))
+    np.testing.assert_array_equal(both.stiffness[1], at_speed.stiffness)
+
+
+def test_dampings_shafts_and_stresses_of_a_line_in_a_row() -> None:
+    case = case_of(
+        ENGINE,
+        ('{ stiffness = "1e6 N*m/rad" },', '{ section = { outer_diameter = "60 mm", inner_diameter = "20 mm", length = "0.2 m", shear_modulus = "81 GPa" } },'),  # noqa: E501
+        ('damping = "5 N*m*s/rad" },', "damping_ratio = 0.03, loss_factor = 0.1 },"),
+    )  # fmt: skip
+    line = build_shaft_line(case)
+    polar = math.pi * (0.06**4 - 0.02**4) / 32.0
+    assert line.line.stiffness[1] == pytest.approx(81e9 * polar / 0.2, rel=1e-14)
+    assert line.section_modulus[1] == pytest.approx(polar / 0.03, rel=1e-14)
+    assert line.section_modulus[0] == pytest.approx(math.pi * 0.07**3 / 16.0, rel=1e-14)
+    assert line.section_modulus[2] == 0.0
+    cone = '{ section = { outer_diameter = "60 mm", end_outer_diameter = "40 mm", length = 1 } },'
+    taper = build_shaft_line(case_of(ENGINE, ('{ stiffness = "1e6 N*m/rad" },', cone)))
+    mean = 19.0 / 3.0 / (6.0**3 * 4.0**3) * 4.0 * 1e8  # of 1 / D^4 along it, in 1/m^4
+    assert taper.line.stiffness[1] == pytest.approx(80e9 * math.pi / 32.0 / mean, rel=1e-13)
+    assert taper.section_modulus[1] == pytest.approx(math.pi * 0.04**3 / 16.0, rel=1e-14)
+    # two inertias of 0.1 and 2 kg m^2 alone, on this spring and dashpot: ratio of their one mode
+    pair, k, c = 0.1 * 2.0 / 2.1, line.line.stiffness[2], line.line.damping[2]
+    assert c / (2.0 * math.sqrt(k * pair)) == pytest.approx(0.03, rel=1e-14)
+    assert line.line.loss_factor.tolist() == [0, 0, 0.1, 0]
+    assert damping_matrix(line.line)[0, -1] == -30.0
+    assert [one.ring for one in line.dampers] == [4] and line.freedom_names[4] == "ring"
+
+
+def test_a_throw_gives_what_its_parts_weigh() -> None:
+    throw = 'throw = { journal_diameter = "70 mm", journal_length = "40 mm", pin_diameter = "60 mm", pin_length = "45 mm", web_thickness = "20 mm", web_width = "90 mm", beyond_journal = "40 mm", beyond_pin = "35 mm", formula = "source" }'  # noqa: E501
+    case = case_of(ENGINE, ('inertia = "0.1 kg*m^2", cylinder = "2"', throw + ', cylinder = "2"'),
+                   ('stiffness = "1e6 N*m/rad" },', throw + " },"))  # fmt: skip
+    line = build_shaft_line(case)
+    (caution,) = [text for text in machine_warnings(case) if "formulas for the stiffness" in text]
+    assert caution.startswith(f"{line.section_names[1]}: ") and "11 % to either side" in caution
+    heavy, radius = 7850.0, 0.06
+    journal = heavy * math.pi / 32.0 * 0.07**4 * 0.04
+    pin = heavy * math.pi / 4.0 * 0.06**2 * 0.045 * (radius**2 + 0.06**2 / 8.0)
+    top, low, wide = radius + 0.035, 0.04, 0.09
+    web = heavy * 0.02 * (wide * (top**3 + low**3) / 3.0 + wide**3 * (top + low) / 12.0)
+    angle = np.arange(3600) * DEGREE / 10.0
+    slide = np.sin(angle) + 0.3 * np.sin(angle) * np.cos(angle) / np.sqrt(
+        1.0 - 0.09 * np.sin(angle) ** 2
+    )
+    piston = 2.0 * radius**2 * float(np.mean(slide**2))
+    assert line.line.inertia[1] == pytest.approx(journal + pin + 2 * web + piston, rel=1e-12)
+    flexible = 0.04 / 0.07**4 + 0.045 / 0.06**4 + 0.93 * radius / (0.02 * wide**3)
+    assert line.line.stiffness[1] == pytest.approx(80e9 * math.pi / 32.0 / flexible, rel=1e-14)
+
+
+def test_throws_stand_as_the_firing_has_them() -> None:
+    plain = case_of(ENGINE)
+    phases = [c.crank_phase / DEGREE for c in plain.machine.crank_train.cylinders]
+    np.testing.assert_allclose(phases, [0.0, 240.0, 120.0], atol=1e-12)
+    np.testing.assert_allclose(build_firing(plain).angle / DEGREE, [0, 480, 240], atol=1e-12)
+    # a vee: two cylinders on each pin, banks 90 degrees apart, firing 90 and 270 degrees apart
+    vee = case_of(
+        ENGINE,
+        ('{ name = "1" }, { name = "2" }, { name = "3" }',
+         '{ name = "1", bank_angle = "-45 deg" }, { name = "2", bank_angle = "45 deg" }, '
+         '{ name = "3", bank_angle = "-45 deg" }'),
+        ('["1", "3", "2"]', '["1", "2", "3"]\nfiring_intervals = ["90 deg", "270 deg", "360 deg"]'),
+    )  # fmt: skip
+    phases = [c.crank_phase / DEGREE for c in vee.machine.crank_train.cylinders]
+    np.testing.assert_allclose(phases, [315.0, 315.0, 315.0], atol=1e-9)
+    # phases that are given turn the whole order: it starts where its first cylinder is at the top
+    turned = case_of(
+        ENGINE,
+        ('{ name = "1" }, { name = "2" }, { name = "3" }',
+         '{ name = "1", crank_phase = "90 deg" }, { name = "2", crank_phase = "330 deg" }, '
+         '{ name = "3", crank_phase = "210 deg" }'),
+    )  # fmt: skip
+    np.testing.assert_allclose(build_firing(turned).angle / DEGREE, [270, 30, 510], atol=1e-9)
+    # two strokes: the throws say it
+    np.testing.assert_allclose(build_firing(case_of(GEARED)).angle / DEGREE, [0, 180], atol=1e-12)
+
+
+def test_a_resolved_engine_is_the_same_engine() -> None:
+    for data in (tomllib.loads(ENGINE), tomllib.loads(GEARED), SCENES["engine"].data):
+        first = resolve(validate(data))
+        assert resolve(validate(first)) == first
+
+
+def test_cards_and_scales_of_the_cylinders() -> None:
+    case = case_of(
+        ENGINE,
+        (CARD, cards("1800 rpm", "900 rpm")),
+        ('{ name = "2" }', '{ name = "2", pressure_scale = 0.9 }'),
+        ("orders =", 'misfire = ["3"]\norders ='),
+    )
+    speeds, made = gas_cards(case.machine)
+    np.testing.assert_allclose(speeds, np.array([900.0, 1800.0]) * math.pi / 30.0, rtol=1e-14)
+    assert len(made) == 2
+    assert pressure_at(made[0], 45.0 * DEGREE) == pytest.approx(3e6, rel=1e-12)
+    firing = build_firing(case)
+    assert firing.pressure_scale.tolist() == [1.0, 0.9, 1.0]
+    assert firing.fires.tolist() == [True, True, False]
+
+
+def test_a_computed_cycle_reaches_its_peak() -> None:
+    case = validate(SCENES["engine"].data)
+    _, (card,) = gas_cards(case.machine)
+    angle = np.linspace(-60.0, 90.0, 30001) * DEGREE
+    # 130 bar absolute over one atmosphere in the crankcase
+    assert np.max(pressure_at(card, angle)) == pytest.approx(130e5 - 101325.0, rel=1e-6)
+
+
+def test_stations_and_shafts_in_files(tmp_path: Path) -> None:
+    stations = ENGINE[ENGINE.index("stations = [") : ENGINE.index("shafts = [")]
+    shafts = ENGINE[ENGINE.index("shafts = [") : ENGINE.index("dampers = [")]
+    text = replaced(
+        ENGINE, (stations, 'stations = "stations.csv"\n'), (shafts, 'shafts = "shafts.csv"\n')
+    )
+    (tmp_path / "stations.csv").write_text(
+        "# as in the drawing\nname, inertia [g*m^2], cylinder, cylinders\n"
+        "a, 100, 1,\nb, 100, 2,\nc, 100, , 3\nflywheel, 2000,,\n"
+    )
+    (tmp_path / "shafts.csv").write_text(
+        "name, stiffness [N*m/rad], between, diameter [mm], damping [N*m*s/rad]\n"
+        ", 1e6, a; b, 70,\n, 1e6, b; c,,\nrear, 2e6, c; flywheel,, 5\n"
+    )
+    path = tmp_path / "line.toml"
+    path.write_text(text)
+    found, wanted = build_shaft_line(load_case(path).case), build_shaft_line(case_of(ENGINE))
+    for got, expected in zip(found.line, wanted.line, strict=True):
+        np.testing.assert_allclose(got, expected, rtol=1e-15)
+    assert found.section_names == wanted.section_names
+    assert found.cylinder_station.tolist() == [0, 1, 2]
+    np.testing.assert_allclose(found.section_modulus, wanted.section_modulus, rtol=1e-15)

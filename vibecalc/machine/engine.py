@@ -1,0 +1,139 @@
+"""The cylinders of an engine as arrays: when they fire, how strongly, with what pressure."""
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vibecalc.case.engine_firing import CYCLES, TURN, angles_in_order
+from vibecalc.case.schema import Case, Machine
+from vibecalc.excitation.cylinder_torque import CrankGeometry
+from vibecalc.excitation.gas_card import GasCard, gas_card
+
+if TYPE_CHECKING:
+    from vibecalc.excitation.gas_cycle import Cycle
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Firing:
+    """c cylinders in the order of the crank train; angles in rad.
+
+    `angle` (c,), from 0 to below `cycle`, is the crank angle at which each fires;
+    `pressure_scale` (c,) multiplies its gas pressure; `fires` (c,) is false for those that the case
+    lets misfire.
+    """
+
+    names: tuple[str, ...]
+    angle: Array
+    cycle: float
+    pressure_scale: Array
+    fires: NDArray[np.bool_]
+
+
+def firing_angle(machine: Machine) -> Array:
+    """Crank angle (c,) at which each cylinder fires, rad, from 0 to below a cycle.
+
+    As said, or in the order of firing from the dead centre of the first of it on, or, of a
+    two-stroke or a single cylinder, at its dead centre.
+    """
+    train = machine.crank_train
+    cycle = CYCLES[machine.cycle or "four_stroke"]
+    own = [cylinder.firing_angle for cylinder in train.cylinders]
+    top = {c.name: (c.bank_angle - c.crank_phase) % TURN for c in train.cylinders}
+    top = {name: 0.0 if TURN - angle < 1e-9 else angle for name, angle in top.items()}
+    if train.firing_order:
+        first = top[train.firing_order[0]]
+        found = angles_in_order(train.firing_order, train.firing_intervals, cycle, first)
+    else:
+        found = {
+            cylinder.name: top[cylinder.name] if angle is None else angle
+            for cylinder, angle in zip(train.cylinders, own, strict=True)
+        }
+    angles = np.array([found[cylinder.name] for cylinder in train.cylinders])
+    return np.asarray(np.mod(angles, cycle))
+
+
+def build_firing(case: Case) -> Firing:
+    """When the cylinders of a validated engine fire."""
+    machine = case.machine
+    torsion = None if case.response is None else case.response.torsion
+    silent = () if torsion is None else torsion.misfire
+    cylinders = machine.crank_train.cylinders
+    return Firing(
+        names=tuple(cylinder.name for cylinder in cylinders),
+        angle=firing_angle(machine),
+        cycle=CYCLES[machine.cycle or "four_stroke"],
+        pressure_scale=np.array(
+            [1.0 if c.pressure_scale is None else c.pressure_scale for c in cylinders]
+        ),
+        fires=np.array([cylinder.name not in silent for cylinder in cylinders]),
+    )
+
+
+def crank_geometry(machine: Machine) -> CrankGeometry:
+    """Lengths of one cylinder; an engine without gas may have no bore, which counts as zero."""
+    train = machine.crank_train
+    return CrankGeometry(
+        train.crank_radius, train.rod_length, train.bore or 0.0, train.wrist_pin_offset
+    )
+
+
+def gas_cards(machine: Machine) -> tuple[Array, tuple[GasCard, ...]]:
+    """Speeds (k,) in rad/s, ascending, and the card at each; one card for all speeds has none.
+
+    Raises NumericalFailure where a cycle of such a peak or mean pressure does not exist.
+    """
+    train = machine.crank_train
+    cycle = CYCLES[machine.cycle or "four_stroke"]
+    way = train.gas_interpolation or "linear"
+    if train.gas_cards:
+        cards = sorted(train.gas_cards, key=lambda card: card.speed)
+        tables = [card.gas_pressure for card in cards]
+        made = tuple(gas_card(t.crank_angle, t.pressure, way, cycle=cycle) for t in tables)
+        return np.array([card.speed for card in cards]), made
+    if train.gas_pressure is not None:
+        table = train.gas_pressure
+        return np.empty(0), (gas_card(table.crank_angle, table.pressure, way, cycle=cycle),)
+    if train.gas_cycle is not None:
+        return np.empty(0), (_computed(machine),)
+    return np.empty(0), ()
+
+
+def cycle_of(machine: Machine) -> Any:
+    """The computed cycle of an engine, with usual values for what the case does not say."""
+    from vibecalc.excitation.gas_cycle import diesel_cycle, spark_cycle
+
+    given = machine.crank_train.gas_cycle
+    assert given is not None
+    targets = {"kind", "peak_pressure", "mean_indicated_pressure"}
+    said = given.model_dump(exclude_none=True, exclude=targets)
+    make = diesel_cycle if given.kind == "diesel" else spark_cycle
+    return make(machine.cycle or "four_stroke", **said)
+
+
+def _computed(machine: Machine) -> GasCard:
+    given = machine.crank_train.gas_cycle
+    assert given is not None
+    peak, mean = given.peak_pressure, given.mean_indicated_pressure
+    return _card(cycle_of(machine), crank_geometry(machine), peak, mean)
+
+
+# checks and several stages ask for the same one, and it takes longer than most of what they do
+@lru_cache(maxsize=16)
+def _card(
+    cycle: "Cycle", geometry: CrankGeometry, peak: float | None, mean: float | None
+) -> GasCard:
+    from vibecalc.excitation.gas_cycle import card_of_mean_pressure, card_of_peak
+
+    if peak is not None:
+        card = card_of_peak(cycle, geometry, peak)
+    else:
+        assert mean is not None
+        card = card_of_mean_pressure(cycle, geometry, mean)
+    for array in (card.node, card.coefficient):
+        array.flags.writeable = False
+    return card
