@@ -20,6 +20,7 @@ SLOW = frozenset(
     {
         "compressor_balance",
         "compressor_impact",
+        "engine_damper_design",
         "generator_mount_design",
         "generator_mount_design_lever",
         "roll_design",

@@ -166,7 +166,7 @@ def test_paths_units_report_and_file_say_the_same(tmp_path: Path) -> None:
     section = text.split("Found values\n")[1][:2000]
     for words in ("39196", "3.9196", "minimum", "wanted: a change of -1 kN", ROD, "as written"):
         assert words in " ".join(section.split()), words
-    assert "1 of 1 counted published" in text
+    assert "1 of 1 counted reference" in text
     assert max(map(len, text.splitlines())) <= 100
     plan = command("check", str(path)).out
     assert "33 + 33 + 33 runs" in plan and "find/phase: value, reached, written" in plan

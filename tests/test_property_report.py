@@ -75,7 +75,7 @@ def test_the_generator_reads_as_it_should() -> None:
     for words in (
         "Three-cylinder generator set on four mounts",
         "4900.00 rpm (513.127 rad/s)",
-        "2 of 2 limits are kept; 5 of 5 counted published numbers come out",
+        "2 of 2 limits are kept; 5 of 5 counted reference numbers come out",
         "known [1]",
         "[1] the source takes sqrt(2) times the speed",
         "5.05104 Hz",
@@ -223,7 +223,7 @@ def test_the_terminal_shows_what_differs_and_some_of_what_comes_out() -> None:
     rows = [{**row, "value": "9329 N"}] * 30 + [{**row, "value": "9000 N"}]
     result = generator(reference=rows)
     brief, all_of_it = plain_summary(result), render_report(result)
-    assert "and 20 more published numbers that come out" in brief
+    assert "and 20 more reference numbers that come out" in brief
     assert (brief.count(" within"), brief.count("OUTSIDE")) == (10, 1)
     assert (all_of_it.count(" within"), all_of_it.count("OUTSIDE")) == (30, 1)
 

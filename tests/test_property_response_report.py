@@ -279,11 +279,11 @@ def test_many_references_leave_the_first_page_to_those_that_matter() -> None:
     text = render_report(result)
     top = text[: text.index("\nResponse")]
     assert (top.count(" within"), top.count("known [")) == (10, 2)
-    assert "20 more published numbers that come out" in " ".join(top.split())
-    assert "28 more published numbers known to differ" in " ".join(top.split())
-    below = text[text.index("Published numbers, all") :]
+    assert "20 more reference numbers that come out" in " ".join(top.split())
+    assert "28 more reference numbers known to differ" in " ".join(top.split())
+    below = text[text.index("Reference numbers, all") :]
     assert (below.count(" within"), below.count("known [")) == (30, 30)
-    assert "28 more published numbers known to differ" in " ".join(plain_summary(result).split())
+    assert "28 more reference numbers known to differ" in " ".join(plain_summary(result).split())
     # no number is folded in two, and ours has its digits beside a published one of its size
     assert re.search(r"mean_by_order +1\.0000e-59 +1\.00000e-59 J +0\.0000 % within", below)
 

@@ -25,7 +25,7 @@ _OWN_CLEARANCE = "machine.joints.wrist_pin.clearance"
 #: as in `results/select.py`: two numbers this close, relatively, are the same entry
 _SAME = 1e-9
 _SHOWN = 12
-_ARTICLE = {"clearance": "a", "order": "an"}
+_ARTICLE = {"clearance": "a", "order": "an", "half_order": "a"}
 
 
 def missing_entries(
@@ -66,6 +66,8 @@ def _known(quantity: str, axis: str, case: "Case") -> tuple[tuple[float, ...], s
     """The entries of an axis and where they come from; None where only the run can tell."""
     if axis == "clearance":
         return _clearances(case)
+    if axis == "half_order" and quantity.startswith("response/torsion/"):
+        return _half_orders(case)
     if axis != "order":
         return None
     impact = None if case.response is None else case.response.impact
@@ -88,6 +90,14 @@ def _known(quantity: str, axis: str, case: "Case") -> tuple[tuple[float, ...], s
         return None  # the tolerance decides
     first = 0 if quantity.startswith(_FROM_ZERO) else 1
     return tuple(range(first, options.orders + 1)), "orders of [excitation] is the highest one kept"
+
+
+def _half_orders(case: "Case") -> tuple[tuple[float, ...], str]:
+    from vibecalc.pipeline.plan_torsion import asked_orders
+
+    highest, step = asked_orders(case)
+    entries = tuple(step * number for number in range(1, round(highest / step) + 1))
+    return entries, "orders of [response.torsion] says their step and the highest"
 
 
 def _clearances(case: "Case") -> tuple[tuple[float, ...], str] | None:

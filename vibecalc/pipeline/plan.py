@@ -11,9 +11,13 @@ from vibecalc.case.kinds import finds_speed, has_speed
 from vibecalc.pipeline.catalogue import CATALOGUE
 from vibecalc.pipeline.entries.entry import Entry
 from vibecalc.pipeline.plan_absorber import plan_absorber
+from vibecalc.pipeline.plan_damper import plan_damper
 from vibecalc.pipeline.plan_measurement import plan_measurement
 from vibecalc.pipeline.plan_response import plan_response
 from vibecalc.pipeline.plan_roll import plan_roll
+from vibecalc.pipeline.plan_torque_reaction import plan_torque_reaction
+from vibecalc.pipeline.plan_torsion import plan_torsion
+from vibecalc.pipeline.plan_torsion_studies import plan_torsion_studies
 from vibecalc.pipeline.stage_plan import StagePlan, below, orders_words
 
 if TYPE_CHECKING:
@@ -52,6 +56,8 @@ def _kinematics(case: "Case") -> Iterator[StagePlan]:
 def _needs_excitation(case: "Case") -> bool:
     if not has_speed(case.machine):  # [excitation] then says at most which cylinders work
         return False
+    if case.machine.kind == "engine" and (case.machine.body is None or case.machine.mounts is None):
+        return case.excitation is not None  # a shaft line has an excitation of its own
     return any(table is not None for table in (case.excitation, case.response, case.isolation))
 
 
@@ -120,6 +126,8 @@ def _motor(case: "Case") -> Iterator[StagePlan]:
 _PITCH_ONLY = ("isolation/pitch/", "isolation/lever_force/", "support_force/rigid_peak")
 _BODY_USES = ("isolation.rigid_body", "response.modes", "response.direct")
 _BODY_ONLY = ("isolation/modes/", "isolation/body/")
+#: of the stages beside it
+_OTHERS = ("run_up", "masked", "torque_reaction")
 
 
 def _isolation(case: "Case") -> Iterator[StagePlan]:
@@ -138,7 +146,7 @@ def _isolation(case: "Case") -> Iterator[StagePlan]:
         cost="one solve per order at " + speed,
         quantities=below(
             "isolation/",
-            without=("run_up", "masked", *(_BODY_ONLY if pitch else _PITCH_ONLY)),
+            without=(*_OTHERS, *(_BODY_ONLY if pitch else _PITCH_ONLY)),
         ),
     )
     if options.run_up is None:
@@ -166,8 +174,12 @@ _MAKERS: tuple[Callable[["Case"], Iterator[StagePlan]], ...] = (
     _excitation,
     _motor,
     plan_response,
+    plan_torsion,
+    plan_torsion_studies,
+    plan_damper,
     plan_roll,
     _isolation,
+    plan_torque_reaction,
     plan_measurement,
     plan_absorber,
 )

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
 _APART = (
     *("_energy/", "/operations/", "/run_up/", "/masked/", "/switching/", "/impact/"),
-    *("/roll/", "/start_up/", "/control/", "/absorber/", "/pendulum/"),
+    *("/roll/", "/start_up/", "/control/", "/absorber/", "/pendulum/", "/torsion/"),
 )
 _LINEAR = ("response.modes", "response.direct", "response.energies")
 

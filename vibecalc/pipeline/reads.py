@@ -46,9 +46,23 @@ ABSORBER = (
     *(f"machine.{part}" for part in ("spring_catalogue", "oil_catalogue")),
 )
 
+#: what a shaft line and its drive are built from
+LINE = (
+    *(f"machine.{part}" for part in ("crank_train", "cycle", "speed", "shaft_line")),
+    *(f"response.torsion.{part}" for part in ("misfire", "misfire_kind", "orders", "method")),
+    "response.torsion.damping_model",
+)
+
 _MOTION = ("machine.crank_train", "machine.speed", "excitation", "kinematics", "accuracy.rtol")
 _DRIVEN = ("kinematics", "excitation")
 _OPERATIONS = ("machine.crank_train", "machine.speed", "excitation", *SYSTEM, "response.operations")
+
+#: what a shaft line with its engine is built from, and how it is solved
+TORSION = (
+    *(f"machine.{part}" for part in ("cycle", "speed", "crank_train", "shaft_line")),
+    *(f"response.torsion.{key}" for key in ("orders", "method", "damping_model")),
+    *(f"response.torsion.{key}" for key in ("misfire", "misfire_kind")),
+)
 
 #: module of a stage -> what it reads
 READS: dict[str, Reads] = {
@@ -95,9 +109,31 @@ READS: dict[str, Reads] = {
         ("machine.speed", *SYSTEM, "isolation.up", "isolation.gravity"), after=("excitation",)
     ),
     "run_up": Reads(("machine.mounts", "isolation.run_up"), after=("excitation", "isolation")),
+    "torque_reaction": Reads(
+        (
+            *(f"machine.{part}" for part in ("crank_train", "cycle", "speed", "shaft_line")),
+            *SYSTEM,
+            "excitation",
+            "isolation.up",
+            "isolation.gravity",
+            *(f"response.torsion.{part}" for part in ("misfire", "misfire_kind", "orders")),
+        ),
+        after=("excitation",),
+    ),
+    "torsion_published": Reads((*LINE, "response.torsion.speeds", "response.torsion.as_published")),
+    "torsion_variable": Reads(
+        (*LINE, "response.torsion.speeds", "response.torsion.variable_inertia", "accuracy.rtol")
+    ),
+    "torsion_transient": Reads((*LINE, "response.torsion.transient", "accuracy.rtol")),
+    "damper_design": Reads((*LINE, "response.torsion.speeds", "damper_design")),
     "measurement": Reads(("measurement", "machine.speed")),
     "absorber_tuning": Reads((*ABSORBER, "tuning")),
     "absorber": Reads((*ABSORBER, "tuning", "response.absorber"), after=("tuning",)),
     "absorber_parts": Reads((*ABSORBER, "tuning"), after=("tuning",)),
+    "torsion": Reads((*TORSION, "response.torsion.limits")),
+    "torsion_speeds": Reads(
+        (*TORSION, *(f"response.torsion.{key}" for key in ("speeds", "limits", "campbell"))),
+        after=("torsion",),
+    ),
     "absorber_pendulum": Reads(("machine.pendulum",)),
 }

@@ -142,6 +142,7 @@ def _names(case: "Case") -> dict[str, tuple[str, ...]]:
     }
     names |= _names_of_response(case)
     names |= _names_of_absorber(case)
+    names |= _names_of_shaft_line(case)
     if case.measurement is not None:
         names["position"] = tuple(position.name for position in case.measurement.positions)
     if case.response is not None and case.response.roll is not None and turns:
@@ -180,6 +181,26 @@ def _names_of_absorber(case: "Case") -> dict[str, tuple[str, ...]]:
         "absorber": tuple(one.name for one in machine.secondaries),
         "stock_spring": known.spring_names,
         "stock_oil": tuple(oil.name for oil in known.oils),
+    }
+
+
+def _names_of_shaft_line(case: "Case") -> dict[str, tuple[str, ...]]:
+    line = case.machine.shaft_line
+    if line is None:
+        return {}
+    from vibecalc.machine.shaft_sections import section_names
+
+    gears = tuple(one.name or " - ".join(one.between) for one in line.gears)
+    elastic = [
+        n for n, one in zip(gears, line.gears, strict=True) if one.mesh_stiffness is not None
+    ]
+    dampers = tuple(one.name for one in line.dampers)
+    return {
+        "station": tuple(one.name for one in line.stations),
+        "section": (*section_names(line), *elastic, *dampers),
+        "damper": dampers,
+        "gear": gears,
+        "order_class": ("major", "other"),
     }
 
 

@@ -51,6 +51,26 @@ LOOKED = ("_peak", "_low", "_high", "/turn/shell_acceleration")
 #: uncertainties of what was read, of which two digits tell all; bounds are searched for
 UNCERTAIN = ("measurement/uncertainty/", "measurement/candidate/level_bound")
 
+#: of a shaft line: read off a march in time by looking at it, first orders of a small quantity,
+#: differences of nearly equal responses, maps for pictures, ends of searches and their prices
+LINE_STUDIES = (
+    *(
+        f"response/torsion/transient/{name}"
+        for name in ("torque_", "peak", "half_range", "quasi_steady", "steady_", "overshoot")
+    ),
+    *(f"response/torsion/transient/{name}" for name in ("lag", "dynamic_factor")),
+    *(
+        f"response/torsion/variable_inertia/{name}"
+        for name in ("wedge/", "unstable/", "relative_variation", "change", "largest_change")
+    ),
+    *(f"response/torsion/variable_inertia/{name}" for name in ("secondary/", "speeds/change")),
+    "response/torsion/variable_inertia/growth",
+    *(f"damper_design/{name}" for name in ("chart/", "basin/", "active/", "pull", "sensitivity")),
+    *(f"damper_design/{name}" for name in ("stiffness", "damping", "own_", "ring/")),
+    *(f"damper_design/{name}_speed" for name in ("worst", "heat", "travel")),
+    *(f"damper_design/table/{name}_speed" for name in ("worst", "heat", "travel")),
+)
+
 _ORDERS = "where too few orders are kept, more help ([excitation] orders)"
 _RESONANCE = "beside an undamped resonance only damping does"
 _CANCELS = "what is left of large numbers that cancel has no more digits to give"
@@ -60,6 +80,7 @@ _ADVICE = (
     (("response/roll/", "response/control/"), (_CANCELS,)),
     ((MARCH,), (_MARCH,)),
     (("response/modes/", "isolation/modes/", "isolation/support_force/static"), (_CANCELS,)),
+    (("response/torsion/",), (_CANCELS, _RESONANCE)),
     (("kinematics/", "excitation/", "response/switching/"), (_ORDERS,)),
     (("isolation/", "response/", "optimisation/"), (_ORDERS, _RESONANCE)),
 )
@@ -86,6 +107,8 @@ def reached(quantity: Quantity, record: Record | None = None) -> float | None:
     if quantity.path.endswith(PLACES) or any(part in quantity.path for part in DIFFERENCES):
         return None
     if quantity.path.startswith(UNCERTAIN) or quantity.path in (*SEARCHED, *LOOKED_AT):
+        return None
+    if quantity.path.startswith(LINE_STUDIES):
         return None
     if quantity.standard_error is not None or quantity.path.startswith(CHAOTIC):
         return None

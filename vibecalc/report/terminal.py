@@ -126,7 +126,7 @@ def _references(result: Result) -> "Table | None":
     if not rows:
         return None
     colours = {WITHIN: "green", OUTSIDE: "bold red"}
-    table = _table("published (source)", ">value", ">computed", "unit", ">difference", "verdict")
+    table = _table("reference (source)", ">value", ">computed", "unit", ">difference", "verdict")
     for row in brief(rows, _MOST_REFERENCES):
         picks = ", ".join(f"{axis}={entry}" for axis, entry in row.where.items())
         name = row.quantity + (f" [{picks}]" if picks else "") + f" ({row.source})"

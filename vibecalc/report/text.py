@@ -11,6 +11,7 @@ from vibecalc.report.sections import closing, summary
 from vibecalc.report.sections.absorber import absorber
 from vibecalc.report.sections.absorber_parts import absorber_parts
 from vibecalc.report.sections.absorber_tuning import absorber_tuning
+from vibecalc.report.sections.damper_design import damper_design
 from vibecalc.report.sections.excitation import excitation
 from vibecalc.report.sections.find import find
 from vibecalc.report.sections.impact import impact
@@ -30,6 +31,16 @@ from vibecalc.report.sections.roll_motor import roll_motor
 from vibecalc.report.sections.section import Section
 from vibecalc.report.sections.start_up import start_up
 from vibecalc.report.sections.switching import switching
+from vibecalc.report.sections.torque_reaction import torque_reaction
+from vibecalc.report.sections.torsion import torsion
+from vibecalc.report.sections.torsion_excitation import torsion_excitation
+from vibecalc.report.sections.torsion_limits import has_limits, torsion_limits
+from vibecalc.report.sections.torsion_line import torsion_line
+from vibecalc.report.sections.torsion_modes import torsion_modes
+from vibecalc.report.sections.torsion_speeds import torsion_speeds
+from vibecalc.report.sections.torsion_steady import torsion_steady
+from vibecalc.report.sections.torsion_studies import torsion_published, torsion_variable
+from vibecalc.report.sections.torsion_transient import torsion_transient
 from vibecalc.report.tables import fold, pairs, paragraph
 from vibecalc.results.record import Result
 
@@ -40,6 +51,17 @@ _MOST_ON_TOP, _BRIEF = 40, 10
 _STAGES: tuple[Callable[[Result], Section | None], ...] = (
     optimisation,
     find,
+    torsion,
+    torsion_line,
+    torsion_modes,
+    torsion_excitation,
+    torsion_steady,
+    torsion_speeds,
+    torsion_limits,
+    torsion_variable,
+    torsion_transient,
+    torsion_published,
+    damper_design,
     kinematics,
     rod,
     excitation,
@@ -53,6 +75,7 @@ _STAGES: tuple[Callable[[Result], Section | None], ...] = (
     roll_motor,
     roll_control,
     isolation,
+    torque_reaction,
     measurement,
     absorber_tuning,
     absorber,
@@ -75,7 +98,10 @@ def render_report(result: Result, *, full: bool = False) -> str:
     """
     limits, references = judge_limits(result), judge_references(result)
     lines = _identity(result)
-    lines += _titled("Summary", paragraph(summary.conclusion(references, limits)))
+    words = summary.conclusion(references, limits)
+    if not limits and not references and has_limits(result.record):
+        words = "Limits of the stress in the shaft line stand beside the results below."
+    lines += _titled("Summary", paragraph(words))
     many = len(references) > _MOST_ON_TOP
     on_top = summary.references(references, _BRIEF if many else None)
     for table in (summary.limits(limits), on_top):
@@ -88,7 +114,7 @@ def render_report(result: Result, *, full: bool = False) -> str:
             lines += _titled(section.title, section.lines)
             shown |= section.shown
     if many:
-        lines += _titled("Published numbers, all", summary.references(references))
+        lines += _titled("Reference numbers, all", summary.references(references))
     closings = (
         other(result, shown),
         closing.warnings(result),

@@ -43,11 +43,11 @@ def check_operating_point(
     met = np.abs(distance) < resonances.exposed()
     warnings = []
     for row, column in np.argwhere(met):
-        order, mode = int(orders[row]), int(column) + 1
+        mode = int(column) + 1
         frequency = float(resonances.frequency[column])
         place = (
-            f"order {order} at {speed:.9g} rad/s ({speed * 60.0 / _TURN:.6g} rpm) is on the "
-            f"undamped natural frequency of mode {mode}, {frequency:.9g} rad/s "
+            f"order {orders[row]:g} at {speed:.9g} rad/s ({speed * 60.0 / _TURN:.6g} rpm) is on "
+            f"the undamped natural frequency of mode {mode}, {frequency:.9g} rad/s "
             f"({frequency / _TURN:.6g} Hz)"
         )
         if resonances.idle[row, column]:

@@ -34,9 +34,9 @@ def require_digits(
     largest = np.max(weight * size, axis=-1)
     lost = driven & ~(np.max(weight * doubt, axis=-1) < SINGULAR * largest)
     if np.any(lost):
-        order = int(orders[int(np.argmax(lost))])
+        order = float(orders[int(np.argmax(lost))])
         raise NumericalFailure(
-            f"order {order} at {speed:.9g} rad/s meets an undamped resonance at "
+            f"order {order:g} at {speed:.9g} rad/s meets an undamped resonance at "
             f"{order * speed:.9g} rad/s: of the response fewer than four digits would be certain. "
             "Give the mounts damping or a loss factor in every direction, or move the speed or "
             "the stiffness"

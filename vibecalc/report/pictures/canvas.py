@@ -17,6 +17,8 @@ COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 TOTAL = "#222222"
 LIMIT = "#B00020"
 QUIET = "#777777"
+#: ratio of the ends of a logarithmic axis up to which 2 and 5 have numbers as well
+_FEW = 150.0
 ORDER_NAMES: Mapping[int, str] = {1: "primary (order 1)", 2: "secondary (order 2)"}
 
 
@@ -69,6 +71,18 @@ def natural_frequencies(record: Record) -> np.ndarray:
         return np.atleast_1d(np.asarray(modes.values, dtype=float))
     pitch = scalar_of(record, "isolation/pitch/natural_frequency")
     return np.array([]) if pitch is None else np.array([pitch])
+
+
+def plain_log(axes: "Axes", low: float, high: float) -> None:
+    """A logarithmic axis from low to high with plain numbers, more of them over few decades."""
+    from matplotlib.ticker import LogLocator, NullFormatter
+
+    axes.set_yscale("log")
+    axes.set_ylim(low, high)
+    subs = (1.0, 2.0, 5.0) if high < _FEW * low else (1.0,)
+    axes.yaxis.set_major_locator(LogLocator(subs=subs, numticks=99))
+    axes.yaxis.set_major_formatter("{x:g}")
+    axes.yaxis.set_minor_formatter(NullFormatter())
 
 
 def limit_line(axes: "Axes", value: float, words: str) -> None:

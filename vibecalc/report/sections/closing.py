@@ -86,8 +86,8 @@ def provenance(result: Result) -> Section:
     if len(rows) > 1:
         rows.append(("together s", f"{sum(result.timings.values()):.4f}"))
     rows += [(str(key), str(value)) for key, value in result.provenance.items() if key != "command"]
-    lines = pairs(rows)
-    lines += pairs([("rerun", rerun(result))])
+    wide = max(24, *(len(name) for name, _ in rows)) if rows else 24
+    lines = pairs([*rows, ("rerun", rerun(result))], wide)
     return Section("Provenance (changes from run to run)", lines, frozenset())
 
 

@@ -26,8 +26,25 @@ _SCALARS = (
     "pendulum/order",
     "jump/torque",
 )
-_VARIABLES = "optimisation/variable/"
-_ARRAYS = ("_peak", "natural_frequency", "impact/mean_force")
+_VARIABLES, _BOUNDS = "optimisation/variable/", "optimisation/active_bound/"
+_SIDES = {-1: "at its lower bound", 1: "at its upper bound"}
+#: what a damper found for a shaft line is told by: its values, what they reach, what they gain
+_DAMPER = tuple(
+    f"damper_design/{name}"
+    for name in ("stiffness", "damping", "worst_torque", "worst_twist", "worst_stress",
+                 "worst_speed", "heat", "travel", "table/gain")
+)  # fmt: skip
+_ARRAYS = (
+    "_peak",
+    "natural_frequency",
+    "impact/mean_force",
+    "torsion/torque_half_range",
+    "torsion/largest/torque_half_range",
+    "torsion/largest/stress_half_range",
+    "torsion/limit/largest_use",
+    "torsion/damper/heat",
+    "torsion/transient/peak",
+)
 #: levels of which the strongest order has a row, and those of which each has one
 _STRONGEST = "response/roll/level/shell_acceleration"
 _EACH = ("measurement/roll_level", "measurement/pitch_level")
@@ -43,6 +60,11 @@ _LEFT_OUT = (
     "locked_frequency_ratio",
     "hardware/built/stiffness_ratio",
     "response/absorber/primary_frequency",
+    "torsion/angle_peak",
+    "torsion/torque_peak",
+    "torsion/speeds/torque_peak",
+    "torsion/bare/natural_frequency",
+    "torsion/campbell/natural_frequency",
     *(
         f"{way}/{name}_peak"
         for way in ("instant", "reversal")
@@ -65,11 +87,11 @@ def key_rows(record: Record) -> list[list[str]]:
         if not path.startswith(START) and not path.endswith(_LEFT_OUT)
     ]
     variables = [q for q in found if not q.axes and _is_variable(q.path)]
-    scalars = [q for q in found if not q.axes and q.path.endswith(_SCALARS)]
+    scalars = [q for q in found if not q.axes and _is_key(q.path)]
     arrays = [q for q in found if q.axes and q.path.endswith(_ARRAYS) and q.values.size]
     chosen = {q.path for q in [*variables, *scalars, *arrays][:_MOST]}
     rows = [
-        _worst_row(record, quantity) if quantity.axes else scalar_rows([quantity])[0]
+        _worst_row(record, quantity) if quantity.axes else _scalar_row(record, quantity)
         for quantity in found
         if quantity.path in chosen
     ]
@@ -91,13 +113,37 @@ def _level_rows(quantity: Quantity) -> list[list[str]]:
     ][:_MOST]
 
 
+def _is_key(path: str) -> bool:
+    if path.startswith("damper_design/"):
+        return path in _DAMPER
+    return path.endswith(_SCALARS)
+
+
+def _scalar_row(record: Record, quantity: Quantity) -> list[str]:
+    """The row of a scalar; a variable that ended on a bound says so."""
+    row = scalar_rows([quantity])[0]
+    if quantity.path.startswith(_VARIABLES):
+        side = record.quantities.get(_BOUNDS + quantity.path.removeprefix(_VARIABLES))
+        words = "" if side is None else _SIDES.get(int(side.values), "")
+        row[3] = "  ".join(text for text in (row[3], words) if text)
+    return row
+
+
 def _is_variable(path: str) -> bool:
     return path.startswith(_VARIABLES) or (path.startswith("find/") and path.endswith("/value"))
 
 
+def _is_line(quantity: Quantity) -> bool:
+    return quantity.path.startswith("response/torsion/")
+
+
 def _worst_row(record: Record, quantity: Quantity) -> list[str]:
     values, error = magnitudes(quantity), quantity.error_estimate
-    at = int(np.argmin(values) if quantity.path.endswith("frequency") else np.argmax(values))
+    at = int(np.argmax(values))
+    if quantity.path.endswith("frequency"):
+        # a free shaft line turns as a whole at exactly zero
+        moving = np.where(values > 0.0, values, np.inf) if _is_line(quantity) else values
+        at = int(np.argmin(moving))
     value = float(values.flat[at])
     words = [quantity.amplitude or "", also(quantity.path, value, quantity.unit, error)]
     shown = show(value, error)

@@ -1,4 +1,4 @@
-"""The first page: limits with margins, one sentence of conclusion, published beside computed."""
+"""The first page: limits with margins, the conclusion, reference numbers beside ours."""
 
 import math
 from collections.abc import Sequence
@@ -18,8 +18,8 @@ _LIMITS = (
     Column("verdict", 11),
 )
 _REFERENCES = (
-    Column("published number (source)", 44),
-    number("published", 10),
+    Column("reference number (source)", 44),
+    number("reference", 10),
     number("computed", 11),
     Column("unit", 7),
     number("difference", 11),
@@ -129,7 +129,7 @@ def not_shown(rows: Sequence[ReferenceRow], shown: Sequence[ReferenceRow]) -> st
         count = sum(row.verdict == verdict for row in rows)
         count -= sum(row.verdict == verdict for row in shown)
         if count:
-            words.append(f"{_many(count, 'more published number')} {what}")
+            words.append(f"{_many(count, 'more reference number')} {what}")
     return "and " + ", and ".join(words) if words else ""
 
 
@@ -160,7 +160,7 @@ def conclusion(references: Sequence[ReferenceRow], limits: Sequence[LimitRow]) -
     counted = [row for row in references if row.within is not None]
     if counted:
         good = sum(bool(row.within) for row in counted)
-        clauses.append(f"{good} of {_many(len(counted), 'counted published number')} come out")
+        clauses.append(f"{good} of {_many(len(counted), 'counted reference number')} come out")
     known = sum(row.verdict == KNOWN for row in references)
     measured = sum(row.verdict == MEASURED for row in references)
     if known:

@@ -37,6 +37,13 @@ _COST = {
     "absorber": 5.0,
     "absorber_parts": 60.0,
     "absorber_pendulum": 800.0,
+    "torsion": 30.0,
+    "torsion_speeds": 300.0,
+    "torsion_published": 20.0,
+    "torsion_variable": 1000.0,
+    "torsion_transient": 2000.0,
+    "damper_design": 4000.0,
+    "torque_reaction": 30.0,
 }
 _SEARCH = 1000.0  # runs of an optimisation
 _CHECKS = 0.5

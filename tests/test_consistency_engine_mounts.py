@@ -1,0 +1,86 @@
+"""Claim: kind engine shakes its mounts as any machine does, and its report tells the rest."""
+
+import numpy as np
+from engine_cases import replaced
+from engine_mounted import ON_BODY, SEPARATE, loaded_of, mounted, wanted_of
+
+from vibecalc.machine.checks import machine_warnings
+from vibecalc.pipeline.run import run_case
+from vibecalc.report.pictures import engine_mounts
+from vibecalc.report.text import render_report
+from vibecalc.study.execute import as_result
+
+PHASED = (
+    ('crank_phase = "50 deg", ', ""),
+    ('crank_phase = "170 deg", ', ""),
+    ('crank_phase = "290 deg", ', ""),
+)
+GENERATOR = (
+    ('kind = "engine"', 'kind = "generator"'),
+    ('cycle = "four_stroke"\n', ""),
+    ('gas_cycle = { kind = "spark", peak_pressure = "60 bar" }\n', ""),
+    ('firing_order = ["2", "3", "1"]\n', ""),
+    (", pressure_scale = 1.1", ""),
+)
+
+
+def test_integer_orders_are_those_of_a_machine_with_the_same_throws() -> None:
+    engine = run_case(mounted(SEPARATE))
+    other = run_case(mounted(replaced(SEPARATE, *GENERATOR)))
+    assert len(other) > 20
+    for path, quantity in other.items():
+        assert np.array_equal(engine[path].values, quantity.values), path
+    left = {path for path in engine if path not in other}
+    assert left and all(path.startswith("isolation/torque_reaction/") for path in left)
+
+
+def test_throws_that_follow_from_the_firing_order_shake_alike() -> None:
+    """The crank angle then counts from the first firing: a turn of the phases, no other change."""
+    told, found = mounted(SEPARATE), mounted(replaced(SEPARATE, *PHASED))
+    assert {cylinder.crank_phase for cylinder in told.machine.crank_train.cylinders} != {
+        cylinder.crank_phase for cylinder in found.machine.crank_train.cylinders
+    }
+    for path in ("isolation/torque_reaction/support_force", "isolation/torque_reaction/couple"):
+        one = wanted_of(SEPARATE)[path]
+        other = wanted_of(replaced(SEPARATE, *PHASED))[path]
+        order = one.axes[-1].values
+        turned = one.values * np.exp(1j * order * np.radians(210.0))
+        size = np.abs(one.values).max()
+        assert np.allclose(other.values, turned, rtol=0.0, atol=1e-11 * size)
+
+
+def test_report_and_picture_tell_all_of_it() -> None:
+    for text in (SEPARATE, ON_BODY):
+        record = run_case(mounted(text))
+        result = as_result(loaded_of(text), record, {})
+        report = render_report(result)
+        assert "Torque reaction: engine on its mounts, all orders" in report
+        part = report.split("Torque reaction: engine", 1)[1].split("\nWarnings\n")[0]
+        assert ("stands elsewhere" in part) == (text is SEPARATE)
+        assert ("Without combustion in cylinder 3" in part) == (text is ON_BODY)
+        rest = report.split("in the result file only", 1)[1:]
+        assert all("torque_reaction" not in words.split("\n\n")[0] for words in rest)
+        figure = engine_mounts.picture(result)
+        assert figure is not None
+        below = figure.axes[1]
+        assert below.get_xlim() == (0.0, 720.0)
+        # each course about its mean load, which the legend tells
+        still = record["isolation/support_force/static"].values
+        mean = record["isolation/torque_reaction/mean_support_force"].values[:, 2]
+        courses = below.lines[: len(still)]
+        lowest = min(
+            float(np.min(line.get_ydata())) + load
+            for line, load in zip(courses, still - mean, strict=True)
+        )
+        legend = below.get_legend()
+        assert legend is not None and len(legend.get_texts()) == len(still)
+        least = record["isolation/torque_reaction/least_load"]
+        assert lowest >= least.values.min() - least.error_estimate
+        assert np.isclose(lowest, least.values.min(), rtol=1e-3)
+
+
+def test_gas_that_reaches_nothing_is_said() -> None:
+    words = "the gas has no effect"
+    still = replaced(SEPARATE, ('driven_machine = "separate"', ""))
+    assert any(words in one for one in machine_warnings(mounted(still)))
+    assert not any(words in one for one in machine_warnings(mounted(SEPARATE)))

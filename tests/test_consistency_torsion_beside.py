@@ -1,0 +1,148 @@
+"""Claim: a line is set beside its own other states, and against limits section by section.
+
+The truth: runs of cases that have that other state, the rule by hand, and the curves themselves.
+"""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from engine_cases import ENGINE, GEARED, refusal, replaced
+from test_consistency_torsion_stage import ROOT, SPEED, record, value
+
+from vibecalc.case.load import validate
+from vibecalc.machine.cautions import machine_warnings
+
+POINTS = "speeds = { from = '800 rpm', to = '2000 rpm', points = 61 }"
+ENGINE = replaced(ENGINE, ('speeds = { from = "800 rpm", to = "2000 rpm" }', POINTS))
+RULE = 'limits = [{ rule = "iacs_m68", tensile_strength = "700 MPa", design_factor = 0.6 }]\n'
+HALVES = [f"{kind}_half_range" for kind in ("torque", "twist", "stress")]
+
+
+def test_beside_a_misfire_stands_the_engine_that_fires() -> None:
+    healthy, text = ENGINE + RULE, ENGINE + RULE + 'misfire = ["2"]'
+    kinds = [f"{place}{name}" for place in ("", "speeds/", "largest/") for name in HALVES]
+    kinds += ["largest/speed", "damper/heat", "damper/travel", "limit/operating_use"]
+    for path in (*kinds, "limit/largest_use"):
+        expected = value(healthy, path)
+        got = record(text)[f"{ROOT}/healthy/{path}"]
+        size = np.abs(expected).max()
+        assert np.abs(got.values - expected).max() <= 1e-9 * size, path
+        if path != "largest/speed":  # an end of the range is known to the last digit
+            assert 0.0 < got.error_estimate < 1e-6 * size, path
+    assert value(text, "healthy/mean_torque") == pytest.approx(
+        1.5 * value(text, "excitation/mean_torque"), rel=1e-12
+    )
+    assert value(text, "largest/torque_half_range")[2] != pytest.approx(
+        value(text, "healthy/largest/torque_half_range")[2], rel=1e-3
+    )
+
+
+def test_without_dampers_it_twists_as_a_line_that_never_had_one() -> None:
+    ring = next(line for line in ENGINE.splitlines() if line.startswith("dampers"))
+    alone = ENGINE.replace(ring, "")
+    for path in (
+        *HALVES,
+        *(f"{place}{one}" for one in HALVES for place in ("speeds/", "largest/")),
+    ):
+        expected = value(alone, path)
+        assert np.abs(value(ENGINE, f"bare/{path}") - expected).max() < 1e-9 * expected.max(), path
+
+
+def by_hand(speed: float) -> float:
+    """tau_C in Pa of 700 N/mm2, of which 600 count, 70 mm and c_K = 0.6."""
+    ratio = speed / SPEED
+    course = 3.0 - 2.0 * ratio**2 if ratio < 0.9 else 1.38
+    return (600.0 + 160.0) / 18.0 * 0.6 * (0.35 + 0.93 * 70.0**-0.2) * course * 1e6
+
+
+def test_a_rule_is_told_with_all_that_it_is_made_of() -> None:
+    text = ENGINE + RULE
+    basis = {
+        "diameter": 0.07,
+        "tensile_strength": 700e6,
+        "counted_strength": 600e6,
+        "size_factor": 0.35 + 0.93 * 70.0**-0.2,
+        "design_factor": 0.6,
+    }
+    for name, expected in basis.items():
+        assert value(text, f"limit/basis/{name}")[0] == pytest.approx([expected], rel=1e-14)
+    assert value(text, "limit/basis/rated_speed")[0] == pytest.approx(SPEED)
+    use, at, stress, allowed, transient, through = (
+        float(value(text, f"limit/each/{name}")[0, 0])
+        for name in ("use", "speed", "stress", "allowed", "transient", "transient_use")
+    )
+    assert allowed == pytest.approx(by_hand(at), rel=1e-9)
+    assert transient == pytest.approx(1.7 * allowed / np.sqrt(0.6), rel=1e-12)
+    assert stress == pytest.approx(use * allowed, rel=1e-12)
+    assert through == pytest.approx(stress / transient, rel=1e-12)
+    curve = record(text)[f"{ROOT}/speeds/stress_half_range"]
+    speeds = np.asarray(curve.axes[1].values)
+    inside = speeds <= 1.05 * SPEED
+    uses = curve.values[0, inside] / [by_hand(one) for one in speeds[inside]]
+    assert uses.max() <= use * (1 + 1e-12) and use < 1.2 * uses.max()
+    assert at <= 1.05 * SPEED and float(value(text, "limit/largest_use")[0]) == use
+    here = [float(value(text, f"limit/operating/{n}")[0, 0]) for n in ("stress", "allowed", "use")]
+    assert here[0] == pytest.approx(value(text, "stress_half_range")[0], rel=1e-12)
+    assert here[1] == pytest.approx(by_hand(SPEED), rel=1e-12)
+    assert here[2] == pytest.approx(here[0] / here[1], rel=1e-12)
+
+
+def test_a_rule_bars_about_the_peak_and_never_near_the_rated_speed() -> None:
+    # so weak a steel that speeds on both sides of 0.8 of the rated one are above the limit
+    weak = (
+        ENGINE + 'limits = [{ rule = "iacs_m68", tensile_strength = "1 MPa", design_factor = %s }]'
+    )
+    use = float(value(weak % "1.0", "limit/largest_use")[0])
+    text = weak % f"{min(1.0, use / 1.05)!r}"
+    start, end, peak, low, high, permitted = (
+        value(text, f"barred/{n}")
+        for n in ("from", "to", "peak_speed", "formula_from", "formula_to", "permitted")
+    )
+    assert len(start) and np.all((start <= peak) & (peak <= end))
+    ratio = peak / SPEED
+    assert low == pytest.approx(16.0 * peak / (18.0 - ratio), rel=1e-12)
+    assert high == pytest.approx((18.0 - ratio) * peak / 16.0, rel=1e-12)
+    assert permitted.tolist() == [int(one <= 0.8 * SPEED) for one in end]
+    best = int(np.argmin(np.abs(peak - value(text, "limit/speed")[0])))
+    assert peak[best] == pytest.approx(value(text, "limit/speed")[0], rel=1e-9)
+
+
+def test_a_rule_bars_nothing_beyond_its_scope_though_nothing_damps_the_line() -> None:
+    ring = next(line for line in ENGINE.splitlines() if line.startswith("dampers"))
+    text = replaced(
+        ENGINE.replace(ring, "") + RULE,
+        (', damping = "5 N*m*s/rad"', ""),
+        ("'2000 rpm'", "'6000 rpm'"),
+        ("1500 rpm", "4900 rpm"),
+    )
+    rated, endless = value(text, "limit/basis/rated_speed")[0], value(text, "masked/from")
+    assert endless.max() > 1.05 * rated > endless.min()
+    assert value(text, "barred/to").max() <= 1.05 * rated
+    assert np.isinf(value(text, "limit/largest_use")).all()
+
+
+def test_what_a_rule_is_not_for_is_said(tmp_path: Path) -> None:
+    import tomllib
+
+    def warnings(text: str) -> str:
+        return " ".join(machine_warnings(validate(tomllib.loads(text))))
+
+    thick = GEARED.replace(
+        'N*m/rad" },', 'N*m/rad", diameter = "90 mm", tensile_strength = "6e8 Pa" },'
+    )
+    said = warnings(thick + 'limits = [{ rule = "iacs_m68" }]')
+    for words in (
+        "'a - b' (of the crankshaft)",
+        "'b - pinion' (before a gear)",
+        "'take-off - generator' (not between the engine and 'propeller')",
+    ):
+        assert words in said
+    assert "'wheel - propeller' (" not in said
+    proper = thick + 'limits = [{ rule = "iacs_m68", sections = ["wheel - propeller"] }]'
+    assert "M68" not in warnings(proper)
+    assert "no cylinder fires" in warnings(ENGINE + 'misfire = ["1", "2", "3"]')
+    assert "no cylinder fires" not in warnings(ENGINE + 'misfire = ["1", "2"]')
+    many = refusal(tmp_path, ENGINE + "as_published = { modes = 300 }")
+    assert "more modes are asked for than the line has" in many and "up to 3" in many
+    assert not refusal(tmp_path, ENGINE + "as_published = { modes = 3 }")

@@ -1,0 +1,132 @@
+"""Claim: heat, poles and sentences of a shaft line stay true at the edges of what is damped.
+
+The truth: the power of the torques, determinants in sixty digits, the same line with more orders.
+"""
+
+import tomllib
+from functools import cache
+
+import mpmath
+import numpy as np
+import pytest
+from engine_cases import ENGINE, GEARED, replaced
+
+from vibecalc.case.load import validate
+from vibecalc.errors import NumericalFailure
+from vibecalc.machine.cautions import machine_warnings
+from vibecalc.pipeline.run import run_case
+from vibecalc.response.torsion.damped_modes import damped_modes
+from vibecalc.response.torsion.line import Line
+from vibecalc.results.record import Record
+
+ROOT = "response/torsion"
+ENGINE = replaced(ENGINE, ('speeds = { from = "800 rpm", to = "2000 rpm" }', ""))
+ORDERS = "orders = { highest = 6 }"
+BRAKED = replaced(
+    ENGINE, ('inertia = "2 kg*m^2"', 'inertia = "2 kg*m^2", absolute_damping = "1 N*m*s/rad"')
+)
+LOSSY = replaced(
+    ENGINE, ('{ stiffness = "1e6 N*m/rad" }', '{ stiffness = "1e6 N*m/rad", loss_factor = 0.01 }')
+)
+RAYLEIGH = 'damping_model = { kind = "rayleigh", modes = [3, 4], ratios = [0.01, 0.02] }'
+MODAL = 'damping_model = { kind = "modal", ratios = [0.02] }'
+OF_GEARED = RAYLEIGH.replace("3, 4", "2, 4")
+
+
+@cache
+def record(text: str) -> Record:
+    return run_case(validate(tomllib.loads(text)))
+
+
+def value(text: str, path: str) -> np.ndarray:
+    return np.asarray(record(text)[f"{ROOT}/{path}"].values)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [BRAKED, LOSSY, BRAKED + RAYLEIGH, BRAKED + MODAL, GEARED + OF_GEARED],
+    ids=["dashpots", "loss", "rayleigh", "modal", "rayleigh_geared"],
+)
+def test_all_heat_is_the_power_of_the_torques(text: str) -> None:
+    found = record(text)
+    speed = 1500.0 if text.startswith(ENGINE[:40]) else 600.0
+    load, angle = value(text, "excitation/station_torque"), value(text, "angle")
+    order = found[f"{ROOT}/angle"].axes[1].values
+    power = 0.5 * speed * np.pi / 30.0 * np.sum(order * np.imag(load * np.conj(angle)))
+    names = [f"{ROOT}/{n}" for n in ("section_heat", "station_heat", "modal_heat")]
+    heat = sum(float(np.sum(found[name].values)) for name in names if name in found)
+    assert heat == pytest.approx(power, rel=1e-9) and power > 0.0
+
+
+def test_ratios_by_mode_leave_nothing_of_the_dashpots() -> None:
+    clean = BRAKED
+    for damping in (', damping = "5 N*m*s/rad"', ', absolute_damping = "1 N*m*s/rad"'):
+        clean = replaced(clean, (damping, ""))
+    for path in ("torque", "torque_half_range", "section_heat", "station_heat"):
+        assert np.array_equal(value(BRAKED + MODAL, path), value(clean + MODAL, path)), path
+    assert not np.any(value(BRAKED + MODAL, "section_heat"))
+
+
+def test_an_element_that_all_but_locks_creeps_at_its_pole() -> None:
+    springs = ((0, 1, 3e5, 1e10), (1, 2, 3e5, 2.0), (2, 3, 2e5, 4e11))
+    first, second, stiffness, damping = (np.array(one) for one in zip(*springs, strict=True))
+    inertia = np.array([0.03, 0.03, 0.03, 1.0])
+    none = np.zeros(4)
+    found = damped_modes(Line(inertia, none, none, first, second, stiffness, damping, none[:3]))
+    slow = [place for place, one in enumerate(found.pole) if 0.0 < abs(one) < 1.0]
+    assert len(slow) == 2 and len(found.pole) == 6
+
+    def determinant(s: mpmath.mpf) -> mpmath.mpf:
+        matrix = mpmath.diag([mpmath.mpf(j) * s * s for j in inertia.tolist()])
+        for a, b, k, c in springs:
+            size = mpmath.mpf(k) + s * mpmath.mpf(c)
+            matrix[a, a] += size
+            matrix[b, b] += size
+            matrix[a, b] -= size
+            matrix[b, a] -= size
+        return mpmath.det(matrix) / s**2
+
+    with mpmath.workdps(60):
+        for place in slow:
+            start = mpmath.mpf(float(found.pole[place].real))
+            ends = (start, start * (1 + mpmath.mpf(10) ** -8))
+            exact = mpmath.findroot(determinant, ends, tol=1e-60, verify=False)
+            assert abs(exact - start) <= found.pole_error[place] < 1e-12 * abs(start)
+
+
+def test_too_slow_is_not_called_a_resonance() -> None:
+    ring = next(line for line in ENGINE.splitlines() if line.startswith("dampers"))
+    slow = replaced(ENGINE, (ring, ""), ('"1500 rpm"', "1e-4"))
+    with pytest.raises(NumericalFailure, match=r"turns as one rigid body \(mode 1"):
+        record(slow)
+
+
+def test_orders_left_out_are_told_with_their_size() -> None:
+    told = [one for one in record(ENGINE).warnings if "left out" in one]
+    assert len(told) == 1 and "above 6, up to 12" in told[0]
+    more = record(replaced(ENGINE, (ORDERS, "orders = { highest = 12 }")))[f"{ROOT}/torque"]
+    section = list(more.axes[0].values).index(told[0].split("'")[1])
+    t = np.linspace(0.0, 4.0 * np.pi, 4001)
+    course = (more.values[section, 12:] @ np.exp(1j * more.axes[1].values[12:, None] * t)).real
+    size = f"{0.5 * np.ptp(course):.3g} N*m"
+    assert size in told[0]
+    whole = replaced(ENGINE, (ORDERS, "orders = { highest = 6, step = 1 }"))
+    assert any("half orders" in one and "left out" in one for one in record(whole).warnings)
+
+
+def test_each_mode_has_its_own_error() -> None:
+    own = value(ENGINE, "modes/frequency_error")
+    assert own.max() == record(ENGINE)[f"{ROOT}/modes/natural_frequency"].error_estimate
+    natural = value(ENGINE, "modes/natural_frequency")
+    assert np.all(own[natural == 0.0] == 0.0) and np.all(own <= 1e-13 * natural)
+
+
+def test_sizes_that_do_not_fit_are_asked_about() -> None:
+    def of(text: str) -> str:
+        return " ".join(machine_warnings(validate(tomllib.loads(text))))
+
+    assert "bore" not in of(ENGINE) and "cube of steel" not in of(ENGINE)
+    assert "the bore is 1e+05 m" in of(replaced(ENGINE, ('"100 mm"', "1e5")))
+    assert "cube of steel" in of(replaced(ENGINE, ('"2 kg"', '"2000 kg"')))
+    loud = record(replaced(ENGINE, ('"60 bar", "0 bar", "60 bar"', "6e9, 0, 6e9")))
+    assert any("mean indicated pressure" in one for one in loud.warnings)

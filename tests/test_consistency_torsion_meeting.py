@@ -1,0 +1,141 @@
+"""Claim: over the speeds a line says what resonates, which gear hammers, how far its modes are.
+
+The truth: the same line run at single speeds, order by order, and distances taken here by hand.
+"""
+
+import tomllib
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from engine_cases import ENGINE, GEARED, replaced
+
+from vibecalc.case.load import validate
+from vibecalc.pipeline.run import run_case
+from vibecalc.results.record import Record
+
+ROOT = "response/torsion"
+RPM = np.pi / 30.0
+RANGE = 'speeds = { from = "800 rpm", to = "2000 rpm" }'
+WIDE = replaced(ENGINE, (RANGE, 'speeds = { from = "1500 rpm", to = "9000 rpm", points = 301 }'))
+HAMMERS = GEARED + 'speeds = { from = "300 rpm", to = "2400 rpm", points = 141 }\n'
+PENDULUM = (
+    'dampers = [{ name = "ring", on = "a", kind = "pendulum", order = 1.5, mass = "0.6 kg", '
+    'arm_radius = "90 mm", count = 4 }]'
+)
+
+
+@cache
+def record(text: str) -> Record:
+    return run_case(validate(tomllib.loads(text)))
+
+
+def value(text: str, path: str) -> np.ndarray:
+    return np.asarray(record(text)[f"{ROOT}/{path}"].values)
+
+
+def at_speed(text: str, speed: float) -> str:
+    """The case at one speed in rad/s, without a range."""
+    lines = [one for one in text.splitlines() if not one.startswith("speeds")]
+    return "\n".join(f"speed = {speed!r}" if one.startswith("speed ") else one for one in lines)
+
+
+def test_the_order_of_a_maximum_is_highest_near_there_and_its_mode_is_met() -> None:
+    order = record(WIDE)[f"{ROOT}/torque"].axes[1].values
+    critical = value(WIDE, "critical/speed")
+    top = value(WIDE, "summit/torque_half_range")
+    strong = np.flatnonzero(top > 0.3 * top.max())
+    assert len(strong) >= 3
+    misled = 0
+    for i in strong:
+        speed, section = float(value(WIDE, "summit/speed")[i]), value(WIDE, "summit/section")[i] - 1
+        mode, named = value(WIDE, "summit/mode")[i], value(WIDE, "summit/half_order")[i]
+        place = int(np.flatnonzero(order == named)[0])
+        assert critical[mode - 1, place] == pytest.approx(speed, rel=0.04)
+        low, there, high = (
+            np.abs(value(at_speed(WIDE, speed * share), "torque")[section])
+            for share in (0.96, 1.0, 1.04)
+        )
+        gain = there - 0.5 * (low + high)
+        assert gain[place] > 0.5 * gain.max()
+        misled += int(np.argmax(there) != place)
+    assert misled > 0  # the largest order alone would not do
+
+
+def test_an_end_of_the_range_is_no_critical() -> None:
+    text = replaced(ENGINE, (RANGE, 'speeds = { from = "6100 rpm", to = "6150 rpm", points = 5 }'))
+    at = value(text, "largest/speed")
+    end = np.isclose(at, 6100 * RPM, rtol=1e-12) | np.isclose(at, 6150 * RPM, rtol=1e-12)
+    assert np.any(end)
+    assert np.all(value(text, "largest/mode")[end] == 0)
+    assert np.all(value(text, "largest/half_order")[end] == 0.0)
+
+
+def test_maxima_are_told_of_the_most_torqued_and_the_most_stressed_section() -> None:
+    torque = int(np.argmax(value(WIDE, "largest/torque_half_range"))) + 1
+    assert value(WIDE, "summit/section")[0] == torque
+    stressed = record(WIDE)[f"{ROOT}/largest/stress_half_range"].axes[0].values
+    assert set(value(WIDE, "summit/section")) == {torque, 1} and len(stressed) == 1
+
+
+def test_ranges_in_which_gears_hammer_end_where_their_least_torque_is_zero() -> None:
+    first = value(HAMMERS, "hammering/gear") == 1
+    ends = [value(HAMMERS, f"hammering/{name}")[first] for name in ("from", "to")]
+    speed = record(HAMMERS)[f"{ROOT}/speeds/gear_hammers"].axes[1].values
+    inside = np.any([(speed >= a) & (speed <= b) for a, b in zip(*ends, strict=True)], axis=0)
+    assert np.any(inside) and not np.all(inside)
+    assert np.all(value(HAMMERS, "speeds/gear_hammers")[0] == inside)
+    inner = [one for one in np.concatenate(ends) if speed[0] < one < speed[-1]]
+    assert inner
+    for end in inner[:2]:
+        least = value(at_speed(HAMMERS, float(end)), "gear/least_torque")[0]
+        assert abs(least) < 1e-6 * np.abs(value(HAMMERS, "gear/mean_torque")[0])
+    for place in (0, 70, 140):
+        text = at_speed(HAMMERS, float(speed[place]))
+        for path in ("hammers", "least_torque"):
+            got = value(HAMMERS, f"speeds/gear_{path}")[0, place]
+            assert got == pytest.approx(value(text, f"gear/{path}")[0], rel=1e-7)
+
+
+def test_pendulums_let_natural_frequencies_follow_the_speed() -> None:
+    ring = next(line for line in ENGINE.splitlines() if line.startswith("dampers"))
+    few = 'speeds = { from = "800 rpm", to = "2000 rpm", points = 61 }'
+    text = replaced(ENGINE, (ring, PENDULUM), (RANGE, few)) + "campbell = true\n"
+    found = record(text)[f"{ROOT}/campbell/natural_frequency"]
+    speed = found.axes[1].values
+    assert speed[[0, -1]] == pytest.approx([800 * RPM, 2000 * RPM], rel=1e-12)
+    for place in (0, 37, len(speed) - 1):
+        own = value(at_speed(text, float(speed[place])), "modes/natural_frequency")
+        assert found.values[:, place] == pytest.approx(own, rel=1e-12)
+    assert np.ptp(found.values[1]) > 0.1 * found.values[1, 0]
+    assert f"{ROOT}/campbell/natural_frequency" not in record(WIDE + "campbell = true\n")
+
+
+def test_separation_is_the_least_distance_to_orders_of_each_class() -> None:
+    text = (Path(__file__).parent.parent / "cases" / "engine_v8.toml").read_text(encoding="utf-8")
+    speeds = record(text)[f"{ROOT}/speeds/mean_torque"].axes[0].values
+    order = np.asarray(record(text)[f"{ROOT}/critical/speed"].axes[1].values)
+    major = value(text, "excitation/major") == 1
+    natural = value(text, "modes/natural_frequency")
+    operating = tomllib.loads(text)["machine"]["speed"]
+    here = float(operating.split()[0]) * RPM
+    for where, low, high in (("operating", here, here), ("range", speeds[0], speeds[-1])):
+        got, kept = (value(text, f"separation/{where}/{name}") for name in ("margin", "kept"))
+        for m, frequency in enumerate(natural):
+            blank = frequency == 0.0 or frequency > (order[-1] + 0.25) * high
+            for column, chosen in enumerate((major, ~major)):
+                if blank:
+                    assert np.isinf(got[m, column]) and kept[m, column] == 1
+                    continue
+                outside = [
+                    max(1.0 - frequency / (q * low), frequency / (q * high) - 1.0)
+                    for q in order[chosen]
+                ]
+                assert got[m, column] == pytest.approx(min(outside), rel=1e-9)
+                asked = [
+                    0.1 if q == 1 else 0.05 if q in range(2, 11) else -9 for q in order[chosen]
+                ]
+                assert kept[m, column] == all(a >= b for a, b in zip(outside, asked, strict=True))
+    nearest, away = (value(text, f"margin/{name}") for name in ("nearest_order", "distance"))
+    assert np.all((nearest == 0) == np.isinf(away)) and np.any(nearest == 0)

@@ -1,0 +1,229 @@
+"""Claim: the pictures of a shaft line show the numbers of the result, and words do not collide."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+from torsion_samples import ROOT, geared, six
+
+pytest.importorskip("matplotlib")
+
+from vibecalc.machine.shaft_line import build_shaft_line
+from vibecalc.report.pictures.torsion_shapes import strands
+from vibecalc.report.pictures.torsion_summits import spread
+from vibecalc.report.pictures.torsion_vectors import alike
+from vibecalc.report.plots import PICTURES, STYLE, make
+from vibecalc.results.record import Result
+
+RPM = 30.0 / np.pi
+OWN = [*[name for name in PICTURES if name.startswith("torsion_")][:6], "torsion_dampers"]
+
+
+def values(result: Result, path: str) -> Any:
+    return np.asarray(result.record[ROOT + path].values)
+
+
+def place(result: Result, path: str, name: str) -> int:
+    return list(result.record[ROOT + path].axes[0].values).index(name)
+
+
+def drawn(axes: Any) -> dict[str, Any]:
+    return {line.get_label(): line for line in axes.get_lines()}
+
+
+def at(line: Any, grid: Any) -> Any:
+    """What a curve shows at the speeds of the sweep; maxima stand between them."""
+    x, y = (np.asarray(one) for one in line.get_data())
+    near = np.argmin(np.abs(x[:, None] - grid), axis=0)
+    np.testing.assert_allclose(x[near], grid, rtol=1e-12)
+    return y[near]
+
+
+@pytest.fixture(scope="module")
+def made() -> dict[str, Any]:
+    """Every picture of the six cylinders, laid out once."""
+    import matplotlib
+
+    with matplotlib.rc_context(dict[Any, Any](STYLE)):
+        found = {name: make(six(), name) for name in OWN}
+        for figure in found.values():
+            assert figure is not None
+            figure.draw_without_rendering()
+    return found
+
+
+def test_words_do_not_collide(made: dict[str, Any]) -> None:
+    for name, figure in made.items():
+        renderer = figure.canvas.get_renderer()
+        page = figure.bbox
+        boxes = []
+        for axes in figure.axes:
+            for text in [*axes.texts, axes.title, axes._left_title, axes._right_title]:
+                if text.get_text().strip() and text.get_visible():
+                    box = text.get_window_extent(renderer)
+                    assert page.x0 <= box.x0 and box.x1 <= page.x1, (name, text.get_text())
+                    boxes.append((box, text.get_text()))
+        for i, (one, word) in enumerate(boxes):
+            for other, second in boxes[:i]:
+                shared = min(one.x1, other.x1) - max(one.x0, other.x0)
+                height = min(one.y1, other.y1) - max(one.y0, other.y0)
+                assert shared < 2.0 or height < 2.0, (name, word, second)
+
+
+def test_torques_over_the_cycle_are_those_of_the_result(made: dict[str, Any]) -> None:
+    pressure, one, fast, all_ = made["torsion_excitation"].axes
+    gas, inertia, both = (drawn(one)[name].get_ydata() for name in ("gas", "inertia", "both"))
+    np.testing.assert_allclose(np.asarray(gas) + inertia, both, atol=1e-12)
+    np.testing.assert_allclose(both, 1e-3 * values(six(), "excitation/total_torque"))
+    top = 1e-5 * float(np.max(values(six(), "excitation/pressure")))
+    assert float(np.max(pressure.get_lines()[0].get_ydata())) == pytest.approx(top)
+    assert all_.get_xlim() == (0.0, 720.0)
+    assert "1-5-3-6-2-4" in all_.get_title(loc="left")
+    assert "cylinder 3 does not fire" in all_.get_title(loc="left")
+    # the range ends at 1000 rpm, the machine runs at 700
+    grown = np.asarray(drawn(fast)["inertia"].get_ydata()) / np.where(inertia == 0.0, 1.0, inertia)
+    np.testing.assert_allclose(grown[inertia != 0.0], (1000.0 / 700.0) ** 2, rtol=1e-9)
+    np.testing.assert_allclose(drawn(fast)["gas"].get_ydata(), gas)
+    # orders of the case as they are in the curve, and none above them
+    for axes, label in ((pressure, "card"), (one, "both"), (fast, "both")):
+        curve, made_of = (
+            np.asarray(drawn(axes)[name].get_ydata())[:-1]
+            for name in (label, "of orders 0.5 to 12")
+        )
+        spectrum = np.fft.rfft(curve) / len(curve)
+        kept = np.fft.rfft(made_of) / len(made_of)
+        top = float(np.max(np.abs(spectrum)))
+        # the points of a card with bends fold a little of higher orders into those
+        np.testing.assert_allclose(kept[:25], spectrum[:25], atol=2e-4 * top)
+        assert float(np.max(np.abs(kept[25:]))) < 1e-9 * top
+
+
+def test_shapes_run_along_the_line_and_branches_apart(made: dict[str, Any]) -> None:
+    figure = made["torsion_shapes"]
+    names = [label.get_text() for label in figure.axes[-1].get_xticklabels()]
+    assert names == ["front ring", *(f"cyl {i}" for i in range(1, 7)), "flywheel"]
+    heights = np.concatenate(
+        [line.get_ydata() for line in figure.axes[0].get_lines() if line.get_marker() == "o"]
+    )
+    shape = [*values(six(), "modes/shape")[1], *values(six(), "modes/ring_shape")[1]]
+    assert sorted(heights) == pytest.approx(sorted(shape))
+    other = geared()
+    from vibecalc.case.load import validate
+
+    line = build_shaft_line(validate(dict(other.case)))
+    paths = [[line.station_names[i] for i in path] for path in strands(line, 7)]
+    assert paths == [["a", "b", "pinion", "wheel", "take-off", "generator"],
+                     ["wheel", "propeller"]]  # fmt: skip
+    picture = make(other, "torsion_shapes")
+    assert picture is not None
+    assert picture.axes[1].get_title(loc="right") == "from wheel"
+
+
+def test_campbell_crossings_lie_on_order_lines(made: dict[str, Any]) -> None:
+    axes = made["torsion_campbell"].axes[0]
+    dots = [line for line in axes.get_lines() if line.get_marker() == "o" and line.get_xdata().size]
+    count = 0
+    for line in dots:
+        speed, hertz = np.asarray(line.get_xdata()), np.asarray(line.get_ydata())
+        order = hertz * 60.0 / speed
+        np.testing.assert_allclose(order, np.round(2.0 * order) / 2.0, rtol=1e-9)
+        if line.get_markerfacecolor() != "white":
+            assert set(np.round(order)) <= {3.0, 6.0, 9.0, 12.0}
+        count += speed.size
+    inside = RPM * values(six(), "critical/speed")[1:5]
+    assert count == int(np.sum((inside >= 300.0) & (inside <= 1000.0)))
+    words = {text.get_text() for text in axes.texts}
+    assert {"0.5", "3", "12"} <= words
+    assert make(geared(), "torsion_speeds") is None  # without a range of speeds
+
+
+def test_load_against_speed_has_limit_barred_range_and_the_line_without_damper(
+    made: dict[str, Any],
+) -> None:
+    result, (above, middle, below) = six(), made["torsion_speeds"].axes
+    curves = drawn(above)
+    section = place(result, "torque_half_range", "rear")
+    assert above.get_title(loc="left") == "section rear"
+    stress = 1e-6 * values(result, "speeds/stress_half_range")[section]
+    grid = RPM * np.asarray(result.record[ROOT + "speeds/stress_half_range"].axes[1].values)
+    np.testing.assert_allclose(at(curves["with dampers"], grid), stress)
+    ratio = at(curves["without dampers"], grid) / stress
+    bare = values(result, "bare/speeds/torque_half_range")[section]
+    with_it = values(result, "speeds/torque_half_range")[section]
+    np.testing.assert_allclose(ratio, bare / with_it, rtol=1e-9)
+    np.testing.assert_allclose(
+        curves["limit 1"].get_ydata(), 1e-6 * values(result, "limit/allowed")[0]
+    )
+    spans = [patch.get_extents() for patch in middle.patches]
+    ends = middle.transData.inverted().transform([(one.x0, one.x1) for one in spans])[:, 0]
+    assert ends[0] == pytest.approx(RPM * float(values(result, "barred/from")[0]), rel=1e-6)
+    # the twist of a damper is a travel, and would hide those of the shafts
+    assert "front ring" not in drawn(below)
+    np.testing.assert_allclose(at(drawn(middle)["rear"], grid), 1e-3 * with_it)
+
+
+def test_curves_go_through_their_maxima_and_each_has_a_name(made: dict[str, Any]) -> None:
+    result, (above, middle, _) = six(), made["torsion_speeds"].axes
+    own = place(result, "torque_half_range", "rear")
+    top = 1e-3 * values(result, "largest/torque_half_range")[own]
+    assert float(np.max(drawn(middle)["rear"].get_ydata())) == pytest.approx(top, rel=1e-12)
+    curves = drawn(above)
+    (dots,) = (line for line in above.get_lines() if line.get_marker() == "o")
+    on_curve = np.interp(dots.get_xdata(), *curves["with dampers"].get_data())
+    np.testing.assert_allclose(dots.get_ydata(), on_curve, rtol=1e-9)
+    modes, orders, held = (
+        values(result, f"summit/{name}") for name in ("mode", "half_order", "section")
+    )
+    told = [f"{int(mode)} / {order:g}" for mode, order in zip(modes, orders, strict=True) if order]
+    told = [one for one, e in zip(told, held[orders > 0], strict=True) if e == own + 1]
+    words = [text.get_text() for text in above.texts]
+    assert len(words) == len(dots.get_xdata())
+    assert set(told) <= set(words)
+    places = spread(np.array([300.0, 301.0, 302.0, 990.0, 999.0]), (300.0, 1000.0))
+    assert np.all(np.diff(places) > 16.0) and places[0] >= 300.0 and places[-1] <= 1000.0
+
+
+def test_twist_beside_that_without_dampers_and_with_all_cylinders_firing(
+    made: dict[str, Any],
+) -> None:
+    result, figure = six(), made["torsion_dampers"]
+    panels = [axes for axes in figure.axes if axes.get_visible()]
+    assert len(panels) == 6
+    curves = drawn(panels[-1])
+    section = place(result, "torque_half_range", "rear")
+    grid = RPM * np.asarray(result.record[ROOT + "speeds/twist_half_range"].axes[1].values)
+    for label, root in (
+        ("with dampers", ""), ("without dampers", "bare/"), ("all cylinders fire", "healthy/")
+    ):  # fmt: skip
+        wanted = 1e3 * values(result, f"{root}speeds/twist_half_range")[section]
+        np.testing.assert_allclose(at(curves[label], grid), wanted)
+    assert panels[-1].get_title(loc="left").startswith("rear: largest ")
+
+
+def test_spectrum_and_vectors(made: dict[str, Any]) -> None:
+    result, below = six(), made["torsion_orders"].axes[1]
+    section = place(result, "torque_half_range", "rear")
+    bars = {round(bar.get_x() + bar.get_width() / 2.0, 6): bar.get_height()
+            for bar in below.patches}  # fmt: skip
+    order = result.record[ROOT + "torque"].axes[1].values
+    for q, size in zip(order, np.abs(values(result, "torque")[section]), strict=True):
+        assert bars[float(q)] == pytest.approx(float(size))
+    vectors = made["torsion_vectors"]
+    sums = [axes.get_xlabel() for axes in vectors.axes if axes.get_xlabel()]
+    told = np.abs(values(result, "excitation/vector_sum"))
+    # rows of modes 2 to 4, columns of orders 0.5, 1, 1.5, 3 and their like
+    wanted = [f"all {told[mode, place]:.3f}" for mode in (1, 2, 3) for place in (0, 1, 2, 5)]
+    assert [words.split("\n")[1] for words in sums] == wanted
+    # cylinder 3 does not fire: order 3 has all in phase, so that its share is missing
+    shape = values(result, "modes/shape")[1]
+    stations = list(result.record[ROOT + "modes/shape"].axes[1].values)
+    own = np.array([shape[stations.index(f"cyl {i}")] for i in range(1, 7)])
+    left = abs(own.sum() - own[2]) / np.abs(own).sum()
+    assert sums[3].split("\n")[0] == f"sum {left:.3f}"
+    assert "(3)" in " ".join(text.get_text() for text in vectors.axes[0].texts)
+
+
+def test_orders_of_one_star_stand_together() -> None:
+    angle = np.radians([0, 480, 240, 600, 120, 360])
+    groups = alike(angle, np.arange(1, 13) / 2.0)
+    assert groups == [[0.5, 2.5, 3.5, 5.5], [1.0, 2.0, 4.0, 5.0], [1.5, 4.5], [3.0, 6.0]]

@@ -1,0 +1,233 @@
+"""Claim: studies of a shaft line agree with its steady response, which is found in another way."""
+
+from functools import cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+import pytest
+from engine_cases import ENGINE, GEARED, replaced
+
+from vibecalc.errors import NumericalFailure
+from vibecalc.optimisation.damper.design import design as search
+from vibecalc.optimisation.damper.gain import performance
+from vibecalc.pipeline.stages.damper_design_problem import build_problem
+from vibecalc.pipeline.stages.torsion_setup import build_setup
+from vibecalc.report.plots import make
+from vibecalc.report.text import render_report
+from vibecalc.results.record import Record, Result
+from vibecalc.study.execute import execute
+from vibecalc.study.load import load_checked
+
+TORSION = "response/torsion/"
+SPEEDS = 'speeds = { from = "800 rpm", to = "2000 rpm" }\n'
+#: a light shaft damping throughout, so that a disturbance dies out in the time watched
+DAMPED = replaced(
+    ENGINE,
+    ('"1e6 N*m/rad", diameter = "70 mm"', '"1e6 N*m/rad", damping = "40 N*m*s/rad"'),
+    ('stiffness = "1e6 N*m/rad" }', 'stiffness = "1e6 N*m/rad", damping = "40 N*m*s/rad" }'),
+    ('damping = "5 N*m*s/rad"', 'damping = "80 N*m*s/rad"'),
+)
+CARD = next(line for line in ENGINE.splitlines() if line.startswith("gas_pressure"))
+
+
+@cache
+def run_text(text: str) -> Result:
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "engine.toml"
+        path.write_text(text, encoding="utf-8")
+        return execute(load_checked([path])[0])
+
+
+def of(extra: str, base: str = DAMPED, speeds: str = "") -> Result:
+    return run_text(replaced(base, (SPEEDS, speeds)) + extra)
+
+
+def value(record: Record, path: str) -> np.ndarray:
+    return np.asarray(record[TORSION + path].values)
+
+
+def ends(record: Record, which: int) -> tuple[np.ndarray, np.ndarray]:
+    """Lowest and highest torque of each section in the first or the last cycle."""
+    rows = slice(0, 6) if which == 0 else slice(-7, None)
+    low, high = (value(record, f"transient/torque_{end}")[:, rows] for end in ("low", "high"))
+    return low.min(axis=1), high.max(axis=1)
+
+
+def misfire() -> Result:
+    return of('transient = { kind = "misfire_onset", cylinder = "2", before = "0.17 s", '
+              'after = "0.6 s" }\n')  # fmt: skip
+
+
+def test_misfire_onset_ends_in_the_steady_response_of_the_misfire() -> None:
+    record = misfire().record
+    steady = of('misfire = ["2"]\n').record
+    low, high = ends(record, -1)
+    wanted = value(steady, "torque_half_range")
+    assert 0.5 * (high - low) == pytest.approx(wanted, rel=1e-6)
+    # and it begins in that of the healthy engine, mean and all
+    healthy = value(of("").record, "torque_peak")
+    assert value(record, "transient/steady_before") == pytest.approx(healthy, rel=1e-9)
+    assert np.all(value(record, "transient/peak") >= 0.999 * healthy)
+
+
+def test_step_of_the_load_shares_the_torque_by_inertia() -> None:
+    record = of('transient = { kind = "load_step", on = "flywheel", torque = "100 N*m", '
+                'before = "0.17 s", after = "0.6 s" }\n').record  # fmt: skip
+    (low, high), (first, last) = ends(record, -1), ends(record, 0)
+    change = 0.5 * (high + low - first - last)
+    # what stands before a section is slowed down through it, by its share of the inertia
+    before = np.array([0.3, 0.4, 0.5])
+    assert np.abs(change[:3]) == pytest.approx(100.0 * before / 2.5, rel=1e-5)
+
+
+def test_run_up_has_the_steady_curve_beside_it_and_lags() -> None:
+    change = ('transient = { kind = "run_up", from = "900 rpm", to = "1900 rpm", '
+              'duration = "%s s", after = "0.05 s" }\n')  # fmt: skip
+    slow, fast = (of(change % t).record for t in ("4", "0.5"))
+    for record in (slow, fast):
+        found, at = (value(record, f"transient/steady_half_range{end}") for end in ("", "_speed"))
+        there = replaced(DAMPED, ('speed = "1500 rpm"', f'speed = "{float(at[0])!r} rad/s"'))
+        assert found[0] == pytest.approx(value(of("", there).record, "torque_half_range")[0])
+        assert np.all(value(record, "transient/quasi_steady").max(axis=1) >= 0.999 * found)
+    # the faster, the less time to build up
+    late = [np.abs(value(record, "transient/overshoot")[:3]).max() for record in (slow, fast)]
+    assert late[0] < late[1]
+
+
+@cache
+def variable() -> Result:
+    light = replaced(DAMPED, ('reciprocating_mass = "2 kg"', 'reciprocating_mass = "0.02 kg"'))
+    return of("variable_inertia = { }\n", light)
+
+
+def test_mean_inertias_give_the_steady_response() -> None:
+    record = variable().record
+    found = value(record, "variable_inertia/constant_half_range")
+    assert found == pytest.approx(value(record, "torque_half_range"), rel=1e-9)
+    # a hundredth of the mass, and small: the change goes with it
+    mass = ('reciprocating_mass = "2 kg"', 'reciprocating_mass = "0.04 kg"')
+    full = of("variable_inertia = { }\n", replaced(DAMPED, mass)).record
+    path = "variable_inertia/relative_variation"
+    ratio = value(full, path)[:3] / value(record, path)[:3]
+    assert ratio == pytest.approx([2.0] * 3, rel=1e-9)
+    assert value(record, "variable_inertia/growth") < 0.0
+
+
+def test_unstable_operating_point_is_refused() -> None:
+    # without damping, the second order of the inertia near the sum of two natural frequencies
+    bare = replaced(
+        DAMPED,
+        *(('damping = "40 N*m*s/rad"', 'damping = "0 N*m*s/rad"'),) * 2,
+        ('damping = "80 N*m*s/rad"', 'damping = "0 N*m*s/rad"'),
+        ("60 bar", "0 bar"),
+        ("60 bar", "0 bar"),
+        ("orders = { highest = 6 }", "orders = { step = 1, highest = 4 }"),
+    )
+    bare = "\n".join(line for line in bare.splitlines() if not line.startswith("dampers")) + "\n"
+    natural = value(of("", bare).record, "modes/natural_frequency")[1:3]
+    near = [f"{share * float(natural.mean())!r} rad/s" for share in (0.995, 1.005)]
+    speeds = f'speeds = {{ from = "{near[0]}", to = "{near[1]}", points = 2 }}\n'
+    found = of("variable_inertia = { orders = 12 }\n", bare, speeds).record
+    low, high = (value(found, f"variable_inertia/unstable/{end}") for end in ("from", "to"))
+    assert low.size >= 1
+    middle = f'speed = "{0.5 * float(low[0] + high[0])!r} rad/s"'
+    inside = replaced(bare, ('speed = "1500 rpm"', middle))
+    with pytest.raises(NumericalFailure, match="no steady motion; small vibration grows"):
+        of("variable_inertia = { orders = 12 }\n", inside)
+
+
+@cache
+def design() -> Result:
+    speeds = 'speeds = { from = "900 rpm", to = "1900 rpm", points = 201 }\n'
+    base = replaced(DAMPED, ("orders = { highest = 6 }", "orders = { highest = 3 }"))
+    extra = ('[damper_design]\non = "ring"\n'
+             'compare = { stiffness = "2e4 N*m/rad", damping = "30 N*m*s/rad" }\n')  # fmt: skip
+    return of(extra, base, speeds)
+
+
+def test_design_put_into_the_line_bears_what_was_promised() -> None:
+    record = design().record
+    k, c, worst = (
+        float(record[f"damper_design/{n}"].values) for n in ("stiffness", "damping", "worst_torque")
+    )
+    names = ("viscous", "spring")
+    ring = 'kind = "{}", inertia = "0.2 kg*m^2", damping = "{} N*m*s/rad"'
+    base = replaced(DAMPED, ("orders = { highest = 6 }", "orders = { highest = 3 }"))
+
+    def largest(stiffness: float, damping: float) -> float:
+        spring = f', stiffness = "{stiffness!r} N*m/rad"'
+        new = ring.format(names[1], repr(damping)) + spring
+        text = replaced(base, (ring.format(names[0], 30), new))
+        speeds = 'speeds = { from = "900 rpm", to = "1900 rpm", points = 201 }\n'
+        return float(value(of("", text, speeds).record, "largest/torque_half_range")[:3].max())
+
+    assert largest(k, c) == pytest.approx(worst, rel=1e-8)
+    assert min(largest(1.03 * k, c), largest(k, 0.97 * c)) > worst
+    table = float(record["damper_design/table/worst_torque"].values)
+    assert largest(2e4, 30.0) == pytest.approx(table, rel=1e-8)
+    assert float(record["damper_design/table/gain"].values) == pytest.approx(table / worst)
+
+
+def test_pictures_and_report_of_studies() -> None:
+    for result, names in (
+        (misfire(), ("torsion_transient", "torsion_waterfall")),
+        (design(), ("damper_map", "damper_response")),
+    ):
+        for name in names:
+            assert make(result, name) is not None
+        text = render_report(result)
+        assert max(map(len, text.splitlines())) <= 100
+    assert "Design of the damper" in text
+    assert "Change in time" in render_report(misfire())
+    assert "Inertia that changes" in render_report(variable())
+
+
+def geared_ring(inertia: float) -> str:
+    """A ring behind a gear of four to one, only its damping to be found."""
+    speeds = 'speeds = { from = "500 rpm", to = "900 rpm", points = 101 }\n'
+    geared = GEARED.replace(
+        "[response.torsion]\n",
+        f'dampers = [{{ name = "ring", on = "generator", kind = "spring", inertia = "{inertia} '
+        'kg*m^2", stiffness = "2e3 N*m/rad", damping = "6 N*m*s/rad" }]\n'
+        "[response.torsion]\norders = { highest = 4 }\n",
+    )
+    for stiffness in ('"1e6 N*m/rad"', '"4e5 N*m/rad"', '"2e5 N*m/rad"', '"3e4 N*m/rad"'):
+        geared = replaced(geared, (stiffness, f'{stiffness}, damping = "30 N*m*s/rad"'))
+    return geared + speeds + '[damper_design]\non = "ring"\nfind = ["damping"]\n'
+
+
+@pytest.mark.parametrize("inertia", [0.04, 0.06])
+def test_crests_of_one_cycle_that_rise_together_hold_no_corner(inertia: float) -> None:
+    # both halves of a turn all but repeat each other: their crests differ by a twenty-thousandth
+    # at every damping, so that no tuning makes them equal
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "engine.toml"
+        path.write_text(geared_ring(inertia), encoding="utf-8")
+        case = load_checked([path])[0].case
+    assert case.damper_design is not None
+    asked = build_problem(build_setup(case), case.damper_design)
+    found = search(asked.problem, asked.limits)
+    assert found.curvature > 0.0 and np.all(found.weight > 0.0) and found.residual < 1e-9
+    for factor in (0.5, 0.98, 1.02, 2.0):
+        beside = found.damper._replace(damping=factor * found.damper.damping)
+        assert performance(asked.problem, beside).worst > found.worst
+
+
+def test_damper_on_a_geared_shaft_is_told_in_its_own_values() -> None:
+    # its damper put into the case as a part
+    record = run_text(
+        geared_ring(0.05) + 'rings = ["0.05 kg*m^2"]\n'
+        'compare = { stiffness = "2e3 N*m/rad", damping = "6 N*m*s/rad" }\n'
+    ).record
+    shafts = value(record, "largest/torque_half_range")[:5].max()
+    assert float(record["damper_design/table/worst_torque"].values) == pytest.approx(shafts)
+    path = TORSION + "speeds/travel"
+    travel = float(record["damper_design/table/travel"].values)
+    assert travel == pytest.approx(np.asarray(record[path].values).max(), rel=0.05)
+    assert float(record["damper_design/stiffness"].values) == pytest.approx(2e3)
+    assert not [w for w in record.warnings if "ring" in w]
+    rings, own = (
+        np.asarray(record[f"damper_design/{n}torque"].values) for n in ("ring/", "worst_")
+    )
+    assert rings[0] == pytest.approx(float(own), rel=1e-6)

@@ -1,0 +1,67 @@
+"""Results of a shaft line over a range of crank speeds: curves, criticals, limits, barred ranges.
+
+A value is infinite at a speed where an order meets a natural frequency that nothing damps.
+"""
+
+from vibecalc.pipeline.entries.entry import entry
+
+ROOT = "response/torsion"
+_CURVE = "section speed"
+
+ENTRIES = (
+    entry(f"{ROOT}/critical/speed", "mode half_order", "rad/s",
+          "speed at which the order meets the natural frequency; also outside of the range"),
+    entry(f"{ROOT}/speeds/angle_half_range", "station speed", "rad", "half range of all orders"),
+    entry(f"{ROOT}/speeds/twist_half_range", _CURVE, "rad", "half range of all orders"),
+    entry(f"{ROOT}/speeds/torque_half_range", _CURVE, "N*m", "half range of all orders"),
+    entry(f"{ROOT}/speeds/torque_peak", _CURVE, "N*m", "largest magnitude, mean torque in it"),
+    entry(f"{ROOT}/speeds/stress_half_range", _CURVE, "Pa", "half range of all orders"),
+    entry(f"{ROOT}/speeds/mean_torque", "speed", "N*m", "of all cylinders"),
+    entry(f"{ROOT}/speeds/heat", "damper speed", "W", "mean power"),
+    entry(f"{ROOT}/speeds/travel", "damper speed", "rad", "ring on station, largest magnitude"),
+    entry(f"{ROOT}/speeds/gear_mean_torque", "gear speed", "N*m", "on the first wheel"),
+    entry(f"{ROOT}/speeds/gear_torque", "gear speed", "N*m", "on the first wheel, half range"),
+    entry(f"{ROOT}/speeds/gear_least_torque", "gear speed", "N*m",
+          "over the cycle, in the sense of its mean; below 0 the teeth leave each other"),
+    entry(f"{ROOT}/speeds/gear_hammers", "gear speed", "",
+          "1: its torque changes sign; 0: it does not"),
+    entry(f"{ROOT}/hammering/from", "hammering", "rad/s", "a gear hammers from here"),
+    entry(f"{ROOT}/hammering/to", "hammering", "rad/s", "to here"),
+    entry(f"{ROOT}/hammering/gear", "hammering", "", "this gear, counted from 1"),
+    entry(f"{ROOT}/campbell/natural_frequency", "mode speed", "rad/s",
+          "undamped, where pendulums let it follow the speed"),
+    entry(f"{ROOT}/separation/range/margin", "mode order_class", "",
+          "least distance to an order within the speeds, over its nearer end; below 0: it is met"),
+    entry(f"{ROOT}/separation/range/half_order", "mode order_class", "", "that order; 0: none"),
+    entry(f"{ROOT}/separation/range/kept", "mode order_class", "",
+          "1: as far from every order as API 618 asks; 0: not"),
+    entry(f"{ROOT}/masked/from", "masked", "rad/s", "nothing damps a mode from here"),
+    entry(f"{ROOT}/masked/to", "masked", "rad/s", "to here"),
+    entry(f"{ROOT}/masked/mode", "masked", "", "the mode"),
+    entry(f"{ROOT}/masked/half_order", "masked", "", "and the order that meets it"),
+    entry(f"{ROOT}/largest/torque_half_range", "section", "N*m", "at any speed of the range"),
+    entry(f"{ROOT}/largest/twist_half_range", "section", "rad", "there"),
+    entry(f"{ROOT}/largest/stress_half_range", "section", "Pa", "there"),
+    entry(f"{ROOT}/largest/speed", "section", "rad/s", "where that is"),
+    entry(f"{ROOT}/largest/mode", "section", "", "mode that resonates there; 0: none"),
+    entry(f"{ROOT}/largest/half_order", "section", "", "and order; 0: none"),
+    entry(f"{ROOT}/summit/speed", "summit", "rad/s", "maximum of a section's curve"),
+    entry(f"{ROOT}/summit/torque_half_range", "summit", "N*m", "there, in that section"),
+    entry(f"{ROOT}/summit/section", "summit", "",
+          "that section, counted from 1: the one of most torque, then that of most stress"),
+    entry(f"{ROOT}/summit/mode", "summit", "", "mode that resonates there; 0: none"),
+    entry(f"{ROOT}/summit/half_order", "summit", "", "and order; 0: none"),
+    entry(f"{ROOT}/limit/allowed", "limit speed", "Pa",
+          "for lasting, in the section of largest use; infinite where the limit says nothing"),
+    entry(f"{ROOT}/limit/transient", "limit speed", "Pa",
+          "for passing through, there; infinite where the limit has none"),
+    entry(f"{ROOT}/limit/largest_use", "limit", "", "largest stress over allowed, at any speed"),
+    entry(f"{ROOT}/limit/speed", "limit", "rad/s", "where that is"),
+    entry(f"{ROOT}/limit/section", "limit", "", "in this section, counted from 1"),
+    entry(f"{ROOT}/limit/operating_use", "limit", "", "stress over allowed at the operating speed"),
+    entry(f"{ROOT}/limit/transient_use", "limit", "",
+          "largest stress over the one allowed for passing through; 0: the limit has none"),
+    entry(f"{ROOT}/barred/from", "barred", "rad/s", "more than allowed for lasting from here"),
+    entry(f"{ROOT}/barred/to", "barred", "rad/s", "to here"),
+    entry(f"{ROOT}/barred/limit", "barred", "", "by this limit, counted from 1"),
+)  # fmt: skip

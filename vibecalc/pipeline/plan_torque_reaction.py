@@ -1,0 +1,29 @@
+"""The stage of an engine on its mounts under the torque of its cylinders."""
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from vibecalc.case.engine_mounted import is_separate, torque_reaches_mounts
+from vibecalc.pipeline.stage_plan import StagePlan, below
+
+if TYPE_CHECKING:
+    from vibecalc.case.schema import Case
+
+
+def plan_torque_reaction(case: "Case") -> Iterator[StagePlan]:
+    """Planned where the torque of the cylinders of an engine reaches its mounts."""
+    if not torque_reaches_mounts(case):
+        return
+    separate = is_separate(case)
+    where = "elsewhere" if separate else "on the body, with a shaft line"
+    yield StagePlan(
+        stage="torque reaction",
+        module="torque_reaction",
+        why=f"[isolation] is in the case of an engine with gas, its driven machine {where}",
+        parts=("crank_train", "body", "mounts") + (() if separate else ("shaft_line",)),
+        uses=("isolation.torque_reaction", "excitation.cylinder_torque", "response.direct"),
+        orders="half orders of four strokes, whole ones of two, and as many again for the error",
+        cost=f"one solve per order at {case.machine.speed:.6g} rad/s",
+        quantities=below("isolation/torque_reaction/"),
+        is_last=True,
+    )
