@@ -81,6 +81,7 @@ bench: $(READY) ## print speed ratios (start-up and the closest yardsticks)
 	$(BIN)/python benchmarks/sweep.py
 	$(BIN)/python benchmarks/roll.py
 	$(BIN)/python benchmarks/absorber.py
+	$(BIN)/python benchmarks/torsion.py
 
 test-long: $(READY) ## long searches and the full fuzz; record the result in docs/validation.md
 	$(BIN)/python -m pytest -n $(WORKERS) -m long --timeout 14400
