@@ -295,6 +295,36 @@ def test_a_changed_a_missing_and_an_extra_mode_are_seen() -> None:
     assert compare(fewer, golden).rows[1].problems == ("mode=1 is not in the reference",)
 
 
+@pytest.mark.parametrize(
+    ("shapes", "same"),
+    [
+        ([[2.0, 2.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 1.0]], True),
+        ([[0.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 0.0, 1.0]], True),
+        ([[1.0, 1.0, 0.0], [1.0, -1.0, 0.0], [0.0, 0.0, 1.0]], False),
+        ([[1.0, 1.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]], False),
+    ],
+)
+def test_a_mode_that_moves_nothing_shown_is_a_mode(shapes: list[list[float]], same: bool) -> None:
+    axes = (replace(MODE, values=np.arange(1, 4)),)
+    both = (*axes, replace(COORDINATE, values=np.array(["a", "b", "c"])))
+
+    def of(rows: list[list[float]]) -> Result:
+        folder, frequencies = "response/torsion/modes", np.array([0.0, 0.0, 50.0])
+        return result_of(
+            Quantity(
+                path=f"{folder}/natural_frequency", values=frequencies, unit="",
+                long_name="f", axes=axes, error_estimate=0.0,
+            ),
+            Quantity(
+                path=f"{folder}/shape", values=np.array(rows), unit="", long_name="s", axes=both,
+                error_estimate=1e-13,
+            ),
+        )  # fmt: skip
+
+    golden = of([[1.0, 1.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+    assert compare(golden, of(shapes)).same == same
+
+
 def resonance(speed: np.ndarray, centre: float = 31.74, damping: float = 0.08) -> np.ndarray:
     ratio = speed / centre
     return np.asarray(100 * ratio**2 / np.abs(1 - ratio**2 + 2j * damping * ratio))

@@ -138,8 +138,8 @@ def by_mode_shape(
 def outside(basis: np.ndarray, shapes: np.ndarray) -> np.ndarray:
     """Share of each shape (k, c), by length, that lies outside the span of `basis` (m, c).
 
-    A zero shape lies outside unless the basis is zero too; shapes with NaN or infinities give
-    infinity.
+    A zero shape, of a mode that moves nothing that is shown, lies outside unless one of the basis
+    is zero (or twice the same), too; shapes with NaN or infinities give infinity.
     """
     if not np.isfinite(basis).all():
         return np.full(len(shapes), math.inf)
@@ -151,7 +151,7 @@ def outside(basis: np.ndarray, shapes: np.ndarray) -> np.ndarray:
     rest = shapes.T - directions @ (np.conj(directions.T) @ shapes.T)
     rest -= directions @ (np.conj(directions.T) @ rest)  # once more: the first leaves round-off
     share = np.linalg.norm(rest, axis=0) / np.where(lengths > 0, lengths, 1.0)
-    share = np.where(lengths > 0, share, float(directions.shape[1] > 0))
+    share = np.where(lengths > 0, share, float(directions.shape[1] >= len(basis)))
     return np.where(usable, share, math.inf)
 
 
