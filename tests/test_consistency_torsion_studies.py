@@ -48,10 +48,9 @@ def value(record: Record, path: str) -> np.ndarray:
 
 
 def ends(record: Record, which: int) -> tuple[np.ndarray, np.ndarray]:
-    """Lowest and highest torque of each section in the first or the last cycle."""
-    rows = slice(0, 6) if which == 0 else slice(-7, None)
-    low, high = (value(record, f"transient/torque_{end}")[:, rows] for end in ("low", "high"))
-    return low.min(axis=1), high.max(axis=1)
+    """Lowest and highest torque of each section in the first (0) or the last (-1) cycle."""
+    low, high = (value(record, f"transient/torque_{end}")[:, which] for end in ("low", "high"))
+    return low, high
 
 
 def misfire() -> Result:

@@ -113,7 +113,7 @@ AXES: dict[str, tuple[str, str]] = {
     "variable_speed": ("rad/s", "crank speed, criticals among the steps"),
     "wedge": ("", "sum resonance of the inertia, widest first"),
     "unstable": ("", "range of speeds in which vibration grows, ascending"),
-    "transient_time": ("s", "middle of a window of time"),
+    "transient_time": ("s", "middle of a whole cycle of the machine"),
     "course_time": ("s", "time"),
     "waterfall_time": ("s", "middle of a window of time"),
     "waterfall_frequency": ("rad/s", "frequency"),

@@ -74,9 +74,9 @@ _STEPS = (
     entry(f"{TRANSIENT}dynamic_factor", _SECTION, "", "peak over the larger of those two"),
 )  # fmt: skip
 _PASSAGES = (
-    entry(f"{TRANSIENT}half_range", _WINDOWS, "N*m", "half of high less low in each window"),
+    entry(f"{TRANSIENT}half_range", _WINDOWS, "N*m", "half of high less low"),
     entry(f"{TRANSIENT}quasi_steady", _WINDOWS, "N*m",
-          "largest steady half range at the speeds of the window"),
+          "largest steady half range at the speeds of that cycle"),
     entry(f"{TRANSIENT}peak_half_range", _SECTION, "N*m",
           "largest half range of any cycle, begin it where it may"),
     entry(f"{TRANSIENT}peak_half_range_speed", _SECTION, "rad/s",
@@ -101,9 +101,9 @@ _PASSAGES = (
           "largest magnitude on the way without that part, mean in it"),
 )  # fmt: skip
 TRANSIENTS = (
-    entry(f"{TRANSIENT}speed", "transient_time", "rad/s", "crank speed in the middle of a window"),
-    entry(f"{TRANSIENT}torque_low", _WINDOWS, "N*m", "lowest in the window, mean in it"),
-    entry(f"{TRANSIENT}torque_high", _WINDOWS, "N*m", "highest in the window, mean in it"),
+    entry(f"{TRANSIENT}speed", "transient_time", "rad/s", "crank speed at that time"),
+    entry(f"{TRANSIENT}torque_low", _WINDOWS, "N*m", "lowest in a cycle about it, mean in it"),
+    entry(f"{TRANSIENT}torque_high", _WINDOWS, "N*m", "highest in a cycle about it, mean in it"),
     entry(f"{TRANSIENT}peak", _SECTION, "N*m", "largest magnitude on the way, mean in it"),
     entry(f"{TRANSIENT}peak_time", _SECTION, "s", "when that is"),
     entry(f"{TRANSIENT}peak_speed", _SECTION, "rad/s", "crank speed then"),

@@ -12,6 +12,10 @@ from vibecalc.pipeline.scene import Scene
 from vibecalc.pipeline.stages.torsion_curves import sweep
 from vibecalc.pipeline.stages.torsion_setup import Setup, build_setup
 from vibecalc.pipeline.stages.torsion_transient_course import STEPS, Journey, journey
+from vibecalc.pipeline.stages.torsion_transient_envelope import (
+    emit_envelope,
+    emit_half_ranges,
+)
 from vibecalc.pipeline.stages.torsion_transient_looks import emit_looks
 from vibecalc.pipeline.stages.torsion_transient_supply import emit_supply
 from vibecalc.response.torsion.sections import section_torque
@@ -20,13 +24,15 @@ from vibecalc.response.torsion.transient_march import TransientRun, transient
 from vibecalc.response.torsion.transient_motion import Stretch, acceleration_at
 from vibecalc.response.torsion.transient_peaks import Envelope, envelope
 from vibecalc.response.torsion.transient_quasi_steady import against_quasi_steady, section_peaks
+from vibecalc.response.torsion.transient_sliding import Sliding
 from vibecalc.response.torsion.transient_start import static_state
 from vibecalc.response.torsion.transient_swing import largest_swings
 from vibecalc.response.torsion.transient_torque import torque_law
 
 #: tolerance of the march: nothing that is read off it is told more sharply
 _RTOL = 1e-7
-#: windows of a run; of a cycle, in a time of fewer cycles than that, where the speed stays
+#: windows in which peaks are looked for; of a cycle, in a time of fewer cycles than that, where
+#: the speed stays
 _FEWEST, _MOST, _PER_CYCLE, _SHORT = 4, 400, 6, 20
 #: speeds of the steady curve before its summits are added
 _SPEEDS = 1201
@@ -47,12 +53,12 @@ def run(scene: Scene) -> None:
     )  # fmt: skip
     found = envelope(run_, _windows(setup, run_, options.kind in STEPS))
     size = np.abs(setup.shaft.section_ratio)
-    _emit_envelope(scene, setup, run_, found)
+    slide = emit_envelope(scene, setup, run_)
     worst = _emit_peaks(scene, setup, run_, found)
     if options.kind in STEPS:
         _emit_steps(scene, setup, path, run_, found, size)
     else:
-        _emit_passage(scene, setup, path, run_, found, size)
+        _emit_passage(scene, setup, path, run_, found, slide)
         emit_supply(scene, setup, run_, found)
     emit_looks(scene, setup, run_, worst)
     scene.cite(
@@ -81,19 +87,6 @@ def _axes(setup: Setup) -> dict[str, object]:
     return {"section": setup.shaft.section_names}
 
 
-def _emit_envelope(scene: Scene, setup: Setup, run_: TransientRun, found: Envelope) -> None:
-    middle = 0.5 * (found.time[:-1] + found.time[1:])
-    axes = _axes(setup) | {"transient_time": middle}
-    top = float(np.max(found.speed, initial=0.0))
-    scene.emit(f"{TRANSIENT}speed", found.speed, 8.0 * EPSILON * top, axes)
-    # an own torque has the sign of its shaft's sense
-    ratio = setup.shaft.section_ratio
-    ends = np.sort(np.stack([found.low / ratio, found.high / ratio]), axis=0)
-    error = found.error / np.abs(ratio)
-    scene.emit(f"{TRANSIENT}torque_low", ends[0].T, error, axes)
-    scene.emit(f"{TRANSIENT}torque_high", ends[1].T, error, axes)
-
-
 def _emit_peaks(scene: Scene, setup: Setup, run_: TransientRun, found: Envelope) -> int:
     """Largest magnitudes; gives the section of the largest, counted from 0."""
     peaks, axes = section_peaks(run_, found), _axes(setup)
@@ -113,9 +106,10 @@ def _emit_peaks(scene: Scene, setup: Setup, run_: TransientRun, found: Envelope)
 
 def _emit_passage(
     scene: Scene, setup: Setup, path: Journey, run_: TransientRun, found: Envelope,
-    size: FloatArray,
+    slide: Sliding | None,
 ) -> None:  # fmt: skip
     """Half ranges of the windows beside the steady ones at the same speeds."""
+    size = np.abs(setup.shaft.section_ratio)
     start, end = path.moving
     inside = np.flatnonzero((found.time[:-1] >= start - 1e-12) & (found.time[1:] <= end + 1e-12))
     if inside.size < 3:
@@ -128,15 +122,8 @@ def _emit_passage(
     speeds, steady, doubt, damped = _steady(setup, found.speed)
     passage = against_quasi_steady(own, speeds, steady)
     swings = largest_swings(run_, own, setup.drive.firing.cycle)
-    half = 0.5 * (found.high - found.low)
-    beside = np.stack(
-        [np.interp(found.speed, speeds, steady[:, s]) for s in range(steady.shape[1])], axis=1
-    )
-    beside[rows] = passage.steady
-    middle = 0.5 * (found.time[:-1] + found.time[1:])
-    axes = _axes(setup) | {"transient_time": middle}
-    scene.emit(f"{TRANSIENT}half_range", (half / size).T, found.error / size, axes)
-    scene.emit(f"{TRANSIENT}quasi_steady", (beside / size).T, doubt / size, axes)
+    if slide is not None:
+        emit_half_ranges(scene, setup, slide, speeds, steady, doubt)
     axes = _axes(setup)
     error = swings.error
     scene.emit(f"{TRANSIENT}peak_half_range", swings.half_range / size, error / size, axes)

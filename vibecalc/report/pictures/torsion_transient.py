@@ -54,8 +54,8 @@ def _envelope(
     axes: "Axes", record: Record, ends: tuple[Quantity, Quantity], place: int, time: np.ndarray
 ) -> None:
     below, above = (_KILO * np.asarray(one.values, dtype=float)[place] for one in ends)
-    axes.fill_between(time, below, above, color=COLOURS[5], alpha=0.8, linewidth=0.5, step="mid",
-                      label="envelope")  # fmt: skip
+    axes.fill_between(time, below, above, color=COLOURS[5], alpha=0.8, linewidth=0.5,
+                      label="envelope over a cycle")  # fmt: skip
     for end, colour in (("before", COLOURS[2]), ("after", COLOURS[1])):
         found = having(record, f"{TRANSIENT}steady_{end}", "section")
         if found is not None:
@@ -71,12 +71,19 @@ def _envelope(
         sign = 1.0 if np.max(above[near]) >= -np.min(below[near]) else -1.0
         axes.plot([at], [sign * value], "o", color=LIMIT, ms=5, zorder=5,
                   label=f"peak {show(value, digits=4)} kN m")  # fmt: skip
-    axes.set_xlim(float(time[0]), float(time[-1]))
+    axes.set_xlim(*_span(axes, time))
     axes.set_ylabel("torque in kN m")
     axes.set_xlabel("time in s")
     bottom, top = axes.get_ylim()
     axes.set_ylim(bottom, top + 0.28 * (top - bottom))
     axes.legend(loc="upper left", ncols=4, fontsize=9)
+
+
+def _span(axes: "Axes", time: np.ndarray) -> tuple[float, float]:
+    """The times of the envelope, and that of a peak in the half cycle before or after them."""
+    peaks = [float(x) for line in axes.get_lines() if line.get_marker() == "o"
+             for x in np.asarray(line.get_xdata(), dtype=float)]  # fmt: skip
+    return min(float(time[0]), *peaks, np.inf), max(float(time[-1]), *peaks, -np.inf)
 
 
 def _speed(axes: "Axes", time: np.ndarray, turning: np.ndarray) -> None:

@@ -33,8 +33,13 @@ class Waterfall(NamedTuple):
     amplitude: ComplexArray
 
 
-def time_course(run: TransientRun, start: float, end: float, of: str = "torque") -> TimeCourse:
-    """Section torques in N m (of="twist": twists in rad) at all times of the first look."""
+def time_course(
+    run: TransientRun, start: float, end: float, of: str = "torque", finer: int = 1
+) -> TimeCourse:
+    """Section torques in N m (of="twist": twists in rad) at all times of the first look.
+
+    `finer` times as many where that is more than one.
+    """
     view = run.system.torque if of == "torque" else run.system.twist
     times, values, angles = [], [], []
     for number, piece in enumerate(run.pieces):
@@ -43,7 +48,7 @@ def time_course(run: TransientRun, start: float, end: float, of: str = "torque")
         last = int(np.clip(np.ceil((end - since) / piece.step), 0, piece.steps))
         if last <= first:
             continue
-        parts = points_in(run, number)
+        parts = points_in(run, number) * finer
         tool = propagator(run.system, piece.step, parts, view)
         inner = look(run, number, tool, np.arange(first, last), view)[:, :-1]
         passed = piece.step * (np.arange(first * parts, last * parts) / parts)

@@ -1,0 +1,80 @@
+"""Claim: an envelope over a sliding cycle is flat for a steady motion and holds the extremes."""
+
+import numpy as np
+import pytest
+
+from vibecalc.response.torsion.line import chain
+from vibecalc.response.torsion.transient_march import TransientRun, transient
+from vibecalc.response.torsion.transient_motion import angle_at, stretch
+from vibecalc.response.torsion.transient_peaks import envelope
+from vibecalc.response.torsion.transient_sliding import sliding
+from vibecalc.response.torsion.transient_waterfall import time_course
+
+CYCLE = 4.0 * np.pi
+ORDERS = np.arange(1, 17) / 2
+LINE = chain(np.array([18.0, 19.0, 18.0, 900.0]), np.array([22e6, 21e6, 19e6]))._replace(
+    damping=np.array([900.0, 800.0, 800.0])
+)
+
+
+def gas(lost: int | None = None) -> np.ndarray:
+    found = np.zeros((4, ORDERS.size), dtype=complex)
+    for cylinder, place in enumerate([0.0, 8.0, 4.0]):
+        found[cylinder] = 3000.0 / ORDERS * np.exp(-1j * ORDERS * place * np.pi / 3.0)
+    if lost is not None:
+        found[lost] = 0.0
+    return found
+
+
+def change() -> TransientRun:
+    """A misfire that sets in within a cycle."""
+    parts = [stretch(0.4, 0.0, gas()), stretch(1.6, 0.0, gas(1))]
+    return transient(LINE, ORDERS, parts, 83.0, start="steady")
+
+
+def test_a_steady_motion_has_a_flat_envelope() -> None:
+    run = transient(LINE, ORDERS, [stretch(1.0, 0.0, gas())], 83.0, start="steady")
+    found = sliding(run, CYCLE, 61)
+    assert found is not None
+    for values in (found.low, found.high):
+        assert np.all(np.abs(values - values[0]) <= found.error + found.error[0])
+        assert np.ptp(values, axis=0) == pytest.approx(0.0, abs=2e-6 * found.high.max())
+    assert np.all(found.error < 1e-5 * found.high.max())
+    whole = envelope(run, windows=1)
+    assert np.all(np.abs(found.high - whole.high[0]) <= found.error + whole.error[0])
+    assert np.all(np.abs(found.low - whole.low[0]) <= found.error + whole.error[0])
+
+
+@pytest.mark.parametrize("acceleration", [0.0, 40.0, -40.0])
+def test_windows_hold_the_extremes_of_a_finer_look(acceleration: float) -> None:
+    if acceleration:
+        part = stretch(1.0, acceleration, gas())
+        run = transient(LINE, ORDERS, [part], 80.0, start="steady")
+    else:
+        run = change()
+    found = sliding(run, CYCLE, 40)
+    assert found is not None
+    course = time_course(run, 0.0, float(run.borders.time[-1]), finer=16)
+    middle = angle_at(run.stretches, run.borders, found.time)
+    fine = 2e-5 * found.high.max()
+    for row, angle in enumerate(middle):
+        here = np.abs(course.angle - angle) <= 0.5 * CYCLE
+        high, low = course.value[here].max(axis=0), course.value[here].min(axis=0)
+        assert np.all(high <= found.high[row] + found.error[row])
+        assert np.all(low >= found.low[row] - found.error[row])
+        # an extreme at an end of the window lies between two samples
+        wide = np.convolve(here, np.ones(3), mode="same") > 0.5
+        above, below = course.value[wide].max(axis=0), course.value[wide].min(axis=0)
+        assert np.all(found.high[row] <= above + found.error[row] + fine)
+        assert np.all(found.low[row] >= below - found.error[row] - fine)
+        assert found.speed_low[row] <= found.speed[row] <= found.speed_high[row]
+
+
+def test_a_long_run_is_left_out_nowhere_and_a_short_one_has_no_envelope() -> None:
+    run = change()
+    few, peak = sliding(run, CYCLE, 4), envelope(run)
+    assert few is not None
+    assert np.all(few.high.max(axis=0) == pytest.approx(peak.high.max(axis=0), rel=1e-5))
+    assert np.all(few.low.min(axis=0) == pytest.approx(peak.low.min(axis=0), rel=1e-5))
+    short = transient(LINE, ORDERS, [stretch(0.1, 0.0, gas())], 83.0, start="steady")
+    assert sliding(short, CYCLE) is None
