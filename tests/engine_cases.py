@@ -2,8 +2,7 @@
 
 from pathlib import Path
 
-from vibecalc.errors import CaseError
-from vibecalc.study.load import load_checked
+import refused
 
 ENGINE = """schema = 1
 title = "three in line"
@@ -97,12 +96,4 @@ def replaced(text: str, *pairs: tuple[str, str]) -> str:
 
 def refusal(folder: Path, text: str, **files: str) -> str:
     """What `check` says of a case that it refuses, "" if it takes it."""
-    for name, content in files.items():
-        (folder / f"{name}.csv").write_text(content, encoding="utf-8")
-    path = folder / "engine.toml"
-    path.write_text(text, encoding="utf-8")
-    try:
-        load_checked([path])
-    except CaseError as error:
-        return str(error)
-    return ""
+    return refused.refusal(folder, "engine", text, **files)

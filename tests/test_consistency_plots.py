@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -10,22 +9,10 @@ from report_samples import NATURAL, SPEED, generator, optimised, quantity, rigid
 
 pytest.importorskip("matplotlib")
 
+from drawn import figure, lines, words
+
 from vibecalc.report.plots import PICTURES, draw, make
 from vibecalc.results.record import Axis, Result
-
-
-def figure(result: Result, name: str) -> Any:
-    made = make(result, name)
-    assert made is not None
-    return made
-
-
-def lines(axes: Any) -> dict[str, Any]:
-    return {line.get_label(): line for line in axes.get_lines()}
-
-
-def words(axes: Any) -> str:
-    return " ".join(text.get_text() for text in axes.texts)
 
 
 def test_force_over_the_cycle_sums_the_orders_with_phase() -> None:

@@ -1,7 +1,6 @@
 """Claim: pictures of motion, energies, switching and impacts show the numbers of the result."""
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -19,12 +18,14 @@ from response_samples import (
 
 pytest.importorskip("matplotlib")
 
+from drawn import assert_apart, figure, lines, words
+
 from vibecalc.report.pictures.dominance import broken
 from vibecalc.report.pictures.perspective import EDGES, arc_about, corners, project, rotate
 from vibecalc.report.pictures.scales import length_scale, spread_out
 from vibecalc.report.pictures.switching import envelope
-from vibecalc.report.plots import PICTURES, STYLE, draw, make
-from vibecalc.results.record import Axis, Result
+from vibecalc.report.plots import PICTURES, draw, make
+from vibecalc.results.record import Axis
 
 OWN = {
     "piston_acceleration": motion,
@@ -39,23 +40,6 @@ OWN = {
 }
 
 
-def figure(result: Result, name: str) -> Any:
-    import matplotlib
-
-    with matplotlib.rc_context(STYLE):
-        made = make(result, name)
-    assert made is not None
-    return made
-
-
-def words(axes: Any) -> str:
-    return " ".join(text.get_text() for text in axes.texts)
-
-
-def lines(axes: Any) -> dict[str, Any]:
-    return {line.get_label(): line for line in axes.get_lines()}
-
-
 @pytest.mark.parametrize("name", OWN)
 def test_a_picture_needs_its_own_numbers_only(name: str) -> None:
     assert make(compressor(OWN[name]()), name) is not None
@@ -65,20 +49,7 @@ def test_a_picture_needs_its_own_numbers_only(name: str) -> None:
 
 @pytest.mark.parametrize("name", OWN)
 def test_letters_and_axes_stay_apart(name: str) -> None:
-    made = figure(compressor(), name)
-    made.set_dpi(130)
-    made.canvas.draw()
-    renderer = made.canvas.get_renderer()
-    width = made.bbox.width
-    assert 1000.0 <= width <= 1300.0
-    boxes = [axes.get_tightbbox(renderer) for axes in made.axes if axes.get_visible()]
-    for i, box in enumerate(boxes):
-        assert box.x0 >= -2.0 and box.x1 <= width + 2.0
-        for other in boxes[i + 1 :]:
-            assert not (
-                min(box.x1, other.x1) - max(box.x0, other.x0) > 1.0
-                and min(box.y1, other.y1) - max(box.y0, other.y0) > 1.0
-            )
+    assert_apart(figure(compressor(), name))
 
 
 def test_acceleration_is_held_against_two_harmonics() -> None:
@@ -282,11 +253,11 @@ def test_no_line_joins_orders_across_one_without_force() -> None:
     shaking = result.record["response/impact/shaking"]
     acting = shaking.axes[0].values[np.abs(shaking.values) > 0.0]
     assert 2 in acting and 3 not in acting
-    for name, words in (
+    for name, said in (
         ("dominance", "inertia force of the piston"),
         ("impact_spectrum", "inertia force"),
     ):
-        drawn = lines(figure(result, name).axes[0])[words]
+        drawn = lines(figure(result, name).axes[0])[said]
         x, y = np.asarray(drawn.get_xdata()), np.asarray(drawn.get_ydata())
         assert np.isnan(y[np.flatnonzero(x == 2.0)[0] + 1]), name
 

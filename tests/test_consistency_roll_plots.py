@@ -25,28 +25,13 @@ from roll_samples import (
 
 pytest.importorskip("matplotlib")
 
+from drawn import assert_apart, figure, lines, words
+
 from vibecalc.report.pictures.motor_curve import motor_curve
-from vibecalc.report.plots import PICTURES, STYLE, draw, make
-from vibecalc.results.record import Axis, Result
+from vibecalc.report.plots import PICTURES, draw, make
+from vibecalc.results.record import Axis
 
 OWN = {"roll_levels": spectra, "roll_cycle": spectra, "roll_sensitivity": sensitivities}
-
-
-def figure(result: Result, name: str) -> Any:
-    import matplotlib
-
-    with matplotlib.rc_context(STYLE):
-        made = make(result, name)
-    assert made is not None
-    return made
-
-
-def words(axes: Any) -> str:
-    return " ".join(text.get_text() for text in axes.texts)
-
-
-def lines(axes: Any) -> dict[str, Any]:
-    return {line.get_label(): line for line in axes.get_lines()}
 
 
 @pytest.mark.parametrize("name", OWN)
@@ -59,20 +44,7 @@ def test_a_picture_needs_its_own_numbers_only(name: str) -> None:
 @pytest.mark.parametrize("name", OWN)
 @pytest.mark.parametrize("made_of", [roll, symmetrical])
 def test_letters_and_axes_stay_apart(name: str, made_of: Any) -> None:
-    made = figure(made_of(), name)
-    made.set_dpi(130)
-    made.canvas.draw()
-    renderer = made.canvas.get_renderer()
-    width = made.bbox.width
-    assert 1000.0 <= width <= 1300.0
-    boxes = [axes.get_tightbbox(renderer) for axes in made.axes if axes.get_visible()]
-    for i, box in enumerate(boxes):
-        assert box.x0 >= -2.0 and box.x1 <= width + 2.0
-        for other in boxes[i + 1 :]:
-            assert not (
-                min(box.x1, other.x1) - max(box.x0, other.x0) > 1.0
-                and min(box.y1, other.y1) - max(box.y0, other.y0) > 1.0
-            )
+    assert_apart(figure(made_of(), name))
 
 
 def test_levels_stand_beside_published_and_measured_ones() -> None:

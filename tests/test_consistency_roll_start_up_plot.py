@@ -10,28 +10,13 @@ from roll_start_up_samples import STEM, start_up
 
 pytest.importorskip("matplotlib")
 
+from drawn import assert_apart, figure, lines, words
+
 from vibecalc.report.pictures.roll_start_up import arcs
-from vibecalc.report.plots import STYLE, make
+from vibecalc.report.plots import make
 from vibecalc.results.record import Result
 
 NAME = "roll_start_up"
-
-
-def figure(result: Result, name: str) -> Any:
-    import matplotlib
-
-    with matplotlib.rc_context(STYLE):
-        made = make(result, name)
-    assert made is not None
-    return made
-
-
-def words(axes: Any) -> str:
-    return " ".join(text.get_text() for text in axes.texts)
-
-
-def lines(axes: Any) -> dict[str, Any]:
-    return {line.get_label(): line for line in axes.get_lines()}
 
 
 def replaced(result: Result, path: str, values: Any) -> Result:
@@ -54,20 +39,7 @@ def test_each_result_alone_is_no_reason_to_fail() -> None:
 
 @pytest.mark.parametrize("started", [True, False])
 def test_letters_and_axes_stay_apart(started: bool) -> None:
-    made = figure(roll(start_up(started)), NAME)
-    made.set_dpi(130)
-    made.canvas.draw()
-    renderer = made.canvas.get_renderer()
-    width = made.bbox.width
-    assert 1000.0 <= width <= 1300.0
-    boxes = [axes.get_tightbbox(renderer) for axes in made.axes if axes.get_visible()]
-    for i, box in enumerate(boxes):
-        assert box.x0 >= -2.0 and box.x1 <= width + 2.0
-        for other in boxes[i + 1 :]:
-            assert not (
-                min(box.x1, other.x1) - max(box.x0, other.x0) > 1.0
-                and min(box.y1, other.y1) - max(box.y0, other.y0) > 1.0
-            )
+    assert_apart(figure(roll(start_up(started)), NAME))
 
 
 def test_a_start_is_drawn_with_its_envelopes_peaks_and_moments() -> None:
