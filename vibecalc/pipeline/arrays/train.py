@@ -5,8 +5,9 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.machine.frame import Frame, build_frame
-from vibecalc.numerics.typing import FloatArray, IntArray
+from vibecalc.numerics.typing import FloatArray
 from vibecalc.pipeline.arrays.columns import Columns, together
+from vibecalc.pipeline.crank_forces import Turning
 
 TRAIN = ("machine", "crank_train")
 
@@ -33,14 +34,17 @@ class Train(NamedTuple):
     origin: FloatArray
     frame: Frame
 
+    @property
+    def axis(self) -> FloatArray:
+        return self.frame.axis
 
-class Turning(NamedTuple):
-    """Unbalances as `RotatingMasses`: (points or 1, m), `position` (points or 1, m, 3)."""
+    @property
+    def stroke(self) -> FloatArray:
+        return self.frame.stroke
 
-    unbalance: FloatArray
-    speed_ratio: IntArray
-    phase: FloatArray
-    position: FloatArray
+    @property
+    def across(self) -> FloatArray:
+        return self.frame.across
 
 
 def build_train(columns: Columns) -> Train:
@@ -89,7 +93,10 @@ def build_train(columns: Columns) -> Train:
 
 
 def turning_masses(columns: Columns, train: Train) -> Turning:
-    """Throws, weights that cancel throws, counterweights and balance shafts at all points."""
+    """Throws, weights that cancel throws, counterweights and balance shafts at all points.
+
+    `unbalance` (points or 1, m), `position` (points or 1, m, 3).
+    """
     written, options = columns.case.machine.crank_train, columns.case.excitation
     radius = train.crank_radius[:, None]
     unbalance = [train.rotating_mass * radius]
