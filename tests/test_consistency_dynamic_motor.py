@@ -122,6 +122,7 @@ def test_a_turn_in_time_comes_back(kind: str, cages: int) -> None:
         assert abs(state[place] - start[place]) < 1e-9 * max(1.0, abs(start[place])), place
 
 
+@pytest.mark.long
 def test_a_march_in_time_ends_in_it() -> None:
     machine, drive = machine_of(), drive_of(1, gas="trigonometric")
     found = run(machine, drive)

@@ -192,6 +192,7 @@ def test_the_motor_is_left_out_where_there_is_none():
     assert set(value(record, "leader").ravel()) <= {0, 1}
 
 
+@pytest.mark.long
 def test_crank_pin_and_bore_have_results_of_their_own():
     play = "clearance='1e-3 in', stiffness='1e6 lbf/in', contact_damping='0.1 lbf*s/in'"
     record = record_of(

@@ -42,7 +42,9 @@ def test_tableaus_satisfy_the_conditions_of_their_order(method):
     np.testing.assert_allclose(rows, fraction, atol=1e-14)
 
 
-@pytest.mark.parametrize("law", ["continuous", "full_deflection"])
+@pytest.mark.parametrize(
+    "law", ["continuous", pytest.param("full_deflection", marks=pytest.mark.long)]
+)
 def test_fixed_steps_approach_the_event_exact_motion(law):
     # over a turn neighbouring runs part a thousandfold; the first tenth of it is compared
     gas, drive, gap = gas_towards("crank"), compressor_drive(), [2e-6]
@@ -66,6 +68,7 @@ def test_fixed_steps_approach_the_event_exact_motion(law):
     assert distance[1] < (2e-2 if jumps else 1e-3) * float(source_joint().clearance)
 
 
+@pytest.mark.long
 def test_fixed_steps_of_three_gaps_approach_the_event_exact_motion():
     drive, gas = compressor_drive(with_rod_tangent=True), gas_towards("crank")
     gap, still = [[1e-6, 2e-6, 2e-5]], [[0.0, 0.0, 0.0]]

@@ -94,6 +94,7 @@ def test_make_computes_what_is_out_of_date_and_nothing_else(folder: Path) -> Non
     assert (folder / "outputs" / "one_sweep.sweep.h5").stat().st_mtime_ns == before
 
 
+@pytest.mark.long
 def test_the_tasks_of_an_array_and_their_merge_give_the_whole_sweep(folder: Path) -> None:
     script = block("bash", "SLURM_ARRAY_TASK_ID")
     for task in (3, 1, 4, 2):

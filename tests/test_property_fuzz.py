@@ -53,9 +53,9 @@ def test_mutations_through_check(tmp_path: Path) -> None:
 
 @pytest.mark.timeout(280)
 def test_mutations_through_run(tmp_path: Path) -> None:
-    codes = run_many(14, tmp_path / "mutated.toml")
-    assert sum(codes.values()) == 14
-    assert codes[0] > 8
+    codes = run_many(8, tmp_path / "mutated.toml")
+    assert sum(codes.values()) == 8
+    assert codes[0] > 4
 
 
 @pytest.mark.long

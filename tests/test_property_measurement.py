@@ -50,7 +50,7 @@ def test_bound_against_all_corners_of_the_rounding(order):
     assert np.max(np.abs(phases)) == pytest.approx(float(taken.spread.bound(turn)), rel=0.1)
 
 
-@pytest.mark.parametrize("order", [1, 3])
+@pytest.mark.parametrize("order", [1, pytest.param(3, marks=pytest.mark.long)])
 def test_standard_uncertainty_against_samples(order):
     """400 readings spread evenly over their last digit."""
     rows = source_rows()

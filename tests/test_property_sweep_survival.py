@@ -71,7 +71,9 @@ def test_a_sweep_killed_at_two_hundred_moments_ends_as_if_never_killed(
     survives(tmp_path / "killed.h5", *uninterrupted, moments=200, seed=2)
 
 
-@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize(
+    "how", [signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.long)]
+)
 def test_an_interrupted_sweep_says_how_to_go_on(
     uninterrupted: tuple[Path, float], tmp_path: Path, how: signal.Signals
 ) -> None:
