@@ -4,10 +4,10 @@ Printed, as the source came to them, and right; units are those of the printed n
 """
 
 from functools import cache
-from typing import NamedTuple
 
 import numpy as np
 from absorber_grid import FREQUENCIES, grid_search, thousandths
+from pages import Row
 
 from vibecalc.optimisation.absorber.minimax import minimax
 from vibecalc.optimisation.absorber.minimax_restricted import pure_viscous
@@ -21,17 +21,6 @@ SIZES = ("S", "M", "L")
 TABLE_3_1 = np.array([0.157, 0.128, 0.100]), np.array([0.263, 0.229, 0.217])
 TABLE_3_2 = np.array([0.371, 0.399, 0.422])
 MU_A, MU_B = np.array([0.246, 0.179, 0.129]), np.array([0.451, 0.327, 0.236])
-
-
-class Row(NamedTuple):
-    """One printed number; None where there is no such value."""
-
-    place: str
-    printed: str
-    right: float | None
-    source: float | None
-    verdict: str
-    reason: str = ""
 
 
 def _tops(absorber: Absorber) -> Peaks:

@@ -12,12 +12,12 @@ from absorber_numbers import (
     SIZES,
     TABLE_3_1,
     TABLE_3_2,
-    Row,
     damped,
     optima,
     tables_3_1_and_3_2,
     undamped,
 )
+from pages import Row
 from test_docs import shows
 
 from vibecalc.hardware.clearance import clearance_rule

@@ -4,11 +4,11 @@ Printed, as the source came to them, and right; units are those of the printed n
 """
 
 from functools import cache
-from typing import NamedTuple
 
 import engine_source as source
 import numpy as np
 from engine_as_published import ORDER, full_torque, modes
+from pages import Row
 
 from vibecalc.case.engine_firing import CYCLES, angles_in_order
 from vibecalc.response.torsion.as_published import modal_excitation, twist_on_criticals
@@ -23,17 +23,6 @@ FREQUENCIES = {
     7: ("0", "264.15", "767.52", "1235.91", "1639.16", "1949.90", "2145.93"),
     8: ("0", "135.05", "286.43", "773.29", "1238.70", "1640.55", "1950.49", "2146.07"),
 }
-
-
-class Row(NamedTuple):
-    """One printed number; None where there is no such value."""
-
-    place: str
-    printed: str
-    right: float | None
-    source: float | None
-    verdict: str
-    reason: str = ""
 
 
 @cache

@@ -17,6 +17,13 @@ SPEED = 361.0
 RADIUS, ROD = 0.5 * INCH, 2.375 * INCH
 MASS = (0.659 + 0.075 + 0.131 * 0.625 / 2.375) * POUND
 BOTH, ONLY_A, ONLY_B, IDLE = range(4)
+REVERSAL = [
+    Piece(0.4, SPEED, 0.0, BOTH),
+    Piece(0.1, 0.0, 0.0, BOTH),
+    Piece(0.3, 0.0, -SPEED, ONLY_A),
+    Piece(0.2, -SPEED, -SPEED, ONLY_A),
+]
+THROUGH_ZERO = [Piece(0.5, SPEED, -0.6 * SPEED, ONLY_A), Piece(0.1, -0.6 * SPEED, 0.0, BOTH)]
 
 
 def compressor_matrices() -> Matrices:

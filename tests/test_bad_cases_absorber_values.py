@@ -5,19 +5,16 @@ then refused at that key, or is a case, and never ends in an exception.
 """
 
 import copy
-import random
 import tomllib
 from pathlib import Path
 from typing import Any
 
 import pytest
 from absorber_cases import PENDULUM, RATIOS, RIG, SEVERAL, TUNED
-from fuzzing import MUTATORS
-from test_property_fuzz import hold
+from test_property_fuzz import check_broken_starters
 
 from vibecalc.case.load import resolve, validate
 from vibecalc.case.overrides import get_key, key_text, set_key
-from vibecalc.case.template import starter
 from vibecalc.case.walk import shape_at
 from vibecalc.errors import CaseError, KeyPath
 from vibecalc.machine.checks import check_machine, machine_warnings
@@ -140,17 +137,6 @@ def test_scaled_numbers_are_refused_or_stand(name: str) -> None:
 
 @pytest.mark.parametrize("scene", ["absorber", "absorber_rig", "pendulum"])
 def test_broken_starters_end_in_words(scene: str, tmp_path: Path) -> None:
-    draw = random.Random(scene)
-    lines = [line for line in starter(scene).splitlines() if not line.lstrip().startswith("#")]
-    text = "\n".join(lines) + "\n"
-    codes: dict[int, int] = {}
-    for number in range(100):
-        broken = text
-        for _ in range(draw.choice((1, 1, 2, 3))):
-            broken = draw.choice(MUTATORS)(draw, broken)
-        code = hold(
-            broken, number, tmp_path / "mutated.toml", "check", str(tmp_path / "mutated.toml")
-        )
-        codes[code] = codes.get(code, 0) + 1
+    codes = check_broken_starters(scene, 100, tmp_path / "mutated.toml")
     assert set(codes) <= {0, 2}
     assert codes[2] > 30

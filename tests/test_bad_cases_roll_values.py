@@ -5,18 +5,16 @@ leaves there; the case is then refused at that key, or is a case, and never ends
 """
 
 import copy
-import random
 from pathlib import Path
 from typing import Any
 
 import pytest
-from fuzzing import MUTATORS, command
-from test_property_fuzz import hold
+from fuzzing import command
+from test_property_fuzz import check_broken_starters
 
 from vibecalc.case.load import load_case, resolve, validate
 from vibecalc.case.overrides import get_key, key_text, set_key
 from vibecalc.case.roll_scenes import PLATE, ROLL, ROLL_CONTROL
-from vibecalc.case.template import starter
 from vibecalc.case.walk import shape_at
 from vibecalc.errors import CaseError, KeyPath
 from vibecalc.machine.checks import check_machine, machine_warnings
@@ -137,19 +135,7 @@ def test_scaled_numbers_are_refused_or_stand(scale: float, least: int) -> None:
 
 @pytest.mark.parametrize("scene", ["roll", "roll_control", "plate"])
 def test_broken_starters_end_in_words(scene: str, tmp_path: Path) -> None:
-    draw = random.Random(scene)
-    text = starter(scene)
-    lines = [line for line in text.splitlines() if not line.lstrip().startswith("#")]
-    text = "\n".join(lines) + "\n"
-    codes: dict[int, int] = {}
-    for number in range(120):
-        broken = text
-        for _ in range(draw.choice((1, 1, 2, 3))):
-            broken = draw.choice(MUTATORS)(draw, broken)
-        code = hold(
-            broken, number, tmp_path / "mutated.toml", "check", str(tmp_path / "mutated.toml")
-        )
-        codes[code] = codes.get(code, 0) + 1
+    codes = check_broken_starters(scene, 120, tmp_path / "mutated.toml")
     assert set(codes) <= {0, 2}
     assert codes[2] > 40
 

@@ -6,7 +6,9 @@ import pytest
 from switching_machines import (
     BOTH,
     ONLY_A,
+    REVERSAL,
     SPEED,
+    THROUGH_ZERO,
     compressor,
     compressor_loads,
     followed,
@@ -19,14 +21,6 @@ from vibecalc.response.switching.free_motion import propagator
 from vibecalc.response.switching.instant import instantaneous
 from vibecalc.response.switching.readings import columns, read
 from vibecalc.response.switching.system import Loads, ModalSystem, Piece, modal_loads
-
-REVERSAL = [
-    Piece(0.4, SPEED, 0.0, BOTH),
-    Piece(0.1, 0.0, 0.0, BOTH),
-    Piece(0.3, 0.0, -SPEED, ONLY_A),
-    Piece(0.2, -SPEED, -SPEED, ONLY_A),
-]
-THROUGH_ZERO = [Piece(0.5, SPEED, -0.6 * SPEED, ONLY_A), Piece(0.1, -0.6 * SPEED, 0.0, BOTH)]
 
 
 def body_motion(

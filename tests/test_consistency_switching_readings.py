@@ -6,7 +6,9 @@ from switching_machines import (
     BOTH,
     IDLE,
     ONLY_A,
+    REVERSAL,
     SPEED,
+    THROUGH_ZERO,
     compressor,
     compressor_loads,
     crank_angle_and_speed,
@@ -22,14 +24,6 @@ from vibecalc.response.switching.run import runs_of
 from vibecalc.response.switching.slow import slow_peaks
 from vibecalc.response.switching.system import ModalSystem, Piece, modal_loads
 from vibecalc.response.switching.worst import worst_instant
-
-REVERSAL = [
-    Piece(0.4, SPEED, 0.0, BOTH),
-    Piece(0.1, 0.0, 0.0, BOTH),
-    Piece(0.3, 0.0, -SPEED, ONLY_A),
-    Piece(0.2, -SPEED, -SPEED, ONLY_A),
-]
-THROUGH_ZERO = [Piece(0.5, SPEED, -0.6 * SPEED, ONLY_A), Piece(0.1, -0.6 * SPEED, 0.0, BOTH)]
 
 
 def test_peaks_are_those_of_a_dense_search() -> None:

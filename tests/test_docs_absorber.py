@@ -1,11 +1,10 @@
 """Claim: docs/validation_absorber.md shows what the source prints and what is right, each digit."""
 
-import re
 from collections import Counter
 
 import pytest
-from absorber_numbers import Row
 from absorber_page import SECTIONS
+from pages import Row, assert_named_exist
 from shipped_cases import ROOT
 from test_docs import rows, shows
 
@@ -62,9 +61,4 @@ def test_summary_counts_the_verdicts() -> None:
 
 
 def test_the_tests_and_files_that_are_named_exist() -> None:
-    written = "".join(path.read_text(encoding="utf-8") for path in (ROOT / "tests").rglob("*.py"))
-    named = set(re.findall(r"`(test_\w+)`", PAGE))
-    assert len(named) > 20
-    assert not {name for name in named if f"def {name}(" not in written}
-    for path in re.findall(r"`((?:tests|cases)/[\w/.]+)`", PAGE):
-        assert (ROOT / path).exists(), path
+    assert_named_exist(PAGE)

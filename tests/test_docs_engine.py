@@ -1,12 +1,12 @@
 """Claim: docs/validation_engine.md shows what chapter 4 prints and what is right, each digit."""
 
-import re
 from collections import Counter
 
 import engine_source as source
 import numpy as np
 import pytest
-from engine_page import SECTIONS, SHAPES, Row, shape_cells
+from engine_page import SECTIONS, SHAPES, shape_cells
+from pages import Row, assert_named_exist
 from shipped_cases import ROOT
 from test_docs import rows, shows
 
@@ -81,9 +81,4 @@ def test_summary_counts_the_verdicts() -> None:
 
 
 def test_the_tests_and_files_that_are_named_exist() -> None:
-    written = "".join(path.read_text(encoding="utf-8") for path in (ROOT / "tests").rglob("*.py"))
-    named = set(re.findall(r"`(test_\w+)`", PAGE))
-    assert len(named) > 10
-    assert not {name for name in named if f"def {name}(" not in written}
-    for path in re.findall(r"`((?:tests|cases)/[\w/.]+)`", PAGE):
-        assert (ROOT / path).exists(), path
+    assert_named_exist(PAGE, least=10)

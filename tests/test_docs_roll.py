@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from exact_roll import exact_harmonics, exact_levels, exact_turn
 from herold_simulation import open_tables, simulate
+from pages import assert_named_exist
 from roll_control_loops import SOURCE, source_load
 from roll_machines import (
     FIRST_MASS,
@@ -88,12 +89,7 @@ def test_summary_counts_the_verdicts() -> None:
 
 
 def test_the_tests_that_are_named_exist() -> None:
-    written = "".join(path.read_text(encoding="utf-8") for path in (ROOT / "tests").rglob("*.py"))
-    named = set(re.findall(r"`(test_\w+)`", PAGE))
-    assert len(named) > 20
-    assert not {name for name in named if f"def {name}(" not in written}
-    for path in re.findall(r"`((?:tests|cases)/[\w/.]+)`", PAGE):
-        assert (ROOT / path).exists(), path
+    assert_named_exist(PAGE)
 
 
 def test_table_6() -> None:

@@ -1,9 +1,12 @@
 """Claim: no case file, however broken, gives a traceback or a hang; exit codes are 0 to 3."""
 
+import random
 from pathlib import Path
 
 import pytest
-from fuzzing import ALLOWED, command, mutations
+from fuzzing import ALLOWED, MUTATORS, command, mutations
+
+from vibecalc.case.template import starter
 
 SEED = 20080319
 
@@ -23,6 +26,20 @@ def check_many(count: int, path: Path, seed: int = SEED) -> dict[int, int]:
     codes: dict[int, int] = {}
     for number, text in enumerate(mutations(seed, count)):
         code = hold(text, number, path, "check", str(path))
+        codes[code] = codes.get(code, 0) + 1
+    return codes
+
+
+def check_broken_starters(scene: str, count: int, path: Path) -> dict[int, int]:
+    """`check` of a starter case, changed in one to three places, so many times."""
+    draw = random.Random(scene)
+    lines = [line for line in starter(scene).splitlines() if not line.lstrip().startswith("#")]
+    codes: dict[int, int] = {}
+    for number in range(count):
+        broken = "\n".join(lines) + "\n"
+        for _ in range(draw.choice((1, 1, 2, 3))):
+            broken = draw.choice(MUTATORS)(draw, broken)
+        code = hold(broken, number, path, "check", str(path))
         codes[code] = codes.get(code, 0) + 1
     return codes
 
