@@ -16,7 +16,7 @@ export OMP_NUM_THREADS := 1
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help run sweep test check lint types golden golden-results accept-golden plots bench test-long clean
+.PHONY: help run sweep test check lint types golden golden-results accept-golden plots bench matrix test-long clean
 
 help: ## print this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 16
@@ -24,7 +24,7 @@ help: ## print this list
 $(READY): pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt --upgrade pip
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[plot]' --group test
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[plot,accuracy]' --group test
 	$(BIN)/python -m compileall -q vibecalc
 	@touch $@
 
@@ -52,10 +52,11 @@ lint: $(READY) ## ruff
 types: $(READY) ## mypy
 	$(BIN)/mypy
 
-golden: $(READY) golden-results ## run every case and compare with tests/golden
+golden: $(READY) golden-results ## run every case, compare with tests/golden and with what `check` says
 	@printf '%s\n' $(NAMES) $(SWEPT) | xargs -P $(WORKERS) -I {} sh -c 'said=$$($(BIN)/vibecalc diff \
 	  tests/golden/{}.h5 outputs/golden/{}.h5 --rules tests/golden/rules.toml 2>&1); code=$$?; \
 	  printf "%s: %s\n" {} "$$said"; exit $$code'
+	@$(BIN)/python tests/needs/check_needs.py $(NAMES:%=outputs/golden/%.h5)
 
 # One process for each case, WORKERS at a time.
 golden-results: $(READY)
@@ -72,18 +73,13 @@ plots: $(READY) sweep ## draw the pictures of every case into outputs/
 	$(BIN)/vibecalc run $(CASES) -q
 	$(BIN)/vibecalc plot $(NAMES:%=outputs/%.h5) $(SWEPT:%=outputs/%.h5)
 
-bench: $(READY) ## print speed ratios (start-up and the closest yardsticks)
-	$(BIN)/python benchmarks/start_up.py
-	$(BIN)/python benchmarks/kernels.py
-	$(BIN)/python benchmarks/response.py
-	$(BIN)/python benchmarks/impact.py
-	$(BIN)/python benchmarks/search.py
-	$(BIN)/python benchmarks/sweep.py
-	$(BIN)/python benchmarks/roll.py
-	$(BIN)/python benchmarks/absorber.py
-	$(BIN)/python benchmarks/torsion.py
+bench: $(READY) ## all benchmarks as ratios: benchmarks/RESULTS.md and the README's table (8 minutes)
+	$(BIN)/python benchmarks/run.py
 
-test-long: $(READY) ## long searches and the full fuzz; record the result in docs/validation.md
+matrix: $(READY) ## every case with other versions, Pythons and threads; into docs/determinism.md
+	$(BIN)/python tests/matrix/run.py --environments $(VENV)/matrix
+
+test-long: $(READY) matrix ## long searches, the full fuzz, the matrix; record in docs/validation.md
 	$(BIN)/python -m pytest -n $(WORKERS) -m long --timeout 14400
 
 clean: ## remove the environment, caches and outputs

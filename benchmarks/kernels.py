@@ -5,14 +5,14 @@ error or, where the plain way cannot follow, at an error that favours it. CPU ti
 """
 
 import os
-import time
 from collections.abc import Callable, Iterator
-from typing import NamedTuple
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import mpmath
 import numpy as np
+from rows import Report, Row, seconds, told
+from timing import in_turns
 
 from vibecalc.isolation.pitch import pitch_model
 from vibecalc.isolation.pitch_resonance import pitch_resonances
@@ -28,25 +28,24 @@ from vibecalc.response.direct import dynamics, response
 SPEED = 4900.0 * np.pi / 30.0
 
 
-class Row(NamedTuple):
-    """One pair: seconds and relative error of ours and of the plain way, and what they are."""
-
-    kernel: str
-    seconds: float
-    error: float
-    plain: str
-    plain_seconds: float
-    plain_error: float
-
-
-def best_of(repeats: int, work: Callable[[], object]) -> float:
-    """Least CPU seconds of some repeats."""
-    seconds = []
-    for _ in range(repeats):
-        started = time.process_time()
-        work()
-        seconds.append(time.process_time() - started)
-    return min(seconds)
+def pair(
+    kernel: str,
+    ours: Callable[[], object],
+    error: float,
+    plain_way: str,
+    plain: Callable[[], object],
+    plain_error: float,
+) -> Row:
+    """The row of a kernel and of the plain way, which has one repeat to five of ours."""
+    took = in_turns({"ours": ours, "plain": plain}, {"ours": 5, "plain": 2})
+    return Row(
+        kernel,
+        "vibecalc",
+        plain_way,
+        took["plain"] / took["ours"],
+        error=f"{error:.0e} (plain {plain_error:.0e})",
+        note=f"{seconds(took['ours'])} against {seconds(took['plain'])}",
+    )
 
 
 def harmonics_against_quadrature() -> Row:
@@ -73,12 +72,12 @@ def harmonics_against_quadrature() -> Row:
     truth = by_sampling(90, 1024)
     ours = motion_harmonics(ratio, highest)[2::2].real
     plain = by_sampling(57, 560)
-    return Row(
-        "harmonics 1 to 200, R/L = .9",
-        best_of(5, lambda: motion_harmonics(ratio, highest)),
+    return pair(
+        "harmonics 1 to 200, R/L = 0.9",
+        lambda: motion_harmonics(ratio, highest),
         error_of([mpmath.mpf(float(v)) for v in ours]),
         "Fourier sum in 57 digits",
-        best_of(1, lambda: by_sampling(57, 560)),
+        lambda: by_sampling(57, 560),
         error_of(plain),
     )
 
@@ -105,12 +104,12 @@ def run_up_against_sweep() -> Row:
     # golden section within the step of a sweep finds the same maximum in another way
     truth = _golden(lambda at: float(cycle_peaks(rows, orders, np.array([at])).value[0, 1]))
     points = 60_001
-    return Row(
+    return pair(
         "maximum of a run-up, 2 rows",
-        best_of(5, refined),
+        refined,
         abs(refined() / truth - 1.0),
-        f"{points - 1} uniform speeds",
-        best_of(1, lambda: swept(points)),
+        f"{points - 1} uniform speeds in numpy",
+        lambda: swept(points),
         abs(swept(points) / truth - 1.0),
     )
 
@@ -155,12 +154,12 @@ def bodies_against_loop() -> Row:
         return found
 
     apart = np.abs(batched() - looped()).max(axis=-1) / np.abs(looped()).max(axis=-1)
-    return Row(
-        "6 x 6 at 2000 speeds, 7 orders",
-        best_of(3, batched),
+    return pair(
+        "6 x 6 at 2000 speeds, 7 orders, with error estimates",
+        batched,
         float(apart.max()),
-        "loop of numpy.linalg.solve",
-        best_of(1, looped),
+        "numpy loop of linalg.solve, no estimate",
+        looped,
         float(apart.max()),
     )
 
@@ -183,12 +182,12 @@ def peaks_against_sampling() -> Row:
 
     exact = cycle_peak(harmonics, orders)
     points = 1 << 14
-    return Row(
-        "peak over the cycle, 1000 rows",
-        best_of(5, lambda: cycle_peak(harmonics, orders)),
+    return pair(
+        "peak over the cycle, 1000 signals of 12 orders",
+        lambda: cycle_peak(harmonics, orders),
         float((exact.error / exact.value).max()),
-        f"{points} samples of each",
-        best_of(1, lambda: sampled(points)),
+        f"numpy FFT, {points} samples of each",
+        lambda: sampled(points),
         float(np.abs(sampled(points) / exact.value - 1.0).max()),
     )
 
@@ -201,21 +200,14 @@ def all_rows() -> Iterator[Row]:
     yield peaks_against_sampling()
 
 
-def main() -> None:
-    """Print one line per kernel as soon as it is measured."""
-    print(f"CPU time, one thread, numpy {np.__version__}; errors are relative, the worst entry's")
-    print(
-        f"{'kernel':<31} {'ms':>8} {'error':>8}   "
-        f"{'plain way':<27} {'ms':>8} {'error':>8} {'times faster':>13}"
+def measure() -> Report:
+    """All pairs."""
+    return Report(
+        "Kernels against the plain way",
+        "Errors are relative, the worst entry's. The plain way gets the same numbers.",
+        list(all_rows()),
     )
-    for row in all_rows():
-        print(
-            f"{row.kernel:<31} {1e3 * row.seconds:8.2f} {row.error:8.0e}   "
-            f"{row.plain:<27} {1e3 * row.plain_seconds:8.1f} {row.plain_error:8.0e} "
-            f"{row.plain_seconds / row.seconds:13.1f}",
-            flush=True,
-        )
 
 
 if __name__ == "__main__":
-    main()
+    told(measure)

@@ -11,13 +11,13 @@ import os
 import statistics
 import subprocess
 import sys
-import time
-from collections.abc import Callable
 from typing import NamedTuple
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
+from rows import Report, Row, seconds, told
+from timing import in_turns
 
 from vibecalc.kinematics.harmonics import motion_harmonics
 from vibecalc.numerics.rounding import WithError
@@ -137,16 +137,6 @@ def peak_ranges(one: Machine) -> None:
     peak_energy_range(mass_of(one.matrices), state, ORDERS)
 
 
-def best_of(repeats: int, work: Callable[[], object]) -> float:
-    """Least CPU seconds of some repeats."""
-    seconds = []
-    for _ in range(repeats):
-        started = time.process_time()
-        work()
-        seconds.append(time.process_time() - started)
-    return min(seconds)
-
-
 def import_seconds(repeats: int) -> float:
     """Median CPU seconds of `import numpy` in fresh processes; a first one fills the caches."""
     told = [
@@ -158,25 +148,37 @@ def import_seconds(repeats: int) -> float:
     return statistics.median(told[1:])
 
 
-def main() -> None:
-    """Print what each costs and the two ratios."""
+def measure() -> Report:
+    """What each costs and the ratios."""
     one = machine()
     apart = float(np.max(np.abs(batched(one) / looped(one) - 1.0)))
-    ours = best_of(20, lambda: batched(one))
-    same = best_of(20, lambda: means(one))
-    loop = best_of(5, lambda: looped(one))
+    took = in_turns(
+        {
+            "all": lambda: batched(one),
+            "means": lambda: means(one),
+            "loop": lambda: looped(one),
+            "peaks": lambda: peak_ranges(one),
+        },
+        {"all": 20, "means": 20, "loop": 5, "peaks": 5},
+    )
     numpy_seconds = import_seconds(9)
-    search = best_of(5, lambda: peak_ranges(one))
-    print(f"CPU time, one thread, numpy {np.__version__}; all energies of 3 operations, 3 balances")
-    print(f"{'batched, with errors and peaks':<44} {1e3 * ours:8.2f} ms")
-    print(f"{'batched, means with errors only':<44} {1e3 * same:8.2f} ms")
-    print(f"{'loop, means without errors':<44} {1e3 * loop:8.2f} ms")
-    print(f"{'ratio of loop to batched means':<44} {loop / same:8.1f}")
-    print(f"{'import numpy in a fresh process':<44} {1e3 * numpy_seconds:8.2f} ms")
-    print(f"{'ratio of batched to import':<44} {ours / numpy_seconds:8.3f}    (aim {AIM})")
-    print(f"{'peak ranges over all phases, 9 searches':<44} {1e3 * search:8.2f} ms")
-    print(f"{'largest relative difference to the loop':<44} {apart:8.0e}")
+    error = f"{apart:.0e} from the loop"
+    rows = [
+        Row("mean energies of 3 operations, 3 balances, 41 orders, with error estimates",
+            "batched", "numpy loop over them, no estimate", took["loop"] / took["means"],
+            error=error, note=f"{seconds(took['means'])} against {seconds(took['loop'])}"),
+        Row("the same with modes, peaks, ranges", "batched", "import numpy in a fresh process",
+            took["all"] / numpy_seconds, AIM, error,
+            f"{seconds(took['all'])} against {seconds(numpy_seconds)}", cost=True),
+    ]  # fmt: skip
+    said = f"Peak ranges over all phases of the weights, 9 searches: {seconds(took['peaks'])}."
+    return Report(
+        "Energies of a compressor",
+        "All energies of a two-cylinder compressor (Ong, 2000) in one call.",
+        rows,
+        remarks=[said],
+    )
 
 
 if __name__ == "__main__":
-    main()
+    told(measure)

@@ -9,7 +9,6 @@ repeats; ratios count. Truth by collocation with 14 points and by an independent
 
 import os
 import sys
-import time
 from collections.abc import Callable
 from math import cos, pi, sin
 from pathlib import Path
@@ -21,6 +20,8 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
 import numpy as np
 from exact_roll import exact_levels, exact_turn
 from roll_machines import FIRST_MASS, SECOND_MASS, SYNCHRONOUS, source_drive, source_machine
+from rows import Report, Row, Table, digits, seconds, told
+from timing import in_turns
 
 from vibecalc.response.roll.fourier_state import fourier_state
 from vibecalc.response.roll.machine import RollMachine, as_batch
@@ -46,7 +47,13 @@ class Way(NamedTuple):
 
     name: str
     levels: Callable[[], np.ndarray]
-    repeats: int = 40
+    repeats: int = 20
+
+
+PUBLISHED, LEAN = "Euler 0.5 ms, as published", "Euler 0.5 ms, analysed once"
+SCIPY, QUICK = "DOP853 rtol 1e-8, until it repeats", "quick march, 72 angles"
+FOUR, SIX = "collocation, 4 points, split", "collocation, 6 points, split"
+WHOLE = "to 1e-10, with estimates and multipliers"
 
 
 def seen(turn: Turn, machine: RollMachine = MACHINE) -> np.ndarray:
@@ -130,38 +137,40 @@ def ways() -> list[Way]:
     """All that are compared; the first two are the yardsticks."""
     momentum = started_momentum(MACHINE, SYNCHRONOUS)
     found = [
-        Way("euler 0.5 ms, as published", published, 12),
-        Way("euler 0.5 ms, analysed once", lambda: marched("euler"), 12),
-        Way("euler 50 us, 3 turns", lambda: marched("euler", 5e-5), 2),
-        Way("rk4 0.5 ms, 3 turns", lambda: marched("rk4"), 8),
-        Way("rk4 50 us, 3 turns", lambda: marched("rk4", 5e-5), 2),
-        Way("dop853 1e-8, 3 turns", lambda: marched("dop853"), 2),
-        Way("dop853 1e-8, until it repeats", lambda: marched("dop853", turns=None), 2),
+        Way(PUBLISHED, published),
+        Way(LEAN, lambda: marched("euler")),
+        Way("Euler 50 us, 3 turns", lambda: marched("euler", 5e-5), 4),
+        Way("RK4 0.5 ms, 3 turns", lambda: marched("rk4"), 10),
+        Way("RK4 50 us, 3 turns", lambda: marched("rk4", 5e-5), 3),
+        Way(SCIPY, lambda: marched("dop853", turns=None), 3),
         Way("shooting, 4 steps on 10 degrees",
-            lambda: seen(shooting_state(MACHINE, DRIVE, 4, momentum).turn)[0], 2),
+            lambda: seen(shooting_state(MACHINE, DRIVE, 4, momentum).turn)[0], 4),
         Way("shooting, 16 steps on 10 degrees",
-            lambda: seen(shooting_state(MACHINE, DRIVE, 16, momentum).turn)[0], 1),
+            lambda: seen(shooting_state(MACHINE, DRIVE, 16, momentum).turn)[0], 2),
     ]  # fmt: skip
-    for points in (91, 361, 1441):
+    for points, repeats in ((91, 20), (361, 8), (1441, 2)):
         found.append(
             Way(
-                f"fourier, {points} points",
+                f"Fourier, {points} points",
                 lambda n=points: seen(fourier_state(MACHINE, DRIVE, n, momentum).turn)[0],
-                8 if points < 1000 else 1,
+                repeats,
             )
         )
-    found += [Way(f"quick march, {n} angles", lambda n=n: quick(n), 200) for n in (72, 144, 288)]
-    found += [Way(f"collocation, {n} points, unsplit", lambda n=n: unsplit(n)) for n in (1, 2, 4)]
+    found += [Way(f"quick march, {n} angles", lambda n=n: quick(n), 60) for n in (72, 144, 288)]
+    found += [
+        Way(f"collocation, {n} point{'s' * (n > 1)}, unsplit", lambda n=n: unsplit(n))
+        for n in (1, 2, 4)
+    ]
     for points, tolerance in (
         (1, 1e-3), (2, 1e-5), (3, 1e-7), (4, 1e-9), (5, 1e-11), (6, 1e-11), (8, 1e-13)
     ):  # fmt: skip
         found.append(
             Way(
-                f"collocation, {points} points, split",
+                f"collocation, {points} point{'s' * (points > 1)}, split",
                 lambda n=points, tol=tolerance: collocated(n, tol)[0],
             )
         )
-    found.append(Way("collocation to 1e-10, with estimates and multipliers", to_tolerance, 20))
+    found.append(Way(WHOLE, to_tolerance))
     return found
 
 
@@ -169,19 +178,6 @@ def to_tolerance() -> np.ndarray:
     """What a run does: two numbers of points, multipliers, stability."""
     found = running_state(MACHINE, DRIVE, rtol=1e-10, orders=10, started_at=SYNCHRONOUS)
     return seen(found.state.turn)[0]
-
-
-def timed(every: list[Way]) -> dict[str, float]:
-    """Least CPU seconds of each; the ways take turns, so that a busy moment hits them all."""
-    best: dict[str, float] = {}
-    for _ in range(3):
-        for way in every:
-            for _ in range(way.repeats):
-                started = time.process_time()
-                way.levels()
-                spent = time.process_time() - started
-                best[way.name] = min(best.get(way.name, spent), spent)
-    return best
 
 
 def batch(rods: np.ndarray) -> np.ndarray:
@@ -198,16 +194,18 @@ def with_rods(rods: np.ndarray) -> RollMachine:
 
 def rates() -> tuple[float, float, float]:
     """Machines per second: in one batch, one after another; largest difference in dB."""
-    together = alone = np.inf
     some = RODS[::10]
-    for _ in range(3):
-        started = time.process_time()
-        whole = batch(RODS)
-        together = min(together, (time.process_time() - started) / len(RODS))
-        started = time.process_time()
-        single = [collocated(6, 1e-11, with_rods(some[k : k + 1]))[0] for k in range(len(some))]
-        alone = min(alone, (time.process_time() - started) / len(some))
-    return 1.0 / together, 1.0 / alone, float(np.max(np.abs(whole[::10] - np.array(single))))
+    whole: list[np.ndarray] = []
+    single: list[list[np.ndarray]] = []
+
+    def one_by_one() -> None:
+        alone = [some[k : k + 1] for k in range(len(some))]
+        single.append([collocated(6, 1e-11, with_rods(one))[0] for one in alone])
+
+    ways = {"together": lambda: whole.append(batch(RODS)), "alone": one_by_one}
+    took = in_turns(ways, 2)
+    apart = float(np.max(np.abs(whole[0][::10] - np.array(single[0]))))
+    return len(RODS) / took["together"], len(some) / took["alone"], apart
 
 
 def sweep_rates() -> tuple[float, float]:
@@ -222,43 +220,69 @@ def sweep_rates() -> tuple[float, float]:
     design = make_design(Sweep.model_validate({"axes": [axis]}), loaded.resolved)
     keep = ("response/roll/level/shell_acceleration", "response/roll/speed")
     some = np.arange(0, 1000, 40)
-    best = [np.inf, np.inf]
-    for _ in range(2):
-        for place, (count, work) in enumerate(
-            (
-                (1000, lambda: ArrayEvaluator(loaded, design, keep)(np.arange(1000))),
-                (len(some), lambda: plain(loaded, design, keep, some)),
-            )
-        ):
-            started = time.process_time()
-            work()
-            best[place] = min(best[place], (time.process_time() - started) / count)
-    return 1.0 / best[0], 1.0 / best[1]
+    took = in_turns(
+        {
+            "arrays": lambda: ArrayEvaluator(loaded, design, keep)(np.arange(1000)),
+            "plain": lambda: plain(loaded, design, keep, some),
+        },
+        2,
+    )
+    return 1000 / took["arrays"], len(some) / took["plain"]
 
 
-def main() -> None:
-    """Print the table, how two independent ways agree, and the rates of batches."""
+def measure() -> Report:
+    """Every way, how two independent ways agree, and the rates of batches."""
     truth = collocated(14, 1e-13)[0]
     other = exact_levels(exact_turn(SINGLE, DRIVE, started_at=SYNCHRONOUS), ORDERS)
-    print(f"two independent ways agree to {np.max(np.abs(truth - other)):.0e} dB")
+    agreed = float(np.max(np.abs(truth - other)))
     every = ways()
-    seconds = timed(every)
-    lean = seconds[every[1].name]
-    first = seconds[every[0].name]
-    print(f"{'method':<52} {'ms':>9} {'worst dB':>9} {'/ published':>12} {'/ analysed once':>16}")
-    for way in every:
-        spent, error = seconds[way.name], float(np.max(np.abs(way.levels() - truth)))
-        print(
-            f"{way.name:<52} {1e3 * spent:9.3f} {error:9.1e} {spent / first:12.3f} "
-            f"{spent / lean:16.3f}"
-        )
+    took = in_turns({w.name: w.levels for w in every}, {w.name: w.repeats for w in every})
+    errors = {way.name: float(np.max(np.abs(way.levels() - truth))) for way in every}
+    lines = [
+        [name, seconds(took[name]), f"{errors[name]:.1e}",
+         digits(took[name] / took[PUBLISHED]), digits(took[name] / took[LEAN])]
+        for name in took
+    ]  # fmt: skip
+
+    def row(way: str, yardstick: str, words: str, aim: float, cost: bool = False) -> Row:
+        ratio = took[way] / took[yardstick] if cost else took[yardstick] / took[way]
+        error = f"{errors[way]:.1e} dB ({errors[yardstick]:.1e} dB)"
+        note = f"{seconds(took[way])} against {seconds(took[yardstick])}"
+        return Row("ten levels of one machine", way, words, ratio, aim, error, note, cost)
+
+    euler = "the source's Euler 0.5 ms with its analyser"
     together, alone, apart = rates()
-    print(f"1000 rods, six points: {together:.0f} a second in batches, {alone:.0f} one by one "
-          f"(ratio {together / alone:.1f}, apart {apart:.0e} dB)")  # fmt: skip
-    arrays, plain_ = sweep_rates()
-    print(f"vibecalc sweep of them: {arrays:.0f} points a second by arrays, {plain_:.0f} by runs "
-          f"(ratio {arrays / plain_:.1f})")  # fmt: skip
+    arrays, runs = sweep_rates()
+    rods = [
+        Row("levels for 1000 rods", "collocation, 6 points, in blocks of 128",
+            "the same one after another", together / alone, 10.0, f"{apart:.0e} dB apart",
+            f"{together:.0f} machines a second against {alone:.0f}"),
+        Row("levels for 1000 rods", "vibecalc sweep by arrays", "runs one after another",
+            arrays / runs, 10.0, "within the tolerance",
+            f"{arrays:.0f} machines a second against {runs:.0f}"),
+        Row("levels for 1000 rods", "collocation, 6 points, in blocks of 128",
+            "scipy DOP853 rtol 1e-8, one machine", took[SCIPY] * together, 50.0,
+            f"{errors[SIX]:.1e} dB ({errors[SCIPY]:.1e} dB)", "a machine of the batch"),
+    ]  # fmt: skip
+    rows = [
+        row(SIX, PUBLISHED, euler, 3.0, cost=True),
+        row(QUICK, PUBLISHED, euler, 8.0),
+        row(FOUR, SCIPY, "scipy DOP853 rtol 1e-8", 50.0),
+        *rods,
+    ]
+    columns = ["method", "time", "worst dB", "time / as published", "time / analysed once"]
+    return Report(
+        "Roll of a compressor",
+        "Running state of the machine of Herold (1977), from its parameters to ten levels of the "
+        f"shell; two independent ways to the truth agree to {agreed:.0e} dB. In brackets the "
+        "error of the yardstick.",
+        rows,
+        [Table("Every way", columns, lines)],
+        ["One machine alone stays within 50 times of scipy: what is left are many numpy calls on "
+         "small arrays, hardly fewer with fewer points; docs/speed_roll.md has the shares."]
+        if rows[2].missed else [],
+    )  # fmt: skip
 
 
 if __name__ == "__main__":
-    main()
+    told(measure)

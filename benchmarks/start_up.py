@@ -6,21 +6,26 @@ pair that is not counted), and with one thread, which favours the yardstick.
 """
 
 import os
-import platform
-import resource
-import statistics
-import subprocess
 import sys
 import tempfile
 from pathlib import Path
 
-REPEATS = 15
+from rows import Report, Row, Table, digits, seconds, told
+from timing import cpu_of_process, memory_of_process, paired
+
+REPEATS = 9
 CASE = Path(__file__).resolve().parents[1] / "cases" / "generator.toml"
 PAIRS = (
     ("vibecalc --help", ["-m", "vibecalc", "--help"], "import typer", 2.5),
     (
         "vibecalc run generator.toml",
         ["-m", "vibecalc", "run", str(CASE)],
+        "import numpy, h5py",
+        3.0,
+    ),
+    (
+        "vibecalc run engine_damped.toml",
+        ["-m", "vibecalc", "run", str(CASE.with_name("engine_damped.toml")), "-q"],
         "import numpy, h5py",
         3.0,
     ),
@@ -35,29 +40,39 @@ def environment(folder: str) -> dict[str, str]:
 
 def cpu_seconds(arguments: list[str], folder: str) -> float:
     """User and system seconds of one child process."""
-    before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    command = [sys.executable, *arguments]
-    subprocess.run(
-        command, cwd=folder, env=environment(folder), stdout=subprocess.DEVNULL, check=True
-    )
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return (after.ru_utime - before.ru_utime) + (after.ru_stime - before.ru_stime)
+    return cpu_of_process([sys.executable, *arguments], cwd=folder, env=environment(folder))
 
 
-def main() -> None:
-    """Print one row per pair: medians and the median of the paired ratios."""
-    print(f"whole-process CPU, {REPEATS} pairs, Python {platform.python_version()}")
-    print(f"{'command':<30} {'ms':>7}   {'yardstick':<22} {'ms':>7} {'ratio':>6} {'aim':>5}")
+def measure() -> Report:
+    """One row per pair: the median of the paired ratios."""
+    rows = []
     with tempfile.TemporaryDirectory() as folder:
         for name, command, yardstick, aim in PAIRS:
-            rows = []
-            for _ in range(REPEATS + 1):
-                rows.append((cpu_seconds(command, folder), cpu_seconds(["-c", yardstick], folder)))
-            rows = rows[1:]
-            mine, theirs = (1e3 * statistics.median(column) for column in zip(*rows, strict=True))
-            ratio = statistics.median(a / b for a, b in rows)
-            print(f"{name:<30} {mine:7.0f}   {yardstick:<22} {theirs:7.0f} {ratio:6.2f} {aim:5.1f}")
+            mine, theirs, ratio = paired(
+                lambda command=command: cpu_seconds(command, folder),  # type: ignore[misc]
+                lambda line=yardstick: cpu_seconds(["-c", line], folder),  # type: ignore[misc]
+                REPEATS,
+            )
+            rows.append(
+                Row(
+                    name, "whole process", yardstick, ratio, aim, cost=True,
+                    note=f"{seconds(mine)} against {seconds(theirs)}",
+                )
+            )  # fmt: skip
+        lines = [
+            [name, digits(memory_of_process([sys.executable, *command], cwd=folder))]
+            for name, command in (
+                ("import numpy, h5py", ["-c", "import numpy, h5py"]),
+                *((name, command) for name, command, *_ in PAIRS),
+            )
+        ]
+    return Report(
+        "Whole commands",
+        f"CPU time of whole processes against Python's own imports, median of {REPEATS} pairs.",
+        rows,
+        [Table("Largest resident memory", ["command", "MiB"], lines)],
+    )
 
 
 if __name__ == "__main__":
-    main()
+    told(measure)

@@ -17,6 +17,7 @@ from typing import NamedTuple
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
+from rows import Report, Row, Table, told
 
 from vibecalc.case.load import LoadedCase, validate
 from vibecalc.case.sweep_tables import Sweep
@@ -29,7 +30,7 @@ from vibecalc.study.sweep.evaluate import Evaluator
 from vibecalc.study.sweep.place import case_at
 
 CASES = Path(__file__).resolve().parents[1] / "cases"
-TURNS = 3
+TURNS = 2
 SPEED = {"key": "machine.speed", "from": "2000 rpm", "to": "4000 rpm", "points": 100}
 STIFFNESS = {"key": "machine.mounts.each.stiffness", "from": 5e3, "to": 5e4, "points": 100}
 ROD = {"key": "machine.crank_train.rod_length", "from": "0.15 m", "to": "0.3 m", "points": 100}
@@ -125,24 +126,35 @@ def measured(sweep: Sweeping) -> dict[str, float]:
     return best
 
 
-def main() -> None:
-    """Print one line for each sweep: rates, and ratios to a process for each point and to runs."""
-    print(f"points per second, one thread, numpy {np.__version__}, least time of {TURNS}")
-    print(
-        f"{'sweep':<42} {'process':>8} {'plain':>8} {'reuse':>8} {'arrays':>9} "
-        f"{'reuse/plain':>12} {'arrays/process':>15}"
-    )
+def measure() -> Report:
+    """Rates of each sweep, and the ratios to a process for each point and to runs."""
+    rows, lines = [], []
     for sweep in SWEEPS:
         best = measured(sweep)
         arrays = best.get("arrays")
-        shown = f"{arrays:9.0f}" if arrays else f"{'-':>9}"
-        ratio = f"{arrays / best['process']:15.0f}" if arrays else f"{'-':>15}"
-        print(
-            f"{sweep.name:<42} {best['process']:8.2f} {best['plain']:8.0f} {best['reuse']:8.0f} "
-            f"{shown} {best['reuse'] / best['plain']:12.1f} {ratio}",
-            flush=True,
-        )
+        lines.append(
+            [sweep.name, *(f"{best[way]:.3g}" for way in ("process", "plain", "reuse")),
+             f"{arrays:.3g}" if arrays else "-"]
+        )  # fmt: skip
+        rows.append(
+            Row(sweep.name, "stages used again", "runs one after another, one process",
+                best["reuse"] / best["plain"], error="equal")
+        )  # fmt: skip
+        if arrays:
+            rows.append(
+                Row(sweep.name, "by arrays", "a process for each point",
+                    arrays / best["process"], error="within the estimates")
+            )  # fmt: skip
+    table = Table(
+        "Points per second", ["sweep", "process", "one run after another", "reuse", "arrays"], lines
+    )
+    return Report(
+        "Sweeps",
+        f"Wall time, one thread, the best of {TURNS} turns.",
+        rows,
+        [table],
+    )
 
 
 if __name__ == "__main__":
-    main()
+    told(measure)

@@ -1,33 +1,25 @@
 """Torsion of shaft lines against opentorsion, on the same lines in one run.
 
-Forced response of 7 inertias (all six throws driven) and of 200 at 30 orders x 2500 speeds, error
-estimate on and off; modes of 200 inertias; a whole command against `import numpy, h5py`; memory
-against the number of speeds. Differences are relative to the largest response of the frequency;
-mpmath decides at the worst ones who is off. opentorsion solves a sample of the frequencies of the
-long line, scaled up. CPU time, one thread, the ways taking turns, least of some repeats.
+Forced response of 7 inertias (six throws driven, and one) and of 200 at 30 orders x 2500 speeds,
+error estimate on and off; modes of 200 inertias. mpmath decides where both differ most who is off.
+opentorsion solves a sample of the frequencies of the long line, scaled up. CPU time, one thread,
+the ways taking turns, least of some repeats.
 """
 
 import os
-import statistics
-import subprocess
-import sys
-import tempfile
-import time
-import tracemalloc
-from collections.abc import Callable
-from pathlib import Path
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import mpmath
 import numpy as np
+from rows import Report, Row, Table, seconds, told
+from timing import in_turns
 
 from vibecalc.response.torsion.forced import forced
 from vibecalc.response.torsion.line import Line, chain
 from vibecalc.response.torsion.modes import natural_modes
 
 SPEEDS, ORDERS = np.linspace(20.0, 300.0, 2500), np.arange(1, 31) * 0.5
-CASE = Path(__file__).resolve().parents[1] / "cases" / "engine_damped.toml"
 HARD = ("uniform", "alternating", "graded stiffness", "graded", "weak link")
 
 
@@ -76,17 +68,6 @@ def assembly(line: Line) -> object:
     return opentorsion.Assembly(shafts, disk_elements=disks)
 
 
-def in_turns(ways: dict[str, Callable[[], object]], repeats: int) -> dict[str, float]:
-    """Least CPU seconds of each way, the ways taking turns."""
-    least = dict.fromkeys(ways, np.inf)
-    for _ in range(repeats):
-        for name, work in ways.items():
-            start = time.process_time()
-            work()
-            least[name] = min(least[name], time.process_time() - start)
-    return least
-
-
 def exact(line: Line, w: float, torque: np.ndarray) -> np.ndarray:
     """Angles of a row from its tridiagonal equations in 40 digits."""
     with mpmath.workdps(40):
@@ -109,8 +90,10 @@ def exact(line: Line, w: float, torque: np.ndarray) -> np.ndarray:
         return np.array([complex(one) for one in x])
 
 
-def response(name: str, line: Line, driven: int, sample: int, repeats: int) -> None:
-    """Ratio and difference of the forced response."""
+def response(
+    name: str, line: Line, driven: int, sample: int, repeats: dict[str, int], aim: float
+) -> list[Row]:
+    """Ratio and difference of the forced response, with the error estimate and without."""
     generator, w = np.random.default_rng(3), SPEEDS[:, None] * ORDERS
     torque = generator.normal(size=(*w.shape, driven)) + 1j * generator.normal(
         size=(*w.shape, driven)
@@ -129,23 +112,26 @@ def response(name: str, line: Line, driven: int, sample: int, repeats: int) -> N
         repeats,
     )
     theirs = took["other"] * w.size / sample
-    print(f"{name}, {driven} driven, {w.size} solves: opentorsion {theirs:.2f} s")
-    for label, way in (("with error estimate", "ours"), ("without", "quick")):
-        print(f"  {label:20}{1e3 * took[way]:8.1f} ms {theirs / took[way]:8.0f} times")
     found = forced(line, w, torque, stations=stations)
     ours, doubt = found.angle.reshape(-1, n)[taken].T, found.error.ravel()[taken]
     their = other.ss_response(load, at)[0]  # type: ignore[attr-defined]
     largest = np.max(np.abs(ours), axis=0)
     apart = np.max(np.abs(ours - their), axis=0) / largest
-    over_all = float(np.max(np.abs(ours - their)) / np.max(largest))
-    print(f"  difference {over_all:.1e} of the largest response, at worst {apart.max():.1e} of")
-    print(f"  that of its frequency; our estimate there {np.max(doubt / largest):.1e} at most")
-    print("  against 40 digits at the worst five, opentorsion, ours, our estimate:")
+    worst = np.zeros(3)
     for i in np.argsort(apart)[-5:]:
         true = exact(line, float(at[i]), load[:, i])
         size = np.max(np.abs(true))
-        a, b = (float(np.max(np.abs(one[:, i] - true)) / size) for one in (their, ours))
-        print(f"    {at[i]:10.3f} rad/s {a:9.1e} {b:9.1e} {doubt[i] / size:9.1e}")
+        off = [float(np.max(np.abs(one[:, i] - true)) / size) for one in (ours, their)]
+        worst = np.maximum(worst, [*off, doubt[i] / size])
+    return [
+        Row(
+            f"forced response of {name}, {driven} driven, {w.size} solves", label,
+            "opentorsion ss_response", theirs / took[way], aim,
+            f"{worst[0]:.0e} ({worst[1]:.0e})" + (f", estimated {worst[2]:.0e}" * (way == "ours")),
+            f"{seconds(took[way])} against {seconds(theirs)}",
+        )
+        for label, way in (("with error estimate", "ours"), ("without estimate", "quick"))
+    ]  # fmt: skip
 
 
 def below(line: Line, frequency: mpmath.mpf) -> int:
@@ -172,9 +158,9 @@ def true_frequency(line: Line, number: int, near: float) -> mpmath.mpf:
     return (low + high) / 2
 
 
-def modes() -> None:
+def modes() -> tuple[list[Row], Table]:
     """Modes of 200 inertias: times of both and their worst errors over some modes."""
-    print("modes of 200 inertias: opentorsion / ours, worst relative error of 12 modes, rigid mode")
+    rows, lines = [], []
     for name in HARD:
         line = hard_line(name)
         other = assembly(line)
@@ -184,7 +170,7 @@ def modes() -> None:
                 "eig": lambda o=other: o.undamped_modal_analysis(),  # type: ignore[misc,attr-defined]
                 "ours": lambda one=line: natural_modes(one),  # type: ignore[misc]
             },
-            3,
+            {"modal": 2, "eig": 4, "ours": 12},
         )
         ours = natural_modes(line).frequency
         square = other.undamped_modal_analysis()[0]  # type: ignore[attr-defined]
@@ -196,65 +182,34 @@ def modes() -> None:
                 for place, one in enumerate((their, ours)):
                     off = float(abs(mpmath.mpf(float(one[number])) - true) / true)
                     worst[place] = max(worst[place], off)
-        print(
-            f"  {name:18}{1e3 * took['ours']:7.2f} ms; eig(K, M) {took['eig'] / took['ours']:5.0f},"
-            f" modal_analysis {took['modal'] / took['ours']:6.0f} times; errors {worst[0]:.0e},"
-            f" ours {worst[1]:.0e}; rigid {their[0]:.0e}, ours {ours[0]:.0e}"
-        )
-
-
-def cpu_of(command: list[str], repeats: int) -> float:
-    """Median CPU seconds of a command in a fresh process, after one to fill the caches."""
-    spent = []
-    for _ in range(repeats + 1):
-        before = os.times()
-        subprocess.run(command, check=True, capture_output=True)
-        after = os.times()
-        spent.append(
-            after.children_user - before.children_user
-            + after.children_system - before.children_system
+        rows.append(
+            Row(f"modes of 200 inertias, {name}", "vibecalc", "opentorsion, eigenvalues of K and M",
+                took["eig"] / took["ours"], 10.0, f"{worst[1]:.0e} ({worst[0]:.0e})",
+                f"{seconds(took['ours'])} against {seconds(took['eig'])}; modal_analysis "
+                f"{seconds(took['modal'])}")
         )  # fmt: skip
-    return statistics.median(spent[1:])
+        lines.append([name, f"{their[0]:.0e}", f"{ours[0]:.0e}"])
+    columns = ["row of 200", "opentorsion", "vibecalc"]
+    return rows, Table("The rigid mode, rad/s (zero)", columns, lines)
 
 
-def whole_command() -> None:
-    """`vibecalc run` on the damped engine against the two imports."""
-    yardstick = cpu_of([sys.executable, "-c", "import numpy, h5py"], 7)
-    with tempfile.TemporaryDirectory() as folder:
-        command = [sys.executable, "-m", "vibecalc", "run", str(CASE), "-q", "-o", folder + "/"]
-        try:
-            ours = cpu_of(command, 3)
-        except subprocess.CalledProcessError as error:
-            print(f"vibecalc run {CASE.name} ended with exit code {error.returncode}")
-            return
-    print(
-        f"vibecalc run {CASE.name}: {ours:.2f} s CPU, import numpy, h5py {yardstick:.3f} s: "
-        f"{ours / yardstick:.1f} times"
+def measure() -> Report:
+    """Forced response and modes."""
+    few = {"other": 2, "ours": 8, "quick": 8}
+    short, long = ("7 inertias", engine()), ("200 inertias", long_line())
+    rows = [row for driven in (6, 1) for row in response(*short, driven, 75000, few, 100.0)]
+    few = {"other": 2, "ours": 3, "quick": 3}
+    rows += [row for driven in (1, 6) for row in response(*long, driven, 200, few, 400.0)]
+    found, rigid = modes()
+    return Report(
+        "Torsion of shaft lines",
+        "Errors are relative to the largest angle of a frequency, at the five frequencies of the "
+        "sample at which both differ most, and of 12 modes, against 40 digits; in brackets those "
+        "of opentorsion. With 200 inertias 200 of its frequencies were timed and scaled up.",
+        [*rows, *found],
+        [rigid],
     )
 
 
-def memory() -> None:
-    """Peak of what blocks of 64 speeds hold beside their input, against the number of speeds."""
-    line = engine()
-    torque = np.ones((len(ORDERS), 7), dtype=complex)
-    for count in (2500, 10000, 40000):
-        w = np.linspace(20.0, 300.0, count)[:, None] * ORDERS
-        tracemalloc.start()
-        largest = 0.0
-        for start in range(0, count, 64):
-            block = forced(line, w[start : start + 64], torque)
-            largest = max(largest, float(np.max(np.abs(block.angle))))
-        peak = tracemalloc.get_traced_memory()[1]
-        tracemalloc.stop()
-        print(f"memory of {count * len(ORDERS):8} solves by blocks: {peak / 2**20:.2f} MiB")
-
-
 if __name__ == "__main__":
-    response("7 inertias", engine(), 6, 75000, 9)
-    response("7 inertias", engine(), 1, 75000, 9)
-    response("200 inertias", long_line(), 1, 400, 7)
-    response("200 inertias", long_line(), 6, 400, 7)
-    modes()
-    memory()
-    whole_command()
-    sys.exit(0)
+    told(measure)

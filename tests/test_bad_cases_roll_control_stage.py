@@ -111,6 +111,7 @@ def test_an_unstable_loop_is_called_so_with_the_full_model_too() -> None:
     np.testing.assert_array_equal(value_of(found, "pole"), value_of(alone, "pole"))
 
 
+@pytest.mark.long
 def test_a_stable_loop_without_a_full_motion_is_still_a_failure() -> None:
     with pytest.raises(NumericalFailure):
         record_of(gain=10.0, acceleration_feedback=-10.0, actuator_lag=0.0, full_model=True)

@@ -64,6 +64,7 @@ def test_undamped_primary_and_the_closed_form():
     assert found.peak[1] == pytest.approx(slope, rel=1e-8)
 
 
+@pytest.mark.long
 def test_two_absorbers_a_bound_included():
     tuned = several_tuning(0.1, [0.05, 0.05], (0, 1))
     found = sensitivity(0.1, [0.05, 0.05], tuned.stiffness_ratio, tuned.secondary_damping, (0, 1))

@@ -17,8 +17,7 @@ from vibecalc.hardware.oils import oil_damping
 from vibecalc.hardware.overhung_rod import bending_frequencies
 from vibecalc.machine.absorber import AbsorberParts, Branch, build_absorber
 from vibecalc.machine.absorber_pendulum import PendulumParts, build_pendulum
-from vibecalc.machine.checks import check_machine
-from vibecalc.pipeline.check_cache import CHECKS
+from vibecalc.machine.checks import CHECKS, check_machine
 from vibecalc.response.absorber.amplitude import amplitude
 from vibecalc.response.pendulum.model import rates
 from vibecalc.response.pendulum.order import tuning_order

@@ -253,6 +253,7 @@ def test_a_state_that_the_steady_curve_lacks() -> None:
     assert heavier.state.turn.period[0] < found.state.turn.period[0]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("started_at", [SYNCHRONOUS, pytest.param(None, marks=pytest.mark.long)])
 def test_where_it_folds(started_at: float | None) -> None:
     """The inertia told is that below which there is none: just above it a multiplier nears 1."""

@@ -102,6 +102,7 @@ def test_levels_by_the_kernels() -> None:
     assert np.abs(changes[1]).max() > 0.3
 
 
+@pytest.mark.long
 def test_the_fit_is_that_of_the_table() -> None:
     record, motor = record_of(), case_of().machine.motor
     assert motor is not None

@@ -153,7 +153,10 @@ SINGLE = [
 ]
 
 
-@pytest.mark.parametrize(("sense", "joint", "crank", "wall", "until"), SINGLE)
+@pytest.mark.parametrize(
+    ("sense", "joint", "crank", "wall", "until"),
+    [*SINGLE[:5], *(pytest.param(*row, marks=pytest.mark.long) for row in SINGLE[5:])],
+)
 def test_first_contacts_against_another_integrator(sense, joint, crank, wall, until):
     gas, drive = gas_towards(sense), compressor_drive(with_rod_tangent=wall is not None)
     rod = None if crank is None else ROD_MASS
@@ -208,6 +211,7 @@ def test_energy_and_momentum_balance(sense, law):
     energy_and_momentum(4, sense, law)
 
 
+@pytest.mark.long
 def test_energy_and_momentum_balance_of_all_three_gaps():
     energy_and_momentum(
         2, "crank", "continuous", crank_joint=source_joint(film_damping=0.0), rod_mass=ROD_MASS,

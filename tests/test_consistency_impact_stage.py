@@ -97,6 +97,7 @@ def test_a_rod_that_the_crank_drives_adds_nothing_but_its_own_inertia():
     )
 
 
+@pytest.mark.long
 def test_the_estimated_steps_bound_those_that_are_taken(monkeypatch):
     taken = []
     monkeypatch.setattr(simulate, "sweep", lambda *parts: (taken.append(1), sweep(*parts)))

@@ -89,6 +89,7 @@ def test_standard_errors_are_the_scatter_of_disjoint_ensembles():
     assert naive < 0.5 * np.std(mean.value)
 
 
+@pytest.mark.long
 def test_standard_error_of_the_compressor_from_disjoint_members(ensemble):
     force = ensemble.forces.wrist_pin.force[0]
     told = mean_over_runs(force[None]).standard_error[0]
@@ -119,6 +120,7 @@ def test_ensemble_holds_the_single_revolutions(ensemble):
     np.testing.assert_allclose(ensemble.distances[..., 0], 2.54e-11 / CLEARANCE, rtol=1e-6)
 
 
+@pytest.mark.long
 def test_two_clearances_in_one_batch_are_two_studies():
     both = np.array([CLEARANCE, 6.0 * CLEARANCE])
     together = run_ensemble(COMPRESSOR, Study(both, 3, 1, 1, 4), 1e-11)

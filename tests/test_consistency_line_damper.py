@@ -106,7 +106,9 @@ def test_two_inertias_and_one_order_are_the_classical_absorber() -> None:
     )
     known = minimax(0.0, share)
     scale = 2.0 * np.sqrt(spring * primary)
-    stiffness, damping = known.stiffness_ratio * spring, known.secondary_damping * scale
+    # the ground gives a little: the primary's spring is in series with it
+    softer = spring / (1.0 + spring / 1e18)
+    stiffness, damping = known.stiffness_ratio * softer, known.secondary_damping * scale
     np.testing.assert_allclose(found.damper[1:], [stiffness, damping], rtol=1e-10)
     assert abs(found.worst - 7.0 * known.largest) <= found.worst_error + 7.0 * known.largest_error
     own_error = np.array([known.stiffness_error * spring, known.damping_error * scale])

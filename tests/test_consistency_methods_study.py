@@ -143,6 +143,7 @@ def test_the_front_is_drawn(study: Result, tmp_path: Path) -> None:
     assert "study_pareto.png" in names
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("method", ["hooke_jeeves", "nelder_mead"])
 def test_another_method_comes_to_the_same_optimum(
     study: Result, tmp_path: Path, method: str

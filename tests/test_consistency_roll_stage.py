@@ -119,6 +119,7 @@ def test_estimates_bound_the_error_of_thirty_machines(rtol: float, count: int) -
         for name, number in numbers_of(own).items():
             finer, coarser = (numbers_of(s)[name] for s in (truth, other))
             doubt = abs(number.value - coarser.value) + 64.0 * 2.0**-52 * number.size
+            doubt += number.error
             assert abs(number.value - finer.value) <= doubt + 64.0 * 2.0**-52 * number.size, name
     # what is asked for is kept, too
     assert max(shares) < rtol

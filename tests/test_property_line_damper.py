@@ -55,6 +55,7 @@ def test_limits_on_heat_and_travel_are_met_and_priced(tuned: Design) -> None:
     assert abs(worth / travel.weight[travel.reading > 3].sum() - 1.0) < 0.02
 
 
+@pytest.mark.long
 def test_a_limit_that_only_stiff_rings_keep_is_met_from_a_valley_that_breaks_it() -> None:
     # from here heat only falls towards a ring that is all but free, and never to the limit
     limit = 4.0

@@ -1,5 +1,6 @@
 """Claim: a ring whose inertia is searched at a price grows until it gains what it costs."""
 
+import pytest
 from line_damper_samples import branched
 
 from vibecalc.optimisation.damper.design import design
@@ -8,6 +9,7 @@ from vibecalc.optimisation.damper.problem import Limits
 FREE = Limits((0.5, 0.5), (4e3, 1.6e4), (20.0, 150.0))
 
 
+@pytest.mark.long
 def test_a_priced_ring_gains_as_much_as_it_costs() -> None:
     limits = FREE._replace(inertia=(0.6, 1.2), inertia_price=50.0)
     found = design(branched(), limits, map_points=5, speeds=21, starts=1)

@@ -87,6 +87,11 @@ def test_estimates_of_fifteen_machines() -> None:
 
 
 @pytest.mark.long
+def test_estimates_of_three_hundred_machines() -> None:
+    hold([one for seed in range(400, 700) for one in judge_response(shortened(seed))])
+
+
+@pytest.mark.long
 @pytest.mark.timeout(14000)
 def test_estimates_of_two_hundred_machines() -> None:
     judged = [one for seed in range(100, 300) for one in judge_response(random_compressor(seed))]

@@ -210,6 +210,7 @@ def test_equal_input_gives_equal_bytes(tmp_path: Path) -> None:
     assert objects(finer) == objects(tmp_path / "a.h5")
 
 
+@pytest.mark.long
 @given(cuts=st.lists(st.integers(0, 2), min_size=8, max_size=8), share=st.booleans())
 @settings(max_examples=8, deadline=None)
 def test_merged_shards_are_the_whole(

@@ -71,6 +71,7 @@ def test_a_sweep_killed_at_two_hundred_moments_ends_as_if_never_killed(
     survives(tmp_path / "killed.h5", *uninterrupted, moments=200, seed=2)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "how", [signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.long)]
 )

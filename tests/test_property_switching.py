@@ -10,7 +10,7 @@ from vibecalc.response.switching.course import follow_course
 from vibecalc.response.switching.follow import Transient, follow
 from vibecalc.response.switching.instant import instantaneous
 from vibecalc.response.switching.readings import columns
-from vibecalc.response.switching.run import panel_grid, runs_of
+from vibecalc.response.switching.run import PANEL_PHASE, panel_grid, runs_of
 from vibecalc.response.switching.system import Loads, ModalSystem, Piece, modal_loads
 from vibecalc.response.switching.worst import worst_instant
 
@@ -170,7 +170,7 @@ def test_grid_is_fine_enough_everywhere(start: float, end: float, duration: floa
         fastest = np.maximum(np.abs(run.speed_at(grid[:-1])), np.abs(run.speed_at(grid[1:])))
         phase = np.diff(grid) * (12.0 * np.minimum(fastest, np.inf))
         turned = 12.0 * np.abs(np.diff(run.angle_at(grid)))
-        assert np.all(turned + np.diff(grid) * np.max(SYSTEM.frequency) <= 1.0 + 1e-9)
+        assert np.all(turned + np.diff(grid) * np.max(SYSTEM.frequency) <= PANEL_PHASE + 1e-9)
         # within a panel the speed changes little against what it turns
-        assert np.all(phase <= 2.0)
+        assert np.all(phase <= 2.0 * PANEL_PHASE)
         assert np.all(np.diff(grid) <= duration / 50 * (1.0 + 1e-12))

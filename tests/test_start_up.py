@@ -185,6 +185,7 @@ def compressor_runs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, set[s
     return found
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("table", ONLY_FOR)
 def test_what_a_table_of_the_response_needs_goes_with_it(
     table: str, compressor_runs: dict[str, set[str]]
@@ -194,6 +195,7 @@ def test_what_a_table_of_the_response_needs_goes_with_it(
     assert not needed & compressor_runs[table]
 
 
+@pytest.mark.long
 def test_a_compressor_needs_no_isolation_no_impacts_and_no_search(
     compressor_runs: dict[str, set[str]],
 ) -> None:

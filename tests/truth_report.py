@@ -1,6 +1,6 @@
 """Runs a case and holds every error estimate of its record against the exact results."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Any, NamedTuple
 
 import mpmath
@@ -50,13 +50,19 @@ def judge(table: Table) -> list[Judged]:
 
 def judge_record(case: Case, record: Record) -> Iterator[Judged]:
     """The same for a record that is there already, at the caller's precision."""
-    for path, found, exact in exact_results(case, record):
+    return judge_rows(exact_results(case, record), record)
+
+
+def judge_rows(rows: Iterable[tuple[str, Any, Any]], record: Record) -> Iterator[Judged]:
+    """Path, values found and exact ones (of all entries, or of some) beside the estimates."""
+    for path, found, exact in rows:
         values, truth = np.ravel(found).tolist(), list(_flat(exact))
         assert len(values) == len(truth), path
         errors = [_distance(value, true) for value, true in zip(values, truth, strict=True)]
         sizes = [abs(true) for true in truth if mpmath.isfinite(true)]
         estimate = record[path].error_estimate
-        yield Judged(path, float(max(errors)), estimate, float(max(sizes, default=mpf(0))))
+        error, size = max(errors, default=mpf(0)), max(sizes, default=mpf(0))
+        yield Judged(path, float(error), estimate, float(size))
 
 
 def _distance(value: complex, true: Any) -> mpf:

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from vibecalc.cli_accuracy import accuracy
 from vibecalc.cli_sweep import merge, sweep
 from vibecalc.errors import EXIT_DIFFERS, EXIT_FINE, UsageError, VibecalcError
 from vibecalc.report.help_page import Command, Group
@@ -99,9 +100,9 @@ def run(
 @app.command(cls=Command)
 def check(cases: Cases, settings: Settings = None, json: Json = False) -> None:
     """Validate cases and show what a run would do and why. Nothing is computed."""
-    from vibecalc.study.execute import plan_texts
+    from vibecalc.study.check_rows import check_rows
 
-    plans = [(case, plan_texts(case.case)) for case in _load(cases, settings)]
+    plans = [(case, *check_rows(case.case)) for case in _load(cases, settings)]
     if json:
         objects = [
             {
@@ -109,14 +110,16 @@ def check(cases: Cases, settings: Settings = None, json: Json = False) -> None:
                 "title": case.case.title,
                 "sha256": case.sha256,
                 "plan": plan,
+                "needs": total,
             }
-            for case, plan in plans
+            for case, plan, total in plans
         ]
         _print_json(objects, single=len(objects) == 1)
         return
     from vibecalc.report.plan import render_plan
 
-    typer.echo("\n\n".join(render_plan(str(case.path), case.case, plan) for case, plan in plans))
+    shown = (render_plan(str(case.path), case.case, rows, total) for case, rows, total in plans)
+    typer.echo("\n\n".join(shown))
 
 
 @app.command(cls=Command)
@@ -293,3 +296,4 @@ def _write_text(text: str, output: Path | None) -> None:
 
 app.command(cls=Command)(sweep)
 app.command(cls=Command)(merge)
+app.command(cls=Command)(accuracy)

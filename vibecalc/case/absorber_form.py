@@ -10,32 +10,11 @@ from vibecalc.errors import KeyPath, Problem
 
 MACHINE: KeyPath = ("machine",)
 ABSORBER = "absorber"
-#: parts that only a machine of kind "absorber" has
-PARTS = (
-    *("primary", "secondary", "secondaries", "rod", "flywheel", "springs", "ring", "gap", "oil"),
-    *("stock_springs", "stock_oils", "spring_catalogue", "oil_catalogue", "pendulum"),
-)
-#: and those that it does not have
-FOREIGN = (
-    *("speed", "crank_train", "body", "mounts", "motor", "joints", "rotor", "shell", "friction"),
-)
 
 
-def check_absorber(data: Data, kind: str) -> Iterator[Problem]:
-    """Yield what is wrong between the tables of an absorber, or that there should be none."""
+def check_kind(data: Data) -> Iterator[Problem]:
+    """Yield what is wrong between the tables of an absorber."""
     machine = table_at(data, "machine")
-    if kind != ABSORBER:
-        yield from _strangers(data, machine, kind)
-        return
-    for part in FOREIGN:
-        if part in machine:
-            yield Problem(
-                path=(*MACHINE, part),
-                message=f"a machine of kind 'absorber' has no {part}",
-                allowed=", ".join(PARTS),
-                hint="its pendulums turn at machine.pendulum.speed" if part == "speed" else "",
-                also=(*MACHINE, "kind"),
-            )
     yield from _scene(data, machine)
     for part in ("primary", "secondary", "pendulum"):
         if part in machine and not isinstance(machine[part], dict):
@@ -59,19 +38,6 @@ def check_absorber(data: Data, kind: str) -> Iterator[Problem]:
         yield from check_tuning(data, machine)
     if table_at(data, *RESPONSE):
         yield from check_curves(data, machine, motion)
-
-
-def _strangers(data: Data, machine: Data, kind: str) -> Iterator[Problem]:
-    paths: list[KeyPath] = [(*MACHINE, part) for part in PARTS if part in machine]
-    paths += [path for path in (TUNING, RESPONSE) if path[-1] in table_at(data, *path[:-1])]
-    for path in paths:
-        yield Problem(
-            path=path,
-            message=f"[{'.'.join(map(str, path))}] is for a machine of kind 'absorber'",
-            found=f"kind = {kind!r}",
-            allowed="kind = 'absorber'",
-            also=(*MACHINE, "kind"),
-        )
 
 
 def _scene(data: Data, machine: Data) -> Iterator[Problem]:

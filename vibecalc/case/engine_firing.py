@@ -7,13 +7,27 @@ number of turns; so its crank_phase is bank_angle - firing_angle, whole turns ap
 import math
 from collections.abc import Mapping, Sequence
 from itertools import accumulate
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+from vibecalc.case.kinds import KINDS
 from vibecalc.case.raw import Data, read_number, table_at, tables_at
+
+if TYPE_CHECKING:
+    from vibecalc.case.schema import Machine
 
 TURN = 2.0 * math.pi
 #: rad that one cycle takes
 CYCLES: Mapping[str, float] = {"four_stroke": 2.0 * TURN, "two_stroke": TURN}
+
+
+def cycle_angle(machine: "Machine") -> float:
+    """Angle in rad after which what is in the cylinders of a machine repeats itself.
+
+    One turn, but of an engine what it says; four strokes stand for an engine that does not.
+    """
+    if KINDS[machine.kind].gas == "said":
+        return CYCLES[machine.cycle or "four_stroke"]
+    return TURN
 
 
 def angles_in_order(

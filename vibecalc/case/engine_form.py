@@ -1,8 +1,7 @@
-"""Checks of form of an engine: cycle, gas and firing said once, and what needs an engine."""
+"""Checks of form of an engine: cycle, gas and firing said once, and what its tables need."""
 
 from collections.abc import Iterator
 
-from vibecalc.case.kinds import FINDING_MOTORS, motor_kind
 from vibecalc.case.raw import Data, either, misspelt, table_at, tables_at
 from vibecalc.case.shaft_form import check_shaft_line
 from vibecalc.case.torsion_form import check_torsion
@@ -10,45 +9,18 @@ from vibecalc.errors import KeyPath, Problem
 
 MACHINE: KeyPath = ("machine",)
 TRAIN: KeyPath = ("machine", "crank_train")
-ENGINE = "engine"
-#: places of a case that only an engine has
-OWN: tuple[KeyPath, ...] = (
-    (*MACHINE, "cycle"),
-    (*MACHINE, "shaft_line"),
-    *((*TRAIN, key) for key in ("firing_order", "firing_intervals", "gas_cards", "gas_cycle")),
-    ("response", "torsion"),
-    ("damper_design",),
-)
-#: keys of a cylinder that only an engine has
-OF_CYLINDERS = ("firing_angle", "pressure_scale")
-#: parts and tables of machines whose gas works once a turn, or whose motor finds the speed
-FOREIGN: tuple[KeyPath, ...] = (
-    *((*MACHINE, part) for part in ("motor", "joints", "rotor", "shell", "friction")),
-    *(("response", name) for name in ("impact", "roll", "start_up", "control")),
-)
+ASKED: tuple[KeyPath, ...] = (("response", "torsion"), ("damper_design",))
 GAS = ("gas_pressure", "gas_cards", "gas_cycle")
 
 
-def check_engine(data: Data, kind: str) -> Iterator[Problem]:
-    """Yield what an engine lacks or says twice, and what other machines do not have."""
+def check_kind(data: Data) -> Iterator[Problem]:
+    """Yield what an engine lacks or says twice."""
     machine = table_at(data, "machine")
-    if kind != ENGINE:
-        yield from _strangers(data, kind)
-        return
     if "cycle" not in machine and not misspelt(machine, MACHINE, "cycle"):
         from vibecalc.case.diagnose import missing_key
 
         yield missing_key((*MACHINE, "cycle"))
-    for path in FOREIGN:
-        finds = path[-1] == "motor" and motor_kind(machine) in FINDING_MOTORS  # told elsewhere
-        if path[-1] in table_at(data, *path[:-1]) and not finds:
-            yield Problem(
-                path=path,
-                message=f"a machine of kind 'engine' has no [{'.'.join(map(str, path))}]",
-                allowed="shaft_line, body and mounts beside the crank_train; [response.torsion]",
-                also=(*MACHINE, "kind"),
-            )
-    asked = [path for path in OWN[-2:] if path[-1] in table_at(data, *path[:-1])]
+    asked = [path for path in ASKED if path[-1] in table_at(data, *path[:-1])]
     for path in asked:
         if "shaft_line" not in machine and not misspelt(machine, MACHINE, "shaft_line"):
             yield Problem(
@@ -62,22 +34,6 @@ def check_engine(data: Data, kind: str) -> Iterator[Problem]:
         yield from _firing(data, machine, train, bool(asked))
     yield from check_shaft_line(data)
     yield from check_torsion(data)
-
-
-def _strangers(data: Data, kind: str) -> Iterator[Problem]:
-    paths = [path for path in OWN if path[-1] in table_at(data, *path[:-1])]
-    for place, cylinder in tables_at(data, *map(str, (*TRAIN, "cylinders"))):
-        paths += [(*TRAIN, "cylinders", place, key) for key in OF_CYLINDERS if key in cylinder]
-    for path in paths:
-        table = isinstance(table_at(data, *path[:-1]).get(path[-1]), dict)
-        name = f"[{'.'.join(map(str, path))}]" if table else path[-1]
-        yield Problem(
-            path=path,
-            message=f"{name} is for a machine of kind 'engine'",
-            found=f"kind = {kind!r}",
-            allowed="kind = 'engine'",
-            also=(*MACHINE, "kind"),
-        )
 
 
 def _gas(data: Data, train: Data, needed: bool) -> Iterator[Problem]:

@@ -1,13 +1,15 @@
-"""The kinds of machine: which parts each needs, and what finds its speed.
+"""The kinds of machine: which parts each needs and has, and what finds its speed.
 
-The parts of a machine are shared, so a kind is a row of a table and nothing else. `Machine` gives
-its crank train and its speed a default of None for the kinds that have none; every other kind is
-refused without them here, before anything reads them.
+The parts of a machine are shared, so a kind is a name in `KindName` and a row of `KINDS`; what it
+alone has, or does not have, is a row of `kind_parts.py`. `Machine` gives its crank train and its
+speed a default of None for the kinds that have none; every other kind is refused without them here,
+before anything reads them.
 """
 
 import difflib
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, NamedTuple
+from importlib import import_module
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
 from vibecalc.case.raw import Data, misspelt, nearest, table_at
 from vibecalc.errors import KeyPath, Problem
@@ -19,18 +21,27 @@ MACHINE: KeyPath = ("machine",)
 
 
 class Kind(NamedTuple):
-    """What a kind of machine needs, and whether a motor may find its speed instead."""
+    """What a kind of machine needs, and what may be asked of it.
+
+    `driven`: a motor may find its speed. `form`: the module of `case/` whose `check_kind(data)`
+    yields the problems that this kind alone has. `gas`: the torque of what is in its cylinders
+    counts, so that it may reach the mounts; its cycle is said by `machine.cycle`, or is one turn.
+    """
 
     needs: tuple[str, ...] = ()
     driven: bool = False
+    form: str = ""
+    gas: Literal["", "said", "turn"] = ""
 
 
+KindName = Literal["generator", "compressor", "plate", "absorber", "engine", "pump"]
 KINDS: dict[str, Kind] = {
     "generator": Kind(needs=("crank_train", "speed")),
     "compressor": Kind(needs=("crank_train", "speed"), driven=True),
     "plate": Kind(),
-    "absorber": Kind(),
-    "engine": Kind(needs=("crank_train", "speed")),
+    "absorber": Kind(form="absorber_form"),
+    "engine": Kind(needs=("crank_train", "speed"), form="engine_form", gas="said"),
+    "pump": Kind(needs=("crank_train", "speed"), form="pump_form", gas="turn"),
 }
 #: motors whose speed is a result
 FINDING_MOTORS = ("slip_table", "linear", "dynamic")
@@ -66,6 +77,11 @@ def has_speed(machine: "Machine") -> bool:
 def finds_speed(machine: "Machine") -> bool:
     """Whether the speed of the machine is a result of its motor."""
     return machine.motor is not None and machine.motor.kind in FINDING_MOTORS
+
+
+def gas_turns(machine: "Machine") -> bool:
+    """Whether the torque of what is in the cylinders of such a machine counts."""
+    return bool(KINDS[machine.kind].gas)
 
 
 def motor_kind(machine: Data) -> str:
@@ -110,18 +126,12 @@ def check_kinds(data: Data) -> Iterator[Problem]:
         if part not in machine and not found_elsewhere and not misspelt(machine, MACHINE, part):
             yield _missing(part)
     yield from _stages(data, machine, kind, finds)
-    yield from _absorber(data, name)
     if name in KINDS:
-        from vibecalc.case.engine_form import check_engine
+        from vibecalc.case.kind_parts import check_parts_of_kind
 
-        yield from check_engine(data, name)
-
-
-def _absorber(data: Data, kind: str) -> Iterator[Problem]:
-    from vibecalc.case.absorber_form import check_absorber
-
-    if kind in KINDS:
-        yield from check_absorber(data, kind)
+        yield from check_parts_of_kind(data, name)
+        if kind.form:
+            yield from import_module(f"vibecalc.case.{kind.form}").check_kind(data)
 
 
 def _meant(name: str) -> Kind:

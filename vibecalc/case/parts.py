@@ -21,6 +21,7 @@ from vibecalc.case.fields import (
 )
 from vibecalc.case.gas_parts import GasForce, GasInterpolation, GasPressure
 from vibecalc.case.matrix_parts import DampingMatrix, MassMatrix, StiffnessMatrix
+from vibecalc.case.pump_parts import PumpCycle
 
 AxisName = Literal["x", "y", "z"]
 
@@ -118,6 +119,9 @@ class CrankTrain(Table):
     )
     gas_cycle: GasCycle | None = Field(
         None, description="of an engine, computed, instead of gas_pressure"
+    )
+    pump_cycle: PumpCycle | None = Field(
+        None, description="of a pump: the pressure on its plungers over a turn"
     )
     firing_order: Annotated[tuple[Name, ...], Field(max_length=64)] = Field(
         (), description="names of the cylinders of an engine, as they fire"

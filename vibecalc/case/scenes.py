@@ -2,7 +2,13 @@
 
 from typing import Any, NamedTuple
 
-from vibecalc.case import absorber_scenes, compressor_scenes, engine_scenes, roll_scenes
+from vibecalc.case import (
+    absorber_scenes,
+    compressor_scenes,
+    engine_scenes,
+    pump_scenes,
+    roll_scenes,
+)
 
 
 class Scene(NamedTuple):
@@ -262,5 +268,9 @@ SCENES: dict[str, Scene] = {
     "engine": Scene(
         "torsional vibration of the shaft line of an engine with damper, flywheel and generator",
         engine_scenes.ENGINE,
+    ),
+    "pump": Scene(
+        "a plunger pump on two mounts: valves, torque of the liquid, motion in the crank plane",
+        pump_scenes.PUMP,
     ),
 }

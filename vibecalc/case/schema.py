@@ -24,6 +24,7 @@ from vibecalc.case.engine_parts import Cycle
 from vibecalc.case.fields import AngularSpeed, Table, Whole
 from vibecalc.case.find_tables import Find
 from vibecalc.case.joint_parts import Joints
+from vibecalc.case.kinds import KindName
 from vibecalc.case.measurement_tables import Measurement
 from vibecalc.case.motor_parts import NEEDED_BY_KIND, Motor
 from vibecalc.case.parts import Body, CrankTrain, Mounts
@@ -48,9 +49,7 @@ SCHEMA_VERSION = 1
 class Machine(Table):
     """A machine: its kind says which parts it needs, and nothing else."""
 
-    kind: Literal["generator", "compressor", "plate", "absorber", "engine"] = Field(
-        description="kind of machine"
-    )
+    kind: KindName = Field(description="kind of machine")
     cycle: Cycle | None = Field(None, description="of an engine: 720 or 360 degrees")
     # None stands for a part that the kind does without (case/kinds.py); ask has_crank_train and
     # has_speed there before reading one of these two where that may be.

@@ -73,8 +73,9 @@ class Excitation(Table):
 class Isolation(Table):
     """The body on its mounts: what reaches the ground."""
 
-    model: Literal["pitch", "rigid_body"] = Field(
-        description="pitch about the axis across the crankshaft, or all six freedoms"
+    model: Literal["pitch", "rigid_body", "planar"] = Field(
+        description="pitch about the axis across the crankshaft, all six freedoms, or the three in "
+        "the plane of the crank"
     )
     up: Literal["x", "y", "z"] = Field("z", description="gravity acts against this direction")
     gravity: Acceleration = Field(9.80665, ge=0, description="acceleration of free fall")

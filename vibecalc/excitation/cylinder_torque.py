@@ -34,6 +34,8 @@ PANEL_PHASE = 24.0
 BLOCK = 250_000
 #: roundings of one integrand: sine, cosine and rod of s', the polynomial, the product, the weight
 SAMPLE_ROUNDINGS = 12.0
+#: errors without a common sign add as their squares do; this many times the root is not exceeded
+INDEPENDENT = 4.0
 PARTS = WithError._fields
 
 
@@ -134,10 +136,8 @@ def gas_harmonics(
     # a rounded angle moves s' by s'' times its rounding
     angle = np.abs(start)[:, None] + into
     lever = np.abs(path.velocity) + radius * EPSILON
-    doubt = weight * (
-        size * (SAMPLE_ROUNDINGS * lever + angle * np.abs(path.acceleration)) * EPSILON
-        + card.error * lever
-    )
+    doubt = weight * size * (SAMPLE_ROUNDINGS * lever + angle * np.abs(path.acceleration)) * EPSILON
+    fit = card.error[piece] * np.sum(weight * lever, axis=1)
     magnitude = np.abs(torque).sum()
     local = np.empty((len(start), len(orders)), dtype=complex)
     chunk = max(1, BLOCK // torque.size)
@@ -145,8 +145,10 @@ def gas_harmonics(
         turn = np.exp(-1j * (into[..., None] * orders[low : low + chunk]))
         local[:, low : low + chunk] = np.matmul(torque[:, None, :], turn)[:, 0, :]
     value = (local * phasor(orders, start).T).sum(axis=0)
-    rounding = EPSILON * (8.0 + np.log2(torque.size) + orders * width.max()) * magnitude
-    error = np.broadcast_to(doubt.sum() + rounding, value.shape)
+    # roundings of samples have no common sign; what a fit misses goes up and down in each panel
+    spread = float(np.sqrt(INDEPENDENT**2 * np.sum(doubt**2) + np.sum(fit**2)))
+    rounding = EPSILON * (8.0 + orders * width.max()) * magnitude
+    error = np.broadcast_to(spread + rounding, value.shape)
     gas = WithError(2.0 * value[1:], 2.0 * error[1:] + 2.0 * EPSILON * np.abs(value[1:]))
     return gas, WithError(np.asarray(value[0].real), np.asarray(error[0]))
 

@@ -23,6 +23,8 @@ DEGREE = 9
 MOST_PANELS = 1024
 #: a fit is accurate enough where it misses the formula by less than this share of the largest value
 FIT_TOLERANCE = 1e-13
+#: roundings of a formula with two powers of volumes
+FORMULA_ROUNDINGS = 16.0
 
 
 class GasCard(NamedTuple):
@@ -30,13 +32,13 @@ class GasCard(NamedTuple):
 
     On piece i, between `node[i]` and `node[i + 1]` (m + 1,) in rad, it is
     sum_k coefficient[i, k] (angle - node[i])^k in Pa, coefficients (m, d + 1). The last node is the
-    first one a `cycle` later. `error` is how far the pieces may be off what they stand for, Pa.
+    first one a `cycle` later. `error` (m,) is how far each piece may be off what it stands for, Pa.
     """
 
     node: FloatArray
     coefficient: FloatArray
     cycle: float
-    error: float
+    error: FloatArray
 
 
 def gas_card(
@@ -64,7 +66,8 @@ def gas_card(
     nodes[-1] = nodes[0] + cycle
     values = np.array(pressure, dtype=float) - crankcase_pressure
     values[-1] = values[0]
-    return GasCard(nodes, _PIECES[interpolation](nodes, values), float(cycle), 0.0)
+    pieces = _PIECES[interpolation](nodes, values)
+    return GasCard(nodes, pieces, float(cycle), np.zeros(len(pieces)))
 
 
 def fitted_card(
@@ -91,28 +94,32 @@ def fitted_card(
     powers = np.arange(DEGREE + 1)
     to_points, to_between = points[:, None] ** powers, between[:, None] ** powers
     scale = float(np.max(np.abs(pressure(np.linspace(ends[0], ends[-1], 4 * 64 * len(ends))))))
-    nodes, pieces, worst = [], [], 0.0
+    nodes, pieces, errors = [], [], []
     for low, high in pairwise(ends.tolist()):
         panels = 4
         while True:
             start, width = np.linspace(low, high, panels, endpoint=False), (high - low) / panels
             values = pressure(start[:, None] + width * points)
             fit = np.linalg.solve(to_points, values.T).T
-            off = np.abs(fit @ to_between.T - pressure(start[:, None] + width * between)).max()
-            if off <= FIT_TOLERANCE * scale:
+            seen = pressure(start[:, None] + width * between)
+            off = np.abs(fit @ to_between.T - seen).max(axis=1)
+            worst = float(off.max())
+            if worst <= FIT_TOLERANCE * scale:
                 break
             if panels >= MOST_PANELS:
                 raise NumericalFailure(
                     f"gas card: the pressure between {low:.6g} and {high:.6g} rad cannot be "
-                    f"followed by {panels} polynomials of degree {DEGREE}; it is off by {off:.3g} "
-                    "Pa; the formula has to be smooth there"
+                    f"followed by {panels} polynomials of degree {DEGREE}; it is off by "
+                    f"{worst:.3g} Pa; the formula has to be smooth there"
                 )
             panels *= 2
         nodes.append(start)
         pieces.append(fit / width**powers)
-        worst = max(worst, float(off))
+        # the formula itself is rounded, and between the points looked at the fit may be worse
+        size = np.abs(seen).max(axis=1)
+        errors.append(2.0 * off + FORMULA_ROUNDINGS * EPSILON * size + EPSILON * scale)
     node = np.concatenate([*nodes, [ends[0] + cycle]])
-    return GasCard(node, np.concatenate(pieces), float(cycle), 2.0 * worst + 64.0 * EPSILON * scale)
+    return GasCard(node, np.concatenate(pieces), float(cycle), np.concatenate(errors))
 
 
 def pressure_at(card: GasCard, angle: ArrayLike) -> FloatArray:

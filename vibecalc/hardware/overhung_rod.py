@@ -20,11 +20,13 @@ from vibecalc.errors import NumericalFailure
 from vibecalc.hardware.overhung_determinant import determinant
 from vibecalc.hardware.overhung_elements import element_frequencies
 from vibecalc.hardware.overhung_parts import EndBody, OverhungRod
+from vibecalc.hardware.overhung_roots import closed_in
 from vibecalc.numerics.rounding import UNIT_ROUNDOFF, WithError
 from vibecalc.numerics.typing import FloatArray
 
 _MOST_MODES = 6
-_HALVINGS = 200
+#: first half width of a bracket over its start, and by how much it grows
+_FIRST_WIDTH, _GROWTH = 1e-4, 4.0
 
 #: overhang over span below which the elements that start the search are made this long
 _SHORT = 1e-3
@@ -56,12 +58,18 @@ def whirl_frequencies(rod: OverhungRod, body: EndBody, spin: ArrayLike, modes: i
     turning = np.asarray(spin, dtype=float)
     span = np.asarray(rod.span, dtype=float)
     longer = rod._replace(overhang=np.maximum(np.asarray(rod.overhang), _SHORT * span))
-    starts = element_frequencies(longer, body, turning)
+    # elements that follow one mode more than asked for, whose gap tells how far to look
+    starts = element_frequencies(longer, body, turning, *start_elements(modes))
     forward, backward = (start[..., : modes + 1] for start in starts)
     with_spin = _roots(rod, body, turning, forward)
     if not np.any(turning * np.asarray(body.polar_inertia)):
         return Whirl(with_spin, with_spin)
     return Whirl(with_spin, _roots(rod, body, -turning, backward))
+
+
+def start_elements(modes: int) -> tuple[int, int]:
+    """Elements on span and overhang that place so many modes, and one more."""
+    return 2 * modes, modes
 
 
 def _roots(rod: OverhungRod, body: EndBody, spin: FloatArray, starts: FloatArray) -> WithError:
@@ -70,7 +78,7 @@ def _roots(rod: OverhungRod, body: EndBody, spin: FloatArray, starts: FloatArray
     gap = np.diff(starts, axis=-1)
     below = np.concatenate([start[..., :1], gap[..., :-1]], axis=-1)
     reach = 0.5 * np.minimum(below, gap)
-    width = np.minimum(1e-6 * start, reach)
+    width = np.minimum(_FIRST_WIDTH * start, reach)
     for _ in range(60):
         low, high = start - width, start + width
         at_low, at_high = (
@@ -80,26 +88,15 @@ def _roots(rod: OverhungRod, body: EndBody, spin: FloatArray, starts: FloatArray
         apart = at_low * at_high <= 0.0
         if np.all(apart | (width >= reach)):
             break
-        width = np.where(apart, width, np.minimum(2.0 * width, reach))
+        width = np.where(apart, width, np.minimum(_GROWTH * width, reach))
     if not np.all(apart):
         raise NumericalFailure("two bending frequencies of the rod lie too close to be told apart")
-    return _bisected(rod, body, spin, low, high, at_low)
 
+    def value(frequency: FloatArray) -> FloatArray:
+        return determinant(rod, body, spin, frequency)[0]
 
-def _bisected(
-    rod: OverhungRod, body: EndBody, spin: FloatArray, low: FloatArray, high: FloatArray,
-    at_low: FloatArray,
-) -> WithError:  # fmt: skip
-    first, last = low, high
-    for _ in range(_HALVINGS):
-        middle = 0.5 * (low + high)
-        if not np.any((middle > low) & (middle < high)):
-            break
-        value = determinant(rod, body, spin, middle)[0]
-        same = np.sign(value) == np.sign(at_low)
-        low, high = np.where(same, middle, low), np.where(same, high, middle)
-    root = 0.5 * (low + high)
-    step = np.minimum(1e-5 * root, np.minimum(root - first, last - root) + 1e-9 * root)
+    root, _ = closed_in(value, low, high, at_low, at_high)
+    step = np.minimum(1e-5 * root, np.minimum(root - low, high - root) + 1e-9 * root)
     after, noise = determinant(rod, body, spin, root + step)
     before = determinant(rod, body, spin, root - step)[0]
     slope = np.abs(after - before) / (2.0 * step)

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from vibecalc.case import parts
 from vibecalc.case.engine_mounted import has_gas, torque_reaches_mounts
-from vibecalc.case.kinds import finds_speed, has_crank_train, has_speed
+from vibecalc.case.kinds import finds_speed, gas_turns, has_crank_train, has_speed
 from vibecalc.case.schema import Case, Machine
 from vibecalc.machine.body import build_body
 from vibecalc.machine.crank_train import build_crank_train, rod_share
@@ -143,14 +143,14 @@ def _without_effect(case: Case) -> list[str]:
         "it": (
             has_crank_train(machine)
             and machine.crank_train.gas_pressure is not None
-            and machine.kind != "engine"
+            and not gas_turns(machine)
             and impact is None
             and not asks_roll(case)
         ),
-        "the gas has no effect: without [response.torsion] it reaches the mounts of an engine in "
-        "the model 'rigid_body', with a firing order, and with driven_machine = 'separate' or a "
-        "shaft_line": (
-            machine.kind == "engine"
+        "the gas has no effect: without [response.torsion] it reaches the mounts in the model "
+        "'rigid_body' or 'planar', of an engine with a firing order, and with driven_machine = "
+        "'separate' or a shaft_line": (
+            gas_turns(machine)
             and has_gas(case)
             and not torque_reaches_mounts(case)
             and (response is None or response.torsion is None)

@@ -1,5 +1,7 @@
 """Checks of physics on a validated case, all problems and warnings at once."""
 
+from collections.abc import Callable
+
 from vibecalc.case.schema import Case
 from vibecalc.errors import Problem
 from vibecalc.machine.absorber_checks import absorber_problems
@@ -17,6 +19,7 @@ from vibecalc.machine.isolation_checks import isolation_problems
 from vibecalc.machine.joint_checks import joint_problems
 from vibecalc.machine.measurement_checks import measurement_problems
 from vibecalc.machine.operation_checks import operation_problems
+from vibecalc.machine.pump_checks import pump_problems
 from vibecalc.machine.range_checks import range_problems
 from vibecalc.machine.roll_checks import roll_problems
 from vibecalc.machine.shaft_line_checks import shaft_line_problems
@@ -24,43 +27,105 @@ from vibecalc.machine.slip_checks import slip_problems
 from vibecalc.machine.torsion_checks import torsion_problems
 from vibecalc.machine.transient_checks import transient_problems
 
-__all__ = ["check_machine", "machine_warnings"]
+__all__ = ["ABSORBER", "CHECKS", "HARDWARE", "check_machine", "machine_warnings", "matrices"]
 
 
-def _matrix_problems(case: Case) -> list[Problem]:
+def matrices(case: Case) -> list[Problem]:
+    """Problems of matrices, if there are any matrices."""
     body, mounts = case.machine.body, case.machine.mounts
-    given = (
-        None if body is None else body.mass_matrix,
-        None if mounts is None else mounts.stiffness_matrix,
-    )
-    if given == (None, None):
+    matrix = None if body is None else body.mass_matrix
+    stiffness = None if mounts is None else mounts.stiffness_matrix
+    if matrix is None and stiffness is None:
         return []
     from vibecalc.machine.matrix_checks import matrix_problems  # loads what solves the motion
 
     return matrix_problems(case)
 
 
-_CHECKS = (
-    crank_train_problems,
-    body_problems,
-    _matrix_problems,
-    operation_problems,
-    drive_problems,
-    slip_problems,
-    dynamic_problems,
-    gas_problems,
-    roll_problems,
-    control_problems,
-    joint_problems,
-    measurement_problems,
-    absorber_problems,
-    absorber_part_problems,
-    pendulum_problems,
-    engine_problems,
-    shaft_line_problems,
-    torsion_problems,
-    transient_problems,
+#: what ratios of an absorber come from, and its other parts
+ABSORBER = (
+    *(f"machine.{part}" for part in ("primary", "secondary", "secondaries", "rod")),
+    "tuning",
 )
+HARDWARE = tuple(
+    f"machine.{part}"
+    for part in (
+        *("flywheel", "springs", "ring", "gap", "oil"),
+        *("stock_springs", "stock_oils", "spring_catalogue", "oil_catalogue"),
+    )
+)
+#: check -> places of the case that it reads, so that a study need not repeat it (`check_cache.py`);
+#: isolation, the last, is judged where the others find nothing
+CHECKS: dict[Callable[[Case], list[Problem]], tuple[str, ...]] = {
+    crank_train_problems: ("machine.crank_train", "machine.body", "kinematics"),
+    body_problems: ("machine.body",),
+    matrices: (
+        "machine.body.mass_matrix",
+        "machine.mounts.stiffness_matrix",
+        "machine.mounts.damping_matrix",
+    ),
+    operation_problems: (
+        "machine.crank_train.cylinders",
+        "machine.joints",
+        "machine.mounts",
+        "excitation",
+        "response",
+    ),
+    drive_problems: (
+        "machine.cycle",
+        "machine.kind",
+        "machine.crank_train.gas_pressure",
+        "machine.motor",
+    ),
+    joint_problems: (
+        "machine.crank_train",
+        "machine.joints",
+        "machine.speed",
+        "excitation",
+        "response",
+    ),
+    slip_problems: ("machine.motor", "response.start_up"),
+    gas_problems: ("machine.crank_train", "machine.kind"),
+    roll_problems: (
+        "machine.crank_train",
+        "machine.motor",
+        "machine.shell",
+        "excitation.working",
+        "response.roll",
+        "response.start_up",
+        "response.control",
+    ),
+    control_problems: ("machine.motor", "response.control"),
+    dynamic_problems: ("machine.motor", "response"),
+    measurement_problems: ("measurement", "machine.speed", "machine.kind"),
+    absorber_problems: (*ABSORBER, "response.absorber"),
+    absorber_part_problems: (*ABSORBER, *HARDWARE),
+    pendulum_problems: ("machine.pendulum",),
+    pump_problems: ("machine.kind", "machine.crank_train"),
+    engine_problems: ("machine.kind", "machine.cycle", "machine.crank_train"),
+    shaft_line_problems: ("machine.shaft_line", "machine.crank_train"),
+    transient_problems: (
+        "machine.cycle",
+        "machine.speed",
+        "machine.shaft_line",
+        "response.torsion",
+    ),
+    torsion_problems: (
+        "machine.cycle",
+        "machine.speed",
+        "machine.shaft_line",
+        "machine.crank_train.gas_cards",
+        "machine.crank_train.cylinders",
+        "response.torsion",
+        "damper_design",
+    ),
+    isolation_problems: (
+        "machine.crank_train",
+        "machine.body",
+        "machine.mounts",
+        "isolation",
+    ),
+}
 
 
 def check_machine(case: Case) -> list[Problem]:
@@ -72,6 +137,7 @@ def check_machine(case: Case) -> list[Problem]:
     problems = range_problems(case)
     if problems:
         return problems
-    for check in _CHECKS:
-        problems += check(case)
+    for check in CHECKS:
+        if check is not isolation_problems:
+            problems += check(case)
     return problems or isolation_problems(case)

@@ -2,12 +2,12 @@
 
 from collections.abc import Iterator
 
-from vibecalc.case.engine_firing import CYCLES
+from vibecalc.case.engine_firing import cycle_angle
 from vibecalc.case.gas_parts import GasPressure
 from vibecalc.case.kinds import finds_speed, has_crank_train
 from vibecalc.case.schema import Case
 from vibecalc.errors import KeyPath, Problem
-from vibecalc.machine.turn_checks import TURN, quoted, turn_problems
+from vibecalc.machine.turn_checks import quoted, turn_problems
 
 PRESSURE: KeyPath = ("machine", "crank_train", "gas_pressure")
 TORQUE: KeyPath = ("machine", "motor", "torque")
@@ -26,7 +26,7 @@ def _pressure(case: Case) -> Iterator[Problem]:
     table = case.machine.crank_train.gas_pressure
     if table is None:
         return
-    yield from pressure_problems(PRESSURE, table, CYCLES.get(case.machine.cycle or "", TURN))
+    yield from pressure_problems(PRESSURE, table, cycle_angle(case.machine))
 
 
 def pressure_problems(path: KeyPath, table: GasPressure, period: float) -> Iterator[Problem]:

@@ -1,4 +1,4 @@
-"""The cylinders of an engine as arrays: when they fire, how strongly, with what pressure."""
+"""The cylinders of an engine or a pump as arrays: when they work, with what pressure."""
 
 from dataclasses import dataclass
 from functools import lru_cache
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vibecalc.case.engine_firing import CYCLES, TURN, angles_in_order
+from vibecalc.case.engine_firing import TURN, angles_in_order, cycle_angle
 from vibecalc.case.schema import Case, Machine
 from vibecalc.excitation.cylinder_torque import CrankGeometry
 from vibecalc.excitation.gas_card import GasCard, gas_card
@@ -41,7 +41,7 @@ def firing_angle(machine: Machine) -> Array:
     two-stroke or a single cylinder, at its dead centre.
     """
     train = machine.crank_train
-    cycle = CYCLES[machine.cycle or "four_stroke"]
+    cycle = cycle_angle(machine)
     own = [cylinder.firing_angle for cylinder in train.cylinders]
     top = {c.name: (c.bank_angle - c.crank_phase) % TURN for c in train.cylinders}
     top = {name: 0.0 if TURN - angle < 1e-9 else angle for name, angle in top.items()}
@@ -66,7 +66,7 @@ def build_firing(case: Case) -> Firing:
     return Firing(
         names=tuple(cylinder.name for cylinder in cylinders),
         angle=firing_angle(machine),
-        cycle=CYCLES[machine.cycle or "four_stroke"],
+        cycle=cycle_angle(machine),
         pressure_scale=np.array(
             [1.0 if c.pressure_scale is None else c.pressure_scale for c in cylinders]
         ),
@@ -88,7 +88,7 @@ def gas_cards(machine: Machine) -> tuple[Array, tuple[GasCard, ...]]:
     Raises NumericalFailure where a cycle of such a peak or mean pressure does not exist.
     """
     train = machine.crank_train
-    cycle = CYCLES[machine.cycle or "four_stroke"]
+    cycle = cycle_angle(machine)
     way = train.gas_interpolation or "linear"
     if train.gas_cards:
         cards = sorted(train.gas_cards, key=lambda card: card.speed)
@@ -100,6 +100,10 @@ def gas_cards(machine: Machine) -> tuple[Array, tuple[GasCard, ...]]:
         return np.empty(0), (gas_card(table.crank_angle, table.pressure, way, cycle=cycle),)
     if train.gas_cycle is not None:
         return np.empty(0), (_computed(machine),)
+    if train.pump_cycle is not None:
+        from vibecalc.machine.pump import pump_card
+
+        return np.empty(0), (pump_card(machine),)
     return np.empty(0), ()
 
 

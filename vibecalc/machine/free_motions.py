@@ -1,5 +1,7 @@
 """Motions of a body that no mount resists, in words."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -14,8 +16,10 @@ STIFFNESS_TOLERANCE = 1e-13
 RANK_TOLERANCE = 1e-11
 
 
-def free_motions(mounts: Mounts) -> list[str]:
+def free_motions(mounts: Mounts, kept: Sequence[int] | NDArray[np.intp] = range(6)) -> list[str]:
     """Motions in which no spring is deformed, as `moving along z` or `turning about x through ...`.
+
+    Of `kept`, indices into x y z rx ry rz; all six if not said.
 
     The rows root(k_i) (e_i . displacement) of all principal directions e_i of all mounts are
     stacked; their null space is what is free. Rotations are measured at the mounts' distance.
@@ -25,10 +29,12 @@ def free_motions(mounts: Mounts) -> list[str]:
     for place, stiffness in zip(mounts.position, mounts.stiffness, strict=True):
         values, directions = np.linalg.eigh(stiffness)
         values = np.where(values > STIFFNESS_TOLERANCE * max(values[-1], 0.0), values, 0.0)
-        motion = np.hstack([np.eye(3), -cross_matrix(place) / distance])
+        motion = np.hstack([np.eye(3), -cross_matrix(place) / distance])[:, kept]
         rows.append((np.sqrt(values) * directions).T @ motion)
-    _, sizes, vectors = np.linalg.svd(np.vstack([*rows, np.zeros((6, 6))]))
-    free = vectors[sizes <= RANK_TOLERANCE * max(sizes[0], np.finfo(float).tiny)]
+    _, sizes, vectors = np.linalg.svd(np.vstack([*rows, np.zeros((len(kept), len(kept)))]))
+    found = vectors[sizes <= RANK_TOLERANCE * max(sizes[0], np.finfo(float).tiny)]
+    free = np.zeros((len(found), 6))
+    free[:, kept] = found
     # Rotations first, so that elimination leaves the pure translations in the last rows.
     reduced = _row_echelon(np.hstack([free[:, 3:], free[:, :3]]))
     return [_words(row[:3] / distance, row[3:], distance) for row in reduced]

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 
-from vibecalc.case.kinds import has_crank_train
+from vibecalc.case.kinds import gas_turns, has_crank_train
 from vibecalc.case.schema import Case
 from vibecalc.errors import KeyPath, Problem
 from vibecalc.machine.drive_checks import PRESSURE
@@ -41,7 +41,7 @@ def _gas(case: Case) -> Iterator[Problem]:
         ]
         yield from found or _readable(path, what, way, table.crank_angle)
     pressure = train.gas_pressure
-    ours = case.machine.kind != "engine" or way == "cubic"  # the others are refused for an engine
+    ours = not gas_turns(case.machine) or way == "cubic"  # the others are refused for an engine
     if pressure is not None and way != "linear" and ours:
         yield from _readable(PRESSURE, "gas pressure", way, pressure.crank_angle)
 

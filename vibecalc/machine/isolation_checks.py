@@ -21,6 +21,10 @@ def isolation_problems(case: Case) -> list[Problem]:
         return []  # matrices have no places; the checks of form say so
     if isolation.model == "rigid_body":
         return _held(free_motions(build_mounts(machine.mounts)))
+    if isolation.model == "planar":
+        from vibecalc.machine.planar_checks import planar_problems  # loads what adds mounts up
+
+        return planar_problems(case)
     train = machine.crank_train
     problems = []
     if isolation.up != train.stroke:
@@ -46,7 +50,8 @@ def _held(motions: list[str]) -> list[Problem]:
             message="the mounts leave the body free",
             found="nothing resists " + ", ".join(motions),
             allowed="a stiffness against each of the six motions",
-            hint="give stiffness in three directions, spread the mounts, or use model = 'pitch'",
+            hint="give stiffness in three directions, spread the mounts, or use model = 'pitch', "
+            "or 'planar' for two mounts",
         )
     ]
 

@@ -12,6 +12,8 @@ from vibecalc.numerics.typing import ComplexArray, FloatArray
 _STEPS, _HALVINGS = 200, 40
 #: relative size of a step after which nothing changes any more
 _STILL = 8.0 * EPSILON
+#: relative size of a step after which whole steps are taken, and how many at most
+_NEAR, _WHOLE = 1e-4, 6
 #: residuals, in dB, that are nothing but the rounding of levels
 _EXACT = 64.0 * EPSILON * DECIBEL
 #: a negative curvature larger than this share of the largest marks a saddle
@@ -66,9 +68,31 @@ def refine(
         change = vectors @ (step * min(1.0, longest))
         better = _shorten(rows, amplitudes, half_widths, fit, change[:3] + 1j * change[3:])
         if better is None:
-            return fit
+            near = not escape and np.linalg.norm(step) <= _NEAR * size
+            return _settled(rows, amplitudes, half_widths, fit) if near else fit
         fit = better
     raise NumericalFailure("the motion of the plate: least squares in dB did not converge")
+
+
+def _settled(rows: FloatArray, amplitudes: FloatArray, half_widths: FloatArray, fit: Fit) -> Fit:
+    """Whole steps of Newton's method as long as they shrink.
+
+    Beside the least sum of squares the sum is flat, and tells half the digits of the place only;
+    its slope tells the others.
+    """
+    last = np.inf
+    for _ in range(_WHOLE):
+        gradient = fit.jacobian.T @ (fit.residual / half_widths)
+        curvature, vectors = np.linalg.eigh(fit.hessian)
+        turned = np.abs(curvature) > _STILL * float(np.max(np.abs(curvature)))
+        slope = vectors.T @ gradient
+        step = vectors @ np.where(turned, -slope / np.where(turned, curvature, 1.0), 0.0)
+        length = float(np.linalg.norm(step))
+        motion = fit.motion + step[:3] + 1j * step[3:]
+        if length > 0.5 * last or np.min(np.abs(rows @ motion)) == 0.0:
+            return fit
+        last, fit = length, evaluate(rows, amplitudes, half_widths, motion)
+    return fit
 
 
 def evaluate(

@@ -73,11 +73,11 @@ def quietest(motions: ComplexArray, plate: Rectangle, signal_error: float = 0.0)
     x = float(np.clip(x, plate.x_low, plate.x_high))
     y = float(np.clip(y, plate.y_low, plate.y_high))
     amplitude = float(np.linalg.norm(motions @ point_row(x, y)))
-    off = signal_error + 32.0 * EPSILON * float(
+    off = signal_error + 4.0 * EPSILON * float(
         np.linalg.norm(parts @ np.array([1, length, length]))
     )
     share = off / steepness if steepness > 0.0 else 0.0
-    error = 2.0 * length * share * (1.0 + (amplitude / steepness if steepness > 0.0 else 0.0))
+    error = length * share * (1.0 + (amplitude / steepness if steepness > 0.0 else 0.0))
     return QuietPlace(x, y, amplitude, min(error + 8.0 * EPSILON * length, 2.0 * length))
 
 

@@ -5,7 +5,8 @@ lie below cos^2(pi N / M) times it (squares of the signal; M. Riesz 1914; Ehlich
 nor farther below it than the curvature allows. What is left, about two samples for each row, is
 turned into Taylor polynomials about the sample, exact to rounding within the sample's cell. Cells
 that cannot hold the maximum are dropped, in concave ones Newton finds it, the rest is divided
-(branch and bound), so that no maximum is missed.
+(branch and bound), so that no maximum is missed. N is of each row the highest order that, with
+those above it, is more than rounding; what is left out counts as error.
 """
 
 import math
@@ -16,12 +17,15 @@ from numpy.typing import ArrayLike
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.peak_cells import Cells, search
+from vibecalc.numerics.peak_orders import kept_orders
 from vibecalc.numerics.rounding import EPSILON
 from vibecalc.numerics.typing import ComplexArray, FloatArray, IntArray
 
 SAMPLES_PER_ORDER = 12
 #: rows are taken in blocks of about this many samples, so that memory stays small
 BLOCK = 1 << 18
+#: orders times samples up to which a table of their waves is quicker than a Fourier transform
+TABLE = 1 << 15
 
 
 class Peak(NamedTuple):
@@ -85,9 +89,14 @@ def vector_cycle_peak(harmonics: ArrayLike, orders: ArrayLike) -> Peak:
     elif np.all(order == order[0]):
         value, angle = _ellipse(rows.sum(axis=-1), step)
     else:
-        value, angle = _general(rows, order // step, size)
+        kept, left_out = kept_orders(rows, order // step)
+        value, angle = _by_highest(rows, order // step, size, kept)
         angle = angle / step
-    error = 2.0 * EPSILON * size
+        return _peak(value, angle, 2.0 * EPSILON * size + left_out, shape)
+    return _peak(value, angle, 2.0 * EPSILON * size, shape)
+
+
+def _peak(value: FloatArray, angle: FloatArray, error: FloatArray, shape: tuple[int, ...]) -> Peak:
     return Peak(value.reshape(shape), angle.reshape(shape), error.reshape(shape))
 
 
@@ -103,31 +112,58 @@ def _ellipse(amplitude: ComplexArray, order: int) -> tuple[FloatArray, FloatArra
     return value, np.where(round_ | (angle >= np.pi / order), 0.0, angle)
 
 
+def _by_highest(
+    rows: ComplexArray, orders: IntArray, size: FloatArray, kept: IntArray
+) -> tuple[FloatArray, FloatArray]:
+    """Peaks of rows (r, component, n), those with the same highest order together."""
+    value, angle = np.zeros(len(rows)), np.zeros(len(rows))
+    for highest in sorted(set(kept.tolist())):
+        mine, used = np.flatnonzero(kept == highest), orders <= highest
+        value[mine], angle[mine] = _general(rows[mine][..., used], orders[used], size[mine])
+    return value, angle
+
+
 def _general(
     rows: ComplexArray, orders: IntArray, size: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Peaks of rows (r, component, n), in blocks."""
     samples = SAMPLES_PER_ORDER * int(orders.max())
     roots = np.exp(2.0j * np.pi * np.arange(samples) / samples)
-    waves = roots[(orders[:, None] * np.arange(samples)) % samples]
+    waves = None
+    if len(orders) * samples <= TABLE:
+        waves = roots[(orders[:, None] * np.arange(samples)) % samples]
     scale = _power_of_two(size)
     value, angle = np.empty(len(rows)), np.empty(len(rows))
     block = max(1, BLOCK // (samples * rows.shape[1]))
     for start in range(0, len(rows), block):
         part = slice(start, start + block)
         scaled = rows[part] * (1.0 / scale[part, None, None])
-        value[part], angle[part] = _block(scaled, orders, waves)
+        value[part], angle[part] = _block(scaled, orders, roots, waves)
     return value * scale, angle
 
 
-def _block(
-    rows: ComplexArray, orders: IntArray, waves: ComplexArray
-) -> tuple[FloatArray, FloatArray]:
-    """Peaks of rows whose size is about 1."""
-    highest, samples = int(orders.max()), waves.shape[1]
+def _by_products(rows: ComplexArray, waves: ComplexArray) -> FloatArray:
+    """Samples (r, component, samples) from a table of all orders: the fastest way for few."""
     parts = np.concatenate([rows.real, rows.imag], axis=-1)
     basis = np.concatenate([waves.real, -waves.imag])
-    square = (parts.reshape(-1, parts.shape[-1]) @ basis).reshape(*rows.shape[:-1], samples)
+    found = parts.reshape(-1, parts.shape[-1]) @ basis
+    return np.asarray(found.reshape(*rows.shape[:-1], waves.shape[1]))
+
+
+def _by_transform(rows: ComplexArray, orders: IntArray, samples: int) -> FloatArray:
+    """The same by a Fourier transform, without a table that grows with the square of the orders."""
+    spectrum = np.zeros((samples // 2 + 1, *rows.shape[:-1]), dtype=np.complex128)
+    weight = np.where(orders == 0, float(samples), 0.5 * samples)
+    np.add.at(spectrum, orders, np.moveaxis(rows * weight, -1, 0))
+    return np.asarray(np.fft.irfft(np.moveaxis(spectrum, 0, -1), samples))
+
+
+def _block(
+    rows: ComplexArray, orders: IntArray, roots: ComplexArray, waves: ComplexArray | None
+) -> tuple[FloatArray, FloatArray]:
+    """Peaks of rows whose size is about 1; `waves` (n, samples) are powers of the `roots`."""
+    highest, samples = int(orders.max()), len(roots)
+    square = _by_transform(rows, orders, samples) if waves is None else _by_products(rows, waves)
     square = np.sum(np.square(square, out=square), axis=1)
     best = square.max(axis=1)
 
@@ -140,7 +176,8 @@ def _block(
     chosen = np.flatnonzero(square >= (lowest * (1.0 - 8.0 * EPSILON))[:, None])
     row, sample = np.divmod(chosen, samples)
 
-    local = np.moveaxis(rows, 0, -1)[:, :, row].swapaxes(0, 1) * waves[:, None, sample]
+    turn = roots[(orders[:, None] * sample) % samples] if waves is None else waves[:, sample]
+    local = np.moveaxis(rows, 0, -1)[:, :, row].swapaxes(0, 1) * turn[:, None]
     centre = sample * (2.0 * math.pi * highest / samples)
     cells = Cells.about(local, orders / highest, row, centre)
     half_width = math.pi * highest / samples

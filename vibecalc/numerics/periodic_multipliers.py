@@ -14,6 +14,7 @@ import numpy as np
 
 from vibecalc.numerics.gauss import between_rules, gauss_rule
 from vibecalc.numerics.periodic_condense import gaps, newton_step
+from vibecalc.numerics.periodic_condition import product_condition
 from vibecalc.numerics.periodic_panels import PeriodicProblem, PeriodicSolution, panel_nodes
 from vibecalc.numerics.rounding import EPSILON
 from vibecalc.numerics.typing import ComplexArray, FloatArray
@@ -49,8 +50,10 @@ def floquet_multipliers(problem: PeriodicProblem, solution: PeriodicSolution) ->
 def product_multipliers(transfer: FloatArray) -> Multipliers:
     """Eigenvalues of transfer[P - 1] ... transfer[0], (B, P, n, n), small ones to full precision.
 
-    `error` is of round-off alone, and is relative to each multiplier except where several of about
-    the same modulus are badly conditioned; there it is what two sweeps differ by.
+    `error` is of round-off alone, to first order: what the roundings of every panel do to each
+    multiplier (see `product_condition`), and what the last two sweeps differ by. It is relative to
+    each multiplier; directions that fall together in a panel, or left and right eigenvectors that
+    are almost at right angles, cost as many digits as their angle says.
     """
     members, panels, states = transfer.shape[:3]
     if states == 1:
@@ -59,19 +62,38 @@ def product_multipliers(transfer: FloatArray) -> Multipliers:
     basis = np.broadcast_to(np.eye(states), (members, states, states))
     older = np.full((members, states), np.inf, dtype=np.complex128)
     value, change = older, np.full((members, states), np.inf)
+    triangles, sizes = np.empty_like(transfer), np.empty(transfer.shape[:3])
+    turn, cuts = basis, [[0] for _ in range(members)]
     for _ in range(_SWEEPS):
         start, triangle = basis, np.broadcast_to(np.eye(states), basis.shape)
+        lost = np.zeros((members, states))
         for panel in range(panels):
+            rounded = np.abs(transfer[:, panel]) @ np.abs(basis)
             basis, factor = np.linalg.qr(transfer[:, panel] @ basis)
             triangle = factor @ triangle
+            triangles[:, panel] = np.triu(factor)
+            sizes[:, panel] = np.sqrt(np.sum(np.square(rounded), axis=1))
+            lost = lost + _lost_length(factor)
         turn = start.swapaxes(1, 2) @ basis
-        value, settled = _eigenvalues(turn, triangle)
+        value, settled, cuts = _eigenvalues(turn, triangle)
         change = np.abs(value - older)
-        small = 4.0 * panels * states * EPSILON * np.abs(value)
-        if settled and (change <= small).all():
+        if settled and (change <= 4.0 * states * EPSILON * lost * np.abs(value)).all():
             break
         older = value
-    return Multipliers(value, change + 4.0 * panels * states * EPSILON * np.abs(value))
+    with np.errstate(all="ignore"):
+        cost = product_condition(triangles, sizes, turn, cuts)
+        # a multiplier of 0 is below every double; subnormal ones have few digits
+        doubt = np.where(value == 0.0, 0.0, 2.0 * states * EPSILON * cost * np.abs(value))
+        doubt += np.finfo(float).tiny
+    return Multipliers(value, change + doubt)
+
+
+def _lost_length(factor: FloatArray) -> FloatArray:
+    """Length of each column (B, n) of a triangle over its diagonal entry; 1 if nothing is lost."""
+    diagonal = np.abs(np.diagonal(factor, axis1=1, axis2=2))
+    there = diagonal > 0.0
+    length = np.sqrt(np.sum(np.square(factor), axis=1))
+    return np.asarray(np.where(there, length / np.where(there, diagonal, 1.0), 1.0))
 
 
 def _transfers(problem: PeriodicProblem, solution: PeriodicSolution, points: int) -> FloatArray:
@@ -87,11 +109,16 @@ def _transfers(problem: PeriodicProblem, solution: PeriodicSolution, points: int
         return newton_step(rule, widths, jacobian, missed).transfer
 
 
-def _eigenvalues(turn: FloatArray, triangle: FloatArray) -> tuple[ComplexArray, bool]:
-    """Eigenvalues of turn @ triangle by groups that are split off; whether all could be."""
+def _eigenvalues(
+    turn: FloatArray, triangle: FloatArray
+) -> tuple[ComplexArray, bool, list[list[int]]]:
+    """Eigenvalues of turn @ triangle by groups that are split off; whether all could be.
+
+    Last, the first place of every group of each member.
+    """
     members, states = turn.shape[:2]
     found = np.empty((members, states), dtype=np.complex128)
-    settled = True
+    settled, groups = True, []
     for member in range(members):
         size = np.abs(np.diagonal(triangle[member]))
         cuts = [0]
@@ -101,9 +128,10 @@ def _eigenvalues(turn: FloatArray, triangle: FloatArray) -> tuple[ComplexArray, 
             settled &= loose or not apart
             if loose:
                 cuts.append(place)
+        groups.append(cuts)
         for low, high in zip(cuts, [*cuts[1:], states], strict=True):
             block = slice(low, high)
             part = turn[member, block, block] @ triangle[member, block, block]
             values = np.linalg.eigvals(part).astype(np.complex128)
             found[member, block] = values[np.lexsort((-values.imag, -np.abs(values)))]
-    return found, bool(settled)
+    return found, bool(settled), groups

@@ -4,6 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from vibecalc.numerics.nonnegative import nonnegative_least_squares
+
 
 class Active(NamedTuple):
     """What is taken to hold with equality: indices of entries and margins, and bound sides (n,)."""
@@ -55,8 +57,6 @@ def identify(
     Non-negative least squares over the candidates (Lawson and Hanson, 1974): it picks linearly
     independent ones, so that equal mounts or repeated limits do no harm.
     """
-    from scipy.optimize import nnls
-
     reach = closeness * (np.linalg.norm(first, axis=1) + 1e-12)
     top = np.max(vector[:entries])
     near_entries = np.flatnonzero(vector[:entries] >= top - 2 * reach[:entries])
@@ -75,7 +75,7 @@ def identify(
     # a heavy last row makes the weights of the entries add up to one
     table = np.vstack([columns / lengths, 1e3 * is_entry])
     goal = np.append(np.zeros(unit.size), 1e3)
-    weights, _ = nnls(table, goal, maxiter=50 * lengths.size)
+    weights = nonnegative_least_squares(table, goal)
     chosen = weights > 1e-9
     split = np.cumsum([near_entries.size, near_margins.size, lower.size])
     pick_entry, pick_margin, pick_lower, pick_upper = np.split(chosen, split)

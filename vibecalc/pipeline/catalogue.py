@@ -14,6 +14,7 @@ from vibecalc.pipeline.entries import (
     kinematics,
     measurement,
     pendulum,
+    pump,
     response,
     roll,
     roll_control,
@@ -133,5 +134,6 @@ _GROUPS = (
     kinematics, excitation, response, switching, impact, roll, start_up, roll_motor,
     roll_control, isolation, measurement, tuning, absorber, absorber_parts, pendulum, torsion,
     torsion_speeds, torsion_limits, torsion_beside, torsion_studies, damper_design, torque_reaction,
+    pump,
 )  # fmt: skip
 CATALOGUE: dict[str, Entry] = {entry.path: entry for group in _GROUPS for entry in group.ENTRIES}

@@ -13,6 +13,7 @@ from vibecalc.pipeline.entries.entry import Entry
 from vibecalc.pipeline.plan_absorber import plan_absorber
 from vibecalc.pipeline.plan_damper import plan_damper
 from vibecalc.pipeline.plan_measurement import plan_measurement
+from vibecalc.pipeline.plan_pump import plan_pump
 from vibecalc.pipeline.plan_response import plan_response
 from vibecalc.pipeline.plan_roll import plan_roll
 from vibecalc.pipeline.plan_torque_reaction import plan_torque_reaction
@@ -38,7 +39,6 @@ def _kinematics(case: "Case") -> Iterator[StagePlan]:
     asked = case.kinematics is not None
     if not (asked or _needs_excitation(case)):
         return
-    truncated = case.kinematics is not None and case.kinematics.series == "truncated"
     curves = () if asked else ("/position", "/velocity", "/acceleration")
     paths = tuple(path for path in below("kinematics/") if not path.endswith(curves or ("//",)))
     yield StagePlan(
@@ -46,7 +46,6 @@ def _kinematics(case: "Case") -> Iterator[StagePlan]:
         module="kinematics",
         why="[kinematics] is in the case" if asked else "the excitation needs the piston motion",
         parts=("crank_train",),
-        uses=("kinematics.truncated_series",) if truncated else ("kinematics.harmonics",),
         orders=orders_words(case),
         cost="one pass over the orders" + (", 361 crank angles" if asked else ""),
         quantities=paths,
@@ -75,13 +74,6 @@ def _excitation(case: "Case") -> Iterator[StagePlan]:
         module="excitation",
         why="[excitation] is in the case" if options else f"the {user} needs the forces",
         parts=("crank_train", "rotating_masses") if rotating else ("crank_train",),
-        uses=("excitation.reciprocating", "excitation.rotating")
-        + (("excitation.balance",) if balance or residual else ())
-        + (
-            ("excitation.inertia_torque",)
-            if options and options.driven_machine == "separate"
-            else ()
-        ),
         orders=orders_words(case),
         cost=f"cylinders and weights summed per order: {len(train.cylinders)} and {rotating}",
         quantities=(
@@ -94,7 +86,7 @@ def _excitation(case: "Case") -> Iterator[StagePlan]:
     )
 
 
-_EXCITATION_EXTRAS = ("/balance/", "/residual", "/rod/", "/motor/", "/counterweight/")
+_EXCITATION_EXTRAS = ("/balance/", "/residual", "/rod/", "/motor/", "/counterweight/", "/pump/")
 
 
 def _rod(case: "Case") -> tuple[str, ...]:
@@ -115,7 +107,6 @@ def _motor(case: "Case") -> Iterator[StagePlan]:
         module="motor",
         why="[machine.motor] and [excitation] are in the case",
         parts=("motor",),
-        uses=("excitation.axial_force", "numerics.cycle_peak"),
         orders=f"the {len(case.machine.motor.torque.order)} of its torque",
         cost="one pass over the orders",
         quantities=below("excitation/motor/"),
@@ -124,7 +115,6 @@ def _motor(case: "Case") -> Iterator[StagePlan]:
 
 
 _PITCH_ONLY = ("isolation/pitch/", "isolation/lever_force/", "support_force/rigid_peak")
-_BODY_USES = ("isolation.rigid_body", "response.modes", "response.direct")
 _BODY_ONLY = ("isolation/modes/", "isolation/body/")
 #: of the stages beside it
 _OTHERS = ("run_up", "masked", "torque_reaction")
@@ -141,7 +131,6 @@ def _isolation(case: "Case") -> Iterator[StagePlan]:
         module="isolation_pitch" if pitch else "isolation_rigid_body",
         why=f'[isolation] is in the case, model = "{options.model}"',
         parts=("body", "mounts"),
-        uses=("isolation.pitch",) if pitch else _BODY_USES,
         orders=orders_words(case),
         cost="one solve per order at " + speed,
         quantities=below(
@@ -157,7 +146,6 @@ def _isolation(case: "Case") -> Iterator[StagePlan]:
         module="run_up",
         why="[isolation] run_up is in the case",
         parts=("body", "mounts"),
-        uses=("isolation.run_up", "numerics.cycle_peak"),
         orders=orders_words(case),
         cost=f"one solve per order at some hundred speeds from {first:.6g} to {last:.6g} rad/s",
         quantities=tuple(
@@ -173,6 +161,7 @@ _MAKERS: tuple[Callable[["Case"], Iterator[StagePlan]], ...] = (
     _kinematics,
     _excitation,
     _motor,
+    plan_pump,
     plan_response,
     plan_torsion,
     plan_torsion_studies,

@@ -33,7 +33,6 @@ def plan_damper(case: "Case") -> Iterator[StagePlan]:
         module="damper_design",
         why="[damper_design] is in the case",
         parts=PARTS,
-        uses=("optimisation.damper",),
         orders=line_orders(case),
         cost=f"{searches}a map of dampers by changes of rank one, then descents and Newton's "
         "method",

@@ -36,7 +36,6 @@ def plan_measurement(case: "Case") -> Iterator[StagePlan]:
         module="measurement",
         why="[measurement] is in the case",
         parts=(),
-        uses=("measurement.level_motions",) if by_levels else ("measurement.complex_motion",),
         orders=", ".join(map(str, table.orders)),
         cost=f"{_count(table)} readings, {len(table.orders)} harmonics one by one; {ways}",
         quantities=below("measurement/", without=(*left_out, *positions)),

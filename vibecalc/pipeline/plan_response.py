@@ -12,7 +12,6 @@ _APART = (
     *("_energy/", "/operations/", "/run_up/", "/masked/", "/switching/", "/impact/"),
     *("/roll/", "/start_up/", "/control/", "/absorber/", "/pendulum/", "/torsion/"),
 )
-_LINEAR = ("response.modes", "response.direct", "response.energies")
 
 
 def plan_response(case: "Case") -> Iterator[StagePlan]:
@@ -46,7 +45,6 @@ def _motion(case: "Case") -> StagePlan:
         module="response",
         why=f'[response] is in the case, method = "{options.method}"',
         parts=("body", "mounts"),
-        uses=(*_LINEAR, *(("response.modal",) if options.method == "modal" else ())),
         orders=orders_words(case),
         cost=f"one solve per order at {case.machine.speed:.6g} rad/s",
         quantities=(*below("response/", without=_APART), *(energies if options.energies else ())),
@@ -63,7 +61,6 @@ def _operations(case: "Case") -> StagePlan:
         module="operations",
         why="[response] operations are in the case",
         parts=("crank_train", "body", "mounts"),
-        uses=("response.combination",),
         orders=orders_words(case),
         cost=f"{len(options.operations)} operations x {balances} balances in one batch",
         quantities=below("response/operations/"),
@@ -80,7 +77,6 @@ def _run_up(case: "Case") -> StagePlan:
         module="speeds",
         why="[response] run_up is in the case",
         parts=("body", "mounts"),
-        uses=("response.direct", "response.singular"),
         orders=orders_words(case),
         cost=f"one solve per order at some hundred speeds from {first:.6g} to {last:.6g} rad/s",
         quantities=below("response/run_up/") + below("response/masked/"),
@@ -97,7 +93,6 @@ def _switching(case: "Case") -> StagePlan:
         module="switching",
         why="[response.switching] is in the case",
         parts=("crank_train", "body", "mounts"),
-        uses=("response.switching",),
         orders=orders_words(case),
         cost=f"exact modal motion from {there} to {back} and back, at once and by reversal",
         quantities=below("response/switching/"),
@@ -129,7 +124,6 @@ def _impact(case: "Case") -> StagePlan:
         module="impact",
         why="[response.impact] is in the case",
         parts=("crank_train", "joints"),
-        uses=("response.impact",),
         orders=f"1 to {study.orders} of the joint force",
         cost=f"{runs} runs of {turns} turns in one batch{steps}",
         quantities=below("response/impact/", without=left_out),

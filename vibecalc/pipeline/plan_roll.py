@@ -54,7 +54,6 @@ def _roll(case: "Case") -> StagePlan:
         module="roll",
         why=f'[response.roll] is in the case, method = "{options.method}"',
         parts=_PARTS,
-        uses=("response.roll",) + (("excitation.induction_motor",) if dynamic else ()),
         orders=f"1 to {options.orders}, as the case asks",
         cost=_WAYS[options.method] + (f", {runs} such problems" if runs > 1 else ""),
         quantities=below("response/roll/", without=tuple(left_out)),
@@ -76,7 +75,6 @@ def _start_up(case: "Case") -> StagePlan:
         module="start_up",
         why="[response.start_up] is in the case",
         parts=_PARTS,
-        uses=("response.roll", "numerics.runge_kutta"),
         orders="none: it runs in time",
         cost=cost,
         quantities=below("response/start_up/", without=left_out),
@@ -102,7 +100,6 @@ def _control(case: "Case") -> StagePlan:
         module="control",
         why="[response.control] is in the case",
         parts=_PARTS,
-        uses=("response.roll_control", "response.roll"),
         orders=f"1 to {options.orders}, as the case asks",
         cost=cost,
         quantities=below(

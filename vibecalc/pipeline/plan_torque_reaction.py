@@ -1,4 +1,4 @@
-"""The stage of an engine on its mounts under the torque of its cylinders."""
+"""The stage of an engine or a pump on its mounts under the torque of its cylinders."""
 
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 def plan_torque_reaction(case: "Case") -> Iterator[StagePlan]:
-    """Planned where the torque of the cylinders of an engine reaches its mounts."""
+    """Planned where the torque of the cylinders reaches the mounts."""
     if not torque_reaches_mounts(case):
         return
     separate = is_separate(case)
@@ -19,10 +19,10 @@ def plan_torque_reaction(case: "Case") -> Iterator[StagePlan]:
     yield StagePlan(
         stage="torque reaction",
         module="torque_reaction",
-        why=f"[isolation] is in the case of an engine with gas, its driven machine {where}",
+        why=f"[isolation] is in the case, torque in the cylinders of the {case.machine.kind}, "
+        f"its driven machine {where}",
         parts=("crank_train", "body", "mounts") + (() if separate else ("shaft_line",)),
-        uses=("isolation.torque_reaction", "excitation.cylinder_torque", "response.direct"),
-        orders="half orders of four strokes, whole ones of two, and as many again for the error",
+        orders="half ones of four strokes, else whole ones, and as many again for the error",
         cost=f"one solve per order at {case.machine.speed:.6g} rad/s",
         quantities=below("isolation/torque_reaction/"),
         is_last=True,

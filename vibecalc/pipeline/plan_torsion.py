@@ -38,24 +38,11 @@ def plan_torsion(case: "Case") -> Iterator[StagePlan]:
         return
     line = case.machine.shaft_line
     stations = len(line.stations)
-    ways = {
-        "elimination": "response.torsion.forced",
-        "modal": "response.torsion.forced_ratios",
-        "dense": "response.torsion.forced_dense",
-    }
-    uses = (
-        "excitation.cylinder_torque",
-        "response.torsion.modes",
-        ways[torsion.method],
-        "response.torsion.synthesis",
-        "hardware.shaft_limits",
-    )
     yield StagePlan(
         stage="torsion",
         module="torsion",
         why="[response.torsion] is in the case",
         parts=("crank_train", "shaft_line"),
-        uses=uses,
         orders=_orders_words(case),
         cost=f"modes of {stations} stations; {solves(case)} solves, one per order, at "
         f"{case.machine.speed:.6g} rad/s",
@@ -69,8 +56,6 @@ def plan_torsion(case: "Case") -> Iterator[StagePlan]:
         module="torsion_speeds",
         why="[response.torsion] speeds are in the case",
         parts=("crank_train", "shaft_line"),
-        uses=(*uses, "response.torsion.resonances")
-        + (("response.torsion.barred",) if torsion.limits or line.gears else ()),
         orders=_orders_words(case),
         cost=_range_cost(case, speeds),
         quantities=_picked(case, _RANGE),

@@ -69,7 +69,6 @@ def _published(case: "Case") -> StagePlan:
         module="torsion_published",
         why="[response.torsion.as_published] is in the case",
         parts=PARTS,
-        uses=("response.torsion",),
         orders=line_orders(case),
         cost=f"closed forms for {options.modes} modes, each order"
         + ("" if torsion.speeds is None else f" and each of {torsion.speeds.points} speeds"),
@@ -92,7 +91,6 @@ def _variable(case: "Case") -> StagePlan:
         module="torsion_variable",
         why="[response.torsion.variable_inertia] is in the case",
         parts=PARTS,
-        uses=("response.torsion",),
         orders=line_orders(case) + ", and further ones of the motion",
         cost=_all_orders(torsion.speeds.points if torsion.speeds is not None else 0),
         quantities=tuple(there),
@@ -110,7 +108,6 @@ def _transient(case: "Case") -> StagePlan:
         module="torsion_transient",
         why=f'[response.torsion.transient] is in the case, kind = "{change.kind}"',
         parts=PARTS,
-        uses=("response.torsion",),
         orders=line_orders(case),
         cost=f"matrix exponentials over {round(least_steps(case))} steps of a third of the highest "
         "order's period, or more",

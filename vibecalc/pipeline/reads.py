@@ -48,7 +48,7 @@ ABSORBER = (
 
 #: what a shaft line and its drive are built from
 LINE = (
-    *(f"machine.{part}" for part in ("crank_train", "cycle", "speed", "shaft_line")),
+    *(f"machine.{part}" for part in ("kind", "crank_train", "cycle", "speed", "shaft_line")),
     *(f"response.torsion.{part}" for part in ("misfire", "misfire_kind", "orders", "method")),
     "response.torsion.damping_model",
 )
@@ -59,7 +59,7 @@ _OPERATIONS = ("machine.crank_train", "machine.speed", "excitation", *SYSTEM, "r
 
 #: what a shaft line with its engine is built from, and how it is solved
 TORSION = (
-    *(f"machine.{part}" for part in ("cycle", "speed", "crank_train", "shaft_line")),
+    *(f"machine.{part}" for part in ("kind", "cycle", "speed", "crank_train", "shaft_line")),
     *(f"response.torsion.{key}" for key in ("orders", "method", "damping_model")),
     *(f"response.torsion.{key}" for key in ("misfire", "misfire_kind")),
 )
@@ -106,14 +106,25 @@ READS: dict[str, Reads] = {
         after=("excitation",),
     ),
     "isolation_rigid_body": Reads(
-        ("machine.speed", *SYSTEM, "isolation.up", "isolation.gravity"), after=("excitation",)
+        (
+            "machine.crank_train.axis",
+            "machine.speed",
+            *SYSTEM,
+            "isolation.model",
+            "isolation.up",
+            "isolation.gravity",
+        ),
+        after=("excitation",),
     ),
+    "pump": Reads(("machine.kind", "machine.crank_train", "machine.speed", "excitation")),
     "run_up": Reads(("machine.mounts", "isolation.run_up"), after=("excitation", "isolation")),
     "torque_reaction": Reads(
         (
             *(f"machine.{part}" for part in ("crank_train", "cycle", "speed", "shaft_line")),
+            "machine.kind",
             *SYSTEM,
             "excitation",
+            "isolation.model",
             "isolation.up",
             "isolation.gravity",
             *(f"response.torsion.{part}" for part in ("misfire", "misfire_kind", "orders")),

@@ -27,7 +27,18 @@ def run_case(
     wanted: frozenset[str] | None = None,
     cache: StageCache | None = None,
 ) -> Record:
-    """Run the stages that `case` asks for.
+    """Run the stages that `case` asks for and keep their results; see `run_scene`."""
+    return run_scene(case, timings=timings, wanted=wanted, cache=cache).record
+
+
+def run_scene(
+    case: "Case",
+    *,
+    timings: dict[str, float] | None = None,
+    wanted: frozenset[str] | None = None,
+    cache: StageCache | None = None,
+) -> Scene:
+    """Run the stages that `case` asks for, with what they handed on to each other.
 
     Parameters
     ----------
@@ -63,7 +74,7 @@ def run_case(
         missed = tolerance_warning(scene.record, case.accuracy.rtol)
         if missed is not None:
             scene.warn(missed)
-    return scene.record
+    return scene
 
 
 def _run_stage(stage: StagePlan, scene: Scene) -> None:

@@ -19,7 +19,6 @@ class StagePlan(NamedTuple):
     module: str
     why: str
     parts: tuple[str, ...]
-    uses: tuple[str, ...]
     orders: str
     cost: str
     quantities: tuple[str, ...]
@@ -32,7 +31,6 @@ class StagePlan(NamedTuple):
             "why": self.why,
             "parts": ", ".join(self.parts),
             "orders": self.orders,
-            "modules": ", ".join(self.uses),
             "cost": self.cost,
             "quantities": ", ".join(self.quantities),
         }

@@ -1,7 +1,7 @@
 """What `check` shows: the case in a few lines, then what a run would do and why."""
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from vibecalc.report.tables import pairs
 
@@ -19,8 +19,13 @@ ROWS = (
 )
 
 
-def render_plan(path: str, case: "Case", plan: Sequence[Mapping[str, str]]) -> str:
-    """The plan as text: stages, why, what they read, orders, modules, cost, quantities."""
+def render_plan(
+    path: str, case: "Case", plan: Sequence[Mapping[str, Any]], total: Mapping[str, Any]
+) -> str:
+    """The plan as text: stages, why, what they read, orders, modules, cost, quantities; the whole.
+
+    `plan` and `total` are those of `study.check_rows`.
+    """
     lines = [f"{path}: {case.title}", f"no problems; accuracy rtol = {case.accuracy.rtol:g}"]
     for number, stage in enumerate(plan, start=1):
         lines += ["", f"{number}. {stage['stage']}"]
@@ -30,6 +35,7 @@ def render_plan(path: str, case: "Case", plan: Sequence[Mapping[str, str]]) -> s
     counted = [row for row in counted if not row.known_difference]
     lines += [
         "",
+        str(total["text"]),
         f"{_count(len(case.reference), 'reference')}, {len(counted)} of them counted; "
         f"{_count(len(case.limit), 'limit')}",
     ]

@@ -116,9 +116,25 @@ def draw_file(path: Path, folder: Path) -> list[Path]:
 
         with open_sweep(path) as opened:
             return draw_sweep(view_of(opened), folder, path.stem.removesuffix(".sweep"))
+    from vibecalc.results.accuracy_layout import is_accuracy
     from vibecalc.results.store import read_result
 
-    return draw(read_result(path), folder)
+    result = read_result(path)
+    if is_accuracy(result):
+        return [draw_accuracy(result, folder / f"{path.stem}.png")]
+    return draw(result, folder)
+
+
+def draw_accuracy(result: Result, path: Path) -> Path:
+    """The one picture of a measurement of methods; UsageError as for the others."""
+    from vibecalc.report.pictures.accuracy import picture
+
+    matplotlib = _matplotlib()
+    with matplotlib.rc_context(STYLE):
+        figure = picture(result)
+        if figure is not None:
+            _save(figure, path)
+    return path
 
 
 def _drawn(case: str, figures: Iterable[tuple[str, "Figure | None"]], folder: Path) -> list[Path]:
@@ -129,13 +145,17 @@ def _drawn(case: str, figures: Iterable[tuple[str, "Figure | None"]], folder: Pa
             if figure is None:
                 continue
             path = Path(folder) / f"{case}_{name}.png"
-            try:
-                path.parent.mkdir(parents=True, exist_ok=True)
-                figure.savefig(path, dpi=_RESOLUTION, metadata={"Software": None})
-            except OSError as error:
-                raise UsageError(f"cannot write the picture {path}: {error.strerror}") from error
+            _save(figure, path)
             written.append(path)
     return written
+
+
+def _save(figure: "Figure", path: Path) -> None:
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        figure.savefig(path, dpi=_RESOLUTION, metadata={"Software": None})
+    except OSError as error:
+        raise UsageError(f"cannot write the picture {path}: {error.strerror}") from error
 
 
 def make(result: Result, name: str) -> "Figure | None":

@@ -21,6 +21,7 @@ from vibecalc.report.sections.summary import (
 )
 from vibecalc.report.sections.summary import limits as limit_table
 from vibecalc.report.sections.summary import references as reference_table
+from vibecalc.report.sections.tolerance import tolerance_line
 from vibecalc.report.tables import WIDTH, fold, paragraph
 from vibecalc.report.tables import table as fixed_table
 from vibecalc.results.record import Result
@@ -64,6 +65,9 @@ def summary(result: Result, console: "Console") -> None:
         console.print(f"[yellow]known:[/yellow] {escape(note)}")
     for text in dict.fromkeys(result.record.warnings):
         console.print(f"[yellow]warning:[/yellow] {escape(text)}")
+    reached = tolerance_line(result)
+    if reached:
+        console.print(escape(reached))
     good = all(row.satisfied for row in limits) and all(
         row.within is not False for row in references
     )
@@ -88,6 +92,8 @@ def plain_summary(result: Result) -> str:
     lines = fold(str(result.case.get("title") or result.name), WIDTH)
     for table in tables:
         lines += ["", *table] if table else []
+    reached = tolerance_line(result)
+    lines += ["", *paragraph(reached)] if reached else []
     lines += ["", *paragraph(conclusion(references, limits))]
     return "\n".join(lines) + "\n"
 

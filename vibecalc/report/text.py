@@ -23,6 +23,7 @@ from vibecalc.report.sections.operations import operations
 from vibecalc.report.sections.optimisation import optimisation
 from vibecalc.report.sections.other import other
 from vibecalc.report.sections.pendulum import pendulum
+from vibecalc.report.sections.pump import pump
 from vibecalc.report.sections.response import response
 from vibecalc.report.sections.rod import rod
 from vibecalc.report.sections.roll import roll
@@ -31,6 +32,7 @@ from vibecalc.report.sections.roll_motor import roll_motor
 from vibecalc.report.sections.section import Section
 from vibecalc.report.sections.start_up import start_up
 from vibecalc.report.sections.switching import switching
+from vibecalc.report.sections.tolerance import tolerance
 from vibecalc.report.sections.torque_reaction import torque_reaction
 from vibecalc.report.sections.torsion import torsion
 from vibecalc.report.sections.torsion_excitation import torsion_excitation
@@ -66,6 +68,7 @@ _STAGES: tuple[Callable[[Result], Section | None], ...] = (
     rod,
     excitation,
     motor,
+    pump,
     response,
     operations,
     switching,
@@ -118,6 +121,7 @@ def render_report(result: Result, *, full: bool = False) -> str:
     closings = (
         other(result, shown),
         closing.warnings(result),
+        tolerance(result),
         closing.accuracy(result, full),
         closing.methods(result),
         closing.plan(result),

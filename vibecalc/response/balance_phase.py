@@ -116,7 +116,7 @@ def peak_energy_range(
     )
     found = search_phases(rows, rtol)
     low, high, low_phase, high_phase, low_gap, high_gap, rounding = (
-        part.reshape(turned.shape[:-1]) for part in found
+        part.reshape(turned.shape[:-1]) for part in found[:7]
     )
     spread = shaking.spread[..., None] + residual.spread
     weighing = 2.0 * (shaking.form_error[..., None] + residual.form_error) + rounding

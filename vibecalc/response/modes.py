@@ -86,7 +86,7 @@ def _refine(matrices: Matrices, shape: np.ndarray) -> np.ndarray:
     """One Ogita-Aishima step for the pencil (K, M): quadratic where eigenvalues are apart."""
     gram = shape.T @ matrices.mass @ shape
     energy = shape.T @ matrices.stiffness @ shape
-    rest = np.eye(6) - gram
+    rest = np.eye(len(gram)) - gram
     eigenvalue = np.diagonal(energy) / np.diagonal(gram)
     gap = np.subtract.outer(eigenvalue, eigenvalue).T
     numerator = energy + eigenvalue[None, :] * rest
@@ -173,7 +173,7 @@ def largest_positive(mass: np.ndarray, shape: np.ndarray) -> np.ndarray:
     size = np.abs(weighed)
     # ties within rounding go to the first coordinate, so that the sign never flickers
     largest = np.argmax(size > (1.0 - 1e-6) * np.max(size, axis=0), axis=0)
-    return np.where(weighed[largest, np.arange(6)] < 0.0, -1.0, 1.0)
+    return np.where(weighed[largest, np.arange(len(largest))] < 0.0, -1.0, 1.0)
 
 
 def _shape_error(

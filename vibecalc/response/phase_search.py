@@ -41,7 +41,8 @@ class Found(NamedTuple):
     """Lowest and highest peak (rows,) in J, phases that reach them, and gaps left by the search.
 
     The true lowest value is at most `low_gap` below `low`, the highest `high_gap` above `high`,
-    but for `rounding` (rows,), the round-off of any of the peaks.
+    but for `rounding` (rows,), the round-off of any of the peaks. `peaks` (rows,) counts how many
+    were sought.
     """
 
     low: np.ndarray
@@ -51,6 +52,7 @@ class Found(NamedTuple):
     low_gap: np.ndarray
     high_gap: np.ndarray
     rounding: np.ndarray
+    peaks: np.ndarray
 
 
 class _Intervals(NamedTuple):
@@ -97,6 +99,7 @@ def search_phases(rows: Rows, rtol: float) -> Found:
     after = _START * row + (np.arange(len(row)) + 1) % _START
     cells = _Intervals(row, left, value, slope, value[after], slope[after])
     high, low = _Best(count), _Best(count)
+    peaks = np.full(count, _START)
     high.meet(row, value, left)
     low.meet(row, -value, left)
     for level in range(_LEVELS):
@@ -111,13 +114,16 @@ def search_phases(rows: Rows, rtol: float) -> Found:
         if not np.any(open_):
             break
         parents = _Intervals(*(part[open_] for part in cells))
+        peaks += np.bincount(parents.row, minlength=count)
         width *= 0.5
         middle = parents.left + width
         value, slope = _peaks(rows, parents.row, middle)
         high.meet(parents.row, value, middle)
         low.meet(parents.row, -value, middle)
         cells = _halved(parents, middle, value, slope)
-    return Found(-low.value, high.value, low.phase, high.phase, low.gap(), high.gap(), rounding)
+    return Found(
+        -low.value, high.value, low.phase, high.phase, low.gap(), high.gap(), rounding, peaks
+    )
 
 
 def _limits(rows: Rows) -> tuple[np.ndarray, np.ndarray]:

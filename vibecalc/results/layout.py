@@ -7,8 +7,9 @@
     /<stage>/...            one dataset for each quantity, under its path; attributes units,
                             long_name, error_estimate, and amplitude and standard_error if any
     /<stage>/<axis>         dimension scales (`order`, `order_2`, ...), shared inside a stage
-    /provenance             attributes that change from run to run, left out of comparisons, and
-                            text_checksum, a CRC-32 of all texts in the file
+    /provenance             attributes that change from run to run (among them `modules` and
+                            `libraries`, what its process had imported), left out of comparisons,
+                            and text_checksum, a CRC-32 of all texts in the file
     /provenance/timings     attributes: seconds per stage
 
 All texts are variable-length UTF-8, which HDF5 keeps outside the object header, so that a case of

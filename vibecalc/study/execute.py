@@ -14,6 +14,10 @@ from vibecalc.results.record import Record, Result
 if TYPE_CHECKING:
     from vibecalc.case.schema import Case
 
+#: packages whose import costs something, and the parts of scipy
+LIBRARIES = ("numpy", "h5py", "pint", "rich", "matplotlib", "mpmath")
+SCIPY = ("fft", "integrate", "interpolate", "linalg", "optimize", "sparse", "special", "stats")
+
 
 def execute(loaded: LoadedCase, progress: bool = False) -> Result:
     """Run a case as it asks to be run.
@@ -83,4 +87,23 @@ def provenance() -> dict[str, str | int | float]:
         "python": platform.python_version(),
         **versions,
         "vibecalc_version": __version__,
+        "modules": " ".join(sorted(_imported("vibecalc."))),
+        "libraries": " ".join(_libraries()),
     }
+
+
+def _imported(beginning: str) -> list[str]:
+    """Modules that this process has imported, packages apart, without `beginning`."""
+    return [
+        name.removeprefix(beginning)
+        for name, module in list(sys.modules.items())
+        if name.startswith(beginning) and not hasattr(module, "__path__")
+    ]
+
+
+def _libraries() -> list[str]:
+    """Packages from elsewhere; of scipy, whose parts are imported one by one, the parts."""
+    roots = {name.partition(".")[0] for name in sys.modules if not name.startswith("_")}
+    found = roots & set(LIBRARIES)
+    parts = {name.split(".")[1] for name in sys.modules if name.startswith("scipy.")}
+    return sorted(found | {f"scipy.{part}" for part in parts & set(SCIPY)})

@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from vibecalc.numerics.nonnegative import nonnegative_least_squares
 from vibecalc.numerics.rounding import UNIT_ROUNDOFF
 from vibecalc.optimisation.absorber.minimax_points import Slopes, reduced, tunings
 from vibecalc.response.absorber.coefficients import Coupling
@@ -127,18 +128,36 @@ def _shortest(slope: np.ndarray, inward: np.ndarray) -> tuple[np.ndarray, float]
 
     A component along which only inward changes are allowed counts where it falls inwards.
     """
-    from scipy.optimize import nnls
-
     size = max(float(np.max(np.linalg.norm(slope, axis=1))), 1e-300)
     columns = [slope.T / size, -np.eye(2)[:, inward]]
     table = np.concatenate(columns, axis=1)
     heavy = 1e6
     table = np.vstack([table, heavy * (np.arange(table.shape[1]) < len(slope))])
-    solved, _ = nnls(table, np.array([0.0, 0.0, heavy]))
-    shares = solved[: len(slope)] / np.sum(solved[: len(slope)])
+    solved = nonnegative_least_squares(table, np.array([0.0, 0.0, heavy]))
+    shares = _settled(np.concatenate(columns, axis=1), solved > 0.0, len(slope))
+    if shares is None:
+        shares = solved[: len(slope)] / np.sum(solved[: len(slope)])
     left = slope.T @ shares / size
     left = np.where(inward, np.minimum(left, 0.0), left)
     return shares, float(np.linalg.norm(left))
+
+
+def _settled(columns: np.ndarray, held: np.ndarray, count: int) -> np.ndarray | None:
+    """Weights with the sum 1 on the columns that are `held`, to full precision.
+
+    The heavy row that keeps the sum costs digits; with the right columns known one weight follows
+    from the others. None where these would be negative.
+    """
+    which = np.flatnonzero(held[:count])
+    if not len(which):
+        return None
+    last, rest = which[-1], [*which[:-1], *(count + np.flatnonzero(held[count:]))]
+    shares = np.zeros(columns.shape[1])
+    if rest:
+        base = np.where(np.array(rest) < count, 1.0, 0.0) * columns[:, last, None]
+        shares[rest] = np.linalg.lstsq(columns[:, rest] - base, -columns[:, last], rcond=None)[0]
+    shares[last] = 1.0 - np.sum(shares[which[:-1]])
+    return shares[:count] if np.all(shares >= 0.0) else None
 
 
 def _curvature(

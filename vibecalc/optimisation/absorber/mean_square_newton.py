@@ -57,9 +57,10 @@ def problem(z1: np.ndarray, m: np.ndarray, parts: tuple[str, str]) -> Problem:
 def undamped_optimum(given: Problem, on_boundary: bool) -> tuple[np.ndarray, np.ndarray]:
     """k / m and z2 for z1 = 0, from the first form: z q + 4 g z^3 over m^2 z^2."""
     form = given.forms[0]
-    k = 0.5 * (2.0 * form.a * form.b - form.c) / (form.b**2 + form.d)
+    fall = 1.0 + form.b
+    k = 0.5 * (2.0 * form.a * fall - form.c) / (fall**2 + form.d)
     k = np.zeros_like(k) if on_boundary else np.maximum(k, 0.0)
-    bend = (form.a - form.b * k) ** 2 + form.c * k + form.d * k * k
+    bend = ((form.a - k) - form.b * k) ** 2 + form.c * k + form.d * k * k
     return k / given.m, np.sqrt(0.25 * bend / form.g)
 
 
@@ -112,7 +113,7 @@ def descend(given: Problem, kappa: np.ndarray, depth: np.ndarray, on_boundary: b
     _, bend, held, _ = _local(given, kappa, depth, on_boundary)
     least = _least_curvature(bend, held)
     with np.errstate(divide="ignore", over="ignore"):
-        doubt = size + 400.0 * EPSILON / np.maximum(least, 1e-300)
+        doubt = size + 40.0 * EPSILON / np.maximum(least, 1e-300)
     good = (size < 1e-5) & (least > 0.0)
     return End(kappa, depth, level, doubt, good, steps)
 

@@ -100,29 +100,19 @@ def _along(
     z1, m, given = (a.reshape(-1) for a in (z1, m, given))
     count = len(m)
 
-    def parts_at(logs: np.ndarray) -> Coupling:
-        free = np.exp(logs)
-        k, z2 = (given, free) if damping_free else (free, given)
-        return coupling(Absorber(z1, m, k, z2))
-
     def top(logs: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """ln u (2, n) and excess (2, n) of the two highest peaks, and the slope of the highest."""
-        own = parts_at(logs)
-        rows, u, value, _ = maxima(own, measure(own, transfer), near_poles(own))
-        y, level = np.zeros((2, count)), np.full((2, count), -np.inf)
-        order = np.lexsort((-value, rows))
-        rank = np.arange(len(rows)) - np.searchsorted(rows[order], rows[order])
-        for i in range(2):
-            pick = order[rank == i]
-            y[i, rows[pick]], level[i, rows[pick]] = np.log(u[pick]), value[pick]
-        return y, level, _slope(z1, m, given, logs, y, damping_free, transfer)[1][0]
+        return _top(z1, m, given, logs, damping_free, transfer)
 
     # the largest peak may have humps far from tune: look once at the whole range
     look = _LOOK
     if not damping_free and np.any(given == 0.0):
         # the peak that a very soft spring without damper adds is too sharp to be seen
         look = look[look >= -9.0]
-    levels = np.stack([top(np.log(m) + shift)[1][0] for shift in look])
+    many = len(look)
+    places = (np.log(m) + look[:, None]).reshape(-1)
+    levels = _top(
+        np.tile(z1, many), np.tile(m, many), np.tile(given, many), places, damping_free, transfer
+    )[1][0].reshape(many, count)
     # without a damped primary there always is a peak: one that is not seen is too high
     levels = np.where((levels == -np.inf) & (z1 == 0.0), np.inf, levels)
     best = np.argmin(levels, axis=0)
@@ -150,11 +140,31 @@ def _along(
     there = peaks(Absorber(z1, m, k, z2), *asked)
     slack = np.where(inside & (held == 2), there.largest * (1.0 + there.largest), there.largest)
     error = there.largest_error + 16.0 * UNIT_ROUNDOFF * np.where(np.isfinite(slack), slack, 0.0)
-    wrong = np.where(inside, free * 64.0 * UNIT_ROUNDOFF * (1.0 + there.largest), 0.0)
+    # where two peaks are equal their difference has their rounding, over a slope of order one
+    steep = np.where(held == 2, there.largest, 0.0)
+    wrong = np.where(inside, free * 64.0 * UNIT_ROUNDOFF * (1.0 + steep), 0.0)
     held = np.where(inside, held, 0)
     used = np.full(count, _HALVINGS + len(_LOOK) + 8)
     columns = (free, there.largest, wrong, error, held, used)
     return Restricted(*(np.reshape(a, shape) for a in columns))
+
+
+def _top(
+    z1: np.ndarray, m: np.ndarray, given: np.ndarray, logs: np.ndarray, damping_free: bool,
+    transfer: Transfer,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:  # fmt: skip
+    """ln u (2, n) and excess (2, n) of the two highest peaks, and the slope of the highest."""
+    free = np.exp(logs)
+    k, z2 = (given, free) if damping_free else (free, given)
+    own = coupling(Absorber(z1, m, k, z2))
+    rows, u, value, _ = maxima(own, measure(own, transfer), near_poles(own))
+    y, level = np.zeros((2, len(m))), np.full((2, len(m)), -np.inf)
+    order = np.lexsort((-value, rows))
+    rank = np.arange(len(rows)) - np.searchsorted(rows[order], rows[order])
+    for i in range(2):
+        pick = order[rank == i]
+        y[i, rows[pick]], level[i, rows[pick]] = np.log(u[pick]), value[pick]
+    return y, level, _slope(z1, m, given, logs, y, damping_free, transfer)[1][0]
 
 
 def _slope(

@@ -74,7 +74,7 @@ def sensitivity(
     found = -np.linalg.solve(table, right)
     # what a residual and rounding may change, by the condition of the system
     grown = np.abs(np.linalg.inv(table)) @ (np.abs(right) + np.abs(table) @ np.abs(found))
-    doubt = (held.residual + held.step + 200.0 * float(np.max(held.rows.error))) * grown
+    doubt = (held.residual + held.step + 4.0 * float(np.max(held.rows.error))) * grown
     moved, error = np.zeros((2 * n, 1 + n)), np.zeros((2 * n, 1 + n))
     count = int(np.sum(free))
     moved[free], error[free] = found[:count], doubt[:count]

@@ -204,7 +204,7 @@ def _certified(
         k = np.where(problem.locked, np.inf, k)
     return SeveralTuning(
         problem.masses(held.ratios), k, z, peak,
-        0.5 * peak * (doubt + held.residual * move), scale * 4.0 * move, held.rows.frequency[own],
+        0.5 * peak * (doubt + held.residual * move), scale * move, held.rows.frequency[own],
         held.weight[own], held.residual, held.curvature, held.on_lower, held.on_upper,
         *_travels(problem, held.rows), False, False, agreeing, count, used,
     )  # fmt: skip

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.nonnegative import nonnegative_least_squares
 from vibecalc.optimisation.absorber.several_problem import Problem, Rows, largest, rows_at
 
 _PENALTY = 20.0
@@ -70,15 +71,15 @@ def multipliers(rows: Rows, lower: np.ndarray, upper: np.ndarray) -> tuple[np.nd
 
     `lower`, `upper`: masks of ratios that stand on a bound, which may hold against the slope.
     """
-    from scipy.optimize import nnls
-
     size = rows.slope.shape[1]
     unit = np.eye(size)
     walls = np.concatenate([-unit[lower], unit[upper]])
     heavy = 1e3 * max(float(np.max(np.abs(rows.slope), initial=0.0)), 1.0)
     table = np.concatenate([rows.slope, walls])
     sums = np.concatenate([heavy * (rows.kind == 0), np.zeros(len(walls))])
-    found, _ = nnls(np.concatenate([table.T, sums[None]]), np.append(np.zeros(size), heavy))
+    found = nonnegative_least_squares(
+        np.concatenate([table.T, sums[None]]), np.append(np.zeros(size), heavy)
+    )
     return found[: len(rows.level)], float(np.linalg.norm(found @ table))
 
 
@@ -109,8 +110,6 @@ def _least_distance(
     With a little curvature given to t and s it is the point of a polyhedron nearest to the origin
     (C. L. Lawson and R. J. Hanson, Solving Least Squares Problems, 1974, ch. 23).
     """
-    from scipy.optimize import nnls
-
     values, vectors = bend
     size, count = len(values), len(rows.level)
     back = vectors / np.sqrt(values)  # step from the scaled unknowns
@@ -131,7 +130,7 @@ def _least_distance(
     goal = np.zeros(size + 3)
     goal[-1] = 1.0
     matrix = np.concatenate([table.T, right[None]])
-    found, _ = nnls(matrix, goal, maxiter=50 * matrix.shape[1])
+    found = nonnegative_least_squares(matrix, goal)
     rest = matrix @ found - goal
     step: np.ndarray = back @ (-rest[:size] / rest[-1] * far)
     return step

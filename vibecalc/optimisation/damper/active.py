@@ -9,9 +9,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from vibecalc.numerics.nonnegative import nonnegative_least_squares
 from vibecalc.numerics.typing import BoolArray, FloatArray
 from vibecalc.optimisation.damper.follow import Summits, about, follow
 from vibecalc.optimisation.damper.readings import reading_error
+from vibecalc.optimisation.damper.summit_place import drift, place_error
 from vibecalc.optimisation.damper.survey import Survey
 
 _MOST_STEPS = 20
@@ -19,6 +21,8 @@ _MOST_STEPS = 20
 _LONGEST = 0.1
 _DIFFERENCE = 1e-4
 _PROBE = 1e-10
+#: round-off of a slope by a logarithm over that of its value
+_SLOPE = 3.0
 
 
 class Held(NamedTuple):
@@ -26,6 +30,7 @@ class Held(NamedTuple):
 
     `weight` (p,) of the summits `seen`, of sections they add up to 1; `fixed` (v,) variables at a
     bound and `bound_weight` (v,) what those bounds pull; `variable_error` (v,) of the logarithms;
+    `weight_error` (p,), `bound_error` (v,), `speed_error` (p,) in rad/s and `curvature_error`;
     `residual` of the slopes over the level, `curvature` least of the Lagrangian along directions
     that the summits leave free, over the level (infinite where they leave none).
     """
@@ -40,6 +45,10 @@ class Held(NamedTuple):
     level_error: float
     residual: float
     curvature: float
+    weight_error: FloatArray
+    bound_error: FloatArray
+    speed_error: FloatArray
+    curvature_error: float
 
 
 def newton(prepared: Survey, variables: FloatArray, seen: Summits, fixed: BoolArray) -> Held | None:
@@ -68,7 +77,7 @@ def newton(prepared: Survey, variables: FloatArray, seen: Summits, fixed: BoolAr
         x = x.copy()
         x[free] += step * min(1.0, _LONGEST / max(length, 1e-300))
         if length < 1e-10 or (length < 1e-6 and length > 0.3 * last):
-            return _finished(prepared, x, seen, weight, fixed, matrix, length)
+            return _finished(prepared, x, seen, weight, fixed, hessian, matrix, length)
         last = length
     return None
 
@@ -101,12 +110,10 @@ def _weights(
     prepared: Survey, x: FloatArray, seen: Summits, slope: FloatArray, free: np.ndarray
 ) -> FloatArray:
     """First weights (p,), none negative, by least squares."""
-    from scipy.optimize import nnls
-
     section = seen.row < prepared.system.twist.shape[0]
     price = _price(prepared, x, _section_scale(prepared, seen))[free]
     rows = np.vstack([slope.T[free], section.astype(float)])
-    return np.asarray(nnls(rows, np.append(-price, 1.0))[0])
+    return nonnegative_least_squares(rows, np.append(-price, 1.0))
 
 
 def _section_scale(prepared: Survey, seen: Summits) -> FloatArray:
@@ -115,8 +122,9 @@ def _section_scale(prepared: Survey, seen: Summits) -> FloatArray:
 
 
 def _hessian(
-    prepared: Survey, x: FloatArray, seen: Summits, weight: FloatArray, scale: FloatArray
-) -> FloatArray | None:
+    prepared: Survey, x: FloatArray, seen: Summits, weight: FloatArray, scale: FloatArray,
+    difference: float = _DIFFERENCE,
+) -> FloatArray | None:  # fmt: skip
     """Curvature (v, v) of the weighted summits and the price, by central differences of slopes."""
     count = prepared.moving.size
     price = _price(prepared, x, _section_scale(prepared, seen))
@@ -126,12 +134,12 @@ def _hessian(
         pair = []
         for side in (1.0, -1.0):
             beside = x.copy()
-            beside[column] += side * _DIFFERENCE
+            beside[column] += side * difference
             now = tracked(prepared, beside, seen)
             if now is None:
                 return None
             pair.append(share @ now.slope[:, prepared.moving])
-        result[:, column] += (pair[0] - pair[1]) / (2.0 * _DIFFERENCE)
+        result[:, column] += (pair[0] - pair[1]) / (2.0 * difference)
     symmetric: FloatArray = 0.5 * (result + result.T)
     return symmetric
 
@@ -158,7 +166,7 @@ def _conditions(
 
 def _finished(
     prepared: Survey, x: FloatArray, seen: Summits, weight: FloatArray, fixed: BoolArray,
-    matrix: FloatArray, length: float,
+    hessian: FloatArray, matrix: FloatArray, length: float,
 ) -> Held | None:  # fmt: skip
     """Level, errors and certificate at the end of the iteration."""
     end = tracked(prepared, x, seen)
@@ -167,33 +175,51 @@ def _finished(
     if end is None or beside is None:
         return None
     moving, free = prepared.moving, np.flatnonzero(~fixed)
-    scale = _scale(prepared, end)
-    worst = float(_section_scale(prepared, end)[0])
+    damper, scale = prepared.damper(x), _scale(prepared, end)
+    level_of = _section_scale(prepared, end)
+    worst = float(level_of[0])
     section = end.row < prepared.system.twist.shape[0]
     slope = end.slope[:, moving] / scale[:, None]
-    price = _price(prepared, x, _section_scale(prepared, end))
-    balance = weight @ slope + price
+    balance = weight @ slope + _price(prepared, x, level_of)
     bound = np.where(fixed, -balance, 0.0)
-    # noise of levels: bounds on round-off; of slopes: what a step of 1e-10 should not change
-    value_noise = reading_error(prepared.system, prepared.damper(x), end.speed, end.row) / scale
+    # noise of levels: bounds on round-off; of slopes: what a step of 1e-10 changes beyond what
+    # their curvature says
+    value_noise = reading_error(prepared.system, damper, end.speed, end.row) / scale
     jump = (beside.value - end.value) / scale - slope @ inwards
     value_noise = value_noise + np.abs(jump)
-    slope_noise = np.max(np.abs(beside.slope - end.slope)[:, moving] / scale[:, None], axis=1)
-    slope_noise = np.abs(weight) @ (slope_noise + 10.0 * value_noise)
+    moved = weight @ (beside.slope[:, moving] / scale[:, None]) + _price(
+        prepared, x + inwards, level_of
+    )
+    # differences across a bound are not known: of free variables alone
+    probed = np.abs(moved - balance - hessian @ inwards)[free]
+    slope_noise = float(np.max(probed, initial=0.0) + _SLOPE * (np.abs(weight) @ value_noise))
     noise = np.concatenate([np.full(free.size, slope_noise), [0.0], value_noise])
     residual = np.abs(balance[free])
     noise[: free.size] += residual
-    inverse = np.abs(np.linalg.pinv(matrix, rcond=1e-13))
+    unknown = np.abs(np.linalg.pinv(matrix, rcond=1e-13)) @ noise
+    unknown = unknown + length**2 + 1e-3 * length
     error = np.zeros(moving.size)
-    error[free] = (inverse @ noise)[: free.size] + length**2 + 1e-3 * length
+    error[free] = unknown[: free.size]
+    weight_error = unknown[free.size + 1 :]
+    bound_error = np.abs(slope.T) @ weight_error + np.abs(hessian) @ error + slope_noise
     level = worst * float(weight[section] @ (end.value[section] / worst))
     spread = float(np.abs(weight) @ value_noise)
     unequal = float(np.max(np.abs(end.value[section] / worst - level / worst), initial=0.0))
     curvature = _curvature(matrix, free.size)
     rise = spread + float(np.sum(residual) * np.max(error, initial=0.0)) + unequal
+    step = prepared.grid[1] - prepared.grid[0]
+    by_damper = drift(prepared.system, damper, end, step)[:, moving]
+    speed_error = place_error(prepared.system, damper, end) + np.abs(by_damper) @ error
+    curvature_error = 0.0
+    if np.isfinite(curvature):
+        wider = _hessian(prepared, x, end, weight, scale, 2.0 * _DIFFERENCE)
+        if wider is None:
+            return None
+        curvature_error = float(np.linalg.norm(wider - hessian, 2)) + slope_noise / _DIFFERENCE
     return Held(
         x, level, end, weight, fixed, bound, error, worst * rise,
         float(np.max(residual, initial=0.0)), curvature,
+        weight_error, np.where(fixed, bound_error, 0.0), speed_error, curvature_error,
     )  # fmt: skip
 
 

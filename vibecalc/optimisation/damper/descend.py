@@ -25,6 +25,8 @@ _PENALTIES = (5.0, 100.0, 1e4)
 #: excess over a limit, over that limit, above which a place breaks it
 BROKEN = 1e-4
 _HALVINGS = 6
+#: reach of the linear program that judges an end
+_LEFT = 0.1
 
 
 class Place(NamedTuple):
@@ -163,3 +165,17 @@ def on_the_way(prepared: Survey, broken: Place, kept: Place) -> FloatArray:
         else:
             bad = middle
     return good
+
+
+def foreseen(prepared: Survey, end: Place) -> tuple[FloatArray, float]:
+    """Length (v,) of the step that a linear program would still take, and what it would gain.
+
+    What is left of a broken limit counts as if it were the objective.
+    """
+    penalty = np.inf if end.over > BROKEN else _PENALTIES[0]
+    step, gain = _linear_program(prepared, end, _LEFT, penalty)
+    sections = prepared.system.twist.shape[0]
+    worst = worst_section(end.seen, sections)
+    return np.abs(step) + _SMALL, abs(gain) * (worst if penalty == np.inf else 1.0) + (
+        end.over * worst
+    )

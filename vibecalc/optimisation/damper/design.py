@@ -7,6 +7,7 @@ import numpy as np
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.typing import FloatArray, IntArray
 from vibecalc.optimisation.damper.active import Held
+from vibecalc.optimisation.damper.basins import basin_errors
 from vibecalc.optimisation.damper.chart import chart_of, valleys
 from vibecalc.optimisation.damper.descend import BROKEN, Place, descend, lenient, on_the_way
 from vibecalc.optimisation.damper.problem import Damper, Limits, Problem
@@ -36,6 +37,9 @@ class Design(NamedTuple):
     `worst` is the least along directions that the summits leave free, infinite where there are
     none: above 0 the tuning is a strict local minimum. That it is the best of all rests on the
     map; `basin` (b, 3) are the ends of all descents (J, k, c), `basin_worst` (b,) their objectives.
+    Absolute errors: `weight_error`, `bound_error`, `speed_error`, `curvature_error`; those of the
+    ends, `basin_error` (b, 3) and `basin_worst_error` (b,), are how far they lie from where their
+    own conditions hold.
     """
 
     damper: Damper
@@ -53,6 +57,12 @@ class Design(NamedTuple):
     curvature: float
     basin: FloatArray
     basin_worst: FloatArray
+    weight_error: FloatArray
+    bound_error: FloatArray
+    speed_error: FloatArray
+    curvature_error: float
+    basin_error: FloatArray
+    basin_worst_error: FloatArray
 
 
 def design(
@@ -136,7 +146,9 @@ def _keeps_limits(prepared: Survey, ends: list[Place]) -> None:
 
 def _record(prepared: Survey, held: Held, ends: list[Place]) -> Design:
     damper = prepared.damper(held.variables)
-    error, pull = np.zeros(3), np.zeros(3)
+    error, pull, pull_error = np.zeros(3), np.zeros(3), np.zeros(3)
+    pull_error[prepared.moving] = held.bound_error
+    away, above = basin_errors(prepared, held, ends)
     error[prepared.moving] = np.array(damper)[prepared.moving] * held.variable_error
     pull[prepared.moving] = held.bound_weight
     return Design(
@@ -155,4 +167,10 @@ def _record(prepared: Survey, held: Held, ends: list[Place]) -> Design:
         curvature=held.curvature,
         basin=np.array([prepared.damper(end.variables) for end in ends]),
         basin_worst=np.array([end.merit for end in ends]),
+        weight_error=held.weight_error,
+        bound_error=pull_error,
+        speed_error=held.speed_error,
+        curvature_error=held.curvature_error,
+        basin_error=away,
+        basin_worst_error=above,
     )

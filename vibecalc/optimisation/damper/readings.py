@@ -111,7 +111,10 @@ def _heat(
 
 
 def reading_error(system: System, damper: Damper, speed: FloatArray, row: IntArray) -> FloatArray:
-    """Bound (s,) on the round-off of `readings`."""
+    """Round-off (s,) of `readings`: that of each order is bounded, and of orders the squares add.
+
+    Every order is a solution of its own, so that their roundings know nothing of each other.
+    """
     sections = system.twist.shape[0]
     error = solution_error(system, damper, speed)
     value = np.abs(states(system, damper, speed).value)
@@ -125,5 +128,6 @@ def reading_error(system: System, damper: Damper, speed: FloatArray, row: IntArr
     of_heat = of_heat * value[..., -1] * (error[..., -1] + 8.0 * UNIT_ROUNDOFF * value[..., -1])
     of_travel = error[..., -1] + 8.0 * UNIT_ROUNDOFF * value[..., -1]
     picked = np.where((row == sections)[:, None], of_heat, of_section + rounding)
-    total: FloatArray = np.sum(np.where((row > sections)[:, None], of_travel, picked), axis=-1)
+    each = np.where((row > sections)[:, None], of_travel, picked)
+    total: FloatArray = np.sqrt(np.sum(np.square(each), axis=-1))
     return total

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from vibecalc.numerics.nonnegative import nonnegative_least_squares
 from vibecalc.numerics.typing import BoolArray
 from vibecalc.optimisation.damper.active import Held, newton
 from vibecalc.optimisation.damper.descend import Place
@@ -58,8 +59,6 @@ def _first_guess(
     prepared: Survey, end: Place, closeness: float, alone: bool
 ) -> tuple[Summits, BoolArray]:
     """Summits near the top and bounds nearby that least squares gives a weight."""
-    from scipy.optimize import nnls
-
     seen, x = _highest(end.seen) if alone else end.seen, end.variables
     section = seen.row < prepared.system.twist.shape[0]
     worst = float(np.max(seen.value[section]))
@@ -74,7 +73,7 @@ def _first_guess(
     last = np.append(section.astype(float), np.zeros(normals.shape[1]))
     cost = prepared.limits.inertia_price * prepared.damper(x).inertia / worst
     right = np.append(-cost * (prepared.moving == 0), 1.0)
-    weight = nnls(np.vstack([top, last]), right)[0]
+    weight = nonnegative_least_squares(np.vstack([top, last]), right)
     used = weight[: seen.row.size] > _WRONG
     pulls = weight[seen.row.size :].reshape(2, -1).sum(axis=0)
     return seen.some(used), pulls > _WRONG

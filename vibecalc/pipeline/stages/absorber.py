@@ -1,5 +1,8 @@
 """Adapter: curves, peaks, fixed points, frequencies and poles of a primary with absorber."""
 
+from collections.abc import Callable
+from functools import partial
+
 import numpy as np
 
 from vibecalc.case.absorber_tables import AbsorberResponse
@@ -10,6 +13,7 @@ from vibecalc.pipeline.entries.absorber import ROOT
 from vibecalc.pipeline.plan_absorber import asked_of, has_fixed_points
 from vibecalc.pipeline.scene import Scene
 from vibecalc.pipeline.stages.absorber_curves import Curves, family
+from vibecalc.pipeline.stages.absorber_doubt import moved
 from vibecalc.response.absorber.amplitude import amplitude_with_error
 from vibecalc.response.absorber.fixed_points import fixed_points
 from vibecalc.response.absorber.model import Absorber, transfer_of
@@ -17,6 +21,7 @@ from vibecalc.response.absorber.peaks import peaks
 from vibecalc.response.absorber.poles import landmarks, poles
 
 TRAVEL = "relative_displacement"
+_Reading = Callable[[Callable[[Absorber], np.ndarray]], np.ndarray]
 #: maxima that a two-mass system can have
 _MOST = 4
 
@@ -41,10 +46,28 @@ def run(scene: Scene) -> None:
     for name, what in (("curve", pair[1]), ("relative_curve", TRAVEL)):
         value, error = amplitude_with_error(wide, ratios, pair[0], what)
         finite = np.isfinite(np.abs(value))
-        scene.emit(f"{ROOT}/{name}", value, np.where(finite, error, 0.0), axes)
+        error = np.where(finite, error, 0.0)
+        error[0] += _moved(scene, curves, partial(_shown, ratios, pair[0], what))
+        scene.emit(f"{ROOT}/{name}", value, error, axes)
     _emit_peaks(scene, curves, pair)
     _emit_landmarks(scene, curves, pair)
     _cite(scene)
+
+
+def _moved(scene: Scene, curves: Curves, read: Callable[[Absorber], np.ndarray]) -> np.ndarray:
+    """What the error of a tuning does to a reading of the first curve; zero of one given."""
+    own = Absorber(*(float(np.asarray(part).flat[0]) for part in curves.absorber))
+    doubt = scene.handed_on.get("tuned_doubt")
+    return np.zeros(()) if doubt is None else moved(read, own, doubt)
+
+
+def _shown(ratios: np.ndarray, excitation: str, response: str, one: Absorber) -> np.ndarray:
+    return amplitude_with_error(one, ratios, excitation, response).value
+
+
+def _passed(first: int, one: Absorber) -> np.ndarray:
+    """Frequencies (0) or heights (2) of the fixed points."""
+    return np.array(fixed_points(one.mass_ratio, one.stiffness_ratio)[first : first + 2])
 
 
 def _told(scene: Scene, curves: Curves, pair: tuple[str, str]) -> Curves:
@@ -96,17 +119,23 @@ def _emit_peaks(scene: Scene, curves: Curves, pair: tuple[str, str]) -> None:
     axes = {"curve": curves.names}
     found = peaks(curves.absorber, *pair)
     places = axes | {"summit": np.arange(1, _MOST + 1)}
-    # the frequency of a summit is known to half the digits of its height, seen from the height
     spread = np.where(found.found, 4.0 * EPSILON * found.frequency, 0.0)
+    spread[0] += _moved(scene, curves, lambda one: peaks(one, *pair).frequency)
     error = np.where(np.isfinite(found.error), found.error, 0.0)
+    error[0] += _moved(scene, curves, lambda one: peaks(one, *pair).magnitude)
     scene.emit(f"{ROOT}/summit/magnitude", found.magnitude, error, places)
     scene.emit(f"{ROOT}/summit/frequency_ratio", found.frequency, spread, places)
     doubt = np.where(np.isfinite(found.largest_error), found.largest_error, 0.0)
+    doubt[0] += _moved(scene, curves, lambda one: peaks(one, *pair).largest)
     scene.emit(f"{ROOT}/largest", found.largest, doubt, axes)
-    where = np.where(np.isfinite(found.where), 4.0 * EPSILON * found.where, 0.0)
+    finite = np.isfinite(found.where)
+    where = np.where(finite, 4.0 * EPSILON * np.where(finite, found.where, 0.0), 0.0)
+    # it is one of the summits: what these move by
+    where[0] += np.max(spread[0], initial=0.0) if finite[0] else 0.0
     scene.emit(f"{ROOT}/largest_frequency_ratio", found.where, where, axes)
     travel = peaks(curves.absorber, pair[0], TRAVEL)
     doubt = np.where(np.isfinite(travel.largest_error), travel.largest_error, 0.0)
+    doubt[0] += _moved(scene, curves, lambda one: peaks(one, pair[0], TRAVEL).largest)
     scene.emit(f"{ROOT}/largest_travel", travel.largest, doubt, axes)
 
 
@@ -115,22 +144,28 @@ def _emit_landmarks(scene: Scene, curves: Curves, pair: tuple[str, str]) -> None
     z1, m, k, z2 = (float(np.asarray(part).flat[0]) for part in curves.absorber)
     marks = landmarks(m, k)
     both = np.array([marks.lower, marks.upper], dtype=float)
-    near = 16.0 * EPSILON * np.max(both[np.isfinite(both)])
+    doubted = scene.handed_on.get("tuned_doubt")
+    # a frequency goes with the root of the stiffness, or with less of it
+    off = 0.0 if doubted is None or k == 0.0 else 0.5 * float(doubted.stiffness) / k
+    near = (16.0 * EPSILON + off) * np.max(both[np.isfinite(both)])
     scene.emit(f"{ROOT}/natural_frequency_ratio", both, near, {"mode": np.arange(1, 3)})
-    for name, value in (
-        ("antiresonance", marks.antiresonance), ("locked_frequency_ratio", marks.locked),
+    for name, value, share in (
+        ("antiresonance", marks.antiresonance, off), ("locked_frequency_ratio", marks.locked, 0.0),
     ):  # fmt: skip
-        scene.emit(f"{ROOT}/{name}", float(value), 16.0 * EPSILON * float(value))
+        scene.emit(f"{ROOT}/{name}", float(value), (4.0 * EPSILON + share) * float(value))
     found = poles(Absorber(z1, m, k, z2))
     values, doubt = found.value[found.found], found.error[found.found]
     rank = np.lexsort((values.imag, -values.real))
     axes = {"pole": np.arange(1, len(rank) + 1)}
-    scene.emit(f"{ROOT}/pole", values[rank], np.max(doubt, initial=0.0), axes)
+    far = _moved(scene, curves, lambda one: poles(one).value)
+    scene.emit(f"{ROOT}/pole", values[rank], np.max(doubt, initial=0.0) + np.max(far), axes)
     if has_fixed_points(scene.case):
-        _emit_fixed_points(scene, m, k, pair)
+        _emit_fixed_points(scene, m, k, pair, lambda read: _moved(scene, curves, read))
 
 
-def _emit_fixed_points(scene: Scene, m: float, k: float, pair: tuple[str, str]) -> None:
+def _emit_fixed_points(
+    scene: Scene, m: float, k: float, pair: tuple[str, str], moved_by: _Reading
+) -> None:
     passed = fixed_points(m, k)
     places = np.array([passed.frequency_p, passed.frequency_q], dtype=float)
     heights = np.array([passed.magnitude_p, passed.magnitude_q], dtype=float)
@@ -138,8 +173,9 @@ def _emit_fixed_points(scene: Scene, m: float, k: float, pair: tuple[str, str]) 
     # what a power of x adds to |H| is the same for all dampings
     power = places ** transfer_of(*pair).power
     names = {"fixed_point": ("P", "Q")}
-    scene.emit(f"{ROOT}/fixed_point/frequency_ratio", places, 16.0 * EPSILON, names)
-    doubt = (errors + 8.0 * EPSILON * heights) * power
+    read = [moved_by(partial(_passed, i)) for i in (0, 2)]
+    scene.emit(f"{ROOT}/fixed_point/frequency_ratio", places, 4.0 * EPSILON + read[0], names)
+    doubt = (errors + 8.0 * EPSILON * heights + read[1]) * power
     scene.emit(f"{ROOT}/fixed_point/magnitude", heights * power, doubt, names)
 
 

@@ -1,5 +1,6 @@
 """Adapter: several absorbers on one primary, beside each other or one on another."""
 
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -15,16 +16,23 @@ from vibecalc.pipeline.entries.tuning import ROOT
 from vibecalc.pipeline.plan_absorber import asked_of
 from vibecalc.pipeline.scene import Scene
 from vibecalc.pipeline.stages.absorber import TRAVEL, emit_frequencies, frequency_ratios
-from vibecalc.response.absorber.model import Absorber
+from vibecalc.pipeline.stages.absorber_doubt import (
+    Doubt,
+    doubt_of,
+    moved_several,
+    weight_error,
+)
+from vibecalc.response.absorber.model import Absorber, transfer_of
 from vibecalc.response.absorber.peaks import peaks
-from vibecalc.response.absorber.several import Several, several_amplitude
-from vibecalc.response.absorber.several_peaks import several_peaks
+from vibecalc.response.absorber.several import Several
+from vibecalc.response.absorber.several_error import several_with_error
+from vibecalc.response.absorber.several_peaks import SeveralPeaks, several_peaks
 
-_STARTS = 12
+STARTS = 12
 #: curves of the primary with all masses fastened rigidly, and with none
 _LIMITS = ("locked", "free")
-#: slopes that cancel to this are as good as rounding lets them
-_ZERO = 1e-7
+#: roundings of a place or a weight
+_PLACE = 16.0 * EPSILON
 
 
 class _Peaks(NamedTuple):
@@ -42,7 +50,7 @@ def run_tuning(scene: Scene, options: Tuning, parts: AbsorberParts) -> None:
     """Emit the tuning of all absorbers together; hand on the system."""
     z1, pair = parts.primary_damping, (options.excitation, options.response)
     m = np.array([branch.mass_ratio for branch in parts.branches])
-    found = solved(_problem(options, parts, m), _STARTS)
+    found = solved(_problem(options, parts, m), STARTS)
     system = Several(z1, m, found.stiffness_ratio, found.secondary_damping, _parents(parts))
     scene.handed_on["several"] = system
     names = {"absorber": tuple(branch.name for branch in parts.branches)}
@@ -52,27 +60,35 @@ def run_tuning(scene: Scene, options: Tuning, parts: AbsorberParts) -> None:
     scene.emit(f"{ROOT}/each/mass_ratio", m, 2.0 * EPSILON * np.max(m), names)
     scene.emit(f"{ROOT}/each/stiffness_ratio", k, error[:count], names)
     scene.emit(f"{ROOT}/each/secondary_damping", z2, error[count : 2 * count], names)
-    own = np.where(k > 0.0, z2 / np.sqrt(m * np.where(k > 0.0, k, 1.0)), 0.0)
-    relative = np.max(error / np.maximum(np.concatenate([k, z2]), 1e-300)) + 4.0 * EPSILON
-    scene.emit(f"{ROOT}/each/own_damping", own, own * relative, names)
+    doubt = doubt_of(error[:count], error[count : 2 * count])
+    scene.handed_on["several_doubt"] = doubt
+    safe = np.where(k > 0.0, k, 1.0)
+    own = np.where(k > 0.0, z2 / np.sqrt(m * safe), 0.0)
+    off = np.where(
+        k > 0.0, doubt.damping / np.sqrt(m * safe) + 0.5 * own * doubt.stiffness / safe, 0
+    )
+    scene.emit(f"{ROOT}/each/own_damping", own, off + 4.0 * EPSILON * own, names)
     scene.emit(f"{ROOT}/peak", found.peak, found.peak_error)
     alone = peaks(Absorber(z1, 1.0, 0.0, 0.0), *pair)
     least = float(alone.largest)
-    doubt = float(alone.largest_error) if np.isfinite(least) else 0.0
-    scene.emit(f"{ROOT}/peak_alone", least, doubt)
-    travel = several_peaks(system, pair[0], TRAVEL)
     scene.emit(
-        f"{ROOT}/travel", travel.largest, travel.largest_error + 4.0 * travel.largest * relative
+        f"{ROOT}/peak_alone", least, float(alone.largest_error) if np.isfinite(least) else 0.0
     )
+    travel = several_peaks(system, pair[0], TRAVEL)
+    far = moved_several(lambda one: _largest(one, pair[0], TRAVEL), system, doubt)
+    scene.emit(f"{ROOT}/travel", travel.largest, travel.largest_error + float(far))
     axes = {"active": np.arange(1, len(found.frequency) + 1)}
     height = np.full(len(found.frequency), found.peak)
-    scene.emit(f"{ROOT}/active/frequency_ratio", found.frequency, 1e-8, axes)
+    far = moved_several(lambda one: _places(one, pair, found.frequency), system, doubt)
+    scene.emit(f"{ROOT}/active/frequency_ratio", found.frequency, far + _PLACE, axes)
     scene.emit(f"{ROOT}/active/magnitude", height, found.peak_error, axes)
-    scene.emit(f"{ROOT}/active/weight", found.weight, 1e-6, axes)
-    scene.emit(f"{ROOT}/certificate", found.residual, _ZERO)
+    far = weight_error(system, transfer_of(*pair), found.frequency, found.weight, doubt)
+    scene.emit(f"{ROOT}/active/weight", found.weight, far + _PLACE, axes)
+    # zero at the exact optimum, so that all of it is error
+    scene.emit(f"{ROOT}/certificate", found.residual, found.residual + _PLACE)
     scene.emit(f"{ROOT}/evaluations", found.evaluations)
     if options.mistuning:
-        _emit_mistuning(scene, options, system, found.peak)
+        _emit_mistuning(scene, options, system, found.peak, doubt)
     if found.no_help:
         scene.warn("many tunings are as good: the largest response stands at one end")
     elif found.agreeing < 2:
@@ -82,6 +98,22 @@ def run_tuning(scene: Scene, options: Tuning, parts: AbsorberParts) -> None:
         "tuning of several absorbers, from a dozen starts",
         "docs/theory_absorber_tuning.md",
     )
+
+
+def _shown(ratios: np.ndarray, excitation: str, response: str, system: Several) -> np.ndarray:
+    return several_with_error(system, ratios, excitation, response).value
+
+
+def _largest(system: Several, excitation: str, response: str) -> np.ndarray:
+    return np.asarray(several_peaks(system, excitation, response).largest)
+
+
+def _places(system: Several, pair: tuple[str, str], near: np.ndarray) -> np.ndarray:
+    """Frequencies of the peaks next to some."""
+    found = several_peaks(system, *pair).frequency
+    if not len(near) or not len(found):
+        return near
+    return np.asarray(found[np.argmin(np.abs(found - near[:, None]), axis=1)])
 
 
 def _problem(options: Tuning, parts: AbsorberParts, m: np.ndarray) -> Problem:
@@ -107,19 +139,31 @@ def _parents(parts: AbsorberParts) -> tuple[int, ...]:
     return tuple(branch.carrier + 1 for branch in parts.branches)
 
 
-def _emit_mistuning(scene: Scene, options: Tuning, system: Several, best: float) -> None:
+def _emit_mistuning(
+    scene: Scene, options: Tuning, system: Several, best: float, doubt: Doubt
+) -> None:
     """All springs, or all dampers, off by the same share."""
     pair = options.excitation, options.response
     sizes = np.array(sorted({sign * size for size in options.mistuning for sign in (-1.0, 1.0)}))
-    k, z2 = np.asarray(system.stiffness_ratio), np.asarray(system.secondary_damping)
-    found = [
-        [several_peaks(system._replace(**{key: part * (1.0 + size)}), *pair) for size in sizes]
-        for key, part in (("stiffness_ratio", k), ("secondary_damping", z2))
-    ]
+    keys = ("stiffness_ratio", "secondary_damping")
+
+    def mistuned(own: Several) -> list[list[SeveralPeaks]]:
+        parts = [(key, np.asarray(getattr(own, key))) for key in keys]
+        return [
+            [several_peaks(own._replace(**{key: part * (1.0 + size)}), *pair) for size in sizes]
+            for key, part in parts
+        ]
+
+    def tops(own: Several) -> np.ndarray:
+        return np.array([[one.largest for one in row] for row in mistuned(own)])
+
+    found = mistuned(system)
     loss = np.array([[one.largest for one in row] for row in found]) / best - 1.0
-    error = max(one.largest_error for row in found for one in row) / best
+    error = max(one.largest_error for row in found for one in row) + moved_several(
+        tops, system, doubt
+    )
     axes = {"mistuned": ("stiffness", "damping"), "deviation": sizes}
-    scene.emit(f"{ROOT}/mistuning/loss", loss, 4.0 * error, axes)
+    scene.emit(f"{ROOT}/mistuning/loss", loss, 2.0 * error / best, axes)
 
 
 def run_response(scene: Scene, parts: AbsorberParts) -> None:
@@ -141,12 +185,13 @@ def run_response(scene: Scene, parts: AbsorberParts) -> None:
     ratios = frequency_ratios(options, parts)
     emit_frequencies(scene, parts, ratios)
     axes = {"curve": tuple(names), "frequency_ratio": ratios}
+    doubt = scene.handed_on.get("several_doubt", doubt_of(0.0, 0.0))
     for name, what in (("curve", pair[1]), ("relative_curve", TRAVEL)):
-        values = np.stack([several_amplitude(one, ratios, pair[0], what) for one in systems])
-        size = np.abs(values)
-        error = 1e-12 * np.where(np.isfinite(size), size * (1.0 + size), 0.0)
+        each = [several_with_error(one, ratios, pair[0], what) for one in systems]
+        values, error = (np.stack([one[i] for one in each]) for i in range(2))
+        error[0] += moved_several(partial(_shown, ratios, pair[0], what), systems[0], doubt)
         scene.emit(f"{RESPONSE}/{name}", values, error, axes)
-    _emit_peaks(scene, tuple(names), systems, pair)
+    _emit_peaks(scene, tuple(names), systems, pair, doubt)
     scene.cite(
         "complex response of a tree of masses, exact peaks from the stationarity polynomial",
         "curves, peaks, travel",
@@ -168,8 +213,9 @@ def _given(parts: AbsorberParts) -> Several:
 
 
 def _emit_peaks(
-    scene: Scene, names: tuple[str, ...], systems: list[Several], pair: tuple[str, str]
-) -> None:
+    scene: Scene, names: tuple[str, ...], systems: list[Several], pair: tuple[str, str],
+    doubt: Doubt,
+) -> None:  # fmt: skip
     found = [
         _limit(name, one, pair[0], pair[1]) if name in _LIMITS else _peaks(one, pair[0], pair[1])
         for name, one in zip(names, systems, strict=True)
@@ -180,20 +226,30 @@ def _emit_peaks(
         place[row, : len(one.frequency)] = one.frequency
         height[row, : len(one.frequency)] = one.magnitude
     error = max((float(np.max(one.error, initial=0.0)) for one in found), default=0.0)
+    # of the first curve, which may be a tuned one
+    own = found[0].frequency
+    far = [
+        float(np.max(moved_several(read, systems[0], doubt), initial=0.0))
+        for read in (
+            lambda one: _peaks(one, *pair).magnitude,
+            lambda one: _places(one, pair, own),
+            lambda one: np.asarray(_peaks(one, pair[0], TRAVEL).largest),
+        )
+    ]
+    near = far[1] + 2.0 * _PLACE * np.max(place)
     axes = {"curve": names}
     summits = axes | {"summit": np.arange(1, most + 1)}
-    scene.emit(f"{RESPONSE}/summit/magnitude", height, error, summits)
-    scene.emit(f"{RESPONSE}/summit/frequency_ratio", place, 1e-12 * np.max(place), summits)
+    scene.emit(f"{RESPONSE}/summit/magnitude", height, error + far[0], summits)
+    scene.emit(f"{RESPONSE}/summit/frequency_ratio", place, near, summits)
     largest = np.array([one.largest for one in found])
     where = np.array([one.where for one in found])
-    doubt = max(one.largest_error for one in found)
-    scene.emit(f"{RESPONSE}/largest", largest, doubt, axes)
-    finite = where[np.isfinite(where)]
-    near = 1e-12 * float(np.max(finite, initial=0.0))
+    error = max(one.largest_error for one in found) + far[0]
+    scene.emit(f"{RESPONSE}/largest", largest, error, axes)
     scene.emit(f"{RESPONSE}/largest_frequency_ratio", where, near, axes)
     travels = [_peaks(one, pair[0], TRAVEL) for one in systems]
     reach = np.array([one.largest for one in travels])
-    scene.emit(f"{RESPONSE}/largest_travel", reach, max(one.largest_error for one in travels), axes)
+    error = max(one.largest_error for one in travels) + far[2]
+    scene.emit(f"{RESPONSE}/largest_travel", reach, error, axes)
 
 
 def _limit(name: str, system: Several, excitation: str, response: str) -> _Peaks:

@@ -13,6 +13,7 @@ from vibecalc.optimisation.absorber.threshold import threshold
 from vibecalc.pipeline.entries.tuning import ROOT
 from vibecalc.pipeline.scene import Scene
 from vibecalc.pipeline.stages.absorber_chart import emit_chart, emit_map
+from vibecalc.pipeline.stages.absorber_doubt import Doubt, doubt_of, moved
 from vibecalc.pipeline.stages.absorber_optimum import Best, best_tuning
 from vibecalc.pipeline.stages.absorber_studies import (
     emit_bounded,
@@ -25,8 +26,10 @@ from vibecalc.response.absorber.peaks import peaks
 
 #: peaks this close, relative to their height, hold an optimum together
 _EQUAL = 1e-9
-#: slopes that cancel to this are as good as rounding lets them
-_ZERO = 1e-7
+#: roundings of a place or a weight
+_PLACE = 16.0 * EPSILON
+#: peaks that a millionth more of a ratio leaves among those that hold it
+_NEARLY = 1e-3
 #: table of results -> words for it where it is left out
 _LEFT_OUT = {
     "mistuning": "losses of a mistuned absorber",
@@ -51,11 +54,11 @@ def run(scene: Scene) -> None:
     z1, m = parts.primary_damping, float(np.asarray(parts.absorber.mass_ratio))
     best = best_tuning(options, z1, m)
     tuned = Absorber(z1, m, best.stiffness_ratio, best.secondary_damping)
-    scene.handed_on["tuned"] = tuned
+    scene.handed_on["tuned"], scene.handed_on["tuned_doubt"] = tuned, _doubt(best)
     _emit_best(scene, options, best, tuned)
     _emit_units(scene, options, parts, best)
     if options.norm == "h_infinity":
-        _emit_proof(scene, options, tuned)
+        _emit_proof(scene, options, tuned, _doubt(best))
     if options.compare:
         emit_methods(scene, options, tuned, best)
     if options.mistuning:
@@ -105,7 +108,10 @@ def _emit_best(scene: Scene, options: Tuning, best: Best, tuned: Absorber) -> No
         scene.emit(f"{ROOT}/{name}", value, error + doubt if np.isfinite(value) else 0.0)
     travel = peaks(tuned, pair[0], "relative_displacement")
     reach = float(travel.largest)
-    doubt = float(travel.largest_error) + 2.0 * reach * relative
+    off = moved(
+        lambda one: peaks(one, pair[0], "relative_displacement").largest, tuned, _doubt(best)
+    )
+    doubt = float(travel.largest_error) + float(off)
     scene.emit(f"{ROOT}/travel", reach, doubt if np.isfinite(reach) else 0.0)
     scene.emit(f"{ROOT}/helps", int(best.helps))
     scene.emit(f"{ROOT}/without_spring", int(k == 0.0 and best.helps))
@@ -138,7 +144,11 @@ def _emit_units(scene: Scene, options: Tuning, parts: AbsorberParts, best: Best)
     scene.emit(f"{ROOT}/secondary_frequency", own, own * error)
 
 
-def _emit_proof(scene: Scene, options: Tuning, tuned: Absorber) -> None:
+def _doubt(best: Best) -> Doubt:
+    return doubt_of(best.stiffness_error, best.damping_error)
+
+
+def _emit_proof(scene: Scene, options: Tuning, tuned: Absorber, doubt: Doubt) -> None:
     """The peaks that hold the optimum, and that no change of spring and damper lowers them all."""
     pair = options.excitation, options.response
     found, proof = peaks(tuned, *pair), certify(tuned, *pair)
@@ -146,11 +156,15 @@ def _emit_proof(scene: Scene, options: Tuning, tuned: Absorber) -> None:
     axes = {"active": np.arange(1, int(np.sum(top)) + 1)}
     error = np.max(found.error[top], initial=0.0)
     scene.emit(f"{ROOT}/active/magnitude", found.magnitude[top], error, axes)
-    # known to half the digits of the height: the summit is flat
-    scene.emit(f"{ROOT}/active/frequency_ratio", found.frequency[top], 1e-9, axes)
-    scene.emit(f"{ROOT}/active/weight", proof.weight[top], 1e-6, axes)
+    places = found.frequency[top]
+    off = moved(lambda one: peaks(one, *pair).frequency, tuned, doubt)[top]
+    scene.emit(f"{ROOT}/active/frequency_ratio", places, off + _PLACE * places, axes)
+    off = moved(lambda one: certify(one, *pair, equal=_NEARLY).weight, tuned, doubt)[top]
+    scene.emit(f"{ROOT}/active/weight", proof.weight[top], off + _PLACE, axes)
     if options.kind == "free":
-        scene.emit(f"{ROOT}/certificate", float(proof.residual), _ZERO)
+        # zero at the exact optimum, so that all of it is error
+        residual = float(proof.residual)
+        scene.emit(f"{ROOT}/certificate", residual, residual + _PLACE)
         verdict = VERDICTS[int(proof.verdict)]
         if verdict == "not_optimal":
             raise NumericalFailure(

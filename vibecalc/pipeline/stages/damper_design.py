@@ -8,7 +8,12 @@ from vibecalc.case.damper_tables import DamperDesign
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import EPSILON
 from vibecalc.optimisation.damper.design import Design, design
-from vibecalc.optimisation.damper.gain import Performance, mistuning, performance
+from vibecalc.optimisation.damper.gain import (
+    Performance,
+    mistuning,
+    performance,
+    performance_of,
+)
 from vibecalc.optimisation.damper.problem import Damper
 from vibecalc.pipeline.entries.damper_design import ROOT
 from vibecalc.pipeline.scene import Scene
@@ -34,7 +39,7 @@ def run(scene: Scene) -> None:
         )
     found = design(asked.problem, asked.limits)
     _emit_damper(scene, asked, found)
-    seen = performance(asked.problem, found.damper)
+    seen = performance_of(asked.problem, found)
     _emit_seen(scene, "", options, asked, seen, (found.worst, found.worst_error))
     _emit_proof(scene, asked, found)
     if options.compare is not None:
@@ -42,7 +47,7 @@ def run(scene: Scene) -> None:
     if scene.wants(f"{ROOT}sensitivity"):
         off = mistuning(asked.problem, found, options.tolerance)
         axes = {"stiffness_factor": off.stiffness, "damping_factor": off.damping}
-        scene.emit(f"{ROOT}sensitivity", off.rise, off.rise_error + 1e-12, axes)
+        scene.emit(f"{ROOT}sensitivity", off.rise, off.rise_error, axes)
     emit_chart(scene, options, asked, found)
     emit_rings(scene, options, asked, found)
     emit_curves(scene, setup, options, asked, found)
@@ -80,14 +85,13 @@ def _emit_seen(
     path = f"{ROOT}{stem}"
     scene.emit(f"{path}worst_{options.objective}", worst[0], worst[1])
     scene.emit(f"{path}worst_section", seen.section + 1, 0.0)
-    # a summit is flat: half the digits of its height
-    place = math.sqrt(EPSILON)
-    scene.emit(f"{path}worst_speed", seen.speed, place * seen.speed)
+    place = seen.speed_error
+    scene.emit(f"{path}worst_speed", seen.speed, place[0])
     scene.emit(f"{path}heat", seen.heat, seen.heat_error)
-    scene.emit(f"{path}heat_speed", seen.heat_speed, place * seen.heat_speed)
+    scene.emit(f"{path}heat_speed", seen.heat_speed, place[1])
     ratio = abs(asked.ratio)
     scene.emit(f"{path}travel", ratio * seen.travel, ratio * seen.travel_error)
-    scene.emit(f"{path}travel_speed", seen.travel_speed, place * seen.travel_speed)
+    scene.emit(f"{path}travel_speed", seen.travel_speed, place[2])
 
 
 def _emit_proof(scene: Scene, asked: Asked, found: Design) -> None:
@@ -102,21 +106,24 @@ def _emit_proof(scene: Scene, asked: Asked, found: Design) -> None:
     scene.emit(f"{ROOT}active/kind", kind, 0.0, axes)
     scene.emit(f"{ROOT}active/section", section, 0.0, axes)
     speed = found.speed[order]
-    scene.emit(f"{ROOT}active/speed", speed, math.sqrt(EPSILON) * speed, axes)
-    slack = max(found.worst_error / found.worst, 1e-12)
+    scene.emit(f"{ROOT}active/speed", speed, found.speed_error[order], axes)
+    slack = found.worst_error / found.worst + 2.0 * EPSILON
     scene.emit(f"{ROOT}active/level", level, slack, axes)
-    scene.emit(f"{ROOT}active/weight", found.weight[order], 1e-6, axes)
+    doubt_of_weight = found.weight_error[order] + 2.0 * EPSILON * np.abs(found.weight[order])
+    scene.emit(f"{ROOT}active/weight", found.weight[order], doubt_of_weight, axes)
     names = {"design_value": ("inertia", "stiffness", "damping")}
-    scene.emit(f"{ROOT}pull", found.bound_weight, 1e-6, names)
-    scene.emit(f"{ROOT}certificate", found.residual, 0.0)
-    scene.emit(f"{ROOT}curvature", found.curvature, 0.0)
+    scene.emit(f"{ROOT}pull", found.bound_weight, found.bound_error, names)
+    # zero at an optimum: all of it is error
+    scene.emit(f"{ROOT}certificate", found.residual, found.residual)
+    scene.emit(f"{ROOT}curvature", found.curvature, found.curvature_error)
     axes = {"basin": np.arange(1, len(found.basin) + 1)}
     square = asked.ratio**2
-    # ends of descents, not settled
-    doubt = 1e-3 * np.abs(found.basin) / square
+    # ends of descents: how far the optimum of each basin is from there
+    doubt = found.basin_error / square + 4.0 * EPSILON * found.basin / square
     scene.emit(f"{ROOT}basin/stiffness", found.basin[:, 1] / square, doubt[:, 1], axes)
     scene.emit(f"{ROOT}basin/damping", found.basin[:, 2] / square, doubt[:, 2], axes)
-    scene.emit(f"{ROOT}basin/worst", found.basin_worst / found.worst, 1e-3, axes)
+    rise = (found.basin_worst_error + found.worst_error) / found.worst + 2.0 * EPSILON
+    scene.emit(f"{ROOT}basin/worst", found.basin_worst / found.worst, rise, axes)
 
 
 def _emit_table(scene: Scene, options: DamperDesign, asked: Asked, found: Design) -> None:

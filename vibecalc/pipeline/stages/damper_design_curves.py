@@ -4,9 +4,12 @@ import numpy as np
 
 from vibecalc.case.damper_tables import DamperDesign
 from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.rounding import EPSILON
 from vibecalc.numerics.typing import FloatArray
 from vibecalc.optimisation.damper.chart import chart
+from vibecalc.optimisation.damper.chart_doubt import chart_error
 from vibecalc.optimisation.damper.design import Design, design
+from vibecalc.optimisation.damper.gain import relative_error
 from vibecalc.optimisation.damper.problem import Damper
 from vibecalc.pipeline.entries.damper_design import ROOT
 from vibecalc.pipeline.scene import Scene
@@ -20,6 +23,8 @@ from vibecalc.response.torsion.synthesis import synthesis
 #: points of the map each way, speeds of each, how far it reaches around the optimum at least
 _MAP, _MAP_SPEEDS, _AROUND = 31, 121, 12.0
 _ROWS = 64
+#: share by which values of the damper are moved to see what the curve makes of their errors
+_MOVED = 1e-6
 
 
 def emit_chart(scene: Scene, options: DamperDesign, asked: Asked, found: Design) -> None:
@@ -43,11 +48,12 @@ def emit_chart(scene: Scene, options: DamperDesign, asked: Asked, found: Design)
         "chart_stiffness": drawn.stiffness / square,
         "chart_damping": drawn.damping / square,
     }
-    # read on a grid of speeds: the true summits lie higher by some percent
-    for name, value in ((options.objective, drawn.worst[0]), ("heat", drawn.heat[0])):
-        scene.emit(f"{ROOT}chart/{name}", value, 0.05 * np.max(value), axes)
-    travel = drawn.travel[0] * abs(asked.ratio)
-    scene.emit(f"{ROOT}chart/travel", travel, 0.05 * np.max(travel), axes)
+    # read on a grid of speeds: the true summits lie elsewhere
+    doubt = chart_error(asked.problem, drawn)
+    scene.emit(f"{ROOT}chart/{options.objective}", drawn.worst[0], doubt[0], axes)
+    scene.emit(f"{ROOT}chart/heat", drawn.heat[0], doubt[1], axes)
+    ratio = abs(asked.ratio)
+    scene.emit(f"{ROOT}chart/travel", drawn.travel[0] * ratio, doubt[2] * ratio, axes)
 
 
 def emit_rings(scene: Scene, options: DamperDesign, asked: Asked, found: Design) -> None:
@@ -101,18 +107,35 @@ def emit_curves(
     given = options.speeds or setup.torsion.speeds
     assert given is not None
     make = np.geomspace if given.spacing == "logarithmic" else np.linspace
-    speeds = make(given.start, given.stop, given.points)
+    speeds = np.asarray(make(given.start, given.stop, given.points))
     dampers: dict[str, Damper | None] = {"none": None}
     if asked.table is not None:
         dampers["table value"] = asked.table
     dampers["optimum"] = found.damper
     rows, errors = [], []
     for damper in dampers.values():
-        value, error = largest_section(setup, asked, damper, np.asarray(speeds))
+        value, error = largest_section(setup, asked, damper, speeds)
         rows.append(value)
         errors.append(error)
+    errors[-1] = errors[-1] + _of_tuning(setup, asked, found, speeds, rows[-1])
     axes = {"damper_curve": tuple(dampers), "speed": speeds}
     scene.emit(f"{ROOT}curve/{options.objective}", np.array(rows), np.array(errors), axes)
+
+
+def _of_tuning(
+    setup: Setup, asked: Asked, found: Design, speeds: FloatArray, value: FloatArray
+) -> FloatArray:
+    """What the errors of the damper found do to its curve (s,): each value moved a little."""
+    share, error = relative_error(found), np.zeros(len(speeds))
+    for place in np.flatnonzero(share):
+        factor = np.ones(3)
+        factor[place] += _MOVED
+        damper = Damper(*(float(one) for one in factor * np.array(found.damper)))
+        moved, _ = largest_section(setup, asked, damper, speeds)
+        known = np.isfinite(moved) & np.isfinite(value)
+        slope = np.abs(np.where(known, moved, 0.0) - np.where(known, value, 0.0)) / _MOVED
+        error = error + share[place] * slope
+    return error
 
 
 def with_ring(line: Line, station: int, damper: Damper) -> Line:
@@ -154,7 +177,10 @@ def largest_section(
         weight = problem.weight[counts]
         masked = np.any(solved.masked, axis=-1)
         value[part] = np.where(masked, np.inf, np.max(weight * whole.half_range, axis=-1))
-        error[part] = np.where(masked, 0.0, np.max(weight * whole.error, axis=-1))
+        # of orders the squares add: each is a solution of its own
+        own = np.sqrt(np.sum(np.square(wave_error[..., counts]), axis=1))
+        bound = np.minimum(whole.error, own + 8.0 * EPSILON * whole.half_range)
+        error[part] = np.where(masked, 0.0, np.max(weight * bound, axis=-1))
     return value, error
 
 

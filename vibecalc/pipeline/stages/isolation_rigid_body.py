@@ -1,10 +1,11 @@
-"""Adapter: the body on its mounts with all six freedoms, at operating speed."""
+"""Adapter: the body on its mounts with all six freedoms, or those in the plane of the crank."""
 
 import numpy as np
 
-from vibecalc.excitation.sums import as_loads, at_speed
+from vibecalc.excitation.sums import Excitation, as_loads, at_speed
 from vibecalc.isolation.body_readout import mount_readout
 from vibecalc.isolation.body_rows import body_rows
+from vibecalc.isolation.freedoms import all_six, held, restricted
 from vibecalc.isolation.left_out import with_left_out
 from vibecalc.isolation.mount_motion import displacement, mount_force
 from vibecalc.isolation.rigid_body import assemble, displacement_at
@@ -12,6 +13,7 @@ from vibecalc.isolation.static import static_deflection
 from vibecalc.machine.body import RigidBody
 from vibecalc.machine.frame import DIRECTIONS
 from vibecalc.machine.mounts import Mounts
+from vibecalc.machine.planar import kept_freedoms
 from vibecalc.numerics.rounding import WithError
 from vibecalc.pipeline.scene import Scene
 from vibecalc.pipeline.stages.excitation import Forcing
@@ -41,29 +43,32 @@ def run(scene: Scene) -> None:
     body, mounts = scene.parts.body, scene.parts.mounts
     if body is None or mounts is None:
         raise ValueError("isolation needs a body and mounts")
-    matrices = assemble(
+    whole = assemble(
         body.mass_matrix, mounts.position, mounts.stiffness, mounts.damping, mounts.structural
     )
+    kept = freedoms_of(scene)
+    matrices = restricted(whole, kept)
     shapes = damped_basis(matrices, modes(matrices))
     scene.cite(
         "rigid body on mounts, 6 x 6 complex dynamic stiffness",
         "response on the mounts",
         "Harris and Piersol, Shock and Vibration Handbook, 5th ed. 2002, ch. 3",
     )
-    _emit_modes(scene, matrices, shapes)
-    sag = _emit_static(scene, matrices, body, mounts)
+    _emit_modes(scene, matrices, shapes, kept)
+    sag = _emit_static(scene, held(whole, kept), body, mounts)
 
-    load = as_loads(forcing.per_speed_squared)
+    load = _loads(forcing.per_speed_squared, kept)
     resonances = body_resonances(matrices, shapes, load)
     speed = scene.case.machine.speed
     for warning in check_operating_point(resonances, forcing.orders, speed):
         scene.warn(warning)
     undriven = _undriven(resonances, shapes)
     frequency = forcing.orders * speed
-    driven = as_loads(at_speed(forcing.per_speed_squared, speed))
+    driven = _loads(at_speed(forcing.per_speed_squared, speed), kept)
     system = dynamics(matrices, frequency, undriven)
     motion = response(system, driven.value, driven.error)
     require_digits(matrices, system, driven, motion, forcing.orders, speed)
+    motion = WithError(*(all_six(part, kept) for part in motion))
     _emit_motion(scene, forcing, motion)
     at_mounts = displacement(motion, mounts.position)
     force = mount_force(at_mounts, frequency, mounts.stiffness, mounts.damping, mounts.structural)
@@ -72,12 +77,21 @@ def run(scene: Scene) -> None:
     _hand_on_run_up(scene, forcing, matrices, mounts, shapes, load)
 
 
+def freedoms_of(scene: Scene) -> np.ndarray:
+    """The motions (f,) that the model of `[isolation]` keeps, as indices into x y z rx ry rz."""
+    return kept_freedoms(isolation_of(scene).model, scene.case.machine.crank_train.axis)
+
+
+def _loads(excitation: Excitation, kept: np.ndarray) -> WithError:
+    return WithError(*(part[..., kept] for part in as_loads(excitation)))
+
+
 def _undriven(resonances: Resonances, shapes: Modes) -> Undriven:
     return Undriven(left_out(resonances), shapes.shape, shapes.eigenvalue)
 
 
-def _emit_modes(scene: Scene, matrices: Matrices, shapes: Modes) -> None:
-    axes = {"mode": np.arange(1, 7), "coordinate": COORDINATES}
+def _emit_modes(scene: Scene, matrices: Matrices, shapes: Modes, kept: np.ndarray) -> None:
+    axes = {"mode": np.arange(1, len(kept) + 1), "coordinate": COORDINATES}
     ratio = damping_ratio(matrices, shapes)
     share = energy_fraction(matrices, shapes)
     scene.emit(
@@ -87,8 +101,8 @@ def _emit_modes(scene: Scene, matrices: Matrices, shapes: Modes) -> None:
         axes,
     )
     scene.emit("isolation/modes/damping_ratio", ratio.value, ratio.error, axes)
-    scene.emit("isolation/modes/shape", shapes.shape.T, shapes.shape_error, axes)
-    scene.emit("isolation/modes/energy_fraction", share.value, share.error, axes)
+    scene.emit("isolation/modes/shape", all_six(shapes.shape.T, kept), shapes.shape_error, axes)
+    scene.emit("isolation/modes/energy_fraction", all_six(share.value, kept), share.error, axes)
 
 
 def _emit_static(scene: Scene, matrices: Matrices, body: RigidBody, mounts: Mounts) -> WithError:
@@ -126,7 +140,9 @@ def _hand_on_run_up(
     shapes: Modes,
     load: WithError,
 ) -> None:
-    readout = mount_readout(mounts.position, mounts.stiffness, mounts.damping, mounts.structural)
+    freedoms = freedoms_of(scene)
+    whole = mount_readout(mounts.position, mounts.stiffness, mounts.damping, mounts.structural)
+    readout = whole._replace(spring=whole.spring[..., freedoms], damper=whole.damper[..., freedoms])
     kept, orders = forcing.kept, forcing.orders
     first = WithError(load.value[:kept], load.error[:kept])
     few = forcing.few
@@ -135,7 +151,7 @@ def _hand_on_run_up(
     left_alone = _undriven(resonances, shapes)
     resonances = with_damped_poles(resonances, matrices, shapes, first)
     beyond = body_resonances(matrices, shapes, rest)
-    seen = mounts.stiffness @ displacement_at(mounts.position) @ shapes.shape
+    seen = mounts.stiffness @ displacement_at(mounts.position)[..., freedoms] @ shapes.shape
     size = np.sqrt(np.square(seen).sum(axis=1)).T
     scene.handed_on["run_up"] = RunUpSetup(
         rows=with_left_out(

@@ -1,10 +1,12 @@
 """All motions that levels leave, what would tell them apart, and what to say of it."""
 
+from typing import NamedTuple
+
 import numpy as np
 
 from vibecalc.case.measurement_tables import Measurement
 from vibecalc.machine.measurement import places, position_rows, references
-from vibecalc.measurement.level import level_of
+from vibecalc.measurement.level import DECIBEL, level_of
 from vibecalc.measurement.rigid_plate import difference_row, point_row
 from vibecalc.measurement.telling_apart import TellingApart, most_telling
 from vibecalc.numerics.rounding import EPSILON
@@ -31,7 +33,9 @@ def emit_candidates(scene: Scene, found: list[Found], reference: np.ndarray) -> 
     scene.emit("measurement/candidate/order", [one.harmonic.order for one, _ in each], 0.0, axes)
     scene.emit("measurement/candidate/chosen", [int(place == 0) for _, place in each], 0.0, axes)
     worst = [one.worst[place] for one, place in each]
-    scene.emit("measurement/candidate/worst_residual", worst, 1e-11, axes)
+    scene.emit(
+        "measurement/candidate/worst_residual", worst, [_rounded(*one) for one in each], axes
+    )
     signals = [
         signal(one.candidates[place].motion, one.roundings[place], np.eye(3)) for one, place in each
     ]
@@ -58,6 +62,18 @@ def emit_candidates(scene: Scene, found: list[Found], reference: np.ndarray) -> 
         error = 1e-5 * np.where(np.isfinite(bounds), bounds, 0.0)
         scene.emit("measurement/candidate/level_bound", bounds, error, {**axes, "position": names})
         _emit_further(scene, found, table)
+
+
+def _rounded(one: Found, place: int) -> float:
+    """dB; the largest error of the levels that a motion has at the readings it is judged by."""
+    reads = [read for read in one.harmonic.reads if read.use == "choose" and read.phase is None]
+    reads = reads or list(one.harmonic.solving)
+    rows = np.array([read.row for read in reads])
+    there = signal(one.candidates[place].motion, one.roundings[place], rows)
+    level = level_of(*there, reads[0].reference)
+    known = [8.0 * EPSILON * (abs(DECIBEL * np.log(r.amplitude / r.reference)) + DECIBEL)
+             for r in reads if r.amplitude > 0.0]  # fmt: skip
+    return float(np.max(level.error) + max(known, default=0.0))
 
 
 def warn_of(scene: Scene, one: Found, table: Measurement) -> None:
@@ -91,20 +107,28 @@ def warn_of(scene: Scene, one: Found, table: Measurement) -> None:
     words = "the readings that choose do not" if one.chosen_by_others else "nothing read can"
     taken = "the nearer one" if one.chosen_by_others else "the first"
     further = _further(one, table)
-    hint = "" if further is None else f"; reading {further[0]} would: {_levels(further, table)}"
+    hint = "" if further is None else f"; reading {further.name} would: {_levels(further, table)}"
     scene.warn(
         f"harmonic {order}: the levels leave {len(one.candidates)} motions, and {words} tell them "
         f"apart; {taken} is taken{hint}"
     )
 
 
-def _levels(further: tuple[str, TellingApart], table: Measurement) -> str:
-    sizes, scale = further[1].amplitudes, references(table).linear
+def _levels(further: "Further", table: Measurement) -> str:
+    sizes, scale = further.apart.amplitudes, references(table).linear
     first, other = (float(level_of(size, 0.0, scale).value) for size in sizes)
     return f"{first:.1f} dB with the one, {other:.1f} dB with the next"
 
 
-def _further(one: Found, table: Measurement) -> tuple[str, TellingApart] | None:
+class Further(NamedTuple):
+    """A reading not yet made, what it would tell, and the error of that in dB."""
+
+    name: str
+    apart: TellingApart
+    error: float
+
+
+def _further(one: Found, table: Measurement) -> Further | None:
     """The reading, of those not yet made at named positions, where two motions differ most."""
     if len(one.candidates) < 2 or not table.positions:
         return None
@@ -126,18 +150,23 @@ def _further(one: Found, table: Measurement) -> tuple[str, TellingApart] | None:
     if not fresh:
         return None
     found = most_telling(motions, np.stack([rows[place] for place in fresh]), _TOO_QUIET * loudest)
-    return None if found is None else (names[fresh[found.place]], found)
+    if found is None:
+        return None
+    row = rows[fresh[found.place]]
+    both = [signal(one.candidates[place].motion, one.roundings[place], row) for place in range(2)]
+    errors = [float(level_of(*each, 1.0).error) for each in both]
+    return Further(names[fresh[found.place]], found, sum(errors))
 
 
 def _emit_further(scene: Scene, found: list[Found], table: Measurement) -> None:
     telling = [(one.harmonic.order, _further(one, table)) for one in found]
-    rows = [(order, *further) for order, further in telling if further is not None]
+    rows = [(order, further) for order, further in telling if further is not None]
     # none where every harmonic has one motion, or all that is named has been read
-    names = np.array([f"{order}: {name}" for order, name, _ in rows], dtype=object)
+    names = np.array([f"{order}: {one.name}" for order, one in rows], dtype=object)
     axes = {"further": names}
-    scene.emit("measurement/further/order", [order for order, _, _ in rows], 0.0, axes)
-    difference = np.array([apart.difference for _, _, apart in rows], dtype=float)
-    error = 1e6 * EPSILON * (1.0 + np.abs(difference))
+    scene.emit("measurement/further/order", [order for order, _ in rows], 0.0, axes)
+    difference = np.array([one.apart.difference for _, one in rows], dtype=float)
+    error = np.array([one.error for _, one in rows], dtype=float)
     scene.emit("measurement/further/difference", difference, error, axes)
 
 

@@ -17,7 +17,9 @@ from vibecalc.numerics.typing import ComplexArray, FloatArray
 
 #: relative error where first order does not hold: rounding enters by its square root
 _IN_LINE = 3e-7
-_ROUNDINGS = 64.0
+_ROUNDINGS = 16.0
+#: of a linear problem
+_LINEAR = 4.0
 
 
 class Found(NamedTuple):
@@ -136,7 +138,9 @@ def _from_phases(harmonic: Harmonic) -> Found:
     half = np.array([read.half_width for read in reads])
     deviations = np.array([read.deviation for read in reads])
     fit = complex_motion(_rows(reads), readings, half, deviations)
-    widths = _ROUNDINGS * EPSILON * fit.condition * np.abs(np.tile(readings, 2))
+    # what is left over is felt by the condition once more
+    felt = np.abs(readings) + fit.condition * np.abs(fit.residual)
+    widths = _LINEAR * EPSILON * np.tile(felt, 2)
     return Found(
         harmonic=harmonic,
         motion=fit.motion,

@@ -32,10 +32,15 @@ def emit_plate(scene: Scene, found: list[Found], orders: dict[str, np.ndarray]) 
         values = [getattr(place, key) for place in quiet]
         scene.emit(f"measurement/quiet/{key}", values, apart, orders)
     least = [place.amplitude for place in quiet]
-    scene.emit("measurement/quiet/amplitude", least, max(errors), orders)
-    doubt = float(np.linalg.norm(errors))
-    all_orders = quietest(motions, plate, doubt)
+    there = [
+        float(one.signal(point_row(place.x, place.y)).error)
+        for one, place in zip(found, quiet, strict=True)
+    ]
+    scene.emit("measurement/quiet/amplitude", least, max(there), orders)
+    all_orders = quietest(motions, plate, float(np.linalg.norm(errors)))
     scene.emit("measurement/quiet/all_orders_x", all_orders.x, all_orders.error)
     scene.emit("measurement/quiet/all_orders_y", all_orders.y, all_orders.error)
+    row = point_row(all_orders.x, all_orders.y)
+    doubt = float(np.linalg.norm([float(one.signal(row).error) for one in found]))
     doubt += 8.0 * EPSILON * all_orders.amplitude
     scene.emit("measurement/quiet/all_orders_amplitude", all_orders.amplitude, doubt)

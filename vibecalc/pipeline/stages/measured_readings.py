@@ -2,10 +2,13 @@
 
 import numpy as np
 
-from vibecalc.measurement.level import level_of
+from vibecalc.measurement.level import DECIBEL, level_of
 from vibecalc.numerics.rounding import EPSILON
 from vibecalc.pipeline.scene import Scene
 from vibecalc.pipeline.stages.measured_motion import Found
+
+#: roundings of a level on its way to an amplitude and back
+_READ = 8.0 * EPSILON
 
 
 def emit_readings(scene: Scene, found: list[Found]) -> None:
@@ -31,9 +34,10 @@ def emit_readings(scene: Scene, found: list[Found]) -> None:
         )
         axes = {"reading": _unique([str(name) for name in names])}
         scene.emit("measurement/reading/order", orders, 0.0, axes)
-        scene.emit("measurement/reading/read", own_, 1e-13 * np.abs(own_), axes)
+        known = _READ * (np.abs(own_) + DECIBEL)
+        scene.emit("measurement/reading/read", own_, known, axes)
         scene.emit("measurement/reading/computed", computed_, off_, axes)
-        scene.emit("measurement/reading/residual", computed_ - own_, off_ + 1e-12, axes)
+        scene.emit("measurement/reading/residual", computed_ - own_, off_ + known, axes)
     if signals:
         names, orders, apart_, error_ = (np.array(column) for column in zip(*signals, strict=True))
         axes = {"signal": _unique([str(name) for name in names])}

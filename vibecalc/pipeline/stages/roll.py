@@ -16,6 +16,7 @@ from vibecalc.pipeline.stages.roll_observed import (
     course_of,
     extremes_of,
     lags_of,
+    leak_of,
     numbers_of,
     peaks_of,
     spectra_of,
@@ -33,6 +34,8 @@ from vibecalc.response.roll.running import Running, running_state
 from vibecalc.response.roll.ways import Asked, find
 
 _ROUNDING = 64.0 * EPSILON
+#: zero for the exact motion, so that all of it is error
+_ZERO = ("energy/residual", "momentum_residual")
 #: safety of a difference of dials where the case has chosen the points
 _CHOSEN = 2.0
 
@@ -100,7 +103,12 @@ def _looks(
     )
     if options.method == "collocation":
         # with points of the case nobody has looked whether these are enough
-        return Looks(one, other, safety=_CHOSEN if options.points else 1.0)
+        near = running.coarse
+        if near is None:
+            return Looks(one, other, safety=_CHOSEN if options.points else 1.0)
+        coarse = Seen(machine, drive, near.turn, course_of_state(machine, drive, near))
+        dials = (running.state.points, running.check.points, near.points)
+        return Looks(one, other, coarse=coarse, steps=(dials[0] - dials[1]) / (dials[1] - dials[2]))
     fading = float(np.max(np.abs(running.multiplier)))
     asked = Asked(options.points, options.step, options.started_at, running.state.momentum, fading)
     found = find(options.method, machine, drive, asked)
@@ -110,9 +118,10 @@ def _looks(
 
 def _emit_spectra(scene: Scene, parts: RollParts, orders: int, looks: Looks) -> None:
     numbers = np.arange(1, orders + 1)
-    spectra = looks.read(lambda seen: spectra_of(seen, orders))
+    spectra, leak = looks.read(lambda seen: spectra_of(seen, orders)), leak_of(looks.own)
     for name, (values, rounding) in spectra[0].items():
         error = looks.error(*(each[name][0] for each in spectra)) + rounding
+        error = error + leak * np.max(np.abs(values), initial=0.0)
         axes = {"order": numbers, "cylinder": np.array(parts.names, dtype=object)}
         scene.emit(f"{ROOT}/{name}", values, error, axes)
         levels, doubt = level_of(values, error, reference=1.0)
@@ -121,15 +130,20 @@ def _emit_spectra(scene: Scene, parts: RollParts, orders: int, looks: Looks) -> 
 
 
 def _emit_numbers(scene: Scene, looks: Looks) -> None:
-    each = looks.read(numbers_of)
+    each, leak = looks.read(numbers_of), leak_of(looks.own)
+    extremes: frozenset[str] = frozenset()
     if scene.wants(f"{ROOT}/speed_variation", f"{ROOT}/largest_slip"):
         for found, more in zip(each, looks.read(extremes_of), strict=True):
             found.update(more)
+            extremes = frozenset(more)
     for name, number in each[0].items():
         values = [found[name].value for found in each]
         # a margin without end has no error
-        apart = float(looks.error(*values)) if np.all(np.isfinite(values)) else 0.0
-        error = apart + number.error + _ROUNDING * number.size
+        finite = np.all(np.isfinite(values))
+        apart = float(looks.error(*values, single=name in extremes)) if finite else 0.0
+        error = apart + number.error + (_ROUNDING + leak) * number.size
+        if name in _ZERO:
+            error = max(error, abs(number.value))
         scene.emit(f"{ROOT}/{name}", number.value, error)
 
 
@@ -145,7 +159,7 @@ def _emit_course(scene: Scene, parts: RollParts, looks: Looks) -> None:
     if scene.wants(*(f"{ROOT}/{name}_peak" for name in FORCES)):
         peaks = looks.read(peaks_of)
         for name, (values, left) in peaks[0].items():
-            apart = looks.error(*(each[name][0] for each in peaks))
+            apart = looks.error(*(each[name][0] for each in peaks), single=True)
             error = apart + left + _ROUNDING * values
             scene.emit(f"{ROOT}/{name}_peak", values, error, {"cylinder": parts.names})
 

@@ -39,7 +39,7 @@ def doubted(
         raise NumericalFailure(
             "roll: within what the fit of the motor leaves open the running state is lost"
         )
-    return running._replace(check=check)
+    return running._replace(check=check, coarse=None)
 
 
 def emit_motor(

@@ -6,6 +6,7 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
+from vibecalc.numerics.rounding import EPSILON
 from vibecalc.numerics.typing import FloatArray
 from vibecalc.pipeline.entries.roll import FORCES, VARIABLES
 from vibecalc.response.roll.balances import balance
@@ -19,6 +20,13 @@ from vibecalc.response.roll.turn import Turn, harmonics, mean
 
 #: crank angles of the course over a turn, both ends included
 _SHOWN = 361
+#: of what a step of the dial leaves of a difference, over what the step before left
+_SLACK = 10.0
+_LEAST_LEFT = 1e-2
+#: of the difference of the coarser dials, where that of the finer ones may be small by luck
+_PART = 1e-3
+#: of an angular momentum; a few roundings of the sums that it comes from
+_STILL = 128.0 * EPSILON
 
 #: what a reading of a look may be
 _Read = TypeVar("_Read")
@@ -67,7 +75,9 @@ class Looks(NamedTuple):
 
     `other` is from another dial; `order` that of the method, 0 if not known, and `safety` what a
     difference of dials then counts. `best` are two looks by collocation, where another method has
-    found the motion: no estimate is below what it differs from these.
+    found the motion: no estimate is below what it differs from these. `coarse`, from a dial before
+    the other one, tells how much of a difference a step of the dial leaves; `steps` is how long the
+    last step is over the one before.
     """
 
     own: Seen
@@ -75,14 +85,24 @@ class Looks(NamedTuple):
     order: int = 0
     safety: float = 1.0
     best: tuple[Seen, Seen] | None = None
+    coarse: Seen | None = None
+    steps: float = 1.0
 
     def read(self, reading: Callable[[Seen], _Read]) -> tuple[_Read, ...]:
         """The same reading of every look, the own first."""
-        return tuple(reading(look) for look in (self.own, self.other, *(self.best or ())))
+        beside = self.best or (() if self.coarse is None else (self.coarse,))
+        return tuple(reading(look) for look in (self.own, self.other, *beside))
 
-    def error(self, *values: ArrayLike) -> FloatArray:
-        """Error of the first of values that came from `read`."""
+    def error(self, *values: ArrayLike, single: bool = False) -> FloatArray:
+        """Error of the first of values that came from `read`.
+
+        A `single` one, such as a peak, may agree by luck: of such nothing is extrapolated.
+        """
         own, other, *best = (np.asarray(value) for value in values)
+        if self.coarse is not None and single:
+            return np.asarray(np.maximum(np.abs(own - other), _PART * np.abs(other - best[0])))
+        if self.coarse is not None:
+            return left_over(own, other, best[0], self.steps)
         # two runs with fixed steps may differ by less than both are off
         power = 2.0**self.order
         factor = 2.0 * power / (power - 1.0) if self.order else self.safety
@@ -90,6 +110,25 @@ class Looks(NamedTuple):
         if best:
             found = np.maximum(found, np.abs(own - best[0]) + np.abs(best[0] - best[1]))
         return np.asarray(found)
+
+
+def left_over(
+    own: FloatArray, other: FloatArray, coarse: FloatArray, steps: float = 1.0
+) -> FloatArray:
+    """Error of what the finest of three dials gives, by how fast their differences fall.
+
+    The difference of the finer two is the error of the second. What the last step leaves of it is
+    taken as ten times what the step before has left, to the power of how much longer the last one
+    is, and never as more than all. `steps` is that power. Weak high harmonics fall later than
+    strong low ones: each entry has its own share, none less than the largest entry's, and none less
+    than a hundredth, as nobody has seen the last step but one repeat itself.
+    """
+    last, before = np.abs(own - other), np.abs(other - coarse)
+    tiny = np.finfo(float).tiny
+    most = float(np.max(last, initial=0.0)) / max(float(np.max(before, initial=0.0)), tiny)
+    share = np.divide(last, before, out=np.ones_like(last), where=before > 0.0)
+    left = np.clip(np.maximum(share, most), 0.0, 1.0)
+    return np.asarray(last * np.clip(_SLACK * left**steps, _LEAST_LEFT, 1.0))
 
 
 def numbers_of(seen: Seen) -> dict[str, Value]:
@@ -107,21 +146,38 @@ def numbers_of(seen: Seen) -> dict[str, Value]:
     rate = turn.weight / turn.crank_speed
     parts = (read.motor_torque, read.gas_torque, read.friction_torque)
     moved = float(sum(np.sum(turn.weight * np.abs(part)) for part in parts))
-    moved += float(np.sum(rate * np.abs(read.mount_torque * turn.shell_speed)))
+    yielded = float(np.sum(rate * np.abs(read.mount_torque * turn.shell_speed)))
+    moved += yielded
+    shaken = float(mean(turn, np.abs(turn.shell_speed))[0])
+    # the momentum that keeps a shell in place is known to about this share
+    still = _STILL * abs(momentum) / float(machine.shell_inertia[0])
     pushed = abs(momentum) + float(np.sum(rate * np.abs(read.mount_torque)))
+    # a margin is as sure as the torque that it is over
+    lean = max(moved / motor, 1.0) if motor > 0.0 else 1.0
     found = {
         "speed": Value(speed, speed),
         "mean_slip": Value(float(mean(turn, read.slip)[0]), speed),
         "mean_torque": Value(torque, moved / (2.0 * np.pi)),
-        "breakdown_margin": Value(margin, 1.0 + margin if np.isfinite(margin) else 1.0),
-        "shell_drift": Value(float(mean(turn, turn.shell_speed)[0]), speed),
+        "breakdown_margin": Value(margin, (1.0 + margin) * lean if np.isfinite(margin) else 1.0),
+        "shell_drift": Value(float(mean(turn, turn.shell_speed)[0]), shaken, still),
         "angular_momentum": Value(momentum, abs(momentum)),
         "momentum_residual": Value(float(work.momentum_residual[0]), pushed),
         "energy/motor": Value(motor, moved),
     }
-    for name in ("gas", "friction", "mounts", "residual"):
-        found[f"energy/{name}"] = Value(float(getattr(work, name)[0]), moved)
+    for name, size in (
+        ("gas", moved), ("friction", moved), ("mounts", yielded), ("residual", moved)
+    ):  # fmt: skip
+        found[f"energy/{name}"] = Value(float(getattr(work, name)[0]), size)
     return found
+
+
+def leak_of(seen: Seen) -> float:
+    """Work that is left over in a turn, over all that is moved; zero for the exact motion.
+
+    It tells of what all dials have in common, such as a kink that lies a little off its panel end.
+    """
+    found = numbers_of(seen)["energy/residual"]
+    return abs(found.value) / found.size if found.size > 0.0 else 0.0
 
 
 def extremes_of(seen: Seen) -> dict[str, Value]:

@@ -1,8 +1,9 @@
-"""Adapter: an engine on its mounts under the torque of its cylinders, with what shakes it."""
+"""Adapter: a machine on its mounts under the torque of its cylinders, with what shakes it."""
 
 import numpy as np
 
 from vibecalc.excitation.sums import at_speed
+from vibecalc.isolation.freedoms import all_six, held, restricted
 from vibecalc.isolation.mount_motion import displacement, mount_force
 from vibecalc.isolation.rigid_body import assemble
 from vibecalc.isolation.static import static_deflection
@@ -15,6 +16,7 @@ from vibecalc.isolation.torque_reaction import (
 )
 from vibecalc.machine.frame import DIRECTIONS
 from vibecalc.machine.mounts import Mounts
+from vibecalc.machine.planar import kept_freedoms
 from vibecalc.numerics.cycle_peak import cycle_peak
 from vibecalc.numerics.rounding import UNIT_ROUNDOFF, WithError
 from vibecalc.pipeline.entries.torque_reaction import ROOT
@@ -44,14 +46,16 @@ def run(scene: Scene) -> None:
         raise ValueError("isolation needs a body and mounts")
     options, speed = isolation_of(scene), scene.case.machine.speed
     axis = scene.parts.crank_train.axis
-    matrices = assemble(
+    whole = assemble(
         body.mass_matrix, mounts.position, mounts.stiffness, mounts.damping, mounts.structural
     )
+    freedoms = kept_freedoms(options.model, scene.case.machine.crank_train.axis)
+    matrices, whole = restricted(whole, freedoms), held(whole, freedoms)
     shapes = damped_basis(matrices, modes(matrices))
     couples = couples_of(scene, forcing.kept)
     scene.cite(
         "torque reaction of the cylinders with the shaking of the crank train, order by order",
-        "engine on its mounts",
+        f"{scene.case.machine.kind} on its mounts",
         "docs/theory_torsion_mounts.md",
     )
     kept, order = couples.kept, couples.order
@@ -68,8 +72,9 @@ def run(scene: Scene) -> None:
         np.concatenate([driven.force, driven.couple], axis=-1),
         np.concatenate([driven.force_error, driven.couple_error], axis=-1),
     )
-    loads = with_shaking(couples.added, order, axis, shaking)
-    motion, resonances = _motion(scene, matrices, shapes, loads, order)
+    loads = _of(with_shaking(couples.added, order, axis, shaking), freedoms)
+    few, resonances = _motion(scene, matrices, shapes, loads, order)
+    motion = _six(few, freedoms)
     _emit_nearest(scene, shapes, resonances, loads, couples)
     _emit_motion(scene, motion, axis, couples)
     at_mounts = displacement(motion, mounts.position)
@@ -79,9 +84,9 @@ def run(scene: Scene) -> None:
     alone = with_shaking(
         couples.total, order, axis, WithError(shaking.value[:0], shaking.error[:0])
     )
-    torque_motion, _ = _motion(scene, matrices, shapes, alone, order)
+    torque_motion, _ = _motion(scene, matrices, shapes, _of(alone, freedoms), order)
     of_torque = mount_force(
-        displacement(torque_motion, mounts.position),
+        displacement(_six(torque_motion, freedoms), mounts.position),
         order * speed,
         mounts.stiffness,
         mounts.damping,
@@ -97,13 +102,13 @@ def run(scene: Scene) -> None:
     for name, harmonics in (("peak", force), ("of_torque", of_torque)):
         peak = vector_peak(harmonics, order, kept)
         scene.emit(f"{ROOT}/support_force_{name}", peak.value, peak.error, by_mount)
-    mean = _mean_force(matrices, mounts, couples.mean, axis)
+    mean = _mean_force(whole, mounts, couples.mean, axis)
     scene.emit(
         f"{ROOT}/mean_support_force", mean.value, mean.error, {**by_mount, "direction": DIRECTIONS}
     )
     up = np.eye(3)["xyz".index(options.up)]
     static = static_deflection(
-        matrices, mounts.position, mounts.stiffness, body.mass, body.centre, options.gravity, up
+        whole, mounts.position, mounts.stiffness, body.mass, body.centre, options.gravity, up
     )
     share = static.share - mean.value @ up
     share_error = static.share_error + mean.error @ up + UNIT_ROUNDOFF * np.abs(share)
@@ -115,10 +120,18 @@ def run(scene: Scene) -> None:
     scene.emit(f"{ROOT}/least_load", load.lowest, load.error, by_mount)
 
 
+def _of(loads: WithError, freedoms: np.ndarray) -> WithError:
+    return WithError(loads.value[:, freedoms], loads.error[:, freedoms])
+
+
+def _six(motion: WithError, freedoms: np.ndarray) -> WithError:
+    return WithError(all_six(motion.value, freedoms), all_six(motion.error, freedoms))
+
+
 def _motion(
     scene: Scene, matrices: Matrices, shapes: Modes, loads: WithError, order: np.ndarray
 ) -> tuple[WithError, Resonances]:
-    """Motion (m, 6) of the reference point under loads (m, 6) at the operating speed."""
+    """Motion (m, f) of the reference point under loads (m, f) at the operating speed."""
     speed = scene.case.machine.speed
     resonances = body_resonances(matrices, shapes, loads)
     for warning in check_operating_point(resonances, order, speed):
@@ -166,7 +179,7 @@ def _emit_nearest(
     speed, kept = scene.case.machine.speed, couples.kept
     listed = WithError(loads.value[:kept], loads.error[:kept])
     found = nearest_driven(shapes, listed, couples.order[:kept], speed)
-    axes = {"mode": np.arange(1, 7)}
+    axes = {"mode": np.arange(1, len(found.order) + 1)}
     scene.emit(f"{ROOT}/nearest_order", found.order, 0.0, axes)
     scene.emit(f"{ROOT}/margin", found.margin, found.margin_error, axes)
     for mode in np.flatnonzero(np.abs(found.margin) < CLOSE):

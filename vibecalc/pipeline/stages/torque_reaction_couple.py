@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibecalc.case.engine_firing import CYCLES, TURN
+from vibecalc.case.engine_firing import TURN, cycle_angle
 from vibecalc.case.engine_mounted import is_separate
 from vibecalc.excitation.cylinder_torque import (
     CylinderTorque,
@@ -42,7 +42,7 @@ class Couples(NamedTuple):
 def couples_of(scene: Scene, shaking_orders: int) -> Couples:
     """Couples with all orders up to `shaking_orders`, or more, in steps of the engine's cycle."""
     case = scene.case
-    step = TURN / CYCLES[case.machine.cycle or "four_stroke"]
+    step = TURN / cycle_angle(case.machine)
     kept = int(np.ceil(_highest(scene, shaking_orders) / step))
     order = step * np.arange(1, 2 * kept + 1)
     gas, inertia, mean = _torques(scene, order)
@@ -60,7 +60,7 @@ def _highest(scene: Scene, shaking_orders: int) -> float:
     orders = None if torsion is None else torsion.orders
     said = 0.0
     if orders is not None:
-        step = orders.step or TURN / CYCLES[case.machine.cycle or "four_stroke"]
+        step = orders.step or TURN / cycle_angle(case.machine)
         said = orders.highest or (orders.count or 0) * step
     own = None if case.excitation is None else case.excitation.orders
     return max(said, shaking_orders, HIGHEST if own is None and not said else 0)

@@ -46,7 +46,7 @@ def emit_bare(
     emit_operating(scene, state)
     found = emit_range(scene, state, speed)
     ratio = np.abs(shaft.section_ratio[stays])
-    value, error = found.top.value / ratio, found.doubt.torque / ratio
+    value, error = found.top.value / ratio, found.own.torque / ratio
     own, own_error = damped[stays] / ratio, damped_error[stays] / ratio
     finite = np.isfinite(own) & np.isfinite(value) & (own > 0.0)
     safe = np.where(finite, own, 1.0)

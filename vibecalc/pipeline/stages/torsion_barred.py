@@ -12,6 +12,7 @@ from vibecalc.pipeline.entries.torsion import ROOT
 from vibecalc.pipeline.scene import Scene
 from vibecalc.pipeline.stages.torsion_bounds import Bound
 from vibecalc.pipeline.stages.torsion_curves import solved
+from vibecalc.pipeline.stages.torsion_doubt import own_doubt
 from vibecalc.pipeline.stages.torsion_maxima import (
     EQUAL,
     RIVAL,
@@ -51,7 +52,7 @@ def barred_of(
     make: Callable[[IntArray], Value],
     speed: FloatArray,
     undamped: FloatArray,
-    stress_error: float,
+    factor: FloatArray,
 ) -> Barred:
     """Ranges above a limit with the uses (s, r) of its sections and the largest of each, `top`."""
     excess = _excess(setup, bound)
@@ -73,7 +74,7 @@ def barred_of(
         rule = np.stack([barred.lower, barred.upper], axis=1)
         below = found.end <= NO_BARRED_RANGE * rated
         permitted = (barred.permitted & below).astype(np.int64)
-    error = np.array([_doubt(excess, one, stress_error) for one in ends])
+    error = np.array([_doubt(setup, bound, excess, one, factor) for one in ends])
     return Barred(found.start, found.end, error, peak, peak_error, rule, permitted)
 
 
@@ -184,10 +185,16 @@ def _excess(setup: Setup, bound: Bound) -> Callable[[FloatArray], FloatArray]:
 
 
 def _doubt(
-    excess: Callable[[FloatArray], FloatArray], ends: tuple[float, float], error: float
+    setup: Setup,
+    bound: Bound,
+    excess: Callable[[FloatArray], FloatArray],
+    ends: tuple[float, float],
+    factor: FloatArray,
 ) -> float:
     """What an error of the stress moves an end of a range by: over the slope there."""
-    at = np.array(ends)
+    at, own = np.array(ends), bound.section
+    known = own_doubt(setup, np.repeat(at, len(own)), np.tile(own, 2)).torque * np.tile(factor, 2)
+    error = np.max(known.reshape(2, -1), axis=1)
     step = 1e-7 * at
     with np.errstate(invalid="ignore", divide="ignore"):
         slope = np.abs(excess(at + step) - excess(at - step)) / (2.0 * step)

@@ -8,7 +8,14 @@ from vibecalc.numerics.rounding import EPSILON
 from vibecalc.numerics.typing import FloatArray, IntArray
 from vibecalc.pipeline.scene import Scene
 from vibecalc.pipeline.stages.torsion_curves import solved, sweep
-from vibecalc.pipeline.stages.torsion_doubt import CurveDoubt, curve_doubt, telling_speeds
+from vibecalc.pipeline.stages.torsion_doubt import (
+    CurveDoubt,
+    OwnDoubt,
+    curve_doubt,
+    own_doubt,
+    shifted_twist,
+    telling_speeds,
+)
 from vibecalc.pipeline.stages.torsion_limits import limit_corners, limit_levels
 from vibecalc.pipeline.stages.torsion_maxima import Maxima, largest, torque_value
 from vibecalc.pipeline.stages.torsion_needles import Dense, added, with_needles
@@ -35,6 +42,7 @@ class Beside(NamedTuple):
     dense: Dense
     twist_there: FloatArray
     doubt: CurveDoubt
+    own: OwnDoubt
 
 
 def emit_operating(scene: Scene, state: State) -> tuple[FloatArray, FloatArray]:
@@ -56,7 +64,7 @@ def emit_range(scene: Scene, state: State, speed: FloatArray, limited: bool = Fa
     """
     found = _over(state.setup, speed, limited)
     _emit(scene, state, "speeds/", found.torque, found.twist, found.doubt, {"speed": speed})
-    _emit(scene, state, "largest/", found.top.value, found.twist_there, found.doubt, {})
+    _emit(scene, state, "largest/", found.top.value, found.twist_there, found.own, {})
     axes = {"section": _names(state, state.section)}
     scene.emit(f"{state.place}/largest/speed", found.top.speed, found.top.speed_error, axes)
     return found
@@ -72,12 +80,15 @@ def _over(setup: Setup, speed: FloatArray, limited: bool) -> Beside:
     if limited:
         dense = added(setup, dense, limit_corners(setup, speed))
     top = largest(make, dense.torque, dense.speed, undamped.speed, undamped.endless)
-    doubt = curve_doubt(setup, speed, telling_speeds(dense, top, undamped.speed))
+    doubt = curve_doubt(setup, speed, telling_speeds(speed, curves.torque, undamped.speed))
+    own_error = own_doubt(setup, top.speed, top.section)
+    moved = shifted_twist(setup, top.speed, top.speed_error)
+    own_error = own_error._replace(twist=own_error.twist + moved)
     there = solved(model, drive, top.speed)
     own = there.twist[np.arange(len(top.section)), :, top.section]
     half = synthesis(drive.order, own).half_range
     twist = np.where(np.isfinite(top.value), half, np.inf)
-    return Beside(curves.twist, curves.torque, undamped, top, dense, twist, doubt)
+    return Beside(curves.twist, curves.torque, undamped, top, dense, twist, doubt, own_error)
 
 
 def _emit(
@@ -86,7 +97,7 @@ def _emit(
     kind: str,
     torque: FloatArray,
     twist: FloatArray,
-    doubt: CurveDoubt,
+    doubt: CurveDoubt | OwnDoubt,
     axes: dict[str, FloatArray],
 ) -> tuple[FloatArray, FloatArray]:
     """Own torques, twists and stresses of referred ones (..., k)."""

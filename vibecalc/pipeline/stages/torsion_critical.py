@@ -51,7 +51,14 @@ def _met(setup: Setup, order: float) -> tuple[FloatArray, FloatArray]:
     speed = np.where(modes.frequency > 0.0, np.inf, 0.0)
     error = np.zeros(len(speed))
     for met in np.sqrt(kept).tolist():
-        there = natural_modes(setup.model.at(met)).frequency
-        mode = int(np.argmin(np.abs(there - order * met)))
-        speed[mode], error[mode] = met, doubt / met
+        there = natural_modes(setup.model.at(met))
+        mode = int(np.argmin(np.abs(there.frequency - order * met)))
+        # one step of Newton's method on w(speed) - order speed; its slope is negative
+        own, shape = there.frequency[mode], there.shape[mode]
+        rise = met * float(shape @ added @ shape) / (there.modal_inertia[mode] * own)
+        left = own - order * met
+        speed[mode] = met + left / (order - rise)
+        rounding = there.frequency_error[mode] + 4.0 * EPSILON * own
+        # the step leaves the square of what it mends
+        error[mode] = rounding / (order - rise) + left**2 / (own * (order - rise))
     return speed, error

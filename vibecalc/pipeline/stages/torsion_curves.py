@@ -103,7 +103,9 @@ def _block(
         signals.append(found.angle)
     if shaft is not None and shaft.gears:
         signals.append(
-            gear_torques(shaft, drive, found.frequency, found.angle, found.torque, found.load)
+            gear_torques(
+                shaft, drive, model, found.frequency, found.angle, found.torque, found.load
+            )
         )
     ends = np.cumsum([one.shape[-1] for one in signals])[:-1]
     # signals in front and orders last, as they lie in memory

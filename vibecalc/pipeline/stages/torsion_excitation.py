@@ -2,14 +2,16 @@
 
 import numpy as np
 
-from vibecalc.excitation.cylinder_torque import gas_torque_at, inertia_torque_at
+from vibecalc.excitation.cylinder_torque import gas_torque_at, inertia_torque_at, phasor
 from vibecalc.excitation.gas_card import pressure_at
 from vibecalc.excitation.order_sums import major_orders, phase_sums
 from vibecalc.numerics.rounding import EPSILON
+from vibecalc.numerics.typing import ComplexArray, FloatArray, IntArray
 from vibecalc.pipeline.entries.torsion import ROOT
 from vibecalc.pipeline.scene import Scene
 from vibecalc.pipeline.stages.torsion_drive import Drive
 from vibecalc.pipeline.stages.torsion_setup import Setup
+from vibecalc.response.torsion.modes_doubt import ShapeDoubt, doubt_of, shape_doubt
 
 PLACE = f"{ROOT}/excitation"
 CURVES = tuple(
@@ -92,17 +94,17 @@ def _over_the_cycle(scene: Scene, setup: Setup) -> None:
         geometry, drive.reciprocating_mass, drive.rod_inertia, angle
     )
     axes = {"crank_angle": angle}
-    rounding = 64.0 * EPSILON * drive.firing.cycle
-    slope = max(
-        float(np.max(np.abs(card.coefficient[:, 1:2]), initial=0.0)) for card in drive.cards
-    )
-    off = max(card.error for card in drive.cards)
-    errors = {
-        "pressure": rounding * (np.max(np.abs(pressure)) + slope) + off,
-        "inertia_torque": rounding * float(np.max(np.abs(inertia))),
-    }
-    lever = geometry.piston_area * geometry.crank_radius * 1.5
-    errors["gas_torque"] = lever * errors["pressure"]
+    # an angle of the cycle is right to a rounding, and so is its sine
+    rounding, step = EPSILON * drive.firing.cycle, angle[1] - angle[0]
+    off = share @ np.array([card.error.max() for card in drive.cards])
+
+    def doubt(value: FloatArray) -> float:
+        steepest = float(np.max(np.abs(np.diff(value)))) / step
+        return float(8.0 * EPSILON * np.max(np.abs(value)) + rounding * steepest)
+
+    lever = geometry.piston_area * geometry.crank_radius
+    errors = {"pressure": doubt(pressure) + off, "inertia_torque": 2.0 * doubt(inertia)}
+    errors["gas_torque"] = doubt(gas) + lever * off
     errors["total_torque"] = errors["gas_torque"] + errors["inertia_torque"]
     values = {"pressure": pressure, "gas_torque": gas, "inertia_torque": inertia}
     values["total_torque"] = gas + inertia
@@ -115,7 +117,8 @@ def _over_the_cycle(scene: Scene, setup: Setup) -> None:
     turned = np.exp(1j * angle[:, None] * drive.order)
     engine = mean + (turned @ torque).real
     error = float(drive.torque_error(at).sum()) + float(drive.mean_torque_error(at).sum())
-    many = 8.0 * EPSILON * drive.firing.cycle * float(np.abs(torque) @ drive.order)
+    # a rounded angle turns each order, all of them by as much
+    many = EPSILON * drive.firing.cycle * float(np.abs(torque) @ drive.order)
     scene.emit(f"{PLACE}/engine_torque", engine, error + many + EPSILON * abs(mean), axes)
 
 
@@ -137,14 +140,23 @@ def _sums(scene: Scene, setup: Setup) -> None:
     whole = np.abs(shape).sum(axis=1, keepdims=True)
     still = whole < STILL
     whole = np.where(still, 1.0, whole)
-    doubt = sums.error + 2.0 * shape.shape[1] * modes.shape_error[:, None]
     value = np.where(still, 0.0, sums.value / whole)
+    moved = shape_doubt(setup.model.at(setup.speed), modes)
+    # what grows all cylinders alike leaves the share that is left of their sum
+    weight = phasor(drive.order, drive.firing.angle) - value[..., None] * np.sign(shape)[:, None, :]
+    doubt = sums.error + _on_freedoms(moved, weight, setup.shaft.cylinder_freedom)
     scene.emit(f"{PLACE}/vector_sum", value, np.where(still, 0.0, doubt / whole), axes)
     torque, error = drive.torque(at)[0], drive.torque_error(at)[0]
     own = modes.shape[:, drive.freedom]
     intensity = own @ torque.T
-    doubt = np.abs(own) @ error.T + modes.shape_error[:, None] * np.abs(torque).sum(axis=1)
+    doubt = np.abs(own) @ error.T + _on_freedoms(moved, torque, drive.freedom)
     many = (4.0 + own.shape[1]) * EPSILON * (np.abs(own) @ np.abs(torque).T)
     scene.emit(f"{PLACE}/intensity", intensity, doubt + many, axes)
     major = major_orders(drive.firing.angle, drive.order).astype(np.int64)
     scene.emit(f"{PLACE}/major", major, 0.0, axes)
+
+
+def _on_freedoms(doubt: ShapeDoubt, weight: ComplexArray, freedom: IntArray) -> FloatArray:
+    """Errors (m, q) of sums of the angles of cylinders, with weights (..., q, c)."""
+    place = freedom[:, None] == np.arange(doubt.moved.shape[1] - 1)
+    return doubt_of(doubt, weight @ place.astype(float))

@@ -1,6 +1,6 @@
 """Torque that each gear of a line transmits, referred, and the mean torques of the whole line."""
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -9,6 +9,9 @@ from vibecalc.machine.shaft_line import Gearing, ShaftLine
 from vibecalc.numerics.rounding import EPSILON
 from vibecalc.numerics.typing import BoolArray, ComplexArray, FloatArray
 from vibecalc.pipeline.stages.torsion_drive import Drive
+
+if TYPE_CHECKING:
+    from vibecalc.pipeline.stages.torsion_setup import Model
 
 
 class Side(NamedTuple):
@@ -56,6 +59,7 @@ def _reached(gears: list[Gearing], start: int) -> set[int]:
 def gear_torques(
     shaft: ShaftLine,
     drive: Drive,
+    model: "Model",
     frequency: FloatArray,
     angle: ComplexArray,
     section: ComplexArray,
@@ -64,6 +68,7 @@ def gear_torques(
     """On the second wheel of each gear (..., g), referred, from what the rest of its side needs.
 
     `angle` (..., n), torque of sections (..., e) and of cylinders (..., k) at frequencies (...).
+    What damps the modes of `model` as such takes its part: it goes with the inertias.
     """
     found = np.empty((*angle.shape[:-1], len(shaft.gears)), dtype=np.complex128)
     rigid = iter(sides(shaft))
@@ -76,6 +81,7 @@ def gear_torques(
         inertia, damping, held = shaft.station_values[:, side].sum(axis=1)
         own = angle[..., shaft.freedom[wheel]]
         value = (held - w**2 * inertia + 1j * w * damping) * own
+        value = value + inertia * modal_braking(model, w, angle)[..., shaft.freedom[wheel]]
         value = value + section @ _leaving(shaft, side)
         found[..., place] = sign * (value - torque[..., side[drive.station]].sum(axis=-1))
     return found
@@ -84,6 +90,7 @@ def gear_torques(
 def gear_doubts(
     shaft: ShaftLine,
     drive: Drive,
+    model: "Model",
     frequency: FloatArray,
     angle: FloatArray,
     section: FloatArray,
@@ -100,9 +107,32 @@ def gear_doubts(
         side, wheel, _ = next(rigid)
         inertia, damping, held = shaft.station_values[:, side].sum(axis=1)
         value = (held + w**2 * inertia + w * damping) * angle[..., shaft.freedom[wheel]]
+        moved = modal_braking(model, w, angle, bound=True)[..., shaft.freedom[wheel]]
+        value = value + inertia * np.abs(moved)
         value = value + section @ np.abs(_leaving(shaft, side))
         found[..., place] = value + torque[..., side[drive.station]].sum(axis=-1)
     return found
+
+
+def modal_braking(
+    model: "Model", frequency: FloatArray, angle: ComplexArray | FloatArray, bound: bool = False
+) -> ComplexArray:
+    """Torque per inertia (..., n) that damping of the modes takes, or a bound on it for errors.
+
+    Zero where the modes are damped by what the line itself has.
+    """
+    modal, line = model.modal, model.line
+    if modal is None or any(
+        np.any(part) for part in (line.damping, line.absolute_damping, line.loss_factor)
+    ):
+        return np.zeros(angle.shape, dtype=np.complex128)
+    modes = modal.modes
+    shape, lever = modes.shape, modes.shape * line.inertia
+    if bound:
+        shape, lever = np.abs(shape), np.abs(lever)
+    rate = 1j * (np.asarray(frequency)[..., None] * modal.dashpot + modal.loss)
+    coordinate = angle @ (lever / modes.modal_inertia[:, None]).T
+    return np.asarray((rate / modes.modal_inertia * coordinate) @ shape)
 
 
 def steady_gears(shaft: ShaftLine, section: FloatArray, mean: FloatArray) -> FloatArray:
@@ -132,6 +162,32 @@ def station_means(
     mean[:, shaft.load_station] -= mean.sum(axis=1)
     error = drive.mean_torque_error(speed).sum(axis=1)
     return mean, error + 4.0 * EPSILON * np.abs(mean).sum(axis=1)
+
+
+def steady_doubts(
+    shaft: ShaftLine, drive: Drive, speed: FloatArray, mean: FloatArray, shares: FloatArray
+) -> FloatArray:
+    """Absolute errors (s, g) of mean torques of gears, referred, from means (s, stations).
+
+    `shares` say what the sections carry of them.
+    """
+    # what 1 N m at each station, taken up where the load is, sends through the gears
+    unit = np.eye(len(shaft.station_names))
+    unit[:, shaft.load_station] -= 1.0
+    through = np.abs(steady_gears(shaft, by_freedom(shaft, unit) @ shares.T, unit))
+    known = 4.0 * EPSILON * np.abs(mean)
+    known[:, drive.station] += drive.mean_torque_error(speed)
+    size = np.abs(mean)
+    carried = by_freedom(shaft, size) @ np.abs(shares).T
+    rounding = np.empty((len(speed), len(shaft.gears)))
+    rigid = iter(sides(shaft))
+    for place, gear in enumerate(shaft.gears):
+        if gear.element >= 0:
+            rounding[:, place] = carried[:, gear.element]
+            continue
+        side, _, _ = next(rigid)
+        rounding[:, place] = carried @ np.abs(_leaving(shaft, side)) + size[:, side].sum(axis=1)
+    return np.asarray(known @ through + 4.0 * EPSILON * rounding)
 
 
 def by_freedom(shaft: ShaftLine, mean: FloatArray) -> FloatArray:

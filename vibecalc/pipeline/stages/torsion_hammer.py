@@ -12,6 +12,7 @@ from vibecalc.pipeline.stages.torsion_gears import (
     by_freedom,
     own_of_gears,
     station_means,
+    steady_doubts,
     steady_gears,
 )
 from vibecalc.pipeline.stages.torsion_setup import Setup
@@ -42,7 +43,7 @@ def emit_gears(
     off = size * error + doubt
     scene.emit(f"{SPEEDS}/gear_mean_torque", through.T, doubt, axes)
     scene.emit(f"{SPEEDS}/gear_torque", (curves.gear * size).T, size * error, axes)
-    least = _least(shaft, curves, through)
+    least = _least(shaft, curves, through, doubt)
     scene.emit(f"{SPEEDS}/gear_least_torque", least.T, off, axes)
     hammers = least < -off
     scene.emit(f"{SPEEDS}/gear_hammers", hammers.astype(np.int64).T, 0.0, axes)
@@ -57,19 +58,24 @@ def emit_gears(
     scene.emit(HAMMERING[2], number.astype(np.int64), 0.0, axes)
 
 
-def _mean(setup: Setup, speed: FloatArray, shares: FloatArray) -> tuple[FloatArray, float]:
-    """Mean torques (s, g) on the first wheels, and their error."""
+def _mean(setup: Setup, speed: FloatArray, shares: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Mean torques (s, g) on the first wheels, and the largest error (g,) of each."""
     shaft, own = setup.shaft, own_of_gears(setup.shaft)
-    mean, error = station_means(shaft, setup.drive, speed, setup.speed)
+    mean, _ = station_means(shaft, setup.drive, speed, setup.speed)
     through = steady_gears(shaft, by_freedom(shaft, mean) @ shares.T, mean) * own
-    return through, float(4.0 * np.max(np.abs(own)) * np.max(error))
+    error = steady_doubts(shaft, setup.drive, speed, mean, shares) * np.abs(own)
+    return through, np.max(error, axis=0)
 
 
-def _least(shaft: ShaftLine, curves: Curves, through: FloatArray) -> FloatArray:
-    """Least torque (s, g) in the sense of the mean; minus infinity where nothing damps the line."""
+def _least(shaft: ShaftLine, curves: Curves, through: FloatArray, doubt: FloatArray) -> FloatArray:
+    """Least torque (s, g) in the sense of the mean; minus infinity where nothing damps the line.
+
+    A mean that is zero to within its error `doubt` (g,) has no sense: the lower one of both counts.
+    """
     own = own_of_gears(shaft)
     size, turned = np.abs(own), (own < 0.0) != (through < 0.0)
-    down = np.where(turned, curves.gear_highest, -curves.gear_lowest) * size
+    ends = curves.gear_highest, -curves.gear_lowest
+    down = np.where(np.abs(through) <= doubt, np.maximum(*ends), np.where(turned, *ends)) * size
     bounded: BoolArray = ~curves.masked[:, None]
     return np.where(bounded, np.abs(through) - np.where(bounded, down, 0.0), -np.inf)
 
@@ -81,8 +87,8 @@ def _ranges(
 
     def reversed_by(at: FloatArray) -> FloatArray:
         curves = sweep(setup.model, setup.drive, at, setup.shaft, angles=False)
-        through, _ = _mean(setup, at, shares)
-        return -off - _least(setup.shaft, curves, through)[:, gear]
+        through, doubt = _mean(setup, at, shares)
+        return -off - _least(setup.shaft, curves, through, doubt)[:, gear]
 
     found = barred_ranges(reversed_by, speed)
     rows = []

@@ -9,10 +9,10 @@ from vibecalc.pipeline.scene import Scene
 from vibecalc.pipeline.stages.torsion_beside import State, emit_operating, emit_range
 from vibecalc.pipeline.stages.torsion_bounds import bounds
 from vibecalc.pipeline.stages.torsion_curves import solved, stiffness_of
-from vibecalc.pipeline.stages.torsion_doubt import curve_doubt
+from vibecalc.pipeline.stages.torsion_doubt import twist_doubt
 from vibecalc.pipeline.stages.torsion_drive import build_drive
 from vibecalc.pipeline.stages.torsion_limit_table import operating_uses
-from vibecalc.pipeline.stages.torsion_limits import uses_of
+from vibecalc.pipeline.stages.torsion_limits import stress_doubt, uses_of
 from vibecalc.pipeline.stages.torsion_setup import Setup
 from vibecalc.response.torsion.synthesis import synthesis
 
@@ -49,14 +49,13 @@ def emit_healthy_range(scene: Scene, setup: Setup, speed: FloatArray) -> None:
     found = emit_range(scene, _state(healthy), speed, limited=bool(setup.torsion.limits))
     if not setup.torsion.limits:
         return
-    error = found.doubt.torque / np.abs(setup.shaft.section_ratio)
     value, doubt = [], []
     for bound in bounds(setup):
         uses = uses_of(healthy, bound, found.dense, found.undamped)
-        value.append(float(np.max(uses.top.value)))
-        allowed = np.min(bound.continuous(speed), axis=0)
-        modulus = setup.shaft.section_modulus[bound.section]
-        doubt.append(float(np.max(error[bound.section] / (modulus * allowed))))
+        worst = int(np.argmax(uses.top.value))
+        value.append(float(uses.top.value[worst]))
+        allowed = float(bound.continuous(uses.top.speed)[worst, worst])
+        doubt.append(float(stress_doubt(healthy, bound, uses.top)[worst]) / allowed)
     axes = {"limit": np.arange(1, len(value) + 1)}
     off = np.array(doubt) + 64.0 * EPSILON * _known(np.array(value))
     scene.emit(f"{HEALTHY}/limit/largest_use", np.array(value), off, axes)
@@ -72,8 +71,7 @@ def _dampers(scene: Scene, setup: Setup) -> None:
     line, w = setup.model.at(setup.speed), found.frequency[0]
     power = 0.5 * w[:, None] * stiffness_of(line, w).imag[:, rings]
     heat = np.sum(power * np.abs(twist) ** 2, axis=0)
-    error = curve_doubt(setup, at, np.zeros(0)).twist[rings]
-    # each order has an error of at most that of their sum
+    error = twist_doubt(setup, at)[0][:, rings]
     heat_error = np.sum(power * (2.0 * np.abs(twist) + error) * error, axis=0)
     axes = {"damper": tuple(one.name for one in shaft.dampers)}
     value = np.full(len(rings), np.inf) if masked else heat
@@ -81,7 +79,7 @@ def _dampers(scene: Scene, setup: Setup) -> None:
     ratio = np.abs(shaft.section_ratio[rings])
     travel = synthesis(setup.drive.order, (twist * ratio).T)
     value = np.full(len(rings), np.inf) if masked else travel.peak
-    scene.emit(f"{HEALTHY}/damper/travel", value, travel.error + error * ratio, axes)
+    scene.emit(f"{HEALTHY}/damper/travel", value, travel.error + error.sum(axis=0) * ratio, axes)
 
 
 def _state(setup: Setup) -> State:

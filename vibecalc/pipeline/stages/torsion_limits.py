@@ -13,6 +13,7 @@ from vibecalc.numerics.typing import FloatArray, IntArray
 from vibecalc.pipeline.scene import Scene
 from vibecalc.pipeline.stages.torsion_barred import barred_of, emit_barred
 from vibecalc.pipeline.stages.torsion_bounds import Bound, bounds
+from vibecalc.pipeline.stages.torsion_doubt import own_doubt
 from vibecalc.pipeline.stages.torsion_limit_table import PLACE, ROUNDING, LimitTable
 from vibecalc.pipeline.stages.torsion_maxima import Maxima, Value, largest, torque_value
 from vibecalc.pipeline.stages.torsion_needles import Dense
@@ -101,17 +102,16 @@ def emit_limits(
     setup: Setup,
     speed: FloatArray,
     dense: Dense,
-    error: FloatArray,
     undamped: Undamped,
 ) -> None:
-    """Uses and barred ranges from referred half ranges of torques and their errors (e,).
+    """Uses and barred ranges from referred half ranges of torques.
 
     `speed` (s,) are those of the sweep, at which the limits are told.
     """
-    asked, factor = bounds(setup), per_torque(setup)
+    asked = bounds(setup)
     found = [uses_of(setup, bound, dense, undamped) for bound in asked]
     each = [
-        _each(bound, one.top, dense.speed, error[bound.section] * factor[bound.section])
+        _each(bound, one.top, stress_doubt(setup, bound, one.top))
         for bound, one in zip(asked, found, strict=True)
     ]
     _worst(scene, asked, each, speed)
@@ -139,11 +139,13 @@ def emit_limits(
     table.emit(
         "each/transient_use", [one.through for one in each], 0.0, [one.doubt for one in each]
     )
+    factor = per_torque(setup)
     ranges = [
-        barred_of(setup, bound, one.curve, one.top, one.make, dense.speed, undamped.speed, stress)
-        for bound, one, stress in zip(
-            asked, found, (float(np.max(one.off)) for one in each), strict=True
+        barred_of(
+            *(setup, bound, one.curve, one.top, one.make, dense.speed, undamped.speed),
+            factor[bound.section],
         )
+        for bound, one in zip(asked, found, strict=True)
     ]
     emit_barred(scene, ranges)
 
@@ -166,7 +168,13 @@ class _Each(NamedTuple):
     allowed_error: FloatArray
 
 
-def _each(bound: Bound, top: Maxima, speed: FloatArray, off: FloatArray) -> _Each:
+def stress_doubt(setup: Setup, bound: Bound, top: Maxima) -> FloatArray:
+    """Errors (r,) of the stresses at the largest uses of a limit."""
+    torque = own_doubt(setup, top.speed, bound.section).torque
+    return np.asarray(torque * per_torque(setup)[bound.section])
+
+
+def _each(bound: Bound, top: Maxima, off: FloatArray) -> _Each:
     """`off` (r,) are the errors of the stresses."""
     row = np.arange(len(top.speed))
     allowed, transient = (
@@ -178,8 +186,7 @@ def _each(bound: Bound, top: Maxima, speed: FloatArray, off: FloatArray) -> _Eac
     passing = np.where(passes, np.where(passes, transient, 0.0) / safe, 0.0)
     # the two limits of a rule have one course, so that the largest use of both is in one place
     through = np.where(passing > 0.0, top.value / np.where(passing > 0.0, passing, 1.0), 0.0)
-    least = np.min(bound.continuous(speed), axis=0, initial=np.inf)
-    doubt = np.where(np.isfinite(least), off / np.where(np.isfinite(least), least, 1.0), 0.0)
+    doubt = np.where(says, off / safe, 0.0)
     steps = np.abs([bound.continuous(top.speed + s * top.speed_error)[row, row] for s in (-1, 1)])
     steps = np.where(np.isfinite(steps), steps, safe)
     moved = np.where(says, np.max(np.abs(steps - safe), axis=0), 0.0)
@@ -208,13 +215,14 @@ def _worst(scene: Scene, asked: list[Bound], each: list[_Each], speed: FloatArra
     passing = [bound.transient(speed)[:, worst] for bound, worst in both]
     scene.emit(f"{PLACE}/allowed", np.array(allowed), _rounding(allowed), axes)
     scene.emit(f"{PLACE}/transient", np.array(passing), _rounding(passing), axes)
-    doubt = np.array([float(np.max(one.doubt)) for one in each])
+    doubt = np.array([one.doubt[worst] for one, worst in zip(each, place, strict=True)])
     value = np.array([one.top.value[worst] for one, worst in zip(each, place, strict=True)])
     at = np.array([one.top.speed[worst] for one, worst in zip(each, place, strict=True)])
     section = np.array([bound.section[worst] + 1 for bound, worst in both], dtype=np.int64)
     through = np.array([np.max(one.through) for one in each])
     scene.emit(f"{PLACE}/largest_use", value, doubt, axes)
-    scene.emit(f"{PLACE}/speed", at, 1e-9 * np.max(at), axes)
+    at_error = [one.top.speed_error[worst] for one, worst in zip(each, place, strict=True)]
+    scene.emit(f"{PLACE}/speed", at, np.array(at_error) + 4.0 * EPSILON * at, axes)
     scene.emit(f"{PLACE}/section", section, 0.0, axes)
     scene.emit(f"{PLACE}/transient_use", through, doubt, axes)
 

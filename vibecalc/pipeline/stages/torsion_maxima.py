@@ -30,6 +30,9 @@ CLIMBS = 12
 #: places between a side and the middle where a maximum is looked at
 PARTS = np.array([0.0, 0.25, 0.5, 0.75])
 
+#: parts of the first and last step at which a curve that is highest at an end is looked at
+INWARDS = np.array([0.0, 1e-6, 1e-4, 1e-3, 0.01, 0.03, 0.1, 0.2, 0.35, 0.5, 0.75, 1.0])
+
 #: value (r, k) of each one's own curve at speeds (r, k)
 Value = Callable[[FloatArray], FloatArray]
 
@@ -156,6 +159,8 @@ def largest(
         np.concatenate([place[section], rivals]),
         undamped,
     )
+    ends = _beside_ends(make, curve, speed, section, value, undamped)
+    near = Maxima(*(np.concatenate(part) for part in zip(near, ends, strict=True)))
     # what comes first is kept where two are alike
     for k in np.lexsort((np.arange(len(near.value)), -near.value))[::-1].tolist():
         own = near.section[k]
@@ -189,6 +194,42 @@ def _rivals(
     rank = np.arange(len(rise)) - np.searchsorted(owner[rise], owner[rise])
     kept = rise[(seen[rise] >= EQUAL * best[owner[rise]]) & (rank < FEW)]
     return place[kept], owner[kept]
+
+
+def _beside_ends(
+    make: Callable[[IntArray], Value],
+    curve: FloatArray,
+    speed: FloatArray,
+    section: IntArray,
+    best: FloatArray,
+    undamped: FloatArray,
+) -> Maxima:
+    """Maxima (r,) inside the first and the last step, where a curve falls towards its high end."""
+    parts = []
+    for end, beside in ((0, 1), (-1, -2)) if len(speed) > 1 else ():
+        top, inner = curve[end, section], curve[beside, section]
+        high = np.isfinite(top) & (top > 0.0) & (top >= RIVAL * best[section])
+        own = section[high & np.isfinite(inner) & (inner > 0.0) & (inner < top)]
+        low, far = sorted((speed[end], speed[beside]))
+        if np.any((undamped >= low) & (undamped <= far)):
+            continue
+        where = speed[end] + (speed[beside] - speed[end]) * np.tile(INWARDS[:2], (len(own), 1))
+        if not len(own):
+            continue
+        seen = make(own)(where)
+        own = own[seen[:, 1] > seen[:, 0]]
+        if not len(own):
+            continue
+        where = speed[end] + (speed[beside] - speed[end]) * np.tile(INWARDS, (len(own), 1))
+        row, made = np.arange(len(own)), make(own)
+        place = np.clip(np.argmax(made(where), axis=1), 1, len(INWARDS) - 2)
+        sides = np.sort(np.stack([where[row, place - 1], where[row, place + 1]]), axis=0)
+        at, error = refined(made, sides[0], where[row, place], sides[1])
+        at = np.clip(at, *sides)
+        parts.append(Maxima(own, at, error, made(at[:, None])[:, 0]))
+    if not parts:
+        return Maxima(np.zeros(0, dtype=np.int64), *np.zeros((3, 0)))
+    return Maxima(*(np.concatenate(part) for part in zip(*parts, strict=True)))
 
 
 def narrowed(value: Value, low: FloatArray, at: FloatArray, high: FloatArray) -> FloatArray:

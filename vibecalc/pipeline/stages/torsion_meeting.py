@@ -83,7 +83,7 @@ def _modes(setup: Setup, speed: FloatArray, section: IntArray, order: IntArray) 
     """Number (r,), from 1, of the mode that an order (place) drives most there; 0: none is near."""
     modes, drive, line = setup.modes, setup.drive, setup.model.line
     met = critical(setup)[0][:, order]
-    ratio = np.abs(damping_ratios(setup)[0])[:, None]
+    ratio = np.abs(damping_ratios(setup))[:, None]
     finite = np.isfinite(met) & (met > 0.0)
     share = np.where(finite, met, 1.0) / speed
     near = finite & (np.abs(share - 1.0) <= NEAR + WIDER * ratio)

@@ -14,6 +14,7 @@ from vibecalc.response.torsion.damped_equivalent import equivalent_modes
 from vibecalc.response.torsion.damped_modes import damped_modes
 from vibecalc.response.torsion.line import Line
 from vibecalc.response.torsion.modes import Modes
+from vibecalc.response.torsion.modes_doubt import ShapeDoubt, angle_doubt, doubt_of, shape_doubt
 from vibecalc.response.torsion.modes_riccati import riccati_frequencies
 
 TRANSFER = f"{ROOT}/modes/transfer_matrix_frequency"
@@ -31,26 +32,30 @@ def emit_modes(scene: Scene, setup: Setup) -> None:
         "damper": tuple(one.name for one in shaft.dampers),
     }
     ring = [one.ring for one in shaft.dampers]
-    ratio = shaft.station_ratio
-    doubt = float(np.max(modes.shape_error, initial=0.0))
-    biggest = float(np.max(np.abs(ratio)))
+    doubt = shape_doubt(line, modes)
+    off = angle_doubt(doubt)
     scene.emit(f"{ROOT}/modes/natural_frequency", frequency, modes.frequency_error, axes)
     scene.emit(f"{ROOT}/modes/frequency_error", modes.frequency_error, 0.0, axes)
-    scene.emit(f"{ROOT}/modes/shape", shape[:, shaft.freedom] * ratio, doubt * biggest, axes)
-    if ring:
-        own = shape[:, ring] * shaft.freedom_ratio[ring]
-        scene.emit(f"{ROOT}/modes/ring_shape", own, doubt * biggest, axes)
-    inertia_error = 2.0 * doubt * float(line.inertia.sum()) + 8.0 * EPSILON * modes.modal_inertia
+    for name, freedom, turned in (
+        ("shape", shaft.freedom, shaft.station_ratio),
+        ("ring_shape", np.array(ring, dtype=np.int64), shaft.freedom_ratio[ring]),
+    ):
+        if len(freedom):
+            value = shape[:, freedom] * turned
+            error = off[:, freedom] * np.abs(turned) + EPSILON * np.abs(value)
+            scene.emit(f"{ROOT}/modes/{name}", value, error, axes)
+    inertia_error = _modal_inertia_error(line, modes, doubt)
     scene.emit(f"{ROOT}/modes/modal_inertia", modes.modal_inertia, inertia_error, axes)
-    share, share_error = _strain(line, modes)
+    share, share_error = _strain(line, modes, doubt)
     scene.emit(f"{ROOT}/modes/strain_energy_share", share, share_error, axes)
-    ratios, ratio_error = damping_ratios(setup)
+    ratios = damping_ratios(setup)
+    ratio_error = _ratio_error(setup, ratios, doubt, inertia_error)
     scene.emit(f"{ROOT}/modes/energy_damping_ratio", ratios, ratio_error, axes)
     if not has_loops(scene.case) and scene.wants(TRANSFER):
         other = riccati_frequencies(line)
         error = modes.frequency_error + 4.0 * EPSILON * other
         scene.emit(TRANSFER, other, error, axes)
-    emit_holzer(scene, setup, line)
+    emit_holzer(scene, setup, line, doubt)
     scene.cite(
         "qd algorithm and twisted factorisation of the shaft line; mode counts for branches",
         "natural frequencies and shapes to all digits",
@@ -64,23 +69,39 @@ def emit_modes(scene: Scene, setup: Setup) -> None:
     )
 
 
-def damping_ratios(setup: Setup) -> tuple[FloatArray, FloatArray]:
-    """By work and energy of undamped shapes (m,), 0 for rigid modes, with absolute errors."""
+def damping_ratios(setup: Setup) -> FloatArray:
+    """By work and energy of undamped shapes (m,), 0 for rigid modes."""
     modes, modal, line = setup.modes, setup.model.modal, setup.model.at(setup.speed)
     w, moving = modes.frequency, modes.frequency > 0.0
     if modal is not None:
         work = w * modal.dashpot + modal.loss
     else:
-        twist = _twist(line, modes)
-        of_element = w[:, None] * line.damping + line.stiffness * line.loss_factor
-        work = np.sum(of_element * twist**2, axis=1)
+        work = np.sum(_dissipating(line, modes) * _twist(line, modes) ** 2, axis=1)
         work = work + w * (modes.shape**2 @ line.absolute_damping)
     safe = np.where(moving, w, 1.0)
-    ratio = np.where(moving, work / (2.0 * modes.modal_inertia * safe**2), 0.0)
-    own = 8.0 * EPSILON + 4.0 * modes.shape_error * np.sqrt(
-        len(w) * line.inertia.sum() / modes.modal_inertia
-    )
-    return ratio, ratio * own
+    return np.where(moving, work / (2.0 * modes.modal_inertia * safe**2), 0.0)
+
+
+def _ratio_error(
+    setup: Setup, ratio: FloatArray, doubt: ShapeDoubt, inertia_error: FloatArray
+) -> FloatArray:
+    modes, modal, line = setup.modes, setup.model.modal, setup.model.at(setup.speed)
+    if modal is not None:
+        return 8.0 * EPSILON * ratio
+    w, moving = modes.frequency, modes.frequency > 0.0
+    safe = np.where(moving, w, 1.0)
+    # what moves the angles moves all parts of the work at once
+    weight = 2.0 * (_dissipating(line, modes) * _twist(line, modes)) @ _ends(line)
+    weight = weight + 2.0 * w[:, None] * modes.shape * line.absolute_damping
+    work = doubt_of(doubt, weight[:, None, :])[:, 0]
+    off = work / (2.0 * modes.modal_inertia * safe**2)
+    rounding = 8.0 * EPSILON + modes.frequency_error / safe + inertia_error / modes.modal_inertia
+    return np.where(moving, off + np.abs(ratio) * rounding, 0.0)
+
+
+def _modal_inertia_error(line: Line, modes: Modes, doubt: ShapeDoubt) -> FloatArray:
+    moved = doubt_of(doubt, 2.0 * (modes.shape * line.inertia)[:, None, :])[:, 0]
+    return np.asarray(moved + 8.0 * EPSILON * modes.modal_inertia)
 
 
 def emit_damped(scene: Scene, setup: Setup) -> None:
@@ -99,7 +120,9 @@ def emit_damped(scene: Scene, setup: Setup) -> None:
     axes = {"damped_mode": np.arange(1, len(found.frequency) + 1)}
     scene.emit(f"{ROOT}/damped/frequency", found.frequency, found.pole_error, axes)
     size = np.where(found.frequency > 0.0, found.frequency, 1.0)
-    doubt = np.where(found.frequency > 0.0, 2.0 * found.pole_error / size, 0.0) + EPSILON
+    # an error of a pole turns it by that over its size at most
+    doubt = np.where(found.frequency > 0.0, found.pole_error / size, 0.0)
+    doubt = doubt + 4.0 * EPSILON * np.abs(found.damping_ratio)
     scene.emit(f"{ROOT}/damped/damping_ratio", found.damping_ratio, doubt, axes)
 
 
@@ -107,12 +130,30 @@ def _twist(line: Line, modes: Modes) -> FloatArray:
     return np.asarray(modes.shape[:, line.first] - modes.shape[:, line.second])
 
 
-def _strain(line: Line, modes: Modes) -> tuple[FloatArray, FloatArray]:
-    """Share (m, e) of each element in the strain energy; 0 in a rigid mode."""
-    energy = line.stiffness * _twist(line, modes) ** 2
+def _ends(line: Line) -> FloatArray:
+    """Weights (e, n) of the angles in the twists."""
+    ends, every = np.zeros((len(line.first), len(line.inertia))), np.arange(len(line.first))
+    np.add.at(ends, (every, line.first), 1.0)
+    np.add.at(ends, (every, line.second), -1.0)
+    return ends
+
+
+def _dissipating(line: Line, modes: Modes) -> FloatArray:
+    """w^2 times what each element takes (m, e) of a twist of 1."""
+    return np.asarray(modes.frequency[:, None] * line.damping + line.stiffness * line.loss_factor)
+
+
+def _strain(line: Line, modes: Modes, doubt: ShapeDoubt) -> tuple[FloatArray, FloatArray]:
+    """Share (m, e) of each element in the strain energy, 0 in a rigid mode, and its error."""
+    ends, twist = _ends(line), _twist(line, modes)
+    energy = line.stiffness * twist**2
     total = energy.sum(axis=1) + modes.shape**2 @ line.ground_stiffness
     moving = (modes.frequency > 0.0) & (total > 0.0)
-    share = np.where(moving[:, None], energy / np.where(moving, total, 1.0)[:, None], 0.0)
-    # dE / E: twice the error of a twist over it, for the stiffest element
-    root = np.sqrt(line.stiffness.max(initial=0.0) / np.where(moving, total, np.inf))
-    return share, 8.0 * modes.shape_error * root + 8.0 * EPSILON
+    safe = np.where(moving, total, 1.0)
+    share = np.where(moving[:, None], energy / safe[:, None], 0.0)
+    # d share = (d energy - share d total) / total
+    own = 2.0 * (line.stiffness * twist)[..., None] * ends
+    whole = own.sum(axis=1) + 2.0 * modes.shape * line.ground_stiffness
+    weight = (own - share[..., None] * whole[:, None, :]) / safe[:, None, None]
+    off = doubt_of(doubt, weight) + 8.0 * EPSILON * share
+    return share, np.where(moving[:, None], off, 0.0)

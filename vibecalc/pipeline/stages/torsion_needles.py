@@ -138,7 +138,7 @@ def _poles(setup: Setup) -> _Poles:
     orders, model = setup.drive.order, setup.model
     if model.modal is not None or len(model.line.inertia) > FREEDOMS:
         modes = setup.modes
-        ratio, _ = damping_ratios(setup)
+        ratio = damping_ratios(setup)
         some = np.flatnonzero(modes.frequency > 0.0)
         w = modes.frequency[some]
         pole = w * (1j - ratio[some])

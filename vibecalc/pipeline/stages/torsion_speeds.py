@@ -13,7 +13,13 @@ from vibecalc.pipeline.stages.torsion import setup_of
 from vibecalc.pipeline.stages.torsion_bare import emit_bare
 from vibecalc.pipeline.stages.torsion_campbell import emit_campbell
 from vibecalc.pipeline.stages.torsion_curves import Curves, sweep
-from vibecalc.pipeline.stages.torsion_doubt import curve_doubt, telling_speeds
+from vibecalc.pipeline.stages.torsion_doubt import (
+    OwnDoubt,
+    curve_doubt,
+    own_doubt,
+    shifted_twist,
+    telling_speeds,
+)
 from vibecalc.pipeline.stages.torsion_gears import by_freedom, station_means
 from vibecalc.pipeline.stages.torsion_hammer import emit_gears
 from vibecalc.pipeline.stages.torsion_healthy import emit_healthy_range
@@ -58,6 +64,7 @@ class Range(NamedTuple):
     gear_error: FloatArray
     undamped: Undamped
     largest: Maxima
+    largest_error: OwnDoubt
     dense: Dense
 
 
@@ -72,8 +79,9 @@ def run(scene: Scene) -> None:
     make = lambda section: torque_value(setup.model, setup.drive, section)  # noqa: E731
     dense = _dense(scene, setup, speed, curves.torque, undamped)
     top = largest(make, dense.torque, dense.speed, undamped.speed, undamped.endless)
-    doubt = curve_doubt(setup, speed, telling_speeds(dense, top, undamped.speed))
-    found = Range(speed, curves, *doubt, undamped, top, dense)
+    doubt = curve_doubt(setup, speed, telling_speeds(speed, curves.torque, undamped.speed))
+    own = own_doubt(setup, top.speed, top.section)
+    found = Range(speed, curves, *doubt, undamped, top, own, dense)
     _curves(scene, setup, found)
     emit_campbell(scene, setup, speed)
     _mean(scene, setup, found)
@@ -93,9 +101,9 @@ def run(scene: Scene) -> None:
             "loaded sections only; the others have the largest of the sweep"
         )
     if setup.torsion.limits:
-        emit_limits(scene, setup, speed, dense, doubt.torque, undamped)
+        emit_limits(scene, setup, speed, dense, undamped)
     if setup.shaft.dampers:
-        emit_bare(scene, setup, speed, top.value, doubt.torque)
+        emit_bare(scene, setup, speed, top.value, own.torque)
     if setup.torsion.misfire:
         emit_healthy_range(scene, setup, speed)
 
@@ -180,7 +188,7 @@ def _mean(scene: Scene, setup: Setup, found: Range) -> None:
     ratio = np.abs(shaft.section_ratio)
     steady = np.max(np.abs(shares), axis=1, initial=0.0) * np.max(mean_error)
     axes = {"speed": speed, "section": shaft.section_names}
-    error = (2.0 * found.torque_error + steady) / ratio
+    error = (found.torque_error + steady) / ratio
     scene.emit(f"{SPEEDS}/torque_peak", (peak / ratio).T, error, axes)
     if not shaft.gears:
         return
@@ -206,13 +214,14 @@ def _largest(scene: Scene, setup: Setup, found: Range) -> None:
     shaft, top = setup.shaft, found.largest
     ratio = np.abs(shaft.section_ratio)
     axes = {"section": shaft.section_names}
-    value, error = top.value / ratio, found.torque_error / ratio
+    value, error = top.value / ratio, found.largest_error.torque / ratio
     scene.emit(f"{ROOT}/largest/torque_half_range", value, error, axes)
     scene.emit(f"{ROOT}/largest/speed", top.speed, top.speed_error, axes)
     if scene.wants(*THERE):
         seen = _meeting(setup, found, top)
         twist = np.where(np.isfinite(top.value), seen.twist, np.inf) * ratio
-        scene.emit(THERE[0], twist, found.twist_error * ratio, axes)
+        moved = shifted_twist(setup, top.speed, top.speed_error)
+        scene.emit(THERE[0], twist, (found.largest_error.twist + moved) * ratio, axes)
         scene.emit(THERE[1], seen.mode, 0.0, axes)
         scene.emit(THERE[2], seen.order, 0.0, axes)
     stressed = np.flatnonzero(shaft.section_modulus)
@@ -241,7 +250,7 @@ def _summits(scene: Scene, setup: Setup, found: Range, high: Maxima) -> None:
     seen = _meeting(setup, found, high)
     axes = {"summit": np.arange(1, len(high.speed) + 1)}
     own = np.abs(setup.shaft.section_ratio[high.section])
-    error = found.torque_error[high.section] / own
+    error = own_doubt(setup, high.speed, high.section).torque / own
     scene.emit(f"{ROOT}/summit/speed", high.speed, high.speed_error, axes)
     scene.emit(f"{ROOT}/summit/torque_half_range", high.value / own, error, axes)
     scene.emit(f"{ROOT}/summit/section", high.section + 1, 0.0, axes)

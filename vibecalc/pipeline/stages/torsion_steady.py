@@ -8,22 +8,24 @@ from vibecalc.numerics.typing import FloatArray
 from vibecalc.pipeline.entries.torsion import ROOT
 from vibecalc.pipeline.scene import Scene
 from vibecalc.pipeline.stages.torsion_curves import Solved, solved, stiffness_of
+from vibecalc.pipeline.stages.torsion_data_doubt import data_doubt, summed
 from vibecalc.pipeline.stages.torsion_gears import (
     by_freedom,
     gear_doubts,
     gear_torques,
     own_of_gears,
     station_means,
+    steady_doubts,
     steady_gears,
 )
 from vibecalc.pipeline.stages.torsion_left_out import warn_of_orders
+from vibecalc.pipeline.stages.torsion_rounding import rounding_doubt
 from vibecalc.pipeline.stages.torsion_separation import beyond, emit_separation
 from vibecalc.pipeline.stages.torsion_setup import Setup
 from vibecalc.response.torsion.heat import heat
 from vibecalc.response.torsion.line import Line
 from vibecalc.response.torsion.mesh import mesh_torque
 from vibecalc.response.torsion.steady import steady_shares
-from vibecalc.response.torsion.synthesis import synthesis
 
 #: an order below this share of the lowest elastic mode is lost beside the rigid motion
 SLOW = 0.1
@@ -33,25 +35,13 @@ class _Doubt:
     """Absolute errors at one speed by order (m, ...): of the data, and rounding."""
 
     def __init__(self, setup: Setup, found: Solved, line: Line) -> None:
-        angle, twist = data_doubt(setup, np.array([setup.speed]))
-        rounding = found.error[0][:, None]
-        self.angle = angle[0] + rounding
-        self.twist = twist[0] + 2.0 * rounding + 4.0 * EPSILON * np.abs(found.twist[0])
+        at = np.array([setup.speed])
+        angle, twist = data_doubt(setup, at)
+        own_angle, own_twist = rounding_doubt(setup, at, found)
+        self.angle = (angle + own_angle)[0]
+        self.twist = (twist + own_twist)[0]
         size = np.abs(stiffness_of(line, found.frequency[0]))
         self.torque = size * self.twist + 4.0 * EPSILON * np.abs(found.torque[0])
-
-
-def data_doubt(setup: Setup, speed: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """What the errors of the torques may move angles (s, m, n) and twists (s, m, e) by."""
-    drive, model = setup.drive, setup.model
-    error = drive.torque_error(speed)
-    one_by_one = error * np.eye(error.shape[-1])[:, None, None, :]
-    moved = model.solve(
-        speed, drive.order, one_by_one.astype(np.complex128), drive.freedom, estimate=False
-    ).angle
-    line = model.line
-    twist = moved[..., line.first] - moved[..., line.second]
-    return np.abs(moved).sum(axis=0), np.abs(twist).sum(axis=0)
 
 
 def emit_steady(scene: Scene, setup: Setup) -> None:
@@ -71,13 +61,13 @@ def emit_steady(scene: Scene, setup: Setup) -> None:
     angle = (found.angle[0][:, shaft.freedom] * own).T
     angle_doubt = (doubt.angle[:, shaft.freedom] * np.abs(own)).T
     scene.emit(f"{ROOT}/angle", angle, angle_doubt, axes)
-    total = synthesis(order, angle, angle_doubt)
+    total = summed(order, angle, angle_doubt)
     scene.emit(f"{ROOT}/angle_half_range", total.half_range, total.error, axes)
     scene.emit(f"{ROOT}/angle_peak", total.peak, total.error, axes)
     ratio = shaft.section_ratio
     twist, twist_doubt = (found.twist[0] * ratio).T, (doubt.twist * np.abs(ratio)).T
     scene.emit(f"{ROOT}/twist", twist, twist_doubt, axes)
-    turned = synthesis(order, twist, twist_doubt)
+    turned = summed(order, twist, twist_doubt)
     scene.emit(f"{ROOT}/twist_half_range", turned.half_range, turned.error, axes)
     dampers = [one.element for one in shaft.dampers]
     if dampers:
@@ -144,7 +134,7 @@ def _torques(
     torque = (found.torque[0] / ratio).T
     torque_doubt = (doubt.torque / np.abs(ratio)).T
     scene.emit(f"{ROOT}/torque", torque, torque_doubt, axes)
-    total = synthesis(order, torque, torque_doubt)
+    total = summed(order, torque, torque_doubt)
     mean, mean_error = _mean_sections(setup)
     mean, mean_error = mean / ratio, mean_error / np.abs(ratio)
     peak = np.maximum(np.abs(mean + total.highest), np.abs(mean + total.lowest))
@@ -187,21 +177,21 @@ def _heat(
     element = by_order.element.sum(axis=0)
     share = w[:, None] * stiffness_of(line, w).imag * doubt.twist
     error = np.sum(share * (np.abs(found.twist[0]) + doubt.twist), axis=0)
-    error = error + 16.0 * EPSILON * element
+    error = np.abs(error) + 16.0 * EPSILON * np.abs(element)
     moved = doubt.angle * (np.abs(found.angle[0]) + doubt.angle)
     ground_error = np.sum(w[:, None] ** 2 * line.absolute_damping * moved, axis=0)
     ground = by_order.ground.sum(axis=0)
-    ground_error = ground_error + 16.0 * EPSILON * ground
+    ground_error = np.abs(ground_error) + 16.0 * EPSILON * np.abs(ground)
     at_station, station_error = np.zeros((2, len(shaft.station_names)))
     damping = shaft.station_values[1]
     total = line.absolute_damping[shaft.freedom]
-    some = total > 0.0
+    some = total != 0.0  # two damping ratios may ask for less than none
     share = np.divide(damping, total, out=np.zeros_like(total), where=some)
     at_station[some] = ground[shaft.freedom][some] * share[some]
-    station_error[some] = ground_error[shaft.freedom][some]
+    station_error[some] = np.abs(ground_error[shaft.freedom] * share)[some]
     for one in shaft.dampers:  # a damping model may brake rings, too
         at_station[one.station] += ground[one.ring]
-        station_error[one.station] += ground_error[one.ring]
+        station_error[one.station] += abs(ground_error[one.ring])
     scene.emit(f"{ROOT}/section_heat", element, error, axes)
     scene.emit(f"{ROOT}/station_heat", at_station, station_error, axes)
     if setup.torsion.damping_model is not None and setup.torsion.damping_model.kind == "modal":
@@ -240,19 +230,22 @@ def _gears(
     shaft, drive, at = setup.shaft, setup.drive, np.array([setup.speed])
     own = own_of_gears(shaft)
     w = found.frequency[0]
-    torque = gear_torques(shaft, drive, w, found.angle[0], found.torque[0], found.load[0]) * own
-    size = np.abs(own).max()
+    of_line = (shaft, drive, setup.model, w)
+    torque = gear_torques(*of_line, found.angle[0], found.torque[0], found.load[0]) * own
     known = drive.torque_error(at)[0]
-    off = gear_doubts(shaft, drive, w, doubt.angle, doubt.torque, known).T * np.abs(own)[:, None]
+    off = gear_doubts(*of_line, doubt.angle, doubt.torque, known).T * np.abs(own)[:, None]
     shares = steady_shares(setup.model.at(setup.speed))
-    mean, error = station_means(shaft, drive, at, setup.speed)
+    mean, _ = station_means(shaft, drive, at, setup.speed)
     sections = by_freedom(shaft, mean) @ shares.T
     steady = (steady_gears(shaft, sections, mean) * own)[0]
     mesh = mesh_torque(steady, drive.order, torque.T, off)
-    steady_error = float(4.0 * size * error[0])
+    steady_error = steady_doubts(shaft, drive, at, mean, shares)[0] * np.abs(own)
     scene.emit(f"{ROOT}/gear/mean_torque", steady, steady_error, axes)
     scene.emit(f"{ROOT}/gear/alternating_torque", mesh.half_range, mesh.error, axes)
-    least = np.where(steady < 0.0, -mesh.largest, mesh.least)
+    both = -mesh.largest, mesh.least
+    # an unloaded gear rests on neither flank: the lower one of both counts
+    unloaded = np.abs(steady) <= steady_error
+    least = np.where(unloaded, np.minimum(*both), np.where(steady < 0.0, *both))
     scene.emit(f"{ROOT}/gear/least_torque", least, mesh.error + steady_error, axes)
     scene.emit(f"{ROOT}/gear/hammers", mesh.hammer.astype(np.int64), 0.0, axes)
     for name, unsure in zip(axes["gear"], mesh.uncertain, strict=True):  # type: ignore[call-overload]

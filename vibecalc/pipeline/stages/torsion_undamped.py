@@ -32,7 +32,7 @@ class Undamped(NamedTuple):
 def undamped_speeds(setup: Setup, first: float, last: float) -> Undamped:
     """Those from `first` to `last` whose order drives the mode, in rad/s."""
     modes, drive, line = setup.modes, setup.drive, setup.model.line
-    ratio, _ = damping_ratios(setup)
+    ratio = damping_ratios(setup)
     natural = np.where(modes.frequency > 0.0, modes.frequency, 1.0)
     # as near as this, and with as little damping, fewer than four digits are left
     exposed = (modes.frequency_error / natural + 4.0 * EPSILON) / SINGULAR

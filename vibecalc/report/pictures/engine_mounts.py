@@ -1,4 +1,4 @@
-"""Couple of an engine's torque on its body, and the load of every support, over the cycle."""
+"""Couple of the cylinders' torque on the body, and the load of every support, over the cycle."""
 
 from typing import TYPE_CHECKING
 
@@ -29,7 +29,9 @@ def picture(result: Result) -> "Figure | None":
     turns = 2 if np.any(orders % 1.0) else 1
     count = max(721, int(16.0 * turns * orders.max()) + 1)
     angle = np.linspace(0.0, 2.0 * np.pi * turns, count)
-    figure = canvas(result, "torque reaction: engine on its mounts over the cycle", 8.6, 7.4)
+    kind = table_of(result.case, "machine").get("kind") or "engine"
+    title = f"torque reaction: {kind} on its mounts over the cycle"
+    figure = canvas(result, title, 8.6, 7.4)
     above, below = figure.subplots(2, 1, sharex=True)
     _couple(above, record, couple, angle, orders)
     _loads(below, result, force, angle, orders)

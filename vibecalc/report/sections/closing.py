@@ -8,6 +8,7 @@ import numpy as np
 from vibecalc.report.lookup import START, magnitudes
 from vibecalc.report.numbers import show, show_error
 from vibecalc.report.sections.section import Section
+from vibecalc.report.sections.tolerance import stage_times
 from vibecalc.report.tables import Column, number, pairs, paragraph, table
 from vibecalc.results.record import Quantity, Result
 
@@ -82,13 +83,15 @@ def accuracy(result: Result, full: bool = False) -> Section | None:
 
 def provenance(result: Result) -> Section:
     """Time per stage, versions, and how to run the case again. Nothing stable stands below."""
-    rows = [(f"{stage} s", f"{seconds:.4f}") for stage, seconds in result.timings.items()]
-    if len(rows) > 1:
-        rows.append(("together s", f"{sum(result.timings.values()):.4f}"))
-    rows += [(str(key), str(value)) for key, value in result.provenance.items() if key != "command"]
+    shown = (item for item in result.provenance.items() if item[0] not in _NOT_SHOWN)
+    rows = [(str(key), str(value)) for key, value in shown]
     wide = max(24, *(len(name) for name, _ in rows)) if rows else 24
-    lines = pairs([*rows, ("rerun", rerun(result))], wide)
+    lines = [*stage_times(result), *pairs([*rows, ("rerun", rerun(result))], wide)]
     return Section("Provenance (changes from run to run)", lines, frozenset())
+
+
+#: the command has a line of its own; the modules are for who asks the file
+_NOT_SHOWN = ("command", "modules")
 
 
 def rerun(result: Result) -> str:

@@ -1,4 +1,4 @@
-"""An engine on its mounts under the torque of its cylinders: couple, supports, modes met."""
+"""A machine on its mounts under the torque of its cylinders: couple, supports, modes met."""
 
 import numpy as np
 
@@ -23,8 +23,8 @@ _SUPPORTS = (
 )
 _SEPARATE = (
     "The driven machine stands elsewhere: the body takes minus the torque of all cylinders about "
-    "the crankshaft, gas and inertia, and its mean. The part of the inertia is in the forces under "
-    "Isolation, too."
+    "the crankshaft, of what is in them and of inertia, and its mean. The part of the inertia is "
+    "in the forces under Isolation, too."
 )
 _ON_BODY = (
     "All of the shaft line stands on the body, under a load that does not alternate: the torque of "
@@ -61,7 +61,8 @@ def torque_reaction(result: Result) -> Section | None:
         f"{ROOT}{name}"
         for name in ("translation", "rotation", "support_force", "mean_support_force")
     }
-    title = "Torque reaction: engine on its mounts, all orders"
+    kind = table_of(result.case, "machine").get("kind") or "engine"
+    title = f"Torque reaction: {kind} on its mounts, all orders"
     return Section(title, lines, frozenset(shown & set(record)))
 
 

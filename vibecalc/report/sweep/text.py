@@ -53,9 +53,10 @@ def render_sweep(sweep: SweepView) -> str:
 
 
 def report_file(path: Path, *, full: bool = False) -> str:
-    """The report of a file, be it of a run or of a sweep; ResultError if it cannot be read.
+    """The report of a file, be it of a run, a sweep or a measurement of methods.
 
-    `full` lists the error estimates of a run; that of a sweep has none to list.
+    `full` lists the error estimates of a run; the others have none to list. Raises ResultError if
+    the file cannot be read.
     """
     from vibecalc.results.sweep_file import is_sweep, open_sweep
 
@@ -64,10 +65,17 @@ def report_file(path: Path, *, full: bool = False) -> str:
 
         with open_sweep(path) as opened:
             return render_sweep(view_of(opened))
-    from vibecalc.report.text import render_report
+    from vibecalc.results.accuracy_layout import is_accuracy
     from vibecalc.results.store import read_result
 
-    return render_report(read_result(path), full=full)
+    result = read_result(path)
+    if is_accuracy(result):
+        from vibecalc.report.accuracy.text import render_accuracy
+
+        return render_accuracy(result)
+    from vibecalc.report.text import render_report
+
+    return render_report(result, full=full)
 
 
 def conclusion(sweep: SweepView, limits: Sequence[Limit]) -> str:

@@ -7,9 +7,9 @@ import numpy as np
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import UNIT_ROUNDOFF
 from vibecalc.response.absorber.coefficients import Coupling, coupling, denominator, ends, numerator
-from vibecalc.response.absorber.excess import excess
 from vibecalc.response.absorber.measure import Measure, measure
 from vibecalc.response.absorber.model import Absorber, transfer_of
+from vibecalc.response.absorber.peaks_polish import REACH, polished, slope
 from vibecalc.response.absorber.poles import landmarks, roots_of
 from vibecalc.response.absorber.polynomials import excess_polynomials, positive_roots, stationarity
 
@@ -17,10 +17,10 @@ from vibecalc.response.absorber.polynomials import excess_polynomials, positive_
 _MOST = 4
 #: damping ratio below which a resonance is narrower than double precision can place it
 _SHARP = 2e-14
+#: relative difference below which two heights count as one
+SAME_HEIGHT = 1e-12
 #: starts beside a pole, in half widths
 _BESIDE = np.array([0.0, -1.0, 1.0, -2.5, 2.5])
-#: Newton steps for each root; those of a well separated one settle in three
-_POLISH = 12
 
 
 class Peaks(NamedTuple):
@@ -29,7 +29,8 @@ class Peaks(NamedTuple):
     `frequency` x, `magnitude` |H| with absolute `error`, `excess` |H|^2 - f^2 over the floor f;
     zero where `found` is false. Infinite on an undamped natural frequency.
     `at_zero`, `at_infinity`: limits of |H|. `largest` with `largest_error`: the supremum of |H|
-    over 0 <= x <= infinity, reached at `where` (0 or infinity for an end).
+    over 0 <= x <= infinity, reached at `where` (0 or infinity for an end); of several places of
+    one height, as a tuning makes them, the lowest.
     """
 
     frequency: np.ndarray
@@ -90,44 +91,50 @@ def peaks(absorber: Absorber, excitation: str = "force", response: str = "displa
         axis=1,
     )
     best = np.argmax(heights, axis=1)[:, None]
-    pick = [np.take_along_axis(a, best, axis=1)[:, 0] for a in (heights, wrong, places)]
+    pick = [np.take_along_axis(a, best, axis=1)[:, 0] for a in (heights, wrong)]
+    first = np.argmax(heights >= pick[0][:, None] * (1.0 - SAME_HEIGHT), axis=1)[:, None]
+    pick.append(np.take_along_axis(places, first, axis=1)[:, 0])
     wide = [a.reshape(*shape, _MOST) for a in (*table.values(), found)]
     return Peaks(*wide, *(a.reshape(shape) for a in (low, high, *pick)))
 
 
 def maxima(
-    parts: Coupling, weights: Measure, more: tuple[np.ndarray, np.ndarray] | None = None
+    parts: Coupling,
+    weights: Measure,
+    more: tuple[np.ndarray, np.ndarray] | None = None,
+    ceiling: np.ndarray | None = None,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Rows, u = x^2, A / Q and its error of all maxima, by row and rising u; `parts` (rows,).
 
-    `more`: rows and u of further places to start from. Resonances without any damping are not
+    `more`: rows and u of further places to start from. `ceiling` (rows,): maxima above it are of no
+    interest, so that starts above it are left out. Resonances without any damping are not
     maxima of a function and are left out.
     """
     above, below = excess_polynomials(parts, weights)
     rows, u = positive_roots(stationarity(above, below))
     if more is not None:
         rows, u = np.concatenate([rows, more[0]]), np.concatenate([u, more[1]])
+    if ceiling is not None and len(rows):
+        own = Coupling(*(a[rows] for a in parts))
+        mine = Measure(*(a[rows] for a in weights))
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            low = ~(slope(own, mine, u).value >= ceiling[rows])
+        rows, u = rows[low], u[low]
     if not len(rows):
         return rows, u, np.zeros(0), np.zeros(0)
     own = Coupling(*(a[rows] for a in parts))
     mine = Measure(*(a[rows] for a in weights))
     start = u
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        for _ in range(_POLISH):
-            first, second, value, _ = _slope(own, mine, u)
-            # the reciprocal of a resonance is nearly a parabola
-            size = mine.floor_squared + value
-            step = first / (second - 2.0 * first * first / size)
-            step = np.where(np.isfinite(step), np.clip(step, -0.05, 0.05), 0.0)
-            u = u * np.exp(-step)
-        first, second, value, doubt = _slope(own, mine, u)
+        u, _ = polished(own, mine, start)
+        first, second, value, doubt = slope(own, mine, u)
         # on a very sharp peak the last bit of u is felt
         short = 0.5 * np.square(first) / np.abs(second)
         last = 0.5 * np.abs(second) * (4.0 * UNIT_ROUNDOFF) ** 2
         doubt = doubt + short + last
         # what has not settled came from a pole without a peak of its own
         size = mine.floor_squared + value
-        near = (np.abs(np.log(u / start)) < 0.1) & (short < 1e-8 * size + 64.0 * last)
+        near = (np.abs(np.log(u / start)) < REACH) & (short < 1e-8 * size + 64.0 * last)
     keep = near & (second < 0.0) & np.isfinite(value)
     rows, u, value, doubt = _sorted_once(rows[keep], u[keep], value[keep], doubt[keep])
     return rows, u, value, doubt
@@ -139,7 +146,7 @@ def _all_maxima(parts: Coupling, weights: Measure, plain: Measure) -> tuple[np.n
     high = maxima(parts, weights, starts)
     if not np.any(weights.floor_squared):
         return *high, high[2]
-    low = maxima(parts, plain, starts)
+    low = maxima(parts, plain, starts, 0.5 * weights.floor_squared)
     floor_above, floor_below = (weights.floor_squared[a[0]] for a in (high, low))
     above, below = high[2] >= -0.6 * floor_above, low[2] < 0.5 * floor_below
     upper = (*high, high[2] + floor_above)
@@ -187,19 +194,6 @@ def near_poles(parts: Coupling) -> tuple[np.ndarray, np.ndarray]:
     x = pole.imag - pole.real * _BESIDE[:, None]
     ahead = x > 0.0
     return np.broadcast_to(rows, x.shape)[ahead], np.square(x[ahead])
-
-
-def _slope(
-    parts: Coupling, weights: Measure, u: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """First and second derivative of A / Q by ln u, its value and the error of that."""
-    found = excess(parts, weights, u)
-    a, q = found.above, found.below
-    value = a[0] / q[0]
-    first = (a[1] - value * q[1]) / q[0]
-    second = (a[2] - 2.0 * first * q[1] - value * q[2]) / q[0]
-    doubt = 8.0 * UNIT_ROUNDOFF * (found.above_size + np.abs(value) * found.below_size) / q[0]
-    return u * first, u * first + u * u * second, value, doubt
 
 
 def _with_resonances(

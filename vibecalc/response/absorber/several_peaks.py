@@ -7,6 +7,7 @@ import numpy as np
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import UNIT_ROUNDOFF
 from vibecalc.response.absorber.model import transfer_of
+from vibecalc.response.absorber.peaks import SAME_HEIGHT
 from vibecalc.response.absorber.several import Several
 from vibecalc.response.absorber.several_polynomials import (
     Polynomial,
@@ -24,7 +25,8 @@ class SeveralPeaks(NamedTuple):
     """Maxima of |H| by rising frequency (p,), and its limits at both ends.
 
     `error` is absolute, of `magnitude`. `largest` is the supremum over 0 <= x <= infinity, at
-    `where`. `shoulder`: frequencies of poles without a peak of their own.
+    `where`, the lowest of places of one height. `shoulder`: frequencies of poles without a peak of
+    their own.
     """
 
     frequency: np.ndarray
@@ -68,9 +70,10 @@ def several_peaks(
     doubts = np.concatenate([[8 * UNIT_ROUNDOFF * low], error, [8 * UNIT_ROUNDOFF * min(high, 1)]])
     places = np.concatenate([[0.0], frequency, [np.inf]])
     best = int(np.argmax(heights))
+    first = int(np.argmax(heights >= heights[best] * (1.0 - SAME_HEIGHT)))
     return SeveralPeaks(
         frequency, value, error, low, high, float(heights[best]), float(doubts[best]),
-        float(places[best]), _shoulders(poles[~bare], frequency),
+        float(places[first]), _shoulders(poles[~bare], frequency),
     )  # fmt: skip
 
 
@@ -130,9 +133,10 @@ def polished(above: Polynomial, below: Polynomial, frequency: np.ndarray) -> np.
             step = first / np.where(first * first > second, first * first - second, np.abs(second))
             step = np.where(np.isfinite(step), np.clip(step, -0.1 * at, 0.1 * at), 0.0)
             x[live] = at + step
-            # quadratic: after a step of 1e-8 only rounding is left
+            # quadratic: after a step of 1e-8, or one small beside a narrower peak, only rounding
+            fine = np.maximum(1e-6 / np.sqrt(np.abs(second)), 8.0 * UNIT_ROUNDOFF * at)
             near = np.abs(np.log(x[live] / frequency[live])) < 0.7
-            live = live[near & (np.abs(step) > 1e-8 * at)]
+            live = live[near & (np.abs(step) > np.minimum(1e-8 * at, fine))]
             if not len(live):
                 break
     return x
@@ -161,9 +165,12 @@ def _stationary(above: Polynomial, below: Polynomial, start: np.ndarray) -> np.n
     x = np.sort(polished(above, below, start))
     with np.errstate(all="ignore"):
         first, second = _slopes(above, below, x)
-        maximum = (second < 0.0) & (np.abs(first) < 1e-7 * np.sqrt(-second))
+        value, error = _magnitude(above, below, x)
+        # the slope is no better known than the height, in units of the peak's own width
+        felt = error / value
+        maximum = (second < 0.0) & (np.abs(first) < (1e-7 + felt) * np.sqrt(-second))
     keep = maximum & np.isfinite(x) & (x > 0.0)
-    x, width = x[keep], 1.0 / np.sqrt(-second[keep])
+    x, width = x[keep], (1.0 + 100.0 * felt[keep]) / np.sqrt(-second[keep])
     # between two maxima the curve must come down
     twice = np.zeros(len(x), dtype=bool)
     twice[1:] = np.diff(x) < 1e-2 * width[1:]

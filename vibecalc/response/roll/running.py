@@ -34,12 +34,16 @@ _LOOKS = 145
 
 
 class Running(NamedTuple):
-    """A running state and the same with fewer (or more) points, whose difference is its error."""
+    """A running state and the same with fewer (or more) points, whose difference is its error.
+
+    `coarse`, where it is there, has fewer points than both: it tells how fast errors fall.
+    """
 
     state: Steady
     check: Steady
     multiplier: ComplexArray
     multiplier_error: FloatArray
+    coarse: Steady | None = None
 
 
 def running_state(
@@ -69,20 +73,22 @@ def running_state(
     widest = widest_panel(orders)
     if widest < first.widest:
         first = _with_points(machine, drive, rungs[0], started_at, first, widest)
+    coarse: Steady | None = None
     check, state, reached, met = first, first, np.inf, None
     for rung in rungs[1:]:
+        coarse = None if rung == rungs[1] else check
         check, state = state, _with_points(machine, drive, rung, started_at, state)
         reached = _apart(machine, drive, check, state, orders)
         if reached <= rtol and (not course or _course_apart(machine, drive, check, state) <= rtol):
-            met = check, state, reached
+            met = coarse, check, state, reached
             if points or not hides(machine, drive, check.turn, state.turn, orders):
                 break
         elif met is not None:
             break
     if met is not None:
-        check, state, reached = met
+        coarse, check, state, reached = met
     if points is not None:
-        state, check = check, state
+        state, check, coarse = check, state, None
     elif reached > max(rtol, 1e-12):
         raise NumericalFailure(
             f"roll: with {state.points} points on each of {state.solution.edges.shape[1] - 1} "
@@ -92,7 +98,9 @@ def running_state(
     value, error = multipliers(state)
     _check_stable(value, error)
     _check_slip(state, drive)
-    return Running(state, check, value, error)
+    if coarse is None and points is None:
+        coarse = _coarser(machine, drive, started_at, check)
+    return Running(state, check, value, error, coarse)
 
 
 def ladder(rtol: float) -> tuple[int, ...]:
@@ -200,6 +208,14 @@ def _with_points(
         f"roll: the running state was found with {near.points} points on each panel and lost with "
         f"{points}; it is near to where it ceases to exist"
     )
+
+
+def _coarser(
+    machine: RollMachine, drive: RollDrive, started_at: float | None, near: Steady
+) -> Steady | None:
+    """The state with one point less on each panel; None where that is not enough to find it."""
+    found = steady_state(machine, drive, near.points - 1, started_at=started_at, start=near)
+    return found if found.found[0] else None
 
 
 def _apart(

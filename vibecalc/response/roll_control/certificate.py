@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from vibecalc.numerics.nonnegative import nonnegative_least_squares
 from vibecalc.response.roll_control.evaluate import Load, evaluate_at_speed
 from vibecalc.response.roll_control.model import Controller, ReducedModel
 from vibecalc.response.roll_control.tune import Demands, Tuned, objective_of, slacks
@@ -42,8 +43,6 @@ def certify(
     A level at its least is a sum of slopes of what binds, none with the wrong sign (Karush, Kuhn
     and Tucker); the signs are found by non-negative least squares.
     """
-    from scipy.optimize import nnls
-
     order = np.asarray(orders, dtype=int)
     gain, feedback = float(tuned.gain.value), float(tuned.acceleration_feedback.value)
     low, high = demands.acceleration_feedback
@@ -73,7 +72,7 @@ def certify(
     scale = float(np.max(np.abs(level_slope))) or 1.0
     columns = np.concatenate([level_slope, -bounds]).T / scale
     heavy = np.concatenate([np.ones(len(level_slope)), np.zeros(len(bounds))]) * 1e3
-    weights, _ = nnls(np.vstack([columns, heavy]), np.array([0.0, 0.0, 1e3]))
+    weights = nonnegative_least_squares(np.vstack([columns, heavy]), np.array([0.0, 0.0, 1e3]))
     share, multiplier = np.zeros(pieces.shape[1]), np.zeros(len(BOUNDS))
     share[tied] = weights[: len(level_slope)]
     multiplier[active] = weights[len(level_slope) :]

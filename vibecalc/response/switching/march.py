@@ -2,7 +2,8 @@
 
 Over a panel y(h) = E(h) y(0) + integral of E(h - t) (0, f(t)) dt, with E the free motion in closed
 form. The integral is taken by Gauss-Legendre rules with 7 points, and with 6 for the error: on
-panels in which everything turns by a radian at most, both are at rounding.
+panels in which everything turns by two radians at most, the first misses less than 3e-15 of what
+the fastest part adds, the second less than 2e-12. Slower parts miss far less.
 """
 
 import numpy as np

@@ -11,7 +11,7 @@ from vibecalc.response.switching.orders import order_waves, real_rows
 from vibecalc.response.switching.system import ModalLoads, ModalSystem, Piece
 
 #: phase in rad that the fastest part of the motion may turn within a panel
-PANEL_PHASE = 1.0
+PANEL_PHASE = 2.0
 #: more panels than this are refused
 MOST_PANELS = 1_000_000
 _BLOCK = 1 << 21

@@ -172,9 +172,10 @@ def work_terms(
     work = pole**2 * kinetic.sum() + elastic @ square
     slope = 2.0 * pole * kinetic.sum() + matrices.element_damping @ square
     size = abs(pole) ** 2 * np.abs(kinetic).sum()
-    size += (matrices.element_stiffness + abs(pole) * matrices.element_damping) @ np.abs(square)
+    # two damping ratios may ask for a negative damping of the inertias
+    whole = np.abs(matrices.element_stiffness) + abs(pole) * np.abs(matrices.element_damping)
+    size += whole @ np.abs(square)
     # a twist is the difference of two angles, each right to a rounding
     coarse = np.abs(matrices.differences) @ np.abs(shape)
-    whole = matrices.element_stiffness + abs(pole) * matrices.element_damping
     size += 0.5 * whole @ (np.abs(twist) * coarse)
     return complex(work), complex(slope), float(8.0 * EPSILON * size)

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.rounding import EPSILON
 from vibecalc.numerics.typing import FloatArray, IntArray
 
 #: derivative by six values about the speed, exact for polynomials of degree 6
@@ -16,6 +17,10 @@ WEIGHTS = np.array([-1.0, 9.0, -45.0, 45.0, -9.0, 1.0]) / 60.0
 DISTANCE = 0.02
 #: change of a speed, relative, at which it counts as found
 FOUND = 1e-11
+#: times what the slope by values half as far apart says is missed
+MISSED = 4.0
+#: roundings, as shares of the width, by which a slope of these values shifts a place
+SHIFT = 100.0
 STEPS = 80
 
 
@@ -83,7 +88,22 @@ def refined(
         distance = np.minimum(distance, low / 4.0 + np.where(low > 0.0, 0.0, distance))
         low, at, high = _narrowed(value, low, at, high)
     at, moved = _zero_slope(value, low, high, distance)
-    return at, moved + 1e-10 * at
+    return at, np.minimum(moved + _missed(value, at, distance), high - low) + 8.0 * EPSILON * at
+
+
+def _missed(
+    value: Callable[[FloatArray], FloatArray], at: FloatArray, distance: FloatArray
+) -> FloatArray:
+    """What is between the zeros of a slope and of the one by values half as far apart.
+
+    That has a 64th of the truncation; over the curvature it tells how far the slope is off.
+    """
+    seen = value(at[:, None] + np.append(0.5 * PLACES, [0.0, -1.0, 1.0]) * distance[:, None])
+    slope = 2.0 * np.abs(seen[:, :6] @ WEIGHTS)
+    bend = np.abs(seen[:, 7] - 2.0 * seen[:, 6] + seen[:, 8])
+    width = distance / DISTANCE
+    share = slope / np.maximum(bend, EPSILON * np.abs(seen[:, 6]))
+    return np.asarray(MISSED * share * distance + SHIFT * EPSILON * width)
 
 
 def _narrowed(

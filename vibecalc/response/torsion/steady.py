@@ -10,8 +10,9 @@ def steady_shares(line: Line) -> FloatArray:
     """Torque (e, n) of each element for a mean torque of one at each freedom of a line at rest.
 
     With mean torques M (n,) that balance, shares @ M is k (phi[first] - phi[second]). In a tree
-    that nothing holds, equilibrium alone tells it (shares of 0 and 1, without rounding), else the
-    stiffnesses do. An element without stiffness carries nothing.
+    that nothing holds, or one spring to ground, which has nothing to carry then, equilibrium alone
+    tells it (shares of 0 and 1, without rounding), else the stiffnesses do. An element without
+    stiffness carries nothing.
     """
     count, elements = len(line.inertia), len(line.stiffness)
     neighbours: list[list[tuple[int, int]]] = [[] for _ in range(count)]
@@ -21,7 +22,8 @@ def steady_shares(line: Line) -> FloatArray:
         neighbours[a].append((b, e))
         neighbours[b].append((a, e))
     order, above = _walked(neighbours)
-    if len(springs) > sum(edge >= 0 for _, edge in above) or np.any(line.ground_stiffness):
+    held = np.count_nonzero(line.ground_stiffness)
+    if len(springs) > sum(edge >= 0 for _, edge in above) or held > 1:
         inverse = np.linalg.pinv(stiffness_matrix(line), hermitian=True)
         twist = inverse[line.first] - inverse[line.second]
         return np.asarray(line.stiffness[:, None] * twist)

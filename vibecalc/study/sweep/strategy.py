@@ -21,6 +21,7 @@ _COST = {
     "kinematics": 1.0,
     "excitation": 3.0,
     "motor": 2.0,
+    "pump": 4.0,
     "isolation_pitch": 5.0,
     "isolation_rigid_body": 10.0,
     "run_up": 20.0,

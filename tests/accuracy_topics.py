@@ -1,0 +1,121 @@
+"""Small topics whose order of convergence is known, with failures and ties where asked."""
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from vibecalc.accuracy.measure import Timed
+from vibecalc.accuracy.topic import NOTHING_TO_SET, Answer, Ladder, Reference, Topic
+from vibecalc.errors import NumericalFailure
+
+Solve = Callable[[float], Answer]
+
+#: one run of each rung: tests count work, not seconds
+ONCE = Timed(repeat=False)
+
+#: x' = i x from 1 over one unit of time
+TRUTH = np.array([np.exp(1j)])
+
+
+def euler(steps: float) -> Answer:
+    """Order 1."""
+    return Answer(np.array([(1.0 + 1j / steps) ** int(steps)]), steps)
+
+
+def runge_kutta(steps: float) -> Answer:
+    """The classical method, order 4: its amplification is the series to the fourth power."""
+    step = 1j / steps
+    growth = 1.0 + step + step**2 / 2.0 + step**3 / 6.0 + step**4 / 24.0
+    return Answer(np.array([growth ** int(steps)]), 4.0 * steps)
+
+
+def gauss(points: float) -> Answer:
+    """1 + the integral of i exp(i t), by Gauss's rule: geometric."""
+    node, weight = np.polynomial.legendre.leggauss(int(points))
+    half = 0.5 * (node + 1.0)
+    return Answer(np.array([1.0 + 0.5 * np.sum(weight * 1j * np.exp(1j * half))]), points)
+
+
+def monte_carlo(draws: float) -> Answer:
+    """1 + the same integral by the mean over seeded draws: order 1/2.
+
+    The root of the mean square over 400 seeds stands for the error of one of them.
+    """
+    generator = np.random.default_rng(7)
+    means = [np.mean(1j * np.exp(1j * generator.random(int(draws)))) for _ in range(400)]
+    error = math.sqrt(np.mean(np.abs(1.0 + np.array(means) - TRUTH[0]) ** 2))
+    return Answer(TRUTH + error, draws)
+
+
+def exact(_: float) -> Answer:
+    return Answer(TRUTH.copy(), 2.0)
+
+
+def unstable(steps: float) -> Answer:
+    if steps < 3:
+        raise NumericalFailure("the step is above the limit of stability")
+    if steps < 5:
+        raise np.linalg.LinAlgError("singular matrix")
+    return Answer(np.array([np.exp(1j) + 0.1 / steps]), steps)
+
+
+def undefined(setting: float) -> Answer:
+    return Answer(np.array([complex(np.nan if setting < 2 else np.inf)]), 1.0)
+
+
+class Clock:
+    """Time that passes in `slow` only."""
+
+    now = 0.0
+
+    def perf_counter(self) -> float:
+        return self.now
+
+    process_time = perf_counter
+
+    def slow(self, setting: float) -> Answer:
+        """As many seconds as the setting says."""
+        self.now += setting
+        return Answer(TRUTH + 0.1, setting)
+
+
+def ladder(
+    solve: Solve, *settings: float, setting: str = "steps", default: float | None = None
+) -> Ladder:
+    return Ladder(
+        name=solve.__name__.replace("_", " "),
+        words="a method",
+        setting=setting if settings else "",
+        settings=settings or NOTHING_TO_SET,
+        solve=solve,
+        default=default,
+        theory="as its name says",
+        citation="Nobody, 1900",
+    )
+
+
+def topic(*ladders: Ladder, agreement: float = 1e-16, position: str = "", **more: float) -> Topic:
+    return Topic(
+        stage="rotation",
+        name="where it is after one unit",
+        words="the end of x' = i x from 1",
+        quantity="rotation/end",
+        unit="",
+        work="evaluations",
+        reference=lambda: Reference(TRUTH, agreement, "closed form", 0.5 if position else None),
+        ladders=ladders,
+        position=position,
+        **more,  # type: ignore[arg-type]
+    )
+
+
+#: everything at once, for files and reports
+FULL = topic(
+    ladder(euler, 4, 8, 16, 32, 64, 128),
+    ladder(runge_kutta, 4, 8, 16, 32, 64),
+    ladder(gauss, 2, 3, 4, 5, 6, 8, 10, setting="points", default=10),
+    ladder(exact),
+    ladder(unstable, 2, 4, 8),
+    ladder(undefined, 1, 2),
+)

@@ -1,0 +1,60 @@
+"""Results of a shaft line in many digits, from the case; what has no truth says why."""
+
+from collections.abc import Iterator
+
+from exact_engine_modes import modal_results
+from exact_engine_ranges import range_results
+from exact_engine_steady import (
+    ROOT,
+    Reader,
+    Truth,
+    excitation,
+    margins,
+    operating,
+    operating_limits,
+    own_rows,
+)
+
+from vibecalc.case.schema import Case
+from vibecalc.results.record import Record
+
+#: beginnings of paths, and why there is no truth for them
+NO_TRUTH = {
+    "modes/frequency_error": "an estimate itself",
+    "modes/holzer_residual": "what rounding leaves; its truth is zero and its estimate says so",
+    "masked/": "how near a resonance digits are left is a matter of definition",
+    "hammering/gear": "a number of a row",
+    "separation/operating/half_order": "the order of a margin that has a truth",
+    "separation/range/half_order": "the order of a margin that has a truth",
+    "separation/operating/kept": "a yes or no",
+    "separation/range/kept": "a yes or no",
+    "largest/mode": "named by a rule of thumb",
+    "largest/half_order": "named by a rule of thumb",
+    "summit/mode": "named by a rule of thumb",
+    "summit/half_order": "named by a rule of thumb",
+    "summit/section": "a number of a row",
+    "limit/section": "a number of a row",
+    "limit/basis/": "values of the case, copied or by a closed form that has a test of its own",
+    "barred/limit": "a number of a row",
+    "barred/permitted": "a yes or no",
+    "limit/each/": "the largest uses once more, by section",
+}
+
+
+def engine_results(case: Case, record: Record) -> Iterator[Truth]:
+    """All quantities of the line that have a truth, beside it."""
+    reader = Reader(case, record)
+    yield from modal_results(reader)
+    yield from excitation(reader)
+    for place in reader.others:
+        yield from operating(reader, place)
+    yield from own_rows(reader)
+    yield from margins(reader)
+    yield from operating_limits(reader)
+    if reader.torsion.speeds is not None:
+        yield from range_results(reader)
+
+
+def reasonless(path: str) -> bool:
+    """Whether a path has no truth and no reason for that."""
+    return not path.removeprefix(ROOT).startswith(tuple(NO_TRUTH))

@@ -1,0 +1,233 @@
+"""Hard cases of a body on springs: next to and on a resonance, stiff beside soft, underflow.
+
+Ong (2000), chapter 4; his response is P |Y|, which hangs on the sign of every eigenvector.
+"""
+
+from functools import cache
+
+import mpmath
+import numpy as np
+import ong_tables as ong
+from isolation_machines import Body, exact_matrices, exact_response, random_body
+from stability.hard_case import HardCase, Numbers, Way, singular
+
+from vibecalc.kinematics.harmonics import motion_harmonics
+from vibecalc.numerics.rounding import UNIT_ROUNDOFF, WithError
+from vibecalc.response.direct import dynamics, response
+from vibecalc.response.energies import energy_by_order, mass_of, velocity
+from vibecalc.response.matrices import Matrices
+from vibecalc.response.modal_resonance import body_resonances
+from vibecalc.response.modes import modes
+from vibecalc.response.singular import check_operating_point
+from vibecalc.response.trust import require_digits
+
+FORCE = np.array([1.0, -2.0, 0.5, 0.3, -0.1, 0.7])
+ORDER = np.array([1])
+#: the compressor's shaking, order 1 to 240, falls by 1e-155
+HIGH = np.arange(2, 241, 2)
+
+
+@cache
+def undamped() -> Body:
+    body = random_body(7)
+    mounts = body.mounts._replace(damping=0.0 * body.mounts.damping)
+    mounts = mounts._replace(structural=0.0 * mounts.structural)
+    zero = np.zeros((6, 6))
+    matrices = body.matrices._replace(
+        damping=zero, structural=zero, damping_error=zero, structural_error=zero
+    )
+    return body._replace(mounts=mounts, matrices=matrices)
+
+
+def as_stored(matrices: Matrices) -> tuple[mpmath.matrix, ...]:
+    parts = (matrices.mass, matrices.stiffness, matrices.damping, matrices.structural)
+    return tuple(mpmath.matrix(part.tolist()) for part in parts)
+
+
+def own_response(matrices: Matrices, speed: float, force: np.ndarray) -> WithError:
+    """As the stage does it: look for resonances, solve, see what is left of the digits."""
+    load = WithError(force[None].astype(complex), UNIT_ROUNDOFF * np.abs(force)[None])
+    check_operating_point(body_resonances(matrices, modes(matrices), load), ORDER, speed)
+    system = dynamics(matrices, ORDER * speed)
+    motion = response(system, load.value, load.error)
+    require_digits(matrices, system, load, motion, ORDER, speed)
+    return WithError(motion.value[0], motion.error[0])
+
+
+def by_solve(matrices: Matrices, speed: float, force: np.ndarray) -> np.ndarray:
+    return np.asarray(np.linalg.solve(matrices.stiffness - speed**2 * matrices.mass, force))
+
+
+def by_modes(matrices: Matrices, speed: float, force: np.ndarray, signs: bool = True) -> np.ndarray:
+    """Modal sum; without signs the source's P |Y|."""
+    from scipy.linalg import eigh
+
+    square, shape = eigh(matrices.stiffness, matrices.mass)
+    swing = (shape.T @ force) / (square - speed**2)
+    return np.asarray(shape @ swing if signs else np.abs(shape @ np.abs(swing)))
+
+
+@cache
+def truth_of(away: float) -> list[mpmath.mpc]:
+    body = undamped()
+    with mpmath.workdps(50):
+        return list(exact_response(exact_matrices(body), speed_beside(away), FORCE))
+
+
+def speed_beside(away: float) -> float:
+    return float(modes(undamped().matrices).natural_frequency[2]) * (1.0 + away)
+
+
+def condition_beside(away: float) -> float:
+    """Of the largest component, by a change of the speed, whose square all stiffness meets."""
+    exact = exact_matrices(undamped())
+    with mpmath.workdps(60):
+        speed = mpmath.mpf(speed_beside(away))
+        found = []
+        for w in (speed, speed * (1 + mpmath.mpf("1e-20"))):
+            dynamic = exact[1] - w * w * exact[0]
+            found.append(mpmath.lu_solve(dynamic, mpmath.matrix(FORCE.tolist())))
+        most = max(range(6), key=lambda i: abs(found[0][i]))
+        return float(abs((found[1][most] - found[0][most]) / found[0][most]) / 1e-20)
+
+
+def beside(away: float) -> HardCase:
+    matrices = undamped().matrices
+    speed = speed_beside(away)
+    return HardCase(
+        f"an order {away:g} beside an undamped natural frequency", "Ong",
+        lambda: condition_beside(away), lambda: truth_of(away),
+        lambda: own_response(matrices, speed, FORCE), "answers; the loss is in the error",
+        (Way("numpy.linalg.solve", lambda: by_solve(matrices, speed, FORCE), loose=True),
+         Way("sum of modes from scipy.linalg.eigh",
+             lambda: by_modes(matrices, speed, FORCE), loose=True),
+         Way("P |Y|, as published", lambda: by_modes(matrices, speed, FORCE, signs=False))),
+    )  # fmt: skip
+
+
+def diagonal() -> Matrices:
+    """Six freedoms apart from each other; 2 x 100 rad/s is a natural frequency to the last bit."""
+    mass, zero = np.diag([2.0, 2.0, 2.0, 0.5, 0.5, 0.5]), np.zeros((6, 6))
+    natural = np.array([200.0, 310.0, 420.0, 530.0, 640.0, 750.0])
+    return Matrices(mass, mass * natural**2, zero, zero, zero, zero, zero, zero)
+
+
+def on_it() -> HardCase:
+    matrices = diagonal()
+    return HardCase(
+        "an order on an undamped natural frequency", "Ong", singular, None,
+        lambda: own_response(matrices, 200.0, FORCE), "refuses, naming order and mode",
+        (Way("sum of modes from scipy.linalg.eigh", lambda: by_modes(matrices, 200.0, FORCE)),
+         Way("numpy.linalg.solve, 1 rounding off",
+             lambda: by_solve(matrices, 200.0 * (1 + 2**-52), FORCE))),
+    )  # fmt: skip
+
+
+class Motion:
+    """The compressor's motion under its piston, orders 2 to 240, taken as exact."""
+
+    def __init__(self) -> None:
+        self.matrices = ong.si_matrices()
+        swing = -motion_harmonics(ong.RADIUS / ong.LENGTH, int(HIGH[-1]), derivative=2)[HIGH]
+        arm = np.array([0.0, 1.0, 0.0, ong.LEVER_A * ong.INCH, 0.0, 0.0])
+        force = swing[:, None] * arm
+        self.rate = HIGH * ong.SPEED
+        self.value = response(dynamics(self.matrices, self.rate), force, 0.0 * np.abs(force)).value
+
+
+@cache
+def motion() -> Motion:
+    return Motion()
+
+
+def own_energy() -> WithError:
+    one = motion()
+    state = velocity(WithError(one.value, np.zeros(one.value.shape)), one.rate)
+    found = energy_by_order(mass_of(one.matrices), state)
+    return WithError(found.mean, found.mean_error)
+
+
+def plain_energy() -> np.ndarray:
+    one = motion()
+    state = one.rate[:, None] * one.value
+    return np.asarray([0.25 * (v.conj() @ one.matrices.mass @ v).real for v in state])
+
+
+@cache
+def true_energy() -> Numbers:
+    one = motion()
+    with mpmath.workdps(40):
+        mass = mpmath.matrix(one.matrices.mass.tolist())
+        found = []
+        for n, row in zip(HIGH.tolist(), one.value, strict=True):
+            v = mpmath.matrix([mpmath.mpc(complex(x)) * n * mpmath.mpf(ong.SPEED) for x in row])
+            found.append((v.H * mass * v)[0].real / 4)
+        # below the smallest double there is none
+        return [x if x > 1e-323 else mpmath.mpf(0) for x in found]
+
+
+def stiff_matrices() -> Matrices:
+    """One skewed direction 1e10 times as stiff as the others."""
+    body = undamped()
+    along = np.array([1.0, 2.0, -1.0, 0.3, 0.2, -0.5])
+    extra = 1e10 * float(np.max(body.matrices.stiffness)) * np.outer(along, along)
+    stiffness = body.matrices.stiffness + 0.5 * (extra + extra.T)
+    rounding = UNIT_ROUNDOFF * np.abs(stiffness)
+    return body.matrices._replace(stiffness=stiffness, stiffness_error=rounding)
+
+
+def true_frequencies(matrices: Matrices) -> list[mpmath.mpf]:
+    with mpmath.workdps(60):
+        mass, stiffness = as_stored(matrices)[:2]
+        inverse = mpmath.inverse(mpmath.cholesky(mass))
+        square = mpmath.eigsy(inverse * stiffness * inverse.T, eigvals_only=True)
+        return [mpmath.sqrt(one) for one in square]
+
+
+def own_frequencies(matrices: Matrices) -> WithError:
+    found = modes(matrices)
+    return WithError(found.natural_frequency, found.natural_frequency_error)
+
+
+def by_eigh(matrices: Matrices) -> np.ndarray:
+    from scipy.linalg import eigh
+
+    return np.sqrt(np.maximum(eigh(matrices.stiffness, matrices.mass, eigvals_only=True), 0.0))
+
+
+def by_eig(matrices: Matrices) -> np.ndarray:
+    square = np.linalg.eigvals(np.linalg.solve(matrices.mass, matrices.stiffness))
+    return np.sqrt(np.maximum(np.sort(square.real), 0.0))
+
+
+def entry_condition(matrices: Matrices) -> float:
+    """Of the worst frequency, by the entries of the matrices: sum |v| |dK| |v| / 2 w^2."""
+    found = modes(matrices)
+    size = np.abs(found.shape)
+    stiff = np.sum(size * (np.abs(matrices.stiffness) @ size), axis=0)
+    heavy = np.sum(size * (np.abs(matrices.mass) @ size), axis=0)
+    return float(np.max(0.5 * (stiff / found.eigenvalue + heavy)))
+
+
+def modes_case(name: str, matrices: Matrices) -> HardCase:
+    return HardCase(
+        name, "found", lambda: entry_condition(matrices),
+        lambda: true_frequencies(matrices), lambda: own_frequencies(matrices),
+        "answers; the loss is in the error",
+        (Way("scipy.linalg.eigh(K, M)", lambda: by_eigh(matrices), loose=True),
+         Way("eigenvalues of M^-1 K", lambda: by_eig(matrices), loose=True)),
+    )  # fmt: skip
+
+
+def cases() -> tuple[HardCase, ...]:
+    return (
+        beside(1e-7),
+        beside(1e-9),
+        on_it(),
+        HardCase(
+            "energies of orders 2 to 240, to 1e-320 and below", "Ong", lambda: 2.0,
+            true_energy, own_energy, "answers; what underflows is 0, with an error",
+            (Way("v* M v / 4 in plain floats", plain_energy),),
+        ),
+        modes_case("a mount 1e10 times as stiff along one skewed direction", stiff_matrices()),
+    )  # fmt: skip

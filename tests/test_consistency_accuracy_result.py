@@ -1,0 +1,138 @@
+"""Claim: a measurement survives its file, reads the same again, and equals its repetition."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from accuracy_topics import FULL, ONCE, euler, ladder, topic
+from shipped_cases import CASES
+
+from vibecalc.accuracy.measure import measure
+from vibecalc.accuracy.record import as_record, folder_of, measured_text, plan_rows
+from vibecalc.report.accuracy.machine_readable import accuracy_object
+from vibecalc.report.accuracy.text import render_accuracy
+from vibecalc.report.accuracy.view import topics_of
+from vibecalc.report.sweep.text import report_file
+from vibecalc.results.accuracy_layout import DONE, FAILED, MEASURED, is_accuracy
+from vibecalc.results.compare import compare
+from vibecalc.results.record import Result
+from vibecalc.results.store import read_result, write_result
+from vibecalc.study.execute import as_result
+from vibecalc.study.load import load_checked
+
+PEAK = topic(ladder(euler, 4, 8), position="crank angle [rad]")._replace(name="peak")
+
+
+def made() -> Result:
+    (loaded,) = load_checked([CASES["generator"]])
+    measured = [measure(one, ONCE) for one in (FULL, PEAK)]
+    result = as_result(loaded, as_record(measured, ["something is left out"]), {"run": 0.1})
+    provenance = {"machine": "a computer", "versions": "1", MEASURED: measured_text(measured)}
+    return replace(result, plan=plan_rows(measured), provenance=provenance)
+
+
+@pytest.fixture(scope="module")
+def result() -> Result:
+    return made()
+
+
+def test_the_table_is_the_same_from_the_file(result: Result, tmp_path: Path) -> None:
+    text = render_accuracy(result)
+    path = write_result(result, tmp_path / "one.h5")
+    assert is_accuracy(read_result(path))
+    assert report_file(path) == text
+    assert max(map(len, text.splitlines())) <= 110
+
+
+def test_two_measurements_do_not_differ(result: Result) -> None:
+    again = made()
+    assert again.provenance[MEASURED] != result.provenance[MEASURED]
+    comparison = compare(result, again)
+    assert comparison.same and len(comparison.rows) == 13 + 14
+
+
+def test_a_worse_method_differs(result: Result) -> None:
+    path = f"{folder_of(FULL)}/worst_relative"
+    worse = result.record[path].values.copy()
+    worse[0] *= 1.01
+    record = replace(result.record)
+    record.quantities = {**record.quantities, path: replace(record[path], values=worse)}
+    assert not compare(result, replace(result, record=record)).same
+
+
+def test_the_file_has_every_rung_with_its_cause(result: Result) -> None:
+    folder = folder_of(FULL)
+    assert folder == "accuracy/rotation/where_it_is_after_one_unit"
+    status = result.record[f"{folder}/status"]
+    assert [axis.name for axis in status.axes] == ["rung"]
+    labels = status.axes[0].values.tolist()
+    assert labels[0] == "euler | 4" and "exact" in labels
+    failed = [labels[i] for i in np.flatnonzero(status.values == FAILED)]
+    assert failed == ["unstable | 2", "unstable | 4", "undefined | 1", "undefined | 2"]
+    error = result.record[f"{folder}/worst_relative"].values
+    assert (np.isfinite(error) == (status.values == DONE)).all()
+    assert not np.isnan(error).any()
+
+
+def test_the_table_says_what_was_found(result: Result) -> None:
+    text = render_accuracy(result)
+    for words in (
+        "as its name says",
+        "order 1.0",
+        "order 4.0",
+        "digits per unit",
+        "- unstable at 2: failed: the step is above the limit of stability",
+        "- unstable at 4: failed: LinAlgError: singular matrix",
+        "- undefined at 1: failed: the answer is not a number",
+        "none reaches it",
+        "exact: 2",
+        "something is left out",
+        "a computer",
+        "rerun",
+        "position",
+    ):
+        assert words in text, words
+    (default,) = [line for line in text.splitlines() if line.endswith("<")]
+    assert default.split()[0] == "10"
+
+
+def test_the_view_and_the_object_agree(result: Result) -> None:
+    found = accuracy_object(result, Path("one.h5"))
+    json.dumps(found, allow_nan=False)
+    views = topics_of(result)
+    assert [one["name"] for one in found["topics"]] == [one.words["name"] for one in views]
+    full = found["topics"][0]
+    assert full["rungs"][0]["method"] == "euler" and full["rungs"][0]["setting"] == 4.0
+    cheapest = full["cheapest"][2]
+    assert full["rungs"][cheapest["in_work"]]["method"] == "exact"
+    assert [rung["status"] for rung in full["rungs"]].count("failed") == 4
+    assert full["extra_work"] == pytest.approx(5.0)
+    assert "position_error" in found["topics"][1]["rungs"][0]
+    assert views[0].failures == 4
+
+
+def test_a_picture_has_a_panel_for_each_topic(result: Result, tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib")
+    from vibecalc.report.pictures.accuracy import picture
+    from vibecalc.report.plots import draw_file
+
+    path = write_result(result, tmp_path / "one.accuracy.h5")
+    figure = picture(result)
+    assert figure is not None
+    panels = [axes for axes in figure.axes if axes.get_visible()]
+    assert len(panels) == 2 and panels[0].get_xscale() == panels[0].get_yscale() == "log"
+    names = [text.get_text() for text in panels[0].get_legend().get_texts()]
+    assert names == [one.name for one in FULL.ladders]
+    assert draw_file(path, tmp_path) == [tmp_path / "one.accuracy.png"]
+    assert (tmp_path / "one.accuracy.png").stat().st_size > 10_000
+
+
+def test_a_result_of_another_kind_has_no_such_picture() -> None:
+    from vibecalc.report.pictures.accuracy import picture
+
+    (loaded,) = load_checked([CASES["generator"]])
+    from vibecalc.results.record import Record
+
+    assert picture(as_result(loaded, Record(), {})) is None

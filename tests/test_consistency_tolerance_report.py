@@ -1,0 +1,94 @@
+"""Claim: the report says how much of the tolerance was reached, by what the record says of itself.
+
+Counts are formed anew here; seconds stand below all that two runs have in common.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from vibecalc.pipeline.tolerance import reached
+from vibecalc.pipeline.tolerance_summary import summarised
+from vibecalc.report.sections.tolerance import stage_times, tolerance, tolerance_line
+from vibecalc.report.terminal import plain_summary
+from vibecalc.report.text import render_report
+from vibecalc.results.record import Axis, Quantity, Record, Result
+
+
+def quantity(path: str, values: list[float], error: float) -> Quantity:
+    axis = Axis(name="row", values=np.arange(len(values)))
+    return Quantity(
+        path=path, values=np.array(values), unit="", long_name="", axes=(axis,),
+        error_estimate=error,
+    )  # fmt: skip
+
+
+@pytest.fixture
+def record() -> Record:
+    found = Record()
+    for one in (
+        quantity("response/torsion/torque", [3.0, -40.0], 4e-9),
+        quantity("response/torsion/angle", [2.0], 4e-6),
+        quantity("response/torsion/twist", [1e-9], 1e-9),
+        quantity("isolation/run_up/peak_speed", [50.0], 1.0),
+        quantity("response/torsion/transient/peak", [7.0], 0.1),
+    ):
+        found.add(one)
+    found.add(replace(quantity("response/torsion/major", [1.0], 0.0), values=np.array([1, 0])))
+    return found
+
+
+def result(record: Record) -> Result:
+    return Result(
+        name="engine", case={"title": "engine", "accuracy": {"rtol": 1e-8}}, case_toml="",
+        case_toml_resolved="", case_sha256="", record=record, version="0",
+        plan=({"stage": "torsion", "why": "asked", "cost": "24 solves"},),
+        timings={"machine": 0.25, "torsion": 0.75},
+    )  # fmt: skip
+
+
+def test_counts_are_those_of_the_record(record: Record) -> None:
+    found = summarised(record, 1e-8)
+    shares = {path: reached(one, record) for path, one in record.items()}
+    held = {path: share for path, share in shares.items() if share is not None}
+    held.pop("response/torsion/major")  # a yes or no has no error
+    assert (found.held, found.met) == (len(held), sum(one <= 1e-8 for one in held.values()))
+    assert (found.held, found.met) == (2, 1)
+    assert found.worst == "response/torsion/angle"
+    assert found.share == pytest.approx(2e-6)
+    assert sum(count for _, count in found.exempt) == 3
+    assert len({words for words, _ in found.exempt}) == 3
+
+
+def test_section_and_line_say_the_same(record: Record) -> None:
+    section = tolerance(result(record))
+    assert section is not None
+    text = " ".join(" ".join(section.lines).split())
+    assert "rtol = 1e-08" in text
+    assert "1 of 2 results" in text
+    assert "response/torsion/angle, 2.0e-06" in text
+    assert "places of summits" in text
+    line = tolerance_line(result(record))
+    assert line == "rtol = 1e-08 reached by 1 of 2 results, the worst has 2.0e-06"
+    assert " ".join(line.split()) in " ".join(plain_summary(result(record)).split())
+
+
+def test_no_tolerance_no_words(record: Record) -> None:
+    silent = replace(result(record), case={"title": "engine"})
+    assert tolerance(silent) is None
+    assert tolerance_line(silent) == ""
+
+
+def test_seconds_line_up_and_stand_below_all_that_is_stable(record: Record) -> None:
+    lines = stage_times(result(record))
+    head, rule, *rows = (line for line in lines if line)
+    ends = [place for place in range(len(rule)) if rule[place : place + 2] == "- "]
+    assert all(row[end + 1 : end + 2] in ("", " ") for row in (head, *rows) for end in ends)
+    assert [row.split()[1] for row in rows] == ["0.2500", "0.7500", "1.0000"]
+    assert "75.0 24 solves" in rows[1]
+    slow = replace(result(record), timings={"machine": 5.0, "torsion": 9.0})
+    texts = [render_report(one).split("Provenance")[0] for one in (result(record), slow)]
+    assert texts[0] == texts[1]
+    assert "Tolerance" in texts[0]
+    assert stage_times(replace(result(record), timings={})) == []

@@ -1,0 +1,287 @@
+"""Claim: what is compared for forces, mounts, body, impacts and changes is measured truthfully.
+
+The truths are known to what is stated, each integrator and grid shows the order of its theory,
+and no method does the same for much less counted work than the one vibecalc takes.
+"""
+
+import importlib
+from functools import cache
+
+import numpy as np
+import pytest
+from shipped_cases import CASES
+
+from vibecalc.accuracy.front import extra_work
+from vibecalc.accuracy.measure import Timed, measure
+from vibecalc.accuracy.order import fitted
+from vibecalc.accuracy.rung import Measured
+from vibecalc.accuracy.topic import Topic
+from vibecalc.accuracy.yardsticks.cycle_peaks import peak_topic
+from vibecalc.accuracy.yardsticks.cycle_signals import Signal
+from vibecalc.accuracy.yardsticks.fourier_samples import (
+    harmonics_of_samples,
+    samples_of_harmonics,
+)
+from vibecalc.accuracy.yardsticks.grids import (
+    chebyshev_maximum,
+    golden_maximum,
+    grid_maximum,
+    parabola_maximum,
+    places_of,
+)
+from vibecalc.accuracy.yardsticks.integrators import march_fixed, march_scipy
+from vibecalc.errors import NumericalFailure
+from vibecalc.pipeline.run import run_scene
+from vibecalc.pipeline.scene import Scene
+from vibecalc.pipeline.stages.isolation_common import LARGEST
+from vibecalc.results.accuracy_layout import FAILED
+from vibecalc.study.load import load_checked
+
+#: module of topics, case that has its stage, and how well the truth is known
+MEASURED = (
+    ("kinematics_harmonics", "compressor", 1e-25),
+    ("kinematics_motion", "compressor", 1e-14),
+    ("excitation_force", "compressor", 1e-14),
+    ("isolation_steady", "generator", 1e-14),
+    ("run_up", "generator", 1e-13),
+    ("response_steady", "compressor", 1e-14),
+    ("response_modes", "compressor", 1e-20),
+    ("operations", "compressor", 1e-13),
+    ("motor_force", "compressor_motor", 1e-14),
+    ("switching", "compressor_switching", 2e-12),
+)
+BY_MODULE = {module: case for module, case, _ in MEASURED}
+
+
+@cache
+def scene_of(case: str) -> Scene:
+    """A run of what the topics read; stages that only give results are left out."""
+    (loaded,) = load_checked([CASES[case]], ())
+    return run_scene(loaded.case, wanted=frozenset({LARGEST}))
+
+
+def topics_of(module: str, case: str) -> list[Topic]:
+    found = importlib.import_module(f"vibecalc.accuracy.topics.{module}").topics(scene_of(case))
+    assert all(isinstance(topic, Topic) for topic in found)
+    return list(found)
+
+
+@cache
+def measured(module: str, case: str) -> tuple[Measured, ...]:
+    return tuple(measure(topic, Timed(repeat=False)) for topic in topics_of(module, case))
+
+
+def one(module: str, name: str, case: str = "") -> Measured:
+    found = measured(module, case or BY_MODULE[module])
+    return next(each for each in found if each.topic.name == name)
+
+
+def order_of(found: Measured, ladder: str) -> float:
+    rungs = [rung for rung in found.rungs if rung.ladder == ladder]
+    fit = fitted(rungs, found.reference.agreement)
+    assert fit is not None, f"{found.topic.name}: {ladder} shows no order"
+    return fit.value
+
+
+@pytest.mark.parametrize(("module", "case", "bound"), MEASURED)
+def test_truths_are_known_and_the_default_is_worth_its_work(
+    module: str, case: str, bound: float
+) -> None:
+    found = measured(module, case)
+    assert found
+    for each in found:
+        assert each.reference.agreement <= bound, each.topic.name
+        assert extra_work(each.topic, each.rungs) <= each.topic.default_extra, each.topic.name
+        assert (each.topic.default_extra == 1.0) == (each.topic.default_why == "")
+        for rung in each.rungs:
+            assert (rung.status == FAILED) == (rung.cause != "")
+            if rung.is_default:
+                assert rung.worst_relative <= max(1e-9, each.reference.agreement)
+
+
+@pytest.mark.parametrize(
+    ("module", "name", "ladder", "order"),
+    [
+        ("kinematics_motion", "acceleration over a turn", "differences", 2.0),
+        ("excitation_force", "force peak", "grid", 2.0),
+        ("excitation_force", "couple peak", "grid with parabola", 4.0),
+        ("motor_force", "axial force peak", "grid", 2.0),
+        ("isolation_steady", "largest support force", "RK4 shooting", 4.0),
+        ("run_up", "largest force of the run-up", "grid", 2.0),
+        ("response_steady", "translations by order", "RK4 shooting", 4.0),
+        ("response_modes", "natural frequencies", "scan of the determinant", 2.0),
+        ("operations", "range of the mean energy", "grid", 2.0),
+        ("operations", "range of the mean energy", "grid with parabola", 4.0),
+        ("switching", "change at once", "Euler", 1.0),
+        ("switching", "change at once", "RK4", 4.0),
+        ("switching", "run-down", "Euler", 1.0),
+        ("switching", "run-down", "RK4", 4.0),
+        ("switching", "run-down", "DOP853", 1.0),
+    ],
+)
+def test_ladders_show_the_order_of_their_theory(
+    module: str, name: str, ladder: str, order: float
+) -> None:
+    assert order_of(one(module, name), ladder) == pytest.approx(order, abs=0.3)
+
+
+def test_series_and_samples_lose_what_the_closed_form_of_harmonics_keeps() -> None:
+    found = one("kinematics_harmonics", "harmonics of the acceleration")
+    error = {(rung.ladder, rung.setting): rung.worst_relative for rung in found.rungs}
+    assert error["exact harmonics", 1.0] < 1e-14
+    # 40 terms, as the source has them, reach order 80 with one term alone
+    assert 0.5 < error["truncated series", 40.0] < 1.0
+    # rounding of the first harmonic buries the last, 1e-75 of it
+    assert error["FFT of samples", 1280.0] > 1e40
+    few = next(rung for rung in found.rungs if (rung.ladder, rung.setting) == ("FFT of samples", 8))
+    assert few.status == FAILED and "more than 160 are needed" in few.cause
+
+
+def test_a_start_off_the_summit_is_a_failure_with_its_cause() -> None:
+    found = one("motor_force", "axial force peak")
+    causes = [rung.cause for rung in found.rungs if rung.status == FAILED]
+    assert any("leaves the summit" in cause for cause in causes)
+    scan = one("response_modes", "natural frequencies")
+    causes = [rung.cause for rung in scan.rungs if rung.status == FAILED]
+    assert any("changes of sign, not 6" in cause for cause in causes)
+
+
+def test_a_tighter_range_of_peak_energies_takes_more_peaks_and_is_kept() -> None:
+    found = one("operations", "range of the peak energy")
+    rungs = [rung for rung in found.rungs if rung.ladder == "branch and bound"]
+    work = [rung.work for rung in rungs]
+    assert work == sorted(work) and work[0] < work[-1]
+    assert all(rung.worst_relative <= rung.setting for rung in rungs)
+
+
+def test_the_case_that_asks_for_the_cut_series_has_it_as_default() -> None:
+    (found,) = measured("kinematics_harmonics", "generator")
+    (default,) = [rung for rung in found.rungs if rung.is_default]
+    assert (default.ladder, default.setting) == ("truncated series", 1.0)
+    # what Gibson's one term lacks of the second harmonic at R / L = .3: 2.3 %
+    assert default.worst_relative == pytest.approx(0.0231, abs=5e-4)
+
+
+def test_a_circle_has_a_peak_and_no_place() -> None:
+    circle = Signal(np.array([[3.0], [3.0j]]), np.array([1]))
+    topic = peak_topic("excitation", "circle", "", "excitation/force_peak", "N", circle)
+    found = measure(topic, Timed(repeat=False))
+    assert topic.position == "" and found.reference.position is None
+    assert all(rung.worst_relative < 1e-14 for rung in found.rungs if rung.status != FAILED)
+    two = Signal(np.array([[1.0 + 0.0j, 1.0]]), np.array([1, 3]))
+    # cos a + cos 3a is largest, 2, at 0 and at half a turn, with the other sign
+    known = peak_topic("excitation", "two", "", "excitation/force_peak", "N", two)
+    assert known.reference().values == pytest.approx([2.0], rel=1e-15)
+    for ladder in known.ladders:
+        position = ladder.solve(ladder.settings[-1]).position
+        assert position is not None and abs(position) < 1e-3
+
+
+@pytest.mark.parametrize(("method", "order"), [("euler", 1), ("rk4", 4)])
+def test_fixed_steps_on_a_turning_vector(method: str, order: int) -> None:
+    turn = np.array([[0.0, -1.0], [1.0, 0.0]])
+    errors = []
+    for steps in (64, 128, 256):
+        run = march_fixed(lambda t, x: turn @ x, np.array([1.0, 0.0]), 0.0, 1.0, steps, method)
+        errors.append(float(np.hypot(*(run.states[-1] - [np.cos(1.0), np.sin(1.0)]))))
+        assert run.evaluations == steps * (1 if order == 1 else 4)
+    assert np.log2(errors[0] / errors[1]) == pytest.approx(order, abs=0.1)
+    assert np.log2(errors[1] / errors[2]) == pytest.approx(order, abs=0.1)
+
+
+def test_an_unstable_step_is_refused() -> None:
+    with pytest.raises(NumericalFailure, match="unstable"):
+        march_fixed(lambda t, x: -1e6 * x, np.ones(1), 0.0, 1.0, 200, "rk4")
+
+
+def test_scipy_reaches_its_tolerance_or_gives_up() -> None:
+    times = np.array([0.0, 0.3, 2.0])
+    run = march_scipy(lambda t, x: -x, np.ones(1), times, 1e-12)
+    assert run.states[:, 0] == pytest.approx(np.exp(-times), rel=1e-10)
+    assert run.evaluations > 20
+    with pytest.raises(NumericalFailure, match=r"gave up|double precision"):
+        march_scipy(lambda t, x: x * x, np.ones(1), np.array([0.0, 2.0]), 1e-9)
+
+
+def test_grids_miss_by_a_quarter_step_where_told_to() -> None:
+    places = places_of(0.0, 1.0, 11, summit=0.52)
+    assert np.min(np.abs(places - 0.52)) == pytest.approx(0.025)
+    assert places[0] >= 0.0 and places[-1] <= 1.0
+    parabola = parabola_maximum(lambda x: 3.0 - (x - 0.52) ** 2, 0.0, 1.0, 7)
+    assert (parabola.value, parabola.position) == pytest.approx((3.0, 0.52))
+    plain = grid_maximum(lambda x: -((x - 0.52) ** 2), 0.0, 1.0, 11)
+    assert plain.position == pytest.approx(0.5) and plain.evaluations == 11
+
+
+def test_two_ways_to_a_smooth_summit_agree_in_the_place() -> None:
+    def bell(x: np.ndarray) -> np.ndarray:
+        return np.exp(-np.square(x - 0.3)) + 0.1 * x
+
+    # 0.1 = 2 (x - .3) exp(-(x - .3)^2), by its own series
+    d = 0.05
+    for _ in range(60):
+        d = 0.05 * np.exp(d * d)
+    golden = golden_maximum(bell, 0.0, 1.0)
+    smooth = chebyshev_maximum(bell, 0.4, 0.2, 16)
+    assert golden.position == pytest.approx(0.3 + d, abs=1e-7)
+    assert smooth.position == pytest.approx(0.3 + d, abs=1e-11)
+    with pytest.raises(NumericalFailure, match="no maximum"):
+        chebyshev_maximum(lambda x: x, 0.0, 1.0, 4)
+
+
+def test_samples_and_harmonics_are_inverse_and_fold_when_few() -> None:
+    orders = np.array([0, 1, 3])
+    harmonics = np.array([2.0, 1.0 - 2.0j, 0.5j])
+    back = harmonics_of_samples(samples_of_harmonics(harmonics, orders, 16), 5)
+    assert back[orders] == pytest.approx(harmonics, abs=1e-14)
+    assert np.abs(back[[2, 4, 5]]).max() < 1e-14
+    # order 3 looks like order 1 in four samples
+    few = harmonics_of_samples(samples_of_harmonics(harmonics, orders, 4), 1)
+    assert few[1] == pytest.approx(harmonics[1] + np.conj(harmonics[2]))
+    with pytest.raises(NumericalFailure, match="more than 6 are needed"):
+        harmonics_of_samples(np.zeros(6), 3)
+
+
+@pytest.mark.long
+def test_impacts_from_contact_to_contact_against_integrators() -> None:
+    found = one("impact", "first contacts", "compressor_impact")
+    assert found.reference.agreement < 1e-11
+    assert extra_work(found.topic, found.rungs) <= found.topic.default_extra
+    error = {(rung.ladder, rung.setting): rung.worst_relative for rung in found.rungs}
+    assert error["from contact to contact", 1.0] < 1e-13
+    # the kinks cost Runge-Kutta its order: 64 times the steps do not give six digits
+    assert 1e-6 < error["RK4", 3072.0] < 1e-3
+    assert error["DOP853 with events", 1e-12] < 1e-10
+
+
+@pytest.mark.long
+def test_the_mean_of_an_ensemble_is_known_to_its_standard_error() -> None:
+    found = one("impact", "mean force of an ensemble", "compressor_impact")
+    # two independent methods differ by less than the scatter of 256 members
+    assert found.reference.agreement < 0.05
+    assert extra_work(found.topic, found.rungs) <= found.topic.default_extra
+    most = max((r for r in found.rungs if r.ladder == "from contact to contact"),
+               key=lambda rung: rung.setting)  # fmt: skip
+    # four standard errors of 64 members where 256 have the agreement
+    assert most.worst_relative < 4.0 * 2.0 * found.reference.agreement
+
+
+@pytest.mark.long
+def test_scatter_of_group_means_falls_with_the_root_of_their_size() -> None:
+    from vibecalc.machine.joints import build_joints
+    from vibecalc.response.impact.linkage import Starts, spread_starts
+    from vibecalc.response.impact.runs import follow_events
+
+    machine = scene_of("compressor_impact").case.machine
+    linkage = build_joints(machine, None).linkage
+    clearance, members = np.array([3.81e-5]), 512
+    start = spread_starts(linkage, clearance, members)
+    flat = Starts(*(part.reshape(-1, part.shape[-1]) for part in start))
+    run = follow_events(linkage, np.repeat(clearance, members), flat, 3, 1)
+    # in the third turn the starts are forgotten
+    force = run.wrist_pin.mean_absolute_force[:, 2]
+    shuffled = np.random.default_rng(5).permutation(force)
+    sizes = np.array([2, 4, 8, 16, 32])
+    scatter = [np.std(shuffled.reshape(-1, size).mean(axis=1)) for size in sizes]
+    slope = np.polyfit(np.log(sizes), np.log(scatter), 1)[0]
+    assert slope == pytest.approx(-0.5, abs=0.1)

@@ -1,0 +1,61 @@
+"""Claim: what docs/accuracy.md shows works as printed, and its tables name what there is."""
+
+import re
+import shlex
+from pathlib import Path
+
+import pytest
+from fuzzing import command
+from shipped_cases import ROOT
+
+from vibecalc.results.accuracy_layout import TARGETS
+from vibecalc.results.store import read_result
+
+PAGE = (ROOT / "docs" / "accuracy.md").read_text(encoding="utf-8")
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder in which the commands of the page have run."""
+    pytest.importorskip("matplotlib")
+    made = tmp_path_factory.mktemp("page")
+    (made / "cases").symlink_to(ROOT / "cases")
+    (block,) = re.findall(r"```sh\n(.*?)```", PAGE, re.S)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(made)
+        patch.setattr("vibecalc.accuracy.measure._ENOUGH", 0.0)
+        patch.setattr("vibecalc.report.plots._RESOLUTION", 20)
+        for line in block.splitlines():
+            outcome = command(*shlex.split(line.split("#")[0])[1:], cap=60)
+            assert outcome.code == 0, (line, outcome.err)
+    return made
+
+
+def test_commands_write_what_the_page_says(folder: Path) -> None:
+    for suffix in ("h5", "txt", "png"):
+        assert (folder / "outputs" / f"generator.accuracy.{suffix}").is_file()
+
+
+def test_the_excerpt_is_of_the_table(folder: Path) -> None:
+    text = (folder / "outputs" / "generator.accuracy.txt").read_text(encoding="utf-8")
+    (excerpt,) = re.findall(r"<!-- excerpt -->\n```\n(.*?)```", PAGE, re.S)
+    # method, setting and work; seconds are those of a machine, errors have its rounding
+    left = [line[:54].rstrip() for line in excerpt.splitlines()]
+    printed = [line[:54].rstrip() for line in text.splitlines()]
+    assert [line for line in left if line not in printed] == []
+
+
+def test_the_file_holds_the_datasets_named(folder: Path) -> None:
+    record = read_result(folder / "outputs" / "generator.accuracy.h5").record
+    names = {path.rsplit("/", 1)[1] for path in record}
+    paragraph = " ".join(PAGE.split("## The file")[1].split("## ")[0].split())
+    named = set(re.findall(r"`(?:accuracy/<stage>/<question>/)?(\w+)`", paragraph))
+    axes = {"rung", "method", "target", "diff"}
+    assert names | {"position_error"} == (named - axes) | {"order_kind", "position_error"}
+
+
+def test_options_and_targets_are_those_of_the_command() -> None:
+    text = command("accuracy", "--help").out
+    for option in re.findall(r"--[a-z]+", PAGE.split("## How to read")[0]):
+        assert option in text, option
+    assert "1e-3, 1e-6 and 1e-9" in PAGE and TARGETS == (1e-3, 1e-6, 1e-9)

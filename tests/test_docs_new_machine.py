@@ -1,0 +1,53 @@
+"""Claim: what docs/new_machine.md shows works as printed, and what it names is there."""
+
+import re
+import shlex
+from pathlib import Path
+
+import pytest
+from fuzzing import command
+from pages import assert_named_exist
+from shipped_cases import ROOT
+
+PAGE = (ROOT / "docs" / "new_machine.md").read_text(encoding="utf-8")
+LINES = [
+    line for block in re.findall(r"```sh\n(.*?)```", PAGE, re.S) for line in block.splitlines()
+]
+#: what makes numbers golden, draws, or runs tests is for a person
+BY_HAND = ("--accept", "vibecalc plot", "python -m pytest", "make ")
+
+
+def test_commands_work_in_the_order_printed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in ("cases", "tests"):
+        (tmp_path / name).symlink_to(ROOT / name)
+    monkeypatch.chdir(tmp_path)
+    tried = [line for line in LINES if not any(words in line for words in BY_HAND)]
+    assert len(tried) == 7
+    for line in tried:
+        outcome = command(*shlex.split(line)[1:], cap=60)
+        assert outcome.code == 0, (line, outcome.err)
+    assert (tmp_path / "outputs" / "pump.h5").is_file()
+    compared = command("diff", "tests/golden/pump.h5", "outputs/pump.h5", cap=60)
+    assert compared.code == 0, compared.out
+    assert "pump" in command("new", "list").out
+
+
+def test_what_is_left_to_a_person_can_be_typed() -> None:
+    left = [line for line in LINES if any(words in line for words in BY_HAND)]
+    assert len(left) == 4
+    makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
+    for line in left:
+        for path in re.findall(r"(?:tests|cases)/[\w/.]+", line):
+            assert (ROOT / path).exists(), line
+        if line.startswith("make "):
+            assert f"\n{line.removeprefix('make ')}:" in makefile
+
+
+def test_files_and_tests_that_the_page_names_are_there() -> None:
+    assert_named_exist(PAGE, 2)
+    for path in re.findall(r"`(vibecalc/[\w/.]+\.py)`", PAGE):
+        assert (ROOT / path).is_file(), path
+    for picture in re.findall(r"\]\((pictures/[\w.]+)\)", PAGE):
+        assert (ROOT / "docs" / picture).is_file(), picture

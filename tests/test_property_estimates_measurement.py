@@ -1,0 +1,38 @@
+"""Claim: the error estimates of a measured plate are honest, and the tolerance is kept or said.
+
+Seeded random readings, amplitudes with phases or levels alone that contradict each other a little,
+are run from their case tables and held against 40 digits (`truth_measurement.py`): motions, levels,
+phases, residuals, candidates, maps, quiet places, uncertainties. At most 1 % of the estimates are
+below a tenth of the true error, at most 5 % above a thousand times of it.
+"""
+
+import pytest
+from estimate_counts import Told, broken_promises, hold, told_or_refused
+from random_plates import random_measured_plate
+from truth_measurement import judge_plate
+
+FEW = (1, 6)
+
+
+def told_of(seeds: range | tuple[int, ...]) -> list[Told]:
+    """The plates that run."""
+    found = list(told_or_refused((random_measured_plate(seed) for seed in seeds), judge_plate))
+    told = [one for one in found if isinstance(one, Told)]
+    print(f"{len(told)} plates run, {len(found) - len(told)} refused")
+    return told
+
+
+def test_estimates_of_a_few_plates() -> None:
+    """Among them least squares of levels (6), whose sum of squares is flat at the end."""
+    told = told_of(FEW)
+    assert len(told) == len(FEW)
+    hold([one for each in told for one in each.judged], "plate")
+    assert [one for each in told for one in broken_promises(each)] == []
+
+
+@pytest.mark.long
+def test_estimates_of_three_hundred_plates() -> None:
+    told = told_of(range(100, 400))
+    assert len(told) > 280
+    hold([one for each in told for one in each.judged], "plate")
+    assert [one for each in told for one in broken_promises(each)] == []

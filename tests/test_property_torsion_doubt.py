@@ -1,0 +1,75 @@
+"""Claims: errors of shapes hold, and are small, where a mode fades; a largest value is found in the
+last step of a sweep; a gear without load counts the lower one of its torques."""
+
+import mpmath
+import numpy as np
+from random_engines import random_engine
+
+from vibecalc.case.load import validate
+from vibecalc.numerics.typing import FloatArray, IntArray
+from vibecalc.pipeline.run import run_case
+from vibecalc.pipeline.stages.torsion_maxima import Value, largest
+from vibecalc.response.torsion.line import chain, stiffness_matrix
+from vibecalc.response.torsion.modes import natural_modes
+from vibecalc.response.torsion.modes_doubt import angle_doubt, doubt_of, shape_doubt
+
+
+def test_errors_of_a_shape_that_fades() -> None:
+    inertia = np.array([1.0, 1.1, 0.9, 1.0, 1.2, 40.0, 3.0, 0.01])
+    line = chain(inertia, np.array([1e6, 1.1e6, 0.9e6, 1e6, 1e6, 3e5, 2e6]))
+    modes = natural_modes(line)
+    doubt = shape_doubt(line, modes)
+    with mpmath.workdps(40):
+        root = [mpmath.sqrt(mpmath.mpf(j)) for j in inertia.tolist()]
+        matrix = mpmath.matrix(stiffness_matrix(line).tolist())
+        for a in range(8):
+            for b in range(8):
+                matrix[a, b] /= root[a] * root[b]
+        _, vectors = mpmath.eigsy(matrix)
+        true = [[vectors[a, m] / root[a] for a in range(8)] for m in range(8)]
+        rows = []
+        for own, shape in zip(true, modes.shape.tolist(), strict=True):
+            top = int(np.argmax(np.abs(shape)))
+            rows.append(
+                [float(x / own[top] * shape[top] - y) for x, y in zip(own, shape, strict=True)]
+            )
+    error, told = np.abs(rows)[1:], angle_doubt(doubt)[1:]
+    assert np.all(error <= 10.0 * told)
+    # the first station all but stands still in the highest mode
+    assert abs(modes.shape[-1, 0]) < 1e-9
+    assert told[-1, 0] < 0.01 * modes.shape_error[-1]
+    twist = np.zeros((1, 8))
+    twist[0, :2] = 1.0, -1.0
+    own = doubt_of(doubt, twist)[-1, 0]
+    assert abs(rows[-1][0] - rows[-1][1]) <= 10.0 * own < 0.1 * modes.shape_error[-1]
+
+
+def test_largest_value_in_the_last_and_the_first_step() -> None:
+    speed, top = np.linspace(1.0, 10.0, 19), np.array([9.93, 1.004, 4.4])
+
+    def curve(at: FloatArray, place: FloatArray) -> FloatArray:
+        return np.asarray(100.0 / np.hypot(1.0, at - place))
+
+    def make(section: IntArray) -> Value:
+        return lambda at: curve(at, top[section][:, None])
+
+    seen = curve(speed[:, None], top)
+    assert np.argmax(seen[:, 0]) == 18 and np.argmax(seen[:, 1]) == 0
+    found = largest(make, seen, speed, np.zeros(0), np.full(3, np.nan))
+    assert np.all(np.abs(found.speed - top) <= found.speed_error)
+    assert np.all(found.speed_error < 1e-9)
+    np.testing.assert_allclose(found.value, 100.0, rtol=1e-14)
+
+
+def test_a_gear_without_load_counts_the_lower_torque() -> None:
+    table = random_engine(179)
+    table["response"]["torsion"].pop("speeds", None)
+    record = run_case(validate(table))
+    place = "response/torsion/gear/"
+    mean, half, least = (
+        record[place + name] for name in ("mean_torque", "alternating_torque", "least_torque")
+    )
+    assert abs(mean.values[0]) <= mean.error_estimate
+    assert mean.values[1] > 1e3 * mean.error_estimate
+    # the lower one of both ends is at least half a range below zero
+    assert least.values[0] <= -half.values[0] + least.error_estimate

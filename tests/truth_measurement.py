@@ -1,0 +1,371 @@
+"""The motion of a plate from its readings beside the truth in many digits, all from the case.
+
+Amplitudes with phases are a linear least-squares problem; levels, least squares in dB, are solved
+by Newton's method from the motion found. Without truth are counts and verdicts, and the bounds and
+uncertainties of levels, which are ends of linear programs (`test_property_measurement_bounds.py`).
+"""
+
+import copy
+from collections.abc import Iterator
+from typing import Any
+
+import mpmath
+import numpy as np
+from estimate_counts import Doubted, Told
+from mpmath import matrix, mp, mpc, mpf
+from random_machines import Table
+
+from vibecalc.case.load import validate
+from vibecalc.machine.checks import check_machine
+from vibecalc.pipeline.run import run_case
+from vibecalc.results.record import Record
+
+DIGITS = 40
+ROOT = "measurement"
+#: dB; residuals below it are those of levels that are met
+_MET = 1e-20
+Row = tuple[mpf, mpf, mpf]
+PARTS = {
+    "standard": (1, 1, 1), "no_roll": (1, 0, 1), "no_pitch": (1, 1, 0), "only_roll": (0, 1, 0),
+    "only_pitch": (0, 0, 1), "only_translation": (1, 0, 0),
+}  # fmt: skip
+
+
+def judge_plate(table: Table) -> Told:
+    """Every result that has a truth."""
+    case = validate(copy.deepcopy(table))
+    assert check_machine(case) == []
+    record = run_case(case)
+    with mpmath.workdps(DIGITS):
+        judged = [_judged(record, *one) for one in truths(table["measurement"], record)]
+    return Told(table, record, judged)
+
+
+def _judged(record: Record, path: str, values: Any, truth: Any) -> Doubted:
+    found = np.ravel(values).tolist()
+    exact = [mpmath.mpmathify(x) for x in np.ravel(np.array(truth, dtype=object)).tolist()]
+    assert len(found) == len(exact), path
+    turns = "phase" in path
+    off = [_distance(a, b, turns) for a, b in zip(found, exact, strict=True)]
+    size = max((abs(b) for b in exact if mp.isfinite(b)), default=mpf(0))
+    return Doubted(path, float(max(off, default=mpf(0))), record[path].error_estimate, float(size))
+
+
+def _distance(value: complex, true: Any, turns: bool) -> mpf:
+    if not np.isfinite(value) and not mp.isfinite(true):
+        return mpf(0)
+    apart = mpmath.mpmathify(value) - true
+    return abs(apart - 2 * mp.pi * mp.nint(apart / (2 * mp.pi))) if turns else abs(apart)
+
+
+class Plate:
+    """Rows, amplitudes and what else the case says, in many digits."""
+
+    def __init__(self, table: Table):
+        self.table = table
+        self.peak = mp.sqrt(2) if table["amplitude"] == "rms" else mpf(1)
+        self.reference = self.peak * mpf(table["reference_level"])
+        self.places = {p["name"]: (mpf(p["x"]), mpf(p["y"])) for p in table["positions"]}
+        self.origin = self.row(self.places[table["reference_position"]])
+        self.is_phased = "phase" in table["readings"][0]
+
+    @staticmethod
+    def row(at: tuple[mpf, mpf]) -> Row:
+        return mpf(1), at[1], -at[0]
+
+    def rows(self) -> list[Row]:
+        found = []
+        for reading in self.table["readings"]:
+            if "at" in reading:
+                found.append(self.row(self.places[reading["at"]]))
+            else:
+                (x1, y1), (x2, y2) = (self.places[name] for name in reading["between"])
+                found.append((mpf(0), y2 - y1, x1 - x2))
+        return found
+
+    def sizes(self, place: int) -> list[mpf]:
+        if self.is_phased:
+            return [self.peak * mpf(r["amplitude"][place]) for r in self.table["readings"]]
+        return [
+            self.reference * mp.mpf(10) ** (mpf(r["level"][place]) / 20)
+            for r in self.table["readings"]
+        ]
+
+    def level(self, size: Any, reference: Any = None) -> mpf:
+        over = self.reference if reference is None else reference
+        return 20 * mp.log10(abs(size) / over) if size != 0 else mp.ninf
+
+
+def dot(row: Row, motion: list[Any]) -> Any:
+    """Signal of an instrument."""
+    return sum(c * u for c, u in zip(row, motion, strict=True))
+
+
+def from_phases(plate: Plate, place: int) -> list[Any]:
+    """Weighted least squares by its normal equations."""
+    table, right = matrix(3, 3), matrix(3, 1)
+    step, turn = mpf(plate.table["amplitude_step"]), mpf(plate.table["phase_step"])
+    for row, size, reading in zip(
+        plate.rows(), plate.sizes(place), plate.table["readings"], strict=True
+    ):
+        signal = size * mp.expj(mpf(reading["phase"][place]))
+        weight = 12 / ((plate.peak * step) ** 2 + (size * turn) ** 2)
+        for i in range(3):
+            right[i] += weight * row[i] * signal
+            for j in range(3):
+                table[i, j] += weight * row[i] * row[j]
+    return list(mp.lu_solve(table, right))
+
+
+def from_levels(plate: Plate, place: int, start: list[complex]) -> list[Any]:
+    """Newton's method on the sum of squared residuals in dB, phase zero at the reference."""
+    rows, sizes = plate.rows(), plate.sizes(place)
+    unit = 20 / mp.log(10)
+    motion = [mpmath.mpmathify(complex(u)) for u in start]
+    turned = dot(plate.origin, motion)
+    motion = [u * mp.conj(turned) / abs(turned) for u in motion]
+    for _ in range(60):
+        table, right = matrix(7, 7), matrix(7, 1)
+        for row, size in zip(rows, sizes, strict=True):
+            signal = dot(row, motion)
+            residual = unit * mp.log(abs(signal) / size)
+            slope = [unit * c / signal for c in row]
+            first = [s.real for s in slope] + [-s.imag for s in slope]
+            for i in range(6):
+                right[i] -= residual * first[i]
+                for j in range(6):
+                    bend = -(slope[i % 3] * slope[j % 3]) / unit
+                    part = (bend, mpc(0, 1) * bend, -bend)[(i > 2) + (j > 2)].real
+                    table[i, j] += first[i] * first[j] + residual * part
+        for i in range(3):
+            table[6, 3 + i] = table[3 + i, 6] = plate.origin[i]
+        right[6] = -dot(plate.origin, motion).imag
+        try:
+            step = mp.lu_solve(table, right)
+        except ZeroDivisionError as error:
+            raise ArithmeticError("flat") from error
+        motion = [u + mpc(step[i], step[3 + i]) for i, u in enumerate(motion)]
+        size = max(abs(u) for u in motion)
+        if max(abs(step[i]) for i in range(6)) < size * mpf(10) ** (-0.7 * mp.dps):
+            off = max(abs(u - mpmath.mpmathify(complex(s)))
+                      for u, s in zip(motion, start, strict=True))  # fmt: skip
+            if off > 1e-3 * size:
+                raise ArithmeticError("another motion")
+            return motion
+    raise ArithmeticError("no convergence")
+
+
+def truths(table: Table, record: Record) -> Iterator[tuple[str, Any, Any]]:
+    """Path, values and truth."""
+    plate, names = Plate(table), ("translation", "roll", "pitch")
+    start = np.array([record[f"{ROOT}/{name}"].values for name in names])
+    try:
+        motions = [
+            from_phases(plate, place) if plate.is_phased
+            else from_levels(plate, place, start[:, place].tolist())
+            for place in range(len(table["orders"]))
+        ]  # fmt: skip
+    except ArithmeticError:
+        return
+    units = [tuple(mpf(int(i == j)) for j in range(3)) for i in range(3)]
+
+    def told(name: str, truth: Any) -> Iterator[tuple[str, Any, Any]]:
+        path = f"{ROOT}/{name}"
+        if path in record:
+            yield path, record[path].values, truth
+
+    for name, row in zip(names, units, strict=True):
+        values = [dot(row, motion) for motion in motions]
+        scale = plate.reference if name == "translation" else plate.peak
+        yield from told(name, values)
+        yield from told(f"{name}_level", [plate.level(v, scale) for v in values])
+        yield from told(f"phase/{name}", [_phase(m, row, plate.origin) for m in motions])
+        yield from told(f"phase/{name}_to_translation", [_phase(m, row, units[0]) for m in motions])
+    rows = [plate.row(place) for place in plate.places.values()]
+    for part, kept in PARTS.items():
+        cut = [tuple(c * k for c, k in zip(row, kept, strict=True)) for row in rows]
+        values = [[dot(row, m) for m in motions] for row in cut]
+        yield from told(f"level/{part}", [[plate.level(v) for v in row] for row in values])
+        if part == "standard":
+            yield from told("acceleration", values)
+            total = [mp.sqrt(sum(abs(v) ** 2 for v in row)) for row in values]
+            yield from told("level/all_orders", [plate.level(v) for v in total])
+    yield from told("frequency", [n * mpf(table["base_frequency"]) for n in table["orders"]])
+    yield from _readings(plate, motions, told)
+    yield from _on_the_plate(record, motions, told)
+    if plate.is_phased:
+        yield from _uncertain(plate, motions, rows, told)
+    else:
+        yield from _candidates(plate, record, rows, told)
+
+
+def _phase(motion: list[Any], row: Row, other: Row) -> mpf:
+    return mp.arg(dot(row, motion) * mp.conj(dot(other, motion)))
+
+
+def _readings(plate: Plate, motions: list[Any], told: Any) -> Iterator[tuple[str, Any, Any]]:
+    read, computed, apart, misfit = [], [], [], []
+    for place, motion in enumerate(motions):
+        residuals = []
+        for row, size, reading in zip(
+            plate.rows(), plate.sizes(place), plate.table["readings"], strict=True
+        ):
+            signal = dot(row, motion)
+            read.append(plate.level(size))
+            computed.append(plate.level(signal))
+            residuals.append(computed[-1] - read[-1])
+            if plate.is_phased:
+                step, turn = mpf(plate.table["amplitude_step"]), mpf(plate.table["phase_step"])
+                deviation = mp.sqrt(((plate.peak * step) ** 2 + (size * turn) ** 2) / 12)
+                shown = size * mp.expj(mpf(reading["phase"][place]))
+                apart.append(abs(signal - shown) / deviation)
+        count = len(residuals)
+        if plate.is_phased:
+            spare, own = 2 * (count - 3), apart[-count:]
+            misfit.append(mp.sqrt(sum(a * a for a in own) / spare) if spare else mpf(0))
+        elif max(abs(r) for r in residuals) < _MET:
+            misfit.append(mpf(0))
+        else:
+            half = mpf("0.05")
+            squares = sum(r * r for r in residuals)
+            misfit.append(squares / half / sum(abs(r) for r in residuals))
+    yield from told("reading/read", read)
+    yield from told("reading/computed", computed)
+    yield from told("reading/residual", [c - r for c, r in zip(computed, read, strict=True)])
+    yield from told("signal/residual", apart)
+    yield from told("fit/misfit", misfit)
+
+
+def _on_the_plate(record: Record, motions: list[Any], told: Any) -> Iterator[tuple[str, Any, Any]]:
+    shown = record[f"{ROOT}/map/amplitude"]
+    y, x = ([mpf(float(v)) for v in axis.values] for axis in shown.axes[1:])
+    maps = [[[abs(dot((1, b, -a), m)) for a in x] for b in y] for m in motions]
+    yield from told("map/amplitude", maps)
+    total = [
+        [mp.sqrt(sum(one[i][j] ** 2 for one in maps)) for j in range(len(x))] for i in range(len(y))
+    ]
+    yield from told("map/all_orders", total)
+    edge = (x[0], x[-1], y[0], y[-1])
+    quiet = [quietest([m], *edge) for m in motions]
+    for place, name in enumerate(("x", "y", "amplitude")):
+        yield from told(f"quiet/{name}", [one[place] for one in quiet])
+    both = quietest(motions, *edge)
+    for place, name in enumerate(("x", "y", "amplitude")):
+        yield from told(f"quiet/all_orders_{name}", both[place])
+
+
+def quietest(motions: list[Any], x0: mpf, x1: mpf, y0: mpf, y1: mpf) -> tuple[mpf, mpf, mpf]:
+    """Where the sum of |a_0 + y roll - x pitch|^2 is least within the edges."""
+
+    def square(x: mpf, y: mpf) -> mpf:
+        return sum(abs(dot((1, y, -x), m)) ** 2 for m in motions)
+
+    xx, yy = sum(abs(m[2]) ** 2 for m in motions), sum(abs(m[1]) ** 2 for m in motions)
+    xy = -sum((m[1] * mp.conj(m[2])).real for m in motions)
+    ax = -sum((m[0] * mp.conj(m[2])).real for m in motions)
+    ay = sum((m[0] * mp.conj(m[1])).real for m in motions)
+    spots = []
+    gap = xx * yy - xy * xy
+    if gap > 0:
+        x, y = (-ax * yy + ay * xy) / gap, (-ay * xx + ax * xy) / gap
+        if x0 <= x <= x1 and y0 <= y <= y1:
+            spots.append((x, y))
+    for x in (x0, x1):
+        spots.append((x, min(max(-(ay + xy * x) / yy, y0), y1)))
+    for y in (y0, y1):
+        spots.append((min(max(-(ax + xy * y) / xx, x0), x1), y))
+    x, y = min(spots, key=lambda spot: square(*spot))
+    return x, y, mp.sqrt(square(x, y))
+
+
+def _uncertain(
+    plate: Plate, motions: list[Any], rows: list[Row], told: Any
+) -> Iterator[tuple[str, Any, Any]]:
+    """First order of linear least squares: covariance of the motion, then of each result."""
+    step, turn = mpf(plate.table["amplitude_step"]), mpf(plate.table["phase_step"])
+    inverses = []
+    for place in range(len(motions)):
+        table = matrix(3, 3)
+        for row, size in zip(plate.rows(), plate.sizes(place), strict=True):
+            weight = 12 / ((plate.peak * step) ** 2 + (size * turn) ** 2)
+            for i in range(3):
+                for j in range(3):
+                    table[i, j] += weight * row[i] * row[j]
+        inverses.append(table**-1)
+
+    def variance(inverse: Any, slope: list[Any]) -> mpf:
+        # real and imaginary parts of every reading are independent and equally sure
+        return sum(
+            (slope[i] * mp.conj(slope[j])).real * inverse[i, j] for i in range(3) for j in range(3)
+        )
+
+    def level(row: Row, place: int) -> mpf:
+        slope = [20 / mp.log(10) * c / dot(row, motions[place]) for c in row]
+        return mp.sqrt(variance(inverses[place], slope))
+
+    every = range(len(motions))
+    units = [tuple(mpf(int(i == j)) for j in range(3)) for i in range(3)]
+    for name, unit in zip(("translation", "roll", "pitch"), units, strict=True):
+        yield from told(f"uncertainty/{name}_level", [level(unit, place) for place in every])
+        turns = []
+        for place in every:
+            own, other = (dot(row, motions[place]) for row in (unit, plate.origin))
+            slope = [c / own - d / other for c, d in zip(unit, plate.origin, strict=True)]
+            turns.append(mp.sqrt(variance(inverses[place], slope)))
+        yield from told(f"uncertainty/{name}_phase", turns)
+    yield from told("uncertainty/level", [[level(row, place) for place in every] for row in rows])
+
+
+def _candidates(
+    plate: Plate, record: Record, rows: list[Row], told: Any
+) -> Iterator[tuple[str, Any, Any]]:
+    found = {
+        key.removeprefix(f"{ROOT}/candidate/"): q.values
+        for key, q in record.items() if key.startswith(f"{ROOT}/candidate/")
+    }  # fmt: skip
+    motions = []
+    orders = list(plate.table["orders"])
+    for which, order in enumerate(found["order"]):
+        start = []
+        for name in ("translation", "roll", "pitch"):
+            scale = plate.reference if name == "translation" else plate.peak
+            size = float(scale) * 10.0 ** (found[f"{name}_level"][which] / 20.0)
+            start.append(complex(size * np.exp(1j * found[f"{name}_phase"][which])))
+        try:
+            motions.append(from_levels(plate, orders.index(int(order)), start))
+        except ArithmeticError:
+            return
+    units = [tuple(mpf(int(i == j)) for j in range(3)) for i in range(3)]
+    for name, unit in zip(("translation", "roll", "pitch"), units, strict=True):
+        scale = plate.reference if name == "translation" else plate.peak
+        levels = [plate.level(dot(unit, m), scale) for m in motions]
+        yield from told(f"candidate/{name}_level", levels)
+        yield from told(f"candidate/{name}_phase", [_phase(m, unit, plate.origin) for m in motions])
+    yield from told("candidate/level", [[plate.level(dot(r, m)) for r in rows] for m in motions])
+    worst = []
+    for motion, order in zip(motions, found["order"], strict=True):
+        sizes = plate.sizes(orders.index(int(order)))
+        levels = [
+            plate.level(dot(r, motion)) - plate.level(s)
+            for r, s in zip(plate.rows(), sizes, strict=True)
+        ]
+        worst.append(max(abs(x) for x in levels))
+    yield from told("candidate/worst_residual", worst)
+    yield from _further(plate, record, motions, found, told)
+
+
+def _further(
+    plate: Plate, record: Record, motions: list[Any], found: dict[str, Any], told: Any
+) -> Iterator[tuple[str, Any, Any]]:
+    apart = []
+    for words in record[f"{ROOT}/further/difference"].axes[0].values:
+        order, name = str(words).split(": ")
+        if name.startswith("at "):
+            row = plate.row(plate.places[name.removeprefix("at ")])
+        else:
+            (x1, y1), (x2, y2) = (plate.places[n] for n in name.split()[1::2])
+            row = (mpf(0), y2 - y1, x1 - x2)
+        own = [m for m, n in zip(motions, found["order"], strict=True) if int(n) == int(order)]
+        first, other = (plate.level(dot(row, m)) for m in own[:2])
+        apart.append(first - other)
+    yield from told("further/difference", apart)

@@ -1,0 +1,269 @@
+"""Topics of the stage "absorber": highest peak and its place, all curves, natural frequencies."""
+
+from collections.abc import Callable
+from functools import cache
+from typing import NamedTuple
+
+import numpy as np
+
+from vibecalc.accuracy.topic import NOTHING_TO_SET, Answer, Ladder, Reference, Topic
+from vibecalc.accuracy.yardsticks.absorber_searches import magnitude, several, single
+from vibecalc.accuracy.yardsticks.absorber_truths import (
+    System,
+    Truth,
+    highest_peak,
+    is_of_primary,
+)
+from vibecalc.accuracy.yardsticks.grids import grid_maximum, parabola_maximum
+from vibecalc.machine.absorber import AbsorberParts, build_absorber
+from vibecalc.pipeline.plan_absorber import asked_of
+from vibecalc.pipeline.scene import Scene
+from vibecalc.pipeline.stages.absorber import frequency_ratios
+from vibecalc.pipeline.stages.absorber_curves import family
+from vibecalc.response.absorber.coefficients import Coupling, coupling
+from vibecalc.response.absorber.measure import Measure, measure
+from vibecalc.response.absorber.model import transfer_of
+from vibecalc.response.absorber.peaks import Peaks, near_poles, peaks
+from vibecalc.response.absorber.peaks_polish import polished
+from vibecalc.response.absorber.polynomials import (
+    excess_polynomials,
+    positive_roots,
+    stationarity,
+)
+from vibecalc.response.absorber.several_peaks import SeveralPeaks, several_peaks
+
+_STAGE = "absorber"
+#: value and two derivatives of |H|^2, in evaluations of |H|
+_JET = 3.0
+#: the same of several absorbers, where a start that has settled is let go: four steps or so
+_SETTLED = 4.0 * 3.0
+#: heights closer than this, relatively, share the highest peak, so that it has no one place
+_EQUAL = 1e-6
+#: curves of a family that take part, so that a reference in many digits stays quick
+_MOST_CURVES = 8
+_WHY = (
+    "every peak is found, however narrow, from the roots of a polynomial, whose eigenvalues are "
+    "most of the work, and from all poles, each with its error; a grid of six points does where "
+    "the highest peak is broad, which is not known before"
+)
+#: what that takes over six points that have the highest peak between them
+_EXTRA = 75.0
+
+
+class _Peak(NamedTuple):
+    """Height and place of the highest peak, and evaluations of |H|."""
+
+    height: float
+    place: float
+    work: float
+
+
+#: setting to the highest peak of one system between two frequency ratios
+_Way = Callable[[System, float, float, float], _Peak]
+
+
+def topics(scene: Scene) -> list[Topic]:
+    """Peaks by every way, for responses of the primary system."""
+    case = scene.case
+    pair = asked_of(case)
+    if case.response is None or case.response.absorber is None or not is_of_primary(*pair):
+        return []
+    options, parts = case.response.absorber, build_absorber(case)
+    ratios = frequency_ratios(options, parts)
+    span = float(ratios[0]), float(ratios[-1])
+    curves = [one for one in _systems(scene, parts, pair) if _inside(one, *span)]
+    if not curves:
+        return []
+    made = [_peak_topic(curves[:1], span, "highest peak", "the highest peak of the first curve")]
+    if len(curves) > 1:
+        chosen = curves[:_MOST_CURVES]
+        words = f"the highest peak of {len(chosen)} curves of the family that have a finite one"
+        made.append(_peak_topic(chosen, span, "peaks of the family", words))
+    return made
+
+
+def _systems(scene: Scene, parts: AbsorberParts, pair: tuple[str, str]) -> list[System]:
+    """The curves of the case, as the stage draws them; of several absorbers the first one."""
+    options = scene.case.response.absorber if scene.case.response is not None else None
+    if parts.branches:
+        one = scene.handed_on.get("several")
+        if one is None:
+            return []
+        return [System(one.primary_damping, one.mass_ratio, one.stiffness_ratio,
+                       one.secondary_damping, one.parent, *pair)]  # fmt: skip
+    assert options is not None
+    found = family(scene.case, options, parts, scene.handed_on.get("tuned")).absorber
+    rows = zip(*(np.asarray(part, dtype=float).tolist() for part in found), strict=True)
+    return [System(z1, (m,), (k,), (z2,), (0,), *pair) for z1, m, k, z2 in rows]
+
+
+def _inside(system: System, low: float, high: float) -> bool:
+    """Whether the highest peak is finite and stands within the frequencies drawn."""
+    if not np.all(np.isfinite(np.asarray(system.stiffness_ratio, dtype=float))):
+        return False
+    found = _all_peaks(system)
+    return bool(np.isfinite(found.largest) and low < float(found.where) < high)
+
+
+def _has_one_place(system: System) -> bool:
+    """Whether one peak is higher than all others: those of a tuned absorber are equal."""
+    found = _all_peaks(system)
+    heights = np.asarray(found.magnitude)
+    return int(np.sum(heights > float(found.largest) * (1.0 - _EQUAL))) == 1
+
+
+def _all_peaks(system: System) -> Peaks | SeveralPeaks:
+    pair = system.excitation, system.response
+    if len(system.mass_ratio) == 1:
+        return peaks(single(system), *pair)
+    return several_peaks(several(system), *pair)
+
+
+def _peak_topic(systems: list[System], span: tuple[float, float], name: str, words: str) -> Topic:
+    placed = len(systems) == 1 and _has_one_place(systems[0])
+    # the polynomial of several absorbers is solved within their own kernel only
+    rows = [row for row in _WAYS if len(systems[0].mass_ratio) == 1 or row[4] is not _unpolished]
+
+    @cache
+    def truths() -> tuple[Truth, ...]:
+        return tuple(highest_peak(one, _grid_place(one, *span)) for one in systems)
+
+    def reference() -> Reference:
+        found = truths()
+        return Reference(
+            np.array([one.value for one in found]),
+            max(one.agreement for one in found),
+            "zero of the slope of |H| in 50 digits, beside the highest of a fine grid; held "
+            "against 34",
+            found[0].place[0] if placed else None,
+        )
+
+    return Topic(
+        stage=_STAGE,
+        name=name,
+        words=f"{words}, {systems[0].excitation} to {systems[0].response}",
+        quantity="response/absorber/largest",
+        unit="",
+        work="evaluations of |H| at one frequency",
+        reference=reference,
+        ladders=tuple(_ladder(systems, span, placed, *row) for row in rows),
+        position="frequency ratio []" if placed else "",
+        default_extra=_EXTRA,
+        default_why=_WHY,
+    )
+
+
+def _ladder(
+    systems: list[System], span: tuple[float, float], placed: bool, name: str, words: str,
+    setting: str, settings: tuple[float, ...], way: _Way, default: float | None, theory: str,
+) -> Ladder:  # fmt: skip
+    def solve(at: float) -> Answer:
+        found = [way(one, *span, at) for one in systems]
+        return Answer(
+            np.array([one.height for one in found]),
+            sum(one.work for one in found),
+            found[0].place if placed else None,
+        )
+
+    citation = "Baca Vasquez (2007), Appendix I" if name == "grid" else ""
+    return Ladder(name, words, setting, settings, solve, default, theory, citation)
+
+
+def _grid_place(system: System, low: float, high: float) -> float:
+    """Place of the highest peak to about 1e-8, without any polynomial."""
+    return _brent(system, low, high, 20001.0).place
+
+
+def _own(system: System, low: float, high: float, _: float) -> _Peak:
+    pair = system.excitation, system.response
+    if len(system.mass_ratio) > 1:
+        many = several_peaks(several(system), *pair)
+        freedoms = 2 * len(system.mass_ratio) + 2
+        degree = 2 * freedoms - 1
+        work = _SETTLED * (degree + 2 * freedoms) + 0.5 * degree**3
+        return _Peak(many.largest, many.where, work)
+    found = peaks(single(system), *pair)
+    return _Peak(float(found.largest), float(found.where), _own_work(system))
+
+
+def _own_work(system: System) -> float:
+    """Newton's steps of all starts with a last look, both ways of |H|^2, and the eigenvalues."""
+    parts = coupling(single(system))
+    flat = type(parts)(*(np.reshape(part, -1) for part in parts))
+    weights = measure(flat, transfer_of(system.excitation, system.response))
+    u = np.concatenate([_roots(system)[0], near_poles(flat)[1]])
+    many = len(u)
+    wide = Coupling(*(np.repeat(part, many, axis=0) for part in flat))
+    seen = Measure(*(np.repeat(part, many, axis=0) for part in weights))
+    looks = float(np.sum(polished(wide, seen, u)[1])) + many
+    # without the floor what lies below it is looked at again, here that only
+    rounds = 2 if np.any(weights.floor_squared) else 1
+    return _JET * (looks + (rounds - 1) * many) + rounds * _roots(system)[1]
+
+
+def _roots(system: System) -> tuple[np.ndarray, float]:
+    """Roots u > 0 of the stationarity polynomial, and what its eigenvalues cost.
+
+    An eigenproblem of size d takes some 10 d^3 multiplications, |H| some 20.
+    """
+    parts = coupling(single(system))
+    flat = type(parts)(*(np.reshape(part, -1) for part in parts))
+    weights = measure(flat, transfer_of(system.excitation, system.response))
+    polynomial = stationarity(*excess_polynomials(flat, weights))
+    return positive_roots(polynomial)[1], 0.5 * (polynomial.shape[-1] - 1) ** 3
+
+
+def _unpolished(system: System, low: float, high: float, _: float) -> _Peak:
+    u, work = _roots(system)
+    x = np.sqrt(u[u > 0.0])
+    values = magnitude(system, x)
+    best = int(np.argmax(values))
+    return _Peak(float(values[best]), float(x[best]), work + len(x))
+
+
+def _grid(system: System, low: float, high: float, points: float) -> _Peak:
+    found = grid_maximum(lambda x: magnitude(system, x), low, high, int(points))
+    return _Peak(found.value, found.position, found.evaluations)
+
+
+def _parabola(system: System, low: float, high: float, points: float) -> _Peak:
+    found = parabola_maximum(lambda x: magnitude(system, x), low, high, int(points))
+    return _Peak(found.value, found.position, found.evaluations)
+
+
+def _brent(system: System, low: float, high: float, points: float) -> _Peak:
+    from scipy.optimize import minimize_scalar
+
+    first = grid_maximum(lambda x: magnitude(system, x), low, high, int(points))
+    step = (high - low) / (points - 1.0)
+    found = minimize_scalar(
+        lambda x: -float(magnitude(system, np.array([x]))[0]),
+        bounds=(first.position - step, first.position + step),
+        method="bounded",
+        options={"xatol": 1e-10},
+    )
+    return _Peak(float(-found.fun), float(found.x), float(first.evaluations + found.nfev))
+
+
+_WAYS: tuple[tuple[str, str, str, tuple[float, ...], _Way, float | None, str], ...] = (
+    (
+        "stationarity polynomial, polished", "Newton's method on |H|^2 from roots and poles",
+        "", NOTHING_TO_SET, _own, 1.0, "",
+    ),
+    (
+        "roots of the polynomial alone", "companion eigenvalues, |H| at them",
+        "", NOTHING_TO_SET, _unpolished, None, "",
+    ),
+    (
+        "grid", "largest of evenly spread frequencies", "frequencies",
+        (101.0, 401.0, 801.0, 2001.0, 10001.0, 100001.0), _grid, None, "order 2",
+    ),
+    (
+        "grid with a parabola", "through the highest frequency and its neighbours", "frequencies",
+        (101.0, 201.0, 401.0, 801.0, 2001.0, 10001.0), _parabola, None, "order 3 or 4",
+    ),
+    (
+        "grid, then Brent's method of scipy", "between the neighbours of the highest frequency",
+        "frequencies", (6.0, 11.0, 21.0, 41.0, 101.0, 201.0, 401.0, 801.0), _brent, None, "",
+    ),
+)  # fmt: skip

@@ -1,0 +1,96 @@
+"""Topics of a pump: harmonics of the torque of its liquid."""
+
+import numpy as np
+
+from vibecalc.accuracy.topic import NOTHING_TO_SET, Answer, Ladder, Reference, Topic
+from vibecalc.accuracy.yardsticks.fourier_samples import harmonics_of_samples, transform_work
+from vibecalc.excitation.cylinder_torque import CrankGeometry, gas_harmonics
+from vibecalc.excitation.pump_cycle import Liquid, cylinder_pressure, pump_card, pump_turn
+from vibecalc.kinematics.slider_crank import piston_path
+from vibecalc.machine.engine import crank_geometry
+from vibecalc.machine.pump import liquid_of
+from vibecalc.numerics.gauss import gauss_rule
+from vibecalc.numerics.typing import FloatArray
+from vibecalc.pipeline.entries.pump import ROOT
+from vibecalc.pipeline.scene import Scene
+
+HIGHEST = 12
+SAMPLES = (64.0, 256.0, 1024.0, 4096.0, 16384.0)
+NODES = (8.0, 12.0, 16.0, 24.0, 32.0)
+
+
+def topics(scene: Scene) -> list[Topic]:
+    """The first twelve orders of one cylinder."""
+    liquid, geometry = liquid_of(scene.case.machine), crank_geometry(scene.case.machine)
+    order = np.arange(1, HIGHEST + 1)
+
+    def panels(_: float) -> Answer:
+        card = pump_card(liquid, geometry)
+        points = len(card.coefficient) * 25.0
+        return Answer(gas_harmonics(card, geometry, order)[0].value, points * (HIGHEST + 1))
+
+    def sampled(count: float) -> Answer:
+        angle: FloatArray = np.arange(int(count), dtype=np.float64) * (2.0 * np.pi / count)
+        found = harmonics_of_samples(_torque(liquid, geometry, angle), HIGHEST)
+        return Answer(found[1:], count + transform_work(int(count)))
+
+    def between_valves(count: float) -> Answer:
+        angle, weight = _nodes(liquid, geometry, int(count))
+        torque = weight * _torque(liquid, geometry, angle)
+        value = np.exp(-1j * np.multiply.outer(order, angle)) @ torque / np.pi
+        return Answer(value, float(len(angle) * (HIGHEST + 1)))
+
+    def reference() -> Reference:
+        ours = gas_harmonics(pump_card(liquid, geometry), geometry, order)[0].value
+        other = between_valves(64.0).values
+        apart = float(np.max(np.abs(ours - other)) / np.max(np.abs(ours)))
+        return Reference(
+            other, max(apart, 1e-15),
+            "Gauss's rule of 64 points between the events of a turn, held against the panels of a "
+            "fitted card",
+        )  # fmt: skip
+
+    return [
+        Topic(
+            stage="pump",
+            name="torque of the liquid",
+            words=f"orders 1 to {HIGHEST} of the torque of one cylinder",
+            quantity=f"{ROOT}/torque",
+            unit="N*m",
+            work="multiplications",
+            reference=reference,
+            ladders=(
+                Ladder(
+                    "card and panels", "a fitted card, then panels of Gauss's rule", "",
+                    NOTHING_TO_SET, panels, default=1.0,
+                ),
+                Ladder(
+                    "Gauss between valves", "one rule from each event of a turn to the next",
+                    "points", NODES, between_valves, theory="geometric",
+                ),
+                Ladder(
+                    "samples", "Fourier transform of samples at even angles", "samples", SAMPLES,
+                    sampled, theory="order 2: the torque has kinks where valves open",
+                ),
+            ),
+            default_extra=4.0,
+            default_why="the card is that of an engine's gas, whose panels also tell their error; "
+            "one rule between the valves would do for twelve orders, and not for a hundred",
+        )
+    ]  # fmt: skip
+
+
+def _torque(liquid: Liquid, geometry: CrankGeometry, angle: FloatArray) -> FloatArray:
+    gauge = cylinder_pressure(liquid, geometry, angle) - liquid.outside_pressure
+    radius, length, _, offset = geometry
+    speed = piston_path(angle, radius, length, offset).velocity
+    return np.asarray(-gauge * geometry.piston_area * speed)
+
+
+def _nodes(liquid: Liquid, geometry: CrankGeometry, count: int) -> tuple[FloatArray, FloatArray]:
+    turn = pump_turn(liquid, geometry)
+    ends = [float(turn[place].value) for place in range(4)]
+    ends.append(ends[0] + 2.0 * np.pi)
+    rule = gauss_rule(count)
+    start, width = np.array(ends[:-1])[:, None], np.diff(ends)[:, None]
+    return (start + width * rule.nodes).ravel(), (width * rule.weights).ravel()

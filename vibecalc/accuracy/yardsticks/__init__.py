@@ -1,0 +1,1 @@
+"""Plain methods that topics hold the project's own against: integrators, grids, samples."""
