@@ -34,7 +34,7 @@ TABLES: dict[str, tuple[str, ...]] = {
     "engine_v8": ("isolation", "response.torsion.limits"),
     "roll": ("response.roll.compare", "response.roll.sensitivity", "response.roll.interpolations"),
     "absorber": ("tuning.compare", "tuning.mistuning", "response"),
-    "roll_startup": ("response.start_up.angles",),
+    "roll_startup": ("response.start_up.angles+response.start_up.start_within",),
 }
 PROBE = """
 import json, resource, sys
