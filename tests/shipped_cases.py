@@ -20,10 +20,14 @@ SLOW = frozenset(
     {
         "compressor_balance",
         "compressor_impact",
+        "compressor_switching",
         "engine_damper_design",
+        "engine_damper_heat",
+        "engine_run_up",
         "generator_mount_design",
         "generator_mount_design_lever",
         "roll_design",
+        "roll_dynamic_motor",
         "roll_mounted",
         "roll_startup",
     }

@@ -186,8 +186,9 @@ def test_starter_cases_pass_check_and_run(tmp_path: Path) -> None:
         path = tmp_path / f"{scene}.toml"
         assert command("new", scene, "-o", str(path)).code == 0
         assert command("check", str(path)).code == 0
-        fewer = ("--set", "response.impact.members=8") if scene == "impact" else ()
-        outcome = command("run", str(path), "-q", *fewer, cap=120)
+        if scene in ("impact", "mount_design", "switching"):  # their like are among the cases
+            continue
+        outcome = command("run", str(path), "-q", cap=120)
         assert outcome.code == 0, (scene, outcome.err)
     assert command("new", "generator", "-o", str(tmp_path / "generator.toml")).code == 2
     outcome = command("new", "generatr")

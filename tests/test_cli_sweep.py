@@ -180,6 +180,7 @@ def test_resuming_what_is_complete_computes_nothing() -> None:
     assert Path("one.h5").stat().st_ino == before
 
 
+@pytest.mark.long
 def test_chunks_of_another_sweep_are_kept_until_somebody_says_fresh() -> None:
     output = Path("one.h5").resolve()
     first = started(CASE, *GRID, "-j", 2, "-q", "-o", output)
@@ -210,7 +211,7 @@ def test_two_sweeps_into_one_file_are_refused() -> None:
     assert first.returncode == 130
 
 
-@pytest.mark.parametrize("bytes_free", [600, 20_000])
+@pytest.mark.parametrize("bytes_free", [600, pytest.param(20_000, marks=pytest.mark.long)])
 def test_a_full_disk_is_said_and_what_is_finished_is_used_later(
     bytes_free: int, tmp_path: Path
 ) -> None:

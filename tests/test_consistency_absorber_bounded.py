@@ -23,7 +23,13 @@ CASES = [
 ]
 
 
-@pytest.mark.parametrize(("limits", "active"), CASES)
+@pytest.mark.parametrize(
+    ("limits", "active"),
+    [
+        *CASES[::3],
+        *(pytest.param(*row, marks=pytest.mark.long) for row in CASES[1::3] + CASES[2::3]),
+    ],
+)
 def test_no_point_of_a_grid_within_the_limits_is_better(limits, active):
     found = bounded_tuning(0.02, 0.1, **limits)
     assert found.active == active

@@ -62,6 +62,7 @@ def test_travel_that_no_stock_keeps_leaves_tuning_and_hardware() -> None:
     assert number(record, "hardware/built/peak") > number(record, "tuning/peak")
 
 
+@pytest.mark.long
 def test_what_is_bought_keeps_the_bounds() -> None:
     free = run("absorber_rig_a")
     record = run("absorber_rig_a", "tuning.bounds={damping_ratio=[0.0, 0.01]}")

@@ -172,6 +172,7 @@ def test_energies_and_the_answer() -> None:
     assert np.all(np.abs(ratio - 1.0) < 0.5)
 
 
+@pytest.mark.long
 def test_options_beside_it() -> None:
     changes = (
         ("response__roll__sensitivity", True),

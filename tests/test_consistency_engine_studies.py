@@ -111,6 +111,7 @@ def test_every_stage_has_a_cost() -> None:
     assert modules == set(READS) == set(strategy._COST)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("jobs", ["1", "2"])
 def test_a_sweep_over_a_damper_is_its_single_runs(
     jobs: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

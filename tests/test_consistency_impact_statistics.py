@@ -99,6 +99,7 @@ def test_standard_error_of_the_compressor_from_disjoint_members(ensemble):
     assert 0.5 * told < found < 1.7 * told
 
 
+@pytest.mark.long
 def test_ensemble_holds_the_single_revolutions(ensemble):
     start = spread_starts(COMPRESSOR, np.array([CLEARANCE]), 64)
     clearance = np.full(3, CLEARANCE)
@@ -213,6 +214,7 @@ def test_first_contacts_against_another_integrator():
     np.testing.assert_allclose(found.contacts[0], SPEED * np.array(made[0])[:count], atol=1e-9)
 
 
+@pytest.mark.long
 def test_errors_of_the_first_motion_bound_what_rounding_does():
     clearances = CLEARANCE * np.array([0.1, 1.0, 5.0])
     first = first_motion(COMPRESSOR, clearances)

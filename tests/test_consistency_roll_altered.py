@@ -56,6 +56,7 @@ def raised_orders(words: str) -> set[int]:
     return found
 
 
+@pytest.mark.long
 def test_every_advice_of_the_shipped_case_comes_true() -> None:
     result = result_of("roll", *ONLY)
     base, order, seen = levels_alone(MACHINE), 0, 0

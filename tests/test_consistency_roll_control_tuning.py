@@ -60,6 +60,7 @@ CASES = {
 _LONG = {"delay and gain", "lag and delay"}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "name", [pytest.param(n, marks=pytest.mark.long) if n in _LONG else n for n in CASES]
 )

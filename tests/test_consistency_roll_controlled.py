@@ -167,6 +167,7 @@ def test_the_jacobian_is_that_of_the_rates(momentum, lag):
         np.testing.assert_allclose(own, slope, atol=2e-6 * float(np.max(np.abs(own))), rtol=1e-5)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("lag", [0.0, 1e-3])
 def test_the_gains_that_the_source_praises_are_beyond_its_motor(lag):
     """K = 10, k = -10: calm needs more than the breakdown torque."""

@@ -145,6 +145,7 @@ def test_two_integrators_agree_to_a_thousand_millionth_of_a_decibel() -> None:
     assert other.multiplier == pytest.approx(exact.multiplier, rel=1e-8)
 
 
+@pytest.mark.long
 def test_shorter_steps_change_nothing() -> None:
     machine, drive, exact = found("friction")
     finer = exact_turn(machine, drive, started_at=SYNCHRONOUS, longest=0.013)
@@ -163,6 +164,7 @@ def test_the_multiplier_is_what_a_start_beside_it_keeps() -> None:
     )
 
 
+@pytest.mark.long
 def test_default_momentum_keeps_the_shell_where_it_is() -> None:
     exact = exact_turn(source_machine(), source_drive(), rtol=1e-9)
     drift = np.sum(exact.weight * exact.shell_speed / exact.crank_speed) / exact.period

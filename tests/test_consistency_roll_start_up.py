@@ -146,6 +146,7 @@ def test_a_running_machine_agrees_with_scipy_between_the_kinks(mounted: bool) ->
     assert np.all(found.final_error[:4] < 1e-6)
 
 
+@pytest.mark.long
 def test_the_errors_bound_what_a_tight_run_finds() -> None:
     machine = source_machine(shell_stiffness=3e5, shell_damping=500.0)
     drive = source_drive()
@@ -215,6 +216,7 @@ def test_start_angles_are_those_above_every_later_hump_of_the_potential() -> Non
     assert ends == pytest.approx(falls, abs=found.error + 7e-5)
 
 
+@pytest.mark.long
 def test_the_borders_of_start_angles_separate_starting_from_not() -> None:
     machine = source_machine(friction_torque=60.0)
     drive = source_drive()

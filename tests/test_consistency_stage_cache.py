@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from shipped_cases import CASES
+from shipped_cases import CASES, SLOW
 from watched_case import Watched, WatchedEntries, WatchedParts, undeclared
 
 from vibecalc.case.load import validate
@@ -110,7 +110,13 @@ def undeclared_reads(case: Case, reads: dict[str, Reads]) -> list[str]:
     return found
 
 
-@pytest.mark.parametrize("name", sorted(CASES))
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=pytest.mark.long) if name in SLOW else name
+        for name in sorted(CASES)
+    ],
+)
 def test_stages_read_what_is_declared(name: str) -> None:
     assert undeclared_reads(case_of(name), READS) == []
 

@@ -108,6 +108,7 @@ def test_the_adapter_hands_on_what_the_kernel_finds() -> None:
     assert "not yet settled within 2 % after 0.5 s" in " ".join(record.warnings)
 
 
+@pytest.mark.long
 def test_the_march_ends_in_the_periodic_motion() -> None:
     """At the last instant, by its crank angle: speed, and angle and speed of the shell."""
     case = validate(shipped(CASE))

@@ -63,6 +63,7 @@ def test_what_a_coarse_sweep_steps_over_is_found(text: str) -> None:
     assert len(start) > 1
 
 
+@pytest.mark.long
 def test_the_line_without_dampers_is_looked_at_as_closely() -> None:
     _, torque = fine(bare_setup(built(LIGHT)))
     top = value(LIGHT, "bare/largest/torque_half_range")

@@ -58,6 +58,7 @@ def misfire() -> Result:
               'after = "0.6 s" }\n')  # fmt: skip
 
 
+@pytest.mark.long
 def test_misfire_onset_ends_in_the_steady_response_of_the_misfire() -> None:
     record = misfire().record
     steady = of('misfire = ["2"]\n').record
@@ -80,6 +81,7 @@ def test_step_of_the_load_shares_the_torque_by_inertia() -> None:
     assert np.abs(change[:3]) == pytest.approx(100.0 * before / 2.5, rel=1e-5)
 
 
+@pytest.mark.long
 def test_run_up_has_the_steady_curve_beside_it_and_lags() -> None:
     change = ('transient = { kind = "run_up", from = "900 rpm", to = "1900 rpm", '
               'duration = "%s s", after = "0.05 s" }\n')  # fmt: skip
@@ -145,6 +147,7 @@ def design() -> Result:
     return of(extra, base, speeds)
 
 
+@pytest.mark.long
 def test_design_put_into_the_line_bears_what_was_promised() -> None:
     record = design().record
     k, c, worst = (
@@ -196,6 +199,7 @@ def geared_ring(inertia: float) -> str:
     return geared + speeds + '[damper_design]\non = "ring"\nfind = ["damping"]\n'
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("inertia", [0.04, 0.06])
 def test_crests_of_one_cycle_that_rise_together_hold_no_corner(inertia: float) -> None:
     # both halves of a turn all but repeat each other: their crests differ by a twenty-thousandth
@@ -213,6 +217,7 @@ def test_crests_of_one_cycle_that_rise_together_hold_no_corner(inertia: float) -
         assert performance(asked.problem, beside).worst > found.worst
 
 
+@pytest.mark.long
 def test_damper_on_a_geared_shaft_is_told_in_its_own_values() -> None:
     # its damper put into the case as a part
     record = run_text(

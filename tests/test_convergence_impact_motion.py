@@ -42,6 +42,7 @@ def test_tableaus_satisfy_the_conditions_of_their_order(method):
     np.testing.assert_allclose(rows, fraction, atol=1e-14)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "law", ["continuous", pytest.param("full_deflection", marks=pytest.mark.long)]
 )

@@ -108,6 +108,7 @@ def test_the_tasks_of_an_array_and_their_merge_give_the_whole_sweep(folder: Path
     )
 
 
+@pytest.mark.long
 def test_the_lines_for_dask_work(folder: Path) -> None:
     pytest.importorskip("distributed")
     dask = Path(sys.executable).with_name("dask")

@@ -140,6 +140,7 @@ def test_rows_of_references_keep_their_digits_and_blank_ones_go(
         assert entry == label or float(label) == entry
 
 
+@pytest.mark.long
 @given(
     st.one_of(
         st.binary(max_size=60),

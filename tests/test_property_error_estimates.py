@@ -18,7 +18,7 @@ from vibecalc.pipeline.tolerance import reached
 MOST_TOO_LOW, MOST_TOO_HIGH = 0.01, 0.05
 #: a few machines of every kind: pitch and rigid body, then both without damping
 FEW = {
-    "pitch": [random_machine(seed, "pitch") for seed in range(1, 4)],
+    "pitch": [random_machine(seed, "pitch") for seed in range(1, 3)],
     "rigid_body": [random_machine(seed, "rigid_body") for seed in range(2, 5)],
     "undamped": [
         without_damping(random_machine(21, "pitch")),
@@ -76,9 +76,7 @@ def cut_machine(seed: int, model: str, orders: int) -> Table:
     return table
 
 
-@pytest.mark.parametrize(
-    ("orders", "seed", "model"), [(2, 2, "pitch"), (3, 3, "rigid_body"), (4, 2, "pitch")]
-)
+@pytest.mark.parametrize(("orders", "seed", "model"), [(2, 2, "pitch"), (4, 2, "pitch")])
 def test_peaks_count_what_a_cut_leaves_out(orders: int, seed: int, model: str) -> None:
     judged = judge(cut_machine(seed, model, orders))
     peaks = [one for one in judged if "peak" in one.path or one.path.endswith("residual")]

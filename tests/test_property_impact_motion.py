@@ -137,6 +137,7 @@ def test_time_runs_back():
 SIZE = st.floats(-2.0, 2.0)
 
 
+@pytest.mark.long
 @given(
     st.tuples(SIZE, SIZE, SIZE, SIZE, SIZE, SIZE),
     st.sampled_from(["continuous", "full_deflection"]),

@@ -39,6 +39,7 @@ def test_the_speeds_that_guide_the_search_do_not_show_in_the_answer(tuned: Desig
     assert np.all(tuned.damper_error < 1e-8 * np.array(tuned.damper))
 
 
+@pytest.mark.long
 def test_limits_on_heat_and_travel_are_met_and_priced(tuned: Design) -> None:
     near = Limits((0.5, 0.5), (4e3, 1.2e4), (20.0, 90.0))
     quick = {"map_points": 3, "speeds": 21, "starts": 1}

@@ -50,6 +50,7 @@ def test_bound_against_all_corners_of_the_rounding(order):
     assert np.max(np.abs(phases)) == pytest.approx(float(taken.spread.bound(turn)), rel=0.1)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("order", [1, pytest.param(3, marks=pytest.mark.long)])
 def test_standard_uncertainty_against_samples(order):
     """400 readings spread evenly over their last digit."""
@@ -66,6 +67,7 @@ def test_standard_uncertainty_against_samples(order):
     assert np.std(sampled) == pytest.approx(deviation, rel=0.12)
 
 
+@pytest.mark.long
 def test_uncertainty_of_least_squares_against_samples():
     """Nine levels of which none is met: the slopes are those of the least-squares motion."""
     plate = random_plate(42, 6, 3)
@@ -88,6 +90,7 @@ def test_uncertainty_of_least_squares_against_samples():
     )
 
 
+@pytest.mark.long
 @settings(max_examples=25, deadline=None)
 @given(st.integers(0, 10_000), st.floats(0.0, 6.28), st.floats(1e-3, 1e3))
 def test_turned_and_magnified_plates(seed, angle, size):
@@ -203,6 +206,7 @@ def test_how_many_levels_are_independent():
     assert helpful(source_rows()[:3], further) == [0]
 
 
+@pytest.mark.long
 @settings(max_examples=14, deadline=None)
 @given(st.integers(0, 10_000), st.floats(0.0, 6.28), st.booleans())
 def test_no_level_tells_a_common_phase_or_the_sign_of_all(seed, phase, mirrored):

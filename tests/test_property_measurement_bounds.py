@@ -52,7 +52,10 @@ def solved(number):
     return found, reach(rows, amplitudes, widths)
 
 
-@pytest.mark.parametrize("first", range(0, 60, 12))
+@pytest.mark.parametrize(
+    "first",
+    [0, *(pytest.param(first, marks=pytest.mark.long) for first in range(12, 60, 12))],
+)
 def test_the_truth_is_within_the_bound_of_a_candidate(first):
     """All levels of one candidate hold at once; of every candidate, where they are one family."""
     for number in range(first, first + 12):
@@ -76,6 +79,7 @@ def test_the_truth_is_within_the_bound_of_a_candidate(first):
             assert holds[0], number
 
 
+@pytest.mark.long
 def test_slopes_alone_would_not_do():
     """The plates above do try the bounds: to first order the truth is outside several of them."""
     missed, folded = 0, 0

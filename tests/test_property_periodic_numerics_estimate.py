@@ -61,6 +61,7 @@ def test_the_estimate_sees_kinks_inside_panels(points):
     assert np.median(ratios) > 0.1
 
 
+@pytest.mark.long
 def test_a_solution_to_tolerance_keeps_it_and_marching_finds_the_same():
     for seed in range(12):
         problem = random_kinked(np.random.default_rng(seed + 200))

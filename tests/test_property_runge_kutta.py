@@ -111,6 +111,7 @@ def test_more_parts_refine_where_borders_set_the_steps() -> None:
     assert abs(finer - truth) < 0.1 * abs(coarse - truth)
 
 
+@pytest.mark.long
 def test_a_solution_that_blows_up_is_refused() -> None:
     system = Plain(lambda t, y: y * y)
     with pytest.raises(NumericalFailure, match="no step is short enough at time 1"):

@@ -280,6 +280,7 @@ def peak_memory(folder: Path, rows: int) -> int:
     return int(done.stdout)
 
 
+@pytest.mark.long
 @pytest.mark.skipif(sys.platform != "linux", reason="memory is counted in other units")
 def test_memory_does_not_grow_with_the_points(tmp_path: Path) -> None:
     few, many = (peak_memory(tmp_path, rows) for rows in (50, 200))

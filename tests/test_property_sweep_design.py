@@ -223,6 +223,7 @@ print(identity.sweep, *identity.points(design, range(54)))
 """
 
 
+@pytest.mark.long
 def test_hashes_are_the_same_in_another_process():
     design = design_of(*ALL_KINDS, sampling="sobol", points=9, indices=True)
     identity = identify(generator().resolved, design, ["x"])

@@ -122,6 +122,7 @@ def test_orders_that_a_point_does_not_keep_are_zero() -> None:
     assert not force.values[0, 2:].any() and not force.values[2, 3:].any()
 
 
+@pytest.mark.long
 def test_each_point_of_a_case_with_an_optimisation_is_optimised() -> None:
     loaded = load_case(CASES["generator_mount_design"], ["optimisation.starts=1"])
     key = "machine.speed"

@@ -69,6 +69,7 @@ def test_hung_points_are_given_up_and_their_processes_replaced(step: int) -> Non
     assert found[0].message == "took longer than 0.5 s"
 
 
+@pytest.mark.long
 def test_a_chunk_that_is_all_fatal_ends(tmp_path: Path) -> None:
     start = Start(leaving=frozenset(range(7, 14)), folder=str(tmp_path))
     assert set(lost(run(start, jobs=1))) == set(range(7, 14))

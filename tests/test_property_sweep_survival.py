@@ -100,6 +100,7 @@ def test_an_interrupted_sweep_says_how_to_go_on(
     assert objects(output) == objects(uninterrupted[0])
 
 
+@pytest.mark.long
 def test_chunks_are_taken_by_their_content_and_not_because_they_are_there(
     uninterrupted: tuple[Path, float], tmp_path: Path
 ) -> None:
@@ -120,6 +121,7 @@ def test_chunks_are_taken_by_their_content_and_not_because_they_are_there(
     assert objects(output) == objects(uninterrupted[0])
 
 
+@pytest.mark.long
 def test_jobs_shards_and_merge_give_the_same_objects(
     uninterrupted: tuple[Path, float], tmp_path: Path
 ) -> None:

@@ -58,6 +58,7 @@ def test_the_continuous_spring_does_not_give_the_published_averages(sense):
     assert np.max(ensemble(1.5e-3, "continuous", sense)) < 0.5 * 21.11
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("law", ["full_deflection", "continuous"])
 @pytest.mark.parametrize("sense", ["head", "crank"])
 def test_third_published_average_is_out_of_reach(law, sense):

@@ -106,7 +106,8 @@ def _modal_inertia_error(line: Line, modes: Modes, doubt: ShapeDoubt) -> FloatAr
 
 def emit_damped(scene: Scene, setup: Setup) -> None:
     """Poles of the line with its dashpots; loss factors as dashpots of each mode's frequency."""
-    if not has_poles(scene.case) or not scene.wants(f"{ROOT}/damped/frequency"):
+    wanted = scene.wants(f"{ROOT}/damped/frequency", f"{ROOT}/damped/damping_ratio")
+    if not has_poles(scene.case) or not wanted:
         return
     line = setup.model.at(setup.speed)
     try:
