@@ -179,6 +179,7 @@ def test_many_orders_are_no_reason_to_fail() -> None:
     figure(result, "roll_levels").canvas.draw()
 
 
+@pytest.mark.long
 def test_equal_results_give_equal_bytes(tmp_path: Path) -> None:
     first = draw(roll(), tmp_path / "a")
     second = draw(roll(), tmp_path / "b")

@@ -102,6 +102,7 @@ def variable() -> Result:
     return of("variable_inertia = { }\n", light)
 
 
+@pytest.mark.long
 def test_mean_inertias_give_the_steady_response() -> None:
     record = variable().record
     found = value(record, "variable_inertia/constant_half_range")

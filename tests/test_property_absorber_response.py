@@ -4,6 +4,7 @@ import contextlib
 from fractions import Fraction
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -19,6 +20,7 @@ GRID = np.concatenate([[0.0], np.logspace(-5, 5, 4001)])
 ratio = st.one_of(st.sampled_from([0.0, np.inf]), st.floats(1e-5, 30.0))
 
 
+@pytest.mark.long
 @settings(max_examples=80, deadline=None)
 @given(
     st.one_of(st.sampled_from([0.0, 2**-0.5]), st.floats(1e-9, 2.0)), st.floats(1e-4, 10.0),

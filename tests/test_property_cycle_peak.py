@@ -26,6 +26,7 @@ def random_vectors(count, seed):
         yield np.where(orders == 0, harmonics.real, harmonics), orders
 
 
+@pytest.mark.long
 def test_peak_is_never_below_a_dense_scan_and_is_attained():
     grid = np.linspace(0, 2 * np.pi, 40001)
     for harmonics, orders in random_vectors(250, seed=7):
