@@ -178,6 +178,19 @@ def test_same_case_twice_gives_the_same_objects_outside_provenance(
     }
 
 
+#: starter cases whose run takes seconds
+SLOW_STARTERS = ("impact", "mount_design", "switching")
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("scene", SLOW_STARTERS)
+def test_slow_starter_cases_run(scene: str, tmp_path: Path) -> None:
+    path = tmp_path / f"{scene}.toml"
+    assert command("new", scene, "-o", str(path)).code == 0
+    outcome = command("run", str(path), "-q", cap=120)
+    assert outcome.code == 0, outcome.err
+
+
 def test_starter_cases_pass_check_and_run(tmp_path: Path) -> None:
     listed = command("new", "list").out.split("\n")
     scenes = [line.split()[0] for line in listed if line.strip()]
@@ -186,7 +199,7 @@ def test_starter_cases_pass_check_and_run(tmp_path: Path) -> None:
         path = tmp_path / f"{scene}.toml"
         assert command("new", scene, "-o", str(path)).code == 0
         assert command("check", str(path)).code == 0
-        if scene in ("impact", "mount_design", "switching"):  # their like are among the cases
+        if scene in SLOW_STARTERS:
             continue
         outcome = command("run", str(path), "-q", cap=120)
         assert outcome.code == 0, (scene, outcome.err)

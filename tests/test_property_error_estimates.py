@@ -76,7 +76,10 @@ def cut_machine(seed: int, model: str, orders: int) -> Table:
     return table
 
 
-@pytest.mark.parametrize(("orders", "seed", "model"), [(2, 2, "pitch"), (4, 2, "pitch")])
+@pytest.mark.parametrize(
+    ("orders", "seed", "model"),
+    [(2, 2, "pitch"), pytest.param(3, 3, "rigid_body", marks=pytest.mark.long), (4, 2, "pitch")],
+)
 def test_peaks_count_what_a_cut_leaves_out(orders: int, seed: int, model: str) -> None:
     judged = judge(cut_machine(seed, model, orders))
     peaks = [one for one in judged if "peak" in one.path or one.path.endswith("residual")]
