@@ -23,8 +23,8 @@ from vibecalc.response.torsion.damped_state import (
 )
 from vibecalc.response.torsion.line import Line
 
-#: rounds of inverse iteration on the pencil
-_ROUNDS = 3
+#: most rounds of inverse iteration on the pencil; a good guess takes two
+_ROUNDS = 10
 
 
 class DampedModes(NamedTuple):
@@ -124,10 +124,11 @@ def mended_pole(matrices: Matrices, guess: complex) -> tuple[complex, ComplexArr
     """A pole, its shape on the kept stations, and what rounding leaves open of the pole.
 
     P is symmetric, so the left vector is the right one. A step that goes further than the guess
-    may be off is not taken: the pole is then one of a cluster, and the error says so.
+    may be off is not taken: the pole is then one of a cluster, and the error says so. A last step
+    above round-off counts in the error: beside another pole the way is long.
     """
     inertia = matrices.inertia
-    pole = guess
+    pole, moved = guess, 0.0
     shape = np.ones(len(inertia), dtype=complex) * np.exp(1j * np.arange(len(inertia)))
     for _ in range(_ROUNDS):
         shape = _inverse_iteration(matrices, pole, shape)
@@ -136,11 +137,16 @@ def mended_pole(matrices: Matrices, guess: complex) -> tuple[complex, ComplexArr
             shape = shape.real.astype(complex)
         work, slope, rounding = work_terms(matrices, pole, shape)
         if abs(work) >= 0.1 * abs(pole * slope):
+            moved = 0.0
             break
         pole -= work / slope
+        moved = abs(work)
+        if moved <= rounding:
+            moved = 0.0
+            break
     work, slope, rounding = work_terms(matrices, pole, shape)
     curvature = abs(shape**2 @ inertia)
-    rest = rounding + abs(work)
+    rest = rounding + abs(work) + moved
     linear = rest / abs(slope) if slope != 0.0 else np.inf
     double = np.sqrt(rest / curvature) if curvature > 0.0 else np.inf
     # two nearly equal poles: the error cannot grow beyond that of a double one
