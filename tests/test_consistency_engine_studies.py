@@ -91,11 +91,12 @@ def test_the_plan_says_how_many_solves(tmp_path: Path) -> None:
     path = tmp_path / "line.toml"
     path.write_text(SHORT, encoding="utf-8")
     cost = {stage.module: stage.cost for stage in plan_case(load_checked([path])[0].case)}
-    assert cost["torsion"].startswith("modes of 4 stations; 6 solves, one per order, at 157.08 ")
-    assert cost["torsion_speeds"].startswith("30 solves, one per order at 5 speeds from 83.7758 ")
-    assert cost["torsion_speeds"].endswith(" rad/s, and 30 without dampers")
+    wanted = "modes of 4 stations; 6 solves, one per order, at 157.08 "
+    assert cost["torsion.stage"].startswith(wanted)
+    assert cost["torsion.speeds"].startswith("30 solves, one per order at 5 speeds from 83.7758 ")
+    assert cost["torsion.speeds"].endswith(" rad/s, and 30 without dampers")
     steps = 0.5 * 3.0 * (1500.0 * math.pi / 30.0) * 0.05  # radians of order 3 over two
-    assert f" over {round(steps)} steps " in cost["torsion_transient"]
+    assert f" over {round(steps)} steps " in cost["torsion.transient"]
 
 
 def test_every_stage_has_a_cost() -> None:
@@ -107,7 +108,13 @@ def test_every_stage_has_a_cost() -> None:
         for word in ast.walk(node.value)
         if isinstance(word, ast.Constant) and word.value != "pitch"
     }
-    assert {"torsion", "torsion_speeds", "damper_design", "torque_reaction", "roll"} <= modules
+    assert {
+        "torsion.stage",
+        "torsion.speeds",
+        "damper_design",
+        "torque_reaction",
+        "roll",
+    } <= modules
     assert modules == set(READS) == set(strategy._COST)
 
 

@@ -27,7 +27,10 @@ from vibecalc.study.load import load_checked
 
 GOLDEN = ROOT / "tests" / "golden"
 STAGES = ROOT / "vibecalc" / "pipeline" / "stages"
-ADAPTERS = [f"{PACKAGE}.pipeline.stages.{path.stem}" for path in sorted(STAGES.glob("[a-z]*.py"))]
+ADAPTERS = [
+    ".".join((PACKAGE, "pipeline", "stages", *path.relative_to(STAGES).with_suffix("").parts))
+    for path in sorted(STAGES.rglob("[a-z]*.py"))
+]
 #: cases that run in a moment
 QUICK = ("generator", "engine_undamped")
 

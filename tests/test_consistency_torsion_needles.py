@@ -12,9 +12,9 @@ from engine_cases import ENGINE, replaced
 from test_consistency_torsion_stage import ROOT, record, value
 
 from vibecalc.case.load import validate
-from vibecalc.pipeline.stages.torsion_bare import bare_setup
-from vibecalc.pipeline.stages.torsion_curves import sweep
-from vibecalc.pipeline.stages.torsion_setup import Setup, build_setup
+from vibecalc.pipeline.stages.torsion.bare import bare_setup
+from vibecalc.pipeline.stages.torsion.curves import sweep
+from vibecalc.pipeline.stages.torsion.setup import Setup, build_setup
 
 LOW, HIGH = 1000.0 * np.pi / 30.0, 9000.0 * np.pi / 30.0
 RANGE = 'speeds = { from = "1000 rpm", to = "9000 rpm", points = %d }'

@@ -262,10 +262,10 @@ def test_a_class_rule_is_that_of_the_rated_speed() -> None:
 
 
 def test_blocks_of_speeds_do_not_matter(monkeypatch: Any) -> None:
-    from vibecalc.pipeline.stages import torsion_curves
+    from vibecalc.pipeline.stages.torsion import curves
 
     plain = value(ENGINE, "speeds/torque_half_range")
-    monkeypatch.setattr(torsion_curves, "ROWS", 7)
+    monkeypatch.setattr(curves, "ROWS", 7)
     again = run_case(validate(tomllib.loads(ENGINE)))
     found = again[f"{ROOT}/speeds/torque_half_range"].values
     assert np.abs(found - plain).max() < 1e-12 * plain.max()

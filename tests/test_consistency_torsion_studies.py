@@ -12,7 +12,7 @@ from vibecalc.errors import NumericalFailure
 from vibecalc.optimisation.damper.design import design as search
 from vibecalc.optimisation.damper.gain import performance
 from vibecalc.pipeline.stages.damper_design_problem import build_problem
-from vibecalc.pipeline.stages.torsion_setup import build_setup
+from vibecalc.pipeline.stages.torsion.setup import build_setup
 from vibecalc.report.plots import make
 from vibecalc.report.text import render_report
 from vibecalc.results.record import Record, Result

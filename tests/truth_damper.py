@@ -17,7 +17,7 @@ from vibecalc.optimisation.damper.gain import Performance, performance
 from vibecalc.optimisation.damper.problem import Damper
 from vibecalc.pipeline.run import run_case
 from vibecalc.pipeline.stages.damper_design_problem import Asked, build_problem
-from vibecalc.pipeline.stages.torsion_setup import build_setup
+from vibecalc.pipeline.stages.torsion.setup import build_setup
 from vibecalc.results.record import Quantity, Record
 
 DIGITS = 60

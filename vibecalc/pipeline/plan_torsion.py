@@ -40,7 +40,7 @@ def plan_torsion(case: "Case") -> Iterator[StagePlan]:
     stations = len(line.stations)
     yield StagePlan(
         stage="torsion",
-        module="torsion",
+        module="torsion.stage",
         why="[response.torsion] is in the case",
         parts=("crank_train", "shaft_line"),
         orders=_orders_words(case),
@@ -53,7 +53,7 @@ def plan_torsion(case: "Case") -> Iterator[StagePlan]:
     speeds = torsion.speeds
     yield StagePlan(
         stage="torsion_speeds",
-        module="torsion_speeds",
+        module="torsion.speeds",
         why="[response.torsion] speeds are in the case",
         parts=("crank_train", "shaft_line"),
         orders=_orders_words(case),

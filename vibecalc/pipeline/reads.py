@@ -131,18 +131,18 @@ READS: dict[str, Reads] = {
         ),
         after=("excitation",),
     ),
-    "torsion_published": Reads((*LINE, "response.torsion.speeds", "response.torsion.as_published")),
-    "torsion_variable": Reads(
+    "torsion.published": Reads((*LINE, "response.torsion.speeds", "response.torsion.as_published")),
+    "torsion.variable": Reads(
         (*LINE, "response.torsion.speeds", "response.torsion.variable_inertia", "accuracy.rtol")
     ),
-    "torsion_transient": Reads((*LINE, "response.torsion.transient", "accuracy.rtol")),
+    "torsion.transient": Reads((*LINE, "response.torsion.transient", "accuracy.rtol")),
     "damper_design": Reads((*LINE, "response.torsion.speeds", "damper_design")),
     "measurement": Reads(("measurement", "machine.speed")),
     "absorber_tuning": Reads((*ABSORBER, "tuning")),
     "absorber": Reads((*ABSORBER, "tuning", "response.absorber"), after=("tuning",)),
     "absorber_parts": Reads((*ABSORBER, "tuning"), after=("tuning",)),
-    "torsion": Reads((*TORSION, "response.torsion.limits")),
-    "torsion_speeds": Reads(
+    "torsion.stage": Reads((*TORSION, "response.torsion.limits")),
+    "torsion.speeds": Reads(
         (*TORSION, *(f"response.torsion.{key}" for key in ("speeds", "limits", "campbell"))),
         after=("torsion",),
     ),

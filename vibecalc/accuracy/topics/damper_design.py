@@ -16,8 +16,8 @@ from vibecalc.optimisation.damper.speed_torque import torque_at
 from vibecalc.optimisation.damper.survey import Survey, survey
 from vibecalc.pipeline.scene import Scene
 from vibecalc.pipeline.stages.damper_design_problem import build_problem
-from vibecalc.pipeline.stages.torsion_curves import stiffness_of
-from vibecalc.pipeline.stages.torsion_setup import build_setup
+from vibecalc.pipeline.stages.torsion.curves import stiffness_of
+from vibecalc.pipeline.stages.torsion.setup import build_setup
 from vibecalc.response.torsion.line import Line
 
 #: values of each variable on the map of the search, of which `design` takes 15

@@ -20,7 +20,7 @@ from vibecalc.excitation.cylinder_torque import _panels, gas_harmonics
 from vibecalc.excitation.gas_card import GasCard
 from vibecalc.numerics.gauss import gauss_rule
 from vibecalc.pipeline.scene import Scene
-from vibecalc.pipeline.stages.torsion_setup import Setup, build_setup
+from vibecalc.pipeline.stages.torsion.setup import Setup, build_setup
 from vibecalc.response.torsion.forced import forced_masked
 from vibecalc.response.torsion.synthesis import synthesis
 from vibecalc.response.torsion.synthesis_cells import DEGREE, cycle_of

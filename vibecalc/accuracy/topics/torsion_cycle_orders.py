@@ -14,9 +14,9 @@ from vibecalc.accuracy.yardsticks.shaft_cycles import (
 from vibecalc.accuracy.yardsticks.shaft_lines import dense_angles
 from vibecalc.numerics.typing import ComplexArray, FloatArray
 from vibecalc.pipeline.scene import Scene
-from vibecalc.pipeline.stages.torsion_curves import stiffness_of
-from vibecalc.pipeline.stages.torsion_drive import build_drive
-from vibecalc.pipeline.stages.torsion_setup import Setup
+from vibecalc.pipeline.stages.torsion.curves import stiffness_of
+from vibecalc.pipeline.stages.torsion.drive import build_drive
+from vibecalc.pipeline.stages.torsion.setup import Setup
 from vibecalc.response.torsion.forced import forced_masked
 from vibecalc.response.torsion.synthesis import synthesis
 

@@ -14,8 +14,8 @@ from vibecalc.accuracy.yardsticks.shaft_lines import (
 from vibecalc.numerics.rounding import UNIT_ROUNDOFF
 from vibecalc.numerics.typing import ComplexArray, FloatArray
 from vibecalc.pipeline.scene import Scene
-from vibecalc.pipeline.stages.torsion_curves import stiffness_of
-from vibecalc.pipeline.stages.torsion_setup import Setup, build_setup
+from vibecalc.pipeline.stages.torsion.curves import stiffness_of
+from vibecalc.pipeline.stages.torsion.setup import Setup, build_setup
 from vibecalc.response.torsion.forced import forced_masked
 from vibecalc.response.torsion.line import Line
 

@@ -8,7 +8,7 @@ from vibecalc.accuracy.topics.torsion_modes import exact_once
 from vibecalc.numerics.rounding import UNIT_ROUNDOFF
 from vibecalc.numerics.typing import ComplexArray, FloatArray
 from vibecalc.pipeline.scene import Scene
-from vibecalc.pipeline.stages.torsion_setup import Setup, build_setup
+from vibecalc.pipeline.stages.torsion.setup import Setup, build_setup
 from vibecalc.response.torsion.as_published import modal_excitation, twist_on_criticals
 from vibecalc.response.torsion.line import Line, stiffness_matrix
 

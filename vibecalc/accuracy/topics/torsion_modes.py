@@ -10,7 +10,7 @@ from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import EPSILON, UNIT_ROUNDOFF
 from vibecalc.numerics.typing import FloatArray
 from vibecalc.pipeline.scene import Scene
-from vibecalc.pipeline.stages.torsion_setup import Setup, build_setup
+from vibecalc.pipeline.stages.torsion.setup import Setup, build_setup
 from vibecalc.response.torsion.bisection import highest
 from vibecalc.response.torsion.count import Tree, modes_below, rooted
 from vibecalc.response.torsion.graph import pieces

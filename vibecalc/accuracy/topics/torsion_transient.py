@@ -11,8 +11,8 @@ from vibecalc.accuracy.yardsticks.integrators import Rates, march_fixed, march_s
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.typing import FloatArray
 from vibecalc.pipeline.scene import Scene
-from vibecalc.pipeline.stages.torsion_setup import build_setup
-from vibecalc.pipeline.stages.torsion_transient_course import journey
+from vibecalc.pipeline.stages.torsion.setup import build_setup
+from vibecalc.pipeline.stages.torsion.transient_course import journey
 from vibecalc.response.torsion.transient_march import march
 from vibecalc.response.torsion.transient_motion import (
     Course,

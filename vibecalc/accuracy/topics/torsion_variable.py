@@ -10,8 +10,8 @@ from vibecalc.accuracy.yardsticks.shaft_cycles import half_ranges_of_samples
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.typing import ComplexArray, FloatArray
 from vibecalc.pipeline.scene import Scene
-from vibecalc.pipeline.stages.torsion_setup import build_setup
-from vibecalc.pipeline.stages.torsion_variable import gas_torque, half_ranges, system_of
+from vibecalc.pipeline.stages.torsion.setup import build_setup
+from vibecalc.pipeline.stages.torsion.variable import gas_torque, half_ranges, system_of
 from vibecalc.response.torsion.line import damping_matrix, stiffness_matrix
 from vibecalc.response.torsion.variable_inertia import VariableLine
 from vibecalc.response.torsion.variable_inertia_steady import constant_response, steady_response

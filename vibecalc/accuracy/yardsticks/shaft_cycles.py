@@ -10,8 +10,8 @@ from vibecalc.errors import NumericalFailure
 from vibecalc.excitation.cylinder_torque import gas_torque_at, inertia_torque_at
 from vibecalc.numerics.typing import ComplexArray, FloatArray
 from vibecalc.pipeline.scene import Scene
-from vibecalc.pipeline.stages.torsion_drive import Drive
-from vibecalc.pipeline.stages.torsion_setup import Setup
+from vibecalc.pipeline.stages.torsion.drive import Drive
+from vibecalc.pipeline.stages.torsion.setup import Setup
 from vibecalc.response.torsion.line import Line
 from vibecalc.response.torsion.transient_system import transient_system
 

@@ -19,7 +19,7 @@ from vibecalc.pipeline.entries.damper_design import ROOT
 from vibecalc.pipeline.scene import Scene
 from vibecalc.pipeline.stages.damper_design_curves import emit_chart, emit_curves, emit_rings
 from vibecalc.pipeline.stages.damper_design_problem import Asked, build_problem
-from vibecalc.pipeline.stages.torsion_setup import build_setup
+from vibecalc.pipeline.stages.torsion.setup import build_setup
 
 _SECTION, _HEAT, _TRAVEL = 0.0, 1.0, 2.0
 

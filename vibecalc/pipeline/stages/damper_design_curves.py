@@ -14,7 +14,7 @@ from vibecalc.optimisation.damper.problem import Damper
 from vibecalc.pipeline.entries.damper_design import ROOT
 from vibecalc.pipeline.scene import Scene
 from vibecalc.pipeline.stages.damper_design_problem import Asked
-from vibecalc.pipeline.stages.torsion_setup import Setup
+from vibecalc.pipeline.stages.torsion.setup import Setup
 from vibecalc.response.torsion.forced import forced_masked
 from vibecalc.response.torsion.line import Line
 from vibecalc.response.torsion.sections import section_torque

@@ -9,7 +9,7 @@ from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.typing import FloatArray
 from vibecalc.optimisation.damper.problem import Damper, Limits, Problem
 from vibecalc.optimisation.damper.speed_torque import SpeedTorque
-from vibecalc.pipeline.stages.torsion_setup import Setup
+from vibecalc.pipeline.stages.torsion.setup import Setup
 from vibecalc.response.torsion.line import Line
 from vibecalc.response.torsion.modes import natural_modes
 

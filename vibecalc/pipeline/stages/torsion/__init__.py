@@ -1,0 +1,1 @@
+"""Adapters of a shaft line: modes, torques, vibration, speeds, limits, transients."""

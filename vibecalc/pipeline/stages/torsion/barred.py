@@ -1,0 +1,203 @@
+"""Adapter: ranges of speeds in which a limit is exceeded, and what a class rule bars instead."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from vibecalc.hardware.shaft_limits import NO_BARRED_RANGE, barred_range
+from vibecalc.numerics.rounding import EPSILON
+from vibecalc.numerics.typing import FloatArray, IntArray
+from vibecalc.pipeline.entries.torsion import ROOT
+from vibecalc.pipeline.scene import Scene
+from vibecalc.pipeline.stages.torsion.bounds import Bound
+from vibecalc.pipeline.stages.torsion.curves import solved
+from vibecalc.pipeline.stages.torsion.doubt import own_doubt
+from vibecalc.pipeline.stages.torsion.maxima import (
+    EQUAL,
+    RIVAL,
+    Maxima,
+    Value,
+    maxima,
+    narrowed,
+)
+from vibecalc.pipeline.stages.torsion.setup import Setup
+from vibecalc.response.torsion.barred import barred_ranges
+from vibecalc.response.torsion.synthesis import synthesis
+
+#: minima above a limit, lowest first, that are looked for between the speeds
+DIPS = 64
+
+
+class Barred(NamedTuple):
+    """Ranges (b,) of one limit in rad/s: ends, speed of the largest use inside, with errors.
+
+    `rule` (b, 2) is what the formula of a class rule bars about that speed, 0 without a rule.
+    """
+
+    start: FloatArray
+    end: FloatArray
+    error: FloatArray
+    peak: FloatArray
+    peak_error: FloatArray
+    rule: FloatArray
+    permitted: IntArray
+
+
+def barred_of(
+    setup: Setup,
+    bound: Bound,
+    use: FloatArray,
+    top: Maxima,
+    make: Callable[[IntArray], Value],
+    speed: FloatArray,
+    undamped: FloatArray,
+    factor: FloatArray,
+) -> Barred:
+    """Ranges above a limit with the uses (s, r) of its sections and the largest of each, `top`."""
+    excess = _excess(setup, bound)
+    near = [
+        speed,
+        top.speed,
+        undamped,
+        _close(use, make, speed, undamped),
+        _dips(excess, use, speed),
+    ]
+    found = barred_ranges(excess, np.unique(np.concatenate(near)))
+    ends = list(zip(found.start.tolist(), found.end.tolist(), strict=True))
+    peaks = [_peak(use, top, make, speed, undamped, *one) for one in ends]
+    peak, peak_error = (np.array([one[k] for one in peaks]) for k in (0, 1))
+    rule, permitted = np.zeros((len(ends), 2)), np.ones(len(ends), dtype=np.int64)
+    rated = bound.basis.rated_speed
+    if rated and len(ends):
+        barred = barred_range(peak, rated)
+        rule = np.stack([barred.lower, barred.upper], axis=1)
+        below = found.end <= NO_BARRED_RANGE * rated
+        permitted = (barred.permitted & below).astype(np.int64)
+    error = np.array([_doubt(setup, bound, excess, one, factor) for one in ends])
+    return Barred(found.start, found.end, error, peak, peak_error, rule, permitted)
+
+
+def emit_barred(scene: Scene, ranges: list[Barred]) -> None:
+    """Those of all limits, in the order of the limits."""
+    place = f"{ROOT}/barred"
+    start, end, error, peak, peak_error, rule, permitted = (
+        np.concatenate(part) for part in zip(*ranges, strict=True)
+    )
+    number = np.repeat(np.arange(1, len(ranges) + 1), [len(one.start) for one in ranges])
+    axes = {"barred": np.arange(1, len(start) + 1)}
+    scene.emit(f"{place}/from", start, error, axes)
+    scene.emit(f"{place}/to", end, error, axes)
+    scene.emit(f"{place}/limit", number, 0.0, axes)
+    peak_error = peak_error + 4.0 * EPSILON * peak
+    scene.emit(f"{place}/peak_speed", peak, peak_error, axes)
+    # the ends move by at most 9/8 of what the peak does
+    off = np.where(rule[:, 0] > 0.0, 1.2 * peak_error + 8.0 * EPSILON * peak, 0.0)
+    scene.emit(f"{place}/formula_from", rule[:, 0], off, axes)
+    scene.emit(f"{place}/formula_to", rule[:, 1], off, axes)
+    scene.emit(f"{place}/permitted", permitted, 0.0, axes)
+
+
+def _close(
+    use: FloatArray, make: Callable[[IntArray], Value], speed: FloatArray, undamped: FloatArray
+) -> FloatArray:
+    """Speeds (k,) of maxima that are below a limit at the speeds (s,) and may exceed it between."""
+    inside = use[1:-1]
+    high = (inside > use[:-2]) & (inside >= use[2:]) & (inside >= RIVAL) & (inside < 1.0)
+    high &= np.isfinite(use[:-2] + use[2:])
+    place, section = np.nonzero(high)
+    place = place + 1
+    if not len(place):
+        return np.zeros(0)
+    seen = narrowed(make(section), speed[place - 1], speed[place], speed[place + 1])
+    kept = seen >= EQUAL
+    return maxima(make, use, speed, section[kept], place[kept], undamped).speed
+
+
+def _dips(
+    excess: Callable[[FloatArray], FloatArray], use: FloatArray, speed: FloatArray
+) -> FloatArray:
+    """Speeds (k,) of minima above a limit that may be below it between the speeds (s,)."""
+    worst = np.max(use, axis=1)
+    inside = worst[1:-1]
+    low = (inside <= worst[:-2]) & (inside <= worst[2:]) & (inside > 1.0)
+    place = np.flatnonzero(low) + 1
+    place = np.sort(place[np.argsort(worst[place], kind="stable")][:DIPS])
+    if not len(place):
+        return np.zeros(0)
+    start, at, end = speed[place - 1], speed[place], speed[place + 1]
+    row, share = np.arange(len(place)), np.linspace(0.0, 1.0, 9)
+    for _ in range(3):
+        where = np.concatenate(
+            [start[:, None] + (at - start)[:, None] * share,
+             at[:, None] + (end - at)[:, None] * share[1:]], axis=1,
+        )  # fmt: skip
+        found = excess(where.ravel()).reshape(where.shape)
+        best = np.clip(np.argmin(found, axis=1), 1, where.shape[1] - 2)
+        start, at, end = where[row, best - 1], where[row, best], where[row, best + 1]
+    return at
+
+
+def _peak(
+    use: FloatArray,
+    top: Maxima,
+    make: Callable[[IntArray], Value],
+    speed: FloatArray,
+    undamped: FloatArray,
+    start: float,
+    end: float,
+) -> tuple[float, float]:
+    """Speed of the largest use between two speeds, and its error."""
+    without_end = undamped[(undamped >= start) & (undamped <= end)]
+    if len(without_end):
+        return float(without_end[0]), 1e-10 * float(without_end[0])
+    found: list[tuple[float, float, float]] = []
+    inside = np.flatnonzero((speed >= start) & (speed <= end))
+    if len(inside):
+        place, section = np.unravel_index(int(np.argmax(use[inside])), use[inside].shape)
+        at = np.array([inside[place]])
+        near = maxima(make, use, speed, np.array([section]), at, undamped)
+        found.append((float(near.value[0]), float(near.speed[0]), float(near.speed_error[0])))
+    for k in np.flatnonzero((top.speed >= start) & (top.speed <= end)).tolist():
+        found.append((float(top.value[k]), float(top.speed[k]), float(top.speed_error[k])))
+    if not found:  # narrower than the steps of the sweep
+        return 0.5 * (start + end), 0.5 * (end - start)
+    _, at_speed, error = max(found)
+    return at_speed, error
+
+
+def _excess(setup: Setup, bound: Bound) -> Callable[[FloatArray], FloatArray]:
+    """Largest stress less what is allowed, over the sections of a limit, at speeds (s,)."""
+    own = bound.section
+    factor = 1.0 / (setup.shaft.section_modulus[own] * np.abs(setup.shaft.section_ratio[own]))
+
+    def excess(speed: FloatArray) -> FloatArray:
+        found = solved(setup.model, setup.drive, speed)
+        torque = np.moveaxis(found.torque[..., own], 1, -1)
+        stress = synthesis(setup.drive.order, torque).half_range * factor
+        limit = bound.continuous(speed)
+        says = np.isfinite(limit)
+        over = np.where(says, stress - np.where(says, limit, 0.0), -1.0)
+        endless = np.any(found.masked, axis=1) & np.any(says, axis=1)
+        return np.where(endless, np.inf, np.max(over, axis=1))
+
+    return excess
+
+
+def _doubt(
+    setup: Setup,
+    bound: Bound,
+    excess: Callable[[FloatArray], FloatArray],
+    ends: tuple[float, float],
+    factor: FloatArray,
+) -> float:
+    """What an error of the stress moves an end of a range by: over the slope there."""
+    at, own = np.array(ends), bound.section
+    known = own_doubt(setup, np.repeat(at, len(own)), np.tile(own, 2)).torque * np.tile(factor, 2)
+    error = np.max(known.reshape(2, -1), axis=1)
+    step = 1e-7 * at
+    with np.errstate(invalid="ignore", divide="ignore"):
+        slope = np.abs(excess(at + step) - excess(at - step)) / (2.0 * step)
+        moved = error / slope
+    moved = np.where(np.isfinite(moved), moved, 0.0)
+    return float(np.max(2.0 * moved + 8.0 * EPSILON * at))

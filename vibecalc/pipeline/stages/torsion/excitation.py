@@ -1,0 +1,162 @@
+"""Adapter: pressure and torques of a cylinder, orders, vector sums of the engine."""
+
+import numpy as np
+
+from vibecalc.excitation.cylinder_torque import gas_torque_at, inertia_torque_at, phasor
+from vibecalc.excitation.gas_card import pressure_at
+from vibecalc.excitation.order_sums import major_orders, phase_sums
+from vibecalc.numerics.rounding import EPSILON
+from vibecalc.numerics.typing import ComplexArray, FloatArray, IntArray
+from vibecalc.pipeline.entries.torsion import ROOT
+from vibecalc.pipeline.scene import Scene
+from vibecalc.pipeline.stages.torsion.drive import Drive
+from vibecalc.pipeline.stages.torsion.setup import Setup
+from vibecalc.response.torsion.modes_doubt import ShapeDoubt, doubt_of, shape_doubt
+
+PLACE = f"{ROOT}/excitation"
+CURVES = tuple(
+    f"{PLACE}/{name}"
+    for name in ("pressure", "gas_torque", "inertia_torque", "total_torque", "engine_torque")
+)
+#: a mode that moves the cylinders by less than this of its largest angle has no vector sums
+STILL = 1e-5
+#: Pa; a mean indicated pressure beyond it gets a sentence
+HIGHEST_MEAN = 8e6
+#: crank angles of a turn, less one
+STEPS = 360
+
+
+def emit_excitation(scene: Scene, setup: Setup) -> None:
+    """What one cylinder and all of them do at the operating speed."""
+    drive, speed = setup.drive, setup.speed
+    if scene.wants(*CURVES):
+        _over_the_cycle(scene, setup)
+    one, square = drive.healthy(speed), speed**2
+    axes = {"half_order": drive.order, "cylinder": drive.firing.names}
+    inertia = square * one.inertia
+    inertia_error = square * one.inertia_error + 4.0 * EPSILON * np.abs(inertia)
+    total, total_error = one.gas + inertia, one.gas_error + inertia_error
+    scene.emit(f"{PLACE}/gas", one.gas, one.gas_error, axes)
+    scene.emit(f"{PLACE}/inertia", inertia, inertia_error, axes)
+    scene.emit(f"{PLACE}/total", total, total_error, axes)
+    volume = drive.geometry.piston_area * drive.geometry.crank_radius
+    if volume > 0.0:
+        error = total_error / volume + 4.0 * EPSILON * np.abs(total) / volume
+        scene.emit(f"{PLACE}/tangential_pressure", total / volume, error, axes)
+    _means(scene, setup, float(one.mean), float(one.mean_error))
+    scene.emit(
+        f"{PLACE}/firing_angle", drive.firing.angle, 8.0 * EPSILON * drive.firing.cycle, axes
+    )
+    _stations(scene, setup)
+    _sums(scene, setup)
+    scene.cite(
+        "Gauss quadrature of the pressure card with the exact slider-crank, inertia by its series",
+        "torque harmonics of a cylinder at half orders",
+        "Ker Wilson, Practical Solution of Torsional Vibration Problems, vol. 2, 3rd ed. 1963",
+    )
+
+
+def _means(scene: Scene, setup: Setup, mean: float, mean_error: float) -> None:
+    drive, at = setup.drive, np.array([setup.speed])
+    torque = float(drive.mean_torque(at).sum())
+    error = float(drive.mean_torque_error(at).sum()) + 4.0 * EPSILON * abs(torque)
+    scene.emit(f"{PLACE}/mean_torque", torque, error)
+    power = setup.speed * torque
+    scene.emit(f"{PLACE}/power", power, setup.speed * error + EPSILON * abs(power))
+    swept = drive.geometry.piston_area * _stroke(drive)
+    if swept > 0.0:
+        work = drive.firing.cycle / swept
+        pressure = work * mean
+        error = work * mean_error + 8.0 * EPSILON * abs(pressure)
+        scene.emit(f"{PLACE}/mean_indicated_pressure", pressure, error)
+        if abs(pressure) > HIGHEST_MEAN:
+            scene.warn(
+                f"the mean indicated pressure is {1e-5 * pressure:.3g} bar, where engines stay "
+                "below 40: are the pressures of the gas in Pa ('60 bar' otherwise)?"
+            )
+
+
+def _stroke(drive: Drive) -> float:
+    radius, length, _, offset = drive.geometry
+    far = np.sqrt((length + radius) ** 2 - offset**2)
+    return float(far - np.sqrt((length - radius) ** 2 - offset**2))
+
+
+def _over_the_cycle(scene: Scene, setup: Setup) -> None:
+    """Pressure and torques at each degree of the cycle."""
+    drive, geometry = setup.drive, setup.drive.geometry
+    turns = round(drive.firing.cycle / (2.0 * np.pi))
+    angle = np.linspace(0.0, drive.firing.cycle, STEPS * turns + 1)
+    share = drive.weights(np.asarray(setup.speed))
+    pressure = share @ np.array([pressure_at(card, angle) for card in drive.cards])
+    gas = share @ np.array([gas_torque_at(card, geometry, angle) for card in drive.cards])
+    inertia = setup.speed**2 * inertia_torque_at(
+        geometry, drive.reciprocating_mass, drive.rod_inertia, angle
+    )
+    axes = {"crank_angle": angle}
+    # an angle of the cycle is right to a rounding, and so is its sine
+    rounding, step = EPSILON * drive.firing.cycle, angle[1] - angle[0]
+    off = share @ np.array([card.error.max() for card in drive.cards])
+
+    def doubt(value: FloatArray) -> float:
+        steepest = float(np.max(np.abs(np.diff(value)))) / step
+        return float(8.0 * EPSILON * np.max(np.abs(value)) + rounding * steepest)
+
+    lever = geometry.piston_area * geometry.crank_radius
+    errors = {"pressure": doubt(pressure) + off, "inertia_torque": 2.0 * doubt(inertia)}
+    errors["gas_torque"] = doubt(gas) + lever * off
+    errors["total_torque"] = errors["gas_torque"] + errors["inertia_torque"]
+    values = {"pressure": pressure, "gas_torque": gas, "inertia_torque": inertia}
+    values["total_torque"] = gas + inertia
+    for name, value in values.items():
+        scene.emit(f"{PLACE}/{name}", value, errors[name], axes)
+    # of all cylinders, as far as the orders of the case go
+    at = np.array([setup.speed])
+    torque = drive.torque(at)[0].sum(axis=-1)
+    mean = float(drive.mean_torque(at).sum())
+    turned = np.exp(1j * angle[:, None] * drive.order)
+    engine = mean + (turned @ torque).real
+    error = float(drive.torque_error(at).sum()) + float(drive.mean_torque_error(at).sum())
+    # a rounded angle turns each order, all of them by as much
+    many = EPSILON * drive.firing.cycle * float(np.abs(torque) @ drive.order)
+    scene.emit(f"{PLACE}/engine_torque", engine, error + many + EPSILON * abs(mean), axes)
+
+
+def _stations(scene: Scene, setup: Setup) -> None:
+    drive, shaft, at = setup.drive, setup.shaft, np.array([setup.speed])
+    own = np.zeros((len(shaft.station_names), len(drive.order)), dtype=np.complex128)
+    ratio = shaft.station_ratio[drive.station]
+    own[drive.station] = drive.torque(at)[0].T / ratio[:, None]
+    error = float(np.max(drive.torque_error(at)[0] / np.abs(ratio), initial=0.0))
+    axes = {"station": shaft.station_names, "half_order": drive.order}
+    scene.emit(f"{PLACE}/station_torque", own, error + 2.0 * EPSILON * np.max(np.abs(own)), axes)
+
+
+def _sums(scene: Scene, setup: Setup) -> None:
+    drive, modes, at = setup.drive, setup.modes, np.array([setup.speed])
+    axes = {"mode": np.arange(1, len(modes.frequency) + 1), "half_order": drive.order}
+    shape = modes.shape[:, setup.shaft.cylinder_freedom]
+    sums = phase_sums(shape, drive.firing.angle, drive.order)
+    whole = np.abs(shape).sum(axis=1, keepdims=True)
+    still = whole < STILL
+    whole = np.where(still, 1.0, whole)
+    value = np.where(still, 0.0, sums.value / whole)
+    moved = shape_doubt(setup.model.at(setup.speed), modes)
+    # what grows all cylinders alike leaves the share that is left of their sum
+    weight = phasor(drive.order, drive.firing.angle) - value[..., None] * np.sign(shape)[:, None, :]
+    doubt = sums.error + _on_freedoms(moved, weight, setup.shaft.cylinder_freedom)
+    scene.emit(f"{PLACE}/vector_sum", value, np.where(still, 0.0, doubt / whole), axes)
+    torque, error = drive.torque(at)[0], drive.torque_error(at)[0]
+    own = modes.shape[:, drive.freedom]
+    intensity = own @ torque.T
+    doubt = np.abs(own) @ error.T + _on_freedoms(moved, torque, drive.freedom)
+    many = (4.0 + own.shape[1]) * EPSILON * (np.abs(own) @ np.abs(torque).T)
+    scene.emit(f"{PLACE}/intensity", intensity, doubt + many, axes)
+    major = major_orders(drive.firing.angle, drive.order).astype(np.int64)
+    scene.emit(f"{PLACE}/major", major, 0.0, axes)
+
+
+def _on_freedoms(doubt: ShapeDoubt, weight: ComplexArray, freedom: IntArray) -> FloatArray:
+    """Errors (m, q) of sums of the angles of cylinders, with weights (..., q, c)."""
+    place = freedom[:, None] == np.arange(doubt.moved.shape[1] - 1)
+    return doubt_of(doubt, weight @ place.astype(float))

@@ -1,0 +1,242 @@
+"""Adapter: a change in time of a shaft line, beside the steady vibration on the way."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.rounding import EPSILON
+from vibecalc.numerics.typing import FloatArray
+from vibecalc.pipeline.entries.torsion_studies import TRANSIENT
+from vibecalc.pipeline.scene import Scene
+from vibecalc.pipeline.stages.torsion.curves import sweep
+from vibecalc.pipeline.stages.torsion.setup import Setup, build_setup
+from vibecalc.pipeline.stages.torsion.transient_course import STEPS, Journey, journey
+from vibecalc.pipeline.stages.torsion.transient_envelope import (
+    emit_envelope,
+    emit_half_ranges,
+)
+from vibecalc.pipeline.stages.torsion.transient_looks import emit_looks
+from vibecalc.pipeline.stages.torsion.transient_supply import emit_supply
+from vibecalc.response.torsion.sections import section_torque
+from vibecalc.response.torsion.synthesis import synthesis
+from vibecalc.response.torsion.transient_march import TransientRun, transient
+from vibecalc.response.torsion.transient_motion import Stretch, acceleration_at
+from vibecalc.response.torsion.transient_peaks import Envelope, envelope
+from vibecalc.response.torsion.transient_quasi_steady import against_quasi_steady, section_peaks
+from vibecalc.response.torsion.transient_sliding import Sliding
+from vibecalc.response.torsion.transient_start import static_state
+from vibecalc.response.torsion.transient_swing import largest_swings
+from vibecalc.response.torsion.transient_torque import torque_law
+
+#: tolerance of the march: nothing that is read off it is told more sharply
+_RTOL = 1e-7
+#: windows in which peaks are looked for; of a cycle, in a time of fewer cycles than that, where
+#: the speed stays
+_FEWEST, _MOST, _PER_CYCLE, _SHORT = 4, 400, 6, 20
+#: speeds of the steady curve before its summits are added
+_SPEEDS = 1201
+#: summits of each section that are looked at again, and speeds about each
+_SUMMITS, _CLOSE = 3, 17
+
+
+def run(scene: Scene) -> None:
+    """Emit everything for [response.torsion.transient]."""
+    setup = build_setup(scene.case)
+    options = setup.torsion.transient
+    if options is None:
+        raise ValueError("the case has no [response.torsion.transient]")
+    path = journey(setup, scene.case.machine, options)
+    run_ = transient(
+        path.line, path.order, path.stretches, path.speed, start=path.start,
+        reaction=path.reaction, rtol=max(_RTOL, scene.case.accuracy.rtol),
+    )  # fmt: skip
+    found = envelope(run_, _windows(setup, run_, options.kind in STEPS))
+    size = np.abs(setup.shaft.section_ratio)
+    slide = emit_envelope(scene, setup, run_)
+    worst = _emit_peaks(scene, setup, run_, found)
+    if options.kind in STEPS:
+        _emit_steps(scene, setup, path, run_, found, size)
+    else:
+        _emit_passage(scene, setup, path, run_, found, slide)
+        emit_supply(scene, setup, run_, found)
+    emit_looks(scene, setup, run_, worst)
+    scene.cite(
+        "exact propagation of the line over steps with the torque as a polynomial, crank speed "
+        "prescribed; envelope from states inside the steps",
+        "transient",
+        "matrix exponential and its integrals in Legendre polynomials; "
+        "docs/theory_torsion_studies.md",
+    )
+
+
+def _windows(setup: Setup, run_: TransientRun, constant: bool) -> int:
+    """Windows of a whole cycle at least, but for the slowest part of a start.
+
+    Finer in a short time at one speed, where no half ranges are read from them.
+    """
+    total, cycle = float(run_.borders.time[-1]), setup.drive.firing.cycle
+    mean = float(run_.borders.angle[-1]) / total
+    slowest = max(float(run_.borders.speed.min()), 0.5 * mean)
+    cycles = total * slowest / cycle
+    count = cycles * _PER_CYCLE if constant and cycles < _SHORT else cycles
+    return int(np.clip(count, _FEWEST, _MOST))
+
+
+def _axes(setup: Setup) -> dict[str, object]:
+    return {"section": setup.shaft.section_names}
+
+
+def _emit_peaks(scene: Scene, setup: Setup, run_: TransientRun, found: Envelope) -> int:
+    """Largest magnitudes; gives the section of the largest, counted from 0."""
+    peaks, axes = section_peaks(run_, found), _axes(setup)
+    own = peaks.peak / np.abs(setup.shaft.section_ratio)
+    scene.emit(f"{TRANSIENT}peak", own, peaks.error / np.abs(setup.shaft.section_ratio), axes)
+    window = float(found.time[1] - found.time[0])
+    steps = max(piece.step for piece in run_.pieces)
+    doubt = min(window, steps)
+    scene.emit(f"{TRANSIENT}peak_time", peaks.time, doubt, axes)
+    fastest = float(np.max(np.abs(acceleration_at(run_.stretches, run_.borders, found.time))))
+    slip = fastest * doubt + 8.0 * EPSILON * float(np.max(peaks.speed))
+    scene.emit(f"{TRANSIENT}peak_speed", peaks.speed, slip, axes)
+    worst = int(np.argmax(own))
+    scene.emit(f"{TRANSIENT}worst_section", worst + 1, 0.0)
+    return worst
+
+
+def _emit_passage(
+    scene: Scene, setup: Setup, path: Journey, run_: TransientRun, found: Envelope,
+    slide: Sliding | None,
+) -> None:  # fmt: skip
+    """Half ranges of the windows beside the steady ones at the same speeds."""
+    size = np.abs(setup.shaft.section_ratio)
+    start, end = path.moving
+    inside = np.flatnonzero((found.time[:-1] >= start - 1e-12) & (found.time[1:] <= end + 1e-12))
+    if inside.size < 3:
+        raise NumericalFailure(
+            "the change of speed takes so short a part of the time watched that nothing can be "
+            "compared with the steady vibration: watch a shorter time before and after"
+        )
+    rows = slice(int(inside[0]), int(inside[-1]) + 1)
+    own = Envelope(found.time[rows.start : rows.stop + 1], *(part[rows] for part in found[1:]))
+    speeds, steady, doubt, damped = _steady(setup, found.speed)
+    passage = against_quasi_steady(own, speeds, steady)
+    swings = largest_swings(run_, own, setup.drive.firing.cycle)
+    if slide is not None:
+        emit_half_ranges(scene, setup, slide, speeds, steady, doubt)
+    axes = _axes(setup)
+    error = swings.error
+    scene.emit(f"{TRANSIENT}peak_half_range", swings.half_range / size, error / size, axes)
+    rate = acceleration_at(run_.stretches, run_.borders, own.time)
+    step = float(np.max(np.abs(rate))) * swings.time_error + 8.0 * EPSILON * float(speeds[-1])
+    scene.emit(f"{TRANSIENT}peak_half_range_speed", swings.speed, step, axes)
+    top = passage.steady_peak if damped else np.full_like(passage.steady_peak, np.inf)
+    slack = 1e-6 * passage.steady_peak
+    scene.emit(f"{TRANSIENT}steady_half_range", top / size, slack / size, axes)
+    place = np.clip(np.searchsorted(speeds, passage.steady_speed), 1, len(speeds) - 2)
+    width = np.maximum(speeds[place + 1] - speeds[place], speeds[place] - speeds[place - 1])
+    scene.emit(f"{TRANSIENT}steady_half_range_speed", passage.steady_speed, width, axes)
+    over = swings.half_range / top - 1.0
+    doubt_over = np.where(np.isfinite(top), (error + slack) / passage.steady_peak, 0.0)
+    scene.emit(f"{TRANSIENT}overshoot", over, doubt_over + 1e-12, axes)
+    lag = np.sign(own.speed[-1] - own.speed[0]) * (swings.speed - passage.steady_speed)
+    scene.emit(f"{TRANSIENT}lag", lag, step + width, axes)
+    if not damped:
+        scene.warn(
+            "nothing damps the shaft line: its steady vibration has no bound on a critical, the "
+            "quasi-steady curve beside the transient is as high as its speeds are close"
+        )
+
+
+def _steady(setup: Setup, seen: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, bool]:
+    """Speeds (k,), referred half ranges (k, e), their errors (e,), and whether anything damps."""
+    low, high = float(seen.min()), float(seen.max())
+    cards = setup.drive.card_speed
+    if len(cards) > 1 and (low < cards[0] or high > cards[-1]):
+        raise NumericalFailure(
+            f"the run goes from {low:.6g} to {high:.6g} rad/s, the gas cards from {cards[0]:.6g} "
+            f"to {cards[-1]:.6g} rad/s: no steady vibration to compare with"
+        )
+
+    def curve(speed: FloatArray) -> FloatArray:
+        return sweep(setup.model, setup.drive, speed, None, angles=False).torque
+
+    speeds = np.linspace(low, high, _SPEEDS)
+    values = curve(speeds)
+    coarse = values[::2]
+    kept = np.all(np.isfinite(values), axis=1)
+    line = setup.model.line
+    damped = bool(
+        np.any(line.damping) or np.any(line.absolute_damping) or setup.model.modal is not None
+    )
+    doubt = np.array([
+        np.max(np.abs(np.interp(speeds[kept], speeds[::2], coarse[:, s]) - values[kept, s]))
+        if np.all(kept) else 0.0
+        for s in range(values.shape[1])
+    ]) / 3.0  # fmt: skip
+    speeds, values = speeds[kept], values[kept]
+    if damped and np.all(kept):
+        speeds, values = _zoomed(curve, speeds, values)
+    if low == high or len(speeds) < 2:
+        raise NumericalFailure("the speed hardly changes: nothing to compare the run with")
+    return speeds, values, doubt, damped
+
+
+def _zoomed(
+    curve: Callable[[FloatArray], FloatArray], speeds: FloatArray, values: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """The curve with close speeds about the highest summits of each section, twice closer."""
+    width = float(speeds[1] - speeds[0])
+    for _ in range(3):
+        inner = values[1:-1]
+        local = np.where((inner > values[:-2]) & (inner >= values[2:]), inner, -np.inf)
+        top = 1 + np.argsort(-local, axis=0, kind="stable")[:_SUMMITS]
+        tops = np.unique(speeds[np.union1d(top.ravel(), np.argmax(values, axis=0))])
+        close = (tops[:, None] + width * np.linspace(-1.0, 1.0, _CLOSE)).ravel()
+        close = np.setdiff1d(close[(close > speeds[0]) & (close < speeds[-1])], speeds)
+        every = np.concatenate([speeds, close])
+        order = np.argsort(every, kind="stable")
+        speeds, values = every[order], np.concatenate([values, curve(close)])[order]
+        width *= 2.0 / (_CLOSE - 1)
+    return speeds, values
+
+
+def _emit_steps(
+    scene: Scene, setup: Setup, path: Journey, run_: TransientRun, found: Envelope,
+    size: FloatArray,
+) -> None:  # fmt: skip
+    """Largest magnitudes of the steady vibration before and after, and what the change adds."""
+    axes = _axes(setup)
+    ends = [_steady_peak(setup, path, run_, part) for part in path.stretches]
+    for name, (value, error) in zip(("before", "after"), ends, strict=True):
+        scene.emit(f"{TRANSIENT}steady_{name}", value / size, error / size, axes)
+    larger = np.maximum(ends[0][0], ends[1][0])
+    peaks = section_peaks(run_, found)
+    safe = np.where(larger > 0.0, larger, 1.0)
+    factor = np.where(larger > 0.0, peaks.peak / safe, 1.0)
+    doubt = (peaks.error + factor * (ends[0][1] + ends[1][1])) / safe + 4.0 * EPSILON
+    scene.emit(f"{TRANSIENT}dynamic_factor", factor, doubt, axes)
+
+
+def _steady_peak(
+    setup: Setup, path: Journey, run_: TransientRun, part: Stretch
+) -> tuple[FloatArray, FloatArray]:
+    """Largest referred torque (e,) of a state that lasts, mean in it, with its error."""
+    system, speed = run_.system, path.speed
+    law = torque_law(path.order, part, system.balance, system.inertia, False)
+    mean = law.load[0] + law.harmonic[0][:, 0] + speed**2 * law.harmonic[1][:, 0]
+    still = system.torque @ static_state(system, mean)
+    torque = (part.gas + speed**2 * part.inertia).T[1:]
+    every = np.arange(torque.shape[1])
+    solved = setup.model.solve(np.array([speed]), path.order[1:], torque[None], every)
+    if np.any(solved.masked):
+        raise NumericalFailure(
+            f"no steady vibration at {speed:.6g} rad/s: an order meets an undamped natural "
+            "frequency"
+        )
+    frequency = speed * path.order[1:]
+    parts = section_torque(path.line, frequency, solved.angle[0], solved.error[0])
+    whole = np.concatenate([still[None], parts.total])
+    doubt = np.concatenate([1e-13 * np.abs(still)[None], parts.error])
+    total = synthesis(path.order, whole.T, doubt.T)
+    return total.peak, total.error
