@@ -8,7 +8,8 @@ from random_engines import random_engine
 from vibecalc.case.load import validate
 from vibecalc.numerics.typing import FloatArray, IntArray
 from vibecalc.pipeline.run import run_case
-from vibecalc.pipeline.stages.torsion.maxima import Value, largest
+from vibecalc.pipeline.stages.torsion.maxima import largest
+from vibecalc.pipeline.stages.torsion.twin_summits import Value
 from vibecalc.response.torsion.line import chain, stiffness_matrix
 from vibecalc.response.torsion.modes import natural_modes
 from vibecalc.response.torsion.modes_doubt import angle_doubt, doubt_of, shape_doubt

@@ -19,10 +19,11 @@ from vibecalc.accuracy.yardsticks.shaft_lines import dense_angles, exact_angles,
 from vibecalc.numerics.typing import ComplexArray, FloatArray, IntArray
 from vibecalc.pipeline.scene import Scene
 from vibecalc.pipeline.stages.torsion.curves import solved, stiffness_of, sweep
-from vibecalc.pipeline.stages.torsion.maxima import Value, largest, torque_value
+from vibecalc.pipeline.stages.torsion.maxima import largest, torque_value
 from vibecalc.pipeline.stages.torsion.needles import with_needles
 from vibecalc.pipeline.stages.torsion.setup import Setup, build_setup
 from vibecalc.pipeline.stages.torsion.speeds import chosen
+from vibecalc.pipeline.stages.torsion.twin_summits import Value
 from vibecalc.pipeline.stages.torsion.undamped import undamped_speeds
 from vibecalc.response.torsion.synthesis import synthesis
 

@@ -17,11 +17,11 @@ from vibecalc.pipeline.stages.torsion.maxima import (
     EQUAL,
     RIVAL,
     Maxima,
-    Value,
     maxima,
     narrowed,
 )
 from vibecalc.pipeline.stages.torsion.setup import Setup
+from vibecalc.pipeline.stages.torsion.twin_summits import Value
 from vibecalc.response.torsion.barred import barred_ranges
 from vibecalc.response.torsion.synthesis import synthesis
 

@@ -15,9 +15,10 @@ from vibecalc.pipeline.stages.torsion.barred import barred_of, emit_barred
 from vibecalc.pipeline.stages.torsion.bounds import Bound, bounds
 from vibecalc.pipeline.stages.torsion.doubt import own_doubt
 from vibecalc.pipeline.stages.torsion.limit_table import PLACE, ROUNDING, LimitTable
-from vibecalc.pipeline.stages.torsion.maxima import Maxima, Value, largest, torque_value
+from vibecalc.pipeline.stages.torsion.maxima import Maxima, largest, torque_value
 from vibecalc.pipeline.stages.torsion.needles import Dense
 from vibecalc.pipeline.stages.torsion.setup import Setup
+from vibecalc.pipeline.stages.torsion.twin_summits import Value
 from vibecalc.pipeline.stages.torsion.undamped import Undamped
 
 

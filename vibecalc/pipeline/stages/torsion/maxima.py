@@ -9,6 +9,7 @@ from vibecalc.numerics.typing import FloatArray, IntArray
 from vibecalc.pipeline.stages.torsion.curves import ROWS, solved
 from vibecalc.pipeline.stages.torsion.drive import Drive
 from vibecalc.pipeline.stages.torsion.setup import Model
+from vibecalc.pipeline.stages.torsion.twin_summits import CORNER, Value, highest
 from vibecalc.response.torsion.resonances import refined
 from vibecalc.response.torsion.synthesis import synthesis
 
@@ -21,20 +22,11 @@ REFINED = 32
 #: part of the largest value among the speeds that a maximum there has at least, and its value when
 #: looked at closer, to be refined as well; how many of a section
 RIVAL, EQUAL, FEW = 0.7, 0.97, 4
-#: relative height by which a refined maximum may miss the one that was seen
-CORNER = 1e-11
-#: relative distances at which a refined maximum is looked at, and steps (each a quarter) of a
-#: search by values
-BESIDE = np.array([1e-9, 3e-8, 1e-6, 3e-5])
-CLIMBS = 12
 #: places between a side and the middle where a maximum is looked at
 PARTS = np.array([0.0, 0.25, 0.5, 0.75])
 
 #: parts of the first and last step at which a curve that is highest at an end is looked at
 INWARDS = np.array([0.0, 1e-6, 1e-4, 1e-3, 0.01, 0.03, 0.1, 0.2, 0.35, 0.5, 0.75, 1.0])
-
-#: value (r, k) of each one's own curve at speeds (r, k)
-Value = Callable[[FloatArray], FloatArray]
 
 
 class Maxima(NamedTuple):
@@ -90,9 +82,7 @@ def maxima(
     if np.any(inner):
         own = make(section[inner])
         low, high = speed[place[inner] - 1], speed[place[inner] + 1]
-        at[inner], error[inner] = _climbed(
-            make, section[inner], *refined(own, low, at[inner], high), low, high
-        )
+        at[inner], error[inner] = highest(make, section[inner], low, at[inner], high)
         there, seen = own(at[inner][:, None])[:, 0], values[inner]
         # beside a corner the slope says nothing: what was seen stays
         corner = there < seen * (1.0 - CORNER)
@@ -101,37 +91,6 @@ def maxima(
         at[inner] = np.where(corner, known, at[inner])
         values[inner] = np.maximum(there, seen)
     return Maxima(section, at, error, values)
-
-
-def _climbed(
-    make: Callable[[IntArray], Value],
-    section: IntArray,
-    at: FloatArray,
-    error: FloatArray,
-    low: FloatArray,
-    high: FloatArray,
-) -> tuple[FloatArray, FloatArray]:
-    """Places (r,) of maxima, and errors, where a kink of the curve lies beside a slope of zero.
-
-    The slope is one of values about a place; where the greatest angle changes among them it is
-    that of neither side, and a place a little further on is higher.
-    """
-    offset = at[:, None] * np.array([0.0, *-BESIDE, *BESIDE])
-    seen = make(section)(np.clip(at[:, None] + offset, low[:, None], high[:, None]))
-    higher = seen[:, 1:] > seen[:, :1] * (1.0 + CORNER)
-    off = np.flatnonzero(np.any(higher, axis=1))
-    if not len(off):
-        return at, error
-    reach = 100.0 * np.max(np.where(higher, np.tile(BESIDE, 2), 0.0), axis=1)[off] * at[off]
-    own, row = make(section[off]), np.arange(len(off))
-    left, right = np.maximum(at[off] - reach, low[off]), np.minimum(at[off] + reach, high[off])
-    for _ in range(CLIMBS):
-        where = left[:, None] + (right - left)[:, None] * np.linspace(0.0, 1.0, 9)
-        best = np.clip(np.argmax(own(where), axis=1), 1, 7)
-        left, middle, right = where[row, best - 1], where[row, best], where[row, best + 1]
-    at, error = at.copy(), error.copy()
-    at[off], error[off] = middle, right - left + 1e-8 * middle
-    return at, error
 
 
 def largest(
