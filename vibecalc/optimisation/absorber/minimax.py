@@ -188,7 +188,7 @@ def _level(points: Tunings, found: Balance) -> tuple[np.ndarray, np.ndarray, np.
     size = 1.0 + np.max(np.abs(steep.p), axis=(0, 1))
     worst = np.max(noise, axis=0)
     # across: the levels are equal to their noise; along: the slopes are, over the curvature
-    # (a quarter of each bound: roundings do not all point one way, as random machines show)
-    spread = 0.25 * (worst / apart + worst * size / found.curvature)
+    # (two fifths of each bound: roundings do not all point one way, as random machines show)
+    spread = 0.4 * (worst / apart + worst * size / found.curvature)
     spread += found.step**2 + 2.0 * UNIT_ROUNDOFF * np.max(np.abs(found.place), axis=0)
     return level, level * (relative + 2.0 * UNIT_ROUNDOFF), spread
