@@ -76,7 +76,7 @@ plots: $(READY) sweep ## draw the pictures of every case into outputs/
 	$(BIN)/vibecalc run $(CASES) -q
 	$(BIN)/vibecalc plot $(NAMES:%=outputs/%.h5) $(SWEPT:%=outputs/%.h5)
 
-bench: $(READY) ## all benchmarks as ratios: benchmarks/RESULTS.md and the README's table (8 minutes)
+bench: $(READY) ## all benchmarks as ratios: benchmarks/RESULTS.md and the README's table (10 minutes)
 	$(BIN)/python benchmarks/run.py
 
 matrix: $(READY) ## every case with other versions, Pythons and threads; into docs/determinism.md

@@ -1,0 +1,130 @@
+"""Defaults in seconds: what vibecalc takes against the fastest method that is as accurate.
+
+One shipped case for each stage and study, every question that it has, as `vibecalc accuracy` asks
+them: the rungs of all methods against a reference, in CPU seconds. The same in counted work is held
+by the tests.
+"""
+
+import math
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+from rows import Report, Table, digits, seconds, told
+
+from vibecalc.accuracy.collect import collect
+from vibecalc.accuracy.front import extra_work
+from vibecalc.accuracy.measure import Timed
+from vibecalc.accuracy.measure import measure as measure_topic
+from vibecalc.accuracy.rung import Measured, Rung
+from vibecalc.accuracy.topic import Topic
+from vibecalc.study.load import load_checked
+
+CASES = Path(__file__).resolve().parents[1] / "cases"
+#: every stage and study once; one that takes long as part of a case is asked for alone
+STAGES: dict[str, tuple[str, ...]] = {
+    "generator": ("kinematics", "excitation", "isolation", "run_up"),
+    "engine_v8": ("response", "torsion", "torsion_speeds", "torque reaction"),
+    "absorber_rig_a": ("tuning", "absorber", "hardware"),
+    "absorber_pendulum": ("pendulum",),
+    "compressor": ("operations",),
+    "compressor_motor": ("motor",),
+    "compressor_switching": ("switching",),
+    "compressor_impact": ("impact",),
+    "engine_as_published": ("modal route as published",),
+    "engine_two_stroke": ("transient",),
+    "engine_variable_inertia": ("variable inertia",),
+    "engine_damper_design": ("damper design",),
+    "four_cylinder": ("optimisation",),
+    "pump": ("pump",),
+    "roll": ("roll",),
+    "roll_control": ("control",),
+    "roll_measured": ("measurement",),
+    "roll_startup": ("start-up",),
+    "roll_design": ("find",),
+}
+#: a slower rung [s] ends its ladder
+LONGEST = 2.0
+#: more than so many times slower wants a reason
+SLOW = 2.0
+PLAIN = "as much counted work; the rest is calls of numpy and bounds of the error"
+_HEAD = ("stage", "question", "ours", "error", "fastest as accurate", "error", "in seconds",
+         "in work")  # fmt: skip
+
+
+class Compared(NamedTuple):
+    """A default beside the rung that is as accurate in the least time."""
+
+    topic: Topic
+    ours: Rung
+    best: Rung
+    work: float
+
+    @property
+    def slower(self) -> float:
+        """Our time over the least."""
+        return self.ours.seconds / self.best.seconds if self.best.seconds > 0.0 else 1.0
+
+
+def compared(measured: Measured) -> Compared | None:
+    """None for a question without a default of ours."""
+    defaults = [rung for rung in measured.rungs if rung.is_default and rung.done]
+    if not defaults:
+        return None
+    ours = max(defaults, key=lambda rung: rung.seconds)
+    equals = (rung for rung in measured.rungs if rung.done and rung.error <= ours.error)
+    best = min(equals, key=lambda rung: rung.seconds)
+    return Compared(measured.topic, ours, best, extra_work(measured.topic, measured.rungs))
+
+
+def every() -> Iterator[Compared]:
+    """All questions of all cases."""
+    for name, stages in STAGES.items():
+        (loaded,) = load_checked([CASES / f"{name}.toml"])
+        for topic in collect(loaded, stages).topics:
+            found = compared(measure_topic(topic, Timed(longest=LONGEST)))
+            if found is not None:
+                yield found
+
+
+def _named(rung: Rung) -> str:
+    return rung.ladder if rung.setting == 1.0 else f"{rung.ladder}, {rung.setting:g}"
+
+
+def _cells(one: Compared) -> tuple[str, ...]:
+    return (
+        one.topic.stage, one.topic.name,
+        f"{_named(one.ours)}: {seconds(one.ours.seconds)}", f"{one.ours.error:.0e}",
+        f"{_named(one.best)}: {seconds(one.best.seconds)}", f"{one.best.error:.0e}",
+        digits(one.slower), digits(one.work),
+    )  # fmt: skip
+
+
+def measure() -> Report:
+    """The table, how many are on the front, and why the others are not; the slowest first."""
+    found = sorted(every(), key=lambda one: -one.slower)
+    slow = [one for one in found if one.slower > SLOW]
+    why = [
+        f"{one.topic.stage}, {one.topic.name}, {digits(one.slower)} times: "
+        f"{one.topic.default_why or PLAIN}"
+        for one in slow
+    ]
+    first = sum(one.slower <= 1.0 for one in found)
+    middle = math.exp(sum(math.log(max(one.slower, 1.0)) for one in found) / len(found))
+    counts = (
+        f"{len(found)} questions: of {first} nothing as accurate is faster, of "
+        f"{len(found) - len(slow)} nothing is more than twice as fast; geometric mean "
+        f"{digits(middle)}."
+    )
+    return Report(
+        title="Defaults against the fastest as accurate",
+        words="What vibecalc takes, beside the fastest rung of any method of `vibecalc accuracy` "
+        "that is as accurate, one case for each stage. Errors are relative. In seconds and in "
+        "counted work: ours over the least; 1 is on the front.",
+        tables=[Table(counts, _HEAD, [_cells(one) for one in found])],
+        remarks=why,
+    )
+
+
+if __name__ == "__main__":
+    told(measure)
