@@ -9,6 +9,10 @@ from vibecalc.numerics.typing import FloatArray
 from vibecalc.response.torsion.transient_march import TransientRun
 from vibecalc.response.torsion.transient_motion import speed_at
 from vibecalc.response.torsion.transient_peaks import Envelope
+from vibecalc.response.torsion.transient_waterfall import time_course
+
+#: times that the samples about a peak are finer than the first look
+_FINER = 4
 
 
 class SectionPeaks(NamedTuple):
@@ -53,11 +57,38 @@ def section_peaks(run: TransientRun, found: Envelope) -> SectionPeaks:
     return SectionPeaks(peak, error, time, speed_at(run.stretches, run.borders, time))
 
 
-def against_quasi_steady(found: Envelope, speed: FloatArray, steady: FloatArray) -> Passage:
+def time_doubt(run: TransientRun, peaks: SectionPeaks) -> FloatArray:
+    """How far off in s the times of the peaks (e,) may be, a step at most.
+
+    Within so much of a smooth summit the torque is as high as its error says; of summits that are
+    equally high within their errors any one may be the peak.
+    """
+    step = max(piece.step for piece in run.pieces)
+    doubt = np.full(peaks.time.size, step)
+    for section, time in enumerate(peaks.time):
+        near = time_course(run, time - 1.5 * step, time + 1.5 * step, finer=_FINER)
+        value = np.abs(near.value[:, section])
+        middle = int(np.clip(np.argmin(np.abs(near.time - time)), 1, value.size - 2))
+        before, after = np.diff(near.time[middle - 1 : middle + 2])
+        rise, fall = np.diff(value[middle - 1 : middle + 2]) / (before, after)
+        bend = 2.0 * (rise - fall) / (before + after)
+        if abs(near.time[middle] - time) <= max(before, after) and bend > 0.0:
+            doubt[section] = min(step, 2.0 * np.sqrt(2.0 * peaks.error[section] / bend))
+    return doubt
+
+
+def against_quasi_steady(
+    found: Envelope,
+    speed: FloatArray,
+    steady: FloatArray,
+    between: tuple[float, float] | None = None,
+) -> Passage:
     """Compare an envelope with steady half ranges `steady` (k, e) at rising speeds (k,) in rad/s.
 
     Windows should hold a whole cycle of the machine each. The speed must go one way through the
-    run. Raises NumericalFailure if it does not, or leaves the speeds of the steady curve.
+    run. The steady peak is the largest `between` two speeds in rad/s, by default those in the
+    middle of the first and the last window. Raises NumericalFailure if the speed does not go one
+    way, or leaves the speeds of the steady curve.
     """
     change = np.diff(found.speed)
     if not (np.all(change > 0.0) or np.all(change < 0.0)):
@@ -81,7 +112,8 @@ def against_quasi_steady(found: Envelope, speed: FloatArray, steady: FloatArray)
         [np.interp(within, speed, steady[:, s]).max(axis=0) for s in sections], axis=1
     )
     half = 0.5 * (found.high - found.low)
-    inside = np.flatnonzero((speed >= low) & (speed <= high))
+    least, most = (low, high) if between is None else between
+    inside = np.flatnonzero((speed >= least) & (speed <= most))
     if inside.size == 0:
         raise NumericalFailure("no speed of the steady response lies inside the run")
     best, top = half.argmax(axis=0), inside[steady[inside].argmax(axis=0)]

@@ -140,8 +140,11 @@ def _highest(
     height = np.where(uneven[place], value[place], height)
     when = np.where(uneven[place], time[place], when)
     doubt = np.where(uneven[place], bend, doubt)
-    best, error = _at(time, value, np.concatenate([starts, ends]))
+    best, error = values_at(time, value, np.concatenate([starts, ends]))
     size = starts.size
+    # a crest between the last two samples of all shows in neither
+    error[:size] += np.where(starts < time[1], _hidden(value[:3]), 0.0)
+    error[size:] += np.where(ends > time[-2], _hidden(value[:-4:-1]), 0.0)
     top, slack = np.empty(size), np.empty(size)
     first = np.searchsorted(when + _PLACE * gap, starts)
     last = np.searchsorted(when - _PLACE * gap, ends, side="right")
@@ -156,7 +159,15 @@ def _highest(
     return top, slack
 
 
-def _at(time: FloatArray, value: FloatArray, wanted: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _hidden(value: FloatArray) -> float:
+    """What a crest between the first two of three samples (3,) may rise above them."""
+    bend = abs(float(value[0] - 2.0 * value[1] + value[2]))
+    return bend if abs(float(value[0] - value[1])) <= bend else 0.0
+
+
+def values_at(
+    time: FloatArray, value: FloatArray, wanted: FloatArray
+) -> tuple[FloatArray, FloatArray]:
     """Values between samples through four of them, and what they differ from those of three."""
     first = np.clip(np.searchsorted(time, wanted) - 2, 0, time.size - 4)
     found = []

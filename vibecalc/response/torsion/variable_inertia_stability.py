@@ -33,7 +33,8 @@ class Stability(NamedTuple):
     """Multipliers over one cycle (2 m,) with absolute errors, and the fastest growth of vibration.
 
     `common` (2 m,) is each motion's share of turning as a whole, 0 to 1: about 1 for drifts of the
-    speed, whose multipliers lie about 1 and do not count as vibration above one half. `growth` in
+    speed, whose multipliers lie about 1. The two of each piece without ground stiffness that have
+    the largest shares are its drifts and do not count as vibration. `growth` in
     1/s (negative: everything dies out) has the error `growth_error`; `unstable` says that it is
     positive beyond that.
     """
@@ -203,7 +204,8 @@ def _judged(
     for piece in free_pieces(line):
         weight = piece * line.inertia
         common += np.abs(weight @ twist) ** 2 / weight.sum() / np.where(total > 0.0, total, 1.0)
-    vibrates = common <= 0.5
+    vibrates = np.ones(len(turn), dtype=bool)
+    vibrates[np.argsort(-common, kind="stable")[: 2 * len(free_pieces(line))]] = False
     size = np.maximum(np.abs(multiplier), np.finfo(float).tiny)
     rate = np.where(vibrates, np.log(size) / period, -np.inf)
     worst = int(np.argmax(rate))

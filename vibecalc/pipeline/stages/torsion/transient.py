@@ -21,9 +21,13 @@ from vibecalc.pipeline.stages.torsion.transient_supply import emit_supply
 from vibecalc.response.torsion.sections import section_torque
 from vibecalc.response.torsion.synthesis import synthesis
 from vibecalc.response.torsion.transient_march import TransientRun, transient
-from vibecalc.response.torsion.transient_motion import Stretch, acceleration_at
+from vibecalc.response.torsion.transient_motion import Stretch, acceleration_at, speed_at
 from vibecalc.response.torsion.transient_peaks import Envelope, envelope
-from vibecalc.response.torsion.transient_quasi_steady import against_quasi_steady, section_peaks
+from vibecalc.response.torsion.transient_quasi_steady import (
+    against_quasi_steady,
+    section_peaks,
+    time_doubt,
+)
 from vibecalc.response.torsion.transient_sliding import Sliding
 from vibecalc.response.torsion.transient_start import static_state
 from vibecalc.response.torsion.transient_swing import largest_swings
@@ -36,8 +40,10 @@ _RTOL = 1e-7
 _FEWEST, _MOST, _PER_CYCLE, _SHORT = 4, 400, 6, 20
 #: speeds of the steady curve before its summits are added
 _SPEEDS = 1201
+#: share of a speed that is rounding
+_ROUNDED = 1e-12
 #: summits of each section that are looked at again, and speeds about each
-_SUMMITS, _CLOSE = 3, 17
+_SUMMITS, _CLOSE, _ZOOMS = 3, 17, 5
 
 
 def run(scene: Scene) -> None:
@@ -92,9 +98,7 @@ def _emit_peaks(scene: Scene, setup: Setup, run_: TransientRun, found: Envelope)
     peaks, axes = section_peaks(run_, found), _axes(setup)
     own = peaks.peak / np.abs(setup.shaft.section_ratio)
     scene.emit(f"{TRANSIENT}peak", own, peaks.error / np.abs(setup.shaft.section_ratio), axes)
-    window = float(found.time[1] - found.time[0])
-    steps = max(piece.step for piece in run_.pieces)
-    doubt = min(window, steps)
+    doubt = float(np.max(time_doubt(run_, peaks)))
     scene.emit(f"{TRANSIENT}peak_time", peaks.time, doubt, axes)
     fastest = float(np.max(np.abs(acceleration_at(run_.stretches, run_.borders, found.time))))
     slip = fastest * doubt + 8.0 * EPSILON * float(np.max(peaks.speed))
@@ -117,11 +121,18 @@ def _emit_passage(
             "the change of speed takes so short a part of the time watched that nothing can be "
             "compared with the steady vibration: watch a shorter time before and after"
         )
-    rows = slice(int(inside[0]), int(inside[-1]) + 1)
+    # with the windows that reach beyond the change: what counts is looked at between its ends
+    rows = slice(max(int(inside[0]) - 1, 0), int(inside[-1]) + 2)
     own = Envelope(found.time[rows.start : rows.stop + 1], *(part[rows] for part in found[1:]))
-    speeds, steady, doubt, damped = _steady(setup, found.speed)
-    passage = against_quasi_steady(own, speeds, steady)
-    swings = largest_swings(run_, own, setup.drive.firing.cycle)
+    ends = speed_at(run_.stretches, run_.borders, np.array([start, end]))
+    speeds, steady, doubt, damped = _steady(setup, np.concatenate([ends[ends > 0.0], found.speed]))
+    close = EPSILON * float(speeds[-1])
+    between = float(ends.min()) - close, float(ends.max()) + close
+    passage = against_quasi_steady(own, speeds, steady, between)
+    # samples at the ends of the change belong to it
+    slip = 8.0 * EPSILON * float(run_.borders.time[-1])
+    cycle = setup.drive.firing.cycle
+    swings = largest_swings(run_, own, cycle, (start - slip, end + slip))
     if slide is not None:
         emit_half_ranges(scene, setup, slide, speeds, steady, doubt)
     axes = _axes(setup)
@@ -131,7 +142,7 @@ def _emit_passage(
     step = float(np.max(np.abs(rate))) * swings.time_error + 8.0 * EPSILON * float(speeds[-1])
     scene.emit(f"{TRANSIENT}peak_half_range_speed", swings.speed, step, axes)
     top = passage.steady_peak if damped else np.full_like(passage.steady_peak, np.inf)
-    slack = 1e-6 * passage.steady_peak
+    slack = _slack(speeds, steady, passage.steady_speed)
     scene.emit(f"{TRANSIENT}steady_half_range", top / size, slack / size, axes)
     place = np.clip(np.searchsorted(speeds, passage.steady_speed), 1, len(speeds) - 2)
     width = np.maximum(speeds[place + 1] - speeds[place], speeds[place] - speeds[place - 1])
@@ -148,10 +159,32 @@ def _emit_passage(
         )
 
 
+def _slack(speeds: FloatArray, steady: FloatArray, top: FloatArray) -> FloatArray:
+    """How much higher than the largest value (e,) at the speeds `top` the curve may be beside it.
+
+    The summit may have a corner, where crest and trough change places: half the second difference.
+    """
+    place, section = np.searchsorted(speeds, top), np.arange(len(top))
+    own = steady[place, section]
+    sides = steady[np.maximum(place - 1, 0), section], steady[
+        np.minimum(place + 1, len(speeds) - 1), section
+    ]  # fmt: skip
+    bend = np.maximum(own - sides[0], 0.0) + np.maximum(own - sides[1], 0.0)
+    # at an end of the range nothing lies beyond
+    inside = (place > 0) & (place < len(speeds) - 1)
+    slack: FloatArray = np.where(inside, 0.5 * bend, 0.0) + _ROUNDED * own
+    return slack
+
+
 def _steady(setup: Setup, seen: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, bool]:
     """Speeds (k,), referred half ranges (k, e), their errors (e,), and whether anything damps."""
     low, high = float(seen.min()), float(seen.max())
     cards = setup.drive.card_speed
+    if len(cards) > 1:  # an end may be a rounding away from that of the cards
+        low, high = (
+            edge if abs(one - edge) <= _ROUNDED * edge else one
+            for one, edge in ((low, float(cards[0])), (high, float(cards[-1])))
+        )
     if len(cards) > 1 and (low < cards[0] or high > cards[-1]):
         raise NumericalFailure(
             f"the run goes from {low:.6g} to {high:.6g} rad/s, the gas cards from {cards[0]:.6g} "
@@ -177,6 +210,11 @@ def _steady(setup: Setup, seen: FloatArray) -> tuple[FloatArray, FloatArray, Flo
     speeds, values = speeds[kept], values[kept]
     if damped and np.all(kept):
         speeds, values = _zoomed(curve, speeds, values)
+        # summits that were not looked at again may rise between their speeds
+        inner = values[1:-1]
+        rise = 0.5 * (2.0 * inner - values[:-2] - values[2:])
+        top = (inner > values[:-2]) & (inner >= values[2:])
+        doubt = np.maximum(doubt, np.max(np.where(top, rise, 0.0), axis=0))
     if low == high or len(speeds) < 2:
         raise NumericalFailure("the speed hardly changes: nothing to compare the run with")
     return speeds, values, doubt, damped
@@ -187,7 +225,7 @@ def _zoomed(
 ) -> tuple[FloatArray, FloatArray]:
     """The curve with close speeds about the highest summits of each section, twice closer."""
     width = float(speeds[1] - speeds[0])
-    for _ in range(3):
+    for _ in range(_ZOOMS):
         inner = values[1:-1]
         local = np.where((inner > values[:-2]) & (inner >= values[2:]), inner, -np.inf)
         top = 1 + np.argsort(-local, axis=0, kind="stable")[:_SUMMITS]

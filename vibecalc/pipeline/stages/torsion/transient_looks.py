@@ -9,6 +9,7 @@ from vibecalc.pipeline.scene import Scene
 from vibecalc.pipeline.stages.torsion.setup import Setup
 from vibecalc.response.torsion.transient_march import TransientRun
 from vibecalc.response.torsion.transient_motion import angle_at, speed_at
+from vibecalc.response.torsion.transient_step import Propagator
 from vibecalc.response.torsion.transient_waterfall import (
     TimeCourse,
     frequency_waterfall,
@@ -82,18 +83,22 @@ def _emit_waterfalls(
     limit = _RADIANS / max(float(order[-1]) * fastest, float(natural[-1]))
     of_order = np.empty((_WINDOWS, len(order)), dtype=complex)
     of_frequency = np.empty((_WINDOWS, _FREQUENCIES), dtype=complex)
+    sums, known = np.zeros(2), dict[tuple[float, int], Propagator]()
     for row, when in enumerate(centre):
         place = float(np.interp(when, times, angles))
         ends = [float(np.interp(place + s * reach, angles, times)) for s in (-1.0, 1.0)]
         low, high = min(ends[0], when - 0.51 * width), max(ends[1], when + 0.51 * width)
-        found = _thinned(time_course(run, max(low, 0.0), min(high, total)), limit)
+        near = time_course(run, max(low, 0.0), min(high, total), known=known)
+        found = _thinned(near, limit)
         at = np.array([when])
-        of_order[row] = order_waterfall(found, section, order, at, turns).amplitude[0]
-        of_frequency[row] = frequency_waterfall(found, section, frequency, at, width).amplitude[0]
+        by_order = order_waterfall(found, section, order, at, turns)
+        by_frequency = frequency_waterfall(found, section, frequency, at, width)
+        of_order[row], of_frequency[row] = by_order.amplitude[0], by_frequency.amplitude[0]
+        sums = np.maximum(sums, [by_order.error.max(), by_frequency.error.max()])
     speed = speed_at(run.stretches, run.borders, centre)
     axes = {"waterfall_time": centre, "half_order": order, "waterfall_frequency": frequency}
     scene.emit(f"{TRANSIENT}waterfall/speed", speed, 8.0 * EPSILON * fastest, axes)
-    # a mean of values, so that its error is not above theirs
-    error = 2.0 * run.torque_error[section] / abs(ratio)
-    scene.emit(f"{TRANSIENT}waterfall/order", of_order / ratio, error, axes)
-    scene.emit(f"{TRANSIENT}waterfall/frequency", of_frequency / ratio, error, axes)
+    # a mean of values, so that what the values are off adds no more than theirs
+    error = (2.0 * run.torque_error[section] + sums) / abs(ratio)
+    scene.emit(f"{TRANSIENT}waterfall/order", of_order / ratio, float(error[0]), axes)
+    scene.emit(f"{TRANSIENT}waterfall/frequency", of_frequency / ratio, float(error[1]), axes)

@@ -31,6 +31,8 @@ _NEGLIGIBLE = 1e-13
 #: highest orders that are tried where the case leaves it to the tolerance, over the first one
 _TRIES = (1.0, 1.5, 2.25)
 _ANGLES = 720
+#: twist of all orders beyond the highest, over the largest angle at one of them
+_BEYOND = 2.0
 
 
 def run(scene: Scene) -> None:
@@ -125,13 +127,20 @@ def gas_torque(setup: Setup, speed: float) -> ComplexArray:
 
 
 def half_ranges(system: VariableLine, speed: float, found: Steady) -> tuple[FloatArray, FloatArray]:
-    """Half range of the referred torque of each element over the cycle, (e,), and its error."""
+    """Half range of the referred torque of each element over the cycle, (e,), and its error.
+
+    Orders above the highest that was kept are missing in it: what those inside drive there counts.
+    """
     frequency = speed * found.order[1:]
     parts = section_torque(
         system.line, frequency, found.angle[0, 1:], found.error[0, 1:].max(axis=-1)
     )
     total = synthesis(found.order[1:], parts.total.T, parts.error.T)
-    return total.half_range, total.error
+    line = system.line
+    stiff = np.abs(
+        line.stiffness * (1.0 + 1j * line.loss_factor) + 1j * frequency[-1] * line.damping
+    )
+    return total.half_range, total.error + _BEYOND * stiff * found.beyond[0]
 
 
 def relative_change(
@@ -193,7 +202,11 @@ def _emit_secondary(
     best = np.argmax(size, axis=1)
     row = np.arange(len(size))
     axes = {"half_order": linear.order[1:]}
-    error = found.error[..., section].sum(axis=1) * abs(float(setup.shaft.section_ratio[section]))
+    line, doubt = system.line, linear.error[0]
+    # what orders above the highest feed is missing: the truncation of the response itself
+    error = found.error[..., section].sum(axis=1)
+    error = error + doubt[:, line.first[section]] + doubt[:, line.second[section]]
+    error = error * abs(float(setup.shaft.section_ratio[section]))
     scene.emit(f"{VARIABLE}secondary/twist", own.sum(axis=1)[1:], error[1:], axes)
     scene.emit(f"{VARIABLE}secondary/source", linear.order[best][1:], 0.0, axes)
     share = np.where(total > 0.0, size[row, best] / np.where(total > 0.0, total, 1.0), 0.0)
