@@ -24,7 +24,8 @@ class Fit(NamedTuple):
     """Motion (3,), residual (r,) in dB (computed less read), sum of squares, and its curvature.
 
     `hessian` (6, 6) and `jacobian` (r, 6) are those of the residuals over their half widths by
-    the real and then the imaginary parts of the motion.
+    the real and then the imaginary parts of the motion. `looks` counts the motions that were
+    evaluated on the way.
     """
 
     motion: ComplexArray
@@ -32,6 +33,7 @@ class Fit(NamedTuple):
     cost: float
     hessian: FloatArray
     jacobian: FloatArray
+    looks: int = 1
 
 
 def refine(
@@ -58,6 +60,7 @@ def refine(
         floor = _STILL * float(np.max(np.abs(curvature)))
         turned = np.abs(curvature) > floor
         step = np.where(turned, -slope / np.where(turned, np.abs(curvature), 1.0), 0.0)
+        step = _without_phase(step, vectors, fit.motion)
         escape = curvature[0] < -_SADDLE * curvature[-1]
         size = float(np.linalg.norm(fit.motion))
         if np.linalg.norm(step) <= _STILL * size:
@@ -86,13 +89,25 @@ def _settled(rows: FloatArray, amplitudes: FloatArray, half_widths: FloatArray, 
         curvature, vectors = np.linalg.eigh(fit.hessian)
         turned = np.abs(curvature) > _STILL * float(np.max(np.abs(curvature)))
         slope = vectors.T @ gradient
-        step = vectors @ np.where(turned, -slope / np.where(turned, curvature, 1.0), 0.0)
+        step = np.where(turned, -slope / np.where(turned, curvature, 1.0), 0.0)
+        step = vectors @ _without_phase(step, vectors, fit.motion)
         length = float(np.linalg.norm(step))
         motion = fit.motion + step[:3] + 1j * step[3:]
         if length > 0.5 * last or np.min(np.abs(rows @ motion)) == 0.0:
             return fit
-        last, fit = length, evaluate(rows, amplitudes, half_widths, motion)
+        last, looks = length, fit.looks + 1
+        fit = evaluate(rows, amplitudes, half_widths, motion)._replace(looks=looks)
     return fit
+
+
+def _without_phase(step: FloatArray, vectors: FloatArray, motion: ComplexArray) -> FloatArray:
+    """A step, in terms of `vectors`, less what turns all phases alike.
+
+    No level tells that, so that it is rounding over rounding, and being straight it lengthens.
+    """
+    turn = np.concatenate([-motion.imag, motion.real])
+    along = vectors.T @ (turn / max(float(np.linalg.norm(turn)), np.finfo(float).tiny))
+    return np.asarray(step - along * float(along @ step))
 
 
 def evaluate(
@@ -135,5 +150,5 @@ def _shorten(
             continue
         trial = evaluate(rows, amplitudes, half_widths, motion)
         if trial.cost < fit.cost:
-            return trial
+            return trial._replace(looks=fit.looks + halving + 1)
     return None

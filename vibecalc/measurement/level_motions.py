@@ -8,8 +8,9 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.errors import NumericalFailure
+from vibecalc.measurement.cone_ends import ends
 from vibecalc.measurement.level_fit import Fit, refine
-from vibecalc.measurement.quadratic import ends, least_determined, quadratic_rank
+from vibecalc.measurement.quadratic import Line, least_determined, quadratic_rank
 from vibecalc.measurement.rigid_plate import scaled, span_of
 from vibecalc.measurement.spread import Spread, level_spread
 from vibecalc.numerics.typing import ComplexArray, FloatArray
@@ -68,7 +69,7 @@ def level_motions(
         )
     heights = amplitudes / size
     fits: list[Fit] = []
-    for start in _starts(plain, heights):
+    for start in (motion for line in lines(plain, heights) for motion in ends(line)):
         try:
             fit = refine(plain, heights, half_widths, start)
         except NumericalFailure:
@@ -88,9 +89,9 @@ def level_motions(
     return found
 
 
-def _starts(rows: FloatArray, amplitudes: FloatArray) -> Iterator[ComplexArray]:
-    """Motions of the line that all levels leave, then of the lines that five of them leave."""
-    yield from ends(least_determined(rows, amplitudes))
+def lines(rows: FloatArray, amplitudes: FloatArray) -> Iterator[Line]:
+    """The line that all levels leave, then those that five of them leave; rows (r, 3) scaled."""
+    yield least_determined(rows, amplitudes)
     count = len(rows)
     if count == NEEDED:
         return
@@ -98,7 +99,7 @@ def _starts(rows: FloatArray, amplitudes: FloatArray) -> Iterator[ComplexArray]:
     for chosen in islice(combinations(range(count), NEEDED), 0, None, stride):
         some = list(chosen)
         if quadratic_rank(rows[some]) == NEEDED:
-            yield from ends(least_determined(rows[some], amplitudes[some]))
+            yield least_determined(rows[some], amplitudes[some])
 
 
 def _motion(

@@ -13,10 +13,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from vibecalc.measurement.cone_ends import ends
 from vibecalc.measurement.level import DECIBEL
 from vibecalc.measurement.level_family import extremes
 from vibecalc.measurement.level_motions import NEEDED, LevelMotion
-from vibecalc.measurement.quadratic import ends, least_determined
+from vibecalc.measurement.quadratic import least_determined
 from vibecalc.measurement.rigid_plate import scaled, span_of
 from vibecalc.measurement.spread import level_gradient
 from vibecalc.numerics.typing import ComplexArray, FloatArray

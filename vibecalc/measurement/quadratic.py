@@ -5,23 +5,21 @@ second moments of the motion u. G forgets of u a common phase and the sign of al
 level can tell, and nothing else. It is positive semidefinite of rank two (or one). So levels are
 *linear* in the six entries of G. Five independent ones leave a line G_0 + t N; it enters and
 leaves the convex cone of semidefinite matrices once each, and there the rank is two: two motions,
-at most, whatever the places of the accelerometers. For three points and two differences they are
-the pairs (+/+) and (+/-) of Herold (1977), eqs. 32 and 33.
+at most (see `cone_ends`), whatever the places of the accelerometers. For three points and two
+differences they are the pairs (+/+) and (+/-) of Herold (1977), eqs. 32 and 33.
 """
 
 from typing import NamedTuple
 
 import numpy as np
 
-from vibecalc.numerics.typing import ComplexArray, FloatArray
+from vibecalc.numerics.typing import FloatArray
 
 #: entries of a symmetric matrix, as vectors of six hold them
 _I, _J = (0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2)
 _TWICE = np.array([1.0, 1.0, 1.0, 2.0, 2.0, 2.0])
 #: singular values below this share of the largest count as zero
 NO_RANK = 1e-9
-_GOLDEN = 0.5 * (5.0**0.5 - 1.0)
-_SEARCH, _BISECT = 90, 70
 
 
 class Line(NamedTuple):
@@ -62,69 +60,9 @@ def least_determined(rows: FloatArray, amplitudes: FloatArray) -> Line:
     return Line(symmetric(moments), across / np.linalg.norm(across))
 
 
-def ends(line: Line) -> list[ComplexArray]:
-    """Motions (3,) at the two ends of the line's way through the semidefinite matrices.
-
-    Where it misses them there is one, of the nearest approach: no motion has these amplitudes.
-    """
-    low, high = _bracket(line)
-    summit = _summit(line, low, high)
-    if _lowest(line, summit) <= 0.0:
-        return [_factor(line, summit)]
-    return [_factor(line, _crossing(line, summit, outside)) for outside in (low, high)]
-
-
 def symmetric(entries: FloatArray) -> FloatArray:
     """The matrix (3, 3) of six entries."""
     matrix = np.empty((3, 3))
     matrix[_I, _J] = entries
     matrix[_J, _I] = entries
     return matrix
-
-
-def _at(line: Line, place: float) -> FloatArray:
-    return np.asarray(line.origin + place * line.direction)
-
-
-def _lowest(line: Line, place: float) -> float:
-    return float(np.linalg.eigvalsh(_at(line, place))[0])
-
-
-def _bracket(line: Line) -> tuple[float, float]:
-    """Places on either side where the matrix is surely indefinite."""
-    size = float(np.linalg.norm(line.origin)) + np.finfo(float).tiny
-    spread = np.linalg.eigvalsh(line.direction)
-    return -1.01 * size / float(spread[-1]), -1.01 * size / float(spread[0])
-
-
-def _summit(line: Line, low: float, high: float) -> float:
-    """Where the lowest eigenvalue, a concave function along the line, is largest."""
-    inner = [high - _GOLDEN * (high - low), low + _GOLDEN * (high - low)]
-    values = [_lowest(line, place) for place in inner]
-    for _ in range(_SEARCH):
-        if values[0] > values[1]:
-            high = inner[1]
-            inner = [high - _GOLDEN * (high - low), inner[0]]
-            values = [_lowest(line, inner[0]), values[0]]
-        else:
-            low = inner[0]
-            inner = [inner[1], low + _GOLDEN * (high - low)]
-            values = [values[1], _lowest(line, inner[1])]
-    return 0.5 * (low + high)
-
-
-def _crossing(line: Line, inside: float, outside: float) -> float:
-    for _ in range(_BISECT):
-        middle = 0.5 * (inside + outside)
-        if _lowest(line, middle) > 0.0:
-            inside = middle
-        else:
-            outside = middle
-    return inside
-
-
-def _factor(line: Line, place: float) -> ComplexArray:
-    """The motion whose second moments are nearest to those at a place of the line."""
-    values, vectors = np.linalg.eigh(_at(line, place))
-    size = np.sqrt(np.maximum(values[1:], 0.0))
-    return np.asarray(vectors[:, 2] * size[1] + 1j * vectors[:, 1] * size[0])

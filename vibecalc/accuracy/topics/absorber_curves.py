@@ -14,40 +14,34 @@ from vibecalc.accuracy.yardsticks.absorber_truths import (
     highest_peak,
     is_of_primary,
 )
+from vibecalc.accuracy.yardsticks.absorber_work import own_work, stationary_places
 from vibecalc.accuracy.yardsticks.grids import grid_maximum, parabola_maximum
 from vibecalc.machine.absorber import AbsorberParts, build_absorber
 from vibecalc.pipeline.plan_absorber import asked_of
 from vibecalc.pipeline.scene import Scene
 from vibecalc.pipeline.stages.absorber import frequency_ratios
 from vibecalc.pipeline.stages.absorber_curves import family
-from vibecalc.response.absorber.coefficients import Coupling, coupling
-from vibecalc.response.absorber.measure import Measure, measure
-from vibecalc.response.absorber.model import transfer_of
-from vibecalc.response.absorber.peaks import Peaks, near_poles, peaks
-from vibecalc.response.absorber.peaks_polish import polished
-from vibecalc.response.absorber.polynomials import (
-    excess_polynomials,
-    positive_roots,
-    stationarity,
-)
+from vibecalc.response.absorber.model import Absorber
+from vibecalc.response.absorber.peaks import Peaks, peaks
 from vibecalc.response.absorber.several_peaks import SeveralPeaks, several_peaks
 
 _STAGE = "absorber"
-#: value and two derivatives of |H|^2, in evaluations of |H|
-_JET = 3.0
-#: the same of several absorbers, where a start that has settled is let go: four steps or so
-_SETTLED = 4.0 * 3.0
 #: heights closer than this, relatively, share the highest peak, so that it has no one place
 _EQUAL = 1e-6
 #: curves of a family that take part, so that a reference in many digits stays quick
 _MOST_CURVES = 8
+#: what the default takes over six points that have the highest peak between them, and why
+_EXTRA, _EXTRA_SEVERAL = 6.0, 21.0
 _WHY = (
-    "every peak is found, however narrow, from the roots of a polynomial, whose eigenvalues are "
-    "most of the work, and from all poles, each with its error; a grid of six points does where "
-    "the highest peak is broad, which is not known before"
+    "every peak is found, however narrow, each with its error, and signs of a polynomial prove "
+    "that there is no other; a grid of six points does where the highest peak is broad, which is "
+    "not known before"
 )
-#: what that takes over six points that have the highest peak between them
-_EXTRA = 75.0
+_WHY_SEVERAL = (
+    "every peak is found, however narrow, each with its error, from all roots of a polynomial, "
+    "whose eigenvalues are most of the work, and from all poles: of several absorbers its signs "
+    "are beyond rounding; a grid of six points does where the highest peak is broad"
+)
 
 
 class _Peak(NamedTuple):
@@ -122,7 +116,8 @@ def _all_peaks(system: System) -> Peaks | SeveralPeaks:
 def _peak_topic(systems: list[System], span: tuple[float, float], name: str, words: str) -> Topic:
     placed = len(systems) == 1 and _has_one_place(systems[0])
     # the polynomial of several absorbers is solved within their own kernel only
-    rows = [row for row in _WAYS if len(systems[0].mass_ratio) == 1 or row[4] is not _unpolished]
+    many = len(systems[0].mass_ratio) > 1
+    rows = [row for row in _WAYS if not many or row[4] is not _unpolished]
 
     @cache
     def truths() -> tuple[Truth, ...]:
@@ -146,16 +141,34 @@ def _peak_topic(systems: list[System], span: tuple[float, float], name: str, wor
         unit="",
         work="evaluations of |H| at one frequency",
         reference=reference,
-        ladders=tuple(_ladder(systems, span, placed, *row) for row in rows),
+        ladders=(
+            _own_ladder(systems, placed),
+            *(_ladder(systems, span, placed, *row) for row in rows),
+        ),
         position="frequency ratio []" if placed else "",
-        default_extra=_EXTRA,
-        default_why=_WHY,
+        default_extra=_EXTRA_SEVERAL if many else _EXTRA,
+        default_why=_WHY_SEVERAL if many else _WHY,
     )
+
+
+def _own_ladder(systems: list[System], placed: bool) -> Ladder:
+    work = cache(lambda: sum(own_work(one) for one in systems))
+
+    def solve(_: float) -> Answer:
+        found = _own(systems)
+        place = found[0].place if placed else None
+        return Answer(np.array([one.height for one in found]), work(), place)
+
+    many = len(systems[0].mass_ratio) > 1
+    words = "Newton's method on |H|^2 from roots and poles"
+    if not many:
+        words = "Newton's method on |H|^2 from the natural frequencies, and the number of peaks"
+    return Ladder("all peaks, as a run does", words, "", NOTHING_TO_SET, solve, NOTHING_TO_SET[0])
 
 
 def _ladder(
     systems: list[System], span: tuple[float, float], placed: bool, name: str, words: str,
-    setting: str, settings: tuple[float, ...], way: _Way, default: float | None, theory: str,
+    setting: str, settings: tuple[float, ...], way: _Way, theory: str,
 ) -> Ladder:  # fmt: skip
     def solve(at: float) -> Answer:
         found = [way(one, *span, at) for one in systems]
@@ -166,7 +179,7 @@ def _ladder(
         )
 
     citation = "Baca Vasquez (2007), Appendix I" if name == "grid" else ""
-    return Ladder(name, words, setting, settings, solve, default, theory, citation)
+    return Ladder(name, words, setting, settings, solve, None, theory, citation)
 
 
 def _grid_place(system: System, low: float, high: float) -> float:
@@ -174,47 +187,20 @@ def _grid_place(system: System, low: float, high: float) -> float:
     return _brent(system, low, high, 20001.0).place
 
 
-def _own(system: System, low: float, high: float, _: float) -> _Peak:
-    pair = system.excitation, system.response
-    if len(system.mass_ratio) > 1:
-        many = several_peaks(several(system), *pair)
-        freedoms = 2 * len(system.mass_ratio) + 2
-        degree = 2 * freedoms - 1
-        work = _SETTLED * (degree + 2 * freedoms) + 0.5 * degree**3
-        return _Peak(many.largest, many.where, work)
-    found = peaks(single(system), *pair)
-    return _Peak(float(found.largest), float(found.where), _own_work(system))
-
-
-def _own_work(system: System) -> float:
-    """Newton's steps of all starts with a last look, both ways of |H|^2, and the eigenvalues."""
-    parts = coupling(single(system))
-    flat = type(parts)(*(np.reshape(part, -1) for part in parts))
-    weights = measure(flat, transfer_of(system.excitation, system.response))
-    u = np.concatenate([_roots(system)[0], near_poles(flat)[1]])
-    many = len(u)
-    wide = Coupling(*(np.repeat(part, many, axis=0) for part in flat))
-    seen = Measure(*(np.repeat(part, many, axis=0) for part in weights))
-    looks = float(np.sum(polished(wide, seen, u)[1])) + many
-    # without the floor what lies below it is looked at again, here that only
-    rounds = 2 if np.any(weights.floor_squared) else 1
-    return _JET * (looks + (rounds - 1) * many) + rounds * _roots(system)[1]
-
-
-def _roots(system: System) -> tuple[np.ndarray, float]:
-    """Roots u > 0 of the stationarity polynomial, and what its eigenvalues cost.
-
-    An eigenproblem of size d takes some 10 d^3 multiplications, |H| some 20.
-    """
-    parts = coupling(single(system))
-    flat = type(parts)(*(np.reshape(part, -1) for part in parts))
-    weights = measure(flat, transfer_of(system.excitation, system.response))
-    polynomial = stationarity(*excess_polynomials(flat, weights))
-    return positive_roots(polynomial)[1], 0.5 * (polynomial.shape[-1] - 1) ** 3
+def _own(systems: list[System]) -> list[_Peak]:
+    """Of one absorber all curves in one call, as the stage does."""
+    pair = systems[0].excitation, systems[0].response
+    if len(systems[0].mass_ratio) > 1:
+        found = [several_peaks(several(one), *pair) for one in systems]
+        return [_Peak(one.largest, one.where, 0.0) for one in found]
+    columns = zip(*(single(one) for one in systems), strict=True)
+    wide = peaks(Absorber(*(np.array(column) for column in columns)), *pair)
+    rows = zip(wide.largest.tolist(), wide.where.tolist(), strict=True)
+    return [_Peak(height, place, 0.0) for height, place in rows]
 
 
 def _unpolished(system: System, low: float, high: float, _: float) -> _Peak:
-    u, work = _roots(system)
+    u, work = stationary_places(system)
     x = np.sqrt(u[u > 0.0])
     values = magnitude(system, x)
     best = int(np.argmax(values))
@@ -245,25 +231,21 @@ def _brent(system: System, low: float, high: float, points: float) -> _Peak:
     return _Peak(float(-found.fun), float(found.x), float(first.evaluations + found.nfev))
 
 
-_WAYS: tuple[tuple[str, str, str, tuple[float, ...], _Way, float | None, str], ...] = (
-    (
-        "stationarity polynomial, polished", "Newton's method on |H|^2 from roots and poles",
-        "", NOTHING_TO_SET, _own, 1.0, "",
-    ),
+_WAYS: tuple[tuple[str, str, str, tuple[float, ...], _Way, str], ...] = (
     (
         "roots of the polynomial alone", "companion eigenvalues, |H| at them",
-        "", NOTHING_TO_SET, _unpolished, None, "",
+        "", NOTHING_TO_SET, _unpolished, "",
     ),
     (
         "grid", "largest of evenly spread frequencies", "frequencies",
-        (101.0, 401.0, 801.0, 2001.0, 10001.0, 100001.0), _grid, None, "order 2",
+        (101.0, 401.0, 801.0, 2001.0, 10001.0, 100001.0), _grid, "order 2",
     ),
     (
         "grid with a parabola", "through the highest frequency and its neighbours", "frequencies",
-        (101.0, 201.0, 401.0, 801.0, 2001.0, 10001.0), _parabola, None, "order 3 or 4",
+        (101.0, 201.0, 401.0, 801.0, 2001.0, 10001.0), _parabola, "order 3 or 4",
     ),
     (
         "grid, then Brent's method of scipy", "between the neighbours of the highest frequency",
-        "frequencies", (6.0, 11.0, 21.0, 41.0, 101.0, 201.0, 401.0, 801.0), _brent, None, "",
+        "frequencies", (6.0, 11.0, 21.0, 41.0, 101.0, 201.0, 401.0, 801.0), _brent, "",
     ),
 )  # fmt: skip

@@ -30,6 +30,8 @@ _INNER, _SUMS = 20, (16, 32)
 _STAGES, _STEPS = 6, 4
 #: harmonics that a steady motion is computed with
 _HARMONICS = 24
+#: what a steady motion takes over shooting that is as accurate
+_EXTRA_STEADY = 4.0
 _WHY_ORDER = (
     "no difference of like numbers at the end of any path, and half the points for the error"
 )
@@ -190,6 +192,6 @@ def _steady_topic(parts: PendulumParts, swing: float) -> Topic:
                    (1e-4, 1e-6, 1e-8, 1e-10), marched),
             Ladder("small swings", "equations linear in the swing", "", NOTHING_TO_SET, small),
         ),
-        default_extra=8.0,
+        default_extra=_EXTRA_STEADY,
         default_why=_WHY_STEADY,
     )  # fmt: skip

@@ -14,6 +14,8 @@ from vibecalc.pipeline.scene import Scene
 
 #: starts of least squares while its tolerance is stepped, and its tolerance while starts are
 _STARTS, _TOLERANCE = 4, 1e-8
+#: a line, three eigenproblems and a look at either motion, over two small systems
+_EXTRA = 4.0
 #: corners at which a plate without named positions is looked at, m
 _CORNERS = np.array([[1.0, 0.5, 0.5], [1.0, -0.5, 0.5], [1.0, 0.5, -0.5]])
 
@@ -77,9 +79,10 @@ def _of_levels(harmonics: tuple[Harmonic, ...], reference: FloatArray, rows: Flo
         work="evaluations of all readings of a motion, or systems as small",
         reference=lambda: _levels_reference(given, rows),
         ladders=tuple(ladders),
-        default_extra=150.0,
-        default_why="it takes any instruments, and finds every motion that five or more levels "
-        "leave, or says that none has them",
+        default_extra=_EXTRA,
+        default_why="a line of second moments with both its ends, where three points and two "
+        "differences leave two cosines: it takes any instruments, and finds every motion that five "
+        "or more levels leave, or says that none has them",
     )
 
 

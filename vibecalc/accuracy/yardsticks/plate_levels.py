@@ -12,15 +12,14 @@ import numpy as np
 from vibecalc.errors import NumericalFailure
 from vibecalc.machine.measurement import Harmonic
 from vibecalc.measurement.choosing import choose
-from vibecalc.measurement.level_motions import NEEDED, level_motions
-from vibecalc.measurement.rigid_plate import span_of
+from vibecalc.measurement.cone_ends import counted_ends
+from vibecalc.measurement.level_fit import refine
+from vibecalc.measurement.level_motions import NEEDED, level_motions, lines
+from vibecalc.measurement.rigid_plate import scaled, span_of
 from vibecalc.numerics.typing import ComplexArray, FloatArray
 
-#: smallest eigenvalues that one search along the line of second moments takes: the way to the
-#: summit, and from there to both ends; and the steps of Newton's method granted to each motion
-_SEARCH, _STEPS = 90 + 2 * 70, 3
-#: sets of five levels, of more, from whose motions the search starts, at most about
-_SETS = 24
+#: systems that the line of second moments takes: a point of it and its direction
+_LINE = 2
 #: dB; a sum of squares of residuals below it is that of a motion which has all levels
 _MET = 1e-3
 _DECIBEL = 20.0 / np.log(10.0)
@@ -29,7 +28,10 @@ _SMALL = 1e-300
 
 
 class Levels(NamedTuple):
-    """Rows (r, 3), amplitudes and half widths (r,) to solve; rows and amplitudes to choose by."""
+    """Rows (r, 3), amplitudes and half widths (r,) to solve; rows and amplitudes to choose by.
+
+    `moments_work` is that of the way by moments, counted beforehand so that it takes no time in it.
+    """
 
     rows: FloatArray
     amplitudes: FloatArray
@@ -37,6 +39,7 @@ class Levels(NamedTuple):
     others: FloatArray
     heights: FloatArray
     reference: FloatArray
+    moments_work: float
 
 
 class Solved(NamedTuple):
@@ -50,13 +53,17 @@ def levels_of(harmonic: Harmonic, reference: FloatArray) -> Levels:
     """What one harmonic reads in levels."""
     solving = harmonic.solving
     others = [read for read in harmonic.reads if read.use == "choose" and read.phase is None]
+    rows = np.array([read.row for read in solving])
+    amplitudes = np.array([read.amplitude for read in solving])
+    half_widths = np.array([read.half_width for read in solving])
     return Levels(
-        np.array([read.row for read in solving]),
-        np.array([read.amplitude for read in solving]),
-        np.array([read.half_width for read in solving]),
+        rows,
+        amplitudes,
+        half_widths,
         np.array([read.row for read in others]).reshape(-1, 3),
         np.array([read.amplitude for read in others]),
         reference,
+        _moments_work(rows, amplitudes, half_widths),
     )
 
 
@@ -67,9 +74,7 @@ def by_moments(given: Levels) -> Solved:
     )
     widths = np.full(len(given.others), float(np.max(given.half_widths)))
     ranking = choose(found, given.others, given.heights, widths).ranking
-    searches = 1 if len(given.rows) == NEEDED else 1 + _SETS
-    work = float(searches * (_SEARCH + 2 * _STEPS))
-    return Solved(_turned(given, found[ranking[0]].motion), work)
+    return Solved(_turned(given, found[ranking[0]].motion), given.moments_work)
 
 
 def by_least_squares(given: Levels, starts: int, tolerance: float) -> Solved:
@@ -151,6 +156,21 @@ def in_digits(given: Levels, near: ComplexArray) -> ComplexArray | None:
             step = mp.lu_solve(matrix, right)
             x = [value - change for value, change in zip(x, step, strict=True)]
         return np.array([complex(x[k], x[k + 3]) for k in range(3)])
+
+
+def _moments_work(rows: FloatArray, amplitudes: FloatArray, half_widths: FloatArray) -> float:
+    """Of each line its making and its ends, and of each end every look of its refinement."""
+    plain, heights = scaled(rows, span_of(rows)), amplitudes / float(np.max(amplitudes))
+    work = 0
+    for line in lines(plain, heights):
+        found = counted_ends(line)
+        work += _LINE + found.solved
+        for motion in found.motions:
+            try:
+                work += refine(plain, heights, half_widths, motion).looks
+            except NumericalFailure:
+                continue
+    return float(work)
 
 
 def _equations(mp: Any, rows: Any, squares: Any, reference: Any, x: Any) -> tuple[Any, Any]:

@@ -17,7 +17,7 @@ from vibecalc.numerics.typing import ComplexArray, FloatArray
 
 #: relative error where first order does not hold: rounding enters by its square root
 _IN_LINE = 3e-7
-_ROUNDINGS = 16.0
+_ROUNDINGS = 8.0
 #: of a linear problem
 _LINEAR = 4.0
 

@@ -27,10 +27,10 @@ class Forms(NamedTuple):
 
 def forms(parts: Coupling, u: np.ndarray, slots: int = ALONG_U) -> Forms:
     """The five forms at u = x^2; derivatives by g0 and g1 (slots = ALL) of a sprung damper only."""
-    g0, g1, own, u = np.broadcast_arrays(parts.g0, parts.g1, parts.own, u)
-    shape = (slots, *u.shape)
-    motion, mixed, cross, link, relative = (np.zeros(shape) for _ in range(5))
+    g0, g1, own = parts.g0, parts.g1, parts.own
     away = g0 - own * u  # kept as a difference: small where a light absorber is tuned
+    shape = np.shape(away)
+    motion, mixed, cross, link, relative = np.zeros((5, slots, *shape))
     g1g1, ownown = g1 * g1, own * own
     motion[0], motion[1], motion[2] = (
         away * away + g1g1 * u, g1g1 - 2.0 * own * away, 2.0 * ownown,
@@ -49,9 +49,8 @@ def forms(parts: Coupling, u: np.ndarray, slots: int = ALONG_U) -> Forms:
         return Forms(motion, mixed, cross, link, relative)
     if not np.any(parts.shift):
         return Forms(motion, mixed, cross, link, relative)
-    late, free = np.broadcast_to(parts.shift == 1, u.shape), parts.shift == 2
-    free = np.broadcast_to(free, u.shape)
-    zero = np.zeros(u.shape)
+    late, free = parts.shift == 1, parts.shift == 2
+    zero = np.zeros(shape)
     for form, without_spring, alone in (
         (motion, (g1g1 + ownown * u, ownown), ownown), (mixed, (g1g1, zero), zero),
         (cross, (g1 * own * u, g1 * own), zero), (link, (g1g1, zero), zero),
@@ -102,11 +101,9 @@ def excess(parts: Coupling, weights: Measure, u: np.ndarray, slots: int = ALONG_
 
 def _squared_stiffness(parts: Coupling, u: np.ndarray, slots: int) -> tuple[np.ndarray, np.ndarray]:
     """Q = |D|^2 as a sum of two squares, so that nothing cancels on a sharp resonance."""
-    z1, m, g0, g1, own, u = np.broadcast_arrays(
-        parts.primary_damping, parts.mass, parts.g0, parts.g1, parts.own, u
-    )
-    real, imaginary = np.zeros((slots, *u.shape)), np.zeros((slots, *u.shape))
+    z1, m, g0, g1, own = parts.primary_damping, parts.mass, parts.g0, parts.g1, parts.own
     stiff = 1.0 - u
+    real, imaginary = np.zeros((2, slots, *np.shape(g0 * stiff)))
     away, both = g0 - own * u, stiff - m * u
     c = 2.0 * z1
     real[0] = stiff * away - c * g1 * u - m * u * g0
@@ -119,8 +116,7 @@ def _squared_stiffness(parts: Coupling, u: np.ndarray, slots: int) -> tuple[np.n
         real[3], real[4], real[5], real[6] = both, -c * u, -1.0 - m, -c
         imaginary[3], imaginary[4], imaginary[6] = c, both, -1.0 - m
     elif np.any(parts.shift):
-        late = np.broadcast_to(parts.shift == 1, u.shape)
-        free = np.broadcast_to(parts.shift == 2, u.shape)
+        late, free = parts.shift == 1, parts.shift == 2
         for side, without_spring, alone in (
             (real, (g1 * both - c * own * u, -g1 * (1.0 + m) - c * own), (own * stiff, -own)),
             (imaginary, (own * stiff + c * g1, -own), (c * own, 0.0 * own)),
@@ -132,7 +128,7 @@ def _squared_stiffness(parts: Coupling, u: np.ndarray, slots: int) -> tuple[np.n
         blur_imaginary = np.where(late, own * np.abs(stiff) + c * g1, blur_imaginary)
         blur = np.where(free, np.abs(real[0]), blur)
         blur_imaginary = np.where(free, imaginary[0], blur_imaginary)
-    below = _square(real) + _times((u, np.ones_like(u), np.zeros_like(u)), _square(imaginary))
+    below = _square(real) + _times((u, 1.0, 0.0), _square(imaginary))
     return below, 2.0 * (np.abs(real[0]) * blur + u * np.abs(imaginary[0]) * blur_imaginary)
 
 
@@ -150,7 +146,7 @@ def _square(form: np.ndarray) -> np.ndarray:
     return result
 
 
-def _times(weight: tuple[np.ndarray, ...], form: np.ndarray) -> np.ndarray:
+def _times(weight: tuple[np.ndarray | float, ...], form: np.ndarray) -> np.ndarray:
     """Product of a function of u alone, given with two derivatives, with a form in all slots."""
     value, first, second = weight
     result: np.ndarray = value * form

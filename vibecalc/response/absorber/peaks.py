@@ -8,8 +8,9 @@ from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import UNIT_ROUNDOFF
 from vibecalc.response.absorber.coefficients import Coupling, coupling, denominator, ends, numerator
 from vibecalc.response.absorber.measure import Measure, measure
-from vibecalc.response.absorber.model import Absorber, transfer_of
-from vibecalc.response.absorber.peaks_polish import REACH, polished, slope
+from vibecalc.response.absorber.model import Absorber, Transfer, transfer_of
+from vibecalc.response.absorber.peaks_polish import Tops, each_once, slope, tops
+from vibecalc.response.absorber.peaks_quick import quick_maxima
 from vibecalc.response.absorber.poles import landmarks, roots_of
 from vibecalc.response.absorber.polynomials import excess_polynomials, positive_roots, stationarity
 
@@ -48,20 +49,19 @@ class Peaks(NamedTuple):
 def peaks(absorber: Absorber, excitation: str = "force", response: str = "displacement") -> Peaks:
     """Find every peak of one response, for arrays of absorbers at once.
 
-    The stationarity polynomial A' Q - A Q' is solved by companion eigenvalues, each root polished
-    by Newton's method on the function itself. Source of the response: eqs. 2.9, 2.10 and 3.14.
+    Newton's method on the function itself, from the undamped natural frequencies; signs of the
+    stationarity polynomial A' Q - A Q' count whether these are all. Where that is not sure it is
+    solved by companion eigenvalues, and each root and pole polished in the same way. Source of the
+    response: eqs. 2.9, 2.10 and 3.14.
     Raises NumericalFailure where a resonance is damped, but by less than 2e-14 of critical.
     """
     transfer = transfer_of(excitation, response)
     parts = coupling(absorber)
     shape = parts.mass.shape
     flat = Coupling(*(np.reshape(a, -1) for a in parts))
-    _refuse_sharp(flat)
-    weights = measure(flat, transfer)
-    rows, u, value, doubt, square = _all_maxima(flat, weights, measure(flat, transfer, plain=True))
     moved = np.any(numerator(flat, transfer), axis=-1)
     rows, u, value, doubt, square = _with_resonances(
-        flat, absorber, moved, rows, u, value, doubt, square
+        flat, absorber, moved, *_all_maxima(flat, transfer)
     )
 
     size = np.sqrt(np.maximum(square, 0.0))
@@ -110,6 +110,15 @@ def maxima(
     interest, so that starts above it are left out. Resonances without any damping are not
     maxima of a function and are left out.
     """
+    return _maxima(parts, weights, more, ceiling)[:4]
+
+
+def _maxima(
+    parts: Coupling,
+    weights: Measure,
+    more: tuple[np.ndarray, np.ndarray] | None = None,
+    ceiling: np.ndarray | None = None,
+) -> Tops:
     above, below = excess_polynomials(parts, weights)
     rows, u = positive_roots(stationarity(above, below))
     if more is not None:
@@ -120,49 +129,37 @@ def maxima(
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             low = ~(slope(own, mine, u).value >= ceiling[rows])
         rows, u = rows[low], u[low]
-    if not len(rows):
-        return rows, u, np.zeros(0), np.zeros(0)
-    own = Coupling(*(a[rows] for a in parts))
-    mine = Measure(*(a[rows] for a in weights))
-    start = u
-    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        u, _ = polished(own, mine, start)
-        first, second, value, doubt = slope(own, mine, u)
-        # on a very sharp peak the last bit of u is felt
-        short = 0.5 * np.square(first) / np.abs(second)
-        last = 0.5 * np.abs(second) * (4.0 * UNIT_ROUNDOFF) ** 2
-        doubt = doubt + short + last
-        # what has not settled came from a pole without a peak of its own
-        size = mine.floor_squared + value
-        near = (np.abs(np.log(u / start)) < REACH) & (short < 1e-8 * size + 64.0 * last)
-    keep = near & (second < 0.0) & np.isfinite(value)
-    rows, u, value, doubt = _sorted_once(rows[keep], u[keep], value[keep], doubt[keep])
-    return rows, u, value, doubt
+    return tops(parts, weights, rows, u)[0]
 
 
-def _all_maxima(parts: Coupling, weights: Measure, plain: Measure) -> tuple[np.ndarray, ...]:
-    """`maxima`, and |H|^2; far below the floor from |H|^2 itself, where it keeps its digits."""
-    starts = near_poles(parts)
-    high = maxima(parts, weights, starts)
-    if not np.any(weights.floor_squared):
-        return *high, high[2]
-    low = maxima(parts, plain, starts, 0.5 * weights.floor_squared)
-    floor_above, floor_below = (weights.floor_squared[a[0]] for a in (high, low))
-    above, below = high[2] >= -0.6 * floor_above, low[2] < 0.5 * floor_below
-    upper = (*high, high[2] + floor_above)
-    lower = (low[0], low[1], low[2] - floor_below, low[3], low[2])
-    return _sorted_once(
-        *(np.concatenate([a[above], b[below]]) for a, b in zip(upper, lower, strict=True))
-    )
+def _all_maxima(parts: Coupling, transfer: Transfer) -> tuple[np.ndarray, ...]:
+    """Rows, u, A / Q, its error and |H|^2 of all: quickly where that is sure, else thoroughly."""
+    quick = quick_maxima(parts, transfer)
+    found = quick.tops[:5]
+    rest = np.flatnonzero(~quick.told)
+    if not len(rest):
+        return found
+    own = Coupling(*(a[rest] for a in parts))
+    _refuse_sharp(own)
+    others = _thorough(own, transfer)
+    others = others._replace(rows=rest[others.rows])
+    joined = [np.concatenate(pair) for pair in zip(found, others[:5], strict=True)]
+    order = np.lexsort((joined[1], joined[0]))
+    return tuple(a[order] for a in joined)
 
 
-def _sorted_once(rows: np.ndarray, u: np.ndarray, *others: np.ndarray) -> tuple[np.ndarray, ...]:
-    """By row and rising u, what was found twice given once."""
-    order = np.lexsort((u, rows))
-    rows, u = rows[order], u[order]
-    once = np.ones(len(rows), dtype=bool)
-    once[1:] = (rows[1:] != rows[:-1]) | (np.abs(u[1:] / u[:-1] - 1.0) >= 1e-8)
-    return (rows[once], u[once], *(a[order][once] for a in others))
+def _thorough(parts: Coupling, transfer: Transfer) -> Tops:
+    """From all roots and poles; far below the floor from |H|^2 itself."""
+    weights, starts = measure(parts, transfer), near_poles(parts)
+    high, floor = _maxima(parts, weights, starts), weights.floor_squared
+    if not np.any(floor):
+        return high
+    plain = measure(parts, transfer, plain=True)
+    low = _maxima(parts, plain, starts, 0.5 * floor)
+    above, below = high.value >= -0.6 * floor[high.rows], low.value < 0.5 * floor[low.rows]
+    low = low._replace(value=low.value - floor[low.rows])
+    both = zip(high, low, strict=True)
+    return each_once(Tops(*(np.concatenate([a[above], b[below]]) for a, b in both)))
 
 
 def _refuse_sharp(parts: Coupling) -> None:

@@ -73,12 +73,24 @@ def form_polynomials(parts: Coupling) -> tuple[np.ndarray, ...]:
 
 def stationarity(above: np.ndarray, below: np.ndarray) -> np.ndarray:
     """A' Q - A Q' (..., n): its positive roots are the stationary frequencies squared."""
+    return _slope_products(above, below, False)
+
+
+def stationarity_size(above: np.ndarray, below: np.ndarray) -> np.ndarray:
+    """Sums of magnitudes (..., n) behind the coefficients of `stationarity`."""
+    return _slope_products(np.abs(above), np.abs(below), True)
+
+
+def _slope_products(above: np.ndarray, below: np.ndarray, summed: bool) -> np.ndarray:
     size, other = above.shape[-1], below.shape[-1]
     result = np.zeros((*np.broadcast_shapes(above.shape[:-1], below.shape[:-1]), size + other - 2))
+    powers = np.arange(other)
     for i in range(size):
-        for j in range(other):
-            if i != j:
-                result[..., i + j - 1] += (i - j) * above[..., i] * below[..., j]
+        if np.any(above[..., i]):
+            less = i - powers
+            product = (np.abs(less) if summed else less) * above[..., i, None] * below
+            # the constants of both have no slope: without them all has one power less
+            result[..., max(i - 1, 0) : i + other - 1] += product[..., 1 if i == 0 else 0 :]
     return result
 
 

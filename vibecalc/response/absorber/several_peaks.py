@@ -26,7 +26,7 @@ class SeveralPeaks(NamedTuple):
 
     `error` is absolute, of `magnitude`. `largest` is the supremum over 0 <= x <= infinity, at
     `where`, the lowest of places of one height. `shoulder`: frequencies of poles without a peak of
-    their own.
+    their own. `looks` counts evaluations of |H|^2 with two derivatives.
     """
 
     frequency: np.ndarray
@@ -38,6 +38,7 @@ class SeveralPeaks(NamedTuple):
     largest_error: float
     where: float
     shoulder: np.ndarray
+    looks: int
 
 
 def several_peaks(
@@ -52,7 +53,7 @@ def several_peaks(
     above, below = several_polynomials(system, transfer_of(excitation, response), absorber)
     if not np.any(above):
         none = np.zeros(0)
-        return SeveralPeaks(none, none, none, 0.0, 0.0, 0.0, 0.0, 0.0, none)
+        return SeveralPeaks(none, none, none, 0.0, 0.0, 0.0, 0.0, 0.0, none, 0)
     above, below = _without_common_power(above, below)
     poles = _roots(below)
     bare = (np.abs(poles.real) < _DAMPED * np.abs(poles)) & (poles.imag > 0.0)
@@ -61,7 +62,7 @@ def several_peaks(
             f"the response is infinite at x = {float(poles[bare][0].imag):.9g}, an undamped "
             "natural frequency of primary system and absorbers"
         )
-    frequency = _stationary(above, below, _starts(above, below, poles))
+    frequency, looks = _stationary(above, below, _starts(above, below, poles))
     value, error = _magnitude(above, below, frequency)
     low = float(abs(above[0]) / below[0]) if below[0] else 0.0
     excess = (len(above) - 1) - (len(below) - 1)
@@ -73,7 +74,7 @@ def several_peaks(
     first = int(np.argmax(heights >= heights[best] * (1.0 - SAME_HEIGHT)))
     return SeveralPeaks(
         frequency, value, error, low, high, float(heights[best]), float(doubts[best]),
-        float(places[first]), _shoulders(poles[~bare], frequency),
+        float(places[first]), _shoulders(poles[~bare], frequency), looks,
     )  # fmt: skip
 
 
@@ -118,17 +119,19 @@ def _starts(above: Polynomial, below: Polynomial, poles: np.ndarray) -> np.ndarr
         u = u[(u.real > 0.0) & (np.abs(u.imag) < u.real)].real
     else:
         u = np.zeros(0)
-    extra = np.concatenate([np.abs(poles), np.abs(poles.imag)])
+    poles = poles[poles.imag >= 0.0]
+    extra = np.concatenate([np.abs(poles), poles.imag])
     return np.concatenate([np.sqrt(u), extra[extra > 0.0]])
 
 
-def polished(above: Polynomial, below: Polynomial, frequency: np.ndarray) -> np.ndarray:
-    """Newton's method for a maximum near each frequency, on the reciprocal of |H|^2."""
-    x = frequency.copy()
+def polished(above: Polynomial, below: Polynomial, frequency: np.ndarray) -> tuple[np.ndarray, int]:
+    """Newton's method for a maximum near each frequency, on the reciprocal of |H|^2; its looks."""
+    x, looks = frequency.copy(), 0
     live = np.arange(len(x))
     with np.errstate(all="ignore"):
         for _ in range(_POLISH):
             at = x[live]
+            looks += len(live)
             first, second = _slopes(above, below, at)
             step = first / np.where(first * first > second, first * first - second, np.abs(second))
             step = np.where(np.isfinite(step), np.clip(step, -0.1 * at, 0.1 * at), 0.0)
@@ -139,7 +142,7 @@ def polished(above: Polynomial, below: Polynomial, frequency: np.ndarray) -> np.
             live = live[near & (np.abs(step) > np.minimum(1e-8 * at, fine))]
             if not len(live):
                 break
-    return x
+    return x, looks
 
 
 def _slopes(above: Polynomial, below: Polynomial, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -161,8 +164,9 @@ def _logarithmic(polynomial: Polynomial, s: np.ndarray) -> tuple[np.ndarray, np.
     return first / value, second / value - (first / value) ** 2
 
 
-def _stationary(above: Polynomial, below: Polynomial, start: np.ndarray) -> np.ndarray:
-    x = np.sort(polished(above, below, start))
+def _stationary(above: Polynomial, below: Polynomial, start: np.ndarray) -> tuple[np.ndarray, int]:
+    x, looks = polished(above, below, start)
+    x = np.sort(x)
     with np.errstate(all="ignore"):
         first, second = _slopes(above, below, x)
         value, error = _magnitude(above, below, x)
@@ -174,8 +178,7 @@ def _stationary(above: Polynomial, below: Polynomial, start: np.ndarray) -> np.n
     # between two maxima the curve must come down
     twice = np.zeros(len(x), dtype=bool)
     twice[1:] = np.diff(x) < 1e-2 * width[1:]
-    kept: np.ndarray = x[~twice]
-    return kept
+    return x[~twice], looks + len(start)
 
 
 def _magnitude(
