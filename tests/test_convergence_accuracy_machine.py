@@ -107,7 +107,7 @@ def test_truths_are_known_and_the_default_is_worth_its_work(
         ("excitation_force", "couple peak", "grid with parabola", 4.0),
         ("motor_force", "axial force peak", "grid", 2.0),
         ("isolation_steady", "largest support force", "RK4 shooting", 4.0),
-        ("run_up", "largest force of the run-up", "grid", 2.0),
+        ("run_up", "largest forces of the run-up", "grid", 2.0),
         ("response_steady", "translations by order", "RK4 shooting", 4.0),
         ("response_modes", "natural frequencies", "scan of the determinant", 2.0),
         ("operations", "range of the mean energy", "grid", 2.0),
@@ -175,6 +175,19 @@ def test_a_circle_has_a_peak_and_no_place() -> None:
     for ladder in known.ladders:
         position = ladder.solve(ladder.settings[-1]).position
         assert position is not None and abs(position) < 1e-3
+
+
+def test_the_curve_of_a_run_up_is_drawn_from_fewest_speeds() -> None:
+    found = one("run_up_curve", "curves of the run-up", "generator")
+    # straight lines to a thousandth of the maximum are asked for, and had
+    assert found.reference.agreement < 1e-4
+    assert extra_work(found.topic, found.rungs) == 1.0
+    (default,) = [rung for rung in found.rungs if rung.is_default]
+    assert default.worst_relative < 1e-3
+    # nothing even comes as close with as many speeds
+    for rung in found.rungs:
+        if "speeds" in rung.ladder and rung.work <= 2.0 * default.work:
+            assert rung.worst_relative > 2.0 * default.worst_relative
 
 
 @pytest.mark.parametrize(("method", "order"), [("euler", 1), ("rk4", 4)])

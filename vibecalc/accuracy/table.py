@@ -21,7 +21,7 @@ TOPICS: dict[str, tuple[str, ...]] = {
     "start-up": ("start_up",),
     "control": ("control",),
     "isolation": ("isolation_steady",),
-    "run_up": ("run_up",),
+    "run_up": ("run_up", "run_up_curve"),
     "torque reaction": ("torque_reaction",),
     "measurement": ("measurement",),
     "tuning": ("absorber_tuning",),

@@ -10,9 +10,15 @@ _DENSITY = 16
 
 
 def angle_grid(orders: np.ndarray) -> np.ndarray:
-    """Crank angles (angles,) in [0, 2 pi) that resolve the highest order."""
+    """Crank angles (angles,) that resolve the highest order, over one period of the length.
+
+    That is a turn over the greatest common divisor of the orders, and half of it where all orders
+    are odd multiples of that, since the signal then comes back with the other sign.
+    """
+    step = int(np.gcd.reduce(orders))
+    periods = 2 * step if np.all(orders // step % 2) else step
     count = _DENSITY * int(np.max(orders))
-    return np.arange(count) * (2.0 * np.pi / count)
+    return np.arange(count // periods) * (2.0 * np.pi / count)
 
 
 def squares(value: np.ndarray, orders: np.ndarray, angle: np.ndarray) -> np.ndarray:

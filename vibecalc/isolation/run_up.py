@@ -1,16 +1,23 @@
 """A slow run-up: at each speed the peak over the cycle, and the highest of them all."""
 
-from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
 from vibecalc.isolation.blocks import in_blocks
-from vibecalc.isolation.envelope import angle_grid, coarse_peak, squares
+from vibecalc.isolation.envelope import angle_grid, coarse_peak
+from vibecalc.isolation.highest import RunUpPeak, Search, highest
+from vibecalc.isolation.looked import Looked
 from vibecalc.isolation.refine import resolve
-from vibecalc.isolation.rows import HarmonicsAt
-from vibecalc.isolation.speeds import admitted, base_speeds, clusters, resonant_speeds
-from vibecalc.isolation.summit import Starts, climb
+from vibecalc.isolation.rows import HarmonicsAt, Jet
+from vibecalc.isolation.speeds import (
+    admitted,
+    base_speeds,
+    clusters,
+    resonant_speeds,
+    sparse_clusters,
+    sparse_speeds,
+)
 from vibecalc.numerics.cycle_peak import cycle_peak, vector_cycle_peak
 from vibecalc.numerics.rounding import WithError
 from vibecalc.response.resonance import Resonances
@@ -22,18 +29,8 @@ _NEGLIGIBLE = 1e-4
 #: unless it stands where the row is high anyway: then down to this share
 _ROUNDING = 1e-13
 
-
-class RunUpPeak(NamedTuple):
-    """Highest peak of each row (rows,) and its speed in rad/s, with absolute errors.
-
-    The value is infinite, with the speed of the first such resonance, where a driven undamped
-    natural frequency lies in the range and shows in the row.
-    """
-
-    value: np.ndarray
-    error: np.ndarray
-    speed: np.ndarray
-    speed_error: np.ndarray
+#: beside a resonance a row is no higher than there and so many times what the resonance gives
+_ADDED = 3.0
 
 
 class RunUp(NamedTuple):
@@ -48,17 +45,6 @@ class RunUp(NamedTuple):
     peak: RunUpPeak
     masked: Masked
     unresolved: int
-
-
-class _Search(NamedTuple):
-    harmonics_at: HarmonicsAt
-    orders: np.ndarray
-    angle: np.ndarray
-    masked: Masked
-    shown: np.ndarray
-    infinite: np.ndarray
-    start: float
-    stop: float
 
 
 def run_up(
@@ -85,14 +71,22 @@ def run_up(
     its frequency is not missed however lightly damped. The maxima are polished by Newton's
     method and hold to rounding; their errors are estimates of that.
     """
-    search, speed = _prepare(harmonics_at, orders, resonances, start, stop, shows, 49)
-    curve_at = partial(_coarse, search)
-    found = resolve(curve_at, speed, search.masked, search.infinite, curve_tolerance, most_points)
-    peak = _highest(search, found.speed, found.value, 0.97)
-    return RunUp(
-        found.speed, cycle_peaks(harmonics_at, search.orders, found.speed), peak,
-        search.masked, found.unresolved,
+    search = _search(harmonics_at, orders, resonances, start, stop, shows, errors=True)
+    sought = resonances.sought()
+    speed = base_speeds(sought, search.orders, start, stop, 25)
+    centre = resonant_speeds(sought, search.orders)
+    within = (centre > 0.2 * start) & (centre < 4.0 * stop)
+    if np.sum(within) > 8:
+        within &= _worth(search, sought, speed)
+    speed = np.concatenate([speed, centre[within], clusters(sought, search.orders, within)])
+    found = resolve(
+        lambda at: search.looked(at)[0], admitted(speed, search.masked, start, stop),
+        search.masked, search.infinite, curve_tolerance, most_points,
     )  # fmt: skip
+    peak = highest(search, found.speed, 0.97)
+    _, harmonics, doubt = search.looked(found.speed)
+    curve = _exact_peaks(harmonics, doubt, search.orders)
+    return RunUp(found.speed, curve, peak, search.masked, found.unresolved)
 
 
 def run_up_peak(
@@ -105,124 +99,103 @@ def run_up_peak(
 ) -> RunUpPeak:
     """The maxima of `run_up` alone, without its curve: for searches that ask thousands of times.
 
-    Looks at the same clusters and polishes the same way, but does not bisect between them.
+    Looks at few speeds between the resonances, at the resonances themselves, and closely only about
+    those that can hold the maximum of a row: where all that is there and three times what the
+    resonance adds come up to the highest value seen. Polishes as `run_up` does.
     """
-    search, speed = _prepare(harmonics_at, orders, resonances, start, stop, shows, 25)
-    return _highest(search, speed, _coarse(search, speed), 0.85)
+    search = _search(harmonics_at, orders, resonances, start, stop, shows)
+    sought = resonances.sought()
+    speed = sparse_speeds(sought, search.orders, start, stop)
+    winners = _may_win(search, sought, admitted(speed, search.masked, start, stop))
+    spread = sparse_clusters(sought, search.orders, winners)
+    speed = np.concatenate([search.looked.speed, spread])
+    return highest(search, admitted(speed, search.masked, start, stop), 0.8)
 
 
 def cycle_peaks(harmonics_at: HarmonicsAt, orders: np.ndarray, speed: np.ndarray) -> WithError:
     """Exact peaks over the cycle (speeds, rows) of all rows, with absolute errors."""
 
-    def peaks(at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def peaks(at: np.ndarray) -> WithError:
         jet = harmonics_at(at, errors=True)
-        doubt = np.sqrt(np.sum(np.square(np.sum(jet.error, axis=-1)), axis=-1))
-        if jet.value.shape[-2] == 1:
-            peak = cycle_peak(jet.value[..., 0, :], orders)
-        else:
-            peak = vector_cycle_peak(jet.value, orders)
-        return peak.value, peak.error + doubt
+        return _exact_peaks(jet.value, _doubt(jet), orders)
 
     return WithError(*in_blocks(peaks, speed, orders))
 
 
-def _prepare(
+def _doubt(jet: Jet) -> np.ndarray:
+    """What the errors of the harmonics may add to the length of each row (speeds, rows)."""
+    return np.asarray(np.sqrt(np.sum(np.square(np.sum(jet.error, axis=-1)), axis=-1)))
+
+
+def _exact_peaks(harmonics: np.ndarray, doubt: np.ndarray, orders: np.ndarray) -> WithError:
+    """Peaks (speeds, rows) of harmonics (speeds, rows, components, orders) of some doubt."""
+    if harmonics.shape[-2] == 1:
+        peak = cycle_peak(harmonics[..., 0, :], orders)
+    else:
+        peak = vector_cycle_peak(harmonics, orders)
+    return WithError(peak.value, peak.error + doubt)
+
+
+def _search(
     harmonics_at: HarmonicsAt,
     orders: np.ndarray,
     resonances: Resonances,
     start: float,
     stop: float,
     shows: np.ndarray,
-    base: int,
-) -> tuple[_Search, np.ndarray]:
-    """First speeds: base, order resonances, and clusters at those that are worth one."""
+    errors: bool = False,
+) -> Search:
     order = np.asarray(orders, dtype=int)
     angle = angle_grid(order)
     masked = masked_speeds(resonances, order, start, stop)
     shown = shows[masked.mode - 1]
     infinite = np.any(shown, axis=0)
-    search = _Search(harmonics_at, order, angle, masked, shown, infinite, start, stop)
-    sought = resonances.sought()
-    centre = resonant_speeds(sought, order)
-    within = (centre > 0.2 * start) & (centre < 4.0 * stop)
-    speed = base_speeds(sought, order, start, stop, base)
-    if np.sum(within) > 8:
-        within &= _worth(search, sought, speed)
-    spread = clusters(sought, order, within)
-    speed = np.concatenate([speed, centre[within], spread])
-    return search, admitted(speed, masked, start, stop)
+
+    def look(speed: np.ndarray) -> tuple[np.ndarray, ...]:
+        jet = harmonics_at(speed, errors=errors)
+        found = coarse_peak(jet.value, order, angle), jet.value
+        return (*found, _doubt(jet)) if errors else found
+
+    looked = Looked(lambda speed: in_blocks(look, speed, order))
+    return Search(harmonics_at, looked, order, angle, masked, shown, infinite, start, stop)
 
 
-def _worth(search: _Search, resonances: Resonances, base: np.ndarray) -> np.ndarray:
-    """Which (order, mode) resonances can matter to the curve or to the maximum of any row."""
+class _AtResonances(NamedTuple):
+    """At the resonances (orders, modes): what the own order gives and all together, and `top`.
+
+    `own` and `here` (orders, modes, rows); `top` (rows,) is the highest of all speeds.
+    """
+
+    own: np.ndarray
+    here: np.ndarray
+    top: np.ndarray
+
+
+def _at_resonances(search: Search, resonances: Resonances, base: np.ndarray) -> _AtResonances:
+    """Look at first speeds and at all resonances; outside the range, at its end."""
     centre = resonant_speeds(resonances, search.orders)
     width = np.maximum(resonances.exposed(), 0.0)
     # beside a pole the response is taken at the edge of its interval
     at = np.clip((centre * (1.0 - width)).ravel(), search.start, search.stop)
+    speed, back = np.unique(np.concatenate([base, at]), return_inverse=True)
+    peak, harmonics = search.looked(speed)[:2]
+    back = back[len(base) :].reshape(centre.shape)
+    own = harmonics[back, ..., np.arange(len(search.orders))[:, None]]
+    own = np.sqrt(np.sum(np.square(np.abs(own)), axis=-1))
+    return _AtResonances(own, peak[back], np.max(peak, axis=0))
 
-    def peak_and_orders(speed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        value = search.harmonics_at(speed).value
-        length = np.sqrt(np.sum(np.square(np.abs(value)), axis=-2))
-        return coarse_peak(value, search.orders, search.angle), length
 
-    peak, length = in_blocks(peak_and_orders, np.concatenate([base, at]), search.orders)
-    top = np.max(peak, axis=0)
-    count, rows = len(search.orders), peak.shape[1]
-    own = length[len(base) :].reshape(*centre.shape, rows, count)
-    own = own[np.arange(count), :, :, np.arange(count)]
-    here = peak[len(base) :].reshape(*centre.shape, rows)
+def _worth(search: Search, resonances: Resonances, base: np.ndarray) -> np.ndarray:
+    """Which (order, mode) resonances can matter to the curve or to the maximum of any row."""
+    own, here, top = _at_resonances(search, resonances, base)
     seen = (own > _NEGLIGIBLE * top) | ((own > _ROUNDING * top) & (here > 0.5 * top))
     worth: np.ndarray = np.any(seen, axis=-1)
     return worth
 
 
-def _coarse(search: _Search, speed: np.ndarray) -> np.ndarray:
-    """Peaks over the grid of crank angles (speeds, rows)."""
-
-    def peaks(at: np.ndarray) -> tuple[np.ndarray]:
-        return (coarse_peak(search.harmonics_at(at).value, search.orders, search.angle),)
-
-    return in_blocks(peaks, speed, search.orders)[0]
-
-
-def _highest(search: _Search, speed: np.ndarray, value: np.ndarray, threshold: float) -> RunUpPeak:
-    """Polish every local maximum that may be the highest, and keep the best of each row."""
-    rows = value.shape[1]
-    padded = np.pad(value, ((1, 1), (0, 0)), constant_values=-1.0)
-    local = (value >= padded[:-2]) & (value >= padded[2:])
-    top = np.max(value, axis=0)
-    at, row = np.nonzero(local & (value >= threshold * top) & (value > 0.0) & ~search.infinite)
-    peak = RunUpPeak(np.zeros(rows), np.zeros(rows), np.full(rows, search.start), np.zeros(rows))
-    if len(at):
-        starts = _starts(search, speed, at, row, threshold)
-        summit = climb(search.harmonics_at, search.orders, starts, search.start, search.stop)
-        for number in range(rows):
-            mine = np.flatnonzero(starts.row == number)
-            if len(mine):
-                best = mine[np.argmax(summit.value[mine])]
-                peak.value[number], peak.error[number] = summit.value[best], summit.error[best]
-                peak.speed[number] = summit.speed[best]
-                peak.speed_error[number] = summit.speed_error[best]
-    for number in range(rows):
-        if not search.infinite[number]:
-            continue
-        first = int(np.argmax(search.shown[:, number]))
-        peak.value[number], peak.speed[number] = np.inf, search.masked.centre[first]
-        peak.speed_error[number] = search.masked.centre_error[first]
-    return peak
-
-
-def _starts(
-    search: _Search, speed: np.ndarray, at: np.ndarray, row: np.ndarray, threshold: float
-) -> Starts:
-    """One start for each high branch over the crank angle at each of the chosen speeds."""
-    shown, which = np.unique(at, return_inverse=True)
-    value = search.harmonics_at(speed[shown]).value[which, row]
-    height = squares(value, search.orders, search.angle)
-    around = np.maximum(np.roll(height, 1, axis=-1), np.roll(height, -1, axis=-1))
-    # the grid itself may miss two per cent of a peak
-    floor = np.square(0.96 * threshold) * np.max(height, axis=-1, keepdims=True)
-    each, column = np.nonzero((height >= around) & (height >= floor))
-    before, after = speed[np.maximum(at - 1, 0)], speed[np.minimum(at + 1, len(speed) - 1)]
-    reach = np.maximum(after - before, 1e-12 * speed[at])
-    return Starts(speed[at[each]], search.angle[column], row[each], reach[each])
+def _may_win(search: Search, resonances: Resonances, base: np.ndarray) -> np.ndarray:
+    """Which (order, mode) resonances can hold the maximum of any row that has one."""
+    own, here, top = _at_resonances(search, resonances, base)
+    may = (own > _ROUNDING * top) & (here + _ADDED * own >= top) & ~search.infinite
+    won: np.ndarray = np.any(may, axis=-1)
+    return won

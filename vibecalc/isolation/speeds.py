@@ -6,7 +6,10 @@ from vibecalc.response.resonance import Resonances
 from vibecalc.response.singular import Masked, outside
 
 #: first offset of a cluster in half bandwidths, growth of the offsets, largest relative offset
-_FIRST, _GROWTH, _FARTHEST = 0.35, 1.7, 0.75
+_FIRST, _GROWTH, _FARTHEST = 0.6, 2.4, 0.75
+
+#: the same where only the highest place is sought, and the steps between speeds there
+_SPARSE_FIRST, _SPARSE_GROWTH, _SPARSE_FARTHEST, _SPARSE_STEP = 0.5, 2.0, 0.5, 1.4
 
 
 def base_speeds(
@@ -27,19 +30,50 @@ def resonant_speeds(resonances: Resonances, orders: np.ndarray) -> np.ndarray:
     return speed
 
 
+def sparse_speeds(
+    resonances: Resonances, orders: np.ndarray, start: float, stop: float
+) -> np.ndarray:
+    """Both ends and geometric steps from below the lowest order resonance.
+
+    Between resonances, which have speeds of their own, a curve bends on the scale of the speed.
+    """
+    lowest = np.min(resonances.frequency) / np.max(orders) / 1.5
+    floor = max(start, lowest, stop * 1e-6)
+    if floor >= stop:
+        return np.array([start, 0.5 * (start + stop), stop])
+    count = max(int(np.ceil(np.log(stop / floor) / np.log(_SPARSE_STEP))), 3)
+    return np.concatenate([[start], np.geomspace(floor, stop, count + 1)[:-1], [stop]])
+
+
 def clusters(resonances: Resonances, orders: np.ndarray, chosen: np.ndarray) -> np.ndarray:
     """Speeds in geometric steps away from chosen (orders, modes) resonances, on either side.
 
-    The first step is a third of the half bandwidth, so that no resonance is too narrow to be
+    The first step is less than the half bandwidth, so that no resonance is too narrow to be
     seen; beside a masked interval it starts at the interval's edge.
     """
+    return _spread(resonances, orders, chosen, _FIRST, _GROWTH, _FARTHEST)
+
+
+def sparse_clusters(resonances: Resonances, orders: np.ndarray, chosen: np.ndarray) -> np.ndarray:
+    """The same with few speeds: enough that a climb from the best of them finds the summit."""
+    return _spread(resonances, orders, chosen, _SPARSE_FIRST, _SPARSE_GROWTH, _SPARSE_FARTHEST)
+
+
+def _spread(
+    resonances: Resonances,
+    orders: np.ndarray,
+    chosen: np.ndarray,
+    first: float,
+    growth: float,
+    farthest: float,
+) -> np.ndarray:
     centre = resonant_speeds(resonances, orders)
     exposed = resonances.exposed()
     found = [np.zeros(0)]
     for mode in np.flatnonzero(np.any(chosen, axis=0)):
-        width = max(_FIRST * resonances.damping_ratio[mode], exposed[mode], 1e-13)
-        steps = max(int(np.ceil(np.log(_FARTHEST / width) / np.log(_GROWTH))), 0)
-        offset = width * _GROWTH ** np.arange(steps + 1)
+        width = max(first * resonances.damping_ratio[mode], exposed[mode], 1e-13)
+        steps = max(int(np.ceil(np.log(farthest / width) / np.log(growth))), 0)
+        offset = width * growth ** np.arange(steps + 1)
         near = centre[chosen[:, mode], mode][:, None]
         found += [(near * (1.0 - offset)).ravel(), (near * (1.0 + offset)).ravel()]
     return np.concatenate(found)

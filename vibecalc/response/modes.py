@@ -12,6 +12,8 @@ from vibecalc.response.matrices import Matrices
 CLUSTER = 16.0
 #: an eigenvalue below this share of the largest is what rounding leaves of nothing
 _NOTHING = 4.0 * UNIT_ROUNDOFF
+#: correction of the shapes whose square is nothing, even for the lowest mode beside the stiffest
+_REFINED = 1e-10
 
 _NO_MASS = (
     "the mass matrix of the body is not positive definite: every direction needs a positive mass "
@@ -41,10 +43,38 @@ def modes(matrices: Matrices) -> Modes:
     """Solve K v = w^2 M v for all modes.
 
     The coordinates are scaled to unit mass, so metres and radians may differ by any factor; the
-    problem is reduced by Cholesky factors, and one Newton step on all eigenpairs at once recovers
-    the digits that low modes lose beside stiff ones. Raises NumericalFailure if the mass matrix is
-    not positive definite. Source of the step: T. Ogita and K. Aishima (2018), Iterative refinement
-    for symmetric eigenvalue decomposition, Japan J. Indust. Appl. Math. 35, algorithm 1.
+    problem is reduced by Cholesky factors, and a Newton step on all eigenpairs at once, or two,
+    recovers the digits that low modes lose beside stiff ones. Raises NumericalFailure if the mass
+    matrix is not positive definite. Source of the step: T. Ogita and K. Aishima (2018), Iterative
+    refinement for symmetric eigenvalue decomposition, Japan J. Indust. Appl. Math. 35, algorithm 1.
+    """
+    shape, _ = refined_shapes(matrices)
+    eigenvalue, coupling = _eigenvalues(matrices, shape)
+    order = np.argsort(eigenvalue, kind="stable")
+    shape, eigenvalue = shape[:, order], eigenvalue[order]
+    coupling = coupling[np.ix_(order, order)]
+    doubt = _eigenvalue_error(eigenvalue, coupling)
+    error = _with_nothing(eigenvalue, doubt)
+    shape, cluster = _settle_repeated(matrices.mass, shape, eigenvalue, error)
+    shape = shape * largest_positive(matrices.mass, shape)
+    frequency = np.sqrt(np.maximum(eigenvalue, 0.0))
+    above = np.sqrt(np.maximum(eigenvalue, 0.0) + doubt) - frequency
+    below = frequency - np.sqrt(np.maximum(eigenvalue - error, 0.0))
+    return Modes(
+        frequency,
+        np.maximum(above, below) + UNIT_ROUNDOFF * frequency,
+        shape,
+        _shape_error(shape, eigenvalue, coupling, cluster),
+        eigenvalue,
+        error,
+    )
+
+
+def refined_shapes(matrices: Matrices) -> tuple[np.ndarray, int]:
+    """Mass-normalised shapes (6, modes) in any order, and the steps of refinement that they took.
+
+    Errors and source as `modes`. A second step follows where the first one changed so much that
+    the square of it may count.
     """
     mass, stiffness = matrices.mass, matrices.stiffness
     diagonal = np.diagonal(mass)
@@ -59,31 +89,17 @@ def modes(matrices: Matrices) -> Modes:
     reduced = np.linalg.solve(lower, half.T)
     _, vectors = np.linalg.eigh(0.5 * (reduced + reduced.T))
     shape = scale[:, None] * np.linalg.solve(lower.T, vectors)
-    for _ in range(2):
-        shape = _refine(matrices, shape)
-    eigenvalue, coupling = _eigenvalues(matrices, shape)
-    order = np.argsort(eigenvalue, kind="stable")
-    shape, eigenvalue = shape[:, order], eigenvalue[order]
-    coupling = coupling[np.ix_(order, order)]
-    doubt = _eigenvalue_error(eigenvalue, coupling)
-    error = _with_nothing(eigenvalue, doubt)
-    shape, cluster = _settle_repeated(mass, shape, eigenvalue, error)
-    shape = shape * largest_positive(mass, shape)
-    frequency = np.sqrt(np.maximum(eigenvalue, 0.0))
-    above = np.sqrt(np.maximum(eigenvalue, 0.0) + doubt) - frequency
-    below = frequency - np.sqrt(np.maximum(eigenvalue - error, 0.0))
-    return Modes(
-        frequency,
-        np.maximum(above, below) + UNIT_ROUNDOFF * frequency,
-        shape,
-        _shape_error(shape, eigenvalue, coupling, cluster),
-        eigenvalue,
-        error,
-    )
+    shape, corrected = _refine(matrices, shape)
+    if corrected <= _REFINED:
+        return shape, 1
+    return _refine(matrices, shape)[0], 2
 
 
-def _refine(matrices: Matrices, shape: np.ndarray) -> np.ndarray:
-    """One Ogita-Aishima step for the pencil (K, M): quadratic where eigenvalues are apart."""
+def _refine(matrices: Matrices, shape: np.ndarray) -> tuple[np.ndarray, float]:
+    """One Ogita-Aishima step for the pencil (K, M): quadratic where eigenvalues are apart.
+
+    Returns the largest correction, as a share of a shape, too.
+    """
     gram = shape.T @ matrices.mass @ shape
     energy = shape.T @ matrices.stiffness @ shape
     rest = np.eye(len(gram)) - gram
@@ -94,7 +110,7 @@ def _refine(matrices: Matrices, shape: np.ndarray) -> np.ndarray:
     close = np.abs(numerator) >= 1e-3 * np.abs(gap)
     correction = np.where(close, 0.5 * rest, numerator / np.where(close, 1.0, gap))
     refined: np.ndarray = shape + shape @ correction
-    return refined
+    return refined, float(np.max(np.abs(correction)))
 
 
 def _eigenvalues(matrices: Matrices, shape: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

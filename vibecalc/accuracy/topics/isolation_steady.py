@@ -111,7 +111,8 @@ def _topic(body: Mounted, kept: int, speed: float, name: str) -> Topic:
                 theory="as the free motion dies away",
             ),
         ]
-    least = _least_orders(body)
+    # a method without an error estimate needs no more orders than are kept, nor those at rounding
+    least = min(_least_orders(body), kept)
     return Topic(
         stage="isolation",
         name="largest support force",
@@ -122,8 +123,8 @@ def _topic(body: Mounted, kept: int, speed: float, name: str) -> Topic:
         reference=lambda: _reference(body, speed),
         ladders=tuple(ladders),
         default_extra=float(np.ceil(10.0 * (kept + guards) / least) / 10.0),
-        default_why="guard orders are solved for the error estimate, and orders without a load "
-        "or below rounding along with the others",
+        default_why=f"{guards} guard orders are solved for the error estimate, since a resonance "
+        "may raise what is left out, and orders without a load or below rounding with the others",
     )
 
 

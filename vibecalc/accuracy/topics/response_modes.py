@@ -7,14 +7,16 @@ from vibecalc.errors import NumericalFailure
 from vibecalc.pipeline.scene import Scene
 from vibecalc.pipeline.stages.linear_system import linear_system
 from vibecalc.response.matrices import Matrices
-from vibecalc.response.modes import modes
+from vibecalc.response.modes import modes, refined_shapes
 
 DIGITS = 40
 #: multiplications over n^3 (Golub and Van Loan, Matrix Computations, 4th ed. 2013)
 CHOLESKY, TWO_SOLVES, EIGH_VECTORS, EIGH_VALUES = 1.0 / 6.0, 1.0, 4.5, 2.0 / 3.0
 QR_VALUES, QZ_VALUES, SOLVE, FACTOR = 5.0, 15.0, 4.0 / 3.0, 1.0 / 3.0
-#: two refinements and the quotients that end them: products of three matrices each
-REFINEMENTS = 2.0 * 5.0 + 4.0
+#: a step of refinement, and the quotients that end them: products of three matrices each
+REFINEMENT, QUOTIENTS = 5.0, 4.0
+#: all of a method that gives the frequencies and nothing else
+VALUES_ALONE = CHOLESKY + TWO_SOLVES + EIGH_VALUES
 JACOBI_SWEEP = 3.0
 SCANS = (16.0, 64.0, 256.0, 1024.0, 4096.0)
 
@@ -41,18 +43,18 @@ def _topic(matrices: Matrices, scale: np.ndarray) -> Topic:
 
     def refined(_: float) -> Answer:
         found = modes(matrices)
-        work = CHOLESKY + TWO_SOLVES + EIGH_VECTORS + REFINEMENTS
+        work = _full(refined_shapes(matrices)[1])
         return Answer(found.natural_frequency / scale, cube * work)
 
     def reduced(_: float) -> Answer:
         values = np.linalg.eigvalsh(_symmetric(mass, stiffness))
-        return shown(values, CHOLESKY + TWO_SOLVES + EIGH_VALUES)
+        return shown(values, VALUES_ALONE)
 
     def generalised(_: float) -> Answer:
         from scipy.linalg import eigh
 
         values = eigh(stiffness, mass, eigvals_only=True)
-        return shown(values, CHOLESKY + TWO_SOLVES + EIGH_VALUES)
+        return shown(values, VALUES_ALONE)
 
     def unsymmetric(_: float) -> Answer:
         values = np.linalg.eigvals(np.linalg.solve(mass, stiffness))
@@ -74,7 +76,7 @@ def _topic(matrices: Matrices, scale: np.ndarray) -> Topic:
     ladders = (
         Ladder(
             "Cholesky, eigh, refined",
-            "reduced by the factors of the scaled mass, two steps of refinement on the pencil",
+            "reduced by the factors of the scaled mass, a step of refinement on the pencil or two",
             "",
             NOTHING_TO_SET,
             refined,
@@ -125,10 +127,15 @@ def _topic(matrices: Matrices, scale: np.ndarray) -> Topic:
         work="multiplications",
         reference=lambda: _reference(matrices, scale),
         ladders=ladders,
-        default_extra=12.0,
-        default_why="it gives the shapes too, and the refinement keeps the digits of low modes "
-        "beside stiff ones, with an error for each",
+        default_extra=_full(refined_shapes(matrices)[1]) / VALUES_ALONE,
+        default_why="it gives the shapes too, the refinement keeps the digits of low modes beside "
+        "stiff ones, and the quotients an error for each",
     )
+
+
+def _full(steps: int) -> float:
+    """Multiplications over n^3 for frequencies, shapes and errors, with so many refinements."""
+    return CHOLESKY + TWO_SOLVES + EIGH_VECTORS + steps * REFINEMENT + QUOTIENTS
 
 
 def _symmetric(mass: np.ndarray, stiffness: np.ndarray) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""Topics of the run-up: the largest support force at any speed, with that speed."""
+"""Topic of the run-up: the largest force of each support at any speed, with the speed."""
 
 from collections.abc import Callable
 
@@ -6,110 +6,74 @@ import numpy as np
 
 from vibecalc.accuracy.topic import NOTHING_TO_SET, Answer, Ladder, Reference, Topic
 from vibecalc.accuracy.yardsticks.grids import (
+    Function,
     Highest,
     chebyshev_maximum,
     golden_maximum,
     grid_maximum,
     parabola_maximum,
 )
+from vibecalc.accuracy.yardsticks.run_up_rows import Asked, asked_of
 from vibecalc.errors import NumericalFailure
-from vibecalc.isolation.rows import HarmonicsAt, Jet
-from vibecalc.isolation.run_up import cycle_peaks, run_up, run_up_peak
+from vibecalc.isolation.run_up import run_up_peak
 from vibecalc.pipeline.scene import Scene
-from vibecalc.pipeline.stages.excitation import Forcing
-from vibecalc.pipeline.stages.isolation_common import RunUpSetup, isolation_of
 
 GRIDS = tuple(float(25 * 4**k) for k in range(6))
 STARTS = tuple(float(25 * 2**k) for k in range(6))
 #: relative half-widths of the interval about the maximum, widest first, for the reference
 WINDOWS = (3e-2, 1e-2, 3e-3, 1e-3, 3e-4)
-
-
-class _Curve:
-    """The peak of one row against speed, counting the speeds it was asked for."""
-
-    def __init__(self, rows: HarmonicsAt, orders: np.ndarray, row: int) -> None:
-        self.rows, self.orders, self.row, self.asked = rows, orders, row, 0
-
-    def __call__(self, speed: np.ndarray) -> np.ndarray:
-        return cycle_peaks(self.counted, self.orders, speed).value[:, self.row]
-
-    def counted(self, speed: np.ndarray, slopes: bool = False, errors: bool = False) -> Jet:
-        self.asked += len(speed)
-        return self.rows(speed, slopes=slopes, errors=errors)
+#: speeds of which none may be higher than the reference
+DENSE = 2001
+#: speeds over those of the cheapest search that is as accurate: 1.0 to 1.4 in the shipped cases
+_EXTRA = 1.5
 
 
 def topics(scene: Scene) -> list[Topic]:
-    """The row with the largest finite maximum; none where all grow without bound."""
-    forcing: Forcing = scene.handed_on["forcing"]
-    setup: RunUpSetup = scene.handed_on["run_up"]
-    span = isolation_of(scene).run_up
-    if span is None:
-        return []
-    orders = forcing.orders[: forcing.kept]
-    found = run_up_peak(setup.rows, orders, setup.resonances, span.start, span.stop, setup.shows)
-    # a couple over a lever stands before the supports
-    heights = np.where(np.isfinite(found.value), found.value, -1.0)
-    supports = setup.row_of[setup.lever_rows :]
-    row = int(supports[int(np.argmax(heights[supports]))])
-    if not heights[row] > 0.0:
-        return []
-    return [_topic(setup, orders, row, span.start, span.stop, float(found.speed[row]))]
+    """All supports that differ and have a finite maximum; none where all grow without bound."""
+    asked = asked_of(scene)
+    return [] if asked is None else [_topic(asked)]
 
 
-def _topic(
-    setup: RunUpSetup, orders: np.ndarray, row: int, start: float, stop: float, known: float
-) -> Topic:
-    def curve() -> _Curve:
-        return _Curve(setup.rows, orders, row)
-
-    def answer(asked: _Curve, value: float, position: float) -> Answer:
-        return Answer(np.array([value]), asked.asked, position)
-
-    def refined(tolerance: float) -> Answer:
-        one = curve()
-        given = (one.counted, orders, setup.resonances, start, stop, setup.shows)
-        peak = run_up(*given, curve_tolerance=tolerance).peak
-        return answer(one, float(peak.value[row]), float(peak.speed[row]))
+def _topic(asked: Asked) -> Topic:
+    start, stop, first = asked.start, asked.stop, asked.first
 
     def alone(_: float) -> Answer:
-        one = curve()
-        peak = run_up_peak(one.counted, orders, setup.resonances, start, stop, setup.shows)
-        return answer(one, float(peak.value[row]), float(peak.speed[row]))
+        rows = asked.counted()
+        peak = run_up_peak(rows, asked.orders, asked.resonances, start, stop, asked.shows)
+        return Answer(peak.value[asked.rows], rows.asked, float(peak.speed[asked.rows[first]]))
 
     def by(search: Callable[..., Highest]) -> Callable[[float], Answer]:
         def solve(points: float) -> Answer:
-            one = curve()
-            best = search(one, start, stop, int(points), known)
-            return answer(one, best.value, best.position)
+            peaks = asked.peaks()
+            # the grid of the first row serves all
+            best = [
+                search(peaks.row(number), start, stop, int(points), known)
+                for number, known in enumerate(asked.known)
+            ]
+            value = np.array([one.value for one in best])
+            return Answer(value, float(best[first].evaluations), best[first].position)
 
         return solve
 
     def bounded(points: float) -> Answer:
-        one = curve()
-        best = _bounded(one, start, stop, int(points))
-        return answer(one, best.value, best.position)
+        peaks = asked.peaks()
+        best = [_bounded(peaks.row(k), start, stop, int(points)) for k in range(len(asked.rows))]
+        work = points + sum(one.evaluations - points for one in best)
+        return Answer(np.array([one.value for one in best]), work, best[first].position)
 
     ladders = (
         Ladder(
-            "curve and summit",
-            "speeds at every resonance, halved where the curve bends, Newton at the summits",
-            "curve tolerance",
-            (1e-1, 3e-2, 1e-2, 3e-3, 1e-3),
-            refined,
-            default=1e-3,
-            theory="the summit does not depend on the curve",
-            citation="docs/theory.md, quasi-steady run-up",
-        ),
-        Ladder(
-            "summit alone",
-            "the same without the curve, as searches take it",
+            "resonances and summits",
+            "few speeds between the resonances and at them, closer about those that can win, "
+            "Newton's method in speed and angle at the summits",
             "",
             NOTHING_TO_SET,
             alone,
+            default=1.0,
+            citation="docs/theory.md, quasi-steady run-up",
         ),
         Ladder(
-            "grid", "highest of N even speeds, a quarter of a step beside the known summit",
+            "grid", "highest of N even speeds, a quarter of a step beside the known summits",
             "speeds", GRIDS, by(grid_maximum),
             theory="order 2",
         ),
@@ -122,7 +86,7 @@ def _topic(
         ),
         Ladder(
             "scipy minimize_scalar",
-            "bounded Brent search around the best of N speeds",
+            "bounded Brent search for each support around the best of N speeds",
             "speeds",
             STARTS,
             bounded,
@@ -130,21 +94,22 @@ def _topic(
     )  # fmt: skip
     return Topic(
         stage="run_up",
-        name="largest force of the run-up",
-        words=f"largest force of a support between {start:.6g} and {stop:.6g} rad/s",
+        name="largest forces of the run-up",
+        words=f"largest force of {len(asked.rows)} supports that differ, between {start:.6g} and "
+        f"{stop:.6g} rad/s",
         quantity="isolation/support_force/run_up_peak",
         unit="N",
         work="speeds",
-        reference=lambda: _reference(curve(), start, stop, known),
+        reference=lambda: _references(asked),
         ladders=ladders,
-        position="crank speed [rad/s]",
-        default_extra=30.0,
-        default_why="it draws the whole curve as well, and starts at every resonance, so that a "
-        "needle between the speeds of a grid is not missed",
+        position="crank speed of the largest [rad/s]",
+        default_extra=_EXTRA,
+        default_why="it looks at every resonance, so that a needle between the speeds of a grid is "
+        "not missed, and at the other branches of a summit",
     )
 
 
-def _bounded(curve: _Curve, start: float, stop: float, points: int) -> Highest:
+def _bounded(curve: Function, start: float, stop: float, points: int) -> Highest:
     from scipy.optimize import minimize_scalar
 
     best = grid_maximum(curve, start, stop, points)
@@ -160,7 +125,21 @@ def _bounded(curve: _Curve, start: float, stop: float, points: int) -> Highest:
     return Highest(-float(found.fun), float(found.x), points + int(found.nfev))
 
 
-def _reference(curve: _Curve, start: float, stop: float, known: float) -> Reference:
+def _references(asked: Asked) -> Reference:
+    """Each support's own, together."""
+    found = [
+        _reference(asked.peaks().row(number), asked.start, asked.stop, known)
+        for number, known in enumerate(asked.known)
+    ]
+    return Reference(
+        np.concatenate([one.values for one in found]),
+        max(one.agreement for one in found),
+        found[asked.first].words,
+        found[asked.first].position,
+    )
+
+
+def _reference(curve: Function, start: float, stop: float, known: float) -> Reference:
     """A polynomial through exact peaks about the summit against golden section there.
 
     The narrowest window in which two degrees agree best gives the place. A summit at an end of
@@ -169,10 +148,10 @@ def _reference(curve: _Curve, start: float, stop: float, known: float) -> Refere
     if known <= start * (1.0 + 1e-12) or known >= stop * (1.0 - 1e-12):
         end = start if known <= start * (1.0 + 1e-12) else stop
         values = curve(np.array([end]))
-        grid = grid_maximum(curve, start, stop, 4001)
+        grid = grid_maximum(curve, start, stop, DENSE)
         over = max(grid.value / float(values[0]) - 1.0, 0.0)
         return Reference(
-            values, over, "value at the end of the range; no speed of 4001 is higher", end
+            values, over, f"value at the end of the range; no speed of {DENSE} is higher", end
         )
     half = 1e-3 * known
     low, high = max(known - half, start), min(known + half, stop)
@@ -191,12 +170,12 @@ def _reference(curve: _Curve, start: float, stop: float, known: float) -> Refere
         raise NumericalFailure("the reference finds no smooth summit of the run-up")
     _, best = min(fits, key=lambda pair: pair[0])
     value = float(curve(np.array([best.position]))[0])
-    dense = grid_maximum(curve, start, stop, 2001)
+    dense = grid_maximum(curve, start, stop, DENSE)
     agreement = max(abs(golden.value / value - 1.0), dense.value / value - 1.0, 0.0)
     return Reference(
         np.array([value]),
         agreement,
         "zero of the slope of a polynomial through exact peaks, golden section agrees to "
-        f"{agreement:.1e}; no speed of 2001 is higher",
+        f"{agreement:.1e}; no speed of {DENSE} is higher",
         best.position,
     )

@@ -19,6 +19,7 @@ from vibecalc.pipeline.stages.roll_observed import (
     leak_of,
     numbers_of,
     peaks_of,
+    seen_in,
     spectra_of,
 )
 from vibecalc.pipeline.stages.roll_shaking import emit_shaking
@@ -28,7 +29,7 @@ from vibecalc.pipeline.stages.roll_studies import (
     emit_methods,
     emit_sensitivity,
 )
-from vibecalc.response.roll.course import course_of_state, course_of_turn
+from vibecalc.response.roll.course import course_of_turn
 from vibecalc.response.roll.machine import RollDrive, RollMachine, as_batch, is_mounted
 from vibecalc.response.roll.running import Running, running_state
 from vibecalc.response.roll.ways import Asked, find
@@ -98,7 +99,7 @@ def _looks(
     `checked` is the drive of the check: that of the motion, but for what a fit leaves open.
     """
     one, other = (
-        Seen(machine, own, state.turn, course_of_state(machine, own, state))
+        seen_in(machine, own, state)
         for own, state in ((drive, running.state), (checked, running.check))
     )
     if options.method == "collocation":
@@ -106,7 +107,7 @@ def _looks(
         near = running.coarse
         if near is None:
             return Looks(one, other, safety=_CHOSEN if options.points else 1.0)
-        coarse = Seen(machine, drive, near.turn, course_of_state(machine, drive, near))
+        coarse = seen_in(machine, drive, near)
         dials = (running.state.points, running.check.points, near.points)
         return Looks(one, other, coarse=coarse, steps=(dials[0] - dials[1]) / (dials[1] - dials[2]))
     fading = float(np.max(np.abs(running.multiplier)))

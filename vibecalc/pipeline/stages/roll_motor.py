@@ -13,8 +13,7 @@ from vibecalc.numerics.typing import FloatArray
 from vibecalc.pipeline.entries.roll_motor import COMPARED, ENERGIES, ROOT
 from vibecalc.pipeline.scene import Scene
 from vibecalc.pipeline.stages.roll_motor_fit import emit_fit, emit_transients
-from vibecalc.pipeline.stages.roll_observed import Seen, course_of, spectra_of
-from vibecalc.response.roll.course import course_of_state
+from vibecalc.pipeline.stages.roll_observed import Seen, course_of, seen_in, spectra_of
 from vibecalc.response.roll.dynamic_start import steady_drive
 from vibecalc.response.roll.machine import RollDrive, RollMachine
 from vibecalc.response.roll.running import Running, running_state
@@ -143,7 +142,7 @@ def _solved(
     if other is not drive:
         running = doubted(machine, other, running, options.started_at)
     one, twin = (
-        Seen(machine, own, state.turn, course_of_state(machine, own, state))
+        seen_in(machine, own, state)
         for state, own in ((running.state, drive), (running.check, other))
     )
     return one, twin

@@ -11,15 +11,19 @@ from vibecalc.numerics.typing import FloatArray
 from vibecalc.pipeline.entries.roll import FORCES, VARIABLES
 from vibecalc.response.roll.balances import balance
 from vibecalc.response.roll.classical import by_cylinder
-from vibecalc.response.roll.course import Course, summit
+from vibecalc.response.roll.course import Course, course_of_state, speed_of_state
 from vibecalc.response.roll.demand import demand
 from vibecalc.response.roll.hidden import rounding_left
 from vibecalc.response.roll.machine import RollDrive, RollMachine
 from vibecalc.response.roll.readings import readings
+from vibecalc.response.roll.steady import Steady
+from vibecalc.response.roll.summit import summit
 from vibecalc.response.roll.turn import Turn, harmonics, mean
 
 #: crank angles of the course over a turn, both ends included
 _SHOWN = 361
+#: points on a panel that show its summits without further looks
+_RESOLVED = 4
 #: of what a step of the dial leaves of a difference, over what the step before left
 _SLACK = 10.0
 _LEAST_LEFT = 1e-2
@@ -33,12 +37,23 @@ _Read = TypeVar("_Read")
 
 
 class Seen(NamedTuple):
-    """One machine (B = 1) with its turn, and its motion at any angle."""
+    """One machine (B = 1) with its turn, and its motion at any angle.
+
+    `speed` is the crank speed alone at any angle, where the points of the turn show its summits.
+    """
 
     machine: RollMachine
     drive: RollDrive
     turn: Turn
     course: Course
+    speed: Callable[[FloatArray], FloatArray] | None = None
+
+
+def seen_in(machine: RollMachine, drive: RollDrive, state: Steady) -> Seen:
+    """What is seen of a state found by collocation."""
+    course = course_of_state(machine, drive, state)
+    speed = speed_of_state(state) if state.points >= _RESOLVED else None
+    return Seen(machine, drive, state.turn, course, speed)
 
 
 class Value(NamedTuple):
@@ -182,8 +197,10 @@ def leak_of(seen: Seen) -> float:
 
 def extremes_of(seen: Seen) -> dict[str, Value]:
     """Largest slip and variation of the speed, found between the points."""
-    slow, one = summit(lambda angles: -seen.course(angles).crank_speed[0])
-    fast, other = summit(lambda angles: seen.course(angles).crank_speed[0])
+    at = seen.speed or (lambda angles: np.asarray(seen.course(angles).crank_speed[0]))
+    angles, known = seen.turn.crank_angle[0], seen.turn.crank_speed[0]
+    slow, one = summit(lambda x: -at(x), (angles, -known) if seen.speed else None)
+    fast, other = summit(at, (angles, known) if seen.speed else None)
     speed = 2.0 * np.pi / float(seen.turn.period[0])
     sync = float(np.max(seen.drive.synchronous_speed))
     return {

@@ -5,7 +5,6 @@ from collections.abc import Callable
 import numpy as np
 
 from vibecalc.numerics.periodic_panels import evaluate, running_integral
-from vibecalc.numerics.rounding import EPSILON
 from vibecalc.numerics.typing import BoolArray, FloatArray
 from vibecalc.response.roll.dynamic_rates import driving_torque
 from vibecalc.response.roll.inertia import inertia
@@ -44,6 +43,11 @@ def course_of_state(machine: RollMachine, drive: RollDrive, state: Steady) -> Co
         return loose._replace(crank_speed=speed, shell_speed=shell)
 
     return at
+
+
+def speed_of_state(state: Steady) -> Callable[[FloatArray], FloatArray]:
+    """Crank speed (k,) of one machine (B = 1) at crank angles (k,), without all the rest."""
+    return lambda angles: np.asarray(evaluate(state.solution, angles)[0, :, 0])
 
 
 def course_of_turn(turn: Turn) -> Course:
@@ -100,42 +104,3 @@ def _cubic(known: FloatArray, values: FloatArray, per_turn: float, at: FloatArra
             if i != j:
                 basis[:, i] *= (at - nodes[:, j]) / (nodes[:, i] - nodes[:, j])
     return np.asarray(np.sum(basis * data, axis=1))
-
-
-def summit(values_at: Callable[[FloatArray], FloatArray]) -> tuple[float, float]:
-    """Largest value of a function of the crank angle over a turn, and what looking leaves open.
-
-    `values_at` takes ascending angles (k,). A coarse look, then ever closer ones around its
-    highest summits: beside a jump, as of friction at a dead centre, or with summits of nearly one
-    height, the coarse look may take the wrong one. The error is the gain of the last look.
-    """
-    angles = np.linspace(0.0, _FULL, _COARSE + 1)
-    values = values_at(angles)
-    best, step, gain = float(np.max(values)), _FULL / _COARSE, np.inf
-    places = angles[_highest(values)]
-    for _ in range(_ROUNDS):
-        near = np.clip(places[:, None] + step * np.linspace(-1.0, 1.0, _CLOSE), 0.0, _FULL)
-        order = np.argsort(near, axis=None, kind="stable")
-        found = np.empty(near.size)
-        found[order] = values_at(near.ravel()[order])
-        looked = found.reshape(near.shape)
-        top = float(np.max(looked))
-        gain, best = top - best, max(best, top)
-        places = near[np.arange(len(places)), np.argmax(looked, axis=1)]
-        step *= 2.0 / (_CLOSE - 1)
-        # a look centred on the place found before gains nothing and proves nothing
-        if abs(gain) <= EPSILON * abs(best) and step < _FULL * EPSILON**0.5:
-            break
-    return best, abs(gain)
-
-
-def _highest(values: FloatArray) -> np.ndarray:
-    """Places of the highest local maxima of samples (k,) of a turn, a few of them."""
-    before, after = np.roll(values[:-1], 1), np.roll(values[:-1], -1)
-    tops = np.flatnonzero((values[:-1] >= before) & (values[:-1] >= after))
-    if not len(tops):
-        return np.array([int(np.argmax(values))])
-    return tops[np.argsort(-values[tops], kind="stable")][:_SUMMITS]
-
-
-_COARSE, _CLOSE, _ROUNDS, _SUMMITS = 720, 33, 8, 4

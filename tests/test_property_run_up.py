@@ -1,0 +1,169 @@
+"""Claim: what a run-up finds from few speeds is what it finds from many, and no more is computed.
+
+Machines are random, some with light damping; the truth is the summit of a curve that was drawn
+finely. Looks about a turn of a roll machine, smooth or with jumps, are held against dense samples.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from isolation_machines import Body, random_body
+
+from vibecalc.isolation.body_readout import mount_readout
+from vibecalc.isolation.body_rows import body_rows
+from vibecalc.isolation.looked import Looked
+from vibecalc.isolation.readout import shows
+from vibecalc.isolation.rigid_body import assemble
+from vibecalc.isolation.rows import HarmonicsAt, Jet
+from vibecalc.isolation.run_up import RunUp, RunUpPeak, run_up, run_up_peak
+from vibecalc.numerics.rounding import WithError
+from vibecalc.response.modal_resonance import body_resonances
+from vibecalc.response.modes import modes
+from vibecalc.response.roll.summit import summit
+
+FULL = 2.0 * np.pi
+
+
+class Counted:
+    """Rows that count the speeds they are asked for."""
+
+    def __init__(self, rows: HarmonicsAt) -> None:
+        self.rows, self.asked = rows, 0
+
+    def __call__(self, speed: np.ndarray, slopes: bool = False, errors: bool = False) -> Jet:
+        self.asked += len(speed)
+        return self.rows(speed, slopes, errors)
+
+
+def passed(seed: int, light: float, tolerance: float) -> tuple[RunUp, RunUpPeak, int, int]:
+    """A random run-up: with its curve, its summits alone, and the speeds that each took."""
+    drawn = random_body(seed)
+    position, stiffness, damping, structural = drawn.mounts
+    mounts = (position, stiffness, light * damping, light * structural)
+    body = Body(assemble(drawn.mass_matrix, *mounts), *drawn[1:])
+    generator = np.random.default_rng(seed + 77)
+    orders = np.unique(generator.integers(1, 13, size=generator.integers(1, 9)))
+    value = generator.normal(size=(len(orders), 6)) + 0j
+    value *= np.exp(-generator.uniform(0.0, 1.5) * (orders - 1))[:, None]
+    load = WithError(value, 1e-16 * np.abs(value))
+    shapes, readout = modes(body.matrices), mount_readout(*mounts)
+    own = shapes.natural_frequency
+    stop = float(generator.choice([3.0 * own[-1], own[-1] / orders[0], own[2], 1.2 * own[0]]))
+    start = float(generator.choice([0.0, 0.0, 0.3, 0.9])) * stop
+    rows = Counted(body_rows(body.matrices, readout, orders, load))
+    given = (
+        rows, orders, body_resonances(body.matrices, shapes, load), start, stop,
+        shows(readout, shapes.shape, own),
+    )  # fmt: skip
+    whole = run_up(*given, curve_tolerance=tolerance)
+    first = rows.asked
+    alone = run_up_peak(*given)
+    return whole, alone, first, rows.asked - first
+
+
+def check(seeds: range, light: float) -> tuple[float, float]:
+    """Mean speeds with the curve and alone."""
+    counts = []
+    for seed in seeds:
+        whole, alone, *count = passed(seed, light, 1e-3)
+        counts.append(count)
+        finite = np.isfinite(whole.peak.value)
+        assert np.array_equal(finite, np.isfinite(alone.value))
+        allowed = 1e-10 * whole.peak.value[finite] + whole.peak.error[finite]
+        assert np.all(np.abs(alone.value - whole.peak.value)[finite] <= allowed), seed
+        top = whole.curve.value.max(axis=0)[finite]
+        assert np.all(top <= whole.peak.value[finite] + allowed), seed
+        # every speed was computed once
+        assert count[0] < len(whole.speed) + 250
+    return tuple(np.mean(counts, axis=0))
+
+
+@pytest.mark.parametrize("light", [1.0, 1e-3])
+def test_summits_alone_are_those_of_the_curve(light: float) -> None:
+    curve, alone = check(range(15), light)
+    assert alone < 0.3 * curve
+
+
+def test_branches_that_cross_and_ends_that_hide_a_summit() -> None:
+    """Machines of a search whose summits lay on another branch, on a ridge, or beside an end."""
+    for seed in (500, 705, 3432, 7335):
+        check(range(seed, seed + 1), 1.0)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("light", [8.0, 1.0, 1e-3])
+def test_summits_of_many_machines(light: float) -> None:
+    check(range(7000, 7400), light)
+
+
+def test_no_speed_is_computed_twice() -> None:
+    asked: list[float] = []
+
+    def look(speed: np.ndarray) -> tuple[np.ndarray, ...]:
+        asked.extend(speed.tolist())
+        return speed**2, np.stack([speed, -speed], axis=1)
+
+    looked = Looked(look)
+    for speed in ([1.0, 3.0], [1.0, 2.0, 3.0], [0.5, 2.0, 4.0], [0.5, 1.0, 2.0, 3.0, 4.0]):
+        squares, both = looked(np.array(speed))
+        assert squares.tolist() == [one**2 for one in speed]
+        assert both[:, 1].tolist() == [-one for one in speed]
+    assert sorted(asked) == [0.5, 1.0, 2.0, 3.0, 4.0] == looked.speed.tolist()
+
+
+def wave(seed: int, kind: str) -> Callable[[np.ndarray], np.ndarray]:
+    """Twenty harmonics, and kinks or jumps at three places."""
+    generator = np.random.default_rng(seed)
+    size = generator.normal(size=20) * np.exp(-0.3 * np.arange(20))
+    phase, place = generator.uniform(0.0, FULL, 20), generator.uniform(0.0, FULL, 3)
+    rough = generator.normal(size=3)
+
+    def function(at: np.ndarray) -> np.ndarray:
+        values = np.cos(np.outer(at, np.arange(1, 21)) + phase) @ size
+        if kind == "kinks":
+            values += np.abs(np.sin(0.5 * (at[:, None] - place))) @ rough
+        if kind == "jumps":
+            values += 0.1 * (np.mod(at[:, None] - place, FULL) < 2.0) @ rough
+        return np.asarray(values)
+
+    return function
+
+
+@pytest.mark.parametrize(
+    ("kind", "looks", "close"), [("smooth", 60, 1e-14), ("kinks", 250, 1e-12), ("jumps", 600, 1e-6)]
+)
+def test_summit_of_a_turn_is_no_lower_than_dense_samples(
+    kind: str, looks: int, close: float
+) -> None:
+    dense = np.linspace(0.0, FULL, 40_001)
+    for seed in range(40):
+        function, count = wave(seed, kind), [0]
+
+        def counted(at: np.ndarray, function=function, count=count) -> np.ndarray:
+            assert np.all(np.diff(at) >= 0.0) and at[0] >= 0.0 and at[-1] < FULL
+            count[0] += len(at)
+            return function(at)
+
+        top, left = summit(counted)
+        values = function(dense)
+        best = dense[np.argmax(values)] + (dense[1] - dense[0]) * np.linspace(-1.0, 1.0, 4001)
+        highest = max(float(values.max()), float(function(best).max()))
+        assert top >= highest - close * abs(highest)
+        assert top <= highest + 1e-6 * abs(highest) if kind != "jumps" else True
+        assert left <= 1e-9 * abs(top)
+        assert count[0] <= 720 + looks
+
+
+def test_summit_from_known_points_takes_few_looks_and_sees_over_the_end_of_the_turn() -> None:
+    looks = [0]
+
+    def function(at: np.ndarray) -> np.ndarray:
+        looks[0] += len(at)
+        return np.asarray(np.cos(at + 0.01))
+
+    angles = np.linspace(0.05, FULL - 0.05, 60)
+    values = np.cos(angles + 0.01)
+    top, _ = summit(function, (angles, values))
+    assert top == pytest.approx(1.0, abs=1e-15)
+    assert looks[0] <= 24
