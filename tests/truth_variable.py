@@ -24,7 +24,7 @@ NO_TRUTH = {
 #: truth with so many times the orders, and a few more
 _MORE, _EXTRA = 1.7, 8
 #: share of a speed within which a border is looked for
-_ABOUT = 2e-3
+_ABOUT = (2e-3, 4e-4, 8e-5)
 
 
 def judge_variable(table: Table) -> StudyReport:
@@ -173,6 +173,16 @@ def _speeds(line: VariableTruth, record: Record, steps: int) -> Iterator[Truth]:
     yield path, found, same, 0.0
 
 
+def _parted(line: VariableTruth, speed: float) -> tuple[float, bool, float]:
+    """Speeds on either side of a border, and whether it grows above; a range may be narrow."""
+    for share in _ABOUT:
+        low, high = speed * (1.0 - share), speed * (1.0 + share)
+        rises = line.growth(high, None) > 0.0
+        if (line.growth(low, None) > 0.0) != rises:
+            return low, rises, high
+    raise AssertionError("no border about the one found")
+
+
 def _borders(line: VariableTruth, record: Record, case: Case) -> Iterator[Truth]:
     """Speeds at which the growth about even turning changes its sign, by bisection about those
     found. Drifts may turn into vibration there, so that it jumps."""
@@ -182,9 +192,7 @@ def _borders(line: VariableTruth, record: Record, case: Case) -> Iterator[Truth]
         for speed in found.tolist():
             near = speed
             if asked.start < speed < asked.stop:
-                low, high = speed * (1.0 - _ABOUT), speed * (1.0 + _ABOUT)
-                rises = line.growth(high, None) > 0.0
-                assert (line.growth(low, None) > 0.0) != rises, "no border about the one found"
+                low, rises, high = _parted(line, speed)
                 for _ in range(34):
                     near = 0.5 * (low + high)
                     if (line.growth(near, None) > 0.0) == rises:

@@ -46,20 +46,32 @@ class Search(NamedTuple):
     stop: float
 
 
-def highest(search: Search, speed: np.ndarray, threshold: float) -> RunUpPeak:
-    """Polish every local maximum that may be the highest, and keep the best of each row."""
+def highest(search: Search, speed: np.ndarray, threshold: float, sparse: bool = False) -> RunUpPeak:
+    """Polish every local maximum that may be the highest, and keep the best of each row.
+
+    Among `sparse` speeds a kink may part two summits within a step, or one may hide beside the
+    maximum: then the speeds next to it are starts as well.
+    """
     value, harmonics = search.looked(speed)[:2]
     rows = value.shape[1]
     padded = np.pad(value, ((1, 1), (0, 0)), constant_values=-1.0)
     local = (value >= padded[:-2]) & (value >= padded[2:])
     top = np.max(value, axis=0)
-    at, row = np.nonzero(local & (value >= threshold * top) & (value > 0.0) & ~search.infinite)
+    high = (value >= threshold * top) & (value > 0.0) & ~search.infinite
+    reach = np.concatenate([speed[1:], speed[-1:]]) - np.concatenate([speed[:1], speed[:-1]])
+
+    def starts_at(chosen: np.ndarray) -> Starts:
+        at, row = np.nonzero(chosen)
+        places = Starts(speed[at], np.zeros(len(at)), row, reach[at])
+        return _branches(search, places, harmonics[at, row], threshold)
+
     peak = RunUpPeak(np.zeros(rows), np.zeros(rows), np.full(rows, search.start), np.zeros(rows))
-    if len(at):
-        before, after = speed[np.maximum(at - 1, 0)], speed[np.minimum(at + 1, len(speed) - 1)]
-        places = Starts(speed[at], np.zeros(len(at)), row, after - before)
-        starts = _branches(search, places, harmonics[at, row], threshold)
-        peak = RunUpPeak(*_climbed(search, starts, rows, threshold)[:4])
+    if np.any(local & high):
+        beside = np.pad(local & high, ((1, 1), (0, 0)))
+        around = (beside[:-2] | beside[2:]) & ~local & high & sparse
+        more = starts_at(around) if np.any(around) else None
+        found = _climbed(search, starts_at(local & high), more, rows, threshold)
+        peak = RunUpPeak(*found[:4])
     for number in range(rows):
         if not search.infinite[number]:
             continue
@@ -69,14 +81,19 @@ def highest(search: Search, speed: np.ndarray, threshold: float) -> RunUpPeak:
     return peak
 
 
-def _climbed(search: Search, starts: Starts, rows: int, threshold: float) -> Summits:
+def _climbed(
+    search: Search, starts: Starts, around: Starts | None, rows: int, threshold: float
+) -> Summits:
     """Summits of all rows; where another branch over the angle is high there, it is climbed too.
 
-    Of two branches that cross between two speeds one may be too low at either to be a start.
+    Of two branches that cross between two speeds one may be too low at either to be a start. From
+    `around` only what does not lead to the same summit is climbed to the end.
     """
     given = (search.harmonics_at, search.orders)
     ends = (search.start, search.stop)
     found = climb(*given, starts, *ends, np.zeros(rows))
+    if around is not None:
+        _keep(found, climb(*given, around, *ends, found.value, found))
     period = len(search.angle) * search.angle[1]
     reach = np.zeros(rows)
     np.maximum.at(reach, starts.row, starts.reach)

@@ -101,7 +101,8 @@ def run_up_peak(
 
     Looks at few speeds between the resonances, at the resonances themselves, and closely only about
     those that can hold the maximum of a row: where all that is there and three times what the
-    resonance adds come up to the highest value seen. Polishes as `run_up` does.
+    resonance adds come up to the highest value seen. Polishes as `run_up` does, from both sides of
+    each maximum.
     """
     search = _search(harmonics_at, orders, resonances, start, stop, shows)
     sought = resonances.sought()
@@ -109,7 +110,7 @@ def run_up_peak(
     winners = _may_win(search, sought, admitted(speed, search.masked, start, stop))
     spread = sparse_clusters(sought, search.orders, winners)
     speed = np.concatenate([search.looked.speed, spread])
-    return highest(search, admitted(speed, search.masked, start, stop), 0.8)
+    return highest(search, admitted(speed, search.masked, start, stop), 0.8, sparse=True)
 
 
 def cycle_peaks(harmonics_at: HarmonicsAt, orders: np.ndarray, speed: np.ndarray) -> WithError:

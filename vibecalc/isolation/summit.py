@@ -13,6 +13,8 @@ _NONE = np.zeros(0)
 _ARRIVED, _FLAT = 1e-18, 1e-12
 #: relative difference of heights that is none
 _ALIKE = 2e-13
+#: of the trusted step, how near a summit a start has merged with it
+_SAME = 0.05
 #: promised relative gain below which Newton's step is trusted to tell what is left, which is at
 #: most so many times what it promises
 _NEAR, _MARGIN = 0.01, 4.0
@@ -65,10 +67,12 @@ def climb(
     start: float,
     stop: float,
     known: np.ndarray,
+    beside: Summits | None = None,
 ) -> Summits:
     """Maximise |f(speed, angle)| of rows from their starts within [start, stop].
 
-    Only summits above those `known` (rows,) count.
+    Only summits above those `known` (rows,) count. A start that comes close to that of its row in
+    `beside` stays there.
 
     A maximum over speed of the peak over the cycle is a smooth point of one branch (an upper
     envelope has kinks only in its valleys), where both slopes vanish, or an end of the range. The
@@ -90,6 +94,8 @@ def climb(
             & (radius > 1e-9)
             & (~concave | _may_win(here.h, gain, starts.row, floor))
         )
+        if beside is not None:
+            moving &= ~_merged(speed, angle, starts, beside, top_order)
         if not np.any(moving):
             break
         at = np.flatnonzero(moving)
@@ -157,6 +163,17 @@ def _may_win(
     np.maximum.at(best, row, height)
     may: np.ndarray = (gain > _NEAR) | (height * (1.0 + _MARGIN * gain) >= best[row])
     return may
+
+
+def _merged(
+    speed: np.ndarray, angle: np.ndarray, starts: Starts, beside: Summits, top_order: float
+) -> np.ndarray:
+    """Which starts have come close to the summit that their row has already."""
+    turn = angle - beside.angle[starts.row]
+    away = np.abs(np.remainder(turn + np.pi, 2.0 * np.pi) - np.pi)
+    near = np.abs(speed - beside.speed[starts.row]) <= _SAME * starts.reach
+    merged: np.ndarray = near & (away <= 0.5 / top_order)
+    return merged
 
 
 def _best(height: np.ndarray, row: np.ndarray, floor: np.ndarray) -> np.ndarray:

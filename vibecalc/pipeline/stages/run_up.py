@@ -4,7 +4,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from vibecalc.isolation.run_up import RunUpPeak, run_up, run_up_peak
+from vibecalc.isolation.highest import RunUpPeak
+from vibecalc.isolation.run_up import run_up, run_up_peak
 from vibecalc.pipeline.scene import Scene
 from vibecalc.pipeline.stages.excitation import Forcing
 from vibecalc.pipeline.stages.isolation_common import RunUpSetup, isolation_of
