@@ -43,7 +43,7 @@ UNITS: dict[str, Unit] = {
     "loop": Unit(1.0e-3, "loops closed"),
     "tuning_loops": Unit(2.0e-1, "searches over loops"),
     "least_squares": Unit(1.0e-2, "harmonics by least squares"),
-    "level_motions": Unit(5.0e-2, "harmonics by all motions that levels allow"),
+    "level_motions": Unit(1.5e-2, "harmonics by all motions that levels allow"),
     "peak_search": Unit(1.0e-1, "searches for the lowest peak"),
     "chart_point": Unit(3.0e-4, "points of the chart"),
     "several": Unit(3.0e-1, "searches over several absorbers"),
