@@ -9,7 +9,9 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from isolation_machines import Body, random_body
+from random_machines import random_machine, without_damping
 
+from vibecalc.case.load import validate
 from vibecalc.isolation.body_readout import mount_readout
 from vibecalc.isolation.body_rows import body_rows
 from vibecalc.isolation.looked import Looked
@@ -18,6 +20,7 @@ from vibecalc.isolation.rigid_body import assemble
 from vibecalc.isolation.rows import HarmonicsAt, Jet
 from vibecalc.isolation.run_up import RunUp, RunUpPeak, run_up, run_up_peak
 from vibecalc.numerics.rounding import WithError
+from vibecalc.pipeline.run import run_case
 from vibecalc.response.modal_resonance import body_resonances
 from vibecalc.response.modes import modes
 from vibecalc.response.roll.summit import summit
@@ -171,3 +174,11 @@ def test_summit_from_known_points_takes_few_looks_and_sees_over_the_end_of_the_t
     top, _ = summit(function, (angles, values))
     assert top == pytest.approx(1.0, abs=1e-15)
     assert looks[0] <= 24
+
+
+def test_undamped_resonances_that_are_met_to_the_last_bit_are_masked() -> None:
+    """Resonances moved by damping stand where they were when there is none."""
+    table = without_damping(random_machine(101, "rigid_body"))
+    record = run_case(validate(table))
+    centres = record["isolation/masked/centre"].values
+    assert len(centres) > 4 and np.all(np.isfinite(record["isolation/support_force/run_up"].values))

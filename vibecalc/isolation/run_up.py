@@ -176,8 +176,11 @@ def _at_resonances(search: Search, resonances: Resonances, base: np.ndarray) -> 
     """Look at first speeds and at all resonances; outside the range, at its end."""
     centre = resonant_speeds(resonances, search.orders)
     width = np.maximum(resonances.exposed(), 0.0)
-    # beside a pole the response is taken at the edge of its interval
+    # beside a pole the response is taken at the edge of its interval; poles moved by damping that
+    # is not there stand on others
     at = np.clip((centre * (1.0 - width)).ravel(), search.start, search.stop)
+    for low, high in zip(search.masked.low.tolist(), search.masked.high.tolist(), strict=True):
+        at[(at > low) & (at < high)] = low if low >= search.start else high
     speed, back = np.unique(np.concatenate([base, at]), return_inverse=True)
     peak, harmonics = search.looked(speed)[:2]
     back = back[len(base) :].reshape(centre.shape)

@@ -31,7 +31,7 @@ _STAGES, _STEPS = 6, 4
 #: harmonics that a steady motion is computed with
 _HARMONICS = 24
 #: what a steady motion takes over shooting that is as accurate
-_EXTRA_STEADY = 4.0
+_EXTRA_STEADY = 8.0
 _WHY_ORDER = (
     "no difference of like numbers at the end of any path, and half the points for the error"
 )
