@@ -1,0 +1,97 @@
+"""Claim: the error estimates of pumps are honest, from the valves to the loads on the mounts.
+
+Seeded random pumps (`random_pumps.py`): planar, pitch and rigid body, one to three plungers, stiff
+and soft liquids, with and without a run-up. Every quantity is held against an independent truth in
+50 digits (`exact_pump*.py`, `exact_planar.py` and those of the generator). At most 1 % of the
+estimates are below a tenth of the true error, at most 5 % above a thousand times of it, and
+`[accuracy] rtol` is met, refused or said to be missed.
+"""
+
+import mpmath
+import numpy as np
+import pytest
+from estimate_counts import Told, broken_promises, hold, told_or_refused
+from exact_body import BodyTruth
+from exact_peaks import cycle_peak
+from exact_planar import PlanarTruth
+from exact_pump import PumpTruth
+from exact_pump_mounts import largest, length_of
+from exact_train import motion_of, shaking_of
+from mpmath import mpf
+from pump_cases import FOUR, pump_with
+from random_pumps import random_pump
+from truth_pump import judge_pump
+
+from vibecalc.case.load import validate
+from vibecalc.errors import NumericalFailure
+from vibecalc.machine.checks import check_machine
+
+#: planar, rigid body and pitch
+FEW = (121, 142, 111)
+MANY = range(100, 400)
+
+
+@pytest.fixture(scope="module")
+def few() -> list[Told]:
+    return [judge_pump(random_pump(seed)) for seed in FEW]
+
+
+def test_estimates_against_truth(few: list[Told]) -> None:
+    judged = [one for told in few for one in told.judged]
+    assert len(judged) > 150
+    assert sum(one.error > 0.0 for one in judged) > 0.5 * len(judged)
+    hold(judged, "pump")
+    assert [broken_promises(told) for told in few] == [[], [], []]
+
+
+@pytest.mark.parametrize("seed", [*FEW, 107])
+def test_truth_of_the_cylinders(seed: int) -> None:
+    """Work by its closed form, mass in and out, a whole turn of torque anew, and the doubles."""
+    with mpmath.workdps(40):
+        pump = PumpTruth(validate(random_pump(seed)))
+        strain = (pump.discharge - pump.suction) / pump.modulus
+        gone = pump.full * (1 - mpmath.exp(-strain)) - pump.dead * (mpmath.exp(strain) - 1)
+        work = -2 * mpmath.pi * pump.mean()
+        assert abs(pump.modulus * gone / work - 1) < mpf(10) ** -28
+        drawn, sent = pump.full - pump.volume(pump.opens), pump.volume(pump.closes) - pump.dead
+        assert abs(drawn / sent / mpmath.exp(strain) - 1) < mpf(10) ** -28
+        own = pump.harmonics(24)
+        doubles = pump.many(24) - np.array(pump.together(own), dtype=complex)
+        assert np.max(np.abs(doubles)) < 1e-13 * len(pump.ahead) * float(abs(own[0]))
+        # two halves of a whole turn by another rule, between the valves
+        events = [pump.top, pump.opens, pump.bottom, pump.closes, pump.end]
+        seen = mpmath.quad(lambda t: pump.torque_at(t) * mpmath.expj(-3 * t), events)
+        assert abs(seen / mpmath.pi - own[2]) < mpf(10) ** -25 * abs(own[0])
+
+
+def test_truth_of_the_plane_is_that_of_the_body() -> None:
+    """On four mounts that are even about the plane the other motions are not driven."""
+    case = pump_with(machine__mounts__positions=FOUR)
+    with mpmath.workdps(40):
+        shaking = shaking_of(case, motion_of(case))
+        planar, whole = PlanarTruth(case, shaking), BodyTruth(case, shaking)
+        speed = mpf(case.machine.speed)
+        for one, other in zip(planar.motion(speed), whole.motion(speed), strict=True):
+            assert max(abs(one - other)) <= mpf(10) ** -30 * max(abs(other))
+        for frequency in planar.modes()[0]:
+            assert min(abs(frequency - w) for w in whole.modes()[0]) < mpf(10) ** -30
+        for one, other in zip(planar.share, whole.share, strict=True):
+            assert abs(one - other) < mpf(10) ** -30
+        force = planar.rows(speed)[0]
+        by_doubles = largest(np.array(force, dtype=complex), length_of)
+        assert by_doubles == pytest.approx(float(cycle_peak(force, planar.orders)[0]), rel=1e-13)
+
+
+@pytest.mark.long
+@pytest.mark.timeout(3000)
+def test_estimates_of_three_hundred_pumps() -> None:
+    tables = [random_pump(seed) for seed in MANY]
+    assert [check_machine(validate(table)) for table in tables] == [[]] * len(tables)
+    told = list(told_or_refused(tables, judge_pump))
+    refused = [str(one) for one in told if isinstance(one, NumericalFailure)]
+    kept = [one for one in told if not isinstance(one, NumericalFailure)]
+    print(f"{len(kept)} pumps, {len(refused)} refused", refused)
+    hold([one for each in kept for one in each.judged], "pump")
+    assert len(refused) <= 0.02 * len(MANY), refused
+    broken = [one for each in kept for one in broken_promises(each)]
+    assert broken == []

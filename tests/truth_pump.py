@@ -1,0 +1,90 @@
+"""Runs a pump and holds every error estimate of its record against the exact results."""
+
+from collections.abc import Iterator
+from typing import Any
+
+import mpmath
+from estimate_counts import Doubted, Told
+from exact_body import BodyTruth
+from exact_isolation import body_results
+from exact_planar import PlanarTruth
+from exact_pump import PumpTruth, pump_rows
+from exact_pump_mounts import ROOT, ReactionTruth, reaction_rows
+from exact_results import exact_results
+from exact_train import Shaking, motion_of, shaking_of
+from mpmath import mpf
+from random_machines import Table
+from truth_report import judge_rows
+
+from vibecalc.case.load import validate
+from vibecalc.case.schema import Case
+from vibecalc.pipeline.run import run_case
+from vibecalc.results.record import Record
+
+DIGITS = 50
+#: results without a truth, and why
+NO_TRUTH = {f"{ROOT}nearest_order": "a number of a row: which order is said to drive a mode"}
+
+
+def judge_pump(table: Table) -> Told:
+    """Every quantity of a run of a case table beside the truth; none is left out unsaid."""
+    case = validate(table)
+    record = run_case(case)
+    noise: dict[str, float] = {}
+    with mpmath.workdps(DIGITS):
+        rows = judge_rows(exact_pump_results(case, record, noise), record)
+        judged = [Doubted(*one, noise.get(one.path, 0.0)) for one in rows]
+    missing = set(record) - {one.path for one in judged} - set(NO_TRUTH)
+    assert not missing, f"no truth for {sorted(missing)}"
+    return Told(table, record, judged)
+
+
+def exact_pump_results(
+    case: Case, record: Record, noise: dict[str, float]
+) -> Iterator[tuple[str, Any, Any]]:
+    """Path, values found and exact ones; `noise` gets what a truth may be off itself."""
+    case = _without_stopped(case)
+    pump, shaking = PumpTruth(case), shaking_of(case, motion_of(case))
+    # harmonics of the exact motion end where n^2 C_n is below 1e-26 of the crank radius
+    reach = case.machine.speed**2 * case.machine.crank_train.crank_radius
+    noise["kinematics/dropped_acceleration"] = 1e-24 * reach
+    yield from pump_rows(case, record, pump)
+    if case.isolation is None or case.isolation.model != "planar":
+        yield from exact_results(case, record)
+    else:
+        bare = case.model_copy(update={"isolation": None})
+        yield from exact_results(bare, record)
+        yield from body_results(case, record, PlanarTruth(case, _driven(shaking)))
+    if f"{ROOT}couple" in record:
+        kept = len(record[f"{ROOT}couple"].values)
+        model = PlanarTruth if case.isolation.model == "planar" else BodyTruth
+        body = model(case, Shaking([], [], []))
+        truth = ReactionTruth(case, body, shaking, pump, kept)
+        yield from reaction_rows(record, truth, noise)
+
+
+def _without_stopped(case: Case) -> Case:
+    """The same with no mass in cylinders that stop."""
+    asked, train = case.excitation, case.machine.crank_train
+    if asked is None or asked.working is None or asked.idle != "stopped":
+        return case
+    assert train.rod is None
+    none = {"reciprocating_mass": 0.0, "rotating_mass": 0.0}
+    cylinders = [
+        one if one.name in asked.working else one.model_copy(update=none) for one in train.cylinders
+    ]
+    train = train.model_copy(update={"cylinders": cylinders})
+    machine = case.machine.model_copy(update={"crank_train": train})
+    return case.model_copy(update={"machine": machine})
+
+
+def _driven(shaking: Shaking) -> Shaking:
+    """Orders above 1e-20 of the largest, by force or couple."""
+    rows = list(zip(*shaking, strict=True))
+    most = [max(max(map(abs, row[part])) for row in rows) for part in (1, 2)]
+    kept = [
+        row
+        for row in rows
+        if any(max(map(abs, row[part])) > mpf(10) ** -20 * most[part - 1] for part in (1, 2))
+    ]
+    return Shaking(*(list(column) for column in zip(*kept, strict=True)))
