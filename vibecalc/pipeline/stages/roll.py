@@ -34,7 +34,7 @@ from vibecalc.response.roll.machine import RollDrive, RollMachine, as_batch, is_
 from vibecalc.response.roll.running import Running, running_state
 from vibecalc.response.roll.ways import Asked, find
 
-_ROUNDING = 64.0 * EPSILON
+_ROUNDING = 32.0 * EPSILON
 #: zero for the exact motion, so that all of it is error
 _ZERO = ("energy/residual", "momentum_residual")
 #: safety of a difference of dials where the case has chosen the points

@@ -26,11 +26,11 @@ _SHOWN = 361
 _RESOLVED = 4
 #: of what a step of the dial leaves of a difference, over what the step before left
 _SLACK = 10.0
-_LEAST_LEFT = 2e-3
+_LEAST_LEFT = 5e-3
 #: of the difference of the coarser dials, where that of the finer ones may be small by luck
 _PART = 1e-3
 #: of an angular momentum; a few roundings of the sums that it comes from
-_STILL = 48.0 * EPSILON
+_STILL = 16.0 * EPSILON
 
 #: what a reading of a look may be
 _Read = TypeVar("_Read")
@@ -136,7 +136,7 @@ def left_over(
     taken as ten times what the step before has left, to the power of how much longer the last one
     is, and never as more than all. `steps` is that power. Weak high harmonics fall later than
     strong low ones: each entry has its own share, none less than the largest entry's, and none less
-    than a five-hundredth, as nobody has seen the last step but one repeat itself.
+    than a two-hundredth, as nobody has seen the last step but one repeat itself.
     """
     last, before = np.abs(own - other), np.abs(other - coarse)
     tiny = np.finfo(float).tiny
