@@ -54,6 +54,8 @@ def survives(output: Path, whole: Path, seconds: float, moments: int, seed: int)
     assert objects(output) == expected
     assert not chunk_files(output)
     names = {path.name for path in output.parent.iterdir()}
+    # a kill between the writing of a file and its renaming leaves what nobody reads
+    names = {name for name in names if not (name.startswith(".vibecalc-") and ".tmp" in name)}
     assert names == {output.name, output.with_suffix(".txt").name}
 
 
