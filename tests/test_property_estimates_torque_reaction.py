@@ -151,4 +151,5 @@ def test_estimates_of_engines_on_mounts() -> None:
 @pytest.mark.timeout(900)
 def test_estimates_of_forty_engines_on_mounts() -> None:
     judged = [one for seed in range(40) for one in judge_mounted(random_mounted(seed))]
+    assert len(judged) > 300
     hold([Doubted(*one) for one in judged], "engines on mounts")

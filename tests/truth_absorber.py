@@ -7,7 +7,6 @@ that is one of many, or held by an end of the frequency range.
 """
 
 import copy
-from collections.abc import Iterator
 from typing import Any
 
 import mpmath
@@ -17,6 +16,7 @@ from mpmath import mp, mpf
 from random_machines import Table
 from truth_absorber_response import response_truth
 from truth_absorber_tuning import tuning_truth
+from truth_report import flat
 
 from vibecalc.case.load import validate
 from vibecalc.machine.absorber import build_absorber
@@ -42,7 +42,7 @@ def judge_absorber(table: Table) -> Told:
 
 
 def _judged(record: Record, path: str, values: Any, truth: Any, size: float | None) -> Doubted:
-    found, exact = np.ravel(values).tolist(), list(_flat(truth))
+    found, exact = np.ravel(values).tolist(), list(flat(truth))
     assert len(found) == len(exact), (path, len(found), len(exact))
     off = max((_distance(a, b) for a, b in zip(found, exact, strict=True)), default=mpf(0))
     largest = max((abs(b) for b in exact if mp.isfinite(b)), default=mpf(0))
@@ -54,11 +54,3 @@ def _distance(value: complex, true: Any) -> mpf:
     if not np.isfinite(value) and not mp.isfinite(true):
         return mpf(0)
     return abs(mpmath.mpmathify(value) - true)
-
-
-def _flat(nested: Any) -> Iterator[Any]:
-    if isinstance(nested, list | tuple):
-        for entry in nested:
-            yield from _flat(entry)
-    else:
-        yield nested

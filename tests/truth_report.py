@@ -56,7 +56,7 @@ def judge_record(case: Case, record: Record) -> Iterator[Judged]:
 def judge_rows(rows: Iterable[tuple[str, Any, Any]], record: Record) -> Iterator[Judged]:
     """Path, values found and exact ones (of all entries, or of some) beside the estimates."""
     for path, found, exact in rows:
-        values, truth = np.ravel(found).tolist(), list(_flat(exact))
+        values, truth = np.ravel(found).tolist(), list(flat(exact))
         assert len(values) == len(truth), path
         errors = [_distance(value, true) for value, true in zip(values, truth, strict=True)]
         sizes = [abs(true) for true in truth if mpmath.isfinite(true)]
@@ -71,9 +71,10 @@ def _distance(value: complex, true: Any) -> mpf:
     return abs(mpmath.mpmathify(value) - true)
 
 
-def _flat(nested: Any) -> Iterator[Any]:
+def flat(nested: Any) -> Iterator[Any]:
+    """Entries of lists within lists, one after the other."""
     if isinstance(nested, list | tuple):
         for entry in nested:
-            yield from _flat(entry)
+            yield from flat(entry)
     else:
         yield nested
