@@ -95,7 +95,7 @@ def test_estimates_hold_against_many_harmonics():
 def test_a_circle_jumps_where_its_torque_is_greatest():
     found = jump(POINT, ROTOR, ORDER)
     around = np.abs(
-        steady_motion(POINT, ROTOR, ORDER, found.swing.value + np.array([-1e-3, 0.0, 1e-3]))
+        steady_motion(POINT, ROTOR, ORDER, found.first_sine.value + np.array([-1e-3, 0.0, 1e-3]))
         .torque.value
     )  # fmt: skip
     assert around[1] > around[0] and around[1] > around[2]
@@ -104,6 +104,29 @@ def test_a_circle_jumps_where_its_torque_is_greatest():
     shift = 0.5e-3 * (after - before) / (2.0 * top - before - after)
     assert abs(shift) < 1e-5
     assert found.torque.value == pytest.approx(0.0063953, abs=1e-7)
+
+
+def test_the_swing_of_a_jump_is_the_largest_angle_in_time():
+    """Dense output of the exact equations over a cycle at the fold, not the first sine of it."""
+    found = jump(POINT, ROTOR, ORDER)
+    motion = steady_motion(POINT, ROTOR, ORDER, found.first_sine.value)
+    sines, torque = motion.swing.value, float(motion.torque.value)
+    slope = ORDER * np.sum(np.arange(1, len(sines) + 1) * sines)
+
+    def mean_speed(start):
+        return 2.0 * math.pi / ORDER / one_cycle(POINT, ORDER, torque, start, slope)[1] - 1.0
+
+    start = brentq(mean_speed, 0.8, 1.2, xtol=1e-13)
+    course = solve_ivp(
+        lambda t, y: rates(POINT, ROTOR, y, torque * np.sin(ORDER * y[0])),
+        [0.0, 2.0 * math.pi / ORDER], [0.0, 0.0, start, slope * start],
+        method="DOP853", rtol=1e-12, atol=1e-14, dense_output=True,
+    )  # fmt: skip
+    largest = np.max(np.abs(course.sol(np.linspace(0.0, course.t[-1], 40_001))[1]))
+    # at the fold itself the motion drifts away slowly, as the square root of its rounding
+    assert float(found.swing.value) == pytest.approx(largest, abs=2e-6)
+    assert float(found.swing.error) < 1e-6
+    assert float(found.first_sine.value) - float(found.swing.value) > 2e-3
 
 
 def test_overtuning_buys_torque_and_heavier_pendulums_too():

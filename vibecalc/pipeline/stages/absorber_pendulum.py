@@ -96,7 +96,7 @@ def _emit_small(scene: Scene, parts: PendulumParts, beside: Secondary, torque: f
 
 def _emit_steady(scene: Scene, parts: PendulumParts) -> None:
     """Torque that holds each swing of an undamped pendulum, by its exact equations."""
-    swings, torques, errors = [], [], []
+    swings, torques, errors, reach = [], [], [], []
     square = parts.speed**2
     for swing in parts.swings[parts.swings > 0.0]:
         try:
@@ -107,8 +107,11 @@ def _emit_steady(scene: Scene, parts: PendulumParts) -> None:
         swings.append(float(swing))
         torques.append(float(found.torque.value) * square)
         errors.append(float(found.torque.error) * square)
+        reach.append((float(found.largest.value), float(found.largest.error)))
     axes = {"steady_swing": np.array(swings)}
     scene.emit(f"{ROOT}/steady/torque", np.array(torques), np.array(errors), axes)
+    largest, doubts = np.array(reach).reshape(-1, 2).T
+    scene.emit(f"{ROOT}/steady/largest_swing", largest, doubts, axes)
 
 
 def _emit_jump(scene: Scene, parts: PendulumParts) -> None:

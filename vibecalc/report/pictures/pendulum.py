@@ -20,6 +20,8 @@ def picture(result: Result) -> "Figure | None":
     record = result.record
     order = having(record, PENDULUM + "order_of_swing", "swing")
     torque = having(record, PENDULUM + "steady/torque", "steady_swing")
+    if PENDULUM + "steady/largest_swing" not in record.quantities:
+        torque = None  # of a file from before this result
     rotor = having(record, PENDULUM + "response/rotor", "order_ratio")
     drawn = [quantity for quantity in (order, torque, rotor) if quantity is not None]
     if not drawn:
@@ -48,7 +50,7 @@ def picture(result: Result) -> "Figure | None":
 
 def _torque(axes: "Axes", record: Record, applied: object) -> None:
     torque = record[PENDULUM + "steady/torque"]
-    swing = np.degrees(np.asarray(torque.axes[0].values, dtype=float))
+    swing = np.degrees(np.asarray(record[PENDULUM + "steady/largest_swing"].values, dtype=float))
     size = np.asarray(torque.values, dtype=float)
     size = size * (np.sign(size[0]) if size.size else 1.0)
     axes.plot(np.concatenate([[0.0], swing]), np.concatenate([[0.0], size]), color=COLOURS[0],
@@ -59,7 +61,7 @@ def _torque(axes: "Axes", record: Record, applied: object) -> None:
                   label=f"jump, {show(limit, digits=4)} N m")  # fmt: skip
     if isinstance(applied, int | float):
         axes.axhline(applied, color=QUIET, linestyle="--", label="torque of the case")
-    axes.set_xlabel("swing in deg")
+    axes.set_xlabel("largest angle of swing in deg")
     axes.set_ylabel("torque in N m")
     axes.set_xlim(0.0, None)
     axes.axhline(0.0, color=QUIET, linewidth=0.8)

@@ -26,10 +26,13 @@ _POINTS = 13
 
 
 class Jump(NamedTuple):
-    """Torque over the square of the mean speed (kg m^2), first sine of the swing (rad)."""
+    """Torque over the square of the mean speed (kg m^2); largest angle of swing over the cycle and
+    first sine of the swing (rad), which differ by the other sines.
+    """
 
     torque: WithError
     swing: WithError
+    first_sine: WithError
 
 
 def jump(pendulum: Pendulum, rotor_inertia: float, order: float) -> Jump:
@@ -61,8 +64,11 @@ def jump(pendulum: Pendulum, rotor_inertia: float, order: float) -> Jump:
     half = 0.5 * (high - low)
     bend = abs(float(fits[0].deriv(2)(good[0])))
     doubt = abs(good[0] - rough[0]) + np.sqrt(2.0 * noise / bend)
+    reach = np.polynomial.Chebyshev.fit(node, found.largest.value, _POINTS - 1)
+    off = abs(float(reach.deriv()(good[0]))) * doubt + 2.0 * float(np.max(found.largest.error))
     return Jump(
         WithError(np.asarray(good[1]), np.asarray(abs(good[1] - rough[1]) + 2.0 * noise)),
+        WithError(np.asarray(reach(good[0])), np.asarray(off)),
         WithError(np.asarray(0.5 * (low + high) + half * good[0]), np.asarray(half * doubt)),
     )
 
