@@ -10,6 +10,7 @@ from shipped_cases import result_of
 from watched_case import Watched, undeclared
 
 from vibecalc.machine.build import build_machine
+from vibecalc.machine.measurement import build_harmonics
 from vibecalc.measurement.rigid_plate import PARTS, difference_row, point_row
 from vibecalc.pipeline.catalogue import AXES, CATALOGUE
 from vibecalc.pipeline.plan import plan_case, planned_quantities
@@ -47,6 +48,33 @@ def scan(factor: float = 1.0, unit: str = "") -> str:
         size, phase = float(abs(signal) * factor), np.degrees(np.angle(signal))
         lines.append(f"2, {x}, {y}, {size!r}, {float(phase)!r}")
     return "\n".join(lines) + "\n"
+
+
+def test_amplitude_and_phase_are_off_each_by_what_is_said_of_it(tmp_path: Path) -> None:
+    """From half of a last digit, and by what is stated beside it, in squares."""
+    text = PLATE[: PLATE.index("readings")].replace("orders = [1, 2]", "orders = [1]")
+    text += """level_uncertainty = 0.2
+phase_step = "1 deg"
+phase_uncertainty = "2 deg"
+amplitude_step = "0.01 m/s^2"
+amplitude_uncertainty = "0.02 m/s^2"
+readings = [
+  { at = "a", level = [100.0], phase = [0.3] },
+  { at = "b", amplitude = [0.5], phase = [0.0] },
+  { at = "c", amplitude = [0.0], phase = [0.0] },
+]
+"""
+    table = load(tmp_path, text).case.measurement
+    assert table is not None
+    [harmonic] = build_harmonics(table)
+    step = table.level_step
+    decibel, turn = 20.0 / np.log(10.0), np.hypot(np.radians(1.0) / np.sqrt(12.0), np.radians(2.0))
+    plain = np.hypot(0.01 / np.sqrt(12.0), 0.02)
+    along = [np.hypot(step / np.sqrt(12.0), 0.2) / decibel, plain, plain]
+    np.testing.assert_allclose(harmonic.phasors.deviations, [along, [turn, 0.5 * turn, plain]])
+    half = [(0.5 * step + 0.4) / decibel, 0.045, 0.045]
+    turn = np.radians(0.5 + 4.0)
+    np.testing.assert_allclose(harmonic.phasors.half_widths, [half, [turn, 0.5 * turn, 0.045]])
 
 
 def named_levels(rows: dict[str, np.ndarray], use: dict[str, str] | None = None) -> str:

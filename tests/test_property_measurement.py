@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from plate_readings import LEVELS, PLACES, apart, random_plate, source_rows
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.measurement.complex_motion import complex_motion
+from vibecalc.measurement.complex_motion import Phasors, complex_motion, growth_of_deviations
 from vibecalc.measurement.level import DECIBEL, amplitude_of
 from vibecalc.measurement.level_motions import level_motions
 from vibecalc.measurement.observable import helpful, observable
@@ -115,13 +115,13 @@ def test_complex_amplitudes(seed, points):
     """Any number of points: the motion comes back, and scatter stays within its uncertainty."""
     plate = random_plate(seed, points, 0)
     read = plate.rows @ plate.motion
-    ones = np.ones(points)
-    fit = complex_motion(plate.rows, read, ones, ones)
+    ones = np.ones((2, points))
+    fit = complex_motion(Phasors(plate.rows, read, ones, ones))
     assert np.max(np.abs(fit.motion - plate.motion)) < 1e-11 * fit.condition**2
     random = np.random.default_rng(seed)
     noise = 1e-3 * (random.normal(size=points) + 1j * random.normal(size=points))
-    deviations = np.full(points, 1e-3)
-    noisy = complex_motion(plate.rows, read + noise, deviations, deviations)
+    deviations = np.full((2, points), 1e-3)
+    noisy = complex_motion(Phasors(plate.rows, read + noise, deviations, deviations))
     off = noisy.motion - plate.motion
     sure = [noisy.spread.deviation(np.eye(6)[place]) for place in range(6)]
     parts = np.concatenate([off.real, off.imag])
@@ -135,11 +135,74 @@ def test_weights_of_complex_readings():
     plate = random_plate(9, 4, 0)
     read = plate.rows @ plate.motion
     read[3] += 1.0
-    deviations = np.array([1.0, 1.0, 1.0, 1e6])
-    fit = complex_motion(plate.rows, read, deviations, deviations)
+    deviations = np.tile([1.0, 1.0, 1.0, 1e6], (2, 1))
+    fit = complex_motion(Phasors(plate.rows, read, deviations, deviations))
     assert np.max(np.abs(fit.motion - plate.motion)) < 1e-9
-    evenly = complex_motion(plate.rows, read, np.ones(4), np.ones(4))
+    evenly = complex_motion(Phasors(plate.rows, read, np.ones((2, 4)), np.ones((2, 4))))
     assert np.max(np.abs(evenly.motion - plate.motion)) > 1e-2
+
+
+def _noisy_sets(plate, noise, stated, harmonics, sets=200):
+    """Levels of origin, roll, pitch and of a place, and phases of roll and pitch: values and
+    stated uncertainties, (sets, results) each, of tables of so many harmonics each.
+
+    `noise` and `stated` are standard deviations of amplitudes (relative) and of phases (rad).
+    """
+    random = np.random.default_rng(17)
+    true = plate.rows @ plate.motion
+    rows = np.vstack([np.eye(3), point_row(0.4, -0.2)])
+    values, told = [], []
+    for _ in range(sets // harmonics):
+        table = []
+        for _ in range(harmonics):
+            amplitude, turn = (size * random.normal(size=len(true)) for size in noise)
+            read = true * np.exp(amplitude + 1j * turn)
+            deviations = np.multiply.outer(stated, np.abs(read))
+            table.append(Phasors(plate.rows, read, deviations, deviations))
+        growth = growth_of_deviations(table)[:, None]
+        for one in table:
+            fit = complex_motion(one._replace(deviations=one.deviations * growth))
+            turns = phase_gradient(np.eye(3)[1:], fit.motion)
+            levels = 20.0 * np.log10(np.abs(rows @ fit.motion))
+            values.append([*levels, *np.angle(fit.motion[1:])])
+            told.append([
+                *fit.spread.deviation(level_gradient(rows, fit.motion)),
+                *fit.spread.deviation(turns),
+            ])  # fmt: skip
+    return np.array(values), np.array(told)
+
+
+@pytest.mark.parametrize("harmonics", [1, 10])
+@pytest.mark.parametrize(
+    "noise",
+    [
+        (0.0345, 0.0344),
+        # amplitudes known ten times as well as phases, and the other way round
+        (0.004, 0.04),
+        (0.04, 0.004),
+    ],
+)
+def test_uncertainties_of_phasors_are_what_the_motion_scatters(noise, harmonics):
+    """Over 200 noisy sets of six points."""
+    values, told = _noisy_sets(random_plate(5, 6, 0), noise, noise, harmonics)
+    ratio = np.std(values, axis=0) / np.sqrt(np.mean(told**2, axis=0))
+    assert np.all((ratio > 0.85) & (ratio < 1.2)), ratio
+
+
+@pytest.mark.parametrize("stated", [(0.00332, 0.000504), (0.000332, 0.000504)])
+def test_the_scatter_tells_where_too_little_is_stated(stated):
+    """Last digits of .1 or .01 dB and of .1 deg alone, where .2 dB and 1 deg are off."""
+    values, told = _noisy_sets(random_plate(5, 6, 0), (0.023, 0.0175), stated, 10)
+    ratio = np.std(values, axis=0) / np.sqrt(np.mean(told**2, axis=0))
+    assert np.all((ratio > 0.85) & (ratio < 1.2)), ratio
+
+
+def test_amplitudes_and_phases_weigh_apart():
+    """Readings with good amplitudes and poor phases tell more than if both were as poor."""
+    plate = random_plate(5, 6, 0)
+    apart, _ = _noisy_sets(plate, (0.002, 0.1), (0.002, 0.1), 1)
+    alike, _ = _noisy_sets(plate, (0.002, 0.1), (0.1, 0.1), 1)
+    assert np.all(np.std(apart[:, :4], axis=0) < 0.8 * np.std(alike[:, :4], axis=0))
 
 
 @settings(max_examples=60, deadline=None)
@@ -192,7 +255,7 @@ def test_points_on_a_line_hide_the_turn_about_it(angle):
     assert abs(hidden[1] * along[1] - hidden[2] * along[0]) < 1e-12
     assert np.max(np.abs(rows @ hidden)) < 1e-12
     with pytest.raises(NumericalFailure, match="leave a motion of the plate free"):
-        complex_motion(rows, np.ones(4, dtype=complex), np.ones(4), np.ones(4))
+        complex_motion(Phasors(rows, np.ones(4, dtype=complex), np.ones((2, 4)), np.ones((2, 4))))
 
 
 def test_how_many_levels_are_independent():

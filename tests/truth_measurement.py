@@ -68,6 +68,7 @@ class Plate:
         self.places = {p["name"]: (mpf(p["x"]), mpf(p["y"])) for p in table["positions"]}
         self.origin = self.row(self.places[table["reference_position"]])
         self.is_phased = "phase" in table["readings"][0]
+        self.fits: list[Phased] = []
 
     @staticmethod
     def row(at: tuple[mpf, mpf]) -> Row:
@@ -101,20 +102,87 @@ def dot(row: Row, motion: list[Any]) -> Any:
     return sum(c * u for c, u in zip(row, motion, strict=True))
 
 
-def from_phases(plate: Plate, place: int) -> list[Any]:
-    """Weighted least squares by its normal equations."""
-    table, right = matrix(3, 3), matrix(3, 1)
-    step, turn = mpf(plate.table["amplitude_step"]), mpf(plate.table["phase_step"])
-    for row, size, reading in zip(
-        plate.rows(), plate.sizes(place), plate.table["readings"], strict=True
-    ):
-        signal = size * mp.expj(mpf(reading["phase"][place]))
-        weight = 12 / ((plate.peak * step) ** 2 + (size * turn) ** 2)
-        for i in range(3):
-            right[i] += weight * row[i] * signal
-            for j in range(3):
-                table[i, j] += weight * row[i] * row[j]
-    return list(mp.lu_solve(table, right))
+class Phased:
+    """Weighted least squares by its normal equations, amplitudes and phases each by their own."""
+
+    def __init__(self, plate: Plate, place: int):
+        step, turn = mpf(plate.table["amplitude_step"]), mpf(plate.table["phase_step"])
+        self.slopes, self.read, self.stated = [], [], []
+        for row, size, reading in zip(
+            plate.rows(), plate.sizes(place), plate.table["readings"], strict=True
+        ):
+            angle = mpf(reading["phase"][place])
+            c, s = mp.cos(angle), mp.sin(angle)
+            self.slopes += [[*(x * c for x in row), *(x * s for x in row)],
+                            [*(-x * s for x in row), *(x * c for x in row)]]  # fmt: skip
+            self.read += [size, mpf(0)]
+            self.stated += [plate.peak * step / mp.sqrt(12), size * turn / mp.sqrt(12)]
+        self.spare = len(self.read) - 6
+        self.grow([mpf(1), mpf(1)])
+
+    def grow(self, growth: list[Any]) -> None:
+        self.solve([s * growth[i % 2] for i, s in enumerate(self.stated)])
+
+    def solve(self, deviations: list[Any]) -> None:
+        table, right = matrix(6, 6), matrix(6, 1)
+        for slope, read, deviation in zip(self.slopes, self.read, deviations, strict=True):
+            for i in range(6):
+                right[i] += slope[i] * read / deviation**2
+                for j in range(6):
+                    table[i, j] += slope[i] * slope[j] / deviation**2
+        self.deviations, self.inverse = deviations, table**-1
+        parts = mp.lu_solve(table, right)
+        self.parts = [parts[i] for i in range(6)]
+        self.motion = [mpc(parts[i], parts[3 + i]) for i in range(3)]
+
+    def over(self, deviations: list[Any]) -> list[Any]:
+        """Squared residuals over deviations."""
+        found = []
+        for slope, read, deviation in zip(self.slopes, self.read, deviations, strict=True):
+            shown = sum(a * b for a, b in zip(slope, self.parts, strict=True))
+            found.append(((shown - read) / deviation) ** 2)
+        return found
+
+    def left(self) -> list[Any]:
+        """Degrees of freedom that each number read has left."""
+        return [
+            1 - self.variance(slope) / deviation**2
+            for slope, deviation in zip(self.slopes, self.deviations, strict=True)
+        ]
+
+    def variance(self, slope: list[Any]) -> Any:
+        return sum(slope[i] * slope[j] * self.inverse[i, j] for i in range(6) for j in range(6))
+
+
+def phased(plate: Plate, count: int) -> list[Phased]:
+    """All harmonics; where they scatter more than stated, with grown deviations."""
+    fits, growth = [Phased(plate, place) for place in range(count)], [mpf(1), mpf(1)]
+    spare = sum(fit.spare for fit in fits)
+    scatter = sum(sum(fit.over(fit.deviations)) for fit in fits)
+    if beyond_chance(scatter, spare):
+        for _ in range(20 if spare >= 6 else 0):
+            over, left = (
+                [sum(sum(part[i::2]) for part in parts) for i in range(2)]
+                for parts in ([fit.over(fit.deviations) for fit in fits],
+                              [fit.left() for fit in fits])
+            )  # fmt: skip
+            growth = [max(growth[i] * mp.sqrt(over[i] / left[i]), mpf(1)) for i in range(2)]
+            for fit in fits:
+                fit.grow(growth)
+        if spare < 6:
+            for fit in fits:
+                fit.grow([mp.sqrt(scatter / spare)] * 2)
+    for fit in fits:
+        own = sum(fit.over(fit.deviations))
+        if beyond_chance(own, fit.spare):
+            fit.inverse *= own / fit.spare
+    return fits
+
+
+def beyond_chance(squares: Any, spare: int) -> bool:
+    """Wilson and Hilferty's 95th percentile of chi squared."""
+    bend = mpf(2) / (9 * spare) if spare else mpf(0)
+    return spare > 0 and squares > spare * (1 - bend + mpf("1.645") * mp.sqrt(bend)) ** 3
 
 
 def from_levels(plate: Plate, place: int, start: list[complex]) -> list[Any]:
@@ -160,11 +228,11 @@ def truths(table: Table, record: Record) -> Iterator[tuple[str, Any, Any]]:
     plate, names = Plate(table), ("translation", "roll", "pitch")
     start = np.array([record[f"{ROOT}/{name}"].values for name in names])
     try:
-        motions = [
-            from_phases(plate, place) if plate.is_phased
-            else from_levels(plate, place, start[:, place].tolist())
-            for place in range(len(table["orders"]))
-        ]  # fmt: skip
+        count = len(table["orders"])
+        plate.fits = phased(plate, count) if plate.is_phased else []
+        motions = [fit.motion for fit in plate.fits] or [
+            from_levels(plate, place, start[:, place].tolist()) for place in range(count)
+        ]
     except ArithmeticError:
         return
     units = [tuple(mpf(int(i == j)) for j in range(3)) for i in range(3)]
@@ -207,19 +275,15 @@ def _readings(plate: Plate, motions: list[Any], told: Any) -> Iterator[tuple[str
     read, computed, apart, misfit = [], [], [], []
     for place, motion in enumerate(motions):
         residuals = []
-        for row, size, reading in zip(
-            plate.rows(), plate.sizes(place), plate.table["readings"], strict=True
-        ):
+        for row, size in zip(plate.rows(), plate.sizes(place), strict=True):
             signal = dot(row, motion)
             read.append(plate.level(size))
             computed.append(plate.level(signal))
             residuals.append(computed[-1] - read[-1])
-            if plate.is_phased:
-                step, turn = mpf(plate.table["amplitude_step"]), mpf(plate.table["phase_step"])
-                deviation = mp.sqrt(((plate.peak * step) ** 2 + (size * turn) ** 2) / 12)
-                shown = size * mp.expj(mpf(reading["phase"][place]))
-                apart.append(abs(signal - shown) / deviation)
         count = len(residuals)
+        if plate.is_phased:
+            over = plate.fits[place].over(plate.fits[place].stated)
+            apart += [mp.sqrt(a + b) for a, b in zip(over[::2], over[1::2], strict=True)]
         if plate.is_phased:
             spare, own = 2 * (count - 3), apart[-count:]
             misfit.append(mp.sqrt(sum(a * a for a in own) / spare) if spare else mpf(0))
@@ -282,26 +346,11 @@ def _uncertain(
     plate: Plate, motions: list[Any], rows: list[Row], told: Any
 ) -> Iterator[tuple[str, Any, Any]]:
     """First order of linear least squares: covariance of the motion, then of each result."""
-    step, turn = mpf(plate.table["amplitude_step"]), mpf(plate.table["phase_step"])
-    inverses = []
-    for place in range(len(motions)):
-        table = matrix(3, 3)
-        for row, size in zip(plate.rows(), plate.sizes(place), strict=True):
-            weight = 12 / ((plate.peak * step) ** 2 + (size * turn) ** 2)
-            for i in range(3):
-                for j in range(3):
-                    table[i, j] += weight * row[i] * row[j]
-        inverses.append(table**-1)
-
-    def variance(inverse: Any, slope: list[Any]) -> mpf:
-        # real and imaginary parts of every reading are independent and equally sure
-        return sum(
-            (slope[i] * mp.conj(slope[j])).real * inverse[i, j] for i in range(3) for j in range(3)
-        )
+    fits = plate.fits
 
     def level(row: Row, place: int) -> mpf:
         slope = [20 / mp.log(10) * c / dot(row, motions[place]) for c in row]
-        return mp.sqrt(variance(inverses[place], slope))
+        return mp.sqrt(fits[place].variance([s.real for s in slope] + [-s.imag for s in slope]))
 
     every = range(len(motions))
     units = [tuple(mpf(int(i == j)) for j in range(3)) for i in range(3)]
@@ -311,7 +360,8 @@ def _uncertain(
         for place in every:
             own, other = (dot(row, motions[place]) for row in (unit, plate.origin))
             slope = [c / own - d / other for c, d in zip(unit, plate.origin, strict=True)]
-            turns.append(mp.sqrt(variance(inverses[place], slope)))
+            across = [s.imag for s in slope] + [s.real for s in slope]
+            turns.append(mp.sqrt(fits[place].variance(across)))
         yield from told(f"uncertainty/{name}_phase", turns)
     yield from told("uncertainty/level", [[level(row, place) for place in every] for row in rows])
 

@@ -1,5 +1,6 @@
 """Readings of accelerometers on a rigid plate, harmonic by harmonic."""
 
+import math
 from typing import Annotated, Literal
 
 from pydantic import Field
@@ -106,10 +107,19 @@ class Measurement(Table):
     amplitude_step: Acceleration | None = Field(
         None, gt=0, description="last digit of an amplitude"
     )
+    amplitude_uncertainty: Acceleration = Field(
+        0.0, ge=0, description="standard uncertainty of an amplitude beside that"
+    )
     angular_step: AngularAcceleration | None = Field(
         None, gt=0, description="last digit of an angular amplitude"
     )
+    angular_uncertainty: AngularAcceleration = Field(
+        0.0, ge=0, description="standard uncertainty of an angular amplitude beside that"
+    )
     phase_step: Angle | None = Field(None, gt=0, description="last digit of a phase")
+    phase_uncertainty: Angle = Field(
+        0.0, ge=0, le=math.pi, description="standard uncertainty of a phase beside that"
+    )
     orders: Annotated[tuple[Order, ...], Field(min_length=1, max_length=64)] = Field(
         description="harmonics that are read"
     )

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.case.measurement_tables import Measurement, Reading
+from vibecalc.measurement.complex_motion import Phasors
 from vibecalc.measurement.level import DECIBEL, amplitude_of
 from vibecalc.measurement.rigid_plate import difference_row, point_row, rotation_row
 from vibecalc.numerics.typing import FloatArray
@@ -21,7 +22,8 @@ class Read(NamedTuple):
 
     `half_width` and `deviation` are how far the amplitude may be off and its standard
     uncertainty: in dB of a level alone, in the unit of the amplitude where there is a phase.
-    `reference` is the 0-to-peak amplitude of 0 dB.
+    `across` has both for what an error of the phase moves, in the unit of the amplitude; zeros
+    without a phase. `reference` is the 0-to-peak amplitude of 0 dB.
     """
 
     name: str
@@ -32,6 +34,7 @@ class Read(NamedTuple):
     half_width: float
     deviation: float
     reference: float
+    across: tuple[float, float] = (0.0, 0.0)
 
 
 class Harmonic(NamedTuple):
@@ -50,6 +53,17 @@ class Harmonic(NamedTuple):
         """The readings that the motion is found from; levels beside phases only compare."""
         found = (read for read in self.reads if read.use == "solve")
         return tuple(read for read in found if (read.phase is not None) is self.is_complex)
+
+    @property
+    def phasors(self) -> Phasors:
+        """The same of a complex harmonic, as its least squares takes them."""
+        reads = self.solving
+        return Phasors(
+            np.array([read.row for read in reads]),
+            np.array([read.amplitude * np.exp(1j * (read.phase or 0.0)) for read in reads]),
+            np.array([(read.half_width, read.across[0]) for read in reads]).T,
+            np.array([(read.deviation, read.across[1]) for read in reads]).T,
+        )
 
 
 class References(NamedTuple):
@@ -174,22 +188,29 @@ def _read(
     reference = references(table)[int(angular)]
     if level is not None:
         size = float(amplitude_of(level, reference))
-        step = table.level_step
+        half, deviation = _off(table.level_step, table.level_uncertainty)
+        unit = size / DECIBEL
     else:
         size = _peak(table) * (amplitude or 0.0)
-        own = (table.angular_step if angular else table.amplitude_step) or 0.0
-        step = DECIBEL * _peak(table) * own / size if size > 0.0 else 0.0
-    beside = table.level_uncertainty if level is not None else 0.0
-    half, deviation = 0.5 * step + COVERAGE * beside, math.hypot(step / math.sqrt(12.0), beside)
-    if phase is not None:
-        turn = size * (table.phase_step or 0.0)
-        share = size / DECIBEL
-        if size == 0.0:
-            own = (table.angular_step if angular else table.amplitude_step) or 0.0
-            half, deviation, share = 0.5 * own, own / math.sqrt(12.0), _peak(table)
-        half = math.hypot(half * share, 0.5 * turn)
-        deviation = math.hypot(deviation * share, turn / math.sqrt(12.0))
-    return Read(name, row, use, size, phase, half, deviation, reference)
+        step = (table.angular_step if angular else table.amplitude_step) or 0.0
+        beside = table.angular_uncertainty if angular else table.amplitude_uncertainty
+        half, deviation = _off(_peak(table) * step, _peak(table) * beside)
+        unit = 1.0
+    if phase is None:
+        # in dB, of an amplitude too; one of zero has no level
+        share = 1.0 if level is not None else DECIBEL / size if size > 0.0 else 0.0
+        return Read(name, row, use, size, phase, half * share, deviation * share, reference)
+    half, deviation = half * unit, deviation * unit
+    # a phase of nothing says nothing: what is not there is not there in any direction
+    turn = _off(table.phase_step or 0.0, table.phase_uncertainty)
+    across = (size * turn[0], size * turn[1]) if size > 0.0 else (half, deviation)
+    return Read(name, row, use, size, phase, half, deviation, reference, across)
+
+
+def _off(step: float, uncertainty: float) -> tuple[float, float]:
+    """How far a reading may be off, and its standard uncertainty, from its last digit and what is
+    said beside it."""
+    return 0.5 * step + COVERAGE * uncertainty, math.hypot(step / math.sqrt(12.0), uncertainty)
 
 
 def _peak(table: Measurement) -> float:

@@ -27,6 +27,7 @@ _KEYS = {
 _SINGLE = (
     *("reference_level", "angular_reference_level", "level_step", "amplitude_step"),
     *("angular_step", "phase_step", "base_frequency"),
+    *("amplitude_uncertainty", "angular_uncertainty"),
 )
 
 
@@ -47,7 +48,7 @@ def range_problems(table: Measurement) -> Iterator[Problem]:
                 yield _out((*path, place) if several else path, value)
     for key in _SINGLE:
         value = getattr(table, key)
-        if value is not None and not SMALLEST <= value <= LARGEST:
+        if value and not SMALLEST <= value <= LARGEST:
             yield _out((*TABLE, key), value)
 
 

@@ -8,6 +8,7 @@ from vibecalc.accuracy.topic import NOTHING_TO_SET, Answer, Ladder, Reference, T
 from vibecalc.accuracy.yardsticks import plate_levels as levels
 from vibecalc.accuracy.yardsticks import plate_phases as phases
 from vibecalc.machine.measurement import Harmonic, build_harmonics, position_rows, reference_row
+from vibecalc.measurement.complex_motion import Phasors, growth_of_deviations
 from vibecalc.numerics.rounding import EPSILON
 from vibecalc.numerics.typing import ComplexArray, FloatArray
 from vibecalc.pipeline.scene import Scene
@@ -106,9 +107,11 @@ def _levels_reference(given: list[levels.Levels], rows: FloatArray) -> Reference
 
 
 def _of_phases(harmonics: tuple[Harmonic, ...], rows: FloatArray) -> Topic:
-    given = [phases.phasors_of(one) for one in harmonics]
+    given = [one.phasors for one in harmonics]
+    growth = growth_of_deviations(given)[:, None]
+    given = [one._replace(deviations=one.deviations * growth) for one in given]
 
-    def each(solve: Callable[[phases.Phasors], ComplexArray]) -> Answer:
+    def each(solve: Callable[[Phasors], ComplexArray]) -> Answer:
         values = np.stack([rows @ solve(one) for one in given], axis=-1)
         return Answer(values, float(len(given)))
 

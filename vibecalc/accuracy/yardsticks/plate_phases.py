@@ -1,51 +1,41 @@
 """The motion of a plate from complex amplitudes: weighted least squares, done in several ways."""
 
-from typing import NamedTuple
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from vibecalc.machine.measurement import Harmonic
-from vibecalc.measurement.complex_motion import complex_motion
+from vibecalc.measurement.complex_motion import Phasors, along_and_across, complex_motion
 from vibecalc.numerics.typing import ComplexArray, FloatArray
 
 _DIGITS = 40
 
 
-class Phasors(NamedTuple):
-    """Rows (r, 3), readings (r,) complex, half widths and deviations (r,) of each part of them."""
-
-    rows: FloatArray
-    readings: ComplexArray
-    half_widths: FloatArray
-    deviations: FloatArray
-
-
-def phasors_of(harmonic: Harmonic) -> Phasors:
-    """What one harmonic reads with phases."""
-    solving = harmonic.solving
-    return Phasors(
-        np.array([read.row for read in solving]),
-        np.array([read.amplitude * np.exp(1j * (read.phase or 0.0)) for read in solving]),
-        np.array([read.half_width for read in solving]),
-        np.array([read.deviation for read in solving]),
-    )
-
-
 def by_singular_values(given: Phasors) -> ComplexArray:
     """As a run does: scaled by the largest lever, by singular values."""
-    return complex_motion(*given).motion
+    return complex_motion(given).motion
 
 
 def by_lstsq(given: Phasors) -> ComplexArray:
     """numpy's least squares, one unit beside another."""
-    left = given.rows / given.deviations[:, None]
-    return np.asarray(np.linalg.lstsq(left, given.readings / given.deviations, rcond=None)[0])
+    return _motion(np.linalg.lstsq(*_weighed(given), rcond=None)[0])
 
 
 def by_normal_equations(given: Phasors) -> ComplexArray:
     """The textbook's way, which squares the condition number."""
-    weighed = given.rows.T / given.deviations**2
-    return np.asarray(np.linalg.solve(weighed @ given.rows, weighed @ given.readings))
+    left, right = _weighed(given)
+    return _motion(np.linalg.solve(left.T @ left, left.T @ right))
+
+
+def _weighed(given: Phasors) -> tuple[FloatArray, FloatArray]:
+    """Rows (2 r, 6) on the parts of the motion, and what is read, both over deviations."""
+    weights = 1.0 / np.ravel(given.deviations)
+    read = np.concatenate([np.abs(given.readings), np.zeros(len(given.rows))])
+    return along_and_across(given.rows, given.readings) * weights[:, None], read * weights
+
+
+def _motion(parts: NDArray[np.floating[Any]]) -> ComplexArray:
+    return np.asarray(parts[:3] + 1j * parts[3:])
 
 
 def in_digits(given: Phasors) -> ComplexArray:
@@ -53,15 +43,22 @@ def in_digits(given: Phasors) -> ComplexArray:
     import mpmath as mp
 
     with mp.workdps(_DIGITS):
-        left, right = mp.matrix(3, 3), mp.matrix(3, 1)
-        for row, reading, deviation in zip(
-            given.rows, given.readings, given.deviations, strict=True
+        left, right = mp.matrix(6, 6), mp.matrix(6, 1)
+        for row, reading, deviations in zip(
+            given.rows, given.readings, given.deviations.T, strict=True
         ):
-            weight = 1 / mp.mpf(float(deviation)) ** 2
+            phasor = mp.mpc(complex(reading))
+            unit = phasor / abs(phasor) if phasor else mp.mpf(1)
             entries = [mp.mpf(float(c)) for c in row]
-            for i, c in enumerate(entries):
-                right[i] += weight * c * mp.mpc(complex(reading))
-                for j, d in enumerate(entries):
-                    left[i, j] += weight * c * d
+            along = [c * unit.real for c in entries] + [c * unit.imag for c in entries]
+            across = [-c * unit.imag for c in entries] + [c * unit.real for c in entries]
+            for slopes, read, deviation in (
+                (along, abs(phasor), deviations[0]), (across, mp.mpf(0), deviations[1]),
+            ):  # fmt: skip
+                weight = 1 / mp.mpf(float(deviation)) ** 2
+                for i, c in enumerate(slopes):
+                    right[i] += weight * c * read
+                    for j, d in enumerate(slopes):
+                        left[i, j] += weight * c * d
         found = mp.lu_solve(left, right)
-        return np.array([complex(found[k]) for k in range(3)])
+        return np.array([complex(found[k] + 1j * found[3 + k]) for k in range(3)])

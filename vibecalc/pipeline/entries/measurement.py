@@ -58,8 +58,8 @@ ENTRIES = (
     entry(f"{ROOT}/fit/decided", "order", "", "1 where the motion taken stands out"),
     entry(
         f"{ROOT}/fit/misfit", "order", "",
-        "how many times as far as they are said to be the readings are off, at least; of phases, "
-        "root mean square over the standard uncertainty",
+        "how many times as far as they are said to be the readings are off, at least; with phases, "
+        "root mean square over the stated standard uncertainty",
     ),
     entry(f"{ROOT}/reading/order", "reading", "", "harmonic of the reading"),
     entry(f"{ROOT}/reading/read", "reading", "dB", "level read, dB re the reference of its kind"),
@@ -68,7 +68,7 @@ ENTRIES = (
     entry(f"{ROOT}/signal/order", "signal", "", "harmonic of a reading with a phase"),
     entry(
         f"{ROOT}/signal/residual", "signal", "",
-        "magnitude of computed less read, over the standard uncertainty of the reading",
+        "computed less read, in amplitude and phase over their stated uncertainties, as one",
     ),
     entry(f"{ROOT}/candidate/order", "candidate", "", "harmonic of a motion that levels allow"),
     entry(f"{ROOT}/candidate/chosen", "candidate", "", "1 for the motion taken"),

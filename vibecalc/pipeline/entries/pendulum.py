@@ -23,7 +23,10 @@ ENTRIES = (
         f"{ROOT}/steady/torque", "steady_swing", "N*m", "torque that holds a steady swing, undamped"
     ),
     entry(
-        f"{ROOT}/steady/largest_swing", "steady_swing", "rad", "largest angle of swing over the cycle"
+        f"{ROOT}/steady/largest_swing",
+        "steady_swing",
+        "rad",
+        "largest angle of swing over the cycle",
     ),
     entry(f"{ROOT}/jump/torque", "", "N*m", "torque beyond which the pendulum jumps; infinite"),
     entry(f"{ROOT}/jump/swing", "", "rad", "largest angle of swing, from which it jumps"),

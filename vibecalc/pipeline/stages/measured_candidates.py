@@ -87,8 +87,9 @@ def warn_of(scene: Scene, one: Found, table: Measurement) -> None:
         )
     elif one.harmonic.is_complex and one.misfit > _SCATTER:
         scene.warn(
-            f"harmonic {order}: the readings scatter {one.misfit:.2g} times as much as their "
-            "rounding explains: the plate bends, or an accelerometer is off"
+            f"harmonic {order}: the readings scatter {one.misfit:.2g} times as much as they are "
+            "said to, and uncertainties have grown with it: the plate bends, an accelerometer is "
+            "off, or level_uncertainty and phase_uncertainty are to be stated"
         )
     elif not one.harmonic.is_complex and one.misfit > 1.0:
         residual = np.max(np.abs(one.candidates[0].residual))

@@ -1,5 +1,6 @@
 """The motion of each harmonic from its readings, with all that levels leave open."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -7,7 +8,11 @@ import numpy as np
 from vibecalc.errors import NumericalFailure
 from vibecalc.machine.measurement import Harmonic, Read
 from vibecalc.measurement.choosing import choose
-from vibecalc.measurement.complex_motion import complex_motion
+from vibecalc.measurement.complex_motion import (
+    complex_motion,
+    growth_of_deviations,
+    over_deviations,
+)
 from vibecalc.measurement.level import DECIBEL
 from vibecalc.measurement.level_motions import LevelMotion, level_motions
 from vibecalc.measurement.level_reach import Reach, reach
@@ -26,7 +31,8 @@ class Found(NamedTuple):
     """The motion (3,) taken for a harmonic, and how its readings and rounding move it.
 
     `candidates` are all motions that levels leave, the one taken first, with their largest
-    residual in dB; none where there are phases. `reach` bounds what they may be off.
+    residual in dB; none where there are phases. `reach` bounds what they may be off. `excess` is
+    the misfit of readings with phases over their deviations after all harmonics have told these.
     """
 
     harmonic: Harmonic
@@ -35,6 +41,7 @@ class Found(NamedTuple):
     rounding: Spread
     misfit: float
     misfit_error: float
+    excess: float
     decided: bool
     chosen_by_others: bool
     clipped: bool
@@ -72,10 +79,22 @@ class Found(NamedTuple):
         return signal(self.motion, self.rounding, rows)
 
 
-def solve(harmonic: Harmonic, reference: FloatArray) -> Found:
-    """The motion of one harmonic; `reference` (3,) is the row where phases are zero."""
+def solve_all(harmonics: Sequence[Harmonic], reference: FloatArray) -> list[Found]:
+    """The motion of every harmonic; `reference` (3,) is the row where phases are zero."""
     try:
-        return _from_phases(harmonic) if harmonic.is_complex else _from_levels(harmonic, reference)
+        growth = growth_of_deviations([one.phasors for one in harmonics if one.is_complex])
+    except NumericalFailure:
+        for one in harmonics:  # the harmonic that fails is named
+            _solve(one, reference, np.ones(2))
+        raise
+    return [_solve(one, reference, growth) for one in harmonics]
+
+
+def _solve(harmonic: Harmonic, reference: FloatArray, growth: FloatArray) -> Found:
+    try:
+        if harmonic.is_complex:
+            return _from_phases(harmonic, growth)
+        return _from_levels(harmonic, reference)
     except NumericalFailure as failure:
         raise NumericalFailure(f"harmonic {harmonic.order}: {failure}") from failure
 
@@ -122,6 +141,7 @@ def _from_levels(harmonic: Harmonic, reference: FloatArray) -> Found:
         rounding=roundings[0],
         misfit=best.misfit,
         misfit_error=2.0 * _ROUNDINGS * EPSILON * DECIBEL / float(np.min(half)),
+        excess=0.0,
         decided=choice.decided,
         chosen_by_others=bool(others),
         clipped=best.clipped,
@@ -132,22 +152,26 @@ def _from_levels(harmonic: Harmonic, reference: FloatArray) -> Found:
     )
 
 
-def _from_phases(harmonic: Harmonic) -> Found:
-    reads = harmonic.solving
-    readings = np.array([read.amplitude * np.exp(1j * (read.phase or 0.0)) for read in reads])
-    half = np.array([read.half_width for read in reads])
-    deviations = np.array([read.deviation for read in reads])
-    fit = complex_motion(_rows(reads), readings, half, deviations)
+def _from_phases(harmonic: Harmonic, growth: FloatArray) -> Found:
+    given = harmonic.phasors
+    fit = complex_motion(given._replace(deviations=given.deviations * growth[:, None]))
+    stated = over_deviations(fit.residual, given.readings, given.deviations)
+    spare = 2 * (len(given.rows) - 3)
     # what is left over is felt by the condition once more
-    felt = np.abs(readings) + fit.condition * np.abs(fit.residual)
+    felt = np.abs(given.readings) + fit.condition * np.abs(fit.residual)
     widths = _LINEAR * EPSILON * np.tile(felt, 2)
+    misfit_error = float(np.max(widths / np.ravel(given.deviations)))
+    # uncertainties grow with what the readings scatter, and what is not known of the one goes along
+    grown = np.any(growth > 1.0) or fit.excess > 1.0
+    share = float(np.max(widths / fit.spread.deviations)) if grown else 0.0
     return Found(
         harmonic=harmonic,
         motion=fit.motion,
-        spread=fit.spread,
+        spread=fit.spread._replace(doubt=fit.spread.doubt + share),
         rounding=fit.spread._replace(half_widths=widths),
-        misfit=fit.excess,
-        misfit_error=float(np.max(widths / fit.spread.deviations)),
+        misfit=float(np.sum(stated**2) / spare) ** 0.5 if spare else 0.0,
+        misfit_error=misfit_error,
+        excess=fit.excess,
         decided=True,
         chosen_by_others=False,
         clipped=False,

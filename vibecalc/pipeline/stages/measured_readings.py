@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from vibecalc.measurement.complex_motion import over_deviations
 from vibecalc.measurement.level import DECIBEL, level_of
 from vibecalc.numerics.rounding import EPSILON
 from vibecalc.pipeline.scene import Scene
@@ -25,9 +26,12 @@ def emit_readings(scene: Scene, found: list[Found]) -> None:
                 levels.append((read.name, order, float(own), float(computed), float(off)))
             if read.phase is not None:
                 shown = read.amplitude * np.exp(1j * read.phase)
-                apart = abs(complex(value) - shown) / read.deviation
+                deviations = np.array([[read.deviation], [read.across[1]]])
+                shift = np.array([complex(value) - shown])
+                apart = float(over_deviations(shift, np.array([shown]), deviations)[0])
                 rounding = float(error) + 8.0 * EPSILON * read.amplitude
-                signals.append((read.name, order, apart, rounding / read.deviation))
+                rounding /= float(np.min(deviations))
+                signals.append((read.name, order, apart, rounding))
     if levels:
         names, orders, own_, computed_, off_ = (
             np.array(column) for column in zip(*levels, strict=True)

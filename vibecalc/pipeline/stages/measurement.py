@@ -13,7 +13,7 @@ from vibecalc.measurement.rigid_plate import PARTS
 from vibecalc.numerics.rounding import WithError
 from vibecalc.pipeline.scene import Scene
 from vibecalc.pipeline.stages.measured_candidates import emit_candidates, warn_of
-from vibecalc.pipeline.stages.measured_motion import Found, solve
+from vibecalc.pipeline.stages.measured_motion import Found, solve_all
 from vibecalc.pipeline.stages.measured_phase import phase_between
 from vibecalc.pipeline.stages.measured_plate import emit_plate
 from vibecalc.pipeline.stages.measured_readings import emit_readings
@@ -29,7 +29,7 @@ def run(scene: Scene) -> None:
     if table is None:
         raise ValueError("the case has no [measurement]")
     reference = reference_row(table)
-    found = [solve(harmonic, reference) for harmonic in build_harmonics(table)]
+    found = solve_all(build_harmonics(table), reference)
     for one in found:
         warn_of(scene, one, table)
     orders = {"order": np.array(table.orders)}

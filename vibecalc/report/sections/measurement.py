@@ -68,7 +68,7 @@ def _motion(record: Record) -> list[str]:
     words = (
         "levels refer to reference_level and, of roll and pitch, to angular_reference_level; "
         "phases to the reference position; +- is the standard uncertainty from the last digits "
-        "read, - where they leave it open"
+        "read, what is stated beside them and, with phases, the scatter; - where it is open"
     )
     return table(columns, rows) + paragraph(words)
 
