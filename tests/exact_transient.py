@@ -8,27 +8,31 @@ march of the package: no steps, no exponential of a matrix, no Legendre polynomi
 from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.optimize import brentq
 from study_inputs import StudyInputs
 
 POINTS = 12
 #: radians of the fastest of torque and line in a panel
 PANEL = 0.45
 #: of a sweep: share of a start and of other changes in which the acceleration grows, and fades
-RAMP, SWING, PARTS = 0.25, 0.1, 24
+RAMP, SWING = 0.25, 0.1
 STEPS = ("load_step", "misfire_onset")
 #: two turns in the widest float
 TURNS = 16 * np.arctan(np.longdouble(1))
 
 
 class Part(NamedTuple):
-    """Acceleration goes by `rate`, scale of the gas and load along straight lines."""
+    """Acceleration goes by `rate` and the scale of the gas along straight lines.
+
+    Gas and load are those of the speed at each time where none are given.
+    """
 
     duration: float
     acceleration: float
     rate: float
-    gas: np.ndarray
-    scale: tuple[float, float]
-    load: tuple[np.ndarray, np.ndarray]
+    scale: tuple[float, float] = (1.0, 1.0)
+    gas: np.ndarray | None = None
+    load: np.ndarray | None = None
 
 
 class Plan(NamedTuple):
@@ -58,8 +62,8 @@ def plan(inputs: StudyInputs) -> Plan:
             left = gas - inputs.by_cylinder(speed)[names.index(asked.cylinder)]
         before = asked.before or inputs.cycle / speed
         parts = [
-            Part(before, 0.0, 0.0, gas, (1.0, 1.0), (load, load)),
-            Part(asked.after, 0.0, 0.0, left, (1.0, 1.0), (after, after)),
+            Part(before, 0.0, 0.0, gas=gas, load=load),
+            Part(asked.after, 0.0, 0.0, gas=left, load=after),
         ]
         return Plan(parts, speed, inputs.inertia, True, (0.0, 0.0))
     share = np.zeros(n)
@@ -70,26 +74,33 @@ def plan(inputs: StudyInputs) -> Plan:
     whole = 1.0 - 0.5 * (grows + SWING)
     lasts = asked.duration or abs(end - begin) / asked.acceleration / whole
     before = 0.0 if begin == 0.0 else asked.before
-    follows = len(inputs.card_speed) > 1 or bool(np.any(inputs.built.taken_exponent))
-    cuts = np.linspace(0.0, 1.0, PARTS + 1) if follows else np.array([0.0, 1.0])
-    cuts = np.union1d(cuts, [grows, 1.0 - SWING])
+    # the gas has a corner at each card
+    passed = [
+        brentq(lambda x, c=card: begin + (end - begin) * _gone(x, grows) - c, 0.0, 1.0, xtol=1e-15)
+        for card in inputs.card_speed
+        if min(begin, end) < card < max(begin, end)
+    ]
+    cuts = np.union1d([0.0, grows, 1.0 - SWING, 1.0], passed)
     level = np.minimum(np.minimum(cuts / grows, (1.0 - cuts) / SWING), 1.0)
     level *= (end - begin) / (lasts * whole)
-    speeds = begin + np.append(0, np.cumsum(0.5 * (level[1:] + level[:-1]) * np.diff(cuts) * lasts))
-    parts = []
-    if before:
-        load = -inputs.taken(begin)
-        parts.append(Part(before, 0.0, 0.0, inputs.gas(begin), (1.0, 1.0), (load, load)))
+    parts = [Part(before, 0.0, 0.0)] if before else []
     for k, length in enumerate(np.diff(cuts) * lasts):
         ramp = np.minimum(cuts[k : k + 2] / RAMP, 1.0) if starts else np.ones(2)
-        gas = inputs.gas(0.5 * (speeds[k] + speeds[k + 1]))
-        loads = (-inputs.taken(speeds[k]), -inputs.taken(speeds[k + 1]))
         rate = (level[k + 1] - level[k]) / length
-        parts.append(Part(length, level[k], rate, gas, (ramp[0], ramp[1]), loads))
+        parts.append(Part(length, level[k], rate, (ramp[0], ramp[1])))
     if end > 0.0:
-        load = -inputs.taken(end)
-        parts.append(Part(asked.after, 0.0, 0.0, inputs.gas(end), (1.0, 1.0), (load, load)))
+        parts.append(Part(asked.after, 0.0, 0.0))
     return Plan(parts, begin, share, begin > 0.0, (before, before + lasts))
+
+
+def _gone(time: float, grows: float) -> float:
+    """Share of the change of speed that lies behind at a share of its time."""
+    whole = 1.0 - 0.5 * (grows + SWING)
+    if time < grows:
+        return 0.5 * time**2 / grows / whole
+    if time > 1.0 - SWING:
+        return 1.0 - 0.5 * (1.0 - time) ** 2 / SWING / whole
+    return (time - 0.5 * grows) / whole
 
 
 class ExactMotion:
@@ -178,22 +189,39 @@ class ExactMotion:
             part, here = self.plan.parts[k], place == k
             share = ((time[here] - self.border[k]) / part.duration)[:, None]
             scale = part.scale[0] + (part.scale[1] - part.scale[0]) * share
-            load = part.load[0] + (part.load[1] - part.load[0]) * share
-            waves = (wave[here] @ part.gas[:, 1:].T).real
+            load = -one.taken(np.maximum(speed[here], 0.0)) if part.load is None else part.load
+            mean, waves = 0.0, 0.0
+            for card, weight in self.cards(part, speed[here]):
+                mean = mean + weight * card[:, 0].real
+                waves = waves + weight * (wave[here] @ card[:, 1:].T).real
             own = (wave[here] @ one.inertial[:, 1:].T).real * speed[here][:, None] ** 2
             # the cylinders' inertia torques come in with their gas
             out[here] = scale * (waves + own)
-            mean_of[here] = scale * part.gas[:, 0].real + load
+            mean_of[here] = scale * mean + load
             mean_of[here] -= acceleration[here][:, None] * one.inertia
         total: np.ndarray = out + mean_of @ self.balance.T
         return total
 
+    def cards(self, part: Part, speed: np.ndarray) -> Any:
+        """Gas (n, m + 1) of each card, with its weight (t, 1) at speeds (t,)."""
+        if part.gas is not None:
+            return [(part.gas, 1.0)]
+        one = self.inputs
+        return zip(one.gas_of.sum(axis=1), one.weights(speed).T[..., None], strict=True)
+
+    def given(self, part: Part, speed: float) -> tuple[np.ndarray, np.ndarray]:
+        """Gas (n, m + 1) and load (n,) at one speed."""
+        one = self.inputs
+        gas = one.gas(speed) if part.gas is None else part.gas
+        return gas, -one.taken(speed) if part.load is None else part.load
+
     def steady_state(self, part: Part, speed: float) -> tuple[np.ndarray, np.ndarray]:
         """State held by the mean, and amplitudes (m, s) of the orders at one speed."""
         one = self.inputs
-        mean = self.balance @ (part.gas[:, 0].real + part.load[0])
+        gas, load = self.given(part, speed)
+        mean = self.balance @ (gas[:, 0].real + load)
         still = np.linalg.lstsq(self.matrix, -self.drive @ mean, rcond=1e-12)[0]
-        force = part.gas[:, 1:] + speed**2 * one.inertial[:, 1:]
+        force = gas[:, 1:] + speed**2 * one.inertial[:, 1:]
         size = np.eye(len(self.matrix))
         waves = [
             np.linalg.solve(1j * q * speed * size - self.matrix, self.drive @ force[:, k])

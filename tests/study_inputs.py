@@ -89,11 +89,12 @@ class StudyInputs:
         wave = np.exp(-1j * self.order[:, None] * angle)
         return np.append(torque.sum(), 2.0 * wave @ torque)
 
-    def weights(self, speed: float) -> np.ndarray:
+    def weights(self, speed: Any) -> np.ndarray:
+        """Of the cards at speeds (...), (..., c)."""
         if len(self.card_speed) == 0:
-            return np.ones(1)
+            return np.ones((*np.shape(speed), 1))
         unit = np.eye(len(self.card_speed))
-        return np.array([np.interp(speed, self.card_speed, row) for row in unit])
+        return np.stack([np.interp(speed, self.card_speed, row) for row in unit], axis=-1)
 
     def by_cylinder(self, speed: float) -> np.ndarray:
         """Gas torque (cylinders, n, m + 1), the mean first."""
@@ -102,15 +103,15 @@ class StudyInputs:
     def gas(self, speed: float) -> np.ndarray:
         return self.by_cylinder(speed).sum(axis=0)
 
-    def taken(self, speed: float) -> np.ndarray:
-        """What `loads` take from each freedom (n,) at a speed, braking."""
-        out = np.zeros(len(self.inertia))
+    def taken(self, speed: Any) -> np.ndarray:
+        """What `loads` take from each freedom at speeds (...), (..., n), braking."""
+        out = np.zeros((*np.shape(speed), len(self.inertia)))
         for station, torque, power in zip(
             self.built.taken_station, self.built.taken_torque, self.built.taken_exponent,
             strict=True,
         ):  # fmt: skip
             own = abs(self.ratio[station]) * torque * (speed / self.speed) ** power
-            out[self.built.freedom[station]] += own
+            out[..., self.built.freedom[station]] += own
         return out
 
     def matrices(self) -> tuple[np.ndarray, np.ndarray]:

@@ -125,11 +125,21 @@ def test_branched_line_with_everything_agrees_with_runge_kutta() -> None:
     own = 0.05 * (rng.normal(size=(4, 4)) + 1j * rng.normal(size=(4, 4)))
     misfire = gas.copy()
     misfire[1] *= 0.3
-    load, more = np.array([0.0, 0.0, 20.0, 0.0]), np.array([0.0, 5.0, -60.0, 0.0])
+    # a fan and a constant brake; a gas that follows the speed
+    load, power = np.array([[0.0, 5.0, -60.0, 0.0], [0.0, 0.0, 0.2, -0.3]]), np.array([0.0, 1.7])
     parts = [
         stretch(1.5, 2.0, gas, own, scale=(0.0, 1.0), acceleration_rate=32.0 / 3.0),
-        stretch(1.0, 0.0, misfire, own, load=load, load_end=more),
-        stretch(1.0, -15.0, misfire, own, load=more, acceleration_rate=12.0),
+        stretch(1.0, 0.0, misfire, own, load=load, exponent=power),
+        stretch(
+            1.0,
+            -15.0,
+            misfire,
+            own,
+            load=load,
+            exponent=power,
+            acceleration_rate=12.0,
+            gas_end=-0.4 * gas,
+        ),
     ]
     run = transient(line, order, parts, 3.0, angle=0.7)
     inertia, damping = line.inertia, damping_matrix(line)
@@ -137,16 +147,20 @@ def test_branched_line_with_everything_agrees_with_runge_kutta() -> None:
     state, found, begin = np.zeros(8), [], (0.7, 3.0)
     for part in parts:
         theta, speed = begin
+        gained = part.duration * (part.acceleration + part.acceleration_rate * part.duration / 2)
 
-        def rates(t: float, y: np.ndarray, part=part, theta=theta, speed=speed) -> np.ndarray:
+        def rates(
+            t: float, y: np.ndarray, part=part, theta=theta, speed=speed, gained=gained
+        ) -> np.ndarray:
             bend = part.acceleration_rate * t
             now = speed + (part.acceleration + bend / 2) * t
             angle = theta + speed * t + (part.acceleration / 2 + bend / 6) * t * t
             share = t / part.duration
             scale = part.scale_start + (part.scale_end - part.scale_start) * share
             turned = np.exp(1j * order * angle)
-            torque = scale * ((part.gas + now**2 * part.inertia) @ turned).real
-            torque = torque + part.load_start + (part.load_end - part.load_start) * share
+            gas = part.gas + (now - speed) / (gained or 1.0) * (part.gas_end - part.gas)
+            torque = scale * ((gas + now**2 * part.inertia) @ turned).real
+            torque = torque + now**part.exponent @ part.load
             torque = torque - inertia * (part.acceleration + bend)
             force = torque - stiffness @ y[:4] - damping @ y[4:]
             return np.concatenate([y[4:], force / inertia])

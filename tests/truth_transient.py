@@ -160,7 +160,8 @@ def _supply(motion: ExactMotion, record: Record, noise: np.ndarray) -> Iterator[
     path = f"{ROOT}acceleration_torque"
     yield path, _own(record, "acceleration_torque"), np.array(whole), 2.0 * tiny * abs(whole)
     load = one.built.load_freedom
-    mean = part.scale[0] * part.gas[:, 0].real + part.load[0]
+    gas, given_load = motion.given(part, float(motion.border_speed[place]))
+    mean = part.scale[0] * gas[:, 0].real + given_load
     given = mean - inertia * top
     supplied = (motion.balance @ given - given)[load] / one.ratio[one.built.load_station]
     size = 8.0 * tiny * float(np.abs(mean).sum() + abs(whole))

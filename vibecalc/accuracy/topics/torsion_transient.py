@@ -69,7 +69,7 @@ def topics(scene: Scene) -> list[Topic]:
     speed, angle = float(whole.speed[first]), float(whole.angle[first])
     part = _shortened(path.stretches[first], speed, setup.drive.firing.cycle)
     borders = course([part], speed, angle)
-    law = torque_law(path.order, part, system.balance, system.inertia, not borders.speed.any())
+    law = torque_law(path.order, part, system.balance, system.inertia, borders.speed)
     begin = rest(system)
     if steady:
         before = path.stretches[max(first - 1, 0)]
@@ -88,10 +88,12 @@ def _shortened(part: Stretch, speed: float, cycle: float) -> Stretch:
     turned = turned_after(part, speed, times)
     duration = float(np.interp(cycle, turned, times))
     share = duration / part.duration
+    ends = speed_after(part, speed, np.array([duration, part.duration]))
+    passed = (ends[0] - speed) / (ends[1] - speed) if ends[1] != speed else 0.0
     return part._replace(
         duration=duration,
         scale_end=part.scale_start + share * (part.scale_end - part.scale_start),
-        load_end=part.load_start + share * (part.load_end - part.load_start),
+        gas_end=part.gas + passed * (part.gas_end - part.gas),
     )
 
 
@@ -190,7 +192,7 @@ def _rates(short: Short) -> Rates:
     system, part, law = short.system, short.part, short.law
     matrix, inputs = system.state_matrix, system.input_matrix
     m = len(law.power)
-    gas, inertia = (one[:, :m] - 1j * one[:, m:] for one in law.harmonic)
+    gas, growth, inertia = (one[:, :m] - 1j * one[:, m:] for one in law.harmonic)
     start, half = float(short.borders.speed[0]), 0.5j * law.power
     begin = float(short.borders.angle[0] % (8.0 * np.pi))
 
@@ -199,8 +201,10 @@ def _rates(short: Short) -> Rates:
         at = begin + float(turned_after(part, start, np.array(time)))
         speed = float(speed_after(part, start, np.array(time)))
         scale = part.scale_start + share * (part.scale_end - part.scale_start)
-        torque = scale * ((gas + speed**2 * inertia) @ np.exp(half * at)).real
-        torque = torque + law.steady + law.load[0] + share * (law.load[1] - law.load[0])
+        wave = np.exp(half * at)
+        torque = scale * ((gas + (speed - start) * growth + speed**2 * inertia) @ wave).real
+        torque = torque + law.pull[0] + share * (law.pull[1] - law.pull[0])
+        torque = torque + speed**law.exponent @ law.load
         return np.asarray(matrix @ state + inputs @ torque)
 
     return rates

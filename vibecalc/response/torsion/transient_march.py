@@ -71,7 +71,7 @@ def transient(
     system = transient_system(line, reaction)
     borders = course(stretches, speed, angle)
     laws = tuple(
-        torque_law(order, part, system.balance, system.inertia, not borders.speed[k : k + 2].any())
+        torque_law(order, part, system.balance, system.inertia, borders.speed[k : k + 2])
         for k, part in enumerate(stretches)
     )
     if start == "steady":

@@ -19,19 +19,21 @@ class Stretch(NamedTuple):
 
     It changes by `acceleration_rate` (rad/s^3), but not its sign.
 
-    The torque on station i is scale Re sum_q (gas + w^2 inertia)_iq exp(i q theta) + load_i, with
-    gas (n, m) in N m, inertia (n, m) in N m/(rad/s)^2, firing angles already in their phases.
-    scale and load (n,) in N m go linearly from `..._start` to `..._end`.
+    The torque on station i at the speed w is scale Re sum_q (gas + w^2 inertia)_iq exp(i q theta)
+    + sum_k load_ki w^exponent_k, with gas (n, m) in N m, inertia (n, m) in N m/(rad/s)^2, firing
+    angles already in their phases, load (k, n) in N m/(rad/s)^exponent. The gas goes linearly *in
+    the speed* from `gas` at the begin to `gas_end`, the scale linearly in time.
     """
 
     duration: float
     acceleration: float
     gas: ComplexArray
+    gas_end: ComplexArray
     inertia: ComplexArray
     scale_start: float
     scale_end: float
-    load_start: FloatArray
-    load_end: FloatArray
+    load: FloatArray
+    exponent: FloatArray
     acceleration_rate: float = 0.0
 
 
@@ -50,16 +52,21 @@ def stretch(
     inertia: ComplexArray | None = None,
     scale: tuple[float, float] = (1.0, 1.0),
     load: FloatArray | None = None,
-    load_end: FloatArray | None = None,
+    exponent: FloatArray | None = None,
     acceleration_rate: float = 0.0,
+    gas_end: ComplexArray | None = None,
 ) -> Stretch:
-    """A stretch with what is left out being zero; a load without `load_end` stays as it is."""
+    """A stretch with what is left out being zero; a gas without `gas_end` stays as it is.
+
+    A load (n,) without `exponent` is constant.
+    """
     gas = np.asarray(gas, dtype=complex)
     own = np.zeros_like(gas) if inertia is None else np.asarray(inertia, dtype=complex)
-    first = np.zeros(gas.shape[0]) if load is None else np.asarray(load, dtype=float)
-    last = first if load_end is None else np.asarray(load_end, dtype=float)
+    last = gas if gas_end is None else np.asarray(gas_end, dtype=complex)
+    taken = np.atleast_2d(np.zeros(gas.shape[0]) if load is None else load).astype(float)
+    power = np.zeros(len(taken)) if exponent is None else np.asarray(exponent, dtype=float)
     return Stretch(
-        float(duration), float(acceleration), gas, own, *scale, first, last,
+        float(duration), float(acceleration), gas, last, own, *scale, taken, power,
         float(acceleration_rate),
     )  # fmt: skip
 
@@ -75,6 +82,16 @@ def turned_after(part: Stretch, speed: float, time: Any) -> Any:
     kind = np.asarray(time).dtype.type
     grown = kind(part.acceleration_rate) * time / 3
     return (kind(speed) + (kind(part.acceleration) + grown) * time / 2) * time
+
+
+def mean_torque(part: Stretch, speeds: FloatArray, speed: float, time: float) -> FloatArray:
+    """Mean torque (n,) in N m of gas and loads, `time` s after a stretch between `speeds` began."""
+    passed = (speed - speeds[0]) / (speeds[1] - speeds[0]) if speeds[1] != speeds[0] else 0.0
+    gas = part.gas[:, 0] + passed * (part.gas_end - part.gas)[:, 0]
+    mean = (gas + speed**2 * part.inertia[:, 0]).real
+    scale = part.scale_start + (part.scale_end - part.scale_start) * time / part.duration
+    torque: FloatArray = scale * mean + speed**part.exponent @ part.load
+    return torque
 
 
 def time_of_speed(part: Stretch, speed: float, wanted: float) -> float:

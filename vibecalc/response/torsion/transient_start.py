@@ -7,7 +7,7 @@ from vibecalc.numerics.rounding import SINGULAR, UNIT_ROUNDOFF
 from vibecalc.numerics.typing import FloatArray
 from vibecalc.response.torsion.transient_motion import Stretch
 from vibecalc.response.torsion.transient_system import TransientSystem
-from vibecalc.response.torsion.transient_torque import torque_law
+from vibecalc.response.torsion.transient_torque import load_at, torque_law
 
 
 def rest(system: TransientSystem) -> FloatArray:
@@ -29,16 +29,16 @@ def steady_start(
         part._replace(acceleration=0.0, acceleration_rate=0.0),
         system.balance,
         system.inertia,
-        speed == 0.0,
+        np.array([speed, speed]),
     )
     m = law.power.size
-    both = law.harmonic[0] + speed**2 * law.harmonic[1]
+    both = law.harmonic[0] + speed**2 * law.harmonic[2]
     torque = part.scale_start * (both[:, :m] - 1j * both[:, m:])
     moving = (law.power > 0.0) & (speed > 0.0) & np.any(torque != 0.0, axis=0)
     phase = np.exp(0.5j * law.power * angle)
 
     still = ~moving
-    mean = law.load[0] + (torque[:, still] * phase[still]).real.sum(axis=1)
+    mean = load_at(law, np.array(speed)) + (torque[:, still] * phase[still]).real.sum(axis=1)
     state = static_state(system, mean)
     if not moving.any():
         return state

@@ -15,15 +15,18 @@ CYCLE = 8 * np.arctan(np.longdouble(1)) * 2
 class TorqueLaw(NamedTuple):
     """Torques of one stretch as matrices; `power` (m,) are the orders times two.
 
-    `harmonic` (2, n, 2 m) takes the real and imaginary parts of exp(i q theta): gas, and inertia
-    per squared speed. `steady` (n,) is what the first acceleration does, `load` (2, n) start and
-    end, with what the acceleration adds on the way; means are balanced already.
+    `harmonic` (3, n, 2 m) takes the real and imaginary parts of exp(i q theta): gas at `speed`, in
+    rad/s, that of the begin; gas for each rad/s beyond it; inertia per squared speed. `pull` (2, n)
+    is what the acceleration does at begin and end, `load` (k, n) goes with the powers `exponent`
+    (k,) of the speed; means are balanced already.
     """
 
     power: FloatArray
     harmonic: FloatArray
-    steady: FloatArray
+    speed: float
+    pull: FloatArray
     load: FloatArray
+    exponent: FloatArray
 
 
 def half_orders(order: FloatArray) -> FloatArray:
@@ -37,21 +40,30 @@ def half_orders(order: FloatArray) -> FloatArray:
 
 
 def torque_law(
-    order: FloatArray, part: Stretch, balance: FloatArray, inertia: FloatArray, stands: bool
+    order: FloatArray, part: Stretch, balance: FloatArray, inertia: FloatArray, speeds: FloatArray
 ) -> TorqueLaw:
-    """Law of one stretch. The mean (order 0), the loads and -J acceleration are balanced.
+    """Law of one stretch between two `speeds`, in rad/s.
 
-    At standstill every order is a mean: the torque at the angle where the crank stands.
+    The mean (order 0), the loads and -J acceleration are balanced. At standstill every order is a
+    mean: the torque at the angle where the crank stands.
     """
     power = half_orders(order)
-    mean = np.ones_like(power, dtype=bool) if stands else power == 0.0
+    begin, end = (float(one) for one in speeds)
+    mean = power == 0.0 if begin or end else np.ones_like(power, dtype=bool)
+    growth = (part.gas_end - part.gas) / (end - begin) if end != begin else 0.0 * part.gas
     split = []
-    for torque in (part.gas, part.inertia):
+    for torque in (part.gas, growth, part.inertia):
         held = np.where(mean, balance @ torque, torque)
         split.append(np.concatenate([held.real, -held.imag], axis=1))
-    more = -inertia * part.acceleration_rate * part.duration
-    load = np.array([part.load_start, part.load_end + more]) @ balance.T
-    return TorqueLaw(power, np.array(split), balance @ (-inertia * part.acceleration), load)
+    last = part.acceleration + part.acceleration_rate * part.duration
+    pull = -np.outer([part.acceleration, last], inertia) @ balance.T
+    return TorqueLaw(power, np.array(split), begin, pull, part.load @ balance.T, part.exponent)
+
+
+def load_at(law: TorqueLaw, speed: FloatArray) -> FloatArray:
+    """Balanced loads (n, ...) in N m at speeds (...) in rad/s."""
+    powers = np.maximum(speed, 0.0)[..., None] ** law.exponent
+    return np.asarray(np.moveaxis(powers @ law.load, -1, 0))
 
 
 def basis(power: FloatArray, angle: FloatArray) -> FloatArray:
@@ -74,10 +86,11 @@ def torque_at(
     """Torques (n, ...) in N m at angles, speeds and shares of the stretch passed, all (...)."""
     flat = basis(law.power, angle.ravel())
     gas = (law.harmonic[0] @ flat).reshape(-1, *angle.shape)
-    if np.any(part.inertia):
-        gas += speed**2 * (law.harmonic[1] @ flat).reshape(-1, *angle.shape)
+    for factor, harmonic in ((speed - law.speed, law.harmonic[1]), (speed**2, law.harmonic[2])):
+        if np.any(harmonic):
+            gas += factor * (harmonic @ flat).reshape(-1, *angle.shape)
     scale = part.scale_start + (part.scale_end - part.scale_start) * share
     outer = (slice(None), *(None,) * angle.ndim)
-    load = law.load[0][outer] + (law.load[1] - law.load[0])[outer] * share
-    torque: FloatArray = scale * gas + load + law.steady[outer]
+    pull = law.pull[0][outer] + (law.pull[1] - law.pull[0])[outer] * share
+    torque: FloatArray = scale * gas + load_at(law, speed) + pull
     return torque

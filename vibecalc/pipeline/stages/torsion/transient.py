@@ -31,7 +31,7 @@ from vibecalc.response.torsion.transient_quasi_steady import (
 from vibecalc.response.torsion.transient_sliding import Sliding
 from vibecalc.response.torsion.transient_start import static_state
 from vibecalc.response.torsion.transient_swing import largest_swings
-from vibecalc.response.torsion.transient_torque import torque_law
+from vibecalc.response.torsion.transient_torque import load_at, torque_law
 
 #: tolerance of the march: nothing that is read off it is told more sharply
 _RTOL = 1e-7
@@ -261,8 +261,9 @@ def _steady_peak(
 ) -> tuple[FloatArray, FloatArray]:
     """Largest referred torque (e,) of a state that lasts, mean in it, with its error."""
     system, speed = run_.system, path.speed
-    law = torque_law(path.order, part, system.balance, system.inertia, False)
-    mean = law.load[0] + law.harmonic[0][:, 0] + speed**2 * law.harmonic[1][:, 0]
+    law = torque_law(path.order, part, system.balance, system.inertia, np.array([speed, speed]))
+    mean = load_at(law, np.array(speed)) + law.harmonic[0][:, 0]
+    mean = mean + speed**2 * law.harmonic[2][:, 0]
     still = system.torque @ static_state(system, mean)
     torque = (part.gas + speed**2 * part.inertia).T[1:]
     every = np.arange(torque.shape[1])

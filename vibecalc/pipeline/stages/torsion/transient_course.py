@@ -11,13 +11,13 @@ from vibecalc.numerics.typing import ComplexArray, FloatArray
 from vibecalc.pipeline.stages.torsion.drive import motored_cylinder
 from vibecalc.pipeline.stages.torsion.setup import Setup
 from vibecalc.response.torsion.line import Line
-from vibecalc.response.torsion.transient_motion import Stretch, stretch
+from vibecalc.response.torsion.transient_motion import Stretch, stretch, time_of_speed
 
 if TYPE_CHECKING:
     from vibecalc.case.schema import Machine
 
-#: stretches of a run whose gas or load changes with the speed
-_PARTS = 24
+#: share of the whole change of speed within which a card lies at the end of a stretch
+_CLOSE = 1e-9
 #: share of a start from rest during which torque of the cylinders and acceleration grow evenly
 RAMP = 0.25
 #: share of any other change during which the acceleration grows, and of all in which it fades
@@ -93,16 +93,28 @@ def torques(setup: Setup, speed: float) -> tuple[ComplexArray, ComplexArray]:
     return gas, inertia
 
 
-def _taken(setup: Setup, speed: float) -> FloatArray:
-    """Torque (n,) of what is driven, as the case gives it; what is left the load station takes."""
-    return -setup.shaft.mean_load(max(speed, 0.0), setup.speed)
+def _taken(setup: Setup) -> tuple[FloatArray, FloatArray]:
+    """What is driven, as the case gives it: loads (k, n) in N m/(rad/s)^e, exponents e (k,).
+
+    What is left the load station takes.
+    """
+    shaft = setup.shaft
+    exponent = np.unique(shaft.taken_exponent)
+    load = np.zeros((len(exponent), len(shaft.freedom_names)))
+    row = np.searchsorted(exponent, shaft.taken_exponent)
+    # it brakes, whichever way its shaft turns
+    size = shaft.taken_torque * np.abs(shaft.station_ratio[shaft.taken_station])
+    size = size / setup.speed**shaft.taken_exponent
+    np.subtract.at(load, (row, shaft.freedom[shaft.taken_station]), size)
+    return load, exponent
 
 
 def _held(setup: Setup, speed: float, duration: float) -> tuple[Stretch, ...]:
     if duration <= 0.0:
         return ()
     gas, inertia = torques(setup, speed)
-    return (stretch(duration, 0.0, gas, inertia, load=_taken(setup, speed)),)
+    load, exponent = _taken(setup)
+    return (stretch(duration, 0.0, gas, inertia, load=load, exponent=exponent),)
 
 
 def _rise(kind: str) -> float:
@@ -113,38 +125,56 @@ def _rise(kind: str) -> float:
 def _sweep(
     setup: Setup, begin: float, end: float, duration: float, kind: str
 ) -> tuple[Stretch, ...]:
-    """From one speed to another; cut where gas or load follow the speed or the torque ramps in.
+    """From one speed to another; cut at the speeds of the gas cards, between which gas is linear.
 
     The acceleration grows and fades along straight lines: one that jumped would strike the line.
     """
-    follows = len(setup.drive.card_speed) > 1 or bool(np.any(setup.shaft.taken_exponent))
-    rise = _rise(kind)
-    share = np.linspace(0.0, 1.0, _PARTS + 1) if follows else np.array([0.0, 1.0])
-    share = np.union1d(share, [rise, 1.0 - SWING])
-    starts = kind == "start"
-    growth = np.minimum(np.minimum(share / rise, (1.0 - share) / SWING), 1.0)
-    # the speed that each part adds
-    added = 0.5 * (growth[1:] + growth[:-1]) * np.diff(share)
-    border = begin + (end - begin) * np.append(0.0, np.cumsum(added) / added.sum())
-    acceleration = (end - begin) / (duration * added.sum()) * growth
+    rise, starts = _rise(kind), kind == "start"
+    plain = np.array([0.0, rise, 1.0 - SWING, 1.0])
+    share = np.union1d(plain, _shares(plain, *_profile(plain, rise, begin, end), setup))
+    border, slope = _profile(share, rise, begin, end)
+    load, exponent = _taken(setup)
     parts = []
     for k, length in enumerate(np.diff(share)):
-        gas, inertia = torques(setup, float(0.5 * (border[k] + border[k + 1])))
+        (gas, inertia), (gas_end, _) = (torques(setup, float(one)) for one in border[k : k + 2])
         scale = np.minimum(share[k : k + 2] / RAMP, 1.0) if starts else np.ones(2)
         parts.append(
             stretch(
                 duration * length,
-                float(acceleration[k]),
+                float(slope[k]) / duration,
                 gas,
                 inertia,
                 scale=(float(scale[0]), float(scale[1])),
-                load=_taken(setup, float(border[k])),
-                load_end=_taken(setup, float(border[k + 1])),
-                acceleration_rate=float(acceleration[k + 1] - acceleration[k])
-                / (duration * length),
+                load=load,
+                exponent=exponent,
+                acceleration_rate=float(slope[k + 1] - slope[k]) / (duration**2 * length),
+                gas_end=gas_end,
             )
         )
     return tuple(parts)
+
+
+def _profile(
+    share: FloatArray, rise: float, begin: float, end: float
+) -> tuple[FloatArray, FloatArray]:
+    """Speeds (k,) in rad/s and their slopes (k,) against the share of the time, at shares (k,)."""
+    growth = np.minimum(np.minimum(share / rise, (1.0 - share) / SWING), 1.0)
+    added = 0.5 * (growth[1:] + growth[:-1]) * np.diff(share)
+    speed = begin + (end - begin) * np.append(0.0, np.cumsum(added) / added.sum())
+    return speed, (end - begin) / added.sum() * growth
+
+
+def _shares(share: FloatArray, speed: FloatArray, slope: FloatArray, setup: Setup) -> list[float]:
+    """Shares of the time at which the run passes the speed of a gas card, apart from its ends."""
+    found = []
+    close = _CLOSE * abs(speed[-1] - speed[0])
+    for card in setup.drive.card_speed:
+        if np.all(np.abs(speed - card) > close) and (speed[0] < card) != (speed[-1] < card):
+            k = int(np.flatnonzero((speed[:-1] < card) != (speed[1:] < card))[0])
+            length, bend = share[k + 1] - share[k], slope[k + 1] - slope[k]
+            part = stretch(length, slope[k], np.zeros((1, 1), dtype=complex), acceleration_rate=bend / length)
+            found.append(float(share[k]) + time_of_speed(part, float(speed[k]), float(card)))
+    return found
 
 
 def _steps(
@@ -153,7 +183,7 @@ def _steps(
     """Constant speed before and after. What is left over afterwards slows the line as a whole."""
     shaft, speed = setup.shaft, setup.speed
     gas, inertia = torques(setup, speed)
-    load = _taken(setup, speed)
+    load = -shaft.mean_load(speed, speed)
     if not np.any(setup.model.line.ground_stiffness):
         load[shaft.load_freedom] -= float(np.sum(gas[:, 0].real + load))
     after, gas_after = load.copy(), gas

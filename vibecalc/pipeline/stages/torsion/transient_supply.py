@@ -7,7 +7,7 @@ from vibecalc.pipeline.entries.torsion_studies import TRANSIENT
 from vibecalc.pipeline.scene import Scene
 from vibecalc.pipeline.stages.torsion.setup import Setup
 from vibecalc.response.torsion.transient_march import TransientRun
-from vibecalc.response.torsion.transient_motion import acceleration_at, speed_at
+from vibecalc.response.torsion.transient_motion import acceleration_at, mean_torque, speed_at
 from vibecalc.response.torsion.transient_peaks import Envelope
 from vibecalc.response.torsion.transient_start import static_state
 
@@ -32,11 +32,10 @@ def emit_supply(scene: Scene, setup: Setup, run: TransientRun, found: Envelope) 
     number = int(np.clip(np.searchsorted(run.borders.time, time[place], side="right") - 1, 0,
                          len(run.stretches) - 1))  # fmt: skip
     part = run.stretches[number]
-    share = (time[place] - run.borders.time[number]) / part.duration
+    since = float(time[place] - run.borders.time[number])
+    speeds = run.borders.speed[number : number + 2]
     speed = float(speed_at(run.stretches, run.borders, time[place : place + 1])[0])
-    mean = (part.gas + speed**2 * part.inertia)[:, 0].real
-    mean = (part.scale_start + (part.scale_end - part.scale_start) * share) * mean
-    mean = mean + part.load_start + (part.load_end - part.load_start) * share
+    mean = mean_torque(part, speeds, speed, since)
     supplied += float((system.balance @ mean - mean)[shaft.load_freedom])
     own = float(shaft.station_ratio[shaft.load_station])
     size = abs(whole) + float(np.abs(mean).sum())
