@@ -172,7 +172,9 @@ def _shares(share: FloatArray, speed: FloatArray, slope: FloatArray, setup: Setu
         if np.all(np.abs(speed - card) > close) and (speed[0] < card) != (speed[-1] < card):
             k = int(np.flatnonzero((speed[:-1] < card) != (speed[1:] < card))[0])
             length, bend = share[k + 1] - share[k], slope[k + 1] - slope[k]
-            part = stretch(length, slope[k], np.zeros((1, 1), dtype=complex), acceleration_rate=bend / length)
+            part = stretch(
+                length, slope[k], np.zeros((1, 1), dtype=complex), acceleration_rate=bend / length
+            )
             found.append(float(share[k]) + time_of_speed(part, float(speed[k]), float(card)))
     return found
 
