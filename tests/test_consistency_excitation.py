@@ -18,7 +18,7 @@ from vibecalc.excitation.inertia_torque import inertia_torque, torque_reaction
 from vibecalc.excitation.reciprocating import reciprocating_excitation
 from vibecalc.excitation.residual import residual
 from vibecalc.excitation.rotating import rotating_excitation
-from vibecalc.excitation.sums import Excitation, add, at_speed
+from vibecalc.excitation.sums import Excitation, add, at_speed, size_of_terms
 
 SAMPLES = 720
 EPS = np.finfo(float).eps
@@ -196,6 +196,23 @@ def test_error_estimates_of_200_random_trains() -> None:
     assert min(len(forces), len(couples)) > 1000
     assert_honest(forces)
     assert_honest(couples)
+
+
+def test_the_size_of_the_terms_is_that_of_the_cylinders_one_by_one() -> None:
+    """Where the cylinders cancel their sum has no scale; never less than they, nor far more."""
+    rng = np.random.default_rng(11)
+    each = ("crank_phase", "bank_angle", "position", "reciprocating_mass")
+    many = motion(0.3, 12)
+    for _ in range(60):
+        data = random_train(rng)
+        whole = reciprocating_excitation(many, **data)
+        parts = [
+            reciprocating_excitation(many, **data | {key: data[key][i : i + 1] for key in each})
+            for i in range(len(data["crank_phase"]))
+        ]
+        for part in ("force", "couple"):
+            terms = max(np.abs(sum(np.abs(getattr(one, part)) for one in parts)).ravel())
+            assert terms <= size_of_terms(getattr(whole, f"{part}_error")) < 40.0 * terms
 
 
 def test_error_of_the_motion_enters_the_estimate() -> None:

@@ -48,7 +48,7 @@ MEASURED = (
     ("response_modes", "compressor", 1e-20),
     ("operations", "compressor", 1e-13),
     ("motor_force", "compressor_motor", 1e-14),
-    ("switching", "compressor_switching", 2e-12),
+    ("switching", "compressor_switching", 3e-13),
 )
 BY_MODULE = {module: case for module, case, _ in MEASURED}
 
@@ -91,7 +91,10 @@ def test_truths_are_known_and_the_default_is_worth_its_work(
     assert found
     for each in found:
         assert each.reference.agreement <= bound, each.topic.name
-        assert extra_work(each.topic, each.rungs) <= each.topic.default_extra, each.topic.name
+        # as the last bits of a processor may make the noise half as large or twice
+        for share in (0.5, 1.0, 2.0):
+            rungs = [rung._replace(noise=share * rung.noise) for rung in each.rungs]
+            assert extra_work(each.topic, rungs) <= each.topic.default_extra, each.topic.name
         assert (each.topic.default_extra == 1.0) == (each.topic.default_why == "")
         for rung in each.rungs:
             assert (rung.status == FAILED) == (rung.cause != "")

@@ -101,6 +101,22 @@ def test_small_numbers_are_not_lost() -> None:
     assert compare(result_of(one), result_of(replace(one, values=one.values * (1 + 1e-8)))).same
 
 
+def test_what_cancels_is_compared_with_its_terms() -> None:
+    """A zero by symmetry keeps no digit; only the reference says what it is the sum of."""
+    one = replace(quantity("a/b", (ORDER,)), values=np.full(10, 1e-11), error_estimate=1e-11)
+    near, far = (replace(one, values=one.values + off) for off in (4e-10, 2e-9))
+    known = replace(one, terms=1e4)
+    assert not compare(result_of(one), result_of(near)).same
+    assert not compare(result_of(one), result_of(replace(near, terms=1e4))).same
+    assert compare(result_of(known), result_of(near)).same
+    assert not compare(result_of(known), result_of(replace(far, terms=1e9))).same
+    # the phases that a search found are known to a 1e-12 of a radian: so much of the terms is left
+    phase = replace(quantity("optimisation/variable/phase"), values=np.array(3.0), unit="rad")
+    loose, sure = (replace(phase, error_estimate=error) for error in (1e-12, 1e-15))
+    assert compare(result_of(known, loose), result_of(far, loose)).same
+    assert not compare(result_of(known, sure), result_of(far, sure)).same
+
+
 def test_relative_to_the_whole_or_to_each_entry() -> None:
     one = replace(quantity("a/b", (DIRECTION,)), values=np.array([1e6, 1.0, 0.0]), error_estimate=0)
     other = replace(one, values=np.array([1e6, 1.01, 0.0]))

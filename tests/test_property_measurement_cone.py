@@ -106,6 +106,20 @@ def test_ends_that_nearly_meet(aside: float) -> None:
         assert apart < 1e-5 * np.max(np.abs(line.origin)) * max(1.0, np.max(np.abs(motion)) ** 2)
 
 
+@pytest.mark.parametrize("aside", [1e-6, 1e-8, 0.0])
+def test_the_last_bits_of_a_line_do_not_decide_whether_its_ends_are_found(aside: float) -> None:
+    """As other processors round otherwise: near a double root every end stays within its levels."""
+    draw = np.random.default_rng(104)
+    for number in range(60):
+        rows = rows_of(draw, number)
+        motion = draw.standard_normal(3) + 1j * aside * draw.standard_normal(3)
+        line = least_determined(rows, np.abs(rows @ motion))
+        bits = np.triu(draw.integers(-2, 3, (3, 3)))
+        moved = line._replace(origin=line.origin * (1.0 + EPSILON * (bits + np.triu(bits, 1).T)))
+        found = ends(moved)
+        assert all(missed(moved, one) < 64.0 * EPSILON for one in found) or len(found) == 1
+
+
 def test_a_line_that_misses_ends_in_its_nearest_approach() -> None:
     draw, misses = np.random.default_rng(9), 0
     for number in range(120):

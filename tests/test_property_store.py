@@ -57,6 +57,7 @@ def quantities(draw: Any, path: str) -> Quantity:
         amplitude=draw(st.sampled_from([None, "0-pk", "pk-pk", "rms"])),
         error_estimate=draw(st.floats(0.0, allow_nan=False)),
         standard_error=draw(st.none() | st.floats(0.0, 1e300)),
+        terms=draw(st.floats(0.0, 1e300)),
     )
 
 

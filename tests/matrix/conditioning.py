@@ -146,7 +146,7 @@ def changes(one: Record, other: Record) -> Iterator[tuple[str, float, str]]:
 def _bare(record: Record) -> Result:
     """The record as a result, without its estimates."""
     quantities = {
-        path: replace(quantity, error_estimate=0.0, standard_error=None)
+        path: replace(quantity, error_estimate=0.0, standard_error=None, terms=0.0)
         for path, quantity in record.items()
     }
     return Result(

@@ -47,6 +47,14 @@ def add(*parts: Excitation) -> Excitation:
     return Excitation(force, couple, force_error, couple_error)
 
 
+def size_of_terms(error: ArrayLike) -> float:
+    """Size of the terms of the largest sum, from the errors of sums: three roundings at least.
+
+    No kernel here grants less of each term, few more than twenty.
+    """
+    return float(np.max(error, initial=0.0)) / (3.0 * EPSILON)
+
+
 def at_speed(excitation: Excitation, speed: ArrayLike) -> Excitation:
     """From per speed squared to forces and couples at crank speeds (...) in rad/s.
 

@@ -156,33 +156,40 @@ def _by_search(line: Line) -> ConeEnds:
             wide = 1.1 * math.sqrt(-2.0 * top / bend)
             start = float(summit.place) + math.copysign(wide, outside - float(summit.place))
             start = min(max(start, low), high)
-        found, steps = _march(line, start, outside)
+        found, steps = _march(line, start, outside, summit)
         motions.append(_factor(found))
         solved += steps
     return ConeEnds(motions, solved)
 
 
-def _march(line: Line, start: float, outside: float) -> tuple[_Lowest, int]:
-    """The end on one side: Newton's steps from outside never pass it, as the function is concave.
+def _march(line: Line, start: float, outside: float, summit: _Lowest) -> tuple[_Lowest, int]:
+    """The end on one side of the summit: Newton's steps, kept between places on either side.
 
-    The way ends where rounding turns the steps round.
+    From outside a step never passes the end, as the function is concave, but by rounding.
     """
-    side = 1.0 if outside > 0.0 else -1.0
-    at, before = start, math.inf
-    found = _lowest(line, np.asarray(at))
+    inner, outer, at, best = float(summit.place), outside, start, summit
+    side = math.copysign(1.0, outside - inner)
     for count in range(1, _MARCH):
-        value, slope = float(found.values[0]), float(found.slope)
-        if side * slope >= 0.0:
-            at = outside  # on the other side of the summit
-        else:
-            step = -value / slope
-            still = abs(value) <= _ZERO * abs(float(found.values[2]))
-            if still or (value <= 0.0 and abs(step) >= before):
-                return found, count
-            before = abs(step) if value <= 0.0 else math.inf
-            at = at + step
         found = _lowest(line, np.asarray(at))
-    return found, _MARCH
+        value, slope = float(found.values[0]), float(found.slope)
+        falls = side * slope < 0.0
+        if falls and abs(value) <= _ZERO * abs(float(found.values[2])):
+            return found, count
+        if abs(value) < abs(float(best.values[0])):
+            best = found
+        if falls and value <= 0.0:
+            outer = at
+        else:
+            inner = at
+        target = at - value / slope if falls else math.nan
+        if abs(target - at) <= UNIT_ROUNDOFF * abs(at):
+            return best, count
+        if not min(inner, outer) < target < max(inner, outer):
+            target = 0.5 * (inner + outer)
+        if target in (inner, outer):
+            return best, count
+        at = target
+    return best, _MARCH
 
 
 def _summit(line: Line, low: float, high: float) -> tuple[_Lowest, float, int]:

@@ -39,11 +39,12 @@ class Scene:
         error: Any = 0.0,
         axes: Mapping[str, Any] | None = None,
         standard_error: float | None = None,
+        terms: Any = 0.0,
     ) -> None:
         """Put one result into the record, with what the catalogue says of it.
 
-        `error` is absolute, a number or an array; the largest counts. A value that is not a
-        number is a failure here, at its source; an infinite one stands for an unbounded peak.
+        `error` and `terms` are absolute, numbers or arrays; the largest counts. A value that is not
+        a number is a failure here, at its source; an infinite one stands for an unbounded peak.
         """
         if not self.wants(path):
             return
@@ -64,6 +65,7 @@ class Scene:
                 amplitude=entry.amplitude,
                 error_estimate=estimate,
                 standard_error=standard_error,
+                terms=float(np.max(terms)),
             )
         )
 

@@ -2,14 +2,14 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from vibecalc.errors import UsageError
 from vibecalc.results.align import Entries, align
 from vibecalc.results.compare_curves import by_curve
-from vibecalc.results.compare_kinds import by_phase, by_value, by_vector
+from vibecalc.results.compare_kinds import by_phase, by_value, by_vector, last_digits
 from vibecalc.results.compare_modes import ModeMatch, by_mode_shape, by_spectrum, match_modes
 from vibecalc.results.record import Quantity, Record, Result
 from vibecalc.results.rules import Rule, Rules, completed
@@ -78,14 +78,16 @@ def compare(reference: Result, value: Result, rules: Rules | None = None) -> Com
     """Compare `value` with the golden `reference`, quantity by quantity.
 
     The tolerance of an entry is atol + rtol * max(|reference entry|, scale of the quantity), plus
-    both error estimates (that of `value` as far as `compare_kinds.doubt` lets it count); see
-    `rules.KINDS` for what is compared. Quantities that only one result has, and units, amplitude
+    both error estimates (that of `value` as far as `compare_kinds.doubt` lets it count) and of
+    what cancels the last digits of its `terms`, as the reference has them; see `rules.KINDS` for
+    what is compared. Quantities that only one result has, and units, amplitude
     kinds or axes that differ, are differences. Provenance is left out, and changes of the case or
     version are listed without counting. Raises UsageError where a rule does not fit a quantity.
     """
     chosen = rules or Rules()
     rows: list[Row] = []
     ignored: list[str] = []
+    lost = last_digits(reference.record)
     matches: dict[tuple[str, float], ModeMatch | None] = {}
     extra = [path for path in value.record if path not in reference.record]
     for path in [*reference.record, *extra]:
@@ -97,7 +99,7 @@ def compare(reference: Result, value: Result, rules: Rules | None = None) -> Com
         elif path not in reference.record:
             rows.append(Row(path=path, kind="extra", problems=("is not in the reference",)))
         else:
-            rows.append(_compared(reference.record, value.record, path, rule, matches))
+            rows.append(_compared(reference.record, value.record, path, rule, lost, matches))
     return Comparison(rows=tuple(rows), ignored=tuple(ignored), changes=_changes(reference, value))
 
 
@@ -106,9 +108,12 @@ def _compared(
     value: Record,
     path: str,
     rule: Rule,
+    lost: float,
     matches: dict[tuple[str, float], ModeMatch | None],
 ) -> Row:
     one, other = reference[path], value[path]
+    # what is left of terms that cancel has no scale of its own
+    one = replace(one, error_estimate=one.error_estimate + lost * one.terms)
     kind = rule.compare or _natural_kind(one)
     problems = _structure(one, other)
     if problems:

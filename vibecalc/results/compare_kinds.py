@@ -6,13 +6,16 @@ import numpy as np
 
 from vibecalc.errors import UsageError
 from vibecalc.results.align import Aligned, Entries, labels
-from vibecalc.results.record import Quantity
+from vibecalc.results.record import Quantity, Record
 from vibecalc.results.rules import Rule, absolute_tolerance
 
 #: standard errors that two statistics may be apart
 _STANDARD_ERRORS = 4.0
 #: how much larger an error estimate may be than that of the reference and still count
 _GROWTH = 10.0
+#: of the terms that cancel: what the last bits of sums and of their inputs may leave of them
+_LAST_DIGITS = 1e-13
+_FOUND = "optimisation/variable/"
 
 
 def by_value(aligned: Aligned, reference: Quantity, value: Quantity, rule: Rule) -> Entries:
@@ -108,6 +111,21 @@ def doubt(known: float, own: float, margin: float) -> float:
     """
     known = known if math.isfinite(known) else 0.0
     return known + (min(own, _GROWTH * known + margin) if math.isfinite(own) else 0.0)
+
+
+def last_digits(reference: Record) -> float:
+    """How much of the terms that cancel may be left: of sums, and of inputs that a search found.
+
+    A search says to how much of itself it knows what it found, an angle to how much of a radian;
+    so do both of two results.
+    """
+    shares = [0.0]
+    for path in (path for path in reference if path.startswith(_FOUND)):
+        found = reference[path]
+        size = 1.0 if found.unit == "rad" else abs(float(found.values))
+        if size > 0.0:
+            shares.append(found.error_estimate / size)
+    return _LAST_DIGITS + 2.0 * max(shares)
 
 
 def scale_of(magnitude: np.ndarray) -> float:

@@ -5,7 +5,8 @@
                             quantities (paths in the order they were made), plan, warnings,
                             methods
     /<stage>/...            one dataset for each quantity, under its path; attributes units,
-                            long_name, error_estimate, and amplitude and standard_error if any
+                            long_name, error_estimate, and amplitude, standard_error and
+                            terms if any
     /<stage>/<axis>         dimension scales (`order`, `order_2`, ...), shared inside a stage
     /provenance             attributes that change from run to run (among them `modules` and
                             `libraries`, what its process had imported), left out of comparisons,

@@ -25,7 +25,8 @@ class Quantity:
     `values` has one dimension per axis, real or complex; `error_estimate` is absolute, in `unit`,
     and bounds the error of every entry that the method expects of itself (round-off and
     truncation, for the case as stored in double precision). A statistic carries its
-    `standard_error`, in `unit` too.
+    `standard_error`, in `unit` too. `terms` is the size of the terms, in `unit`, that an entry is
+    the sum of, where these may cancel: what is left then has no scale of its own; zero elsewhere.
     """
 
     path: str
@@ -36,6 +37,7 @@ class Quantity:
     amplitude: str | None = None
     error_estimate: float = 0.0
     standard_error: float | None = None
+    terms: float = 0.0
 
 
 @dataclass(frozen=True, kw_only=True)

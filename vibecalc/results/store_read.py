@@ -155,6 +155,7 @@ def _quantity(
         standard_error=(
             _real(dataset, path, "standard_error") if "standard_error" in dataset.attrs else None
         ),
+        terms=_real(dataset, path, "terms") if "terms" in dataset.attrs else 0.0,
     )
 
 

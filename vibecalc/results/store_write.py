@@ -127,6 +127,8 @@ class _Writer:
         self.number(dataset, "error_estimate", float(quantity.error_estimate))
         if quantity.standard_error is not None:
             self.number(dataset, "standard_error", float(quantity.standard_error))
+        if quantity.terms:
+            self.number(dataset, "terms", float(quantity.terms))
         stage = quantity.path.partition("/")[0] if "/" in quantity.path else ""
         for position, axis in enumerate(quantity.axes):
             h5ds.attach_scale(dataset, self.scale(stage, axis), position)

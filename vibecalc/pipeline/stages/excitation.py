@@ -6,7 +6,7 @@ import numpy as np
 
 from vibecalc.excitation.balance import balance_table
 from vibecalc.excitation.residual import residual
-from vibecalc.excitation.sums import Excitation, at_speed
+from vibecalc.excitation.sums import Excitation, at_speed, size_of_terms
 from vibecalc.machine.crank_train import CrankTrain
 from vibecalc.numerics.cycle_peak import cycle_peak
 from vibecalc.numerics.rounding import EPSILON
@@ -67,13 +67,19 @@ def run(scene: Scene) -> None:
         ("force", driven.force, driven.force_error),
         ("couple", driven.couple, driven.couple_error),
     ):
-        scene.emit(f"excitation/{name}", value[: motion.kept], error[: motion.kept], axes)
+        rounding = error[: motion.kept]
+        terms = size_of_terms(rounding)
+        scene.emit(f"excitation/{name}", value[: motion.kept], rounding, axes, terms=terms)
         if not scene.wants(f"excitation/{name}_peak"):
             continue
         peak = cycle_peak(value[: motion.kept].T, orders[: motion.kept])
-        spread = error[: motion.kept].sum(0) + forcing.tail * np.abs(value[motion.kept :]).sum(0)
+        spread = rounding.sum(0) + forcing.tail * np.abs(value[motion.kept :]).sum(0)
         scene.emit(
-            f"excitation/{name}_peak", peak.value, peak.error + spread, {"direction": DIRECTIONS}
+            f"excitation/{name}_peak",
+            peak.value,
+            peak.error + spread,
+            {"direction": DIRECTIONS},
+            terms=size_of_terms(rounding.sum(0)),
         )
     if scene.case.machine.crank_train.counterweights and scene.wants(*COUNTERWEIGHT):
         _counterweights(scene, train)
@@ -156,7 +162,8 @@ def _residual(scene: Scene, driven: Excitation, forcing: Forcing) -> None:
     # hypot(kept, dropped) - kept
     total = float(kept.value + np.hypot(kept.value, dropped))
     added = dropped * (dropped / total) if total else 0.0
-    scene.emit("excitation/residual", kept.value, kept.error + added)
+    terms = size_of_terms(kept.error)
+    scene.emit("excitation/residual", kept.value, kept.error + added, terms=terms)
 
 
 def _leading(whole: Excitation, kept: int) -> tuple[np.ndarray, float]:
@@ -185,11 +192,15 @@ def _balance(scene: Scene, train: CrankTrain, orders: np.ndarray) -> None:
     )
     values = table._asdict()
     for column in ("sine", "cosine", "position_sine", "position_cosine"):
+        # of 1, or of the place of a cylinder, which a sine or cosine leaves
+        places = train.position if column.startswith("position") else np.ones(len(train.names))
+        terms = np.abs(places)
         scene.emit(
             f"excitation/balance/{column}",
             values[column],
             values[f"{column}_error"],
             {"order": orders, "cylinder": train.names},
+            terms=terms,
         )
         total = f"total_{column}"
         scene.emit(
@@ -197,4 +208,5 @@ def _balance(scene: Scene, train: CrankTrain, orders: np.ndarray) -> None:
             values[total],
             values[f"{total}_error"],
             {"order": orders},
+            terms=terms.sum(),
         )

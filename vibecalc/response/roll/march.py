@@ -54,12 +54,13 @@ def march_to_repeat(
     turns: int | None = None,
     most: int = 2000,
     points: int = 720,
+    tolerance: float = 1e-8,
 ) -> March:
     """March from crank angle 0 and crank speed `started_at` until a turn repeats the one before.
 
     `method` is one of METHODS; `step` in s is that of "euler" and "rk4", while "dop853" runs at
-    a relative tolerance of 1e-8 and is read at `points` even times of the last turn. With `turns`
-    that many are marched, whatever they do; the source marches 3. A fixed step meets every turn at
+    the relative `tolerance` and is read at `points` even times of the last turn. With `turns` that
+    many are marched, whatever they do; the source marches 3. A fixed step meets every turn at
     other angles, so that turns repeat to about the square of its share of a turn only.
 
     Raises UsageError for an unknown method. NumericalFailure where the crank stops, the slip
@@ -75,7 +76,7 @@ def march_to_repeat(
     if method == "dop853":
         from vibecalc.response.roll.march_scipy import march_scipy
 
-        return March(*march_scipy(rates, start, *settings))
+        return March(*march_scipy(rates, start, tolerance, *settings))
     return _march_fixed(rates, start, method, settings)
 
 

@@ -9,12 +9,11 @@ from vibecalc.excitation.gas_force import TURN
 from vibecalc.numerics.typing import FloatArray
 from vibecalc.response.roll.turn import Turn
 
-TOLERANCE = 1e-8
-
 
 def march_scipy(
     rates: Callable[[float, float, float, float], tuple[float, float]],
     start: tuple[float, float, float, float],
+    tolerance: float,
     step: float,
     repeats: float,
     turns: int | None,
@@ -41,7 +40,7 @@ def march_scipy(
         # a turn may take ten times as long as its first speed says
         found = solve_ivp(
             equations, (time, time + 10.0 * TURN / abs(state[1])), state, method="DOP853",
-            rtol=TOLERANCE, atol=TOLERANCE, events=passes, dense_output=True,
+            rtol=tolerance, atol=tolerance, events=passes, dense_output=True,
         )  # fmt: skip
         evaluations += int(found.nfev)
         if not len(found.t_events[0]):

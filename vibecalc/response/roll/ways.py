@@ -18,6 +18,9 @@ from vibecalc.response.roll.turn import Turn
 STEP = 0.5e-3
 #: Fourier points without a wish, and steps of shooting between two nodes of the gas tables
 _FOURIER, _SHOOTING = 361, 4
+#: DOP853's tolerance, and that of the march which it is held against: how much of a kink a step of
+#: the same tolerance sees hangs on the last bits
+_PLAIN, _TIGHT = 1e-8, 1e-10
 #: what a step over a kink leaves of any order
 _PAST_KINKS = 2
 _MOST_TURNS = 2000
@@ -82,8 +85,8 @@ def _fixed(method: str, order: int) -> Callable[[RollMachine, RollDrive, Asked],
 
 def _dop853(machine: RollMachine, drive: RollDrive, asked: Asked) -> Found:
     # at its tolerance turns repeat to some millionths at best
-    plain = _march(machine, drive, asked, "dop853", 0.0, repeats=3e-5)
-    finer = _march(machine, drive, asked, "dop853", 0.0, repeats=1e-5, points=1440)
+    plain = _march(machine, drive, asked, "dop853", 0.0, 3e-5, tolerance=_PLAIN)
+    finer = _march(machine, drive, asked, "dop853", 0.0, 1e-5, points=1440, tolerance=_TIGHT)
     return Found(plain[0], finer[0], _PAST_KINKS, plain[1])
 
 
@@ -95,6 +98,7 @@ def _march(
     step: float,
     repeats: float = 1e-5,
     points: int = 720,
+    tolerance: float = _PLAIN,
 ) -> tuple[Turn, int]:
     alone = RollMachine(*(field[0] for field in member(machine, 0)))
     turns = None
@@ -122,6 +126,7 @@ def _march(
         repeats=max(repeats, 2.0 * (step * speed / (2.0 * np.pi)) ** 2),
         turns=turns,
         points=points,
+        tolerance=tolerance,
     )
     fields = found.turn._asdict().items()
     there = {name: np.asarray(field)[None] for name, field in fields if field is not None}
