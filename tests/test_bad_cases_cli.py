@@ -5,6 +5,7 @@ reader that goes away and a terminal that cannot show a letter are no difference
 """
 
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -135,7 +136,7 @@ def test_a_search_without_a_way_names_limit_and_variable() -> None:
     text = SMALL.replace("[excitation]", "[excitation]\norders = 2\n")
     text += """
 [optimisation]
-variables = [{ key = "machine.crank_train.reciprocating_mass", lower = 0.4, upper = 0.6 }]
+variables = [{ key = "machine.crank_train.reciprocating_mass", lower = "400 g", upper = "600 g" }]
 objective = { quantity = "excitation/couple_peak" }
 starts = 1
 
@@ -146,9 +147,14 @@ max = "1 N"
     Path("narrow.toml").write_text(text, encoding="utf-8")
     outcome = command("run", "narrow.toml")
     assert outcome.code == 3
-    assert "no point within the bounds keeps all limits" in outcome.err
-    assert "variables: machine.crank_train.reciprocating_mass (SI)" in outcome.err
-    assert "margin 0: excitation/force_peak max 1 N" in outcome.err
+    assert "no values of the variables between their bounds keep all limits" in outcome.err
+    words = " ".join(outcome.out.split())
+    assert "these come nearest, and all results are theirs: machine.crank_train." in words
+    assert "reciprocating_mass = 400 g" in words
+    assert re.search(r"excitation/ ?force_peak at direction=\w is [\d.]+ N, at most 1 N is", words)
+    assert Path("outputs/narrow.h5").is_file()
+    report = Path("outputs/narrow.txt").read_text(encoding="utf-8")
+    assert "nearest" in report and "optimum" not in report.partition("Limits")[0]
 
 
 def test_a_case_that_fails_is_named_and_the_others_are_verified() -> None:

@@ -7,7 +7,7 @@ import typer
 
 from vibecalc.cli_accuracy import accuracy
 from vibecalc.cli_sweep import merge, sweep
-from vibecalc.errors import EXIT_DIFFERS, EXIT_FINE, UsageError, VibecalcError
+from vibecalc.errors import EXIT_DIFFERS, EXIT_FINE, EXIT_NUMERICAL, UsageError, VibecalcError
 from vibecalc.report.help_page import Command, Group
 
 if TYPE_CHECKING:
@@ -81,7 +81,7 @@ def run(
     paths = dict(zip(names, result_paths(names, output), strict=True))
     objects: list[dict[str, Any]] = []
 
-    def run_one(case: "LoadedCase") -> None:
+    def run_one(case: "LoadedCase") -> str:
         result, path = _execute(case, quiet or json), paths[case.name]
         write_outputs(result, path)
         if json:
@@ -90,6 +90,7 @@ def run(
             objects.append(as_json(result, path))
         elif not quiet:
             _summary(result, path)
+        return result.record.failure
 
     worst = _for_each(loaded, run_one)
     if json:
@@ -131,7 +132,7 @@ def verify(cases: Cases, settings: Settings = None, json: Json = False) -> None:
     misses: list[int] = []
     loaded = _load(cases, settings)
 
-    def verify_one(case: "LoadedCase") -> None:
+    def verify_one(case: "LoadedCase") -> str:
         result = _execute(case, json)
         misses.append(counted_misses(result))
         if json:
@@ -142,6 +143,7 @@ def verify(cases: Cases, settings: Settings = None, json: Json = False) -> None:
             from vibecalc.report.text import render_verdicts
 
             typer.echo(render_verdicts(result))
+        return result.record.failure
 
     worst = _for_each(loaded, verify_one)
     if json:
@@ -225,7 +227,8 @@ def new(
     if scene == "list":
         width = max(map(len, SCENES))
         for name, what in SCENES.items():
-            typer.echo(f"{name:<{width}}  {_first_line(what)}")
+            about = str(getattr(what, "about", what)).splitlines()[0]
+            typer.echo(f"{name:<{width}}  {about}")
         return
     _write_text(starter(scene), output)
 
@@ -246,17 +249,19 @@ def _load(paths: list[Path], settings: list[str] | None) -> "list[LoadedCase]":
     return load_checked(paths, settings or ())
 
 
-def _for_each(cases: "list[LoadedCase]", work: "Callable[[LoadedCase], None]") -> int:
-    """Work on every case, whatever befalls another one; returns the worst exit code."""
+def _for_each(cases: "list[LoadedCase]", work: "Callable[[LoadedCase], str]") -> int:
+    """Work on every case, which says why it failed; returns the worst exit code."""
     worst = EXIT_FINE
     for case in cases:
         try:
-            work(case)
+            failure, code = work(case), EXIT_NUMERICAL
         except VibecalcError as error:
             if len(cases) == 1:
                 raise
-            typer.echo(f"error: {case.path}: {error}", err=True)
-            worst = max(worst, error.exit_code)
+            failure, code = str(error), error.exit_code
+        if failure:
+            typer.echo(f"error: {case.path}: {failure}", err=True)
+            worst = max(worst, code)
     return worst
 
 
@@ -276,10 +281,6 @@ def _print_json(objects: list[dict[str, Any]], single: bool) -> None:
     import json
 
     typer.echo(json.dumps(objects[0] if single and objects else objects, indent=2))
-
-
-def _first_line(scene: Any) -> str:
-    return str(getattr(scene, "about", scene)).splitlines()[0]
 
 
 def _write_text(text: str, output: Path | None) -> None:

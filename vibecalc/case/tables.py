@@ -90,12 +90,26 @@ SearchMethod = Literal[
 ]
 
 
+class Tied(Table):
+    """A key that follows a variable: factor times its value, plus an offset."""
+
+    key: Name = Field(description="the key that follows")
+    factor: Number = Field(1.0, description="times the value of the variable")
+    offset: Value | None = Field(None, description="added to that, SI or with a unit; default: 0")
+
+
 class Variable(Table):
-    """One key of the case that the optimiser may change."""
+    """One key of the case that the optimiser may change, with the keys that follow it."""
 
     key: Name = Field(description="as in machine.mounts.each.stiffness or ...cylinders[0].position")
     lower: Value = Field(description="lower bound, SI or with a unit")
     upper: Value = Field(description="upper bound, SI or with a unit")
+    follow: tuple[Tied, ...] = Field(
+        (),
+        alias="with",
+        max_length=32,
+        description="keys that follow it: each factor times its value, plus offset",
+    )
 
 
 class Objective(Table):

@@ -1,10 +1,11 @@
 """Checks of what a search may change: a number of this case, between two readable bounds."""
 
 import difflib
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from typing import Any
 
 from vibecalc.case.overrides import get_key, key_text, parse_key
+from vibecalc.case.raw import read_number
 from vibecalc.case.walk import Shape, bound_words, keys_of, shape_at, words
 from vibecalc.errors import KeyPath, Problem, UnitError, UsageError
 from vibecalc.units import parse_quantity
@@ -13,33 +14,84 @@ _CHANGEABLE = ("machine", "excitation", "isolation")
 
 
 def check_variables(data: dict[str, Any]) -> Iterator[Problem]:
-    """Yield the problems of [optimisation] variables: keys, bounds, units, doubled keys."""
+    """Yield the problems of [optimisation] variables: keys, bounds, units, doubled keys, ties."""
     variables = data["optimisation"].get("variables")
-    seen: dict[str, int] = {}
+    seen: dict[str, KeyPath] = {}
     for position, variable in enumerate(variables if isinstance(variables, list) else ()):
         path: KeyPath = ("optimisation", "variables", position)
         key = variable.get("key") if isinstance(variable, dict) else None
         if not isinstance(key, str) or not key:
             continue
-        try:
-            shape = changeable(data, key, _CHANGEABLE)
-        except UsageError as error:
-            yield Problem(
-                path=(*path, "key"),
-                message="the optimiser cannot change this key",
-                found=key[:80],
-                allowed="the key of a number of this case, as in machine.mounts.each.stiffness",
-                hint=str(error),
-            )
+        shape = yield from _shape(data, key, (*path, "key"), seen)
+        if shape is None:
             continue
-        if key in seen:
-            yield Problem(
-                path=(*path, "key"),
-                message=f"two variables change {key}",
-                also=("optimisation", "variables", seen[key], "key"),
-            )
-        seen.setdefault(key, position)
         yield from bound_problems(variable, path, shape)
+        ties = variable.get("with")
+        for place, tie in enumerate(ties if isinstance(ties, list) else ()):
+            if isinstance(tie, dict) and isinstance(tie.get("key"), str) and tie["key"]:
+                yield from _tie(data, variable, shape, tie, (*path, "with", place), seen)
+
+
+def _shape(
+    data: dict[str, Any], key: str, path: KeyPath, seen: dict[str, KeyPath]
+) -> Generator[Problem, None, Shape | None]:
+    """Yield the problems of a key that is changed; returns its shape, None where it has none."""
+    try:
+        shape = changeable(data, key, _CHANGEABLE)
+    except UsageError as error:
+        yield Problem(
+            path=path,
+            message="the optimiser cannot change this key",
+            found=key[:80],
+            allowed="the key of a number of this case, as in machine.mounts.each.stiffness",
+            hint=str(error),
+        )
+        return None
+    if key in seen:
+        yield Problem(path=path, message=f"two variables change {key}", also=seen[key])
+    seen.setdefault(key, path)
+    return shape
+
+
+def _tie(
+    data: dict[str, Any],
+    variable: dict[str, Any],
+    leads: Shape,
+    tie: dict[str, Any],
+    path: KeyPath,
+    seen: dict[str, KeyPath],
+) -> Iterator[Problem]:
+    """Problems of a key that follows a variable: its unit, and values it would take."""
+    shape = yield from _shape(data, tie["key"], (*path, "key"), seen)
+    if shape is None:
+        return
+    unit = shape.unit or ""
+    if unit != (leads.unit or ""):
+        yield Problem(
+            path=(*path, "key"),
+            message=f"{tie['key']} cannot follow {variable['key']}: they have other units",
+            found=f"{unit or 'no unit'} and {leads.unit or 'no unit'}",
+        )
+        return
+    factor, offset = tie.get("factor", 1.0), read_number(tie.get("offset", 0.0), unit)
+    if offset is None:
+        yield Problem(
+            path=(*path, "offset"),
+            message="no offset in the unit of the key",
+            found=str(tie["offset"])[:60],
+            allowed=unit or "a number",
+        )
+    elif isinstance(factor, int | float) and not isinstance(factor, bool):
+        bounds = (read_number(variable.get(side), unit) for side in ("lower", "upper"))
+        taken = [factor * bound + offset for bound in bounds if bound is not None]
+        wrong = [value for value in taken if not inside(value, shape)]
+        if wrong:
+            yield Problem(
+                path=path,
+                message=f"between the bounds {tie['key']} would take a value that it must not have",
+                found=f"{wrong[0]:.6g} {unit}".rstrip(),
+                allowed=bound_words(shape),
+            )
 
 
 def changeable(data: dict[str, Any], key: str, tables: tuple[str, ...]) -> Shape:

@@ -8,9 +8,11 @@ from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import EPSILON
 from vibecalc.optimisation.degenerate import groups
 from vibecalc.optimisation.local_search import VANISHING
+from vibecalc.optimisation.optimum import Infeasible
 from vibecalc.optimisation.refine import Refined, keeps, refine
 from vibecalc.optimisation.sampler import Sampler
 from vibecalc.optimisation.search import NEARLY_KEPT, End, Ends
+from vibecalc.optimisation.variables import Box
 
 #: end points closer than this on the unit cube are one optimum
 SAME = 1e-3
@@ -44,14 +46,14 @@ def choose(sampler: Sampler, ends: list[End], begin: np.ndarray, accuracy: float
     NumericalFailure
         If none of them can be shown to be a local optimum.
     """
-    distinct = _distinct(ends)
+    distinct = _distinct(sampler.box, ends)
     lowest = distinct[0].objective
     # searches for a zero stop early: their ends are equal before they are refined
     vanishes = sampler.smallest >= 0 and lowest < VANISHING
     equal = VANISHING if vanishes else 1e-6
 
     def rank(one: Distinct) -> tuple[float, ...]:
-        away = round(float(np.linalg.norm(one.unit - begin)), 6)
+        away = round(float(np.linalg.norm(sampler.box.apart(begin, one.unit))), 6)
         return (away, *np.round(one.unit, 6))
 
     level = sorted((one for one in distinct if one.objective <= lowest + equal), key=rank)
@@ -62,11 +64,12 @@ def choose(sampler: Sampler, ends: list[End], begin: np.ndarray, accuracy: float
     for one in level[:half] + rivals[:half] + level[half:] + rivals[half:]:
         if len(refined) == MOST_RIVALS:
             break
-        if any(_covers(done, one) for done in refined):
+        if any(_covers(sampler.box, done, one) for done in refined):
             continue
         below = min((done.objective for done in refined), default=np.inf)
         found = refine(sampler, one.unit, accuracy, below)
         if found is not None and keeps(sampler, found.unit):
+            found = found._replace(unit=sampler.box.fold(found.unit))
             refined.append(found)
             final[id(one)] = one._replace(unit=found.unit, objective=found.objective)
     if not refined:
@@ -91,7 +94,7 @@ def anywhere(sampler: Sampler, ends: list[End]) -> Choice:
 
     It counts as the same where its change is below `search.UNRESOLVED` of its magnitude.
     """
-    distinct = _distinct(ends)
+    distinct = _distinct(sampler.box, ends)
     end = next(end for end in ends if end.violation <= NEARLY_KEPT)
     vector = sampler(end.unit)
     assert vector is not None
@@ -130,9 +133,11 @@ def only_point(sampler: Sampler) -> tuple[Ends, Choice]:
         )
     margins = vector[sampler.entries :]
     if np.any(margins < 0):
-        raise NumericalFailure(
+        raise Infeasible(
             "all variables are held by equal bounds, and that point breaks a limit: margin "
-            f"{int(np.argmin(margins))} is {float(np.min(margins)):.6g}"
+            f"{int(np.argmin(margins))} is {float(np.min(margins)):.6g}",
+            nowhere,
+            sampler.count,
         )
     objective = float(np.max(vector[: sampler.entries]))
     floor = EPSILON * abs(objective)
@@ -154,12 +159,12 @@ def only_point(sampler: Sampler) -> tuple[Ends, Choice]:
     return Ends([end], ()), Choice(best, (Distinct(nowhere, objective, 1),))
 
 
-def _distinct(ends: list[End]) -> tuple[Distinct, ...]:
+def _distinct(box: Box, ends: list[End]) -> tuple[Distinct, ...]:
     kept = [end for end in ends if end.violation <= NEARLY_KEPT]
     found: list[Distinct] = []
     for end in sorted(kept, key=lambda end: (end.objective, *end.unit)):
         for index, one in enumerate(found):
-            if np.max(np.abs(one.unit - end.unit), initial=0.0) < SAME:
+            if np.max(np.abs(box.apart(one.unit, end.unit)), initial=0.0) < SAME:
                 found[index] = one._replace(found_by=one.found_by + 1)
                 break
         else:
@@ -167,7 +172,7 @@ def _distinct(ends: list[End]) -> tuple[Distinct, ...]:
     return tuple(found)
 
 
-def _covers(done: Refined, end: Distinct) -> bool:
+def _covers(box: Box, done: Refined, end: Distinct) -> bool:
     """Whether an end is nearby and no lower: a search that stopped short of the same optimum."""
-    near = np.max(np.abs(done.unit - end.unit), initial=0.0) < SHORT_OF
+    near = np.max(np.abs(box.apart(done.unit, end.unit)), initial=0.0) < SHORT_OF
     return bool(near) and done.objective <= end.objective

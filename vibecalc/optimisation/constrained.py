@@ -7,7 +7,7 @@ from vibecalc.errors import NumericalFailure
 from vibecalc.optimisation.choice import anywhere, choose, only_point
 from vibecalc.optimisation.local_search import local_search
 from vibecalc.optimisation.methods import METHODS
-from vibecalc.optimisation.optimum import Optimum
+from vibecalc.optimisation.optimum import Infeasible, Optimum
 from vibecalc.optimisation.sampler import BudgetSpent, Evaluate, Sampler
 from vibecalc.optimisation.search import search_all
 from vibecalc.optimisation.starts import spread
@@ -26,6 +26,7 @@ def minimise(
     budget: int = 20000,
     accuracy: float = 0.0,
     method: str = "sequential_quadratic",
+    period: ArrayLike = 0.0,
 ) -> Optimum:
     """Find the smallest objective within bounds whose margins are all at least zero.
 
@@ -54,6 +55,9 @@ def minimise(
     method : str
         Key of `methods.METHODS`: what searches from each start. The end is refined the same way
         whatever it is.
+    period : (n,) array
+        After how much a variable repeats itself, as an angle does; 0 where it does not. One whose
+        bounds hold a whole period has no bounds, and is told from its lower bound on.
 
     Returns
     -------
@@ -61,9 +65,11 @@ def minimise(
 
     Raises
     ------
+    Infeasible
+        If no point keeps all margins.
     NumericalFailure
-        If no start can be evaluated, no point keeps all margins, the objective has no lower
-        bound, or no search ends in a point that can be shown to be an optimum.
+        If no start can be evaluated, the objective has no lower bound, or no search ends in a
+        point that can be shown to be an optimum.
 
     Notes
     -----
@@ -75,16 +81,19 @@ def minimise(
     low = np.atleast_1d(np.asarray(lower, dtype=float))
     high = np.atleast_1d(np.asarray(upper, dtype=float))
     moving = high > low
-    whole = Box(low, high)
+    whole = Box(low, high, np.broadcast_to(np.asarray(period, dtype=float), low.shape))
 
     def of_moving(part: np.ndarray) -> tuple[ArrayLike, ArrayLike]:
         variables = low.copy()
         variables[moving] = part
         return evaluate(variables)
 
-    sampler = Sampler(of_moving, Box(low[moving], high[moving]), budget)
+    sampler = Sampler(of_moving, whole.only(moving), budget)
     begin = np.full(low.size, 0.5) if first is None else whole.unit(np.asarray(first, dtype=float))
-    further = spread(starts, low.size) if isinstance(starts, int) else whole.unit(starts)
+    if isinstance(starts, int):
+        further = whole.start(spread(starts, low.size))
+    else:
+        further = whole.unit(starts)
     points = np.vstack([begin[None, :], further.reshape(-1, low.size)])[:, moving]
     try:
         if not np.any(moving):
@@ -102,6 +111,10 @@ def minimise(
                 if search.flat
                 else choose(sampler, search.ends, points[0], accuracy)
             )
+    except Infeasible as failure:
+        nearest = low.copy()
+        nearest[moving] = failure.variables
+        raise Infeasible(str(failure), nearest, failure.evaluations) from None
     except BudgetSpent:
         raise NumericalFailure(
             f"the search had spent its {budget} evaluations before an optimum was pinned down; "

@@ -48,7 +48,8 @@ def _same(sampler: Sampler, one: EndPoint, other: EndPoint) -> bool:
     if abs(one.objective - other.objective) > EQUAL:
         return False
     try:
-        vectors = [sampler(one.unit + part * (other.unit - one.unit)) for part in _BETWEEN]
+        way = sampler.box.apart(one.unit, other.unit)
+        vectors = [sampler(one.unit + part * way) for part in _BETWEEN]
     except BudgetSpent:
         return False
     return all(

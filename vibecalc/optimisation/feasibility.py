@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from vibecalc.errors import NumericalFailure
 from vibecalc.optimisation.local_search import local_search
+from vibecalc.optimisation.optimum import Infeasible
 from vibecalc.optimisation.sampler import Sampler, Violations
 
 MOST_TRIES = 3
@@ -27,7 +27,7 @@ def feasible_point(sampler: Sampler, ends: list[np.ndarray], margins: int) -> np
 
     Raises
     ------
-    NumericalFailure
+    Infeasible
         If there is none: it names the least violated point and what is violated there.
     """
     view = Violations(sampler, margins)
@@ -44,8 +44,11 @@ def feasible_point(sampler: Sampler, ends: list[np.ndarray], margins: int) -> np
     assert found is not None
     kept = found[sampler.entries :]
     worst = ", ".join(f"margin {index} is {kept[index]:.6g}" for index in np.flatnonzero(kept < 0))
-    raise NumericalFailure(
+    nearest = sampler.box.values(best)
+    raise Infeasible(
         f"no point within the bounds keeps all limits. The least violated one found is at "
-        f"{sampler.box.values(best).tolist()}: {worst} (relative to the limit, needs >= 0). "
-        "Widen the bounds of the variables or relax these limits."
+        f"{nearest.tolist()}: {worst} (relative to the limit, needs >= 0). "
+        "Widen the bounds of the variables or relax these limits.",
+        nearest,
+        sampler.count,
     )

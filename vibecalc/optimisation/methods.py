@@ -63,6 +63,7 @@ def find(
     *,
     first: ArrayLike | None = None,
     budget: int = 20000,
+    period: ArrayLike = 0.0,
 ) -> Found:
     """Search with one method of `METHODS` from one start, and take its end as it is.
 
@@ -70,7 +71,7 @@ def find(
     ----------
     name : str
         Key of `METHODS`.
-    evaluate, lower, upper, first
+    evaluate, lower, upper, first, period
         As of `constrained.minimise`; lower < upper.
     budget : int
         Most evaluations; a method that spends them gives its best point and has not converged.
@@ -80,7 +81,8 @@ def find(
     NumericalFailure
         If the start cannot be evaluated.
     """
-    box = Box(np.atleast_1d(np.asarray(lower, float)), np.atleast_1d(np.asarray(upper, float)))
+    low, high = (np.atleast_1d(np.asarray(side, dtype=float)) for side in (lower, upper))
+    box = Box(low, high, np.broadcast_to(np.asarray(period, dtype=float), low.shape))
     size = box.lower.size
     start = np.full(size, 0.5) if first is None else box.unit(np.asarray(first, float))
     sampler = Sampler(evaluate, box, budget + _RESERVE * (size + 1))

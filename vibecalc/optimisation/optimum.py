@@ -4,6 +4,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vibecalc.errors import NumericalFailure
+
+
+class Infeasible(NumericalFailure):
+    """No point within the bounds keeps all limits; `variables` (n,) come nearest, of those met."""
+
+    def __init__(self, message: str, variables: np.ndarray, evaluations: int):
+        self.variables, self.evaluations = variables, evaluations
+        super().__init__(message)
+
 
 @dataclass(frozen=True, kw_only=True)
 class Search:
@@ -60,7 +70,8 @@ class Optimum:
     free_directions : int
         Number of directions in which the objective does not change to second order.
     method : str
-        How the last digits were found: "newton", "zero", "sampled planes", "flat" or "fixed".
+        How the last digits were found: "newton", "zero", "sampled planes", "flat", "fixed" or
+        "convex".
     evaluations, failures : int
         Points evaluated, and how many of them could not be.
     failure_messages : tuple of str

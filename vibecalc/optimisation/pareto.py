@@ -1,6 +1,7 @@
 """What one objective costs in another: the front between the two, by constrained optima."""
 
 from collections.abc import Callable
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -69,6 +70,7 @@ def front(
     starts: int = 8,
     rtol: float = 1e-9,
     accuracy: float = 0.0,
+    period: ArrayLike = 0.0,
 ) -> Front:
     """Trace the points where neither objective can become smaller without the other growing.
 
@@ -77,7 +79,7 @@ def front(
     evaluate : callable
         `evaluate(variables (n,)) -> (objective, second objective, margins (m,))`, both to be made
         small; points that cannot be evaluated as in `minimise`.
-    lower, upper, first, starts, rtol, accuracy
+    lower, upper, first, starts, rtol, accuracy, period
         As of `minimise`; the ends of the front are searched from all starts.
     points : int
         Points asked for, ends included; at least 2. Fewer come back where the front jumps.
@@ -97,6 +99,9 @@ def front(
     a millionth of the front above, or more where a kink is in the way, which makes it unique.
     """
     remembered: dict[bytes, tuple[float, float, np.ndarray]] = {}
+    search = partial(
+        minimise, lower=lower, upper=upper, rtol=rtol, accuracy=accuracy, period=period
+    )
 
     def both(variables: np.ndarray) -> tuple[float, float, np.ndarray]:
         key = variables.tobytes()
@@ -110,9 +115,7 @@ def front(
             one, two, margins = both(variables)
             return one, np.append(margins, (bound - two) / span)
 
-        return minimise(
-            limited, lower, upper, first=start, starts=more, rtol=rtol, accuracy=accuracy
-        )
+        return search(limited, first=start, starts=more)
 
     def described(found: Optimum) -> _Point:
         one, two, _ = both(found.variables)
@@ -124,9 +127,7 @@ def front(
             values = both(variables)
             return float(values[goal]), values[2]
 
-        return described(
-            minimise(alone, lower, upper, first=first, starts=starts, rtol=rtol, accuracy=accuracy)
-        )
+        return described(search(alone, first=first, starts=starts))
 
     def far_end(lowest: _Point, span: float) -> _Point:
         """Of all points with the best second objective, nearly the one with the best first."""

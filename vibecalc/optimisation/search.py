@@ -130,6 +130,7 @@ def _from_feasible(sampler: Sampler, ends: list[End], margins: int) -> list[End]
 def _end(
     sampler: Sampler, start: np.ndarray, unit: np.ndarray, reason: str, evaluations: int
 ) -> End:
+    unit = sampler.box.fold(unit)
     vector = sampler(unit)
     assert vector is not None
     objective = float(np.max(vector[: sampler.entries]))

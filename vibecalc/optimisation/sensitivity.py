@@ -95,13 +95,16 @@ def cost_of_deviation(
     *,
     share: float = DEVIATION,
     accuracy: float = 0.0,
+    period: ArrayLike = 0.0,
 ) -> Cost:
     """Move each variable by `share` of the distance between its bounds, both ways, and look.
 
     Evaluated, not extrapolated: limits that hold an optimum, kinks and curvature are all in it.
-    Parameters as of `slopes_at`, which also says what is raised.
+    Parameters as of `slopes_at`, which also says what is raised; `period` as of
+    `constrained.minimise`.
     """
     low, high = np.asarray(lower, dtype=float), np.asarray(upper, dtype=float)
+    around = Box(low, high, np.broadcast_to(np.asarray(period, dtype=float), low.shape)).around
     point = np.asarray(at, dtype=float)
     largest = _largest(evaluate)
     here = float(np.max(largest(point)[0]))
@@ -112,8 +115,8 @@ def cost_of_deviation(
         for side in (1.0, -1.0):
             moved = point.copy()
             wanted = point[axis] + side * share * (high[axis] - low[axis])
-            moved[axis] = np.clip(wanted, low[axis], high[axis])
-            if moved[axis] != wanted:
+            moved[axis] = wanted
+            if not (around[axis] or low[axis] <= wanted <= high[axis]):
                 continue
             try:
                 objective, margins = largest(moved)

@@ -129,7 +129,12 @@ _ROWS: tuple[tuple[when.Rule, str, tuple[str, ...]], ...] = (
     (when.perhaps, "optimisation.local_search", ("scipy.optimize",)),
     (when.perhaps, "numerics.nonnegative", ("scipy.optimize",)),
     (when.perhaps, "optimisation.planes", ("scipy.optimize",)),
-    (when.always, "study.optimise", ("optimisation.constrained",)),
+    (
+        when.perhaps,
+        "study.optimise",
+        ("optimisation.constrained", "optimisation.starts", "optimisation.variables"),
+    ),
+    (when.perhaps, "study.balancing", ("optimisation.least_norm",)),
     (when.has_methods, "study.optimise", ("optimisation.methods",)),
     (when.has_methods, "study.compare_methods", ("optimisation.methods",)),
     (when.has_front, "study.pareto", ("optimisation.pareto",)),

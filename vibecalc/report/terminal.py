@@ -78,7 +78,7 @@ def summary(result: Result, console: "Console") -> None:
 def plain_summary(result: Result) -> str:
     """The same without colour and without importing rich, for pipes and files."""
     references, limits = judge_references(result), judge_limits(result)
-    rows = key_rows(result.record)
+    rows = key_rows(result.record, result.case)
     tables = (
         fixed_table(SCALARS, rows) if rows else [],
         limit_table(limits),
@@ -99,7 +99,7 @@ def plain_summary(result: Result) -> str:
 
 
 def _scalars(result: Result) -> "Table | None":
-    rows = key_rows(result.record)
+    rows = key_rows(result.record, result.case)
     if not rows:
         return None
     table = _table("quantity", ">value", "unit", "")

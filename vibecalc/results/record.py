@@ -51,11 +51,16 @@ class Method:
 
 @dataclass(kw_only=True)
 class Record(Mapping[str, Quantity]):
-    """All results of one run, in the order they were made, with warnings and methods used."""
+    """All results of one run, in the order they were made, with warnings and methods used.
+
+    `failure` says, in a sentence, that what was asked for does not exist: the results then are of
+    what comes nearest to it, and one of the warnings says by how much. It is not kept in a file.
+    """
 
     quantities: dict[str, Quantity] = field(default_factory=dict)
     warnings: list[str] = field(default_factory=list)
     methods: list[Method] = field(default_factory=list)
+    failure: str = ""
 
     def add(self, quantity: Quantity) -> None:
         """Take one result; a second one under the same path is a mistake of ours."""

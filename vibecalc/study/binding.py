@@ -14,6 +14,7 @@ from vibecalc.pipeline.run import run_case
 from vibecalc.pipeline.stage_cache import StageCache
 from vibecalc.results.select import worst
 from vibecalc.study.sweep.place import NOT_COMPUTED, case_at
+from vibecalc.study.variables import period_of, shown_as
 from vibecalc.units import parse_quantity
 
 if TYPE_CHECKING:
@@ -27,8 +28,9 @@ Side = Literal["max", "min"]
 class Binding:
     """Variables, objective and limits of one `[optimisation]` table on its case.
 
-    `lower`, `upper` and `first` (n,) are in SI; `first` is the case as written, moved into the
-    bounds. `accuracy` is the largest relative error estimate met in objective and limits.
+    `lower`, `upper` and `first` (n,) are in SI, `first` the case as written; `period` (n,) is that
+    of angles, 0 of others. `accuracy` is the largest relative error estimate met in objective and
+    limits.
     """
 
     def __init__(self, loaded: "LoadedCase"):
@@ -41,10 +43,22 @@ class Binding:
         self._cache = StageCache()
         self.keys = tuple(variable.key for variable in study.variables)
         self.units = tuple(field_unit(key) for key in self.keys)
+        self._written = tuple(variable.upper for variable in study.variables)
         self.lower = self._bounds([variable.lower for variable in study.variables])
         self.upper = self._bounds([variable.upper for variable in study.variables])
-        written = np.array([float(get_key(loaded.resolved, key)) for key in self.keys])
-        self.first = np.clip(written, self.lower, self.upper)
+        self.first = np.array([float(get_key(loaded.resolved, key)) for key in self.keys])
+        self.period = np.array([period_of(key, loaded.case.machine) for key in self.keys])
+        self.ties = tuple(
+            tuple(
+                (
+                    tie.key,
+                    tie.factor,
+                    0.0 if tie.offset is None else parse_quantity(tie.offset, unit),
+                )
+                for tie in variable.follow
+            )
+            for variable, unit in zip(study.variables, self.units, strict=True)
+        )
         self.goal = study.objective
         self.sign = sign_of(study.objective)
         self.limits = tuple(limit for limit in loaded.case.limit if _counts(limit))
@@ -58,23 +72,33 @@ class Binding:
 
     def case_at(self, variables: np.ndarray) -> "Case":
         """The case with its variables set, checked again; NumericalFailure if it is not a case."""
-        settings = dict(zip(self.keys, map(float, variables), strict=True))
+        settings: dict[str, float] = {}
+        for key, value, ties in zip(self.keys, map(float, variables), self.ties, strict=True):
+            settings[key] = value
+            settings |= {tied: factor * value + offset for tied, factor, offset in ties}
         return checked_case(self._resolved, settings, self._cache)
+
+    def apart(self, one: np.ndarray, other: np.ndarray) -> np.ndarray:
+        """The way from one point to another, (n,) in SI, along angles the shorter one around."""
+        way = np.asarray(other - one)
+        period = np.where(self.period > 0.0, self.period, 1.0)
+        return np.where(self.period > 0.0, way - period * np.round(way / period), way)
 
     def evaluate(self, variables: np.ndarray) -> tuple[float, np.ndarray]:
         """Objective (to be made small) and dimensionless margins, kept where >= 0."""
-        record = self._run(variables, self._wanted)
+        record = self.results(variables, self._wanted)
         return self._objective(record, self.goal), self._all_margins(record)
 
     def evaluate_both(
         self, variables: np.ndarray, second: Objective
     ) -> tuple[float, float, np.ndarray]:
         """Objective and a second one (both to be made small) and the margins."""
-        record = self._run(variables, self._wanted | {second.quantity})
+        record = self.results(variables, self._wanted | {second.quantity})
         one, two = (self._objective(record, goal) for goal in (self.goal, second))
         return one, two, self._all_margins(record)
 
-    def _run(self, variables: np.ndarray, wanted: frozenset[str]) -> "Record":
+    def results(self, variables: np.ndarray, wanted: frozenset[str]) -> "Record":
+        """Some results of the case with its variables set; NumericalFailure as in a run."""
         return run_case(self.case_at(variables), wanted=wanted, cache=self._cache)
 
     def _objective(self, record: "Record", goal: Objective) -> float:
@@ -102,6 +126,40 @@ class Binding:
             self._note_accuracy(record, limit.quantity, value)
             margins.append(sign * (allowed - value) / (abs(allowed) or 1.0))
         return margins
+
+    def words(self, variables: np.ndarray) -> str:
+        """The variables by name, in the units that the case gives their bounds in."""
+        return ", ".join(
+            f"{key} = {shown_as(float(value), unit, written)}"
+            for key, value, unit, written in zip(
+                self.keys, variables, self.units, self._written, strict=True
+            )
+        )
+
+    def broken(self, variables: np.ndarray) -> tuple[str, np.ndarray]:
+        """Which limits a point breaks and by how much, in the units of the case; and all margins.
+
+        Raises NumericalFailure as a run does.
+        """
+        record = self.results(variables, self._wanted)
+        said = []
+        for limit in self.limits:
+            quantity = record[limit.quantity]
+            for bound, side, most in (
+                (limit.max, "max", "at most"),
+                (limit.min, "min", "at least"),
+            ):
+                if bound is None:
+                    continue
+                value, label = worst(quantity, limit.where, "max" if side == "max" else "min")
+                allowed = parse_quantity(str(bound), quantity.unit)
+                if value > allowed if side == "max" else value < allowed:
+                    said.append(
+                        f"{limit.quantity}{f' at {label}' if label else ''} is "
+                        f"{shown_as(value, quantity.unit, bound)}, {most} "
+                        f"{shown_as(allowed, quantity.unit, bound)} is allowed"
+                    )
+        return "; ".join(said), self._all_margins(record)
 
     def margin_names(self) -> tuple[str, ...]:
         """One name per margin, in the order of `evaluate`."""

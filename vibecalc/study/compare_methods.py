@@ -48,6 +48,7 @@ def compare_methods(
                 binding.upper,
                 first=binding.first,
                 budget=COMPARE_BUDGET,
+                period=binding.period,
             )
         except NumericalFailure as failure:
             record.warnings.append(f"no methods are compared: {failure}")
@@ -63,7 +64,8 @@ def compare_methods(
     sizes = [abs(end.objective) for end in ends]
     error = binding.accuracy * max(sizes)
     width = binding.upper - binding.lower
-    away = [float(np.max(np.abs(end.variables - optimum.variables) / width)) for end in ends]
+    ways = [np.abs(binding.apart(optimum.variables, end.variables)) for end in ends]
+    away = [float(np.max(way / width)) for way in ways]
     reach = float(np.max(optimum.variables_error / width))
     add_numbers(
         record,

@@ -10,17 +10,21 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vibecalc.errors import NumericalFailure
+from vibecalc.optimisation.optimum import Infeasible
 from vibecalc.pipeline.run import run_case
 from vibecalc.results.record import Method, Record
+from vibecalc.study.balancing import Balanced, balance, balances
 from vibecalc.study.binding import Binding
 from vibecalc.study.compare_methods import compare_methods
 from vibecalc.study.optimise_paths import ROOT
-from vibecalc.study.optimise_record import add_optimum
+from vibecalc.study.optimise_record import add_nearest, add_numbers, add_optimum
 from vibecalc.study.pareto import add_front
 from vibecalc.study.sensitivity import add_sensitivity
 
 if TYPE_CHECKING:
     from vibecalc.case.load import LoadedCase
+    from vibecalc.case.schema import Case
+    from vibecalc.optimisation.optimum import Optimum
 
 #: the method of a case that names none
 STANDARD = "sequential_quadratic"
@@ -31,36 +35,38 @@ Evaluate = Callable[[np.ndarray], tuple[float, np.ndarray]]
 def optimise(loaded: "LoadedCase", *, timings: dict[str, float], progress: bool = False) -> Record:
     """Search from the case as written and from starts spread over the bounds.
 
-    Returns the record of the optimum with `optimisation/...` added. Raises NumericalFailure if no
-    point keeps the limits or no search ends in a point that can be shown to be an optimum.
+    Returns the record of the optimum with `optimisation/...` added. Where no point keeps the
+    limits it is that of the point that comes nearest, and says so as its `failure`. Raises
+    NumericalFailure if no search ends in a point that can be shown to be an optimum.
     """
-    from vibecalc.optimisation.constrained import minimise
-
     study = loaded.case.optimisation
     if study is None:
         raise ValueError("the case has no [optimisation]")
     binding = Binding(loaded)
     started = time.perf_counter()
-    with _shown(binding.evaluate, progress) as evaluate:
+    balanced: Balanced | None = None
+    with _shown(binding, progress) as evaluate:
         with suppress(NumericalFailure):
             binding.evaluate(binding.first)
+        if balances(loaded.case):
+            balanced = balance(binding, loaded.case)
         try:
-            found = minimise(
-                evaluate,
-                binding.lower,
-                binding.upper,
-                first=binding.first,
-                starts=study.starts,
-                rtol=loaded.case.accuracy.rtol,
-                accuracy=binding.accuracy,
-                method=study.method or STANDARD,
-            )
+            if balanced is not None and balanced.allowed:
+                found = balanced.optimum
+            else:
+                found = _searched(binding, loaded.case, evaluate, balanced)
+        except Infeasible as nearest:
+            timings["optimisation"] = time.perf_counter() - started
+            return _nearest(loaded.case, binding, nearest, timings)
         except NumericalFailure as error:
             raise NumericalFailure(f"{error} {_legend(binding)}") from error
     seconds = time.perf_counter() - started
     record = run_case(binding.case_at(found.variables), timings=timings)
     timings["optimisation"] = seconds
     add_optimum(record, loaded.case, binding, found)
+    if balanced is not None:
+        bound = {"lower_bound": (balanced.lower_bound, 0.0)}
+        add_numbers(record, loaded.case, bound, {})
     if found.failures:
         why = "; ".join(found.failure_messages[:3])
         record.warnings.append(
@@ -68,7 +74,7 @@ def optimise(loaded: "LoadedCase", *, timings: dict[str, float], progress: bool 
         )
     record.warnings += [note for note in found.notes if note not in record.warnings]
     _add_start(record, binding)
-    record.methods.append(_method(study.method))
+    record.methods.append(_CONVEX if found.method == "convex" else _method(study.method))
     for asked, part in (
         (study.compare, compare_methods),
         (study.sensitivity, add_sensitivity),
@@ -77,6 +83,59 @@ def optimise(loaded: "LoadedCase", *, timings: dict[str, float], progress: bool 
         if asked:
             part(record, loaded.case, binding, found, timings)
     return record
+
+
+def _searched(
+    binding: Binding, case: "Case", evaluate: Evaluate, balanced: Balanced | None
+) -> "Optimum":
+    """The search from many starts; one more at the optimum without limits, where that is known."""
+    from vibecalc.optimisation.constrained import minimise
+    from vibecalc.optimisation.starts import spread
+    from vibecalc.optimisation.variables import Box
+
+    study = case.optimisation
+    assert study is not None
+    starts: int | np.ndarray = study.starts
+    if balanced is not None:
+        box = Box(binding.lower, binding.upper, binding.period)
+        places = box.values(box.start(spread(study.starts, binding.lower.size)))
+        starts = np.vstack([balanced.optimum.variables, places])
+    return minimise(
+        evaluate,
+        binding.lower,
+        binding.upper,
+        first=binding.first,
+        starts=starts,
+        rtol=case.accuracy.rtol,
+        accuracy=binding.accuracy,
+        period=binding.period,
+        method=study.method or STANDARD,
+    )
+
+
+def _nearest(
+    case: "Case", binding: Binding, nearest: Infeasible, timings: dict[str, float]
+) -> Record:
+    """The record of the point that comes nearest to keeping the limits, and what it breaks."""
+    record = run_case(binding.case_at(nearest.variables), timings=timings)
+    words, margins = binding.broken(nearest.variables)
+    add_nearest(record, case, binding, nearest.variables, margins, nearest.evaluations)
+    record.warnings.insert(
+        0,
+        "no values of the variables between their bounds keep all limits; these come nearest, and "
+        f"all results are theirs: {binding.words(nearest.variables)}. {words}. Widen the bounds of "
+        "the variables or relax these limits.",
+    )
+    _add_start(record, binding)
+    record.failure = "no values of the variables between their bounds keep all limits"
+    return record
+
+
+_CONVEX = Method(
+    name="linear least squares within bounds, by Newton's method along a barrier",
+    purpose="optimum, proven by its dual",
+    citation="Boyd and Vandenberghe, Convex Optimization, 2004, ch. 5 and 11",
+)
 
 
 def _method(name: str | None) -> Method:
@@ -114,10 +173,10 @@ def _legend(binding: Binding) -> str:
 
 
 @contextmanager
-def _shown(evaluate: Evaluate, wanted: bool) -> Iterator[Evaluate]:
+def _shown(binding: Binding, wanted: bool) -> Iterator[Evaluate]:
     """Count evaluations on stderr while they run, on a terminal only."""
     if not (wanted and sys.stderr.isatty()):
-        yield evaluate
+        yield binding.evaluate
         return
     from rich.console import Console
     from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
@@ -133,7 +192,7 @@ def _shown(evaluate: Evaluate, wanted: bool) -> Iterator[Evaluate]:
 
         def counted(variables: np.ndarray) -> tuple[float, np.ndarray]:
             nonlocal best
-            objective, margins = evaluate(variables)
+            objective, margins = binding.evaluate(variables)
             if objective < best and (margins >= 0.0).all():
                 best = objective
             shown = f"{abs(best):.6g}" if np.isfinite(best) else "none yet"

@@ -1,21 +1,29 @@
-"""What is wrong with an [optimisation] beside its variables: the front and the methods."""
+"""What is wrong with an [optimisation] as a whole: where it starts, the front and the methods."""
 
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from vibecalc.case.load import resolve
+from vibecalc.case.overrides import field_unit, get_key
 from vibecalc.errors import Problem
 from vibecalc.pipeline.targets import check_targets
+from vibecalc.study.variables import period_of, shown_as
+from vibecalc.units import parse_quantity
 
 if TYPE_CHECKING:
     from vibecalc.case.schema import Case
 
+#: of the distance between bounds, what rounding of units may miss one by
+_ROUNDING = 1e-9
+
 
 def study_problems(case: "Case") -> list[Problem]:
-    """Problems of second_objective, front_points and compare; none without [optimisation]."""
+    """Problems of start, second_objective, front_points, compare; none without [optimisation]."""
     study = case.optimisation
     if study is None:
         return []
-    problems: list[Problem] = []
+    problems = list(_start(case))
     second = study.second_objective
     if second is None:
         if study.front_points is not None:
@@ -49,3 +57,39 @@ def study_problems(case: "Case") -> list[Problem]:
         for name in doubled
     ]
     return problems
+
+
+def _start(case: "Case") -> Iterator[Problem]:
+    """Variables that the case writes outside their bounds, and keys off what they follow."""
+    study, resolved = case.optimisation, resolve(case)
+    assert study is not None
+    for position, variable in enumerate(study.variables):
+        path = ("optimisation", "variables", position)
+        unit = field_unit(variable.key)
+        written = float(get_key(resolved, variable.key))
+        lower, upper = (parse_quantity(one, unit) for one in (variable.lower, variable.upper))
+        period = period_of(variable.key, case.machine)
+        around = 0.0 < period <= (upper - lower) * (1.0 + _ROUNDING)
+        slack = _ROUNDING * (upper - lower)
+        if not (around or lower - slack <= written <= upper + slack):
+            yield Problem(
+                path=path,
+                message=f"the search starts outside the bounds of {variable.key}",
+                found=shown_as(written, unit, variable.upper),
+                allowed=f"{variable.lower} to {variable.upper}",
+                hint="widen the bounds, or write a value between them into the case",
+            )
+        for place, tie in enumerate(variable.follow):
+            offset = 0.0 if tie.offset is None else parse_quantity(tie.offset, unit)
+            wanted, found = tie.factor * written + offset, float(get_key(resolved, tie.key))
+            off = found - wanted
+            period = period_of(tie.key, case.machine)
+            off -= period * round(off / period) if period else 0.0
+            if abs(off) > 1e-6 * max(abs(wanted), abs(found), abs(offset), upper - lower):
+                yield Problem(
+                    path=(*path, "with", place),
+                    message=f"{tie.key} as written is not what it is to follow {variable.key} by",
+                    found=shown_as(found, unit, variable.upper),
+                    allowed=shown_as(wanted, unit, variable.upper),
+                    hint="write that into the case: the search starts from it",
+                )

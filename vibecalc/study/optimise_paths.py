@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 from vibecalc.case.overrides import field_unit
 from vibecalc.pipeline.entries.entry import Entry
 from vibecalc.pipeline.plan import planned_quantities
+from vibecalc.study.balancing import balances
 from vibecalc.study.optimise_further_paths import COMPARE_BUDGET, front_points, further_entries
 
 if TYPE_CHECKING:
@@ -37,6 +38,8 @@ def _entries(case: "Case") -> Iterator[Entry]:
         yield Entry(f"{ROOT}/history/start/{key}", ("search",), own, f"{key} where searches began")
         yield Entry(f"{ROOT}/history/end/{key}", ("search",), own, f"{key} where searches ended")
     yield Entry(f"{ROOT}/objective", (), unit, "objective at the optimum", kind)
+    if balances(case):
+        yield Entry(f"{ROOT}/lower_bound", (), unit, "no values within the bounds give less", kind)
     yield Entry(f"{ROOT}/margin", ("limit",), "", "distance to a limit over the limit")
     yield Entry(f"{ROOT}/multiplier", ("limit",), unit, "rise of the objective per unit of margin")
     yield Entry(f"{ROOT}/kkt_residual", (), "", "what is left of the gradients that should balance")

@@ -70,6 +70,21 @@ def add_optimum(record: Record, case: "Case", binding: "Binding", found: "Optimu
     add_numbers(record, case, values, axes)
 
 
+def add_nearest(
+    record: Record,
+    case: "Case",
+    binding: "Binding",
+    variables: np.ndarray,
+    margins: np.ndarray,
+    evaluations: int,
+) -> None:
+    """The point that comes nearest to keeping all limits: its variables and how far it is off."""
+    values: Numbers = {"margin": (margins, binding.accuracy), "evaluations": (evaluations, 0.0)}
+    for key, value in zip(binding.keys, variables, strict=True):
+        values[f"variable/{key}"] = (value, 0.0)
+    add_numbers(record, case, values, {"limit": np.array(binding.margin_names(), dtype=object)})
+
+
 def _price_error(found: "Optimum") -> float:
     """Error of the multipliers: slopes known ten times worse, relatively, than the variables."""
     size = np.abs(found.variables)

@@ -46,6 +46,7 @@ def add_front(
             starts=study.starts,
             rtol=case.accuracy.rtol,
             accuracy=binding.accuracy,
+            period=binding.period,
         )
     except NumericalFailure as failure:
         raise NumericalFailure(f"the front cannot be traced: {failure}") from failure

@@ -83,7 +83,12 @@ def _deviations(record: Record, case: "Case", binding: "Binding", optimum: "Opti
     from vibecalc.optimisation.sensitivity import cost_of_deviation
 
     cost = cost_of_deviation(
-        binding.evaluate, binding.lower, binding.upper, optimum.variables, accuracy=binding.accuracy
+        binding.evaluate,
+        binding.lower,
+        binding.upper,
+        optimum.variables,
+        accuracy=binding.accuracy,
+        period=binding.period,
     )
     numbers: Numbers = {}
     for i, key in enumerate(binding.keys):

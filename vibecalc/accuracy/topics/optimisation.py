@@ -50,7 +50,7 @@ def study_topics(loaded: "LoadedCase") -> list[Topic]:
     # bounds that leave a variable no room make it no variable
     if not np.all(binding.upper > binding.lower):
         return []
-    box = Box(binding.lower, binding.upper)
+    box = Box(binding.lower, binding.upper, binding.period)
     goal, starts = study.objective.quantity, study.starts
     sign = binding.sign
 
@@ -65,7 +65,7 @@ def study_topics(loaded: "LoadedCase") -> list[Topic]:
         return Reference(np.array([sign * found.objective]), found.agreement, words, 0.0)
 
     def answer(objective: float, unit: np.ndarray, work: int) -> Answer:
-        away = float(np.linalg.norm(unit - optimum().unit))
+        away = float(np.linalg.norm(box.apart(optimum().unit, unit)))
         return Answer(np.array([sign * objective]), float(work), away)
 
     ladders = [_own(loaded, box, answer), *(_bare(loaded, box, answer, name) for name in METHODS)]
@@ -100,6 +100,7 @@ def _own(loaded: "LoadedCase", box: Box, answer: _Answer) -> Ladder:
         found = minimise(
             binding.evaluate, binding.lower, binding.upper, first=binding.first,
             starts=int(starts), rtol=loaded.case.accuracy.rtol, method=method,
+            period=binding.period,
         )  # fmt: skip
         return answer(found.objective, box.unit(found.variables), found.evaluations)
 
@@ -118,7 +119,7 @@ def _bare(loaded: "LoadedCase", box: Box, answer: _Answer, name: str) -> Ladder:
         binding = Binding(loaded)
         found = find(
             name, binding.evaluate, binding.lower, binding.upper,
-            first=binding.first, budget=int(budget),
+            first=binding.first, budget=int(budget), period=binding.period,
         )  # fmt: skip
         if found.violation > NEARLY_KEPT:
             raise NumericalFailure(
@@ -154,6 +155,7 @@ def _proven(loaded: "LoadedCase", box: Box) -> _Optimum:
     found = minimise(
         binding.evaluate, binding.lower, binding.upper, first=binding.first,
         starts=study.starts, rtol=loaded.case.accuracy.rtol, method=study.method or STANDARD,
+        period=binding.period,
     )  # fmt: skip
     unit = box.unit(found.variables)
     cut = np.clip(np.round(unit, _DIGITS), 0.0, 1.0)

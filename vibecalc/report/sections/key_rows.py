@@ -1,10 +1,14 @@
 """The few numbers worth a line on the terminal: peaks, frequencies, ratios, what is optimised."""
 
+from collections.abc import Mapping
+from typing import Any
+
 import numpy as np
 
 from vibecalc.report.levels import decibels
 from vibecalc.report.lookup import START, magnitudes
 from vibecalc.report.numbers import also, rpm, show
+from vibecalc.report.sections.key_start import bound_units, in_unit
 from vibecalc.report.sections.section import scalar_rows
 from vibecalc.results.record import Quantity, Record
 from vibecalc.results.select import select
@@ -73,13 +77,14 @@ _LEFT_OUT = (
 )
 
 
-def key_rows(record: Record) -> list[list[str]]:
+def key_rows(record: Record, case: Mapping[str, Any] | None = None) -> list[list[str]]:
     """Rows for `SCALARS` in the order of the record, 16 at most; variables of an optimum and
     values found come first, then scalars, then arrays.
 
     Levels follow: the strongest order of the shell, every order of the roll and pitch of a plate.
     Of an array the largest entry is shown and named (which mount, which direction), of natural
-    frequencies the lowest one; a peak of the run-up says its speed.
+    frequencies the lowest one; a peak of the run-up says its speed. Variables and values found are
+    shown in the unit that `case` gives their bounds in.
     """
     found = [
         quantity
@@ -90,8 +95,9 @@ def key_rows(record: Record) -> list[list[str]]:
     scalars = [q for q in found if not q.axes and _is_key(q.path)]
     arrays = [q for q in found if q.axes and q.path.endswith(_ARRAYS) and q.values.size]
     chosen = {q.path for q in [*variables, *scalars, *arrays][:_MOST]}
+    units = bound_units(case or {})
     rows = [
-        _worst_row(record, quantity) if quantity.axes else _scalar_row(record, quantity)
+        _worst_row(record, quantity) if quantity.axes else _scalar_row(record, quantity, units)
         for quantity in found
         if quantity.path in chosen
     ]
@@ -119,9 +125,12 @@ def _is_key(path: str) -> bool:
     return path.endswith(_SCALARS)
 
 
-def _scalar_row(record: Record, quantity: Quantity) -> list[str]:
+def _scalar_row(record: Record, quantity: Quantity, units: Mapping[str, str]) -> list[str]:
     """The row of a scalar; a variable that ended on a bound says so."""
     row = scalar_rows([quantity])[0]
+    if quantity.path in units:
+        unit = units[quantity.path]
+        row[1:] = [show(*in_unit(quantity, unit)), unit, ""]
     if quantity.path.startswith(_VARIABLES):
         side = record.quantities.get(_BOUNDS + quantity.path.removeprefix(_VARIABLES))
         words = "" if side is None else _SIDES.get(int(side.values), "")

@@ -8,7 +8,7 @@ from vibecalc.report.generic import grouped
 from vibecalc.report.lookup import START, table_of
 from vibecalc.report.numbers import show, show_percent
 from vibecalc.report.sections.advice import advice
-from vibecalc.report.sections.key_start import VARIABLE, start_of
+from vibecalc.report.sections.key_start import VARIABLE, bound_unit, in_unit, start_of
 from vibecalc.report.sections.methods import methods
 from vibecalc.report.sections.pareto import front
 from vibecalc.report.sections.search import holding, optima, searches, side_of
@@ -16,6 +16,7 @@ from vibecalc.report.sections.section import Section
 from vibecalc.report.tables import Column, number, paragraph, table
 from vibecalc.results.record import Record, Result
 from vibecalc.results.select import worst
+from vibecalc.units import convert, parse_quantity
 
 PREFIX = "optimisation/"
 #: What the tables above the generic ones tell, or what belongs into the file alone.
@@ -57,39 +58,57 @@ def optimisation(result: Result) -> Section | None:
 
 def _variables(result: Result) -> list[str]:
     given: Any = table_of(result.case, "optimisation").get("variables") or ()
-    rows = []
+    rows, ties = [], list[str]()
     for variable in given:
         key = str(variable["key"])
         quantity = result.record.quantities.get(VARIABLE + key)
         if quantity is None:
             continue
         start = start_of(result, key)
-        error = quantity.error_estimate
+        unit = bound_unit(variable, quantity.unit)
         rows.append(
             [
                 key,
-                "-" if start is None else show(start),
-                show(float(quantity.values), error),
-                quantity.unit,
-                _bound(variable["lower"]),
-                _bound(variable["upper"]),
+                "-" if start is None else show(convert(start, quantity.unit, unit)),
+                show(*in_unit(quantity, unit)),
+                unit,
+                _bound(variable["lower"], quantity.unit, unit),
+                _bound(variable["upper"], quantity.unit, unit),
                 side_of(result.record, key),
             ]
         )
+        ties += _ties(variable)
     columns = (
         Column("variable", 33),
         number("start", 11),
-        number("optimum", 11),
+        number(_end(result.record), 11),
         Column("unit", 7),
         number("lower", 11),
         number("upper", 11),
         Column("", 8),
     )
-    return table(columns, rows) if rows else []
+    return [*table(columns, rows), *(["", *ties] if ties else [])] if rows else []
 
 
-def _bound(value: float | str) -> str:
-    return value if isinstance(value, str) else show(float(value))
+def _end(record: Record) -> str:
+    """What the search ended in: an optimum, or the nearest to one where limits cannot be kept."""
+    return "optimum" if PREFIX + "objective" in record else "nearest"
+
+
+def _ties(variable: Mapping[str, Any]) -> list[str]:
+    """A sentence for each key that follows a variable."""
+    lines = []
+    for tie in variable.get("with") or ():
+        factor, offset = float(tie.get("factor", 1.0)), tie.get("offset")
+        words = f"{tie['key']} follows {'' if factor == 1.0 else f'{factor:g} times '}"
+        words += str(variable["key"]) + ("" if offset is None else f" + {offset}")
+        lines += paragraph(words, "-")
+    return lines
+
+
+def _bound(value: float | str, own: str, unit: str) -> str:
+    """A bound as a number in the unit that is shown."""
+    return show(convert(parse_quantity(value, own), own, unit))
 
 
 def _objective(result: Result) -> list[str]:
@@ -101,7 +120,8 @@ def _objective(result: Result) -> list[str]:
     where = dict(objective.get("where") or {})
     # The worst entry is the largest of what is made small, and the other way round.
     side: Literal["max", "min"] = "max" if sense == "smallest" else "min"
-    words = f"objective: {sense} {path}"
+    found = _end(result.record) == "optimum"
+    words = f"objective: {sense} {path}" if found else f"objective: {path}"
     try:
         quantity = result.record[path]
         value, label = worst(quantity, where, side)
@@ -136,9 +156,9 @@ def _beside(record: Record) -> list[str]:
             ]
         )
     columns = (
-        Column("start beside optimum", 40),
+        Column(f"start beside {_end(record)}", 40),
         number("start"),
-        number("optimum"),
+        number(_end(record)),
         Column("unit", 10),
         number("change"),
     )

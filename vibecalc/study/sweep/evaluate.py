@@ -102,6 +102,8 @@ class Evaluator:
         loaded = self._at(validate(case_at(self._loaded.resolved, settings, without)))
         _refuse(physics_problems(loaded))
         record = optimise(loaded, timings={})
+        if record.failure:
+            raise NumericalFailure("; ".join((record.failure, *record.warnings[:1])))
         return {path: record[path] for path in self._keep if path in record}
 
     def _at(self, case: "Case") -> LoadedCase:

@@ -1,0 +1,74 @@
+"""Claim: the least norm within discs meets its own lower bound, on any problem drawn."""
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize
+
+from vibecalc.optimisation.least_norm import LeastNorm, least_norm
+
+Problem = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
+
+
+def _drawn(seed: int) -> Problem:
+    random = np.random.default_rng(seed)
+    sizes = random.integers(1, 3, size=random.integers(1, 6))
+    block = np.repeat(np.arange(sizes.size), sizes)
+    rows = int(random.integers(1, 14))
+    columns = random.normal(size=(rows, block.size)) * 10.0 ** random.uniform(-2, 2, block.size)
+    unit = 10.0 ** random.uniform(-9, 9)
+    constant = random.normal(size=rows) * 10.0 ** random.uniform(-1, 2)
+    return unit * constant, unit * columns, block, 10.0 ** random.uniform(-2, 1, sizes.size)
+
+
+def _lengths(found: LeastNorm, block: np.ndarray) -> np.ndarray:
+    return np.sqrt(np.bincount(block, found.unknowns**2))
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_the_bound_from_below_meets_the_minimum(seed: int) -> None:
+    constant, columns, block, radius = _drawn(seed)
+    found = least_norm(constant, columns, block, radius)
+    size = np.linalg.norm(constant)
+    assert found.value == pytest.approx(np.linalg.norm(constant + columns @ found.unknowns))
+    assert found.value - found.lower_bound <= 1e-11 * size
+    assert np.all(_lengths(found, block) <= radius * (1.0 + 1e-12))
+    held = _lengths(found, block) >= radius * (1.0 - 1e-12)
+    assert np.array_equal(found.held, held & found.held)
+
+
+def test_no_point_within_the_bounds_is_below_it() -> None:
+    constant, columns, block, radius = _drawn(3)
+    found = least_norm(constant, columns, block, radius)
+    random = np.random.default_rng(0)
+    points = random.normal(size=(4000, block.size))
+    lengths = np.sqrt(np.stack([np.bincount(block, point**2) for point in points]))
+    points *= (radius * random.uniform(0, 1, lengths.shape) / lengths)[:, block]
+    norms = np.linalg.norm(constant + points @ columns.T, axis=1)
+    assert np.min(norms) >= found.lower_bound
+
+
+@pytest.mark.parametrize("seed", [1, 2, 5])
+def test_sequential_quadratic_programming_ends_at_the_same_norm(seed: int) -> None:
+    constant, columns, block, radius = _drawn(seed)
+    found = least_norm(constant, columns, block, radius)
+    scaled = columns * radius[block]
+    end = minimize(
+        lambda x: 0.5 * np.sum((constant + scaled @ x) ** 2) / (constant @ constant),
+        np.zeros(block.size),
+        jac=lambda x: scaled.T @ (constant + scaled @ x) / (constant @ constant),
+        constraints={"type": "ineq", "fun": lambda x: 1.0 - np.bincount(block, x**2)},
+        method="SLSQP",
+        options={"ftol": 1e-15, "maxiter": 500},
+    )
+    norm = np.linalg.norm(constant + scaled @ end.x)
+    assert norm == pytest.approx(found.value, rel=1e-6, abs=1e-6 * np.linalg.norm(constant))
+
+
+def test_without_bounds_that_hold_it_is_least_squares() -> None:
+    random = np.random.default_rng(7)
+    columns, constant = random.normal(size=(8, 4)), random.normal(size=8)
+    found = least_norm(constant, columns, np.array([0, 0, 1, 1]), np.array([1e3, 1e3]))
+    expected = np.linalg.solve(columns.T @ columns, -columns.T @ constant)
+    assert found.unknowns == pytest.approx(expected, rel=1e-12)
+    assert not np.any(found.held)
+    assert found.free_directions == 0
