@@ -374,7 +374,7 @@ def test_extreme_numbers_are_refused_or_computed_with() -> None:
         assert all(problem.message and problem.allowed for problem in problems)
         if problems:
             continue
-        parts = build_machine(case.machine)
+        parts = build_machine(case)
         assert all(isinstance(text, str) for text in machine_warnings(case))
         assert parts.body is not None
         assert parts.mounts is not None

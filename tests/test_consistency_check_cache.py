@@ -10,7 +10,6 @@ from typing import Any
 import pytest
 from shipped_cases import CASES, ROOT
 from test_consistency_stage_cache import leaves
-from watched_case import Watched, undeclared
 
 from vibecalc.case.load import load_case, validate
 from vibecalc.case.overrides import key_text
@@ -31,16 +30,6 @@ def resolved(name: str) -> dict[str, Any]:
     return {k: v for k, v in tables.items() if k not in NOT_COMPUTED}
 
 
-def read_by(name: str) -> dict[str, set[str]]:
-    """What each check reads of a shipped case."""
-    case, found = validate(resolved(name)), {}
-    for check in CHECKS:
-        seen: set[str] = set()
-        check(Watched(case, "", seen))  # type: ignore[arg-type]
-        found[check.__name__] = seen
-    return found
-
-
 def test_all_checks_take_part() -> None:
     """Every module of checks that problems come from is imported by the table of checks."""
     named = {check.__module__.rpartition(".")[2] for check in CHECKS}
@@ -51,16 +40,9 @@ def test_all_checks_take_part() -> None:
         if re.search(r"^def \w+_problems\(case: Case\) -> list", path.read_text(), re.M)
     }
     # these are called by others of them
-    within = {"matrix_checks", "planar_checks", "range_checks", "shaft_part_checks"}
+    within = {"matrix_checks", "planar_checks", "shaft_part_checks"}
     assert offers - within == named - {"checks"}
     assert "isolation_checks" in named and within <= offers
-
-
-@pytest.mark.parametrize("name", sorted(CASES))
-def test_checks_read_what_is_declared(name: str) -> None:
-    declared = {check.__name__: places for check, places in CHECKS.items()}
-    for check, seen in read_by(name).items():
-        assert undeclared(seen, declared[check]) == [], check
 
 
 def read_bad(path: Path) -> Case | None:

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 import pytest
 from shipped_cases import result_of
-from watched_case import Watched, undeclared
 
 from vibecalc.case.load import validate
 from vibecalc.case.overrides import set_key
@@ -17,16 +16,13 @@ from vibecalc.case.schema import Case
 from vibecalc.errors import NumericalFailure
 from vibecalc.excitation.induction_motor import steady_torque
 from vibecalc.excitation.induction_motor_dynamics import torque_answer
-from vibecalc.machine.build import build_machine
 from vibecalc.machine.roll import build_roll, roll_drive
 from vibecalc.machine.roll_motor import fitted_motor
 from vibecalc.pipeline.catalogue import CATALOGUE
 from vibecalc.pipeline.entries.roll_motor import ENTRIES, ROOT
 from vibecalc.pipeline.plan import planned_quantities
-from vibecalc.pipeline.reads import READS
 from vibecalc.pipeline.run import run_case
-from vibecalc.pipeline.scene import Scene
-from vibecalc.pipeline.stages import roll, roll_motor
+from vibecalc.pipeline.stages import roll_motor
 from vibecalc.report.plots import make
 from vibecalc.report.text import render_report
 from vibecalc.response.roll.machine import RollDrive, RollMachine, as_batch
@@ -217,13 +213,6 @@ def test_what_only_transients_carry(lost: str, monkeypatch: pytest.MonkeyPatch) 
     assert any(f"with the {lost} is left out: no running" in one for one in found.warnings)
     text = render_report(replace(shipped, record=found))
     assert "Motor with transients" in text
-
-
-def test_what_is_read_is_declared() -> None:
-    case, seen = case_of(response__roll__orders=2), set[str]()
-    scene = Scene(case=Watched(case, "", seen), parts=build_machine(case.machine, case.excitation))  # type: ignore[arg-type]
-    roll.run(scene)
-    assert undeclared(seen, READS["roll"].case) == []
 
 
 def test_report_and_picture() -> None:

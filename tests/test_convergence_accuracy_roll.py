@@ -66,7 +66,7 @@ def scene_of(name: str) -> Scene:
     """A shipped case with its machine; the topics of these stages ask for nothing more."""
     (loaded,) = load_checked([CASES[name]])
     case = loaded.case
-    return Scene(case=case, parts=build_machine(case.machine, case.excitation))
+    return Scene(case=case, parts=build_machine(case))
 
 
 @cache
@@ -245,7 +245,7 @@ def test_measurement_from_phasors(tmp_path: Path) -> None:
     path.write_text(PHASORS, encoding="utf-8")
     (loaded,) = load_checked([path])
     case = loaded.case
-    scene = Scene(case=case, parts=build_machine(case.machine, case.excitation))
+    scene = Scene(case=case, parts=build_machine(case))
     (topic,) = measurement.topics(scene)
     found = held(topic, 1e-14)
     assert error_of(found, "singular values") <= 1e-12

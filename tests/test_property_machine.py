@@ -214,7 +214,7 @@ def test_pitch_parts_are_projections() -> None:
     assert float(pitch.damping @ pitch.position**2) == pytest.approx(32.0, rel=1e-15)
     assert math.sqrt(6400.0 / pitch.inertia) == pytest.approx(31.7366, abs=5e-5)
     assert pitch.across.tolist() == [0.0, 1.0, 0.0]
-    bare = build_machine(generator(machine__mounts=None, isolation=None).machine)
+    bare = build_machine(generator(machine__mounts=None, isolation=None))
     assert bare.mounts is None
     assert bare.body is not None
 

@@ -175,7 +175,7 @@ def _find(data: Data) -> Iterator[Problem]:
 
 
 def _drive(data: Data) -> Iterator[Problem]:
-    if table_at(data, "machine", "motor"):
+    if isinstance(table_at(data, "machine").get("motor"), dict):
         from vibecalc.case.motor_form import check_motor
 
         yield from check_motor(data)

@@ -1,11 +1,11 @@
 """All parts of one machine, built from a validated case."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 from vibecalc.case.kinds import has_crank_train
-from vibecalc.case.schema import Machine
-from vibecalc.case.tables import Excitation
+from vibecalc.case.schema import Case
 from vibecalc.machine.body import RigidBody, build_body
 from vibecalc.machine.crank_train import (
     CrankTrain,
@@ -30,30 +30,43 @@ class MachineParts:
     mounts: Mounts | None
 
 
-def build_machine(machine: Machine, options: Excitation | None = None) -> MachineParts:
+def _train(case: Case) -> CrankTrain | None:
+    if not has_crank_train(case.machine):
+        return None
+    train, options = build_crank_train(case.machine.crank_train), case.excitation
+    return train if options is None else moving(train, options.working, options.idle)
+
+
+def _rotating(case: Case) -> RotatingMasses | None:
+    if not has_crank_train(case.machine):
+        return None
+    return build_rotating_masses(case.machine.crank_train, case.excitation)
+
+
+def _body(case: Case) -> RigidBody | None:
+    body = case.machine.body
+    return None if body is None or body.mass_matrix is not None else build_body(body)
+
+
+def _mounts(case: Case) -> Mounts | None:
+    mounts = case.machine.mounts
+    return None if mounts is None or mounts.stiffness_matrix is not None else build_mounts(mounts)
+
+
+#: part -> what builds it
+PARTS: dict[str, Callable[[Case], Any]] = {
+    "crank_train": _train,
+    "rotating_masses": _rotating,
+    "body": _body,
+    "mounts": _mounts,
+}
+
+
+def build_machine(case: Case) -> MachineParts:
     """Arrays of every part that the case has.
 
-    `options` says which cylinders work; `crank_train` then has the moving masses of these alone.
+    `[excitation]` says which cylinders work; `crank_train` has the moving masses of these alone.
     A body given as a mass matrix, or mounts given as a stiffness matrix, are no parts: see
     `system.py`.
     """
-    body, mounts = machine.body, machine.mounts
-    train, rotating = _turning(machine, options)
-    return MachineParts(
-        crank_train=train,
-        rotating_masses=rotating,
-        body=None if body is None or body.mass_matrix is not None else build_body(body),
-        mounts=None
-        if mounts is None or mounts.stiffness_matrix is not None
-        else build_mounts(mounts),
-    )
-
-
-def _turning(machine: Machine, options: Excitation | None) -> tuple[CrankTrain, RotatingMasses]:
-    if not has_crank_train(machine):
-        nothing: Any = None
-        return nothing, nothing
-    train = build_crank_train(machine.crank_train)
-    if options is not None:
-        train = moving(train, options.working, options.idle)
-    return train, build_rotating_masses(machine.crank_train, options)
+    return MachineParts(**{name: build(case) for name, build in PARTS.items()})

@@ -27,7 +27,7 @@ from vibecalc.machine.slip_checks import slip_problems
 from vibecalc.machine.torsion_checks import torsion_problems
 from vibecalc.machine.transient_checks import transient_problems
 
-__all__ = ["ABSORBER", "CHECKS", "HARDWARE", "check_machine", "machine_warnings", "matrices"]
+__all__ = ["CHECKS", "check_machine", "machine_warnings", "matrices"]
 
 
 def matrices(case: Case) -> list[Problem]:
@@ -42,90 +42,30 @@ def matrices(case: Case) -> list[Problem]:
     return matrix_problems(case)
 
 
-#: what ratios of an absorber come from, and its other parts
-ABSORBER = (
-    *(f"machine.{part}" for part in ("primary", "secondary", "secondaries", "rod")),
-    "tuning",
+#: all but ranges of numbers; isolation, the last, is judged where the others find nothing
+CHECKS: tuple[Callable[[Case], list[Problem]], ...] = (
+    crank_train_problems,
+    body_problems,
+    matrices,
+    operation_problems,
+    drive_problems,
+    joint_problems,
+    slip_problems,
+    gas_problems,
+    roll_problems,
+    control_problems,
+    dynamic_problems,
+    measurement_problems,
+    absorber_problems,
+    absorber_part_problems,
+    pendulum_problems,
+    pump_problems,
+    engine_problems,
+    shaft_line_problems,
+    transient_problems,
+    torsion_problems,
+    isolation_problems,
 )
-HARDWARE = tuple(
-    f"machine.{part}"
-    for part in (
-        *("flywheel", "springs", "ring", "gap", "oil"),
-        *("stock_springs", "stock_oils", "spring_catalogue", "oil_catalogue"),
-    )
-)
-#: check -> places of the case that it reads, so that a study need not repeat it (`check_cache.py`);
-#: isolation, the last, is judged where the others find nothing
-CHECKS: dict[Callable[[Case], list[Problem]], tuple[str, ...]] = {
-    crank_train_problems: ("machine.crank_train", "machine.body", "kinematics"),
-    body_problems: ("machine.body",),
-    matrices: (
-        "machine.body.mass_matrix",
-        "machine.mounts.stiffness_matrix",
-        "machine.mounts.damping_matrix",
-    ),
-    operation_problems: (
-        "machine.crank_train.cylinders",
-        "machine.joints",
-        "machine.mounts",
-        "excitation",
-        "response",
-    ),
-    drive_problems: (
-        "machine.cycle",
-        "machine.kind",
-        "machine.crank_train.gas_pressure",
-        "machine.motor",
-    ),
-    joint_problems: (
-        "machine.crank_train",
-        "machine.joints",
-        "machine.speed",
-        "excitation",
-        "response",
-    ),
-    slip_problems: ("machine.motor", "response.start_up"),
-    gas_problems: ("machine.crank_train", "machine.kind"),
-    roll_problems: (
-        "machine.crank_train",
-        "machine.motor",
-        "machine.shell",
-        "excitation.working",
-        "response.roll",
-        "response.start_up",
-        "response.control",
-    ),
-    control_problems: ("machine.motor", "response.control"),
-    dynamic_problems: ("machine.motor", "response"),
-    measurement_problems: ("measurement", "machine.speed", "machine.kind"),
-    absorber_problems: (*ABSORBER, "response.absorber"),
-    absorber_part_problems: (*ABSORBER, *HARDWARE),
-    pendulum_problems: ("machine.pendulum",),
-    pump_problems: ("machine.kind", "machine.crank_train"),
-    engine_problems: ("machine.kind", "machine.cycle", "machine.crank_train"),
-    shaft_line_problems: ("machine.shaft_line", "machine.crank_train"),
-    transient_problems: (
-        "machine.cycle",
-        "machine.speed",
-        "machine.shaft_line",
-        "response.torsion",
-    ),
-    torsion_problems: (
-        "machine.cycle",
-        "machine.speed",
-        "machine.shaft_line",
-        "machine.crank_train.gas_cards",
-        "machine.crank_train.cylinders",
-        "response.torsion",
-        "damper_design",
-    ),
-    isolation_problems: (
-        "machine.crank_train",
-        "machine.body",
-        "machine.mounts",
-        "isolation",
-    ),
-}
 
 
 def check_machine(case: Case) -> list[Problem]:

@@ -1,8 +1,9 @@
 """Numbers so large or small that products of them leave the range of double precision."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
+from vibecalc.case.fields import Table
 from vibecalc.case.schema import Case
 from vibecalc.errors import KeyPath, Problem
 
@@ -21,10 +22,22 @@ MAY_VANISH = frozenset(
     | {"slip", "torque", "force", "time", "factor", "acceleration_feedback", "feedbacks", "delay"}
     | {"lower", "upper"}
 )
+TABLES = ("excitation", "isolation", "response", "damper_design")
+
+
+def present(case: Case) -> list[KeyPath]:
+    """The places of a case whose numbers have a range; a study looks at each by itself."""
+    machine = case.machine
+    parts: list[KeyPath] = [
+        ("machine", name) for name, part in machine if part is not None and part != ()
+    ]
+    return parts + [(name,) for name in TABLES if getattr(case, name) is not None]
 
 
 def _numbers(value: Any, path: KeyPath) -> Iterator[tuple[KeyPath, float]]:
-    if isinstance(value, dict):
+    if isinstance(value, Table):
+        yield from _numbers(value.model_dump(by_alias=True, exclude_none=True), path)
+    elif isinstance(value, dict):
         for key, entry in value.items():
             yield from _numbers(entry, (*path, key))
     elif isinstance(value, list | tuple):
@@ -34,15 +47,11 @@ def _numbers(value: Any, path: KeyPath) -> Iterator[tuple[KeyPath, float]]:
         yield path, value
 
 
-def range_problems(case: Case) -> list[Problem]:
-    """One problem for each number of machine, forces and motion that is out of range."""
-    tables = case.model_dump(
-        include={"machine", "excitation", "isolation", "response", "damper_design"},
-        by_alias=True,
-        exclude_none=True,
-    )
+def range_problems(case: Case, places: Sequence[KeyPath] | None = None) -> list[Problem]:
+    """One problem for each number at some places of a case (None: at all) that is out of range."""
     problems = []
-    for path, value in _numbers(tables, ()):
+    places = present(case) if places is None else places
+    for path, value in (number for place in places for number in _numbers_at(case, place)):
         key = next(str(part) for part in reversed(path) if isinstance(part, str))
         size = abs(value)
         if key in ANGLES:
@@ -75,3 +84,10 @@ def range_problems(case: Case) -> list[Problem]:
                 )
             )
     return problems
+
+
+def _numbers_at(case: Case, place: KeyPath) -> Iterator[tuple[KeyPath, float]]:
+    found: Any = case
+    for name in place:
+        found = getattr(found, str(name))
+    return _numbers(found, place)

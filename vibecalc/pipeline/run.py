@@ -54,7 +54,7 @@ def run_scene(
     """
     started = time.perf_counter()
     cached = None if cache is None else cache.at(case, wanted)
-    parts = cached.parts() if cached else build_machine(case.machine, case.excitation)
+    parts = cached.parts() if cached else build_machine(case)
     scene = Scene(case=case, parts=parts, wanted=wanted)
     clock = timings if timings is not None else {}
     if wanted is None:

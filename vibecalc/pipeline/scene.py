@@ -1,6 +1,6 @@
 """A run in progress: the case, its machine and what the stages have made so far."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -19,7 +19,8 @@ if TYPE_CHECKING:
 class Scene:
     """What stages read and write; `handed_on` holds what one stage leaves for the next.
 
-    `wanted` names the results to keep, None all of them.
+    `wanted` names the results to keep, None all of them. `maker` has what runs before this one have
+    made by `once`.
     """
 
     case: "Case"
@@ -27,6 +28,15 @@ class Scene:
     wanted: frozenset[str] | None = None
     record: Record = field(default_factory=Record)
     handed_on: dict[str, Any] = field(default_factory=dict)
+    maker: "Callable[[str, Callable[[Case], Any]], Any] | None" = None
+
+    def once(self, name: str, make: "Callable[[Case], Any]") -> Any:
+        """What several stages need, made of the case by the first that asks for it."""
+        if self.maker is not None:
+            return self.maker(name, make)
+        if name not in self.handed_on:
+            self.handed_on[name] = make(self.case)
+        return self.handed_on[name]
 
     def wants(self, *paths: str) -> bool:
         """Whether any of these results is asked for; a study asks for a few, a run for all."""

@@ -1,22 +1,21 @@
 """Stages that need not run again, because nothing they read has changed.
 
-The key of a stage is the content of what `reads.py` says that it reads: exact to the last bit, and
-the keys of the stages that hand something on to it. So a result that is taken from the cache is the
-one that the stage would make again.
+What a stage reads is recorded as it runs (`reads.py`). Its key is the content of what an earlier
+run of it has read: exact to the last bit, with the keys of what was handed on to it. Where that is
+the same, each step of the stage would be the same, and so is the result that is taken from here.
 """
 
 import hashlib
-import marshal
 from collections import OrderedDict
 from collections.abc import Callable
 from dataclasses import dataclass, field, is_dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.machine.build import MachineParts, build_machine
-from vibecalc.pipeline.reads import PARTS, READS, SHARED
+from vibecalc.machine.build import PARTS, MachineParts
+from vibecalc.pipeline.reads import Reads, TracedEntries, traced, written
 from vibecalc.pipeline.scene import Scene
 from vibecalc.pipeline.stage_plan import StagePlan
 from vibecalc.results.record import Record
@@ -27,6 +26,8 @@ if TYPE_CHECKING:
 MOST_BYTES = 256_000_000
 #: of an outcome beside its arrays
 OVERHEAD = 4096
+#: ways of reading of one stage that are looked up; what the oldest have made is made again
+MOST_WAYS = 8
 
 RunStage = Callable[[StagePlan, Scene], None]
 
@@ -44,6 +45,8 @@ class Outcome:
 class StageCache:
     """Outcomes of stages by the content of what they read; the oldest ones go first.
 
+    What a stage reads may hang on what it finds: each way of reading that was met is kept.
+
     `ran` and `reused` count, by the module of a stage, how often it ran and how often it did not
     have to. One cache serves any number of cases.
     """
@@ -52,8 +55,9 @@ class StageCache:
     ran: dict[str, int] = field(default_factory=dict)
     reused: dict[str, int] = field(default_factory=dict)
     _kept: "OrderedDict[bytes, tuple[Any, int]]" = field(default_factory=OrderedDict)
+    _ways: dict[Any, dict[bytes, Reads]] = field(default_factory=dict)
     _size: int = 0
-    _last: "tuple[Case, dict[str, Any]] | None" = None
+    _last: "tuple[Case, dict[int, Any]] | None" = None
 
     def at(self, case: "Case", wanted: frozenset[str] | None) -> "CachedRun":
         """One run of `case` in which stages are looked up before they run."""
@@ -80,11 +84,15 @@ class StageCache:
         while self._size > self.most_bytes and len(self._kept) > 1:
             self._size -= self._kept.popitem(last=False)[1][1]
 
+    def ways(self, what: Any) -> dict[bytes, Reads]:
+        """The ways of reading known of something that is made, the latest last."""
+        return self._ways.setdefault(what, {})
+
 
 class CachedRun:
     """The keys of one run, made as its stages come.
 
-    `contents` is what has been looked up of the case, by place.
+    `known` is what has been looked up of the case, see `Reads.contents`.
     """
 
     def __init__(
@@ -92,41 +100,37 @@ class CachedRun:
         cache: StageCache,
         case: "Case",
         wanted: frozenset[str] | None,
-        contents: dict[str, Any],
+        known: dict[int, Any],
     ):
         self._cache = cache
         self._case = case
-        self._contents = contents
+        self._known = known
         self._wanted = None if wanted is None else tuple(sorted(wanted))
-        self._keys: dict[str, bytes] = {}
+        #: what stages have handed on in this run -> key of the stage that did
+        self._handed: dict[str, bytes] = {}
 
     def parts(self) -> MachineParts:
-        """The parts of the machine."""
-        key = self.key("parts", PARTS)
-        parts = self._cache.find(key)
-        if parts is None:
-            parts = build_machine(self._case.machine, self._case.excitation)
-            self._cache.keep(key, parts)
-        found: MachineParts = parts
-        return found
+        """The parts of the machine, each built when it is asked for."""
+        return self._parts(Reads())
 
     def run(self, stage: StagePlan, scene: Scene, run_stage: RunStage) -> None:
         """Add the outcome of a stage to `scene`; `run_stage` makes it where it is not known.
 
         Raises NumericalFailure as the stage does.
         """
-        reads = READS[stage.module]
-        after = tuple(self._keys.get(name, b"") for name in reads.after)
-        key = self.key(stage.module, reads.case, self._wanted, after)
-        self._keys[stage.stage] = key
-        outcome, counts = self._cache.find(key), self._cache.reused
-        if outcome is None:
-            outcome, counts = self._made(stage, scene, run_stage), self._cache.ran
-            self._cache.keep(key, outcome)
+        what = (stage.module, self._wanted)
+        key, counts = self._find(what), self._cache.reused
+        if key is None:
+            counts = self._cache.ran
+            reads = Reads()
+            outcome = self._made(stage, scene, run_stage, reads)
+            key = self._keep(what, reads, outcome)
+        outcome = self._cache.find(key)
         counts[stage.module] = counts.get(stage.module, 0) + 1
         if outcome.failure is not None:
             raise NumericalFailure(outcome.failure)
         scene.handed_on.update(outcome.handed_on)
+        self._handed |= dict.fromkeys(outcome.handed_on, key)
         for quantity in outcome.record.values():
             scene.record.add(quantity)
         for warning in outcome.record.warnings:
@@ -134,44 +138,82 @@ class CachedRun:
         for method in outcome.record.methods:
             scene.cite(method.name, method.purpose, method.citation)
 
-    def _made(self, stage: StagePlan, scene: Scene, run_stage: RunStage) -> Outcome:
+    def once(self, name: str, make: "Callable[[Case], Any]") -> Any:
+        """What `make` makes of the case, or has made of one that is the same to it."""
+        key = self._find(name)
+        if key is None:
+            reads = Reads()
+            key = self._keep(name, reads, make(traced(self._case, reads)))
+        return self._cache.find(key)
+
+    def _made(self, stage: StagePlan, scene: Scene, run_stage: RunStage, reads: Reads) -> Outcome:
         """Run a stage with a record of its own, so that what it leaves stands apart."""
-        shared = {name: self.key(name, reads) for name, reads in SHARED.items()}
-        known = {name: self._cache.find(key) for name, key in shared.items()}
-        before = scene.handed_on | {name: one for name, one in known.items() if one is not None}
-        own = Scene(case=scene.case, parts=scene.parts, wanted=scene.wanted, handed_on=dict(before))
+
+        def once(name: str, make: "Callable[[Case], Any]") -> Any:
+            reads.made.add(name)
+            return self.once(name, make)
+
+        entries = TracedEntries(scene.handed_on, reads)
+        own = Scene(
+            case=traced(scene.case, reads),
+            parts=self._parts(reads),
+            wanted=scene.wanted,
+            handed_on=entries,
+            maker=once,
+        )
         try:
             run_stage(stage, own)
         except NumericalFailure as failure:
             return Outcome(Record(), {}, str(failure))
-        left = {name: one for name, one in own.handed_on.items() if before.get(name) is not one}
-        for name in SHARED.keys() & left.keys():
-            self._cache.keep(shared[name], left.pop(name))
-        return Outcome(own.record, left)
+        return Outcome(own.record, entries.left)
 
-    def key(self, what: str, places: tuple[str, ...], *more: Any) -> bytes:
-        """Key of something that is made from what stands at some places of the case."""
-        contents = [self.content(place) for place in places]
-        # version 2 writes every double in full and knows no references between equal objects
-        written = marshal.dumps((what, contents, more), 2)
-        return hashlib.blake2b(written, digest_size=20).digest()
+    def _parts(self, reads: Reads) -> MachineParts:
+        return cast(MachineParts, _Parts(self, reads))
 
-    def content(self, place: str) -> Any:
-        """What stands at a place of the case as plain values; `...` where a table is absent."""
-        if place not in self._contents:
-            found: Any = self._case
-            for name in place.split("."):
-                found = ... if found is None or found is ... else getattr(found, name)
-            self._contents[place] = _plain(found)
-        return self._contents[place]
+    def _find(self, what: Any) -> bytes | None:
+        """Key of what is known to be the same, None where nothing is."""
+        ways = self._cache.ways(what)
+        for way in reversed(ways):
+            key = self._key(what, way, ways[way])
+            if key is not None and self._cache.find(key) is not None:
+                ways[way] = ways.pop(way)
+                return key
+        return None
+
+    def _keep(self, what: Any, reads: Reads, value: Any) -> bytes:
+        way = reads.close(value)
+        ways = self._cache.ways(what)
+        ways[way] = ways.pop(way, reads)
+        if len(ways) > MOST_WAYS:
+            del ways[next(iter(ways))]
+        key = self._key(what, way, reads)
+        assert key is not None  # all that was read is there
+        self._cache.keep(key, value)
+        return key
+
+    def _key(self, what: Any, way: bytes, reads: Reads) -> bytes | None:
+        """Key of what is made by reading that; None where a part of that is not made yet."""
+        found = reads.contents(self._case, self._known)
+        made = [self._find(name) for name in sorted(reads.made)]
+        if found is None or None in made:
+            return None
+        handed = [self._handed.get(name) for name in sorted(reads.handed)]
+        content = written((what, way, found, handed, made))
+        return hashlib.blake2b(content, digest_size=20).digest()
 
 
-def _plain(value: Any) -> Any:
-    if hasattr(value, "model_dump"):
-        return value.model_dump()
-    if isinstance(value, tuple):
-        return [_plain(entry) for entry in value]
-    return value
+class _Parts:
+    """The parts of a machine, each made when it is read, and noted then."""
+
+    def __init__(self, run: CachedRun, reads: Reads):
+        self.__dict__["_run"] = (run, reads)
+
+    def __getattr__(self, name: str) -> Any:
+        run, reads = self.__dict__["_run"]
+        part = f"parts.{name}"
+        reads.made.add(part)
+        self.__dict__[name] = run.once(part, PARTS[name])
+        return self.__dict__[name]
 
 
 def _arrays(value: Any) -> list[np.ndarray]:

@@ -1,6 +1,6 @@
 """The body on its suspension as a linear system that several stages of the response share."""
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -18,6 +18,9 @@ from vibecalc.response.modes import Modes, modes
 from vibecalc.response.resonance import Resonances
 from vibecalc.response.singular import check_operating_point, left_out
 
+if TYPE_CHECKING:
+    from vibecalc.case.schema import Case
+
 COORDINATES = ("x", "y", "z", "rx", "ry", "rz")
 
 
@@ -30,20 +33,22 @@ class LinearSystem(NamedTuple):
 
 def linear_system(scene: Scene) -> LinearSystem:
     """The system of the case, built once per run."""
-    if "linear_system" not in scene.handed_on:
-        machine = scene.case.machine
-        matrices = build_system(machine)
-        shapes = modes(matrices)
-        ratio = None if machine.mounts is None else machine.mounts.modal_damping
-        if ratio:
-            added = modal_damping(matrices, shapes, np.full(6, ratio))
-            matrices = matrices._replace(
-                damping=matrices.damping + added.value,
-                damping_error=matrices.damping_error + added.error,
-            )
-        scene.handed_on["linear_system"] = LinearSystem(matrices, damped_basis(matrices, shapes))
-    found: LinearSystem = scene.handed_on["linear_system"]
+    found: LinearSystem = scene.once("linear_system", _build)
     return found
+
+
+def _build(case: "Case") -> LinearSystem:
+    machine = case.machine
+    matrices = build_system(machine)
+    shapes = modes(matrices)
+    ratio = None if machine.mounts is None else machine.mounts.modal_damping
+    if ratio:
+        added = modal_damping(matrices, shapes, np.full(6, ratio))
+        matrices = matrices._replace(
+            damping=matrices.damping + added.value,
+            damping_error=matrices.damping_error + added.error,
+        )
+    return LinearSystem(matrices, damped_basis(matrices, shapes))
 
 
 def ratios_of(scene: Scene, system: LinearSystem) -> WithError:

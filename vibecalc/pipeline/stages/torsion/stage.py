@@ -15,7 +15,7 @@ def run(scene: Scene) -> None:
     Raises NumericalFailure where an order meets a natural frequency that nothing damps.
     """
     setup = build_setup(scene.case)
-    scene.handed_on["torsion"] = setup
+    scene.handed_on["torsion"] = setup[1:]
     emit_modes(scene, setup)
     emit_damped(scene, setup)
     emit_excitation(scene, setup)
@@ -27,5 +27,7 @@ def run(scene: Scene) -> None:
 
 def setup_of(scene: Scene) -> Setup:
     """What this stage has left for those after it."""
-    setup: Setup = scene.handed_on["torsion"]
-    return setup
+    response = scene.case.response
+    assert response is not None and response.torsion is not None
+    # with the table as this case has it: the line may be one that another case has left
+    return Setup(response.torsion, *scene.handed_on["torsion"])
