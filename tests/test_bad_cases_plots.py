@@ -1,13 +1,17 @@
 """Claim: what stands in the way of a picture is said in words, never in a traceback."""
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from report_samples import generator
 
+from vibecalc.cli import plot
 from vibecalc.errors import UsageError
-from vibecalc.report.plots import draw
+from vibecalc.report.plots import draw, draw_files
+from vibecalc.results.record import Record
+from vibecalc.results.store import write_result
 
 
 def test_matplotlib_missing(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
@@ -24,6 +28,54 @@ def test_a_folder_that_is_a_file(tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
     blocked = tmp_path / "pictures"
     blocked.write_text("not a folder")
-    with pytest.raises(UsageError, match="cannot write the picture"):
+    with pytest.raises(UsageError, match="cannot make the output folder"):
         draw(generator(), blocked)
     assert blocked.read_text() == "not a folder"
+
+
+def test_pictures_of_one_name_are_refused_before_any_is_drawn(tmp_path: Path) -> None:
+    first, second = tmp_path / "one.h5", tmp_path / "other" / "one.h5"
+    with pytest.raises(UsageError, match="same names") as raised:
+        list(draw_files([first, second], tmp_path / "pictures"))
+    assert "two folders" in str(raised.value)
+    assert not (tmp_path / "pictures").exists()
+
+
+def test_two_results_of_one_case_beside_each_other(tmp_path: Path) -> None:
+    """The file gives its pictures their names, not the case that both were made from."""
+    pytest.importorskip("matplotlib")
+    paths = [tmp_path / "before.h5", tmp_path / "after.h5"]
+    for path in paths:
+        write_result(generator(), path)
+    drawn = [picture for _, pictures in draw_files(paths, None) for picture in pictures]
+    assert len(set(drawn)) == len(drawn) > 0
+    assert {picture.name.partition("_")[0] for picture in drawn} == {"before", "after"}
+
+
+def test_a_failed_picture_leaves_the_old_one(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    matplotlib = pytest.importorskip("matplotlib.figure")
+    path = tmp_path / "one.h5"
+    write_result(generator(), path)
+    ((_, pictures),) = draw_files([path], None)
+    before = {picture: picture.read_bytes() for picture in pictures}
+
+    def half(self: object, target: object, **options: object) -> None:
+        target.write(b"half a picture")
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(matplotlib.Figure, "savefig", half)
+    with pytest.raises(KeyboardInterrupt):
+        list(draw_files([path], None))
+    assert {picture: picture.read_bytes() for picture in tmp_path.glob("*.png")} == before
+
+
+def test_nothing_to_draw_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    pytest.importorskip("matplotlib")
+    path = tmp_path / "scalars.h5"
+    write_result(replace(generator(), record=Record()), path)
+    plot([path], None)
+    printed = capsys.readouterr()
+    assert printed.out == ""
+    assert printed.err == f"{path}: nothing to draw, it holds no curve or map\n"

@@ -1,13 +1,14 @@
 """Entry point: run the command line, turn errors into words on stderr and an exit code."""
 
 import atexit
+import contextlib
 import gc
 import io
 import os
 import sys
 from typing import NoReturn
 
-from vibecalc.errors import EXIT_BUG, EXIT_INTERRUPTED, VibecalcError
+from vibecalc.errors import EXIT_BUG, EXIT_INTERRUPTED, Interrupted, OutputError, VibecalcError
 
 REPORT_BUGS = "This is a bug in vibecalc. Please report it with the lines above and the case file."
 
@@ -32,10 +33,13 @@ def main() -> NoReturn:
 
         app(prog_name="vibecalc")
     except VibecalcError as error:
-        _say(str(error) if str(error).startswith("error") else f"error: {error}")
+        if isinstance(error, OutputError):  # what is left of the text would fail at exit again
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        bare = isinstance(error, Interrupted) or str(error).startswith("error")
+        _say(str(error) if bare else f"error: {error}")
         sys.exit(error.exit_code)
-    except KeyboardInterrupt:
-        _say("interrupted: nothing half-written is left behind")
+    except KeyboardInterrupt:  # before the command began
+        _say("interrupted")
         sys.exit(EXIT_INTERRUPTED)
     except Exception:
         import traceback
@@ -47,7 +51,8 @@ def main() -> NoReturn:
 
 
 def _say(text: str) -> None:
-    print(text, file=sys.stderr)
+    with contextlib.suppress(OSError):  # a full or closed stderr changes no exit code
+        print(text, file=sys.stderr, flush=True)
 
 
 if __name__ == "__main__":

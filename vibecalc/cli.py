@@ -207,11 +207,13 @@ def diff(
 @app.command(cls=Command)
 def plot(results: Results, output: Folder = None) -> None:
     """Draw the pictures of result files beside them, or into a folder."""
-    from vibecalc.report.plots import draw_file
+    from vibecalc.report.plots import draw_files
 
-    for path in results:
-        for picture in draw_file(path, output or path.parent):
+    for path, pictures in draw_files(results, output):
+        for picture in pictures:
             typer.echo(str(picture))
+        if not pictures:
+            typer.echo(f"{path}: nothing to draw, it holds no curve or map", err=True)
 
 
 @app.command(cls=Command)

@@ -74,9 +74,9 @@ def _report(result: "Result", path: Path, json: bool, quiet: bool) -> None:
     write_result(result, path)
     write_text(text, path.with_suffix(".txt"))
     try:
-        picture = draw_accuracy(result, path.with_suffix(".png"))
+        pictures = draw_accuracy(result, path.with_suffix(".png"))
     except UsageError as error:
-        picture = None
+        pictures = []
         typer.echo(f"no picture: {error}", err=True)
     if json:
         import json as format_json
@@ -86,6 +86,6 @@ def _report(result: "Result", path: Path, json: bool, quiet: bool) -> None:
         found = accuracy_object(result, path)
         typer.echo(format_json.dumps(found, indent=2, allow_nan=False))
     elif not quiet:
-        names = [path.with_suffix(".txt").name, *([picture.name] if picture else [])]
+        names = [path.with_suffix(".txt").name, *(picture.name for picture in pictures)]
         typer.echo(text, nl=False)
         typer.echo(f"wrote {path}, {' and '.join(names)}")

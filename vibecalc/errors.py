@@ -72,6 +72,22 @@ class ResultError(UsageError):
     """A result file that is damaged, foreign or lacks what is asked of it."""
 
 
+class OutputError(UsageError):
+    """Standard output takes no more: its device is full, or nobody reads on (`| head`)."""
+
+    def __init__(self, error: OSError):
+        closed = isinstance(error, BrokenPipeError)
+        self.exit_code = EXIT_INTERRUPTED if closed else EXIT_USAGE
+        why = "it was closed by its reader" if closed else (error.strerror or str(error)).lower()
+        super().__init__(f"cannot write to standard output: {why}")
+
+
+class Interrupted(VibecalcError):
+    """Ctrl-C."""
+
+    exit_code = EXIT_INTERRUPTED
+
+
 class NumericalFailure(VibecalcError):
     """No trustworthy number exists: singular, not converged, unstable, no steady state."""
 

@@ -2,6 +2,7 @@
 
 import difflib
 from collections.abc import Iterable, Mapping
+from functools import cache
 from typing import Any
 
 from vibecalc.case.fields import UNION_TAGS, Table
@@ -11,20 +12,23 @@ from vibecalc.errors import KeyPath, Problem, UnitError
 
 Error = Mapping[str, Any]
 
+#: pydantic's word for a key that the table does not have
+_UNKNOWN = "extra_forbidden"
+_MOST_SUGGESTED = 10
+
 
 def explain(errors: Iterable[Error]) -> list[Problem]:
     """Turn the errors of a pydantic validation into problems, one for each place.
 
     A key that is missing because it is misspelt is told once, and a list that pydantic calls too
-    short because of its faulty entries is not told.
+    short because of its faulty entries is not told. The nearest known key is looked for where the
+    first few keys are unknown: thousands of them are no slips of the keyboard.
     """
     found = [(_path(error["loc"]), error) for error in errors]
     broken = {path[:size] for path, _ in found for size in range(len(path))}
-    misspelt = {
-        (*path[:-1], near)
-        for path, error in found
-        if error["type"] == "extra_forbidden" and (near := _nearest_key(path))
-    }
+    unknown = [path for path, error in found if error["type"] == _UNKNOWN]
+    near = {path: _nearest_key(path) for path in unknown[:_MOST_SUGGESTED]}
+    misspelt = {(*path[:-1], key) for path, key in near.items() if key}
     problems: dict[KeyPath, Problem] = {}
     for path, error in found:
         kind = error["type"]
@@ -32,8 +36,10 @@ def explain(errors: Iterable[Error]) -> list[Problem]:
         swallowed = kind == "missing" and not misspelt.isdisjoint(above)
         follows = kind == "too_short" and path in broken
         if not (swallowed or follows):
-            explainer = _EXPLAINERS.get(kind, _other)
-            problem = explainer(path, error)
+            if kind == _UNKNOWN:
+                problem = _unknown(path, near.get(path, ""))
+            else:
+                problem = _EXPLAINERS.get(kind, _other)(path, error)
             problems.setdefault(problem.path, problem)
     return list(problems.values())
 
@@ -91,11 +97,10 @@ def missing_key(path: KeyPath) -> Problem:
     )
 
 
-def _unknown(path: KeyPath, error: Error) -> Problem:
+def _unknown(path: KeyPath, near: str) -> Problem:
     key = str(path[-1])
     parent = shape_at(path[:-1])
-    near = _nearest_key(path)
-    elsewhere = [] if near else _tables_with(key)
+    elsewhere = () if near else _tables_with(key)
     hint = ""
     if near:
         hint = f"did you mean {near!r}?"
@@ -198,7 +203,6 @@ def _other(path: KeyPath, error: Error) -> Problem:
 
 _EXPLAINERS = {
     "missing": _missing,
-    "extra_forbidden": _unknown,
     "value_error": _quantity,
     "greater_than": _bound,
     "greater_than_equal": _bound,
@@ -232,15 +236,21 @@ def _nearest_key(path: KeyPath) -> str:
     return keys[near[0]] if near else ""
 
 
-def _tables_with(key: str) -> list[str]:
+def _tables_with(key: str) -> tuple[str, ...]:
+    return tuple(_tables_by_key().get(key, ()))
+
+
+@cache
+def _tables_by_key() -> dict[str, list[str]]:
+    """Key -> every table below the root of a case that has it."""
     from vibecalc.case.schema import Case
 
-    found: list[str] = []
+    found: dict[str, list[str]] = {}
 
     def search(table: type[Table], above: str) -> None:
         for name, field in keys_of(table).items():
-            if name == key and above:
-                found.append(above)
+            if above:
+                found.setdefault(name, []).append(above)
             shape = shape_of(field)
             below = shape.table or (shape.item.table if shape.item else None)
             if below is not None:

@@ -55,18 +55,27 @@ def locate(
 
     A key that was set from the command line is located there: `override` is then its text.
     """
-    places = find_spans(text) if spans is None else spans
+    written = source(path, overrides, find_spans(text) if spans is None else spans)
+    if isinstance(written, Overridden):
+        return _on_command_line(written)
+    return at_offset(text, written.start, written.stop - written.start)
+
+
+def source(
+    path: KeyPath, overrides: Sequence[Overridden], spans: dict[KeyPath, Span]
+) -> Overridden | Span:
+    """What wrote a key path, its nearest table, or the first character of the file."""
     for override in reversed(overrides):
         if path[: len(override.path)] == override.path:
-            return _on_command_line(override)
+            return override
     for size in range(len(path), 0, -1):
-        span = places.get(path[:size])
+        span = spans.get(path[:size])
         if span is not None:
-            return at_offset(text, span.start, span.stop - span.start)
+            return span
         for override in overrides:
             if override.path[:size] == path[:size]:
-                return _on_command_line(override)
-    return at_offset(text, 0, 1)
+                return override
+    return Span(0, 1, 0, 1)
 
 
 def at_offset(text: str, offset: int, length: int = 1) -> Location:

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from vibecalc.case.locate import Location, Overridden, Span, find_spans, locate
+from vibecalc.case.locate import Location, Overridden, Span, find_spans, locate, source
 from vibecalc.errors import KeyPath, Problem
 
 _MOST_SHOWN = 100
@@ -20,15 +20,23 @@ def render_problems(
     `text` is the TOML as read; places that come from `--set` are shown as such.
     """
     spans = find_spans(text) if text else {}
-    places = [(locate(problem.path, text, overrides, spans), problem) for problem in problems]
-    places.sort(key=lambda pair: (pair[0].line, pair[0].column))
+
+    def offset(problem: Problem) -> int:
+        written = source(problem.path, overrides, spans)
+        return -1 if isinstance(written, Overridden) else written.start
+
     shown = [
-        render_problem(problem, place, file_name, _second(problem.also, text, overrides, spans))
-        for place, problem in places[:_MOST_SHOWN]
+        render_problem(
+            problem,
+            locate(problem.path, text, overrides, spans),
+            file_name,
+            _second(problem.also, text, overrides, spans),
+        )
+        for problem in sorted(problems, key=offset)[:_MOST_SHOWN]
     ]
-    if len(places) > _MOST_SHOWN:
-        shown.append(f"... and {len(places) - _MOST_SHOWN} more")
-    return "\n".join([*shown, closing_line(len(places), file_name)])
+    if len(problems) > _MOST_SHOWN:
+        shown.append(f"... and {len(problems) - _MOST_SHOWN} more")
+    return "\n".join([*shown, closing_line(len(problems), file_name)])
 
 
 def closing_line(count: int, file_name: str) -> str:

@@ -25,18 +25,22 @@ _OWN_CLEARANCE = "machine.joints.wrist_pin.clearance"
 #: as in `results/select.py`: two numbers this close, relatively, are the same entry
 _SAME = 1e-9
 _SHOWN = 12
-_ARTICLE = {"clearance": "a", "order": "an", "half_order": "a"}
+#: axes whose entries are numbered 1, 2, 3, ...
+_NUMBERED = (
+    *("mode", "other_mode", "damped_mode", "bare_mode", "elastic_mode", "pole", "multiplier"),
+    *("summit", "passage", "contact", "turn", "cage", "hammering", "barred", "limit", "wedge"),
+    *("unstable", "basin"),
+)
 
 
 def missing_entries(
     path: KeyPath, quantity: str, where: Mapping[str, int | float | str], case: "Case"
 ) -> Iterator[Problem]:
-    """Problems of a `where` that picks a clearance or an order which the run will not have."""
+    """Problems of a `where` that picks a clearance, an order or a mode that no run will have."""
     for axis, wanted in where.items():
         known = _known(quantity, axis, case)
-        if known is None:
+        if known is None and axis not in _NUMBERED:
             continue
-        entries, because = known
         try:
             value = _number(wanted, AXES[axis][0])
         except UnitError as error:
@@ -48,12 +52,20 @@ def missing_entries(
                 hint=error.hint,
             )
             continue
-        if not any(abs(value - one) <= _SAME * max(abs(value), abs(one)) for one in entries):
+        if known is None:
+            there = value >= 1.0 and abs(value - round(value)) <= _SAME * value
+            allowed, because = "1, 2, 3, ...", ""
+        else:
+            entries, because = known
+            there = any(abs(value - one) <= _SAME * max(abs(value), abs(one)) for one in entries)
+            allowed = _listed(entries, wanted, axis)
+        if not there:
+            article = "an" if axis[0] in "aeiou" else "a"
             yield Problem(
                 path=(*path, "where"),
-                message=f"this {_row(path)} asks for {_ARTICLE[axis]} {axis} that {quantity} lacks",
+                message=f"this {_row(path)} asks for {article} {axis} that {quantity} lacks",
                 found=f"{axis} = {wanted!r}",
-                allowed=_listed(entries, wanted, axis),
+                allowed=allowed,
                 hint=because,
             )
 
@@ -68,6 +80,8 @@ def _known(quantity: str, axis: str, case: "Case") -> tuple[tuple[float, ...], s
         return _clearances(case)
     if axis == "half_order" and quantity.startswith("response/torsion/"):
         return _half_orders(case)
+    if axis in ("mode", "other_mode"):
+        return _modes(quantity, case)
     if axis != "order":
         return None
     impact = None if case.response is None else case.response.impact
@@ -90,6 +104,22 @@ def _known(quantity: str, axis: str, case: "Case") -> tuple[tuple[float, ...], s
         return None  # the tolerance decides
     first = 0 if quantity.startswith(_FROM_ZERO) else 1
     return tuple(range(first, options.orders + 1)), "orders of [excitation] is the highest one kept"
+
+
+def _modes(quantity: str, case: "Case") -> tuple[tuple[float, ...], str] | None:
+    line = case.machine.shaft_line
+    if quantity.startswith(("isolation/modes/", "isolation/torque_reaction/")):
+        planar = case.isolation is not None and case.isolation.model == "planar"
+        most, because = (3, "a body in the plane") if planar else (6, "a rigid body")
+        because += f" has {most} degrees of freedom"
+    elif quantity.startswith("response/modes/"):
+        most, because = 6, "a rigid body has 6 degrees of freedom"
+    elif quantity.startswith("response/torsion/") and line is not None:
+        most = len(line.stations) + len(line.dampers)
+        because = "a shaft line has at most one mode for each station and each damper"
+    else:
+        return None
+    return tuple(range(1, most + 1)), because
 
 
 def _half_orders(case: "Case") -> tuple[tuple[float, ...], str]:
@@ -128,5 +158,6 @@ def _listed(entries: tuple[float, ...], wanted: int | float | str, axis: str) ->
     values = [convert(one, unit, written) if written else one for one in entries]
     texts = [f"{value:.9g} {written or unit}".rstrip() for value in values]
     if len(texts) > _SHOWN:
-        return f"{texts[0]} to {texts[-1]}" if axis == "order" else ", ".join(texts[:_SHOWN])
+        short = axis != "clearance"
+        return f"{texts[0]} to {texts[-1]}" if short else ", ".join(texts[:_SHOWN])
     return ", ".join(texts)

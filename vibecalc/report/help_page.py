@@ -4,13 +4,14 @@ typer's own pages also import Markdown, syntax colouring and tracebacks, which t
 everything else that `vibecalc --help` does.
 """
 
-import os
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from typer.core import TyperCommand, TyperGroup
 
-from vibecalc.errors import EXIT_INTERRUPTED
+from vibecalc.errors import Interrupted, OutputError
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -29,16 +30,15 @@ class Command(TyperCommand):
 class Group(TyperGroup):
     """The program with its list of commands, on such a page."""
 
-    def invoke(self, ctx: Any) -> Any:
-        """Run a command; where nobody reads on (`| head`), stop quietly, as if interrupted.
+    def make_context(self, *arguments: Any, **options: Any) -> Any:
+        """Read the command line; `--help` and `--version` print here."""
+        with _told():
+            return super().make_context(*arguments, **options)
 
-        typer would make it exit code 1, which means here that a comparison failed.
-        """
-        try:
+    def invoke(self, ctx: Any) -> Any:
+        """Run a command."""
+        with _told():
             return super().invoke(ctx)
-        except BrokenPipeError:
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-            sys.exit(EXIT_INTERRUPTED)
 
     def format_help(self, ctx: Any, formatter: Any) -> None:
         """Print the page; the formatter stays empty."""
@@ -51,6 +51,21 @@ class Group(TyperGroup):
         _print_page(self, ctx, rows)
 
 
+@contextmanager
+def _told() -> Iterator[None]:
+    """Ctrl-C and a stdout that takes no more become errors of ours; typer says neither.
+
+    Results have been written by then, and errors in writing files are `UsageError` already.
+    """
+    try:
+        yield
+        sys.stdout.flush()
+    except KeyboardInterrupt:
+        raise Interrupted("interrupted: no half-written file is left behind") from None
+    except OSError as error:
+        raise OutputError(error) from error
+
+
 def _print_page(command: TyperCommand | TyperGroup, ctx: Any, commands: list[Row]) -> None:
     from rich.console import Console
     from rich.padding import Padding
@@ -59,15 +74,18 @@ def _print_page(command: TyperCommand | TyperGroup, ctx: Any, commands: list[Row
     console = Console(highlight=False)
     usage = Text(command.get_usage(ctx), style="bold")
     usage.highlight_words(["Usage:"], "yellow")
-    console.print(Padding(usage, 1))
-    console.print(Padding(Text(command.help or ""), (0, 1, 1, 1)))
-    for title, rows in (
-        ("Arguments", _rows(command, ctx, "argument")),
-        ("Options", _rows(command, ctx, "option")),
-        ("Commands", commands),
-    ):
-        if rows:
-            console.print(_panel(title, rows))
+    # rich would end the process by itself where nobody reads on
+    with console.capture() as page:
+        console.print(Padding(usage, 1))
+        console.print(Padding(Text(command.help or ""), (0, 1, 1, 1)))
+        for title, rows in (
+            ("Arguments", _rows(command, ctx, "argument")),
+            ("Options", _rows(command, ctx, "option")),
+            ("Commands", commands),
+        ):
+            if rows:
+                console.print(_panel(title, rows))
+    sys.stdout.write(page.get())
 
 
 def _rows(command: TyperCommand | TyperGroup, ctx: Any, kind: str) -> list[Row]:

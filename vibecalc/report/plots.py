@@ -1,7 +1,8 @@
 """Pictures of a result, written as PNG files. matplotlib is imported here, when it is asked for."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from importlib import import_module
+from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -84,18 +85,20 @@ STYLE: dict[str, Any] = {
 _RESOLUTION = 130
 
 
-def draw(result: Result, folder: Path) -> list[Path]:
+def draw(result: Result, folder: Path, stem: str = "") -> list[Path]:
     """Draw every picture that the result has the numbers for.
 
-    Files are `<case>_<picture>.png` in `folder`, which is made if it is missing. Equal results
-    give equal bytes with one version of matplotlib.
+    Files are `<stem>_<picture>.png` in `folder`, which is made if it is missing; `stem` is the name
+    of the case if nothing else is said. Equal results give equal bytes with one version of
+    matplotlib.
 
     Raises
     ------
     UsageError
         matplotlib is not installed, or the folder cannot be written.
     """
-    return _drawn(result.name, ((name, make(result, name)) for name in PICTURES), folder)
+    stem = stem or result.name
+    return _drawn(stem, ((name, make(result, name)) for name in PICTURES), folder)
 
 
 def draw_sweep(sweep: SweepView, folder: Path, stem: str = "") -> list[Path]:
@@ -105,6 +108,22 @@ def draw_sweep(sweep: SweepView, folder: Path, stem: str = "") -> list[Path]:
     """
     stem = (stem or sweep.name).removesuffix("_sweep")
     return _drawn(stem, ((name, make_sweep(sweep, name)) for name in SWEEP_PICTURES), folder)
+
+
+def draw_files(paths: Sequence[Path], folder: Path | None) -> Iterator[tuple[Path, list[Path]]]:
+    """Draw files beside themselves or into `folder`; yields each with its pictures, maybe none.
+
+    Raises UsageError, before anything is drawn, where two files would write the same pictures.
+    """
+    homes = [(folder or path.parent, path.stem.removesuffix(".sweep")) for path in paths]
+    for number, (path, home) in enumerate(zip(paths, homes, strict=True)):
+        if home in homes[:number]:
+            raise UsageError(
+                f"the pictures of {paths[homes.index(home)]} and {path} would have the same names "
+                f"in {home[0]}; draw them into two folders, with -o"
+            )
+    for path, (target, _) in zip(paths, homes, strict=True):
+        yield path, draw_file(path, target)
 
 
 def draw_file(path: Path, folder: Path) -> list[Path]:
@@ -121,20 +140,21 @@ def draw_file(path: Path, folder: Path) -> list[Path]:
 
     result = read_result(path)
     if is_accuracy(result):
-        return [draw_accuracy(result, folder / f"{path.stem}.png")]
-    return draw(result, folder)
+        return draw_accuracy(result, folder / f"{path.stem}.png")
+    return draw(result, folder, path.stem)
 
 
-def draw_accuracy(result: Result, path: Path) -> Path:
-    """The one picture of a measurement of methods; UsageError as for the others."""
+def draw_accuracy(result: Result, path: Path) -> list[Path]:
+    """The one picture of a measurement of methods, if it has any; UsageError as for the others."""
     from vibecalc.report.pictures.accuracy import picture
 
     matplotlib = _matplotlib()
     with matplotlib.rc_context(STYLE):
         figure = picture(result)
-        if figure is not None:
-            _save(figure, path)
-    return path
+        if figure is None:
+            return []
+        _save(figure, path)
+    return [path]
 
 
 def _drawn(case: str, figures: Iterable[tuple[str, "Figure | None"]], folder: Path) -> list[Path]:
@@ -151,11 +171,11 @@ def _drawn(case: str, figures: Iterable[tuple[str, "Figure | None"]], folder: Pa
 
 
 def _save(figure: "Figure", path: Path) -> None:
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        figure.savefig(path, dpi=_RESOLUTION, metadata={"Software": None})
-    except OSError as error:
-        raise UsageError(f"cannot write the picture {path}: {error.strerror}") from error
+    from vibecalc.results.files import write_atomically
+
+    image = BytesIO()
+    figure.savefig(image, format="png", dpi=_RESOLUTION, metadata={"Software": None})
+    write_atomically(path, image.getvalue())
 
 
 def make(result: Result, name: str) -> "Figure | None":

@@ -23,20 +23,25 @@ def number(title: str, width: int = 12) -> Column:
 
 
 def fold(text: str, width: int) -> list[str]:
-    """Lines of at most `width` characters: broken at blanks or after `/`, else after `_.,`."""
+    """Lines of at most `width` characters: broken at blanks; a longer word after `/`, else `_.,`.
+
+    A word without such a mark in it is cut where the line ends.
+    """
     if len(text) <= width and "\n" not in text:  # nearly every cell of every table
         return [text.rstrip()]
     lines: list[str] = []
     for paragraph_ in text.split("\n"):
         line = ""
-        for piece in re.findall(r"\s*[^\s/]*/*", paragraph_):
-            if len(line + piece) > width and line.strip():
+        for word in re.findall(r"\s*\S+|\s+$", paragraph_):
+            if len(line + word) > width and line.strip():
                 lines.append(line.rstrip())
-                line = piece.lstrip()
+                line = word.lstrip()
             else:
-                line += piece
+                line += word
             while len(line) > width:
-                cut = max((line.rfind(mark, 0, width) for mark in "_.,"), default=-1) + 1
+                cut = line.rfind("/", 0, width) + 1
+                if cut <= width // 3:
+                    cut = max(line.rfind(mark, 0, width) for mark in "_.,") + 1
                 cut = cut if cut > width // 3 else width
                 lines.append(line[:cut])
                 line = line[cut:]

@@ -1,6 +1,7 @@
 """The short summary on the terminal: what came out, against what it is held, in colour."""
 
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -31,6 +32,8 @@ if TYPE_CHECKING:
     from rich.table import Table
 
 _MOST_REFERENCES = 10
+#: characters that names get on the narrowest terminal: the longest word between two marks of a path
+LEAST_NAME = 22
 
 
 def print_summary(result: Result, path: Path) -> None:
@@ -54,7 +57,8 @@ def summary(result: Result, console: "Console") -> None:
 
     references, limits = judge_references(result), judge_limits(result)
     console.print(f"[bold]{escape(str(result.case.get('title') or result.name))}[/bold]")
-    for table in (_scalars(result), _limits(result), _references(result)):
+    for make in (_scalars, _limits, _references):
+        table = make(result, console.width)
         if table is not None:
             console.print(table)
     shown = brief(references, _MOST_REFERENCES)
@@ -98,21 +102,18 @@ def plain_summary(result: Result) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _scalars(result: Result) -> "Table | None":
+def _scalars(result: Result, width: int) -> "Table | None":
     rows = key_rows(result.record, result.case)
     if not rows:
         return None
-    table = _table("quantity", ">value", "unit", "")
-    for row in rows:
-        table.add_row(*_plain(row))
-    return table
+    return _table(width, ("quantity", ">value", "unit", ""), [list(row) for row in rows])
 
 
-def _limits(result: Result) -> "Table | None":
+def _limits(result: Result, width: int) -> "Table | None":
     rows = judge_limits(result)
     if not rows:
         return None
-    table = _table("limit on", ">bound", ">computed", ">margin", "unit", "verdict")
+    lines, colours = [], []
     for row in rows:
         bounds = [
             f"{side} {value:.6g}"
@@ -122,43 +123,52 @@ def _limits(result: Result) -> "Table | None":
         name = row.quantity + (f" [{row.label}]" if row.label else "")
         cells = [name, " ".join(bounds), show(row.computed, row.error_estimate)]
         cells += [show(row.margin, row.error_estimate), row.unit]
-        colour = "green" if row.satisfied else "bold red"
-        table.add_row(*_plain(cells), f"[{colour}]{limit_verdict(row)}[/{colour}]")
-    return table
+        lines.append([*cells, limit_verdict(row)])
+        colours.append("green" if row.satisfied else "bold red")
+    heads = ("limit on", ">bound", ">computed", ">margin", "unit", "verdict")
+    return _table(width, heads, lines, colours)
 
 
-def _references(result: Result) -> "Table | None":
+def _references(result: Result, width: int) -> "Table | None":
     rows = judge_references(result)
     if not rows:
         return None
-    colours = {WITHIN: "green", OUTSIDE: "bold red"}
-    table = _table("reference (source)", ">value", ">computed", "unit", ">difference", "verdict")
+    lines, colours = [], []
     for row in brief(rows, _MOST_REFERENCES):
         picks = ", ".join(f"{axis}={entry}" for axis, entry in row.where.items())
         name = row.quantity + (f" [{picks}]" if picks else "") + f" ({row.source})"
         printed = row.printed if len(row.printed) <= LONGEST_PRINTED else show(row.value)
         cells = [name, printed, computed(row), row.unit]
-        cells.append(difference(row))
-        colour = colours.get(row.verdict, "yellow")
-        table.add_row(*_plain(cells), f"[{colour}]{row.verdict}[/{colour}]")
-    return table
+        lines.append([*cells, difference(row), row.verdict])
+        colours.append({WITHIN: "green", OUTSIDE: "bold red"}.get(row.verdict, "yellow"))
+    heads = ("reference (source)", ">value", ">computed", "unit", ">difference", "verdict")
+    return _table(width, heads, lines, colours)
 
 
-def _table(*heads: str) -> "Table":
+def _table(
+    width: int, heads: Sequence[str], rows: Sequence[Sequence[str]], colours: Sequence[str] = ()
+) -> "Table":
+    """A table of at most `width` characters; `colours` are those of the last cells.
+
+    Where the terminal is narrow the names of the first column, and only they, go on below: after
+    a `/` of a path, never within a word. A number cut short would be another number.
+    """
     from rich import box
     from rich.table import Table
+    from rich.text import Text
 
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0), header_style="bold")
-    for head in heads:
-        # Where the terminal is narrow, names go on below; a number cut short is another number.
-        if head.startswith(">"):
-            table.add_column(head.removeprefix(">"), justify="right", no_wrap=True)
-        else:
-            table.add_column(head, overflow="fold")
+    others = zip(*(heads, *rows), strict=True)
+    taken = sum(max(map(len, column)) + 2 for column in list(others)[1:])
+    name = max(width - taken - 2, LEAST_NAME)
+    for number, head in enumerate(heads):
+        right = head.startswith(">")
+        table.add_column(
+            head.removeprefix(">"),
+            justify="right" if right else "left",
+            no_wrap=number == 0 or right,
+        )
+    for cells, colour in zip(rows, colours or [""] * len(rows), strict=True):
+        first = Text("\n".join(fold(cells[0], name)))
+        table.add_row(first, *map(Text, cells[1:-1]), Text(cells[-1], style=colour))
     return table
-
-
-def _plain(cells: list[str]) -> list[str]:
-    from rich.markup import escape
-
-    return [escape(cell) for cell in cells]
