@@ -109,8 +109,9 @@ class EngineDrive:
         self.mass, self.rod = masses_of(case)
         self.moved = one.inertia(mpf(1), mpf(0), self.orders)
         self.rocked = one.inertia(mpf(0), mpf(1), self.orders)
-        self.firing = exact_firing(case, one.cycle)
-        assert max(abs(a - b) for a, b in zip(self.firing, firing_angle(machine), strict=True)) < 1
+        self.first, self.firing = exact_firing(case, one.cycle)
+        for own, angle in zip(self.firing, firing_angle(machine), strict=True):
+            assert abs(mp.expj(self.first + own) - mp.expj(mpf(angle))) < 1e-9
         torsion = None if case.response is None else case.response.torsion
         silent = () if all_fire or torsion is None else torsion.misfire
         self.scale = [
@@ -167,25 +168,26 @@ def masses_of(case: Case) -> tuple[list[mpf], mpf]:
     return [common if mass is None else mpf(mass) for mass in own], beyond
 
 
-def exact_firing(case: Case, cycle: mpf) -> list[mpf]:
-    """Firing angles: as said, or one after the other from the dead centre of the first."""
+def exact_firing(case: Case, cycle: mpf) -> tuple[mpf, list[mpf]]:
+    """Crank angle of the first firing, and all from there: as said, or one after the other."""
     train = case.machine.crank_train
     own = {c.name: c for c in train.cylinders}
     if not train.firing_order:
         # as the case says it, or at the dead centre it was given
-        return [
+        said = [
             mpf(angle if c.firing_angle is None else c.firing_angle) % cycle
             for c, angle in zip(train.cylinders, firing_angle(case.machine).tolist(), strict=True)
         ]
+        return min(said), [one - min(said) for one in said]
     first = own[train.firing_order[0]]
     angle = (mpf(first.bank_angle) - mpf(first.crank_phase)) % (2 * mp.pi)
     angle = mpf(0) if 2 * mp.pi - angle < 1e-9 else angle
     steps = [mpf(s) for s in train.firing_intervals] or [cycle / len(own)] * len(own)
-    found = {}
+    found, since = {}, mpf(0)
     for name, step in zip(train.firing_order, steps, strict=True):
-        found[name] = angle % cycle
-        angle += step
-    return [found[c.name] for c in train.cylinders]
+        found[name] = since % cycle
+        since += step
+    return angle, [found[c.name] for c in train.cylinders]
 
 
 def cards_of(case: Case, one: Cylinder) -> tuple[list[mpf], list[Card]]:

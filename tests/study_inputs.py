@@ -36,7 +36,7 @@ class StudyInputs:
             )
             self.section_ratio = np.array([float(r) for r in line.section_ratio])
             self.ratio = np.array([float(r) for r in line.ratio])
-            firing = [float(v) for v in exact_firing(case, 2 * mpmath.mp.pi * turns)]
+            firing = [float(v) for v in exact_firing(case, 2 * mpmath.mp.pi * turns)[1]]
             mass = [float(v) for v in masses_of(case)[0]]
         train, self.cycle = machine.crank_train, 2.0 * np.pi * turns
         own = [m * self._moved(train) * np.exp(-1j * self.order * f)

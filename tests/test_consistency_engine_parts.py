@@ -18,7 +18,7 @@ from vibecalc.case.scenes import SCENES
 from vibecalc.case.schema import Case
 from vibecalc.excitation.gas_card import pressure_at
 from vibecalc.machine.cautions import machine_warnings
-from vibecalc.machine.engine import build_firing, gas_cards
+from vibecalc.machine.engine import build_firing, firing_angle, gas_cards
 from vibecalc.machine.shaft_line import build_shaft_line
 from vibecalc.response.torsion.line import damping_matrix, stiffness_matrix
 
@@ -164,14 +164,20 @@ def test_throws_stand_as_the_firing_has_them() -> None:
     )  # fmt: skip
     phases = [c.crank_phase / DEGREE for c in vee.machine.crank_train.cylinders]
     np.testing.assert_allclose(phases, [315.0, 315.0, 315.0], atol=1e-9)
-    # phases that are given turn the whole order: it starts where its first cylinder is at the top
+    # phases that are given turn the whole order, which starts where its first cylinder is at the
+    # top: crank angles of the shaft line count from there, those of the shaking from phase zero
     turned = case_of(
         ENGINE,
         ('{ name = "1" }, { name = "2" }, { name = "3" }',
          '{ name = "1", crank_phase = "90 deg" }, { name = "2", crank_phase = "330 deg" }, '
          '{ name = "3", crank_phase = "210 deg" }'),
     )  # fmt: skip
-    np.testing.assert_allclose(build_firing(turned).angle / DEGREE, [270, 30, 510], atol=1e-9)
+    firing, crank = build_firing(turned), firing_angle(turned.machine)
+    np.testing.assert_allclose(crank / DEGREE, [270, 30, 510], atol=1e-9)
+    np.testing.assert_array_equal(firing.angle, build_firing(plain).angle)
+    assert firing.first == pytest.approx(270 * DEGREE)
+    phases = np.array([c.crank_phase for c in turned.machine.crank_train.cylinders])
+    np.testing.assert_allclose(np.exp(1j * crank), np.exp(-1j * phases), atol=1e-9)
     # two strokes: the throws say it
     np.testing.assert_allclose(build_firing(case_of(GEARED)).angle / DEGREE, [0, 180], atol=1e-12)
 

@@ -1,5 +1,6 @@
 """Claim: studies of a shaft line agree with its steady response, which is found in another way."""
 
+import re
 from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -236,3 +237,22 @@ def test_damper_on_a_geared_shaft_is_told_in_its_own_values() -> None:
         np.asarray(record[f"damper_design/{n}torque"].values) for n in ("ring/", "worst_")
     )
     assert rings[0] == pytest.approx(float(own), rel=1e-6)
+
+
+def test_phases_that_are_given_change_no_number_and_no_word() -> None:
+    names = '{ name = "1" }, { name = "2" }, { name = "3" }'
+    phased = ", ".join(
+        f'{{ name = "{k}", crank_phase = "{phase} deg" }}'
+        for k, phase in ((1, 90), (2, 330), (3, 210))
+    )
+    plain, turned = (run_text(text) for text in (ENGINE, replaced(ENGINE, (names, phased))))
+    for path, quantity in plain.record.quantities.items():
+        np.testing.assert_array_equal(turned.record[path].values, quantity.values, path)
+    words = [
+        [line for line in render_report(one).splitlines() if re.search("firing|phase|deg", line)]
+        for one in (plain, turned)
+    ]
+    assert words[0] == words[1]
+    text = " ".join(" ".join(words[1]).split())
+    assert "firing order 1-3-2, every 240 deg" in text
+    assert "zero is the firing position of cylinder '1'" in text

@@ -101,7 +101,7 @@ def _by_order(case: Case, record: Record) -> Iterator[tuple[str, Any, Any]]:
             n = int(q) - 1
             load = speed**2 * np.concatenate([shaking.force[n], shaking.couple[n]])
         burnt = sum(
-            s * gas[k] * mpmath.expj(-mpf(q) * a)
+            s * gas[k] * mpmath.expj(-mpf(q) * (drive.first + a))
             for s, a in zip(drive.scale, drive.firing, strict=True)
         )
         load[3:] = load[3:] - burnt * axis

@@ -22,13 +22,15 @@ Array = NDArray[np.float64]
 class Firing:
     """c cylinders in the order of the crank train; angles in rad.
 
-    `angle` (c,), from 0 to below `cycle`, is the crank angle at which each fires;
-    `pressure_scale` (c,) multiplies its gas pressure; `fires` (c,) is false for those that the case
-    lets misfire.
+    `angle` (c,), from 0 to below `cycle`, is the crank angle at which each fires, counted from the
+    firing position of the first cylinder in the firing order; `first` is where that one stands on
+    the angle from which crank phases count. `pressure_scale` (c,) multiplies the gas pressure of
+    each; `fires` (c,) is false for those that the case lets misfire.
     """
 
     names: tuple[str, ...]
     angle: Array
+    first: float
     cycle: float
     pressure_scale: Array
     fires: NDArray[np.bool_]
@@ -37,8 +39,17 @@ class Firing:
 def firing_angle(machine: Machine) -> Array:
     """Crank angle (c,) at which each cylinder fires, rad, from 0 to below a cycle.
 
-    As said, or in the order of firing from the dead centre of the first of it on, or, of a
-    two-stroke or a single cylinder, at its dead centre.
+    It counts as crank phases do: a throw that leads by its phase fires so much earlier.
+    """
+    first, angle = firing_sequence(machine)
+    return np.asarray(np.mod(first + angle, cycle_angle(machine)))
+
+
+def firing_sequence(machine: Machine) -> tuple[float, Array]:
+    """Crank angle of the first firing, and those of all cylinders (c,) from there on, rad.
+
+    In the order of firing from the dead centre of the first of it on, or, without an order, as
+    said, or, of a two-stroke or a single cylinder, at its dead centre; the earliest is then first.
     """
     train = machine.crank_train
     cycle = cycle_angle(machine)
@@ -46,15 +57,14 @@ def firing_angle(machine: Machine) -> Array:
     top = {c.name: (c.bank_angle - c.crank_phase) % TURN for c in train.cylinders}
     top = {name: 0.0 if TURN - angle < 1e-9 else angle for name, angle in top.items()}
     if train.firing_order:
-        first = top[train.firing_order[0]]
-        found = angles_in_order(train.firing_order, train.firing_intervals, cycle, first)
-    else:
-        found = {
-            cylinder.name: top[cylinder.name] if angle is None else angle
-            for cylinder, angle in zip(train.cylinders, own, strict=True)
-        }
-    angles = np.array([found[cylinder.name] for cylinder in train.cylinders])
-    return np.asarray(np.mod(angles, cycle))
+        found = angles_in_order(train.firing_order, train.firing_intervals, cycle, 0.0)
+        angles = np.array([found[cylinder.name] for cylinder in train.cylinders])
+        return top[train.firing_order[0]], np.asarray(np.mod(angles, cycle))
+    angles = np.mod([
+        top[cylinder.name] if angle is None else angle
+        for cylinder, angle in zip(train.cylinders, own, strict=True)
+    ], cycle)  # fmt: skip
+    return float(angles.min()), angles - angles.min()
 
 
 def build_firing(case: Case) -> Firing:
@@ -63,9 +73,11 @@ def build_firing(case: Case) -> Firing:
     torsion = None if case.response is None else case.response.torsion
     silent = () if torsion is None else torsion.misfire
     cylinders = machine.crank_train.cylinders
+    first, angle = firing_sequence(machine)
     return Firing(
         names=tuple(cylinder.name for cylinder in cylinders),
-        angle=firing_angle(machine),
+        angle=angle,
+        first=first,
         cycle=cycle_angle(machine),
         pressure_scale=np.array(
             [1.0 if c.pressure_scale is None else c.pressure_scale for c in cylinders]

@@ -16,7 +16,7 @@ from vibecalc.excitation.sums import at_speed
 from vibecalc.isolation.mount_motion import displacement, mount_force
 from vibecalc.isolation.rigid_body import assemble
 from vibecalc.isolation.torque_reaction import with_shaking
-from vibecalc.machine.engine import build_firing, crank_geometry, gas_cards
+from vibecalc.machine.engine import build_firing, crank_geometry, firing_angle, gas_cards
 from vibecalc.numerics.cycle_peak import vector_cycle_peak
 from vibecalc.numerics.rounding import WithError
 from vibecalc.numerics.typing import ComplexArray, FloatArray
@@ -162,7 +162,7 @@ def _of_samples(seen: _Body, count: int, step: float) -> tuple[FloatArray, Compl
     share = card_weights(speeds if len(speeds) else [0.0], seen.speed)
     angle = firing.cycle * np.arange(count) / count
     total = np.zeros(count)
-    for late, scale in zip(firing.angle, firing.pressure_scale, strict=True):
+    for late, scale in zip(firing_angle(case.machine), firing.pressure_scale, strict=True):
         for part, card in zip(share, cards, strict=True):
             total += scale * part * gas_torque_at(card, geometry, angle - late)
     couple = -np.fft.rfft(total)[1 : count // 2] * (2.0 / count)

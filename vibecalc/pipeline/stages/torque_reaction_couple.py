@@ -16,7 +16,7 @@ from vibecalc.excitation.cylinder_torque import (
 from vibecalc.excitation.gas_card import GasCard, card_weights
 from vibecalc.excitation.misfire import CylinderGas, cylinder_gas, motored_card
 from vibecalc.isolation.torque_reaction import couple_on_body, line_transfer
-from vibecalc.machine.engine import build_firing, crank_geometry, cycle_of, gas_cards
+from vibecalc.machine.engine import build_firing, crank_geometry, cycle_of, firing_angle, gas_cards
 from vibecalc.numerics.rounding import EPSILON, WithError
 from vibecalc.pipeline.scene import Scene
 from vibecalc.pipeline.stages.train_excitation import rod_difference
@@ -75,7 +75,8 @@ def _torques(scene: Scene, order: np.ndarray) -> tuple[WithError, WithError, Wit
     runs = np.array([working is None or name in working for name in firing.names])
     geometry, speed = crank_geometry(case.machine), case.machine.speed
     gas = _gas(scene, len(order), runs * firing.pressure_scale, ~firing.fires)
-    turned = phasor(order, firing.angle).T
+    # the shaking of the masses counts from crank phase zero
+    turned = phasor(order, firing_angle(case.machine)).T
     rod = case.machine.crank_train.rod
     mass = train.reciprocating_mass[:, None]
     piston = inertia_harmonics(geometry, 1.0, 0.0, order)

@@ -4,6 +4,7 @@ from vibecalc.report.lookup import table_of
 from vibecalc.report.sections.section import Section
 from vibecalc.report.sections.torsion_cases import cases_table
 from vibecalc.report.sections.torsion_conclusion import conclusion
+from vibecalc.report.sections.torsion_line import first_firing
 from vibecalc.report.sections.torsion_terms import TORSION
 from vibecalc.report.tables import paragraph
 from vibecalc.results.record import Result
@@ -14,9 +15,9 @@ _CONVENTIONS = (
     "Conventions: half range = (highest - lowest) / 2 of the synthesis of all orders, with their "
     "phases, over the cycle; amplitudes of single orders are 0-to-peak. Torques and angles are "
     "own ones, of the shaft they belong to; a torque is stiffness and damping part together. "
-    "Crank angle zero is the firing top dead centre of the first cylinder that fires; frequency = "
-    "order times crank speed. Stress: torque over the section modulus of the plain section. Limits "
-    "by a rule are informative: the society's own current text counts."
+    "Crank angle zero is the firing position of {first}, the first in the firing order; "
+    "frequency = order times crank speed. Stress: torque over the section modulus of the plain "
+    "section. Limits by a rule are informative: the society's own current text counts."
 )
 _OWN = " The other limits are those that the case sets."
 
@@ -31,6 +32,8 @@ def torsion(result: Result) -> Section | None:
     lines = paragraph(conclusion(result))
     rows = cases_table(result)
     lines += ["", *rows] if rows else []
-    words = _CONVENTIONS + (_OWN if table_of(result.case).get("limit") else "")
+    words = _CONVENTIONS.format(first=first_firing(result.record)) + (
+        _OWN if table_of(result.case).get("limit") else ""
+    )
     lines += ["", *paragraph(words)]
     return Section("Torsional vibration of the shaft line", lines, shown)

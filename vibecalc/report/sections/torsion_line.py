@@ -89,6 +89,14 @@ def firing_words(record: Record, cycle: str = "") -> str:
     return f"{text}, " + (f"every {degrees[0]} deg" if even else f"after {', '.join(degrees)} deg")
 
 
+def first_firing(record: Record) -> str:
+    """`cylinder '1'`, from whose firing position crank angles and phases count."""
+    quantity = record.quantities.get(TORSION + "excitation/firing_angle")
+    if quantity is None:
+        return "the cylinder that fires first"
+    return f"cylinder {labels(quantity.axes[0])[int(np.argmin(quantity.values))]!r}"
+
+
 def _banks(train: Mapping[str, Any]) -> str:
     angles = sorted({float(one.get("bank_angle") or 0.0) for one in train.get("cylinders") or ()})
     if len(angles) < 2:

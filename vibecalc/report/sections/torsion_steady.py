@@ -5,6 +5,7 @@ import numpy as np
 from vibecalc.report.lookup import having, labels, speed_of
 from vibecalc.report.numbers import show, show_phase
 from vibecalc.report.sections.section import Section
+from vibecalc.report.sections.torsion_line import first_firing
 from vibecalc.report.sections.torsion_terms import (
     DEGREES,
     MEGA,
@@ -91,7 +92,8 @@ def _orders(record: Record) -> list[str]:
     ]  # fmt: skip
     more = f"; the strongest {_ORDERS} of {row.size}" if row.size > _ORDERS else ""
     words = (
-        f"Orders in section {name!r}, 0-to-peak, phase from the firing of the first cylinder{more}:"
+        f"Orders in section {name!r}, 0-to-peak, phase from the firing of "
+        f"{first_firing(record)}{more}:"
     )
     return [*paragraph(words), *table(columns, rows)]
 
