@@ -86,6 +86,8 @@ def _by_order(case: Case, record: Record) -> Iterator[tuple[str, Any, Any]]:
     order = [float(one) for one in record[f"{ROOT}couple"].axes[0].values]
     speed = mpf(case.machine.speed)
     drive = EngineDrive(case, order)
+    # angles count from crank phase zero, as those of the shaking
+    drive.firing = [drive.first + angle for angle in drive.firing]
     gas, mean = drive.healthy(speed)
     whole = [sum(one) for one in zip(*drive.torques(speed), strict=True)]
     yield f"{ROOT}couple", record[f"{ROOT}couple"].values, [-one for one in whole]
@@ -101,7 +103,7 @@ def _by_order(case: Case, record: Record) -> Iterator[tuple[str, Any, Any]]:
             n = int(q) - 1
             load = speed**2 * np.concatenate([shaking.force[n], shaking.couple[n]])
         burnt = sum(
-            s * gas[k] * mpmath.expj(-mpf(q) * (drive.first + a))
+            s * gas[k] * mpmath.expj(-mpf(q) * a)
             for s, a in zip(drive.scale, drive.firing, strict=True)
         )
         load[3:] = load[3:] - burnt * axis
