@@ -5,21 +5,31 @@ PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
-# names of cases that golden leaves out, for who has little time
+# names of cases that golden leaves out, or alone takes, for who has little time
 LEFT_OUT ?=
+ONLY ?= *
 SKIPPED := $(LEFT_OUT:%=cases/%.toml)
-SWEEPS := $(filter-out $(SKIPPED),$(sort $(wildcard cases/*_sweep.toml)))
-CASES := $(filter-out $(SKIPPED) %_sweep.toml,$(sort $(wildcard cases/*.toml)))
+SHIPPED := $(filter-out $(SKIPPED),$(sort $(wildcard $(ONLY:%=cases/%.toml))))
+SWEEPS := $(filter %_sweep.toml,$(SHIPPED))
+CASES := $(filter-out %_sweep.toml,$(SHIPPED))
 NAMES := $(basename $(notdir $(CASES)))
 SWEPT := $(SWEEPS:cases/%.toml=%.sweep)
 WORKERS ?= 2
+# what `make least` runs: cases and tests of a second or two that hang on the kernels of BLAS
+LEAST := four_cylinder generator generator_180 compressor compressor_switching pump \
+  absorber_rig_b engine_damped roll roll_measured
+KERNELS := property_measurement_cone property_modal_response property_isolation \
+  property_excitation property_kinematics property_rod_inertia property_cycle_peak \
+  property_runge_kutta property_periodic_numerics_estimate property_torsion_forced_sums \
+  property_absorber_response convergence_roll_methods convergence_periodic_numerics
 
 export OPENBLAS_NUM_THREADS := 1
 export OMP_NUM_THREADS := 1
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help run sweep test check lint types golden golden-results accept-golden plots bench matrix test-long clean
+.PHONY: help run sweep test check lint types golden golden-results accept-golden least least-tests plots \
+  bench matrix test-long clean
 
 help: ## print this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 16
@@ -68,6 +78,12 @@ golden-results: $(READY)
 	@printf '%s\n' $(SWEPT:%.sweep=%) | xargs -P $(WORKERS) -I {} $(BIN)/vibecalc sweep cases/{}.toml -q \
 	  --fresh -j 1 -o outputs/golden/{}.sweep.h5
 
+least: $(READY) ## quick golden cases and tests of kernels, as the least processor computes
+	$(BIN)/python tests/matrix/least.py $(MAKE) golden least-tests ONLY="$(LEAST)"
+
+least-tests: $(READY)
+	$(BIN)/python -m pytest -n $(WORKERS) -m "not long" $(KERNELS:%=tests/test_%.py)
+
 accept-golden: $(READY) golden-results ## make the numbers of this checkout the golden ones
 	@set -e; for name in $(NAMES) $(SWEPT); do \
 	  $(BIN)/vibecalc diff tests/golden/$$name.h5 outputs/golden/$$name.h5 --accept; done
@@ -79,7 +95,7 @@ plots: $(READY) sweep ## draw the pictures of every case into outputs/
 bench: $(READY) ## all benchmarks as ratios: benchmarks/RESULTS.md and the README's table (10 minutes)
 	$(BIN)/python benchmarks/run.py
 
-matrix: $(READY) ## every case with other versions, Pythons and threads; into docs/determinism.md
+matrix: $(READY) ## every case with other versions, Pythons, kernels and threads; into docs/determinism.md
 	$(BIN)/python tests/matrix/run.py --environments $(VENV)/matrix
 
 test-long: $(READY) matrix ## long searches, the full fuzz, the matrix; record in docs/validation.md

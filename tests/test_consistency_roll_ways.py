@@ -55,8 +55,21 @@ def comparable(result: Result) -> list[str]:
     ]
 
 
-@pytest.mark.parametrize("mounts", [None, MOUNTS], ids=["free", "mounted"])
-@pytest.mark.parametrize("method", METHODS)
+#: ten seconds and more on mounts, where what fades takes many turns or unknowns
+SLOW = ("fourier", "dop853")
+CHOSEN = [
+    pytest.param(
+        method,
+        mounts,
+        id=f"{method}-{name}",
+        marks=[pytest.mark.long] if mounts and method in SLOW else [],
+    )
+    for method in METHODS
+    for name, mounts in (("free", None), ("mounted", MOUNTS))
+]
+
+
+@pytest.mark.parametrize(("method", "mounts"), CHOSEN)
 def test_a_method_gives_what_collocation_gives(
     tmp_path: Path, method: str, mounts: dict[str, float] | None
 ) -> None:

@@ -12,24 +12,39 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 
 #: what the quick tests need beside vibecalc
-TOOLS = ("pytest", "pytest-timeout", "hypothesis", "mpmath")
+TOOLS = ("pytest", "pytest-timeout", "hypothesis", "mpmath", "threadpoolctl")
 
 _VERSIONS = """
-import json, platform, h5py, numpy, scipy
+import json, platform, h5py, numpy, scipy.linalg, threadpoolctl
+from numpy._core._multiarray_umath import __cpu_dispatch__ as more, __cpu_features__ as has
+kernels = {part["architecture"] for part in threadpoolctl.threadpool_info()}
+wider = [name for name in more if has.get(name)]
 print(json.dumps({"python": platform.python_version(), "numpy": numpy.__version__,
-                  "scipy": scipy.__version__,
+                  "scipy": scipy.__version__, "kernel": ", ".join(sorted(kernels)),
+                  "wider": " ".join(wider),
                   "h5py": f"{h5py.__version__} ({h5py.version.hdf5_version})"}))
 """
 
 
 @dataclass(frozen=True, kw_only=True)
 class Environment:
-    """A Python, a file of versions (None: the newest that the index has) and BLAS threads."""
+    """A Python, a file of versions (None: the newest that the index has) and BLAS threads.
+
+    `kernel` is the one that OpenBLAS shall take in place of the machine's own; a `narrow` numpy
+    does without the instructions that it has beyond its baseline.
+    """
 
     name: str
     python: str
     constraints: str | None
     threads: int = 1
+    kernel: str = ""
+    narrow: bool = False
+
+    @property
+    def folder(self) -> str:
+        """Environments of the same versions are one."""
+        return f"{self.python}_{Path(self.constraints or 'newest').stem}"
 
 
 ENVIRONMENTS = (
@@ -37,6 +52,16 @@ ENVIRONMENTS = (
     Environment(name="oldest", python="3.11", constraints="tests/matrix/oldest.txt"),
     Environment(name="python 3.12", python="3.12", constraints="constraints.txt"),
     Environment(name="newest", python="3.13", constraints=None),
+    Environment(name="own kernel", python="3.11", constraints="constraints.txt"),
+    *(
+        Environment(name=kernel, python="3.11", constraints="constraints.txt", kernel=kernel)
+        for kernel in ("Nehalem", "Haswell")
+    ),
+    Environment(name="narrow numpy", python="3.11", constraints="constraints.txt", narrow=True),
+)
+#: as the oldest processor computes on which a current numpy runs
+LEAST = Environment(
+    name="least", python="3.11", constraints="constraints.txt", kernel="Nehalem", narrow=True
 )
 
 
@@ -83,14 +108,27 @@ def _asked(environment: Environment) -> str:
     return hashlib.sha256("\n".join([*texts, *TOOLS, day]).encode()).hexdigest()
 
 
-def versions(python: Path) -> dict[str, str]:
-    """Versions of what the numbers may hang on."""
-    told = subprocess.run([python, "-c", _VERSIONS], capture_output=True, text=True, check=True)
+def versions(python: Path, around: dict[str, str]) -> dict[str, str]:
+    """What the numbers may hang on: versions, kernels of BLAS that run, wider instructions."""
+    told = subprocess.run(
+        [python, "-c", _VERSIONS], env=around, capture_output=True, text=True, check=True
+    )
     found: dict[str, str] = json.loads(told.stdout)
     return found
 
 
-def surroundings(threads: int) -> dict[str, str]:
-    """Environment variables of a run."""
-    fixed = {name: str(threads) for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS")}
-    return {**os.environ, **fixed, "PYTHONPATH": str(ROOT)}
+def surroundings(environment: Environment, python: Path) -> dict[str, str]:
+    """Environment variables of a run; RuntimeError where another kernel runs than was asked."""
+    names = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS")
+    fixed = {**dict.fromkeys(names, str(environment.threads)), "PYTHONPATH": str(ROOT)}
+    around = {**os.environ, **fixed}
+    if environment.kernel:
+        around["OPENBLAS_CORETYPE"] = environment.kernel
+    if environment.narrow:
+        around["NPY_DISABLE_CPU_FEATURES"] = versions(python, around)["wider"]
+    found = versions(python, around)
+    if environment.kernel not in ("", found["kernel"]) or (environment.narrow and found["wider"]):
+        raise RuntimeError(
+            f"{environment.name}: BLAS runs as {found['kernel']}, numpy with {found['wider']}"
+        )
+    return around

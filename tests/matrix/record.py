@@ -18,6 +18,8 @@ class Line:
     numpy: str = ""
     scipy: str = ""
     h5py: str = ""
+    kernel: str = ""
+    wider: str = ""
     threads: int = 0
     same: int = 0
     differ: tuple[str, ...] = ()
@@ -36,6 +38,7 @@ class Line:
         differ = f"{len(self.differ)}" + (f" ({', '.join(self.differ)})" if self.differ else "")
         failed = f"{len(self.failed)}" + (f" ({', '.join(self.failed)})" if self.failed else "")
         cells = (self.name, self.date, self.python, self.numpy, self.scipy, self.h5py)
+        cells += (self.kernel, self.wider or "none")
         ran = self.same or self.differ or self.failed
         numbers = (self.threads, self.same, differ, failed, f"{self.worst:.2g}", self.where)
         shown = numbers if ran else ("", "", "", "", "", "")

@@ -80,28 +80,28 @@ def one(environment: Environment, asked: argparse.Namespace) -> Line:
     if interpreter is None:
         print(f"{environment.name}: there is no Python {environment.python} here", flush=True)
         return Line(name=environment.name, date=date, python=f"{environment.python} not found")
-    folder = environment.name.replace(" ", "_")
     try:
-        python = make(environment, interpreter, asked.environments / folder)
-        known = versions(python)
-    except subprocess.CalledProcessError as error:
+        python = make(environment, interpreter, asked.environments / environment.folder)
+        around = surroundings(environment, python)
+        known = versions(python, around)
+    except (subprocess.CalledProcessError, RuntimeError) as error:
         return Line(
             name=environment.name, date=date, python=f"{environment.python}, not made: {error}"
         )
-    results = asked.results / folder
+    results = asked.results / environment.name.replace(" ", "_")
     results.mkdir(parents=True, exist_ok=True)
     rules = read_rules(asked.rules)
     found = Found()
     for case in sorted((ROOT / "cases").glob("*.toml")):
         if asked.case and case.stem not in asked.case:
             continue
-        written = _run(python, case, results, environment.threads, asked.again)
+        written = _run(python, case, results, around, asked.again)
         name = written.stem if written else case.stem
         if written is None:
             found.failed.append(name)
         else:
             _held(name, asked.reference / written.name, written, rules, found)
-    tests = _quick(python, environment.threads)
+    tests = _quick(python, around)
     return Line(
         name=environment.name,
         date=date,
@@ -116,7 +116,9 @@ def one(environment: Environment, asked: argparse.Namespace) -> Line:
     )
 
 
-def _run(python: Path, case: Path, results: Path, threads: int, again: bool) -> Path | None:
+def _run(
+    python: Path, case: Path, results: Path, around: dict[str, str], again: bool
+) -> Path | None:
     """The result file of a case or sweep; None, with the words of the run shown, if it failed.
 
     `again`: that of an earlier run.
@@ -132,7 +134,7 @@ def _run(python: Path, case: Path, results: Path, threads: int, again: bool) -> 
         return written if written.exists() else None
     written.unlink(missing_ok=True)
     done = subprocess.run(
-        command, cwd=ROOT, env=surroundings(threads), capture_output=True, text=True, check=False
+        command, cwd=ROOT, env=around, capture_output=True, text=True, check=False
     )
     # 1 says that a limit of the case is broken, and the result is there
     if done.returncode not in (0, 1) or not written.exists():
@@ -157,13 +159,13 @@ def _held(name: str, reference: Path, written: Path, rules: Rules, found: Found)
             found.worst, found.where = row.ratio, f"{name}: {row.path}"
 
 
-def _quick(python: Path, threads: int) -> str:
+def _quick(python: Path, around: dict[str, str]) -> str:
     """What pytest says last of the quick tests."""
     tests = [str(ROOT / "tests" / name) for name in QUICK]
     done = subprocess.run(
         [python, "-m", "pytest", "-m", "not long", *tests],
         cwd=ROOT,
-        env=surroundings(threads),
+        env=around,
         capture_output=True,
         text=True,
         check=False,
