@@ -1,11 +1,17 @@
 """Entry point: run the command line, turn errors into words on stderr and an exit code."""
 
+import os
+import sys
+
+# `python -m` looks for modules in the current folder first: a file there is never taken for one
+if __name__ == "__main__" and not sys.flags.safe_path:
+    sys.path.pop(0)
+    sys.path.append(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+
 import atexit
 import contextlib
 import gc
 import io
-import os
-import sys
 from typing import NoReturn
 
 from vibecalc.errors import EXIT_BUG, EXIT_INTERRUPTED, Interrupted, OutputError, VibecalcError

@@ -1,7 +1,6 @@
 """An HDF5 file as a result again, or one sentence on what is wrong with it."""
 
 import json
-import os
 import stat
 import tomllib
 from pathlib import Path
@@ -19,7 +18,7 @@ from vibecalc.results.layout import (
     TIMINGS,
 )
 from vibecalc.results.record import AMPLITUDES, Axis, Method, Quantity, Record, Result
-from vibecalc.results.trial import heap_checksum, read_in_child
+from vibecalc.results.trial import check_heaps, heap_checksum
 
 #: deflate, which a repacked file may use, packs a thousand to one at best
 _LARGEST_RATIO = 1100
@@ -30,20 +29,9 @@ _SIGNATURE = b"\x89HDF\r\n\x1a\n"
 def read_file(path: Path) -> Result:
     """Read a result file; everything that can be wrong with it becomes a ResultError."""
     size = _checked_size(path)
-    return _read_here(path, size) if _is_as_written(path) else read_in_child(path)
-
-
-def send(path: str) -> None:
-    """Read a file that may crash us, and pickle the Result, or what is wrong, to stdout."""
-    import pickle
-    import sys
-
-    answer: Result | str
-    try:
-        answer = _read_here(Path(path), os.path.getsize(path))
-    except ResultError as error:
-        answer = str(error)
-    sys.stdout.buffer.write(pickle.dumps(answer))
+    if not _is_as_written(path):
+        check_heaps(path.read_bytes(), path)
+    return _read_here(path, size)
 
 
 def _is_as_written(path: Path) -> bool:

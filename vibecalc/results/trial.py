@@ -1,57 +1,58 @@
-"""Files that HDF5 may crash on are read in a process of their own.
+"""Text heaps of a result file: their checksum, and whether HDF5 can walk them.
 
 Variable-length texts lie in global heap collections, the one part of a result file that HDF5
 keeps without a checksum. On damaged ones the library has been seen to loop for ever and to crash
-(HDF5 2.0). So a result file carries a checksum of its heaps, and a file that does not match it,
-edited since or damaged, is read in a child process with a time limit.
+(HDF5 2.0). So a result file carries a checksum of its heaps, and in a file that does not match it,
+edited since or damaged, each collection is walked here before HDF5 does.
 """
 
-import os
-import sys
 import zlib
+from collections.abc import Iterator
 from pathlib import Path
 
 from vibecalc.errors import ResultError
-from vibecalc.results.record import Result
 
 #: signature and version of a global heap collection (HDF5 file format specification, III.E)
 _COLLECTION = b"GCOL\x01"
-
-_PROGRAM = "import sys; from vibecalc.results.store_read import send; send(sys.argv[1])"
+#: bytes of the header of a collection, and of an object in it
+_HEADER = 16
 
 
 def heap_checksum(content: bytes) -> int:
     """CRC-32 of all global heap collections in the bytes of an HDF5 file, in file order."""
     checksum = 0
-    address = content.find(_COLLECTION)
-    while address >= 0:
-        size = int.from_bytes(content[address + 8 : address + 16], "little")
-        end = min(address + max(size, len(_COLLECTION)), len(content))
-        checksum = zlib.crc32(content[address:end], checksum)
-        address = content.find(_COLLECTION, end)
+    for start, size in _collections(content):
+        checksum = zlib.crc32(content[start : start + size], checksum)
     return checksum
 
 
-def read_in_child(path: Path, time_limit: float = 10.0) -> Result:
-    """Read `path` in a child process; a crash or `time_limit` seconds make it a damaged file."""
-    import pickle
-    import subprocess
+def check_heaps(content: bytes, path: Path) -> None:
+    """ResultError unless the objects of each collection fill it, one after another."""
+    for start, size in _collections(content):
+        if not _is_whole(content[start : start + size], size):
+            raise ResultError(f"{path} is damaged: its texts are not where they should be")
 
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(entry or "." for entry in sys.path)}
-    try:
-        child = subprocess.run(
-            [sys.executable, "-c", _PROGRAM, str(path)],
-            env=environment,
-            stdin=subprocess.DEVNULL,
-            capture_output=True,
-            timeout=time_limit,
-            check=False,
-        )
-    except subprocess.TimeoutExpired:
-        raise ResultError(f"{path} is damaged: HDF5 does not come to an end with it") from None
-    if child.returncode != 0:
-        raise ResultError(f"{path} is damaged: HDF5 crashes on it")
-    answer = pickle.loads(child.stdout)  # written by our own child
-    if isinstance(answer, Result):
-        return answer
-    raise ResultError(str(answer))
+
+def _collections(content: bytes) -> Iterator[tuple[int, int]]:
+    """Where each collection begins, and the size that it says it has."""
+    start = content.find(_COLLECTION)
+    while start >= 0:
+        size = max(int.from_bytes(content[start + 8 : start + 16], "little"), len(_COLLECTION))
+        yield start, size
+        start = content.find(_COLLECTION, min(start + size, len(content)))
+
+
+def _is_whole(collection: bytes, size: int) -> bool:
+    if size < _HEADER or len(collection) < size:
+        return False
+    place, seen = _HEADER, set()
+    while size - place >= _HEADER:
+        index = int.from_bytes(collection[place : place + 2], "little")
+        length = int.from_bytes(collection[place + 8 : place + 16], "little")
+        if index == 0:  # free space, which counts its own header, up to the end
+            return length == size - place
+        if index in seen:
+            return False
+        seen.add(index)
+        place += _HEADER + -(-length // 8) * 8
+    return place <= size
