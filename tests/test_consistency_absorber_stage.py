@@ -1,5 +1,6 @@
 """Claim: stages of an absorber hand on what the kernels compute, and nothing beside their plan."""
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,12 +18,15 @@ from vibecalc.optimisation.absorber.several import several_tuning
 from vibecalc.pipeline.plan import planned_quantities
 from vibecalc.pipeline.run import run_case
 from vibecalc.report.references import counted_misses
+from vibecalc.report.sections.key_rows import key_rows
+from vibecalc.report.text import render_report
 from vibecalc.response.absorber.amplitude import amplitude
 from vibecalc.response.absorber.mean_square import mean_square
 from vibecalc.response.absorber.model import Absorber
 from vibecalc.response.absorber.peaks import peaks
 from vibecalc.response.pendulum.period import order_of_swing
-from vibecalc.results.record import Record
+from vibecalc.results.record import Record, Result
+from vibecalc.study.execute import execute
 from vibecalc.study.load import load_checked
 
 NAMES = sorted(name for name in CASES if name.startswith("absorber"))
@@ -200,10 +204,146 @@ def test_no_optimum_is_a_failure_and_no_help_a_result() -> None:
 
 
 def test_a_bound_on_travel_is_kept_and_costs() -> None:
-    record = result_of("absorber").record
-    assert value(record, "tuning/bounded/travel") == pytest.approx(11.1, rel=1e-9)
-    assert value(record, "tuning/travel") > 11.1
-    assert 0.0 < value(record, "tuning/bounded/penalty") < 0.05
+    free = result_of("absorber").record
+    record = run("absorber", "tuning.bounds={travel=11.1}")
+    assert value(record, "tuning/travel") == pytest.approx(11.1, rel=1e-9)
+    assert value(record, "tuning/unbounded/travel") == value(free, "tuning/travel") > 11.1
+    assert value(record, "tuning/unbounded/peak") == value(free, "tuning/peak")
+    assert 0.0 < value(record, "tuning/bounds/penalty") < 0.05
+    active = record["tuning/bounds/active"]
+    assert [n for n, a in zip(active.axes[0].values, active.values, strict=True) if a] == [
+        "spring travel"
+    ]
+
+
+TWO = """schema = 1
+title = "two"
+[machine]
+kind = "absorber"
+primary = { mass = "2000 kg", linear_stiffness = "11369 N/mm", damping_ratio = 0.02 }
+secondaries = [SECONDARIES]
+[tuning]
+[response.absorber]
+"""
+UPPER, LOWER = '{ name = "b", mass = "20 kg", on = "a" }', '{ name = "a", mass = "80 kg" }'
+
+
+def test_several_absorbers_have_units_and_travels_in_any_order(tmp_path: Path) -> None:
+    """Travels beside those of plain matrices, over a dense grid of frequencies."""
+    both = [floor(tmp_path, TWO.replace("SECONDARIES", ", ".join(order))).record
+            for order in ((UPPER, LOWER), (LOWER, UPPER))]  # fmt: skip
+    for path, quantity in both[0].items():
+        assert np.array_equal(quantity.values, both[1][path].values), path
+    record = both[0]
+    assert list(record["tuning/each/travel"].axes[0].values) == ["a", "b"]
+    assert "tuning/travel" not in record and "response/absorber/largest_travel" not in record
+    k, c = (value(record, f"tuning/each/linear_{name}") for name in ("stiffness", "damping"))
+    stiff = np.array([[11369e3 + k[0], -k[0], 0.0], [-k[0], k[0] + k[1], -k[1]],
+                      [0.0, -k[1], k[1]]])  # fmt: skip
+    drag = np.array([[c[0], -c[0], 0.0], [-c[0], c[0] + c[1], -c[1]], [0.0, -c[1], c[1]]])
+    drag[0, 0] += 2.0 * 0.02 * np.sqrt(2000.0 * 11369e3)
+    w = np.linspace(55.0, 95.0, 20_001)[:, None, None]
+    motion = np.linalg.solve(stiff + 1j * w * drag - w**2 * np.diag([2000.0, 80.0, 20.0]),
+                             np.array([11369e3, 0.0, 0.0])[:, None])[..., 0]  # fmt: skip
+    travels = np.abs(np.diff(motion, axis=1)).max(axis=0)
+    np.testing.assert_allclose(value(record, "tuning/each/travel"), travels, rtol=1e-5)
+    reached = value(record, "response/absorber/each/largest_travel")[0]
+    np.testing.assert_allclose(reached, value(record, "tuning/each/travel"), rtol=1e-12)
+    assert value(record, "tuning/peak") == pytest.approx(np.abs(motion[:, 0]).max(), rel=1e-6)
+    own = value(record, "tuning/each/frequency")
+    np.testing.assert_allclose(own, np.sqrt(k / [80.0, 20.0]), rtol=1e-12)
+
+
+def test_a_summary_shows_what_is_tuned_or_given() -> None:
+    """Spring, damper, frequency, peak and travel in units; of an absorber as given its response."""
+    record = run("absorber_rig_a")
+    rows = {row[0]: row for row in key_rows(record)}
+    for name in (
+        "torsional_stiffness",
+        "torsional_damping",
+        "secondary_frequency",
+        "peak",
+        "travel",
+    ):
+        assert f"tuning/{name}" in rows
+    assert "tuning/stiffness_ratio" not in rows
+    given = "machine.secondary={mass_ratio=0.1,stiffness_ratio=0.08,own_damping_ratio=0.2}"
+    record = run("absorber_mass", given)
+    rows = {row[0]: row for row in key_rows(record)}
+    assert rows["response/absorber/largest"][3].startswith("as given, at ratio")
+    assert "response/absorber/largest_travel" in rows
+
+
+#: a machine of 2000 kg on a floor, with bounds
+FLOOR = """schema = 1
+title = "floor"
+[machine]
+kind = "absorber"
+primary = { mass = "2000 kg", linear_stiffness = "11369 N/mm", damping_ratio = 0.02 }
+secondary = { mass_ratio = 0.05 }
+springs = { count = 4, rate = "127 N/mm" }
+[tuning]
+mistuning = ["5 %"]
+bounds = { travel = 13.27 }
+[response.absorber]
+"""
+
+
+def floor(folder: Path, text: str = FLOOR) -> Result:
+    path = folder / "floor.toml"
+    path.write_text(text, encoding="utf-8")
+    (loaded,) = load_checked([path], ())
+    return execute(loaded)
+
+
+def test_the_bounded_tuning_is_the_answer_everywhere(tmp_path: Path) -> None:
+    """Beside a search on a grid with the peaks and travels of plain complex responses."""
+    result = floor(tmp_path)
+    record = result.record
+    k, z = np.linspace(0.043, 0.046, 31)[:, None], np.linspace(0.0170, 0.0178, 21)
+
+    def response(k, z, points):
+        # over T0 / K1, in time of the primary
+        r = np.linspace(0.7, 1.3, points)[:, None, None]
+        one = k + 2j * z * r - 0.05 * r**2
+        whole = 1.0 + 0.04j * r - r**2 + k + 2j * z * r - (k + 2j * z * r) ** 2 / one
+        x = 1.0 / whole
+        return np.abs(x).max(axis=0), np.abs(x * ((k + 2j * z * r) / one - 1.0)).max(axis=0)
+
+    top, travel = response(k, z, 1201)
+    best = np.min(np.where(travel <= 13.27, top, np.inf))
+    peak = value(record, "tuning/peak")
+    assert peak == pytest.approx(9.470895, abs=1e-6)
+    assert peak <= best <= peak * 1.003
+    there = response(*(np.array([[value(record, f"tuning/{name}")]])
+                       for name in ("stiffness_ratio", "secondary_damping")), 60_001)  # fmt: skip
+    assert there[0][0, 0] == pytest.approx(peak, rel=1e-6)
+    assert there[1][0, 0] == pytest.approx(13.27, rel=1e-6)
+    assert value(record, "tuning/linear_damping") == pytest.approx(5220.92, abs=0.01)
+    assert record["response/absorber/largest"].values[0] == pytest.approx(peak, rel=1e-12)
+    assert value(record, "tuning/unbounded/peak") == pytest.approx(5.267157, abs=1e-6)
+    rate = value(record, "tuning/linear_stiffness") / 4.0
+    assert value(record, "hardware/spring_rate") == pytest.approx(rate, rel=1e-9)
+    words = " ".join(render_report(result).split())
+    assert "within the bounds: 9.47089 instead of 25.0050" in words
+    assert "held by its bounds (spring travel)" in words
+    assert "damper: 5220.92 N*s/m" in words and "exactly these the peak is 9.47089" in words
+    assert not any("better than none" in warning for warning in record.warnings)
+
+
+def test_bounds_that_leave_no_help_are_said_to(tmp_path: Path) -> None:
+    result = floor(tmp_path, FLOOR.replace("13.27", "0.5"))
+    record = result.record
+    assert value(record, "tuning/helps") == 0
+    assert value(record, "tuning/peak") > value(record, "tuning/peak_alone")
+    assert any("no absorber within the bounds does better" in w for w in record.warnings)
+    assert "No absorber within the bounds lowers" in " ".join(render_report(result).split())
+
+
+def test_a_kind_that_the_case_asks_for_is_no_finding() -> None:
+    for kind in ("viscous", "lanchester"):
+        record = run("absorber", f"tuning={{kind='{kind}'}}")
+        assert "tuning/without_spring" not in record
 
 
 def test_errors_of_a_mean_square_tuning_count_by_the_mean_square() -> None:

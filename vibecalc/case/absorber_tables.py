@@ -135,7 +135,9 @@ class Tuning(Table):
     compare: Annotated[tuple[TuningMethod, ...], Field(max_length=8)] = Field(
         (), description="closed forms and a search to show beside it"
     )
-    bounds: Bounds | None = Field(None, description="what has to be kept")
+    bounds: Bounds | None = Field(
+        None, description="what has to be kept: the tuning found is the best that keeps it"
+    )
     mistuning: Annotated[tuple[Fraction, ...], Field(max_length=16)] = Field(
         (), description="errors of spring and damper whose loss is told, as 0.05 or '5 %'"
     )

@@ -10,7 +10,6 @@ RESPONSE: KeyPath = ("response", "absorber")
 #: restricted kind of tuning -> what it holds, the bound that it then makes idle
 _HELD = {
     "viscous": ("the spring is none", "stiffness_ratio"),
-    "lanchester": ("the spring is none", "stiffness_ratio"),
     "undamped_spring": ("the damper is none", "damping_ratio"),
 }
 #: keys of [tuning] that several absorbers do not have
@@ -32,6 +31,13 @@ def check_tuning(data: Data, machine: Data) -> Iterator[Problem]:
             path=(*TUNING, "bounds", idle),
             message=f"of kind {kind!r} {held}, and a bound holds nothing",
             allowed=f"no {idle} in the bounds, or kind = 'free'",
+            also=(*TUNING, "kind"),
+        )
+    if kind == "lanchester" and bounds:
+        yield Problem(
+            path=(*TUNING, "bounds"),
+            message="Lanchester's damper is that of a formula, which knows no bounds",
+            allowed="kind = 'viscous', whose damper is found within them",
             also=(*TUNING, "kind"),
         )
     for key in ("stiffness_ratio", "damping_ratio"):

@@ -202,8 +202,8 @@ def _ring(machine: Machine) -> float | None:
 
 
 def _branches(given: tuple[NamedSecondary, ...], scale: Scale | None) -> tuple[Branch, ...]:
-    """The absorbers, each behind what carries it and otherwise in the order of the case."""
-    left, placed = list(given), {PRIMARY: -1}
+    """The absorbers by name, each behind what carries it: in no way by the order of the case."""
+    left, placed = sorted(given, key=lambda one: one.name), {PRIMARY: -1}
     found: list[Branch] = []
     while left:
         one = next(one for one in left if one.on in placed)

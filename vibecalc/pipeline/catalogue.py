@@ -74,6 +74,7 @@ AXES: dict[str, tuple[str, str]] = {
     "locus_gain": ("", "gain of the controller"),
     "branch": ("", "pole that is followed"),
     "bound": ("", "what holds the gains"),
+    "tuning_bound": ("", "what may hold a tuning"),
     "position": ("", "point of the plate"),
     "reading": ("", "harmonic and instrument"),
     "signal": ("", "harmonic and instrument"),

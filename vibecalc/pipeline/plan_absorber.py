@@ -70,12 +70,16 @@ def _tuning(case: "Case") -> StagePlan:
     sprung = options.kind in ("free", "undamped_spring")
     there = {
         "tuning/each/": several,
+        "tuning/each/torsional_": several and turning,
+        "tuning/each/linear_": several and units and not turning,
+        "tuning/each/frequency": several and units,
+        "tuning/travel": not several,
         "tuning/mass_ratio": not several,
         "tuning/stiffness_ratio": not several,
         "tuning/secondary_damping": not several,
         "tuning/own_damping": not several and options.kind == "free",
         "tuning/helps": not several,
-        "tuning/without_spring": not several,
+        "tuning/without_spring": not several and options.kind == "free",
         "tuning/threshold": not several and not least_squares,
         "tuning/evaluations": not least_squares,
         "tuning/mean_square": least_squares,
@@ -90,7 +94,8 @@ def _tuning(case: "Case") -> StagePlan:
         "tuning/mistuning/": bool(options.mistuning),
         "tuning/mistuning/worst": bool(options.mistuning) and not several,
         "tuning/sensitivity/": options.sensitivity,
-        "tuning/bounded/": options.bounds is not None and not several,
+        "tuning/unbounded/": options.bounds is not None and not several,
+        "tuning/bounds/": options.bounds is not None and not several,
         "tuning/chart/": options.chart is not None,
         "tuning/map/": not several and options.kind == "free" and not least_squares,
     }
@@ -118,6 +123,9 @@ def _response(case: "Case") -> StagePlan:
     there = {
         "response/absorber/frequency": has_units(case.machine),
         "response/absorber/fixed_point/": has_fixed_points(case),
+        "response/absorber/each/": several,
+        "response/absorber/relative_curve": not several,
+        "response/absorber/largest_travel": not several,
         "response/absorber/antiresonance": not several,
         "response/absorber/locked_frequency_ratio": not several,
         "response/absorber/natural_frequency_ratio": not several,

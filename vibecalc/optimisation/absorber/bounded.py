@@ -13,6 +13,10 @@ from vibecalc.response.absorber.peaks import peaks
 
 #: an optimum that exceeds a limit of travel by less than this keeps it
 _KEPT = 1e-9
+#: what may hold an optimum
+HELD_BY = (
+    "least stiffness", "least damping", "largest stiffness", "largest damping", "spring travel",
+)  # fmt: skip
 
 
 class BoundedTuning(NamedTuple):
@@ -63,9 +67,12 @@ def bounded_tuning(
     lower = np.array([stiffness[0], damping[0]], dtype=float)
     upper = np.array([stiffness[1], damping[1]], dtype=float)
     limits = (Travel(1, float(travel)),) if np.isfinite(travel) else ()
-    there = np.append(free.stiffness_ratio, free.secondary_damping)
-    inside = bool(np.all((lower <= there) & (there <= upper)))
-    if inside and not free.is_set and free_travel <= travel * (1.0 + _KEPT):
+    there = float(free.stiffness_ratio[0]), float(free.secondary_damping[0])
+    if (
+        keeps(there, stiffness, damping)
+        and not free.is_set
+        and free_travel <= travel * (1.0 + _KEPT)
+    ):
         reach = np.array([free_travel] * len(limits))
         held = free._replace(travel=reach, travel_active=reach >= travel * (1.0 - _KEPT))
         return BoundedTuning(
@@ -76,18 +83,27 @@ def bounded_tuning(
     reached, doubt = spring_travel(primary_damping, m[0], found, excitation)
     active = tuple(
         name
-        for name, held in (
-            ("least stiffness", found.on_lower[0]), ("least damping", found.on_lower[1]),
-            ("largest stiffness", found.on_upper[0]), ("largest damping", found.on_upper[1]),
-            ("spring travel", bool(limits) and bool(found.travel_active[0])),
-        ) if held
-    )  # fmt: skip
+        for name, held in zip(
+            HELD_BY,
+            (*found.on_lower, *found.on_upper, bool(limits) and bool(found.travel_active[0])),
+            strict=True,
+        )
+        if held
+    )
     ratio = found.peak / free.peak
     return BoundedTuning(
         found, reached, doubt, free.peak, free_travel, ratio - 1.0,
         ratio * (found.peak_error / found.peak + free.peak_error / free.peak) + 4e-16,
         active,
     )  # fmt: skip
+
+
+def keeps(
+    ratios: tuple[float, float], stiffness: tuple[float, float], damping: tuple[float, float]
+) -> bool:
+    """Whether stiffness and damping ratio lie within their bounds."""
+    both = zip(ratios, (stiffness, damping), strict=True)
+    return all(low <= ratio <= high for ratio, (low, high) in both)
 
 
 def spring_travel(

@@ -11,7 +11,11 @@ ENTRIES = (
     ),
     entry(
         f"{ROOT}/relative_curve", "curve frequency_ratio", "",
-        "motion of the first absorber against what carries it, as a ratio, complex", PEAK,
+        "motion of the absorber against the primary, as a ratio, complex", PEAK,
+    ),
+    entry(
+        f"{ROOT}/each/relative_curve", "curve absorber frequency_ratio", "",
+        "motion of each absorber against what carries it, as a ratio, complex", PEAK,
     ),
     entry(f"{ROOT}/frequency", "frequency_ratio", "rad/s", "frequency of the excitation"),
     entry(f"{ROOT}/largest", "curve", "", "largest response at any frequency"),
@@ -21,7 +25,11 @@ ENTRIES = (
     ),
     entry(f"{ROOT}/summit/magnitude", "curve summit", "", "maxima of the response; 0: no such one"),
     entry(f"{ROOT}/summit/frequency_ratio", "curve summit", "", "where they are; 0: no such one"),
-    entry(f"{ROOT}/largest_travel", "curve", "", "largest relative motion of the first absorber"),
+    entry(f"{ROOT}/largest_travel", "curve", "", "largest relative motion of the absorber"),
+    entry(
+        f"{ROOT}/each/largest_travel", "curve absorber", "",
+        "largest motion of each absorber against what carries it",
+    ),
     entry(
         f"{ROOT}/fixed_point/frequency_ratio", "fixed_point", "",
         "frequency at which the absorber's damping does not matter",

@@ -40,6 +40,17 @@ ENTRIES = (
         entry(f"{ROOT}/each/{name}", "absorber", "", f"best {words}, of each absorber")
         for name, words in (("mass_ratio", "mass ratio"), *_OF_EACH)
     ),
+    *(
+        entry(f"{ROOT}/each/{name}", "absorber", unit, f"{words} of each absorber")
+        for name, unit, words in (
+            ("torsional_stiffness", "N*m/rad", "best stiffness"),
+            ("torsional_damping", "N*m*s/rad", "best damping"),
+            ("linear_stiffness", "N/m", "best stiffness"),
+            ("linear_damping", "N*s/m", "best damping"),
+            ("frequency", "rad/s", "natural frequency, with what carries it held,"),
+            ("travel", "", "largest motion against what carries it,"),
+        )
+    ),
     *(entry(f"{ROOT}/method/{name}", "method", "", words) for name, words in _FOUND),
     entry(f"{ROOT}/method/promised", "method", "", "peak that the formula itself promises"),
     entry(f"{ROOT}/method/loss", "method", "", "what is made small over the optimum, less 1"),
@@ -55,9 +66,13 @@ ENTRIES = (
         entry(f"{ROOT}/sensitivity/{name}", "ratio", "", f"slope of the best {words}, by a ratio")
         for name, words in _FOUND
     ),
-    *(entry(f"{ROOT}/bounded/{name}", "", "", f"{words}, within bounds") for name, words in _FOUND),
-    entry(f"{ROOT}/bounded/travel", "", "", "largest relative motion of the absorber there"),
-    entry(f"{ROOT}/bounded/penalty", "", "", "peak within bounds over that without, less 1"),
+    *(
+        entry(f"{ROOT}/unbounded/{name}", "", "", f"{words}, without the bounds")
+        for name, words in _FOUND
+    ),
+    entry(f"{ROOT}/unbounded/travel", "", "", "largest relative motion of the absorber there"),
+    entry(f"{ROOT}/bounds/active", "tuning_bound", "", "1: this bound holds the tuning"),
+    entry(f"{ROOT}/bounds/penalty", "", "", "peak within the bounds over that without, less 1"),
     *(
         entry(f"{ROOT}/chart/{name}", "primary_damping mass_ratio", "", f"best {words}")
         for name, words in (*_OF_EACH, _FOUND[2])

@@ -32,11 +32,9 @@ def run(scene: Scene) -> None:
     _emit_built(scene, parts)
     _emit_gap(scene, parts)
     tuned: Absorber | None = scene.handed_on.get("tuned")
-    # what is bought keeps the bounds of the case
-    wanted: Absorber | None = scene.handed_on.get("bounded", tuned)
-    if wanted is not None:
-        _emit_wanted(scene, parts, wanted)
-    held = None if parts.filling is None else emit_stock(scene, parts, tuned, wanted)
+    if tuned is not None:
+        _emit_wanted(scene, parts, tuned)
+    held = None if parts.filling is None else emit_stock(scene, parts, tuned)
     if held is not None:
         _emit_warming(scene, parts, held)
 

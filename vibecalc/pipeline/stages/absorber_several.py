@@ -8,7 +8,7 @@ import numpy as np
 from vibecalc.case.absorber_tables import Tuning
 from vibecalc.errors import NumericalFailure
 from vibecalc.machine.absorber import AbsorberParts
-from vibecalc.numerics.rounding import EPSILON
+from vibecalc.numerics.rounding import EPSILON, WithError
 from vibecalc.optimisation.absorber.several import tuned as solved
 from vibecalc.optimisation.absorber.several_problem import Problem, Travel
 from vibecalc.pipeline.entries.absorber import ROOT as RESPONSE
@@ -31,6 +31,8 @@ from vibecalc.response.absorber.several_peaks import SeveralPeaks, several_peaks
 STARTS = 12
 #: curves of the primary with all masses fastened rigidly, and with none
 _LIMITS = ("locked", "free")
+#: a peak this close to the one without absorbers is no lower
+_NO_LOWER = 1e-9
 #: roundings of a place or a weight
 _PLACE = 16.0 * EPSILON
 
@@ -74,9 +76,8 @@ def run_tuning(scene: Scene, options: Tuning, parts: AbsorberParts) -> None:
     scene.emit(
         f"{ROOT}/peak_alone", least, float(alone.largest_error) if np.isfinite(least) else 0.0
     )
-    travel = several_peaks(system, pair[0], TRAVEL)
-    far = moved_several(lambda one: _largest(one, pair[0], TRAVEL), system, doubt)
-    scene.emit(f"{ROOT}/travel", travel.largest, travel.largest_error + float(far))
+    _emit_travels(scene, system, pair[0], doubt, names)
+    _emit_units(scene, parts, system, doubt, names)
     axes = {"active": np.arange(1, len(found.frequency) + 1)}
     height = np.full(len(found.frequency), found.peak)
     far = moved_several(lambda one: _places(one, pair, found.frequency), system, doubt)
@@ -89,7 +90,12 @@ def run_tuning(scene: Scene, options: Tuning, parts: AbsorberParts) -> None:
     scene.emit(f"{ROOT}/evaluations", found.evaluations)
     if options.mistuning:
         _emit_mistuning(scene, options, system, found.peak, doubt)
-    if found.no_help:
+    if options.bounds is not None and found.peak >= least * (1.0 - _NO_LOWER):
+        scene.warn(
+            f"no absorbers within the bounds do better than none: with the best of them the "
+            f"largest response is {found.peak:.6g}, without absorbers {least:.6g}"
+        )
+    elif found.no_help:
         scene.warn("many tunings are as good: the largest response stands at one end")
     elif found.agreeing < 2:
         scene.warn("only one of the best starts ends at this tuning; another may be better")
@@ -100,12 +106,49 @@ def run_tuning(scene: Scene, options: Tuning, parts: AbsorberParts) -> None:
     )
 
 
-def _shown(ratios: np.ndarray, excitation: str, response: str, system: Several) -> np.ndarray:
-    return several_with_error(system, ratios, excitation, response).value
+def _emit_travels(
+    scene: Scene, system: Several, excitation: str, doubt: Doubt, names: dict[str, tuple[str, ...]]
+) -> None:
+    """Largest motion of each absorber against what carries it."""
+    reach, error = _reach(system, excitation)
+    far = moved_several(lambda one: _reach(one, excitation)[0], system, doubt)
+    scene.emit(f"{ROOT}/each/travel", reach, error + far, names)
 
 
-def _largest(system: Several, excitation: str, response: str) -> np.ndarray:
-    return np.asarray(several_peaks(system, excitation, response).largest)
+def _emit_units(
+    scene: Scene, parts: AbsorberParts, system: Several, doubt: Doubt,
+    names: dict[str, tuple[str, ...]],
+) -> None:  # fmt: skip
+    """Stiffness, damping and own frequency of each, where the primary has units."""
+    scale = parts.scale
+    if scale is None:
+        return
+    kind = "torsional" if scale.torsion else "linear"
+    m, k, z2 = (np.asarray(part, dtype=float) for part in system[1:4])
+    for name, unit, ratio, off in (
+        ("stiffness", scale.stiffness, k, doubt.stiffness),
+        ("damping", scale.damping, z2, doubt.damping),
+    ):
+        error = unit * (off + 8.0 * EPSILON * ratio)
+        scene.emit(
+            f"{ROOT}/each/{kind}_{name}", unit * ratio, np.where(np.isfinite(ratio), error, 0.0),
+            names,
+        )  # fmt: skip
+    own = scale.frequency * np.sqrt(k / m)
+    share = doubt.stiffness / np.where((k > 0.0) & np.isfinite(k), k, 1.0) + 8.0 * EPSILON
+    error = np.where(np.isfinite(own), own * share, 0.0)
+    scene.emit(f"{ROOT}/each/frequency", own, error, names)
+
+
+def _numbers(system: Several) -> range:
+    """Of all absorbers, from 1."""
+    return range(1, len(system.parent) + 1)
+
+
+def _shown(
+    ratios: np.ndarray, excitation: str, response: str, system: Several, absorber: int = 1
+) -> np.ndarray:
+    return several_with_error(system, ratios, excitation, response, absorber).value
 
 
 def _places(system: Several, pair: tuple[str, str], near: np.ndarray) -> np.ndarray:
@@ -186,17 +229,39 @@ def run_response(scene: Scene, parts: AbsorberParts) -> None:
     emit_frequencies(scene, parts, ratios)
     axes = {"curve": tuple(names), "frequency_ratio": ratios}
     doubt = scene.handed_on.get("several_doubt", doubt_of(0.0, 0.0))
-    for name, what in (("curve", pair[1]), ("relative_curve", TRAVEL)):
-        each = [several_with_error(one, ratios, pair[0], what) for one in systems]
-        values, error = (np.stack([one[i] for one in each]) for i in range(2))
-        error[0] += moved_several(partial(_shown, ratios, pair[0], what), systems[0], doubt)
-        scene.emit(f"{RESPONSE}/{name}", values, error, axes)
-    _emit_peaks(scene, tuple(names), systems, pair, doubt)
+    values, error = _curves(systems, ratios, pair[0], pair[1], 1, doubt)
+    scene.emit(f"{RESPONSE}/curve", values, error, axes)
+    moves = [_curves(systems, ratios, pair[0], TRAVEL, n, doubt) for n in _numbers(system)]
+    values, error = (np.stack([one[i] for one in moves], axis=1) for i in range(2))
+    absorbers = {"absorber": tuple(branch.name for branch in parts.branches)}
+    scene.emit(
+        f"{RESPONSE}/each/relative_curve", values, error,
+        {"curve": tuple(names), **absorbers, "frequency_ratio": ratios},
+    )  # fmt: skip
+    _emit_peaks(scene, tuple(names), systems, pair, doubt, absorbers)
     scene.cite(
         "complex response of a tree of masses, exact peaks from the stationarity polynomial",
         "curves, peaks, travel",
         "docs/theory_absorber.md",
     )
+
+
+def _curves(
+    systems: list[Several], ratios: np.ndarray, excitation: str, response: str, absorber: int,
+    doubt: Doubt,
+) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
+    """One response of all systems over the frequency, with errors; the first may be tuned."""
+    none = np.zeros(len(ratios))
+    each = [
+        WithError(none.astype(complex), none)
+        if response == TRAVEL and _is_fastened(one, absorber)
+        else several_with_error(one, ratios, excitation, response, absorber)
+        for one in systems
+    ]
+    values, error = (np.stack([one[i] for one in each]) for i in range(2))
+    read = partial(_shown, ratios, excitation, response, absorber=absorber)
+    error[0] += moved_several(read, systems[0], doubt)
+    return values, error
 
 
 def _free(system: Several) -> Several:
@@ -214,7 +279,7 @@ def _given(parts: AbsorberParts) -> Several:
 
 def _emit_peaks(
     scene: Scene, names: tuple[str, ...], systems: list[Several], pair: tuple[str, str],
-    doubt: Doubt,
+    doubt: Doubt, absorbers: dict[str, tuple[str, ...]],
 ) -> None:  # fmt: skip
     found = [
         _limit(name, one, pair[0], pair[1]) if name in _LIMITS else _peaks(one, pair[0], pair[1])
@@ -233,7 +298,7 @@ def _emit_peaks(
         for read in (
             lambda one: _peaks(one, *pair).magnitude,
             lambda one: _places(one, pair, own),
-            lambda one: np.asarray(_peaks(one, pair[0], TRAVEL).largest),
+            lambda one: _reach(one, pair[0])[0],
         )
     ]
     near = far[1] + 2.0 * _PLACE * np.max(place)
@@ -246,10 +311,28 @@ def _emit_peaks(
     error = max(one.largest_error for one in found) + far[0]
     scene.emit(f"{RESPONSE}/largest", largest, error, axes)
     scene.emit(f"{RESPONSE}/largest_frequency_ratio", where, near, axes)
-    travels = [_peaks(one, pair[0], TRAVEL) for one in systems]
-    reach = np.array([one.largest for one in travels])
-    error = max(one.largest_error for one in travels) + far[2]
-    scene.emit(f"{RESPONSE}/largest_travel", reach, error, axes)
+    reach, off = (
+        np.stack(rows) for rows in zip(*(_reach(one, pair[0]) for one in systems), strict=True)
+    )
+    error = np.max(off) + far[2]
+    scene.emit(f"{RESPONSE}/each/largest_travel", reach, error, axes | absorbers)
+
+
+def _reach(system: Several, excitation: str) -> tuple[np.ndarray, np.ndarray]:
+    """Largest travel of each absorber, and its error."""
+    none = np.zeros(0)
+    each = [
+        _Peaks(none, none, none, 0.0, 0.0, 0.0)
+        if _is_fastened(system, number)
+        else _peaks(system, excitation, TRAVEL, number)
+        for number in _numbers(system)
+    ]
+    return np.array([one.largest for one in each]), np.array([one.largest_error for one in each])
+
+
+def _is_fastened(system: Several, number: int) -> bool:
+    """Whether an absorber, counted from 1, is fastened rigidly to what carries it."""
+    return bool(np.isinf(np.asarray(system.stiffness_ratio)[number - 1]))
 
 
 def _limit(name: str, system: Several, excitation: str, response: str) -> _Peaks:
@@ -264,10 +347,10 @@ def _limit(name: str, system: Several, excitation: str, response: str) -> _Peaks
     )  # fmt: skip
 
 
-def _peaks(system: Several, excitation: str, response: str) -> _Peaks:
+def _peaks(system: Several, excitation: str, response: str, absorber: int = 1) -> _Peaks:
     """All peaks; on an undamped natural frequency the largest is infinite."""
     try:
-        found = several_peaks(system, excitation, response)
+        found = several_peaks(system, excitation, response, absorber)
     except NumericalFailure:
         none = np.zeros(0)
         return _Peaks(none, none, none, np.inf, 0.0, np.inf)

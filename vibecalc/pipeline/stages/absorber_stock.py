@@ -44,12 +44,10 @@ class Offers(NamedTuple):
     error: FloatArray
 
 
-def emit_stock(
-    scene: Scene, parts: AbsorberParts, tuned: Absorber | None, wanted: Absorber | None
-) -> Held | None:
+def emit_stock(scene: Scene, parts: AbsorberParts, tuned: Absorber | None) -> Held | None:
     """Emit springs, oils and their pairs; give what stays while the oil warms, if there is any.
 
-    `wanted` is the tuning to buy for, `tuned` the one that the pairs are priced against.
+    Pairs are priced against the tuning.
     """
     scale, filled = parts.scale, parts.filling
     if scale is None or filled is None:
@@ -57,7 +55,7 @@ def emit_stock(
     tuning = scene.case.tuning
     viscous = tuning is not None and tuning.kind in _VISCOUS
     springs = _springs(scene, parts, scale)
-    oils = _oils(scene, parts, scale, filled, wanted)
+    oils = _oils(scene, parts, scale, filled, tuned)
     if tuning is None or tuned is None:
         return None
     pair = tuning.excitation, tuning.response

@@ -6,7 +6,6 @@ from vibecalc.case.absorber_tables import Tuning
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import EPSILON, WithError
 from vibecalc.optimisation.absorber import mean_square as least_squares
-from vibecalc.optimisation.absorber.bounded import bounded_tuning
 from vibecalc.optimisation.absorber.closed_forms import METHODS, closed_form
 from vibecalc.optimisation.absorber.mistuning import mistuning
 from vibecalc.optimisation.absorber.mistuning_sensitivity import sensitivity
@@ -122,9 +121,13 @@ def _emit_mistuned_mean(
     scene.emit(f"{ROOT}/mistuning/worst", worst, np.max(corner.error), {"share": shares})
 
 
-def emit_sensitivity(scene: Scene, options: Tuning, z1: float, m: float) -> None:
+def emit_sensitivity(
+    scene: Scene, options: Tuning, z1: float, m: float, bounded: object = None
+) -> None:
     """Slopes of the optimum by the given ratios: of its own conditions, else from differences."""
     names = ("primary_damping", "mass_ratio")
+    if bounded is not None:
+        raise NumericalFailure("bounds hold the tuning, and slopes are those of a free one")
     best = best_tuning(options, z1, m)
     if options.kind == "free" and options.norm == "h_infinity" and best.is_held:
         exact = sensitivity(
@@ -174,34 +177,3 @@ def _slopes(options: Tuning, z1: float, m: float, place: int, step: float) -> np
         top = float(peaks(there, options.excitation, options.response).largest)
         rows.append((best.stiffness_ratio, best.secondary_damping, top))
     return np.asarray(weights @ np.array(rows) / step)
-
-
-def emit_bounded(scene: Scene, options: Tuning, tuned: Absorber, best: Best) -> None:
-    """The best tuning that keeps the bounds of the case, and what they cost."""
-    bounds = options.bounds
-    if bounds is None:
-        return
-    z1, m = float(np.asarray(tuned.primary_damping)), float(np.asarray(tuned.mass_ratio))
-    pair = options.excitation, options.response
-    none = (0.0, np.inf)
-    k, z = bounds.stiffness_ratio or none, bounds.damping_ratio or none
-    if options.kind in ("viscous", "lanchester"):
-        k = (0.0, 0.0)
-    if options.kind == "undamped_spring":
-        z = (0.0, 0.0)
-    travel = np.inf if bounds.travel is None else bounds.travel
-    whole = bounded_tuning(z1, m, *pair, stiffness=k, damping=z, travel=travel)
-    found, free = whole.tuning, float(peaks(tuned, *pair).largest)
-    stiff, damped = float(found.stiffness_ratio[0]), float(found.secondary_damping[0])
-    scene.handed_on["bounded"] = Absorber(z1, m, stiff, damped)
-    moved, peak = found.ratio_error, float(found.peak)
-    scene.emit(f"{ROOT}/bounded/stiffness_ratio", stiff, float(moved[0]))
-    scene.emit(f"{ROOT}/bounded/secondary_damping", damped, float(moved[1]))
-    scene.emit(f"{ROOT}/bounded/peak", peak, found.peak_error)
-    scene.emit(f"{ROOT}/bounded/penalty", peak / free - 1.0, 2.0 * found.peak_error / free + 1e-12)
-    scene.emit(f"{ROOT}/bounded/travel", whole.travel, whole.travel_error)
-    scene.cite(
-        "sequential quadratic programming on the levels of all peaks, then Newton's method",
-        "tuning within bounds",
-        "docs/theory_absorber.md",
-    )

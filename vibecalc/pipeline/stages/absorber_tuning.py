@@ -12,11 +12,16 @@ from vibecalc.optimisation.absorber.certificate import VERDICTS, certify
 from vibecalc.optimisation.absorber.threshold import threshold
 from vibecalc.pipeline.entries.tuning import ROOT
 from vibecalc.pipeline.scene import Scene
+from vibecalc.pipeline.stages.absorber_bounds import (
+    as_best,
+    emit_bounded_proof,
+    emit_comparison,
+    within_bounds,
+)
 from vibecalc.pipeline.stages.absorber_chart import emit_chart, emit_map
 from vibecalc.pipeline.stages.absorber_doubt import Doubt, doubt_of, moved
 from vibecalc.pipeline.stages.absorber_optimum import Best, best_tuning
 from vibecalc.pipeline.stages.absorber_studies import (
-    emit_bounded,
     emit_methods,
     emit_mistuning,
     emit_sensitivity,
@@ -34,7 +39,6 @@ _NEARLY = 1e-3
 _LEFT_OUT = {
     "mistuning": "losses of a mistuned absorber",
     "sensitivity": "slopes of the tuning",
-    "bounded": "the tuning within bounds",
 }
 
 
@@ -52,21 +56,27 @@ def run(scene: Scene) -> None:
     if parts.absorber is None:
         raise ValueError("the case has no absorber to tune")
     z1, m = parts.primary_damping, float(np.asarray(parts.absorber.mass_ratio))
-    best = best_tuning(options, z1, m)
+    free = best = best_tuning(options, z1, m)
+    found = None if options.bounds is None else within_bounds(options, z1, m, free)
+    if found is not None:
+        best = as_best(options, found, z1, m)
     tuned = Absorber(z1, m, best.stiffness_ratio, best.secondary_damping)
     scene.handed_on["tuned"], scene.handed_on["tuned_doubt"] = tuned, _doubt(best)
     _emit_best(scene, options, best, tuned)
     _emit_units(scene, options, parts, best)
-    if options.norm == "h_infinity":
+    if found is not None:
+        emit_bounded_proof(scene, options, found)
+    elif options.norm == "h_infinity":
         _emit_proof(scene, options, tuned, _doubt(best))
+    alone = Absorber(z1, m, free.stiffness_ratio, free.secondary_damping)
     if options.compare:
-        emit_methods(scene, options, tuned, best)
+        emit_methods(scene, options, alone, free)
     if options.mistuning:
         _beside(scene, "mistuning", lambda: emit_mistuning(scene, options, tuned))
     if options.sensitivity:
-        _beside(scene, "sensitivity", lambda: emit_sensitivity(scene, options, z1, m))
+        _beside(scene, "sensitivity", lambda: emit_sensitivity(scene, options, z1, m, found))
     if options.bounds is not None:
-        _beside(scene, "bounded", lambda: emit_bounded(scene, options, tuned, best))
+        emit_comparison(scene, options, alone, free, found)
     if options.chart is not None:
         emit_chart(scene, options)
     if options.kind == "free" and options.norm == "h_infinity":
@@ -82,8 +92,7 @@ def _beside(scene: Scene, name: str, study: Callable[[], None]) -> None:
     try:
         study()
     except NumericalFailure as failure:
-        named = (f"{ROOT}/{name}/", *(("hardware/",) if name == "bounded" else ()))
-        if any(path.startswith(named) for path in scene.wanted or ()):
+        if any(path.startswith(f"{ROOT}/{name}/") for path in scene.wanted or ()):
             raise
         scene.warn(f"{_LEFT_OUT[name]} left out: {failure}")
 
@@ -114,7 +123,8 @@ def _emit_best(scene: Scene, options: Tuning, best: Best, tuned: Absorber) -> No
     doubt = float(travel.largest_error) + float(off)
     scene.emit(f"{ROOT}/travel", reach, doubt if np.isfinite(reach) else 0.0)
     scene.emit(f"{ROOT}/helps", int(best.helps))
-    scene.emit(f"{ROOT}/without_spring", int(k == 0.0 and best.helps))
+    if options.kind == "free":
+        scene.emit(f"{ROOT}/without_spring", int(k == 0.0 and best.helps))
     if options.norm == "h2":
         scene.emit(f"{ROOT}/mean_square", best.value, best.value_error)
         scene.emit(f"{ROOT}/mean_square_alone", best.alone, 8.0 * EPSILON)

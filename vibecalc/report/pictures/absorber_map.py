@@ -28,11 +28,13 @@ def picture(result: Result) -> "Figure | None":
     best = scalar_of(record, "tuning/peak")
     if found is None or best is None or not np.isfinite(best):
         return None
+    free = scalar_of(record, "tuning/unbounded/peak")
     figure = canvas(result, "largest response over spring and damper", 8.6, 6.2)
     axes = figure.subplots()
     k, z2 = (np.asarray(axis.values, dtype=float) for axis in found.axes)
     above = np.asarray(found.values, dtype=float).T / best - 1.0
-    above = np.where(np.isfinite(above), above, 10.0 * _SHARES[-1])
+    # beyond the bounds of a case there may be better ones
+    above = np.where(np.isfinite(above), np.maximum(above, 0.0), 10.0 * _SHARES[-1])
     axes.contourf(k, z2, above, levels=[0.0, *_SHARES, 1e9], cmap="Blues", norm=_norm())
     axes.contour(k, z2, above, levels=_SHARES[_NAMED:], colors="white", linewidths=0.9)
     lines = axes.contour(k, z2, above, levels=_SHARES[:_NAMED], colors="white", linewidths=0.9)
@@ -42,8 +44,15 @@ def picture(result: Result) -> "Figure | None":
     axes.plot(
         [float(record["tuning/stiffness_ratio"].values)],
         [float(record["tuning/secondary_damping"].values)],
-        "*", color=LIMIT, ms=15, label=f"optimum, peak {show(best, digits=4)}", zorder=6,
+        "*", color=LIMIT, ms=15, zorder=6,
+        label=f"optimum{'' if free is None else ' within the bounds'}, peak {show(best, digits=4)}",
     )  # fmt: skip
+    if free is not None:
+        axes.plot(
+            [float(record["tuning/unbounded/stiffness_ratio"].values)],
+            [float(record["tuning/unbounded/secondary_damping"].values)],
+            "*", color=LIMIT, ms=12, markerfacecolor="none", zorder=6, label="without the bounds",
+        )  # fmt: skip
     axes.set_yscale("log")
     plain_ticks(axes.yaxis)
     axes.set_xlim(k[0], k[-1])

@@ -54,6 +54,15 @@ def _curves(result: Result) -> list[str]:
     )  # fmt: skip
     if not lines:
         return []
+    moved = having(result.record, ABSORBER + "each/largest_travel", "curve", "absorber")
+    if moved is not None:
+        columns = [Column("largest travel of curve", 30)]
+        columns += [number(name, 14) for name in labels(moved.axes[1])]
+        rows = [
+            [name, *(show(float(one), moved.error_estimate) for one in values)]
+            for name, values in zip(labels(moved.axes[0]), np.asarray(moved.values), strict=True)
+        ]
+        lines += ["", *table(columns, rows)]
     options = table_of(result.case, "response", "absorber")
     tuning = table_of(result.case, "tuning")
     what = options.get("response") or tuning.get("response") or "displacement"

@@ -194,33 +194,35 @@ def _wanted(result: Result) -> list[str]:
     words = []
     if rate is not None:
         count = table_of(machine, "springs").get("count", 1)
-        stiff = _within(record, "stiffness")
-        each = f" ({show(stiff)} N*m/rad together)" if stiff is not None else ""
+        stiff, unit = _in_units(record, "stiffness")
+        each = f" ({show(stiff)} {unit} together)" if stiff is not None else ""
         words.append(f"springs: {count} of {show(1e-3 * rate)} N/mm each{each}")
     if thick is not None:
         gap = table_of(machine, "gap")
         warm = gap.get("temperature")
         place = f" at {float(warm) - ICE:.4g} degC" if isinstance(warm, int | float) else ""
-        damping = _within(record, "damping")
-        worth = f" ({show(damping)} N*m*s/rad in the gap)" if damping is not None else ""
+        damping, unit = _in_units(record, "damping")
+        worth = f" ({show(damping)} {unit} in the gap)" if damping is not None else ""
         words.append(f"oil: {show(1e3 * thick)} mPa*s{place}{worth}")
+    elif (damping := scalar_of(record, "tuning/linear_damping")) is not None:
+        words.append(f"damper: {show(damping)} N*s/m")
     if play is not None:
         words.append(f"clearance: {show(1e3 * play, digits=4)} mm")
     return words
 
 
-def _within(record: Record, name: str) -> float | None:
-    """Torsional stiffness or damping of the tuning, of that within bounds if there is one."""
-    own = scalar_of(record, f"tuning/torsional_{name}")
-    ratio = "stiffness_ratio" if name == "stiffness" else "secondary_damping"
-    free, kept = (scalar_of(record, f"tuning/{place}{ratio}") for place in ("", "bounded/"))
-    return own if own is None or not free or kept is None else own * kept / free
+def _in_units(record: Record, name: str) -> tuple[float | None, str]:
+    """Stiffness or damping of the tuning with its unit: in torsion, else along a line."""
+    for kind in ("torsional", "linear"):
+        found = record.quantities.get(f"tuning/{kind}_{name}")
+        if found is not None:
+            return float(found.values), found.unit
+    return None, ""
 
 
 def _bought(result: Result, least: float) -> list[str]:
     record = result.record
-    kept = scalar_of(record, "tuning/bounded/peak")
-    words = [f"with exactly these the peak is {show(least if kept is None else kept)}"]
+    words = [f"with exactly these the peak is {show(least)}"]
     alone = scalar_of(record, "tuning/peak_alone")
     if alone is not None and np.isfinite(alone):
         words[0] += f", {show(alone)} without an absorber"

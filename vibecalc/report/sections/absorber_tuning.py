@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from vibecalc.report.lookup import having, labels, scalar_of, table_of
-from vibecalc.report.numbers import show
+from vibecalc.report.numbers import hertz, show
 from vibecalc.report.sections.by_axis import by_axis
 from vibecalc.report.sections.section import Section, scalars
 from vibecalc.report.tables import Column, number, paragraph, table
@@ -51,6 +51,8 @@ def _conclusion(result: Result) -> list[str]:
     what = str(options.get("response", "displacement")).replace("_", " ")
     cause = str(options.get("excitation", "force"))
     how = _KINDS.get(str(options.get("kind", "free")), "")
+    if table_of(options, "bounds"):
+        how += ", within the bounds"
     measure = "mean square" if is_mean(result) else "largest amplitude"
     if scalar_of(record, TUNING + "helps") == 0.0:
         words = f"{no_help(result)} the {measure} of the {what} under excitation by {cause}"
@@ -73,7 +75,7 @@ def _conclusion(result: Result) -> list[str]:
     if alone is not None and math.isfinite(alone) and value > 0.0:
         words += f", a factor {show(alone / value, digits=3)}"
     lines = paragraph(words + ".")
-    if scalar_of(record, TUNING + "without_spring") == 1.0 and options.get("kind") != "viscous":
+    if scalar_of(record, TUNING + "without_spring") == 1.0:
         lines += paragraph("The best absorber has no spring.")
     limit = scalar_of(record, TUNING + "threshold")
     if limit is not None:
@@ -96,22 +98,34 @@ def is_mean(result: Result) -> bool:
 
 def no_help(result: Result) -> str:
     """Subject and verb of what does not help, of the kind that the case asks for."""
-    kind = str(table_of(result.case, "tuning").get("kind", "free"))
+    options = table_of(result.case, "tuning")
+    within = " within the bounds" if table_of(options, "bounds") else ""
     return {
-        "undamped_spring": "No spring without a damper lowers",
-        "viscous": "No damper without a spring lowers",
+        "undamped_spring": f"No spring without a damper{within} lowers",
+        "viscous": f"No damper without a spring{within} lowers",
         "lanchester": "This damper without a spring does not lower",
-    }.get(kind, "No absorber lowers")
+    }.get(str(options.get("kind", "free")), f"No absorber{within} lowers")
 
 
 def _each(record: Record) -> list[str]:
-    return by_axis(
+    lines = by_axis(
         record, "absorber", "absorber",
         [(f"{TUNING}each/{name}", words) for name, words in (
             ("mass_ratio", "mass ratio"), ("stiffness_ratio", "stiffness\nratio"),
             ("secondary_damping", "damping"), ("own_damping", "damping on its\nown frequency"),
+            ("travel", "travel"),
         )],
     )  # fmt: skip
+    kind = "linear" if TUNING + "each/linear_stiffness" in record.quantities else "torsional"
+    units = ("N/m", "N*s/m") if kind == "linear" else ("N*m/rad", "N*m*s/rad")
+    in_units = by_axis(
+        record, "absorber", "absorber",
+        [(f"{TUNING}each/{kind}_stiffness", f"spring\n{units[0]}"),
+         (f"{TUNING}each/{kind}_damping", f"damper\n{units[1]}"),
+         (f"{TUNING}each/frequency", "own frequency\nHz")],
+        factors=[1.0, 1.0, hertz(1.0)],
+    )  # fmt: skip
+    return [*lines, "", *in_units] if in_units else lines
 
 
 def _proof(record: Record) -> list[str]:
@@ -126,9 +140,13 @@ def _proof(record: Record) -> list[str]:
     proof = scalar_of(record, TUNING + "certificate")
     if proof is not None and lines:
         left = show(proof, record[TUNING + "certificate"].error_estimate, 2)
+        cost = scalar_of(record, TUNING + "bounds/penalty")
+        what, small = "these peaks", "no small change"
+        if cost is not None and cost > _PENALTY:
+            what, small = "these peaks and of the bounds that hold", "no small change within them"
         lines += paragraph(
-            "the slopes of these peaks by spring and damper cancel with these weights (left over: "
-            f"{left}), so that no small change lowers them all"
+            f"the slopes of {what} by spring and damper cancel with these weights (left over: "
+            f"{left}), so that {small} lowers them all"
         )
     used = scalar_of(record, TUNING + "evaluations")
     if used is not None:
@@ -148,6 +166,8 @@ def _methods(result: Result) -> list[str]:
         width=18, each=13, factors=[1.0, 1.0, 1.0, 1.0, 100.0],
         blank=f"{TUNING}method/promised",
     )  # fmt: skip
+    if lines and TUNING + "bounds/penalty" in record.quantities:
+        lines += paragraph("closed forms know no bounds: all of these are without them")
     promised = having(record, TUNING + "method/promised", "method")
     if promised is None or not scalar_of(record, TUNING + "primary_damping"):
         return lines
@@ -196,18 +216,23 @@ def _slopes(record: Record) -> list[str]:
 
 
 def _bounded(record: Record) -> list[str]:
-    names = ("stiffness_ratio", "secondary_damping", "peak", "travel")
-    lines, _ = scalars(record, (f"{TUNING}bounded/{name}" for name in names), TUNING)
-    penalty = scalar_of(record, TUNING + "bounded/penalty")
+    """What holds the tuning, and what it would be without the bounds."""
+    penalty = record.quantities.get(TUNING + "bounds/penalty")
     if penalty is None:
-        return lines
-    signed = float(record[TUNING + "bounded/penalty"].values)
-    words = (
-        f"the bounds cost {show(100.0 * signed, digits=3)} % of the peak"
-        if signed > _PENALTY
-        else "the bounds cost nothing: the best tuning keeps them"
+        return []
+    if float(penalty.values) <= _PENALTY:
+        return paragraph("the bounds cost nothing: the best tuning of all keeps them")
+    active = having(record, TUNING + "bounds/active", "tuning_bound")
+    held = [] if active is None else [
+        name for name, holds in zip(labels(active.axes[0]), active.values, strict=True) if holds
+    ]  # fmt: skip
+    lines = paragraph(
+        f"the tuning is held by its bounds ({', '.join(held)}), which cost "
+        f"{show(100.0 * float(penalty.values), digits=3)} % of the peak; without them it would be:"
     )
-    return lines + paragraph(words)
+    names = ("stiffness_ratio", "secondary_damping", "peak", "travel")
+    table_of_it, _ = scalars(record, (f"{TUNING}unbounded/{name}" for name in names), TUNING)
+    return lines + table_of_it
 
 
 def _chart(record: Record) -> list[str]:
@@ -222,4 +247,5 @@ def _chart(record: Record) -> list[str]:
         [show(float(damping), digits=4), *(show(row[i], peak.error_estimate) for i in chosen)]
         for damping, row in zip(peak.axes[0].values, np.asarray(peak.values), strict=True)
     ]
-    return [*paragraph("Least peak over the mass ratio m:"), *table(columns, rows)]
+    free = ", without the bounds" if TUNING + "bounds/penalty" in record.quantities else ""
+    return [*paragraph(f"Least peak over the mass ratio m{free}:"), *table(columns, rows)]

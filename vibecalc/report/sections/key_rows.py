@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 
 from vibecalc.report.levels import decibels
-from vibecalc.report.lookup import START, magnitudes
-from vibecalc.report.numbers import also, rpm, show
+from vibecalc.report.lookup import START, labels, magnitudes, scalar_of
+from vibecalc.report.numbers import also, hertz, rpm, show
 from vibecalc.report.sections.key_start import bound_units, in_unit
 from vibecalc.report.sections.section import scalar_rows
 from vibecalc.results.record import Quantity, Record
@@ -25,6 +25,13 @@ _SCALARS = (
     "_energy/peak",
     "/motor/peak",
     "tuning/peak",
+    "tuning/travel",
+    "tuning/secondary_damping",
+    *(
+        f"tuning/{kind}_{name}"
+        for kind in ("linear", "torsional")
+        for name in ("stiffness", "damping")
+    ),
     "buy/peak",
     "buy/penalty",
     "pendulum/order",
@@ -52,6 +59,19 @@ _ARRAYS = (
 #: levels of which the strongest order has a row, and those of which each has one
 _STRONGEST = "response/roll/level/shell_acceleration"
 _EACH = ("measurement/roll_level", "measurement/pitch_level")
+#: of several absorbers, each has a row
+_OF_ABSORBERS = tuple(
+    f"tuning/each/{name}"
+    for name in ("linear_stiffness", "linear_damping", "torsional_stiffness", "torsional_damping",
+                 "stiffness_ratio", "secondary_damping", "frequency", "travel")
+)  # fmt: skip
+#: of an absorber that is given, what its curve comes to
+_OF_CURVE = tuple(
+    f"response/absorber/{name}" for name in ("largest", "largest_travel", "each/largest_travel")
+)
+_GIVEN = "as given"
+#: ratios that go without saying where a tuning is told in units
+_RATIOS = ("stiffness_ratio", "secondary_damping")
 #: peaks that say the same as others, or the half of it
 _LEFT_OUT = (
     "/rotating_peak",
@@ -60,7 +80,7 @@ _LEFT_OUT = (
     "response/roll/classical/wall_force_peak",
     "instant/worst_kinetic_energy_peak",
     "tuning/mass_ratio",
-    "tuning/bounded/stiffness_ratio",
+    "unbounded/stiffness_ratio",
     "locked_frequency_ratio",
     "hardware/built/stiffness_ratio",
     "response/absorber/primary_frequency",
@@ -86,10 +106,14 @@ def key_rows(record: Record, case: Mapping[str, Any] | None = None) -> list[list
     frequencies the lowest one; a peak of the run-up says its speed. Variables and values found are
     shown in the unit that `case` gives their bounds in.
     """
+    in_units = any(path.endswith(("linear_damping", "torsional_damping")) for path in record
+                   if path.startswith("tuning/"))  # fmt: skip
     found = [
         quantity
         for path, quantity in record.items()
-        if not path.startswith(START) and not path.endswith(_LEFT_OUT)
+        if not path.startswith(START)
+        and not path.endswith(_LEFT_OUT)
+        and not (in_units and path.startswith("tuning/") and path.endswith(_RATIOS))
     ]
     variables = [q for q in found if not q.axes and _is_variable(q.path)]
     scalars = [q for q in found if not q.axes and _is_key(q.path)]
@@ -101,7 +125,36 @@ def key_rows(record: Record, case: Mapping[str, Any] | None = None) -> list[list
         for quantity in found
         if quantity.path in chosen
     ]
+    rows += [row for quantity in found for row in _absorber_rows(record, quantity)]
     return rows + [row for quantity in found for row in _level_rows(quantity)]
+
+
+def _absorber_rows(record: Record, quantity: Quantity) -> list[list[str]]:
+    """Of several absorbers a row for each; of one as given the largest response, and travels."""
+    values = np.asarray(quantity.values)
+    if quantity.path in _OF_ABSORBERS:
+        names = labels(quantity.axes[0])
+    elif quantity.path in _OF_CURVE and labels(quantity.axes[0])[0] == _GIVEN:
+        values = np.atleast_1d(values[0])
+        names = labels(quantity.axes[1]) if quantity.path.endswith("each/largest_travel") else [""]
+        where = record.quantities.get(f"{quantity.path}_frequency_ratio")
+        if where is not None:
+            names = [f"{_GIVEN}, at {_place(record, float(where.values[0]))}"]
+    else:
+        return []
+    return [
+        [quantity.path, show(float(value), quantity.error_estimate), quantity.unit,
+         "  ".join(word for word in (
+             also(quantity.path, float(value), quantity.unit, quantity.error_estimate), name
+         ) if word)]
+        for value, name in zip(values, names, strict=True)
+    ]  # fmt: skip
+
+
+def _place(record: Record, ratio: float) -> str:
+    """A frequency ratio, in Hz where the primary has units."""
+    own = scalar_of(record, "response/absorber/primary_frequency")
+    return f"ratio {show(ratio)}" if own is None else f"{show(hertz(own * ratio))} Hz"
 
 
 def _level_rows(quantity: Quantity) -> list[list[str]]:

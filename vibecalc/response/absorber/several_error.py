@@ -12,15 +12,17 @@ _ROUNDINGS = 8.0
 
 
 def several_with_error(
-    system: Several, frequency: np.ndarray, excitation: str, response: str
+    system: Several, frequency: np.ndarray, excitation: str, response: str, absorber: int = 1
 ) -> WithError:
     """`several_amplitude` of one system at frequencies x (n,) with the error of |H|.
 
     Numerator and denominator are sums of terms that cancel near a zero or a resonance: what is left
     keeps the rounding of the largest of them. Zero error where the response is infinite.
     """
-    value = several_amplitude(system, frequency, excitation, response)
-    above, below = several_polynomials(system, transfer_of(excitation, response))
+    value = several_amplitude(system, frequency, excitation, response, absorber)
+    above, below = several_polynomials(system, transfer_of(excitation, response), absorber)
+    if not np.any(above):  # a mass that nothing moves, at a resonance as well
+        return WithError(np.zeros_like(value), np.zeros(value.shape))
     finite = np.isfinite(value)
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         lost = [_lost(side, frequency) for side in (above, below)]
