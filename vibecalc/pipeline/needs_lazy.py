@@ -70,7 +70,7 @@ _ROWS: tuple[tuple[when.Rule, str, tuple[str, ...]], ...] = (
     (when.has_limits, f"{_STAGES}.torsion.steady", (f"{_STAGES}.torsion.limit_table",)),
     (when.always, f"{_STAGES}.torsion.variable_speeds", (f"{_STAGES}.torsion.variable",)),
     (when.always, f"{_STAGES}.roll", ("pipeline.stage_plan",)),
-    (when.has_several, f"{_STAGES}.absorber", (f"{_STAGES}.absorber_several",)),
+    (when.has_several, f"{_STAGES}.absorber", (f"{_STAGES}.absorber_several_response",)),
     (when.has_several, f"{_STAGES}.absorber_tuning", (f"{_STAGES}.absorber_several",)),
     (when.warms, f"{_STAGES}.absorber_parts", (f"{_STAGES}.absorber_warming",)),
     (when.has_matrices, "machine.checks", ("machine.matrix_checks",)),

@@ -33,7 +33,7 @@ def run(scene: Scene) -> None:
         raise ValueError("the case has no [response.absorber]")
     parts = build_absorber(case)
     if parts.branches:
-        from vibecalc.pipeline.stages.absorber_several import run_response
+        from vibecalc.pipeline.stages.absorber_several_response import run_response
 
         run_response(scene, parts)
         return

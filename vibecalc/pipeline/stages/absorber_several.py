@@ -1,6 +1,5 @@
 """Adapter: several absorbers on one primary, beside each other or one on another."""
 
-from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -8,14 +7,12 @@ import numpy as np
 from vibecalc.case.absorber_tables import Tuning
 from vibecalc.errors import NumericalFailure
 from vibecalc.machine.absorber import AbsorberParts
-from vibecalc.numerics.rounding import EPSILON, WithError
+from vibecalc.numerics.rounding import EPSILON
 from vibecalc.optimisation.absorber.several import tuned as solved
 from vibecalc.optimisation.absorber.several_problem import Problem, Travel
-from vibecalc.pipeline.entries.absorber import ROOT as RESPONSE
 from vibecalc.pipeline.entries.tuning import ROOT
-from vibecalc.pipeline.plan_absorber import asked_of
 from vibecalc.pipeline.scene import Scene
-from vibecalc.pipeline.stages.absorber import TRAVEL, emit_frequencies, frequency_ratios
+from vibecalc.pipeline.stages.absorber import TRAVEL
 from vibecalc.pipeline.stages.absorber_doubt import (
     Doubt,
     doubt_of,
@@ -25,19 +22,16 @@ from vibecalc.pipeline.stages.absorber_doubt import (
 from vibecalc.response.absorber.model import Absorber, transfer_of
 from vibecalc.response.absorber.peaks import peaks
 from vibecalc.response.absorber.several import Several
-from vibecalc.response.absorber.several_error import several_with_error
 from vibecalc.response.absorber.several_peaks import SeveralPeaks, several_peaks
 
 STARTS = 12
-#: curves of the primary with all masses fastened rigidly, and with none
-_LIMITS = ("locked", "free")
 #: a peak this close to the one without absorbers is no lower
 _NO_LOWER = 1e-9
 #: roundings of a place or a weight
 _PLACE = 16.0 * EPSILON
 
 
-class _Peaks(NamedTuple):
+class Peaks(NamedTuple):
     """Maxima (p,) of one system, and the largest response with its place."""
 
     frequency: np.ndarray
@@ -53,7 +47,7 @@ def run_tuning(scene: Scene, options: Tuning, parts: AbsorberParts) -> None:
     z1, pair = parts.primary_damping, (options.excitation, options.response)
     m = np.array([branch.mass_ratio for branch in parts.branches])
     found = solved(_problem(options, parts, m), STARTS)
-    system = Several(z1, m, found.stiffness_ratio, found.secondary_damping, _parents(parts))
+    system = Several(z1, m, found.stiffness_ratio, found.secondary_damping, parents_of(parts))
     scene.handed_on["several"] = system
     names = {"absorber": tuple(branch.name for branch in parts.branches)}
     count, error = len(m), found.ratio_error
@@ -80,7 +74,7 @@ def run_tuning(scene: Scene, options: Tuning, parts: AbsorberParts) -> None:
     _emit_units(scene, parts, system, doubt, names)
     axes = {"active": np.arange(1, len(found.frequency) + 1)}
     height = np.full(len(found.frequency), found.peak)
-    far = moved_several(lambda one: _places(one, pair, found.frequency), system, doubt)
+    far = moved_several(lambda one: places_near(one, pair, found.frequency), system, doubt)
     scene.emit(f"{ROOT}/active/frequency_ratio", found.frequency, far + _PLACE, axes)
     scene.emit(f"{ROOT}/active/magnitude", height, found.peak_error, axes)
     far = weight_error(system, transfer_of(*pair), found.frequency, found.weight, doubt)
@@ -110,9 +104,9 @@ def _emit_travels(
     scene: Scene, system: Several, excitation: str, doubt: Doubt, names: dict[str, tuple[str, ...]]
 ) -> None:
     """Largest motion of each absorber against what carries it."""
-    reach, error = _reach(system, excitation)
-    far = moved_several(lambda one: _reach(one, excitation)[0], system, doubt)
-    scene.emit(f"{ROOT}/each/travel", reach, error + far, names)
+    travels, error = reach(system, excitation)
+    far = moved_several(lambda one: reach(one, excitation)[0], system, doubt)
+    scene.emit(f"{ROOT}/each/travel", travels, error + far, names)
 
 
 def _emit_units(
@@ -140,18 +134,12 @@ def _emit_units(
     scene.emit(f"{ROOT}/each/frequency", own, error, names)
 
 
-def _numbers(system: Several) -> range:
+def numbers(system: Several) -> range:
     """Of all absorbers, from 1."""
     return range(1, len(system.parent) + 1)
 
 
-def _shown(
-    ratios: np.ndarray, excitation: str, response: str, system: Several, absorber: int = 1
-) -> np.ndarray:
-    return several_with_error(system, ratios, excitation, response, absorber).value
-
-
-def _places(system: Several, pair: tuple[str, str], near: np.ndarray) -> np.ndarray:
+def places_near(system: Several, pair: tuple[str, str], near: np.ndarray) -> np.ndarray:
     """Frequencies of the peaks next to some."""
     found = several_peaks(system, *pair).frequency
     if not len(near) or not len(found):
@@ -172,12 +160,12 @@ def _problem(options: Tuning, parts: AbsorberParts, m: np.ndarray) -> Problem:
         if bounds.travel is not None:
             travel = tuple(Travel(number, bounds.travel) for number in range(1, count + 1))
     return Problem(
-        parts.primary_damping, m, _parents(parts), options.excitation, options.response,
+        parts.primary_damping, m, parents_of(parts), options.excitation, options.response,
         lower, upper, travel,
     )  # fmt: skip
 
 
-def _parents(parts: AbsorberParts) -> tuple[int, ...]:
+def parents_of(parts: AbsorberParts) -> tuple[int, ...]:
     """What each hangs on: 0 the primary, j the j-th absorber."""
     return tuple(branch.carrier + 1 for branch in parts.branches)
 
@@ -209,152 +197,31 @@ def _emit_mistuning(
     scene.emit(f"{ROOT}/mistuning/loss", loss, 2.0 * error / best, axes)
 
 
-def run_response(scene: Scene, parts: AbsorberParts) -> None:
-    """Emit the curves of several absorbers: as given or tuned, and over the primary damping."""
-    case = scene.case
-    assert case.response is not None and case.response.absorber is not None
-    options, pair = case.response.absorber, asked_of(case)
-    system, first = scene.handed_on.get("several"), "tuned"
-    if system is None:
-        system, first = _given(parts), "as given"
-    names, systems = [first], [system]
-    if options.limits:
-        names += ["locked", "free"]
-        hard = np.full(len(parts.branches), np.inf)
-        systems += [system._replace(stiffness_ratio=hard), _free(system)]
-    for value in options.vary.primary_damping if options.vary is not None else ():
-        names.append(f"primary damping {value:g}")
-        systems.append(system._replace(primary_damping=value))
-    ratios = frequency_ratios(options, parts)
-    emit_frequencies(scene, parts, ratios)
-    axes = {"curve": tuple(names), "frequency_ratio": ratios}
-    doubt = scene.handed_on.get("several_doubt", doubt_of(0.0, 0.0))
-    values, error = _curves(systems, ratios, pair[0], pair[1], 1, doubt)
-    scene.emit(f"{RESPONSE}/curve", values, error, axes)
-    moves = [_curves(systems, ratios, pair[0], TRAVEL, n, doubt) for n in _numbers(system)]
-    values, error = (np.stack([one[i] for one in moves], axis=1) for i in range(2))
-    absorbers = {"absorber": tuple(branch.name for branch in parts.branches)}
-    scene.emit(
-        f"{RESPONSE}/each/relative_curve", values, error,
-        {"curve": tuple(names), **absorbers, "frequency_ratio": ratios},
-    )  # fmt: skip
-    _emit_peaks(scene, tuple(names), systems, pair, doubt, absorbers)
-    scene.cite(
-        "complex response of a tree of masses, exact peaks from the stationarity polynomial",
-        "curves, peaks, travel",
-        "docs/theory_absorber.md",
-    )
-
-
-def _curves(
-    systems: list[Several], ratios: np.ndarray, excitation: str, response: str, absorber: int,
-    doubt: Doubt,
-) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
-    """One response of all systems over the frequency, with errors; the first may be tuned."""
-    none = np.zeros(len(ratios))
-    each = [
-        WithError(none.astype(complex), none)
-        if response == TRAVEL and _is_fastened(one, absorber)
-        else several_with_error(one, ratios, excitation, response, absorber)
-        for one in systems
-    ]
-    values, error = (np.stack([one[i] for one in each]) for i in range(2))
-    read = partial(_shown, ratios, excitation, response, absorber=absorber)
-    error[0] += moved_several(read, systems[0], doubt)
-    return values, error
-
-
-def _free(system: Several) -> Several:
-    nothing = np.zeros(len(system.parent))
-    return system._replace(stiffness_ratio=nothing, secondary_damping=nothing)
-
-
-def _given(parts: AbsorberParts) -> Several:
-    rows = [(b.mass_ratio, b.stiffness_ratio, b.secondary_damping) for b in parts.branches]
-    if any(value is None for row in rows for value in row):
-        raise NumericalFailure("an absorber has no spring or no damper, and no tuning finds it")
-    m, k, z2 = np.array(rows, dtype=float).T
-    return Several(parts.primary_damping, m, k, z2, _parents(parts))
-
-
-def _emit_peaks(
-    scene: Scene, names: tuple[str, ...], systems: list[Several], pair: tuple[str, str],
-    doubt: Doubt, absorbers: dict[str, tuple[str, ...]],
-) -> None:  # fmt: skip
-    found = [
-        _limit(name, one, pair[0], pair[1]) if name in _LIMITS else _peaks(one, pair[0], pair[1])
-        for name, one in zip(names, systems, strict=True)
-    ]
-    most = max(1, *(len(one.frequency) for one in found))
-    place, height = np.zeros((len(found), most)), np.zeros((len(found), most))
-    for row, one in enumerate(found):
-        place[row, : len(one.frequency)] = one.frequency
-        height[row, : len(one.frequency)] = one.magnitude
-    error = max((float(np.max(one.error, initial=0.0)) for one in found), default=0.0)
-    # of the first curve, which may be a tuned one
-    own = found[0].frequency
-    far = [
-        float(np.max(moved_several(read, systems[0], doubt), initial=0.0))
-        for read in (
-            lambda one: _peaks(one, *pair).magnitude,
-            lambda one: _places(one, pair, own),
-            lambda one: _reach(one, pair[0])[0],
-        )
-    ]
-    near = far[1] + 2.0 * _PLACE * np.max(place)
-    axes = {"curve": names}
-    summits = axes | {"summit": np.arange(1, most + 1)}
-    scene.emit(f"{RESPONSE}/summit/magnitude", height, error + far[0], summits)
-    scene.emit(f"{RESPONSE}/summit/frequency_ratio", place, near, summits)
-    largest = np.array([one.largest for one in found])
-    where = np.array([one.where for one in found])
-    error = max(one.largest_error for one in found) + far[0]
-    scene.emit(f"{RESPONSE}/largest", largest, error, axes)
-    scene.emit(f"{RESPONSE}/largest_frequency_ratio", where, near, axes)
-    reach, off = (
-        np.stack(rows) for rows in zip(*(_reach(one, pair[0]) for one in systems), strict=True)
-    )
-    error = np.max(off) + far[2]
-    scene.emit(f"{RESPONSE}/each/largest_travel", reach, error, axes | absorbers)
-
-
-def _reach(system: Several, excitation: str) -> tuple[np.ndarray, np.ndarray]:
+def reach(system: Several, excitation: str) -> tuple[np.ndarray, np.ndarray]:
     """Largest travel of each absorber, and its error."""
     none = np.zeros(0)
     each = [
-        _Peaks(none, none, none, 0.0, 0.0, 0.0)
-        if _is_fastened(system, number)
-        else _peaks(system, excitation, TRAVEL, number)
-        for number in _numbers(system)
+        Peaks(none, none, none, 0.0, 0.0, 0.0)
+        if is_fastened(system, number)
+        else peaks_of(system, excitation, TRAVEL, number)
+        for number in numbers(system)
     ]
     return np.array([one.largest for one in each]), np.array([one.largest_error for one in each])
 
 
-def _is_fastened(system: Several, number: int) -> bool:
+def is_fastened(system: Several, number: int) -> bool:
     """Whether an absorber, counted from 1, is fastened rigidly to what carries it."""
     return bool(np.isinf(np.asarray(system.stiffness_ratio)[number - 1]))
 
 
-def _limit(name: str, system: Several, excitation: str, response: str) -> _Peaks:
-    """Of all masses fastened rigidly, or of none: the primary, a system of one mass."""
-    mass = float(np.sum(system.mass_ratio))
-    stiff = np.inf if name == "locked" else 0.0
-    one = peaks(Absorber(system.primary_damping, mass, stiff, 0.0), excitation, response)
-    there = one.found & np.isfinite(one.magnitude)  # an infinite one is told by the largest
-    return _Peaks(
-        one.frequency[there], one.magnitude[there], one.error[there],
-        float(one.largest), float(one.largest_error), float(one.where),
-    )  # fmt: skip
-
-
-def _peaks(system: Several, excitation: str, response: str, absorber: int = 1) -> _Peaks:
+def peaks_of(system: Several, excitation: str, response: str, absorber: int = 1) -> Peaks:
     """All peaks; on an undamped natural frequency the largest is infinite."""
     try:
         found = several_peaks(system, excitation, response, absorber)
     except NumericalFailure:
         none = np.zeros(0)
-        return _Peaks(none, none, none, np.inf, 0.0, np.inf)
-    return _Peaks(
+        return Peaks(none, none, none, np.inf, 0.0, np.inf)
+    return Peaks(
         found.frequency, found.magnitude, found.error,
         found.largest, found.largest_error, found.where,
     )  # fmt: skip
