@@ -334,13 +334,13 @@ def test_help_names_every_command() -> None:
         assert re.search(rf"\b{name}\b", out)
 
 
-def test_a_speed_of_the_run_up_cannot_be_picked(tmp_path: Path) -> None:
+def test_a_speed_beyond_the_run_up_cannot_be_picked(tmp_path: Path) -> None:
     case = changed_case(
         tmp_path,
         'quantity = "isolation/lever_force/run_up_peak"\nmax',
-        'quantity = "isolation/lever_force/run_up"\nwhere = { speed = "300 rpm" }\nmax',
+        'quantity = "isolation/lever_force/run_up"\nwhere = { speed = "30000 rpm" }\nmax',
     )
     outcome = command("check", str(case))
     assert outcome.code == 2
-    assert "the speeds of a run-up are chosen while it is computed" in outcome.err
-    assert "machine.speed" in outcome.err
+    assert "this [[limit]] asks for a speed that isolation/lever_force/run_up lacks" in outcome.err
+    assert re.search(r"found speed = '30000 rpm'; allowed: \S+ rpm to \S+ rpm", outcome.err)

@@ -1,5 +1,6 @@
 """Claim: the pictures of a shaft line show the numbers of the result, and words do not collide."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from vibecalc.report.pictures.torsion_shapes import strands
 from vibecalc.report.pictures.torsion_summits import spread
 from vibecalc.report.pictures.torsion_vectors import alike
 from vibecalc.report.plots import PICTURES, STYLE, make
+from vibecalc.report.references import judge_references
 from vibecalc.results.record import Result
 
 RPM = 30.0 / np.pi
@@ -227,3 +229,29 @@ def test_orders_of_one_star_stand_together() -> None:
     angle = np.radians([0, 480, 240, 600, 120, 360])
     groups = alike(angle, np.arange(1, 13) / 2.0)
     assert groups == [[0.5, 2.5, 3.5, 5.5], [1.0, 2.0, 4.0, 5.0], [1.5, 4.5], [3.0, 6.0]]
+
+
+def test_measured_points_stand_beside_their_curve() -> None:
+    result = six()
+    torque = result.record[ROOT + "speeds/torque_half_range"]
+    speed = np.asarray(torque.axes[1].values)
+    worst = list(torque.axes[0].values)[int(np.argmax(np.asarray(torque.values).max(axis=1)))]
+    between = float(0.5 * (speed[10] + speed[11]) * RPM)
+    row = {
+        "quantity": torque.path, "where": {"section": worst, "speed": f"{between!r} rpm"},
+        "value": "2.5 kN*m", "source": "test bed", "kind": "measured",
+    }  # fmt: skip
+    result = replace(result, case={**result.case, "reference": [row]})
+    (judged,) = judge_references(result)
+    ours = np.asarray(torque.values)[list(torque.axes[0].values).index(worst), 10:12]
+    assert judged.computed == pytest.approx(0.5e-3 * ours.sum(), rel=1e-9)
+    assert judged.error_estimate > 1e-3 * torque.error_estimate
+    figure = make(result, "torsion_speeds")
+    assert figure is not None
+    points = [np.asarray(one.get_offsets()) for axes in figure.axes for one in axes.collections
+              if "measured" in str(one.get_label())]  # fmt: skip
+    # the top panel shows the stress, which the section modulus makes of a torque
+    stress = values(result, "speeds/stress_half_range")
+    where = list(result.record[ROOT + "speeds/stress_half_range"].axes[0].values).index(worst)
+    high = 2.5e3 * 1e-6 * stress[where, 10] / ours[0]
+    np.testing.assert_allclose(points, [[[between, high]], [[between, 2.5]]], rtol=1e-9)

@@ -1,7 +1,7 @@
 """Entries of numbered axes that a run will have, as far as the case tells before it."""
 
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from vibecalc.errors import KeyPath, Problem, UnitError
 from vibecalc.pipeline.catalogue import AXES
@@ -38,7 +38,8 @@ def missing_entries(
 ) -> Iterator[Problem]:
     """Problems of a `where` that picks a clearance, an order or a mode that no run will have."""
     for axis, wanted in where.items():
-        known = _known(quantity, axis, case)
+        span = _speeds(quantity, case) if axis == "speed" else None
+        known = span or _known(quantity, axis, case)
         if known is None and axis not in _NUMBERED:
             continue
         try:
@@ -57,8 +58,13 @@ def missing_entries(
             allowed, because = "1, 2, 3, ...", ""
         else:
             entries, because = known
-            there = any(abs(value - one) <= _SAME * max(abs(value), abs(one)) for one in entries)
+            # a curve has a value at every speed between its ends
+            there = span is not None and entries[0] <= value <= entries[-1]
+            there = there or any(
+                abs(value - one) <= _SAME * max(abs(value), abs(one)) for one in entries
+            )
             allowed = _listed(entries, wanted, axis)
+            allowed = allowed if span is None else allowed.replace(", ", " to ")
         if not there:
             article = "an" if axis[0] in "aeiou" else "a"
             yield Problem(
@@ -72,6 +78,23 @@ def missing_entries(
 
 def _row(path: KeyPath) -> str:
     return f"[[{path[0]}]]" if isinstance(path[1], int) else str(path[1])
+
+
+def _speeds(quantity: str, case: "Case") -> tuple[tuple[float, ...], str] | None:
+    """Ends of the speeds over which a curve is computed, and where they come from."""
+    response, design = case.response, case.damper_design
+    torsion = None if response is None else response.torsion
+    asked: Any = None
+    words = "[response.torsion.speeds]"
+    if quantity.startswith("isolation/"):
+        asked, words = case.isolation and case.isolation.run_up, "[isolation.run_up]"
+    elif quantity.startswith("response/run_up/"):
+        asked, words = response and response.run_up, "[response.run_up]"
+    elif quantity.startswith("damper_design/") and design is not None and design.speeds is not None:
+        asked, words = design.speeds, "[damper_design.speeds]"
+    elif torsion is not None:
+        asked = torsion.speeds
+    return None if not asked else ((asked.start, asked.stop), f"{words} says from where to where")
 
 
 def _known(quantity: str, axis: str, case: "Case") -> tuple[tuple[float, ...], str] | None:

@@ -76,14 +76,6 @@ def _check_name(
                 allowed=", ".join(repr(name) for name in names[axis]),
                 hint=_nearest(str(value), names[axis]),
             )
-        elif axis == "speed":
-            yield Problem(
-                path=(*path, "where"),
-                message="the speeds of a run-up are chosen while it is computed",
-                found=f"{axis} = {value}",
-                allowed=f"{quantity}_peak, or no speed: then the worst one counts",
-                hint="a value at one speed is the steady state with machine.speed set to it",
-            )
     if case.sweep is None:  # which may change them, and computes no references
         own = {axis: value for axis, value in where.items() if axis in entry.axes}
         yield from missing_entries(path, quantity, own, case)

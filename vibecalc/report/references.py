@@ -11,7 +11,7 @@ from vibecalc.report.limits import LimitRow, judge_limits
 from vibecalc.report.lookup import asked, entries, name_of, naming, not_found
 from vibecalc.report.printed import Printed, read_printed
 from vibecalc.results.record import Result
-from vibecalc.results.select import scalar
+from vibecalc.results.select import curving, scalar
 from vibecalc.units import convert
 
 __all__ = [
@@ -75,7 +75,8 @@ def judge_references(result: Result) -> list[ReferenceRow]:
     A complex quantity counts by its magnitude. The tolerance is `atol`, else `rtol` times the
     printed value, else half a unit of the last printed digit, a whole one where the source cut
     its digits off. What a [[find]] was to find and did not is undefined, outside every tolerance.
-    Phases agree whatever whole turns they differ by.
+    Phases agree whatever whole turns they differ by. At a speed between two samples of a curve the
+    computed number lies on the straight line between these, and its error says what that is off.
 
     Raises
     ------
@@ -127,7 +128,8 @@ def _judge(result: Result, entry: Mapping[str, Any]) -> ReferenceRow:
             picked = scalar(quantity, where)
         magnitude = abs(picked) if isinstance(picked, complex) else picked
         computed = convert(float(magnitude), quantity.unit, printed.unit)
-        error = convert(quantity.error_estimate, quantity.unit, printed.unit)
+        slack = quantity.error_estimate + curving(quantity, where)
+        error = convert(slack, quantity.unit, printed.unit)
         cyclic = quantity.unit == "rad" and bool(_PHASE.match(quantity.path))
     tolerance = _tolerance(entry, printed)
     slack = _ROUND_OFF * max(abs(printed.number), abs(computed)) if math.isfinite(computed) else 0.0

@@ -14,6 +14,8 @@ Where = Mapping[str, Key]
 
 #: two labels closer than this, relative to the larger one, are the same label
 LABEL_RTOL = 1e-9
+#: axes along which a curve is sampled: between two samples lies a straight line
+SAMPLED = ("speed", "variable_speed")
 
 _SHOWN = 12
 
@@ -40,6 +42,7 @@ def select(quantity: Quantity, where: Where) -> Selection:
     where
         Axis name to entry. A number is compared with the axis values within 1e-9 relative, a
         text with a unit is converted to the unit of the axis first; names have to match exactly.
+        A crank speed between two samples of a curve picks the straight line between these.
 
     Returns
     -------
@@ -51,25 +54,74 @@ def select(quantity: Quantity, where: Where) -> Selection:
     ResultError
         An axis or entry does not exist; the message lists what does.
     """
+    return _picked(quantity, where)[0]
+
+
+def curving(quantity: Quantity, where: Where) -> float:
+    """What the values that `where` picks between two samples of a curve may be off, at most.
+
+    In the unit of the quantity: how far a polynomial through one more sample on each side leaves
+    the straight line, and all of a value that stands beside one without bound; 0 at a sample.
+    """
+    return _picked(quantity, where)[1]
+
+
+def _picked(quantity: Quantity, where: Where) -> tuple[Selection, float]:
     unknown = [name for name in where if name not in {axis.name for axis in quantity.axes}]
     if unknown:
         raise ResultError(_no_axis(quantity, unknown[0]))
-    chosen: list[list[int]] = []
     index: list[int | slice] = []
+    texts: list[list[str]] = []
+    crossed: tuple[int, Axis, float] | None = None
     for axis in quantity.axes:
+        between = _between(quantity, axis, where.get(axis.name))
+        if between is not None:
+            crossed = sum(isinstance(one, slice) for one in index), axis, between
+            index.append(slice(None))
+            texts.append([f"{axis.name}={between:.9g} {axis.unit}"])
+            continue
         if axis.name in where:
             position = _position(quantity, axis, where[axis.name])
-            chosen.append([position])
+            positions = [position]
             index.append(position)
         else:
-            chosen.append(list(range(len(axis.values))))
+            positions = list(range(len(axis.values)))
             index.append(slice(None))
-    texts = [
-        [f"{axis.name}={entry_text(axis, position)}" for position in positions]
-        for axis, positions in zip(quantity.axes, chosen, strict=True)
-    ]
+        texts.append([f"{axis.name}={entry_text(axis, position)}" for position in positions])
     labels = tuple(", ".join(parts) for parts in itertools.product(*texts))
-    return Selection(np.asarray(quantity.values)[tuple(index)], labels)
+    values, off = np.asarray(quantity.values)[tuple(index)], 0.0
+    if crossed is not None:
+        place, axis, between = crossed
+        values, off = _on_the_line(np.moveaxis(values, place, 0), axis, between)
+    return Selection(values, labels), off
+
+
+def _between(quantity: Quantity, axis: Axis, key: Key | None) -> float | None:
+    """The place between two samples of a curve that is asked for, None where it is not."""
+    if key is None or axis.name not in SAMPLED or len(axis.values) < 2:
+        return None
+    samples, wanted = np.asarray(axis.values, dtype=float), _number(quantity, axis, key)
+    near = float(np.min(np.abs(samples - wanted)))
+    # a whole number, as that of an order, has nothing in between
+    real = np.asarray(quantity.values).dtype.kind in "fc"
+    inside = real and samples[0] < wanted < samples[-1] and near > LABEL_RTOL * wanted
+    return wanted if inside else None
+
+
+def _on_the_line(rows: np.ndarray, axis: Axis, wanted: float) -> tuple[np.ndarray, float]:
+    """Values between the two of the samples (k, ...) about `wanted`, and what they may be off."""
+    at = np.asarray(axis.values, dtype=float)
+    right = int(np.searchsorted(at, wanted))
+    share = (wanted - at[right - 1]) / (at[right] - at[right - 1])
+    near = np.arange(max(right - 2, 0), min(right + 2, len(at)))
+    weights = [
+        np.prod((wanted - at[near[near != k]]) / (at[k] - at[near[near != k]])) for k in near
+    ]
+    with np.errstate(invalid="ignore"):
+        line = (1.0 - share) * rows[right - 1] + share * rows[right]
+        off = np.abs(np.tensordot(weights, rows[near], 1) - line)
+        off = np.where(np.isfinite(off), off, np.where(np.isfinite(line), np.abs(line), 0.0))
+    return line, float(np.max(off, initial=0.0))
 
 
 def worst(quantity: Quantity, where: Where, sense: Literal["max", "min"]) -> tuple[float, str]:

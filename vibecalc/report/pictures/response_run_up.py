@@ -7,7 +7,9 @@ import numpy as np
 from vibecalc.report.lookup import along, having, speed_of
 from vibecalc.report.numbers import rpm, show
 from vibecalc.report.pictures.canvas import COLOURS, QUIET, canvas
+from vibecalc.report.pictures.reference_points import draw_points
 from vibecalc.report.pictures.scales import plain_ticks
+from vibecalc.report.references import judge_references
 from vibecalc.results.record import Record, Result
 
 if TYPE_CHECKING:
@@ -38,11 +40,12 @@ def picture(result: Result) -> "Figure | None":
     axes.set_xlim(max(float(speed[speed > 0.0].min()), _SPAN * float(speed.max())), speed.max())
     axes.set_yscale("log")
     gaps = _masked(record, axes)
-    drawn = []
+    drawn, rows = [], judge_references(result)
     for (kind, quantity, places), colour in zip(curves, COLOURS, strict=False):
         values = np.asarray(quantity.values, dtype=float)
         drawn.append(np.interp(speed, places, values))
         axes.plot(*_broken(places, values, gaps), color=colour, label=f"{kind} energy, mean")
+        draw_points(rows, axes, quantity, colour=colour)
         if not gaps:
             _largest(axes, places, values, colour, unit, above=kind == "kinetic")
     axes.set_ylim(*_window(speed, np.array(drawn), bool(gaps)))

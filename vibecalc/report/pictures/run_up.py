@@ -15,6 +15,7 @@ from vibecalc.report.pictures.canvas import (
     limit_line,
     natural_frequencies,
 )
+from vibecalc.report.pictures.reference_points import draw_points
 from vibecalc.report.pictures.run_up_marks import (
     lowest,
     masked,
@@ -23,6 +24,7 @@ from vibecalc.report.pictures.run_up_marks import (
     window,
 )
 from vibecalc.report.pictures.scales import plain_ticks
+from vibecalc.report.references import judge_references
 from vibecalc.results.record import Quantity, Record, Result
 
 if TYPE_CHECKING:
@@ -44,16 +46,20 @@ def picture(result: Result) -> "Figure | None":
     if count == 0:
         return None
     figure = canvas(result, "run-up: largest force over the cycle", 8.6, 1.5 + 3.0 * count)
+    rows = judge_references(result)
     panels = list(figure.subplots(count, 1, sharex=True, squeeze=False)[:, 0])
     if lever is not None:
         axes = panels[0]
         quantity, speed = lever
         axes.plot(speed, _drawable(quantity.values), color=TOTAL)
+        draw_points(rows, axes, quantity, colour=LIMIT)
         _finish(result, axes, quantity, speed, "couple over the lever")
     if support is not None:
         axes = panels[-1]
         speed = np.asarray(support.axes[-1].values)
         _supports(axes, support, speed)
+        for name in labels(support.axes[0]):
+            draw_points(rows, axes, support, entry=name, colour=LIMIT)
         _finish(result, axes, support, speed, "one support on the ground")
     _rpm_axis(panels[0])
     panels[-1].set_xlabel("crank speed in rad/s")

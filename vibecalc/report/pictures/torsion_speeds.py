@@ -8,7 +8,9 @@ from vibecalc.report.lookup import having, labels, speed_of
 from vibecalc.report.numbers import rpm
 from vibecalc.report.pictures import torsion_summits as summits
 from vibecalc.report.pictures.canvas import COLOURS, LIMIT, QUIET, TOTAL, canvas, plain_log
+from vibecalc.report.pictures.reference_points import draw_points
 from vibecalc.report.pictures.torsion_excitation import misfire_words
+from vibecalc.report.references import ReferenceRow, judge_references
 from vibecalc.report.sections.torsion_terms import (
     MEGA,
     MILLI,
@@ -55,11 +57,12 @@ def picture(result: Result) -> "Figure | None":
     figure = canvas(result, words, 10.0, 9.8)
     above, middle, below = figure.subplots(3, 1, sharex=True, height_ratios=[1.7, 1.0, 1.0])
     speed = np.asarray(torque.axes[1].values, dtype=float)
-    _top(result, above, section, speed)
-    _all(record, middle, torque, _KILO, "torque in kN m")
+    rows = judge_references(result)
+    _top(result, above, section, speed, rows)
+    _all(record, middle, torque, _KILO, "torque in kN m", rows)
     twist = having(record, TORSION + "speeds/twist_half_range", "section", "speed")
     if twist is not None:
-        _all(record, below, twist, MILLI, "twist in mrad", rings=False)
+        _all(record, below, twist, MILLI, "twist in mrad", rows, rings=False)
     below.set_xlabel("crank speed in rpm")
     below.set_xlim(rpm(speed[0]), rpm(speed[-1]))
     for axes in (middle, below):
@@ -77,7 +80,9 @@ def _row(record: Record, path: str, section: str) -> np.ndarray | None:
     return row
 
 
-def _top(result: Result, axes: "Axes", section: str, speed: np.ndarray) -> None:
+def _top(
+    result: Result, axes: "Axes", section: str, speed: np.ndarray, rows: list[ReferenceRow]
+) -> None:
     """Stress where it is known, else torque, with all that is told of this section."""
     record = result.record
     torque, stress = (
@@ -104,6 +109,11 @@ def _top(result: Result, axes: "Axes", section: str, speed: np.ndarray) -> None:
     x, y = summits.through(speed, torque, points)
     axes.plot(rpm(1.0) * x, factor * y, color=TOTAL, linewidth=2.0, label=label)
     shown = [factor * y]
+    for name, scale in (("torque", factor), ("stress", MEGA)):
+        quantity = having(record, f"{TORSION}speeds/{name}_half_range", "section", "speed")
+        if quantity is not None and (name == "torque" or stress is not None):
+            shown.append(draw_points(rows, axes, quantity, entry=section, turning=rpm(1.0),
+                                     factor=scale, colour=LIMIT))  # fmt: skip
     if stress is not None:
         shown += _limits(record, axes, section, rpm(1.0) * speed)
     if _undamped(record):
@@ -125,7 +135,7 @@ def _top(result: Result, axes: "Axes", section: str, speed: np.ndarray) -> None:
 def _heights(axes: "Axes", shown: list[np.ndarray], others: list[np.ndarray]) -> None:
     """The axis up to the highest curve, logarithmic where others are far above those shown."""
     high, far = _highest(*shown) or 1.0, _highest(*shown, *others) or 1.0
-    low = min(-_highest(-one[one > 0.0]) for one in [*shown, *others])
+    low = min(-_highest(-one[one > 0.0]) for one in [*shown, *others] if one.size)
     low = max(low, _DEEP * far)
     if far > _FAR * high and low > 0.0:
         plain_log(axes, 0.5 * low, 1.3 * far)
@@ -153,7 +163,13 @@ def _limits(record: Record, axes: "Axes", section: str, turning: np.ndarray) -> 
 
 
 def _all(
-    record: Record, axes: "Axes", quantity: Quantity, factor: float, words: str, rings: bool = True
+    record: Record,
+    axes: "Axes",
+    quantity: Quantity,
+    factor: float,
+    words: str,
+    rows: list[ReferenceRow],
+    rings: bool = True,
 ) -> None:
     """All sections, or the most loaded ones of many."""
     values = np.asarray(quantity.values, dtype=float)
@@ -170,7 +186,9 @@ def _all(
         colour = COLOURS[place % len(COLOURS)]
         x, y = summits.through(speed, values[i], summits.top_of(record, named[i], load))
         axes.plot(rpm(1.0) * x, factor * y, color=colour, linewidth=1.3, label=named[i])
-        high.append(factor * y)
+        points = draw_points(rows, axes, quantity, entry=named[i], turning=rpm(1.0), factor=factor,
+                             colour=colour)  # fmt: skip
+        high.append(np.concatenate([factor * y, points]))
     axes.set_ylabel(words)
     left = len([one for one in named if one not in hung])
     title = None if left <= len(chosen) else f"the most loaded,\nof {left}:"
