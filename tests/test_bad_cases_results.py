@@ -220,6 +220,34 @@ def test_modules_in_the_current_folder_are_not_run(written: Path) -> None:
     assert not (written.parent / "run").exists()
 
 
+def test_what_a_killed_process_left_is_cleared_by_the_next(written: Path) -> None:
+    """Killed when result and report are both on the disk, before the first has its place."""
+    old = leftovers(written.parent)
+    code = (
+        "import os, signal, sys; from vibecalc.results import files\n"
+        "files.os.replace = lambda *_: os.kill(os.getpid(), signal.SIGKILL)\n"
+        "files.write_together([(sys.argv[1], b'new'), (sys.argv[2], b'text')])"
+    )
+    names = [str(written), str(written.with_suffix(".txt"))]
+    subprocess.run([sys.executable, "-c", code, *names], check=False)
+    assert len(leftovers(written.parent)) == len(old) + 2
+    ours = written.parent / files.temporary_name()
+    elsewhere = written.parent / ".vibecalc-0-1-a.tmp"
+    for path in (ours, elsewhere):
+        path.touch()
+    write_atomically(written.parent / "other", b"")
+    kept = [ours.name, elsewhere.name, "other"]
+    assert leftovers(written.parent) == sorted([*old, *kept])
+
+
+def test_the_result_is_written_where_its_report_cannot_be(tmp_path: Path) -> None:
+    (tmp_path / "r.txt").mkdir()
+    with pytest.raises(UsageError, match="is a folder"):
+        files.write_together([(tmp_path / "r.h5", b"new"), (tmp_path / "r.txt", b"text")])
+    assert (tmp_path / "r.h5").read_bytes() == b"new"
+    assert leftovers(tmp_path) == ["r.h5", "r.txt"]
+
+
 def test_a_full_disk_leaves_the_old_result(written: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     old = written.read_bytes()
 

@@ -41,7 +41,7 @@ def result_paths(names: Sequence[str], output: str | None) -> list[Path]:
 
 
 def write_outputs(result: Result, path: Path) -> None:
-    """Write the result file and, beside it, the text report.
+    """Write the result file and, beside it, the text report: both in their places at once.
 
     Raises
     ------
@@ -50,15 +50,17 @@ def write_outputs(result: Result, path: Path) -> None:
         for it may have taken hours; a report of an earlier one is taken away.
     """
     from vibecalc.report.text import render_report
+    from vibecalc.results.files import write_together
     from vibecalc.results.store import write_result
+    from vibecalc.results.store_write import file_image
 
-    write_result(result, path)
     try:
         text = render_report(result)
     except ResultError as error:
+        write_result(result, path)
         path.with_suffix(".txt").unlink(missing_ok=True)
         raise ResultError(f"{error}; the result is written to {path}, without a report") from error
-    write_text(text, path.with_suffix(".txt"))
+    write_together([(path, file_image(result)), (path.with_suffix(".txt"), text.encode("utf-8"))])
 
 
 def write_text(text: str, path: Path) -> None:

@@ -6,6 +6,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from vibecalc.errors import UsageError
+from vibecalc.results.files import temporary_name
 
 
 @contextmanager
@@ -32,16 +33,6 @@ def written_aside(target: Path, check: Callable[[Path], None] | None = None) -> 
     except BaseException:
         _discard(temporary)
         raise
-
-
-def temporary_name() -> str:
-    """A name nobody else takes; short, for file systems that end at 255 characters."""
-    return f".vibecalc-{os.getpid()}-{os.urandom(4).hex()}.tmp"
-
-
-def is_temporary(path: Path) -> bool:
-    """Whether this is a file that somebody has not finished writing."""
-    return path.name.startswith(".vibecalc-") and path.suffix == ".tmp"
 
 
 def _to_disk(path: Path) -> None:

@@ -2,6 +2,9 @@
 
 import os
 import stat
+import zlib
+from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 
 from vibecalc.errors import UsageError
@@ -38,30 +41,98 @@ def fresh_output(path: Path | str) -> Path:
 
 
 def write_atomically(path: Path | str, content: bytes) -> Path:
-    """Put `content` at `path` in one step, and return where it is.
+    """Put `content` at `path` in one step, and return where it is; see `write_together`."""
+    return write_together([(path, content)])[0]
 
-    The bytes go to a temporary file in the same folder, reach the disk, and are renamed onto the
-    target, so a reader sees the old file or the new one. Whatever goes wrong on the way (full
-    disk, Ctrl-C), the temporary file is removed and the old file stays as it was. Raises
-    UsageError with the reason.
+
+def write_together(files: Sequence[tuple[Path | str, bytes]]) -> list[Path]:
+    """Put each content at its path in one step, and return where they are.
+
+    The bytes go to temporary files in the same folders, reach the disk, and are renamed onto the
+    targets one right after the other, so a reader sees the old files or the new ones. Whatever goes
+    wrong on the way (full disk, Ctrl-C), the temporary files are removed and the old files stay as
+    they were; what a killed process has left of its own is removed now. Raises UsageError with the
+    reason; the files before the one that it is about are written all the same.
     """
+    aside: list[tuple[Path, Path]] = []
+    failure: UsageError | None = None
+    try:
+        for path, content in files:
+            try:
+                aside.append(_written_aside(path, content))
+            except UsageError as error:
+                failure = error
+                break
+        for temporary, target in aside:
+            try:
+                os.replace(temporary, target)
+            except OSError as error:
+                raise _cannot(target, error) from error
+    finally:
+        for temporary, _ in aside:
+            _discard(temporary)
+    if failure is not None:
+        raise failure
+    return [target for _, target in aside]
+
+
+def temporary_name() -> str:
+    """A name nobody else takes; short, for file systems that end at 255 characters."""
+    return f".vibecalc-{_host()}-{os.getpid()}-{os.urandom(4).hex()}.tmp"
+
+
+def is_temporary(path: Path) -> bool:
+    """Whether this is a file that somebody has not finished writing."""
+    return path.name.startswith(".vibecalc-") and path.suffix == ".tmp"
+
+
+def clear_leftovers(folder: Path) -> None:
+    """Remove the temporary files of processes of this host that are no more."""
+    begin = f".vibecalc-{_host()}-"
+    for name in os.listdir(folder):
+        if name.startswith(begin) and name.endswith(".tmp"):
+            number = name.removeprefix(begin).partition("-")[0]
+            if number.isdigit() and not _is_there(int(number)):
+                _discard(folder / name)
+
+
+def _written_aside(path: Path | str, content: bytes) -> tuple[Path, Path]:
+    """A temporary file with the content, and where it is to go."""
     target = fresh_output(path)
-    # A short name of its own: the target's may already be as long as the file system allows.
-    temporary = target.parent / f".vibecalc-{os.getpid()}-{os.urandom(4).hex()}.tmp"
+    with suppress(OSError):  # a folder that cannot be listed can be written
+        clear_leftovers(target.parent)
+    temporary = target.parent / temporary_name()
     try:
         with open(temporary, "xb") as stream:
             stream.write(content)
             stream.flush()
             os.fsync(stream.fileno())
-        os.replace(temporary, target)
     except OSError as error:
         _discard(temporary)
-        kept = ", the old one is untouched" if os.path.isfile(target) else ""
-        raise UsageError(f"cannot write {target}: {_why(error)}{kept}") from error
+        raise _cannot(target, error) from error
     except BaseException:
         _discard(temporary)
         raise
-    return target
+    return temporary, target
+
+
+def _cannot(target: Path, error: OSError) -> UsageError:
+    kept = ", the old one is untouched" if os.path.isfile(target) else ""
+    return UsageError(f"cannot write {target}: {_why(error)}{kept}")
+
+
+def _host() -> str:
+    return f"{zlib.crc32(os.uname().nodename.encode()):08x}"
+
+
+def _is_there(process: int) -> bool:
+    try:
+        os.kill(process, 0)
+    except (ProcessLookupError, OverflowError):
+        return False
+    except PermissionError:
+        return True
+    return True
 
 
 def _discard(temporary: Path) -> None:

@@ -1,6 +1,6 @@
 """The chunks of a sweep put together in one file."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -11,6 +11,7 @@ from vibecalc.results.record import Result
 from vibecalc.results.sweep_layout import SAMPLE
 from vibecalc.results.sweep_record import SweepHead, SweptAxis, SweptKey
 from vibecalc.study.sweep.axes import SweepAxis
+from vibecalc.study.sweep.block import Block
 from vibecalc.study.sweep.chunks import ChunkFolder
 from vibecalc.study.sweep.design import Design
 from vibecalc.study.sweep.identity import Identity
@@ -32,18 +33,28 @@ class Assembled(NamedTuple):
 
 
 def assemble(
-    output: Path | str, head: SweepHead, chunks: ChunkFolder, numbers: Iterable[int] | None = None
+    output: Path | str,
+    head: SweepHead,
+    chunks: ChunkFolder,
+    numbers: Iterable[int] | None = None,
+    between: Callable[[], None] = lambda: None,
 ) -> Assembled:
     """Write the file of a sweep from some of its chunks, by default all that are valid.
 
-    The chunks are read twice, one at a time. Points of other chunks are "not run". UsageError,
-    with the reason, if the file cannot be written, and ResultError for a chunk that is damaged; an
-    old file is then as it was.
+    The chunks are read twice, one at a time; `between` is called before each. Points of other
+    chunks are "not run". UsageError, with the reason, if the file cannot be written, and
+    ResultError for a chunk that is damaged; an old file is then as it was.
     """
     target = fresh_output(output)
     wanted = sorted(chunks.finished() if numbers is None else set(numbers))
-    stacking = look_through(chunks.blocks(wanted), head.kept, chunks.count)
-    write_stacked(target, head, stacking, chunks.blocks(wanted))
+
+    def blocks() -> Iterator[Block]:
+        for block in chunks.blocks(wanted):
+            between()
+            yield block
+
+    stacking = look_through(blocks(), head.kept, chunks.count)
+    write_stacked(target, head, stacking, blocks())
     return assembled(target, stacking)
 
 

@@ -14,7 +14,8 @@ from pathlib import Path
 import numpy as np
 
 from vibecalc.errors import ResultError, UsageError
-from vibecalc.results.aside import is_temporary, written_aside
+from vibecalc.results.aside import written_aside
+from vibecalc.results.files import is_temporary
 from vibecalc.study.sweep.block import Block
 from vibecalc.study.sweep.chunk_image import chunk_block, chunk_image
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from vibecalc.errors import UsageError
-from vibecalc.results.aside import temporary_name
+from vibecalc.results.files import temporary_name
 
 
 def lock_path(output: Path) -> Path:

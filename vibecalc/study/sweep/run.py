@@ -1,9 +1,11 @@
 """A sweep from its first chunk to its file; what is interrupted is taken up where it stopped."""
 
 import os
+import signal
+import threading
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import AbstractContextManager, suppress
+from contextlib import AbstractContextManager, contextmanager, suppress
 from pathlib import Path
 from typing import Protocol
 
@@ -145,12 +147,44 @@ def _assemble(
     head = sweep_head(result, prepared.design, prepared.identity, prepared.keep)
     # among the chunks, so that what a killed process leaves behind is found and thrown away
     aside = chunks.folder / ASSEMBLED
-    made = assemble(aside, head, chunks, numbers)
+    with _held_back() as stop:
+        made = assemble(aside, head, chunks, numbers, between=stop)
+        stop()
+        try:
+            os.replace(aside, output)
+        except OSError as error:
+            reason = (error.strerror or str(error)).lower()
+            raise UsageError(f"cannot write {output}: {reason}") from error
+        _tidy(chunks, made, options)
+    return made
+
+
+@contextmanager
+def _held_back() -> Iterator[Callable[[], None]]:
+    """Ctrl-C waits until what this gives is called, since HDF5 does not survive it half-way.
+
+    Once the file is in its place, there is nothing left to interrupt.
+    """
+    came: list[int] = []
+
+    def stop() -> None:
+        if came:
+            raise KeyboardInterrupt
+
+    if threading.current_thread() is not threading.main_thread():
+        yield stop  # signals come to the main thread alone
+        return
+    names = (signal.SIGINT, signal.SIGTERM)
+    before = [signal.signal(name, lambda number, _frame: came.append(number)) for name in names]
     try:
-        os.replace(aside, output)
-    except OSError as error:
-        reason = (error.strerror or str(error)).lower()
-        raise UsageError(f"cannot write {output}: {reason}") from error
+        yield stop
+    finally:
+        for name, handler in zip(names, before, strict=True):
+            signal.signal(name, signal.SIG_DFL if handler is None else handler)
+
+
+def _tidy(chunks: ChunkFolder, made: Assembled, options: Options) -> None:
+    """Take the chunks away, unless some points of them are worth another try."""
     if any(made.counts.get(status, 0) for status in UNLUCKY):
         options.note(
             f"the chunks stay in {chunks.folder}: with --resume and a longer --timeout "
@@ -158,7 +192,6 @@ def _assemble(
         )
     else:
         chunks.clear()
-    return made
 
 
 def _points(chunks: ChunkFolder, numbers: Iterable[int]) -> int:
