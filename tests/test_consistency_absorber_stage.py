@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from shipped_cases import CASES, result_of
 
-from vibecalc.errors import NumericalFailure
+from vibecalc.errors import CaseError, NumericalFailure
 from vibecalc.hardware.rods import torsional_stiffness
 from vibecalc.machine.absorber import build_absorber
 from vibecalc.optimisation.absorber.closed_forms import closed_form
@@ -329,6 +329,75 @@ def test_the_bounded_tuning_is_the_answer_everywhere(tmp_path: Path) -> None:
     assert "held by its bounds (spring travel)" in words
     assert "damper: 5220.92 N*s/m" in words and "exactly these the peak is 9.47089" in words
     assert not any("better than none" in warning for warning in record.warnings)
+
+
+STOCK = """
+[[machine.stock_springs]]
+name = "soft"
+rate = "100 N/mm"
+[[machine.stock_springs]]
+name = "stiff"
+rate = "125 N/mm"
+[[machine.stock_dampers]]
+name = "four"
+linear_damping = "1.5 kN*s/m"
+count = 4
+[[machine.stock_dampers]]
+name = "thin"
+linear_damping = "2 kN*s/m"
+"""
+
+
+def test_springs_and_dampers_in_stock_for_a_machine_in_a_line(tmp_path: Path) -> None:
+    """Every pair beside its own complex response on a grid; what breaks the bound is not bought."""
+    result = floor(tmp_path, FLOOR + STOCK)
+    record = result.record
+    assert list(value(record, "hardware/damper/damping")) == [6000.0, 2000.0]
+    w = np.linspace(50.0, 100.0, 50_001)
+    for i, rate in enumerate((100e3, 125e3)):
+        for j, drag in enumerate((6000.0, 2000.0)):
+            link = 4.0 * rate + 1j * w * drag
+            primary = 11369e3 - 2000.0 * w**2 + 2j * 0.02 * np.sqrt(2000.0 * 11369e3) * w
+            x = 11369e3 / (primary + link - link**2 / (link - 100.0 * w**2))
+            moved = x * (link / (link - 100.0 * w**2) - 1.0)
+            assert value(record, "hardware/damper_pair/peak")[i, j] == pytest.approx(
+                np.abs(x).max(), rel=1e-6)  # fmt: skip
+            travel = value(record, "hardware/damper_pair/travel")[i, j]
+            assert travel == pytest.approx(np.abs(moved).max(), rel=1e-6)
+            assert value(record, "hardware/damper_pair/allowed")[i, j] == int(travel <= 13.27)
+    peak = value(record, "hardware/damper_pair/peak")
+    allowed = value(record, "hardware/damper_pair/allowed") == 1
+    assert value(record, "hardware/buy/peak") == np.min(peak[allowed]) > np.min(peak)
+    words = " ".join(render_report(result).split())
+    assert "from stock: springs 'stiff' and damper 'four'" in words
+    # with springs alone in stock the damper is that of the tuning
+    alone = floor(tmp_path, FLOOR + STOCK[: STOCK.index("[[machine.stock_dampers")]).record
+    assert list(alone["hardware/damper_pair/peak"].axes[1].values) == ["as tuned"]
+
+
+def test_masses_beside_which_no_tuning_is_found_are_refused(tmp_path: Path) -> None:
+    for ratio, good in ((1e4, True), (1.1e4, False), (1e6, False)):
+        path = tmp_path / "heavy.toml"
+        path.write_text(
+            'schema = 1\ntitle = "heavy"\n[machine]\nkind = "absorber"\n'
+            f"primary = {{ damping_ratio = 0.02 }}\nsecondary = {{ mass_ratio = {ratio} }}\n"
+            "[tuning]\n"
+        )
+        if good:
+            (loaded,) = load_checked([path], ())
+            assert 1.0 < value(run_case(loaded.case), "tuning/peak") < 1.001
+        else:
+            with pytest.raises(CaseError, match="no tuning is found"):
+                load_checked([path], ())
+
+
+def test_a_peak_just_above_one_keeps_the_digits_of_what_is_above() -> None:
+    record = run("absorber", "machine.primary.damping_ratio=0.7071", "tuning={}")
+    less, error = record["tuning/peak_less_one"], record["tuning/peak_less_one"].error_estimate
+    best = minimax(0.7071, 0.1)
+    assert float(less.values) == float(best.above_floor)
+    assert 0.0 < error < 1e-6 * float(less.values)
+    assert 1.0 + float(less.values) == pytest.approx(value(record, "tuning/peak"), abs=4e-16)
 
 
 def test_bounds_that_leave_no_help_are_said_to(tmp_path: Path) -> None:

@@ -292,3 +292,23 @@ def test_warming_follows_the_oil_and_meets_the_optimum_on_the_way():
     assert found.peak.value[best] == direct
     assert np.all(found.peak.error < 1e-10 * found.peak.value)
     np.testing.assert_allclose(found.penalty, found.peak.value / 3.8 - 1.0)
+
+
+def test_an_oil_scales_with_the_units_at_its_own_points_only():
+    """Length, mass and time times 2, 3 and 5: the damping goes with m L^2 / T. Between the points
+    the line is a fit in mm^2/s, and without an expansion so is the density in kg/m^3."""
+    length, mass, time = 2.0, 3.0, 5.0
+    gap = RingGap(*(length * part for part in GAP[:5]))
+
+    def ratio(temperature, expansion):
+        plain = Oil("plain", LINE, 870.0, expansion)
+        viscosities = tuple(length**2 / time * one for one in LINE.viscosity)
+        other = Oil(
+            "scaled", Walther(LINE.temperature, viscosities), 870.0 * mass / length**3, expansion
+        )
+        both = (oil_damping(plain, GAP, temperature), oil_damping(other, gap, temperature))
+        return float(both[1].value / both[0].value) / (mass * length**2 / time)
+
+    assert ratio(313.15, 7e-4) == pytest.approx(1.0, rel=1e-13)
+    assert abs(ratio(293.15, 7e-4) - 1.0) > 1e-3
+    assert abs(ratio(313.15, None) - 1.0) > 1e-3

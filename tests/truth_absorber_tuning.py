@@ -144,6 +144,7 @@ def tuning_truth(case: Case, record: Record, parts: AbsorberParts) -> Iterator[T
     ):  # fmt: skip
         yield from told(f"each/{name}", values)
     yield from told("peak", top.largest)
+    yield from told("peak_less_one", top.largest - 1)
     yield from told("peak_alone", bare.largest)
     yield from told("travel", peaks(best, pair[0], TRAVEL).largest)
     if held is not None:

@@ -8,6 +8,7 @@ from vibecalc.case.absorber_fields import (
     ICE,
     Density,
     KinematicViscosity,
+    LinearDamping,
     LinearStiffness,
     Modulus,
     PartNumber,
@@ -154,6 +155,16 @@ class StockOil(Oil):
     name: Name = Field(description="label used in tables and in `where`")
 
 
+class StockDamper(Table):
+    """A damper that can be bought, for an absorber that moves in a line."""
+
+    name: Name = Field(description="label used in tables and in `where`")
+    linear_damping: LinearDamping = Field(gt=0, description="of one damper")
+    count: Annotated[int, Field(strict=True, ge=1, le=1000)] = Field(
+        1, description="dampers that act together"
+    )
+
+
 class SpringCatalogue(Table):
     """Springs that can be bought, one in each row."""
 
@@ -179,4 +190,5 @@ class OilCatalogue(Table):
 
 
 StockSprings = Annotated[tuple[StockSpring, ...], Field(max_length=200)]
+StockDampers = Annotated[tuple[StockDamper, ...], Field(max_length=200)]
 StockOils = Annotated[tuple[StockOil, ...], Field(max_length=200)]

@@ -14,6 +14,7 @@ _NEEDS = {
     "stock_oils": "gap",
     "oil_catalogue": "gap",
     "stock_springs": "springs",
+    "stock_dampers": "secondary",
     "spring_catalogue": "springs",
     "rod": "primary",
     "springs": "secondary",
@@ -132,7 +133,8 @@ def _springs(data: Data, springs: Data, motion: str) -> Iterator[Problem]:
 def _units(machine: Data, motion: str) -> Iterator[Problem]:
     """Parts have units, so that the primary needs them; what turns needs torsion."""
     turning = [part for part in ("rod", "ring", "gap") if part in machine]
-    placed = [*turning, *(["springs"] if "springs" in machine else [])]
+    moving = [part for part in ("stock_dampers",) if part in machine]
+    placed = [*turning, *moving, *(["springs"] if "springs" in machine else [])]
     if not isinstance(machine.get("primary"), dict) or not machine["primary"]:
         return
     if not motion and placed and placed != ["rod"]:
@@ -141,6 +143,13 @@ def _units(machine: Data, motion: str) -> Iterator[Problem]:
             path=(*MACHINE, part),
             message=f"[machine.{part}] has units, and the primary is of ratios alone",
             allowed="a primary with inertia and stiffness",
+            also=(*MACHINE, "primary"),
+        )
+    elif motion == "torsion" and moving:
+        yield Problem(
+            path=(*MACHINE, moving[0]),
+            message=f"[machine.{moving[0]}] move in a line, and the primary turns",
+            allowed="[machine.gap] with oils in stock, or a primary with mass and linear_stiffness",
             also=(*MACHINE, "primary"),
         )
     elif motion == "translation" and turning:

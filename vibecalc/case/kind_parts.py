@@ -31,7 +31,8 @@ class PartsOfKind(NamedTuple):
 
 _ABSORBER = (
     *("primary", "secondary", "secondaries", "rod", "flywheel", "springs", "ring", "gap", "oil"),
-    *("stock_springs", "stock_oils", "spring_catalogue", "oil_catalogue", "pendulum"),
+    *("stock_springs", "stock_oils", "stock_dampers"),
+    *("spring_catalogue", "oil_catalogue", "pendulum"),
 )
 #: of machines whose gas works once a turn, or whose motor finds the speed
 _OF_COMPRESSORS: tuple[KeyPath, ...] = (

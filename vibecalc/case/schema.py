@@ -13,6 +13,7 @@ from vibecalc.case.absorber_hardware import (
     Rod,
     SpringCatalogue,
     Springs,
+    StockDampers,
     StockOils,
     StockSprings,
 )
@@ -77,6 +78,7 @@ class Machine(Table):
     oil: Oil | None = Field(None, description="in the gap, as built")
     stock_springs: StockSprings = Field((), description="that can be bought")
     stock_oils: StockOils = Field((), description="that can be bought")
+    stock_dampers: StockDampers = Field((), description="that can be bought, in translation")
     spring_catalogue: SpringCatalogue | None = Field(
         None, description="springs that can be bought, also as a file"
     )

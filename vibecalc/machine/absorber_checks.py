@@ -13,6 +13,9 @@ SECONDARIES: KeyPath = ("machine", "secondaries")
 CURVES: KeyPath = ("response", "absorber")
 #: Ratios beyond these are limits (locked, free, a second ground) and no parts that are built.
 BOUNDS = {"mass": (1e-9, 1e6), "stiffness": (1e-15, 1e9), "damping": (1e-12, 1e6)}
+#: mass ratios up to which tunings are found: of one absorber, of one for the force that a moving
+#: ground transmits, of each of several
+TUNED, TUNED_TRANSMITTED, TUNED_SEVERAL = 1e4, 30.0, 10.0
 #: keys of a secondary that say each of them
 _KEYS = {
     "mass": ("mass_ratio", "inertia", "mass"),
@@ -48,6 +51,7 @@ def absorber_problems(case: Case) -> list[Problem]:
         problems += _ratios(("machine", "secondary"), machine.secondary, scale)
     for place, one in enumerate(machine.secondaries):
         problems += _ratios((*SECONDARIES, place), one, scale)
+    problems += _too_heavy(case, scale)
     return [*problems, *_carried(case), *_tuning(case, damping), *_curves(case)]
 
 
@@ -65,6 +69,36 @@ def within(path: KeyPath, what: str, value: float) -> Iterator[Problem]:
         allowed=f"{zero}{low:.0e} to {high:.0e}",
         hint=_HINTS[what] if value > high else "",
     )
+
+
+def _too_heavy(case: Case, scale: Scale | None) -> Iterator[Problem]:
+    """Masses beside which no tuning is found."""
+    tuning, machine = case.tuning, case.machine
+    if tuning is None:
+        return
+    pair = tuning.excitation, tuning.response
+    most = TUNED_TRANSMITTED if pair == ("base", "transmitted_force") else TUNED
+    given: list[tuple[KeyPath, float]] = []
+    if machine.secondary is not None and any(_given(machine.secondary, "mass")):
+        key = _given(machine.secondary, "mass")[0]
+        given.append((("machine", "secondary", key), ratios(machine.secondary, scale).mass))
+    if tuning.chart is not None:
+        given.append((("tuning", "chart", "mass_ratio", "to"), tuning.chart.mass_ratio.stop))
+    for place, one in enumerate(machine.secondaries):
+        most = TUNED_SEVERAL
+        if any(_given(one, "mass")):
+            key = _given(one, "mass")[0]
+            given.append(((*SECONDARIES, place, key), ratios(one, scale).mass))
+    for path, ratio in given:
+        if most < ratio <= BOUNDS["mass"][1]:
+            yield Problem(
+                path=path,
+                message="beside so heavy an absorber the primary is next to nothing, and no tuning "
+                "is found",
+                found=f"a mass ratio of {ratio:.6g}",
+                allowed=f"<= {most:g} with [tuning]",
+                hint="the heavy one is the ground: exchange primary and secondary",
+            )
 
 
 def _ratios(path: KeyPath, one: Secondary, scale: Scale | None) -> Iterator[Problem]:

@@ -57,11 +57,14 @@ class Filling(NamedTuple):
 
 
 class Stock(NamedTuple):
-    """What can be bought: springs by name and rate (n,) in N/m, and oils."""
+    """What can be bought: springs by name and rate (n,) in N/m, oils, and dampers by name and
+    damping (d,) in N s/m, of all that act together."""
 
     spring_names: tuple[str, ...]
     spring_rates: FloatArray
     oils: tuple[Oil, ...]
+    damper_names: tuple[str, ...]
+    dampings: FloatArray
 
 
 def bending(machine: Machine) -> Bending | None:
@@ -156,4 +159,6 @@ def stock(machine: Machine) -> Stock:
         tuple(name for name, _ in springs),
         np.array([rate for _, rate in springs], dtype=float),
         tuple(oils),
+        tuple(one.name for one in machine.stock_dampers),
+        np.array([one.count * one.linear_damping for one in machine.stock_dampers], dtype=float),
     )

@@ -95,6 +95,7 @@ AXES: dict[str, tuple[str, str]] = {
     "secondary_damping": ("", "damping of the absorber, c2 / (2 sqrt(K1 J1))"),
     "stock_spring": ("", "spring that can be bought"),
     "stock_oil": ("", "oil that can be bought"),
+    "stock_damper": ("", "damper that can be bought"),
     "temperature": ("K", "temperature of the oil"),
     "swing": ("rad", "angle of swing"),
     "steady_swing": ("rad", "first sine of the swing"),

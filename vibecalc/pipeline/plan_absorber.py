@@ -6,9 +6,15 @@ from typing import TYPE_CHECKING
 from vibecalc.pipeline.stage_plan import StagePlan, below
 
 if TYPE_CHECKING:
+    from vibecalc.case.absorber_tables import Tuning
     from vibecalc.case.schema import Case, Machine
 
 _NO_ORDERS = "none: over the frequency"
+#: responses to excitations that are 1 at rest, or at high frequency, whatever the absorber
+_OVER_ONE = (
+    ("force", "displacement"), ("force", "acceleration"), ("force", "transmitted_force"),
+    ("base", "displacement"), ("unbalance", "displacement"),
+)  # fmt: skip
 
 
 def plan_absorber(case: "Case") -> Iterator[StagePlan]:
@@ -36,6 +42,12 @@ def asked_of(case: "Case") -> tuple[str, str]:
         excitation or (tuning.excitation if tuning is not None else "force"),
         what or (tuning.response if tuning is not None else "displacement"),
     )
+
+
+def is_over_one(options: "Tuning") -> bool:
+    """Whether the peak of a tuning has 1 as its floor: the response at rest, or far above."""
+    pair = options.excitation, options.response
+    return options.kind == "free" and options.norm == "h_infinity" and pair in _OVER_ONE
 
 
 def has_fixed_points(case: "Case") -> bool:
@@ -84,6 +96,7 @@ def _tuning(case: "Case") -> StagePlan:
         "tuning/evaluations": not least_squares,
         "tuning/mean_square": least_squares,
         "tuning/active/": not least_squares,
+        "tuning/peak_less_one": not several and is_over_one(options),
         "tuning/certificate": not least_squares and options.kind == "free",
         "tuning/torsional_stiffness": not several and turning and sprung,
         "tuning/torsional_damping": not several and turning,
@@ -158,11 +171,14 @@ def _hardware_quantities(case: "Case") -> tuple[str, ...]:
     bends = machine.flywheel is not None
     by_peak = case.tuning is not None and case.tuning.norm == "h_infinity"
     pairs = by_peak and oils and (rates or viscous)
+    moving = machine.primary is not None and machine.primary.mass is not None
+    dampers = bool(machine.stock_dampers)
+    damper_pairs = by_peak and moving and (dampers or rates)
     warms = case.tuning is not None and case.tuning.temperatures is not None and (pairs or built)
     there = {
         "hardware/rod_stiffness": rod,
         "hardware/ring": machine.ring is not None,
-        "hardware/primary_frequency": rod or springs is not None or gap is not None,
+        "hardware/primary_frequency": rod or springs is not None or gap is not None or dampers,
         "hardware/built/stiffness_ratio": sprung,
         "hardware/built/spring_rate": sprung,
         "hardware/built/secondary_damping": oiled,
@@ -175,7 +191,9 @@ def _hardware_quantities(case: "Case") -> tuple[str, ...]:
         "hardware/oil/": oils,
         "hardware/oil/right_temperature": oils and tuned,
         "hardware/pair/": pairs,
-        "hardware/buy/": pairs,
+        "hardware/buy/": pairs or damper_pairs,
+        "hardware/damper/": dampers,
+        "hardware/damper_pair/": damper_pairs,
         "hardware/warming/": warms,
         "hardware/warming/best": warms and not viscous,
         "hardware/bending/": bends,

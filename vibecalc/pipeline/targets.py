@@ -173,6 +173,7 @@ def _names_of_absorber(case: "Case") -> dict[str, tuple[str, ...]]:
         "absorber": tuple(one.name for one in machine.secondaries),
         "stock_spring": known.spring_names,
         "stock_oil": tuple(oil.name for oil in known.oils),
+        "stock_damper": known.damper_names,
     }
 
 

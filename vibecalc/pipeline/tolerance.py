@@ -26,6 +26,8 @@ DIFFERENCES = (
     "/motor/dynamics_change",
     "tuning/sensitivity/",
     "tuning/active/",
+    "hardware/buy/penalty",
+    "hardware/damper_pair/penalty",
     "tuning/each/",
     "pendulum/jump/swing",
 )

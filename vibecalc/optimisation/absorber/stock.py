@@ -9,12 +9,15 @@ from vibecalc.errors import NumericalFailure
 from vibecalc.response.absorber.model import Absorber
 from vibecalc.response.absorber.peaks import peaks
 
+#: a part that exceeds a bound by less than this share keeps it
+_KEPT = 1e-9
+
 
 class StockChoice(NamedTuple):
     """Every pair of spring (s,) and oil (o,), and the best of them.
 
     `peak` (s, o) of |H| with absolute `error`, `travel` (s, o) of the spring, `allowed` (s, o)
-    within the travel limit. `spring`, `oil`: places of the best pair; `order` (p, 2): all allowed
+    within the bounds. `spring`, `oil`: places of the best pair; `order` (p, 2): all allowed
     pairs by rising peak. `penalty` (s, o) = peak / free_peak - 1 against the given `free_peak`.
     `unsure`: the best two differ by less than their errors.
     """
@@ -33,6 +36,7 @@ class StockChoice(NamedTuple):
 def stock_choice(
     primary_damping: float, mass_ratio: float, stiffness_ratios: ArrayLike, dampings: ArrayLike,
     free_peak: float, excitation: str = "force", response: str = "displacement", *,
+    stiffness: tuple[float, float] = (0.0, np.inf), damping: tuple[float, float] = (0.0, np.inf),
     travel: float = np.inf,
 ) -> StockChoice:  # fmt: skip
     """Compare all pairs of stock springs k (s,) and oils z2 (o,) by the largest |H|.
@@ -46,10 +50,20 @@ def stock_choice(
     absorber = Absorber(primary_damping, mass_ratio, k[:, None], z)
     found = peaks(absorber, excitation, response)
     moved = peaks(absorber, excitation, "relative_displacement").largest
-    allowed = (moved <= travel) & np.isfinite(found.largest)
+    held = [
+        (ratio >= low * (1.0 - _KEPT)) & (ratio <= high * (1.0 + _KEPT))
+        for ratio, (low, high) in ((k[:, None], stiffness), (z, damping))
+    ]
+    inside = (moved <= travel * (1.0 + _KEPT)) & np.isfinite(found.largest)
+    allowed = inside & held[0] & held[1]
+    if not np.any(allowed) and np.any(inside):
+        raise NumericalFailure(
+            f"none of the {allowed.size} pairs of spring and damper keeps the bounds of stiffness "
+            "and damping"
+        )
     if not np.any(allowed):
         raise NumericalFailure(
-            f"none of the {allowed.size} pairs of spring and oil has a finite peak with a spring "
+            f"none of the {allowed.size} pairs in stock has a finite peak with a spring "
             f"travel of at most {travel:.6g}; the least travel is {float(np.min(moved)):.6g}"
         )
     height = np.where(allowed, found.largest, np.inf)

@@ -4,6 +4,7 @@ from vibecalc.pipeline.entries.entry import entry
 
 ROOT = "hardware"
 _ON_PAIR = "stock_spring stock_oil"
+_WITH_DAMPER = "stock_spring stock_damper"
 
 ENTRIES = (
     entry(f"{ROOT}/rod_stiffness", "", "N*m/rad", "torsional stiffness of the rod"),
@@ -31,7 +32,18 @@ ENTRIES = (
     entry(f"{ROOT}/pair/peak", _ON_PAIR, "", "largest response with these springs and this oil"),
     entry(f"{ROOT}/pair/penalty", _ON_PAIR, "", "that peak over the one of the tuning, less 1"),
     entry(f"{ROOT}/pair/travel", _ON_PAIR, "", "largest relative motion of the absorber"),
-    entry(f"{ROOT}/pair/allowed", _ON_PAIR, "", "1: it keeps the travel of the case's bounds"),
+    entry(f"{ROOT}/pair/allowed", _ON_PAIR, "", "1: it keeps the bounds of the case"),
+    entry(f"{ROOT}/damper/damping", "stock_damper", "N*s/m", "of all such dampers together"),
+    entry(f"{ROOT}/damper/secondary_damping", "stock_damper", "", "the same, c2 / (2 sqrt(K1 M1))"),
+    *(
+        entry(f"{ROOT}/damper_pair/{name}", _WITH_DAMPER, "", words)
+        for name, words in (
+            ("peak", "largest response with these springs and this damper"),
+            ("penalty", "that peak over the one of the tuning, less 1"),
+            ("travel", "largest relative motion of the absorber"),
+            ("allowed", "1: it keeps the bounds of the case"),
+        )
+    ),
     entry(f"{ROOT}/buy/peak", "", "", "largest response with the best pair of stock parts"),
     entry(f"{ROOT}/buy/penalty", "", "", "that peak over the one of the tuning, less 1"),
     entry(f"{ROOT}/warming/damping", "temperature", "N*m*s/rad", "of the best oil as it warms"),

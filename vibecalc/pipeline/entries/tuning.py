@@ -19,6 +19,7 @@ ENTRIES = (
     entry(f"{ROOT}/primary_damping", "", "", "damping of the primary, c1 / (2 sqrt(K1 J1))"),
     *(entry(f"{ROOT}/{name}", "", "", f"best {words}") for name, words in _OF_EACH),
     entry(f"{ROOT}/peak", "", "", "largest response of the primary with this tuning"),
+    entry(f"{ROOT}/peak_less_one", "", "", "that less 1, to its own digits"),
     entry(f"{ROOT}/mean_square", "", "", "integral of the squared response over all frequencies"),
     entry(f"{ROOT}/mean_square_alone", "", "", "the same without an absorber"),
     entry(f"{ROOT}/peak_alone", "", "", "largest response without an absorber"),

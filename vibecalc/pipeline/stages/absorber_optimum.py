@@ -21,6 +21,8 @@ class Best(NamedTuple):
     """Stiffness and damping found, what they make small (`value`; `alone` without an absorber).
 
     `is_held`: one tuning, held by its peaks, and no set of them. `remarks`: words for the report.
+    `above_floor`: the peak less what no absorber changes at rest or at high frequency, to its own
+    digits; NaN where it is not known so.
     """
 
     stiffness_ratio: float
@@ -35,6 +37,8 @@ class Best(NamedTuple):
     evaluations: int
     remarks: tuple[str, ...] = ()
     is_held: bool = True
+    above_floor: float = np.nan
+    above_floor_error: float = 0.0
 
 
 def best_tuning(options: Tuning, z1: float, m: float) -> Best:
@@ -104,6 +108,10 @@ def _free(z1: float, m: float, pair: tuple[str, str]) -> Best:
         float(found.stiffness_error), float(found.damping_error), float(found.largest),
         float(found.largest_error), np.nan, float(found.largest_error), outcome != NO_HELP,
         int(found.evaluations), remarks, outcome == BALANCED,
+        float(found.above_floor),
+        float(found.excess_error / (found.largest + found.floor)) + 4.0 * EPSILON * float(
+            found.above_floor
+        ),
     )  # fmt: skip
 
 

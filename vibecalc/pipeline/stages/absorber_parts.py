@@ -14,7 +14,7 @@ from vibecalc.machine.absorber_hardware import Bending
 from vibecalc.numerics.rounding import EPSILON
 from vibecalc.pipeline.entries.absorber_parts import ROOT
 from vibecalc.pipeline.scene import Scene
-from vibecalc.pipeline.stages.absorber_stock import Held, emit_stock
+from vibecalc.pipeline.stages.absorber_stock import Held, emit_stock, emit_stock_in_line
 from vibecalc.response.absorber.model import Absorber
 from vibecalc.response.absorber.peaks import peaks
 
@@ -34,6 +34,8 @@ def run(scene: Scene) -> None:
     tuned: Absorber | None = scene.handed_on.get("tuned")
     if tuned is not None:
         _emit_wanted(scene, parts, tuned)
+    if not parts.scale.torsion:
+        emit_stock_in_line(scene, parts, tuned)
     held = None if parts.filling is None else emit_stock(scene, parts, tuned)
     if held is not None:
         _emit_warming(scene, parts, held)

@@ -11,6 +11,7 @@ from vibecalc.numerics.rounding import EPSILON
 from vibecalc.optimisation.absorber.certificate import VERDICTS, certify
 from vibecalc.optimisation.absorber.threshold import threshold
 from vibecalc.pipeline.entries.tuning import ROOT
+from vibecalc.pipeline.plan_absorber import is_over_one
 from vibecalc.pipeline.scene import Scene
 from vibecalc.pipeline.stages.absorber_bounds import (
     as_best,
@@ -122,6 +123,12 @@ def _emit_best(scene: Scene, options: Tuning, best: Best, tuned: Absorber) -> No
     )
     doubt = float(travel.largest_error) + float(off)
     scene.emit(f"{ROOT}/travel", reach, doubt if np.isfinite(reach) else 0.0)
+    if is_over_one(options):
+        # near a threshold the peak is 1 and a little, of which the peak itself tells few digits
+        above, slack = best.above_floor, best.above_floor_error
+        if np.isnan(above):
+            above, slack = best.value - 1.0, best.value_error + EPSILON
+        scene.emit(f"{ROOT}/peak_less_one", above, slack)
     scene.emit(f"{ROOT}/helps", int(best.helps))
     if options.kind == "free":
         scene.emit(f"{ROOT}/without_spring", int(k == 0.0 and best.helps))

@@ -19,6 +19,9 @@ _SCALARS = (
 )
 #: axis of a stock without springs
 _NONE = "none"
+#: of a stock that leaves one part to the tuning
+_AS_TUNED = "as tuned"
+TUNING_BOUNDS = "tuning/bounds/penalty"
 _PAIRS = 5
 _COURSE = 9
 
@@ -32,7 +35,7 @@ def absorber_parts(result: Result) -> Section | None:
     parts, _ = scalars(record, (HARDWARE + name for name in _SCALARS), HARDWARE)
     lines: list[str] = []
     for block in (
-        parts, _bending(record), _springs(record), _oils(record), _pairs(result),
+        parts, _bending(record), _springs(record), _oils(record), _dampers(record), _pairs(result),
         _warming(record), _to_buy(result),
     ):  # fmt: skip
         if block:
@@ -90,6 +93,20 @@ def _oils(record: Record) -> list[str]:
     return table(columns, rows)
 
 
+def _dampers(record: Record) -> list[str]:
+    return by_axis(
+        record, "stock_damper", "damper in stock",
+        [(HARDWARE + "damper/damping", "N*s/m"),
+         (HARDWARE + "damper/secondary_damping", "damping\nratio")],
+    )  # fmt: skip
+
+
+def _penalty(record: Record) -> Quantity | None:
+    """What pairs of stock parts cost: springs with oils, or with dampers."""
+    oils = having(record, HARDWARE + "pair/penalty", "stock_spring", "stock_oil")
+    return oils or having(record, HARDWARE + "damper_pair/penalty", "stock_spring", "stock_damper")
+
+
 def _dynamic(record: Record, place: int) -> str:
     """Dynamic viscosity of a stock oil: its damping over that of the gap at one Pa*s."""
     damping = having(record, HARDWARE + "oil/damping", "stock_oil")
@@ -104,7 +121,8 @@ def _best(record: Record, penalty: Quantity) -> list[tuple[str, str, float]]:
     """Springs, oil and penalty of every pair that keeps the travel, the best first."""
     springs, oils = (labels(axis) for axis in penalty.axes)
     values = np.asarray(penalty.values, dtype=float)
-    kept = having(record, HARDWARE + "pair/allowed", "stock_spring", "stock_oil")
+    path = penalty.path.replace("/penalty", "/allowed")
+    kept = having(record, path, *(axis.name for axis in penalty.axes))
     values = values if kept is None else np.where(np.asarray(kept.values) > 0, values, np.inf)
     order = np.argsort(values, axis=None, kind="stable")
     places = [np.unravel_index(int(place), values.shape) for place in order]
@@ -116,12 +134,11 @@ def _pairs(result: Result) -> list[str]:
     record = result.record
     if _is_useless(record):
         return []
-    penalty = having(record, HARDWARE + "pair/penalty", "stock_spring", "stock_oil")
-    peak = having(record, HARDWARE + "pair/peak", "stock_spring", "stock_oil")
-    least = scalar_of(record, "tuning/peak")
-    if penalty is None or peak is None or least is None:
+    penalty, least = _penalty(record), scalar_of(record, "tuning/peak")
+    if penalty is None or least is None:
         return []
-    columns = (Column("the best pairs: springs", 26), Column("oil", 26), number("peak", 12),
+    other = penalty.axes[1].name.removeprefix("stock_")
+    columns = (Column("the best pairs: springs", 26), Column(other, 26), number("peak", 12),
                number("penalty, %", 12))  # fmt: skip
     rows = [
         [spring, oil, show(least * (1.0 + cost)), show(100.0 * cost, digits=3)]
@@ -232,7 +249,7 @@ def _bought(result: Result, least: float) -> list[str]:
         words.append(
             f"with the parts that are in, it is {show(built)}, {_above(built / least - 1.0, than)}"
         )
-    penalty = having(record, HARDWARE + "pair/penalty", "stock_spring", "stock_oil")
+    penalty = _penalty(record)
     peak = scalar_of(record, HARDWARE + "buy/peak")
     if penalty is None or peak is None:
         return words
@@ -241,8 +258,13 @@ def _bought(result: Result, least: float) -> list[str]:
         return words
     spring, oil, cost = pairs[0]
     place = labels(penalty.axes[1]).index(oil)
+    than = "the tuning" if TUNING_BOUNDS in record.quantities else than
     thick = having(record, HARDWARE + "oil/kinematic_viscosity", "stock_oil")
-    what = f"oil {oil!r}" if spring == _NONE else f"springs {spring!r} and oil {oil!r}"
+    other = penalty.axes[1].name.removeprefix("stock_")
+    names = ((f"springs {spring!r}", spring), (f"{other} {oil!r}", oil))
+    what = " and ".join(words for words, name in names if name not in (_NONE, _AS_TUNED))
+    if _AS_TUNED in (spring, oil):
+        what += f" with the {'springs' if spring == _AS_TUNED else 'damper'} of the tuning"
     if thick is not None:
         size = show(1e6 * float(thick.values[place]))
         what += f" ({_dynamic(record, place)} mPa*s, {size} cSt)"

@@ -21,7 +21,7 @@ _KINDS = {
 _FOUND = (
     *("primary_damping", "mass_ratio", "stiffness_ratio", "secondary_damping", "own_damping"),
     *("torsional_stiffness", "torsional_damping", "linear_stiffness", "linear_damping"),
-    *("secondary_frequency", "peak", "mean_square", "travel"),
+    *("secondary_frequency", "peak", "peak_less_one", "mean_square", "travel"),
 )
 _PENALTY = 1e-9
 #: peaks with and without absorbers that differ by less are the same
