@@ -24,6 +24,7 @@ NO_TRUTH = {
     "modes/holzer_residual": "what rounding leaves; its truth is zero and its estimate says so",
     "masked/": "how near a resonance digits are left is a matter of definition",
     "hammering/gear": "a number of a row",
+    "excitation/rank": "the order of sums that have a truth",
     "separation/operating/half_order": "the order of a margin that has a truth",
     "separation/range/half_order": "the order of a margin that has a truth",
     "separation/operating/kept": "a yes or no",
@@ -35,7 +36,8 @@ NO_TRUTH = {
     "summit/section": "a number of a row",
     "limit/section": "a number of a row",
     "limit/basis/": "values of the case, copied or by a closed form that has a test of its own",
-    "barred/limit": "a number of a row",
+    "exceeded/limit": "a number of a row",
+    "exceeded/permitted": "a yes or no",
     "barred/permitted": "a yes or no",
     "limit/each/": "the largest uses once more, by section",
 }

@@ -255,8 +255,8 @@ def _signed(shape: list[mpf]) -> list[mpf]:
 
 def exact_pole(
     line: ExactLine, elements: list[tuple[int, int, mpf, mpf]], damped: list[mpf], guess: mpc
-) -> mpc:
-    """The pole next to a guess, by inverse iteration on the pencil; it is complex symmetric."""
+) -> tuple[mpc, list[mpc]]:
+    """The pole next to a guess, and its shape, by inverse iteration on the symmetric pencil."""
     s, n = guess, line.count
     shape = [mpmath.expj(mpf(k)) for k in range(n)]
     for _ in range(40):
@@ -278,5 +278,5 @@ def exact_pole(
         step = (s**2 * kinetic + s * work + elastic) / (2 * s * kinetic + work)
         s -= step
         if abs(step) <= mpf(10) ** (10 - mp.dps) * abs(s):
-            return s
+            return s, shape
     raise AssertionError("a pole did not settle")

@@ -1,7 +1,7 @@
-"""Modes of a shaft line in long arithmetic: shapes, energies, Holzer tables, poles, criticals."""
+"""Modes of a shaft line in long arithmetic: poles, shapes, energies, Holzer tables, criticals."""
 
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, NamedTuple
 
 import mpmath
 import numpy as np
@@ -16,11 +16,13 @@ Truth = tuple[str, Any, Any]
 
 def modal_results(reader: Any) -> Iterator[Truth]:
     """Frequencies, shapes and what is formed of them, of the line at its operating speed."""
-    record, line, modes = reader.record, reader.line, reader.state.modes
-    place, built = f"{ROOT}modes/", line.built
-    for name in ("natural_frequency", "transfer_matrix_frequency"):
+    record, line, undamped = reader.record, reader.line, reader.state.modes
+    place, built, modes = f"{ROOT}modes/", line.built, reader.natural
+    yield place + "natural_frequency", record[place + "natural_frequency"].values, modes.frequency
+    yield place + "damping_ratio", record[place + "damping_ratio"].values, modes.ratio
+    for name in ("undamped_frequency", "transfer_matrix_frequency"):
         if place + name in record:
-            yield place + name, record[place + name].values, modes.frequency
+            yield place + name, record[place + name].values, undamped.frequency
     shape = [
         [s[f] * r for f, r in zip(built.freedom.tolist(), line.ratio, strict=True)]
         for s in modes.shape
@@ -32,34 +34,22 @@ def modal_results(reader: Any) -> Iterator[Truth]:
     yield place + "modal_inertia", record[place + "modal_inertia"].values, modes.inertia
     yield from _energies(reader, place)
     yield from _holzer(reader, place)
-    yield from _poles(reader)
 
 
 def _energies(reader: Any, place: str) -> Iterator[Truth]:
-    state, modes, record = reader.state, reader.state.modes, reader.record
+    state, modes, record = reader.state, reader.natural, reader.record
     stiffness = [k for _, _, k, _, _ in state.line.at(reader.speed)]
-    shares, ratios = [], []
-    for number, (w, shape) in enumerate(zip(modes.frequency, modes.shape, strict=True)):
+    shares = []
+    for w, shape in zip(modes.frequency, modes.shape, strict=True):
         if w == 0:
             shares.append([mpf(0)] * len(stiffness))
-            ratios.append(mpf(0))
             continue
         twist = [shape[a] - shape[b] for a, b, *_ in state.elements]
-        energy = [k * t**2 for k, t in zip(stiffness, twist, strict=True)]
-        held = mpmath.fsum(g * x**2 for g, x in zip(state.line.ground, shape, strict=True))
+        energy = [k * abs(t) ** 2 for k, t in zip(stiffness, twist, strict=True)]
+        held = mpmath.fsum(g * abs(x) ** 2 for g, x in zip(state.line.ground, shape, strict=True))
         total = mpmath.fsum(energy) + held
         shares.append([e / total for e in energy])
-        if state.ratios is not None:
-            ratios.append(state.ratios[number])
-            continue
-        work = mpmath.fsum(
-            (w * c + k * eta) * t**2
-            for (_, _, _, c, eta, _), k, t in zip(state.elements, stiffness, twist, strict=True)
-        )
-        work += w * mpmath.fsum(c * x**2 for c, x in zip(state.damped, shape, strict=True))
-        ratios.append(work / (2 * modes.inertia[number] * w**2))
-    for name, truth in (("strain_energy_share", shares), ("energy_damping_ratio", ratios)):
-        yield place + name, record[place + name].values, truth
+    yield f"{place}strain_energy_share", record[f"{place}strain_energy_share"].values, shares
 
 
 def _holzer(reader: Any, place: str) -> Iterator[Truth]:
@@ -89,41 +79,87 @@ def _holzer(reader: Any, place: str) -> Iterator[Truth]:
         yield f"{place}holzer_{name}", record[f"{place}holzer_{name}"].values, truth
 
 
-def _poles(reader: Any) -> Iterator[Truth]:
-    """Every pole from the one found; no two alike, and all of them together add up."""
-    place, record, state = f"{ROOT}damped/", reader.record, reader.state
-    if f"{place}frequency" not in record:
-        return
-    size, ratio = (record[place + name].values for name in ("frequency", "damping_ratio"))
-    line, loss = state.line, any(eta for *_, eta, _ in state.elements)
+class Natural(NamedTuple):
+    """Modes of the line as it vibrates: frequency, damping ratio, shape, sum of J |shape|^2, pole."""
+
+    frequency: list[mpf]
+    ratio: list[mpf]
+    shape: list[list[Any]]
+    inertia: list[mpf]
+    pole: list[mpc]
+
+
+def natural_modes(reader: Any) -> Natural:
+    """From the ones found: every pole once more, no two alike, and all together add up."""
+    record, state, place = reader.record, reader.state, f"{ROOT}modes/"
+    undamped, line = state.modes, state.line
+    size, ratio = (record[place + n].values for n in ("natural_frequency", "damping_ratio"))
+    if state.ratios is not None:
+        return Natural(undamped.frequency, state.ratios, undamped.shape, undamped.inertia, [])
+    damped = place + "undamped_frequency" in record
     standing = [k + s * reader.speed**2 for _, _, k, _, _, s in state.elements]
-    poles: list[mpc] = []
+    still = int(np.count_nonzero(size == 0.0))
+    resting = _resting(reader)
+    found = Natural([], [], [], [], [])
     for number, (w, zeta) in enumerate(zip(size.tolist(), ratio.tolist(), strict=True)):
         if w == 0.0:
-            poles.append(mpc(0))
+            shape = undamped.shape[number]
+            if damped:
+                shape = resting[number] if number < len(resting) else [mpf(0)] * line.count
+            mass = mpmath.fsum(j * x**2 for j, x in zip(line.inertia, shape, strict=True))
+            assert (zeta == 1.0) == (mass == 0)
+            _append(found, mpf(0), mpf(zeta), shape, mass, mpc(0))
             continue
-        natural = state.modes.frequency[number] if loss else mpf(1)
-        elements = [
-            (a, b, k, c + eta * k / natural)
-            for (a, b, _, c, eta, _), k in zip(state.elements, standing, strict=True)
-        ]
+        # without a damper the dashpots of loss factors are those of the undamped frequency
+        own = undamped.frequency[number] if not damped else mpf(w)
         guess = mpc(-w * zeta, w * np.sqrt(max(1.0 - zeta**2, 0.0)))
-        poles.append(exact_pole(line, elements, state.damped, guess))
-    moving = [p for p in poles if p != 0]
-    # damping of the inertias gives all pieces that nothing holds one and the same real pole
-    alike = loss or reader.torsion.damping_model is not None
-    for k, one in enumerate(moving):
-        assert alike or all(abs(one - p) > mpf(10) ** -20 * abs(one) for p in moving[:k])
-    if not loss:
-        trace = mpmath.fsum(c / j for c, j in zip(state.damped, line.inertia, strict=True))
-        for a, b, _, c, _, _ in state.elements:
-            trace += c / line.inertia[a] + c / line.inertia[b]
-        total = mpmath.fsum(
-            (2 if abs(p.imag) > mpf(10) ** -15 * abs(p) else 1) * p.real for p in moving
-        )
-        assert abs(total + trace) <= mpf(10) ** -15 * abs(trace), "poles are missing"
-    yield place + "frequency", size, [abs(p) for p in poles]
-    yield place + "damping_ratio", ratio, [-p.real / abs(p) if p else mpf(0) for p in poles]
+        for _ in range(60):
+            elements = [
+                (a, b, k, c + eta * k / own)
+                for (a, b, _, c, eta, _), k in zip(state.elements, standing, strict=True)
+            ]
+            pole, shape = exact_pole(line, elements, state.damped, guess)
+            before, guess = own, pole
+            own = abs(pole) if damped else own
+            if abs(own - before) <= mpf(10) ** -30 * own:
+                break
+        truth = -pole.real / abs(pole)
+        if not damped:
+            _append(found, undamped.frequency[number], truth, undamped.shape[number],
+                    undamped.inertia[number], pole)  # fmt: skip
+            continue
+        shape = _scaled(shape, line.count - len(reader.line.built.dampers))
+        mass = mpmath.fsum(j * abs(x) ** 2 for j, x in zip(line.inertia, shape, strict=True))
+        _append(found, abs(pole), truth, shape, mass, pole)
+    poles = [pole for pole in found.pole if pole != 0]
+    for k, one in enumerate(poles):
+        assert all(abs(one - p) > mpf(10) ** -20 * abs(one) for p in poles[:k])
+    assert len(poles) == len(size) - still
+    return found
+
+
+def _resting(reader: Any) -> list[list[mpf]]:
+    """Where nothing brings a line of one piece back: all together, and each ring without a spring."""
+    line = reader.state.line
+    found = [] if any(line.ground) else [[mpf(1)] * line.count]
+    rings = {one.ring for one in reader.line.built.dampers}
+    held = {b for _, b, k, _, _, s in line.elements if k or s}
+    for ring in sorted(rings - held):
+        found.append([mpf(int(f == ring)) for f in range(line.count)])
+    return found
+
+
+def _append(found: Natural, *parts: Any) -> None:
+    for row, part in zip(found, parts, strict=True):
+        row.append(part)
+
+
+def _scaled(shape: list[mpc], stations: int) -> list[mpc]:
+    """The largest of the stations at 1, of several within a thousandth the first."""
+    size = [abs(x) for x in shape[:stations]]
+    top = max(size)
+    first = next(k for k, x in enumerate(size) if x >= top * (1 - mpf(1) / 1000))
+    return [x * size[first] / (shape[first] * top) for x in shape]
 
 
 def critical_speeds(reader: Any) -> tuple[Any, Any]:
@@ -131,12 +167,49 @@ def critical_speeds(reader: Any) -> tuple[Any, Any]:
     path = f"{ROOT}critical/speed"
     found, state = reader.record[path].values, reader.state
     orders = state.drive.orders
+    modes = reader.natural
+    damped = f"{ROOT}modes/undamped_frequency" in reader.record
     if not any(s for *_, s in state.elements):
-        return found, [[w / q for q in orders] for w in state.modes.frequency]
-    truth = [
-        [_met(state, q, one) for q, one in zip(orders, row, strict=True)] for row in found.tolist()
-    ]
+        # nothing peaks near a mode that is damped by more than 1 / sqrt 2
+        none = [damped and w > 0 and z * z >= 0.5 for w, z in zip(*modes[:2], strict=True)]
+        return found, [
+            [mpf("inf") if no else w / q for q in orders]
+            for w, no in zip(modes.frequency, none, strict=True)
+        ]
+    truth = []
+    met = _met_by_pole if damped else _met
+    for row in found.tolist():
+        truth.append([met(state, q, one) for q, one in zip(orders, row, strict=True)])
     return found, truth
+
+
+def _met_by_pole(state: Any, order: mpf, guess: float) -> mpf:
+    """Speed near a guess at which a pole has |s| = q w, by the secant method."""
+    if guess == 0.0 or not np.isfinite(guess):
+        return mpf(guess)
+    line = state.line
+
+    def dashed(at: mpf) -> list[tuple[int, int, mpf, mpf]]:
+        return [
+            (a, b, k + s * at**2, c + eta * (k + s * at**2) / (order * at))
+            for a, b, k, c, eta, s in state.elements
+        ]
+
+    def left(at: mpf, pole: mpc) -> tuple[mpf, mpc]:
+        pole, _ = exact_pole(line, dashed(at), state.damped, pole)
+        return abs(pole) - order * at, pole
+
+    at = mpf(guess)
+    one, pole = left(at, _nearest_pole(line, dashed(at), state.damped, order * at))
+    assert abs(one) < mpf(10) ** -6 * order * at, "the pole at a critical speed is another one"
+    other = at * (1 + mpf(10) ** -8)
+    two, pole = left(other, pole)
+    for _ in range(40):
+        if two == one or abs(two) <= mpf(10) ** -32 * order * at:
+            return other
+        at, other, one = other, other - two * (other - at) / (two - one), two
+        two, pole = left(other, pole)
+    raise AssertionError("a critical speed of a pole did not settle")
 
 
 def _met(state: Any, order: mpf, guess: float) -> mpf:
@@ -165,6 +238,22 @@ def _met(state: Any, order: mpf, guess: float) -> mpf:
         if abs(square - mpf(guess) ** 2) < mpf(10) ** -6 * square:
             near = square * (1 + mpf(10) ** (6 - mp.dps))
     raise AssertionError("a critical speed did not settle")
+
+
+def _nearest_pole(line: Any, elements: list[Any], damped: list[mpf], size: mpf) -> mpc:
+    """The swinging pole of nearly that magnitude, in floats."""
+    n = line.count
+    damping, stiffness = np.diag([float(c) for c in damped]), np.diag([float(g) for g in line.ground])
+    for a, b, k, c in elements:
+        ends = np.zeros(n)
+        ends[[a, b]] = 1.0, -1.0
+        stiffness += float(k) * np.outer(ends, ends)
+        damping += float(c) * np.outer(ends, ends)
+    inertia = np.array([[float(j)] for j in line.inertia])
+    lower = np.hstack([-stiffness / inertia, -damping / inertia])
+    poles = np.linalg.eigvals(np.vstack([np.eye(n, 2 * n, n), lower]))
+    poles = poles[poles.imag > 0.1 * np.abs(poles)]
+    return mpc(complex(poles[np.argmin(np.abs(np.abs(poles) - float(size)))]))
 
 
 def _kinetic(state: Any, order: mpf, shape: list[mpf]) -> list[mpf]:

@@ -274,13 +274,15 @@ def _corners(reader: Reader, number: int) -> list[mpf]:
 
 
 def _barred(reader: Reader) -> Iterator[Truth]:
-    """Ends of ranges as zeros of the excess of the worst section."""
-    place, record = f"{ROOT}barred/", reader.record
+    """Ends of ranges as zeros of the excess of the worst section; what a rule makes of them."""
+    place, record = f"{ROOT}exceeded/", reader.record
     if f"{place}from" not in record or not len(record[f"{place}from"].values):
         return
     numbers = record[f"{place}limit"].values.astype(int) - 1
+    ends_of: dict[str, list[mpf]] = {}
     for name in ("from", "to"):
         values, truth, kept = record[place + name].values, [], []
+        ends_of[name] = truth
         for k, (number, at) in enumerate(zip(numbers.tolist(), values.tolist(), strict=True)):
             exacts = [_use(reader, reader.state, number, e)[0] for e in section_moduli(reader)]
             end = at in (reader.torsion.speeds.start, reader.torsion.speeds.stop)
@@ -307,6 +309,15 @@ def _barred(reader: Reader) -> Iterator[Truth]:
         upper.append(share * speeds[-1] / 16 if ruled else mpf(0))
     for name, truth in (("peak_speed", speeds), ("formula_from", lower), ("formula_to", upper)):
         yield place + name, record[place + name].values, truth
+    starts = [min(a, b) if b else a for a, b in zip(ends_of["from"], lower, strict=True)]
+    united: list[list[mpf]] = []
+    for low, high in sorted(zip(starts, map(max, ends_of["to"], upper), strict=True)):
+        if united and low <= united[-1][1]:
+            united[-1][1] = max(high, united[-1][1])
+        else:
+            united.append([low, high])
+    for k, name in enumerate(("from", "to")):
+        yield f"{ROOT}barred/{name}", record[f"{ROOT}barred/{name}"].values, [o[k] for o in united]
 
 
 def _hammering(reader: Reader) -> Iterator[Truth]:

@@ -9,7 +9,7 @@ import numpy as np
 from exact_engine_drive import EngineDrive
 from exact_engine_gears import gear_rows, mean_sections
 from exact_engine_line import ExactLine
-from exact_engine_modes import critical_speeds
+from exact_engine_modes import Natural, critical_speeds, natural_modes
 from exact_engine_state import State, Sums, sums
 from mpmath import mp, mpc, mpf
 
@@ -33,6 +33,7 @@ class Reader:
         self.line = ExactLine(case)
         self.state = State(case, self.line, EngineDrive(case, self.orders))
         self.speed = self.state.operating
+        self.natural: Natural = natural_modes(self)
         self.others: dict[str, State] = {"": self.state}
         if self.line.built.dampers and torsion.speeds is not None:
             bare = self.line.without_dampers()
@@ -114,7 +115,7 @@ def _phases(reader: Reader, place: str) -> Iterator[Truth]:
     turned = [[mpmath.expj(-q * a) for a in drive.firing] for q in drive.orders]
     rows, works = [], []
     at = reader.state.at(reader.speed)
-    for shape in reader.state.modes.shape:
+    for shape in reader.natural.shape:
         own = [shape[f] for f in built.cylinder_freedom.tolist()]
         whole = mpmath.fsum(map(abs, own))
         still = whole < 1e-5
@@ -128,13 +129,38 @@ def _phases(reader: Reader, place: str) -> Iterator[Truth]:
     sure = _sure(reader)
     yield f"{place}vector_sum", record[f"{place}vector_sum"].values[sure], [rows[k] for k in sure]
     yield f"{place}intensity", record[f"{place}intensity"].values[sure], [works[k] for k in sure]
-    whole_sum = [abs(mpmath.fsum(turn)) / len(turn) for turn in turned]
-    major = [mpf(int(one > 1 - mpf(10) ** -9)) for one in whole_sum]
-    yield f"{place}major", record[f"{place}major"].values, major
+    major, factor = bank_truth(reader)
+    yield f"{place}major", record[f"{place}major"].values, [mpf(int(one)) for one in major]
+    if f"{place}bank_factor" in record:
+        yield f"{place}bank_factor", record[f"{place}bank_factor"].values, factor
+
+
+def bank_truth(reader: Reader) -> tuple[list[bool], list[mpf]]:
+    """Major orders, and what the angle between the banks leaves of each order."""
+    drive, train = reader.state.drive, reader.case.machine.crank_train
+    banks: dict[float, list[mpf]] = {}
+    for one, angle in zip(train.cylinders, drive.firing, strict=True):
+        banks.setdefault(one.bank_angle, []).append(angle)
+    major, factor, little = [], [], mpf(10) ** -9
+    for q in drive.orders:
+        own = [mpmath.fsum(mpmath.expj(-q * a) for a in bank) for bank in banks.values()]
+        whole = mpmath.fsum(map(abs, own))
+        share = abs(mpmath.fsum(own)) / whole if whole > little * len(drive.firing) else mpf(0)
+        in_phase = all(abs(s) > (1 - little) * len(b) for s, b in zip(own, banks.values(), strict=True))
+        major.append(bool(in_phase and share > little))
+        factor.append(share)
+    return major, factor
 
 
 def _sure(reader: Reader) -> list[int]:
-    return list(range(len(reader.state.modes.frequency)))
+    return list(range(len(reader.natural.frequency)))
+
+
+def _silent(reader: Reader) -> list[bool]:
+    """Modes near which no response peaks."""
+    damped = f"{ROOT}modes/undamped_frequency" in reader.record
+    modes = zip(reader.natural.frequency, reader.natural.ratio, strict=True)
+    return [w == 0 or bool(damped and z * z >= 0.5) for w, z in modes]
 
 
 def operating(reader: Reader, place: str) -> Iterator[Truth]:
@@ -293,12 +319,12 @@ def least_of(mean: mpf, total: Sums) -> mpf:
 
 def margins(reader: Reader) -> Iterator[Truth]:
     """Distance of modes from orders at the operating speed; critical speeds."""
-    record, natural = reader.record, reader.state.modes.frequency
+    record, natural = reader.record, reader.natural.frequency
     orders, speed = reader.state.drive.orders, reader.speed
     step = orders[-1] - orders[-2] if len(orders) > 1 else orders[-1]
     distance, nearest = [], []
-    for w in natural:
-        blank = w == 0 or w > (orders[-1] + step / 2) * speed
+    for w, none in zip(natural, _silent(reader), strict=True):
+        blank = none or w > (orders[-1] + step / 2) * speed
         best = min(orders, key=lambda q: abs(w / (speed * q) - 1))
         distance.append(mpf("inf") if blank else abs(w / (speed * best) - 1))
         nearest.append(mpf(0) if blank else best)
@@ -315,12 +341,11 @@ def separations(reader: Reader, where: str, low: mpf, high: mpf) -> Iterator[Tru
     """Margins from a range of speeds, by class of the orders."""
     place = f"{ROOT}separation/{where}/margin"
     drive = reader.state.drive
-    whole = [abs(mpmath.fsum(mpmath.expj(-q * a) for a in drive.firing)) for q in drive.orders]
-    major = [one / len(drive.firing) > 1 - mpf(10) ** -9 for one in whole]
+    major, _ = bank_truth(reader)
     step = drive.orders[-1] - drive.orders[-2] if len(drive.orders) > 1 else drive.orders[-1]
     rows = []
-    for w in reader.state.modes.frequency:
-        blank = w == 0 or w > (drive.orders[-1] + step / 2) * high
+    for w, none in zip(reader.natural.frequency, _silent(reader), strict=True):
+        blank = none or w > (drive.orders[-1] + step / 2) * high
         row = []
         for wanted in (True, False):
             own = [

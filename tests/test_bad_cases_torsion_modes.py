@@ -2,19 +2,18 @@
 
 import numpy as np
 import pytest
-from torsion_lines import engine, network
+from torsion_lines import network
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.response.torsion.damped_modes import damped_modes
 from vibecalc.response.torsion.holzer import holzer_table
 from vibecalc.response.torsion.line import chain
+from vibecalc.response.torsion.line_modes import damped_line_modes
 from vibecalc.response.torsion.modes import natural_modes
 from vibecalc.response.torsion.modes_riccati import riccati_frequencies
 
 LOOP = network([1, 1, 1], [(0, 1, 1.0), (1, 2, 1.0), (2, 0, 1.0)])
 TWINS = network([1, 1, 1, 1], [(0, 1, 1.0), (1, 2, 1.0), (1, 3, 1.0)])
 EMPTY = chain(np.array([1.0, 0.0, 0.0]), np.array([0.0, 2.0]))
-LOSSY = engine()._replace(loss_factor=np.full(6, 0.01))
 STEEP = chain(np.ones(400), np.full(399, 1e-3))
 JOINED = network([1.0, 0.0, 0.0], [(0, 1, 5.0), (1, 2, 0.0), (2, 0, 5.0)], damping=[0.0, 3.0, 0.0])
 
@@ -23,15 +22,14 @@ JOINED = network([1.0, 0.0, 0.0], [(0, 1, 5.0), (1, 2, 0.0), (2, 0, 5.0)], dampi
     ("ask", "words"),
     [
         (lambda: natural_modes(EMPTY), "without any inertia"),
-        (lambda: damped_modes(EMPTY), "without any inertia"),
+        (lambda: damped_line_modes(EMPTY, 0), "without any inertia"),
         (lambda: riccati_frequencies(LOOP), "closed loop"),
         (lambda: holzer_table(LOOP, np.array(1.0)), "closed loops"),
         (lambda: holzer_table(EMPTY, np.array(1.0)), "without any inertia"),
         # each branch on its own spring, the middle still: two branches of one frequency
         (lambda: holzer_table(TWINS, np.array(1.0)), "stands still"),
         (lambda: holzer_table(STEEP, np.array(1e3)), "range of numbers"),
-        (lambda: damped_modes(LOSSY), "forced response"),
-        (lambda: damped_modes(JOINED), "dampers alone"),
+        (lambda: damped_line_modes(JOINED, 0), "dampers alone"),
     ],
 )
 def test_refused(ask, words: str) -> None:

@@ -3,15 +3,20 @@
 The truth: runs of cases that have that other state, the rule by hand, and the curves themselves.
 """
 
+import tomllib
 from pathlib import Path
 
 import numpy as np
 import pytest
 from engine_cases import ENGINE, GEARED, refusal, replaced
+from report_samples import result_of
 from test_consistency_torsion_stage import ROOT, SPEED, record, value
 
-from vibecalc.case.load import validate
+from vibecalc.case.load import resolve, validate
 from vibecalc.machine.cautions import machine_warnings
+from vibecalc.pipeline.stages.torsion.barred import united
+from vibecalc.report.machine_readable import as_json
+from vibecalc.report.sections.torsion_conclusion import conclusion
 
 POINTS = "speeds = { from = '800 rpm', to = '2000 rpm', points = 61 }"
 ENGINE = replaced(ENGINE, ('speeds = { from = "800 rpm", to = "2000 rpm" }', POINTS))
@@ -96,7 +101,7 @@ def test_a_rule_bars_about_the_peak_and_never_near_the_rated_speed() -> None:
     use = float(value(weak % "1.0", "limit/largest_use")[0])
     text = weak % f"{min(1.0, use / 1.05)!r}"
     start, end, peak, low, high, permitted = (
-        value(text, f"barred/{n}")
+        value(text, f"exceeded/{n}")
         for n in ("from", "to", "peak_speed", "formula_from", "formula_to", "permitted")
     )
     assert len(start) and np.all((start <= peak) & (peak <= end))
@@ -104,8 +109,34 @@ def test_a_rule_bars_about_the_peak_and_never_near_the_rated_speed() -> None:
     assert low == pytest.approx(16.0 * peak / (18.0 - ratio), rel=1e-12)
     assert high == pytest.approx((18.0 - ratio) * peak / 16.0, rel=1e-12)
     assert permitted.tolist() == [int(one <= 0.8 * SPEED) for one in end]
+    barred = [value(text, f"barred/{n}") for n in ("from", "to")]
+    assert len(barred[0]) <= len(start) and np.all(barred[0][1:] > barred[1][:-1])
+    for one in zip(np.minimum(start, low), np.maximum(end, high), strict=True):
+        holds = (barred[0] <= one[0]) & (one[1] <= barred[1])
+        assert np.count_nonzero(holds) == 1
+    assert set(barred[0]) <= {*start, *low} and set(barred[1]) <= {*end, *high}
     best = int(np.argmin(np.abs(peak - value(text, "limit/speed")[0])))
     assert peak[best] == pytest.approx(value(text, "limit/speed")[0], rel=1e-9)
+
+
+def test_ranges_that_overlap_are_united() -> None:
+    lower, upper = np.array([5.0, 1.0, 2.5, 9.0]), np.array([6.0, 3.0, 4.0, 9.5])
+    assert [one.tolist() for one in united(lower, upper)] == [[1, 2], [0], [3]]
+    assert united(np.zeros(0), np.zeros(0)) == []
+
+
+def test_the_headline_names_what_the_rule_bars() -> None:
+    steel = 'rule = "iacs_m68", tensile_strength = "1 MPa", design_factor = %r'
+    use = float(value(ENGINE + f"limits = [{{ {steel % 1.0} }}]", "limit/largest_use")[0])
+    both = [f"{{ {steel % (share * min(1.0, use))} }}" for share in (0.95, 0.93)]
+    text = ENGINE + f"limits = [{', '.join(both)}]"
+    assert set(value(text, "exceeded/limit")) == {1, 2}
+    result = result_of(record(text), resolve(validate(tomllib.loads(text))))
+    low, high = (value(text, f"barred/{n}") * 30.0 / np.pi for n in ("from", "to"))
+    for one, other in zip(low, high, strict=True):
+        assert f"{one:.5g} to {other:.5g} rpm" in conclusion(result)
+    listed = as_json(result)["quantities"]
+    assert listed["response/torsion/barred/to"]["value"] == value(text, "barred/to").tolist()
 
 
 def test_a_rule_bars_nothing_beyond_its_scope_though_nothing_damps_the_line() -> None:
@@ -118,7 +149,7 @@ def test_a_rule_bars_nothing_beyond_its_scope_though_nothing_damps_the_line() ->
     )
     rated, endless = value(text, "limit/basis/rated_speed")[0], value(text, "masked/from")
     assert endless.max() > 1.05 * rated > endless.min()
-    assert value(text, "barred/to").max() <= 1.05 * rated
+    assert value(text, "exceeded/to").max() <= 1.05 * rated
     assert np.isinf(value(text, "limit/largest_use")).all()
 
 

@@ -108,7 +108,7 @@ def test_shapes_run_along_the_line_and_branches_apart(made: dict[str, Any]) -> N
         [line.get_ydata() for line in figure.axes[0].get_lines() if line.get_marker() == "o"]
     )
     shape = [*values(six(), "modes/shape")[1], *values(six(), "modes/ring_shape")[1]]
-    assert sorted(heights) == pytest.approx(sorted(shape))
+    assert sorted(heights) == pytest.approx(sorted(np.real(shape)))
     other = geared()
     from vibecalc.case.load import validate
 
@@ -213,15 +213,15 @@ def test_spectrum_and_vectors(made: dict[str, Any]) -> None:
     vectors = made["torsion_vectors"]
     sums = [axes.get_xlabel() for axes in vectors.axes if axes.get_xlabel()]
     told = np.abs(values(result, "excitation/vector_sum"))
-    # rows of modes 2 to 4, columns of orders 0.5, 1, 1.5, 3 and their like
-    wanted = [f"all {told[mode, place]:.3f}" for mode in (1, 2, 3) for place in (0, 1, 2, 5)]
+    # rows of modes 2 to 4, columns of orders 0.5 to 3; shapes of a damped line have no mirror images
+    wanted = [f"all {told[mode, place]:.3f}" for mode in (1, 2, 3) for place in range(6)]
     assert [words.split("\n")[1] for words in sums] == wanted
     # cylinder 3 does not fire: order 3 has all in phase, so that its share is missing
     shape = values(result, "modes/shape")[1]
     stations = list(result.record[ROOT + "modes/shape"].axes[1].values)
     own = np.array([shape[stations.index(f"cyl {i}")] for i in range(1, 7)])
     left = abs(own.sum() - own[2]) / np.abs(own).sum()
-    assert sums[3].split("\n")[0] == f"sum {left:.3f}"
+    assert sums[5].split("\n")[0] == f"sum {left:.3f}"
     assert "(3)" in " ".join(text.get_text() for text in vectors.axes[0].texts)
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from vibecalc.case.engine_firing import CYCLES, angles_in_order, phase_of
-from vibecalc.excitation.order_sums import major_orders, phase_sums
+from vibecalc.excitation.order_sums import bank_factor, major_orders, order_ranks, phase_sums
 
 FOUR_STROKE = CYCLES["four_stroke"]
 ORDER = np.arange(1, 25) / 2.0
@@ -27,6 +27,25 @@ def test_a_v8_with_shared_pins_is_a_cross_plane() -> None:
     assert pins[::2] == pytest.approx([0.0, 90.0, 270.0, 180.0], abs=1e-12)
     assert pins[1::2] == pytest.approx(pins[::2], abs=1e-12)
     assert np.array_equal(ORDER[major_orders(firing, ORDER)], [4.0, 8.0, 12.0])
+    # each bank fires unevenly, and alone it is in phase at the same orders
+    assert np.array_equal(ORDER[major_orders(firing, ORDER, bank)], [4.0, 8.0, 12.0])
+
+
+def test_orders_of_a_v12_of_90_degrees_are_major_by_bank() -> None:
+    """A bank fires every 120 degrees; the other one 90 degrees later, or 30 earlier."""
+    intervals = np.radians([90.0, 30.0] * 6)
+    firing = angles([1, 12, 5, 8, 3, 10, 6, 7, 2, 11, 4, 9], FOUR_STROKE, list(intervals))
+    bank = np.repeat([-0.25 * np.pi, 0.25 * np.pi], 6)
+    assert np.array_equal(ORDER[major_orders(firing, ORDER)], [12.0])
+    assert np.array_equal(ORDER[major_orders(firing, ORDER, bank)], [3.0, 9.0, 12.0])
+    factor, error = bank_factor(firing, ORDER, bank)
+    for order, by_hand in ((3.0, 0.5**0.5), (6.0, 0.0), (9.0, 0.5**0.5), (12.0, 1.0), (1.5, 0.0)):
+        place = int(np.flatnonzero(order == ORDER)[0])
+        assert abs(factor[place] - by_hand) <= error[place] + 1e-15
+    rigid = phase_sums(np.ones((1, 12)), firing, ORDER)
+    rank = order_ranks(rigid.relative, rigid.error)[0]
+    assert [ORDER[rank == place].tolist() for place in (1, 2)] == [[12.0], [3.0, 9.0]]
+    assert np.count_nonzero(rank) == 3
 
 
 def test_a_twin_on_one_pin_fires_unevenly() -> None:

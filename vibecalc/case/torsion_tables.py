@@ -158,6 +158,9 @@ class Torsion(Table):
     limits: Annotated[tuple[TorsionLimit, ...], Field(max_length=64)] = Field(
         (), description="of the stress, with the barred ranges that follow"
     )
+    separation: Literal["api_618", "api_684", "api_671"] | None = Field(
+        None, description="hold the margins of modes to orders against this rule; informative"
+    )
     as_published: AsPublished | None = Field(None, description="also by the route of the source")
     variable_inertia: VariableInertia | None = Field(
         None, description="also with the inertia that changes over the revolution"

@@ -25,7 +25,8 @@ class Firing:
     `angle` (c,), from 0 to below `cycle`, is the crank angle at which each fires, counted from the
     firing position of the first cylinder in the firing order; `first` is where that one stands on
     the angle from which crank phases count. `pressure_scale` (c,) multiplies the gas pressure of
-    each; `fires` (c,) is false for those that the case lets misfire.
+    each; `fires` (c,) is false for those that the case lets misfire; `bank` (c,) is the
+    bank angle.
     """
 
     names: tuple[str, ...]
@@ -34,6 +35,7 @@ class Firing:
     cycle: float
     pressure_scale: Array
     fires: NDArray[np.bool_]
+    bank: Array
 
 
 def firing_angle(machine: Machine) -> Array:
@@ -83,6 +85,7 @@ def build_firing(case: Case) -> Firing:
             [1.0 if c.pressure_scale is None else c.pressure_scale for c in cylinders]
         ),
         fires=np.array([cylinder.name not in silent for cylinder in cylinders]),
+        bank=np.array([cylinder.bank_angle for cylinder in cylinders]),
     )
 
 

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from vibecalc.case.torsion_tables import LineSpeeds, Torsion
 
 _STEADY = (
-    *("/modes/", "/damped/", "/excitation/"),
+    *("/modes/", "/excitation/"),
     *("/angle", "/twist", "/torque", "/stress", "/section_heat", "/station_heat", "/modal_heat"),
     "/damper/",
     *("/gear/", "/margin/", "/separation/operating/", "/critical/", "/limit/operating"),
@@ -21,7 +21,8 @@ _STEADY = (
     *(f"/healthy/{name}_half_range" for name in ("torque", "twist", "stress")),
 )
 _RANGE = (
-    *("/speeds/", "/masked/", "/largest/", "/summit/", "/limit/", "/barred/", "/bare/"),
+    *("/speeds/", "/masked/", "/largest/", "/summit/", "/limit/", "/bare/"),
+    *("/barred/", "/exceeded/"),
     *("/reduction", "/hammering/", "/campbell/", "/separation/range/"),
     *("/healthy/speeds/", "/healthy/largest/", "/healthy/limit/largest_use"),
 )
@@ -82,14 +83,20 @@ def has_holzer(case: "Case") -> bool:
     return len(line.stations) + len(line.dampers) <= _LONGEST_HOLZER and not has_loops(case)
 
 
-def has_poles(case: "Case") -> bool:
-    """Whether the damping has a meaning in time: no ratios by mode.
-
-    Loss factors count as dashpots that equal them at the frequency of each mode.
-    """
+def has_modal_damping(case: "Case") -> bool:
+    """Whether the case damps by mode."""
     torsion = asked(case)
     assert torsion is not None
-    return torsion.damping_model is None or torsion.damping_model.kind == "rayleigh"
+    return torsion.damping_model is not None and torsion.damping_model.kind == "modal"
+
+
+def has_damped_rings(case: "Case") -> bool:
+    """Whether a ring is damped against the line, so that its modes are not the undamped ones."""
+    torsion, line = asked(case), case.machine.shaft_line
+    assert torsion is not None and line is not None
+    return torsion.damping_model is None and any(
+        one.damping or one.loss_factor for one in line.dampers
+    )
 
 
 def _picked(case: "Case", starts: tuple[str, ...]) -> tuple[str, ...]:
@@ -109,8 +116,10 @@ def _picked(case: "Case", starts: tuple[str, ...]) -> tuple[str, ...]:
         "/campbell/": torsion.campbell and any(one.kind == "pendulum" for one in line.dampers),
         "transfer_matrix": not has_loops(case),
         "holzer": has_holzer(case),
-        "/damped/": has_poles(case),
-        "modal_heat": not has_poles(case),
+        "undamped_frequency": has_damped_rings(case),
+        "/kept": torsion.separation is not None,
+        "bank_factor": len({one.bank_angle for one in train.cylinders}) > 1,
+        "modal_heat": has_modal_damping(case),
         "stress": any(has_stress(shaft) for shaft in line.shafts),
         "tangential_pressure": bool(train.bore),
         "mean_indicated_pressure": bool(train.bore),
@@ -119,6 +128,7 @@ def _picked(case: "Case", starts: tuple[str, ...]) -> tuple[str, ...]:
         "/limit/basis/": bool(torsion.limits) and starts is _STEADY,
         "/healthy/": bool(torsion.misfire),
         "/barred/": bool(torsion.limits),
+        "/exceeded/": bool(torsion.limits),
     }
     left_out = tuple(word for word, has in there.items() if not has)
     return tuple(

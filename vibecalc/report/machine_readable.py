@@ -10,11 +10,15 @@ from vibecalc.report.references import ReferenceRow, judge_references
 from vibecalc.results.record import Quantity, Result
 
 
+#: lists of numbers that a reader acts on, beside the scalars
+_LISTS = ("response/torsion/barred/from", "response/torsion/barred/to")
+
+
 def as_json(result: Result, path: Path | str | None = None) -> dict[str, Any]:
     """The result as a plain object that `json.dumps(..., allow_nan=False)` takes.
 
     `result` is the path of the result file. `quantities` has the scalars, a complex one as its
-    magnitude. What is undefined is None, and so is what is infinite, since JSON has no word for
+    magnitude, and the barred ranges of a shaft line as lists. What is undefined is None, and so is what is infinite, since JSON has no word for
     it; an infinite limit entry still says `kept: false`.
     """
     return {
@@ -23,7 +27,7 @@ def as_json(result: Result, path: Path | str | None = None) -> dict[str, Any]:
         "quantities": {
             quantity.path: {"value": _scalar(quantity), "unit": quantity.unit}
             for quantity in result.record.values()
-            if not quantity.axes
+            if not quantity.axes or quantity.path in _LISTS
         },
         "references": [_reference(row) for row in judge_references(result)],
         "limits": [_limit(row) for row in judge_limits(result)],
@@ -59,7 +63,9 @@ def _limit(row: LimitRow) -> dict[str, Any]:
     }
 
 
-def _scalar(quantity: Quantity) -> float | int | str | None:
+def _scalar(quantity: Quantity) -> float | int | str | list[float] | None:
+    if quantity.axes:
+        return [float(one) for one in quantity.values]
     value = magnitudes(quantity)[()]
     if value.dtype.kind in "biu":
         return int(value)

@@ -10,27 +10,28 @@ ROOT = "response/torsion"
 _BY_MODE = "mode half_order"
 
 _OF_MODES = (
-    ("natural_frequency", "mode", "rad/s", "undamped natural frequency; rigid: exactly 0"),
+    ("natural_frequency", "mode", "rad/s",
+     "with a damper the magnitude of the pole, else undamped; 0: it does not vibrate"),
     ("frequency_error", "mode", "rad/s", "error estimate of each natural frequency"),
+    ("damping_ratio", "mode", "", "of the damped pole, or as given by mode; 1: overdamped"),
+    ("undamped_frequency", "mode", "rad/s",
+     "of the line without any damping, the rings of its dampers free, by their own numbers"),
     ("transfer_matrix_frequency", "mode", "rad/s",
-     "the same by transfer matrix and mode count, in branched lines no second way; without "
+     "undamped, by transfer matrix and mode count, in branched lines no second way; without "
      "closed loops of shafts only"),
-    ("shape", "mode station", "", "own angle; the largest freedom is 1"),
+    ("shape", "mode station", "",
+     "own angle; the largest freedom is 1, with a damper the largest that is no ring"),
     ("ring_shape", "mode damper", "", "the same, of the rings of dampers"),
-    ("modal_inertia", "mode", "kg*m^2", "of that shape, referred to the crankshaft"),
+    ("modal_inertia", "mode", "kg*m^2",
+     "sum of inertia times squared magnitude of that shape, referred to the crankshaft"),
     ("strain_energy_share", "mode section", "", "of the section in the energy of the mode"),
-    ("energy_damping_ratio", "mode", "",
-     "from work and energy of the undamped shape: estimate for light damping"),
-    ("holzer_angle", "mode freedom", "", "Holzer table: referred angle, 1 in its first row"),
+    ("holzer_angle", "mode freedom", "",
+     "Holzer table, undamped: referred angle, 1 in its first row"),
     ("holzer_inertia_torque", "mode freedom", "N*m", "Holzer table: J w^2 times the angle"),
     ("holzer_torque", "mode freedom", "N*m", "Holzer table: running sum of the torques"),
     ("holzer_residual", "mode", "N*m", "Holzer table: sum of the last row; a mode closes at 0"),
 )  # fmt: skip
-MODES = (
-    *(entry(f"{ROOT}/modes/{name}", *rest) for name, *rest in _OF_MODES),
-    entry(f"{ROOT}/damped/frequency", "damped_mode", "rad/s", "magnitude of the damped pole"),
-    entry(f"{ROOT}/damped/damping_ratio", "damped_mode", "", "of that pole; 1: it does not swing"),
-)
+MODES = tuple(entry(f"{ROOT}/modes/{name}", *rest) for name, *rest in _OF_MODES)
 
 EXCITATION = (
     entry(f"{ROOT}/excitation/pressure", "crank_angle", "Pa",
@@ -55,7 +56,12 @@ EXCITATION = (
           "sum of phase vectors of a mode over that of all in line; 0: no cylinder moves"),
     entry(f"{ROOT}/excitation/intensity", _BY_MODE, "N*m",
           "torque on the mode, sum of shape times torque; the shape as under modes", PEAK),
-    entry(f"{ROOT}/excitation/major", "half_order", "", "1: all cylinders in phase; 0: not"),
+    entry(f"{ROOT}/excitation/rank", _BY_MODE, "",
+          "place of the order in the mode by its vector sum, 1 for the largest; 0: they cancel"),
+    entry(f"{ROOT}/excitation/major", "half_order", "",
+          "1: the cylinders of each bank in phase, and the banks do not cancel; 0: not"),
+    entry(f"{ROOT}/excitation/bank_factor", "half_order", "",
+          "what the angle between the banks leaves of their sums; 1: all of it"),
 )  # fmt: skip
 
 _SECTION = "section half_order"
@@ -93,7 +99,7 @@ STEADY = (
     entry(f"{ROOT}/separation/operating/half_order", "mode order_class", "",
           "that order; 0: none is near"),
     entry(f"{ROOT}/separation/operating/kept", "mode order_class", "",
-          "1: as far from every order as API 618 asks; 0: not"),
+          "1: as far from every order as the rule of the case asks; 0: not"),
 )  # fmt: skip
 
 ENTRIES = (*MODES, *EXCITATION, *STEADY)

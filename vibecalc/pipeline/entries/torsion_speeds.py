@@ -10,7 +10,8 @@ _CURVE = "section speed"
 
 ENTRIES = (
     entry(f"{ROOT}/critical/speed", "mode half_order", "rad/s",
-          "speed at which the order meets the natural frequency; also outside of the range"),
+          "speed at which the order meets the natural frequency, also outside of the range; "
+          "0: the mode does not vibrate; infinite: no response peaks"),
     entry(f"{ROOT}/speeds/angle_half_range", "station speed", "rad", "half range of all orders"),
     entry(f"{ROOT}/speeds/twist_half_range", _CURVE, "rad", "half range of all orders"),
     entry(f"{ROOT}/speeds/torque_half_range", _CURVE, "N*m", "half range of all orders"),
@@ -29,12 +30,12 @@ ENTRIES = (
     entry(f"{ROOT}/hammering/to", "hammering", "rad/s", "to here"),
     entry(f"{ROOT}/hammering/gear", "hammering", "", "this gear, counted from 1"),
     entry(f"{ROOT}/campbell/natural_frequency", "mode speed", "rad/s",
-          "undamped, where pendulums let it follow the speed"),
+          "as under modes, where pendulums let it follow the speed"),
     entry(f"{ROOT}/separation/range/margin", "mode order_class", "",
           "least distance to an order within the speeds, over its nearer end; below 0: it is met"),
     entry(f"{ROOT}/separation/range/half_order", "mode order_class", "", "that order; 0: none"),
     entry(f"{ROOT}/separation/range/kept", "mode order_class", "",
-          "1: as far from every order as API 618 asks; 0: not"),
+          "1: as far from every order as the rule of the case asks; 0: not"),
     entry(f"{ROOT}/masked/from", "masked", "rad/s", "nothing damps a mode from here"),
     entry(f"{ROOT}/masked/to", "masked", "rad/s", "to here"),
     entry(f"{ROOT}/masked/mode", "masked", "", "the mode"),
@@ -61,7 +62,14 @@ ENTRIES = (
     entry(f"{ROOT}/limit/operating_use", "limit", "", "stress over allowed at the operating speed"),
     entry(f"{ROOT}/limit/transient_use", "limit", "",
           "largest stress over the one allowed for passing through; 0: the limit has none"),
-    entry(f"{ROOT}/barred/from", "barred", "rad/s", "more than allowed for lasting from here"),
+    entry(f"{ROOT}/barred/from", "barred", "rad/s",
+          "barred for lasting operation from here: by the formula of a rule where that is wider "
+          "than the range above the limit; ranges that overlap are one"),
     entry(f"{ROOT}/barred/to", "barred", "rad/s", "to here"),
-    entry(f"{ROOT}/barred/limit", "barred", "", "by this limit, counted from 1"),
+    entry(f"{ROOT}/barred/permitted", "barred", "",
+          "0: the rule lets no range be barred there, from lambda = 0.8 on; 1: it does"),
+    entry(f"{ROOT}/exceeded/from", "exceeded", "rad/s",
+          "more than allowed for lasting from here"),
+    entry(f"{ROOT}/exceeded/to", "exceeded", "rad/s", "to here"),
+    entry(f"{ROOT}/exceeded/limit", "exceeded", "", "above this limit, counted from 1"),
 )  # fmt: skip

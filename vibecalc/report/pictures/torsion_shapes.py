@@ -29,9 +29,10 @@ def picture(result: Result) -> "Figure | None":
     if shape is None or natural is None or line is None or not modes:
         return None
     rings = having(result.record, TORSION + "modes/ring_shape", "mode", "damper")
-    values = np.asarray(shape.values, dtype=float)
+    # of complex shapes what is seen where the largest station has its crest
+    values = np.real(shape.values)
     if rings is not None:
-        values = np.hstack([values, np.asarray(rings.values, dtype=float)])
+        values = np.hstack([values, np.real(rings.values)])
     paths = strands(line, values.shape[1])
     names = [*line.station_names, *(one.name for one in line.dampers)]
     widths = [len(path) + 0.5 for path in paths]

@@ -37,11 +37,13 @@ def picture(result: Result) -> "Figure | None":
     angle = np.asarray(firing.values, dtype=float)
     if angle.size < 2 or not modes:
         return None
-    stars = alike(angle, np.asarray(total.axes[0].values, dtype=float))[:_STARS]
+    orders = np.asarray(total.axes[0].values, dtype=float)
+    stars = alike(angle, orders, mirrored=not np.iscomplexobj(shape.values))[:_STARS]
     named = labels(firing.axes[0])
     fires = np.array([name not in silent(result) for name in named])
+    mirrored = "" if np.iscomplexobj(shape.values) else " (mirror images count as equal)"
     words = (
-        "phase vectors of the cylinders by order (mirror images count as equal);\n"
+        f"phase vectors of the cylinders by order{mirrored};\n"
         "below, each times the shape of a mode, end to end, over what all in line would be"
     )
     for ill in misfire_words(result):
@@ -52,11 +54,11 @@ def picture(result: Result) -> "Figure | None":
         max(1.9 * len(stars) + 0.6, 7.6), 2.0 * (len(modes) + 1) + 1.4,
     )  # fmt: skip
     grid = figure.subplots(len(modes) + 1, len(stars), squeeze=False)
-    for orders, column in zip(stars, grid.T, strict=True):
-        turned = np.exp(-1j * orders[0] * angle)
-        _star(column[0], turned, named, orders, fires)
+    for group, column in zip(stars, grid.T, strict=True):
+        turned = np.exp(-1j * group[0] * angle)
+        _star(column[0], turned, named, group, fires)
         for mode, axes in zip(modes, column[1:], strict=True):
-            row = np.asarray(shape.values, dtype=float)[mode][line.cylinder_station]
+            row = np.asarray(shape.values)[mode][line.cylinder_station]
             _polygon(axes, row, turned, fires)
     values = hertz(1.0) * np.asarray(natural.values, dtype=float)
     grid[0][0].set_ylabel("phases", fontsize=9)
@@ -65,17 +67,20 @@ def picture(result: Result) -> "Figure | None":
     return figure
 
 
-def alike(angle: np.ndarray, order: np.ndarray) -> list[list[float]]:
-    """Orders in groups of equal phases of the cylinders, mirrored ones too, each group ascending.
+def alike(angle: np.ndarray, order: np.ndarray, mirrored: bool = True) -> list[list[float]]:
+    """Orders in groups of equal phases of the cylinders, each group ascending.
 
-    The mirror image of a star gives the same sums, as the shapes are real.
+    The mirror image of a star gives the same sums where the shapes are real: `mirrored`.
     """
     groups: list[list[float]] = []
     stars: list[np.ndarray] = []
     for q in order:
         star = np.exp(-1j * q * (angle - angle[0]))
         for group, other in zip(groups, stars, strict=True):
-            if min(np.abs(star - other).max(), np.abs(star.conj() - other).max()) < _ALIKE:
+            away = np.abs(star - other).max()
+            if mirrored:
+                away = min(away, np.abs(star.conj() - other).max())
+            if away < _ALIKE:
                 group.append(float(q))
                 break
         else:

@@ -1,7 +1,7 @@
 """Rows of the first table on a shaft line: frequencies and their separation, limits, gears."""
 
 from collections.abc import Iterator
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -28,6 +28,7 @@ from vibecalc.report.sections.torsion_scenes import (
 )
 from vibecalc.report.sections.torsion_terms import (
     TORSION,
+    asked,
     elastic_modes,
     joined,
     names,
@@ -36,6 +37,9 @@ from vibecalc.report.sections.torsion_terms import (
     vector,
 )
 from vibecalc.results.record import Record, Result
+
+if TYPE_CHECKING:
+    from vibecalc.hardware.shaft_rules import Separation as SeparationRule
 
 _GEARS = "gears that hammer"
 
@@ -56,11 +60,11 @@ def frequencies(result: Result, columns: list[Scene]) -> Iterator[Row]:
         value[BARE] = show(hertz(bare[lowest]))
         where[BARE] = (f"its mode {lowest + 1}", f"{show(rpm(bare[lowest]), digits=5)} cpm")
     yield Row("lowest natural frequency", "Hz", value, where=where)
-    yield from _separations(record, modes, columns)
+    yield from _separations(result, modes, columns)
 
 
 class Separation(NamedTuple):
-    """The mode next to an order of a class; `required` 0 where API 618 asks nothing of it."""
+    """The mode next to an order of a class; `required` 0 where no rule asks anything of it."""
 
     kind: str
     mode: int
@@ -70,33 +74,39 @@ class Separation(NamedTuple):
     close: bool
 
 
-def separations(record: Record, modes: list[int]) -> Iterator[Separation]:
-    """The mode next to an order of each class at the operating speed, first one that is close."""
+def separation_rule(result: Result) -> "SeparationRule | None":
+    """The rule for the margins that the case names."""
     from vibecalc.hardware.shaft_rules import SEPARATIONS
 
+    return SEPARATIONS.get(str(asked(result).get("separation") or ""))
+
+
+def separations(result: Result, modes: list[int]) -> Iterator[Separation]:
+    """The mode next to an order of each class at the operating speed, first one that is close."""
+    record, rule = result.record, separation_rule(result)
     margin, order, kept = (
         having(record, f"{TORSION}separation/{OPERATING}/{name}", "mode", "order_class")
         for name in ("margin", "half_order", "kept")
     )
-    if margin is None or order is None or kept is None:
+    if margin is None or order is None:
         return
     for place, kind in enumerate(labels(margin.axes[1])):
         away = np.asarray(margin.values, dtype=float)[:, place]
         counts = [mode for mode in modes if np.isfinite(away[mode]) and order.values[mode, place]]
-        close = [mode for mode in counts if not kept.values[mode, place]]
+        close = [] if kept is None else [mode for mode in counts if not kept.values[mode, place]]
         if not counts:
             continue
         least = min(close or counts, key=lambda mode: float(away[mode]))
         met = float(order.values[least, place])
-        required = SEPARATIONS["api_618"].margin.get(met, 0.0)
+        required = 0.0 if rule is None else rule.margin.get(met, 0.0)
         yield Separation(kind, least, met, float(away[least]), required, bool(close))
 
 
-def _separations(record: Record, modes: list[int], columns: list[Scene]) -> Iterator[Row]:
-    first = columns[0].prefix
-    for row in separations(record, modes):
+def _separations(result: Result, modes: list[int], columns: list[Scene]) -> Iterator[Row]:
+    first, asks = columns[0].prefix, separation_rule(result)
+    for row in separations(result, modes):
         text = f"{100.0 * row.margin:.1f}"
-        rule = "; API 618, informative" if row.required else ""
+        rule = f"; {asks.rule.name}, informative" if asks is not None and row.required else ""
         yield Row(
             f"margin to {row.kind} order, {OPERATING}", "%",
             {scene.prefix: text for scene in columns if scene.prefix != BARE},
@@ -138,7 +148,7 @@ def stress_limits(result: Result, columns: list[Scene]) -> Iterator[Row]:
             where = (known[place] if 0 <= place < len(known) else "", f"{at}: {name}")
             yield Row(f"stress over limit {i + 1}, {way}", "%", value, "100", flag, {"": where})
     barred = barred_ranges(record)
-    ends = "\n".join(f"{low} to {high} rpm" for low, high, _ in barred)
+    ends = "\n".join(barred)
     yield Row("barred ranges", "", {"": str(len(barred))}, where={"": ("", ends)} if ends else {})
 
 

@@ -5,12 +5,17 @@ from collections.abc import Iterator
 import numpy as np
 
 from vibecalc.report.lookup import having
-from vibecalc.report.sections.torsion_case_checks import hammering, hammering_at, separations
+from vibecalc.report.sections.torsion_case_checks import (
+    hammering,
+    hammering_at,
+    separation_rule,
+    separations,
+)
 from vibecalc.report.sections.torsion_limits import (
     BROKEN,
     PASSING,
     barred_ranges,
-    barred_rows,
+    exceeded_rows,
     verdicts,
 )
 from vibecalc.report.sections.torsion_scenes import own_entry
@@ -59,8 +64,7 @@ def _of_limits(record: Record) -> Iterator[str]:
         yield f"at the operating speed the stress keeps the {what}"
     barred = barred_ranges(record)
     if barred:
-        ends = joined(f"{low} to {high} rpm" for low, high, _ in barred)
-        yield f"{ends} {'are' if len(barred) > 1 else 'is'} barred for lasting operation"
+        yield f"{joined(barred)} {'are' if len(barred) > 1 else 'is'} barred for lasting operation"
     elif not broken and PASSING not in found:
         yield "no range of speeds is barred"
 
@@ -75,7 +79,7 @@ def _where_broken(record: Record) -> str:
         words.append("at the operating speed")
     if passing is not None and np.any(passing > 1.0):
         words.append("even for passing through")
-    if any(not one.permitted for one in barred_rows(record)):
+    if any(not one.permitted for one in exceeded_rows(record)):
         words.append("where the rule lets no range of speeds be barred")
     return f" {joined(words)}"
 
@@ -101,11 +105,12 @@ def _of_torque(result: Result) -> Iterator[str]:
 
 def _of_majors(result: Result) -> Iterator[str]:
     """The mode that a major order meets nearly at the operating speed, if one does."""
-    for row in separations(result.record, elastic_modes(result)):
-        if row.kind == "major" and row.close:
+    rule = separation_rule(result)
+    for row in separations(result, elastic_modes(result)):
+        if rule is not None and row.kind == "major" and row.close:
             yield (
                 f"mode {row.mode + 1} lies {100.0 * row.margin:.1f} % from major order "
-                f"{order_text(row.order)} of the operating speed, less than API 618 would ask"
+                f"{order_text(row.order)} of the operating speed, less than {rule.rule.name} asks"
             )
 
 

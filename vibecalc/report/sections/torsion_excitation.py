@@ -28,6 +28,8 @@ _SCALARS = (("mean_torque", "mean torque of all cylinders", 1.0, "N*m"),
 #: of the largest amplitude: less is shown as zero
 _NOTHING = 1e-7
 _MODES = 4
+#: places in the ranking of orders that are told, and orders of one place
+_RANKS, _ALIKE = 3, 6
 _WIDE = 9
 
 
@@ -100,13 +102,20 @@ def _vectors(result: Result) -> list[str]:
     modes = elastic_modes(result)[:_MODES]
     if sums is None or natural is None or not modes:
         return []
-    major = vector(record, "excitation/major", "half_order")
-    columns = [number("order", 6), Column("major", 5)]
+    major, factor = (
+        vector(record, f"excitation/{name}", "half_order") for name in ("major", "bank_factor")
+    )
+    columns = [number("order", 6)]
+    columns.append(Column("major", 5) if factor is None else number("major\nbanks", 5))
     for mode in modes:
         columns += [number(f"mode {mode + 1}\nsum", 9), number("torque\nN*m", 10)]
     rows = []
     for i, order in enumerate(np.asarray(sums.axes[1].values, dtype=float)[:MOST_ORDERS]):
         row = [order_text(order), "*" if major is not None and major[i] else ""]
+        if factor is not None:
+            row[1] += f"{factor[i]:.3f}".lstrip("0") if 5e-4 < factor[i] < 0.9995 else (
+                f"{factor[i]:.0f}"
+            )
         for mode in modes:
             row += [_sum(sums, mode, i), cell(work, (mode, i), digits=4)]
         rows.append(row)
@@ -118,15 +127,40 @@ def _vectors(result: Result) -> list[str]:
         "they cancel). Torque: 0-to-peak on the mode, with the largest angle of the shape 1. Major "
         "orders (*): all cylinders in phase."
     )
+    if factor is not None:
+        words = words.replace(
+            "all cylinders in phase.",
+            "the cylinders of each bank in phase, beside what the angle between the banks leaves "
+            "of their sums (1: all; 0: they cancel, and the order is not major).",
+        )
     if isinstance(silent, list | tuple) and silent:
         words += " The sums count all cylinders alike, as if all fired; the torques do not."
-    strongest = _strongest(work, modes)
+    strongest = [*_ranked(record, sums, modes), *_strongest(work, modes)]
     return [*paragraph(words), *table(columns, rows), *_rest(sums.values.shape[1]), *strongest]
 
 
 def _sum(sums: Quantity, mode: int, place: int) -> str:
     size = abs(complex(np.asarray(sums.values)[mode, place]))
     return f"{size:.4f}" if size > max(sums.error_estimate, 5e-13) else "0"
+
+
+def _ranked(record: Record, sums: Quantity, modes: list[int]) -> list[str]:
+    """The orders of the largest vector sums on each mode, those of equal sums together."""
+    rank = having(record, EXCITATION + "rank", "mode", "half_order")
+    if rank is None:
+        return []
+    orders = np.asarray(sums.axes[1].values, dtype=float)
+    words = []
+    for mode in modes:
+        places = np.asarray(rank.values)[mode]
+        groups = []
+        for number_ in sorted(set(places[places > 0].tolist()))[:_RANKS]:
+            own = np.flatnonzero(places == number_)
+            listed = ", ".join(order_text(orders[i]) for i in own[:_ALIKE])
+            more = " ..." if len(own) > _ALIKE else ""
+            groups.append(f"{listed}{more} ({_sum(sums, mode, int(own[0]))})")
+        words.append(f"mode {mode + 1}: {'; '.join(groups)}")
+    return paragraph(f"Orders ranked by vector sum, equal ones together: {'. '.join(words)}.")
 
 
 def _strongest(work: Quantity | None, modes: list[int]) -> list[str]:
@@ -139,4 +173,4 @@ def _strongest(work: Quantity | None, modes: list[int]) -> list[str]:
         top = int(np.argmax(sizes[mode]))
         if sizes[mode, top] > 0.0 and math.isfinite(sizes[mode, top]):
             words.append(f"order {order_text(orders[top])} on mode {mode + 1}")
-    return paragraph(f"Strongest: {', '.join(words)}.") if words else []
+    return paragraph(f"Largest torque: {', '.join(words)}.") if words else []

@@ -13,6 +13,7 @@ from vibecalc.report.sections.torsion_terms import (
     highest_frequency,
     joined,
     line_of,
+    undamped_frequency,
     vector,
 )
 from vibecalc.report.tables import Column, number, paragraph, table
@@ -47,7 +48,7 @@ def holzer(result: Result) -> list[str]:
         return []
     lines: list[str] = []
     told: list[int] = []
-    for mode in elastic_modes(result):
+    for mode in elastic_modes(result, undamped=True):
         if told and (len(told) + 1) * len(rows.freedom) > _ROWS:
             break
         lines += [""] if lines else []
@@ -58,7 +59,7 @@ def holzer(result: Result) -> list[str]:
 
 def _rest(result: Result, told: list[int]) -> list[str]:
     """Which modes have no table here, and why."""
-    natural = vector(result.record, "modes/natural_frequency", "mode")
+    natural = undamped_frequency(result.record)
     if natural is None:
         return []
     left = [int(i) for i in np.flatnonzero(natural > 0.0) if i not in told]
@@ -72,6 +73,7 @@ def _rest(result: Result, told: list[int]) -> list[str]:
         if modes:
             what = "Mode {} has" if len(modes) == 1 else "Modes {} have"
             which = what.format(joined(str(i + 1) for i in modes))
+            which = f"Undamped {which.lower()}" if _differs(result.record) else which
             lines += paragraph(f"{which} no Holzer table here ({why}): in the result file.")
     return ["", *lines] if lines else []
 
@@ -79,7 +81,9 @@ def _rest(result: Result, told: list[int]) -> list[str]:
 def _table(
     record: Record, line: "Line", rows: "HolzerRows", angle: Quantity, mode: int
 ) -> list[str]:
-    natural = float(np.asarray(record[_MODES + "natural_frequency"].values)[mode])
+    frequencies = undamped_frequency(record)
+    assert frequencies is not None  # or there is no table
+    natural = float(frequencies[mode])
     torque = having(record, _MODES + "holzer_inertia_torque", "mode", "freedom")
     total = having(record, _MODES + "holzer_torque", "mode", "freedom")
     turned = np.asarray(angle.values, dtype=float)[mode]
@@ -99,8 +103,10 @@ def _table(
         [*(show(one, noise, 5) for one in twist), ""],
     ]  # fmt: skip
     residual = vector(record, "modes/holzer_residual", "mode")
-    words = f"Holzer table of mode {mode + 1}, {show(natural)} rad/s"
+    which = f"undamped mode {mode + 1}" if _differs(record) else f"mode {mode + 1}"
+    words = f"Holzer table of {which}, {show(natural)} rad/s"
     words += f" = {show(hertz(natural))} Hz = {show(rpm(natural))} cpm"
+    words += ", rings of dampers free" if _differs(record) else ""
     words += ", referred to the crankshaft"
     if residual is not None:
         scale = 1.0 if torque is None else float(np.max(magnitudes(torque)[mode], initial=0.0))
@@ -113,6 +119,11 @@ def _table(
     if joints:
         lines += paragraph(f"Branches: {', '.join(joints)}; a sum goes on where its branch joins.")
     return lines
+
+
+def _differs(record: Record) -> bool:
+    """Whether a damper makes the modes of the line others than the undamped ones."""
+    return _MODES + "undamped_frequency" in record
 
 
 def _torques(quantity: Quantity | None, mode: int, count: int) -> list[str]:

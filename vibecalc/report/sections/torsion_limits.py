@@ -8,7 +8,7 @@ import numpy as np
 from vibecalc.report.numbers import show
 from vibecalc.report.sections.section import Section
 from vibecalc.report.sections.torsion_allowed import torsion_allowed
-from vibecalc.report.sections.torsion_terms import TORSION, asked, turns, vector
+from vibecalc.report.sections.torsion_terms import TORSION, asked, joined, turns, vector
 from vibecalc.report.tables import Column, number, pairs, paragraph, table
 from vibecalc.results.record import Record, Result
 
@@ -45,7 +45,7 @@ def verdicts(record: Record) -> list[str]:
     )
     if use is None:
         return []
-    forbidden = {limit for _, _, limit, allowed, *_ in barred_rows(record) if not allowed}
+    forbidden = {limit for _, _, limit, allowed, *_ in exceeded_rows(record) if not allowed}
     words = []
     for i, largest in enumerate(use):
         broken = (here is not None and here[i] > 1.0) or (passing is not None and passing[i] > 1.0)
@@ -54,8 +54,8 @@ def verdicts(record: Record) -> list[str]:
     return words
 
 
-class Barred(NamedTuple):
-    """A range in rad/s by a limit (from 1), whether its rule permits it, and that rule's range."""
+class Exceeded(NamedTuple):
+    """A range in rad/s above a limit (from 1), whether its rule permits to bar it, that range."""
 
     low: float
     high: float
@@ -65,10 +65,10 @@ class Barred(NamedTuple):
     formula: tuple[float, float]
 
 
-def barred_rows(record: Record) -> list[Barred]:
-    """The barred ranges of a record; what it does not tell of them is 0, or permitted."""
+def exceeded_rows(record: Record) -> list[Exceeded]:
+    """The ranges above the limits; what a record does not tell of them is 0, or permitted."""
     low, high, limit, allowed, peak, start, stop = (
-        vector(record, f"barred/{name}", "barred")
+        vector(record, f"exceeded/{name}", "exceeded")
         for name in ("from", "to", "limit", "permitted", "peak_speed", "formula_from", "formula_to")
     )
     if low is None or high is None:
@@ -77,25 +77,25 @@ def barred_rows(record: Record) -> list[Barred]:
     parts = [low, high, *(none if one is None else one for one in (limit, peak, start, stop))]
     permitted = every if allowed is None else allowed
     return [
-        Barred(a, b, int(n), bool(permitted[i]), at, (f, t))
+        Exceeded(a, b, int(n), bool(permitted[i]), at, (f, t))
         for i, (a, b, n, at, f, t) in enumerate(zip(*parts, strict=True))
     ]
 
 
-def barred_ranges(record: Record) -> list[list[str]]:
-    """From, to and limit of each barred range, as words."""
-    return [
-        [turns(one.low), turns(one.high), str(one.limit) if one.limit else ""]
-        for one in barred_rows(record)
-    ]
+def barred_ranges(record: Record) -> list[str]:
+    """Each barred range as words: `44.37 to 53.78 rpm`."""
+    low, high = (vector(record, f"barred/{name}", "barred") for name in ("from", "to"))
+    if low is None or high is None:
+        return []
+    return [f"{turns(a)} to {turns(b)} rpm" for a, b in zip(low, high, strict=True)]
 
 
 def _barred(record: Record) -> list[str]:
-    found = barred_rows(record)
+    found = exceeded_rows(record)
     if not found:
         what = "no stress exceeds what is allowed for lasting operation"
         return paragraph(f"No range of speeds is barred: {what}.") if _over(record) else []
-    columns = [number("from\nrpm", 10), number("to\nrpm", 10), Column("by limit", 8),
+    columns = [number("exceeded\nfrom, rpm", 10), number("to, rpm", 10), Column("limit", 8),
                number("largest use at\nrpm", 14), number("by the rule\'s formula\nfrom, rpm", 20),
                number("to, rpm", 10), Column("barring it", 12)]  # fmt: skip
     rows = [
@@ -104,10 +104,13 @@ def _barred(record: Record) -> list[str]:
          "may be done" if one.permitted else "NOT ALLOWED"]
         for one in found
     ]  # fmt: skip
+    ends = barred_ranges(record)
+    barred = f"Barred for lasting operation, to be passed quickly: {joined(ends)}. " if ends else ""
     words = (
-        "Ranges in which the stress exceeds what is allowed for lasting operation: the line may "
-        "not run there for long; pass quickly. The formula of the rule: 16 n / (18 - lambda) to "
-        "(18 - lambda) n / 16 about the speed n of largest use."
+        f"{barred}A rule bars the range of its formula, 16 n / (18 - lambda) to (18 - lambda) n / "
+        "16 about the speed n of largest use, and what exceeds its limit beyond that; a table of "
+        "the case bars what exceeds it. Below: the computed ranges in which the stress exceeds "
+        "what is allowed for lasting operation."
     )
     return [*paragraph(words), *table(columns, rows)]
 

@@ -5,6 +5,7 @@ import numpy as np
 from vibecalc.report.lookup import having, labels
 from vibecalc.report.numbers import hertz, rpm, show
 from vibecalc.report.sections.section import Section
+from vibecalc.report.sections.torsion_case_checks import separation_rule
 from vibecalc.report.sections.torsion_holzer import holzer
 from vibecalc.report.sections.torsion_scenes import CLOSE
 from vibecalc.report.sections.torsion_terms import (
@@ -13,6 +14,7 @@ from vibecalc.report.sections.torsion_terms import (
     cell,
     elastic_modes,
     has_pendulums,
+    joined,
     line_of,
     order_text,
     range_words,
@@ -22,6 +24,7 @@ from vibecalc.report.tables import Column, number, paragraph, table
 from vibecalc.results.record import Quantity, Record, Result
 
 MODES = TORSION + "modes/"
+TRANSFER = MODES + "transfer_matrix_frequency"
 _MOST = 40
 
 
@@ -37,60 +40,97 @@ def torsion_modes(result: Result) -> Section | None:
             "and with it these natural frequencies."
         )
     tables = holzer(result) or _shapes(result)
-    for block in (_separation(result), _damped(result), _bare(result.record), tables):
+    for block in (_separation(result), _bare(result.record), tables):
         if block:
             lines += ["", *block]
     return Section("Natural frequencies and modes of the line", lines, frozenset())
 
 
 def _frequencies(result: Result, natural: Quantity) -> list[str]:
-    """Both ways side by side, with the estimate of damping and where the mode lies."""
+    """One frequency and one damping ratio a mode, and where it lies."""
     record = result.record
     doubt = vector(record, "modes/frequency_error", "mode")
-    second = having(record, MODES + "transfer_matrix_frequency", "mode")
-    ratio = having(record, MODES + "energy_damping_ratio", "mode")
+    undamped = vector(record, "modes/undamped_frequency", "mode")
+    # of the undamped line: beside frequencies of the damped one it is no second way
+    second = having(record, TRANSFER, "mode") if undamped is None else None
+    ratio = having(record, MODES + "damping_ratio", "mode")
     nearest = vector(record, "margin/nearest_order", "mode")
     distance = having(record, TORSION + "margin/distance", "mode")
-    columns = [
-        number("mode", 4),
-        number("rad/s", 11),
-        number("Hz", 10),
-        number("cpm", 10),
-        number("by transfer\nmatrix,\nrad/s", 11),
-        number("damping\nratio", 9),
-        number("near\norder", 5),
-        number("margin\n%", 7),
+    columns = [number("mode", 4), number("rad/s", 11), number("Hz", 10), number("cpm", 10)]
+    if second is not None:
+        columns.append(number("by transfer\nmatrix,\nrad/s", 11))
+    columns += [
+        number("damping\nratio", 9), number("near\norder", 5), number("margin\n%", 7),
         Column("strain energy in", 23),
-    ]
+    ]  # fmt: skip
     rows = []
     values = np.asarray(natural.values, dtype=float)
     for i, value in enumerate(values[:_MOST]):
         error = natural.error_estimate if doubt is None else float(doubt[i])
         rigid = value == 0.0
+        other = [] if second is None else [cell(second, i, digits=6)]
         rows.append([
             str(i + 1), show(value, error), show(hertz(value), hertz(error)),
-            show(rpm(value), rpm(error)), cell(second, i, digits=6),
+            show(rpm(value), rpm(error)), *other,
             "" if rigid else cell(ratio, i, digits=3),
             "" if rigid or nearest is None or not nearest[i] else order_text(nearest[i]),
             "" if rigid or distance is None else _margin(float(distance.values[i])),
-            "rigid" if rigid else _seat(record, i),
+            _still(record, i) if rigid else _seat(record, i),
         ])  # fmt: skip
     lines = table(columns, rows)
     if values.size > _MOST:
         lines += paragraph(f"and {values.size - _MOST} higher modes, in the result file")
-    words = "Undamped, by eigenvalues and by transfer matrix with mode count; damping: an estimate "
-    words += "from work and energy of the undamped shape."
+    words = _frequency_words(result) if undamped is None else _DAMPED
     if second is not None and _branches(result):
         words += (
             " This line branches: its eigenvalues are found by the same mode count, so that the "
             "second column repeats the first and is no check of it."
         )
+    if ratio is not None and asked(result).get("damping_model"):
+        words += " Damping ratio: by the damping model of the case."
+    elif ratio is not None and np.any(ratio.values):
+        words += " Damping ratio: of the pole, -Re s / |s|" + _lossy_words(result) + "."
     if nearest is not None:
         words += (
             " Margin: of the natural frequency from the nearest order at the operating speed; "
             "blank where all orders of the case lie below the mode."
         )
-    return lines + paragraph(words)
+    lines += paragraph(words)
+    if undamped is not None:
+        listed = ", ".join(show(hertz(value), digits=5) for value in undamped[:12])
+        lines += paragraph(
+            f"Without any damping, the rings of the dampers free, the line would have {listed} Hz."
+        )
+    return lines
+
+
+_DAMPED = (
+    "Natural frequency: magnitude |s| of the pole of the line with all its damping, since how much "
+    "of a damper's ring goes along depends on the frequency."
+)
+
+
+def _frequency_words(result: Result) -> str:
+    ways = "by eigenvalues"
+    if TRANSFER in result.record:
+        ways += " and by transfer matrix with mode count"
+    return f"Natural frequencies of the line without damping, {ways}."
+
+
+def _lossy_words(result: Result) -> str:
+    line = line_of(result)
+    if line is None or not np.any(line.line.loss_factor):
+        return ""
+    return (
+        "; a loss factor counts as its equivalent viscous dashpot, stiffness times factor over the "
+        "frequency, at each mode's own frequency"
+    )
+
+
+def _still(record: Record, mode: int) -> str:
+    """What a mode without a frequency is."""
+    ratio = vector(record, "modes/damping_ratio", "mode")
+    return "overdamped" if ratio is not None and ratio[mode] == 1.0 else "rigid"
 
 
 def _branches(result: Result) -> bool:
@@ -116,29 +156,31 @@ def _separation(result: Result) -> list[str]:
     natural = vector(result.record, "modes/natural_frequency", "mode")
     if first is None or natural is None:
         return []
-    there = [way for way in ways if all(parts[way, n] for n in ("margin", "half_order", "kept"))]
+    rule = separation_rule(result)
+    there = [way for way in ways if all(parts[way, n] for n in ("margin", "half_order"))]
     kinds = labels(first.axes[1])
     columns = [number("mode", 4)]
     titles = {"operating": "at speed\n", "range": "any speed\n"}
     for way in there:
         for kind in kinds:
             columns += [number(f"{titles[way]}{kind}\norder", 9), number("margin\n%", 7)]
-        columns += [Column("API 618", 8)]
+        columns += [] if rule is None else [Column("by rule", 8)]
     rows = []
     for mode in np.flatnonzero(natural[:_MOST] > 0.0):
         row = [str(mode + 1)]
         for way in there:
             away, order, kept = (
-                np.asarray(one.values)[mode]
-                for n in ("margin", "half_order", "kept")
-                if (one := parts[way, n]) is not None
+                None if one is None else np.asarray(one.values)[mode]
+                for one in (parts[way, n] for n in ("margin", "half_order", "kept"))
             )
+            assert away is not None and order is not None  # or it is not there
             for k in range(len(kinds)):
                 far = not np.isfinite(away[k]) or not order[k]
                 inside = "inside" if away[k] < 0.0 else f"{100.0 * away[k]:.1f}"
                 row += ["", ""] if far else [order_text(order[k]), inside]
-            known = np.any(np.isfinite(away) & (order > 0.0))
-            row += ["" if not known else "kept" if np.all(kept) else CLOSE]
+            if rule is not None:
+                known = np.any(np.isfinite(away) & (order > 0.0))
+                row.append("" if not known else "kept" if np.all(kept) else CLOSE)
         if any(row[1:]):
             rows.append(row)
     if not rows:
@@ -146,11 +188,22 @@ def _separation(result: Result) -> list[str]:
     words = (
         "Separation of natural frequencies from the orders, at the operating speed"
         + (f", and over {range_words(result)} (any)" if "range" in there else "")
-        + "; inside: the critical lies within the range. API 618 asks 10 % of order 1 and 5 % of "
-        "orders 2 to 10, and nothing of half orders and higher ones; it is for reciprocating "
-        "compressors, and informative here."
+        + "; inside: the critical lies within the range."
     )
+    if rule is not None:
+        words += f" {rule.rule.name} asks {_asks(rule.margin)}, and nothing of other orders; it is "
+        words += f"for {rule.rule.scope.split(':')[0]}, and informative here."
     return [*paragraph(words), *table(columns, rows)]
+
+
+def _asks(margin: dict[float, float]) -> str:
+    """`10 % of order 1 and 5 % of orders 2 to 10`."""
+    parts = []
+    for share in sorted(set(margin.values()), reverse=True):
+        own = sorted(order for order, one in margin.items() if one == share)
+        which = f"order {own[0]:g}" if len(own) == 1 else f"orders {own[0]:g} to {own[-1]:g}"
+        parts.append(f"{100.0 * share:g} % of {which}")
+    return joined(parts)
 
 
 def _margin(share: float) -> str:
@@ -165,42 +218,6 @@ def _seat(record: Record, mode: int) -> str:
     row, section = np.asarray(share.values, dtype=float)[mode], labels(share.axes[1])
     most = int(np.argmax(row))
     return f"{section[most]} {100.0 * row[most]:.0f} %" if row[most] > 0.0 else ""
-
-
-def _damped(result: Result) -> list[str]:
-    record, line = result.record, line_of(result)
-    lossy = line is not None and bool(np.any(line.line.loss_factor))
-    pole = having(record, TORSION + "damped/frequency", "damped_mode")
-    ratio = having(record, TORSION + "damped/damping_ratio", "damped_mode")
-    if pole is None or ratio is None:
-        if not asked(result).get("damping_model"):
-            return []
-        return paragraph(
-            "No damped natural frequencies: ratios given by mode have no damping in time of their "
-            "own; see the damping ratios above."
-        )
-    columns = [number("damped\nmode", 7), number("rad/s", 12), number("Hz", 11),
-               number("cpm", 11), number("damping\nratio", 12), Column("", 24)]  # fmt: skip
-    rows = []
-    for i, value in enumerate(np.asarray(pole.values, dtype=float)[:_MOST]):
-        error, over = pole.error_estimate, float(ratio.values[i]) >= 1.0
-        rows.append([
-            str(i + 1), show(value, error), show(hertz(value), hertz(error)),
-            show(rpm(value), rpm(error)), cell(ratio, i),
-            "does not swing" if over else "",
-        ])  # fmt: skip
-    if not np.any(ratio.values):
-        return paragraph("Nothing damps the line: its poles are the undamped frequencies.")
-    words = (
-        "With the damping of shafts, stations and dampers in full, whether in proportion to mass "
-        "and stiffness or not; frequency: magnitude of the pole"
-    )
-    if lossy:
-        words += (
-            "; a loss factor counts as its equivalent viscous dashpot, stiffness times factor over "
-            "the frequency, at each mode's own frequency"
-        )
-    return [*paragraph(words + ":"), *table(columns, rows)]
 
 
 def _bare(record: Record) -> list[str]:
@@ -218,8 +235,9 @@ def _shapes(result: Result) -> list[str]:
     if shape is None or not modes:
         return []
     columns = [Column("station", 22), *(number(f"mode {i + 1}", 11) for i in modes)]
+    angle = np.real(shape.values)
     rows = [
-        [name, *(cell(shape, (mode, place)) for mode in modes)]
+        [name, *(show(angle[mode, place], shape.error_estimate, 5) for mode in modes)]
         for place, name in enumerate(labels(shape.axes[1]))
     ]
     words = "No Holzer tables: the line is too long for them, or has a loop. "

@@ -116,12 +116,20 @@ def cell(
     return show(factor * size, abs(factor) * quantity.error_estimate, digits)
 
 
-def elastic_modes(result: Result) -> list[int]:
+def undamped_frequency(record: Record) -> np.ndarray | None:
+    """Frequencies of the line without damping, which Holzer's tables are of."""
+    found = vector(record, "modes/undamped_frequency", "mode")
+    return vector(record, "modes/natural_frequency", "mode") if found is None else found
+
+
+def elastic_modes(result: Result, undamped: bool = False) -> list[int]:
     """Places of the modes that an order of the case meets within its speeds, the lowest first.
 
     At most `MOST_MODES`; the lowest elastic one in any case.
     """
     natural = vector(result.record, "modes/natural_frequency", "mode")
+    if undamped:
+        natural = undamped_frequency(result.record)
     if natural is None:
         return []
     top = highest_frequency(result)

@@ -145,7 +145,7 @@ def state_matrix(matrices: Matrices) -> FloatArray:
     rate = np.delete(rate, drop_position, axis=0)
     kept = np.delete(np.arange(len(heavy)), drop_speed)
     speeds = speeds[:, kept]
-    pull = np.zeros((count, positions.shape[1]))
+    pull = np.zeros((count, positions.shape[1]), dtype=stiffness.dtype)
     if light.size:
         inner = damping[np.ix_(light, light)]
         if np.linalg.cond(inner) > 0.01 / EPSILON:

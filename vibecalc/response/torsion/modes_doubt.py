@@ -11,7 +11,8 @@ import numpy as np
 
 from vibecalc.numerics.rounding import EPSILON
 from vibecalc.numerics.typing import ComplexArray, FloatArray
-from vibecalc.response.torsion.line import Line, stiffness_matrix
+from vibecalc.response.torsion.line import Line, network_matrix, stiffness_matrix
+from vibecalc.response.torsion.line_modes import LineModes
 from vibecalc.response.torsion.modes import Modes
 
 #: roundings of an inertia or a stiffness on its way from a case into a line, and times a correction
@@ -30,7 +31,7 @@ class ShapeDoubt(NamedTuple):
     """
 
     bound: FloatArray
-    moved: FloatArray
+    moved: FloatArray | ComplexArray
     moving: FloatArray
 
 
@@ -58,6 +59,55 @@ def shape_doubt(line: Line, modes: Modes) -> ShapeDoubt:
     left = own.sum(axis=-1) - element.sum(axis=-1) - ground.sum(axis=-1)
     parts = np.concatenate([own, element, ground], axis=-1)
     found = np.concatenate([CORRECTIONS * left[..., None], ROUNDINGS * EPSILON * parts], axis=-1)
+    moved[moving] = np.where(np.isfinite(found), found, np.inf)
+    return ShapeDoubt(modes.shape_error, moved, counted)
+
+
+def damped_shape_doubt(line: Line, modes: LineModes, stations: int) -> ShapeDoubt:
+    """The same of the shapes of poles, whose largest angle of the first `stations` freedoms is held.
+
+    The moves have the order: correction, inertias (n,), stiffnesses and dampings of elements
+    (e, e), then of springs and dashpots to ground (n, n).
+    """
+    moving = modes.frequency > 0.0
+    counted = np.where(moving, 1.0, 0.0)
+    count = len(line.inertia)
+    if count > FREEDOMS or not np.any(moving):
+        return ShapeDoubt(modes.shape_error, np.zeros((len(moving), count + 1, 0)), counted)
+    first, second = line.first, line.second
+    shape, pole = modes.shape[moving], modes.pole[moving][:, None]
+    dashpot = line.damping + line.loss_factor * line.stiffness / np.abs(pole)
+    twist = shape[:, first] - shape[:, second]
+    own, braked = pole**2 * line.inertia, pole * line.absolute_damping
+    matrix = np.zeros((len(shape), count + 1, count + 1), dtype=np.complex128)
+    dynamic = network_matrix(
+        line, line.stiffness + pole * dashpot, own + braked + line.ground_stiffness
+    )
+    place = np.arange(count)
+    scale = 1.0 / np.sqrt(np.abs(dynamic[:, place, place]) + np.abs(own) + 1e-300)
+    slope = network_matrix(line, dashpot + 0j, 2.0 * pole * line.inertia + line.absolute_damping)
+    matrix[:, :count, :count] = dynamic * scale[:, :, None] * scale[:, None, :]
+    matrix[:, :count, count] = np.einsum("mij,mj->mi", slope, shape) * scale
+    top = np.argmax(np.abs(shape[:, :stations]), axis=1)
+    matrix[np.arange(len(shape)), count, top] = 1.0
+    size = 1 + 3 * count + 2 * len(first)
+    moved = np.zeros((len(moving), count + 1, size), dtype=np.complex128)
+    try:
+        answer = np.linalg.inv(matrix)[..., :count]
+    except np.linalg.LinAlgError:
+        moved[moving] = np.inf
+        return ShapeDoubt(modes.shape_error, moved, counted)
+    answer[:, :count] *= scale[:, :, None]
+    answer = answer * scale[:, None, :]
+    of_element = answer[..., first] - answer[..., second]
+    torques = (
+        (answer, own * shape), (of_element, line.stiffness * twist),
+        (of_element, pole * dashpot * twist), (answer, line.ground_stiffness * shape),
+        (answer, braked * shape),
+    )  # fmt: skip
+    parts = np.concatenate([moves * torque[:, None, :] for moves, torque in torques], axis=-1)
+    left = CORRECTIONS * parts.sum(axis=-1, keepdims=True)
+    found = np.concatenate([left, ROUNDINGS * EPSILON * parts], axis=-1)
     moved[moving] = np.where(np.isfinite(found), found, np.inf)
     return ShapeDoubt(modes.shape_error, moved, counted)
 

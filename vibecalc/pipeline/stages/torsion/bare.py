@@ -6,7 +6,7 @@ from vibecalc.numerics.typing import FloatArray
 from vibecalc.pipeline.entries.torsion import ROOT
 from vibecalc.pipeline.scene import Scene
 from vibecalc.pipeline.stages.torsion.beside import State, emit_operating, emit_range
-from vibecalc.pipeline.stages.torsion.setup import Setup, build_model
+from vibecalc.pipeline.stages.torsion.setup import Setup, build_model, natural_of
 
 BARE = f"{ROOT}/bare"
 
@@ -26,8 +26,10 @@ def bare_setup(setup: Setup) -> Setup:
         damping=line.damping[stays],
         loss_factor=line.loss_factor[stays],
     )
-    model, modes = build_model(setup.torsion, bare, shaft.speed_stiffness[stays], setup.speed)
-    return setup._replace(model=model, modes=modes)
+    torsion, speed = setup.torsion, setup.speed
+    model, modes = build_model(torsion, bare, shaft.speed_stiffness[stays], speed, count)
+    natural = natural_of(torsion, model, modes, speed)
+    return setup._replace(model=model, modes=modes, natural=natural)
 
 
 def emit_bare(

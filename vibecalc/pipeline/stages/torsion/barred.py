@@ -1,4 +1,8 @@
-"""Adapter: ranges of speeds in which a limit is exceeded, and what a class rule bars instead."""
+"""Adapter: ranges of speeds in which a limit is exceeded, and the barred ranges that follow.
+
+A class rule bars more than the range in which the stress exceeds its limit: all of its formula's
+range about the speed of largest use.
+"""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -29,8 +33,8 @@ from vibecalc.response.torsion.synthesis import synthesis
 DIPS = 64
 
 
-class Barred(NamedTuple):
-    """Ranges (b,) of one limit in rad/s: ends, speed of the largest use inside, with errors.
+class Exceeded(NamedTuple):
+    """Ranges (b,) above one limit in rad/s: ends, speed of the largest use inside, with errors.
 
     `rule` (b, 2) is what the formula of a class rule bars about that speed, 0 without a rule.
     """
@@ -44,7 +48,7 @@ class Barred(NamedTuple):
     permitted: IntArray
 
 
-def barred_of(
+def exceeded_of(
     setup: Setup,
     bound: Bound,
     use: FloatArray,
@@ -53,7 +57,7 @@ def barred_of(
     speed: FloatArray,
     undamped: FloatArray,
     factor: FloatArray,
-) -> Barred:
+) -> Exceeded:
     """Ranges above a limit with the uses (s, r) of its sections and the largest of each, `top`."""
     excess = _excess(setup, bound)
     near = [
@@ -75,17 +79,17 @@ def barred_of(
         below = found.end <= NO_BARRED_RANGE * rated
         permitted = (barred.permitted & below).astype(np.int64)
     error = np.array([_doubt(setup, bound, excess, one, factor) for one in ends])
-    return Barred(found.start, found.end, error, peak, peak_error, rule, permitted)
+    return Exceeded(found.start, found.end, error, peak, peak_error, rule, permitted)
 
 
-def emit_barred(scene: Scene, ranges: list[Barred]) -> None:
-    """Those of all limits, in the order of the limits."""
-    place = f"{ROOT}/barred"
+def emit_barred(scene: Scene, ranges: list[Exceeded]) -> None:
+    """Ranges above each limit, in the order of the limits, and what is barred for all of them."""
+    place = f"{ROOT}/exceeded"
     start, end, error, peak, peak_error, rule, permitted = (
         np.concatenate(part) for part in zip(*ranges, strict=True)
     )
     number = np.repeat(np.arange(1, len(ranges) + 1), [len(one.start) for one in ranges])
-    axes = {"barred": np.arange(1, len(start) + 1)}
+    axes = {"exceeded": np.arange(1, len(start) + 1)}
     scene.emit(f"{place}/from", start, error, axes)
     scene.emit(f"{place}/to", end, error, axes)
     scene.emit(f"{place}/limit", number, 0.0, axes)
@@ -96,6 +100,32 @@ def emit_barred(scene: Scene, ranges: list[Barred]) -> None:
     scene.emit(f"{place}/formula_from", rule[:, 0], off, axes)
     scene.emit(f"{place}/formula_to", rule[:, 1], off, axes)
     scene.emit(f"{place}/permitted", permitted, 0.0, axes)
+    ruled = rule[:, 0] > 0.0
+    lower = np.where(ruled, np.minimum(start, rule[:, 0]), start)
+    upper = np.where(ruled, np.maximum(end, rule[:, 1]), end)
+    joined = united(lower, upper)
+    axes = {"barred": np.arange(1, len(joined) + 1)}
+    doubt = np.maximum(error, off)
+    off_of = np.array([np.max(doubt[own]) for own in joined])
+    for name, value in (
+        ("from", [np.min(lower[own]) for own in joined]),
+        ("to", [np.max(upper[own]) for own in joined]),
+    ):
+        scene.emit(f"{ROOT}/barred/{name}", np.array(value), off_of, axes)
+    allowed = np.array([np.min(permitted[own]) for own in joined], dtype=np.int64)
+    scene.emit(f"{ROOT}/barred/permitted", allowed, 0.0, axes)
+
+
+def united(lower: FloatArray, upper: FloatArray) -> list[IntArray]:
+    """Places of the ranges (b,) that overlap or touch, group by group, by rising speed."""
+    groups: list[list[int]] = []
+    reach = -np.inf
+    for place in np.argsort(lower, kind="stable").tolist():
+        if lower[place] > reach:
+            groups.append([])
+        groups[-1].append(place)
+        reach = max(reach, float(upper[place]))
+    return [np.array(own, dtype=np.int64) for own in groups]
 
 
 def _close(

@@ -4,14 +4,15 @@ import numpy as np
 
 from vibecalc.excitation.cylinder_torque import gas_torque_at, inertia_torque_at, phasor
 from vibecalc.excitation.gas_card import pressure_at
-from vibecalc.excitation.order_sums import major_orders, phase_sums
+from vibecalc.excitation.order_sums import bank_factor, major_orders, order_ranks, phase_sums
 from vibecalc.numerics.rounding import EPSILON
 from vibecalc.numerics.typing import ComplexArray, FloatArray, IntArray
 from vibecalc.pipeline.entries.torsion import ROOT
 from vibecalc.pipeline.scene import Scene
 from vibecalc.pipeline.stages.torsion.drive import Drive
+from vibecalc.pipeline.stages.torsion.modes import natural_doubt
 from vibecalc.pipeline.stages.torsion.setup import Setup
-from vibecalc.response.torsion.modes_doubt import ShapeDoubt, doubt_of, shape_doubt
+from vibecalc.response.torsion.modes_doubt import ShapeDoubt, doubt_of
 
 PLACE = f"{ROOT}/excitation"
 CURVES = tuple(
@@ -133,27 +134,39 @@ def _stations(scene: Scene, setup: Setup) -> None:
 
 
 def _sums(scene: Scene, setup: Setup) -> None:
-    drive, modes, at = setup.drive, setup.modes, np.array([setup.speed])
+    drive, modes, at = setup.drive, setup.natural(), np.array([setup.speed])
     axes = {"mode": np.arange(1, len(modes.frequency) + 1), "half_order": drive.order}
-    shape = modes.shape[:, setup.shaft.cylinder_freedom]
+    every = modes.shape if modes.damped else modes.shape.real
+    shape = every[:, setup.shaft.cylinder_freedom]
     sums = phase_sums(shape, drive.firing.angle, drive.order)
     whole = np.abs(shape).sum(axis=1, keepdims=True)
     still = whole < STILL
     whole = np.where(still, 1.0, whole)
     value = np.where(still, 0.0, sums.value / whole)
-    moved = shape_doubt(setup.model.at(setup.speed), modes)
-    # what grows all cylinders alike leaves the share that is left of their sum
-    weight = phasor(drive.order, drive.firing.angle) - value[..., None] * np.sign(shape)[:, None, :]
-    doubt = sums.error + _on_freedoms(moved, weight, setup.shaft.cylinder_freedom)
-    scene.emit(f"{PLACE}/vector_sum", value, np.where(still, 0.0, doubt / whole), axes)
+    moved, freedom = natural_doubt(setup), setup.shaft.cylinder_freedom
+    turned = phasor(drive.order, drive.firing.angle)
+    length = np.abs(shape)
+    towards = (shape / np.where(length > 0.0, length, 1.0)).conj()[:, None, :]
+    share = value[..., None] * towards
+    if modes.damped:  # their lengths move by a part only of what their angles do
+        doubt = _on_freedoms(moved, turned + 0.0 * share, freedom)
+        doubt = sums.error + doubt + _on_freedoms(moved, share, freedom)
+    else:
+        # what grows all cylinders alike leaves the share that is left of their sum
+        doubt = sums.error + _on_freedoms(moved, turned - share, freedom)
+    doubt = np.where(still, 0.0, doubt / whole)
+    scene.emit(f"{PLACE}/vector_sum", value, doubt, axes)
+    scene.emit(f"{PLACE}/rank", order_ranks(value, doubt), 0.0, axes)
     torque, error = drive.torque(at)[0], drive.torque_error(at)[0]
-    own = modes.shape[:, drive.freedom]
+    own = every[:, drive.freedom]
     intensity = own @ torque.T
     doubt = np.abs(own) @ error.T + _on_freedoms(moved, torque, drive.freedom)
     many = (4.0 + own.shape[1]) * EPSILON * (np.abs(own) @ np.abs(torque).T)
     scene.emit(f"{PLACE}/intensity", intensity, doubt + many, axes)
-    major = major_orders(drive.firing.angle, drive.order).astype(np.int64)
-    scene.emit(f"{PLACE}/major", major, 0.0, axes)
+    angles = drive.firing.angle, drive.order, drive.firing.bank
+    scene.emit(f"{PLACE}/major", major_orders(*angles).astype(np.int64), 0.0, axes)
+    if len(np.unique(drive.firing.bank)) > 1:
+        scene.emit(f"{PLACE}/bank_factor", *bank_factor(*angles), axes)
 
 
 def _on_freedoms(doubt: ShapeDoubt, weight: ComplexArray, freedom: IntArray) -> FloatArray:

@@ -11,7 +11,7 @@ import numpy as np
 from vibecalc.numerics.rounding import EPSILON
 from vibecalc.numerics.typing import FloatArray, IntArray
 from vibecalc.pipeline.scene import Scene
-from vibecalc.pipeline.stages.torsion.barred import barred_of, emit_barred
+from vibecalc.pipeline.stages.torsion.barred import emit_barred, exceeded_of
 from vibecalc.pipeline.stages.torsion.bounds import Bound, bounds
 from vibecalc.pipeline.stages.torsion.doubt import own_doubt
 from vibecalc.pipeline.stages.torsion.limit_table import PLACE, ROUNDING, LimitTable
@@ -142,7 +142,7 @@ def emit_limits(
     )
     factor = per_torque(setup)
     ranges = [
-        barred_of(
+        exceeded_of(
             *(setup, bound, one.curve, one.top, one.make, dense.speed, undamped.speed),
             factor[bound.section],
         )

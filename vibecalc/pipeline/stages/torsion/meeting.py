@@ -7,7 +7,6 @@ import numpy as np
 from vibecalc.numerics.typing import BoolArray, FloatArray, IntArray
 from vibecalc.pipeline.stages.torsion.critical import critical
 from vibecalc.pipeline.stages.torsion.curves import ROWS, solved
-from vibecalc.pipeline.stages.torsion.modes import damping_ratios
 from vibecalc.pipeline.stages.torsion.setup import Setup
 from vibecalc.response.torsion.synthesis import synthesis
 
@@ -81,9 +80,9 @@ def _looked_at(
 
 def _modes(setup: Setup, speed: FloatArray, section: IntArray, order: IntArray) -> IntArray:
     """Number (r,), from 1, of the mode that an order (place) drives most there; 0: none is near."""
-    modes, drive, line = setup.modes, setup.drive, setup.model.line
+    modes, drive, line = setup.natural(), setup.drive, setup.model.line
     met = critical(setup)[0][:, order]
-    ratio = np.abs(damping_ratios(setup))[:, None]
+    ratio = np.abs(modes.damping_ratio)[:, None]
     finite = np.isfinite(met) & (met > 0.0)
     share = np.where(finite, met, 1.0) / speed
     near = finite & (np.abs(share - 1.0) <= NEAR + WIDER * ratio)
@@ -92,6 +91,7 @@ def _modes(setup: Setup, speed: FloatArray, section: IntArray, order: IntArray) 
     drives = np.abs(modes.shape[:, drive.freedom] @ torque.T)
     twist = np.abs(modes.shape[:, line.first[section]] - modes.shape[:, line.second[section]])
     away = np.hypot(share**2 - 1.0, 2.0 * ratio * share) + 1e-12
-    height = np.where(near, drives * twist / (modes.modal_inertia[:, None] * away), -1.0)
+    inertia = np.where(modes.inertia > 0.0, modes.inertia, np.inf)[:, None]
+    height = np.where(near, drives * twist / (inertia * away), -1.0)
     best = np.argmax(height, axis=0)
     return np.where(height[best, own] >= 0.0, best + 1, 0)

@@ -6,7 +6,6 @@ import numpy as np
 
 from vibecalc.numerics.typing import ComplexArray, FloatArray, IntArray
 from vibecalc.pipeline.stages.torsion.curves import ROWS, solved, stiffness_of
-from vibecalc.pipeline.stages.torsion.modes import damping_ratios
 from vibecalc.pipeline.stages.torsion.setup import Setup
 from vibecalc.pipeline.stages.torsion.undamped import Undamped
 from vibecalc.response.torsion.line import damping_matrix, network_matrix, stiffness_matrix
@@ -137,13 +136,9 @@ def _poles(setup: Setup) -> _Poles:
     """Poles of the line with positive frequency, each at every order."""
     orders, model = setup.drive.order, setup.model
     if model.modal is not None or len(model.line.inertia) > FREEDOMS:
-        modes = setup.modes
-        ratio = damping_ratios(setup)
+        modes = setup.natural()
         some = np.flatnonzero(modes.frequency > 0.0)
-        w = modes.frequency[some]
-        pole = w * (1j - ratio[some])
-        scale = np.asarray(2j * w * modes.modal_inertia[some], dtype=np.complex128)
-        return _at_orders(pole, modes.shape[some].astype(np.complex128), scale, len(orders))
+        return _at_orders(modes.pole[some], modes.shape[some], modes.scale[some], len(orders))
     if not np.any(model.speed_stiffness):
         return _at_orders(*_pole_set(setup, None), len(orders))
     # with pendulums the line is another one at every order

@@ -1,6 +1,6 @@
-"""Adapter: how far the modes of a shaft line are from its orders, and what a rule asks of that.
+"""Adapter: how far the modes of a shaft line are from its orders.
 
-Informative: the rule is for trains with reciprocating compressors (`hardware/shaft_rules.py`).
+What a rule asks of that (`hardware/shaft_rules.py`) is told where the case names the rule.
 """
 
 import numpy as np
@@ -17,13 +17,15 @@ CLASSES = ("major", "other")
 
 
 def beyond(setup: Setup, highest_speed: float) -> BoolArray:
-    """Modes (m,) that no order of the case is near: rigid ones, and those above the highest order.
+    """Modes (m,) that no order of the case is near, or that none makes resonate.
 
-    Above it is where the next order, which the case leaves out, would be nearer.
+    That is rigid modes, those damped so strongly that no response peaks near them, and those above
+    the highest order. Above it is where the next order, which the case leaves out, would be nearer.
     """
-    natural, order = setup.modes.frequency, setup.drive.order
+    natural, order = setup.natural(), setup.drive.order
     step = order[-1] - order[-2] if len(order) > 1 else order[-1]
-    return np.asarray((natural == 0.0) | (natural > (order[-1] + 0.5 * step) * highest_speed))
+    above = natural.frequency > (order[-1] + 0.5 * step) * highest_speed
+    return np.asarray(natural.silent | above)
 
 
 def emit_separation(scene: Scene, setup: Setup, where: str, low: float, high: float) -> None:
@@ -31,9 +33,10 @@ def emit_separation(scene: Scene, setup: Setup, where: str, low: float, high: fl
 
     Infinite, with order 0 and kept, for modes `beyond` and for a class without orders.
     """
-    modes, order = setup.modes, setup.drive.order
-    found = separation(modes.frequency, order, low, high)
-    blank, major = beyond(setup, high), major_orders(setup.drive.firing.angle, order)
+    rule, firing = setup.torsion.separation, setup.drive.firing
+    modes, order = setup.natural(), setup.drive.order
+    found = separation(modes.frequency, order, low, high, rule or "api_618")
+    blank, major = beyond(setup, high), major_orders(firing.angle, order, firing.bank)
     shape = (len(modes.frequency), len(CLASSES))
     margin, nearest, kept = np.full(shape, np.inf), np.zeros(shape), np.ones(shape, dtype=np.int64)
     error = np.zeros(shape)
@@ -54,4 +57,5 @@ def emit_separation(scene: Scene, setup: Setup, where: str, low: float, high: fl
     place = f"{ROOT}/separation/{where}"
     scene.emit(f"{place}/margin", margin, np.where(np.isfinite(margin), error, 0.0), axes)
     scene.emit(f"{place}/half_order", nearest, 0.0, axes)
-    scene.emit(f"{place}/kept", kept, 0.0, axes)
+    if rule is not None:
+        scene.emit(f"{place}/kept", kept, 0.0, axes)

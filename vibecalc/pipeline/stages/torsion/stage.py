@@ -4,7 +4,7 @@ from vibecalc.pipeline.scene import Scene
 from vibecalc.pipeline.stages.torsion.critical import emit_critical
 from vibecalc.pipeline.stages.torsion.excitation import emit_excitation
 from vibecalc.pipeline.stages.torsion.healthy import emit_healthy
-from vibecalc.pipeline.stages.torsion.modes import emit_damped, emit_modes
+from vibecalc.pipeline.stages.torsion.modes import emit_modes
 from vibecalc.pipeline.stages.torsion.setup import Setup, build_setup
 from vibecalc.pipeline.stages.torsion.steady import emit_steady
 
@@ -17,7 +17,6 @@ def run(scene: Scene) -> None:
     setup = build_setup(scene.case)
     scene.handed_on["torsion"] = setup[1:]
     emit_modes(scene, setup)
-    emit_damped(scene, setup)
     emit_excitation(scene, setup)
     emit_steady(scene, setup)
     emit_critical(scene, setup)

@@ -97,10 +97,11 @@ def operating(setup: Setup) -> Solved:
     met = np.flatnonzero(found.masked[0])
     if len(met):
         order, w = setup.drive.order[met[0]], float(found.frequency[0, met[0]])
-        mode = nearest_mode(setup.modes.frequency, np.array([w]))[0]
-        natural = float(setup.modes.frequency[mode - 1]) if mode else 0.0
+        every = setup.natural().frequency
+        mode = nearest_mode(every, np.array([w]))[0]
+        natural = float(every[mode - 1]) if mode else 0.0
         rpm = setup.speed * 30.0 / np.pi
-        if setup.modes.frequency[0] == 0.0 and not w >= SLOW * natural > 0.0:
+        if every[0] == 0.0 and not w >= SLOW * natural > 0.0:
             lowest = f", {natural:.9g} rad/s" if mode else ""
             raise NumericalFailure(
                 f"order {order:g} at {setup.speed:.9g} rad/s ({rpm:.6g} rpm) is so slow that the "
@@ -256,16 +257,16 @@ def _gears(
 def _margins(scene: Scene, setup: Setup) -> None:
     """Nearest order to each mode, and how far it is as a share of the order's frequency.
 
-    Order 0, infinitely far, for rigid modes and those above the highest order.
+    Order 0, infinitely far, for the modes that are `beyond` all orders.
     """
-    natural, order = setup.modes.frequency, setup.drive.order
+    natural, order = setup.natural().frequency, setup.drive.order
     excited = setup.speed * order
     distance = natural[:, None] / excited - 1.0
     nearest = np.argmin(np.abs(distance), axis=1)
     axes = {"mode": np.arange(1, len(natural) + 1)}
     blank = beyond(setup, setup.speed)
     value = np.where(blank, np.inf, np.abs(distance[np.arange(len(natural)), nearest]))
-    error = setup.modes.frequency_error / excited[nearest] + 4.0 * EPSILON
+    error = setup.natural().frequency_error / excited[nearest] + 4.0 * EPSILON
     scene.emit(f"{ROOT}/margin/nearest_order", np.where(blank, 0.0, order[nearest]), 0.0, axes)
     scene.emit(f"{ROOT}/margin/distance", value, np.where(blank, 0.0, error), axes)
     emit_separation(scene, setup, "operating", setup.speed, setup.speed)

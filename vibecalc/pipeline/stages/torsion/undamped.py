@@ -7,7 +7,6 @@ import numpy as np
 from vibecalc.numerics.rounding import EPSILON, SINGULAR
 from vibecalc.numerics.typing import FloatArray, IntArray
 from vibecalc.pipeline.stages.torsion.critical import critical
-from vibecalc.pipeline.stages.torsion.modes import damping_ratios
 from vibecalc.pipeline.stages.torsion.setup import Setup
 
 #: part of a mode's largest twist below which a section counts as still
@@ -31,12 +30,11 @@ class Undamped(NamedTuple):
 
 def undamped_speeds(setup: Setup, first: float, last: float) -> Undamped:
     """Those from `first` to `last` whose order drives the mode, in rad/s."""
-    modes, drive, line = setup.modes, setup.drive, setup.model.line
-    ratio = damping_ratios(setup)
+    modes, drive, line = setup.natural(), setup.drive, setup.model.line
     natural = np.where(modes.frequency > 0.0, modes.frequency, 1.0)
     # as near as this, and with as little damping, fewer than four digits are left
     exposed = (modes.frequency_error / natural + 4.0 * EPSILON) / SINGULAR
-    free = (modes.frequency > 0.0) & (ratio < exposed)
+    free = (modes.frequency > 0.0) & (modes.damping_ratio < exposed)
     speed, doubt = critical(setup)
     inside = free[:, None] & (speed >= first) & (speed <= last)
     mode, place = np.nonzero(inside)

@@ -31,7 +31,7 @@ def _speeds(setup: Setup) -> FloatArray:
     asked = setup.torsion.speeds
     assert asked is not None
     even = np.linspace(asked.start, asked.stop, min(asked.points, _EVEN))
-    met = critical_speeds(setup.modes.frequency, setup.drive.order, asked.start, asked.stop)
+    met = critical_speeds(setup.natural().frequency, setup.drive.order, asked.start, asked.stop)
     lowest = np.argsort(met.order, kind="stable")[:_CRITICALS]
     return np.unique(np.concatenate([even, met.speed[lowest]]))
 
