@@ -80,7 +80,7 @@ def _holzer(reader: Any, place: str) -> Iterator[Truth]:
 
 
 class Natural(NamedTuple):
-    """Modes of the line as it vibrates: frequency, damping ratio, shape, sum of J |shape|^2, pole."""
+    """Modes of the line as it vibrates; `inertia` is the sum of J |shape|^2."""
 
     frequency: list[mpf]
     ratio: list[mpf]
@@ -139,7 +139,7 @@ def natural_modes(reader: Any) -> Natural:
 
 
 def _resting(reader: Any) -> list[list[mpf]]:
-    """Where nothing brings a line of one piece back: all together, and each ring without a spring."""
+    """Where nothing brings a line of one piece back: all together, each ring without a spring."""
     line = reader.state.line
     found = [] if any(line.ground) else [[mpf(1)] * line.count]
     rings = {one.ring for one in reader.line.built.dampers}
@@ -243,7 +243,8 @@ def _met(state: Any, order: mpf, guess: float) -> mpf:
 def _nearest_pole(line: Any, elements: list[Any], damped: list[mpf], size: mpf) -> mpc:
     """The swinging pole of nearly that magnitude, in floats."""
     n = line.count
-    damping, stiffness = np.diag([float(c) for c in damped]), np.diag([float(g) for g in line.ground])
+    damping = np.diag([float(c) for c in damped])
+    stiffness = np.diag([float(g) for g in line.ground])
     for a, b, k, c in elements:
         ends = np.zeros(n)
         ends[[a, b]] = 1.0, -1.0

@@ -146,7 +146,8 @@ def bank_truth(reader: Reader) -> tuple[list[bool], list[mpf]]:
         own = [mpmath.fsum(mpmath.expj(-q * a) for a in bank) for bank in banks.values()]
         whole = mpmath.fsum(map(abs, own))
         share = abs(mpmath.fsum(own)) / whole if whole > little * len(drive.firing) else mpf(0)
-        in_phase = all(abs(s) > (1 - little) * len(b) for s, b in zip(own, banks.values(), strict=True))
+        both = zip(own, banks.values(), strict=True)
+        in_phase = all(abs(s) > (1 - little) * len(bank) for s, bank in both)
         major.append(bool(in_phase and share > little))
         factor.append(share)
     return major, factor

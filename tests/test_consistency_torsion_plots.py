@@ -213,7 +213,7 @@ def test_spectrum_and_vectors(made: dict[str, Any]) -> None:
     vectors = made["torsion_vectors"]
     sums = [axes.get_xlabel() for axes in vectors.axes if axes.get_xlabel()]
     told = np.abs(values(result, "excitation/vector_sum"))
-    # rows of modes 2 to 4, columns of orders 0.5 to 3; shapes of a damped line have no mirror images
+    # rows of modes 2 to 4, columns of orders 0.5 to 3: complex shapes have no mirror images
     wanted = [f"all {told[mode, place]:.3f}" for mode in (1, 2, 3) for place in range(6)]
     assert [words.split("\n")[1] for words in sums] == wanted
     # cylinder 3 does not fire: order 3 has all in phase, so that its share is missing

@@ -87,7 +87,8 @@ def order_ranks(vector_sum: ArrayLike, error: ArrayLike) -> IntArray:
     Sums that differ by no more than `IN_LINE` and their errors share a place; where a sum is zero
     to within that the place is 0.
     """
-    size, off = np.abs(np.asarray(vector_sum)), np.broadcast_to(error, np.shape(vector_sum)) + IN_LINE
+    size = np.abs(np.asarray(vector_sum))
+    off = np.broadcast_to(error, size.shape) + IN_LINE
     rank = np.zeros(size.shape, dtype=np.int64)
     for own, doubt, places in zip(size, off, rank, strict=True):
         last, number = np.inf, 0

@@ -25,8 +25,8 @@ class Firing:
     `angle` (c,), from 0 to below `cycle`, is the crank angle at which each fires, counted from the
     firing position of the first cylinder in the firing order; `first` is where that one stands on
     the angle from which crank phases count. `pressure_scale` (c,) multiplies the gas pressure of
-    each; `fires` (c,) is false for those that the case lets misfire; `bank` (c,) is the
-    bank angle.
+    each; `fires` (c,) is false for those that the case lets misfire; `bank` (c,) is the bank
+    angle.
     """
 
     names: tuple[str, ...]

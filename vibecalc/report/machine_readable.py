@@ -9,7 +9,6 @@ from vibecalc.report.lookup import magnitudes
 from vibecalc.report.references import ReferenceRow, judge_references
 from vibecalc.results.record import Quantity, Result
 
-
 #: lists of numbers that a reader acts on, beside the scalars
 _LISTS = ("response/torsion/barred/from", "response/torsion/barred/to")
 
@@ -18,8 +17,9 @@ def as_json(result: Result, path: Path | str | None = None) -> dict[str, Any]:
     """The result as a plain object that `json.dumps(..., allow_nan=False)` takes.
 
     `result` is the path of the result file. `quantities` has the scalars, a complex one as its
-    magnitude, and the barred ranges of a shaft line as lists. What is undefined is None, and so is what is infinite, since JSON has no word for
-    it; an infinite limit entry still says `kept: false`.
+    magnitude, and the barred ranges of a shaft line as lists. What is undefined is None, and so is
+    what is infinite, since JSON has no word for it; an infinite limit entry still says `kept:
+    false`.
     """
     return {
         "case": result.name,

@@ -113,8 +113,10 @@ def _vectors(result: Result) -> list[str]:
     for i, order in enumerate(np.asarray(sums.axes[1].values, dtype=float)[:MOST_ORDERS]):
         row = [order_text(order), "*" if major is not None and major[i] else ""]
         if factor is not None:
-            row[1] += f"{factor[i]:.3f}".lstrip("0") if 5e-4 < factor[i] < 0.9995 else (
-                f"{factor[i]:.0f}"
+            row[1] += (
+                f"{factor[i]:.3f}".lstrip("0")
+                if 5e-4 < factor[i] < 0.9995
+                else (f"{factor[i]:.0f}")
             )
         for mode in modes:
             row += [_sum(sums, mode, i), cell(work, (mode, i), digits=4)]

@@ -64,9 +64,7 @@ class LineModes(NamedTuple):
         return np.divide(np.abs(self.scale), size, out=np.zeros_like(size), where=size > 0.0)
 
 
-def undamped_line_modes(
-    modes: Modes, damping_ratio: FloatArray, failure: str = ""
-) -> LineModes:
+def undamped_line_modes(modes: Modes, damping_ratio: FloatArray, failure: str = "") -> LineModes:
     """Of undamped modes with damping ratios (m,) that leave their frequencies as they are."""
     pole = modes.frequency * (1j - damping_ratio)
     return LineModes(
@@ -88,40 +86,40 @@ def damped_line_modes(line: Line, rings: int) -> LineModes:
     Every freedom with inertia has a mode. Raises NumericalFailure where a pole cannot be told from
     another one to four digits, or has no dashpots that equal its loss factors.
     """
-    poles, shapes, errors, scales = [], [], [], []
+    poles: list[complex] = []
+    shapes: list[ComplexArray] = []
+    errors: list[float] = []
+    scales: list[complex] = []
     for guess in vibrating_guesses(line).tolist():
-        pole, shape, error, damping = own_pole(line, guess)
+        found, turned, doubt, damping = own_pole(line, guess)
         # a real pole beside which the guess was complex
-        if pole.imag <= 1e3 * error or pole.imag <= 1e-9 * abs(pole):
+        if found.imag <= 1e3 * doubt or found.imag <= 1e-9 * abs(found):
             continue
-        if error > 1e-4 * abs(pole) or any(abs(pole - p) < 1e-9 * abs(p) for p in poles):
+        if doubt > 1e-4 * abs(found) or any(abs(found - p) < 1e-9 * abs(p) for p in poles):
             raise NumericalFailure(
-                f"the pole near {pole:.6g} rad/s of the damped line cannot be told from another one"
+                f"the pole near {found:.6g} rad/s of the damped line cannot be told from another"
             )
-        poles.append(pole)
-        shapes.append(shape)
-        errors.append(error)
-        scales.append(2.0 * pole * np.sum(line.inertia * shape**2) + damping)
+        poles.append(found)
+        shapes.append(turned)
+        errors.append(doubt)
+        scales.append(complex(2.0 * found * np.sum(line.inertia * turned**2) + damping))
     _, rigid = line_matrices(line)
     still = [*rigid, *resting(line)]
     count = int(np.count_nonzero(line.inertia))
     over = max(count - len(poles) - len(still), 0)
     blank = [np.zeros(len(line.inertia))] * over
-    pole = np.array([0.0j] * (len(still) + over) + poles)
-    shape = np.array([*still, *blank, *shapes], dtype=np.complex128)
-    error = np.array([0.0] * (len(still) + over) + errors)
-    scale = np.array([0.0j] * (len(still) + over) + scales)
+    first = len(still) + over
+    pole: ComplexArray = np.array([0.0j] * first + poles)
     size = np.abs(pole)
-    ratio = np.divide(-pole.real, size, out=np.zeros_like(size), where=size > 0.0)
-    ratio[len(still) : len(still) + over] = 1.0
     rise = np.argsort(size, kind="stable")
-    pole, shape, error, ratio, scale = (part[rise] for part in (pole, shape, error, ratio, scale))
+    pole, size = pole[rise], size[rise]
+    shape = np.array([*still, *blank, *shapes], dtype=np.complex128)[rise]
+    error = np.array([0.0] * first + errors)[rise] + 4.0 * EPSILON * size
+    ratio = np.divide(-pole.real, size, out=np.zeros_like(size), where=size > 0.0)
+    ratio[len(still) : first] = 1.0
     shape, factor = _scaled(shape, len(line.inertia) - rings)
-    scale = scale * factor**2
-    error = error + 4.0 * EPSILON * np.abs(pole)
-    return LineModes(
-        np.abs(pole), error, ratio, pole, shape, _shape_error(pole, error, scale), scale, True
-    )
+    scale = np.array([0.0j] * first + scales)[rise] * factor**2
+    return LineModes(size, error, ratio, pole, shape, _shape_error(pole, error, scale), scale, True)
 
 
 def vibrating_guesses(line: Line, taken: FloatArray | None = None) -> ComplexArray:
@@ -185,7 +183,8 @@ def _scaled(shape: ComplexArray, stations: int) -> tuple[ComplexArray, ComplexAr
     value = shape[row, first]
     safe = np.where(value == 0.0, 1.0, value)
     # the largest is 1 in size, the first of equals in phase
-    factor = np.abs(safe) / safe / np.where(top[:, 0] > 0.0, top[:, 0], 1.0)
+    size_of = np.abs(safe) * np.where(top[:, 0] > 0.0, top[:, 0], 1.0)
+    factor: ComplexArray = np.asarray(safe.conj() / size_of, dtype=np.complex128)
     return shape * factor[:, None], factor
 
 

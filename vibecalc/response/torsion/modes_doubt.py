@@ -64,7 +64,7 @@ def shape_doubt(line: Line, modes: Modes) -> ShapeDoubt:
 
 
 def damped_shape_doubt(line: Line, modes: LineModes, stations: int) -> ShapeDoubt:
-    """The same of the shapes of poles, whose largest angle of the first `stations` freedoms is held.
+    """The same of the shapes of poles: the largest angle of the first `stations` freedoms is held.
 
     The moves have the order: correction, inertias (n,), stiffnesses and dampings of elements
     (e, e), then of springs and dashpots to ground (n, n).
@@ -80,12 +80,14 @@ def damped_shape_doubt(line: Line, modes: LineModes, stations: int) -> ShapeDoub
     twist = shape[:, first] - shape[:, second]
     own, braked = pole**2 * line.inertia, pole * line.absolute_damping
     matrix = np.zeros((len(shape), count + 1, count + 1), dtype=np.complex128)
-    dynamic = network_matrix(
-        line, line.stiffness + pole * dashpot, own + braked + line.ground_stiffness
-    )
+    element: ComplexArray = np.asarray(line.stiffness + pole * dashpot, dtype=np.complex128)
+    ground: ComplexArray = np.asarray(own + braked + line.ground_stiffness, dtype=np.complex128)
+    dynamic = network_matrix(line, element, ground)
     place = np.arange(count)
     scale = 1.0 / np.sqrt(np.abs(dynamic[:, place, place]) + np.abs(own) + 1e-300)
-    slope = network_matrix(line, dashpot + 0j, 2.0 * pole * line.inertia + line.absolute_damping)
+    element = np.asarray(dashpot, dtype=np.complex128)
+    ground = np.asarray(2.0 * pole * line.inertia + line.absolute_damping, dtype=np.complex128)
+    slope = network_matrix(line, element, ground)
     matrix[:, :count, :count] = dynamic * scale[:, :, None] * scale[:, None, :]
     matrix[:, :count, count] = np.einsum("mij,mj->mi", slope, shape) * scale
     top = np.argmax(np.abs(shape[:, :stations]), axis=1)

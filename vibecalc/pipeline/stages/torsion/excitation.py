@@ -144,13 +144,13 @@ def _sums(scene: Scene, setup: Setup) -> None:
     whole = np.where(still, 1.0, whole)
     value = np.where(still, 0.0, sums.value / whole)
     moved, freedom = natural_doubt(setup), setup.shaft.cylinder_freedom
-    turned = phasor(drive.order, drive.firing.angle)
+    turned: ComplexArray = np.asarray(phasor(drive.order, drive.firing.angle)[None])
     length = np.abs(shape)
     towards = (shape / np.where(length > 0.0, length, 1.0)).conj()[:, None, :]
-    share = value[..., None] * towards
+    share: ComplexArray = np.asarray(value[..., None] * towards, dtype=np.complex128)
     if modes.damped:  # their lengths move by a part only of what their angles do
-        doubt = _on_freedoms(moved, turned + 0.0 * share, freedom)
-        doubt = sums.error + doubt + _on_freedoms(moved, share, freedom)
+        doubt = sums.error + _on_freedoms(moved, turned, freedom)
+        doubt = doubt + _on_freedoms(moved, share, freedom)
     else:
         # what grows all cylinders alike leaves the share that is left of their sum
         doubt = sums.error + _on_freedoms(moved, turned - share, freedom)

@@ -29,7 +29,7 @@ TRANSFER = f"{PLACE}/transfer_matrix_frequency"
 def emit_modes(scene: Scene, setup: Setup) -> None:
     """The modes at the operating speed: of the line as it vibrates, and undamped where they differ.
 
-    Where a damper makes the two differ, Holzer's tables and the second way are of the undamped ones.
+    Where a damper makes them differ, Holzer's tables and the second way are of the undamped ones.
     """
     undamped, natural = setup.modes, setup.natural()
     shaft, line = setup.shaft, setup.model.at(setup.speed)

@@ -81,8 +81,8 @@ class Setup(NamedTuple):
 
     `modes` are the undamped ones at the operating speed, rings free; `natural` gives, formed once,
     the modes of the line as it vibrates there, which critical speeds, margins, vector sums and
-    all numbers of modes belong to. Where a damping model takes the place of the dampings given, `shaft.station_values` hold those
-    of the model; `shaft.line` stays as given.
+    all numbers of modes belong to. Where a damping model takes the place of the dampings given,
+    `shaft.station_values` hold those of the model; `shaft.line` stays as given.
     """
 
     torsion: Torsion
