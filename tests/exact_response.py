@@ -91,7 +91,7 @@ def loads_of(
 
 
 def _with_rods(case: Case, shaking: Shaking, runs: list[int]) -> Shaking:
-    """Couples dJ phi'' of the rods, and dJ phi' phi'' where the driven machine stands apart."""
+    """Couples dJ phi'' of the rods, and dJ phi' phi'' where their torque counts."""
     train, frame = case.machine.crank_train, frame_of(case)
     rod = train.rod
     assert rod is not None and rod.crank_pin_to_mass_centre is not None
@@ -100,14 +100,14 @@ def _with_rods(case: Case, shaking: Shaking, runs: list[int]) -> Shaking:
     )
     place = mpf(rod.crank_pin_to_mass_centre)
     difference = mpf(rod.inertia) - mpf(rod.mass) * place * (length - place)
-    separate = case.excitation is not None and case.excitation.driven_machine == "separate"
+    bears = case.excitation is None or case.excitation.driven_machine != "cancels_torque"
 
     def signal(angle: mpf) -> mpf:
         sine = (radius * mpmath.sin(angle) - offset) / length
         cosine = mpmath.sqrt(1 - sine**2)
         rate = radius * mpmath.cos(angle) / (length * cosine)
         bend = (-radius * mpmath.sin(angle) / length + sine * rate**2) / cosine
-        return bend + (rate * bend if separate else 0)
+        return bend + (rate * bend if bears else 0)
 
     reach = (radius + abs(offset)) / length
     decay = -mpmath.log(reach / (1 + mpmath.sqrt(1 - reach**2)))

@@ -95,7 +95,7 @@ def shaking_of(case: Case, motion: Motion) -> Shaking:
     highest = len(motion.position) - 1
     force = [vector(0, 0, 0) for _ in range(highest + 1)]
     couple = [vector(0, 0, 0) for _ in range(highest + 1)]
-    separate = case.excitation is not None and case.excitation.driven_machine == "separate"
+    bears = case.excitation is None or case.excitation.driven_machine != "cancels_torque"
     with_piston, at_pin = masses_of(case)
 
     def push(order: int, place: Vector, pull: Vector) -> None:
@@ -116,7 +116,7 @@ def shaking_of(case: Case, motion: Motion) -> Shaking:
         for n in range(1, highest + 1):
             turn = mpmath.expj(n * lead)
             push(n, on_axis + offset * ahead, mass * n**2 * motion.position[n] * turn * outward)
-            if separate:
+            if bears:
                 couple[n] = couple[n] - mass * motion.torque[n] * turn * frame.axis
         turning(pin * radius, 1, cylinder.crank_phase, on_axis)
     for weight in train.counterweights:

@@ -122,7 +122,7 @@ def _crank_train(generator: np.random.Generator) -> Table:
 
 def _excitation(generator: np.random.Generator) -> Table:
     table: Table = {
-        "driven_machine": str(generator.choice(["on_body", "on_body", "separate"])),
+        "driven_machine": str(generator.choice(["cancels_torque", "on_body", "separate"])),
         "balance": {"orders": [1, 2, 4, 7]},
         "residual": {
             "force_weight": float(generator.uniform(0.0, 2.0)),

@@ -88,7 +88,7 @@ def random_compressor(seed: int, damping: str | None = None) -> Table:
         points = rod["mass"] * near * (train["rod_length"] - near)
         rod["inertia"] = points * float(generator.uniform(0.3, 0.9))
     table["excitation"] = {
-        "driven_machine": str(generator.choice(["on_body", "on_body", "separate"])),
+        "driven_machine": str(generator.choice(["cancels_torque", "on_body", "separate"])),
         "working": _some(generator, names),
         "idle": str(generator.choice(["stopped", "unloaded"])),
         "balanced_for": _some(generator, names),

@@ -81,6 +81,6 @@ def test_report_and_picture_tell_all_of_it() -> None:
 
 def test_gas_that_reaches_nothing_is_said() -> None:
     words = "the gas has no effect"
-    still = replaced(SEPARATE, ('driven_machine = "separate"', ""))
+    still = replaced(SEPARATE, ('"separate"', '"cancels_torque"'))
     assert any(words in one for one in machine_warnings(mounted(still)))
     assert not any(words in one for one in machine_warnings(mounted(SEPARATE)))

@@ -30,7 +30,7 @@ def machine(seed: int) -> Table:
     case = random_machine(seed, "rigid_body")
     del case["isolation"]["run_up"], case["accuracy"]
     case.pop("kinematics", None)
-    case["excitation"] = {"driven_machine": ["on_body", "separate"][seed % 2]}
+    case["excitation"] = {"driven_machine": ["cancels_torque", "on_body"][seed % 2]}
     generator, mounts = np.random.default_rng(seed), case["machine"]["mounts"]
     train, speed = case["machine"]["crank_train"], case["machine"]["speed"]
     train["wrist_pin_offset"] = 0.1 * train["crank_radius"]
@@ -105,7 +105,7 @@ def load_of(case: Table) -> Load:
         mass = cylinder.get("reciprocating_mass", common)
         push(mass, foot + height[:, None] * outward)
         push(train["rotating_mass"] + (1.0 - share) * rod["mass"], pin)
-        if case["excitation"]["driven_machine"] == "separate":
+        if case["excitation"]["driven_machine"] == "on_body":
             # the torque that keeps the crankshaft at speed comes from outside of the body
             rate = derivative(height - height.mean(), speed)
             couple += (derivative(0.5 * mass * rate**2, speed) / speed)[:, None] * axis

@@ -230,7 +230,7 @@ def test_planned_where_it_has_something_to_say() -> None:
         assert any(stage.module == "torque_reaction" for stage in plan_case(mounted(text)))
     for change in (
         ('model = "rigid_body"', 'model = "pitch"\nlever = 0.5'),
-        ('driven_machine = "separate"', ""),
+        ('"separate"', '"cancels_torque"'),
         ('firing_order = ["2", "3", "1"]', ""),
     ):
         case = mounted(replaced(SEPARATE, change))

@@ -46,7 +46,11 @@ COMPRESSOR: dict[str, Any] = {
     "schema": 1,
     "title": "Two-cylinder compressor that also runs on one",
     "machine": machine(body=_BODY, mounts=_MOUNTS),
-    "excitation": {"working": ["upper", "lower"], "balanced_for": ["upper", "lower"]},
+    "excitation": {
+        "working": ["upper", "lower"],
+        "balanced_for": ["upper", "lower"],
+        "driven_machine": "on_body",
+    },
     "response": {
         "method": "modal",
         "energies": True,
@@ -69,7 +73,11 @@ SWITCHING: dict[str, Any] = {
     "schema": 1,
     "title": "Compressor that goes from two cylinders to one by turning the other way",
     "machine": machine(body=_BODY, mounts=_MOUNTS),
-    "excitation": {"working": ["upper", "lower"], "balanced_for": ["upper", "lower"]},
+    "excitation": {
+        "working": ["upper", "lower"],
+        "balanced_for": ["upper", "lower"],
+        "driven_machine": "cancels_torque",
+    },
     "response": {
         "operations": _OPERATIONS,
         "switching": {

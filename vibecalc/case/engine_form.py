@@ -28,6 +28,14 @@ def check_kind(data: Data) -> Iterator[Problem]:
                 message=f"[{'.'.join(map(str, path))}] needs [machine.shaft_line]",
                 allowed="stations and shafts of the line",
             )
+    if "rotor" in machine and "shaft_line" in machine:
+        yield Problem(
+            path=(*MACHINE, "rotor"),
+            message="what turns with the crankshaft stands twice: [machine.rotor] and "
+            "[machine.shaft_line]",
+            allowed="one of them; the stations of the line have inertias of their own",
+            also=(*MACHINE, "shaft_line"),
+        )
     train = table_at(data, *TRAIN)
     if train:
         yield from _gas(data, train, bool(asked))

@@ -10,20 +10,31 @@ if TYPE_CHECKING:
 
 
 def torque_reaches_mounts(case: "Case") -> bool:
-    """Whether a rigid body on mounts feels the torque of what is in the cylinders.
-
-    With the driven machine on the body that takes a shaft line: at a constant speed of the crank
-    the machine gives back all of the torque, and nothing is left.
-    """
+    """Whether a rigid body on mounts feels the torque of what is in the cylinders."""
     options, machine = case.isolation, case.machine
     if not gas_turns(machine) or options is None or options.model == "pitch":
         return False
-    return has_gas(case) and _fires(case) and (is_separate(case) or machine.shaft_line is not None)
+    return has_gas(case) and _fires(case) and driven_machine(case) != "cancels_torque"
+
+
+def driven_machine(case: "Case") -> str:
+    """Where the driven machine stands, and what of the torque it gives back."""
+    return "on_body" if case.excitation is None else case.excitation.driven_machine
 
 
 def is_separate(case: "Case") -> bool:
     """Whether the driven machine stands elsewhere."""
-    return case.excitation is not None and case.excitation.driven_machine == "separate"
+    return driven_machine(case) == "separate"
+
+
+def shakes_with_torque(case: "Case") -> bool:
+    """Whether the couple of the crank train holds minus the torque of its masses.
+
+    Not with a shaft line on the body: what of the torque arrives there the line says, and the
+    torque reaction has it.
+    """
+    where = driven_machine(case)
+    return where == "separate" or (where == "on_body" and case.machine.shaft_line is None)
 
 
 def has_gas(case: "Case") -> bool:

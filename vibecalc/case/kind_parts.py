@@ -36,7 +36,7 @@ _ABSORBER = (
 )
 #: of machines whose gas works once a turn, or whose motor finds the speed
 _OF_COMPRESSORS: tuple[KeyPath, ...] = (
-    *((*MACHINE, part) for part in ("motor", "joints", "rotor", "shell", "friction")),
+    *((*MACHINE, part) for part in ("motor", "joints", "shell", "friction")),
     *(("response", name) for name in ("impact", "roll", "start_up", "control")),
 )
 PARTS_OF_KIND: dict[str, PartsOfKind] = {

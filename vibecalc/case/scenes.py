@@ -100,6 +100,7 @@ _RIGID_BODY = Scene(
                 },
                 speed="3000 rpm",
             ),
+            "rotor": {"inertia": "0.08 kg*m^2"},
             "body": {"mass": "60 kg", "inertia": ["1.6 kg*m^2", "2.1 kg*m^2", "1.9 kg*m^2"]},
             "mounts": {
                 "each": {
@@ -117,6 +118,7 @@ _RIGID_BODY = Scene(
                 ],
             },
         },
+        "excitation": {"driven_machine": "on_body"},
         "isolation": {"model": "rigid_body", "run_up": {"from": "0 rpm", "to": "3600 rpm"}},
         "limit": [
             {

@@ -64,7 +64,10 @@ class Machine(Table):
     mounts: Mounts | None = Field(None, description="what the body stands on")
     motor: Motor | None = Field(None, description="the motor on the crankshaft")
     joints: Joints | None = Field(None, description="bearings with play")
-    rotor: Rotor | None = Field(None, description="all that turns with the crankshaft")
+    rotor: Rotor | None = Field(
+        None,
+        description="all that turns with the crankshaft; without it the crank turns steadily",
+    )
     shell: Shell | None = Field(None, description="what turns about the crank axis, as one body")
     friction: Friction | None = Field(None, description="between shell, crankshaft and pistons")
     primary: Primary | None = Field(None, description="a system that an absorber is to keep still")

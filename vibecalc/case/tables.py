@@ -62,9 +62,11 @@ class Excitation(Table):
     balanced_for: Throws | None = Field(
         None, description="throws whose rotating mass is cancelled by weights in their own plane"
     )
-    driven_machine: Literal["on_body", "separate"] = Field(
+    driven_machine: Literal["on_body", "separate", "cancels_torque"] = Field(
         "on_body",
-        description="where the crank torque is taken up; separate puts its reaction on the body",
+        description="on_body: its stator gives the body the mean torque back, what alternates acts "
+        "on the body; separate: the mean acts, too; cancels_torque: none of it acts, as if the "
+        "stator followed every pulsation",
     )
     balance: Balance | None = Field(None, description="print the balance table")
     residual: Residual | None = Field(None, description="weighted residual of forces and couples")

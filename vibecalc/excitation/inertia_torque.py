@@ -81,6 +81,31 @@ def inertia_torque(
     return TorqueHarmonics(harmonics, error)
 
 
+def mean_inertia(
+    motion_harmonics: ArrayLike, crank_radius: ArrayLike, reciprocating_mass: ArrayLike
+) -> Real:
+    """Mean over a turn (...) of what the pistons add to the inertia at the crank, kg m^2.
+
+    That is the sum of m s'^2 over the cylinders: m R^2 sum n^2 |C_n|^2 / 2 each. Arrays as in
+    `torque_reaction`, `motion_harmonics` (..., h + 1) from order 0.
+    """
+    motion = np.asarray(motion_harmonics)
+    velocity = np.arange(motion.shape[-1]) * np.abs(motion)
+    square = 0.5 * np.square(velocity).sum(-1) * np.square(np.asarray(crank_radius, dtype=float))
+    return np.asarray(np.asarray(reciprocating_mass, dtype=float).sum(-1) * square)
+
+
+def rotor_share(rotor_inertia: ArrayLike, moving_inertia: ArrayLike) -> Real:
+    """Share of the torque at constant speed that reaches a rotor of finite inertia.
+
+    The rotor follows J phi'' = T - m phi'', m the mean inertia of what moves with the pistons: it
+    takes T J / (J + m), and the body has minus that. What the fluctuation of the speed mixes
+    between the orders is of relative size m / J and left out.
+    """
+    rotor = np.asarray(rotor_inertia, dtype=float)
+    return np.asarray(rotor / (rotor + np.asarray(moving_inertia, dtype=float)))
+
+
 def torque_reaction(
     torque: TorqueHarmonics,
     *,
@@ -90,13 +115,11 @@ def torque_reaction(
     bank_angle: ArrayLike,
     axis: ArrayLike,
 ) -> Excitation:
-    """Couple on the body about the crankshaft when the driven machine stands elsewhere.
+    """Couple on the body about the crankshaft by the torque of its masses.
 
-    The side thrusts of the pistons turn the body with -T. With the driven machine on the body, its
-    stator takes up the crankshaft's T and the two cancel: nothing outside turns the crankshaft, so
-    the body feels the change of angular momentum of the moving parts alone, which is the r x F of
-    the pistons (the crankshaft, at constant speed, has a constant one). A machine that stands
-    separately keeps T to itself and this couple remains, in addition to r x F.
+    The side thrusts of the pistons turn the body with -T, in addition to r x F. T goes into the
+    speed of a large rotor, whose angular momentum changes by it; a stator that gives a constant
+    torque adds nothing that alternates, wherever it stands.
 
     Arrays as in `reciprocating_excitation`; (..., n, 3) per crank speed squared, without force.
     """

@@ -89,12 +89,11 @@ def rod_torque_reaction(
     motion_error: ArrayLike = 0.0,
     inertia_error: ArrayLike = 0.0,
 ) -> Excitation:
-    """Couple on the body, beside that above, when the driven machine stands elsewhere.
+    """Couple on the body, beside that above, by the torque of the rods on the crankshaft.
 
-    The energy dJ phi'^2 w^2 / 2 comes from the crankshaft: it feels T = -dJ phi' phi'' w^2, which
-    a machine that stands separately holds. As in `inertia_torque.torque_reaction` the body is left
-    with -T. `rod_product` holds the harmonics (..., n + 1) of phi' phi'' from order 0; all else as
-    in `rod_inertia_excitation`.
+    The energy dJ phi'^2 w^2 / 2 comes from the crankshaft: it feels T = -dJ phi' phi'' w^2. As in
+    `inertia_torque.torque_reaction` the body has -T. `rod_product` holds the harmonics
+    (..., n + 1) of phi' phi'' from order 0; all else as in `rod_inertia_excitation`.
     """
     return _about_axis(
         rod_product,

@@ -1,5 +1,6 @@
 """The highest peaks of the rows of a run-up, polished from speeds that were looked at."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -25,6 +26,19 @@ class RunUpPeak(NamedTuple):
     error: np.ndarray
     speed: np.ndarray
     speed_error: np.ndarray
+
+
+def highest_of(peaks: Sequence[RunUpPeak]) -> RunUpPeak:
+    """The highest of several parts of a run-up, row by row; of equals the first."""
+    if len(peaks) == 1:
+        return peaks[0]
+    first = np.argmax([peak.value for peak in peaks], axis=0)
+    rows = np.arange(len(first))
+    best = RunUpPeak(*(np.stack(part)[first, rows] for part in zip(*peaks, strict=True)))
+    # another part whose errors reach above leaves the value open so far
+    above = np.max([np.where(p.error > 0.0, p.value + p.error, 0.0) for p in peaks], axis=0)
+    higher = np.where(np.isfinite(best.value), above - best.value, 0.0)
+    return best._replace(error=np.maximum(best.error, higher))
 
 
 class Search(NamedTuple):

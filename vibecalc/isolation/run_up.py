@@ -1,12 +1,13 @@
 """A slow run-up: at each speed the peak over the cycle, and the highest of them all."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from vibecalc.isolation.blocks import in_blocks
 from vibecalc.isolation.envelope import angle_grid, coarse_peak
-from vibecalc.isolation.highest import RunUpPeak, Search, highest
+from vibecalc.isolation.highest import RunUpPeak, Search, highest, highest_of
 from vibecalc.isolation.looked import Looked
 from vibecalc.isolation.refine import resolve
 from vibecalc.isolation.rows import HarmonicsAt, Jet
@@ -87,6 +88,28 @@ def run_up(
     _, harmonics, doubt = search.looked(found.speed)
     curve = _exact_peaks(harmonics, doubt, search.orders)
     return RunUp(found.speed, curve, peak, search.masked, found.unresolved)
+
+
+def joined(parts: Sequence[RunUp]) -> RunUp:
+    """Parts of one range, one after the other, as one: each ends where the next begins."""
+    if len(parts) == 1:
+        return parts[0]
+    speed = np.concatenate([part.speed for part in parts])
+    new = np.concatenate([[True], np.diff(speed) > 0.0])
+    curve = (np.concatenate(each)[new] for each in zip(*(p.curve for p in parts), strict=True))
+    masked = Masked(
+        *(np.concatenate(each) for each in zip(*(p.masked for p in parts), strict=True))
+    )
+    # an interval across an end is met from both sides
+    both = np.stack([masked.low, masked.order, masked.mode])
+    met = np.concatenate([[True], np.any(both[:, 1:] != both[:, :-1], axis=0)])[: len(masked.low)]
+    return RunUp(
+        speed[new],
+        WithError(*curve),
+        highest_of([part.peak for part in parts]),
+        Masked(*(each[met] for each in masked)),
+        sum(part.unresolved for part in parts),
+    )
 
 
 def run_up_peak(

@@ -6,6 +6,9 @@ give the crankshaft, by gas and inertia. What else holds depends on where the dr
 
 - elsewhere: its stator turns the ground, not the body. -T remains, its mean too. What damps a
   station of the line against the ground is taken to stand on the ground.
+- on the body, without a shaft line: a stator follows no pulsation and gives the mean back; -T
+  remains without its mean. A rotor of finite inertia leaves a share of it
+  (`excitation.inertia_torque.rotor_share`), wherever the driven machine stands.
 - on the body, with a shaft line of finite inertia: the body gives the line all its torques (of the
   cylinders, of the loads, of what damps a station against the body), so that it feels minus the
   change of the line's angular momentum. With loads that do not alternate and no damping against
@@ -13,10 +16,13 @@ give the crankshaft, by gas and inertia. What else holds depends on where the dr
   some of the inertia the other way round, or faster. There is no mean: the stator gives it back.
 """
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
+from vibecalc.isolation.body_rows import Couple, CoupleAt
+from vibecalc.isolation.rows import EMPTY
 from vibecalc.numerics.cycle_peak import vector_cycle_peak
 from vibecalc.numerics.rounding import EPSILON, UNIT_ROUNDOFF, WithError
 from vibecalc.response.energy import modal_force
@@ -27,6 +33,9 @@ from vibecalc.response.torsion.synthesis import synthesis
 
 #: orders beyond twice the highest against those up to there: forces that fall as order^-2 or faster
 TAIL = 2.0
+#: relative step of speed of numerical derivatives, and the slowest speed of a line, rad/s
+STEP = 1e-4
+SLOWEST = 1e-2
 #: share of the largest modal force from which on an order is said to drive a mode
 DRIVES = 1e-3
 
@@ -51,7 +60,7 @@ class Loads(NamedTuple):
 
 
 def line_transfer(line: Line, spin_inertia: WithError, frequency: np.ndarray) -> WithError:
-    """Couple on the body for a unit torque on each freedom, (m, n) complex, and its error.
+    """Couple on the body for a unit torque on each freedom, (..., m, n) complex, and its error.
 
     Parameters
     ----------
@@ -61,7 +70,7 @@ def line_transfer(line: Line, spin_inertia: WithError, frequency: np.ndarray) ->
         (n,) in kg m^2: own inertia times own speed ratio, summed over what turns with a freedom.
         Times the referred angular velocity it is angular momentum, signed as the crank turns.
     frequency
-        (m,) in rad/s, above 0.
+        (..., m) in rad/s, above 0; leading axes of the line go with it.
 
     As -d/dt sum h phi' is w^2 h.X and the dynamic stiffness symmetric, one solution under the
     torques w^2 h is the transfer from every freedom. It is -1 everywhere for a line without gears
@@ -73,26 +82,69 @@ def line_transfer(line: Line, spin_inertia: WithError, frequency: np.ndarray) ->
         A frequency is a natural frequency of a line without damping.
     """
     rate = np.asarray(frequency, dtype=float)
-    found = forced(line, rate, np.square(rate)[:, None] * np.stack(spin_inertia)[:, None])
+    spin = np.stack(spin_inertia).reshape(2, *(1,) * rate.ndim, -1)
+    found = forced(line, rate, np.square(rate)[..., None] * spin)
     value, doubt = found.angle
     error = 2.0 * found.error[0] + found.error[1] + np.max(np.abs(doubt), axis=-1)
     error = error + 16.0 * EPSILON * np.max(np.abs(value), axis=-1)
-    return WithError(value, np.broadcast_to(error[:, None], value.shape))
+    return WithError(value, np.broadcast_to(error[..., None], value.shape))
 
 
-def couple_on_body(torque: WithError, transfer: WithError | None = None) -> WithError:
-    """Couple (m,) on the body, N m complex, of the torques (c, m) of its cylinders.
+def couple_on_body(
+    torque: WithError, transfer: WithError | None = None, share: float = 1.0
+) -> WithError:
+    """Couple (..., m) on the body, N m complex, of the torques (..., c, m) of its cylinders.
 
-    `transfer` (m, c) belongs to the freedoms of the cylinders; without one it is -1.
+    `transfer` (m, c) belongs to the freedoms of the cylinders; without one it is minus `share`.
     """
     size = np.abs(torque.value)
-    count = len(size) * EPSILON
+    count = size.shape[-2] * EPSILON
     if transfer is None:
-        return WithError(-torque.value.sum(0), torque.error.sum(0) + count * size.sum(0))
-    passing = np.abs(transfer.value.T)
-    value = (transfer.value.T * torque.value).sum(0)
-    doubt = passing * (torque.error + count * size) + transfer.error.T * (size + torque.error)
-    return WithError(value, doubt.sum(0))
+        count = count + 16.0 * EPSILON
+        value = -share * torque.value.sum(-2)
+        return WithError(value, share * (torque.error.sum(-2) + count * size.sum(-2)))
+    given = WithError(*(np.swapaxes(part, -1, -2) for part in transfer))
+    value = (given.value * torque.value).sum(-2)
+    doubt = np.abs(given.value) * (torque.error + count * size)
+    return WithError(value, (doubt + given.error * (size + torque.error)).sum(-2))
+
+
+def linear_couple(ends: np.ndarray, low: WithError, high: WithError) -> CoupleAt:
+    """Couple (speeds, m) that is linear in the speed between two `ends`, given there (m,)."""
+    span = ends[1] - ends[0]
+    slope = (high.value - low.value) / span
+    doubt = (low.error + high.error) / span
+
+    def couple_at(speed: np.ndarray, slopes: bool = False, errors: bool = False) -> Couple:
+        share = ((speed - ends[0]) / span)[:, None]
+        value = (1.0 - share) * low.value + share * high.value
+        empty = np.zeros_like(value)
+        error = (1.0 - share) * low.error + share * high.error + 4.0 * EPSILON * np.abs(value)
+        return Couple(value, error, empty + slope, empty.real + doubt, empty)
+
+    return couple_at
+
+
+def couple_by_differences(by_speed: Callable[[np.ndarray], WithError]) -> CoupleAt:
+    """Couple of any law (speeds,) to (speeds, m), its derivatives by central differences.
+
+    The derivatives only lead a search for maxima: what they are off is in the error of the slope.
+    """
+
+    def couple_at(speed: np.ndarray, slopes: bool = False, errors: bool = False) -> Couple:
+        at = np.maximum(speed, SLOWEST)
+        value, error = by_speed(at)
+        if not slopes:
+            return Couple(value, error, EMPTY, EMPTY, EMPTY)
+        step = (STEP * at)[:, None]
+        after, before = by_speed(at * (1.0 + STEP)), by_speed(at * (1.0 - STEP))
+        slope = (after.value - before.value) / (2.0 * step)
+        curvature = (after.value - 2.0 * value + before.value) / np.square(step)
+        wider = by_speed(at * (1.0 + 2.0 * STEP)).value - by_speed(at * (1.0 - 2.0 * STEP)).value
+        doubt = np.abs(wider / (4.0 * step) - slope) + (after.error + before.error) / (2.0 * step)
+        return Couple(value, error, slope, doubt, curvature)
+
+    return couple_at
 
 
 def with_shaking(

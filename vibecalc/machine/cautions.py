@@ -148,8 +148,8 @@ def _without_effect(case: Case) -> list[str]:
             and not asks_roll(case)
         ),
         "the gas has no effect: without [response.torsion] it reaches the mounts in the model "
-        "'rigid_body' or 'planar', of an engine with a firing order, and with driven_machine = "
-        "'separate' or a shaft_line": (
+        "'rigid_body' or 'planar', of an engine with a firing order, unless driven_machine = "
+        "'cancels_torque'": (
             gas_turns(machine)
             and has_gas(case)
             and not torque_reaches_mounts(case)

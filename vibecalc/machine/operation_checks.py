@@ -5,6 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from vibecalc.case import parts
+from vibecalc.case.engine_mounted import driven_machine, shakes_with_torque
 from vibecalc.case.kinds import has_crank_train
 from vibecalc.case.raw import listed, nearest
 from vibecalc.case.schema import Case
@@ -75,15 +76,17 @@ def _weights(case: Case) -> Iterator[Problem]:
 def _switching(case: Case) -> Iterator[Problem]:
     if case.response is None or case.response.switching is None:
         return
-    if case.excitation is not None and case.excitation.driven_machine == "separate":
+    if shakes_with_torque(case):
+        told = case.excitation is not None and "driven_machine" in case.excitation.model_fields_set
         yield Problem(
             path=SWITCHING,
-            message="a change between operations needs the driven machine on the body",
-            found="driven_machine = 'separate'",
-            allowed="driven_machine = 'on_body'",
-            hint="the torque that a separate machine takes up is not linear in the acceleration of "
-            "the crank, so that the steady orders do not say what it is while the speed changes",
-            also=("excitation", "driven_machine"),
+            message="a change between operations is computed without the torque of the masses on "
+            "the body",
+            found=f"driven_machine = '{driven_machine(case)}'" + ("" if told else ", the default"),
+            allowed="driven_machine = 'cancels_torque' in [excitation]",
+            hint="that torque is not linear in the acceleration of the crank, so that the steady "
+            "orders do not say what it is while the speed changes",
+            also=("excitation", "driven_machine") if told else None,
         )
     mounts = case.machine.mounts
     if mounts is None or _decays(mounts):

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterator
 
+from vibecalc.case.engine_mounted import shakes_with_torque
 from vibecalc.case.kinds import finds_speed, has_crank_train
 from vibecalc.case.roll_form import STEPPING
 from vibecalc.case.schema import Case
@@ -40,7 +41,7 @@ def _unused(case: Case) -> Iterator[str]:
     train = machine.crank_train if has_crank_train(machine) else None
     parts = {
         "[machine.motor]": machine.motor is not None and finds_speed(machine),
-        "[machine.rotor]": machine.rotor is not None,
+        "[machine.rotor]": machine.rotor is not None and not _turns_unsteadily(case),
         "[machine.shell]": machine.shell is not None,
         "[machine.friction]": machine.friction is not None,
         "the gas force of a cylinder": train is not None
@@ -49,6 +50,13 @@ def _unused(case: Case) -> Iterator[str]:
     for name, there in parts.items():
         if there:
             yield f"{name} has no effect: {SENTENCE}"
+
+
+def _turns_unsteadily(case: Case) -> bool:
+    """Whether the inertia of the rotor counts at a given speed of the crank."""
+    shaken = (case.excitation, case.isolation, case.response)
+    driven = has_crank_train(case.machine) and not finds_speed(case.machine)
+    return driven and any(part is not None for part in shaken) and shakes_with_torque(case)
 
 
 def _step(case: Case) -> Iterator[str]:

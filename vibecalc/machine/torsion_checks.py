@@ -3,6 +3,8 @@
 from collections.abc import Iterator
 from itertools import pairwise
 
+from vibecalc.case.engine_mounted import is_separate, torque_reaches_mounts
+from vibecalc.case.range_table import RunUp
 from vibecalc.case.schema import Case
 from vibecalc.case.shaft_parts import ShaftLine
 from vibecalc.case.torsion_tables import AsPublished, LineSpeeds, Torsion, TorsionLimit
@@ -22,9 +24,9 @@ def torsion_problems(case: Case) -> list[Problem]:
     """Problems of [response.torsion] and [damper_design] against the machine."""
     line = case.machine.shaft_line
     if line is None:
-        return []
+        return list(_speeds(case)) if torque_reaches_mounts(case) else []
     torsion = None if case.response is None else case.response.torsion
-    problems = [*_speeds(case)]
+    problems = [*_speeds(case), *_run_up(case, line)]
     if torsion is not None:
         problems += [*_orders(case, torsion), *_names(case, line, torsion)]
         problems += [*_damping(line, torsion), *_published(line, torsion)]
@@ -41,13 +43,15 @@ def _speeds(case: Case) -> Iterator[Problem]:
     low, high = min(c.speed for c in cards), max(c.speed for c in cards)
     torsion = None if case.response is None else case.response.torsion
     asked: list[tuple[KeyPath, float | None]] = [(("machine", "speed"), case.machine.speed)]
-    ranges: list[tuple[KeyPath, LineSpeeds | None]] = []
+    ranges: list[tuple[KeyPath, LineSpeeds | RunUp | None]] = []
     if torsion is not None:
         ranges.append(((*TORSION, "speeds"), torsion.speeds))
         if torsion.transient is not None:
             path: KeyPath = (*TORSION, "transient")
             change = torsion.transient
             asked += [((*path, "from"), change.start), ((*path, "to"), change.stop)]
+    if case.isolation is not None and case.isolation.run_up and torque_reaches_mounts(case):
+        ranges.append((("isolation", "run_up"), case.isolation.run_up))
     if case.damper_design is not None:
         ranges.append(((*DESIGN, "speeds"), case.damper_design.speeds))
     for path, speeds in ranges:
@@ -63,6 +67,27 @@ def _speeds(case: Case) -> Iterator[Problem]:
                 hint="a card at this speed, or a range that the cards cover",
                 also=("machine", "crank_train", "gas_cards"),
             )
+
+
+def _run_up(case: Case, line: ShaftLine) -> Iterator[Problem]:
+    """A geared line without damping passes resonances of no bound, which nothing would bridge."""
+    options = case.isolation
+    if options is None or options.run_up is None or not torque_reaches_mounts(case):
+        return
+    if is_separate(case) or not line.gears or not line.shafts:
+        return
+    damped = bool(line.dampers) or any(
+        s.damping or s.damping_ratio or s.loss_factor for s in line.shafts
+    )
+    if not damped and not any(station.absolute_damping for station in line.stations):
+        yield Problem(
+            path=("isolation", "run_up"),
+            message="on its way up the torque passes the resonances of a geared line that nothing "
+            "damps: it has no bound there",
+            allowed="damping or loss_factor of the shafts, absolute_damping of a station, or "
+            "driven_machine = 'separate'",
+            also=LINE,
+        )
 
 
 def _orders(case: Case, torsion: Torsion) -> Iterator[Problem]:

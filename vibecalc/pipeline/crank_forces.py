@@ -12,7 +12,7 @@ import numpy as np
 from vibecalc.excitation.reciprocating import reciprocating_excitation
 from vibecalc.excitation.rotating import rotating_excitation
 from vibecalc.excitation.sums import Excitation, add
-from vibecalc.numerics.rounding import WithError
+from vibecalc.numerics.rounding import EPSILON, WithError
 from vibecalc.numerics.typing import FloatArray
 
 
@@ -70,7 +70,8 @@ def crank_forces(
     *,
     turning: Turning | None = None,
     rod_difference: WithError | None = None,
-    separate: bool = False,
+    with_torque: bool = False,
+    rotor_inertia: Any = None,
 ) -> Excitation:
     """Forces and couples of orders 1 .. h of `motion`.
 
@@ -81,7 +82,9 @@ def crank_forces(
     turning : what turns; None without it.
     rod_difference : moment of a rod beyond that of its two point masses, kg m^2, (..., 1) or a
         number; None for rods that are two point masses. A rod that stands still has none.
-    separate : the driven machine stands elsewhere, so that the body bears the torque.
+    with_torque : the body bears minus the torque of the masses on the crankshaft.
+    rotor_inertia : of all that turns with the crankshaft besides the rotating masses, kg m^2, a
+        number or (...); None for a crank that turns steadily.
     """
     highest = motion.harmonics.shape[-1] - 1
     parts = [
@@ -102,11 +105,49 @@ def crank_forces(
     ]
     if turning is not None:
         parts.append(turning_forces(train, turning, origin, highest))
-    if separate:
-        parts.append(_reaction(train, motion, highest))
+    share = 1.0
+    if with_torque and rotor_inertia is not None:
+        share = share_of_rotor(train, motion, rotor_inertia, rod_difference)
+    if with_torque:
+        parts.append(_scaled(_reaction(train, motion, highest), share))
     if rod_difference is not None:
-        parts += _rods(train, rod_difference, highest, separate)
+        parts += _rods(train, rod_difference, highest, with_torque, share)
     return add(*parts)
+
+
+def share_of_rotor(
+    train: Pistons, motion: Moved, rotor_inertia: Any, rod_difference: WithError | None
+) -> Any:
+    """Share (...) of the torque on the crankshaft that turns what is fixed to it, and the body."""
+    from vibecalc.excitation.inertia_torque import mean_inertia, rotor_share
+
+    moving = mean_inertia(motion.harmonics, train.crank_radius, train.reciprocating_mass)
+    if rod_difference is not None:
+        from vibecalc.kinematics.rod_angle import rod_angle_harmonics
+
+        highest = motion.harmonics.shape[-1] - 1
+        turned = rod_angle_harmonics(
+            train.crank_radius, train.rod_length, train.wrist_pin_offset, highest_order=highest
+        ).acceleration.value[..., 1:]
+        square = 0.5 * np.square(np.abs(turned) / np.arange(1, highest + 1)).sum(-1)
+        moving = moving + (_runs(train) * rod_difference.value).sum(-1) * square
+    turning = rotor_inertia + train.rotating_mass.sum(-1) * np.square(train.crank_radius)
+    return rotor_share(turning, moving)
+
+
+def _runs(train: Pistons) -> FloatArray:
+    return (train.reciprocating_mass + train.rotating_mass > 0.0).astype(float)
+
+
+def _scaled(excitation: Excitation, share: Any) -> Excitation:
+    """The excitation times a share (...) of some roundings."""
+    factor = np.asarray(share, dtype=float)[..., None, None]
+    return Excitation(
+        factor * excitation.force,
+        factor * excitation.couple,
+        factor * excitation.force_error,
+        factor * (excitation.couple_error + 16.0 * EPSILON * np.abs(excitation.couple)),
+    )
 
 
 def turning_forces(
@@ -141,7 +182,9 @@ def _reaction(train: Pistons, motion: Moved, highest: int) -> Excitation:
     )
 
 
-def _rods(train: Pistons, difference: WithError, highest: int, separate: bool) -> list[Excitation]:
+def _rods(
+    train: Pistons, difference: WithError, highest: int, with_torque: bool, share: Any
+) -> list[Excitation]:
     """Couples of the rods' own moments beyond those of their two point masses."""
     from vibecalc.excitation.rod_inertia import rod_inertia_excitation, rod_torque_reaction
     from vibecalc.kinematics.rod_angle import rod_angle_harmonics
@@ -149,13 +192,13 @@ def _rods(train: Pistons, difference: WithError, highest: int, separate: bool) -
     turned = rod_angle_harmonics(
         train.crank_radius, train.rod_length, train.wrist_pin_offset, highest_order=highest
     )
-    runs = (train.reciprocating_mass + train.rotating_mass > 0.0).astype(float)
+    runs = _runs(train)
     kernels: list[tuple[Callable[..., Excitation], WithError]] = [
         (rod_inertia_excitation, turned.acceleration)
     ]
-    if separate:
+    if with_torque:
         kernels.append((rod_torque_reaction, turned.product))
-    return [
+    made = [
         make(
             harmonics.value,
             inertia_difference=runs * difference.value,
@@ -167,3 +210,4 @@ def _rods(train: Pistons, difference: WithError, highest: int, separate: bool) -
         )
         for make, harmonics in kernels
     ]
+    return [made[0], *(_scaled(each, share) for each in made[1:])]

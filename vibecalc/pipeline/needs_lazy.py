@@ -7,6 +7,7 @@ a test asks for one row for every import below a stage.
 
 from typing import TYPE_CHECKING
 
+from vibecalc.case.engine_mounted import torque_reaches_mounts
 from vibecalc.pipeline import needs_when as when
 from vibecalc.pipeline.needs_imports import PACKAGE, brought_in, imports_of
 
@@ -47,7 +48,7 @@ _STAGES = "pipeline.stages"
 #: rows of one condition: (condition, importing module, what it imports)
 _ROWS: tuple[tuple[when.Rule, str, tuple[str, ...]], ...] = (
     (when.has_curves, f"{_STAGES}.kinematics", ("kinematics.slider_crank",)),
-    (when.is_separate, "pipeline.crank_forces", ("excitation.inertia_torque",)),
+    (when.bears_torque, "pipeline.crank_forces", ("excitation.inertia_torque",)),
     (
         when.rod_has_inertia,
         "pipeline.crank_forces",
@@ -60,6 +61,12 @@ _ROWS: tuple[tuple[when.Rule, str, tuple[str, ...]], ...] = (
     ),
     (when.rod_has_inertia, f"{_STAGES}.train_excitation", ("excitation.rod_inertia",)),
     (when.rod_has_inertia, f"{_STAGES}.torsion.drive", ("pipeline.stages.train_excitation",)),
+    (torque_reaches_mounts, f"{_STAGES}.run_up", (f"{_STAGES}.run_up_torque",)),
+    (
+        when.turns_with_the_engine,
+        f"{_STAGES}.run_up_torque",
+        ("machine.shaft_line", "response.torsion.modes"),
+    ),
     (when.computes_cycle, f"{_STAGES}.torque_reaction_couple", ("excitation.gas_cycle",)),
     (
         when.turns_with_the_engine,

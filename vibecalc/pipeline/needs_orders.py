@@ -9,6 +9,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, NamedTuple
 
 from vibecalc.case.engine_firing import TURN, cycle_angle
+from vibecalc.case.engine_mounted import shakes_with_torque, torque_reaches_mounts
 from vibecalc.pipeline.plan_torsion import asked_orders
 from vibecalc.pipeline.stage_plan import StagePlan
 
@@ -56,9 +57,8 @@ def _series(case: "Case") -> Harmonics:
     if options is not None and options.orders is not None:
         return _first(options.orders, "[excitation] orders")
     if case.kinematics is not None and case.kinematics.series == "truncated":
-        separate = options is not None and options.driven_machine == "separate"
         terms = case.kinematics.terms or 1
-        enough = (4 if separate else 2) * terms
+        enough = (4 if shakes_with_torque(case) else 2) * terms
         rule = "all of the truncated series"
     else:
         from vibecalc.kinematics.dropped_orders import order_for_tolerance
@@ -153,7 +153,8 @@ def _first(number: int, rule: str) -> Harmonics:
 
 
 _RULES: dict[str, Callable[["Case"], Harmonics]] = {
-    **dict.fromkeys(("kinematics", "excitation", "isolation", "run_up"), _series),
+    **dict.fromkeys(("kinematics", "excitation", "isolation"), _series),
+    "run_up": lambda case: (_reaction if torque_reaches_mounts(case) else _series)(case),
     **dict.fromkeys(("response", "operations", "speeds", "switching"), _series),
     **dict.fromkeys(("torsion", "torsion_speeds", "transient", "damper design"), _half_orders),
     "modal route as published": _half_orders,

@@ -6,7 +6,8 @@ True is needed, False is not, None is perhaps: it hangs on what is computed.
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from vibecalc.case.kinds import finds_speed
+from vibecalc.case.engine_mounted import driven_machine, shakes_with_torque
+from vibecalc.case.kinds import finds_speed, has_speed
 
 if TYPE_CHECKING:
     from vibecalc.case.schema import Case
@@ -42,8 +43,8 @@ def has_curves(case: "Case") -> bool:
     return case.kinematics is not None
 
 
-def is_separate(case: "Case") -> bool:
-    return case.excitation is not None and case.excitation.driven_machine == "separate"
+def bears_torque(case: "Case") -> bool:
+    return has_speed(case.machine) and shakes_with_torque(case)
 
 
 def rod_is_placed(case: "Case") -> bool:
@@ -124,7 +125,7 @@ def has_line(case: "Case") -> bool:
 
 
 def turns_with_the_engine(case: "Case") -> bool:
-    return has_line(case) and not is_separate(case)
+    return has_line(case) and driven_machine(case) == "on_body"
 
 
 def marches(case: "Case") -> bool | None:

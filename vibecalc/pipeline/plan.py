@@ -7,6 +7,7 @@ not reported.
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING
 
+from vibecalc.case.engine_mounted import torque_reaches_mounts
 from vibecalc.case.kinds import finds_speed, has_speed
 from vibecalc.pipeline.catalogue import CATALOGUE
 from vibecalc.pipeline.entries.entry import Entry
@@ -16,7 +17,7 @@ from vibecalc.pipeline.plan_measurement import plan_measurement
 from vibecalc.pipeline.plan_pump import plan_pump
 from vibecalc.pipeline.plan_response import plan_response
 from vibecalc.pipeline.plan_roll import plan_roll
-from vibecalc.pipeline.plan_torque_reaction import plan_torque_reaction
+from vibecalc.pipeline.plan_torque_reaction import ORDERS, plan_torque_reaction
 from vibecalc.pipeline.plan_torsion import plan_torsion
 from vibecalc.pipeline.plan_torsion_studies import plan_torsion_studies
 from vibecalc.pipeline.stage_plan import StagePlan, below, orders_words
@@ -141,12 +142,13 @@ def _isolation(case: "Case") -> Iterator[StagePlan]:
     if options.run_up is None:
         return
     first, last = options.run_up.start, options.run_up.stop
+    torque = torque_reaches_mounts(case)
     yield StagePlan(
         stage="run_up",
         module="run_up",
-        why="[isolation] run_up is in the case",
-        parts=("body", "mounts"),
-        orders=orders_words(case),
+        why="[isolation] run_up is in the case" + ", with the torque of the cylinders" * torque,
+        parts=("body", "mounts", *(("crank_train",) if torque else ())),
+        orders=ORDERS if torque else orders_words(case),
         cost=f"one solve per order at some hundred speeds from {first:.6g} to {last:.6g} rad/s",
         quantities=tuple(
             path

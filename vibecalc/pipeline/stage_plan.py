@@ -3,6 +3,7 @@
 from functools import lru_cache
 from typing import TYPE_CHECKING, NamedTuple
 
+from vibecalc.case.engine_mounted import shakes_with_torque
 from vibecalc.pipeline.catalogue import CATALOGUE
 
 if TYPE_CHECKING:
@@ -49,7 +50,6 @@ def orders_words(case: "Case") -> str:
     if case.excitation and case.excitation.orders:
         return f"1 to {case.excitation.orders}, as the case asks"
     if case.kinematics and case.kinematics.series == "truncated":
-        separate = case.excitation is not None and case.excitation.driven_machine == "separate"
-        last = (4 if separate else 2) * (case.kinematics.terms or 1)
+        last = (4 if shakes_with_torque(case) else 2) * (case.kinematics.terms or 1)
         return f"1 to {last}, all of the truncated series"
     return f"until the rest is below rtol = {case.accuracy.rtol:g}"

@@ -90,7 +90,7 @@ def idle_warnings(
     crossed = left_out(resonances) & (met >= start) & (met <= stop)
     return tuple(
         f"undamped mode {column + 1} ({resonances.frequency[column]:.9g} rad/s) is crossed by "
-        f"order {', '.join(str(int(order)) for order in np.asarray(orders)[crossed[:, column]])} "
+        f"order {', '.join(f'{order:g}' for order in np.asarray(orders)[crossed[:, column]])} "
         f"without being driven (modal force zero to rounding): it is left out there"
         for column in np.flatnonzero(np.any(crossed, axis=0))
     )

@@ -9,8 +9,8 @@ from vibecalc.isolation.rows import HarmonicsAt, Jet
 from vibecalc.isolation.run_up import cycle_peaks, run_up_peak
 from vibecalc.numerics.typing import FloatArray, IntArray
 from vibecalc.pipeline.scene import Scene
-from vibecalc.pipeline.stages.excitation import Forcing
-from vibecalc.pipeline.stages.isolation_common import RunUpSetup, isolation_of
+from vibecalc.pipeline.stages.isolation_common import isolation_of
+from vibecalc.pipeline.stages.run_up import sections
 from vibecalc.response.resonance import Resonances
 
 #: supports whose maxima and speeds agree to this are alike by symmetry
@@ -77,14 +77,14 @@ class Asked(NamedTuple):
 
 def asked_of(scene: Scene) -> Asked | None:
     """The supports of the case; None without a run-up or without a support of finite maximum."""
-    forcing: Forcing = scene.handed_on["forcing"]
-    setup: RunUpSetup = scene.handed_on["run_up"]
-    span = isolation_of(scene).run_up
-    if span is None:
+    if isolation_of(scene).run_up is None:
         return None
-    orders = forcing.orders[: forcing.kept]
-    given = (orders, setup.resonances, span.start, span.stop, setup.shows)
-    found = run_up_peak(setup.rows, *given)
+    peaks = []
+    for part in sections(scene):
+        given = (part.setup.harmonics, part.setup.resonances, part.start, part.stop)
+        peaks.append((part, run_up_peak(part.setup.rows, *given, part.setup.shows)))
+    # of a range in parts the one with the largest force
+    (setup, start, stop), found = max(peaks, key=lambda pair: float(pair[1].value.max()))
     chosen: list[int] = []
     # a couple over a lever stands before the supports
     for row in dict.fromkeys(setup.row_of[setup.lever_rows :].tolist()):
@@ -101,5 +101,5 @@ def asked_of(scene: Scene) -> Asked | None:
     rows = np.array(chosen)
     height = found.value[rows]
     known = tuple(float(one) for one in found.speed[rows])
-    return Asked(setup.rows, *given[:2], setup.shows, span.start, span.stop, rows, known, height,
-                 int(np.argmax(height)))  # fmt: skip
+    return Asked(setup.rows, setup.harmonics, setup.resonances, setup.shows, start, stop, rows,
+                 known, height, int(np.argmax(height)))  # fmt: skip

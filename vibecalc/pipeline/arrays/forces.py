@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from vibecalc.case.engine_mounted import shakes_with_torque
 from vibecalc.excitation.sums import Excitation
 from vibecalc.numerics.cycle_peak import cycle_peak
 from vibecalc.numerics.rounding import EPSILON, WithError
@@ -38,7 +39,6 @@ def build_forces(columns: Columns) -> Forces:
     motion = piston_motion(columns, train)
     highest = motion.harmonics.shape[-1] - 1
     turning = turning_masses(columns, train)
-    options = columns.case.excitation
     rod = columns.case.machine.crank_train.rod
     own = rod is not None and rod.inertia is not None
     per_square = crank_forces(
@@ -47,7 +47,8 @@ def build_forces(columns: Columns) -> Forces:
         train.origin[:, None, :],
         turning=turning if turning.unbalance.any() else None,
         rod_difference=_rod_difference(columns, train) if own else None,
-        separate=options is not None and options.driven_machine == "separate",
+        with_torque=shakes_with_torque(columns.case),
+        rotor_inertia=columns.optional("machine", "rotor", "inertia"),
     )
     orders = np.arange(1, highest + 1)
     return Forces(train, motion, per_square, orders, orders <= motion.kept[:, None])

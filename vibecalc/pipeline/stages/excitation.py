@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from vibecalc.case.engine_mounted import shakes_with_torque
 from vibecalc.excitation.balance import balance_table
 from vibecalc.excitation.residual import residual
 from vibecalc.excitation.sums import Excitation, at_speed, size_of_terms
@@ -47,8 +48,8 @@ def run(scene: Scene) -> None:
         train,
         scene.parts.rotating_masses,
         motion,
-        scene.case.excitation,
-        scene.case.machine.crank_train.rod,
+        scene.case.machine,
+        shakes_with_torque(scene.case),
     )
     _masses(scene, train)
     orders = np.arange(1, per_square.force.shape[0] + 1)

@@ -5,11 +5,14 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from vibecalc.isolation.readout import Readout
 from vibecalc.isolation.rows import HarmonicsAt
 from vibecalc.numerics.cycle_peak import cycle_peak, vector_cycle_peak
 from vibecalc.numerics.rounding import EPSILON, WithError
 from vibecalc.pipeline.scene import Scene
 from vibecalc.pipeline.stages.excitation import Forcing
+from vibecalc.response.matrices import Matrices
+from vibecalc.response.modes import Modes
 from vibecalc.response.resonance import Resonances
 
 if TYPE_CHECKING:
@@ -25,16 +28,42 @@ HEIGHTS = (
 class RunUpSetup(NamedTuple):
     """What the run-up needs of a model: its rows, what it drops in their errors, its resonances.
 
-    `row_of` tells which of the rows each result reads: of the first `lever_rows` results, which
-    are the couple over the lever, then of the mounts.
+    The orders are the whole numbers `harmonics` times `step`, which is 1/2 where a cycle is two
+    turns; the frequencies of `resonances` are divided by it. `row_of` tells which of the rows each
+    result reads: of the first `lever_rows` results, which are the couple over the lever, then of
+    the mounts.
     """
 
     rows: HarmonicsAt
+    harmonics: np.ndarray
+    step: float
     resonances: Resonances
     shows: np.ndarray
     row_of: np.ndarray
     lever_rows: int
     idle: Callable[[float, float], tuple[str, ...]]
+
+
+class Section(NamedTuple):
+    """A part of a run-up, between two speeds in rad/s."""
+
+    setup: RunUpSetup
+    start: float
+    stop: float
+
+
+class MountedBody(NamedTuple):
+    """A body on its mounts for those who load it otherwise: what the run-up is made of.
+
+    Matrices and modes of the motions `freedoms`, the `readout` of the supports, and which of the
+    modes each of them `shows` (modes, supports).
+    """
+
+    freedoms: np.ndarray
+    matrices: Matrices
+    shapes: Modes
+    readout: Readout
+    shows: np.ndarray
 
 
 def isolation_of(scene: Scene) -> "Isolation":

@@ -90,6 +90,8 @@ def run(scene: Scene) -> None:
             pitch_rows(pitch, readout, forcing.orders[few], rest, undriven[few]),
             forcing.few_tail,
         ),
+        harmonics=forcing.orders[:kept],
+        step=1,
         resonances=in_run_up,
         shows=(readout.spring[:, 0, 0].real != 0.0)[None, :],
         row_of=row_of,

@@ -18,6 +18,7 @@ from vibecalc.numerics.rounding import WithError
 from vibecalc.pipeline.scene import Scene
 from vibecalc.pipeline.stages.excitation import Forcing
 from vibecalc.pipeline.stages.isolation_common import (
+    MountedBody,
     RunUpSetup,
     emit_static,
     emit_support_motion,
@@ -153,14 +154,18 @@ def _hand_on_run_up(
     beyond = body_resonances(matrices, shapes, rest)
     seen = mounts.stiffness @ displacement_at(mounts.position)[..., freedoms] @ shapes.shape
     size = np.sqrt(np.square(seen).sum(axis=1)).T
+    shows = size > 1e-12 * size.max()
+    scene.handed_on["mounted"] = MountedBody(freedoms, matrices, shapes, readout, shows)
     scene.handed_on["run_up"] = RunUpSetup(
         rows=with_left_out(
             body_rows(matrices, readout, orders[:kept], first, left_alone),
             body_rows(matrices, readout, orders[few], rest, _undriven(beyond, shapes)),
             forcing.few_tail,
         ),
+        harmonics=orders[:kept],
+        step=1,
         resonances=resonances,
-        shows=size > 1e-12 * size.max(),
+        shows=shows,
         row_of=np.arange(len(mounts.names)),
         lever_rows=0,
         idle=lambda low, high: idle_warnings(resonances, orders[:kept], low, high),

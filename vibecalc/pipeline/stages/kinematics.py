@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from vibecalc.case.engine_mounted import shakes_with_torque
 from vibecalc.kinematics.dropped_orders import dropped_with_error, order_for_tolerance
 from vibecalc.kinematics.harmonics import harmonics_with_error
 from vibecalc.kinematics.poles import pole
@@ -129,8 +130,7 @@ def _cut_series(case: "Case", ratio: float, terms: int) -> tuple[PistonMotion, L
 
 def last_order(case: "Case", terms: int) -> int:
     """Highest order of a cut series; of its torque, a product of two, where that counts."""
-    separate = case.excitation is not None and case.excitation.driven_machine == "separate"
-    return 4 * terms if separate else 2 * terms
+    return 4 * terms if shakes_with_torque(case) else 2 * terms
 
 
 # A study changes masses and mounts far more often than the crank: these two need not run again.

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from typing import NamedTuple
 
+from vibecalc.case.engine_mounted import shakes_with_torque
 from vibecalc.case.response_tables import Balance, Operation
 from vibecalc.excitation.sums import Excitation
 from vibecalc.machine.crank_train import (
@@ -48,11 +49,12 @@ def operation_loads(
     if not named:
         named = [(AS_IN_CASE, None if excitation is None else excitation.balanced_for)]
     fixed = rotating_masses(weights_and_shafts(train))
+    acts = shakes_with_torque(scene.case)
     highest = motion.harmonics.shape[-1] - 1
     shaking, residual = [], []
     for operation in operations:
         runs = moving(whole, operation.working, idle)
-        shaking.append(train_excitation(runs, fixed, motion, excitation, train.rod))
+        shaking.append(train_excitation(runs, fixed, motion, scene.case.machine, acts))
         rows = [
             rotating_masses([*throws(runs), *cancelling_weights(whole, names)])
             for _, names in named

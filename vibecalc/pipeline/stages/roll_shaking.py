@@ -21,11 +21,9 @@ def emit_shaking(scene: Scene, seen: Seen, finer: Seen, orders: int) -> None:
 
     The peaks are of all orders.
     """
-    written, train = scene.case.machine.crank_train, scene.parts.crank_train
+    train = scene.parts.crank_train
     motion = exact_motion(scene.case, train, orders)
-    driven = train_excitation(
-        train, scene.parts.rotating_masses, motion, scene.case.excitation, written.rod
-    )
+    driven = train_excitation(train, scene.parts.rotating_masses, motion, scene.case.machine)
     speed, other = (2.0 * np.pi / float(look.turn.period[0]) for look in (seen, finer))
     square, doubt = speed**2, abs(speed**2 - other**2)
     numbers, kept = np.arange(1, motion.kept + 1), motion.kept

@@ -1,36 +1,32 @@
 """Adapter: the slow run-up through the resonances of the mounts."""
 
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 
-from vibecalc.isolation.highest import RunUpPeak
-from vibecalc.isolation.run_up import run_up, run_up_peak
+from vibecalc.case.engine_mounted import torque_reaches_mounts
+from vibecalc.isolation.highest import RunUpPeak, highest_of
+from vibecalc.isolation.run_up import joined, run_up, run_up_peak
 from vibecalc.pipeline.scene import Scene
-from vibecalc.pipeline.stages.excitation import Forcing
-from vibecalc.pipeline.stages.isolation_common import RunUpSetup, isolation_of
+from vibecalc.pipeline.stages.isolation_common import RunUpSetup, Section, isolation_of
 
 
 def run(scene: Scene) -> None:
     """Emit the envelope over speed, its maxima with their speeds, and masked intervals."""
-    forcing: Forcing = scene.handed_on["forcing"]
-    setup: RunUpSetup = scene.handed_on["run_up"]
-    span = isolation_of(scene).run_up
-    if span is None:
-        raise ValueError("the case has no run-up")
-    orders = forcing.orders[: forcing.kept]
-    given = (setup.rows, orders, setup.resonances, span.start, span.stop, setup.shows)
+    parts = sections(scene)
     scene.cite(
         "peak over the cycle at each speed, refined at order resonances",
         "run-up",
         "docs/theory.md, quasi-steady run-up",
     )
+    setup, given = parts[0].setup, [_given(part) for part in parts]
     if not scene.wants("isolation/lever_force/run_up", "isolation/support_force/run_up"):
-        _emit_peaks(scene, setup, run_up_peak(*given))
+        _emit_peaks(scene, setup, highest_of([run_up_peak(*each) for each in given]))
         return
-    for warning in setup.idle(span.start, span.stop):
+    for warning in dict.fromkeys(text for p in parts for text in p.setup.idle(p.start, p.stop)):
         scene.warn(warning)
-    passed = run_up(*given)
+    passed = joined([run_up(*each) for each in given])
     _emit_peaks(scene, setup, passed.peak)
     value, error = (part[:, setup.row_of] for part in passed.curve)
     for path, rows, mount in _rows(scene, setup):
@@ -45,13 +41,30 @@ def run(scene: Scene) -> None:
             f"the run-up has {passed.unresolved} intervals of speed that are coarser than asked "
             "for, since the number of speeds is capped; its maxima are not affected"
         )
-    masked = passed.masked
+    masked = passed.masked._replace(order=passed.masked.order * setup.step)
     if len(masked.low):
         axes = {"masked": np.arange(1, len(masked.low) + 1)}
         for name in ("low", "centre", "high", "order", "mode"):
             doubt = masked.centre_error if name == "centre" else 0.0
             scene.emit(f"isolation/masked/{name}", getattr(masked, name), doubt, axes)
-        _warn_masked(scene, len(masked.low), float(masked.centre[0]), int(masked.order[0]))
+        _warn_masked(scene, len(masked.low), float(masked.centre[0]), float(masked.order[0]))
+
+
+def sections(scene: Scene) -> tuple[Section, ...]:
+    """The run-up in one part, or in several where the torque of the gas has kinks."""
+    span = isolation_of(scene).run_up
+    if span is None:
+        raise ValueError("the case has no run-up")
+    if torque_reaches_mounts(scene.case):
+        from vibecalc.pipeline.stages.run_up_torque import torque_sections
+
+        return torque_sections(scene, span.start, span.stop)
+    return (Section(scene.handed_on["run_up"], span.start, span.stop),)
+
+
+def _given(part: Section) -> tuple[Any, ...]:
+    setup = part.setup
+    return (setup.rows, setup.harmonics, setup.resonances, part.start, part.stop, setup.shows)
 
 
 def _emit_peaks(scene: Scene, setup: RunUpSetup, peak: RunUpPeak) -> None:
@@ -72,9 +85,9 @@ def _rows(
     yield "isolation/support_force", slice(setup.lever_rows, None), {"mount": names}
 
 
-def _warn_masked(scene: Scene, count: int, speed: float, order: int) -> None:
+def _warn_masked(scene: Scene, count: int, speed: float, order: float) -> None:
     scene.warn(
         f"the run-up crosses {count} undamped resonance{'s' if count > 1 else ''}, the first at "
-        f"{speed:.6g} rad/s with order {order}: the forces have no bound there, and "
+        f"{speed:.6g} rad/s with order {order:g}: the forces have no bound there, and "
         "isolation/masked lists the speeds left out; give the mounts damping or a loss factor"
     )

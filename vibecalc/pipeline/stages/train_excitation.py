@@ -12,17 +12,21 @@ from vibecalc.pipeline.stages.kinematics import PistonMotion
 
 if TYPE_CHECKING:
     from vibecalc.case import parts
-    from vibecalc.case.tables import Excitation as Options
+    from vibecalc.case.schema import Machine
 
 
 def train_excitation(
     train: CrankTrain,
     rotating: RotatingMasses,
     motion: PistonMotion,
-    options: "Options | None",
-    rod: "parts.Rod | None" = None,
+    machine: "Machine",
+    with_torque: bool = False,
 ) -> Excitation:
-    """Forces and couples of orders 1 .. n; `train` holds the masses that move."""
+    """Forces and couples of orders 1 .. n; `train` holds the masses that move.
+
+    `with_torque`: the body bears minus the torque of the masses.
+    """
+    rod, rotor = machine.crank_train.rod, machine.rotor
     own = rod is not None and rod.inertia is not None
     return crank_forces(
         train,
@@ -30,7 +34,8 @@ def train_excitation(
         train.origin,
         turning=_turning(rotating) if rotating.names else None,
         rod_difference=rod_difference(train, rod) if rod is not None and own else None,
-        separate=options is not None and options.driven_machine == "separate",
+        with_torque=with_torque,
+        rotor_inertia=None if rotor is None else rotor.inertia,
     )
 
 

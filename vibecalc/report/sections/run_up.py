@@ -39,7 +39,7 @@ def _left_out(record: Record) -> list[str]:
     )
     rows = [
         [
-            str(int(order[i])),
+            f"{order[i]:g}",
             str(int(mode[i])),
             show(float(centre[i])),
             show(rpm(float(centre[i]))),

@@ -23,17 +23,24 @@ _SUPPORTS = (
 )
 _SEPARATE = (
     "The driven machine stands elsewhere: the body takes minus the torque of all cylinders about "
-    "the crankshaft, of what is in them and of inertia, and its mean. The part of the inertia is "
-    "in the forces under Isolation, too."
+    "the crankshaft, of what is in them and of inertia, and its mean."
 )
 _ON_BODY = (
+    "The driven machine stands on the body, and its stator follows no pulsation: the body takes "
+    "minus the alternating torque of all cylinders about the crankshaft, of what is in them and of "
+    "inertia. The stator gives the mean back."
+)
+_ROTOR = (
+    " The torque is the share that turns the rotor: what moves with the pistons takes the rest."
+)
+_INERTIA = " The part of the inertia is in the steady forces under Isolation, that of the gas not."
+_LINE = (
     "All of the shaft line stands on the body, under a load that does not alternate: the torque of "
     "the cylinders goes into the speed of the line, and the body takes minus the change of its "
     "angular momentum. The stator gives the mean torque back: none of it reaches the mounts."
 )
-_SHAKING = (
-    " The forces under Isolation are those at a constant speed of the crank, without this couple."
-)
+_SHAKING = " The steady forces under Isolation are without this couple."
+_RUN_UP = " Its run-up has all of it."
 _LOADS = (
     "peaks are of all orders with their phases, over the cycle; the loads count weight, mean "
     "torque, torque and shaking; a negative load pulls the support"
@@ -48,7 +55,13 @@ def torque_reaction(result: Result) -> Section | None:
     options = table_of(result.case, "excitation")
     separate = options.get("driven_machine") == "separate"
     silent = tuple(table_of(result.case, "response", "torsion").get("misfire") or ())
-    lines = paragraph(_SEPARATE if separate else _ON_BODY + _SHAKING)
+    machine = table_of(result.case, "machine")
+    if machine.get("shaft_line") and not separate:
+        words = _LINE + _SHAKING
+    else:
+        words = (_SEPARATE if separate else _ON_BODY) + _ROTOR * ("rotor" in machine) + _INERTIA
+    ran = bool(table_of(result.case, "isolation").get("run_up"))
+    lines = paragraph(words + _RUN_UP * ran)
     if silent:
         lines += paragraph(f"Without combustion in cylinder {', '.join(map(str, silent))}.")
     blocks = (scalars(record, _SCALARS, ROOT), _orders(record), _supports(record), _modes(record))
@@ -61,7 +74,7 @@ def torque_reaction(result: Result) -> Section | None:
         f"{ROOT}{name}"
         for name in ("translation", "rotation", "support_force", "mean_support_force")
     }
-    kind = table_of(result.case, "machine").get("kind") or "engine"
+    kind = machine.get("kind") or "engine"
     title = f"Torque reaction: {kind} on its mounts, all orders"
     return Section(title, lines, frozenset(shown & set(record)))
 
