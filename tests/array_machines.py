@@ -57,7 +57,13 @@ CHANGES: dict[str, dict[str, Any]] = {
     },
     "moments": {
         "kinematics": {},
-        "excitation": {"working": ["1", "2"], "balanced_for": ["2", "3"], "orders": 7},
+        "excitation": {
+            "working": ["1", "2"],
+            "balanced_for": ["2", "3"],
+            "orders": 7,
+            "balance": {"orders": [1, 2]},
+        },
+        "machine.crank_train.cylinders[1].bank_angle": 1.0,
         "machine.crank_train.reciprocating_mass": None,
         "machine.crank_train.piston_mass": 0.3,
         "machine.crank_train.rod": {"mass": 0.4, "reciprocating_fraction": 0.3, "inertia": 0.004},

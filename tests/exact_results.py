@@ -13,7 +13,7 @@ from exact_isolation import Truth, body_results, pitch_results
 from exact_motion import Motion
 from exact_peaks import cycle_peak
 from exact_pitch import PitchTruth
-from exact_train import Shaking, motion_of, shaking_of
+from exact_train import Shaking, frame_of, motion_of, shaking_of
 from mpmath import mpf
 
 from vibecalc.case.schema import Case
@@ -166,4 +166,27 @@ def _balance(case: Case, record: Record) -> Iterator[Truth]:
             path = f"excitation/balance/{place}{name}"
             yield path, record[path].values, exact
             path = f"excitation/balance/total_{place}{name}"
-            yield path, record[path].values, [mpmath.fsum(row) for row in exact]
+            if path in record:
+                yield path, record[path].values, [mpmath.fsum(row) for row in exact]
+    yield from _banks(case, record, orders)
+
+
+def _banks(case: Case, record: Record, orders: list[int]) -> Iterator[Truth]:
+    if "excitation/balance/banks/sum" not in record:
+        return
+    frame, cylinders = frame_of(case), case.machine.crank_train.cylinders
+    for place in ("", "position_"):
+        sums, ahead, back = [], [], []
+        for n in orders:
+            weight = [mpf(c.position) if place else mpf(1) for c in cylinders]
+            bank = [mpf(c.bank_angle) for c in cylinders]
+            turn = [n * (mpf(c.crank_phase) - b) for c, b in zip(cylinders, bank, strict=True)]
+            rows = list(zip(weight, turn, bank, strict=True))
+            lines = [mpmath.cos(b) * frame.stroke - mpmath.sin(b) * frame.across for b in bank]
+            each = [w * mpmath.expj(t) * u for (w, t, _), u in zip(rows, lines, strict=True)]
+            sums.append([mpmath.fsum(one[k] for one in each) for k in range(3)])
+            ahead.append(abs(mpmath.fsum(w * mpmath.expj(t + b) for w, t, b in rows)) / 2)
+            back.append(abs(mpmath.fsum(w * mpmath.expj(t - b) for w, t, b in rows)) / 2)
+        root = f"excitation/balance/banks/{place}"
+        for name, truth in (("sum", sums), ("rotating", ahead), ("counter_rotating", back)):
+            yield root + name, record[root + name].values, truth

@@ -272,7 +272,8 @@ def test_mirror_across_the_crankshaft(seed: int) -> None:
     for part in (*train_of(new)["cylinders"], *train_of(new).get("counterweights", ())):
         part["position"] = -part.get("position", 0.0)
     mirror = np.where(np.arange(3) == XYZ.index(axis), -1.0, 1.0)
-    balance = ("excitation/balance/position", "excitation/balance/total_position")
+    root = "excitation/balance"
+    balance = (f"{root}/position", f"{root}/total_position", f"{root}/banks/position_sum")
 
     def expected(quantity: Quantity) -> Any:
         if quantity.path.startswith(balance):

@@ -1,5 +1,6 @@
 """The parts of a machine as a case writes them. The kinds of machine share them all."""
 
+import math
 from typing import Annotated, Literal
 
 from pydantic import Field
@@ -143,6 +144,13 @@ class CrankTrain(Table):
     balance_shafts: tuple[BalanceShaft, ...] = Field(
         (), max_length=64, description="shafts geared to the crankshaft"
     )
+
+    @property
+    def has_banks(self) -> bool:
+        """Whether cylinders push along different lines, so that only vectors of them add."""
+        first = self.cylinders[0].bank_angle
+        away = [math.remainder(c.bank_angle - first, 2.0 * math.pi) for c in self.cylinders]
+        return any(abs(angle) > 1e-9 for angle in away)
 
 
 class Box(Table):

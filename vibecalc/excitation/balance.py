@@ -1,12 +1,31 @@
-"""The balance table of a crank train: sums of sin, cos, z sin and z cos over the cylinders."""
+"""The balance table of a crank train: sums of sin, cos, z sin and z cos over the cylinders.
 
-from typing import NamedTuple
+Cylinders of one bank push along one line, so that numbers add. Those of several banks do not: their
+sums are vectors across the crankshaft.
+"""
+
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vibecalc.excitation.sums import Real
-from vibecalc.numerics.rounding import EPSILON
+from vibecalc.excitation.sums import Complex, Real
+from vibecalc.numerics.rounding import EPSILON, WithError
+
+
+class Placed(Protocol):
+    """What the sums read of a crank train, or of the trains of many points."""
+
+    @property
+    def crank_phase(self) -> Any: ...
+    @property
+    def bank_angle(self) -> Any: ...
+    @property
+    def position(self) -> Any: ...
+    @property
+    def stroke(self) -> Any: ...
+    @property
+    def across(self) -> Any: ...
 
 
 class BalanceTable(NamedTuple):
@@ -69,3 +88,81 @@ def balance_table(
         for entry, error in zip(entries, errors, strict=True)
     ]
     return BalanceTable._make((*entries, *totals, *errors, *totals_error))
+
+
+class BankSums(NamedTuple):
+    """Sums over cylinders in several banks of vectors exp(i n a) along each cylinder's axis.
+
+    `sum` (..., n, 3) is complex; `rotating` and `counter_rotating` (..., n) are the lengths of the
+    two circular parts, the first of which turns with the crank, n times as fast: the end of the
+    vector moves on an ellipse whose half axes are their sum and difference. Those with `position_`
+    are weighted with the position along the crankshaft, in m. One cylinder alone has 1, and halves.
+    """
+
+    sum: Complex
+    position_sum: Complex
+    rotating: Real
+    counter_rotating: Real
+    position_rotating: Real
+    position_counter_rotating: Real
+    sum_error: Real
+    position_sum_error: Real
+    rotating_error: Real
+    counter_rotating_error: Real
+    position_rotating_error: Real
+    position_counter_rotating_error: Real
+
+
+def bank_sums(
+    orders: ArrayLike,
+    *,
+    crank_phase: ArrayLike,
+    bank_angle: ArrayLike,
+    position: ArrayLike,
+    stroke: ArrayLike,
+    across: ArrayLike,
+) -> BankSums:
+    """Vector sums of order n over the cylinders; arrays as in `balance_table`.
+
+    `stroke` and `across` are (3,) unit vectors. With a = crank_phase - bank_angle and the axis
+    stroke cos b - across sin b of a cylinder, a vector in the sense of rotation is
+    exp(i (n a + b)) / 2, one against it exp(i (n a - b)) / 2.
+    """
+    bank = np.asarray(bank_angle, dtype=float)[..., None, :]
+    angle = np.asarray(crank_phase, dtype=float)[..., None, :] - bank
+    turn = np.asarray(orders)[:, None] * angle
+    place = np.asarray(position, dtype=float)[..., None, :]
+    slip = EPSILON * (2.0 + np.abs(turn) + np.abs(bank))
+
+    def summed(weight: Real) -> tuple[Complex, Real, Real, Real]:
+        error = (np.abs(weight) * (3.0 * slip + EPSILON * turn.shape[-1])).sum(-1)
+        phasor = weight * np.exp(1j * turn)
+        along, sideways = (phasor * np.cos(bank)).sum(-1), -(phasor * np.sin(bank)).sum(-1)
+        vector = along[..., None] * np.asarray(stroke) + sideways[..., None] * np.asarray(across)
+        # across points against the sense of rotation
+        ahead, back = (0.5 * np.abs(along - 1j * sign * sideways) for sign in (1.0, -1.0))
+        return vector, ahead, back, error
+
+    force, ahead, back, error = summed(np.ones_like(place))
+    couple, couple_ahead, couple_back, couple_error = summed(place)
+    wide, couple_wide = np.ones(3) * error[..., None], np.ones(3) * couple_error[..., None]
+    return BankSums(
+        force, couple, ahead, back, couple_ahead, couple_back,
+        wide, couple_wide, error, error, couple_error, couple_error,
+    )  # fmt: skip
+
+
+#: columns of the table, with their sums over one bank, and the sums over several
+TABLE = tuple(BalanceTable._fields[:8])
+BANKS = tuple(f"banks/{name}" for name in BankSums._fields[:6])
+
+
+def balance_columns(orders: ArrayLike, train: Placed) -> dict[str, WithError]:
+    """Every column of the table by name, with its sums as numbers and as vectors."""
+    angles = {"crank_phase": train.crank_phase, "bank_angle": train.bank_angle}
+    table = balance_table(orders, **angles, position=train.position)
+    sums = bank_sums(
+        orders, **angles, position=train.position, stroke=train.stroke, across=train.across
+    )
+    columns = dict(zip(TABLE, map(WithError, table[:8], table[8:]), strict=True))
+    return columns | dict(zip(BANKS, map(WithError, sums[:6], sums[6:]), strict=True))

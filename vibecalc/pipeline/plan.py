@@ -66,7 +66,8 @@ def _excitation(case: "Case") -> Iterator[StagePlan]:
         return
     options = case.excitation
     user = "response" if case.isolation is None else "isolation"
-    balance = below("excitation/balance/") if options and options.balance else ()
+    other = "/balance/total_" if case.machine.crank_train.has_banks else "/balance/banks/"
+    balance = below("excitation/balance/", (other,)) if options and options.balance else ()
     residual = ("excitation/residual",) if options and options.residual else ()
     train = case.machine.crank_train
     rotating = len(train.counterweights) + len(train.balance_shafts)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from vibecalc.excitation.balance import balance_table
+from vibecalc.excitation.balance import BANKS, TABLE, balance_columns
 from vibecalc.excitation.residual import residual
 from vibecalc.excitation.sums import Excitation, at_speed
 from vibecalc.numerics.rounding import EPSILON, WithError
@@ -11,12 +11,10 @@ from vibecalc.pipeline.arrays.columns import Columns, together
 from vibecalc.pipeline.arrays.forces import Forces, peak_with_tail
 from vibecalc.pipeline.arrays.sheet import Sheet, kept_only
 from vibecalc.pipeline.arrays.train import TRAIN
+from vibecalc.pipeline.catalogue import CATALOGUE
 
 DIRECTIONS = ("x", "y", "z")
-COLUMNS = ("sine", "cosine", "position_sine", "position_cosine")
-BALANCE = tuple(
-    f"excitation/balance/{prefix}{name}" for name in COLUMNS for prefix in ("", "total_")
-)
+BALANCE = tuple(f"excitation/balance/{column}" for column in (*TABLE, *BANKS))
 COUNTERWEIGHT = ("excitation/counterweight/force", "excitation/counterweight/couple")
 RESIDUAL = "excitation/residual"
 PATHS = (
@@ -113,20 +111,11 @@ def _balance(columns: Columns, forces: Forces, names: list[str], sheet: Sheet) -
     options = columns.case.excitation
     if options is None or options.balance is None:
         return
-    orders, train = np.array(options.balance.orders), forces.train
-    table = balance_table(
-        orders,
-        crank_phase=train.crank_phase,
-        bank_angle=train.bank_angle,
-        position=train.position,
-    )._asdict()
-    for name in COLUMNS:
-        for column, axes in (
-            (name, {"order": orders, "cylinder": names}),
-            (f"total_{name}", {"order": orders}),
-        ):
-            found = WithError(table[column], table[f"{column}_error"])
-            sheet.emit(f"excitation/balance/{column}", found, axes)
+    orders = np.array(options.balance.orders)
+    known = {"order": orders, "cylinder": names, "direction": DIRECTIONS}
+    for column, found in balance_columns(orders, forces.train).items():
+        path = f"excitation/balance/{column}"
+        sheet.emit(path, found, {name: known[name] for name in CATALOGUE[path].axes})
 
 
 def _residual(columns: Columns, forces: Forces, driven: Excitation, sheet: Sheet) -> None:

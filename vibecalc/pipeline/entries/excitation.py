@@ -15,6 +15,28 @@ ENTRIES = (
     entry("excitation/balance/total_cosine", "order", "", "sum of cos(n a)"),
     entry("excitation/balance/total_position_sine", "order", "m", "sum of z sin(n a)"),
     entry("excitation/balance/total_position_cosine", "order", "m", "sum of z cos(n a)"),
+    entry(
+        "excitation/balance/banks/sum", "order direction", "",
+        "of several banks: sum of exp(i n a) along the axis of each cylinder",
+    ),
+    entry(
+        "excitation/balance/banks/position_sum", "order direction", "m", "sum of z exp(i n a) so",
+    ),
+    entry(
+        "excitation/balance/banks/rotating", "order", "",
+        "part of that sum that turns with the crank, n times as fast",
+    ),
+    entry(
+        "excitation/balance/banks/counter_rotating", "order", "", "part that turns against it",
+    ),
+    entry(
+        "excitation/balance/banks/position_rotating", "order", "m",
+        "part of the sum with z that turns with the crank",
+    ),
+    entry(
+        "excitation/balance/banks/position_counter_rotating", "order", "m",
+        "part that turns against it",
+    ),
     entry("excitation/residual", "", "N", "weighted residual of forces and couples", PEAK),
     entry("excitation/mass/reciprocating", "cylinder", "kg", "mass that moves with a piston"),
     entry("excitation/mass/rotating", "cylinder", "kg", "mass at a crank pin"),

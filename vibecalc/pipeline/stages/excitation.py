@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.case.engine_mounted import shakes_with_torque
-from vibecalc.excitation.balance import balance_table
+from vibecalc.excitation.balance import balance_columns
 from vibecalc.excitation.residual import residual
 from vibecalc.excitation.sums import Excitation, at_speed, size_of_terms
 from vibecalc.machine.crank_train import CrankTrain
@@ -185,29 +185,16 @@ def _leading(whole: Excitation, kept: int) -> tuple[np.ndarray, float]:
 
 
 def _balance(scene: Scene, train: CrankTrain, orders: np.ndarray) -> None:
-    table = balance_table(
-        orders,
-        crank_phase=train.crank_phase,
-        bank_angle=train.bank_angle,
-        position=train.position,
-    )
-    values = table._asdict()
-    for column in ("sine", "cosine", "position_sine", "position_cosine"):
+    known = {"order": orders, "cylinder": train.names, "direction": DIRECTIONS}
+    # a sweep may make banks of one and one of banks: it gets what it asks for
+    none = "banks/" if not scene.case.machine.crank_train.has_banks else "total_"
+    for column, found in balance_columns(orders, train).items():
+        if scene.wanted is None and column.startswith(none):
+            continue
+        path = f"excitation/balance/{column}"
+        axes = {name: known[name] for name in CATALOGUE[path].axes}
         # of 1, or of the place of a cylinder, which a sine or cosine leaves
-        places = train.position if column.startswith("position") else np.ones(len(train.names))
-        terms = np.abs(places)
-        scene.emit(
-            f"excitation/balance/{column}",
-            values[column],
-            values[f"{column}_error"],
-            {"order": orders, "cylinder": train.names},
-            terms=terms,
-        )
-        total = f"total_{column}"
-        scene.emit(
-            f"excitation/balance/{total}",
-            values[total],
-            values[f"{total}_error"],
-            {"order": orders},
-            terms=terms.sum(),
-        )
+        terms = np.abs(train.position) if "position" in column else np.ones(len(train.names))
+        if "cylinder" not in axes:
+            terms = terms.sum()
+        scene.emit(path, found.value, found.error, axes, terms=terms)

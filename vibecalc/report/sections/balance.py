@@ -6,13 +6,22 @@ import numpy as np
 
 from vibecalc.report.lookup import START, along, labels
 from vibecalc.report.numbers import show
-from vibecalc.report.tables import Column, number, rule, table
+from vibecalc.report.tables import Column, number, paragraph, rule, table
 from vibecalc.results.record import Quantity, Record, Result
 
 _ENTRIES = ("sine", "cosine", "position_sine", "position_cosine")
 _HEADS = ("sin", "cos", "z sin m", "z cos m")
 _PREFIX = "excitation/balance/"
 _NOTHING = 1e-12
+_BANKS = (
+    *("sum", "position_sum", "rotating", "counter_rotating"),
+    *("position_rotating", "position_counter_rotating"),
+)
+_KINDS = ("force", "couple m")
+_WORDS_OF_BANKS = (
+    "force: 1 is that of one cylinder at the order, 0-pk; couple: the same times z; rotating with "
+    "the crank, counter-rotating against it, both the order times as fast: the largest is their sum"
+)
 
 
 def balance(result: Result) -> tuple[list[str], set[str]]:
@@ -50,10 +59,39 @@ def _table(record: Record, prefix: str, title: str) -> tuple[list[str], set[str]
                     *(show(entry, error) for entry, error in zip(entries, errors, strict=True)),
                 ]
             )
-        lines += ["", *table(columns, cells), rule(columns)]
+        lines += ["", *table(columns, cells)]
+        if not any(totals):
+            continue
+        lines += [rule(columns)]
         sums = [show(total[0].values[row], _doubt(total[0])) if total else "" for total in totals]
         lines += table(columns, [["total", "", "", *sums]])[2:]
-    return lines, shown
+    sums_of_banks, more = _banks(record, prefix)
+    return lines + sums_of_banks, shown | more
+
+
+def _banks(record: Record, prefix: str) -> tuple[list[str], set[str]]:
+    """Sums of several banks: along two directions, and turning with the crank and against it."""
+    found = [record.quantities.get(f"{prefix}banks/{name}") for name in _BANKS]
+    vectors = [quantity for quantity in found[:2] if quantity is not None]
+    circles = [quantity for quantity in found[2:] if quantity is not None]
+    if len(vectors) != 2 or len(circles) != 4:
+        return [], set()
+    names = labels(vectors[0].axes[1])
+    size = np.max([np.abs(one.values).max(0) for one in vectors], axis=0)
+    shown = [place for place in range(len(names)) if size[place] > 0.0]
+    heads = [f"along {names[place]}" for place in shown]
+    columns = [number("order", 8), Column("of", 10)]
+    columns += [number(head, 16) for head in (*heads, "rotating", "counter-rotating")]
+    rows = []
+    for row, order in enumerate(vectors[0].axes[0].values):
+        for of, vector, pair in zip(_KINDS, vectors, (circles[:2], circles[2:]), strict=True):
+            lengths = [abs(complex(vector.values[row, place])) for place in shown]
+            cells = [show(one, vector.error_estimate) for one in lengths]
+            cells += [show(float(one.values[row]), one.error_estimate) for one in pair]
+            rows.append([str(int(order)), of, *cells])
+    title = "Sums over the banks: vectors, each cylinder along its own axis"
+    lines = ["", f"  {title}", "", *table(columns, rows), *paragraph(_WORDS_OF_BANKS)]
+    return lines, {quantity.path for quantity in (*vectors, *circles)}
 
 
 def _entry(record: Record, path: str) -> Quantity | None:

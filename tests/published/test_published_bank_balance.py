@@ -1,0 +1,110 @@
+"""Sums over banks against closed forms of the textbooks: V engines, boxers, radial engines.
+
+Source: Biezeno and Grammel, Technische Dynamik, 2nd ed. 1953, ch. XI; Taylor, The Internal
+Combustion Engine in Theory and Practice, vol. 2, ch. 8 (V-twin and radial engines).
+"""
+
+import numpy as np
+import pytest
+
+from vibecalc.case.load import validate
+from vibecalc.excitation.balance import bank_sums
+from vibecalc.pipeline.run import run_case
+
+STROKE, ACROSS = np.array([0.0, 0.0, 1.0]), np.array([0.0, 1.0, 0.0])
+ORDERS = np.array([1, 2, 4, 6])
+
+
+def sums(phase: list[float], bank: list[float], place: list[float] | None = None):  # type: ignore[no-untyped-def]
+    return bank_sums(
+        ORDERS,
+        crank_phase=np.array(phase),
+        bank_angle=np.array(bank),
+        position=np.zeros(len(phase)) if place is None else np.array(place),
+        stroke=STROKE,
+        across=ACROSS,
+    )
+
+
+@pytest.mark.parametrize("half", np.radians([15.0, 30.0, 45.0, 36.0, 60.0]).tolist())
+def test_v_twin_on_one_throw(half: float) -> None:
+    """Along the middle 2 cos b cos n b, across 2 sin b sin n b, a quarter of a period apart."""
+    found = sums([0.0, 0.0], [half, -half])
+    along = 2.0 * np.cos(half) * np.cos(ORDERS * half)
+    across = 2.0 * np.sin(half) * np.sin(ORDERS * half)
+    assert found.sum[:, 2] == pytest.approx(along, abs=1e-14)
+    assert found.sum[:, 1] == pytest.approx(1j * across, abs=1e-14)
+    assert found.rotating == pytest.approx(0.5 * np.abs(along + across), abs=1e-14)
+    assert found.counter_rotating == pytest.approx(0.5 * np.abs(along - across), abs=1e-14)
+    assert np.all(found.sum_error < 1e-13)
+
+
+def test_ninety_degrees_leave_order_1_turning_and_order_2_sideways() -> None:
+    found = sums([0.0, 0.0], np.radians([45.0, -45.0]).tolist())
+    assert found.rotating[0] == pytest.approx(1.0)
+    assert found.counter_rotating[0] <= found.counter_rotating_error[0]
+    assert abs(found.sum[1, 2]) <= found.sum_error[1, 2]
+    assert abs(found.sum[1, 1]) == pytest.approx(np.sqrt(2.0))
+
+
+@pytest.mark.parametrize("count", [3, 5, 7, 9])
+def test_radial_engine_on_one_throw(count: int) -> None:
+    """Order n turns with the crank if count divides n - 1, against it if it divides n + 1."""
+    found = sums([0.0] * count, (2.0 * np.pi * np.arange(count) / count).tolist())
+    ahead = np.where((ORDERS - 1) % count == 0, 0.5 * count, 0.0)
+    back = np.where((ORDERS + 1) % count == 0, 0.5 * count, 0.0)
+    assert found.rotating == pytest.approx(ahead, abs=1e-12)
+    assert found.counter_rotating == pytest.approx(back, abs=1e-12)
+
+
+def test_boxer_with_opposite_throws_has_couples_alone() -> None:
+    found = sums([0.0, np.pi], [0.0, np.pi], [-0.02, 0.02])
+    assert np.abs(found.sum).max() < 1e-14
+    assert np.abs(found.position_sum[:, 2]) == pytest.approx(np.full(4, 0.04))
+
+
+@pytest.mark.parametrize("name", ["V-twin", "radial"])
+def test_forces_of_a_case_are_the_sums_times_the_force_of_one_cylinder(name: str) -> None:
+    """Against the sum in time of every piston: 6793.45 N sideways, 22292.1 N turning."""
+    twin = name == "V-twin"
+    banks = [0.25 * np.pi, -0.25 * np.pi] if twin else (0.4 * np.pi * np.arange(5)).tolist()
+    radius, length, mass, rpm = (
+        (0.03575, 0.124, 0.65, 8000.0) if twin else (0.07, 0.27, 2.4, 2200.0)
+    )
+    speed = rpm * np.pi / 30.0
+    cylinders = [{"name": str(n), "bank_angle": bank} for n, bank in enumerate(banks)]
+    case = {
+        "schema": 1,
+        "title": name,
+        "machine": {
+            "kind": "generator",
+            "speed": speed,
+            "crank_train": {
+                "crank_radius": radius,
+                "rod_length": length,
+                "reciprocating_mass": mass,
+                "cylinders": cylinders,
+            },
+        },
+        "excitation": {"balance": {"orders": ORDERS.tolist()}},
+    }
+    record = run_case(validate(case))
+    assert "excitation/balance/total_cosine" not in record
+    found = record["excitation/balance/banks/sum"].values
+    angle = 2.0 * np.pi * np.arange(512) / 512
+    own = angle - np.array(banks)[:, None]
+    height = radius * np.cos(own) + np.sqrt(length**2 - (radius * np.sin(own)) ** 2)
+    lines = np.cos(banks)[:, None] * STROKE - np.sin(banks)[:, None] * ACROSS
+    spectrum = np.fft.rfft(height, axis=1) * (2.0 / 512)
+    for row, order in enumerate(ORDERS):
+        each = mass * (order * speed) ** 2 * spectrum[:, order]
+        truth = each @ lines
+        one = mass * (order * speed) ** 2 * abs(spectrum[0, order])
+        assert np.abs(found[row]) * one == pytest.approx(np.abs(truth), abs=1e-9 * one)
+        force = record["excitation/force"].values[order - 1]
+        assert force == pytest.approx(truth, abs=1e-9 * one)
+    if twin:
+        assert abs(record["excitation/force"].values[1, 1]) == pytest.approx(6793.45, abs=0.005)
+    else:
+        assert abs(record["excitation/force"].values[0, 1]) == pytest.approx(22292.1, abs=0.05)
+        assert record["excitation/balance/banks/rotating"].values[0] == pytest.approx(2.5)
