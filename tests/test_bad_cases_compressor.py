@@ -605,7 +605,7 @@ def test_the_verdict_does_not_depend_on_the_units() -> None:
 SI = ("N/m", "N", "N*m")
 
 WARNED: list[tuple[str, dict[str, Any], str]] = [
-    ("motor", {"excitation": None}, "[machine.motor] has no effect"),
+    ("motor", {"excitation": None, "response__switching": None}, "[machine.motor] has no effect"),
     ("joints", {"response__impact": None}, "[machine.joints] have no effect"),
     ("gas", {"response__impact": None}, "the gas pressure has no effect"),
     (
