@@ -284,3 +284,13 @@ def test_the_terminal_summary_is_plain_where_there_is_no_terminal() -> None:
     summary(rigid_body(), Console(file=coloured, width=100, force_terminal=True))
     assert "\x1b[" in coloured.getvalue()
     assert "warning" in coloured.getvalue()
+
+
+def test_a_table_has_no_column_without_an_entry() -> None:
+    columns = [Column("name", 6), number("full", 5), number("empty", 5), number("low", 4)]
+    rows = [["a", "1", "", ""], ["b", "", " ", ""]]
+    assert table(columns, rows) == ["  name    full", "  ------ -----", "  a          1", "  b"]
+    with_total = table(columns, rows, [["sum", "", "", "9"]])
+    assert with_total[0] == "  name    full  low"
+    assert with_total[-2:] == ["  -----------------", "  sum             9"]
+    assert table(columns, [])[0] == "  name    full empty  low"

@@ -49,21 +49,37 @@ def fold(text: str, width: int) -> list[str]:
     return lines
 
 
-def table(columns: Sequence[Column], rows: Iterable[Sequence[str]]) -> list[str]:
-    """Lines of a table under its titles and a rule. A cell that is too wide goes on below."""
+def table(
+    columns: Sequence[Column],
+    rows: Iterable[Sequence[str]],
+    totals: Iterable[Sequence[str]] = (),
+) -> list[str]:
+    """Lines of a table under its titles and a rule; `totals` stand below another rule.
+
+    A cell that is too wide goes on below. A column without an entry is left out.
+    """
     used = len(INDENT) + sum(column.width for column in columns) + len(_GAP) * (len(columns) - 1)
     if used > WIDTH:
         raise ValueError(f"a table of {used} columns does not fit into {WIDTH}")
+    whole = [list(rows), list(totals)]
+    places = filled([row for part in whole for row in part], len(columns))
+    columns = [columns[place] for place in places]
+    body, below = ([[row[place] for place in places] for row in part] for part in whole)
     lines = _row([column.title for column in columns], columns)
     lines.append((INDENT + _GAP.join("-" * column.width for column in columns)).rstrip())
-    for row in rows:
+    for row in body:
+        lines.extend(_row(row, columns))
+    if below:
+        across = sum(column.width + len(_GAP) for column in columns) - len(_GAP)
+        lines.append(INDENT + "-" * across)
+    for row in below:
         lines.extend(_row(row, columns))
     return lines
 
 
-def rule(columns: Sequence[Column]) -> str:
-    """A line across a table, above its total."""
-    return INDENT + "-" * (sum(column.width + len(_GAP) for column in columns) - len(_GAP))
+def filled(rows: Sequence[Sequence[str]], count: int) -> list[int]:
+    """Places of those of `count` columns that have an entry in any row; all where none has."""
+    return [i for i in range(count) if any(row[i].strip() for row in rows)] or list(range(count))
 
 
 def _row(cells: Sequence[str], columns: Sequence[Column]) -> list[str]:

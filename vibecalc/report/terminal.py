@@ -23,7 +23,7 @@ from vibecalc.report.sections.summary import (
 from vibecalc.report.sections.summary import limits as limit_table
 from vibecalc.report.sections.summary import references as reference_table
 from vibecalc.report.sections.tolerance import tolerance_line
-from vibecalc.report.tables import WIDTH, fold, paragraph
+from vibecalc.report.tables import WIDTH, filled, fold, paragraph
 from vibecalc.report.tables import table as fixed_table
 from vibecalc.results.record import Result
 
@@ -157,6 +157,8 @@ def _table(
     from rich.table import Table
     from rich.text import Text
 
+    places = filled(rows, len(heads))
+    heads, *rows = ([cells[place] for place in places] for cells in (heads, *rows))
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0), header_style="bold")
     others = zip(*(heads, *rows), strict=True)
     taken = sum(max(map(len, column)) + 2 for column in list(others)[1:])

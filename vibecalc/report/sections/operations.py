@@ -7,7 +7,7 @@ import numpy as np
 from vibecalc.report.lookup import having, labels
 from vibecalc.report.numbers import show
 from vibecalc.report.sections.section import Section
-from vibecalc.report.tables import Column, number, paragraph, rule, table
+from vibecalc.report.tables import Column, number, paragraph, table
 from vibecalc.results.record import Quantity, Record, Result
 
 _STEM = "response/operations/"
@@ -71,10 +71,8 @@ def _combinations(record: Record, kind: str, what: str) -> tuple[list[str], set[
     names = labels(values.axes[0])
     for columns, part in _tables(values):
         rows = [[name, *(_cell(values, ends, i, j) for j in part)] for i, name in enumerate(names)]
-        lines += ["", *table(columns, rows)]
-        if sums:
-            rows = [[text, *(_short(q.values[j], q) for j in part)] for text, q in sums]
-            lines += [rule(columns), *table(columns, rows)[len(table(columns, [])) :]]
+        below = [[text, *(_short(q.values[j], q) for j in part)] for text, q in sums]
+        lines += ["", *table(columns, rows, below)]
     shown = {values.path} | {end.path for end in ends if end is not None}
     return lines, shown | {quantity.path for _, quantity in sums}
 

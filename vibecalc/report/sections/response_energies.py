@@ -4,7 +4,7 @@ import numpy as np
 
 from vibecalc.report.lookup import having, scalar_of
 from vibecalc.report.numbers import show
-from vibecalc.report.tables import Column, number, paragraph, rule, table
+from vibecalc.report.tables import Column, number, paragraph, table
 from vibecalc.results.record import Quantity, Record
 
 _FIELDS = (
@@ -44,11 +44,10 @@ def energies(record: Record) -> tuple[list[str], set[str]]:
         [f"order {int(orders[i])}", *(_cell(by_order.get(field), i) for field in _FIELDS)]
         for i in chosen
     ]
-    lines += table(columns, rows)
+    below = []
     if any(scalar_of(record, path) is not None for path in totals.values()):
-        lines.append(rule(columns))
-        cells = [_total(record, _path(field)) for field in _FIELDS]
-        lines += table(columns, [["all orders", *cells]])[2:]
+        below = [["all orders", *(_total(record, _path(field)) for field in _FIELDS)]]
+    lines += table(columns, rows, below)
     if more:
         lines += paragraph(_rest(by_order, orders, chosen, more))
     lines += paragraph(

@@ -5,7 +5,7 @@ import numpy as np
 from vibecalc.report.levels import ROLL, decibels, oscillating, shell_acts
 from vibecalc.report.lookup import having, labels, table_of
 from vibecalc.report.numbers import show
-from vibecalc.report.tables import Column, number, paragraph, rule, table
+from vibecalc.report.tables import number, paragraph, table
 from vibecalc.results.record import Quantity, Record, Result
 
 #: a spread in dB that no one hears of
@@ -77,24 +77,23 @@ def _methods(result: Result) -> list[str]:
                  for one in found.values[:, i]]  # fmt: skip
         rows.append([str(int(orders[i])), *cells])
     lines = paragraph(f"level of the shell acceleration by other methods, less that by {own}")
-    lines += table(columns, rows)
-    lines.append(rule(columns))
+    below = []
     kept = np.abs(found.values[:, chosen[acts]])
     if kept.size:
         worst = [_miss(float(one)).lstrip("+") for one in kept.max(axis=1)]
-        lines += table(columns, [["largest", *worst]])[2:]
-    return lines + _work(record, columns, found)
+        below.append(["largest", *worst])
+    points, words = _work(record, found)
+    return [*lines, *table(columns, rows, below + points), *words]
 
 
-def _work(record: Record, columns: list[Column], found: Quantity) -> list[str]:
+def _work(record: Record, found: Quantity) -> tuple[list[list[str]], list[str]]:
+    """A row of the counted work of each method, and what it counts."""
     work = having(record, ROLL + "method/work", "method")
     if work is None or len(work.values) != len(found.values):
-        return []
+        return [], []
     row = ["points", *(str(round(float(one))) for one in work.values)]
-    return [
-        *table(columns, [row])[2:],
-        *paragraph("points: evaluations of the right-hand side of the equations of motion"),
-    ]
+    words = "points: evaluations of the right-hand side of the equations of motion"
+    return [row], paragraph(words)
 
 
 def _miss(value: float) -> str:
