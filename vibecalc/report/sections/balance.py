@@ -6,11 +6,7 @@ import numpy as np
 
 from vibecalc.report.lookup import START, along, labels
 from vibecalc.report.numbers import show
-<<<<<<< HEAD
-from vibecalc.report.tables import Column, number, paragraph, rule, table
-=======
-from vibecalc.report.tables import Column, number, table
->>>>>>> 5697600 (Print no column without an entry, and totals of a table with it)
+from vibecalc.report.tables import Column, number, paragraph, table
 from vibecalc.results.record import Quantity, Record, Result
 
 _ENTRIES = ("sine", "cosine", "position_sine", "position_cosine")
@@ -63,13 +59,9 @@ def _table(record: Record, prefix: str, title: str) -> tuple[list[str], set[str]
                     *(show(entry, error) for entry, error in zip(entries, errors, strict=True)),
                 ]
             )
-<<<<<<< HEAD
-        lines += ["", *table(columns, cells)]
-        if not any(totals):
-            continue
-        lines += [rule(columns)]
         sums = [show(total[0].values[row], _doubt(total[0])) if total else "" for total in totals]
-        lines += table(columns, [["total", "", "", *sums]])[2:]
+        below = [["total", "", "", *sums]] if any(totals) else []
+        lines += ["", *table(columns, cells, below)]
     sums_of_banks, more = _banks(record, prefix)
     return lines + sums_of_banks, shown | more
 
@@ -97,11 +89,6 @@ def _banks(record: Record, prefix: str) -> tuple[list[str], set[str]]:
     title = "Sums over the banks: vectors, each cylinder along its own axis"
     lines = ["", f"  {title}", "", *table(columns, rows), *paragraph(_WORDS_OF_BANKS)]
     return lines, {quantity.path for quantity in (*vectors, *circles)}
-=======
-        sums = [show(total[0].values[row], _doubt(total[0])) if total else "" for total in totals]
-        lines += ["", *table(columns, cells, [["total", "", "", *sums]])]
-    return lines, shown
->>>>>>> 5697600 (Print no column without an entry, and totals of a table with it)
 
 
 def _entry(record: Record, path: str) -> Quantity | None:
