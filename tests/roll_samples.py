@@ -166,8 +166,8 @@ def running() -> list[Quantity]:
         *found,
         quantity(stem + "multiplier", [0.081 + 0j], "", multiplier),
         quantity(stem + "trivial_multipliers", 3, ""),
-        quantity(stem + "energy/residual", 2.3e-10, "J", error=1e-9),
-        quantity(stem + "momentum_residual", 4.4e-13, "N*m*s", error=1e-12),
+        quantity(stem + "energy/residual", 2.3e-10, "J", error=1e-9, terms=1905.7),
+        quantity(stem + "momentum_residual", 4.4e-13, "N*m*s", error=1e-12, terms=20.5),
     ]
 
 

@@ -11,6 +11,7 @@ import time
 from pathlib import Path
 
 import h5py
+import numpy as np
 import pytest
 from fuzzing import command
 
@@ -50,7 +51,7 @@ def test_run_writes_result_and_report_and_says_where() -> None:
 
 def test_json_has_the_keys_of_the_design_and_nothing_else_on_stdout() -> None:
     outcome = command("run", GENERATOR, "--json")
-    found = json.loads(outcome.out)
+    (found,) = json.loads(outcome.out)
     assert set(found) == {"case", "result", "quantities", "references", "limits", "timings"}
     assert found["result"].endswith("generator.h5")
     frequency = found["quantities"]["isolation/pitch/natural_frequency"]
@@ -60,6 +61,69 @@ def test_json_has_the_keys_of_the_design_and_nothing_else_on_stdout() -> None:
     assert rows["section 2.2, graph 1"]["within"] is True
     assert rows["section 2.3, graph 2"]["within"] is None
     assert all(row["kept"] for row in found["limits"])
+
+
+def test_verify_exits_1_where_an_error_leaves_a_limit_open(tmp_path: Path) -> None:
+    case = tmp_path / "three.toml"
+    cylinders = ", ".join(
+        f'{{ name = "{i}", position = "{100 * i} mm", crank_phase = "{120 * i} deg" }}'
+        for i in range(3)
+    )
+    case.write_text(
+        'schema = 1\ntitle = "inline three"\n[machine]\nkind = "generator"\nspeed = "3000 rpm"\n'
+        '[machine.crank_train]\ncrank_radius = "45 mm"\nrod_length = "150 mm"\n'
+        f'reciprocating_mass = "600 g"\ncylinders = [{cylinders}]\n[excitation]\norders = 1\n'
+        '[[limit]]\nquantity = "excitation/couple_peak"\nmax = "400 N*m"\n',
+        encoding="utf-8",
+    )
+
+    def verdict(orders: int, most: str) -> tuple[int, str, object]:
+        settings = ("--set", f"excitation.orders={orders}", "--set", f'limit[0].max="{most}"')
+        outcome = command("verify", str(case), "--json", *settings)
+        row = json.loads(outcome.out)[0]["limits"][0]
+        return outcome.code, row["verdict"], row["kept"]
+
+    # with order 1 alone the couple is 461.6 +- 145 N m, with all orders 523.7
+    assert verdict(1, "400 N*m") == (1, "undecided", None)
+    assert verdict(1, "500 N*m") == (1, "undecided", None)
+    assert verdict(12, "400 N*m") == (1, "broken", False)
+    assert verdict(1, "610 N*m") == verdict(12, "530 N*m") == (0, "kept", True)
+    assert "more orders than" in command("verify", str(case)).out
+
+
+def test_json_carries_the_arrays_on_request() -> None:
+    (few,) = json.loads(command("verify", GENERATOR, "--json").out)
+    (all_,) = json.loads(command("verify", GENERATOR, "--json", "--full").out)
+    assert set(few["quantities"]) < set(all_["quantities"])
+    sag = all_["quantities"]["isolation/support_displacement/sag"]
+    assert [axis["name"] for axis in sag["axes"]] == ["mount"]
+    assert len(sag["value"]) == len(sag["axes"][0]["values"]) == 4
+    force = all_["quantities"]["excitation/couple"]
+    assert np.shape(force["real"]) == np.shape(force["imaginary"]) == (2, 3)
+    assert 0.0 <= force["error"] < 1e-6
+
+
+@pytest.mark.parametrize(
+    ("given", "key"),
+    [
+        (("check", GENERATOR, "--set", "machine.speed=-3"), "machine.speed"),
+        (("run", GENERATOR, "--set", "machine.sped=3"), "machine.sped"),
+        (("verify", "none.toml"), ""),
+        (("sweep", GENERATOR, "--grid", "nothing=1,2"), "sweep.axes[0].key"),
+        (("diff", "a.h5", "b.h5"), None),
+        (("merge", "a.h5", "-o", "b.h5"), None),
+        (("accuracy", "none.toml"), ""),
+        (("run", "--bogus"), None),
+    ],
+)
+def test_an_error_is_an_object_with_its_problems(given: tuple[str, ...], key: str | None) -> None:
+    outcome = command(*given, "--json")
+    error = json.loads(outcome.out)["error"]
+    assert outcome.code == error["exit_code"] == 2
+    assert error["message"] and outcome.err
+    assert [problem["key"] for problem in error["problems"]] == ([] if key is None else [key])
+    for problem in error["problems"]:
+        assert problem["message"] and problem["place"]
 
 
 def test_several_cases_give_a_list_and_a_folder() -> None:
@@ -84,7 +148,7 @@ def test_two_cases_of_one_name_are_refused(tmp_path: Path) -> None:
 def test_set_changes_a_key_and_is_never_evaluated() -> None:
     outcome = command("run", GENERATOR, "--json", "--set", 'machine.speed="3000 rpm"')
     assert outcome.code == 0
-    faster = json.loads(outcome.out)["quantities"]["isolation/lever_force/rigid_peak"]["value"]
+    faster = json.loads(outcome.out)[0]["quantities"]["isolation/lever_force/rigid_peak"]["value"]
     assert faster == pytest.approx(9329.33 * (3000 / 4900) ** 2, rel=1e-5)
     outcome = command("check", GENERATOR, "--set", "machine.speed=__import__('os').getpid()")
     assert outcome.code == 2
@@ -96,7 +160,7 @@ def test_check_computes_nothing_and_shows_the_plan() -> None:
     assert not list(Path().iterdir())
     for word in ("kinematics", "run_up", "isolation/pitch: inertia", "42 references"):
         assert word in outcome.out
-    plan = json.loads(command("check", GENERATOR, "--json").out)["plan"]
+    plan = json.loads(command("check", GENERATOR, "--json").out)[0]["plan"]
     assert [row["stage"] for row in plan] == ["kinematics", "excitation", "isolation", "run_up"]
 
 
@@ -109,7 +173,7 @@ def test_verify_exits_1_for_a_missed_reference_and_a_broken_limit(tmp_path: Path
     broken = changed_case(tmp_path, 'max = "100 N"', 'max = "20 N"')
     outcome = command("verify", str(broken), "--json")
     assert outcome.code == 1
-    assert [row["kept"] for row in json.loads(outcome.out)["limits"]].count(False) == 1
+    assert [row["kept"] for row in json.loads(outcome.out)[0]["limits"]].count(False) == 1
     assert not Path("outputs").exists()
 
 

@@ -53,7 +53,7 @@ def test_each_point_has_the_numbers_of_its_own_run() -> None:
     for row, stiffness in enumerate(("5 N/mm", "10 N/mm", "20 N/mm")):
         for column, speed in enumerate(("3000 rpm", "4900 rpm")):
             settings = ("--set", f"{STIFFNESS}={stiffness}", "--set", f"machine.speed={speed}")
-            run = json.loads(command("run", CASE, "--json", "-q", *settings).out)
+            (run,) = json.loads(command("run", CASE, "--json", "-q", *settings).out)
             assert peaks[row, column] == pytest.approx(run["quantities"][PEAK]["value"], rel=1e-12)
             assert forces[row, column] * 4 == pytest.approx(peaks[row, column], rel=1e-9)
 

@@ -151,7 +151,7 @@ def test_paths_units_report_and_file_say_the_same(tmp_path: Path) -> None:
     path.write_text(HEAD + "".join(searches) + reference, encoding="utf-8")
     done = command("run", str(path), "-o", str(tmp_path / "one.h5"), "--json")
     assert done.code == 0, done.err
-    assert json.loads(done.out)["quantities"]["find/ten/written"]["value"] == 1e4
+    assert json.loads(done.out)[0]["quantities"]["find/ten/written"]["value"] == 1e4
     result = read_result(tmp_path / "one.h5")
     entries = find_entries(load_checked([path])[0].case)
     own = [name for name in result.record if name.startswith("find/")]

@@ -1,20 +1,24 @@
 """Claim: the `--json` object has the keys that scripts rely on, in valid JSON."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
-from report_samples import generator, optimised, quantity
+from report_samples import ORDERS, generator, optimised, quantity
 
 from vibecalc.report.machine_readable import as_json
 from vibecalc.report.references import judge_references
 
 TOP = {"case", "result", "quantities", "references", "limits", "timings"}
 REFERENCE = {
-    "quantity", "where", "source", "value", "computed", "unit", "relative_difference", "within",
-    "kind", "known_difference",
+    "quantity", "where", "source", "value", "computed", "error", "resolved", "unit",
+    "relative_difference", "within", "kind", "known_difference",
 }  # fmt: skip
-LIMIT = {"quantity", "where", "min", "max", "unit", "computed", "margin", "kept"}
+LIMIT = {
+    "quantity", "where", "min", "max", "unit", "computed", "error", "margin", "kept", "verdict",
+    "decided_by",
+}  # fmt: skip
 
 
 def test_keys_are_those_promised() -> None:
@@ -22,7 +26,8 @@ def test_keys_are_those_promised() -> None:
     assert set(found) == TOP
     assert all(set(row) == REFERENCE for row in found["references"])
     assert all(set(row) == LIMIT for row in found["limits"])
-    assert all(set(entry) == {"value", "unit"} for entry in found["quantities"].values())
+    numbers = found["quantities"].values()
+    assert all(set(entry) == {"value", "unit", "error", "resolved"} for entry in numbers)
     assert (found["case"], found["result"]) == ("generator", "outputs/generator.h5")
     assert found["timings"] == {"excitation": 0.0012, "isolation": 0.0101}
 
@@ -31,8 +36,10 @@ def test_it_survives_strict_json() -> None:
     result = optimised()
     result.record.add(quantity("isolation/extra", np.inf, "N"))
     again = json.loads(json.dumps(as_json(result), allow_nan=False))
-    assert again["quantities"]["isolation/extra"] == {"value": None, "unit": "N"}
-    assert again["quantities"]["optimisation/evaluations"] == {"value": 214, "unit": ""}
+    extra = {"value": None, "unit": "N", "error": 0.0, "resolved": True}
+    assert again["quantities"]["isolation/extra"] == extra
+    count = {"value": 214, "unit": "", "error": 0.0, "resolved": True}
+    assert again["quantities"]["optimisation/evaluations"] == count
     assert again["result"] is None
 
 
@@ -43,6 +50,36 @@ def test_scalars_only_and_complex_as_magnitude() -> None:
     assert quantities["isolation/phasor"]["value"] == pytest.approx(5.0, rel=1e-15)
     assert quantities["isolation/pitch/natural_frequency"]["unit"] == "rad/s"
     assert "isolation/support_force/steady_peak" not in quantities
+
+
+def test_arrays_come_on_request_with_their_axes() -> None:
+    result = generator()
+    wave = np.array([3.0 - 4.0j, 1e-14 + 0.0j])
+    result.record.add(quantity("isolation/wave", wave, "m", ORDERS, error=1e-13))
+    result.record.add(quantity("isolation/heights", np.array([np.inf, 2.0]), "m", ORDERS))
+    assert "isolation/wave" not in as_json(result)["quantities"]
+    found = json.loads(json.dumps(as_json(result, full=True), allow_nan=False))["quantities"]
+    wave = found["isolation/wave"]
+    assert (wave["real"], wave["imaginary"], wave["error"]) == ([3.0, 0.0], [-4.0, 0.0], 1e-13)
+    assert [len(axis["values"]) for axis in wave["axes"]] == [2]
+    assert found["isolation/heights"]["value"] == [None, 2.0]
+    for path, one in result.record.items():
+        if one.axes and one.values.dtype.kind == "f" and np.isfinite(one.values).all():
+            same = pytest.approx(one.values, abs=one.error_estimate)
+            assert np.array(found[path]["value"]) == same
+
+
+def test_a_zero_is_0_and_an_unknown_is_not_resolved() -> None:
+    result = generator()
+    for name, value, error, terms in (
+        ("zero", 3e-12, 9e-11, 1e4), ("unknown", 196.0, 722.0, 1e4), ("known", 196.0, 7.0, 1e4),
+    ):  # fmt: skip
+        one = quantity(f"isolation/{name}", value, "N", error=error)
+        result.record.add(replace(one, terms=terms))
+    found = as_json(result)["quantities"]
+    shown = {name: found[f"isolation/{name}"] for name in ("zero", "unknown", "known")}
+    assert [one["value"] for one in shown.values()] == [0.0, 196.0, 196.0]
+    assert [one["resolved"] for one in shown.values()] == [True, False, True]
 
 
 def test_references_carry_the_judged_numbers() -> None:

@@ -275,7 +275,8 @@ def test_the_region_is_green_where_all_limits_are_kept() -> None:
     axes = panel(figure(sweep, "sweep_map"), "limits")
     (cells,) = (part for part in axes.collections if hasattr(part, "get_coordinates"))
     drawn = np.ma.filled(cells.get_array().astype(float), -1.0).reshape(15, 21)
-    wanted = np.where(sweep.done, keeping_all(sweep, judge(sweep)[0]), -1.0).reshape(21, 15).T
+    kept = keeping_all(sweep, judge(sweep)[0])
+    wanted = np.where(sweep.done, 2.0 * kept, -1.0).reshape(21, 15).T
     np.testing.assert_array_equal(drawn, wanted)
     assert f"{SAG} max 30 mm" in labelled(axes)
     here = labelled(axes)["the case as written"]

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from vibecalc.pipeline.tolerance import reached
+from vibecalc.pipeline.tolerance import reached, tolerance_warning
 from vibecalc.pipeline.tolerance_summary import summarised
 from vibecalc.report.sections.tolerance import stage_times, tolerance, tolerance_line
 from vibecalc.report.terminal import plain_summary
@@ -30,7 +30,7 @@ def record() -> Record:
     for one in (
         quantity("response/torsion/torque", [3.0, -40.0], 4e-9),
         quantity("response/torsion/angle", [2.0], 4e-6),
-        quantity("response/torsion/twist", [1e-9], 1e-9),
+        replace(quantity("response/torsion/twist", [1e-9], 1e-9), terms=100.0),
         quantity("isolation/run_up/peak_speed", [50.0], 1.0),
         quantity("response/torsion/transient/peak", [7.0], 0.1),
     ):
@@ -59,6 +59,19 @@ def test_counts_are_those_of_the_record(record: Record) -> None:
     assert found.share == pytest.approx(2e-6)
     assert sum(count for _, count in found.exempt) == 3
     assert len({words for words, _ in found.exempt}) == 3
+
+
+def test_what_more_than_rounding_hides_is_missed_and_unresolved() -> None:
+    unknown, wide = Record(), quantity("excitation/couple_peak", [196.0], 722.0)
+    unknown.add(replace(wide, terms=1e4))
+    found = summarised(unknown, 1e-8)
+    assert (found.held, found.met, found.exempt) == (1, 0, ())
+    text = " ".join(plain_summary(result(unknown)).split())
+    assert "rtol = 1e-08 reached by 0 of 1 results, the worst is unresolved" in text
+    assert "196 +-722" in text
+    warning = tolerance_warning(unknown, 1e-8)
+    assert warning is not None and "excitation/couple_peak (unresolved)" in warning
+    assert "[excitation] orders" in warning
 
 
 def test_section_and_line_say_the_same(record: Record) -> None:

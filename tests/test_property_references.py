@@ -6,6 +6,7 @@ array the worst entry is held against a limit and named.
 """
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from hypothesis import strategies as st
 from report_samples import MOUNTS, ORDERS, generator, generator_case, quantity, result_of
 
 from vibecalc.errors import ResultError
+from vibecalc.report.limits import LimitRow
 from vibecalc.report.printed import read_printed
 from vibecalc.report.references import counted_misses, judge_limits, judge_references, misses
 from vibecalc.report.sections.summary import difference, known_notes
@@ -164,8 +166,9 @@ def test_the_worst_entry_of_an_array_counts_and_is_named(values: list[float], bo
     assert top.computed == max(values)
     assert bottom.computed == min(values)
     assert top.label == f"mount={1 + values.index(max(values))}"
-    assert top.kept == all(value <= bound for value in values)
-    assert bottom.kept == all(value >= bound for value in values)
+    last_bits = 1e-15 * abs(bound)
+    assert top.kept == all(value <= bound + last_bits for value in values)
+    assert bottom.kept == all(value >= bound - last_bits for value in values)
     assert top.margin == pytest.approx(bound - max(values), abs=1e-9)
 
 
@@ -174,10 +177,69 @@ def test_where_narrows_what_a_limit_sees() -> None:
     assert (row.computed, row.kept) == (2.0, True)
 
 
-def test_kept_within_the_error_estimate() -> None:
-    assert limited(100.0 + 1e-9, {"max": "100 N"}, error=2e-9).kept is True
-    assert limited(100.0 + 1e-9, {"max": "100 N"}, error=0.5e-9).kept is False
-    assert limited(120.0, {"max": "100 N"}, error=math.inf).kept is False
+@pytest.mark.parametrize(
+    ("value", "error", "state"),
+    [
+        (461.6, 145.0, "undecided"),
+        (361.6, 145.0, "undecided"),
+        (361.6, 38.3, "kept"),
+        (461.6, 61.5, "broken"),
+        (523.7, 1e-9, "broken"),
+        (400.0, 0.0, "kept"),
+        (400.0, 3e-8, "kept"),  # on the bound to ten digits, which it is not written with
+        (400.0, 3e-7, "undecided"),
+        (400.0 + 1e-9, 2e-9, "kept"),
+        (400.0 + 1e-7, 2e-7, "undecided"),
+        (400.0 + 1e-9, 0.5e-9, "broken"),
+        (120.0, math.inf, "undecided"),
+    ],
+)
+@pytest.mark.parametrize("expect", ["kept", "broken"])
+def test_the_whole_interval_decides(value: float, error: float, state: str, expect: str) -> None:
+    rows = (
+        limited(value, {"max": "400 N", "expect": expect}, error=error),
+        limited(-value, {"min": "-0.4 kN", "expect": expect}, error=error),
+    )
+    for row in rows:
+        assert row.state == state
+        assert row.satisfied == (state == expect)
+        assert bool(misses([], [row])) == (state != expect)
+        assert bool(row.decided_by) == (state == "undecided")
+
+
+def test_what_is_zero_to_rounding_of_its_terms_is_held_as_zero() -> None:
+    def held(terms: float, error: float) -> LimitRow:
+        result = with_value(3e-12, "N", error, limit=[{"quantity": PATH, "max": 0.0}])
+        one = replace(result.record[PATH], terms=terms)
+        result.record.quantities[PATH] = one
+        return judge_limits(result)[0]
+
+    assert (held(1e3, 9e-11).state, held(1e3, 9e-11).computed) == ("kept", 0.0)
+    assert held(0.0, 9e-11).state == "undecided"
+    assert held(1e3, 1e-5).state == "undecided"
+
+
+def test_what_would_decide_follows_from_the_case_and_the_stage() -> None:
+    def decided_by(path: str, value: float = 461.6, **tables: Any) -> str:
+        record = Record()
+        record.add(quantity(path, value, "N", error=145.0))
+        row = {"quantity": path, "max": 400.0}
+        return judge_limits(result_of(record, generator_case(limit=[row], **tables)))[0].decided_by
+
+    few = decided_by("excitation/couple_peak", excitation={"orders": 1})
+    assert few == "more orders than [excitation] orders = 1 keeps"
+    assert "a smaller [accuracy] rtol" in decided_by("excitation/couple_peak", excitation={})
+    assert "rtol" in decided_by("response/torsion/torque_peak", excitation={"orders": 1})
+
+
+def test_a_reference_that_its_error_exceeds_is_unresolved() -> None:
+    row = {"quantity": PATH, "value": "196 N", "source": "s"}
+    wide = judge_references(with_value(196.2, "N", 722.0, reference=[row]))[0]
+    assert (wide.within, wide.verdict, wide.resolved) == (False, "unresolved", False)
+    assert "196.2 +-722, unresolved" in misses([wide], [])[0]
+    row = {"quantity": PATH, "value": "0 N", "atol": "1 N", "source": "s"}
+    narrow = judge_references(with_value(0.3, "N", 0.5, reference=[row]))[0]
+    assert (narrow.within, narrow.resolved) == (True, False)
 
 
 def test_both_sides_of_a_limit_and_units() -> None:

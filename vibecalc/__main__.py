@@ -12,9 +12,16 @@ import atexit
 import contextlib
 import gc
 import io
-from typing import NoReturn
+from typing import Any, NoReturn
 
-from vibecalc.errors import EXIT_BUG, EXIT_INTERRUPTED, Interrupted, OutputError, VibecalcError
+from vibecalc.errors import (
+    EXIT_BUG,
+    EXIT_INTERRUPTED,
+    Interrupted,
+    OutputError,
+    UsageError,
+    VibecalcError,
+)
 
 REPORT_BUGS = "This is a bug in vibecalc. Please report it with the lines above and the case file."
 
@@ -34,15 +41,21 @@ def main() -> NoReturn:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")
+    as_json = "--json" in sys.argv[1:]
     try:
         from vibecalc.cli import app
 
-        app(prog_name="vibecalc")
+        if not as_json:
+            app(prog_name="vibecalc")
+        else:
+            sys.exit(_with_objects(app))
     except VibecalcError as error:
         if isinstance(error, OutputError):  # what is left of the text would fail at exit again
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         bare = isinstance(error, Interrupted) or str(error).startswith("error")
         _say(str(error) if bare else f"error: {error}")
+        if as_json:
+            _print_error(error)
         sys.exit(error.exit_code)
     except KeyboardInterrupt:  # before the command began
         _say("interrupted")
@@ -54,6 +67,27 @@ def main() -> NoReturn:
         _say(REPORT_BUGS)
         sys.exit(EXIT_BUG)
     sys.exit(0)
+
+
+def _with_objects(app: Any) -> int:
+    """Run with `--json`; a command line that cannot be read is an error with an object, too."""
+    from typer import BadParameter
+
+    # the class of all that is wrong with a command line, in click or in typer's own copy of it
+    unreadable: type[Any] = BadParameter.__bases__[0]
+    try:
+        return int(app(prog_name="vibecalc", standalone_mode=False) or 0)
+    except unreadable as error:
+        error.show()
+        found = UsageError(error.format_message())
+        _print_error(found)
+        return found.exit_code
+
+
+def _print_error(error: VibecalcError) -> None:
+    import json
+
+    print(json.dumps({"error": error.as_object()}, indent=2))
 
 
 def _say(text: str) -> None:

@@ -7,7 +7,7 @@ import typer
 
 from vibecalc.cli_accuracy import accuracy
 from vibecalc.cli_sweep import merge, sweep
-from vibecalc.errors import EXIT_DIFFERS, EXIT_FINE, EXIT_NUMERICAL, UsageError, VibecalcError
+from vibecalc.errors import EXIT_DIFFERS, EXIT_FINE, NumericalFailure, UsageError, VibecalcError
 from vibecalc.report.help_page import Command, Group
 
 if TYPE_CHECKING:
@@ -35,6 +35,7 @@ Settings = Annotated[
     typer.Option("--set", metavar="KEY=VALUE", help="Change a key, the value read as TOML."),
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON on stdout and nothing else.")]
+Full = Annotated[bool, typer.Option("--full", help="With --json: print the arrays, too.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print no summary.")]
 Output = Annotated[
     Path | None, typer.Option("--output", "-o", help="New file to write, instead of stdout.")
@@ -71,6 +72,7 @@ def run(
     ] = None,
     settings: Settings = None,
     json: Json = False,
+    full: Full = False,
     quiet: Quiet = False,
 ) -> None:
     """Run cases: write outputs/<case>.h5 and outputs/<case>.txt and print a summary."""
@@ -87,14 +89,16 @@ def run(
         if json:
             from vibecalc.report.machine_readable import as_json
 
-            objects.append(as_json(result, path))
+            objects.append(as_json(result, path, full=full))
         elif not quiet:
-            _summary(result, path)
+            from vibecalc.report.terminal import print_summary
+
+            print_summary(result, path)
         return result.record.failure
 
-    worst = _for_each(loaded, run_one)
+    worst = _for_each(loaded, run_one, objects if json else None)
     if json:
-        _print_json(objects, single=len(loaded) == 1)
+        _print_json(objects)
     raise typer.Exit(worst)
 
 
@@ -105,17 +109,9 @@ def check(cases: Cases, settings: Settings = None, json: Json = False) -> None:
 
     plans = [(case, *check_rows(case.case)) for case in _load(cases, settings)]
     if json:
-        objects = [
-            {
-                "case": str(case.path),
-                "title": case.case.title,
-                "sha256": case.sha256,
-                "plan": plan,
-                "needs": total,
-            }
-            for case, plan, total in plans
-        ]
-        _print_json(objects, single=len(objects) == 1)
+        from vibecalc.report.plan import plan_object
+
+        _print_json([plan_object(case, rows, total) for case, rows, total in plans])
         return
     from vibecalc.report.plan import render_plan
 
@@ -124,8 +120,8 @@ def check(cases: Cases, settings: Settings = None, json: Json = False) -> None:
 
 
 @app.command(cls=Command)
-def verify(cases: Cases, settings: Settings = None, json: Json = False) -> None:
-    """Run cases and exit 1 if a counted reference or limit is missed. Writes no files."""
+def verify(cases: Cases, settings: Settings = None, json: Json = False, full: Full = False) -> None:
+    """Run cases, exit 1 if a counted reference or limit is missed or undecided; no files."""
     from vibecalc.report.references import counted_misses
 
     objects: list[dict[str, Any]] = []
@@ -138,16 +134,16 @@ def verify(cases: Cases, settings: Settings = None, json: Json = False) -> None:
         if json:
             from vibecalc.report.machine_readable import as_json
 
-            objects.append(as_json(result, None))
+            objects.append(as_json(result, None, full=full))
         else:
             from vibecalc.report.text import render_verdicts
 
             typer.echo(render_verdicts(result))
         return result.record.failure
 
-    worst = _for_each(loaded, verify_one)
+    worst = _for_each(loaded, verify_one, objects if json else None)
     if json:
-        _print_json(objects, single=len(loaded) == 1)
+        _print_json(objects)
     raise typer.Exit(max(worst, EXIT_DIFFERS if any(misses) else EXIT_FINE))
 
 
@@ -198,7 +194,7 @@ def diff(
 
         write_text(render_junit(comparison), junit)
     if json:
-        _print_json([differences_object(comparison)], single=True)
+        _print_json(differences_object(comparison))
     else:
         typer.echo(render_differences(comparison))
     raise typer.Exit(EXIT_FINE if comparison.same else EXIT_DIFFERS)
@@ -251,17 +247,25 @@ def _load(paths: list[Path], settings: list[str] | None) -> "list[LoadedCase]":
     return load_checked(paths, settings or ())
 
 
-def _for_each(cases: "list[LoadedCase]", work: "Callable[[LoadedCase], str]") -> int:
-    """Work on every case, which says why it failed; returns the worst exit code."""
+def _for_each(
+    cases: "list[LoadedCase]",
+    work: "Callable[[LoadedCase], str]",
+    objects: list[dict[str, Any]] | None,
+) -> int:
+    """Work on every case, which says why it failed, to `objects` too; the worst exit code."""
     worst = EXIT_FINE
     for case in cases:
         try:
-            failure, code = work(case), EXIT_NUMERICAL
+            failure, code = work(case), NumericalFailure.exit_code
         except VibecalcError as error:
-            if len(cases) == 1:
+            if objects is not None:
+                objects.append({"case": case.name, "error": error.as_object()})
+            elif len(cases) == 1:
                 raise
             failure, code = str(error), error.exit_code
         if failure:
+            if objects is not None:
+                objects[-1].setdefault("error", NumericalFailure(failure).as_object())
             typer.echo(f"error: {case.path}: {failure}", err=True)
             worst = max(worst, code)
     return worst
@@ -273,16 +277,10 @@ def _execute(case: "LoadedCase", quiet: bool) -> "Result":
     return execute(case, progress=not quiet)
 
 
-def _summary(result: "Result", path: Path) -> None:
-    from vibecalc.report.terminal import print_summary
-
-    print_summary(result, path)
-
-
-def _print_json(objects: list[dict[str, Any]], single: bool) -> None:
+def _print_json(found: Any) -> None:
     import json
 
-    typer.echo(json.dumps(objects[0] if single and objects else objects, indent=2))
+    typer.echo(json.dumps(found, indent=2, allow_nan=False))
 
 
 def _write_text(text: str, output: Path | None) -> None:

@@ -23,7 +23,8 @@ class Problem:
 
     `path` is the key path inside the case (`("machine", "crank_train", "rod_length")`, list
     positions as integers); `found` and `allowed` are short texts with units; `also` points to a
-    second place that takes part in a contradiction.
+    second place that takes part in a contradiction. `place` is where that is once it is known:
+    `file:line:column`, or the `--set` that wrote it.
     """
 
     path: KeyPath
@@ -32,12 +33,35 @@ class Problem:
     allowed: str = ""
     hint: str = ""
     also: KeyPath | None = None
+    place: str = ""
+
+
+def _dotted(path: KeyPath) -> str:
+    """`machine.crank_train.cylinders[0].position`, as `--set` takes it."""
+    text = "".join(f"[{step}]" if isinstance(step, int) else f".{step}" for step in path)
+    return text.removeprefix(".")
 
 
 class VibecalcError(Exception):
     """Base of everything vibecalc raises on purpose."""
 
     exit_code = EXIT_BUG
+    problems: tuple[Problem, ...] = ()
+
+    def as_object(self) -> dict[str, object]:
+        """What `--json` prints of it: message, exit code, and each problem of a case."""
+        problems = [
+            {
+                "key": _dotted(problem.path),
+                "place": problem.place,
+                "message": problem.message,
+                "found": problem.found,
+                "allowed": problem.allowed,
+                "hint": problem.hint,
+            }
+            for problem in self.problems
+        ]
+        return {"message": str(self), "exit_code": self.exit_code, "problems": problems}
 
 
 class UsageError(VibecalcError):

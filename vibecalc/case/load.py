@@ -68,13 +68,12 @@ def load_case(
     try:
         case, origins = expand_references(validate(data, files))
     except CaseError as error:
-        from vibecalc.case.render import render_problems
+        from vibecalc.case.render import refused
 
         taken = {problem.path for problem in error.problems}
         later = [found for found in early(data) if found.path not in taken] if early else []
         problems = [*error.problems, *later]
-        rendered = render_problems(problems, text, str(path), overridden)
-        raise CaseError(problems, rendered) from None
+        raise refused(problems, text, str(path), overridden) from None
     resolved = resolve(case)
     import tomli_w
 
@@ -130,7 +129,7 @@ def raise_with_location(loaded: LoadedCase, problems: Sequence[Problem]) -> None
     """Raise a CaseError that shows problems of a later floor at their places; none: do nothing."""
     if not problems:
         return
-    from vibecalc.case.render import render_problems
+    from vibecalc.case.render import refused
 
     placed = [
         replace(
@@ -140,8 +139,7 @@ def raise_with_location(loaded: LoadedCase, problems: Sequence[Problem]) -> None
         for problem in problems
     ]
     once = list({(problem.path, problem.message): problem for problem in placed}.values())
-    text = render_problems(once, loaded.text, str(loaded.path), loaded.overrides)
-    raise CaseError(once, text)
+    raise refused(once, loaded.text, str(loaded.path), loaded.overrides)
 
 
 def _read_text(path: Path) -> str:
@@ -210,7 +208,8 @@ def _refuse_text(text: str, file_name: str, message: str, line: int, column: int
 
     unquoted = "cannot be read" in message or "expected newline" in message
     hint = 'a text needs quotes, as in "4900 rpm"' if unquoted else ""
-    problem = Problem(path=(), message=message, hint=hint)
+    at = f"{file_name}:{line}:{column}"
+    problem = Problem(path=(), message=message, hint=hint, place=at)
     place: Location = at_line(text, line, column)
     rendered = render_problem(problem, place, file_name)
     raise CaseError([problem], f"{rendered}\n{closing_line(1, file_name)}")
@@ -220,7 +219,7 @@ def _refuse(path: Path, what: str, hint: str = "") -> NoReturn:
     from vibecalc.case.render import closing_line
 
     message = f"{path} {what}"
-    problem = Problem(path=(), message=message, hint=hint)
+    problem = Problem(path=(), message=message, hint=hint, place=str(path))
     help_line = f"\n  help: {hint}" if hint else ""
     raise CaseError([problem], f"error: {message}{help_line}\n{closing_line(1, str(path))}")
 

@@ -1,9 +1,10 @@
 """Problems as text: file, line and column, the line itself with a mark below, and a hint."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from vibecalc.case.locate import Location, Overridden, Span, find_spans, locate, source
-from vibecalc.errors import KeyPath, Problem
+from vibecalc.errors import CaseError, KeyPath, Problem
 
 _MOST_SHOWN = 100
 _WIDEST = 100
@@ -37,6 +38,24 @@ def render_problems(
     if len(problems) > _MOST_SHOWN:
         shown.append(f"... and {len(problems) - _MOST_SHOWN} more")
     return "\n".join([*shown, closing_line(len(problems), file_name)])
+
+
+def refused(
+    problems: Sequence[Problem],
+    text: str,
+    file_name: str,
+    overrides: Sequence[Overridden] = (),
+) -> CaseError:
+    """The error that says all problems of one case; those that can be shown have their place."""
+    spans = find_spans(text) if text else {}
+    placed = []
+    for number, problem in enumerate(problems):
+        if number < _MOST_SHOWN:  # each takes a look at the whole text
+            place = locate(problem.path, text, overrides, spans)
+            words = place.override or f"{file_name}:{place.line}:{place.column}"
+            problem = replace(problem, place=words)
+        placed.append(problem)
+    return CaseError(placed, render_problems(problems, text, file_name, overrides))
 
 
 def closing_line(count: int, file_name: str) -> str:

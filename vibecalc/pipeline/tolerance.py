@@ -1,14 +1,21 @@
 """Did every result reach `[accuracy] rtol`? What did not is said, with what it reached."""
 
+from collections.abc import Mapping
+from typing import Any
+
 import numpy as np
 
-from vibecalc.results.record import Quantity, Record
+from vibecalc.results.record import ROUNDING, Quantity, Record
 
 MOST_NAMES = 4
+#: what a result is called that its error exceeds
+UNRESOLVED = "unresolved"
 #: a magnitude of a few error estimates is what cancelling leaves
 ZERO = 4.0
 #: sums that are there to show what cancels
 CANCELLING = "excitation/balance/"
+#: zero for the exact solution, so that all of it is error
+CHECKS = ("/certificate", "_residual", "energy/residual", "measurement/fit/misfit")
 #: where a summit stands: it is flat there, so that half the digits of its height are known
 PLACES = ("/peak_time", "/peak_speed", "/worst_angle", "_peak_time")
 #: a chaotic motion: what counts of its statistics is their standard error
@@ -74,6 +81,9 @@ LINE_STUDIES = (
 )
 
 _ORDERS = "where too few orders are kept, more help ([excitation] orders)"
+#: results that mean all orders, whose error counts those that [excitation] orders leaves out
+_CUT = ("kinematics/", "excitation/", "isolation/", "response/", "optimisation/")
+_UNCUT = ("response/torsion/", "response/roll/", "response/control/", "response/start_up/")
 _RESONANCE = "beside an undamped resonance only damping does"
 _CANCELS = "what is left of large numbers that cancel has no more digits to give"
 _MARCH = "a march in time keeps to the tolerance in each step, not over all of them"
@@ -94,12 +104,16 @@ def reached(quantity: Quantity, record: Record | None = None) -> float | None:
     With the `record` a part of a balance is measured by the whole of it, and levels and phases of
     harmonics by these themselves, in whose place they stand.
 
-    A total that cancels has no relative accuracy: its estimate says that it is zero. Neither has a
-    statistic, whose standard error is far above what the numbers cost.
+    A total that cancels to rounding of its terms has no relative accuracy: its estimate says that
+    it is zero. Where more than rounding hides a value it is infinite or above 1, and missed.
+    Neither has a statistic, whose standard error is far above what the numbers cost.
     """
     size = np.abs(quantity.values)
     largest = float(np.max(size, initial=0.0, where=np.isfinite(size)))
-    if largest <= ZERO * quantity.error_estimate or quantity.path.startswith(CANCELLING):
+    error = quantity.error_estimate
+    if cancels(quantity) or quantity.path.startswith(CANCELLING):
+        return None
+    if quantity.path.endswith(CHECKS):
         return None
     if record is not None and _harmonics(quantity.path) in record:
         return None
@@ -118,7 +132,16 @@ def reached(quantity: Quantity, record: Record | None = None) -> float | None:
         quantity.path.endswith(LOOKED) or "/start_angles/" in quantity.path
     ):
         return None
-    return quantity.error_estimate / largest
+    return float(error) / largest if largest else np.inf
+
+
+def cancels(quantity: Quantity) -> bool:
+    """Whether all entries are what cancelling leaves: a few error estimates, these of rounding."""
+    size, error = np.abs(quantity.values), quantity.estimate
+    largest = float(np.max(size, initial=0.0, where=np.isfinite(size)))
+    if largest == 0.0:
+        return error.is_zero(0.0)
+    return largest <= ZERO * float(error) and error <= ROUNDING * error.terms
 
 
 def _harmonics(path: str) -> str:
@@ -134,12 +157,27 @@ def tolerance_warning(record: Record, rtol: float) -> str | None:
     if not missed:
         return None
     worst = sorted(missed, key=lambda path: -missed[path])
-    named = ", ".join(f"{path} ({missed[path]:.1e})" for path in worst[:MOST_NAMES])
+    shares = {path: f"{share:.1e}" if share < 1.0 else UNRESOLVED for path, share in missed.items()}
+    named = ", ".join(f"{path} ({shares[path]})" for path in worst[:MOST_NAMES])
     more = f" and {len(worst) - MOST_NAMES} more" if len(worst) > MOST_NAMES else ""
     return (
         f"not within rtol = {rtol:g} of their largest magnitude, by their error estimates: "
         f"{named}{more}; {_advice(worst)}"
     )
+
+
+def remedy(quantity: Quantity, case: Mapping[str, Any]) -> str:
+    """What would make the error of a result smaller, in words: where it comes from tells."""
+    path, error = quantity.path.removeprefix("optimisation/start/"), quantity.estimate
+    if quantity.standard_error:
+        return "more members or revolutions in [response.impact], whose scatter is the error"
+    orders = (case.get("excitation") or {}).get("orders")
+    if orders is not None and path.startswith(_CUT) and not path.startswith(_UNCUT):
+        return f"more orders than [excitation] orders = {orders} keeps"
+    if error <= ROUNDING * error.terms:
+        return "nothing but another bound (the value lies on it to rounding)"
+    rtol = (case.get("accuracy") or {}).get("rtol")
+    return "a smaller [accuracy] rtol" + ("" if rtol is None else f" than {rtol:g}")
 
 
 def _advice(paths: list[str]) -> str:

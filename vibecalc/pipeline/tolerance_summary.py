@@ -5,6 +5,7 @@ from typing import NamedTuple
 from vibecalc.pipeline.tolerance import (
     CANCELLING,
     CHAOTIC,
+    CHECKS,
     DIFFERENCES,
     LINE_STUDIES,
     LOOKED,
@@ -14,6 +15,7 @@ from vibecalc.pipeline.tolerance import (
     SEARCHED,
     SPECTRA,
     UNCERTAIN,
+    cancels,
     reached,
 )
 from vibecalc.results.record import Quantity, Record
@@ -31,7 +33,8 @@ _STARTS: tuple[tuple[tuple[str, ...], str], ...] = (
 _PLACE = "places of summits, which are flat there"
 _DIFFERENCE = "differences of results, with the digits that are left"
 _LOOKED = "read off a march in time, as well as its steps show"
-_ZERO = "zero, as far as their error tells"
+_CHECK = "checks that are zero for the exact solution, so that all of them is error"
+_ZERO = "zero to rounding of their own terms"
 
 
 class ToleranceSummary(NamedTuple):
@@ -77,6 +80,8 @@ def _has_error(quantity: Quantity) -> bool:
 
 def _why(quantity: Quantity) -> str:
     path = quantity.path
+    if not cancels(quantity) and path.endswith(CHECKS):
+        return _CHECK
     for starts, words in _STARTS:
         if path.startswith(starts):
             return words

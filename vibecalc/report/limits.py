@@ -6,19 +6,25 @@ from dataclasses import dataclass, field
 from typing import Any, Literal
 
 from vibecalc.errors import ResultError
+from vibecalc.pipeline.tolerance import remedy
 from vibecalc.report.lookup import asked, entries, naming, not_found
 from vibecalc.report.printed import read_printed
-from vibecalc.results.record import Result
-from vibecalc.results.select import worst
+from vibecalc.results.record import Estimate, Quantity, Result
+from vibecalc.results.select import curving, held, uncertainty, worst
 from vibecalc.units import convert
+
+KEPT, BROKEN, UNDECIDED = "kept", "broken", "undecided"
+_STATES = {1: KEPT, -1: BROKEN, 0: UNDECIDED}
 
 
 @dataclass(frozen=True, kw_only=True)
 class LimitRow:
     """A bound and the worst entry it is held against; all numbers in `unit`.
 
-    `kept` means a margin of at least minus the error estimate; `satisfied` turns that round for
-    a limit that is expected to be broken. `label` names the worst entry of an array.
+    `state` is KEPT where the whole interval of the value and its error lies inside, BROKEN where it
+    lies outside, else UNDECIDED; `decided_by` then says what would decide. The error is the same
+    for all entries of a quantity, so that the worst entry is also the one whose interval reaches
+    furthest. `label` names it.
     """
 
     quantity: str
@@ -31,21 +37,27 @@ class LimitRow:
     label: str
     error_estimate: float
     margin: float
-    kept: bool
+    state: str
+    decided_by: str = ""
     expect: str = "kept"
     at: str = "optimum"
 
     @property
+    def kept(self) -> bool | None:
+        """None where that is undecided."""
+        return None if self.state == UNDECIDED else self.state == KEPT
+
+    @property
     def satisfied(self) -> bool:
         """Whether the limit does what the case expects of it."""
-        return self.kept == (self.expect == "kept")
+        return self.state == self.expect
 
 
 def judge_limits(result: Result) -> list[LimitRow]:
     """Judge every `[[limit]]` of the case, in its order; of an array the worst entry counts.
 
-    An infinite value breaks a `max` with a margin of minus infinity, and so does what a [[find]]
-    was to find and did not. Numbers are in the unit of
+    An infinite value breaks a `max` with a margin of minus infinity; what a [[find]] was to find
+    and did not is undecided. Numbers are in the unit of
     the bound as written (of `max`, if the row has both).
 
     Raises
@@ -74,7 +86,8 @@ def _nothing(entry: Mapping[str, Any]) -> LimitRow:
         label="",
         error_estimate=math.nan,
         margin=-math.inf,
-        kept=expect != "kept",
+        state=UNDECIDED,
+        decided_by="a [[find]] that finds it",
         expect=expect,
         at=str(entry.get("at") or "optimum"),
     )
@@ -95,18 +108,19 @@ def _judge(result: Result, entry: Mapping[str, Any]) -> LimitRow:
         raise ResultError(f"a [[limit]] on {quantity.path} has neither max nor min")
     unit = next(iter(bounds.values())).unit
     limits = {side: convert(bound.number, bound.unit, unit) for side, bound in bounds.items()}
-    held = []
+    judged = []
     for side, limit in limits.items():
         with naming("limit", entry):
             value, label = worst(quantity, where, side)
-        magnitude = abs(value) if isinstance(value, complex) else value
-        computed = convert(float(magnitude), quantity.unit, unit)
+        zero = quantity.estimate.is_zero(value)
+        computed = 0.0 if zero else convert(value, quantity.unit, unit)
         margin = limit - computed if side == "max" else computed - limit
         # A value that is not a number keeps no limit, whatever the side.
-        held.append((-math.inf if math.isnan(margin) else margin, computed, label))
-    margin, computed, label = min(held, key=lambda item: item[0])
-    error = convert(quantity.error_estimate, quantity.unit, unit)
-    slack = error if math.isfinite(error) else 0.0
+        judged.append((-math.inf if math.isnan(margin) else margin, computed, label, limit, zero))
+    margin, computed, label, limit, zero = min(judged, key=lambda item: item[0])
+    error = 0.0 if zero else convert(uncertainty(quantity, where), quantity.unit, unit)
+    error = Estimate(error, 0.0)  # what is a zero has become one
+    state = _STATES[int(held(margin, error, limit))]
     return LimitRow(
         quantity=str(entry["quantity"]),
         where=where,
@@ -118,7 +132,14 @@ def _judge(result: Result, entry: Mapping[str, Any]) -> LimitRow:
         label=label,
         error_estimate=error,
         margin=margin,
-        kept=bool(margin >= -slack),
+        state=state,
+        decided_by=_decided_by(result, quantity, where) if state == UNDECIDED else "",
         expect=str(entry.get("expect") or "kept"),
         at=str(entry.get("at") or "optimum"),
     )
+
+
+def _decided_by(result: Result, quantity: Quantity, where: Mapping[str, Any]) -> str:
+    if curving(quantity, where) > quantity.error_estimate:
+        return "more points of the curve, whose samples lie too far apart here"
+    return remedy(quantity, result.case)

@@ -1,11 +1,15 @@
-"""Numbers as the report prints them: stable digits, zero where a value is within its error."""
+"""Numbers as the report prints them: stable digits, 0 for zeros, the error where it is larger."""
 
 import math
 from typing import Any
 
 import numpy as np
 
+from vibecalc.results.record import Estimate
+
 DIGITS = 6
+#: of a value that its error exceeds, and below which share of the error it says nothing
+_ROUGH, _LEAST_SHOWN = 3, 1e-3
 _LOWEST_FIXED = 1e-4
 _HIGHEST_FIXED = 1e7
 _TURN = 2.0 * math.pi
@@ -14,9 +18,11 @@ _TURN = 2.0 * math.pi
 def show(value: Any, error: float = 0.0, digits: int = DIGITS) -> str:
     """One number with a fixed count of significant digits.
 
-    A complex number shows its magnitude, an integer all its digits. What does not exceed
-    `error` (absolute, same unit) is `0`: its digits would be round-off and change from machine
-    to machine. An infinite value is `unbounded`, an undefined one `undefined`.
+    A complex number shows its magnitude, an integer all its digits. What is zero to rounding of
+    the terms it is summed from is `0`: its digits would change from machine to machine. What does
+    not exceed its `error` (absolute, same unit) for another reason is shown with it, `196 +-722`:
+    it is unresolved. An error without terms counts as rounding. An infinite value is
+    `unbounded`, an undefined one `undefined`.
     """
     if isinstance(value, bool | np.bool_):
         return "yes" if value else "no"
@@ -27,8 +33,14 @@ def show(value: Any, error: float = 0.0, digits: int = DIGITS) -> str:
         return "undefined"
     if math.isinf(number):
         return "unbounded" if number > 0 else "-unbounded"
+    if isinstance(error, Estimate):
+        if error.unresolved(number):
+            least = number if abs(number) > _LEAST_SHOWN * error else 0.0
+            return f"{show(least, digits=_ROUGH)} +-{show(float(error), digits=_ROUGH)}"
+        if error.is_zero(number):
+            return "0"
     # An error that is not known hides nothing: the accuracy section says so instead.
-    if number == 0.0 or (abs(number) <= error and math.isfinite(error)):
+    elif number == 0.0 or (abs(number) <= error and math.isfinite(error)):
         return "0"
     mantissa, exponent = f"{number:.{digits - 1}e}".split("e")
     if _LOWEST_FIXED <= abs(float(f"{mantissa}e{exponent}")) < _HIGHEST_FIXED:
@@ -85,7 +97,7 @@ def is_speed(path: str) -> bool:
 def also(path: str, value: float, unit: str, error: float = 0.0) -> str:
     """The same value as an engineer may rather want it: rpm, Hz of a frequency, degrees."""
     if unit == "rad" and math.isfinite(value):
-        return f"{show(math.degrees(value), math.degrees(error))} deg"
+        return f"{show(math.degrees(value), error * (360.0 / _TURN))} deg"
     if unit != "rad/s" or not math.isfinite(value):
         return ""
     if is_speed(path):

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 from vibecalc.report.tables import pairs
 
 if TYPE_CHECKING:
+    from vibecalc.case.load import LoadedCase
     from vibecalc.case.schema import Case
 
 #: keys of a plan row, in the order shown, with their headings
@@ -17,6 +18,19 @@ ROWS = (
     ("cost", "cost"),
     ("quantities", "makes"),
 )
+
+
+def plan_object(
+    loaded: "LoadedCase", plan: Sequence[Mapping[str, Any]], total: Mapping[str, Any]
+) -> dict[str, Any]:
+    """What `check --json` prints of one case; `plan` and `total` as for `render_plan`."""
+    return {
+        "case": str(loaded.path),
+        "title": loaded.case.title,
+        "sha256": loaded.sha256,
+        "plan": plan,
+        "needs": total,
+    }
 
 
 def render_plan(

@@ -7,10 +7,11 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from vibecalc.numerics.rounding import EPSILON
-from vibecalc.report.limits import LimitRow, judge_limits
+from vibecalc.pipeline.tolerance import UNRESOLVED
+from vibecalc.report.limits import KEPT, UNDECIDED, LimitRow, judge_limits
 from vibecalc.report.lookup import asked, entries, name_of, naming, not_found
 from vibecalc.report.printed import Printed, read_printed
-from vibecalc.results.record import Result
+from vibecalc.results.record import Estimate, Result
 from vibecalc.results.select import curving, scalar
 from vibecalc.units import convert
 
@@ -45,7 +46,8 @@ class ReferenceRow:
     `difference` is computed less printed, of a phase the shortest way round (`cyclic`); the
     relative one is that over the printed number.
     `agrees` is the bare comparison, `within` the counted one: None for a row that is shown only.
-    `printed` is the value as the case writes it.
+    `printed` is the value as the case writes it. A computed value that its error exceeds is not
+    `resolved`, and agrees only if that error is within the tolerance.
     """
 
     quantity: str
@@ -56,6 +58,7 @@ class ReferenceRow:
     computed: float
     unit: str
     error_estimate: float
+    resolved: bool = True
     tolerance: float
     difference: float
     relative_difference: float | None
@@ -95,18 +98,23 @@ def misses(references: Sequence[ReferenceRow], limits: Sequence[LimitRow]) -> li
     """One line of words for each counted reference outside its tolerance and each missed limit."""
     found = [
         f"{name_of(row.quantity, row.where)}: published {row.value:.10g} {row.unit}".rstrip()
-        + f", {_computed(row.computed, 10)}, tolerance {row.tolerance:.2g} ({row.source})"
+        + f", {_computed(row.computed, 10)}"
+        + ("" if row.resolved else f" +-{row.error_estimate:.3g}, unresolved")
+        + f", tolerance {row.tolerance:.2g} ({row.source})"
         for row in references
         if row.within is False
     ]
     for limit in limits:
         if not limit.satisfied:
             where = f" at {limit.label}" if limit.label else ""
-            fate = "is broken" if limit.expect == "kept" else "was expected to be broken, is kept"
+            fate = f"is {limit.state}"
+            if limit.expect != KEPT:
+                fate = f"was expected to be {limit.expect}, {fate}"
             found.append(
                 f"limit on {name_of(limit.quantity, limit.where)} {fate}{where}: "
                 f"{_computed(limit.computed, 6, '')} {limit.unit}".rstrip()
                 + f", margin {limit.margin:.3g}"
+                + (f" +-{limit.error_estimate:.3g}" if limit.state == UNDECIDED else "")
             )
     return found
 
@@ -118,6 +126,7 @@ def _computed(value: float, digits: int, lead: str = "computed ") -> str:
 def _judge(result: Result, entry: Mapping[str, Any]) -> ReferenceRow:
     where = dict(entry.get("where") or {})
     cyclic = False
+    resolved = True
     if not_found(result, entry):
         printed = read_printed(entry["value"], entry.get("unit") or "")
         computed = error = math.nan
@@ -128,15 +137,17 @@ def _judge(result: Result, entry: Mapping[str, Any]) -> ReferenceRow:
             picked = scalar(quantity, where)
         magnitude = abs(picked) if isinstance(picked, complex) else picked
         computed = convert(float(magnitude), quantity.unit, printed.unit)
-        slack = quantity.error_estimate + curving(quantity, where)
-        error = convert(slack, quantity.unit, printed.unit)
+        off = quantity.error_estimate + curving(quantity, where)
+        error = convert(off, quantity.unit, printed.unit)
+        resolved = not Estimate(off, quantity.estimate.terms).unresolved(abs(picked))
         cyclic = quantity.unit == "rad" and bool(_PHASE.match(quantity.path))
     tolerance = _tolerance(entry, printed)
     slack = _ROUND_OFF * max(abs(printed.number), abs(computed)) if math.isfinite(computed) else 0.0
     difference = computed - printed.number
     if cyclic and math.isfinite(difference):
         difference = math.remainder(difference, convert(2.0 * math.pi, "rad", printed.unit))
-    agrees = bool(abs(difference) <= tolerance + slack)
+    # what a wide error happens to hold agrees with nothing
+    agrees = bool(abs(difference) <= tolerance + slack) and (resolved or error <= tolerance)
     kind = str(entry.get("kind") or "published")
     known = str(entry.get("known_difference") or "")
     counted = kind == "published" and not known
@@ -146,6 +157,8 @@ def _judge(result: Result, entry: Mapping[str, Any]) -> ReferenceRow:
     verdict = WITHIN if agrees else OUTSIDE
     if not counted:
         verdict = MEASURED if kind == "measured" else KNOWN
+    elif not (agrees or resolved):
+        verdict = UNRESOLVED
     return ReferenceRow(
         quantity=str(entry["quantity"]),
         where=where,
@@ -155,6 +168,7 @@ def _judge(result: Result, entry: Mapping[str, Any]) -> ReferenceRow:
         computed=computed,
         unit=printed.unit,
         error_estimate=error,
+        resolved=resolved,
         tolerance=tolerance,
         difference=difference,
         relative_difference=relative,

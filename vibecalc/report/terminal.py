@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from vibecalc.pipeline.tolerance import UNRESOLVED
 from vibecalc.report.limits import judge_limits
 from vibecalc.report.numbers import show
 from vibecalc.report.references import OUTSIDE, WITHIN, judge_references
@@ -18,6 +19,7 @@ from vibecalc.report.sections.summary import (
     difference,
     known_notes,
     limit_verdict,
+    margin,
     not_shown,
 )
 from vibecalc.report.sections.summary import limits as limit_table
@@ -122,7 +124,7 @@ def _limits(result: Result, width: int) -> "Table | None":
         ]
         name = row.quantity + (f" [{row.label}]" if row.label else "")
         cells = [name, " ".join(bounds), show(row.computed, row.error_estimate)]
-        cells += [show(row.margin, row.error_estimate), row.unit]
+        cells += [margin(row), row.unit]
         lines.append([*cells, limit_verdict(row)])
         colours.append("green" if row.satisfied else "bold red")
     heads = ("limit on", ">bound", ">computed", ">margin", "unit", "verdict")
@@ -140,7 +142,8 @@ def _references(result: Result, width: int) -> "Table | None":
         printed = row.printed if len(row.printed) <= LONGEST_PRINTED else show(row.value)
         cells = [name, printed, computed(row), row.unit]
         lines.append([*cells, difference(row), row.verdict])
-        colours.append({WITHIN: "green", OUTSIDE: "bold red"}.get(row.verdict, "yellow"))
+        missed = dict.fromkeys((OUTSIDE, UNRESOLVED), "bold red")
+        colours.append(({WITHIN: "green"} | missed).get(row.verdict, "yellow"))
     heads = ("reference (source)", ">value", ">computed", "unit", ">difference", "verdict")
     return _table(width, heads, lines, colours)
 

@@ -1,11 +1,59 @@
 """What a run holds in memory: named arrays with unit, axes, amplitude kind and error estimate."""
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from typing import Any, cast
 
 import numpy as np
 
 AMPLITUDES = ("0-pk", "pk-pk", "rms")
+
+#: an error of no more than this share of the terms that a value is summed from is rounding
+ROUNDING = 1e-10
+
+
+class Estimate(float):
+    """An absolute error that knows the size of the terms behind the value; a factor scales both.
+
+    `whole` says that nothing but the terms tells whether a value of exactly 0 is a zero: all
+    entries of its quantity are 0. Else such an entry has no terms.
+    """
+
+    terms: float
+    whole: bool
+
+    def __new__(cls, error: float, terms: float, whole: bool = False) -> "Estimate":
+        """`error` and `terms` in one unit."""
+        made = super().__new__(cls, error)
+        made.terms, made.whole = terms, whole
+        return made
+
+    def __getnewargs__(self) -> tuple[float, float, bool]:  # type: ignore[override]
+        return float(self), self.terms, self.whole
+
+    def __mul__(self, factor: Any) -> Any:
+        """The same in another unit; a plain product with what is not a plain number."""
+        if not isinstance(factor, int | float):
+            return float(self) * factor
+        return Estimate(float(self) * factor, self.terms * abs(factor), self.whole)
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, divisor: Any) -> Any:
+        """The same in another unit."""
+        return self * (1.0 / divisor)
+
+    def is_zero(self, value: float) -> bool:
+        """Whether a value is zero to rounding of its own terms, so that it is written as 0."""
+        if value == 0.0 and not self.whole:
+            return True
+        return abs(value) <= self <= ROUNDING * self.terms
+
+    def unresolved(self, value: float) -> bool:
+        """Whether a value is no larger than its error and yet not known to be zero."""
+        known = math.isfinite(value) and math.isfinite(self)
+        return known and abs(value) <= self and not self.is_zero(value)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,6 +86,19 @@ class Quantity:
     error_estimate: float = 0.0
     standard_error: float | None = None
     terms: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Let the error know the size of the terms, which tells a zero from an unknown."""
+        size = np.abs(self.values) if self.values.dtype.kind in "biufc" else np.zeros(1)
+        largest = float(np.max(size, initial=0.0, where=np.isfinite(size)))
+        whole = self.terms > 0.0 and largest == 0.0
+        error = Estimate(self.error_estimate, max(largest, self.terms), whole)
+        object.__setattr__(self, "error_estimate", error)
+
+    @property
+    def estimate(self) -> Estimate:
+        """`error_estimate` as what it is."""
+        return cast(Estimate, self.error_estimate)
 
 
 @dataclass(frozen=True, kw_only=True)

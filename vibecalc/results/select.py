@@ -7,7 +7,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from vibecalc.errors import ResultError, UnitError
-from vibecalc.results.record import Axis, Quantity
+from vibecalc.results.record import ROUNDING, Axis, Quantity
 
 Key = int | float | str
 Where = Mapping[str, Key]
@@ -16,6 +16,9 @@ Where = Mapping[str, Key]
 LABEL_RTOL = 1e-9
 #: axes along which a curve is sampled: between two samples lies a straight line
 SAMPLED = ("speed", "variable_speed")
+
+#: of a statistic that still tell nothing apart
+STANDARD_ERRORS = 4.0
 
 _SHOWN = 12
 
@@ -141,6 +144,33 @@ def worst(quantity: Quantity, where: Where, sense: Literal["max", "min"]) -> tup
     else:
         position = int(np.argmax(flat) if sense == "max" else np.argmin(flat))
     return float(flat[position]), labels[position]
+
+
+def held(margin: np.ndarray | float, error: np.ndarray | float, bound: float) -> np.ndarray:
+    """Whether values keep a limit: 1 kept, -1 broken, 0 undecided, of the shape of `margin`.
+
+    The whole interval of a value and its error counts. `margin` is positive inside, in the unit of
+    `error` and of the `bound`. A value on the bound, to the last bits, is inside; so is one that
+    its error does not tell from the bound, as far as that is `ROUNDING` of the bound. A finite
+    value with an unknown error decides nothing, one that is not a number keeps nothing.
+    """
+    margin, error = np.asarray(margin, dtype=float), np.asarray(error, dtype=float)
+    reach = np.where(np.isinf(margin), 0.0, np.where(np.isnan(error), np.inf, error))
+    last_bits = 4.0 * np.finfo(float).eps * abs(bound)
+    on = margin >= -np.maximum(last_bits, reach)
+    inside = on & ((margin - reach >= 0.0) | (reach <= ROUNDING * abs(bound)))
+    outside = np.isnan(margin) | (margin + reach < -last_bits)
+    return np.asarray(np.where(inside, 1, np.where(outside, -1, 0)))
+
+
+def uncertainty(quantity: Quantity, where: Where) -> float:
+    """How far the truth may be off what `where` picks, in the unit of the quantity.
+
+    The error estimate, what a place between two samples adds, and of a statistic as many standard
+    errors as a comparison of two results grants.
+    """
+    spread = 0.0 if quantity.standard_error is None else STANDARD_ERRORS * quantity.standard_error
+    return float(quantity.error_estimate) + curving(quantity, where) + spread
 
 
 def scalar(quantity: Quantity, where: Where) -> float | complex:

@@ -12,7 +12,7 @@ from vibecalc.errors import CaseError, NumericalFailure
 from vibecalc.pipeline.check_cache import check_again
 from vibecalc.pipeline.run import run_case
 from vibecalc.pipeline.stage_cache import StageCache
-from vibecalc.results.select import worst
+from vibecalc.results.select import Where, uncertainty, worst
 from vibecalc.study.sweep.place import NOT_COMPUTED, case_at
 from vibecalc.study.variables import period_of, shown_as
 from vibecalc.units import parse_quantity
@@ -20,7 +20,7 @@ from vibecalc.units import parse_quantity
 if TYPE_CHECKING:
     from vibecalc.case.load import LoadedCase
     from vibecalc.case.schema import Case
-    from vibecalc.results.record import Record
+    from vibecalc.results.record import Quantity, Record
 
 Side = Literal["max", "min"]
 
@@ -85,7 +85,10 @@ class Binding:
         return np.where(self.period > 0.0, way - period * np.round(way / period), way)
 
     def evaluate(self, variables: np.ndarray) -> tuple[float, np.ndarray]:
-        """Objective (to be made small) and dimensionless margins, kept where >= 0."""
+        """Objective (to be made small) and dimensionless margins, kept where >= 0.
+
+        They are those of the whole interval of a value and its error, as verdicts are.
+        """
         record = self.results(variables, self._wanted)
         return self._objective(record, self.goal), self._all_margins(record)
 
@@ -124,8 +127,14 @@ class Binding:
             allowed = parse_quantity(str(bound), quantity.unit)
             value, _ = worst(quantity, limit.where, side)
             self._note_accuracy(record, limit.quantity, value)
-            margins.append(sign * (allowed - value) / (abs(allowed) or 1.0))
+            reach = self._reach(quantity, limit.where, value)
+            margins.append((sign * (allowed - value) - reach) / (abs(allowed) or 1.0))
         return margins
+
+    def _reach(self, quantity: "Quantity", where: Where, value: float) -> float:
+        """How far the truth may lie beyond a value that a limit holds."""
+        zero = quantity.estimate.is_zero(value)
+        return 0.0 if zero or not np.isfinite(value) else uncertainty(quantity, where)
 
     def words(self, variables: np.ndarray) -> str:
         """The variables by name, in the units that the case gives their bounds in."""
@@ -153,7 +162,8 @@ class Binding:
                     continue
                 value, label = worst(quantity, limit.where, "max" if side == "max" else "min")
                 allowed = parse_quantity(str(bound), quantity.unit)
-                if value > allowed if side == "max" else value < allowed:
+                left = allowed - value if side == "max" else value - allowed
+                if left < self._reach(quantity, limit.where, value):
                     said.append(
                         f"{limit.quantity}{f' at {label}' if label else ''} is "
                         f"{shown_as(value, quantity.unit, bound)}, {most} "

@@ -7,6 +7,7 @@ import numpy as np
 
 from vibecalc.results.record import Axis, Quantity, Record
 from vibecalc.study.optimise_paths import ROOT, optimisation_entries
+from vibecalc.units import parse_quantity
 
 if TYPE_CHECKING:
     from vibecalc.case.schema import Case
@@ -15,6 +16,8 @@ if TYPE_CHECKING:
 
 #: name below `optimisation/` -> value and absolute error
 Numbers = dict[str, tuple[Any, float]]
+#: names of shares of a bound, which are what is left of 1
+SHARES = ("margin",)
 
 
 def add_numbers(
@@ -22,8 +25,14 @@ def add_numbers(
 ) -> None:
     """Add one quantity for each name; units, words and axes come from the catalogue."""
     entries = optimisation_entries(case)
+    study = case.optimisation
+    spans = {f"variable/{one.key}": one for one in (study.variables if study else ())}
     for name, (value, error) in numbers.items():
         entry = entries[f"{ROOT}/{name}"]
+        terms = 1.0 if name in SHARES else 0.0
+        if name in spans:
+            ends = (spans[name].lower, spans[name].upper)
+            terms = max(abs(parse_quantity(str(end), entry.unit)) for end in ends)
         record.add(
             Quantity(
                 path=entry.path,
@@ -33,6 +42,7 @@ def add_numbers(
                 axes=tuple(Axis(name=axis, values=axes[axis]) for axis in entry.axes),
                 amplitude=entry.amplitude,
                 error_estimate=error,
+                terms=terms,
             )
         )
 

@@ -80,7 +80,7 @@ def run_tuning(scene: Scene, options: Tuning, parts: AbsorberParts) -> None:
     far = weight_error(system, transfer_of(*pair), found.frequency, found.weight, doubt)
     scene.emit(f"{ROOT}/active/weight", found.weight, far + _PLACE, axes)
     # zero at the exact optimum, so that all of it is error
-    scene.emit(f"{ROOT}/certificate", found.residual, found.residual + _PLACE)
+    scene.emit(f"{ROOT}/certificate", found.residual, found.residual + _PLACE, terms=1.0)
     scene.emit(f"{ROOT}/evaluations", found.evaluations)
     if options.mistuning:
         _emit_mistuning(scene, options, system, found.peak, doubt)

@@ -181,7 +181,7 @@ def _emit_proof(scene: Scene, options: Tuning, tuned: Absorber, doubt: Doubt) ->
     if options.kind == "free":
         # zero at the exact optimum, so that all of it is error
         residual = float(proof.residual)
-        scene.emit(f"{ROOT}/certificate", residual, residual + _PLACE)
+        scene.emit(f"{ROOT}/certificate", residual, residual + _PLACE, terms=1.0)
         verdict = VERDICTS[int(proof.verdict)]
         if verdict == "not_optimal":
             raise NumericalFailure(

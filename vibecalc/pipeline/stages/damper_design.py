@@ -114,7 +114,7 @@ def _emit_proof(scene: Scene, asked: Asked, found: Design) -> None:
     names = {"design_value": ("inertia", "stiffness", "damping")}
     scene.emit(f"{ROOT}pull", found.bound_weight, found.bound_error, names)
     # zero at an optimum: all of it is error
-    scene.emit(f"{ROOT}certificate", found.residual, found.residual)
+    scene.emit(f"{ROOT}certificate", found.residual, found.residual, terms=1.0)
     scene.emit(f"{ROOT}curvature", found.curvature, found.curvature_error)
     axes = {"basin": np.arange(1, len(found.basin) + 1)}
     square = asked.ratio**2

@@ -83,7 +83,8 @@ def _emit_energy(scene: Scene, exact: Ensemble, axes: dict[str, np.ndarray]) -> 
     _emit(scene, "dissipated", mean_over_runs(exact.dissipated), error, axes)
     residual = np.max(exact.residual, axis=(1, 2))
     # of rounding only the size means something
-    scene.emit("response/impact/energy_residual", residual, residual + 64.0 * EPSILON, axes)
+    path = "response/impact/energy_residual"
+    scene.emit(path, residual, residual + 64.0 * EPSILON, axes, terms=1.0)
 
 
 def _emit_parting(

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from vibecalc.excitation.sums import size_of_terms
 from vibecalc.isolation.readout import Readout
 from vibecalc.isolation.rows import HarmonicsAt
 from vibecalc.numerics.cycle_peak import cycle_peak, vector_cycle_peak
@@ -73,24 +74,38 @@ def isolation_of(scene: Scene) -> "Isolation":
     return scene.case.isolation
 
 
-def peak_with_tail(harmonics: WithError, forcing: Forcing) -> tuple[np.ndarray, np.ndarray]:
-    """Peak over the cycle (...) of kept orders, and its error with the dropped ones in it."""
+class CyclePeak(NamedTuple):
+    """Peak over the cycle (...) of kept orders, its error with the dropped ones in it, its terms.
+
+    Without the dropped orders the error is rounding, which tells the size of the terms.
+    """
+
+    value: np.ndarray
+    error: np.ndarray
+    terms: float
+
+
+def peak_with_tail(harmonics: WithError, forcing: Forcing) -> CyclePeak:
+    """Peaks of harmonics (..., orders)."""
     kept = forcing.kept
     peak = cycle_peak(harmonics.value[..., :kept], forcing.orders[:kept])
-    return peak.value, peak.error + _left_out(harmonics, forcing)
+    rounding, dropped = _left_out(harmonics, forcing)
+    rounding = peak.error + rounding
+    return CyclePeak(peak.value, rounding + dropped, size_of_terms(rounding))
 
 
 def emit_peak(scene: Scene, path: str, harmonics: WithError, forcing: Forcing) -> None:
     """Emit a peak over the cycle, unless nobody wants it."""
     if scene.wants(path):
-        scene.emit(path, *peak_with_tail(harmonics, forcing))
+        peak = peak_with_tail(harmonics, forcing)
+        scene.emit(path, peak.value, peak.error, terms=peak.terms)
 
 
-def _left_out(harmonics: WithError, forcing: Forcing) -> np.ndarray:
+def _left_out(harmonics: WithError, forcing: Forcing) -> tuple[np.ndarray, np.ndarray]:
+    """Rounding of the kept orders and size of the dropped ones, summed."""
     kept = forcing.kept
-    rounding = harmonics.error[..., :kept].sum(-1)
-    total: np.ndarray = rounding + forcing.tail * np.abs(harmonics.value[..., kept:]).sum(-1)
-    return total
+    dropped: np.ndarray = forcing.tail * np.abs(harmonics.value[..., kept:]).sum(-1)
+    return harmonics.error[..., :kept].sum(-1), dropped
 
 
 def emit_static(
@@ -130,6 +145,7 @@ def emit_support_motion(
             harmonics.value[..., :kept],
             harmonics.error[..., :kept],
             axes,
+            terms=size_of_terms(harmonics.error[..., :kept]),
         )
     rows = {}
     if scene.wants(*HEIGHTS):
@@ -142,29 +158,32 @@ def emit_support_motion(
     peaks = _peaks_together(rows, forcing)
     if scene.wants(LARGEST):
         largest = peaks["force"] if "force" in peaks else _vector_peak(force, forcing)
-        scene.emit(LARGEST, *largest, {"mount": names})
+        scene.emit(LARGEST, largest.value, largest.error, {"mount": names}, terms=largest.terms)
     if scene.wants(*HEIGHTS):
-        height, error = peaks["height"]
+        height, error, terms = peaks["height"]
         total = np.abs(sag.value) + height
         mounts = {"mount": names}
-        scene.emit(HEIGHTS[0], height, error, mounts)
+        scene.emit(HEIGHTS[0], height, error, mounts, terms=terms)
         scene.emit(HEIGHTS[1], total, sag.error + error + EPSILON * total, mounts)
 
 
-def _peaks_together(
-    rows: dict[str, WithError], forcing: Forcing
-) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """Peaks and errors (mounts,) of rows (mounts, orders): in one call, which costs as one does."""
+def _peaks_together(rows: dict[str, WithError], forcing: Forcing) -> dict[str, CyclePeak]:
+    """Peaks (mounts,) of rows (mounts, orders): in one call, which costs as one does."""
     if not rows:
         return {}
     stacked = WithError._make(np.stack(part) for part in zip(*rows.values(), strict=True))
-    peak, error = peak_with_tail(stacked, forcing)
-    return {name: (peak[i], error[i]) for i, name in enumerate(rows)}
+    peaks = peak_with_tail(stacked, forcing)
+    return {
+        name: CyclePeak(peaks.value[i], peaks.error[i], peaks.terms) for i, name in enumerate(rows)
+    }
 
 
-def _vector_peak(force: WithError, forcing: Forcing) -> tuple[np.ndarray, np.ndarray]:
-    """Largest length (mounts,) of force vectors (mounts, directions, orders), and its error."""
+def _vector_peak(force: WithError, forcing: Forcing) -> CyclePeak:
+    """Largest length (mounts,) of force vectors (mounts, directions, orders)."""
     kept = forcing.kept
     peak = vector_cycle_peak(force.value[..., :kept], forcing.orders[:kept])
-    left_out = np.sqrt(np.square(_left_out(force, forcing)).sum(-1))
-    return peak.value, peak.error + left_out
+    rounding, dropped = _left_out(force, forcing)
+    whole = peak.error + np.linalg.norm(rounding + dropped, axis=-1)
+    return CyclePeak(
+        peak.value, whole, size_of_terms(peak.error + np.linalg.norm(rounding, axis=-1))
+    )

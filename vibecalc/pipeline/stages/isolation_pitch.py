@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from vibecalc.excitation.sums import about_point, at_speed
+from vibecalc.excitation.sums import about_point, at_speed, size_of_terms
 from vibecalc.isolation import pitch as model
 from vibecalc.isolation.left_out import with_left_out
 from vibecalc.isolation.pitch_resonance import pitch_resonances
@@ -69,7 +69,9 @@ def run(scene: Scene) -> None:
         scene.emit("isolation/pitch/transmissibility", passing.value, passing.error, axes)
     if scene.wants("isolation/pitch/transmissibility_curve"):
         _emit_curve(scene, pitch, float(frequency[kept - 1]))
-    scene.emit("isolation/pitch/angle_harmonics", angle.value[:kept], angle.error[:kept], axes)
+    rounding = angle.error[:kept]
+    terms = size_of_terms(rounding)
+    scene.emit("isolation/pitch/angle_harmonics", angle.value[:kept], rounding, axes, terms=terms)
     emit_peak(scene, "isolation/pitch/angle_peak", angle, forcing)
     if scene.wants(*LEVER_FORCES):
         through = model.transmitted_couple(pitch, angle, frequency)
@@ -141,6 +143,7 @@ def _emit_lever_force(
             force.value[:kept],
             force.error[:kept],
             {"order": forcing.orders[:kept]},
+            terms=size_of_terms(force.error[:kept]),
         )
         emit_peak(scene, f"isolation/lever_force/{name}_peak", force, forcing)
 
@@ -161,12 +164,13 @@ def _emit_supports(
     emit_static(scene, parts.names, static.sag, static.sag_error, static.share, static.share_error)
     if scene.wants("isolation/support_force/rigid_peak"):
         share = np.abs(model.support_share(parts.position, parts.stiffness))
-        still, spread = peak_with_tail(torque, forcing)
+        still, spread, terms = peak_with_tail(torque, forcing)
         scene.emit(
             "isolation/support_force/rigid_peak",
             share * still,
             share * (spread + 8.0 * EPSILON * still),
             {"mount": parts.names},
+            terms=share * terms,
         )
     displacement = model.support_displacement(angle, parts.position)
     force = model.support_force(

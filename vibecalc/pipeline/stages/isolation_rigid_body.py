@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from vibecalc.excitation.sums import Excitation, as_loads, at_speed
+from vibecalc.excitation.sums import Excitation, as_loads, at_speed, size_of_terms
 from vibecalc.isolation.body_readout import mount_readout
 from vibecalc.isolation.body_rows import body_rows
 from vibecalc.isolation.freedoms import all_six, held, restricted
@@ -130,6 +130,7 @@ def _emit_motion(scene: Scene, forcing: Forcing, motion: WithError) -> None:
             motion.value[:kept, part],
             motion.error[:kept, part],
             axes,
+            terms=size_of_terms(motion.error[:kept, part]),
         )
 
 

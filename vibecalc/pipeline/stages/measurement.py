@@ -107,7 +107,7 @@ def _emit_fit(scene: Scene, found: list[Found], axes: dict[str, np.ndarray]) -> 
     scene.emit("measurement/fit/decided", decided, 0.0, axes)
     misfit = np.array([one.misfit for one in found])
     error = np.array([one.misfit_error for one in found])
-    scene.emit("measurement/fit/misfit", misfit, error, axes)
+    scene.emit("measurement/fit/misfit", misfit, error, axes, terms=1.0)
 
 
 def _stacked(each: list[WithError]) -> WithError:

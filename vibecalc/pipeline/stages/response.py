@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from vibecalc.excitation.sums import as_loads, at_speed
+from vibecalc.excitation.sums import as_loads, at_speed, size_of_terms
 from vibecalc.numerics.cycle_peak import cycle_peak
 from vibecalc.numerics.rounding import DATA_ROUNDINGS, EPSILON, WithError
 from vibecalc.pipeline.scene import Scene
@@ -183,12 +183,14 @@ def _emit_with_peak(
 ) -> None:
     kept, orders = forcing.kept, forcing.orders[: forcing.kept]
     axes = {"order": orders, "direction": DIRECTIONS}
-    scene.emit(f"{stem}{suffix}", rows.value[:kept], rows.error[:kept], axes)
+    rounding = rows.error[:kept]
+    scene.emit(f"{stem}{suffix}", rows.value[:kept], rounding, axes, terms=size_of_terms(rounding))
     if not scene.wants(f"{stem}_peak"):
         return
     peak = cycle_peak(rows.value[:kept].T, orders)
-    spread = rows.error[:kept].sum(0) + forcing.tail * np.abs(rows.value[kept:]).sum(0)
-    scene.emit(f"{stem}_peak", peak.value, peak.error + spread, axes)
+    rounding = peak.error + rounding.sum(0)
+    error = rounding + forcing.tail * np.abs(rows.value[kept:]).sum(0)
+    scene.emit(f"{stem}_peak", peak.value, error, axes, terms=size_of_terms(rounding))
 
 
 def _emit_energies(

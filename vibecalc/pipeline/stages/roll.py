@@ -145,7 +145,7 @@ def _emit_numbers(scene: Scene, looks: Looks) -> None:
         error = apart + number.error + (_ROUNDING + leak) * number.size
         if name in _ZERO:
             error = max(error, abs(number.value))
-        scene.emit(f"{ROOT}/{name}", number.value, error)
+        scene.emit(f"{ROOT}/{name}", number.value, error, terms=number.size)
 
 
 def _emit_course(scene: Scene, parts: RollParts, looks: Looks) -> None:

@@ -6,6 +6,7 @@ and gas and motor are inner forces. Both can be balanced to nothing, and the she
 
 import numpy as np
 
+from vibecalc.excitation.sums import size_of_terms
 from vibecalc.numerics.cycle_peak import cycle_peak
 from vibecalc.pipeline.entries.roll import SHAKING
 from vibecalc.pipeline.scene import Scene
@@ -33,11 +34,19 @@ def emit_shaking(scene: Scene, seen: Seen, finer: Seen, orders: int) -> None:
     ):
         off = square * error + doubt * np.abs(value)
         axes = {"order": numbers[:orders], "direction": DIRECTIONS}
-        scene.emit(f"{SHAKING}/{name}", square * value[:orders], off[:orders], axes)
+        rounding = square * error
+        scene.emit(
+            f"{SHAKING}/{name}",
+            square * value[:orders],
+            off[:orders],
+            axes,
+            terms=size_of_terms(rounding[:orders]),
+        )
         peak = cycle_peak(square * value[:kept].T, numbers)
         spread = off[:kept].sum(0) + motion.tail * square * np.abs(value[kept:]).sum(0)
         axes = {"direction": DIRECTIONS}
-        scene.emit(f"{SHAKING}/{name}_peak", peak.value, peak.error + spread, axes)
+        terms = size_of_terms(peak.error + rounding[:kept].sum(0))
+        scene.emit(f"{SHAKING}/{name}_peak", peak.value, peak.error + spread, axes, terms=terms)
     scene.cite(
         "d'Alembert sums of the crank train at the mean speed found",
         "forces and couples that constant speed and a fixed shell leave",

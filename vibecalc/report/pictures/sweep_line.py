@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibecalc.report.pictures.canvas import COLOURS, LIMIT, canvas
+from vibecalc.report.pictures.canvas import COLOURS, LIMIT, QUIET, canvas
 from vibecalc.report.pictures.scales import plain_ticks
 from vibecalc.report.pictures.sweep_labels import line_style, name_ends
 from vibecalc.report.pictures.sweep_parts import (
@@ -117,11 +117,26 @@ def _panel(axes: "Axes", sweep: SweepView, part: Plane, one: Shown, own: Sequenc
     axes.set_title(one.path + (f"\n{note}" if note else ""), fontsize=9.5)
     axes.set_ylabel(one.unit or textwrap.fill(sweep.kept[one.path].long_name, 36))
     _scale(axes, drawn, own, one)
+    _undecided(axes, x, one, own, numbers)
     resonances(axes, sweep, part)
     if separate is not None:
         if at_end:
             name_ends(axes, x, drawn, names)
         _here(axes, sweep, part)
+
+
+def _undecided(
+    axes: "Axes", x: np.ndarray, one: Shown, own: Sequence[Limit], numbers: np.ndarray
+) -> None:
+    """Error bars where they reach over a limit."""
+    for limit in own:
+        rows, columns = np.nonzero(~(limit.kept | limit.broken | np.isnan(limit.margin))[numbers])
+        if rows.size:
+            points = numbers[rows, columns]
+            value, error = (one.factor * part[points] for part in limit.worst[:2])
+            axes.errorbar(x[rows], value, error, fmt="none", ecolor=QUIET, capsize=3,
+                          label="error where it reaches over a limit: undecided")  # fmt: skip
+            return
 
 
 def _here(axes: "Axes", sweep: SweepView, part: Plane) -> None:
@@ -170,7 +185,7 @@ def _scale(axes: "Axes", drawn: np.ndarray, own: Sequence[Limit], one: Shown) ->
     far: list[tuple[Limit, float]] = []
 
     def broken(limit: Limit) -> bool:
-        return bool(np.any(limit.margin < 0.0))
+        return bool(np.any(np.isfinite(limit.margin) & ~limit.kept))
 
     for limit in own:
         bound = limit.bound * one.factor

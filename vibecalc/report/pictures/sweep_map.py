@@ -23,7 +23,7 @@ from vibecalc.report.pictures.sweep_parts import (
     panels,
     plane,
 )
-from vibecalc.report.sweep.limits import Limit, best, judge, keeping_all
+from vibecalc.report.sweep.limits import Limit, best, breaking_any, judge, keeping_all
 from vibecalc.report.sweep.nearest import case_values
 from vibecalc.report.sweep.view import SweepView
 
@@ -35,7 +35,7 @@ _MOST = 5
 _LEVELS = 14
 #: axes from which on filled contours say more than cells
 _SMOOTH = 9
-_KEPT, _BROKEN = "#cfe8cf", "#f4d9dc"
+_BROKEN, _UNDECIDED, _KEPT = "#f4d9dc", "#f2e6b8", "#cfe8cf"
 
 
 def picture(sweep: SweepView) -> "Figure | None":
@@ -159,20 +159,28 @@ def _line_words(limit: Limit, hatch: bool) -> str:
 
 
 def _region(axes: "Axes", sweep: SweepView, part: Plane, limits: Sequence[Limit]) -> None:
-    """Green where all limits are kept; a line for each limit."""
+    """Green where all limits are kept, red where one is broken, yellow where that is undecided.
+
+    A line for each limit.
+    """
     from matplotlib.colors import ListedColormap
 
     x, y = (along(sweep.grid[i]) for i in part.axes)
     kept = keeping_all(sweep, limits)[part.points].T
+    broken = breaking_any(sweep, limits)[part.points].T
     done = sweep.done[part.points].T
-    shown = np.ma.masked_where(~done, kept.astype(float))
-    colours = ListedColormap([_BROKEN, _KEPT])
-    axes.pcolormesh(x, y, shown, shading="nearest", cmap=colours, vmin=0.0, vmax=1.0)
+    state = 1.0 + kept - broken
+    colours = ListedColormap([_BROKEN, _UNDECIDED, _KEPT])
+    shown = np.ma.masked_where(~done, state)
+    axes.pcolormesh(x, y, shown, shading="nearest", cmap=colours, vmin=0.0, vmax=2.0)
+    title = "limits: all are kept where it is green"
+    if np.any(done & (state == 1.0)):
+        title += ",\nundecided where it is yellow: the error reaches over a limit"
     for i, limit in enumerate(limits):
         values = limit.worst.values[part.points].T
         colour = COLOURS[i % len(COLOURS)]
         _boundary(axes, x, y, values, limit, limit.bound, colour, hatch=False)
-    axes.set_title("limits: all are kept where it is green", fontsize=9.5)
+    axes.set_title(title, fontsize=9.5)
 
 
 def _points(axes: "Axes", sweep: SweepView, part: Plane, marks: Sequence[Mark]) -> None:

@@ -111,8 +111,9 @@ def _histogram(axes: "Axes", sweep: SweepView, one: Shown, own: Sequence[Limit])
 def _limit(axes: "Axes", sweep: SweepView, one: Shown, limit: Limit) -> str:
     bound = limit.bound * one.factor
     counted = sweep.independent & sweep.done
-    broken = int(np.count_nonzero(counted & ~limit.kept))
-    share = 100.0 * broken / max(int(np.count_nonzero(counted)), 1)
+    many = max(int(np.count_nonzero(counted)), 1)
+    broken, kept = (int(np.count_nonzero(counted & one)) for one in (limit.broken, limit.kept))
+    share, open_ = 100.0 * broken / many, 100.0 * (many - broken - kept) / many
     left, right = axes.get_xlim()
     reach = 0.6 * (right - left)
     if left - reach <= bound <= right + reach and not (bound <= 0.0 and axes.get_xscale() == "log"):
@@ -121,7 +122,8 @@ def _limit(axes: "Axes", sweep: SweepView, one: Shown, limit: Limit) -> str:
         ends = (bound, right) if limit.side == "max" else (left, bound)
         axes.axvspan(*ends, zorder=0.5, **hatch_style())
         axes.set_xlim(left, right)
-    return f"{limit_words(limit)}: broken by {share:.3g} %"
+    words = f", undecided by {open_:.3g} %" if open_ else ""
+    return f"{limit_words(limit)}: broken by {share:.3g} %{words}"
 
 
 def _bars(axes: "Axes", sweep: SweepView, one: Shown) -> None:

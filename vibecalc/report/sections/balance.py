@@ -101,7 +101,7 @@ def _entry(record: Record, path: str) -> Quantity | None:
 def _doubt(quantity: Quantity) -> float:
     """What prints as 0: a search leaves the last digits of an angle open, which no table wants."""
     largest = float(np.max(np.abs(quantity.values), initial=0.0))
-    return max(quantity.error_estimate, _NOTHING * largest)
+    return float(max(quantity.error_estimate, _NOTHING * largest))
 
 
 def _angle(entries: list[float]) -> float:

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from vibecalc.pipeline.tolerance import UNRESOLVED
 from vibecalc.report.lookup import START, magnitudes
 from vibecalc.report.numbers import show, show_error
 from vibecalc.report.sections.section import Section
@@ -125,7 +126,9 @@ def _ratio(quantity: Quantity) -> float:
     if quantity.error_estimate == 0.0 or np.isinf(largest):
         return 0.0
     # Where all cancels the estimate is all there is; that is no loss of accuracy.
-    return quantity.error_estimate / largest if largest > quantity.error_estimate else 0.0
+    if quantity.estimate.is_zero(largest):
+        return 0.0
+    return float(quantity.error_estimate) / largest if largest else float("inf")
 
 
 def _shown_ratio(quantity: Quantity) -> str:
@@ -133,5 +136,5 @@ def _shown_ratio(quantity: Quantity) -> str:
     if np.isinf(largest):
         return "unbounded"
     if quantity.error_estimate and largest <= quantity.error_estimate:
-        return "zero"
+        return "zero" if quantity.estimate.is_zero(largest) else UNRESOLVED
     return show_error(_ratio(quantity))

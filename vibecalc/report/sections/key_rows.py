@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from vibecalc.pipeline.tolerance import UNRESOLVED
 from vibecalc.report.levels import decibels
 from vibecalc.report.lookup import START, labels, magnitudes, scalar_of
 from vibecalc.report.numbers import also, hertz, rpm, show
@@ -200,7 +201,7 @@ def _is_line(quantity: Quantity) -> bool:
 
 
 def _worst_row(record: Record, quantity: Quantity) -> list[str]:
-    values, error = magnitudes(quantity), quantity.error_estimate
+    values, error = magnitudes(quantity), quantity.estimate
     at = int(np.argmax(values))
     if quantity.path.endswith("frequency"):
         # a free shaft line turns as a whole at exactly zero
@@ -209,7 +210,9 @@ def _worst_row(record: Record, quantity: Quantity) -> list[str]:
     value = float(values.flat[at])
     words = [quantity.amplitude or "", also(quantity.path, value, quantity.unit, error)]
     shown = show(value, error)
-    if shown != "0":
+    if error.unresolved(value):
+        words.append(UNRESOLVED)
+    if not error.is_zero(value):
         words.append(select(quantity, {}).labels[at] + _speed(record, quantity, at))
     return [quantity.path, shown, quantity.unit, "  ".join(word for word in words if word)]
 

@@ -3,6 +3,7 @@
 from collections.abc import Iterable
 from typing import NamedTuple
 
+from vibecalc.pipeline.tolerance import UNRESOLVED
 from vibecalc.report.lookup import magnitudes
 from vibecalc.report.numbers import also, show
 from vibecalc.report.tables import Column, number, table
@@ -25,9 +26,11 @@ def scalar_rows(quantities: Iterable[Quantity], prefix: str = "") -> list[list[s
     rows = []
     for quantity in quantities:
         value = magnitudes(quantity)[()]
-        error = quantity.error_estimate
+        error = quantity.estimate
         kind = f"{quantity.amplitude}  " if quantity.amplitude else ""
         twin = also(quantity.path, float(value), quantity.unit, error)
+        if error.unresolved(float(value)):
+            twin = UNRESOLVED + (f", {twin}" if twin else "")
         name = quantity.path.removeprefix(prefix)
         rows.append([name, show(value, error), quantity.unit, kind + twin])
     return rows

@@ -3,10 +3,12 @@
 import math
 from collections.abc import Sequence
 
-from vibecalc.report.limits import LimitRow
+from vibecalc.pipeline.tolerance import UNRESOLVED
+from vibecalc.report.limits import BROKEN, KEPT, UNDECIDED, LimitRow
 from vibecalc.report.numbers import DIGITS, show, show_percent
 from vibecalc.report.references import KNOWN, MEASURED, OUTSIDE, WITHIN, ReferenceRow
 from vibecalc.report.tables import Column, fold, number, paragraph, table
+from vibecalc.results.record import Estimate
 from vibecalc.units import convert
 
 _LIMITS = (
@@ -51,7 +53,7 @@ def limits(rows: Sequence[LimitRow]) -> list[str]:
                 _name(_LIMITS, row.quantity, row.at, entry, source),
                 "\n".join(bounds),
                 show(row.computed, row.error_estimate),
-                show(row.margin, row.error_estimate),
+                margin(row),
                 row.unit,
                 limit_verdict(row),
             ]
@@ -59,11 +61,19 @@ def limits(rows: Sequence[LimitRow]) -> list[str]:
     return table(_LIMITS, cells) if cells else []
 
 
+def margin(row: LimitRow) -> str:
+    """What is left to the bound, with its error where that leaves the verdict open."""
+    open_ = row.state == UNDECIDED
+    return show(row.margin, row.error_estimate if open_ else float(row.error_estimate))
+
+
 def limit_verdict(row: LimitRow) -> str:
-    """`kept` or `BROKEN`, or whether an expected break came."""
-    if row.expect == "kept":
-        return "kept" if row.kept else "BROKEN"
-    return "KEPT, not broken as expected" if row.kept else "broken, as expected"
+    """`kept`, `BROKEN` or `UNDECIDED`, or whether an expected break came."""
+    if row.expect == KEPT:
+        return row.state if row.satisfied else row.state.upper()
+    if row.satisfied:
+        return "broken, as expected"
+    return f"{row.state.upper()}, not broken as expected"
 
 
 def references(rows: Sequence[ReferenceRow], most: int | None = None) -> list[str]:
@@ -76,7 +86,7 @@ def references(rows: Sequence[ReferenceRow], most: int | None = None) -> list[st
     cells: list[list[str]] = []
     notes = known_notes(shown)
     for row in shown:
-        verdict = row.verdict.upper() if row.verdict == OUTSIDE else row.verdict
+        verdict = row.verdict.upper() if row.verdict in (OUTSIDE, UNRESOLVED) else row.verdict
         if row.verdict == KNOWN:
             verdict = f"known [{notes.index(_note(row)) + 1}]"
         cells.append(
@@ -117,6 +127,8 @@ def computed(row: ReferenceRow) -> str:
     if row.unit == "dB" and row.computed == -math.inf:
         return "zero"
     error = row.error_estimate
+    if not row.resolved:
+        return show(row.computed, Estimate(error, 0.0))
     if row.value:
         error = min(error, abs(row.value) / _COMPARABLE)
     return _fit(row.computed, error, _REFERENCES[2].width)
@@ -143,10 +155,10 @@ def conclusion(references: Sequence[ReferenceRow], limits: Sequence[LimitRow]) -
     clauses = []
     missed = [row for row in limits if not row.satisfied]
     if limits:
-        kept = sum(row.kept for row in limits)
+        kept = sum(row.state == KEPT for row in limits)
         verb = "is" if 1 in (kept, len(limits)) else "are"
         clause = f"{kept} of {_many(len(limits), 'limit')} {verb} kept"
-        broken = [row for row in limits if not row.kept]
+        broken = [row for row in limits if row.state == BROKEN]
         if broken:
             first = min(broken, key=lambda row: row.margin)
             where = f" at {first.label}" if first.label else ""
@@ -156,6 +168,9 @@ def conclusion(references: Sequence[ReferenceRow], limits: Sequence[LimitRow]) -
             )
             if not missed:
                 clause += ", as the case expects"
+        for row in (row for row in limits if row.state == UNDECIDED):
+            where = f" at {row.label}" if row.label else ""
+            clause += f"; {row.quantity}{where} is undecided: {row.decided_by} would decide it"
         clauses.append(clause)
     counted = [row for row in references if row.within is not None]
     if counted:

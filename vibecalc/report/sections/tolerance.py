@@ -1,5 +1,6 @@
 """The tolerance of a run: how much of it was reached, and what each stage took for that."""
 
+from vibecalc.pipeline.tolerance import UNRESOLVED
 from vibecalc.pipeline.tolerance_summary import ToleranceSummary, summarised
 from vibecalc.report.lookup import table_of
 from vibecalc.report.numbers import show_error
@@ -18,7 +19,7 @@ def tolerance(result: Result) -> Section | None:
     rows = [("asked for", f"rtol = {found.rtol:g} of the largest magnitude of each result")]
     rows.append(("reached by", f"{found.met} of {found.held} results"))
     if found.worst:
-        rows.append(("the worst", f"{found.worst}, {show_error(found.share)}"))
+        rows.append(("the worst", f"{found.worst}, {_share(found.share)}"))
     rows += [("not held to it", f"{count}: {words}") for words, count in found.exempt]
     return Section("Tolerance", pairs(rows, 16), frozenset())
 
@@ -28,8 +29,12 @@ def tolerance_line(result: Result) -> str:
     found = _summary(result)
     if found is None:
         return ""
-    worst = f", the worst has {show_error(found.share)}" if found.worst else ""
+    worst = f", the worst {_share(found.share, 'has ', 'is ')}" if found.worst else ""
     return f"rtol = {found.rtol:g} reached by {found.met} of {found.held} results{worst}"
+
+
+def _share(share: float, has: str = "", is_: str = "") -> str:
+    return f"{is_}{UNRESOLVED}" if share >= 1.0 else f"{has}{show_error(share)}"
 
 
 def stage_times(result: Result) -> list[str]:

@@ -108,7 +108,8 @@ def outcome_object(
                 limit.side: limit.bound,
                 "unit": limit.unit,
                 "kept": int(np.count_nonzero(limit.kept & sweep.done)),
-                "broken": int(np.count_nonzero(~limit.kept & sweep.done)),
+                "broken": int(np.count_nonzero(limit.broken)),
+                "undecided": int(np.count_nonzero(sweep.done & ~limit.kept & ~limit.broken)),
             }
             for limit in limits
         ],

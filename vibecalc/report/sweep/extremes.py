@@ -88,8 +88,7 @@ def _rows(sweep: SweepView, path: str, counted: Worst, name: str) -> list[list[s
 
 
 def _value(counted: Worst, point: int) -> str:
-    error = counted.errors[point]
-    return show(counted.values[point], float(error) if np.isfinite(error) else 0.0)
+    return show(counted.values[point], counted.estimate(point))
 
 
 def _place(sweep: SweepView, counted: Worst, point: int, name: str) -> str:

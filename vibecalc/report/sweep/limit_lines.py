@@ -1,12 +1,19 @@
 """Where a sweep keeps the limits of its case: shares, nearest points, and the region in words."""
 
-import math
 from collections.abc import Sequence
 
 import numpy as np
 
+from vibecalc.pipeline.tolerance import remedy
 from vibecalc.report.numbers import show
-from vibecalc.report.sweep.limits import Limit, best, goal, keeping_all, least_broken
+from vibecalc.report.sweep.limits import (
+    Limit,
+    best,
+    breaking_any,
+    goal,
+    keeping_all,
+    least_broken,
+)
 from vibecalc.report.sweep.nearest import case_values, nearest, ranges
 from vibecalc.report.sweep.view import SweepView
 from vibecalc.report.tables import Column, fold, number, paragraph, table
@@ -48,7 +55,17 @@ def kept_share(sweep: SweepView, limits: Sequence[Limit]) -> str:
     which = {1: "the limit is", 2: "both limits are"}.get(
         len(limits), f"all {len(limits)} limits are"
     )
-    return f"{which} kept at {_of(kept, computed)} computed points"
+    open_ = sweep.done & ~keeping_all(sweep, limits) & ~breaking_any(sweep, limits)
+    undecided = int(np.count_nonzero(open_ & sweep.independent))
+    words = f", undecided at {undecided}: {_decided_by(sweep, limits)}" if undecided else ""
+    return f"{which} kept at {_of(kept, computed)} computed points{words}"
+
+
+def _decided_by(sweep: SweepView, limits: Sequence[Limit]) -> str:
+    """What would decide the limits that the error of a point reaches over."""
+    open_ = [one for one in limits if np.any(sweep.done & ~one.kept & ~one.broken)]
+    said = dict.fromkeys(remedy(sweep.kept[one.quantity], sweep.case) for one in open_)
+    return f"{' and '.join(said)} would decide it"
 
 
 def _row(sweep: SweepView, limit: Limit) -> list[str]:
@@ -64,7 +81,10 @@ def _row(sweep: SweepView, limit: Limit) -> list[str]:
         where = sweep.words_of(near).replace(", ", "\n")
     else:
         where = "-" if kept else "none"
-    return [name, f"{limit.side} {limit.shown}", _of(kept, computed).replace(" (", "\n("), where]
+    share = _of(kept, computed).replace(" (", "\n(")
+    open_ = int(np.count_nonzero(counted & ~limit.kept & ~limit.broken))
+    share += f"\n{open_} undecided" if open_ else ""
+    return [name, f"{limit.side} {limit.shown}", share, where]
 
 
 def _of(count: int, total: int) -> str:
@@ -122,10 +142,9 @@ def _best(sweep: SweepView, limits: Sequence[Limit]) -> str:
     if found is None or first is None:
         return ""
     point, limit = found
-    value, error = limit.worst.values[point], limit.worst.errors[point]
     sense = "smallest" if limit.side == "max" else "largest"
     label = limit.worst.label(point)
-    shown = show(value, float(error) if math.isfinite(error) else 0.0)
+    shown = show(limit.worst.values[point], limit.worst.estimate(point))
     return (
         f"best: {sweep.words_of(point)} has the {sense} {limit.quantity} of these points, "
         f"{shown} {limit.unit}".rstrip()

@@ -9,14 +9,16 @@ import numpy as np
 from vibecalc.report.printed import read_printed
 from vibecalc.report.sweep.view import SweepView
 from vibecalc.report.sweep.worst import Side, Worst, numeric, worst
+from vibecalc.results.select import STANDARD_ERRORS, held
 from vibecalc.units import convert
 
 
 class Limit(NamedTuple):
     """One side of a `[[limit]]` at all points, (points,) each; bound and margin are in SI.
 
-    `margin` is positive inside, NaN where nothing was computed; `kept` allows for the error of
-    the computed value. `shown` is the bound as written, with its unit.
+    `margin` is positive inside, NaN where nothing was computed. `kept` says where the whole
+    interval of the value and its error lies inside, `broken` where it lies outside. `shown` is the
+    bound as written, with its unit.
     """
 
     quantity: str
@@ -29,6 +31,7 @@ class Limit(NamedTuple):
     worst: Worst
     margin: np.ndarray
     kept: np.ndarray
+    broken: np.ndarray
 
 
 def judge(sweep: SweepView) -> tuple[list[Limit], list[str]]:
@@ -52,6 +55,14 @@ def keeping_all(sweep: SweepView, limits: Sequence[Limit]) -> np.ndarray:
     for limit in limits:
         kept &= limit.kept
     return kept
+
+
+def breaking_any(sweep: SweepView, limits: Sequence[Limit]) -> np.ndarray:
+    """Which points are computed and break a limit, (points,); the rest is kept or undecided."""
+    broken = np.zeros_like(sweep.done)
+    for limit in limits:
+        broken |= limit.broken
+    return broken
 
 
 def best(sweep: SweepView, limits: Sequence[Limit]) -> tuple[int, Limit] | None:
@@ -105,8 +116,8 @@ def _judge(sweep: SweepView, row: Mapping[str, Any], path: str, side: Side) -> L
     counted = worst(sweep, path, where, side)
     with np.errstate(invalid="ignore"):
         margin = bound - counted.values if side == "max" else counted.values - bound
-        slack = np.where(np.isfinite(counted.errors), counted.errors, 0.0)
-        kept = sweep.done & (margin >= -slack)
+        spread = 0.0 if counted.spread is None else STANDARD_ERRORS * counted.spread
+        state = held(margin, counted.errors + spread, bound)
     return Limit(
         quantity=path,
         where=where,
@@ -117,5 +128,6 @@ def _judge(sweep: SweepView, row: Mapping[str, Any], path: str, side: Side) -> L
         unit=unit,
         worst=counted,
         margin=margin,
-        kept=np.asarray(kept),
+        kept=np.asarray(sweep.done & (state > 0)),
+        broken=np.asarray(sweep.done & (state < 0)),
     )

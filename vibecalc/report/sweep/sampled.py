@@ -1,5 +1,7 @@
 """Statistics of a sampling: mean, quantiles, and the share of the variance each key brings."""
 
+from typing import Any
+
 import numpy as np
 
 from vibecalc.errors import NumericalFailure
@@ -7,6 +9,7 @@ from vibecalc.report.numbers import show, show_error
 from vibecalc.report.sweep.view import SweepView
 from vibecalc.report.sweep.worst import Worst, numeric, worst
 from vibecalc.report.tables import Column, number, paragraph, table
+from vibecalc.results.record import Estimate
 from vibecalc.study.sweep.indices import Indices, sobol_indices
 from vibecalc.study.sweep.statistics import LEVELS, Statistic, mean, quantiles
 
@@ -40,8 +43,13 @@ def statistic_lines(sweep: SweepView) -> list[str]:
             notes.append(f"{path}: {found}")
             continue
         centre, ranks = found
-        cells = [show(float(value), float(error), _DIGITS) for value, error in _pairs(ranks)]
-        middle = show(float(centre.value), float(centre.error), _DIGITS)
+        terms = counted.estimate(0).terms
+
+        def shown(value: Any, error: Any, terms: float = terms) -> str:
+            return show(float(value), Estimate(float(error), terms), _DIGITS)
+
+        cells = [shown(value, error) for value, error in _pairs(ranks)]
+        middle = shown(centre.value, centre.error)
         rows.append([name, middle, show_error(float(centre.standard_error)), *cells])
     lines = table(_STATISTICS, rows) if rows else []
     if rows:

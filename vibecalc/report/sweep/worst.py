@@ -6,7 +6,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 
 from vibecalc.report.sweep.view import SweepView
-from vibecalc.results.record import Quantity
+from vibecalc.results.record import Estimate, Quantity
 from vibecalc.results.select import select
 
 Side = Literal["max", "min"]
@@ -24,6 +24,12 @@ class Worst(NamedTuple):
     spread: np.ndarray | None
     entry: np.ndarray
     labels: tuple[str, ...]
+
+    def estimate(self, point: int) -> Estimate:
+        """The error at a point; the largest value of all points stands for its terms."""
+        size = np.abs(self.values)
+        largest = float(np.max(size, initial=0.0, where=np.isfinite(size)))
+        return Estimate(float(self.errors[point]), largest)
 
     def label(self, point: int) -> str:
         """Name of the entry that counts at a point, empty for a single number."""

@@ -115,7 +115,7 @@ def _emit_ratios(scene: Scene, setup: Setup, natural: LineModes) -> None:
         size = np.where(found.frequency > 0.0, found.frequency, 1.0)
         error = np.where(found.frequency > 0.0, found.pole_error / size, 0.0)
     axes = {"mode": np.arange(1, len(ratio) + 1)}
-    scene.emit(path, ratio, error + 8.0 * EPSILON * np.abs(ratio), axes)
+    scene.emit(path, ratio, error + 8.0 * EPSILON * np.abs(ratio), axes, terms=1.0)
 
 
 def _ends(line: Line) -> FloatArray:
