@@ -22,10 +22,10 @@ def as_json(
 
     `result` is the path of the result file. `quantities` has the scalars, a complex one as its
     magnitude, and the barred ranges of a shaft line, with `full` all arrays: `value` as lists along
-    the `axes`, of what is complex `real` and `imaginary`. What is zero to rounding of its terms is 0; what is no larger than its
-    `error` for another reason is not `resolved`. What is undefined is None, and so is what is
-    infinite, since JSON has no word for it; an infinite limit entry still says `kept: false`. An
-    undecided one has `kept: null` and says what would decide it.
+    the `axes`, of what is complex `real` and `imaginary`. What is zero to rounding of its terms is
+    0; what is no larger than its `error` for another reason is not `resolved`. What is undefined is
+    None, and so is what is infinite, since JSON has no word for it; an infinite limit entry still
+    says `kept: false`. An undecided one has `kept: null` and says what would decide it.
     """
     return {
         "case": result.name,
