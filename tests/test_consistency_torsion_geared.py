@@ -114,14 +114,29 @@ def test_frequencies_of_the_v8() -> None:
     inertia = np.array([float(one["inertia"].split()[0]) for one in parts])
     link = [(place, place + 1) for place in range(len(line["shafts"]))] + [(0, len(parts) - 1)]
     matrix = np.zeros((len(parts), len(parts)))
+    loss = np.zeros_like(matrix)
+    braked = [float(one.get("absolute_damping", "0").split()[0]) for one in parts]
     for ends, one in zip(link, [*line["shafts"], *line["dampers"]], strict=True):
         value, unit = one["stiffness"].split()
-        matrix[np.ix_(ends, ends)] += float(value) * scale[unit] * np.array([[1, -1], [-1, 1]])
+        part = float(value) * scale[unit] * np.array([[1, -1], [-1, 1]])
+        matrix[np.ix_(ends, ends)] += part
+        loss[np.ix_(ends, ends)] += one.get("loss_factor", 0.0) * part
     root = np.sqrt(inertia)
     square = np.linalg.eigvalsh(matrix / np.outer(root, root))
     printed = stated("engine_v8.toml")
     for mode in range(2, len(parts) + 1):
-        assert shows(printed["modes/natural_frequency", str(mode)], math.sqrt(square[mode - 1]))
+        own = math.sqrt(square[mode - 1])
+        assert shows(printed["modes/undamped_frequency", str(mode)], own)
+        # loss factors as dashpots of the frequency that comes of them
+        for _ in range(30):
+            sides = -np.hstack([matrix, np.diag(braked) + loss / own]) / inertia[:, None]
+            poles = np.linalg.eigvals(np.vstack([np.eye(*sides.shape, len(parts)), sides]))
+            poles = poles[poles.imag > 1.0]
+            pole = poles[np.argmin(np.abs(np.abs(poles) - own))]
+            own = float(np.abs(pole))
+        assert shows(printed["modes/natural_frequency", str(mode)], own)
+        ratio = printed.get(("modes/damping_ratio", str(mode)))
+        assert ratio is None or shows(ratio, -float(pole.real) / own)
 
 
 def test_run_up_stated_in_the_case() -> None:
