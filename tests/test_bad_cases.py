@@ -67,7 +67,7 @@ EXPECTED: dict[str, tuple[str, tuple[str, ...]]] = {
     "reference_not_a_number": ("30:1", ("value: not a number", "found 'ninety N'")),
     "variable_misspelt": ("31:5", ("no key 'stifness'; did you mean 'stiffness'?",)),
     "variable_not_a_number": ("31:5", ("only keys below machine", "not a continuous number")),
-    "variable_without_start": ("31:5", ("machine.mounts.each has no key 'loss_factor'",)),
+    "variable_without_table": ("31:5", ("machine.body has no key 'inertia_block'",)),
     "variable_bounds": ("31:44", ("lower < upper", "must not have", "found '5 kg', a mass")),
     "variable_twice": ("32:5", ("two variables change machine.mounts.each.damping",)),
     "mass_matrix_and_mass": ("20:1", ("mass and mass_matrix exclude each other",)),

@@ -229,7 +229,9 @@ def same(one: Record | str, other: Record | str) -> bool:
 @pytest.mark.parametrize("name", sorted(CASES))
 def test_no_change_of_any_key_is_overlooked(name: str) -> None:
     ran, used = overlooked(name)
-    assert ran > 5 and used > 0
+    assert ran > 5
+    # a case of one stage can use it again only where a key changes nothing
+    assert used > 0 or len(plan_case(case_of(name))) == 1
 
 
 @pytest.mark.parametrize("name", QUICK)

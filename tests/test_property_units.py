@@ -93,6 +93,15 @@ def test_any_text_gives_a_finite_number_or_a_unit_error(text: str, unit: str) ->
         ("1 N/(m/s)", "N*s/m", 1.0),
         ("2 kg*m²", "kg*m^2", 2.0),
         ("50 %", "", 0.5),
+        ("61 MNm/rad", "N*m/rad", 61e6),
+        ("3 Nms/rad", "N*m*s/rad", 3.0),
+        ("3 kNm s/rad", "N*m*s/rad", 3e3),
+        ("7 Ns/m", "N*s/m", 7.0),
+        ("5 kgm2", "kg*m^2", 5.0),
+        ("5 kgm²", "kg*m^2", 5.0),
+        ("2 kgcm^2", "kg*m^2", 2e-4),
+        ("2 gmm", "kg*m", 2e-6),
+        ("5 Nmm", "N*m", 5e-3),
     ],
 )
 def test_units_of_engineers(text: str, unit: str, value: float) -> None:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from vibecalc.cli_accuracy import accuracy
-from vibecalc.cli_sweep import merge, sweep
+from vibecalc.cli_sweep import Json, Quiet, Settings, Unset, merge, sweep
 from vibecalc.errors import EXIT_DIFFERS, EXIT_FINE, NumericalFailure, UsageError, VibecalcError
 from vibecalc.report.help_page import Command, Group
 
@@ -30,13 +30,7 @@ app = typer.Typer(
 
 Cases = Annotated[list[Path], typer.Argument(metavar="CASE", help="Case files (TOML).")]
 Results = Annotated[list[Path], typer.Argument(metavar="RESULT", help="Result files (HDF5).")]
-Settings = Annotated[
-    list[str] | None,
-    typer.Option("--set", metavar="KEY=VALUE", help="Change a key, the value read as TOML."),
-]
-Json = Annotated[bool, typer.Option("--json", help="Print JSON on stdout and nothing else.")]
 Full = Annotated[bool, typer.Option("--full", help="With --json: print the arrays, too.")]
-Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print no summary.")]
 Output = Annotated[
     Path | None, typer.Option("--output", "-o", help="New file to write, instead of stdout.")
 ]
@@ -71,6 +65,7 @@ def run(
         typer.Option("--output", "-o", help="File, or folder when it exists or ends with '/'."),
     ] = None,
     settings: Settings = None,
+    unset: Unset = None,
     json: Json = False,
     full: Full = False,
     quiet: Quiet = False,
@@ -78,7 +73,7 @@ def run(
     """Run cases: write outputs/<case>.h5 and outputs/<case>.txt and print a summary."""
     from vibecalc.report.files import result_paths, write_outputs
 
-    loaded = _load(cases, settings)
+    loaded = _load(cases, settings, unset)
     names = [case.name for case in loaded]
     paths = dict(zip(names, result_paths(names, output), strict=True))
     objects: list[dict[str, Any]] = []
@@ -103,11 +98,11 @@ def run(
 
 
 @app.command(cls=Command)
-def check(cases: Cases, settings: Settings = None, json: Json = False) -> None:
+def check(cases: Cases, settings: Settings = None, unset: Unset = None, json: Json = False) -> None:
     """Validate cases and show what a run would do and why. Nothing is computed."""
     from vibecalc.study.check_rows import check_rows
 
-    plans = [(case, *check_rows(case.case)) for case in _load(cases, settings)]
+    plans = [(case, *check_rows(case.case)) for case in _load(cases, settings, unset)]
     if json:
         from vibecalc.report.plan import plan_object
 
@@ -120,13 +115,19 @@ def check(cases: Cases, settings: Settings = None, json: Json = False) -> None:
 
 
 @app.command(cls=Command)
-def verify(cases: Cases, settings: Settings = None, json: Json = False, full: Full = False) -> None:
+def verify(
+    cases: Cases,
+    settings: Settings = None,
+    unset: Unset = None,
+    json: Json = False,
+    full: Full = False,
+) -> None:
     """Run cases, exit 1 if a counted reference or limit is missed or undecided; no files."""
     from vibecalc.report.references import counted_misses
 
     objects: list[dict[str, Any]] = []
     misses: list[int] = []
-    loaded = _load(cases, settings)
+    loaded = _load(cases, settings, unset)
 
     def verify_one(case: "LoadedCase") -> str:
         result = _execute(case, json)
@@ -241,10 +242,10 @@ def schema(output: Output = None) -> None:
     _write_text(json.dumps(json_schema(), indent=2) + "\n", output)
 
 
-def _load(paths: list[Path], settings: list[str] | None) -> "list[LoadedCase]":
+def _load(paths: list[Path], *changes: list[str] | None) -> "list[LoadedCase]":
     from vibecalc.study.load import load_checked
 
-    return load_checked(paths, settings or ())
+    return load_checked(paths, *(change or () for change in changes))
 
 
 def _for_each(

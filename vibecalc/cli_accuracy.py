@@ -34,6 +34,9 @@ def accuracy(
         list[str] | None,
         typer.Option("--set", metavar="KEY=VALUE", help="Change a key, the value read as TOML."),
     ] = None,
+    unset: Annotated[
+        list[str] | None, typer.Option(metavar="KEY", help="Take a key out of the case.")
+    ] = None,
     json: Annotated[
         bool, typer.Option("--json", help="Print JSON on stdout and nothing else.")
     ] = False,
@@ -51,7 +54,7 @@ def accuracy(
     from vibecalc.accuracy.run import Asked, measure_case
     from vibecalc.study.load import load_checked
 
-    (loaded,) = load_checked([case], settings or ())
+    (loaded,) = load_checked([case], settings or (), unset or ())
     path = output or Path("outputs") / f"{loaded.name}.accuracy.h5"
     asked = Asked(
         stages=stage or (),

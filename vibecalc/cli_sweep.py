@@ -20,6 +20,7 @@ Settings = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="KEY=VALUE", help="Change a key, the value read as TOML."),
 ]
+Unset = Annotated[list[str] | None, typer.Option(metavar="KEY", help="Take a key out of the case.")]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON on stdout and nothing else.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print no summary.")]
 
@@ -69,6 +70,7 @@ def sweep(
         bool, typer.Option("--dry-run", help="Say what would be done, and how long it takes.")
     ] = False,
     settings: Settings = None,
+    unset: Unset = None,
     json: Json = False,
     quiet: Quiet = False,
 ) -> None:
@@ -82,7 +84,7 @@ def sweep(
     if timeout is not None and not (math.isfinite(timeout) and timeout > 0.0):
         raise UsageError(f"--timeout needs a number of seconds above 0, found {timeout:g}")
     asked = sweep_settings(grid or (), zipped or (), sample, keep or ())
-    (loaded,) = load_checked([case], [*(settings or ()), *asked])
+    (loaded,) = load_checked([case], [*(settings or ()), *asked], unset or ())
     options = Options(
         output=_output(output, loaded.name, part),
         jobs=jobs,

@@ -22,6 +22,8 @@ _SHIFTED = {*_CELSIUS, "celsius", "degF", "°F", "fahrenheit"}
 
 _NUMBER_AND_UNIT = re.compile(r"([+-]?(?:\d[\d_]*\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)\Z", re.S)
 _FACTOR = re.compile(r"([^\W\d]\w*?|%)(?:(?:\^|\*\*)?([+-]?\d))?\Z")
+#: products written together, as in MNm/rad, kgm2, Nms/rad
+_TOGETHER = re.compile(r"(?<!\w)(?:([kMGm]?N)(mm|cm|m)?(s)?|(kg|g)(mm|cm|m))(?=\W|[\d²³]|\Z)")
 _SPELLINGS = str.maketrans({"−": "-", "·": "*", "×": "*", "²": "^2", "³": "^3"})
 _OTHER_NAMES = ("ft", "oz", "kgf", "t", "um", "km", "min", "turn", "kHz",
                 "millimeter", "millimetre", "meter", "metre", "inch", "gram", "kilogram",
@@ -116,6 +118,7 @@ def _means_no_number(text: str) -> bool:
 @functools.lru_cache(maxsize=512)
 def _factor(found: str, wanted: str) -> float:
     """Return what a number in unit `found` is multiplied with to be in unit `wanted`."""
+    found = _apart(found)
     if {found, wanted} & _SHIFTED:
         raise _shifted(found if found in _SHIFTED else wanted)
     if found in TABLE and wanted in TABLE:
@@ -137,6 +140,12 @@ def _factor(found: str, wanted: str) -> float:
     raise _mismatch(words[0] if words else f"a value in {'*'.join(terms)}", found, wanted)
 
 
+def _apart(unit: str) -> str:
+    """A unit with signs between all its factors, which engineers leave out: "kN*m" for "kNm"."""
+    apart = _TOGETHER.sub(lambda match: "*".join(part for part in match.groups() if part), unit)
+    return re.sub(r"\b(m|mm|cm|s)([2-9])(?!\d)", r"\1^\2", apart) if apart != unit else unit
+
+
 def _shifted(name: str) -> UnitError:
     hint = "20 degC are 293.15 K"
     return UnitError("a scale with a zero of its own", found=name, allowed="degC or K", hint=hint)
@@ -155,7 +164,7 @@ def _read_unit(unit: str) -> tuple[float, dict[str, float]]:
     The expression is taken apart here, since pint's own parser would also evaluate 9^9^9^9.
     """
     factor, dimension = 1.0, dict[str, float]()
-    tidy = unit.translate(_SPELLINGS).replace("**", "^").replace("°", " deg ").strip()
+    tidy = _apart(unit).translate(_SPELLINGS).replace("**", "^").replace("°", " deg ").strip()
     tidy = re.sub(r"\s*([*/^()])\s*", r"\1", tidy)
     signs, sign, operand_next = [1], 1, True
     for token in re.findall(r"[()*/]|\s+|[^()*/\s]+", tidy):

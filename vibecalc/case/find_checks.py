@@ -1,5 +1,6 @@
 """Checks of [[find]]: names, keys of this case, bounds, and one thing that is wanted."""
 
+import math
 import re
 from collections.abc import Generator, Iterator
 from typing import Any
@@ -73,6 +74,12 @@ def _keys(data: Data, row: Data, path: KeyPath) -> Iterator[Problem]:
     """Problems of key, bounds, and of the keys that follow it."""
     key, also = row.get("key"), row.get("also")
     found = yield from _number(data, key, (*path, "key"))
+    if found is not None and math.isnan(found[1]) and also:
+        yield Problem(
+            path=(*path, "also"),
+            message=f"keys cannot change in the ratio of {key}, which the case leaves out",
+            hint=f"write {key} into the case",
+        )
     ratios: list[float] = []
     if found is not None:
         shape, written = found
@@ -85,7 +92,7 @@ def _keys(data: Data, row: Data, path: KeyPath) -> Iterator[Problem]:
                 found=f"{key} = 0",
                 also=(*path, "also"),
             )
-        elif written:
+        elif written and not math.isnan(written):
             ratios = [bound / written for bound in bounds if bound is not None]
     taken = [key]
     for position, other in enumerate(also if isinstance(also, list) else ()):
@@ -102,7 +109,7 @@ def _keys(data: Data, row: Data, path: KeyPath) -> Iterator[Problem]:
 def _number(
     data: Data, key: Any, place: KeyPath
 ) -> Generator[Problem, None, tuple[Shape, float] | None]:
-    """Yield the problems of a key; returns its shape and its value as written in SI."""
+    """Yield the problems of a key; returns its shape and its value in SI, nan if left out."""
     if not isinstance(key, str) or not key:
         return None
     try:
@@ -125,6 +132,8 @@ def _number(
             allowed=f"one of them, as {key}[0]",
         )
         return None
+    if written is None:
+        return shape, math.nan
     number = read_number(written, shape.unit or "")
     return None if number is None else (shape, number)
 

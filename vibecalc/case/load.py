@@ -50,9 +50,12 @@ class LoadedCase:
 
 
 def load_case(
-    path: str | Path, overrides: Sequence[str] = (), early: EarlyChecks | None = None
+    path: str | Path,
+    overrides: Sequence[str] = (),
+    early: EarlyChecks | None = None,
+    unset: Sequence[str] = (),
 ) -> LoadedCase:
-    """Read one case file, with `key=value` texts that replace or add keys.
+    """Read one case file, with `key=value` texts that replace or add keys; without those `unset`.
 
     Where the form is wrong, `early` may add what later floors already find wrong with the case as
     tomllib reads it, so that one message shows all.
@@ -63,7 +66,7 @@ def load_case(
     path = Path(path)
     text = _read_text(path)
     data = _parse(text, str(path))
-    overridden = apply_overrides(data, tuple(overrides))
+    overridden = apply_overrides(data, overrides, unset)
     files = attach_files(data, path.parent)
     try:
         case, origins = expand_references(validate(data, files))

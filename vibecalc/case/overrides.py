@@ -51,9 +51,19 @@ def parse_override(text: str) -> tuple[Overridden, Any]:
     return Overridden(path, _short(f"--set {text}")), _read_value(written.strip(), text)
 
 
-def apply_overrides(data: MutableMapping[str, Any], texts: Sequence[str]) -> tuple[Overridden, ...]:
-    """Set all keys in `data`, in the order given; a missing table is made. UsageError as above."""
+def apply_overrides(
+    data: MutableMapping[str, Any], texts: Sequence[str], unset: Sequence[str] = ()
+) -> tuple[Overridden, ...]:
+    """Take the keys `unset` out of `data`, then set the others, in the order given.
+
+    A missing table is made. UsageError as above, and for a key to take out that is not there.
+    """
     overrides = []
+    for key in unset:
+        path = parse_key(key.strip())
+        get_key(data, path)
+        del get_key(data, path[:-1])[path[-1]]
+        overrides.append(Overridden(path, _short(f"--unset {key}")))
     for text in texts:
         override, value = parse_override(text)
         set_key(data, override.path, value)
@@ -68,6 +78,15 @@ def get_key(data: Mapping[str, Any], key: str | KeyPath) -> Any:
     for position, part in enumerate(path):
         place = _step(place, part, path[:position], create=False)
     return place
+
+
+def number_at(data: Mapping[str, Any], key: str, otherwise: float) -> float:
+    """The number at a key of a resolved case, `otherwise` where the case leaves the key out."""
+    path = parse_key(key)
+    table = get_key(data, path[:-1])
+    if isinstance(table, dict) and path[-1] not in table:
+        return otherwise
+    return float(get_key(data, path))
 
 
 def set_key(data: MutableMapping[str, Any], key: str | KeyPath, value: Any) -> None:

@@ -97,7 +97,7 @@ def _tie(
 def changeable(data: dict[str, Any], key: str, tables: tuple[str, ...]) -> Shape:
     """Shape of a key of this case that a search may set; UsageError, with a hint, if it may not.
 
-    The key has to be a number below one of `tables`, and in the case or there by default.
+    The key has to be a number below one of `tables`; a key that may be left out need not be there.
     """
     target = parse_key(key)
     shape = _number_at(target, tables)
@@ -130,14 +130,14 @@ def _nearest(target: KeyPath) -> str:
 
 
 def _has_default(data: dict[str, Any], target: KeyPath) -> bool:
-    """Tell whether the table is written and the key, if absent, has a number by default."""
+    """Tell whether the table is written, so that its key may be left out: it need not be there."""
     last = target[-1]
     table = get_key(data, target[:-1])
     parent = shape_at(target[:-1])
     if isinstance(last, int) or not isinstance(table, dict) or parent is None:
         return False
     field = keys_of(parent.table).get(last) if parent.table else None
-    return field is not None and isinstance(field.default, float)
+    return field is not None and not field.is_required()
 
 
 def bound_problems(variable: dict[str, Any], path: KeyPath, shape: Shape) -> Iterator[Problem]:

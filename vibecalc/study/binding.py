@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from vibecalc.case.load import validate
-from vibecalc.case.overrides import field_unit, get_key
+from vibecalc.case.overrides import field_unit, number_at
 from vibecalc.case.tables import Limit, Objective
 from vibecalc.errors import CaseError, NumericalFailure
 from vibecalc.pipeline.check_cache import check_again
@@ -28,7 +28,8 @@ Side = Literal["max", "min"]
 class Binding:
     """Variables, objective and limits of one `[optimisation]` table on its case.
 
-    `lower`, `upper` and `first` (n,) are in SI, `first` the case as written; `period` (n,) is that
+    `lower`, `upper` and `first` (n,) are in SI, `first` the case as written (of a key that it
+    leaves out the middle of the bounds); `period` (n,) is that
     of angles, 0 of others. `accuracy` is the largest relative error estimate met in objective and
     limits.
     """
@@ -46,7 +47,13 @@ class Binding:
         self._written = tuple(variable.upper for variable in study.variables)
         self.lower = self._bounds([variable.lower for variable in study.variables])
         self.upper = self._bounds([variable.upper for variable in study.variables])
-        self.first = np.array([float(get_key(loaded.resolved, key)) for key in self.keys])
+        middle = (0.5 * (self.lower + self.upper)).tolist()
+        self.first = np.array(
+            [
+                number_at(loaded.resolved, key, where)
+                for key, where in zip(self.keys, middle, strict=True)
+            ]
+        )
         self.period = np.array([period_of(key, loaded.case.machine) for key in self.keys])
         self.ties = tuple(
             tuple(

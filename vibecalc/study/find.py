@@ -1,5 +1,6 @@
 """Solve for the changes that bring wanted results: what [[find]] in a case asks for."""
 
+import math
 import sys
 import time
 from collections.abc import Callable, Iterator
@@ -78,12 +79,14 @@ def _numbers(along: Along, choice: Choice) -> dict[str, tuple[Any, float]]:
     """Names below `find/<name>/` with value and absolute error."""
     (sample, error), others = choice.solution, choice.others
     numbers: dict[str, tuple[Any, float]] = {"value": (sample.key, error)}
-    if along.written != 0.0:
+    is_written = math.isfinite(along.written)
+    if is_written and along.written != 0.0:
         numbers["ratio"] = (sample.key / along.written, error / abs(along.written))
     numbers["reached"] = (sample.value, sample.error)
     if choice.level is not None:
         numbers["wanted"] = (choice.level.wanted, choice.level.doubt)
-    numbers["written"] = (along.written, 0.0)
+    if is_written:
+        numbers["written"] = (along.written, 0.0)
     numbers["others"] = (
         np.array([other.sample.key for other in others], dtype=float),
         max((other.error for other in others), default=0.0),

@@ -1,9 +1,10 @@
 """A case along one of its keys, as a function that a search can call."""
 
+import math
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from vibecalc.case.overrides import field_unit, get_key
+from vibecalc.case.overrides import field_unit, get_key, number_at
 from vibecalc.errors import NumericalFailure, ResultError
 from vibecalc.pipeline.run import run_case
 from vibecalc.pipeline.stage_cache import StageCache
@@ -31,9 +32,11 @@ class Along:
     ):
         self.search = search
         self.unit = field_unit(search.key)
-        self.written = float(get_key(resolved, search.key))
         self.lower = parse_quantity(search.lower, self.unit)
         self.upper = parse_quantity(search.upper, self.unit)
+        # nan of a key that the case leaves out; solutions are then ordered from the middle
+        self.written = number_at(resolved, search.key, math.nan)
+        self.near = number_at(resolved, search.key, 0.5 * (self.lower + self.upper))
         self._also = {key: float(get_key(resolved, key)) for key in search.also}
         self._resolved, self._cache, self._count = resolved, cache, count
 

@@ -36,7 +36,7 @@ def choose(along: Along, as_written: tuple[float, float], unit: str) -> Choice:
     """
     search = along.search
     course = Course(along.evaluate, along.lower, along.upper)
-    if math.isfinite(as_written[0]):
+    if math.isfinite(as_written[0]) and math.isfinite(along.written):
         course.know(along.written, *as_written)
     course.look(search.points)
     seen = [sample for stretch in course.stretches() for sample in stretch]
@@ -81,9 +81,9 @@ def _level(along: Along, as_written: tuple[float, float], unit: str) -> Level:
 
 
 def _distance(along: Along, sample: Sample) -> float:
-    if along.written > 0.0 and sample.key > 0.0:
-        return abs(math.log(sample.key / along.written))
-    return abs(sample.key - along.written)
+    if along.near > 0.0 and sample.key > 0.0:
+        return abs(math.log(sample.key / along.near))
+    return abs(sample.key - along.near)
 
 
 def _constant(seen: list[Sample]) -> bool:

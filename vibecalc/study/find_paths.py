@@ -1,10 +1,11 @@
 """Result paths that [[find]] adds to those of the stages, and its row of the plan."""
 
+import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from vibecalc.case.load import resolve
-from vibecalc.case.overrides import field_unit, get_key
+from vibecalc.case.overrides import field_unit, number_at
 from vibecalc.pipeline.entries.entry import Entry
 from vibecalc.pipeline.plan import planned_quantities
 
@@ -24,7 +25,7 @@ def find_entries(case: "Case") -> dict[str, Entry]:
     for search in case.find:
         goal = planned.get(search.quantity)
         unit, kind = (goal.unit, goal.amplitude) if goal else ("", None)
-        written = float(get_key(resolved, search.key))
+        written = number_at(resolved, search.key, math.nan)
         found |= {entry.path: entry for entry in _entries(search, written, unit, kind)}
     return found
 
@@ -32,12 +33,14 @@ def find_entries(case: "Case") -> dict[str, Entry]:
 def _entries(search: "Find", written: float, unit: str, kind: str | None) -> Iterator[Entry]:
     root, key, own = f"{ROOT}/{search.name}", search.key, field_unit(search.key)
     yield Entry(f"{root}/value", (), own, f"{key} that brings what is wanted")
-    if written != 0.0:
+    is_written = math.isfinite(written)
+    if is_written and written != 0.0:
         yield Entry(f"{root}/ratio", (), "", "that value over the one written")
     yield Entry(f"{root}/reached", (), unit, f"{search.quantity} there", kind)
     if search.seek is None:
         yield Entry(f"{root}/wanted", (), unit, f"{search.quantity} that is wanted", kind)
-    yield Entry(f"{root}/written", (), own, f"{key} as written")
+    if is_written:
+        yield Entry(f"{root}/written", (), own, f"{key} as written")
     yield Entry(f"{root}/others", ("solution",), own, f"further values of {key} between the bounds")
     yield Entry(
         f"{root}/others_reached", ("solution",), unit, f"{search.quantity} with these", kind

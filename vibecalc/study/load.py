@@ -12,14 +12,16 @@ if TYPE_CHECKING:
     from vibecalc.pipeline.entries.entry import Entry
 
 
-def load_checked(paths: Sequence[Path], settings: Sequence[str] = ()) -> list[LoadedCase]:
+def load_checked(
+    paths: Sequence[Path], settings: Sequence[str] = (), unset: Sequence[str] = ()
+) -> list[LoadedCase]:
     """Read every case, or raise one CaseError whose text shows all problems of all files."""
     loaded: list[LoadedCase] = []
     problems: list[Problem] = []
     texts: list[str] = []
     for path in paths:
         try:
-            case = load_case(path, settings, early_problems)
+            case = load_case(path, settings, early_problems, unset)
             raise_with_location(case, physics_problems(case))
             loaded.append(case)
         except CaseError as error:

@@ -5,7 +5,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from vibecalc.case.load import resolve
-from vibecalc.case.overrides import field_unit, get_key
+from vibecalc.case.overrides import field_unit, number_at
 from vibecalc.errors import Problem
 from vibecalc.pipeline.targets import check_targets
 from vibecalc.study.variables import period_of, shown_as
@@ -66,8 +66,8 @@ def _start(case: "Case") -> Iterator[Problem]:
     for position, variable in enumerate(study.variables):
         path = ("optimisation", "variables", position)
         unit = field_unit(variable.key)
-        written = float(get_key(resolved, variable.key))
         lower, upper = (parse_quantity(one, unit) for one in (variable.lower, variable.upper))
+        written = number_at(resolved, variable.key, 0.5 * (lower + upper))
         period = period_of(variable.key, case.machine)
         around = 0.0 < period <= (upper - lower) * (1.0 + _ROUNDING)
         slack = _ROUNDING * (upper - lower)
@@ -81,7 +81,8 @@ def _start(case: "Case") -> Iterator[Problem]:
             )
         for place, tie in enumerate(variable.follow):
             offset = 0.0 if tie.offset is None else parse_quantity(tie.offset, unit)
-            wanted, found = tie.factor * written + offset, float(get_key(resolved, tie.key))
+            wanted = tie.factor * written + offset
+            found = number_at(resolved, tie.key, wanted)
             off = found - wanted
             period = period_of(tie.key, case.machine)
             off -= period * round(off / period) if period else 0.0

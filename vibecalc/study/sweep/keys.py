@@ -1,4 +1,4 @@
-"""The keys a sweep may vary: numbers and choices of this case."""
+"""The keys a sweep may vary: numbers, choices and names of this case, written or left out."""
 
 import difflib
 from collections.abc import Iterator, Mapping
@@ -8,7 +8,10 @@ from vibecalc.case.overrides import get_key, key_text, parse_key
 from vibecalc.case.walk import Shape, keys_of, shape_at, words
 from vibecalc.errors import KeyPath, UsageError
 
-VARIED = ("machine", "kinematics", "excitation", "response", "isolation", "accuracy")
+VARIED = (
+    *("machine", "kinematics", "excitation", "response", "isolation", "measurement"),
+    *("tuning", "damper_design", "accuracy"),
+)
 _LISTED = 64  # entries of a list whose keys are offered as the nearest ones
 
 
@@ -24,14 +27,27 @@ def target(key: str, resolved: Mapping[str, Any]) -> tuple[KeyPath, Shape]:
         raise UsageError(f"a case has no key {key_text(path)}{_nearest(path, resolved)}")
     if path[0] not in VARIED:
         raise UsageError(f"only keys below {', '.join(VARIED)} can vary")
-    if shape.kind not in ("number", "whole", "choice"):
-        inside = list(_leaves(get_key(resolved, path), path))[:1]
-        hint = f"; a key in it is {inside[0]}" if inside else ""
+    if shape.kind not in ("number", "whole", "choice", "text"):
+        if shape.item is not None and shape.item.kind != "table":
+            hint = f"; a key in it is {key_text(path)}[0]"
+        else:
+            inside = list(_leaves(get_key(resolved, path), path))[:1]
+            hint = f"; a key in it is {inside[0]}" if inside else ""
         raise UsageError(f"{key_text(path)} is {words(shape)}, no number and no choice{hint}")
-    parent = get_key(resolved, path[:-1])
-    if isinstance(path[-1], int) or not isinstance(parent, dict):
+    if not _may_be_added(path, resolved):
         get_key(resolved, path)
     return path, shape
+
+
+def _may_be_added(path: KeyPath, resolved: Mapping[str, Any]) -> bool:
+    """Whether the table of a key is there, or the key is the next entry of a list in such a one."""
+    last = path[-1]
+    if isinstance(last, str):
+        return isinstance(get_key(resolved, path[:-1]), dict)
+    shape, table = shape_at(path[:-1]), get_key(resolved, path[:-2])
+    if shape is None or shape.kind != "list" or not isinstance(table, dict):
+        return False
+    return last == len(table.get(path[-2], ()))
 
 
 def label(path: KeyPath) -> str:

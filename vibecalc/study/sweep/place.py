@@ -30,7 +30,8 @@ def _replaced(place: Any, path: KeyPath, value: Any) -> Any:
         return value
     first, rest = path[0], path[1:]
     if isinstance(first, int):
-        entries = list(place)
-        entries[first] = _replaced(entries[first], rest, value)
+        entries = list(place)  # a list that the case leaves out begins as an empty table
+        old = entries[first] if first < len(entries) else {}
+        entries[first : first + 1] = [_replaced(old, rest, value)]
         return entries
     return {**place, first: _replaced(place.get(first, {}), rest, value)}

@@ -38,7 +38,7 @@ class Place(NamedTuple):
 
 def read_course(place: Place, sampled: bool, points: int | None) -> Course | None:
     """The values of one key; None if its table has problems. `points` stands in for absent ones."""
-    table, choice = place.table, place.shape.kind == "choice"
+    table, choice = place.table, place.shape.kind in ("choice", "text")
     ways = {
         "values": bool(table.values),
         "from": table.start is not None or table.stop is not None,
@@ -59,7 +59,7 @@ def read_course(place: Place, sampled: bool, points: int | None) -> Course | Non
             place.refuse(key, f"{key} belongs to from and to, not to {used[0]}")
             return None
     if choice and used != ["values"]:
-        place.refuse(used[0], f"{table.key} is a choice", allowed=words(place.shape))
+        place.refuse(used[0], f"{table.key} is a {place.shape.kind}", allowed=words(place.shape))
         return None
     if used == ["values"]:
         return _listed(place)
@@ -78,7 +78,7 @@ def _listed(place: Place) -> Listed | None:
             hint=f"a single value is --set {place.table.key}={values[0]}",
         )
         return None
-    if place.shape.kind == "choice":
+    if place.shape.kind in ("choice", "text"):
         return _choices(place)
     numbers = []
     for value in values:
@@ -91,7 +91,8 @@ def _listed(place: Place) -> Listed | None:
 
 def _choices(place: Place) -> Listed | None:
     allowed = place.shape.choices
-    wrong = [value for value in place.table.values if value not in allowed]
+    named = place.shape.kind == "text"
+    wrong = [value for value in place.table.values if value not in allowed and not named]
     if wrong:
         near = difflib.get_close_matches(str(wrong[0]), [str(one) for one in allowed], n=1)
         place.refuse(

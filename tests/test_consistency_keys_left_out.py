@@ -1,0 +1,98 @@
+"""Claim: a key that the case leaves out can be swept, optimised and searched like any other."""
+
+import numpy as np
+import pytest
+from shipped_cases import CASES
+
+from vibecalc.case.overrides import number_at
+from vibecalc.errors import CaseError
+from vibecalc.pipeline.run import run_case
+from vibecalc.results.sweep_layout import REFUSED
+from vibecalc.study.binding import Binding
+from vibecalc.study.execute import execute
+from vibecalc.study.load import load_checked
+from vibecalc.study.sweep.design import make_design
+from vibecalc.study.sweep.evaluate import Evaluator
+from vibecalc.study.sweep.from_options import sweep_settings
+
+MISFIRE, TORQUE = "response.torsion.misfire[0]", "response/torsion/torque_half_range"
+LINE = ("reference=[]", "reference_table=[]", "limit=[]")
+LOSS, FORCE = "machine.mounts.each.loss_factor", "isolation/support_force/steady_peak"
+DAMPING = "machine.mounts.each.damping"
+BOUNDS = "lower = 0.01, upper = 0.3"
+
+
+def test_a_misfire_in_a_sweep_is_that_of_single_runs() -> None:
+    """Neither the list nor its entry is in the case."""
+    asked = sweep_settings([f"{MISFIRE}=1,4"], (), None, (TORQUE,))
+    without = ("response.torsion.speeds",)
+    (loaded,) = load_checked([CASES["engine_damped"]], (*LINE, *asked), without)
+    assert loaded.case.sweep is not None
+    design = make_design(loaded.case.sweep, loaded.resolved)
+    block = Evaluator(loaded, design, (TORQUE,))(np.arange(2))
+    assert not block.status.any(), block.message
+    alone = []
+    for name in ("1", "4"):
+        settings = (*LINE, f'response.torsion.misfire=["{name}"]')
+        (single,) = load_checked([CASES["engine_damped"]], settings, without)
+        alone.append(run_case(single.case, wanted=frozenset({TORQUE}))[TORQUE].values)
+    assert np.array_equal(block.quantities[TORQUE].values, alone)
+    assert not np.array_equal(*alone)
+
+
+def test_a_name_that_no_cylinder_has_is_refused_at_its_point() -> None:
+    asked = sweep_settings([f"{MISFIRE}=nobody,7"], (), None, (TORQUE,))
+    without = ("response.torsion.speeds",)
+    (loaded,) = load_checked([CASES["engine_damped"]], (*LINE, *asked), without)
+    assert loaded.case.sweep is not None
+    design = make_design(loaded.case.sweep, loaded.resolved)
+    block = Evaluator(loaded, design, (TORQUE,))(np.arange(2))
+    assert list(block.status) == [REFUSED, REFUSED] and "nobody" in block.message[0]
+
+
+def test_the_optimiser_starts_in_the_middle_of_the_bounds() -> None:
+    study = (
+        f'optimisation={{objective={{quantity="{FORCE}"}}, variables=[{{key="{LOSS}", {BOUNDS}}}]}}'
+    )
+    (loaded,) = load_checked([CASES["generator"]], ("reference=[]", "limit=[]", study), (DAMPING,))
+    binding = Binding(loaded)
+    assert binding.first == pytest.approx([0.155])
+    value, _ = binding.evaluate(np.array([0.1]))
+    (single,) = load_checked([CASES["generator"]], (f"{LOSS}=0.1",), (DAMPING,))
+    assert value == run_case(single.case)[FORCE].values.max()
+
+
+def test_a_search_along_a_key_that_is_left_out() -> None:
+    """The loss factor that lets through a force between those of its bounds."""
+
+    def force(loss: float) -> float:
+        (loaded,) = load_checked([CASES["generator"]], (f"{LOSS}={loss}",), (DAMPING,))
+        return float(run_case(loaded.case, wanted=frozenset({FORCE}))[FORCE].values.max())
+
+    wanted = force(0.12)
+    search = f'find=[{{name="loss", key="{LOSS}", {BOUNDS}, quantity="{FORCE}", target={wanted}}}]'
+    settings = ("reference=[]", "limit=[]", search)
+    (loaded,) = load_checked([CASES["generator"]], settings, (DAMPING,))
+    record = execute(loaded).record
+    assert float(record["find/loss/value"].values) == pytest.approx(0.12, rel=1e-6)
+    assert "find/loss/written" not in record and "find/loss/ratio" not in record
+
+
+def test_a_key_taken_out_has_its_default_again() -> None:
+    settings = ("isolation.gravity=3.0", "reference=[]", "limit=[]")
+    plain, without = (
+        load_checked([CASES["generator"]], settings, unset)[0]
+        for unset in ((), ("isolation.run_up", DAMPING))
+    )
+    assert plain.case.isolation is not None and plain.case.isolation.run_up is not None
+    assert without.case.isolation is not None and without.case.isolation.run_up is None
+    assert number_at(without.resolved, "isolation.gravity", 0.0) == 3.0
+    assert number_at(without.resolved, DAMPING, 7.0) in (0.0, 7.0)
+    with pytest.raises(CaseError, match="no stiffness"):
+        load_checked([CASES["generator"]], (), ("machine.mounts.each.stiffness",))
+
+
+def test_an_empty_motor_lacks_its_keys() -> None:
+    with pytest.raises(CaseError) as refused:
+        load_checked([CASES["compressor_a"]], ("machine.motor={}",))
+    assert "rotor_diameter" in str(refused.value) and "machine.motor" in str(refused.value)
