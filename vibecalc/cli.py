@@ -296,6 +296,5 @@ def _write_text(text: str, output: Path | None) -> None:
     typer.echo(f"wrote {output}")
 
 
-app.command(cls=Command)(sweep)
-app.command(cls=Command)(merge)
-app.command(cls=Command)(accuracy)
+for command in (sweep, merge, accuracy):
+    app.command(cls=Command)(command)
