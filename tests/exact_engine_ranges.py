@@ -105,8 +105,12 @@ def _own_curves(reader: Reader, some: list[int], at: list[mpf]) -> Iterator[Trut
         healthy = state.drive.healthy(speed)[1]
         total = mpmath.fsum(s * healthy for s in state.drive.scale)
         one: dict[str, Any] = {"angle_half_range": angle, "torque_peak": peak, "mean_torque": total}
+        twist = state.sections(speed, "twist")
+        one["twist_peak"] = [
+            t.peak * abs(r) for t, r in zip(twist, line.section_ratio, strict=True)
+        ]
         if rings:
-            twist, heat = state.sections(speed, "twist"), section_heat(state, speed)
+            heat = section_heat(state, speed)
             one["heat"] = [heat[e] for e in rings]
             one["travel"] = [twist[e].peak * abs(line.section_ratio[e]) for e in rings]
         if line.parts.gears:

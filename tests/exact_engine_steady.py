@@ -233,6 +233,8 @@ def own_rows(reader: Reader) -> Iterator[Truth]:
     section = list(enumerate(line.section_ratio))
     twist = [[row[e] * r for row in found.twist] for e, r in section]
     yield f"{ROOT}twist", record[f"{ROOT}twist"].values, twist
+    peaks = [state.sum_of(row).peak for row in twist]
+    yield f"{ROOT}twist_peak", record[f"{ROOT}twist_peak"].values, peaks
     torque = [[row[e] / r for row in found.torque] for e, r in section]
     yield f"{ROOT}torque", record[f"{ROOT}torque"].values, torque
     yield from stress_rows(reader, torque)

@@ -73,6 +73,7 @@ STEADY = (
     entry(f"{ROOT}/angle_half_range", "station", "rad", "half range of all orders"),
     entry(f"{ROOT}/angle_peak", "station", "rad", "largest magnitude of all orders"),
     entry(f"{ROOT}/twist_half_range", "section", "rad", "half range of all orders"),
+    entry(f"{ROOT}/twist_peak", "section", "rad", "largest magnitude of all orders"),
     entry(f"{ROOT}/torque_half_range", "section", "N*m", "half range of all orders"),
     entry(f"{ROOT}/torque_peak", "section", "N*m", "largest magnitude, mean torque in it"),
     entry(f"{ROOT}/torque_bound", "section", "N*m", "sum of the magnitudes of all orders"),

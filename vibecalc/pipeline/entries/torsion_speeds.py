@@ -14,6 +14,7 @@ ENTRIES = (
           "0: the mode does not vibrate; infinite: no response peaks"),
     entry(f"{ROOT}/speeds/angle_half_range", "station speed", "rad", "half range of all orders"),
     entry(f"{ROOT}/speeds/twist_half_range", _CURVE, "rad", "half range of all orders"),
+    entry(f"{ROOT}/speeds/twist_peak", _CURVE, "rad", "largest magnitude of all orders"),
     entry(f"{ROOT}/speeds/torque_half_range", _CURVE, "N*m", "half range of all orders"),
     entry(f"{ROOT}/speeds/torque_peak", _CURVE, "N*m", "largest magnitude, mean torque in it"),
     entry(f"{ROOT}/speeds/stress_half_range", _CURVE, "Pa", "half range of all orders"),

@@ -146,6 +146,7 @@ def _curves(scene: Scene, setup: Setup, found: Range) -> None:
     scene.emit(f"{SPEEDS}/angle_half_range", angle.T, off, axes)
     twist, off = curves.twist * ratio, found.twist_error * ratio
     scene.emit(f"{SPEEDS}/twist_half_range", twist.T, off, axes)
+    scene.emit(f"{SPEEDS}/twist_peak", (curves.travel * ratio).T, off, axes)
     torque, off = curves.torque / ratio, found.torque_error / ratio
     scene.emit(f"{SPEEDS}/torque_half_range", torque.T, off, axes)
     stressed = np.flatnonzero(shaft.section_modulus)

@@ -69,6 +69,7 @@ def emit_steady(scene: Scene, setup: Setup) -> None:
     scene.emit(f"{ROOT}/twist", twist, twist_doubt, axes)
     turned = summed(order, twist, twist_doubt)
     scene.emit(f"{ROOT}/twist_half_range", turned.half_range, turned.error, axes)
+    scene.emit(f"{ROOT}/twist_peak", turned.peak, turned.error, axes)
     dampers = [one.element for one in shaft.dampers]
     if dampers:
         travel = turned.peak[dampers], turned.error[dampers]
