@@ -22,6 +22,7 @@ from find_samples import (
 )
 from fuzzing import command
 
+from vibecalc.pipeline.plan import needed_stages, plan_case
 from vibecalc.report.text import render_report
 from vibecalc.results.record import Record, Result
 from vibecalc.results.store import read_result
@@ -178,9 +179,38 @@ def test_the_same_numbers_in_any_order_and_twice(tmp_path: Path) -> None:
     other = row("rod", ROD, "61 mm", "2 m", RIGID, 'change = "-300 N"')
     first, second = run(tmp_path, one, other).record, run(tmp_path, other, one).record
     paths = [path for path in first if path.startswith("find/")]
-    assert len(paths) == 18
+    assert len([path for path in paths if "/machine/" not in path]) == 18
     for path in paths:
         assert first[path].values.tolist() == second[path].values.tolist()
+
+
+def test_the_machine_found_stands_beside_the_one_written(tmp_path: Path) -> None:
+    search = row("ten", STIFFNESS, "1 N/mm", "1 kN/mm", FREQUENCY, 'target = "10 Hz"')
+    record = run(tmp_path, search).record
+    found = float(record["find/ten/value"].values)
+    plain = execute(load_checked([tmp_path / "one.toml"], [f"{STIFFNESS}={found!r}"])[0]).record
+    machine = "find/ten/machine/"
+    paths = [path for path in record if path.startswith(machine)]
+    assert f"{machine}isolation/pitch/stiffness" in paths
+    for path in paths:
+        expected = plain[path.removeprefix(machine)]
+        assert record[path].unit == expected.unit
+        assert float(record[path].values) == pytest.approx(float(expected.values), rel=1e-12)
+
+
+def test_a_search_runs_the_stages_that_it_needs(tmp_path: Path) -> None:
+    path = tmp_path / "one.toml"
+    search = row("ten", STIFFNESS, "1 N/mm", "1 kN/mm", FREQUENCY, 'target = "10 Hz"')
+    path.write_text(HEAD + search, encoding="utf-8")
+    case = load_checked([path])[0].case
+
+    def needed(path: str) -> list[str]:
+        return [stage.stage for stage in needed_stages(case, frozenset({path}))]
+
+    assert needed_stages(case, None) == plan_case(case)
+    assert needed("excitation/force_peak") == ["kinematics", "excitation"]
+    assert needed(FREQUENCY) == ["kinematics", "excitation", "isolation"]
+    assert needed("isolation/lever_force/run_up_peak")[-1] == "run_up"
 
 
 def test_a_sweep_does_not_search(tmp_path: Path) -> None:

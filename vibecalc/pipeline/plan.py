@@ -31,6 +31,19 @@ def plan_case(case: "Case") -> tuple[StagePlan, ...]:
     return tuple(stage for make in _MAKERS for stage in make(case))
 
 
+def needed_stages(case: "Case", wanted: frozenset[str] | None) -> tuple[StagePlan, ...]:
+    """Of the stages of `case` those that bring what is wanted, None being all, in their order.
+
+    A stage that others read from is there with any later one, since it may be read by that.
+    """
+    needed: list[StagePlan] = []
+    for stage in reversed(plan_case(case)):
+        brings = wanted is None or not wanted.isdisjoint(stage.quantities)
+        if brings or (needed and not stage.is_last):
+            needed.append(stage)
+    return tuple(reversed(needed))
+
+
 def planned_quantities(case: "Case") -> dict[str, Entry]:
     """Every result path that a run of `case` will hold, with its catalogue entry."""
     return {path: CATALOGUE[path] for stage in plan_case(case) for path in stage.quantities}

@@ -2,6 +2,7 @@
 
 import importlib
 import time
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -9,7 +10,7 @@ import numpy as np
 from vibecalc.errors import NumericalFailure
 from vibecalc.machine.build import build_machine
 from vibecalc.machine.checks import machine_warnings
-from vibecalc.pipeline.plan import plan_case
+from vibecalc.pipeline.plan import needed_stages
 from vibecalc.pipeline.scene import Scene
 from vibecalc.pipeline.stage_cache import StageCache
 from vibecalc.pipeline.stage_plan import StagePlan
@@ -26,9 +27,10 @@ def run_case(
     timings: dict[str, float] | None = None,
     wanted: frozenset[str] | None = None,
     cache: StageCache | None = None,
+    tell: Callable[[str], None] | None = None,
 ) -> Record:
     """Run the stages that `case` asks for and keep their results; see `run_scene`."""
-    return run_scene(case, timings=timings, wanted=wanted, cache=cache).record
+    return run_scene(case, timings=timings, wanted=wanted, cache=cache, tell=tell).record
 
 
 def run_scene(
@@ -37,6 +39,7 @@ def run_scene(
     timings: dict[str, float] | None = None,
     wanted: frozenset[str] | None = None,
     cache: StageCache | None = None,
+    tell: Callable[[str], None] | None = None,
 ) -> Scene:
     """Run the stages that `case` asks for, with what they handed on to each other.
 
@@ -47,6 +50,7 @@ def run_scene(
     wanted : result paths to compute, for studies that run a case many times; None is all.
     cache : outcomes of stages of earlier runs, taken where nothing that a stage reads has changed;
         the results are the same to the last bit.
+    tell : called with the name of each stage as it begins.
 
     Raises
     ------
@@ -61,10 +65,10 @@ def run_scene(
         for warning in machine_warnings(case):
             scene.warn(warning)
     clock["machine"] = time.perf_counter() - started
-    for stage in plan_case(case):
-        if stage.is_last and not scene.wants(*stage.quantities):
-            continue
+    for stage in needed_stages(case, wanted):
         started = time.perf_counter()
+        if tell is not None:
+            tell(stage.stage)
         if cached is None:
             _run_stage(stage, scene)
         else:

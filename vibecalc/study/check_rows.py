@@ -3,17 +3,19 @@
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
-from vibecalc.pipeline.needs import Needs, StageNeeds, foreign, needs_of, own
+from vibecalc.pipeline.needs import Needs, StageNeeds, foreign, needs_of, own, work_seconds
 from vibecalc.pipeline.needs_imports import PACKAGE
 from vibecalc.pipeline.needs_lazy import modules_needed
 from vibecalc.pipeline.needs_units import FURTHER_RUN, LIBRARIES, UNITS
+from vibecalc.pipeline.plan import needed_stages
 
 if TYPE_CHECKING:
     from vibecalc.case.schema import Case
     from vibecalc.case.tables import Optimisation
 
-#: runs of one search, of one solution of a find, of one point of a front
-_SEARCH, _SOLUTION, _FRONT = 50, 15, 100
+#: runs of one search, of one solution of a find, of one point of a front, of weights solved for
+#: beside one for each variable
+_SEARCH, _SOLUTION, _FRONT, _SOLVED = 50, 15, 100, 5
 
 
 def check_rows(case: "Case") -> tuple[list[dict[str, Any]], dict[str, Any]]:
@@ -33,9 +35,16 @@ def check_rows(case: "Case") -> tuple[list[dict[str, Any]], dict[str, Any]]:
         "modules_of_every_run": list(needs.frame),
         "libraries": libraries,
         "text": f"in all about {rough(seconds)} and {rough_megabytes(needs.megabytes)}, on one "
-        "thread, within a factor of 3",
+        "thread, within a factor of 3" + _longer(case),
     }
     return rows, total
+
+
+def _longer(case: "Case") -> str:
+    """What no estimate can know: whether a search finds a way to keep the limits."""
+    if case.optimisation is None or not case.limit:
+        return ""
+    return "; some ten times that where the limits cannot all be kept"
 
 
 def rough(seconds: float) -> str:
@@ -90,25 +99,44 @@ def _modules(modules: tuple[str, ...], libraries: tuple[str, ...], more: tuple[s
 
 def _studies(case: "Case", needs: Needs) -> Iterator[dict[str, Any]]:
     """Rows of an optimisation and of searches, which run the stages many times."""
-    once = sum(stage.seconds for stage in needs.stages)
-    each = FURTHER_RUN[0] * once + FURTHER_RUN[1]
-    if case.optimisation is not None:
+    study = case.optimisation
+    if study is not None:
+        from vibecalc.study.balancing import balances
         from vibecalc.study.optimise_paths import describe_study
 
+        second = study.second_objective
+        wanted = {study.objective.quantity, *(limit.quantity for limit in case.limit)}
+        wanted |= set() if second is None else {second.quantity}
+        solved = balances(case)
+        runs = len(study.variables) + _SOLVED if solved and not case.limit else _runs(study)
+        seconds = runs * _each(case, needs, frozenset(wanted))
         root = f"{PACKAGE}.study.optimise"
-        yield _study(case, describe_study(case), root, _runs(case.optimisation), each)
+        yield _study(case, describe_study(case), root, runs, seconds)
     if case.find:
         from vibecalc.study.find_paths import describe_find
 
         runs = sum(search.points + _SOLUTION for search in case.find)
-        yield _study(case, describe_find(case), f"{PACKAGE}.study.find", runs, each)
+        seconds = sum(
+            (search.points + _SOLUTION) * _each(case, needs, frozenset({search.quantity}))
+            for search in case.find
+        )
+        yield _study(case, describe_find(case), f"{PACKAGE}.study.find", runs, seconds)
 
 
-def _study(case: "Case", row: dict[str, str], root: str, runs: int, each: float) -> dict[str, Any]:
+def _each(case: "Case", needs: Needs, wanted: frozenset[str]) -> float:
+    """Seconds of one further run for some results: of the stages that bring them, all imported."""
+    names = {stage.stage for stage in needed_stages(case, wanted)}
+    work = sum(work_seconds(stage.work) for stage in needs.stages if stage.plan.stage in names)
+    return FURTHER_RUN[0] * work + FURTHER_RUN[1]
+
+
+def _study(
+    case: "Case", row: dict[str, str], root: str, runs: int, running: float
+) -> dict[str, Any]:
     sure, perhaps = modules_needed(case, (root,))
     libraries = foreign(sure | perhaps)
     loaded = max((LIBRARIES[name][0] for name in libraries if name in LIBRARIES), default=0.0)
-    seconds = runs * each + loaded
+    seconds = running + loaded
     return row | {
         "modules": _modules(own(sure), foreign(sure), foreign(perhaps)),
         "cost": f"{row['cost']}\n{runs:,} runs; about {rough(seconds)}",

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from vibecalc import __version__
 from vibecalc.case.load import LoadedCase
 from vibecalc.results.record import Record, Result
+from vibecalc.study.progress import telling
 
 if TYPE_CHECKING:
     from vibecalc.case.schema import Case
@@ -22,13 +23,14 @@ SCIPY = ("fft", "integrate", "interpolate", "linalg", "optimize", "sparse", "spe
 def execute(loaded: LoadedCase, progress: bool = False) -> Result:
     """Run a case as it asks to be run.
 
-    `progress` shows a bar on stderr for long work, on a terminal only. Raises NumericalFailure.
+    `progress` says on stderr what long work is at, on a terminal only. Raises NumericalFailure.
     """
     timings: dict[str, float] = {}
     if loaded.case.optimisation is None:
         from vibecalc.pipeline.run import run_case
 
-        record = run_case(loaded.case, timings=timings)
+        with telling(progress) as tell:
+            record = run_case(loaded.case, timings=timings, tell=tell)
         if loaded.case.find:
             from vibecalc.study.find import add_found
 

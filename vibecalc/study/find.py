@@ -5,6 +5,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,12 +15,14 @@ from vibecalc.pipeline.stage_cache import StageCache
 from vibecalc.results.record import Axis, Method, Quantity, Record
 from vibecalc.study.find_along import Along
 from vibecalc.study.find_choice import Choice, choose
-from vibecalc.study.find_paths import ROOT, find_entries
+from vibecalc.study.find_paths import MACHINE, ROOT, find_entries, machine_paths
 from vibecalc.study.sweep.place import NOT_COMPUTED
 
 if TYPE_CHECKING:
     from vibecalc.case.load import LoadedCase
 
+#: of the way to the farther bound, for slopes at the key found
+_STEP = 1e-4
 _CITATION = "Brent, Algorithms for Minimization without Derivatives, 1973, ch. "
 
 
@@ -66,6 +69,7 @@ def add_found(
                     error_estimate=error,
                 )
             )
+        _add_machine(record, along, choice, machine_paths(loaded.case, along.search))
         record.warnings += [f"find {name!r}: {note}" for note in choice.notes]
     seeks = [along.search.seek is not None for along, _ in chosen]
     if not all(seeks):
@@ -73,6 +77,26 @@ def add_found(
     if any(seeks):
         record.methods.append(_method("minimisation", "extremes along a key", "5"))
     timings[ROOT] = time.perf_counter() - started
+
+
+def _add_machine(record: Record, along: Along, choice: Choice, paths: tuple[str, ...]) -> None:
+    """Results of the machine that was found, beside those of the case as written.
+
+    Their errors count that of the key, by the slope towards the farther bound.
+    """
+    root, wanted = f"{ROOT}/{along.search.name}/{MACHINE}", frozenset(paths)
+    key, error = choice.solution.sample.key, choice.solution.error
+    far = along.upper if along.upper - key > key - along.lower else along.lower
+    step = _STEP * (far - key)
+    try:
+        found, beside = along.results(key, wanted), along.results(key + step, wanted)
+    except NumericalFailure as failure:  # of what was not sought
+        record.warnings.append(f"{root} is left out: {failure}")
+        return
+    for path, quantity in found.items():
+        moved = abs(beside[path].values - quantity.values) if path in beside else 0.0
+        doubt = quantity.error_estimate + float(moved) * abs(error / step)
+        record.add(replace(quantity, path=f"{root}/{path}", error_estimate=doubt))
 
 
 def _numbers(along: Along, choice: Choice) -> dict[str, tuple[Any, float]]:
@@ -95,6 +119,9 @@ def _numbers(along: Along, choice: Choice) -> dict[str, tuple[Any, float]]:
         np.array([other.sample.value for other in others], dtype=float),
         max((other.sample.error for other in others), default=0.0),
     )
+    for key, value in along.changed(sample.key).items():
+        if key != along.search.key:
+            numbers[f"also/{key}"] = (value, error * abs(value / sample.key))
     numbers["evaluations"] = (choice.course.evaluations, 0.0)
     numbers["failures"] = (len(choice.course.failed()), 0.0)
     return numbers

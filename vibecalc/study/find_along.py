@@ -43,17 +43,24 @@ class Along:
     def evaluate(self, value: float) -> tuple[float, float]:
         """The result and its absolute error; NumericalFailure where there is none."""
         self._count()
-        settings = {self.search.key: value}
-        if self._also:
-            ratio = value / self.written
-            settings |= {key: ratio * written for key, written in self._also.items()}
-        case = checked_case(self._resolved, settings, self._cache)
-        wanted = frozenset({self.search.quantity})
-        record = run_case(case, wanted=wanted, cache=self._cache)
+        record = self.results(value, frozenset({self.search.quantity}))
         try:
             return self.read(record)
         except ResultError as error:  # an order that this point does not keep, say
             raise NumericalFailure(str(error)) from error
+
+    def changed(self, value: float) -> dict[str, float]:
+        """All keys that the search changes, with what it sets them to."""
+        settings = {self.search.key: value}
+        if self._also:
+            ratio = value / self.written
+            settings |= {key: ratio * written for key, written in self._also.items()}
+        return settings
+
+    def results(self, value: float, wanted: frozenset[str]) -> "Record":
+        """Some results of the case with its keys changed; NumericalFailure as in a run."""
+        case = checked_case(self._resolved, self.changed(value), self._cache)
+        return run_case(case, wanted=wanted, cache=self._cache)
 
     def read(self, record: "Record") -> tuple[float, float]:
         """The result and its error from a run; of several entries the largest counts."""

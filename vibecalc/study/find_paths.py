@@ -6,14 +6,17 @@ from typing import TYPE_CHECKING
 
 from vibecalc.case.load import resolve
 from vibecalc.case.overrides import field_unit, number_at
+from vibecalc.pipeline.catalogue import CATALOGUE
 from vibecalc.pipeline.entries.entry import Entry
-from vibecalc.pipeline.plan import planned_quantities
+from vibecalc.pipeline.plan import needed_stages, planned_quantities
 
 if TYPE_CHECKING:
     from vibecalc.case.find_tables import Find
     from vibecalc.case.schema import Case
 
 ROOT = "find"
+#: below it the results of the machine that a search found
+MACHINE = "machine"
 
 
 def find_entries(case: "Case") -> dict[str, Entry]:
@@ -27,7 +30,17 @@ def find_entries(case: "Case") -> dict[str, Entry]:
         unit, kind = (goal.unit, goal.amplitude) if goal else ("", None)
         written = number_at(resolved, search.key, math.nan)
         found |= {entry.path: entry for entry in _entries(search, written, unit, kind)}
+        for path in machine_paths(case, search):
+            entry = planned[path]._replace(path=f"{ROOT}/{search.name}/{MACHINE}/{path}")
+            found[entry.path] = entry
     return found
+
+
+def machine_paths(case: "Case", search: "Find") -> tuple[str, ...]:
+    """Results without axes of the stages that a search runs: of the machine found, too."""
+    stages = needed_stages(case, frozenset({search.quantity}))
+    paths = (path for stage in stages for path in stage.quantities)
+    return tuple(path for path in paths if not CATALOGUE[path].axes)
 
 
 def _entries(search: "Find", written: float, unit: str, kind: str | None) -> Iterator[Entry]:
@@ -45,6 +58,8 @@ def _entries(search: "Find", written: float, unit: str, kind: str | None) -> Ite
     yield Entry(
         f"{root}/others_reached", ("solution",), unit, f"{search.quantity} with these", kind
     )
+    for other in search.also:
+        yield Entry(f"{root}/also/{other}", (), field_unit(other), f"{other} with that value")
     yield Entry(f"{root}/evaluations", (), "", "points evaluated")
     yield Entry(f"{root}/failures", (), "", "points that could not be evaluated")
 

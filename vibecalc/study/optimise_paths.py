@@ -68,7 +68,11 @@ def describe_study(case: "Case") -> dict[str, str]:
         "parts": ", ".join(variable.key for variable in study.variables),
         "orders": "",
         "modules": ", ".join(_modules(study)),
-        "cost": f"{study.starts + 1} searches of some 50 runs each of the stages above"
+        "cost": (
+            "solved as linear least squares within bounds"
+            if balances(case)
+            else f"{study.starts + 1} searches of some 50 runs each of the stages above"
+        )
         + _further_cost(study),
         "quantities": ", ".join(
             path for path in optimisation_entries(case) if not path.startswith(f"{ROOT}/start/")

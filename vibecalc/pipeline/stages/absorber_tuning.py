@@ -13,6 +13,7 @@ from vibecalc.optimisation.absorber.threshold import threshold
 from vibecalc.pipeline.entries.tuning import ROOT
 from vibecalc.pipeline.plan_absorber import is_over_one
 from vibecalc.pipeline.scene import Scene
+from vibecalc.pipeline.stage_plan import below
 from vibecalc.pipeline.stages.absorber_bounds import (
     as_best,
     emit_bounded_proof,
@@ -70,19 +71,23 @@ def run(scene: Scene) -> None:
     elif options.norm == "h_infinity":
         _emit_proof(scene, options, tuned, _doubt(best))
     alone = Absorber(z1, m, free.stiffness_ratio, free.secondary_damping)
-    if options.compare:
+    if options.compare and scene.wants(*_of("method")):
         emit_methods(scene, options, alone, free)
-    if options.mistuning:
+    if options.mistuning and scene.wants(*_of("mistuning")):
         _beside(scene, "mistuning", lambda: emit_mistuning(scene, options, tuned))
-    if options.sensitivity:
+    if options.sensitivity and scene.wants(*_of("sensitivity")):
         _beside(scene, "sensitivity", lambda: emit_sensitivity(scene, options, z1, m, found))
     if options.bounds is not None:
         emit_comparison(scene, options, alone, free, found)
-    if options.chart is not None:
+    if options.chart is not None and scene.wants(*_of("chart")):
         emit_chart(scene, options)
-    if options.kind == "free" and options.norm == "h_infinity":
+    if options.kind == "free" and options.norm == "h_infinity" and scene.wants(*_of("map")):
         emit_map(scene, options, tuned)
     _cite(scene, options)
+
+
+def _of(table: str) -> tuple[str, ...]:
+    return below(f"{ROOT}/{table}/")
 
 
 def _beside(scene: Scene, name: str, study: Callable[[], None]) -> None:
@@ -110,19 +115,23 @@ def _emit_best(scene: Scene, options: Tuning, best: Best, tuned: Absorber) -> No
     if options.kind == "free":
         own = float(own_damping_ratio(tuned)) if k > 0.0 else 0.0
         scene.emit(f"{ROOT}/own_damping", own, own * (relative + 4.0 * EPSILON))
-    alone = peaks(Absorber(z1, m, 0.0, 0.0), *pair)
-    for name, found in (("peak", peaks(tuned, *pair)), ("peak_alone", alone)):
+    both = (("peak", tuned), ("peak_alone", Absorber(z1, m, 0.0, 0.0)))
+    for name, absorber in both:
+        if not scene.wants(f"{ROOT}/{name}"):
+            continue
+        found = peaks(absorber, *pair)
         error = float(found.largest_error)
         value = float(found.largest)
         doubt = best.peak_error if name == "peak" else 0.0
         scene.emit(f"{ROOT}/{name}", value, error + doubt if np.isfinite(value) else 0.0)
-    travel = peaks(tuned, pair[0], "relative_displacement")
-    reach = float(travel.largest)
-    off = moved(
-        lambda one: peaks(one, pair[0], "relative_displacement").largest, tuned, _doubt(best)
-    )
-    doubt = float(travel.largest_error) + float(off)
-    scene.emit(f"{ROOT}/travel", reach, doubt if np.isfinite(reach) else 0.0)
+    if scene.wants(f"{ROOT}/travel"):
+        travel = peaks(tuned, pair[0], "relative_displacement")
+        reach = float(travel.largest)
+        off = moved(
+            lambda one: peaks(one, pair[0], "relative_displacement").largest, tuned, _doubt(best)
+        )
+        doubt = float(travel.largest_error) + float(off)
+        scene.emit(f"{ROOT}/travel", reach, doubt if np.isfinite(reach) else 0.0)
     if is_over_one(options):
         # near a threshold the peak is 1 and a little, of which the peak itself tells few digits
         above, slack = best.above_floor, best.above_floor_error
@@ -168,16 +177,7 @@ def _doubt(best: Best) -> Doubt:
 def _emit_proof(scene: Scene, options: Tuning, tuned: Absorber, doubt: Doubt) -> None:
     """The peaks that hold the optimum, and that no change of spring and damper lowers them all."""
     pair = options.excitation, options.response
-    found, proof = peaks(tuned, *pair), certify(tuned, *pair)
-    top = found.found & (found.magnitude >= found.largest * (1.0 - _EQUAL))
-    axes = {"active": np.arange(1, int(np.sum(top)) + 1)}
-    error = np.max(found.error[top], initial=0.0)
-    scene.emit(f"{ROOT}/active/magnitude", found.magnitude[top], error, axes)
-    places = found.frequency[top]
-    off = moved(lambda one: peaks(one, *pair).frequency, tuned, doubt)[top]
-    scene.emit(f"{ROOT}/active/frequency_ratio", places, off + _PLACE * places, axes)
-    off = moved(lambda one: certify(one, *pair, equal=_NEARLY).weight, tuned, doubt)[top]
-    scene.emit(f"{ROOT}/active/weight", proof.weight[top], off + _PLACE, axes)
+    proof = certify(tuned, *pair)
     if options.kind == "free":
         # zero at the exact optimum, so that all of it is error
         residual = float(proof.residual)
@@ -187,6 +187,18 @@ def _emit_proof(scene: Scene, options: Tuning, tuned: Absorber, doubt: Doubt) ->
             raise NumericalFailure(
                 f"the tuning found is not optimal: slopes of its peaks leave {proof.residual:.2g}"
             )
+    if not scene.wants(*_of("active")):
+        return
+    found = peaks(tuned, *pair)
+    top = found.found & (found.magnitude >= found.largest * (1.0 - _EQUAL))
+    axes = {"active": np.arange(1, int(np.sum(top)) + 1)}
+    error = np.max(found.error[top], initial=0.0)
+    scene.emit(f"{ROOT}/active/magnitude", found.magnitude[top], error, axes)
+    places = found.frequency[top]
+    off = moved(lambda one: peaks(one, *pair).frequency, tuned, doubt)[top]
+    scene.emit(f"{ROOT}/active/frequency_ratio", places, off + _PLACE * places, axes)
+    off = moved(lambda one: certify(one, *pair, equal=_NEARLY).weight, tuned, doubt)[top]
+    scene.emit(f"{ROOT}/active/weight", proof.weight[top], off + _PLACE, axes)
 
 
 def _cite(scene: Scene, options: Tuning) -> None:

@@ -7,7 +7,7 @@ import numpy as np
 
 from vibecalc.case.load import LoadedCase
 from vibecalc.case.overrides import parse_key
-from vibecalc.pipeline.plan import plan_case
+from vibecalc.pipeline.plan import needed_stages
 from vibecalc.study.sweep.block import Block
 from vibecalc.study.sweep.design import Design
 
@@ -96,12 +96,7 @@ def choose(case: "Case", design: Design, keep: Sequence[str], jobs: int = 2) -> 
 
 def milliseconds(case: "Case", keep: Sequence[str]) -> float:
     """Roughly what one point takes, of the stages that have to run for what is kept."""
-    wanted = set(keep)
-    stages = [
-        _COST[stage.module]
-        for stage in plan_case(case)
-        if not stage.is_last or wanted & set(stage.quantities)
-    ]
+    stages = [_COST[stage.module] for stage in needed_stages(case, frozenset(keep))]
     return _CHECKS + sum(stages) * (1.0 if case.optimisation is None else _SEARCH)
 
 
