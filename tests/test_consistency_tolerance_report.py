@@ -10,6 +10,7 @@ import pytest
 
 from vibecalc.pipeline.tolerance import reached, tolerance_warning
 from vibecalc.pipeline.tolerance_summary import summarised
+from vibecalc.report.sections.closing import accuracy
 from vibecalc.report.sections.tolerance import stage_times, tolerance, tolerance_line
 from vibecalc.report.terminal import plain_summary
 from vibecalc.report.text import render_report
@@ -72,6 +73,16 @@ def test_what_more_than_rounding_hides_is_missed_and_unresolved() -> None:
     warning = tolerance_warning(unknown, 1e-8)
     assert warning is not None and "excitation/couple_peak (unresolved)" in warning
     assert "[excitation] orders" in warning
+
+
+def test_a_check_is_no_result_that_misses_the_tolerance() -> None:
+    record = Record()
+    record.add(quantity("response/torsion/modes/holzer_residual", [0.14], 0.14))
+    found = summarised(record, 1e-8)
+    assert (found.held, sum(count for _, count in found.exempt)) == (0, 1)
+    assert tolerance_warning(record, 1e-8) is None
+    section = accuracy(result(record), full=True)
+    assert section is not None and "a check" in section.lines[-1]
 
 
 def test_section_and_line_say_the_same(record: Record) -> None:

@@ -27,9 +27,12 @@ def add_numbers(
     entries = optimisation_entries(case)
     study = case.optimisation
     spans = {f"variable/{one.key}": one for one in (study.variables if study else ())}
+    goal = None if study is None else record.quantities.get(study.objective.quantity)
     for name, (value, error) in numbers.items():
         entry = entries[f"{ROOT}/{name}"]
         terms = 1.0 if name in SHARES else 0.0
+        if goal is not None and name.endswith("objective") and entry.unit == goal.unit:
+            terms = goal.terms
         if name in spans:
             ends = (spans[name].lower, spans[name].upper)
             terms = max(abs(parse_quantity(str(end), entry.unit)) for end in ends)
@@ -55,18 +58,21 @@ def add_optimum(record: Record, case: "Case", binding: "Binding", found: "Optimu
         "optimum": np.arange(1, len(optima) + 1),
         "limit": np.array(binding.margin_names(), dtype=object),
     }
+    # the objective is a result too, and as uncertain as that
+    goal = record[binding.goal.quantity]
+    off = max(found.objective_error, float(goal.error_estimate))
     values: Numbers = {
-        "objective": (binding.sign * found.objective, found.objective_error),
+        "objective": (binding.sign * found.objective, off),
         "kkt_residual": (found.kkt_residual, 0.0),
         "evaluations": (found.evaluations, 0.0),
         "failures": (found.failures, 0.0),
         "history/objective": (
             [_known(binding.sign * s.objective) for s in searches],
-            found.objective_error,
+            off,
         ),
         "history/feasible": ([int(s.feasible) for s in searches], 0.0),
         "history/evaluations": ([s.evaluations for s in searches], 0.0),
-        "optima/objective": ([binding.sign * o.objective for o in optima], found.objective_error),
+        "optima/objective": ([binding.sign * o.objective for o in optima], off),
         "optima/found_by": ([o.found_by for o in optima], 0.0),
     }
     if binding.limits:

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from vibecalc.pipeline.tolerance import UNRESOLVED
+from vibecalc.pipeline.tolerance import CHECKS, UNRESOLVED
 from vibecalc.report.lookup import START, magnitudes
 from vibecalc.report.numbers import show, show_error
 from vibecalc.report.sections.section import Section
@@ -126,7 +126,7 @@ def _ratio(quantity: Quantity) -> float:
     if quantity.error_estimate == 0.0 or np.isinf(largest):
         return 0.0
     # Where all cancels the estimate is all there is; that is no loss of accuracy.
-    if quantity.estimate.is_zero(largest):
+    if quantity.estimate.is_zero(largest) or quantity.path.endswith(CHECKS):
         return 0.0
     return float(quantity.error_estimate) / largest if largest else float("inf")
 
@@ -136,5 +136,7 @@ def _shown_ratio(quantity: Quantity) -> str:
     if np.isinf(largest):
         return "unbounded"
     if quantity.error_estimate and largest <= quantity.error_estimate:
+        if quantity.path.endswith(CHECKS):
+            return "a check"
         return "zero" if quantity.estimate.is_zero(largest) else UNRESOLVED
     return show_error(_ratio(quantity))
