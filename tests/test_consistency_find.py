@@ -102,6 +102,20 @@ def test_an_extreme_at_a_known_place(tmp_path: Path) -> None:
     assert abs(float(value.values) - math.pi) <= value.error_estimate <= 1e-6
 
 
+def test_the_ends_of_a_turn_are_one_place(tmp_path: Path) -> None:
+    """The sum of sines is that of the phase: half at 30 and 150 degrees, most at 90."""
+    quantity, where = "excitation/balance/total_sine", "where = { order = 1 }"
+    most = row("most", PHASE, "90 deg", "450 deg", quantity, where, 'seek = "maximum"')
+    half = row("half", PHASE, "30 deg", "390 deg", quantity, where, "target = 0.5")
+    record = run(tmp_path, most, half).record
+    assert not [text for text in record.warnings if "find" in text]
+    value = record["find/most/value"]
+    assert abs(float(value.values) - math.pi / 2.0) <= value.error_estimate <= 1e-6
+    assert record["find/most/others"].values.size == 0
+    found = [float(record["find/half/value"].values), *record["find/half/others"].values]
+    assert sorted(found) == pytest.approx([math.pi / 6.0, 5.0 * math.pi / 6.0], rel=1e-12)
+
+
 def test_a_run_with_the_value_found_gives_what_was_wanted(tmp_path: Path) -> None:
     searches = [
         row("damping", DAMPING, "1 N*s/m", "1000 N*s/m", FORCE, 'target = "0.09 kN"'),

@@ -17,6 +17,7 @@ from vibecalc.study.find_along import Along
 from vibecalc.study.find_choice import Choice, choose
 from vibecalc.study.find_paths import MACHINE, ROOT, find_entries, machine_paths
 from vibecalc.study.sweep.place import NOT_COMPUTED
+from vibecalc.study.variables import period_of
 
 if TYPE_CHECKING:
     from vibecalc.case.load import LoadedCase
@@ -42,7 +43,8 @@ def add_found(
     failures: list[str] = []
     with _shown(progress) as count:
         for search in loaded.case.find:
-            along = Along(search, resolved, cache, count)
+            period = period_of(search.key, loaded.case.machine)
+            along = Along(search, resolved, cache, count, period)
             try:
                 choice = choose(along, along.read(record), record[search.quantity].unit)
             except NumericalFailure as failure:

@@ -20,7 +20,8 @@ if TYPE_CHECKING:
 class Along:
     """One [[find]] on its case: the result for a value of the key, in SI.
 
-    Keys of `also` keep their ratio to it. `written` is the value of the key in the case.
+    Keys of `also` keep their ratio to it. `written` is the value of the key in the case. `turn` is
+    the whole turn in rad that the bounds of an angle hold, whose ends are then one; else 0.
     """
 
     def __init__(
@@ -29,6 +30,7 @@ class Along:
         resolved: Mapping[str, Any],
         cache: StageCache,
         count: Callable[[], None],
+        period: float = 0.0,
     ):
         self.search = search
         self.unit = field_unit(search.key)
@@ -37,6 +39,8 @@ class Along:
         # nan of a key that the case leaves out; solutions are then ordered from the middle
         self.written = number_at(resolved, search.key, math.nan)
         self.near = number_at(resolved, search.key, 0.5 * (self.lower + self.upper))
+        whole = abs(self.upper - self.lower - period) <= 1e-9 * period and not search.also
+        self.turn = period if whole else 0.0
         self._also = {key: float(get_key(resolved, key)) for key in search.also}
         self._resolved, self._cache, self._count = resolved, cache, count
 

@@ -35,10 +35,12 @@ def choose(along: Along, as_written: tuple[float, float], unit: str) -> Choice:
     where there is none.
     """
     search = along.search
-    course = Course(along.evaluate, along.lower, along.upper)
+    # around a turn and two steps on, so that what lies where its ends meet has neighbours
+    step = along.turn / (search.points - 1)
+    course = Course(along.evaluate, along.lower, along.upper + 2.0 * step)
     if math.isfinite(as_written[0]) and math.isfinite(along.written):
         course.know(along.written, *as_written)
-    course.look(search.points)
+    course.look(search.points + (2 if along.turn else 0))
     seen = [sample for stretch in course.stretches() for sample in stretch]
     if not seen:
         raise NumericalFailure(
@@ -51,12 +53,13 @@ def choose(along: Along, as_written: tuple[float, float], unit: str) -> Choice:
         )
     if search.seek is not None:
         sign = 1.0 if search.seek == "minimum" else -1.0
-        found = extremes(course, sign)
-        notes = list(_beyond(along, course, found, sign, unit))
+        found = _around(along, extremes(course, sign))
+        notes = [] if along.turn else list(_beyond(along, course, found, sign, unit))
         level = None
     else:
         level = _level(along, as_written, unit)
         found, jumps = roots(course, level)
+        found = _around(along, found)
         found.sort(key=lambda solution: _distance(along, solution.sample))
         notes = [
             f"{search.quantity} jumps past the wanted value at {_shown(one.key, along.unit)}: "
@@ -66,6 +69,21 @@ def choose(along: Along, as_written: tuple[float, float], unit: str) -> Choice:
     if not found:
         raise NumericalFailure(_nothing(along, course, level, unit, notes))
     return Choice(found[0], found[1:], course, level, [*notes, *_skipped(along, course)])
+
+
+def _around(along: Along, found: list[Solution]) -> list[Solution]:
+    """Solutions on a whole turn, from its lower end on; what was met on both turns counts once."""
+    if not along.turn:
+        return found
+    once: list[Solution] = []
+    for one in found:
+        on = (one.sample.key - along.lower) % along.turn
+        on -= along.turn if along.turn - on <= one.error else 0.0
+        moved = Solution(one.sample._replace(key=along.lower + max(on, 0.0)), one.error)
+        near = (abs(moved.sample.key - other.sample.key) - other.error for other in once)
+        if all(gap > one.error for gap in near):
+            once.append(moved)
+    return once
 
 
 def _level(along: Along, as_written: tuple[float, float], unit: str) -> Level:
