@@ -14,32 +14,29 @@ from vibecalc.machine.crank_train import build_crank_train, rod_share
 from vibecalc.machine.frame import build_frame
 from vibecalc.machine.mounts import Mounts, build_mounts
 from vibecalc.machine.operation_checks import has_loss_factor
+from vibecalc.machine.plausibility import implausible
 from vibecalc.machine.roll_cautions import asks_roll, roll_cautions
 from vibecalc.machine.throw_cautions import throw_cautions
 from vibecalc.machine.torsion_cautions import torsion_cautions
 
 Array = NDArray[np.float64]
-#: m/s, m and a share: beyond these a case gets a sentence in its report.
-FASTEST_PISTON = 60.0
-DEEPEST_SAG = 0.5
 NOTICEABLE = 1e-6
-#: of an engine: bore over stroke or the other way round, and kg/m^3
-WIDEST = 6.0
-STEEL = 7850.0
+#: results of [isolation] that have the shaking alone
+SHAKING = ("isolation/support_force/", "isolation/support_displacement/", "isolation/body/")
 
 
 def machine_warnings(case: Case) -> list[str]:
     """Sentences for the report, on a case without problems."""
     if not has_crank_train(case.machine):
-        return [*_without_effect(case), *roll_cautions(case)]
+        return [*implausible(case), *_without_effect(case), *roll_cautions(case)]
     return [
-        *_units(case),
+        *implausible(case),
         *_places(case),
         *_orders(case),
         *_pitch_coupling(case),
         *_without_effect(case),
         *_rod(case),
-        *_sizes(case),
+        *_shaking_alone(case),
         *throw_cautions(case),
         *roll_cautions(case),
         *torsion_cautions(case),
@@ -53,46 +50,6 @@ def _placed(machine: Machine) -> tuple[parts.Body, parts.Mounts] | None:
         return None
     matrices = body.mass_matrix is not None or mounts.stiffness_matrix is not None
     return None if matrices else (body, mounts)
-
-
-def _units(case: Case) -> list[str]:
-    machine, train = case.machine, case.machine.crank_train
-    texts = []
-    speed = machine.speed if has_speed(machine) else _synchronous(machine)
-    mean = 2.0 * train.crank_radius * speed / math.pi
-    if mean > FASTEST_PISTON:
-        texts.append(
-            f"the mean piston speed is {mean:.3g} m/s, where engines stay below 30: "
-            "is the speed in rad/s ('4900 rpm' otherwise) and the crank radius in m?"
-        )
-    angles = [(f"crank_phase of cylinder '{c.name}'", c.crank_phase) for c in train.cylinders]
-    angles += [(f"bank_angle of cylinder '{c.name}'", c.bank_angle) for c in train.cylinders]
-    angles += [(f"phase of '{weight.name}'", weight.phase) for weight in train.counterweights]
-    angles += [(f"phase of '{shaft.name}'", shaft.phase) for shaft in train.balance_shafts]
-    far = [(what, angle) for what, angle in angles if abs(angle) > 4.0 * math.pi + 1e-6]
-    texts += [
-        f"the {what} is {angle:.6g} rad, more than two turns: "
-        f"should it be '{angle:.6g} deg'? Angles without a unit are in radians"
-        for what, angle in far
-    ]
-    placed = _placed(machine)
-    if case.isolation is not None and placed is not None:
-        own, mounts = placed
-        stiffness = build_mounts(mounts).stiffness.sum(axis=0)
-        up = "xyz".index(case.isolation.up)
-        weight = build_body(own).mass * case.isolation.gravity
-        if weight > DEEPEST_SAG * stiffness[up, up] > 0.0:
-            texts.append(
-                f"under its weight the machine sinks by about {weight / stiffness[up, up]:.3g} m: "
-                "is the stiffness of the mounts in N/m ('10 kN/m', '10 N/mm' otherwise)?"
-            )
-    return texts
-
-
-def _synchronous(machine: Machine) -> float:
-    """Speed in rad/s that the motor stays below; zero where nothing is said to turn."""
-    motor = machine.motor
-    return motor.synchronous_speed if motor is not None and finds_speed(machine) else 0.0
 
 
 def _places(case: Case) -> list[str]:
@@ -183,31 +140,21 @@ def _rod(case: Case) -> list[str]:
     ]
 
 
-def _sizes(case: Case) -> list[str]:
-    """Parts of an engine that do not fit each other: a wrong unit, or a digit too many."""
-    train, rod = case.machine.crank_train, case.machine.crank_train.rod
-    if case.machine.kind != "engine":
+def _shaking_alone(case: Case) -> list[str]:
+    """Targets that hold the shaking alone although the torque of the gas reaches the mounts."""
+    if not torque_reaches_mounts(case):
         return []
-    texts, stroke = [], 2.0 * train.crank_radius
-    if train.bore is not None and not stroke / WIDEST <= train.bore <= stroke * WIDEST:
-        texts.append(
-            f"the bore is {train.bore:.3g} m at a stroke of {stroke:.3g} m: engines have the two "
-            "nearly alike; are both in m ('76 mm' otherwise)?"
-        )
-    solid = STEEL * train.rod_length**3
-    masses = {
-        "the rod": None if rod is None else rod.mass,
-        "what moves with a piston": train.reciprocating_mass,
-        "a piston": train.piston_mass,
-        "a wrist pin": train.pin_mass,
-    }
-    texts += [
-        f"{what} weighs {mass:.3g} kg, more than a cube of steel as long as the rod, {solid:.3g} "
-        "kg: is the mass in kg ('1 g' otherwise) and the length in m?"
-        for what, mass in masses.items()
-        if mass is not None and mass > solid
+    objective = [case.optimisation.objective] if case.optimisation is not None else []
+    asked = [*case.limit, *objective]
+    named = dict.fromkeys(one.quantity for one in asked if one is not None)
+    return [
+        f"{quantity} is of the shaking and the inertia torque, without the torque of the gas: "
+        "isolation/torque_reaction/ has all of it"
+        for quantity in named
+        if quantity.startswith(SHAKING)
+        and "run_up" not in quantity
+        and not quantity.endswith(("/sag", "/static"))
     ]
-    return texts
 
 
 def _pitch_coupling(case: Case) -> list[str]:

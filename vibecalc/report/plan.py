@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from vibecalc.report.tables import pairs
+from vibecalc.report.tables import pairs, paragraph
 
 if TYPE_CHECKING:
     from vibecalc.case.load import LoadedCase
@@ -24,10 +24,13 @@ def plan_object(
     loaded: "LoadedCase", plan: Sequence[Mapping[str, Any]], total: Mapping[str, Any]
 ) -> dict[str, Any]:
     """What `check --json` prints of one case; `plan` and `total` as for `render_plan`."""
+    from vibecalc.machine.cautions import machine_warnings
+
     return {
         "case": str(loaded.path),
         "title": loaded.case.title,
         "sha256": loaded.sha256,
+        "warnings": machine_warnings(loaded.case),
         "plan": plan,
         "needs": total,
     }
@@ -40,7 +43,11 @@ def render_plan(
 
     `plan` and `total` are those of `study.check_rows`.
     """
+    from vibecalc.machine.cautions import machine_warnings
+
     lines = [f"{path}: {case.title}", f"no problems; accuracy rtol = {case.accuracy.rtol:g}"]
+    for words in machine_warnings(case):
+        lines += paragraph(words, "warning:")
     for number, stage in enumerate(plan, start=1):
         lines += ["", f"{number}. {stage['stage']}"]
         shown = {**stage, "quantities": _by_folder(stage.get("quantities", ""))}
