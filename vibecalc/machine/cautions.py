@@ -144,9 +144,9 @@ def _shaking_alone(case: Case) -> list[str]:
     """Targets that hold the shaking alone although the torque of the gas reaches the mounts."""
     if not torque_reaches_mounts(case):
         return []
-    objective = [case.optimisation.objective] if case.optimisation is not None else []
-    asked = [*case.limit, *objective]
-    named = dict.fromkeys(one.quantity for one in asked if one is not None)
+    named = dict.fromkeys(limit.quantity for limit in case.limit)
+    if case.optimisation is not None and case.optimisation.objective is not None:
+        named[case.optimisation.objective.quantity] = None
     return [
         f"{quantity} is of the shaking and the inertia torque, without the torque of the gas: "
         "isolation/torque_reaction/ has all of it"

@@ -67,8 +67,9 @@ def angles(case: Case) -> Found:
     if not has_crank_train(case.machine):
         return
     train = case.machine.crank_train
-    parts = [(f"cylinder '{one.name}'", one) for one in train.cylinders]
-    parts += [(f"'{one.name}'", one) for one in (*train.counterweights, *train.balance_shafts)]
+    parts: list[tuple[str, Any]] = [(f"cylinder '{one.name}'", one) for one in train.cylinders]
+    parts += [(f"'{one.name}'", one) for one in train.counterweights]
+    parts += [(f"'{one.name}'", one) for one in train.balance_shafts]
     for what, part in parts:
         for key in ANGLES:
             angle = getattr(part, key, None)
@@ -82,17 +83,18 @@ def piston_speed(case: Case) -> Found:
     """Mean speed of the pistons at the speed of the machine, or that its motor stays below."""
     machine = case.machine
     if has_crank_train(machine):
-        motor = machine.motor
-        speed = machine.speed if has_speed(machine) else None
-        if speed is None and motor is not None and finds_speed(machine):
-            speed = motor.synchronous_speed
-        yield "", 2.0 * machine.crank_train.crank_radius * (speed or 0.0) / math.pi
+        motor, speed = machine.motor, machine.speed if has_speed(machine) else 0.0
+        if motor is not None and finds_speed(machine):
+            speed = motor.synchronous_speed or 0.0
+        yield "", 2.0 * machine.crank_train.crank_radius * speed / math.pi
 
 
 def bore(case: Case) -> Found:
     """Bore over stroke or the other way round, of machines whose pistons are about as long."""
-    if case.machine.kind in ("engine", "compressor") and case.machine.crank_train.bore:
-        train = case.machine.crank_train
+    if case.machine.kind not in ("engine", "compressor"):
+        return
+    train = case.machine.crank_train
+    if train.bore:
         ratio = train.bore / (2.0 * train.crank_radius)
         yield (
             f"{train.bore:.3g} m at a stroke of {2.0 * train.crank_radius:.3g} m",
@@ -106,9 +108,10 @@ def unbalances(case: Case) -> Found:
         return
     written, train = case.machine.crank_train, build_crank_train(case.machine.crank_train)
     moving = float(train.reciprocating_mass.sum() + train.rotating_mass.sum()) * train.crank_radius
-    for weight in (*written.counterweights, *written.balance_shafts):
-        if moving > 0.0:
-            yield f"'{weight.name}', {weight.unbalance:.4g} kg*m,", weight.unbalance / moving
+    weights = [(weight.name, weight.unbalance) for weight in written.counterweights]
+    weights += [(shaft.name, shaft.unbalance) for shaft in written.balance_shafts]
+    for name, unbalance in weights if moving > 0.0 else ():
+        yield f"'{name}', {unbalance:.4g} kg*m,", unbalance / moving
 
 
 def masses(case: Case) -> Found:
