@@ -172,7 +172,7 @@ REFUSED: dict[str, tuple[str, int, tuple[str, ...]]] = {
     "motor": (
         replaced(E, ("[machine.shaft_line]", "[machine.rotor]\ninertia = 3\n[machine.shaft_line]")),
         15,
-        ("a machine of kind 'engine' has no [machine.rotor]",),
+        ("what turns with the crankshaft stands twice: [machine.rotor] and [machine.shaft_line]",),
     ),
     "viscous k": (
         replaced(E, ('damping = "30', 'stiffness = "3 N*m/rad", damping = "30')),

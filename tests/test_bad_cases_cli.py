@@ -78,14 +78,14 @@ def test_one_file_for_two_cases_is_refused() -> None:
 
 
 @pytest.mark.parametrize("arguments", [("run", "one.toml"), ("check", "one.toml")])
-def test_a_reader_that_goes_away_is_no_difference(arguments: tuple[str, ...]) -> None:
+def test_a_reader_that_goes_away_is_said_and_is_no_difference(arguments: tuple[str, ...]) -> None:
     process = start(*arguments)
     assert process.stdout is not None and process.stderr is not None
     process.stdout.close()
     errors = process.stderr.read()
     process.stderr.close()
     assert process.wait() == 130
-    assert errors == b""
+    assert errors == b"error: cannot write to standard output: it was closed by its reader\n"
 
 
 def test_letters_that_the_terminal_lacks_are_escaped() -> None:

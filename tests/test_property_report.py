@@ -105,7 +105,7 @@ def test_sections_appear_for_what_is_there() -> None:
 def test_an_optimum_is_shown_beside_its_start() -> None:
     lines = render_report(optimised()).splitlines()
     stiffness = next(line for line in lines if "machine.mounts.each.stiffness" in line).split()
-    assert stiffness[1:4] == ["10000.0", "14321.0", "N/m"]
+    assert stiffness[1:4] == ["10.0000", "14.3210", "kN/m"]
     damping = next(line for line in lines if "machine.mounts.each.damping" in line)
     assert damping.endswith("at upper")
     assert not any("excitation/couple_peak (worst)" in line for line in lines)

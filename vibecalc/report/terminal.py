@@ -34,8 +34,8 @@ if TYPE_CHECKING:
     from rich.table import Table
 
 _MOST_REFERENCES = 10
-#: characters that names get on the narrowest terminal: the longest word between two marks of a path
-LEAST_NAME = 22
+#: characters that names get on the narrowest terminal
+LEAST_NAME = 16
 
 
 def print_summary(result: Result, path: Path) -> None:
@@ -172,6 +172,7 @@ def _table(
             head.removeprefix(">"),
             justify="right" if right else "left",
             no_wrap=number == 0 or right,
+            overflow="fold",
         )
     for cells, colour in zip(rows, colours or [""] * len(rows), strict=True):
         first = Text("\n".join(fold(cells[0], name)))
