@@ -280,6 +280,14 @@ def test_a_failure_is_told_again_in_the_same_words() -> None:
     assert cache.ran["isolation_pitch"] == cache.reused["isolation_pitch"] == 1
 
 
+def test_a_cache_too_small_for_anything_changes_nothing() -> None:
+    """What a stage is made from is forgotten before the stage is kept."""
+    case, cache = case_of("generator"), StageCache(most_bytes=1)
+    for _ in range(2):
+        assert equal_bits(run_case(case), run_case(case, cache=cache))
+    assert not cache.reused and set(cache.ran.values()) == {2}
+
+
 def test_what_is_wanted_is_part_of_the_key() -> None:
     case, cache = case_of("generator"), StageCache()
     few = frozenset({"isolation/pitch/inertia"})

@@ -108,6 +108,8 @@ class CachedRun:
         self._wanted = None if wanted is None else tuple(sorted(wanted))
         #: what stages have handed on in this run -> key of the stage that did
         self._handed: dict[str, bytes] = {}
+        #: what was made once in this run -> its key
+        self._once: dict[str, bytes] = {}
 
     def parts(self) -> MachineParts:
         """The parts of the machine, each built when it is asked for."""
@@ -124,7 +126,7 @@ class CachedRun:
             counts = self._cache.ran
             reads = Reads()
             outcome = self._made(stage, scene, run_stage, reads)
-            key = self._keep(what, reads, outcome)
+            key = self._keep(what, reads, outcome, outcome.handed_on)
         outcome = self._cache.find(key)
         counts[stage.module] = counts.get(stage.module, 0) + 1
         if outcome.failure is not None:
@@ -143,7 +145,9 @@ class CachedRun:
         key = self._find(name)
         if key is None:
             reads = Reads()
-            key = self._keep(name, reads, make(traced(self._case, reads)))
+            made = make(traced(self._case, reads))
+            key = self._keep(name, reads, made, made)
+        self._once[name] = key
         return self._cache.find(key)
 
     def _made(self, stage: StagePlan, scene: Scene, run_stage: RunStage, reads: Reads) -> Outcome:
@@ -180,8 +184,8 @@ class CachedRun:
                 return key
         return None
 
-    def _keep(self, what: Any, reads: Reads, value: Any) -> bytes:
-        way = reads.close(value)
+    def _keep(self, what: Any, reads: Reads, value: Any, handed_on: Any) -> bytes:
+        way = reads.close(handed_on)
         ways = self._cache.ways(what)
         ways[way] = ways.pop(way, reads)
         if len(ways) > MOST_WAYS:
@@ -194,8 +198,11 @@ class CachedRun:
     def _key(self, what: Any, way: bytes, reads: Reads) -> bytes | None:
         """Key of what is made by reading that; None where a part of that is not made yet."""
         found = reads.contents(self._case, self._known)
-        made = [self._find(name) for name in sorted(reads.made)]
-        if found is None or None in made:
+        if found is None:
+            return None
+        # what was made in this run counts, even if it is forgotten by now
+        made = [self._once.get(name) or self._find(name) for name in sorted(reads.made)]
+        if None in made:
             return None
         handed = [self._handed.get(name) for name in sorted(reads.handed)]
         content = written((what, way, found, handed, made))
