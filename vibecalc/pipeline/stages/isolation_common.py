@@ -6,14 +6,11 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from vibecalc.excitation.sums import size_of_terms
-from vibecalc.isolation.readout import Readout
 from vibecalc.isolation.rows import HarmonicsAt
 from vibecalc.numerics.cycle_peak import cycle_peak, vector_cycle_peak
 from vibecalc.numerics.rounding import EPSILON, WithError
 from vibecalc.pipeline.scene import Scene
 from vibecalc.pipeline.stages.excitation import Forcing
-from vibecalc.response.matrices import Matrices
-from vibecalc.response.modes import Modes
 from vibecalc.response.resonance import Resonances
 
 if TYPE_CHECKING:
@@ -51,20 +48,6 @@ class Section(NamedTuple):
     setup: RunUpSetup
     start: float
     stop: float
-
-
-class MountedBody(NamedTuple):
-    """A body on its mounts for those who load it otherwise: what the run-up is made of.
-
-    Matrices and modes of the motions `freedoms`, the `readout` of the supports, and which of the
-    modes each of them `shows` (modes, supports).
-    """
-
-    freedoms: np.ndarray
-    matrices: Matrices
-    shapes: Modes
-    readout: Readout
-    shows: np.ndarray
 
 
 def isolation_of(scene: Scene) -> "Isolation":

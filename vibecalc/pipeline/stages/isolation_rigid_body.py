@@ -1,5 +1,7 @@
 """Adapter: the body on its mounts with all six freedoms, or those in the plane of the crank."""
 
+from typing import NamedTuple
+
 import numpy as np
 
 from vibecalc.excitation.sums import Excitation, as_loads, at_speed, size_of_terms
@@ -8,6 +10,7 @@ from vibecalc.isolation.body_rows import body_rows
 from vibecalc.isolation.freedoms import all_six, held, restricted
 from vibecalc.isolation.left_out import with_left_out
 from vibecalc.isolation.mount_motion import displacement, mount_force
+from vibecalc.isolation.readout import Readout
 from vibecalc.isolation.rigid_body import assemble, displacement_at
 from vibecalc.isolation.static import static_deflection
 from vibecalc.machine.body import RigidBody
@@ -18,7 +21,6 @@ from vibecalc.numerics.rounding import WithError
 from vibecalc.pipeline.scene import Scene
 from vibecalc.pipeline.stages.excitation import Forcing
 from vibecalc.pipeline.stages.isolation_common import (
-    MountedBody,
     RunUpSetup,
     emit_static,
     emit_support_motion,
@@ -36,6 +38,20 @@ from vibecalc.response.singular import check_operating_point, idle_warnings, lef
 from vibecalc.response.trust import require_digits
 
 COORDINATES = ("x", "y", "z", "rx", "ry", "rz")
+
+
+class MountedBody(NamedTuple):
+    """A body on its mounts for those who load it otherwise: what the run-up is made of.
+
+    Matrices and modes of the motions `freedoms`, the `readout` of the supports, and which of the
+    modes each of them `shows` (modes, supports).
+    """
+
+    freedoms: np.ndarray
+    matrices: Matrices
+    shapes: Modes
+    readout: Readout
+    shows: np.ndarray
 
 
 def run(scene: Scene) -> None:

@@ -24,7 +24,8 @@ from vibecalc.isolation.torque_reaction import (
 from vibecalc.numerics.rounding import WithError
 from vibecalc.pipeline.scene import Scene
 from vibecalc.pipeline.stages.excitation import Forcing
-from vibecalc.pipeline.stages.isolation_common import MountedBody, RunUpSetup, Section
+from vibecalc.pipeline.stages.isolation_common import RunUpSetup, Section
+from vibecalc.pipeline.stages.isolation_rigid_body import MountedBody
 from vibecalc.pipeline.stages.torque_reaction_couple import (
     Passing,
     TorqueLaw,
