@@ -31,6 +31,7 @@ from vibecalc.accuracy.yardsticks.grids import (
 )
 from vibecalc.accuracy.yardsticks.integrators import march_fixed, march_scipy
 from vibecalc.errors import NumericalFailure
+from vibecalc.pipeline.plan import plan_case
 from vibecalc.pipeline.run import run_scene
 from vibecalc.pipeline.scene import Scene
 from vibecalc.pipeline.stages.isolation_common import LARGEST
@@ -57,7 +58,8 @@ BY_MODULE = {module: case for module, case, _ in MEASURED}
 def scene_of(case: str) -> Scene:
     """A run of what the topics read; stages that only give results are left out."""
     (loaded,) = load_checked([CASES[case]], ())
-    return run_scene(loaded.case, wanted=frozenset({LARGEST}))
+    read = {stage.quantities[0] for stage in plan_case(loaded.case) if not stage.is_last}
+    return run_scene(loaded.case, wanted=frozenset({LARGEST, *read}))
 
 
 def topics_of(module: str, case: str) -> list[Topic]:

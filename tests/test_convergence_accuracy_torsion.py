@@ -28,6 +28,7 @@ from vibecalc.accuracy.yardsticks.shaft_lines import (
 from vibecalc.errors import NumericalFailure
 from vibecalc.pipeline.catalogue import CATALOGUE
 from vibecalc.pipeline.plan import plan_case
+from vibecalc.pipeline.plan import plan_case
 from vibecalc.pipeline.run import run_scene
 from vibecalc.pipeline.scene import Scene
 from vibecalc.response.torsion.line import chain
@@ -60,7 +61,8 @@ STAGES = sorted({stage for stage, _ in SHORT})
 def scene_of(case: str) -> Scene:
     """What the stages of a case hand on, without results that nothing reads."""
     (loaded,) = load_checked([CASES[case]], ())
-    return run_scene(loaded.case, wanted=frozenset())
+    read = {stage.quantities[0] for stage in plan_case(loaded.case) if not stage.is_last}
+    return run_scene(loaded.case, wanted=frozenset(read))
 
 
 def topics_of(stage: str, case: str) -> list[Topic]:
