@@ -47,7 +47,7 @@ def square_machine(speed: float, bank: float) -> Table:
                 ],
             },
         },
-        "excitation": {"orders": 2},
+        "excitation": {"orders": 2, "driven_machine": "cancels_torque"},
         "isolation": {"model": "rigid_body", "run_up": {"from": 1.0, "to": 100.0}},
     }
 

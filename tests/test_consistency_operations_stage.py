@@ -41,7 +41,8 @@ def combined(idle: str = "stopped") -> Record:
 
 def single(idle: str, working: list[str], balanced_for: list[str] | None) -> Record:
     table = short(bare())
-    table["excitation"] = {"idle": idle, "working": working}
+    asked = {"idle": idle, "working": working, "driven_machine": "cancels_torque"}
+    table["excitation"] = asked
     if balanced_for is not None:
         table["excitation"]["balanced_for"] = balanced_for
     return run(table)
@@ -105,7 +106,7 @@ def written_out(working: list[str], balanced: list[str]) -> Callable[[float], Re
         del train[key]
     train["reciprocating_mass"] = float(masses["excitation/mass/reciprocating"].values[0])
     throw = 0.0127 * float(masses["excitation/mass/rotating"].values[0])
-    table["excitation"] = {"working": working}
+    table["excitation"] = {"working": working, "driven_machine": "cancels_torque"}
 
     def at(phase: float) -> Record:
         moved = copy.deepcopy(table)

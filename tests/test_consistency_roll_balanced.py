@@ -40,6 +40,7 @@ reciprocating_mass = "{train["reciprocating_mass"]}"
 cylinders = [{rows}]
 [excitation]
 orders = 10
+driven_machine = "cancels_torque"
 """
     path = tmp_path / "forces.toml"
     path.write_text(text, encoding="utf-8")

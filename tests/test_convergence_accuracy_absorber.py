@@ -258,9 +258,9 @@ def test_an_optimum_with_fewer_starts() -> None:
     found = measure(topic._replace(ladders=few), ONCE)
     holds(found)
     assert default_of(found).position_error == pytest.approx(0.0, abs=1e-12)
-    # one search from the case as written ends in another optimum
-    lost = rungs_of(found, "SLSQP of")[-1]
-    assert lost.worst_relative > 0.5 and lost.work < default_of(found).work
+    # phases have no ends, so that one search from the case as written gets there, too
+    alone = rungs_of(found, "SLSQP of")[-1]
+    assert alone.worst_relative < 1e-9 and alone.work < default_of(found).work
 
 
 def test_a_search_along_a_key_with_a_coarser_look() -> None:

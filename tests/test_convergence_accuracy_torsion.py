@@ -28,7 +28,6 @@ from vibecalc.accuracy.yardsticks.shaft_lines import (
 from vibecalc.errors import NumericalFailure
 from vibecalc.pipeline.catalogue import CATALOGUE
 from vibecalc.pipeline.plan import plan_case
-from vibecalc.pipeline.plan import plan_case
 from vibecalc.pipeline.run import run_scene
 from vibecalc.pipeline.scene import Scene
 from vibecalc.response.torsion.line import chain

@@ -7,7 +7,7 @@ import numpy as np
 from exact_peaks import cycle_peak as exact_peak
 from stability.hard_case import HardCase, Numbers, Way, condition_of, singular
 
-from vibecalc.measurement.complex_motion import complex_motion
+from vibecalc.measurement.complex_motion import Phasors, complex_motion
 from vibecalc.measurement.rigid_plate import point_row
 from vibecalc.numerics.cycle_peak import cycle_peak
 from vibecalc.numerics.periodic_condense import scalar_condition
@@ -85,7 +85,7 @@ READ = np.array([1.0 + 0j, 1.1, 1.4])
 
 
 def own_plate(rows: np.ndarray) -> WithError:
-    found = complex_motion(rows, READ, np.full(3, 1e-3), np.full(3, 1e-3))
+    found = complex_motion(Phasors(rows, READ, np.full((2, 3), 1e-3), np.full((2, 3), 1e-3)))
     return WithError(
         found.motion, EPSILON * found.condition * np.abs(found.motion).max() * np.ones(3)
     )

@@ -15,7 +15,11 @@ ZERO = 4.0
 #: sums that are there to show what cancels
 CANCELLING = "excitation/balance/"
 #: zero for the exact solution, so that all of it is error
-CHECKS = ("/certificate", "_residual", "energy/residual", "measurement/fit/misfit")
+CHECKS = (
+    *("/certificate", "_residual", "energy/residual"),
+    *("measurement/fit/misfit", "measurement/signal/residual", "measurement/reading/residual"),
+    *("measurement/quiet/amplitude", "measurement/quiet/all_orders_amplitude"),
+)
 #: where a summit stands: it is flat there, so that half the digits of its height are known
 PLACES = ("/peak_time", "/peak_speed", "/worst_angle", "_peak_time")
 #: a chaotic motion: what counts of its statistics is their standard error
