@@ -65,11 +65,10 @@ lint: $(READY) ## ruff
 types: $(READY) ## mypy
 	$(BIN)/mypy
 
-golden: $(READY) golden-results ## run every case, compare with tests/golden and with what `check` says
+golden: $(READY) golden-results ## run every case, compare with tests/golden
 	@printf '%s\n' $(NAMES) $(SWEPT) | xargs -P $(WORKERS) -I {} sh -c 'said=$$($(BIN)/vibecalc diff \
 	  tests/golden/{}.h5 outputs/golden/{}.h5 --rules tests/golden/rules.toml 2>&1); code=$$?; \
 	  printf "%s: %s\n" {} "$$said"; exit $$code'
-	@$(BIN)/python tests/needs/check_needs.py $(NAMES:%=outputs/golden/%.h5)
 
 # One process for each case, WORKERS at a time.
 golden-results: $(READY)

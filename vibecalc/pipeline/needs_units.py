@@ -9,10 +9,11 @@ from typing import NamedTuple
 
 
 class Unit(NamedTuple):
-    """Seconds of one piece of work, and its name when there are many."""
+    """Seconds of one piece of work, its name when there are many, the heavy library it takes."""
 
     seconds: float
     words: str
+    library: str = ""
 
 
 UNITS: dict[str, Unit] = {
@@ -30,23 +31,25 @@ UNITS: dict[str, Unit] = {
     "line_order": Unit(6.0e-4, "orders of a shaft line summed"),
     "line_solve": Unit(4.8e-7, "solves times freedoms"),
     "limit": Unit(1.0e-1, "limits followed over the range"),
-    "time_step": Unit(6.0e-4, "steps in time"),
-    "variable_solve": Unit(1.5e-2, "solves of all orders at once"),
+    "time_step": Unit(6.0e-4, "steps in time", "scipy.sparse"),
+    "variable_solve": Unit(1.5e-2, "solves of all orders at once", "scipy.linalg"),
     "damper_map": Unit(1.0, "maps of dampers with descents"),
     "damper_solve": Unit(1.0e-4, "solves times freedoms of the map"),
     "closed_forms": Unit(1.2e-2, "sets of closed forms"),
     "periodic": Unit(5.0e-2, "periodic problems"),
-    "periodic_motor": Unit(2.5e-1, "periodic problems with a motor's currents"),
+    "periodic_motor": Unit(
+        2.5e-1, "periodic problems with a motor's currents", "scipy.interpolate"
+    ),
     "march": Unit(1.0e-1, "marches until the turns repeat"),
     "turn_of_start": Unit(8.0e-2, "turns followed"),
     "start_angle": Unit(1.0e-1, "starts from other angles"),
     "loop": Unit(1.0e-3, "loops closed"),
-    "tuning_loops": Unit(2.0e-1, "searches over loops"),
+    "tuning_loops": Unit(2.0e-1, "searches over loops", "scipy.optimize"),
     "least_squares": Unit(1.0e-2, "harmonics by least squares"),
     "level_motions": Unit(1.5e-2, "harmonics by all motions that levels allow"),
-    "peak_search": Unit(1.0e-1, "searches for the lowest peak"),
+    "peak_search": Unit(1.0e-1, "searches for the lowest peak", "scipy.optimize"),
     "chart_point": Unit(3.0e-4, "points of the chart"),
-    "several": Unit(3.0e-1, "searches over several absorbers"),
+    "several": Unit(3.0e-1, "searches over several absorbers", "scipy.optimize"),
     "curve_point": Unit(1.5e-6, "points of the curves"),
     "peaks": Unit(2.5e-2, "sets of peaks, poles and limits"),
     "parts": Unit(1.0e-1, "sets of stock parts held against the tuning"),
@@ -63,8 +66,8 @@ LIBRARIES: dict[str, tuple[float, float]] = {
     "scipy.linalg": (0.16, 26.0),
     "matplotlib": (0.46, 40.0),
 }
-#: seconds of an import of one module of this package
-MODULE = 3.0e-4
+#: seconds of a stage before it computes: its imports, its arrays
+SETTING_UP = 1.0e-2
 #: seconds and MB of a command before its first stage and after its last: interpreter, arrays,
 #: the case with its checks, the result file, the report
 COMMAND = (0.45, 65.0)

@@ -14,7 +14,6 @@ ROWS = (
     ("why", "why"),
     ("parts", "reads"),
     ("orders", "orders"),
-    ("modules", "modules"),
     ("cost", "cost"),
     ("quantities", "makes"),
 )
@@ -39,7 +38,7 @@ def plan_object(
 def render_plan(
     path: str, case: "Case", plan: Sequence[Mapping[str, Any]], total: Mapping[str, Any]
 ) -> str:
-    """The plan as text: stages, why, what they read, orders, modules, cost, quantities; the whole.
+    """The plan as text: stages, why, what they read, orders, cost, quantities; the whole.
 
     `plan` and `total` are those of `study.check_rows`.
     """

@@ -8,8 +8,8 @@
                             long_name, error_estimate, and amplitude, standard_error and
                             terms if any
     /<stage>/<axis>         dimension scales (`order`, `order_2`, ...), shared inside a stage
-    /provenance             attributes that change from run to run (among them `modules` and
-                            `libraries`, what its process had imported), left out of comparisons,
+    /provenance             attributes that change from run to run (among them `libraries`,
+                            what its process had imported), left out of comparisons,
                             and text_checksum, a CRC-32 of all texts in the file
     /provenance/timings     attributes: seconds per stage
 

@@ -89,18 +89,8 @@ def provenance() -> dict[str, str | int | float]:
         "python": platform.python_version(),
         **versions,
         "vibecalc_version": __version__,
-        "modules": " ".join(sorted(_imported("vibecalc."))),
         "libraries": " ".join(_libraries()),
     }
-
-
-def _imported(beginning: str) -> list[str]:
-    """Modules that this process has imported, packages apart, without `beginning`."""
-    return [
-        name.removeprefix(beginning)
-        for name, module in list(sys.modules.items())
-        if name.startswith(beginning) and not hasattr(module, "__path__")
-    ]
 
 
 def _libraries() -> list[str]:

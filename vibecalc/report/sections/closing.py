@@ -84,15 +84,10 @@ def accuracy(result: Result, full: bool = False) -> Section | None:
 
 def provenance(result: Result) -> Section:
     """Time per stage, versions, and how to run the case again. Nothing stable stands below."""
-    shown = (item for item in result.provenance.items() if item[0] not in _NOT_SHOWN)
-    rows = [(str(key), str(value)) for key, value in shown]
+    rows = [(str(key), str(value)) for key, value in result.provenance.items() if key != "command"]
     wide = max(24, *(len(name) for name, _ in rows)) if rows else 24
     lines = [*stage_times(result), *pairs([*rows, ("rerun", rerun(result))], wide)]
     return Section("Provenance (changes from run to run)", lines, frozenset())
-
-
-#: the command has a line of its own; the modules are for who asks the file
-_NOT_SHOWN = ("command", "modules")
 
 
 def rerun(result: Result) -> str:
@@ -102,9 +97,7 @@ def rerun(result: Result) -> str:
 
 def _planned(row: Mapping[str, str]) -> str:
     parts = [row["why"]] if row.get("why") else []
-    parts += [
-        f"{key}: {row[key]}" for key in ("parts", "orders", "modules", "cost") if row.get(key)
-    ]
+    parts += [f"{key}: {row[key]}" for key in ("parts", "orders", "cost") if row.get(key)]
     return "; ".join(parts)
 
 

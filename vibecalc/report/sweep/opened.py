@@ -136,5 +136,4 @@ def _read(quantity: StackedQuantity, count: int) -> Stacked:
 
 
 def _provenance(given: Any) -> dict[str, Any]:
-    hidden = (TEXT_CHECKSUM, "modules")  # the list of modules is for who asks the file
-    return {name: value for name, value in given.items() if name not in hidden}
+    return {name: value for name, value in given.items() if name != TEXT_CHECKSUM}
