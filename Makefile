@@ -28,8 +28,8 @@ export OMP_NUM_THREADS := 1
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help run sweep test check lint types golden golden-results accept-golden least least-tests plots \
-  bench matrix test-long clean
+.PHONY: help run sweep test check lint types golden golden-results accept-golden least least-tests accept-snapshots \
+  plots bench matrix test-long clean
 
 help: ## print this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 16
@@ -86,6 +86,9 @@ least-tests: $(READY)
 accept-golden: $(READY) golden-results ## make the numbers of this checkout the golden ones
 	@set -e; for name in $(NAMES) $(SWEPT); do \
 	  $(BIN)/vibecalc diff tests/golden/$$name.h5 outputs/golden/$$name.h5 --accept; done
+
+accept-snapshots: $(READY) ## make the reports, checks and words of pictures of the golden files those to hold
+	$(BIN)/python tests/snapshots/said.py
 
 plots: $(READY) sweep ## draw the pictures of every case into outputs/
 	$(BIN)/vibecalc run $(CASES) -q
