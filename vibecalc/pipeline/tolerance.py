@@ -18,14 +18,16 @@ CANCELLING = "excitation/balance/"
 CHECKS = (
     *("/certificate", "_residual", "energy/residual"),
     *("measurement/fit/misfit", "measurement/signal/residual", "measurement/reading/residual"),
-    *("measurement/quiet/amplitude", "measurement/quiet/all_orders_amplitude"),
 )
 #: where a summit stands: it is flat there, so that half the digits of its height are known
 PLACES = ("/peak_time", "/peak_speed", "/worst_angle", "_peak_time")
 #: a chaotic motion: what counts of its statistics is their standard error
 CHAOTIC = "response/impact/"
-#: differences of results, whose digits are those of what is left of them
+#: differences of results, whose digits are those of what is left of them; so is the least motion of
+#: a plate, where translation and rotation cancel but for what is out of phase
 DIFFERENCES = (
+    "measurement/quiet/amplitude",
+    "measurement/quiet/all_orders_amplitude",
     "response/roll/sensitivity/",
     "response/roll/classical/",
     "response/roll/method/",
