@@ -82,9 +82,15 @@ def test_zipped_keys_and_samples_are_axes_of_their_own() -> None:
 
 
 def test_a_dry_run_says_all_and_writes_nothing(tmp_path: Path) -> None:
-    outcome = command("sweep", CASE, *GRID, "--dry-run", "--shard", "2/3")
+    many = (
+        "--grid",
+        f"{STIFFNESS}=5 N/mm:50 N/mm:40",
+        "--grid",
+        "machine.speed=3000 rpm:4900 rpm:50",
+    )
+    outcome = command("sweep", CASE, *many, "--dry-run", "--shard", "2/3")
     assert outcome.code == 0, outcome.err
-    for words in ("96, a grid of 16 x 6", "pool", "5, 6 points each", "order (2), N", "about"):
+    for words in ("2000, a grid of 40 x 50", "pool", "5, 125 points each", "order (2), N", "about"):
         assert words in outcome.out, outcome.out
     found = json.loads(command("sweep", CASE, *SMALL, "--dry-run", "--json").out)
     assert found["points"] == 6 and found["strategy"] == "array" and found["chunks"] == 1

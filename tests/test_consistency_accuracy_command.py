@@ -98,18 +98,16 @@ def test_a_missing_package_is_named_with_the_extra_to_install(
 def test_a_long_run_is_not_repeated_and_a_failing_module_leaves_a_note(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    from vibecalc.accuracy.topics import kinematics_motion
-
     def failing(_: object) -> None:
         raise NumericalFailure("there is no such thing")
 
-    monkeypatch.setattr(kinematics_motion, "topics", failing)
+    monkeypatch.setattr("vibecalc.accuracy.topics.kinematics_motion.topics", failing)
     monkeypatch.setattr(collect, "LONGEST_RUN", 0.0)
     (loaded,) = load_checked([CASES["generator"]])
     found = collect.collect(loaded, (*stages_of(loaded.case)[:1], "whole case"))
     assert [topic.stage for topic in found.topics] == ["kinematics"]
     assert found.notes == (
-        "the topics of kinematics_motion are left out: there is no such thing",
+        "topics of kinematics are left out: there is no such thing",
         "what the tolerance costs is left out: a run takes more than 0 s",
     )
 

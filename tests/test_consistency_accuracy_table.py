@@ -1,6 +1,5 @@
 """Claim: every stage and study that a case can have is measured by some topic."""
 
-import importlib
 import tomllib
 from functools import cache
 
@@ -12,9 +11,10 @@ from vibecalc.accuracy.front import extra_work
 from vibecalc.accuracy.measure import Timed, measure
 from vibecalc.accuracy.table import STUDIES, TOPICS, WHOLE_CASE
 from vibecalc.accuracy.topic import Topic
-from vibecalc.accuracy.topics import response_speeds
+from vibecalc.accuracy.topics.response_speeds import topics as response_speeds_topics
 from vibecalc.case.load import validate
 from vibecalc.pipeline.run import run_scene
+from vibecalc.results.named import named
 from vibecalc.study.load import load_checked
 
 #: stages and studies of each shipped case
@@ -32,10 +32,8 @@ def test_every_planned_stage_is_in_the_table() -> None:
 
 @pytest.mark.parametrize("stage", [*TOPICS, *STUDIES])
 def test_its_modules_are_there(stage: str) -> None:
-    function = "study_topics" if stage in STUDIES else "topics"
-    for name in {**TOPICS, **STUDIES}[stage]:
-        module = importlib.import_module(f"vibecalc.accuracy.topics.{name}")
-        assert callable(getattr(module, function)), name
+    for where in {**TOPICS, **STUDIES}[stage]:
+        assert callable(named(where)), where
     assert {**TOPICS, **STUDIES}[stage]
 
 
@@ -87,7 +85,7 @@ def test_energies_over_speed_have_a_topic_with_its_default_on_the_front() -> Non
     case = {key: part for key, part in table_of("compressor_b").items() if key not in left_out}
     case["response"] = {**case["response"], "run_up": {"from": "5 rad/s", "to": "120 rad/s"}}
     case["excitation"] = {**case.get("excitation", {}), "orders": 4}
-    (topic,) = response_speeds.topics(run_scene(validate(case)))
+    (topic,) = response_speeds_topics(run_scene(validate(case)))
     measured = measure(topic, Timed(repeat=False))
     assert measured.reference.agreement < 1e-25
     assert extra_work(topic, measured.rungs) <= topic.default_extra

@@ -87,7 +87,7 @@ def test_a_stage_whose_table_is_absent_is_not_imported(
     assert case is not None
     modules = modules_after("run", str(FOLDER / f"{name}.toml"), "-q", cwd=tmp_path)
     adapters = f"{PACKAGE}.pipeline.stages."
-    assert {f"{adapters}{stage.module}" for stage in plan_case(case)} <= modules
+    assert {stage.adapter.partition(":")[0] for stage in plan_case(case)} <= modules
     computing = {one for one in modules if one.startswith((adapters, *KERNELS, "scipy."))}
     assert not [one for one in computing for word in words if word in one]
 

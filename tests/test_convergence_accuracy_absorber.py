@@ -16,14 +16,13 @@ from vibecalc.accuracy.measure import Timed, measure
 from vibecalc.accuracy.order import fitted
 from vibecalc.accuracy.rung import Measured, Rung
 from vibecalc.accuracy.topic import Topic
-from vibecalc.accuracy.topics import (
-    absorber_curves,
-    absorber_parts,
-    absorber_pendulum,
-    absorber_tuning,
-    find,
-    optimisation,
-)
+from vibecalc.accuracy.topics import find
+from vibecalc.accuracy.topics.absorber_curves import topics as curves_topics
+from vibecalc.accuracy.topics.absorber_parts import topics as parts_topics
+from vibecalc.accuracy.topics.absorber_pendulum import topics as pendulum_topics
+from vibecalc.accuracy.topics.absorber_tuning import topics as tuning_topics
+from vibecalc.accuracy.topics.find import study_topics as find_study_topics
+from vibecalc.accuracy.topics.optimisation import study_topics as optimisation_study_topics
 from vibecalc.accuracy.yardsticks.absorber_searches import Question, first_place, grid_of, magnitude
 from vibecalc.accuracy.yardsticks.absorber_truths import System, highest_peak, least_highest_peak
 from vibecalc.accuracy.yardsticks.searches import nelder_mead, within_budget
@@ -36,8 +35,8 @@ ONCE = Timed(longest=20.0, repeat=False)
 #: relative error that every default reaches, unless a test says otherwise
 ROUNDING = 2e-14
 SCENES = {
-    "absorber_rig_a": (absorber_tuning, absorber_curves, absorber_parts),
-    "absorber_pendulum": (absorber_pendulum,),
+    "absorber_rig_a": (tuning_topics, curves_topics, parts_topics),
+    "absorber_pendulum": (pendulum_topics,),
 }
 #: what makes their runs short and leaves the topics as they are
 SHORT = {
@@ -50,14 +49,14 @@ SHORT = {
     "absorber_pendulum": ("machine.pendulum.swings.points=7",),
 }
 LONG_SCENES = {
-    "absorber": (absorber_tuning, absorber_curves),
-    "absorber_curves": (absorber_curves,),
-    "absorber_damped": (absorber_curves,),
-    "absorber_design_chart": (absorber_tuning,),
-    "absorber_mass": (absorber_curves,),
+    "absorber": (tuning_topics, curves_topics),
+    "absorber_curves": (curves_topics,),
+    "absorber_damped": (curves_topics,),
+    "absorber_design_chart": (tuning_topics,),
+    "absorber_mass": (curves_topics,),
     "absorber_rig_a": SCENES["absorber_rig_a"],
-    "absorber_rig_b": (absorber_tuning, absorber_curves, absorber_parts),
-    "absorber_two": (absorber_tuning, absorber_curves),
+    "absorber_rig_b": (tuning_topics, curves_topics, parts_topics),
+    "absorber_two": (tuning_topics, curves_topics),
 }
 
 
@@ -66,7 +65,7 @@ def measured_of(case: str, whole: bool = False) -> dict[str, Measured]:
     """Every topic of a case; unless `whole`, a shorter run of it and no populations."""
     (loaded,) = load_checked([CASES[case]], () if whole else SHORT[case])
     scene = run_scene(loaded.case)
-    topics = [t for module in (SCENES | LONG_SCENES)[case] for t in module.topics(scene)]
+    topics = [t for topics_of in (SCENES | LONG_SCENES)[case] for t in topics_of(scene)]
     if not whole:
         topics = [without(topic, "differential evolution") for topic in topics]
     return {topic.name: measure(topic, ONCE) for topic in topics}
@@ -252,7 +251,7 @@ def some_of(topic: Topic, *starts: str) -> Topic:
 
 def test_an_optimum_with_fewer_starts() -> None:
     (loaded,) = load_checked([CASES["four_cylinder"]], ["optimisation.starts=1"])
-    (topic,) = optimisation.study_topics(loaded)
+    (topic,) = optimisation_study_topics(loaded)
     own, plain = some_of(topic, "sequential quadratic programming, refined", "SLSQP of").ladders
     few = own, plain._replace(settings=plain.settings[-1:])
     found = measure(topic._replace(ladders=few), ONCE)
@@ -265,7 +264,7 @@ def test_an_optimum_with_fewer_starts() -> None:
 
 def test_a_search_along_a_key_with_a_coarser_look() -> None:
     (loaded,) = load_checked([CASES["roll_design"]], ["find[0].points=5"])
-    (topic,) = find.study_topics(loaded)
+    (topic,) = find_study_topics(loaded)
     own, plain = some_of(topic, "look", "Brent").ladders
     few = own, plain._replace(settings=plain.settings[::3])
     found = measure(topic._replace(ladders=few), ONCE)
@@ -285,7 +284,7 @@ def test_a_search_from_bounds_on_one_side_is_refused() -> None:
 @pytest.mark.parametrize("case", ["four_cylinder", "generator_mount_design", "compressor_balance"])
 def test_optima_of_the_shipped_cases(case: str) -> None:
     (loaded,) = load_checked([CASES[case]])
-    (topic,) = optimisation.study_topics(loaded)
+    (topic,) = optimisation_study_topics(loaded)
     holds(measure(topic, ONCE))
 
 
@@ -293,7 +292,7 @@ def test_optima_of_the_shipped_cases(case: str) -> None:
 @pytest.mark.parametrize("case", ["roll_design", "roll_mounted"])
 def test_searches_of_the_shipped_cases(case: str) -> None:
     (loaded,) = load_checked([CASES[case]])
-    (topic,) = find.study_topics(loaded)
+    (topic,) = find_study_topics(loaded)
     found = measure(topic, ONCE)
     holds(found, 1e-12)
     assert found.topic.unit

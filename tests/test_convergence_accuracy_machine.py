@@ -4,7 +4,6 @@ The truths are known to what is stated, each integrator and grid shows the order
 and no method does the same for much less counted work than the one vibecalc takes.
 """
 
-import importlib
 from functools import cache
 
 import numpy as np
@@ -16,6 +15,16 @@ from vibecalc.accuracy.measure import Timed, measure
 from vibecalc.accuracy.order import fitted
 from vibecalc.accuracy.rung import Measured
 from vibecalc.accuracy.topic import Topic
+from vibecalc.accuracy.topics.excitation_force import topics as excitation_force_topics
+from vibecalc.accuracy.topics.isolation_steady import topics as isolation_steady_topics
+from vibecalc.accuracy.topics.kinematics_harmonics import topics as kinematics_harmonics_topics
+from vibecalc.accuracy.topics.kinematics_motion import topics as kinematics_motion_topics
+from vibecalc.accuracy.topics.motor_force import topics as motor_force_topics
+from vibecalc.accuracy.topics.operations import topics as operations_topics
+from vibecalc.accuracy.topics.response_modes import topics as response_modes_topics
+from vibecalc.accuracy.topics.response_steady import topics as response_steady_topics
+from vibecalc.accuracy.topics.run_up import topics as run_up_topics
+from vibecalc.accuracy.topics.switching import topics as switching_topics
 from vibecalc.accuracy.yardsticks.cycle_peaks import peak_topic
 from vibecalc.accuracy.yardsticks.cycle_signals import Signal
 from vibecalc.accuracy.yardsticks.fourier_samples import (
@@ -51,6 +60,18 @@ MEASURED = (
     ("motor_force", "compressor_motor", 1e-14),
     ("switching", "compressor_switching", 3e-13),
 )
+TOPICS_OF = {
+    "kinematics_harmonics": kinematics_harmonics_topics,
+    "kinematics_motion": kinematics_motion_topics,
+    "excitation_force": excitation_force_topics,
+    "isolation_steady": isolation_steady_topics,
+    "run_up": run_up_topics,
+    "response_steady": response_steady_topics,
+    "response_modes": response_modes_topics,
+    "operations": operations_topics,
+    "motor_force": motor_force_topics,
+    "switching": switching_topics,
+}
 BY_MODULE = {module: case for module, case, _ in MEASURED}
 
 
@@ -63,7 +84,7 @@ def scene_of(case: str) -> Scene:
 
 
 def topics_of(module: str, case: str) -> list[Topic]:
-    found = importlib.import_module(f"vibecalc.accuracy.topics.{module}").topics(scene_of(case))
+    found = TOPICS_OF[module](scene_of(case))
     assert all(isinstance(topic, Topic) for topic in found)
     return list(found)
 

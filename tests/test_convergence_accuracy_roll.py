@@ -18,7 +18,10 @@ from vibecalc.accuracy.measure import Timed, measure
 from vibecalc.accuracy.order import fitted
 from vibecalc.accuracy.rung import Measured
 from vibecalc.accuracy.topic import Topic
-from vibecalc.accuracy.topics import control, measurement, roll, start_up
+from vibecalc.accuracy.topics.control import topics as control_topics
+from vibecalc.accuracy.topics.measurement import topics as measurement_topics
+from vibecalc.accuracy.topics.roll import topics as roll_topics
+from vibecalc.accuracy.topics.start_up import topics as start_up_topics
 from vibecalc.accuracy.yardsticks import plate_levels
 from vibecalc.accuracy.yardsticks.roll_retrace import departure, retrace
 from vibecalc.accuracy.yardsticks.roll_setup import RollSetup, roll_setup, spectrum
@@ -34,7 +37,7 @@ from vibecalc.response.roll.steady import steady_state
 from vibecalc.study.load import load_checked
 
 ONCE = Timed(repeat=False)
-MODULES = (control, measurement, roll, start_up)
+EVERY = (control_topics, measurement_topics, roll_topics, start_up_topics)
 
 PHASORS = """
 schema = 1
@@ -107,7 +110,7 @@ def error_of(found: Measured, ladder: str, setting: float | None = None) -> floa
 
 
 def test_roll() -> None:
-    every = roll.topics(scene_of("roll"))
+    every = roll_topics(scene_of("roll"))
     found = held(topic_named(every, "spectrum"), 1e-12)
     kinds = {rung.ladder for rung in found.rungs}
     assert len(kinds) == 11
@@ -124,7 +127,7 @@ def test_roll() -> None:
 
 def test_largest_slip() -> None:
     """Looks stop where closer ones would tell no more, not where one finds the last place again."""
-    found = held(topic_named(roll.topics(scene_of("roll")), "largest slip"), 1e-12)
+    found = held(topic_named(roll_topics(scene_of("roll")), "largest slip"), 1e-12)
     assert error_of(found, "closer and closer looks") <= 1e-12
 
 
@@ -150,7 +153,7 @@ def test_steps_of_all_panels_tell_a_wrong_state() -> None:
 
 
 def test_start_up() -> None:
-    found = held(topic_named(start_up.topics(scene_of("roll_startup")), "motion"), 1e-11)
+    found = held(topic_named(start_up_topics(scene_of("roll_startup")), "motion"), 1e-11)
     # a change of load within a step leaves the order one to methods that do not look
     rungs = [rung for rung in found.rungs if rung.ladder == "Runge-Kutta"]
     fit = fitted(rungs, found.reference.agreement)
@@ -162,7 +165,7 @@ def test_start_up() -> None:
 @pytest.mark.long
 def test_implicit_steps_of_the_closed_loop() -> None:
     """A tolerance ten times closer brings an error at least five times smaller."""
-    every = control.topics(scene_of("roll_control"))
+    every = control_topics(scene_of("roll_control"))
     found = held(topic_named(every, "closed loop"), 1e-14)
     errors = [rung.error for rung in found.rungs if "Radau" in rung.ladder]
     assert len(errors) == 3
@@ -172,7 +175,7 @@ def test_implicit_steps_of_the_closed_loop() -> None:
 @pytest.mark.long
 def test_shaking_of_a_start() -> None:
     for name in ("roll_startup", "roll_mounted"):
-        for topic in start_up.topics(scene_of(name)):
+        for topic in start_up_topics(scene_of(name)):
             held(topic, 1e-10)
 
 
@@ -199,7 +202,7 @@ def test_a_crank_with_friction_that_comes_to_rest_is_not_followed() -> None:
 
 
 def test_control() -> None:
-    every = control.topics(scene_of("roll_control"))
+    every = control_topics(scene_of("roll_control"))
     assert [topic.name for topic in every] == ["load", "closed loop", "delay margin", "poles"]
     load = held(every[0], 1e-14)
     # more angles do not mend a stroke that is cut short
@@ -217,7 +220,7 @@ def test_control() -> None:
 
 
 def test_measurement_from_levels() -> None:
-    (topic,) = measurement.topics(scene_of("roll_measured"))
+    (topic,) = measurement_topics(scene_of("roll_measured"))
     found = held(topic, 1e-14)
     assert error_of(found, "second moments") <= 1e-13
     # the source's own cosines are as good where its readings are given
@@ -246,15 +249,15 @@ def test_measurement_from_phasors(tmp_path: Path) -> None:
     (loaded,) = load_checked([path])
     case = loaded.case
     scene = Scene(case=case, parts=build_machine(case))
-    (topic,) = measurement.topics(scene)
+    (topic,) = measurement_topics(scene)
     found = held(topic, 1e-14)
     assert error_of(found, "singular values") <= 1e-12
     assert error_of(found, "numpy.linalg.lstsq") <= 1e-12
 
 
 def test_cases_without_these_stages_have_no_such_topics() -> None:
-    for module in MODULES:
-        assert module.topics(scene_of("generator")) == []
+    for topics in EVERY:
+        assert topics(scene_of("generator")) == []
 
 
 @pytest.mark.long
@@ -262,5 +265,5 @@ def test_cases_without_these_stages_have_no_such_topics() -> None:
     "name", ["roll_equal_pressure", "roll_balanced", "roll_dynamic_motor", "roll_mounted"]
 )
 def test_other_machines_that_roll(name: str) -> None:
-    for topic in roll.topics(scene_of(name)):
+    for topic in roll_topics(scene_of(name)):
         held(topic, 1e-12)

@@ -1,6 +1,5 @@
 """Claim: on shaft lines truths agree, ladders show their theory, defaults are on the front."""
 
-import importlib
 from functools import cache
 
 import numpy as np
@@ -31,6 +30,7 @@ from vibecalc.pipeline.plan import plan_case
 from vibecalc.pipeline.run import run_scene
 from vibecalc.pipeline.scene import Scene
 from vibecalc.response.torsion.line import chain
+from vibecalc.results.named import named
 from vibecalc.study.load import load_checked
 
 #: stage, case, topics and how well their truths agree at least
@@ -65,8 +65,7 @@ def scene_of(case: str) -> Scene:
 
 
 def topics_of(stage: str, case: str) -> list[Topic]:
-    modules = [importlib.import_module(f"vibecalc.accuracy.topics.{one}") for one in TOPICS[stage]]
-    return [topic for module in modules for topic in module.topics(scene_of(case))]
+    return [topic for where in TOPICS[stage] for topic in named(where)(scene_of(case))]
 
 
 @cache

@@ -1,15 +1,15 @@
 """The topics of a case: those of every stage that it has, of its studies, and of its tolerance."""
 
-import importlib
 import re
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
-from vibecalc.accuracy.table import STUDIES, TOPICS, WHOLE_CASE
+from vibecalc.accuracy.table import OF_WHOLE_CASE, STUDIES, TOPICS, WHOLE_CASE
 from vibecalc.accuracy.topic import Topic
 from vibecalc.errors import NumericalFailure, UsageError
 from vibecalc.pipeline.plan import plan_case
 from vibecalc.pipeline.run import run_scene
+from vibecalc.results.named import named
 
 if TYPE_CHECKING:
     from vibecalc.case.load import LoadedCase
@@ -66,16 +66,16 @@ def collect(loaded: "LoadedCase", stages: Sequence[str]) -> Collected:
     if set(stages) - set(STUDIES):
         scene = run_scene(case, timings=timings)
         for stage in stages:
-            _add(found, notes, TOPICS.get(stage, ()), "topics", scene)
+            _add(found, notes, TOPICS.get(stage, ()), stage, scene)
     for study in stages:
-        _add(found, notes, STUDIES.get(study, ()), "study_topics", loaded)
+        _add(found, notes, STUDIES.get(study, ()), study, loaded)
     if WHOLE_CASE in stages:
         if sum(timings.values()) > LONGEST_RUN:
             notes.append(
                 f"what the tolerance costs is left out: a run takes more than {LONGEST_RUN:g} s"
             )
         else:
-            _add(found, notes, ("whole_case",), "topics", case)
+            _add(found, notes, (OF_WHOLE_CASE,), WHOLE_CASE, case)
     return Collected(tuple(found), tuple(notes), {"run": sum(timings.values())})
 
 
@@ -94,14 +94,13 @@ def chosen_topics(topics: Sequence[Topic], asked: Sequence[str]) -> tuple[Topic,
 
 
 def _add(
-    found: list[Topic], notes: list[str], modules: Iterable[str], function: str, given: object
+    found: list[Topic], notes: list[str], topics: Iterable[str], stage: str, given: object
 ) -> None:
-    for name in modules:
-        module = importlib.import_module(f"vibecalc.accuracy.topics.{name}")
+    for where in topics:
         try:
-            found += getattr(module, function)(given)
+            found += named(where)(given)
         except NumericalFailure as failure:
-            notes.append(f"the topics of {name} are left out: {failure}")
+            notes.append(f"topics of {stage} are left out: {failure}")
 
 
 def _key(name: str) -> str:

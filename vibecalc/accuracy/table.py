@@ -1,40 +1,54 @@
-"""Which modules have the topics of a stage; each is imported when it is asked for."""
+"""Which functions give the topics of a stage; each is imported when it is asked for."""
 
-#: stage as the plan names it -> modules of `topics/`, each with `topics(scene)`
+#: stage as the plan names it -> functions of a scene
 TOPICS: dict[str, tuple[str, ...]] = {
-    "kinematics": ("kinematics_harmonics", "kinematics_motion"),
-    "excitation": ("excitation_force",),
-    "motor": ("motor_force",),
-    "pump": ("pump_torque",),
-    "response": ("response_steady", "response_modes"),
-    "speeds": ("response_speeds",),
-    "operations": ("operations",),
-    "switching": ("switching",),
-    "impact": ("impact",),
-    "torsion": ("torsion_modes", "torsion_forced", "torsion_cycle"),
-    "torsion_speeds": ("torsion_speeds",),
-    "variable inertia": ("torsion_variable",),
-    "transient": ("torsion_transient",),
-    "modal route as published": ("torsion_modal_route",),
-    "damper design": ("damper_design",),
-    "roll": ("roll",),
-    "start-up": ("start_up",),
-    "control": ("control",),
-    "isolation": ("isolation_steady",),
-    "run_up": ("run_up", "run_up_curve"),
-    "torque reaction": ("torque_reaction",),
-    "measurement": ("measurement",),
-    "tuning": ("absorber_tuning",),
-    "absorber": ("absorber_curves",),
-    "hardware": ("absorber_parts",),
-    "pendulum": ("absorber_pendulum",),
+    "kinematics": (
+        "vibecalc.accuracy.topics.kinematics_harmonics:topics",
+        "vibecalc.accuracy.topics.kinematics_motion:topics",
+    ),
+    "excitation": ("vibecalc.accuracy.topics.excitation_force:topics",),
+    "motor": ("vibecalc.accuracy.topics.motor_force:topics",),
+    "pump": ("vibecalc.accuracy.topics.pump_torque:topics",),
+    "response": (
+        "vibecalc.accuracy.topics.response_steady:topics",
+        "vibecalc.accuracy.topics.response_modes:topics",
+    ),
+    "speeds": ("vibecalc.accuracy.topics.response_speeds:topics",),
+    "operations": ("vibecalc.accuracy.topics.operations:topics",),
+    "switching": ("vibecalc.accuracy.topics.switching:topics",),
+    "impact": ("vibecalc.accuracy.topics.impact:topics",),
+    "torsion": (
+        "vibecalc.accuracy.topics.torsion_modes:topics",
+        "vibecalc.accuracy.topics.torsion_forced:topics",
+        "vibecalc.accuracy.topics.torsion_cycle:topics",
+    ),
+    "torsion_speeds": ("vibecalc.accuracy.topics.torsion_speeds:topics",),
+    "variable inertia": ("vibecalc.accuracy.topics.torsion_variable:topics",),
+    "transient": ("vibecalc.accuracy.topics.torsion_transient:topics",),
+    "modal route as published": ("vibecalc.accuracy.topics.torsion_modal_route:topics",),
+    "damper design": ("vibecalc.accuracy.topics.damper_design:topics",),
+    "roll": ("vibecalc.accuracy.topics.roll:topics",),
+    "start-up": ("vibecalc.accuracy.topics.start_up:topics",),
+    "control": ("vibecalc.accuracy.topics.control:topics",),
+    "isolation": ("vibecalc.accuracy.topics.isolation_steady:topics",),
+    "run_up": (
+        "vibecalc.accuracy.topics.run_up:topics",
+        "vibecalc.accuracy.topics.run_up_curve:topics",
+    ),
+    "torque reaction": ("vibecalc.accuracy.topics.torque_reaction:topics",),
+    "measurement": ("vibecalc.accuracy.topics.measurement:topics",),
+    "tuning": ("vibecalc.accuracy.topics.absorber_tuning:topics",),
+    "absorber": ("vibecalc.accuracy.topics.absorber_curves:topics",),
+    "hardware": ("vibecalc.accuracy.topics.absorber_parts:topics",),
+    "pendulum": ("vibecalc.accuracy.topics.absorber_pendulum:topics",),
 }
 
-#: studies above the pipeline -> modules with `study_topics(loaded)`
+#: studies above the pipeline -> functions of a loaded case
 STUDIES: dict[str, tuple[str, ...]] = {
-    "optimisation": ("optimisation",),
-    "find": ("find",),
+    "optimisation": ("vibecalc.accuracy.topics.optimisation:study_topics",),
+    "find": ("vibecalc.accuracy.topics.find:study_topics",),
 }
 
 #: what the tolerance of the case costs, asked of every case
 WHOLE_CASE = "whole case"
+OF_WHOLE_CASE = "vibecalc.accuracy.topics.whole_case:topics"

@@ -76,6 +76,13 @@ def reciprocating_mass(train: parts.CrankTrain) -> float | None:
     return float((train.piston_mass or 0.0) + (train.pin_mass or 0.0) + rod)
 
 
+def working_names(train: parts.CrankTrain, options: Excitation | None) -> tuple[str, ...]:
+    """Names of the cylinders that work, in their order."""
+    names = tuple(cylinder.name for cylinder in train.cylinders)
+    works = None if options is None else options.working
+    return names if works is None else tuple(name for name in names if name in works)
+
+
 def build_crank_train(train: parts.CrankTrain) -> CrankTrain:
     """Arrays of a validated crank train; a cylinder's own masses override those of the train.
 

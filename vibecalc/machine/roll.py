@@ -12,9 +12,8 @@ from vibecalc.case.schema import Case
 from vibecalc.excitation.gas_force import INTERPOLATIONS, force_at, gas_force
 from vibecalc.excitation.slip_torque import SlipCurve, linear_motor, slip_curve
 from vibecalc.kinematics.slider_crank import piston_path
-from vibecalc.machine.crank_train import build_crank_train, moving, rod_share
+from vibecalc.machine.crank_train import build_crank_train, moving, rod_share, working_names
 from vibecalc.machine.gas_checks import suits
-from vibecalc.machine.roll_cautions import working_names
 from vibecalc.response.roll.machine import RollDrive, RollMachine, roll_machine
 
 Array = NDArray[np.float64]
@@ -111,7 +110,8 @@ def motor_curve(motor: Motor) -> SlipCurve:
 
 def gas_tables(case: Case) -> tuple[GasTable | None, ...]:
     """Gas force of every cylinder: its own table, or pressure times the area of the bore."""
-    train, works = case.machine.crank_train, working_names(case)
+    train = case.machine.crank_train
+    works = working_names(train, case.excitation)
     tables: list[GasTable | None] = []
     for cylinder in train.cylinders:
         own, pressure = cylinder.gas_force, train.gas_pressure
@@ -169,5 +169,5 @@ def _rod_difference(case: Case) -> Array:
     difference = rod.inertia - rod.mass * train.rod_length**2 * share * (1.0 - share)
     if options is None or options.idle == "unloaded":
         return np.full(count, difference)
-    works = working_names(case)
+    works = working_names(case.machine.crank_train, case.excitation)
     return np.array([difference if c.name in works else 0.0 for c in train.cylinders])

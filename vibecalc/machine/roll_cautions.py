@@ -7,6 +7,7 @@ from vibecalc.case.engine_mounted import shakes_with_torque
 from vibecalc.case.kinds import finds_speed, has_crank_train
 from vibecalc.case.roll_form import STEPPING
 from vibecalc.case.schema import Case
+from vibecalc.machine.crank_train import build_crank_train, working_names
 
 SENTENCE = "only the roll of the machine uses it: [response.roll], start_up or control"
 
@@ -18,13 +19,6 @@ def asks_roll(case: Case) -> bool:
         return False
     asked = (response.roll, response.start_up, response.control)
     return any(table is not None for table in asked)
-
-
-def working_names(case: Case) -> tuple[str, ...]:
-    """Names of the cylinders that work, in their order."""
-    names = tuple(cylinder.name for cylinder in case.machine.crank_train.cylinders)
-    works = None if case.excitation is None else case.excitation.working
-    return names if works is None else tuple(name for name in names if name in works)
 
 
 def roll_cautions(case: Case) -> list[str]:
@@ -71,11 +65,10 @@ def _step(case: Case) -> Iterator[str]:
 
 
 def _pistons(case: Case) -> Iterator[str]:
-    from vibecalc.machine.crank_train import build_crank_train
     from vibecalc.machine.roll import gas_tables
 
     train = build_crank_train(case.machine.crank_train)
-    works, tables = working_names(case), gas_tables(case)
+    works, tables = working_names(case.machine.crank_train, case.excitation), gas_tables(case)
     loaded = {name for name, table in zip(train.names, tables, strict=True) if table is not None}
     without = [repr(name) for name in works if name not in loaded]
     if loaded and without:

@@ -8,8 +8,8 @@ from vibecalc.case.roll_form import STEPPING
 from vibecalc.case.roll_tables import Load, Roll
 from vibecalc.case.schema import Case
 from vibecalc.errors import KeyPath, Problem
-from vibecalc.machine.crank_train import rod_share
-from vibecalc.machine.roll_cautions import asks_roll, working_names
+from vibecalc.machine.crank_train import rod_share, working_names
+from vibecalc.machine.roll_cautions import asks_roll
 
 CYLINDERS: KeyPath = ("machine", "crank_train", "cylinders")
 ROLL: KeyPath = ("response", "roll")
@@ -36,7 +36,8 @@ def roll_problems(case: Case) -> list[Problem]:
 
 def _pistons(case: Case) -> Iterator[Problem]:
     """Of a mass that has the rod's share in it, something has to be left for the piston."""
-    train, works = case.machine.crank_train, working_names(case)
+    train = case.machine.crank_train
+    works = working_names(train, case.excitation)
     share = 0.0 if train.rod is None else train.rod.mass * rod_share(train)
     for place, cylinder in enumerate(train.cylinders):
         mass = cylinder.reciprocating_mass

@@ -4,32 +4,30 @@ Adapters hand over arrays and errors under these paths; the file, the report, re
 and `check` read the rest from this table. The entries stand in `entries/`, a file for each group.
 """
 
-from vibecalc.pipeline.entries import (
-    absorber,
-    absorber_parts,
-    damper_design,
-    excitation,
-    impact,
-    isolation,
-    kinematics,
-    measurement,
-    pendulum,
-    pump,
-    response,
-    roll,
-    roll_control,
-    roll_motor,
-    start_up,
-    switching,
-    torque_reaction,
-    torsion,
-    torsion_beside,
-    torsion_limits,
-    torsion_speeds,
-    torsion_studies,
-    tuning,
-)
+from vibecalc.pipeline.entries.absorber import ENTRIES as absorber_entries
+from vibecalc.pipeline.entries.absorber_parts import ENTRIES as absorber_parts_entries
+from vibecalc.pipeline.entries.damper_design import ENTRIES as damper_design_entries
 from vibecalc.pipeline.entries.entry import Entry
+from vibecalc.pipeline.entries.excitation import ENTRIES as excitation_entries
+from vibecalc.pipeline.entries.impact import ENTRIES as impact_entries
+from vibecalc.pipeline.entries.isolation import ENTRIES as isolation_entries
+from vibecalc.pipeline.entries.kinematics import ENTRIES as kinematics_entries
+from vibecalc.pipeline.entries.measurement import ENTRIES as measurement_entries
+from vibecalc.pipeline.entries.pendulum import ENTRIES as pendulum_entries
+from vibecalc.pipeline.entries.pump import ENTRIES as pump_entries
+from vibecalc.pipeline.entries.response import ENTRIES as response_entries
+from vibecalc.pipeline.entries.roll import ENTRIES as roll_entries
+from vibecalc.pipeline.entries.roll_control import ENTRIES as roll_control_entries
+from vibecalc.pipeline.entries.roll_motor import ENTRIES as roll_motor_entries
+from vibecalc.pipeline.entries.start_up import ENTRIES as start_up_entries
+from vibecalc.pipeline.entries.switching import ENTRIES as switching_entries
+from vibecalc.pipeline.entries.torque_reaction import ENTRIES as torque_reaction_entries
+from vibecalc.pipeline.entries.torsion import ENTRIES as torsion_entries
+from vibecalc.pipeline.entries.torsion_beside import ENTRIES as torsion_beside_entries
+from vibecalc.pipeline.entries.torsion_limits import ENTRIES as torsion_limits_entries
+from vibecalc.pipeline.entries.torsion_speeds import ENTRIES as torsion_speeds_entries
+from vibecalc.pipeline.entries.torsion_studies import ENTRIES as torsion_studies_entries
+from vibecalc.pipeline.entries.tuning import ENTRIES as tuning_entries
 
 #: axis name -> (unit, long name)
 AXES: dict[str, tuple[str, str]] = {
@@ -133,9 +131,28 @@ AXES: dict[str, tuple[str, str]] = {
 }
 
 _GROUPS = (
-    kinematics, excitation, response, switching, impact, roll, start_up, roll_motor,
-    roll_control, isolation, measurement, tuning, absorber, absorber_parts, pendulum, torsion,
-    torsion_speeds, torsion_limits, torsion_beside, torsion_studies, damper_design, torque_reaction,
-    pump,
-)  # fmt: skip
-CATALOGUE: dict[str, Entry] = {entry.path: entry for group in _GROUPS for entry in group.ENTRIES}
+    kinematics_entries,
+    excitation_entries,
+    response_entries,
+    switching_entries,
+    impact_entries,
+    roll_entries,
+    start_up_entries,
+    roll_motor_entries,
+    roll_control_entries,
+    isolation_entries,
+    measurement_entries,
+    tuning_entries,
+    absorber_entries,
+    absorber_parts_entries,
+    pendulum_entries,
+    torsion_entries,
+    torsion_speeds_entries,
+    torsion_limits_entries,
+    torsion_beside_entries,
+    torsion_studies_entries,
+    damper_design_entries,
+    torque_reaction_entries,
+    pump_entries,
+)
+CATALOGUE: dict[str, Entry] = {entry.path: entry for group in _GROUPS for entry in group}

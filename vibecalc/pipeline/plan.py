@@ -57,7 +57,7 @@ def _kinematics(case: "Case") -> Iterator[StagePlan]:
     paths = tuple(path for path in below("kinematics/") if not path.endswith(curves or ("//",)))
     yield StagePlan(
         stage="kinematics",
-        module="kinematics",
+        adapter="vibecalc.pipeline.stages.kinematics:run",
         why="[kinematics] is in the case" if asked else "the excitation needs the piston motion",
         parts=("crank_train",),
         orders=orders_words(case),
@@ -86,7 +86,7 @@ def _excitation(case: "Case") -> Iterator[StagePlan]:
     rotating = len(train.counterweights) + len(train.balance_shafts)
     yield StagePlan(
         stage="excitation",
-        module="excitation",
+        adapter="vibecalc.pipeline.stages.excitation:run",
         why="[excitation] is in the case" if options else f"the {user} needs the forces",
         parts=("crank_train", "rotating_masses") if rotating else ("crank_train",),
         orders=orders_words(case),
@@ -119,7 +119,7 @@ def _motor(case: "Case") -> Iterator[StagePlan]:
         return
     yield StagePlan(
         stage="motor",
-        module="motor",
+        adapter="vibecalc.pipeline.stages.motor:run",
         why="[machine.motor] and [excitation] are in the case",
         parts=("motor",),
         orders=f"the {len(case.machine.motor.torque.order)} of its torque",
@@ -143,7 +143,9 @@ def _isolation(case: "Case") -> Iterator[StagePlan]:
     speed = f"{case.machine.speed:.6g} rad/s"
     yield StagePlan(
         stage="isolation",
-        module="isolation_pitch" if pitch else "isolation_rigid_body",
+        adapter="vibecalc.pipeline.stages.isolation_pitch:run"
+        if pitch
+        else "vibecalc.pipeline.stages.isolation_rigid_body:run",
         why=f'[isolation] is in the case, model = "{options.model}"',
         parts=("body", "mounts"),
         orders=orders_words(case),
@@ -159,7 +161,7 @@ def _isolation(case: "Case") -> Iterator[StagePlan]:
     torque = torque_reaches_mounts(case)
     yield StagePlan(
         stage="run_up",
-        module="run_up",
+        adapter="vibecalc.pipeline.stages.run_up:run",
         why="[isolation] run_up is in the case" + ", with the torque of the cylinders" * torque,
         parts=("body", "mounts", *(("crank_train",) if torque else ())),
         orders=ORDERS if torque else orders_words(case),

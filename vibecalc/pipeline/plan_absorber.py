@@ -120,7 +120,7 @@ def _tuning(case: "Case") -> StagePlan:
         cost += f"; the same for {points} points of the chart at once"
     return StagePlan(
         stage="tuning",
-        module="absorber_tuning",
+        adapter="vibecalc.pipeline.stages.absorber_tuning:run",
         why=f'[tuning] is in the case, norm = "{options.norm}"',
         parts=("primary", "secondaries" if several else "secondary"),
         orders=_NO_ORDERS,
@@ -147,7 +147,7 @@ def _response(case: "Case") -> StagePlan:
     }
     return StagePlan(
         stage="absorber",
-        module="absorber",
+        adapter="vibecalc.pipeline.stages.absorber:run",
         why="[response.absorber] is in the case",
         parts=("primary", "secondaries" if several else "secondary"),
         orders=_NO_ORDERS,
@@ -206,7 +206,7 @@ def _hardware_quantities(case: "Case") -> tuple[str, ...]:
 def _hardware(quantities: tuple[str, ...]) -> StagePlan:
     return StagePlan(
         stage="hardware",
-        module="absorber_parts",
+        adapter="vibecalc.pipeline.stages.absorber_parts:run",
         why="the case has parts: rod, springs, ring, gap, oils or stock",
         parts=("rod", "springs", "ring", "gap", "oil", "stock"),
         orders=_NO_ORDERS,
@@ -229,7 +229,7 @@ def _pendulum(case: "Case") -> StagePlan:
     }
     return StagePlan(
         stage="pendulum",
-        module="absorber_pendulum",
+        adapter="vibecalc.pipeline.stages.absorber_pendulum:run",
         why="[machine.pendulum] is in the case",
         parts=("pendulum",),
         orders=f"{given.order:g} of the speed of the rotor",

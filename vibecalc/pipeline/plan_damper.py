@@ -30,7 +30,7 @@ def plan_damper(case: "Case") -> Iterator[StagePlan]:
     searches = f"{count} searches, one for each ring: " if options.rings else ""
     yield StagePlan(
         stage="damper design",
-        module="damper_design",
+        adapter="vibecalc.pipeline.stages.damper_design:run",
         why="[damper_design] is in the case",
         parts=PARTS,
         orders=line_orders(case),

@@ -33,7 +33,7 @@ def plan_measurement(case: "Case") -> Iterator[StagePlan]:
     ways = "levels: all motions that they allow" if by_levels else "least squares"
     yield StagePlan(
         stage="measurement",
-        module="measurement",
+        adapter="vibecalc.pipeline.stages.measurement:run",
         why="[measurement] is in the case",
         parts=(),
         orders=", ".join(map(str, table.orders)),

@@ -16,7 +16,7 @@ def plan_pump(case: "Case") -> Iterator[StagePlan]:
     own = None if case.excitation is None else case.excitation.orders
     yield StagePlan(
         stage="pump",
-        module="pump",
+        adapter="vibecalc.pipeline.stages.pump:run",
         why="[machine.crank_train.pump_cycle] is in the case",
         parts=("crank_train",),
         orders=f"1 to {own}, as the case asks" if own else "the usual ones of a torque",

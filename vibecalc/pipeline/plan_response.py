@@ -42,7 +42,7 @@ def _motion(case: "Case") -> StagePlan:
     )
     return StagePlan(
         stage="response",
-        module="response",
+        adapter="vibecalc.pipeline.stages.response:run",
         why=f'[response] is in the case, method = "{options.method}"',
         parts=("body", "mounts"),
         orders=orders_words(case),
@@ -58,7 +58,7 @@ def _operations(case: "Case") -> StagePlan:
     balances = max(len(options.balances), 1)
     return StagePlan(
         stage="operations",
-        module="operations",
+        adapter="vibecalc.pipeline.stages.operations:run",
         why="[response] operations are in the case",
         parts=("crank_train", "body", "mounts"),
         orders=orders_words(case),
@@ -74,7 +74,7 @@ def _run_up(case: "Case") -> StagePlan:
     first, last = options.run_up.start, options.run_up.stop
     return StagePlan(
         stage="speeds",
-        module="speeds",
+        adapter="vibecalc.pipeline.stages.speeds:run",
         why="[response] run_up is in the case",
         parts=("body", "mounts"),
         orders=orders_words(case),
@@ -90,7 +90,7 @@ def _switching(case: "Case") -> StagePlan:
     there, back = options.switching.between
     return StagePlan(
         stage="switching",
-        module="switching",
+        adapter="vibecalc.pipeline.stages.switching:run",
         why="[response.switching] is in the case",
         parts=("crank_train", "body", "mounts"),
         orders=orders_words(case),
@@ -121,7 +121,7 @@ def _impact(case: "Case") -> StagePlan:
     runs = study.members * max(len(study.clearances), 1)
     return StagePlan(
         stage="impact",
-        module="impact",
+        adapter="vibecalc.pipeline.stages.impact:run",
         why="[response.impact] is in the case",
         parts=("crank_train", "joints"),
         orders=f"1 to {study.orders} of the joint force",

@@ -51,7 +51,7 @@ def _roll(case: "Case") -> StagePlan:
     runs += 2 * dynamic
     return StagePlan(
         stage="roll",
-        module="roll",
+        adapter="vibecalc.pipeline.stages.roll:run",
         why=f'[response.roll] is in the case, method = "{options.method}"',
         parts=_PARTS,
         orders=f"1 to {options.orders}, as the case asks",
@@ -72,7 +72,7 @@ def _start_up(case: "Case") -> StagePlan:
         cost += f"; starts from {options.angles} angles, and more towards each border"
     return StagePlan(
         stage="start-up",
-        module="start_up",
+        adapter="vibecalc.pipeline.stages.start_up:run",
         why="[response.start_up] is in the case",
         parts=_PARTS,
         orders="none: it runs in time",
@@ -97,7 +97,7 @@ def _control(case: "Case") -> StagePlan:
     cost += ", a search of some 40,000 loops" if options.tune is not None else ""
     return StagePlan(
         stage="control",
-        module="control",
+        adapter="vibecalc.pipeline.stages.control:run",
         why="[response.control] is in the case",
         parts=_PARTS,
         orders=f"1 to {options.orders}, as the case asks",

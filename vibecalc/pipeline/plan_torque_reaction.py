@@ -21,7 +21,7 @@ def plan_torque_reaction(case: "Case") -> Iterator[StagePlan]:
     where = "elsewhere" if separate else "on the body" + ", with a shaft line" * line
     yield StagePlan(
         stage="torque reaction",
-        module="torque_reaction",
+        adapter="vibecalc.pipeline.stages.torque_reaction:run",
         why=f"[isolation] is in the case, torque in the cylinders of the {case.machine.kind}, "
         f"its driven machine {where}",
         parts=("crank_train", "body", "mounts") + (("shaft_line",) if line else ()),

@@ -41,7 +41,7 @@ def plan_torsion(case: "Case") -> Iterator[StagePlan]:
     stations = len(line.stations)
     yield StagePlan(
         stage="torsion",
-        module="torsion.stage",
+        adapter="vibecalc.pipeline.stages.torsion.stage:run",
         why="[response.torsion] is in the case",
         parts=("crank_train", "shaft_line"),
         orders=_orders_words(case),
@@ -54,7 +54,7 @@ def plan_torsion(case: "Case") -> Iterator[StagePlan]:
     speeds = torsion.speeds
     yield StagePlan(
         stage="torsion_speeds",
-        module="torsion.speeds",
+        adapter="vibecalc.pipeline.stages.torsion.speeds:run",
         why="[response.torsion] speeds are in the case",
         parts=("crank_train", "shaft_line"),
         orders=_orders_words(case),

@@ -66,7 +66,7 @@ def _published(case: "Case") -> StagePlan:
         paths = tuple(p for p in paths if "critical" not in p and "largest_twist" not in p)
     return StagePlan(
         stage="modal route as published",
-        module="torsion.published",
+        adapter="vibecalc.pipeline.stages.torsion.published:run",
         why="[response.torsion.as_published] is in the case",
         parts=PARTS,
         orders=line_orders(case),
@@ -88,7 +88,7 @@ def _variable(case: "Case") -> StagePlan:
         there = [path for path in there if not path.startswith(timed)]
     return StagePlan(
         stage="variable inertia",
-        module="torsion.variable",
+        adapter="vibecalc.pipeline.stages.torsion.variable:run",
         why="[response.torsion.variable_inertia] is in the case",
         parts=PARTS,
         orders=line_orders(case) + ", and further ones of the motion",
@@ -105,7 +105,7 @@ def _transient(case: "Case") -> StagePlan:
     left_out = OF_PASSAGES if steps else OF_STEPS
     return StagePlan(
         stage="transient",
-        module="torsion.transient",
+        adapter="vibecalc.pipeline.stages.torsion.transient:run",
         why=f'[response.torsion.transient] is in the case, kind = "{change.kind}"',
         parts=PARTS,
         orders=line_orders(case),

@@ -1,6 +1,5 @@
 """One run: the planned stages in their order, each timed, into one record."""
 
-import importlib
 import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING
@@ -15,6 +14,7 @@ from vibecalc.pipeline.scene import Scene
 from vibecalc.pipeline.stage_cache import StageCache
 from vibecalc.pipeline.stage_plan import StagePlan
 from vibecalc.pipeline.tolerance import tolerance_warning
+from vibecalc.results.named import named
 from vibecalc.results.record import Record
 
 if TYPE_CHECKING:
@@ -83,10 +83,10 @@ def run_scene(
 
 def _run_stage(stage: StagePlan, scene: Scene) -> None:
     """Run one adapter; an overflow or an undefined operation on the way is a failure, not a NaN."""
-    adapter = importlib.import_module(f"vibecalc.pipeline.stages.{stage.module}")
+    adapter = named(stage.adapter)
     try:
         with np.errstate(over="raise", divide="raise", invalid="raise", under="ignore"):
-            adapter.run(scene)
+            adapter(scene)
     except (FloatingPointError, OverflowError) as error:
         raise NumericalFailure(
             f"the stage {stage.stage!r} left the range of double precision ({error}): "

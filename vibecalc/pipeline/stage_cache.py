@@ -120,7 +120,7 @@ class CachedRun:
 
         Raises NumericalFailure as the stage does.
         """
-        what = (stage.module, self._wanted)
+        what = (stage.adapter, self._wanted)
         key, counts = self._find(what), self._cache.reused
         if key is None:
             counts = self._cache.ran
@@ -128,7 +128,7 @@ class CachedRun:
             outcome = self._made(stage, scene, run_stage, reads)
             key = self._keep(what, reads, outcome, outcome.handed_on)
         outcome = self._cache.find(key)
-        counts[stage.module] = counts.get(stage.module, 0) + 1
+        counts[stage.stage] = counts.get(stage.stage, 0) + 1
         if outcome.failure is not None:
             raise NumericalFailure(outcome.failure)
         scene.handed_on.update(outcome.handed_on)

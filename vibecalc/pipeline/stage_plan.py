@@ -13,11 +13,12 @@ if TYPE_CHECKING:
 class StagePlan(NamedTuple):
     """One stage of a run: its adapter, why it is there, what it reads and what it will make.
 
-    `is_last` marks a stage that no later one reads from.
+    `adapter` names the function that runs it as `package.module:function`; `is_last` marks a stage
+    that no later one reads from.
     """
 
     stage: str
-    module: str
+    adapter: str
     why: str
     parts: tuple[str, ...]
     orders: str

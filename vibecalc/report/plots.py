@@ -1,13 +1,13 @@
 """Pictures of a result, written as PNG files. matplotlib is imported here, when it is asked for."""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from importlib import import_module
 from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from vibecalc.errors import UsageError
 from vibecalc.report.sweep.view import SweepView
+from vibecalc.results.named import named
 from vibecalc.results.record import Result
 
 if TYPE_CHECKING:
@@ -15,57 +15,61 @@ if TYPE_CHECKING:
 
 #: File name -> module of `pictures/`; each has `picture(result) -> Figure | None`.
 PICTURES: dict[str, str] = {
-    "force_over_cycle": "force_over_cycle",
-    "run_up": "run_up",
-    "transmissibility": "transmissibility",
-    "modal_energy": "modal_energy",
-    "piston_motion": "piston_motion",
-    "piston_acceleration": "piston_acceleration",
-    "mode_shapes": "mode_shapes",
-    "energy_by_order": "energy_by_order",
-    "operations": "operations",
-    "response_run_up": "response_run_up",
-    "switching": "switching",
-    "impact_clearance": "impact_clearance",
-    "impact_time": "impact_time",
-    "impact_spectrum": "impact_spectrum",
-    "dominance": "dominance",
-    "motor_force": "motor_force",
-    "roll_levels": "roll_levels",
-    "roll_cycle": "roll_cycle",
-    "roll_sensitivity": "roll_sensitivity",
-    "roll_control": "roll_control",
-    "roll_motor_gain": "roll_motor_gain",
-    "roll_locus": "roll_locus",
-    "roll_start_up": "roll_start_up",
-    "motor_curve": "dynamic_motor",
-    "engine_mounts": "engine_mounts",
-    "measured_levels": "measured_levels",
-    "plate_map": "plate_map",
-    "absorber_curves": "absorber_curves",
-    "absorber_surface": "absorber_surface",
-    "absorber_map": "absorber_map",
-    "absorber_chart": "absorber_chart",
-    "absorber_warming": "absorber_warming",
-    "pendulum": "pendulum",
-    "torsion_excitation": "torsion_excitation",
-    "torsion_shapes": "torsion_shapes",
-    "torsion_campbell": "torsion_campbell",
-    "torsion_speeds": "torsion_speeds",
-    "torsion_orders": "torsion_orders",
-    "torsion_vectors": "torsion_vectors",
-    "torsion_transient": "torsion_transient",
-    "torsion_waterfall": "torsion_waterfall",
-    "torsion_dampers": "torsion_dampers",
-    "torsion_variable_inertia": "torsion_variable_inertia",
-    "damper_map": "damper_map",
-    "damper_response": "damper_response",
-    "pareto": "pareto",
-    "optimisation": "start_and_optimum",
+    "force_over_cycle": "vibecalc.report.pictures.force_over_cycle:picture",
+    "run_up": "vibecalc.report.pictures.run_up:picture",
+    "transmissibility": "vibecalc.report.pictures.transmissibility:picture",
+    "modal_energy": "vibecalc.report.pictures.modal_energy:picture",
+    "piston_motion": "vibecalc.report.pictures.piston_motion:picture",
+    "piston_acceleration": "vibecalc.report.pictures.piston_acceleration:picture",
+    "mode_shapes": "vibecalc.report.pictures.mode_shapes:picture",
+    "energy_by_order": "vibecalc.report.pictures.energy_by_order:picture",
+    "operations": "vibecalc.report.pictures.operations:picture",
+    "response_run_up": "vibecalc.report.pictures.response_run_up:picture",
+    "switching": "vibecalc.report.pictures.switching:picture",
+    "impact_clearance": "vibecalc.report.pictures.impact_clearance:picture",
+    "impact_time": "vibecalc.report.pictures.impact_time:picture",
+    "impact_spectrum": "vibecalc.report.pictures.impact_spectrum:picture",
+    "dominance": "vibecalc.report.pictures.dominance:picture",
+    "motor_force": "vibecalc.report.pictures.motor_force:picture",
+    "roll_levels": "vibecalc.report.pictures.roll_levels:picture",
+    "roll_cycle": "vibecalc.report.pictures.roll_cycle:picture",
+    "roll_sensitivity": "vibecalc.report.pictures.roll_sensitivity:picture",
+    "roll_control": "vibecalc.report.pictures.roll_control:picture",
+    "roll_motor_gain": "vibecalc.report.pictures.roll_motor_gain:picture",
+    "roll_locus": "vibecalc.report.pictures.roll_locus:picture",
+    "roll_start_up": "vibecalc.report.pictures.roll_start_up:picture",
+    "motor_curve": "vibecalc.report.pictures.dynamic_motor:picture",
+    "engine_mounts": "vibecalc.report.pictures.engine_mounts:picture",
+    "measured_levels": "vibecalc.report.pictures.measured_levels:picture",
+    "plate_map": "vibecalc.report.pictures.plate_map:picture",
+    "absorber_curves": "vibecalc.report.pictures.absorber_curves:picture",
+    "absorber_surface": "vibecalc.report.pictures.absorber_surface:picture",
+    "absorber_map": "vibecalc.report.pictures.absorber_map:picture",
+    "absorber_chart": "vibecalc.report.pictures.absorber_chart:picture",
+    "absorber_warming": "vibecalc.report.pictures.absorber_warming:picture",
+    "pendulum": "vibecalc.report.pictures.pendulum:picture",
+    "torsion_excitation": "vibecalc.report.pictures.torsion_excitation:picture",
+    "torsion_shapes": "vibecalc.report.pictures.torsion_shapes:picture",
+    "torsion_campbell": "vibecalc.report.pictures.torsion_campbell:picture",
+    "torsion_speeds": "vibecalc.report.pictures.torsion_speeds:picture",
+    "torsion_orders": "vibecalc.report.pictures.torsion_orders:picture",
+    "torsion_vectors": "vibecalc.report.pictures.torsion_vectors:picture",
+    "torsion_transient": "vibecalc.report.pictures.torsion_transient:picture",
+    "torsion_waterfall": "vibecalc.report.pictures.torsion_waterfall:picture",
+    "torsion_dampers": "vibecalc.report.pictures.torsion_dampers:picture",
+    "torsion_variable_inertia": "vibecalc.report.pictures.torsion_variable_inertia:picture",
+    "damper_map": "vibecalc.report.pictures.damper_map:picture",
+    "damper_response": "vibecalc.report.pictures.damper_response:picture",
+    "pareto": "vibecalc.report.pictures.pareto:picture",
+    "optimisation": "vibecalc.report.pictures.start_and_optimum:picture",
 }
 
 #: The same for sweeps; each has `picture(sweep) -> Figure | None`.
-SWEEP_PICTURES = ("sweep_line", "sweep_map", "sweep_sample")
+SWEEP_PICTURES: dict[str, str] = {
+    "sweep_line": "vibecalc.report.pictures.sweep_line:picture",
+    "sweep_map": "vibecalc.report.pictures.sweep_map:picture",
+    "sweep_sample": "vibecalc.report.pictures.sweep_sample:picture",
+}
 
 #: A font that matplotlib brings along, so that the same result gives the same picture anywhere.
 STYLE: dict[str, Any] = {
@@ -180,15 +184,13 @@ def _save(figure: "Figure", path: Path) -> None:
 
 def make(result: Result, name: str) -> "Figure | None":
     """One figure by its name in `PICTURES`, None if the result lacks the numbers for it."""
-    module = import_module(f"vibecalc.report.pictures.{PICTURES[name]}")
-    picture: Callable[[Result], Figure | None] = module.picture
+    picture: Callable[[Result], Figure | None] = named(PICTURES[name])
     return picture(result)
 
 
 def make_sweep(sweep: SweepView, name: str) -> "Figure | None":
     """One figure of a sweep by its name in `SWEEP_PICTURES`, None if it does not suit the sweep."""
-    module = import_module(f"vibecalc.report.pictures.{name}")
-    picture: Callable[[SweepView], Figure | None] = module.picture
+    picture: Callable[[SweepView], Figure | None] = named(SWEEP_PICTURES[name])
     return picture(sweep)
 
 

@@ -16,7 +16,8 @@ ENERGIES: dict[str, str] = {
 ENTRIES = (
     entry(f"{ROOT}/stator_leakage", "", "H", "leakage inductance of the stator"),
     entry(f"{ROOT}/magnetising_inductance", "", "H", "magnetising inductance"),
-    entry(f"{ROOT}/rotor_resistance", "cage", "ohm", "resistance of a cage, as seen by the stator"),
+    entry(f"{ROOT}/rotor_resistance", "cage", "ohm",
+          "resistance of a cage, as seen by the stator"),
     entry(f"{ROOT}/rotor_leakage", "cage", "H", "leakage of a cage, as seen by the stator"),
     entry(
         f"{ROOT}/parameter_spread", "motor_parameter", "",

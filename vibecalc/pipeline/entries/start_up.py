@@ -19,7 +19,8 @@ HISTORIES = ("shell_angle", "shell_acceleration", "crank_speed", "motor_torque",
 STEPPED = ("shell_angle", "shell_acceleration", "motor_torque", "mount_torque")
 
 ENTRIES = (
-    entry(f"{ROOT}/started", "", "", "1 if it runs at the end, above the speed of breakdown; or 0"),
+    entry(f"{ROOT}/started", "", "",
+          "1 if it runs at the end, above the speed of breakdown; or 0"),
     entry(f"{ROOT}/settled", "", "", "1 if its shaking has settled too; or 0"),
     entry(
         f"{ROOT}/running_speed", "", "rad/s",

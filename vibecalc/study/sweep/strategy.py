@@ -7,6 +7,8 @@ import numpy as np
 
 from vibecalc.case.load import LoadedCase
 from vibecalc.case.overrides import parse_key
+from vibecalc.pipeline.needs import work_seconds
+from vibecalc.pipeline.needs_work import work_of
 from vibecalc.pipeline.plan import needed_stages
 from vibecalc.study.sweep.block import Block
 from vibecalc.study.sweep.design import Design
@@ -16,36 +18,6 @@ if TYPE_CHECKING:
 
 Kind = Literal["array", "reuse", "pool"]
 
-#: milliseconds of the stages of one point, roughly, by module
-_COST = {
-    "kinematics": 1.0,
-    "excitation": 3.0,
-    "motor": 2.0,
-    "pump": 4.0,
-    "isolation_pitch": 5.0,
-    "isolation_rigid_body": 10.0,
-    "run_up": 20.0,
-    "response": 15.0,
-    "operations": 80.0,
-    "speeds": 100.0,
-    "switching": 4000.0,
-    "impact": 20_000.0,
-    "roll": 300.0,
-    "start_up": 3000.0,
-    "control": 500.0,
-    "measurement": 20.0,
-    "absorber_tuning": 300.0,
-    "absorber": 5.0,
-    "absorber_parts": 60.0,
-    "absorber_pendulum": 800.0,
-    "torsion.stage": 30.0,
-    "torsion.speeds": 300.0,
-    "torsion.published": 20.0,
-    "torsion.variable": 1000.0,
-    "torsion.transient": 2000.0,
-    "damper_design": 4000.0,
-    "torque_reaction": 30.0,
-}
 _SEARCH = 1000.0  # runs of an optimisation
 _CHECKS = 0.5
 #: milliseconds of work that are not worth starting processes for
@@ -96,8 +68,9 @@ def choose(case: "Case", design: Design, keep: Sequence[str], jobs: int = 2) -> 
 
 def milliseconds(case: "Case", keep: Sequence[str]) -> float:
     """Roughly what one point takes, of the stages that have to run for what is kept."""
-    stages = [_COST[stage.module] for stage in needed_stages(case, frozenset(keep))]
-    return _CHECKS + sum(stages) * (1.0 if case.optimisation is None else _SEARCH)
+    stages = needed_stages(case, frozenset(keep))
+    seconds = sum(work_seconds(work_of(case, stage)) for stage in stages)
+    return _CHECKS + 1e3 * seconds * (1.0 if case.optimisation is None else _SEARCH)
 
 
 def start(
