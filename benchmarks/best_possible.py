@@ -36,10 +36,9 @@ from vibecalc.response.absorber.model import Absorber
 from vibecalc.response.direct import dynamics, response
 from vibecalc.response.roll.machine import as_batch
 from vibecalc.response.roll.steady import steady_state
-from vibecalc.response.torsion.forced import forced
-from vibecalc.response.torsion.modes import natural_modes
-from vibecalc.response.torsion.synthesis import synthesis
-from vibecalc.response.torsion.synthesis_cells import cycle_of
+from vibecalc.torsion.forced import forced
+from vibecalc.torsion.modes import natural_modes
+from vibecalc.torsion.synthesis import cycle_of, synthesis
 
 #: the best possible times this is what calls for a reason
 ENOUGH = 2.0

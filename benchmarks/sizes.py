@@ -28,13 +28,13 @@ from vibecalc.numerics.cycle_peak import cycle_peak
 from vibecalc.optimisation.absorber.minimax import minimax
 from vibecalc.response.roll.machine import as_batch
 from vibecalc.response.roll.steady import steady_state
-from vibecalc.response.torsion.forced import forced
-from vibecalc.response.torsion.line import Line, chain
-from vibecalc.response.torsion.modes import natural_modes
-from vibecalc.response.torsion.synthesis import synthesis
 from vibecalc.study.load import load_checked
 from vibecalc.study.sweep.arrays import ArrayEvaluator
 from vibecalc.study.sweep.design import make_design
+from vibecalc.torsion.forced import forced
+from vibecalc.torsion.line import Line, chain
+from vibecalc.torsion.modes import natural_modes
+from vibecalc.torsion.synthesis import synthesis
 
 CASES = Path(__file__).resolve().parents[1] / "cases"
 #: sizes whose call takes longer than this are measured once

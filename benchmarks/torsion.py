@@ -15,9 +15,9 @@ import numpy as np
 from rows import Report, Row, Table, seconds, told
 from timing import in_turns
 
-from vibecalc.response.torsion.forced import forced
-from vibecalc.response.torsion.line import Line, chain
-from vibecalc.response.torsion.modes import natural_modes
+from vibecalc.torsion.forced import forced
+from vibecalc.torsion.line import Line, chain
+from vibecalc.torsion.modes import natural_modes
 
 SPEEDS, ORDERS = np.linspace(20.0, 300.0, 2500), np.arange(1, 31) * 0.5
 HARD = ("uniform", "alternating", "graded stiffness", "graded", "weak link")

@@ -11,10 +11,14 @@ from engine_as_published import ORDER, full_torque, modes
 from pages import Row
 
 from vibecalc.case.engine_firing import CYCLES, angles_in_order
-from vibecalc.response.torsion.as_published import modal_excitation, twist_on_criticals
-from vibecalc.response.torsion.as_published_damping import caughey_series, series_damping
-from vibecalc.response.torsion.line import chain
-from vibecalc.response.torsion.modes import natural_modes
+from vibecalc.torsion.as_published import (
+    caughey_series,
+    modal_excitation,
+    series_damping,
+    twist_on_criticals,
+)
+from vibecalc.torsion.line import chain
+from vibecalc.torsion.modes import natural_modes
 
 #: slips of Appendices IV to VI; the right way beside it
 PROGRAM = {"speed": source.SPEED_OF_PROGRAM, "slip_44": True, "slip_43": True, "phases": 2}

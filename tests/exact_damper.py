@@ -10,7 +10,7 @@ import mpmath
 import numpy as np
 from mpmath import mpf
 
-from vibecalc.optimisation.damper.problem import Problem, harmonics
+from vibecalc.torsion.damper_design.problem import Problem, harmonics
 
 _STEP = mpf("1e-14")
 

@@ -12,8 +12,8 @@ import numpy as np
 from mpmath import mp, mpc, mpf
 
 from vibecalc.case.schema import Case
-from vibecalc.machine.shaft_line import build_shaft_line
-from vibecalc.machine.shaft_line_graph import crank_station, joints, shaft_ends
+from vibecalc.torsion.model import build_shaft_line
+from vibecalc.torsion.shaft_line_tables import crank_station, joints, shaft_ends
 
 
 class ExactLine:

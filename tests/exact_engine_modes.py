@@ -8,7 +8,7 @@ import numpy as np
 from exact_engine_line import exact_pole, solve
 from mpmath import mp, mpc, mpf
 
-from vibecalc.response.torsion.holzer import holzer_rows
+from vibecalc.torsion.holzer import holzer_rows
 
 ROOT = "response/torsion/"
 Truth = tuple[str, Any, Any]

@@ -3,7 +3,7 @@
 import mpmath as mp
 import numpy as np
 
-from vibecalc.response.torsion.line import Line
+from vibecalc.torsion.line import Line
 
 
 def exact_angles(line: Line, frequency: float, torque: np.ndarray) -> np.ndarray:

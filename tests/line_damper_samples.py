@@ -2,9 +2,8 @@
 
 import numpy as np
 
-from vibecalc.optimisation.damper.problem import Damper, Problem
-from vibecalc.optimisation.damper.speed_torque import SpeedTorque
-from vibecalc.response.torsion.line import Line, chain, dynamic_stiffness
+from vibecalc.torsion.damper_design.problem import Damper, Problem, SpeedTorque
+from vibecalc.torsion.line import Line, chain, dynamic_stiffness
 
 RING = 27.5126
 TABLE_VALUE = Damper(RING, 5.9712e5, 2131.976)

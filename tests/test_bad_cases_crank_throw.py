@@ -3,9 +3,13 @@
 import pytest
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.hardware.crank_stiffness import Throw, stiffness_spread, throw_stiffness
-from vibecalc.hardware.crank_throw import reciprocating_inertia
-from vibecalc.hardware.shaft_section import shaft_stiffness
+from vibecalc.torsion.from_dimensions import (
+    Throw,
+    reciprocating_inertia,
+    shaft_stiffness,
+    stiffness_spread,
+    throw_stiffness,
+)
 
 #: short stroke, thick journal and pin: they overlap
 OVERLAPPED = Throw(0.028, 0.090, 0.0, 0.030, 0.090, 0.0, 0.018, 0.11, 0.035)

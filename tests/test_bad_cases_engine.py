@@ -17,9 +17,9 @@ from vibecalc.case.load import load_case, validate
 from vibecalc.case.scenes import SCENES
 from vibecalc.errors import CaseError
 from vibecalc.machine.checks import check_machine
-from vibecalc.machine.shaft_line import build_shaft_line
 from vibecalc.pipeline.plan import plan_case
 from vibecalc.study.load import load_checked
+from vibecalc.torsion.model import build_shaft_line
 
 FOLDER = Path(__file__).parent / "bad_cases"
 E, G, P, D = ENGINE, GEARED, CARD, DESIGN

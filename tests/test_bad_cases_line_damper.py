@@ -5,11 +5,9 @@ import pytest
 from line_damper_samples import branched, torque_of_parts
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.optimisation.damper.design import design
-from vibecalc.optimisation.damper.gain import performance
-from vibecalc.optimisation.damper.problem import Damper, Limits, Problem
-from vibecalc.optimisation.damper.speed_torque import SpeedTorque
-from vibecalc.response.torsion.line import Line, chain
+from vibecalc.torsion.damper_design.design import design, performance
+from vibecalc.torsion.damper_design.problem import Damper, Limits, Problem, SpeedTorque
+from vibecalc.torsion.line import Line, chain
 
 GOOD = Limits((0.5, 0.5), (50.0, 2e4), (0.3, 300.0))
 TABLE = SpeedTorque(np.array([50.0, 150.0]), np.ones((1, 1, 3, 4), dtype=complex))

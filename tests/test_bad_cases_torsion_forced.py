@@ -4,12 +4,10 @@ import numpy as np
 import pytest
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.response.torsion.barred import barred_ranges
-from vibecalc.response.torsion.forced import forced
-from vibecalc.response.torsion.forced_modal import forced_modal
-from vibecalc.response.torsion.line import chain
-from vibecalc.response.torsion.resonances import resonances
-from vibecalc.response.torsion.synthesis import synthesis
+from vibecalc.torsion.critical_speeds import barred_ranges, resonances
+from vibecalc.torsion.forced import forced, forced_modal
+from vibecalc.torsion.line import chain
+from vibecalc.torsion.synthesis import synthesis
 
 PAIR = chain(np.ones(2), np.array([2.0]))
 MODES = (np.array([0.0, 2.0]), np.array([[1.0, 1.0], [1.0, -1.0]]), np.array([2.0, 2.0]))

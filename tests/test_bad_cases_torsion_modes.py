@@ -5,11 +5,11 @@ import pytest
 from torsion_lines import network
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.response.torsion.holzer import holzer_table
-from vibecalc.response.torsion.line import chain
-from vibecalc.response.torsion.line_modes import damped_line_modes
-from vibecalc.response.torsion.modes import natural_modes
-from vibecalc.response.torsion.modes_riccati import riccati_frequencies
+from vibecalc.torsion.damped_modes import damped_line_modes
+from vibecalc.torsion.holzer import holzer_table
+from vibecalc.torsion.line import chain
+from vibecalc.torsion.modes import natural_modes
+from vibecalc.torsion.modes_of_tree import riccati_frequencies
 
 LOOP = network([1, 1, 1], [(0, 1, 1.0), (1, 2, 1.0), (2, 0, 1.0)])
 TWINS = network([1, 1, 1, 1], [(0, 1, 1.0), (1, 2, 1.0), (1, 3, 1.0)])

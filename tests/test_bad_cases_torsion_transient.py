@@ -6,12 +6,11 @@ import numpy as np
 import pytest
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.response.torsion.line import Line, chain
-from vibecalc.response.torsion.transient_march import transient
-from vibecalc.response.torsion.transient_motion import stretch
-from vibecalc.response.torsion.transient_peaks import envelope
-from vibecalc.response.torsion.transient_quasi_steady import against_quasi_steady
-from vibecalc.response.torsion.transient_waterfall import order_waterfall, time_course
+from vibecalc.torsion.line import Line, chain
+from vibecalc.torsion.transient.cycles import against_quasi_steady
+from vibecalc.torsion.transient.march import transient
+from vibecalc.torsion.transient.motion import stretch
+from vibecalc.torsion.transient.peaks import envelope, order_waterfall, time_course
 
 PAIR = chain(np.array([2.0, 3.0]), np.array([4000.0]))
 GAS = np.array([[10.0 + 0j], [0.0]])

@@ -5,11 +5,10 @@ import pytest
 from variable_inertia_lines import one_freedom, ship_engine, ship_torque
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.response.torsion.line import chain
-from vibecalc.response.torsion.variable_inertia import variable_line
-from vibecalc.response.torsion.variable_inertia_feed import feed
-from vibecalc.response.torsion.variable_inertia_stability import refuse_unstable, stability
-from vibecalc.response.torsion.variable_inertia_steady import steady_response
+from vibecalc.torsion.line import chain
+from vibecalc.torsion.variable_inertia.motion import variable_line
+from vibecalc.torsion.variable_inertia.stability import refuse_unstable, stability
+from vibecalc.torsion.variable_inertia.steady import feed, steady_response
 
 
 def test_unstable_operating_point_is_refused_and_damping_mends_it() -> None:

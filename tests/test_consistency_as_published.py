@@ -9,16 +9,17 @@ import pytest
 from engine_as_published import ORDER, full_torque, modes
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.response.torsion.as_published import (
+from vibecalc.torsion.as_published import (
+    caughey_series,
     critical_speeds,
     empirical_magnifier,
     magnifier,
     modal_excitation,
     modal_twist,
+    series_damping,
     twist_on_criticals,
 )
-from vibecalc.response.torsion.as_published_damping import caughey_series, series_damping
-from vibecalc.response.torsion.line import chain, stiffness_matrix
+from vibecalc.torsion.line import chain, stiffness_matrix
 
 FREQUENCY, SHAPE, INERTIA = modes(8)
 TORQUE = full_torque(8, speed=source.SPEED_OF_TEXT)

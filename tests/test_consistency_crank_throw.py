@@ -6,23 +6,22 @@ import mpmath
 import numpy as np
 import pytest
 
-from vibecalc.hardware.crank_stiffness import (
+from vibecalc.torsion.from_dimensions import (
     THROW_FORMULAS,
     Throw,
-    stiffness_spread,
-    throw_flexibility,
-    throw_stiffness,
-)
-from vibecalc.hardware.crank_throw import (
     disc_ended_web_inertia,
     journal_inertia,
     offset_body_inertia,
     pin_inertia,
     reciprocating_inertia,
     rectangular_web_inertia,
+    section_modulus,
+    shaft_stiffness,
+    stiffness_spread,
+    throw_flexibility,
     throw_inertia,
+    throw_stiffness,
 )
-from vibecalc.hardware.shaft_section import section_modulus, shaft_stiffness
 
 STEEL, SHEAR = 7850.0, 79.3e9
 RADIUS = 0.035

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from vibecalc.optimisation.damper.gain import first_of_the_highest
+from vibecalc.torsion.damper_design.design import first_of_the_highest
 
 ROW = np.array([3, 1, 1, 0])
 SPEED = np.array([80.0, 120.0, 90.0, 60.0])

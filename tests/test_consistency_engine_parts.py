@@ -19,8 +19,8 @@ from vibecalc.case.schema import Case
 from vibecalc.excitation.gas_card import pressure_at
 from vibecalc.machine.cautions import machine_warnings
 from vibecalc.machine.engine import build_firing, firing_angle, gas_cards
-from vibecalc.machine.shaft_line import build_shaft_line
-from vibecalc.response.torsion.line import damping_matrix, stiffness_matrix
+from vibecalc.torsion.line import damping_matrix, stiffness_matrix
+from vibecalc.torsion.model import build_shaft_line
 
 DEGREE = math.pi / 180.0
 

@@ -9,12 +9,10 @@ import numpy as np
 from line_damper_samples import RING, TABLE_VALUE, branched, direct, engine, torque_of_parts
 
 from vibecalc.optimisation.absorber.minimax import minimax
-from vibecalc.optimisation.damper.design import design
-from vibecalc.optimisation.damper.problem import Damper, Limits, Problem
-from vibecalc.optimisation.damper.rank_one import amplitudes, table
-from vibecalc.optimisation.damper.readings import reading_error, readings
-from vibecalc.optimisation.damper.relative import system_of
-from vibecalc.response.torsion.line import Line, chain
+from vibecalc.torsion.damper_design.design import design
+from vibecalc.torsion.damper_design.problem import Damper, Limits, Problem, system_of
+from vibecalc.torsion.damper_design.readings import amplitudes, reading_error, readings, table
+from vibecalc.torsion.line import Line, chain
 
 ENGINE_LIMITS = Limits((RING, RING), (2e5, 5e6), (1e3, 3e4))
 QUICK = {"map_points": 5, "speeds": 31, "starts": 1}

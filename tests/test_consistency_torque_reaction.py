@@ -17,11 +17,11 @@ from vibecalc.excitation.gas_card import GasCard, pressure_at
 from vibecalc.excitation.gas_cycle import motored_cycle
 from vibecalc.isolation.torque_reaction import line_transfer
 from vibecalc.machine.engine import crank_geometry, cycle_of, gas_cards
-from vibecalc.machine.shaft_line import build_shaft_line
 from vibecalc.numerics.rounding import WithError
 from vibecalc.pipeline.plan import plan_case
-from vibecalc.response.torsion.line import chain, dynamic_stiffness
-from vibecalc.response.torsion.modes import natural_modes
+from vibecalc.torsion.line import chain, dynamic_stiffness
+from vibecalc.torsion.model import build_shaft_line
+from vibecalc.torsion.modes import natural_modes
 
 ROOT = "isolation/torque_reaction/"
 SPEED = 50.0 * np.pi

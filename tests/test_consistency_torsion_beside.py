@@ -14,9 +14,9 @@ from test_consistency_torsion_stage import ROOT, SPEED, record, value
 
 from vibecalc.case.load import resolve, validate
 from vibecalc.machine.cautions import machine_warnings
-from vibecalc.pipeline.stages.torsion.barred import united
 from vibecalc.report.machine_readable import as_json
-from vibecalc.report.sections.torsion_conclusion import conclusion
+from vibecalc.torsion.adapters.exceeded import united
+from vibecalc.torsion.report.first_page import conclusion
 
 POINTS = "speeds = { from = '800 rpm', to = '2000 rpm', points = 61 }"
 ENGINE = replaced(ENGINE, ('speeds = { from = "800 rpm", to = "2000 rpm" }', POINTS))

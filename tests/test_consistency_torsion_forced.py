@@ -7,12 +7,11 @@ import numpy as np
 import pytest
 from exact_shaft_line import exact_angles
 
-from vibecalc.response.torsion import forced as forced_module
-from vibecalc.response.torsion import forced_mended
-from vibecalc.response.torsion.elimination_plan import plan_of
-from vibecalc.response.torsion.forced import forced, forced_masked
-from vibecalc.response.torsion.forced_modal import forced_modal, modal_damping
-from vibecalc.response.torsion.line import Line, chain, damping_matrix, stiffness_matrix
+from vibecalc.torsion import forced as forced_mended
+from vibecalc.torsion import forced as forced_module
+from vibecalc.torsion.elimination import plan_of
+from vibecalc.torsion.forced import forced, forced_masked, forced_modal, modal_damping
+from vibecalc.torsion.line import Line, chain, damping_matrix, stiffness_matrix
 
 
 @pytest.fixture(autouse=True)

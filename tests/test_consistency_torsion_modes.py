@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from torsion_lines import HARD, assert_every_mode, engine, hard_chain, network, star
 
-from vibecalc.response.torsion.holzer import holzer_table
-from vibecalc.response.torsion.line import Line, stiffness_matrix
-from vibecalc.response.torsion.modes import Modes, natural_modes
-from vibecalc.response.torsion.modes_riccati import riccati_frequencies
+from vibecalc.torsion.holzer import holzer_table
+from vibecalc.torsion.line import Line, stiffness_matrix
+from vibecalc.torsion.modes import Modes, natural_modes
+from vibecalc.torsion.modes_of_tree import riccati_frequencies
 
 
 def assert_sound(line: Line, found: Modes, orthogonality: float) -> None:

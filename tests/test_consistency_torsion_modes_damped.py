@@ -11,11 +11,16 @@ import scipy.linalg
 from torsion_lines import engine, network, star
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.response.torsion.damped_equivalent import equivalent_line, equivalent_modes
-from vibecalc.response.torsion.forced import forced
-from vibecalc.response.torsion.line import Line, chain, damping_matrix, stiffness_matrix
-from vibecalc.response.torsion.line_modes import NO_PEAK, LineModes, damped_line_modes
-from vibecalc.response.torsion.modes import natural_modes
+from vibecalc.torsion.damped_modes import (
+    NO_PEAK,
+    LineModes,
+    damped_line_modes,
+    equivalent_line,
+    equivalent_modes,
+)
+from vibecalc.torsion.forced import forced
+from vibecalc.torsion.line import Line, chain, damping_matrix, stiffness_matrix
+from vibecalc.torsion.modes import natural_modes
 
 
 def damped_engine(coefficient: float) -> Line:

@@ -12,9 +12,9 @@ from engine_cases import ENGINE, replaced
 from test_consistency_torsion_stage import ROOT, record, value
 
 from vibecalc.case.load import validate
-from vibecalc.pipeline.stages.torsion.bare import bare_setup
-from vibecalc.pipeline.stages.torsion.curves import sweep
-from vibecalc.pipeline.stages.torsion.setup import Setup, build_setup
+from vibecalc.torsion.adapters.curves import sweep
+from vibecalc.torsion.adapters.setup import Setup, build_setup
+from vibecalc.torsion.adapters.variants import bare_setup
 
 LOW, HIGH = 1000.0 * np.pi / 30.0, 9000.0 * np.pi / 30.0
 RANGE = 'speeds = { from = "1000 rpm", to = "9000 rpm", points = %d }'
@@ -112,7 +112,7 @@ def test_errors_of_curves_bound_what_forty_digits_say_beside_no_end() -> None:
                 phi = mpmath.lu_solve(matrix, mpmath.matrix([*map(mpmath.mpc, right), 0]))
                 for e, k in enumerate(line.stiffness.tolist()):
                     torque[e, q] = complex(k * (phi[e] - phi[e + 1]))
-        from vibecalc.response.torsion.synthesis import synthesis
+        from vibecalc.torsion.synthesis import synthesis
 
         exact = synthesis(order, torque).half_range
         assert np.all(np.abs(exact - values[:, place]) <= found.error_estimate)

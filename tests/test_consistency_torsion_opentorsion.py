@@ -13,11 +13,11 @@ from test_consistency_torsion_geared import stated
 from test_docs import shows
 
 from vibecalc.case.load import load_case
-from vibecalc.machine.shaft_line import build_shaft_line
-from vibecalc.response.torsion.forced import forced
-from vibecalc.response.torsion.line import Line, chain
-from vibecalc.response.torsion.modes import natural_modes
-from vibecalc.response.torsion.sections import section_torque
+from vibecalc.torsion.forced import forced
+from vibecalc.torsion.line import Line, chain
+from vibecalc.torsion.model import build_shaft_line
+from vibecalc.torsion.modes import natural_modes
+from vibecalc.torsion.section_loads import section_torque
 
 DAMPER = 2131.976
 ORDER = 0.5 * np.arange(1, 31)

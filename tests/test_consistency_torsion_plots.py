@@ -9,13 +9,13 @@ from torsion_samples import ROOT, geared, six
 
 pytest.importorskip("matplotlib")
 
-from vibecalc.machine.shaft_line import build_shaft_line
-from vibecalc.report.pictures.torsion_shapes import strands
-from vibecalc.report.pictures.torsion_summits import spread
-from vibecalc.report.pictures.torsion_vectors import alike
 from vibecalc.report.plots import PICTURES, STYLE, make
 from vibecalc.report.references import judge_references
 from vibecalc.results.record import Result
+from vibecalc.torsion.model import build_shaft_line
+from vibecalc.torsion.pictures.excitation import alike
+from vibecalc.torsion.pictures.modes import strands
+from vibecalc.torsion.pictures.speeds import spread
 
 RPM = 30.0 / np.pi
 OWN = [*[name for name in PICTURES if name.startswith("torsion_")][:6], "torsion_dampers"]

@@ -269,7 +269,7 @@ def test_a_class_rule_is_that_of_the_rated_speed() -> None:
 
 
 def test_blocks_of_speeds_do_not_matter(monkeypatch: Any) -> None:
-    from vibecalc.pipeline.stages.torsion import curves
+    from vibecalc.torsion.adapters import curves
 
     plain = value(ENGINE, "speeds/torque_half_range")
     monkeypatch.setattr(curves, "ROWS", 7)

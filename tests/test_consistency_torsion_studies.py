@@ -10,15 +10,15 @@ import pytest
 from engine_cases import ENGINE, GEARED, replaced
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.optimisation.damper.design import design as search
-from vibecalc.optimisation.damper.gain import performance
-from vibecalc.pipeline.stages.damper_design_problem import build_problem
-from vibecalc.pipeline.stages.torsion.setup import build_setup
 from vibecalc.report.plots import make
 from vibecalc.report.text import render_report
 from vibecalc.results.record import Record, Result
 from vibecalc.study.execute import execute
 from vibecalc.study.load import load_checked
+from vibecalc.torsion.adapters.damper_design import build_problem
+from vibecalc.torsion.adapters.setup import build_setup
+from vibecalc.torsion.damper_design.design import design as search
+from vibecalc.torsion.damper_design.design import performance
 
 TORSION = "response/torsion/"
 SPEEDS = 'speeds = { from = "800 rpm", to = "2000 rpm" }\n'

@@ -6,23 +6,11 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.special import fresnel
 
-from vibecalc.response.torsion.line import (
-    Line,
-    chain,
-    damping_matrix,
-    dynamic_stiffness,
-    stiffness_matrix,
-)
-from vibecalc.response.torsion.transient_march import TransientRun, transient
-from vibecalc.response.torsion.transient_motion import (
-    angle_at,
-    course,
-    speed_at,
-    stretch,
-    time_of_speed,
-)
-from vibecalc.response.torsion.transient_peaks import envelope
-from vibecalc.response.torsion.transient_quasi_steady import section_peaks
+from vibecalc.torsion.line import Line, chain, damping_matrix, dynamic_stiffness, stiffness_matrix
+from vibecalc.torsion.transient.cycles import section_peaks
+from vibecalc.torsion.transient.march import TransientRun, transient
+from vibecalc.torsion.transient.motion import angle_at, course, speed_at, stretch, time_of_speed
+from vibecalc.torsion.transient.peaks import envelope
 
 
 def pair(damping: float = 0.0, stiffness: float = 4000.0) -> Line:

@@ -14,11 +14,14 @@ from variable_inertia_lines import (
 
 from vibecalc.kinematics.harmonics import motion_harmonics
 from vibecalc.kinematics.slider_crank import piston_path
-from vibecalc.response.torsion.line import damping_matrix, dynamic_stiffness, stiffness_matrix
-from vibecalc.response.torsion.variable_inertia import inertia_at
-from vibecalc.response.torsion.variable_inertia_feed import feed, section_twist
-from vibecalc.response.torsion.variable_inertia_motion import acceleration, course, energy
-from vibecalc.response.torsion.variable_inertia_steady import constant_response, steady_response
+from vibecalc.torsion.line import damping_matrix, dynamic_stiffness, stiffness_matrix
+from vibecalc.torsion.variable_inertia.motion import acceleration, course, energy, inertia_at
+from vibecalc.torsion.variable_inertia.steady import (
+    constant_response,
+    feed,
+    section_twist,
+    steady_response,
+)
 
 
 def marched(system, speed, angle, rate, torque_at, duration):

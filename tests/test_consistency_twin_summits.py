@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from vibecalc.pipeline.stages.torsion.twin_summits import Value, highest
+from vibecalc.torsion.critical_speeds import Value, highest
 
 LOW, HIGH = np.array([99.0]), np.array([101.5])
 

@@ -12,26 +12,24 @@ from vibecalc.accuracy.order import Fit, fitted
 from vibecalc.accuracy.rung import Measured, Rung
 from vibecalc.accuracy.table import TOPICS
 from vibecalc.accuracy.topic import Topic
-from vibecalc.accuracy.yardsticks.shaft_cycles import (
-    fejer_rule,
-    half_ranges_of_samples,
-    steady_by_steps,
-)
-from vibecalc.accuracy.yardsticks.shaft_lines import (
-    dense_angles,
-    exact_angles,
-    exact_modes,
-    pole_angles,
-    transfer_angles,
-)
 from vibecalc.errors import NumericalFailure
 from vibecalc.pipeline.catalogue import CATALOGUE
 from vibecalc.pipeline.plan import plan_case
 from vibecalc.pipeline.run import run_scene
 from vibecalc.pipeline.scene import Scene
-from vibecalc.response.torsion.line import chain
 from vibecalc.results.named import named
 from vibecalc.study.load import load_checked
+from vibecalc.torsion.accuracy.by_other_means import (
+    dense_angles,
+    exact_angles,
+    exact_modes,
+    fejer_rule,
+    half_ranges_of_samples,
+    pole_angles,
+    steady_by_steps,
+    transfer_angles,
+)
+from vibecalc.torsion.line import chain
 
 #: stage, case, topics and how well their truths agree at least
 SHORT = {

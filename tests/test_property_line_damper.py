@@ -4,12 +4,18 @@ import numpy as np
 import pytest
 from line_damper_samples import RING, TABLE_VALUE, branched, direct, engine, torque_of_parts
 
-from vibecalc.optimisation.damper.chart import chart
-from vibecalc.optimisation.damper.design import Design, design, design_from
-from vibecalc.optimisation.damper.gain import gain, mistuning, performance
-from vibecalc.optimisation.damper.problem import Damper, Limits, Problem
-from vibecalc.optimisation.damper.survey import survey
-from vibecalc.response.torsion.line import chain
+from vibecalc.torsion.damper_design.descend import chart
+from vibecalc.torsion.damper_design.design import (
+    Design,
+    design,
+    design_from,
+    gain,
+    mistuning,
+    performance,
+)
+from vibecalc.torsion.damper_design.peaks import survey
+from vibecalc.torsion.damper_design.problem import Damper, Limits, Problem
+from vibecalc.torsion.line import chain
 
 FREE = Limits((0.5, 0.5), (50.0, 2e4), (0.3, 300.0))
 QUICK = {"map_points": 7, "speeds": 41, "starts": 1}

@@ -3,8 +3,8 @@
 import pytest
 from line_damper_samples import branched
 
-from vibecalc.optimisation.damper.design import design
-from vibecalc.optimisation.damper.problem import Limits
+from vibecalc.torsion.damper_design.design import design
+from vibecalc.torsion.damper_design.problem import Limits
 
 FREE = Limits((0.5, 0.5), (4e3, 1.6e4), (20.0, 150.0))
 

@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.hardware.shaft_limits import (
+from vibecalc.torsion.stress_limits import (
+    M68,
+    SEPARATIONS,
     barred_range,
     covered,
     propulsion_shaft_limits,
     separation,
 )
-from vibecalc.hardware.shaft_rules import M68, SEPARATIONS
 
 
 def test_m68_by_hand_at_rest_and_at_rated_speed():

@@ -8,11 +8,11 @@ from random_engines import random_engine
 from vibecalc.case.load import validate
 from vibecalc.numerics.typing import FloatArray, IntArray
 from vibecalc.pipeline.run import run_case
-from vibecalc.pipeline.stages.torsion.maxima import largest
-from vibecalc.pipeline.stages.torsion.twin_summits import Value
-from vibecalc.response.torsion.line import chain, stiffness_matrix
-from vibecalc.response.torsion.modes import natural_modes
-from vibecalc.response.torsion.modes_doubt import angle_doubt, doubt_of, shape_doubt
+from vibecalc.torsion.adapters.maxima import largest
+from vibecalc.torsion.critical_speeds import Value
+from vibecalc.torsion.holzer import angle_doubt, doubt_of, shape_doubt
+from vibecalc.torsion.line import chain, stiffness_matrix
+from vibecalc.torsion.modes import natural_modes
 
 
 def test_errors_of_a_shape_that_fades() -> None:

@@ -6,15 +6,17 @@ import numpy as np
 import pytest
 
 from vibecalc.numerics.cycle_peak import cycle_peak
-from vibecalc.response.torsion.barred import barred_ranges
-from vibecalc.response.torsion.critical import critical_speeds
-from vibecalc.response.torsion.forced import forced
-from vibecalc.response.torsion.heat import heat
-from vibecalc.response.torsion.line import Line, chain
-from vibecalc.response.torsion.mesh import mesh_torque
-from vibecalc.response.torsion.resonances import resonances
-from vibecalc.response.torsion.sections import section_peaks, section_torque, shear_stress
-from vibecalc.response.torsion.synthesis import synthesis
+from vibecalc.torsion.critical_speeds import barred_ranges, critical_speeds, resonances
+from vibecalc.torsion.forced import forced
+from vibecalc.torsion.line import Line, chain
+from vibecalc.torsion.section_loads import (
+    heat,
+    mesh_torque,
+    section_peaks,
+    section_torque,
+    shear_stress,
+)
+from vibecalc.torsion.synthesis import synthesis
 
 
 def test_both_ends_of_half_order_sums_are_found_and_attained():

@@ -15,13 +15,12 @@ from report_samples import quantity
 from torsion_samples import ROOT, geared, ruled, six
 
 from vibecalc.report.sections.key_rows import key_rows
-from vibecalc.report.sections.torsion_conclusion import conclusion
-from vibecalc.report.sections.torsion_limits import verdicts
-from vibecalc.report.sections.torsion_line import firing_words
-from vibecalc.report.sections.torsion_modes import torsion_modes
-from vibecalc.report.sections.torsion_terms import within
 from vibecalc.report.text import render_report
 from vibecalc.results.record import Axis, Record, Result
+from vibecalc.torsion.report.first_page import conclusion
+from vibecalc.torsion.report.limits import verdicts
+from vibecalc.torsion.report.line import firing_words, within
+from vibecalc.torsion.report.modes import torsion_modes
 
 TITLES = ("Torsional vibration of the shaft line", "Engine and shaft line",
           "Natural frequencies and modes of the line", "Excitation by the cylinders",

@@ -3,12 +3,11 @@
 import numpy as np
 import pytest
 
-from vibecalc.response.torsion.line import chain
-from vibecalc.response.torsion.transient_march import TransientRun, transient
-from vibecalc.response.torsion.transient_motion import angle_at, stretch
-from vibecalc.response.torsion.transient_peaks import envelope
-from vibecalc.response.torsion.transient_sliding import sliding
-from vibecalc.response.torsion.transient_waterfall import time_course
+from vibecalc.torsion.line import chain
+from vibecalc.torsion.transient.cycles import sliding
+from vibecalc.torsion.transient.march import TransientRun, transient
+from vibecalc.torsion.transient.motion import angle_at, stretch
+from vibecalc.torsion.transient.peaks import envelope, time_course
 
 CYCLE = 4.0 * np.pi
 ORDERS = np.arange(1, 17) / 2

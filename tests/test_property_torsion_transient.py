@@ -3,15 +3,15 @@
 import numpy as np
 import pytest
 
-from vibecalc.response.torsion import transient_pieces
-from vibecalc.response.torsion.line import chain, dynamic_stiffness
-from vibecalc.response.torsion.transient_march import TransientRun, transient
-from vibecalc.response.torsion.transient_motion import Stretch, stretch
-from vibecalc.response.torsion.transient_peaks import envelope, look
-from vibecalc.response.torsion.transient_quasi_steady import against_quasi_steady, section_peaks
-from vibecalc.response.torsion.transient_step import propagator
-from vibecalc.response.torsion.transient_waterfall import (
+from vibecalc.torsion.line import chain, dynamic_stiffness
+from vibecalc.torsion.transient import march as transient_pieces
+from vibecalc.torsion.transient.cycles import against_quasi_steady, section_peaks
+from vibecalc.torsion.transient.march import TransientRun, propagator, transient
+from vibecalc.torsion.transient.motion import Stretch, stretch
+from vibecalc.torsion.transient.peaks import (
+    envelope,
     frequency_waterfall,
+    look,
     order_waterfall,
     time_course,
 )
@@ -108,7 +108,7 @@ def test_sixty_seconds_of_an_engine_take_a_bounded_number_of_steps() -> None:
 
 
 def _course(part: Stretch):
-    from vibecalc.response.torsion.transient_motion import course
+    from vibecalc.torsion.transient.motion import course
 
     return [part], course([part], 0.0)
 

@@ -8,11 +8,15 @@ from scipy.integrate import solve_ivp
 from scipy.special import mathieu_a, mathieu_b
 from variable_inertia_lines import modes_of, one_freedom, ship_engine, ship_torque
 
-from vibecalc.response.torsion.line import chain
-from vibecalc.response.torsion.variable_inertia import inertia_at, variable_line
-from vibecalc.response.torsion.variable_inertia_regions import unstable_ranges, wedges
-from vibecalc.response.torsion.variable_inertia_stability import Stability, stability
-from vibecalc.response.torsion.variable_inertia_steady import steady_response
+from vibecalc.torsion.line import chain
+from vibecalc.torsion.variable_inertia.motion import inertia_at, variable_line
+from vibecalc.torsion.variable_inertia.stability import (
+    Stability,
+    stability,
+    unstable_ranges,
+    wedges,
+)
+from vibecalc.torsion.variable_inertia.steady import steady_response
 
 
 def on_unit_circle(found: Stability) -> np.ndarray:

@@ -3,7 +3,7 @@
 import mpmath
 import numpy as np
 
-from vibecalc.response.torsion.line import Line, chain
+from vibecalc.torsion.line import Line, chain
 
 ENGINE_INERTIA = [18.64] * 6 + [2655.0]
 ENGINE_STIFFNESS = [22.82e6] * 5 + [19.21e6]

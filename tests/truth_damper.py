@@ -12,13 +12,12 @@ from random_machines import Table
 from truth_report import Judged, judge_rows
 
 from vibecalc.case.load import validate
-from vibecalc.optimisation.damper.design import Design, design
-from vibecalc.optimisation.damper.gain import Performance, performance
-from vibecalc.optimisation.damper.problem import Damper
 from vibecalc.pipeline.run import run_case
-from vibecalc.pipeline.stages.damper_design_problem import Asked, build_problem
-from vibecalc.pipeline.stages.torsion.setup import build_setup
 from vibecalc.results.record import Quantity, Record
+from vibecalc.torsion.adapters.damper_design import Asked, build_problem
+from vibecalc.torsion.adapters.setup import build_setup
+from vibecalc.torsion.damper_design.design import Design, Performance, design, performance
+from vibecalc.torsion.damper_design.problem import Damper
 
 DIGITS = 60
 ROOT = "damper_design/"

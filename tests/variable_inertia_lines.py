@@ -4,12 +4,8 @@ import numpy as np
 
 from vibecalc.excitation.inertia_torque import inertia_torque
 from vibecalc.kinematics.harmonics import motion_harmonics
-from vibecalc.response.torsion.line import Line, chain, stiffness_matrix
-from vibecalc.response.torsion.variable_inertia import (
-    VariableLine,
-    inertia_variation,
-    variable_line,
-)
+from vibecalc.torsion.line import Line, chain, stiffness_matrix
+from vibecalc.torsion.variable_inertia.motion import VariableLine, inertia_variation, variable_line
 
 
 def piston_variation(rod_ratio: float, highest: int) -> np.ndarray:

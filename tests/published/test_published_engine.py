@@ -6,10 +6,9 @@ import engine_source as source
 import numpy as np
 import pytest
 
-from vibecalc.response.torsion.as_published import critical_speeds
-from vibecalc.response.torsion.as_published_damping import caughey_series, series_damping
-from vibecalc.response.torsion.line import chain
-from vibecalc.response.torsion.modes import natural_modes
+from vibecalc.torsion.as_published import caughey_series, critical_speeds, series_damping
+from vibecalc.torsion.line import chain
+from vibecalc.torsion.modes import natural_modes
 
 
 def modes(freedoms, spring=source.DAMPER_STIFFNESS):

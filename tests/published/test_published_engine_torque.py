@@ -19,8 +19,8 @@ from engine_as_published import (
 
 from vibecalc.excitation.cylinder_torque import CrankGeometry, cylinder_torque
 from vibecalc.excitation.gas_card import FOUR_STROKE, gas_card
-from vibecalc.hardware.crank_throw import reciprocating_inertia
-from vibecalc.response.torsion.as_published import modal_excitation, modal_twist, twist_on_criticals
+from vibecalc.torsion.as_published import modal_excitation, modal_twist, twist_on_criticals
+from vibecalc.torsion.from_dimensions import reciprocating_inertia
 
 PROGRAM = {"speed": source.SPEED_OF_PROGRAM, "slip_44": True, "slip_43": True, "phases": 2}
 RIGHT = {"speed": source.SPEED_OF_TEXT}

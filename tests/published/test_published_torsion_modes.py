@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from torsion_lines import engine
 
-from vibecalc.response.torsion.modes import natural_modes
+from vibecalc.torsion.modes import natural_modes
 
 SEVEN = [0.0, 264.15, 767.52, 1235.91, 1639.16, 1949.90, 2145.93]
 SEVEN_SHAPES = [

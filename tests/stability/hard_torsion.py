@@ -14,10 +14,10 @@ from stability.hard_case import HardCase, Numbers, Way, singular
 from torsion_lines import engine, exact_count, hard_chain, star
 
 from vibecalc.numerics.rounding import WithError
-from vibecalc.response.torsion.forced import forced
-from vibecalc.response.torsion.line import Line, dynamic_stiffness, stiffness_matrix
-from vibecalc.response.torsion.modes import natural_modes
-from vibecalc.response.torsion.modes_riccati import riccati_frequencies
+from vibecalc.torsion.forced import forced
+from vibecalc.torsion.line import Line, dynamic_stiffness, stiffness_matrix
+from vibecalc.torsion.modes import natural_modes
+from vibecalc.torsion.modes_of_tree import riccati_frequencies
 
 COUNT = 200
 #: modes that are looked at: the lowest elastic, the middle, the highest

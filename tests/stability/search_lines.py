@@ -12,10 +12,10 @@ from vibecalc.numerics.periodic_error import estimate_error
 from vibecalc.numerics.periodic_march import march_turns
 from vibecalc.numerics.periodic_multipliers import product_multipliers
 from vibecalc.numerics.periodic_panels import evaluate
-from vibecalc.response.torsion.forced import forced_masked
-from vibecalc.response.torsion.line import Line, chain
-from vibecalc.response.torsion.modes import natural_modes
-from vibecalc.response.torsion.modes_riccati import riccati_frequencies
+from vibecalc.torsion.forced import forced_masked
+from vibecalc.torsion.line import Line, chain
+from vibecalc.torsion.modes import natural_modes
+from vibecalc.torsion.modes_of_tree import riccati_frequencies
 
 
 def drawn_line(point: np.ndarray) -> Line:

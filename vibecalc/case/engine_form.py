@@ -3,9 +3,8 @@
 from collections.abc import Iterator
 
 from vibecalc.case.raw import Data, either, misspelt, table_at, tables_at
-from vibecalc.case.shaft_form import check_shaft_line
-from vibecalc.case.torsion_form import check_torsion
 from vibecalc.errors import KeyPath, Problem
+from vibecalc.torsion.rules import check_shaft_line, check_torsion
 
 MACHINE: KeyPath = ("machine",)
 TRAIN: KeyPath = ("machine", "crank_train")

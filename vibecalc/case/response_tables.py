@@ -9,7 +9,7 @@ from vibecalc.case.control_tables import Control
 from vibecalc.case.fields import Angle, Length, Name, Number, Table, Time
 from vibecalc.case.range_table import RunUp
 from vibecalc.case.roll_tables import Roll, StartUp
-from vibecalc.case.torsion_tables import Torsion
+from vibecalc.torsion.tables import Torsion
 
 Names = Annotated[tuple[Name, ...], Field(min_length=1, max_length=64)]
 #: of throws that weights cancel; an empty list is no weights at all

@@ -20,7 +20,6 @@ from vibecalc.case.absorber_hardware import (
 from vibecalc.case.absorber_parts import Primary, Secondaries, Secondary
 from vibecalc.case.absorber_pendulum import Pendulum
 from vibecalc.case.absorber_tables import Tuning
-from vibecalc.case.damper_tables import DamperDesign
 from vibecalc.case.engine_parts import Cycle
 from vibecalc.case.fields import AngularSpeed, Table, Whole
 from vibecalc.case.find_tables import Find
@@ -31,7 +30,6 @@ from vibecalc.case.motor_parts import NEEDED_BY_KIND, Motor
 from vibecalc.case.parts import Body, CrankTrain, Mounts
 from vibecalc.case.response_tables import Response
 from vibecalc.case.roll_parts import Friction, Rotor, Shell
-from vibecalc.case.shaft_parts import ShaftLine
 from vibecalc.case.sweep_tables import Sweep
 from vibecalc.case.tables import (
     Accuracy,
@@ -43,6 +41,8 @@ from vibecalc.case.tables import (
     Reference,
     ReferenceTable,
 )
+from vibecalc.torsion.shaft_line_tables import ShaftLine
+from vibecalc.torsion.tables import DamperDesign
 
 SCHEMA_VERSION = 1
 

@@ -27,9 +27,9 @@ from vibecalc.numerics.cycle_peak import vector_cycle_peak
 from vibecalc.numerics.rounding import EPSILON, UNIT_ROUNDOFF, WithError
 from vibecalc.response.energy import modal_force
 from vibecalc.response.modes import Modes
-from vibecalc.response.torsion.forced import forced
-from vibecalc.response.torsion.line import Line
-from vibecalc.response.torsion.synthesis import synthesis
+from vibecalc.torsion.forced import forced
+from vibecalc.torsion.line import Line
+from vibecalc.torsion.synthesis import synthesis
 
 #: orders beyond twice the highest against those up to there: forces that fall as order^-2 or faster
 TAIL = 2.0

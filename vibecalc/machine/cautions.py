@@ -16,8 +16,8 @@ from vibecalc.machine.mounts import Mounts, build_mounts
 from vibecalc.machine.operation_checks import has_loss_factor
 from vibecalc.machine.plausibility import implausible
 from vibecalc.machine.roll_cautions import asks_roll, roll_cautions
-from vibecalc.machine.throw_cautions import throw_cautions
-from vibecalc.machine.torsion_cautions import torsion_cautions
+from vibecalc.torsion.checks import torsion_cautions
+from vibecalc.torsion.model import throw_cautions
 
 Array = NDArray[np.float64]
 NOTICEABLE = 1e-6

@@ -22,10 +22,10 @@ from vibecalc.machine.operation_checks import operation_problems
 from vibecalc.machine.pump_checks import pump_problems
 from vibecalc.machine.range_checks import range_problems
 from vibecalc.machine.roll_checks import roll_problems
-from vibecalc.machine.shaft_line_checks import shaft_line_problems
 from vibecalc.machine.slip_checks import slip_problems
-from vibecalc.machine.torsion_checks import torsion_problems
-from vibecalc.machine.transient_checks import transient_problems
+from vibecalc.torsion.checks import torsion_problems
+from vibecalc.torsion.shaft_line_checks import shaft_line_problems
+from vibecalc.torsion.stage import transient_problems
 
 __all__ = ["CHECKS", "check_machine", "machine_warnings", "matrices"]
 

@@ -10,8 +10,8 @@ from vibecalc.case.schema import Case
 from vibecalc.errors import KeyPath, NumericalFailure, Problem
 from vibecalc.machine.crank_train_checks import turns
 from vibecalc.machine.drive_checks import pressure_problems
-from vibecalc.machine.shaft_line_checks import unknown
 from vibecalc.machine.turn_checks import degrees
+from vibecalc.torsion.shaft_line_checks import unknown
 
 TRAIN: KeyPath = ("machine", "crank_train")
 #: rad; angles of seven cylinders are typed with two decimals of a degree

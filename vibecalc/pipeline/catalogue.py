@@ -6,7 +6,6 @@ and `check` read the rest from this table. The entries stand in `entries/`, a fi
 
 from vibecalc.pipeline.entries.absorber import ENTRIES as absorber_entries
 from vibecalc.pipeline.entries.absorber_parts import ENTRIES as absorber_parts_entries
-from vibecalc.pipeline.entries.damper_design import ENTRIES as damper_design_entries
 from vibecalc.pipeline.entries.entry import Entry
 from vibecalc.pipeline.entries.excitation import ENTRIES as excitation_entries
 from vibecalc.pipeline.entries.impact import ENTRIES as impact_entries
@@ -22,12 +21,13 @@ from vibecalc.pipeline.entries.roll_motor import ENTRIES as roll_motor_entries
 from vibecalc.pipeline.entries.start_up import ENTRIES as start_up_entries
 from vibecalc.pipeline.entries.switching import ENTRIES as switching_entries
 from vibecalc.pipeline.entries.torque_reaction import ENTRIES as torque_reaction_entries
-from vibecalc.pipeline.entries.torsion import ENTRIES as torsion_entries
-from vibecalc.pipeline.entries.torsion_beside import ENTRIES as torsion_beside_entries
-from vibecalc.pipeline.entries.torsion_limits import ENTRIES as torsion_limits_entries
-from vibecalc.pipeline.entries.torsion_speeds import ENTRIES as torsion_speeds_entries
-from vibecalc.pipeline.entries.torsion_studies import ENTRIES as torsion_studies_entries
 from vibecalc.pipeline.entries.tuning import ENTRIES as tuning_entries
+from vibecalc.torsion.results import DAMPER_DESIGN_ENTRIES as damper_design_entries
+from vibecalc.torsion.results import TORSION_ENTRIES as torsion_entries
+from vibecalc.torsion.results import TORSION_LIMITS_ENTRIES as torsion_limits_entries
+from vibecalc.torsion.results import TORSION_SPEEDS_ENTRIES as torsion_speeds_entries
+from vibecalc.torsion.results import TORSION_STUDIES_ENTRIES as torsion_studies_entries
+from vibecalc.torsion.results import TORSION_VARIANTS_ENTRIES as torsion_beside_entries
 
 #: axis name -> (unit, long name)
 AXES: dict[str, tuple[str, str]] = {

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from vibecalc.case.engine_firing import TURN, cycle_angle
 from vibecalc.case.engine_mounted import shakes_with_torque, torque_reaches_mounts
-from vibecalc.pipeline.plan_torsion import asked_orders
 from vibecalc.pipeline.stage_plan import StagePlan
+from vibecalc.torsion.stage import asked_orders
 
 if TYPE_CHECKING:
     from vibecalc.case.schema import Case

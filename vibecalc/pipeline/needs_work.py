@@ -5,12 +5,12 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from vibecalc.pipeline.needs_orders import harmonics_of
-from vibecalc.pipeline.plan_torsion import solves
 from vibecalc.pipeline.stage_plan import StagePlan
+from vibecalc.torsion.stage import solves
 
 if TYPE_CHECKING:
     from vibecalc.case.schema import Case
-    from vibecalc.case.torsion_tables import Torsion
+    from vibecalc.torsion.tables import Torsion
 
 #: (how many, name of the unit of work)
 Work = tuple[tuple[float, str], ...]
@@ -96,7 +96,7 @@ def _variable(case: "Case", orders: int) -> Work:
 
 
 def _transient(case: "Case", orders: int) -> Work:
-    from vibecalc.machine.transient_checks import least_steps
+    from vibecalc.torsion.stage import least_steps
 
     return ((math.ceil(least_steps(case)), "time_step"), (6, "line"))
 

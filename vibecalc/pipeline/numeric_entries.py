@@ -146,7 +146,7 @@ def _modes(quantity: str, case: "Case") -> tuple[tuple[float, ...], str] | None:
 
 
 def _half_orders(case: "Case") -> tuple[tuple[float, ...], str]:
-    from vibecalc.pipeline.plan_torsion import asked_orders
+    from vibecalc.torsion.stage import asked_orders
 
     highest, step = asked_orders(case)
     entries = tuple(step * number for number in range(1, round(highest / step) + 1))

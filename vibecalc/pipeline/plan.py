@@ -12,15 +12,13 @@ from vibecalc.case.kinds import finds_speed, has_speed
 from vibecalc.pipeline.catalogue import CATALOGUE
 from vibecalc.pipeline.entries.entry import Entry
 from vibecalc.pipeline.plan_absorber import plan_absorber
-from vibecalc.pipeline.plan_damper import plan_damper
 from vibecalc.pipeline.plan_measurement import plan_measurement
 from vibecalc.pipeline.plan_pump import plan_pump
 from vibecalc.pipeline.plan_response import plan_response
 from vibecalc.pipeline.plan_roll import plan_roll
 from vibecalc.pipeline.plan_torque_reaction import ORDERS, plan_torque_reaction
-from vibecalc.pipeline.plan_torsion import plan_torsion
-from vibecalc.pipeline.plan_torsion_studies import plan_torsion_studies
 from vibecalc.pipeline.stage_plan import StagePlan, below, orders_words
+from vibecalc.torsion.stage import plan_damper, plan_torsion, plan_torsion_studies
 
 if TYPE_CHECKING:
     from vibecalc.case.schema import Case

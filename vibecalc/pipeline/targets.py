@@ -181,7 +181,7 @@ def _names_of_shaft_line(case: "Case") -> dict[str, tuple[str, ...]]:
     line = case.machine.shaft_line
     if line is None:
         return {}
-    from vibecalc.machine.shaft_sections import section_names
+    from vibecalc.torsion.shaft_line_tables import section_names
 
     gears = tuple(one.name or " - ".join(one.between) for one in line.gears)
     elastic = [

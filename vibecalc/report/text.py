@@ -11,7 +11,6 @@ from vibecalc.report.sections import closing, summary
 from vibecalc.report.sections.absorber import absorber
 from vibecalc.report.sections.absorber_parts import absorber_parts
 from vibecalc.report.sections.absorber_tuning import absorber_tuning
-from vibecalc.report.sections.damper_design import damper_design
 from vibecalc.report.sections.excitation import excitation
 from vibecalc.report.sections.find import find
 from vibecalc.report.sections.impact import impact
@@ -34,17 +33,16 @@ from vibecalc.report.sections.start_up import start_up
 from vibecalc.report.sections.switching import switching
 from vibecalc.report.sections.tolerance import tolerance
 from vibecalc.report.sections.torque_reaction import torque_reaction
-from vibecalc.report.sections.torsion import torsion
-from vibecalc.report.sections.torsion_excitation import torsion_excitation
-from vibecalc.report.sections.torsion_limits import has_limits, torsion_limits
-from vibecalc.report.sections.torsion_line import torsion_line
-from vibecalc.report.sections.torsion_modes import torsion_modes
-from vibecalc.report.sections.torsion_speeds import torsion_speeds
-from vibecalc.report.sections.torsion_steady import torsion_steady
-from vibecalc.report.sections.torsion_studies import torsion_published, torsion_variable
-from vibecalc.report.sections.torsion_transient import torsion_transient
 from vibecalc.report.tables import fold, pairs, paragraph
 from vibecalc.results.record import Result
+from vibecalc.torsion.report.damper_design import damper_design
+from vibecalc.torsion.report.excitation import torsion_excitation
+from vibecalc.torsion.report.first_page import torsion
+from vibecalc.torsion.report.limits import has_limits, torsion_limits
+from vibecalc.torsion.report.line import torsion_line
+from vibecalc.torsion.report.modes import torsion_modes
+from vibecalc.torsion.report.studies import torsion_published, torsion_transient, torsion_variable
+from vibecalc.torsion.report.vibration import torsion_speeds, torsion_steady
 
 #: More references than these fill the first page: it shows some, and all stand further below.
 _MOST_ON_TOP, _BRIEF = 40, 10

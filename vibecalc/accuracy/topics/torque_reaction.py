@@ -5,10 +5,8 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.accuracy.topic import NOTHING_TO_SET, Answer, Ladder, Reference, Topic
-from vibecalc.accuracy.topics.torsion_cycle import apart
 from vibecalc.accuracy.yardsticks.cycle_peaks import Signal, peak_topic
 from vibecalc.accuracy.yardsticks.fourier_samples import samples_of_harmonics
-from vibecalc.accuracy.yardsticks.shaft_cycles import through_three
 from vibecalc.case.engine_mounted import is_separate
 from vibecalc.excitation.cylinder_torque import gas_torque_at
 from vibecalc.excitation.gas_card import card_weights
@@ -25,6 +23,8 @@ from vibecalc.pipeline.scene import Scene
 from vibecalc.pipeline.stages.torque_reaction_couple import couples_of
 from vibecalc.response.direct import dynamics, response
 from vibecalc.response.matrices import Matrices
+from vibecalc.torsion.accuracy.by_other_means import through_three
+from vibecalc.torsion.accuracy.steady import apart
 
 #: orders of the trusted answer over those kept, and samples of its second way
 MORE, FINEST = 12, 1 << 15

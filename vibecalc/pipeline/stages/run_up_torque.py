@@ -99,8 +99,8 @@ def _setup(
 
 def _line_frequencies(scene: Scene, speed: float) -> np.ndarray:
     """Natural frequencies of the shaft line above zero, rad/s, where its torque has resonances."""
-    from vibecalc.machine.shaft_line import build_shaft_line
-    from vibecalc.response.torsion.modes import natural_modes
+    from vibecalc.torsion.model import build_shaft_line
+    from vibecalc.torsion.modes import natural_modes
 
     frequency = natural_modes(build_shaft_line(scene.case).at(speed)).frequency
     return frequency[frequency > 0.0]

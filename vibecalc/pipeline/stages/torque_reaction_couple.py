@@ -195,8 +195,7 @@ def line_passing(scene: Scene) -> Passing:
 
     A function of the orders (m,) and of the crank speeds (...).
     """
-    from vibecalc.machine.shaft_line import build_shaft_line
-    from vibecalc.machine.shaft_line_spin import spin_inertia
+    from vibecalc.torsion.model import build_shaft_line, spin_inertia
 
     built = build_shaft_line(scene.case)
     spin = spin_inertia(scene.case, built)

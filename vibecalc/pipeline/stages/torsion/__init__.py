@@ -1,1 +1,0 @@
-"""Adapters of a shaft line: modes, torques, vibration, speeds, limits, transients."""

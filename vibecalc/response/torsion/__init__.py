@@ -1,1 +1,0 @@
-"""Torsional vibration of shaft lines: modes, forced motion, transients."""

@@ -1,0 +1,1 @@
+"""From a case with a shaft line to results."""

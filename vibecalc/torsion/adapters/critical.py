@@ -1,0 +1,339 @@
+"""Every order against every mode: critical speeds, separation, resonances that nothing damps."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from vibecalc.errors import NumericalFailure
+from vibecalc.excitation.order_sums import major_orders
+from vibecalc.numerics.rounding import EPSILON, SINGULAR
+from vibecalc.numerics.typing import BoolArray, FloatArray, IntArray
+from vibecalc.pipeline.scene import Scene
+from vibecalc.torsion.adapters.curves import ROWS, solved
+from vibecalc.torsion.adapters.setup import Setup
+from vibecalc.torsion.damped_modes import NO_PEAK, mode_number, own_pole, vibrating_guesses
+from vibecalc.torsion.line import stiffness_matrix
+from vibecalc.torsion.modes import natural_modes
+from vibecalc.torsion.results import ROOT
+from vibecalc.torsion.stress_limits import separation
+from vibecalc.torsion.synthesis import synthesis
+
+# ----------------------------------------------------------------------------
+# Critical speeds of a shaft line: every order against every mode.
+# ----------------------------------------------------------------------------
+
+#: secant steps to where a pole that follows the speed meets an order
+_ROUNDS = 30
+
+
+def emit_critical(scene: Scene, setup: Setup) -> None:
+    """Speeds (mode, order) in rad/s; 0 for a mode that does not vibrate, infinite where none is."""
+    path = f"{ROOT}/critical/speed"
+    if not scene.wants(path):
+        return
+    speed, error = critical(setup)
+    axes = {"mode": np.arange(1, len(speed) + 1), "half_order": setup.drive.order}
+    scene.emit(path, speed, error, axes)
+
+
+def critical(setup: Setup) -> tuple[FloatArray, FloatArray]:
+    """Critical speeds (m, q) and their absolute errors, 0 for those without end.
+
+    A mode that is damped so strongly that no response peaks near its frequency has none.
+    """
+    modes, order = setup.natural(), setup.drive.order
+    speed = modes.frequency[:, None] / order
+    error = modes.frequency_error[:, None] / order + EPSILON * speed
+    if np.any(setup.model.speed_stiffness) and modes.damped:
+        return _damped_met(setup)
+    none = modes.silent & (modes.frequency > 0.0)
+    speed[none], error[none] = np.inf, 0.0
+    if not np.any(setup.model.speed_stiffness):
+        return speed, error
+    for place, one in enumerate(order.tolist()):
+        speed[:, place], error[:, place] = _met(setup, one)
+    return speed, error
+
+
+def _met(setup: Setup, order: float) -> tuple[FloatArray, FloatArray]:
+    """Speeds (m,) at which the modes, which rise with the speed, meet an order; or infinity.
+
+    There K + w^2 S - q^2 w^2 J is singular. The frequency of a mode over the speed falls as the
+    speed rises, so each mode is met once at most.
+    """
+    line, modes = setup.model.line, setup.modes
+    grown = line._replace(stiffness=setup.model.speed_stiffness)
+    added = stiffness_matrix(grown._replace(ground_stiffness=np.zeros_like(line.inertia)))
+    inertia = order**2 * np.diag(line.inertia) - added
+    stiffness = stiffness_matrix(line)
+    square = np.linalg.eigvals(np.linalg.solve(inertia, stiffness))
+    doubt = 64.0 * EPSILON * len(square) * float(np.max(np.abs(square)))
+    real = np.abs(square.imag) <= 1e-6 * np.abs(square)
+    kept = np.sort(square.real[real & (square.real > doubt)])
+    speed = np.where(modes.frequency > 0.0, np.inf, 0.0)
+    error = np.zeros(len(speed))
+    for met in np.sqrt(kept).tolist():
+        there = natural_modes(setup.model.at(met))
+        mode = int(np.argmin(np.abs(there.frequency - order * met)))
+        # one step of Newton's method on w(speed) - order speed; its slope is negative
+        own, shape = there.frequency[mode], there.shape[mode]
+        rise = met * float(shape @ added @ shape) / (there.modal_inertia[mode] * own)
+        left = own - order * met
+        speed[mode] = met + left / (order - rise)
+        rounding = there.frequency_error[mode] + 4.0 * EPSILON * own
+        # the step leaves the square of what it mends
+        error[mode] = rounding / (order - rise) + left**2 / (own * (order - rise))
+    return speed, error
+
+
+def _damped_met(setup: Setup) -> tuple[FloatArray, FloatArray]:
+    """The same of poles, |s| = q speed, where pendulums stiffen the line with the square of it.
+
+    On s = i q speed they take S / q^2 off the inertia, which tells where to begin; secant steps
+    follow with the line as it is at each speed.
+    """
+    model, natural, order = setup.model, setup.natural(), setup.drive.order
+    none = np.where(natural.frequency > 0.0, np.inf, 0.0)
+    speed = np.repeat(none[:, None], len(order), axis=1)
+    error = np.zeros_like(speed)
+    line = model.line
+    field = line._replace(stiffness=model.speed_stiffness, ground_stiffness=0.0 * line.inertia)
+    added = stiffness_matrix(field)
+    for place, one in enumerate(order.tolist()):
+        for guess in vibrating_guesses(line, added / one**2).tolist():
+            met = _met_by_pole(setup, one, guess)
+            if met is None:  # nothing peaks there, or no speed meets it
+                continue
+            at, off, pole = met
+            mode = mode_number(model.at(at), pole, len(natural.frequency))
+            speed[mode, place], error[mode, place] = at, off
+    return speed, error
+
+
+def _met_by_pole(setup: Setup, order: float, guess: complex) -> tuple[float, float, complex] | None:
+    """Speed, its error and the pole there; None for a mode that has no peak or is not met."""
+    # what the field of a pendulum turns unstable is no motion of the line
+    if guess.imag < 0.5 * abs(guess) or guess.real > 0.1 * abs(guess):
+        return None
+    at, pole, last = abs(guess) / order, guess, None
+    for _ in range(_ROUNDS):
+        try:
+            pole, _, doubt, _ = own_pole(setup.model.at(at), pole)
+        except NumericalFailure:
+            return None
+        left = abs(pole) - order * at
+        slope = -order if last is None or at == last[0] else (left - last[1]) / (at - last[0])
+        doubt += 4.0 * EPSILON * abs(pole)
+        if slope >= 0.0 or doubt > 1e-4 * abs(pole) or -pole.real >= NO_PEAK * abs(pole):
+            return None
+        if abs(left) <= 4.0 * doubt:
+            return at, (doubt + abs(left)) / -slope, pole
+        last, at = (at, left), at - left / slope
+        if not 0.0 < at < 1e3 * abs(guess) / order:
+            return None
+    return None
+
+
+# ----------------------------------------------------------------------------
+# Adapter: how far the modes of a shaft line are from its orders.
+#
+# What a rule asks of that (`hardware/shaft_rules.py`) is told where the case names the rule.
+# ----------------------------------------------------------------------------
+
+CLASSES = ("major", "other")
+
+
+def beyond(setup: Setup, highest_speed: float) -> BoolArray:
+    """Modes (m,) that no order of the case is near, or that none makes resonate.
+
+    That is rigid modes, those damped so strongly that no response peaks near them, and those above
+    the highest order. Above it is where the next order, which the case leaves out, would be nearer.
+    """
+    natural, order = setup.natural(), setup.drive.order
+    step = order[-1] - order[-2] if len(order) > 1 else order[-1]
+    above = natural.frequency > (order[-1] + 0.5 * step) * highest_speed
+    return np.asarray(natural.silent | above)
+
+
+def emit_separation(scene: Scene, setup: Setup, where: str, low: float, high: float) -> None:
+    """Margins (mode, class) from speeds `low` to `high` in rad/s.
+
+    Infinite, with order 0 and kept, for modes `beyond` and for a class without orders.
+    """
+    rule, firing = setup.torsion.separation, setup.drive.firing
+    modes, order = setup.natural(), setup.drive.order
+    found = separation(modes.frequency, order, low, high, rule or "api_618")
+    blank, major = beyond(setup, high), major_orders(firing.angle, order, firing.bank)
+    shape = (len(modes.frequency), len(CLASSES))
+    margin, nearest, kept = np.full(shape, np.inf), np.zeros(shape), np.ones(shape, dtype=np.int64)
+    error = np.zeros(shape)
+    doubt: FloatArray = modes.frequency_error[:, None] / (order * (low if low > 0.0 else high))
+    for column, chosen in enumerate((major, ~major)):
+        places = np.flatnonzero(chosen)
+        if not len(places):
+            continue
+        own = found.margin[:, places]
+        best = np.argmin(own, axis=1)
+        row = np.arange(len(own))
+        margin[:, column] = np.where(blank, np.inf, own[row, best])
+        nearest[:, column] = np.where(blank, 0.0, order[places][best])
+        kept[:, column] = np.where(blank, True, np.all(found.kept[:, places], axis=1))
+        rounding = 8.0 * EPSILON * (1.0 + np.abs(own[row, best]))
+        error[:, column] = doubt[:, places][row, best] + rounding
+    axes = {"mode": np.arange(1, shape[0] + 1), "order_class": CLASSES}
+    place = f"{ROOT}/separation/{where}"
+    scene.emit(f"{place}/margin", margin, np.where(np.isfinite(margin), error, 0.0), axes)
+    scene.emit(f"{place}/half_order", nearest, 0.0, axes)
+    if rule is not None:
+        scene.emit(f"{place}/kept", kept, 0.0, axes)
+
+
+# ----------------------------------------------------------------------------
+# Speeds of a range at which an order meets a mode that nothing damps.
+# ----------------------------------------------------------------------------
+
+#: part of a mode's largest twist below which a section counts as still
+STILL = 1e-11
+
+
+class Undamped(NamedTuple):
+    """By rising speed (u,) in rad/s; `mode` from 1; `low` and `high` enclose what has no digits.
+
+    `endless` (e,) is the lowest of the speeds at which a section twists without end, NaN for none.
+    """
+
+    speed: FloatArray
+    low: FloatArray
+    high: FloatArray
+    mode: IntArray
+    order: FloatArray
+    error: FloatArray
+    endless: FloatArray
+
+
+def undamped_speeds(setup: Setup, first: float, last: float) -> Undamped:
+    """Those from `first` to `last` whose order drives the mode, in rad/s."""
+    modes, drive, line = setup.natural(), setup.drive, setup.model.line
+    natural = np.where(modes.frequency > 0.0, modes.frequency, 1.0)
+    # as near as this, and with as little damping, fewer than four digits are left
+    exposed = (modes.frequency_error / natural + 4.0 * EPSILON) / SINGULAR
+    free = (modes.frequency > 0.0) & (modes.damping_ratio < exposed)
+    speed, doubt = critical(setup)
+    inside = free[:, None] & (speed >= first) & (speed <= last)
+    mode, place = np.nonzero(inside)
+    at = speed[mode, place]
+    row = np.arange(len(at))
+    torque = drive.torque(at)[row, place]
+    error = drive.torque_error(at)[row, place]
+    shape = modes.shape[mode][:, drive.freedom]
+    driven = np.abs(np.sum(shape * torque, axis=1))
+    least = np.sum(np.abs(shape) * error, axis=1)
+    least = least + (modes.shape_error[mode] + 16.0 * EPSILON) * np.abs(torque).sum(axis=1)
+    keep = np.flatnonzero(driven > 2.0 * least)
+    keep = keep[np.argsort(at[keep], kind="stable")]
+    at, mode, place = at[keep], mode[keep], place[keep]
+    width = exposed[mode] * at
+    endless = np.full(len(line.first), np.nan)
+    for one, which in zip(at[::-1].tolist(), mode[::-1].tolist(), strict=True):
+        twist = np.abs(modes.shape[which, line.first] - modes.shape[which, line.second])
+        endless[twist > STILL * twist.max(initial=0.0)] = one
+    return Undamped(
+        speed=at,
+        low=at - width,
+        high=at + width,
+        mode=mode + 1,
+        order=drive.order[place],
+        error=doubt[mode, place] + 4.0 * EPSILON * at,
+        endless=endless,
+    )
+
+
+# ----------------------------------------------------------------------------
+# Which order and mode make a maximum of a shaft line's curve: the one that resonates there.
+# ----------------------------------------------------------------------------
+
+#: relative distances at which a maximum is looked at from both sides
+SCALES = np.array([0.0025, 0.005, 0.01, 0.02, 0.04])
+#: relative distance up to which a maximum belongs to a critical of a mode, without its damping,
+#: and what each unit of damping ratio adds
+NEAR, WIDER = 0.03, 2.0
+
+
+class Meeting(NamedTuple):
+    """At each maximum (r,): half range of the referred twist, order and mode (from 1); 0: none."""
+
+    twist: FloatArray
+    order: FloatArray
+    mode: IntArray
+
+
+def meeting(setup: Setup, speed: FloatArray, section: IntArray, end: BoolArray) -> Meeting:
+    """What resonates in sections (r,) at the speeds (r,) of their maxima; nothing at an `end` (r,).
+
+    The curve itself says how wide a maximum is: the least distance at which half of what it stands
+    out at any is there. The order is the one whose own amplitude stands out most at this distance;
+    the largest of all may be on a flank. The mode is the one of most torque among those that the
+    order meets near by.
+    """
+    if not len(speed):
+        return Meeting(np.zeros(0), np.zeros(0), np.zeros(0, dtype=np.int64))
+    order = setup.drive.order
+    sides = np.concatenate([[1.0], 1.0 - SCALES, 1.0 + SCALES])
+    unique, place = np.unique(speed, return_inverse=True)
+    size, half, twist, masked = _looked_at(setup, unique[:, None] * sides, place, section)
+    low, high = slice(1, 1 + len(SCALES)), slice(1 + len(SCALES), None)
+    out = half[:, :1] - 0.5 * (half[:, low] + half[:, high])
+    wide = np.argmax(out >= 0.5 * out.max(axis=1, keepdims=True), axis=1)
+    own = np.arange(len(speed))
+    gain = size[:, 0] - 0.5 * (size[:, low] + size[:, high])[own, wide]
+    gain = np.where(masked, np.inf, np.where(end[:, None], 0.0, gain))
+    best = np.argmax(gain, axis=1)
+    mode = _modes(setup, speed, section, best)
+    found = (gain[own, best] > 0.0) & (mode > 0)
+    return Meeting(twist, np.where(found, order[best], 0.0), np.where(found, mode, 0))
+
+
+def _looked_at(
+    setup: Setup, speeds: FloatArray, place: IntArray, section: IntArray
+) -> tuple[FloatArray, FloatArray, FloatArray, BoolArray]:
+    """Amplitudes (r, k, m) and half ranges (r, k) of torques, of twists (r,), masked (r, m).
+
+    Speeds (u, k), those of maximum r in row place[r]; the first of a row is its middle.
+    """
+    model, drive = setup.model, setup.drive
+    rows, each = speeds.shape
+    torque = np.empty((len(place), each, len(drive.order)), dtype=np.complex128)
+    twist = np.empty((len(place), len(drive.order)), dtype=np.complex128)
+    masked = np.empty((len(place), len(drive.order)), dtype=bool)
+    step = max(1, ROWS // each)
+    for start in range(0, rows, step):
+        at = solved(model, drive, speeds[start : start + step].ravel())
+        shape = (-1, each, *at.torque.shape[1:])
+        held = np.flatnonzero((place >= start) & (place < start + step))
+        row, of = place[held] - start, section[held]
+        # an order without bound beside a maximum stands out from nothing
+        clear = np.where(at.masked[..., None], 0.0, at.torque).reshape(shape)
+        torque[held] = clear[row[:, None], np.arange(each), :, of[:, None]]
+        twist[held] = at.twist.reshape(shape)[row, 0, :, of]
+        masked[held] = at.masked.reshape(shape[:3])[row, 0]
+    half = synthesis(drive.order, torque).half_range
+    return np.abs(torque), half, synthesis(drive.order, twist).half_range, masked
+
+
+def _modes(setup: Setup, speed: FloatArray, section: IntArray, order: IntArray) -> IntArray:
+    """Number (r,), from 1, of the mode that an order (place) drives most there; 0: none is near."""
+    modes, drive, line = setup.natural(), setup.drive, setup.model.line
+    met = critical(setup)[0][:, order]
+    ratio = np.abs(modes.damping_ratio)[:, None]
+    finite = np.isfinite(met) & (met > 0.0)
+    share = np.where(finite, met, 1.0) / speed
+    near = finite & (np.abs(share - 1.0) <= NEAR + WIDER * ratio)
+    own = np.arange(len(speed))
+    torque = drive.torque(speed)[own, order]
+    drives = np.abs(modes.shape[:, drive.freedom] @ torque.T)
+    twist = np.abs(modes.shape[:, line.first[section]] - modes.shape[:, line.second[section]])
+    away = np.hypot(share**2 - 1.0, 2.0 * ratio * share) + 1e-12
+    inertia = np.where(modes.inertia > 0.0, modes.inertia, np.inf)[:, None]
+    height = np.where(near, drives * twist / (inertia * away), -1.0)
+    best = np.argmax(height, axis=0)
+    return np.where(height[best, own] >= 0.0, best + 1, 0)

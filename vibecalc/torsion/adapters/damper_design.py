@@ -1,0 +1,523 @@
+"""The damper that makes the worst section of a shaft line best, and what proves it."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.rounding import EPSILON
+from vibecalc.numerics.typing import FloatArray
+from vibecalc.pipeline.scene import Scene
+from vibecalc.torsion.adapters.setup import Setup, build_setup
+from vibecalc.torsion.damper_design.descend import chart
+from vibecalc.torsion.damper_design.design import (
+    Design,
+    Performance,
+    chart_error,
+    design,
+    mistuning,
+    performance,
+    performance_of,
+    relative_error,
+)
+from vibecalc.torsion.damper_design.problem import Damper, Limits, Problem, SpeedTorque
+from vibecalc.torsion.forced import forced_masked
+from vibecalc.torsion.line import Line
+from vibecalc.torsion.modes import natural_modes
+from vibecalc.torsion.results import DESIGN
+from vibecalc.torsion.section_loads import section_torque
+from vibecalc.torsion.synthesis import synthesis
+from vibecalc.torsion.tables import DamperDesign
+
+# ----------------------------------------------------------------------------
+# Adapter, continued: the question of [damper_design] in the terms of the search.
+# ----------------------------------------------------------------------------
+
+#: bounds of a search without any: shares of what the lowest and the highest excited mode ask for
+_STIFFNESS, _DAMPING = (0.05, 4.0), (0.02, 4.0)
+
+
+class Asked(NamedTuple):
+    """`problem` and `limits` are referred; `ratio` is the own speed ratio of the damper's shaft.
+
+    `element` (e,) are the places, among the sections of the case, of the elements of the line
+    without the ring; `table` is the value to compare with, or None.
+    """
+
+    problem: Problem
+    limits: Limits
+    ratio: float
+    element: np.ndarray
+    table: Damper | None
+
+
+def build_problem(setup: Setup, options: DamperDesign) -> Asked:
+    """The line without the ring, its torque, the weights of its sections, bounds and limits."""
+    if setup.torsion.damping_model is not None and setup.model.modal is not None:
+        raise NumericalFailure(
+            "damping ratios by mode hold for the line as it is; a search for a damper needs "
+            "dampings of shafts and stations, or a damping_model of kind 'rayleigh'"
+        )
+    shaft = setup.shaft
+    line, element, freedom = _without_ring(setup, options.on)
+    if np.any(setup.model.speed_stiffness[element]):
+        raise NumericalFailure(
+            "pendulums change with the speed, which the search for another damper does not follow"
+        )
+    replaced = next((one for one in shaft.dampers if one.name == options.on), None)
+    if replaced is not None:
+        station, carrier = replaced.station, replaced.carrier
+    else:
+        station = shaft.station_names.index(options.on)
+        carrier = int(shaft.freedom[station])
+    ratio = float(shaft.station_ratio[station])
+    asked = options.speeds or setup.torsion.speeds
+    assert asked is not None
+    speeds = (asked.start, asked.stop)
+    own = None if replaced is None else Damper(
+        replaced.inertia, replaced.stiffness, replaced.damping
+    )  # fmt: skip
+    limits = _limits(options, own, line, speeds, setup, ratio)
+    problem = Problem(
+        line=line,
+        station=int(np.flatnonzero(freedom == carrier)[0]),
+        order=setup.drive.order,
+        cycle=setup.drive.firing.cycle,
+        torque=_torque(setup, freedom),
+        speed=speeds,
+        weight=_weights(setup, options, element),
+        quantity="twist" if options.objective == "twist" else "torque",
+    )
+    table = None
+    if options.compare is not None:
+        values = (options.compare.stiffness, options.compare.damping)
+        inertia = limits.inertia[0] if own is None or options.inertia else own.inertia * ratio**2
+        table = Damper(inertia, *(value * ratio**2 for value in values))
+    return Asked(problem, limits, ratio, element, table)
+
+
+def _without_ring(setup: Setup, name: str) -> tuple[Line, np.ndarray, np.ndarray]:
+    """The line, and which elements and freedoms of the case's line it still has."""
+    line, shaft = setup.model.line, setup.shaft
+    replaced = next((one for one in shaft.dampers if one.name == name), None)
+    n, e = line.inertia.size, line.stiffness.size
+    if replaced is None:
+        return line, np.arange(e), np.arange(n)
+    freedom = np.flatnonzero(np.arange(n) != replaced.ring)
+    element = np.flatnonzero(np.arange(e) != replaced.element)
+    number = np.cumsum(np.arange(n) != replaced.ring) - 1
+    return (
+        Line(
+            line.inertia[freedom], line.absolute_damping[freedom], line.ground_stiffness[freedom],
+            number[line.first[element]], number[line.second[element]], line.stiffness[element],
+            line.damping[element], line.loss_factor[element],
+        ),
+        element,
+        freedom,
+    )  # fmt: skip
+
+
+def _weights(setup: Setup, options: DamperDesign, element: np.ndarray) -> FloatArray:
+    """What turns a referred torque or twist of each section into what is made small."""
+    shaft = setup.shaft
+    names = np.array([shaft.section_names[place] for place in element], dtype=object)
+    kinds = np.array([shaft.section_kinds[place] for place in element], dtype=object)
+    counts = np.isin(names, options.sections) if options.sections else kinds != "damper"
+    ratio, modulus = np.abs(shaft.section_ratio[element]), shaft.section_modulus[element]
+    if options.objective == "twist":
+        return np.asarray(np.where(counts, ratio, 0.0))
+    if options.objective == "torque":
+        return np.asarray(np.where(counts, 1.0 / ratio, 0.0))
+    lacking = counts & (modulus <= 0.0)
+    if options.sections and np.any(lacking):
+        raise NumericalFailure(
+            f"no stress in section {names[lacking][0]!r}: it has neither diameter nor section "
+            "modulus"
+        )
+    known = counts & (modulus > 0.0)
+    if not np.any(known):
+        raise NumericalFailure("no section has a diameter or section modulus: no stress to lower")
+    safe = np.where(known, modulus, 1.0)
+    return np.asarray(np.where(known, 1.0 / (ratio * safe), 0.0))
+
+
+def _torque(setup: Setup, freedom: np.ndarray) -> SpeedTorque:
+    """Gas along straight lines between cards, inertia with the square of the speed."""
+    drive, n = setup.drive, setup.model.line.inertia.size
+    gas = np.zeros((len(drive.gas), len(drive.order), n), dtype=complex)
+    inertia = np.zeros((len(drive.order), n), dtype=complex)
+    gas[..., drive.freedom], inertia[:, drive.freedom] = drive.gas, drive.inertia
+    gas, inertia = gas[..., freedom], inertia[:, freedom]
+    if len(drive.card_speed) < 2:
+        parts = np.stack([gas[0], np.zeros_like(inertia), inertia])
+        return SpeedTorque(np.array([0.0, np.inf]), parts[None])
+    knot = drive.card_speed
+    slope = np.diff(gas, axis=0) / np.diff(knot)[:, None, None]
+    begin = knot[:-1, None, None]
+    pieces = np.stack(
+        [gas[:-1] + begin**2 * inertia, slope + 2.0 * begin * inertia,
+         np.broadcast_to(inertia, slope.shape)],
+        axis=1,
+    )  # fmt: skip
+    return SpeedTorque(knot, pieces)
+
+
+def _limits(
+    options: DamperDesign, own: Damper | None, line: Line, speeds: tuple[float, float],
+    setup: Setup, ratio: float,
+) -> Limits:  # fmt: skip
+    """Bounds of what is looked for, equal ones of what is not; referred."""
+    square = ratio**2
+    bounds = options.bounds
+    given: dict[str, float | None] = {
+        "inertia": options.inertia, "stiffness": options.stiffness, "damping": options.damping,
+    }  # fmt: skip
+    if own is not None:
+        for name, value in own._asdict().items():
+            given[name] = value if given[name] is None else given[name]
+    ring = given["inertia"]
+    asked = None if bounds is None else bounds.inertia
+    if "inertia" in options.find:
+        if asked is None:
+            raise NumericalFailure("a ring inertia is looked for between bounds: give them")
+        inertia = (asked[0] * square, asked[1] * square)
+    elif ring is None:
+        raise NumericalFailure(f"no inertia of the ring on {options.on!r} is known: give one")
+    else:
+        inertia = (ring * square, ring * square)
+    natural = natural_modes(line).frequency
+    natural = natural[natural > 0.0]
+    if natural.size == 0:
+        raise NumericalFailure("the line has no elastic mode that a damper could calm")
+    reach = float(setup.drive.order[-1]) * speeds[1]
+    excited = natural[natural <= reach]
+    low, high = float(natural[0]), float(excited[-1] if excited.size else natural[0])
+    middle = float(np.sqrt(inertia[0] * inertia[1]))
+    usual = {
+        "stiffness": (_STIFFNESS[0] * middle * low**2, _STIFFNESS[1] * middle * high**2),
+        "damping": (_DAMPING[0] * middle * low, _DAMPING[1] * middle * high),
+    }
+    found: dict[str, tuple[float, float]] = {}
+    for name, span in usual.items():
+        said = None if bounds is None else getattr(bounds, name)
+        if name in options.find:
+            found[name] = span if said is None else (said[0] * square, said[1] * square)
+        else:
+            value = given[name]
+            if value is None and name == "damping":
+                raise NumericalFailure("the damping is neither looked for nor given")
+            found[name] = ((value or 0.0) * square, (value or 0.0) * square)
+    kept = options.limits
+    heat = np.inf if kept is None or kept.heat is None else kept.heat
+    travel = np.inf if kept is None or kept.travel is None else kept.travel / abs(ratio)
+    return Limits(inertia, found["stiffness"], found["damping"], heat, travel)
+
+
+# ----------------------------------------------------------------------------
+# Adapter: the damper that makes the worst section of a shaft line best, and what proves it.
+# ----------------------------------------------------------------------------
+
+_SECTION, _HEAT, _TRAVEL = 0.0, 1.0, 2.0
+
+
+def run_damper_design(scene: Scene) -> None:
+    """Emit everything for [damper_design]."""
+    options = scene.case.damper_design
+    if options is None:
+        raise ValueError("the case has no [damper_design]")
+    setup = build_setup(scene.case)
+    asked = build_problem(setup, options)
+    low, high = asked.problem.speed
+    if not low <= setup.speed <= high:
+        scene.warn(
+            f"the damper is tuned over {low:.6g} to {high:.6g} rad/s; the operating speed of "
+            f"{setup.speed:.6g} rad/s lies outside"
+        )
+    found = design(asked.problem, asked.limits)
+    _emit_damper(scene, asked, found)
+    seen = performance_of(asked.problem, found)
+    _emit_seen(scene, "", options, asked, seen, (found.worst, found.worst_error))
+    _emit_proof(scene, asked, found)
+    if options.compare is not None:
+        _emit_table(scene, options, asked, found)
+    if scene.wants(f"{DESIGN}sensitivity"):
+        off = mistuning(asked.problem, found, options.tolerance)
+        axes = {"stiffness_factor": off.stiffness, "damping_factor": off.damping}
+        scene.emit(f"{DESIGN}sensitivity", off.rise, off.rise_error, axes)
+    emit_chart(scene, options, asked, found)
+    emit_rings(scene, options, asked, found)
+    emit_curves(scene, setup, options, asked, found)
+    scene.cite(
+        "minimax over spring and dashpot by summits of all sections and speeds, Newton's method "
+        "on the conditions that hold the tuning",
+        "damper design",
+        "Madsen (1975), Journal of the Institute of Mathematics and its Applications 16; "
+        "docs/theory_torsion_studies.md",
+    )
+
+
+def _emit_damper(scene: Scene, asked: Asked, found: Design) -> None:
+    """Own values: referred ones over the square of the speed ratio of its shaft."""
+    square = asked.ratio**2
+    names = ("inertia", "stiffness", "damping")
+    values = [value / square for value in found.damper]
+    errors = [float(error) / square for error in found.damper_error]
+    for name, value, error in zip(names, values, errors, strict=True):
+        scene.emit(f"{DESIGN}{name}", value, error + 4.0 * EPSILON * value)
+    inertia, stiffness, damping = values
+    relative = [e / v if v > 0.0 else 0.0 for e, v in zip(errors, values, strict=True)]
+    own = math.sqrt(stiffness / inertia)
+    doubt = 0.5 * (relative[0] + relative[1]) + 4.0 * EPSILON
+    scene.emit(f"{DESIGN}own_frequency", own, own * doubt)
+    ratio = damping / (2.0 * math.sqrt(stiffness * inertia)) if stiffness > 0.0 else math.inf
+    error = ratio * (doubt + relative[2]) if stiffness > 0.0 else 0.0
+    scene.emit(f"{DESIGN}own_damping", ratio, error)
+
+
+def _emit_seen(
+    scene: Scene, stem: str, options: DamperDesign, asked: Asked, seen: Performance,
+    worst: tuple[float, float],
+) -> None:  # fmt: skip
+    path = f"{DESIGN}{stem}"
+    scene.emit(f"{path}worst_{options.objective}", worst[0], worst[1])
+    scene.emit(f"{path}worst_section", seen.section + 1, 0.0)
+    place = seen.speed_error
+    scene.emit(f"{path}worst_speed", seen.speed, place[0])
+    scene.emit(f"{path}heat", seen.heat, seen.heat_error)
+    scene.emit(f"{path}heat_speed", seen.heat_speed, place[1])
+    ratio = abs(asked.ratio)
+    scene.emit(f"{path}travel", ratio * seen.travel, ratio * seen.travel_error)
+    scene.emit(f"{path}travel_speed", seen.travel_speed, place[2])
+
+
+def _emit_proof(scene: Scene, asked: Asked, found: Design) -> None:
+    """The summits that hold the tuning, from low to high speed, the pull of bounds, the ends."""
+    order = np.argsort(found.speed, kind="stable")
+    row, count = found.reading[order], len(asked.problem.weight)
+    kind = np.where(row < count, _SECTION, np.where(row == count, _HEAT, _TRAVEL))
+    section = np.where(row < count, row + 1, 0)
+    whole = np.array([found.worst, asked.limits.heat, asked.limits.travel])
+    level = found.value[order] / whole[kind.astype(int)]
+    axes = {"active": np.arange(1, len(row) + 1)}
+    scene.emit(f"{DESIGN}active/kind", kind, 0.0, axes)
+    scene.emit(f"{DESIGN}active/section", section, 0.0, axes)
+    speed = found.speed[order]
+    scene.emit(f"{DESIGN}active/speed", speed, found.speed_error[order], axes)
+    slack = found.worst_error / found.worst + 2.0 * EPSILON
+    scene.emit(f"{DESIGN}active/level", level, slack, axes)
+    doubt_of_weight = found.weight_error[order] + 2.0 * EPSILON * np.abs(found.weight[order])
+    scene.emit(f"{DESIGN}active/weight", found.weight[order], doubt_of_weight, axes)
+    names = {"design_value": ("inertia", "stiffness", "damping")}
+    scene.emit(f"{DESIGN}pull", found.bound_weight, found.bound_error, names)
+    # zero at an optimum: all of it is error
+    scene.emit(f"{DESIGN}certificate", found.residual, found.residual, terms=1.0)
+    scene.emit(f"{DESIGN}curvature", found.curvature, found.curvature_error)
+    axes = {"basin": np.arange(1, len(found.basin) + 1)}
+    square = asked.ratio**2
+    # ends of descents: how far the optimum of each basin is from there
+    doubt = found.basin_error / square + 4.0 * EPSILON * found.basin / square
+    scene.emit(f"{DESIGN}basin/stiffness", found.basin[:, 1] / square, doubt[:, 1], axes)
+    scene.emit(f"{DESIGN}basin/damping", found.basin[:, 2] / square, doubt[:, 2], axes)
+    rise = (found.basin_worst_error + found.worst_error) / found.worst + 2.0 * EPSILON
+    scene.emit(f"{DESIGN}basin/worst", found.basin_worst / found.worst, rise, axes)
+
+
+def _emit_table(scene: Scene, options: DamperDesign, asked: Asked, found: Design) -> None:
+    assert asked.table is not None
+    seen = performance(asked.problem, asked.table)
+    _emit_seen(scene, "table/", options, asked, seen, (seen.worst, seen.worst_error))
+    gain = seen.worst / found.worst
+    error = gain * (seen.worst_error / seen.worst + found.worst_error / found.worst)
+    scene.emit(f"{DESIGN}table/gain", gain, error)
+    limits = asked.limits
+    for value, limit, words in (
+        (seen.heat, limits.heat, "heat in its dashpot"),
+        (seen.travel, limits.travel, "travel of its ring"),
+    ):
+        if value > limit:
+            scene.warn(f"the table value of the damper does not keep the limit on the {words}")
+
+
+def referred(damper: Damper, ratio: float) -> Damper:
+    """A damper on a shaft with this speed ratio, seen from the crankshaft."""
+    if ratio == 0.0:
+        raise NumericalFailure("a shaft that does not turn carries no damper")
+    return Damper(*(value * ratio**2 for value in damper))
+
+
+# ----------------------------------------------------------------------------
+# Adapter, continued: map, rings and curves of a damper design.
+# ----------------------------------------------------------------------------
+
+#: points of the map each way, speeds of each, how far it reaches around the optimum at least
+_MAP, _MAP_SPEEDS, _AROUND = 31, 121, 12.0
+_ROWS = 64
+#: share by which values of the damper are moved to see what the curve makes of their errors
+_MOVED = 1e-6
+
+
+def emit_chart(scene: Scene, options: DamperDesign, asked: Asked, found: Design) -> None:
+    """Worst section, heat and travel over stiffness and damping around optimum and table value."""
+    paths = [f"{DESIGN}chart/{name}" for name in (options.objective, "heat", "travel")]
+    if not {"stiffness", "damping"} <= set(options.find) or not scene.wants(*paths):
+        return
+    spans = []
+    for place in (1, 2):
+        own = [found.damper[place]] + ([asked.table[place]] if asked.table is not None else [])
+        low, high = asked.limits.bounds[place]
+        seen = [value for value in own if value > 0.0]
+        low = max(low, min(seen) / _AROUND)
+        high = min(high, max(seen) * _AROUND)
+        spans.append((min(low, min(seen)), max(high, max(seen))))
+    inertia = found.damper.inertia
+    limits = asked.limits._replace(inertia=(inertia, inertia), stiffness=spans[0], damping=spans[1])
+    drawn = chart(asked.problem, limits, _MAP, _MAP_SPEEDS)
+    square = asked.ratio**2
+    axes = {
+        "chart_stiffness": drawn.stiffness / square,
+        "chart_damping": drawn.damping / square,
+    }
+    # read on a grid of speeds: the true summits lie elsewhere
+    doubt = chart_error(asked.problem, drawn)
+    scene.emit(f"{DESIGN}chart/{options.objective}", drawn.worst[0], doubt[0], axes)
+    scene.emit(f"{DESIGN}chart/heat", drawn.heat[0], doubt[1], axes)
+    ratio = abs(asked.ratio)
+    scene.emit(f"{DESIGN}chart/travel", drawn.travel[0] * ratio, doubt[2] * ratio, axes)
+
+
+def emit_rings(scene: Scene, options: DamperDesign, asked: Asked, found: Design) -> None:
+    """The best damper of other rings, where the case asks for them."""
+    if not options.rings:
+        return
+    paths = [f"{DESIGN}ring/{name}" for name in (options.objective, "stiffness", "damping")]
+    if not scene.wants(*paths):
+        return
+    rows = []
+    bounds = options.bounds
+    for inertia in (value * asked.ratio**2 for value in sorted(options.rings)):
+        share = inertia / found.damper.inertia
+        limits = asked.limits._replace(inertia=(inertia, inertia))
+        # what suits a ring grows with it
+        if bounds is None or bounds.stiffness is None:
+            limits = limits._replace(stiffness=_scaled(limits.stiffness, share))
+        if bounds is None or bounds.damping is None:
+            limits = limits._replace(damping=_scaled(limits.damping, share))
+        try:
+            one = design(asked.problem, limits)
+        except NumericalFailure as failure:
+            own = inertia / asked.ratio**2
+            scene.warn(f"no best damper told for a ring of {own:.6g} kg m^2: {failure}")
+            continue
+        rows.append((
+            inertia, one.damper.stiffness, one.damper.damping, one.worst,
+            one.damper_error[1], one.damper_error[2], one.worst_error,
+        ))  # fmt: skip
+    if not rows:
+        raise NumericalFailure("none of the rings of the case has a best damper")
+    table, square = np.array(rows).T, asked.ratio**2
+    axes = {"ring_inertia": table[0] / square}
+    scene.emit(f"{DESIGN}ring/stiffness", table[1] / square, table[4] / square, axes)
+    scene.emit(f"{DESIGN}ring/damping", table[2] / square, table[5] / square, axes)
+    scene.emit(f"{DESIGN}ring/{options.objective}", table[3], table[6], axes)
+
+
+def _scaled(bounds: tuple[float, float], share: float) -> tuple[float, float]:
+    """Bounds times a share; a value that is held stays."""
+    low, high = bounds
+    return (share * low, share * high) if low < high else bounds
+
+
+def emit_curves(
+    scene: Scene, setup: Setup, options: DamperDesign, asked: Asked, found: Design
+) -> None:
+    """Largest section at each speed without ring, with the table value and with the optimum."""
+    if not scene.wants(f"{DESIGN}curve/{options.objective}"):
+        return
+    given = options.speeds or setup.torsion.speeds
+    assert given is not None
+    make = np.geomspace if given.spacing == "logarithmic" else np.linspace
+    speeds = np.asarray(make(given.start, given.stop, given.points))
+    dampers: dict[str, Damper | None] = {"none": None}
+    if asked.table is not None:
+        dampers["table value"] = asked.table
+    dampers["optimum"] = found.damper
+    rows, errors = [], []
+    for damper in dampers.values():
+        value, error = largest_section(setup, asked, damper, speeds)
+        rows.append(value)
+        errors.append(error)
+    errors[-1] = errors[-1] + _of_tuning(setup, asked, found, speeds, rows[-1])
+    axes = {"damper_curve": tuple(dampers), "speed": speeds}
+    scene.emit(f"{DESIGN}curve/{options.objective}", np.array(rows), np.array(errors), axes)
+
+
+def _of_tuning(
+    setup: Setup, asked: Asked, found: Design, speeds: FloatArray, value: FloatArray
+) -> FloatArray:
+    """What the errors of the damper found do to its curve (s,): each value moved a little."""
+    share, error = relative_error(found), np.zeros(len(speeds))
+    for place in np.flatnonzero(share):
+        factor = np.ones(3)
+        factor[place] += _MOVED
+        damper = Damper(*(float(one) for one in factor * np.array(found.damper)))
+        moved, _ = largest_section(setup, asked, damper, speeds)
+        known = np.isfinite(moved) & np.isfinite(value)
+        slope = np.abs(np.where(known, moved, 0.0) - np.where(known, value, 0.0)) / _MOVED
+        error = error + share[place] * slope
+    return error
+
+
+def with_ring(line: Line, station: int, damper: Damper) -> Line:
+    """The line with a ring as its last freedom and its damper as its last element."""
+    n = line.inertia.size
+    return Line(
+        np.append(line.inertia, damper.inertia), np.append(line.absolute_damping, 0.0),
+        np.append(line.ground_stiffness, 0.0), np.append(line.first, station),
+        np.append(line.second, n), np.append(line.stiffness, damper.stiffness),
+        np.append(line.damping, damper.damping), np.append(line.loss_factor, 0.0),
+    )  # fmt: skip
+
+
+def largest_section(
+    setup: Setup, asked: Asked, damper: Damper | None, speeds: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Largest weighted half range (s,) at speeds (s,), infinite where nothing damps; its error."""
+    problem, drive = asked.problem, setup.drive
+    line = problem.line if damper is None else with_ring(problem.line, problem.station, damper)
+    counts = np.flatnonzero(problem.weight > 0.0)
+    number = {int(old): new for new, old in enumerate(_freedoms(setup, asked))}
+    stations = [number[int(place)] for place in drive.freedom]
+    value, error = np.empty(len(speeds)), np.zeros(len(speeds))
+    for start in range(0, len(speeds), _ROWS):
+        part = slice(start, start + _ROWS)
+        frequency = speeds[part, None] * drive.order
+        solved = forced_masked(line, frequency, drive.torque(speeds[part]), stations=stations)
+        doubt = np.where(solved.masked, 0.0, solved.error)
+        seen = section_torque(line, frequency, solved.angle, doubt)
+        wave, wave_error = seen.total, seen.error
+        if problem.quantity == "twist":
+            wave = seen.twist
+            wave_error = np.broadcast_to(2.0 * doubt[..., None], wave.shape)
+        whole = synthesis(
+            drive.order,
+            np.moveaxis(wave[..., counts], 1, -1),
+            np.moveaxis(wave_error[..., counts], 1, -1),
+        )
+        weight = problem.weight[counts]
+        masked = np.any(solved.masked, axis=-1)
+        value[part] = np.where(masked, np.inf, np.max(weight * whole.half_range, axis=-1))
+        # of orders the squares add: each is a solution of its own
+        own = np.sqrt(np.sum(np.square(wave_error[..., counts]), axis=1))
+        bound = np.minimum(whole.error, own + 8.0 * EPSILON * whole.half_range)
+        error[part] = np.where(masked, 0.0, np.max(weight * bound, axis=-1))
+    return value, error
+
+
+def _freedoms(setup: Setup, asked: Asked) -> np.ndarray:
+    """Freedoms of the case's line that the line without ring has, in its order."""
+    every = np.arange(setup.model.line.inertia.size)
+    if asked.problem.line.inertia.size == every.size:
+        return every
+    rings = {one.ring for one in setup.shaft.dampers if one.element not in asked.element}
+    return np.array([place for place in every if place not in rings])

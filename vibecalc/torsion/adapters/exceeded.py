@@ -1,0 +1,349 @@
+"""Stresses that the limits of a case allow, and the ranges of speeds that exceed them."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from vibecalc.numerics.rounding import EPSILON
+from vibecalc.numerics.typing import FloatArray, IntArray
+from vibecalc.pipeline.scene import Scene
+from vibecalc.torsion.adapters.curves import own_doubt, solved
+from vibecalc.torsion.adapters.maxima import EQUAL, RIVAL, Maxima, maxima, narrowed
+from vibecalc.torsion.adapters.setup import Setup
+from vibecalc.torsion.critical_speeds import Value, barred_ranges
+from vibecalc.torsion.model import ShaftLineModel
+from vibecalc.torsion.results import ROOT
+from vibecalc.torsion.stress_limits import (
+    HIGHEST_RATIO,
+    NO_BARRED_RANGE,
+    barred_range,
+    counted_strength,
+    covered,
+    propulsion_shaft_limits,
+    size_factor,
+)
+from vibecalc.torsion.synthesis import synthesis
+from vibecalc.torsion.tables import TorsionLimit
+
+# ----------------------------------------------------------------------------
+# Adapter: the limits of a case as stresses allowed in sections of the line at any speeds.
+# ----------------------------------------------------------------------------
+
+#: speed over the rated one at which the formula of M68 turns into a constant
+CORNER_RATIO = 0.9
+
+
+class Basis(NamedTuple):
+    """What a limit is made of, by section (r,): SI; 0 where it has no such number.
+
+    `rated_speed` in rad/s is the one that a rule counts from, 0 for a table.
+    """
+
+    diameter: FloatArray
+    tensile_strength: FloatArray
+    counted_strength: FloatArray
+    size_factor: FloatArray
+    design_factor: FloatArray
+    rated_speed: float
+
+
+class Bound(NamedTuple):
+    """One limit: the places (r,) of its sections, and stresses (..., r) in Pa allowed at speeds.
+
+    `continuous` and `transient` are infinite where the limit says nothing: outside of `scope`,
+    two speeds. `corners` (k,) are the speeds at which their slopes may jump.
+    """
+
+    section: IntArray
+    continuous: Callable[[FloatArray], FloatArray]
+    transient: Callable[[FloatArray], FloatArray]
+    basis: Basis
+    scope: tuple[float, float]
+    corners: FloatArray
+
+
+def bounds(setup: Setup) -> list[Bound]:
+    """The limits of a case in their order."""
+    return [_bound(setup, limit) for limit in setup.torsion.limits]
+
+
+def _bound(setup: Setup, limit: TorsionLimit) -> Bound:
+    shaft = setup.shaft
+    names = np.array(shaft.section_names, dtype=object)
+    chosen = np.isin(names, limit.sections) if limit.sections else np.ones(len(names), bool)
+    section = np.flatnonzero(chosen & (shaft.section_modulus > 0.0))
+    diameter, strength = _diameters(shaft, section), shaft.tensile_strength[section]
+    if limit.curve is None:
+        return _class_rule(setup, limit, section, diameter, strength)
+    nodes, values = np.array(limit.curve.speed), np.array(limit.curve.stress)
+
+    def course(speed: FloatArray) -> FloatArray:
+        found = np.interp(speed, nodes, values, left=np.inf, right=np.inf)
+        return np.repeat(found[..., None], len(section), axis=-1)
+
+    none = np.zeros(len(section))
+    return Bound(
+        section,
+        course,
+        lambda speed: np.full((*speed.shape, len(section)), np.inf),
+        Basis(diameter, strength, none, none, none, 0.0),
+        (float(nodes[0]), float(nodes[-1])),
+        nodes,
+    )
+
+
+def _class_rule(
+    setup: Setup,
+    limit: TorsionLimit,
+    section: IntArray,
+    diameter: FloatArray,
+    given: FloatArray,
+) -> Bound:
+    """IACS UR M68 with the operating speed as the rated one."""
+    factor = limit.design_factor
+    strength = np.where(given > 0.0, given, limit.tensile_strength or 0.0)
+
+    def both(speed: FloatArray) -> tuple[FloatArray, FloatArray]:
+        ratio = speed[..., None] / setup.speed
+        inside = covered(ratio)
+        found = propulsion_shaft_limits(np.where(inside, ratio, 1.0), strength, diameter)
+        steady = np.where(inside, found.continuous * factor, np.inf)
+        passing = np.where(inside, found.transient * np.sqrt(factor), np.inf)
+        return steady, passing
+
+    basis = Basis(
+        diameter,
+        strength,
+        counted_strength(strength),
+        size_factor(diameter),
+        np.full(len(section), factor),
+        setup.speed,
+    )
+    highest = HIGHEST_RATIO * setup.speed * (1.0 - 4.0 * EPSILON)
+    return Bound(
+        section,
+        lambda speed: both(speed)[0],
+        lambda speed: both(speed)[1],
+        basis,
+        (0.0, highest),
+        np.array([CORNER_RATIO * setup.speed, highest]),
+    )
+
+
+def _diameters(shaft: ShaftLineModel, section: IntArray) -> FloatArray:
+    """Outer diameter (r,); of a section modulus alone that of the solid shaft which has it."""
+    solid = np.cbrt(16.0 * shaft.section_modulus[section] / np.pi)
+    given = shaft.section_diameter[section]
+    return np.where(given > 0.0, given, solid)
+
+
+# ----------------------------------------------------------------------------
+# Adapter: ranges of speeds in which a limit is exceeded, and the barred ranges that follow.
+#
+# A class rule bars more than the range in which the stress exceeds its limit: all of its formula's
+# range about the speed of largest use.
+# ----------------------------------------------------------------------------
+
+#: minima above a limit, lowest first, that are looked for between the speeds
+DIPS = 64
+
+
+class Exceeded(NamedTuple):
+    """Ranges (b,) above one limit in rad/s: ends, speed of the largest use inside, with errors.
+
+    `rule` (b, 2) is what the formula of a class rule bars about that speed, 0 without a rule.
+    """
+
+    start: FloatArray
+    end: FloatArray
+    error: FloatArray
+    peak: FloatArray
+    peak_error: FloatArray
+    rule: FloatArray
+    permitted: IntArray
+
+
+def exceeded_of(
+    setup: Setup,
+    bound: Bound,
+    use: FloatArray,
+    top: Maxima,
+    make: Callable[[IntArray], Value],
+    speed: FloatArray,
+    undamped: FloatArray,
+    factor: FloatArray,
+) -> Exceeded:
+    """Ranges above a limit with the uses (s, r) of its sections and the largest of each, `top`."""
+    excess = _excess(setup, bound)
+    near = [
+        speed,
+        top.speed,
+        undamped,
+        _close(use, make, speed, undamped),
+        _dips(excess, use, speed),
+    ]
+    found = barred_ranges(excess, np.unique(np.concatenate(near)))
+    ends = list(zip(found.start.tolist(), found.end.tolist(), strict=True))
+    peaks = [_peak(use, top, make, speed, undamped, *one) for one in ends]
+    peak, peak_error = (np.array([one[k] for one in peaks]) for k in (0, 1))
+    rule, permitted = np.zeros((len(ends), 2)), np.ones(len(ends), dtype=np.int64)
+    rated = bound.basis.rated_speed
+    if rated and len(ends):
+        barred = barred_range(peak, rated)
+        rule = np.stack([barred.lower, barred.upper], axis=1)
+        below = found.end <= NO_BARRED_RANGE * rated
+        permitted = (barred.permitted & below).astype(np.int64)
+    error = np.array([_doubt(setup, bound, excess, one, factor) for one in ends])
+    return Exceeded(found.start, found.end, error, peak, peak_error, rule, permitted)
+
+
+def emit_barred(scene: Scene, ranges: list[Exceeded]) -> None:
+    """Ranges above each limit, in the order of the limits, and what is barred for all of them."""
+    place = f"{ROOT}/exceeded"
+    start, end, error, peak, peak_error, rule, permitted = (
+        np.concatenate(part) for part in zip(*ranges, strict=True)
+    )
+    number = np.repeat(np.arange(1, len(ranges) + 1), [len(one.start) for one in ranges])
+    axes = {"exceeded": np.arange(1, len(start) + 1)}
+    scene.emit(f"{place}/from", start, error, axes)
+    scene.emit(f"{place}/to", end, error, axes)
+    scene.emit(f"{place}/limit", number, 0.0, axes)
+    peak_error = peak_error + 4.0 * EPSILON * peak
+    scene.emit(f"{place}/peak_speed", peak, peak_error, axes)
+    # the ends move by at most 9/8 of what the peak does
+    off = np.where(rule[:, 0] > 0.0, 1.2 * peak_error + 8.0 * EPSILON * peak, 0.0)
+    scene.emit(f"{place}/formula_from", rule[:, 0], off, axes)
+    scene.emit(f"{place}/formula_to", rule[:, 1], off, axes)
+    scene.emit(f"{place}/permitted", permitted, 0.0, axes)
+    ruled = rule[:, 0] > 0.0
+    lower = np.where(ruled, np.minimum(start, rule[:, 0]), start)
+    upper = np.where(ruled, np.maximum(end, rule[:, 1]), end)
+    joined = united(lower, upper)
+    axes = {"barred": np.arange(1, len(joined) + 1)}
+    doubt = np.maximum(error, off)
+    off_of = np.array([np.max(doubt[own]) for own in joined])
+    for name, value in (
+        ("from", [np.min(lower[own]) for own in joined]),
+        ("to", [np.max(upper[own]) for own in joined]),
+    ):
+        scene.emit(f"{ROOT}/barred/{name}", np.array(value), off_of, axes)
+    allowed = np.array([np.min(permitted[own]) for own in joined], dtype=np.int64)
+    scene.emit(f"{ROOT}/barred/permitted", allowed, 0.0, axes)
+
+
+def united(lower: FloatArray, upper: FloatArray) -> list[IntArray]:
+    """Places of the ranges (b,) that overlap or touch, group by group, by rising speed."""
+    groups: list[list[int]] = []
+    reach = -np.inf
+    for place in np.argsort(lower, kind="stable").tolist():
+        if lower[place] > reach:
+            groups.append([])
+        groups[-1].append(place)
+        reach = max(reach, float(upper[place]))
+    return [np.array(own, dtype=np.int64) for own in groups]
+
+
+def _close(
+    use: FloatArray, make: Callable[[IntArray], Value], speed: FloatArray, undamped: FloatArray
+) -> FloatArray:
+    """Speeds (k,) of maxima that are below a limit at the speeds (s,) and may exceed it between."""
+    inside = use[1:-1]
+    high = (inside > use[:-2]) & (inside >= use[2:]) & (inside >= RIVAL) & (inside < 1.0)
+    high &= np.isfinite(use[:-2] + use[2:])
+    place, section = np.nonzero(high)
+    place = place + 1
+    if not len(place):
+        return np.zeros(0)
+    seen = narrowed(make(section), speed[place - 1], speed[place], speed[place + 1])
+    kept = seen >= EQUAL
+    return maxima(make, use, speed, section[kept], place[kept], undamped).speed
+
+
+def _dips(
+    excess: Callable[[FloatArray], FloatArray], use: FloatArray, speed: FloatArray
+) -> FloatArray:
+    """Speeds (k,) of minima above a limit that may be below it between the speeds (s,)."""
+    worst = np.max(use, axis=1)
+    inside = worst[1:-1]
+    low = (inside <= worst[:-2]) & (inside <= worst[2:]) & (inside > 1.0)
+    place = np.flatnonzero(low) + 1
+    place = np.sort(place[np.argsort(worst[place], kind="stable")][:DIPS])
+    if not len(place):
+        return np.zeros(0)
+    start, at, end = speed[place - 1], speed[place], speed[place + 1]
+    row, share = np.arange(len(place)), np.linspace(0.0, 1.0, 9)
+    for _ in range(3):
+        where = np.concatenate(
+            [start[:, None] + (at - start)[:, None] * share,
+             at[:, None] + (end - at)[:, None] * share[1:]], axis=1,
+        )  # fmt: skip
+        found = excess(where.ravel()).reshape(where.shape)
+        best = np.clip(np.argmin(found, axis=1), 1, where.shape[1] - 2)
+        start, at, end = where[row, best - 1], where[row, best], where[row, best + 1]
+    return at
+
+
+def _peak(
+    use: FloatArray,
+    top: Maxima,
+    make: Callable[[IntArray], Value],
+    speed: FloatArray,
+    undamped: FloatArray,
+    start: float,
+    end: float,
+) -> tuple[float, float]:
+    """Speed of the largest use between two speeds, and its error."""
+    without_end = undamped[(undamped >= start) & (undamped <= end)]
+    if len(without_end):
+        return float(without_end[0]), 1e-10 * float(without_end[0])
+    found: list[tuple[float, float, float]] = []
+    inside = np.flatnonzero((speed >= start) & (speed <= end))
+    if len(inside):
+        place, section = np.unravel_index(int(np.argmax(use[inside])), use[inside].shape)
+        at = np.array([inside[place]])
+        near = maxima(make, use, speed, np.array([section]), at, undamped)
+        found.append((float(near.value[0]), float(near.speed[0]), float(near.speed_error[0])))
+    for k in np.flatnonzero((top.speed >= start) & (top.speed <= end)).tolist():
+        found.append((float(top.value[k]), float(top.speed[k]), float(top.speed_error[k])))
+    if not found:  # narrower than the steps of the sweep
+        return 0.5 * (start + end), 0.5 * (end - start)
+    _, at_speed, error = max(found)
+    return at_speed, error
+
+
+def _excess(setup: Setup, bound: Bound) -> Callable[[FloatArray], FloatArray]:
+    """Largest stress less what is allowed, over the sections of a limit, at speeds (s,)."""
+    own = bound.section
+    factor = 1.0 / (setup.shaft.section_modulus[own] * np.abs(setup.shaft.section_ratio[own]))
+
+    def excess(speed: FloatArray) -> FloatArray:
+        found = solved(setup.model, setup.drive, speed)
+        torque = np.moveaxis(found.torque[..., own], 1, -1)
+        stress = synthesis(setup.drive.order, torque).half_range * factor
+        limit = bound.continuous(speed)
+        says = np.isfinite(limit)
+        over = np.where(says, stress - np.where(says, limit, 0.0), -1.0)
+        endless = np.any(found.masked, axis=1) & np.any(says, axis=1)
+        return np.where(endless, np.inf, np.max(over, axis=1))
+
+    return excess
+
+
+def _doubt(
+    setup: Setup,
+    bound: Bound,
+    excess: Callable[[FloatArray], FloatArray],
+    ends: tuple[float, float],
+    factor: FloatArray,
+) -> float:
+    """What an error of the stress moves an end of a range by: over the slope there."""
+    at, own = np.array(ends), bound.section
+    known = own_doubt(setup, np.repeat(at, len(own)), np.tile(own, 2)).torque * np.tile(factor, 2)
+    error = np.max(known.reshape(2, -1), axis=1)
+    step = 1e-7 * at
+    with np.errstate(invalid="ignore", divide="ignore"):
+        slope = np.abs(excess(at + step) - excess(at - step)) / (2.0 * step)
+        moved = error / slope
+    moved = np.where(np.isfinite(moved), moved, 0.0)
+    return float(np.max(2.0 * moved + 8.0 * EPSILON * at))

@@ -1,0 +1,174 @@
+"""Pressure and torques of a cylinder, orders, vector sums of the engine."""
+
+import numpy as np
+
+from vibecalc.excitation.cylinder_torque import gas_torque_at, inertia_torque_at, phasor
+from vibecalc.excitation.gas_card import pressure_at
+from vibecalc.excitation.order_sums import bank_factor, major_orders, order_ranks, phase_sums
+from vibecalc.numerics.rounding import EPSILON
+from vibecalc.numerics.typing import ComplexArray, FloatArray, IntArray
+from vibecalc.pipeline.scene import Scene
+from vibecalc.torsion.adapters.modes import natural_doubt
+from vibecalc.torsion.adapters.setup import Drive, Setup
+from vibecalc.torsion.holzer import ShapeDoubt, doubt_of
+from vibecalc.torsion.results import ROOT
+
+PLACE = f"{ROOT}/excitation"
+CURVES = tuple(
+    f"{PLACE}/{name}"
+    for name in ("pressure", "gas_torque", "inertia_torque", "total_torque", "engine_torque")
+)
+#: a mode that moves the cylinders by less than this of its largest angle has no vector sums
+STILL = 1e-5
+#: Pa; a mean indicated pressure beyond it gets a sentence
+HIGHEST_MEAN = 8e6
+#: crank angles of a turn, less one
+STEPS = 360
+
+
+def emit_excitation(scene: Scene, setup: Setup) -> None:
+    """What one cylinder and all of them do at the operating speed."""
+    drive, speed = setup.drive, setup.speed
+    if scene.wants(*CURVES):
+        _over_the_cycle(scene, setup)
+    one, square = drive.healthy(speed), speed**2
+    axes = {"half_order": drive.order, "cylinder": drive.firing.names}
+    inertia = square * one.inertia
+    inertia_error = square * one.inertia_error + 4.0 * EPSILON * np.abs(inertia)
+    total, total_error = one.gas + inertia, one.gas_error + inertia_error
+    scene.emit(f"{PLACE}/gas", one.gas, one.gas_error, axes)
+    scene.emit(f"{PLACE}/inertia", inertia, inertia_error, axes)
+    scene.emit(f"{PLACE}/total", total, total_error, axes)
+    volume = drive.geometry.piston_area * drive.geometry.crank_radius
+    if volume > 0.0:
+        error = total_error / volume + 4.0 * EPSILON * np.abs(total) / volume
+        scene.emit(f"{PLACE}/tangential_pressure", total / volume, error, axes)
+    _means(scene, setup, float(one.mean), float(one.mean_error))
+    scene.emit(
+        f"{PLACE}/firing_angle", drive.firing.angle, 8.0 * EPSILON * drive.firing.cycle, axes
+    )
+    _stations(scene, setup)
+    _sums(scene, setup)
+    scene.cite(
+        "Gauss quadrature of the pressure card with the exact slider-crank, inertia by its series",
+        "torque harmonics of a cylinder at half orders",
+        "Ker Wilson, Practical Solution of Torsional Vibration Problems, vol. 2, 3rd ed. 1963",
+    )
+
+
+def _means(scene: Scene, setup: Setup, mean: float, mean_error: float) -> None:
+    drive, at = setup.drive, np.array([setup.speed])
+    torque = float(drive.mean_torque(at).sum())
+    error = float(drive.mean_torque_error(at).sum()) + 4.0 * EPSILON * abs(torque)
+    scene.emit(f"{PLACE}/mean_torque", torque, error)
+    power = setup.speed * torque
+    scene.emit(f"{PLACE}/power", power, setup.speed * error + EPSILON * abs(power))
+    swept = drive.geometry.piston_area * _stroke(drive)
+    if swept > 0.0:
+        work = drive.firing.cycle / swept
+        pressure = work * mean
+        error = work * mean_error + 8.0 * EPSILON * abs(pressure)
+        scene.emit(f"{PLACE}/mean_indicated_pressure", pressure, error)
+        if abs(pressure) > HIGHEST_MEAN:
+            scene.warn(
+                f"the mean indicated pressure is {1e-5 * pressure:.3g} bar, where engines stay "
+                "below 40: are the pressures of the gas in Pa ('60 bar' otherwise)?"
+            )
+
+
+def _stroke(drive: Drive) -> float:
+    radius, length, _, offset = drive.geometry
+    far = np.sqrt((length + radius) ** 2 - offset**2)
+    return float(far - np.sqrt((length - radius) ** 2 - offset**2))
+
+
+def _over_the_cycle(scene: Scene, setup: Setup) -> None:
+    """Pressure and torques at each degree of the cycle."""
+    drive, geometry = setup.drive, setup.drive.geometry
+    turns = round(drive.firing.cycle / (2.0 * np.pi))
+    angle = np.linspace(0.0, drive.firing.cycle, STEPS * turns + 1)
+    share = drive.weights(np.asarray(setup.speed))
+    pressure = share @ np.array([pressure_at(card, angle) for card in drive.cards])
+    gas = share @ np.array([gas_torque_at(card, geometry, angle) for card in drive.cards])
+    inertia = setup.speed**2 * inertia_torque_at(
+        geometry, drive.reciprocating_mass, drive.rod_inertia, angle
+    )
+    axes = {"crank_angle": angle}
+    # an angle of the cycle is right to a rounding, and so is its sine
+    rounding, step = EPSILON * drive.firing.cycle, angle[1] - angle[0]
+    off = share @ np.array([card.error.max() for card in drive.cards])
+
+    def doubt(value: FloatArray) -> float:
+        steepest = float(np.max(np.abs(np.diff(value)))) / step
+        return float(8.0 * EPSILON * np.max(np.abs(value)) + rounding * steepest)
+
+    lever = geometry.piston_area * geometry.crank_radius
+    errors = {"pressure": doubt(pressure) + off, "inertia_torque": 2.0 * doubt(inertia)}
+    errors["gas_torque"] = doubt(gas) + lever * off
+    errors["total_torque"] = errors["gas_torque"] + errors["inertia_torque"]
+    values = {"pressure": pressure, "gas_torque": gas, "inertia_torque": inertia}
+    values["total_torque"] = gas + inertia
+    for name, value in values.items():
+        scene.emit(f"{PLACE}/{name}", value, errors[name], axes)
+    # of all cylinders, as far as the orders of the case go
+    at = np.array([setup.speed])
+    torque = drive.torque(at)[0].sum(axis=-1)
+    mean = float(drive.mean_torque(at).sum())
+    turned = np.exp(1j * angle[:, None] * drive.order)
+    engine = mean + (turned @ torque).real
+    error = float(drive.torque_error(at).sum()) + float(drive.mean_torque_error(at).sum())
+    # a rounded angle turns each order, all of them by as much
+    many = EPSILON * drive.firing.cycle * float(np.abs(torque) @ drive.order)
+    scene.emit(f"{PLACE}/engine_torque", engine, error + many + EPSILON * abs(mean), axes)
+
+
+def _stations(scene: Scene, setup: Setup) -> None:
+    drive, shaft, at = setup.drive, setup.shaft, np.array([setup.speed])
+    own = np.zeros((len(shaft.station_names), len(drive.order)), dtype=np.complex128)
+    ratio = shaft.station_ratio[drive.station]
+    own[drive.station] = drive.torque(at)[0].T / ratio[:, None]
+    error = float(np.max(drive.torque_error(at)[0] / np.abs(ratio), initial=0.0))
+    axes = {"station": shaft.station_names, "half_order": drive.order}
+    scene.emit(f"{PLACE}/station_torque", own, error + 2.0 * EPSILON * np.max(np.abs(own)), axes)
+
+
+def _sums(scene: Scene, setup: Setup) -> None:
+    drive, modes, at = setup.drive, setup.natural(), np.array([setup.speed])
+    axes = {"mode": np.arange(1, len(modes.frequency) + 1), "half_order": drive.order}
+    every = modes.shape if modes.damped else modes.shape.real
+    shape = every[:, setup.shaft.cylinder_freedom]
+    sums = phase_sums(shape, drive.firing.angle, drive.order)
+    whole = np.abs(shape).sum(axis=1, keepdims=True)
+    still = whole < STILL
+    whole = np.where(still, 1.0, whole)
+    value = np.where(still, 0.0, sums.value / whole)
+    moved, freedom = natural_doubt(setup), setup.shaft.cylinder_freedom
+    turned: ComplexArray = np.asarray(phasor(drive.order, drive.firing.angle)[None])
+    length = np.abs(shape)
+    towards = (shape / np.where(length > 0.0, length, 1.0)).conj()[:, None, :]
+    share: ComplexArray = np.asarray(value[..., None] * towards, dtype=np.complex128)
+    if modes.damped:  # their lengths move by a part only of what their angles do
+        doubt = sums.error + _on_freedoms(moved, turned, freedom)
+        doubt = doubt + _on_freedoms(moved, share, freedom)
+    else:
+        # what grows all cylinders alike leaves the share that is left of their sum
+        doubt = sums.error + _on_freedoms(moved, turned - share, freedom)
+    doubt = np.where(still, 0.0, doubt / whole)
+    scene.emit(f"{PLACE}/vector_sum", value, doubt, axes)
+    scene.emit(f"{PLACE}/rank", order_ranks(value, doubt), 0.0, axes)
+    torque, error = drive.torque(at)[0], drive.torque_error(at)[0]
+    own = every[:, drive.freedom]
+    intensity = own @ torque.T
+    doubt = np.abs(own) @ error.T + _on_freedoms(moved, torque, drive.freedom)
+    many = (4.0 + own.shape[1]) * EPSILON * (np.abs(own) @ np.abs(torque).T)
+    scene.emit(f"{PLACE}/intensity", intensity, doubt + many, axes)
+    angles = drive.firing.angle, drive.order, drive.firing.bank
+    scene.emit(f"{PLACE}/major", major_orders(*angles).astype(np.int64), 0.0, axes)
+    if len(np.unique(drive.firing.bank)) > 1:
+        scene.emit(f"{PLACE}/bank_factor", *bank_factor(*angles), axes)
+
+
+def _on_freedoms(doubt: ShapeDoubt, weight: ComplexArray, freedom: IntArray) -> FloatArray:
+    """Errors (m, q) of sums of the angles of cylinders, with weights (..., q, c)."""
+    place = freedom[:, None] == np.arange(doubt.moved.shape[1] - 1)
+    return doubt_of(doubt, weight @ place.astype(float))

@@ -1,0 +1,331 @@
+"""Stresses of a shaft line against the limits of a case, over the range and at operating speed."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from vibecalc.numerics.rounding import EPSILON
+from vibecalc.numerics.typing import FloatArray, IntArray
+from vibecalc.pipeline.scene import Scene
+from vibecalc.torsion.adapters.critical import Undamped
+from vibecalc.torsion.adapters.curves import own_doubt
+from vibecalc.torsion.adapters.exceeded import Bound, bounds, emit_barred, exceeded_of
+from vibecalc.torsion.adapters.maxima import Dense, Maxima, largest, torque_value
+from vibecalc.torsion.adapters.setup import Setup
+from vibecalc.torsion.critical_speeds import Value
+from vibecalc.torsion.results import ROOT
+
+# ----------------------------------------------------------------------------
+# Adapter: stresses of a shaft line against the limits of a case, and ranges to be barred.
+#
+# What a limit says is informative: `hardware/shaft_rules.py` has edition and scope of each rule.
+# ----------------------------------------------------------------------------
+
+
+class Uses(NamedTuple):
+    """Of one limit: stress over allowed (s, r) at the speeds, the largest of each section."""
+
+    curve: FloatArray
+    top: Maxima
+    make: Callable[[IntArray], Value]
+
+
+def per_torque(setup: Setup) -> FloatArray:
+    """Own stress over referred torque (e,) in 1/m^3, 0 for sections without a modulus."""
+    modulus = setup.shaft.section_modulus
+    factor = 1.0 / np.where(modulus > 0.0, modulus, np.inf)
+    return np.asarray(factor / np.abs(setup.shaft.section_ratio))
+
+
+def limit_levels(setup: Setup, speed: FloatArray, torque: FloatArray) -> tuple[FloatArray, ...]:
+    """Referred torques (s, e) of each limit that would be a new largest use, or break it.
+
+    `torque` (s, e) is what a sweep has seen; infinite where a limit says nothing.
+    """
+    factor = per_torque(setup)
+    levels = []
+    for bound in bounds(setup):
+        own = bound.section
+        allowed = bound.continuous(speed) / factor[own]
+        says = np.isfinite(allowed)
+        some = np.where(says, allowed, 1.0)
+        use = np.where(says, torque[:, own] / some, 0.0)
+        level = np.full_like(torque, np.inf)
+        level[:, own] = np.where(says, some * np.minimum(np.max(use, axis=0), 1.0), np.inf)
+        levels.append(level)
+    return tuple(levels)
+
+
+def limit_corners(setup: Setup, speed: FloatArray) -> FloatArray:
+    """Speeds inside a range at which the course of a limit has a corner or an end."""
+    every = np.concatenate([bound.corners for bound in bounds(setup)])
+    return np.asarray(every[(every > speed[0]) & (every < speed[-1])])
+
+
+def uses_of(setup: Setup, bound: Bound, dense: Dense, undamped: Undamped) -> Uses:
+    """From referred half ranges of torques."""
+    speed, torque = dense
+    factor, own = per_torque(setup), bound.section
+    limit = bound.continuous(speed)
+    use = np.where(np.isfinite(limit), torque[:, own] * factor[own] / limit, 0.0)
+    make = _use_of(setup, bound, factor)
+    top = largest(make, use, speed, undamped.speed, _inside(bound, undamped.endless[own]))
+    return Uses(use, _within(bound, top, use, speed, make), make)
+
+
+def _within(
+    bound: Bound, top: Maxima, use: FloatArray, speed: FloatArray, make: Callable[[IntArray], Value]
+) -> Maxima:
+    """Largest uses (r,) inside the scope of a limit, its corners and ends among the speeds.
+
+    Where a use drops to nothing at an end, a search for a slope of zero finds no maximum.
+    """
+    ends = bound.corners[(bound.corners > speed[0]) & (bound.corners < speed[-1])]
+    if not len(ends):
+        return top
+    row = np.arange(len(bound.section))
+    lost = ~np.isfinite(bound.continuous(top.speed)[row, row]) & (top.value > 0.0)
+    at = np.where(lost, speed[np.argmax(use, axis=0)], top.speed)
+    error = np.where(lost, 0.0, top.speed_error)
+    there = make(row)(np.repeat(ends[None, :], len(row), axis=0))
+    best = np.argmax(there, axis=1)
+    more = (there[row, best] >= top.value) & (there[row, best] > 0.0)
+    return Maxima(
+        top.section,
+        np.where(more, ends[best], at),
+        np.where(more, 0.0, error),
+        np.where(more, there[row, best], top.value),
+    )
+
+
+def emit_limits(
+    scene: Scene,
+    setup: Setup,
+    speed: FloatArray,
+    dense: Dense,
+    undamped: Undamped,
+) -> None:
+    """Uses and barred ranges from referred half ranges of torques.
+
+    `speed` (s,) are those of the sweep, at which the limits are told.
+    """
+    asked = bounds(setup)
+    found = [uses_of(setup, bound, dense, undamped) for bound in asked]
+    each = [
+        _each(bound, one.top, stress_doubt(setup, bound, one.top))
+        for bound, one in zip(asked, found, strict=True)
+    ]
+    _worst(scene, asked, each, speed)
+    table = LimitTable(scene, setup, asked)
+    table.emit("each/use", [one.top.value for one in each], 0.0, [one.doubt for one in each])
+    at, off = [one.top.speed for one in each], [one.top.speed_error for one in each]
+    table.emit("each/speed", at, 4.0 * EPSILON, off)
+    rated = [bound.basis.rated_speed or np.inf for bound in asked]
+    lambdas = [one / by for one, by in zip(at, rated, strict=True)]
+    table.emit(
+        "each/speed_ratio",
+        lambdas,
+        ROUNDING,
+        [one / by for one, by in zip(off, rated, strict=True)],
+    )
+    table.emit("each/stress", [one.stress for one in each], 0.0, [one.stress_error for one in each])
+    moved = [one.allowed_error for one in each]
+    table.emit("each/allowed", [one.allowed for one in each], ROUNDING, moved)
+    table.emit(
+        "each/transient",
+        [one.transient for one in each],
+        ROUNDING,
+        [one.allowed_error * one.passing for one in each],
+    )
+    table.emit(
+        "each/transient_use", [one.through for one in each], 0.0, [one.doubt for one in each]
+    )
+    factor = per_torque(setup)
+    ranges = [
+        exceeded_of(
+            *(setup, bound, one.curve, one.top, one.make, dense.speed, undamped.speed),
+            factor[bound.section],
+        )
+        for bound, one in zip(asked, found, strict=True)
+    ]
+    emit_barred(scene, ranges)
+
+
+class _Each(NamedTuple):
+    """Of one limit, by section (r,): the largest use with stresses and limits there, errors.
+
+    `passing` is the transient limit over the lasting one, `off` the error of the stress.
+    """
+
+    top: Maxima
+    stress: FloatArray
+    allowed: FloatArray
+    transient: FloatArray
+    passing: FloatArray
+    through: FloatArray
+    doubt: FloatArray
+    off: FloatArray
+    stress_error: FloatArray
+    allowed_error: FloatArray
+
+
+def stress_doubt(setup: Setup, bound: Bound, top: Maxima) -> FloatArray:
+    """Errors (r,) of the stresses at the largest uses of a limit."""
+    torque = own_doubt(setup, top.speed, bound.section).torque
+    return np.asarray(torque * per_torque(setup)[bound.section])
+
+
+def _each(bound: Bound, top: Maxima, off: FloatArray) -> _Each:
+    """`off` (r,) are the errors of the stresses."""
+    row = np.arange(len(top.speed))
+    allowed, transient = (
+        course(top.speed)[row, row] for course in (bound.continuous, bound.transient)
+    )
+    says, passes = np.isfinite(allowed), np.isfinite(transient)
+    safe = np.where(says, allowed, 1.0)
+    stress = np.where(says, top.value, 0.0) * safe
+    passing = np.where(passes, np.where(passes, transient, 0.0) / safe, 0.0)
+    # the two limits of a rule have one course, so that the largest use of both is in one place
+    through = np.where(passing > 0.0, top.value / np.where(passing > 0.0, passing, 1.0), 0.0)
+    doubt = np.where(says, off / safe, 0.0)
+    steps = np.abs([bound.continuous(top.speed + s * top.speed_error)[row, row] for s in (-1, 1)])
+    steps = np.where(np.isfinite(steps), steps, safe)
+    moved = np.where(says, np.max(np.abs(steps - safe), axis=0), 0.0)
+    finite = np.where(np.isfinite(stress), stress, 0.0)
+    stress_error = off + ROUNDING * finite + moved * finite / safe
+    return _Each(
+        top,
+        stress,
+        allowed,
+        transient,
+        passing,
+        through,
+        doubt + ROUNDING,
+        off,
+        stress_error,
+        moved,
+    )
+
+
+def _worst(scene: Scene, asked: list[Bound], each: list[_Each], speed: FloatArray) -> None:
+    """Largest use of each limit, and the course of the limit in the section that has it."""
+    place = [int(np.argmax(one.top.value)) for one in each]
+    axes = {"limit": np.arange(1, len(each) + 1), "speed": speed}
+    both = list(zip(asked, place, strict=True))
+    allowed = [bound.continuous(speed)[:, worst] for bound, worst in both]
+    passing = [bound.transient(speed)[:, worst] for bound, worst in both]
+    scene.emit(f"{PLACE}/allowed", np.array(allowed), _rounding(allowed), axes)
+    scene.emit(f"{PLACE}/transient", np.array(passing), _rounding(passing), axes)
+    doubt = np.array([one.doubt[worst] for one, worst in zip(each, place, strict=True)])
+    value = np.array([one.top.value[worst] for one, worst in zip(each, place, strict=True)])
+    at = np.array([one.top.speed[worst] for one, worst in zip(each, place, strict=True)])
+    section = np.array([bound.section[worst] + 1 for bound, worst in both], dtype=np.int64)
+    through = np.array([np.max(one.through) for one in each])
+    scene.emit(f"{PLACE}/largest_use", value, doubt, axes)
+    at_error = [one.top.speed_error[worst] for one, worst in zip(each, place, strict=True)]
+    scene.emit(f"{PLACE}/speed", at, np.array(at_error) + 4.0 * EPSILON * at, axes)
+    scene.emit(f"{PLACE}/section", section, 0.0, axes)
+    scene.emit(f"{PLACE}/transient_use", through, doubt, axes)
+
+
+def _inside(bound: Bound, endless: FloatArray) -> FloatArray:
+    """Endless speeds (r,) at which the limit says something, else NaN."""
+    known = ~np.isnan(endless)
+    says = bound.continuous(np.where(known, endless, 0.0))
+    row = np.arange(len(endless))
+    return np.where(known & np.isfinite(says[row, row]), endless, np.nan)
+
+
+def _use_of(setup: Setup, bound: Bound, factor: FloatArray) -> Callable[[IntArray], Value]:
+    """Stress over allowed of places among the sections of a limit."""
+
+    def make(place: IntArray) -> Value:
+        torque = torque_value(setup.model, setup.drive, bound.section[place])
+        share = factor[bound.section[place]][:, None]
+
+        def value(speed: FloatArray) -> FloatArray:
+            limit = bound.continuous(speed)
+            own = np.take_along_axis(limit, place[:, None, None], axis=2)[..., 0]
+            return np.where(np.isfinite(own), torque(speed) * share / own, 0.0)
+
+        return value
+
+    return make
+
+
+def _rounding(rows: list[FloatArray]) -> float:
+    values = np.array(rows)
+    return ROUNDING * float(np.max(values, initial=0.0, where=np.isfinite(values)))
+
+
+# ----------------------------------------------------------------------------
+# Adapter: limits of a shaft line in a table by section, and the stress at the operating speed.
+# ----------------------------------------------------------------------------
+
+PLACE = f"{ROOT}/limit"
+ROUNDING = 64.0 * EPSILON
+
+
+def operating_uses(setup: Setup, torque: FloatArray) -> list[FloatArray]:
+    """Stress over allowed (r,) by limit at the operating speed; own half ranges (e,) of torques."""
+    modulus, at = setup.shaft.section_modulus, np.array(setup.speed)
+    return [
+        np.asarray(torque[bound.section] / (modulus[bound.section] * bound.continuous(at)))
+        for bound in bounds(setup)
+    ]
+
+
+def emit_operating_use(scene: Scene, setup: Setup, torque: FloatArray, error: FloatArray) -> None:
+    """Limits and what they are made of, with the stress at the operating speed.
+
+    Own half ranges (e,) of torques and their errors.
+    """
+    asked, at = bounds(setup), np.array(setup.speed)
+    modulus = setup.shaft.section_modulus
+    uses, doubts = operating_uses(setup, torque), operating_uses(setup, error)
+    largest_use = np.array([np.max(one, initial=0.0) for one in uses])
+    doubt = np.array([np.max(one, initial=0.0) for one in doubts]) + ROUNDING * largest_use
+    table = LimitTable(scene, setup, asked)
+    scene.emit(f"{PLACE}/operating_use", largest_use, doubt, table.axes)
+    rated = np.array([bound.basis.rated_speed for bound in asked])
+    scene.emit(f"{PLACE}/basis/rated_speed", rated, 0.0, table.axes)
+    for name in ("diameter", "tensile_strength", "counted_strength", "design_factor"):
+        table.emit(f"basis/{name}", [getattr(bound.basis, name) for bound in asked])
+    table.emit("basis/size_factor", [bound.basis.size_factor for bound in asked], ROUNDING)
+    stress = [torque[bound.section] / modulus[bound.section] for bound in asked]
+    off = [error[bound.section] / modulus[bound.section] for bound in asked]
+    table.emit("operating/stress", stress, ROUNDING, off)
+    table.emit("operating/allowed", [bound.continuous(at) for bound in asked], ROUNDING)
+    table.emit("operating/transient", [bound.transient(at) for bound in asked], ROUNDING)
+    table.emit("operating/use", uses, ROUNDING, doubts)
+
+
+class LimitTable:
+    """Emits values by limit and section; columns are the sections that some limit is for."""
+
+    def __init__(self, scene: Scene, setup: Setup, asked: list[Bound]) -> None:
+        self.scene, self.places = scene, [bound.section for bound in asked]
+        self.columns = np.unique(np.concatenate(self.places))
+        names = tuple(setup.shaft.section_names[e] for e in self.columns)
+        self.axes = {"limit": np.arange(1, len(asked) + 1), "section": names}
+
+    def emit(
+        self,
+        path: str,
+        rows: list[FloatArray],
+        relative: float = 0.0,
+        errors: list[FloatArray] | None = None,
+    ) -> None:
+        """Rows (r,) of each limit, with absolute errors like them and a relative one."""
+        values = self._filled(rows)
+        off = relative * np.where(np.isfinite(values), np.abs(values), 0.0)
+        if errors is not None:
+            off = off + self._filled(errors)
+        self.scene.emit(f"{PLACE}/{path}", values, off, self.axes)
+
+    def _filled(self, rows: list[FloatArray]) -> FloatArray:
+        found = np.zeros((len(rows), len(self.columns)))
+        for line, place, row in zip(found, self.places, rows, strict=True):
+            line[np.searchsorted(self.columns, place)] = row
+        return found

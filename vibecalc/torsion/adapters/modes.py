@@ -1,0 +1,245 @@
+"""Natural frequencies and damping of a shaft line, shapes, Holzer tables, Campbell diagram."""
+
+import numpy as np
+
+from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.rounding import EPSILON
+from vibecalc.numerics.typing import BoolArray, ComplexArray, FloatArray
+from vibecalc.pipeline.scene import Scene
+from vibecalc.torsion.adapters.setup import Setup, line_modes
+from vibecalc.torsion.damped_modes import LineModes, equivalent_modes
+from vibecalc.torsion.holzer import (
+    Angles,
+    ShapeDoubt,
+    angle_doubt,
+    damped_shape_doubt,
+    doubt_of,
+    holzer_rows,
+    holzer_table,
+    measured,
+    shape_doubt,
+)
+from vibecalc.torsion.line import Line
+from vibecalc.torsion.modes import natural_modes
+from vibecalc.torsion.modes_of_tree import riccati_frequencies
+from vibecalc.torsion.results import ROOT
+from vibecalc.torsion.stage import has_damped_rings, has_holzer, has_loops
+
+# ----------------------------------------------------------------------------
+# Adapter: natural frequencies and damping of a shaft line, shapes, Holzer tables.
+# ----------------------------------------------------------------------------
+
+PLACE = f"{ROOT}/modes"
+TRANSFER = f"{PLACE}/transfer_matrix_frequency"
+
+
+def emit_modes(scene: Scene, setup: Setup) -> None:
+    """The modes at the operating speed: of the line as it vibrates, and undamped where they differ.
+
+    Where a damper makes them differ, Holzer's tables and the second way are of the undamped ones.
+    """
+    undamped, natural = setup.modes, setup.natural()
+    shaft, line = setup.shaft, setup.model.at(setup.speed)
+    if natural.failure:
+        scene.warn(
+            f"the modes of the damped line were not found: {natural.failure}. Natural frequencies, "
+            "critical speeds and margins are those of the undamped line, its rings free"
+        )
+    axes = {
+        "mode": np.arange(1, len(natural.frequency) + 1),
+        "station": shaft.station_names,
+        "section": shaft.section_names,
+        "damper": tuple(one.name for one in shaft.dampers),
+    }
+    ring = [one.ring for one in shaft.dampers]
+    doubt = natural_doubt(setup)
+    off = angle_doubt(doubt)
+    scene.emit(f"{PLACE}/natural_frequency", natural.frequency, natural.frequency_error, axes)
+    scene.emit(f"{PLACE}/frequency_error", natural.frequency_error, 0.0, axes)
+    angle = natural.shape if natural.damped else undamped.shape
+    for name, freedom, turned in (
+        ("shape", shaft.freedom, shaft.station_ratio),
+        ("ring_shape", np.array(ring, dtype=np.int64), shaft.freedom_ratio[ring]),
+    ):
+        if len(freedom):
+            value = angle[:, freedom] * turned
+            error = off[:, freedom] * np.abs(turned) + EPSILON * np.abs(value)
+            scene.emit(f"{PLACE}/{name}", value, error, axes)
+    inertia = np.abs(angle) ** 2 @ line.inertia if natural.damped else undamped.modal_inertia
+    moved = doubt_of(doubt, 2.0 * (angle.conj() * line.inertia)[:, None, :])[:, 0]
+    scene.emit(f"{PLACE}/modal_inertia", inertia, moved + 8.0 * EPSILON * inertia, axes)
+    share, share_error = _strain(line, angle, natural.frequency > 0.0, doubt)
+    scene.emit(f"{PLACE}/strain_energy_share", share, share_error, axes)
+    _emit_ratios(scene, setup, natural)
+    undamped_axes = {"mode": np.arange(1, len(undamped.frequency) + 1)}
+    if has_damped_rings(scene.case):
+        error = undamped.frequency_error
+        scene.emit(f"{PLACE}/undamped_frequency", undamped.frequency, error, undamped_axes)
+    if not has_loops(scene.case) and scene.wants(TRANSFER):
+        other = riccati_frequencies(line)
+        error = undamped.frequency_error + 4.0 * EPSILON * other
+        scene.emit(TRANSFER, other, error, undamped_axes)
+    emit_holzer(scene, setup, line, shape_doubt(line, undamped) if natural.damped else doubt)
+    scene.cite(
+        "qd algorithm and twisted factorisation of the shaft line; mode counts for branches",
+        "natural frequencies and shapes to all digits",
+        "Parlett, The Symmetric Eigenvalue Problem, 1998; Fernando and Parlett, Numer. Math. 67, "
+        "1994",
+    )
+    scene.cite(
+        "Riccati transfer matrix with mode count and bisection",
+        "natural frequencies a second way",
+        "Horner and Pilkey, J. Mech. Design 100, 1978; Wittrick and Williams, QJMAM 24, 1971",
+    )
+
+
+def natural_doubt(setup: Setup) -> ShapeDoubt:
+    """Errors of the shapes of the line as it vibrates at the operating speed."""
+    natural, line = setup.natural(), setup.model.at(setup.speed)
+    if natural.damped:
+        return damped_shape_doubt(line, natural, setup.model.stations)
+    return shape_doubt(line, setup.modes)
+
+
+def _emit_ratios(scene: Scene, setup: Setup, natural: LineModes) -> None:
+    """The damping ratio of each mode: of its pole, or as the case gives it."""
+    path = f"{PLACE}/damping_ratio"
+    if not scene.wants(path):
+        return
+    ratio, line = natural.damping_ratio, setup.model.at(setup.speed)
+    error = np.zeros_like(ratio)
+    if natural.damped:
+        size = np.where(natural.frequency > 0.0, natural.frequency, 1.0)
+        # an error of a pole turns it by that over its size at most
+        error = np.where(natural.frequency > 0.0, natural.frequency_error / size, 0.0)
+    elif setup.model.modal is None and np.any(ratio):
+        try:
+            found = equivalent_modes(line, setup.modes)
+        except NumericalFailure as failure:
+            scene.warn(f"no damping ratios: {failure}")
+            return
+        ratio = found.damping_ratio
+        size = np.where(found.frequency > 0.0, found.frequency, 1.0)
+        error = np.where(found.frequency > 0.0, found.pole_error / size, 0.0)
+    axes = {"mode": np.arange(1, len(ratio) + 1)}
+    scene.emit(path, ratio, error + 8.0 * EPSILON * np.abs(ratio), axes, terms=1.0)
+
+
+def _ends(line: Line) -> FloatArray:
+    """Weights (e, n) of the angles in the twists."""
+    ends, every = np.zeros((len(line.first), len(line.inertia))), np.arange(len(line.first))
+    np.add.at(ends, (every, line.first), 1.0)
+    np.add.at(ends, (every, line.second), -1.0)
+    return ends
+
+
+def _strain(
+    line: Line, shape: FloatArray | ComplexArray, moves: BoolArray, doubt: ShapeDoubt
+) -> tuple[FloatArray, FloatArray]:
+    """Share (m, e) of each element in the strain energy, 0 in a rigid mode, and its error."""
+    ends, twist = _ends(line), shape[:, line.first] - shape[:, line.second]
+    energy = line.stiffness * np.abs(twist) ** 2
+    total = energy.sum(axis=1) + np.abs(shape) ** 2 @ line.ground_stiffness
+    moving = moves & (total > 0.0)
+    safe = np.where(moving, total, 1.0)
+    share = np.where(moving[:, None], energy / safe[:, None], 0.0)
+    # d share = (d energy - share d total) / total
+    own = 2.0 * (line.stiffness * twist.conj())[..., None] * ends
+    whole = own.sum(axis=1) + 2.0 * shape.conj() * line.ground_stiffness
+    weight = (own - share[..., None] * whole[:, None, :]) / safe[:, None, None]
+    off = doubt_of(doubt, weight) + 8.0 * EPSILON * share
+    return share, np.where(moving[:, None], off, 0.0)
+
+
+# ----------------------------------------------------------------------------
+# Adapter: Holzer tables of a shaft line at its natural frequencies, branch by branch.
+# ----------------------------------------------------------------------------
+
+PLACES = tuple(
+    f"{ROOT}/modes/holzer_{name}" for name in ("angle", "inertia_torque", "torque", "residual")
+)
+#: a first row that moves less than this of the largest angle is no measure for the others
+_STILL = 1e-6
+#: times the largest difference of two ways to the torques of a mode
+MANY = 4.0
+
+
+def emit_holzer(scene: Scene, setup: Setup, line: Line, doubt: ShapeDoubt) -> None:
+    """Angles and torques of each mode from its shape, what the recurrence leaves at the end.
+
+    The recurrence loses digits in a row where a mode fades, the shapes keep them.
+    """
+    if not has_holzer(scene.case) or not scene.wants(*PLACES):
+        return
+    modes, rows = setup.modes, holzer_rows(line)
+    axes = {
+        "mode": np.arange(1, len(modes.frequency) + 1),
+        "freedom": tuple(setup.shaft.freedom_names[place] for place in rows.freedom),
+    }
+    shape = modes.shape[:, rows.freedom]
+    first = shape[:, :1]
+    size = np.abs(shape).max(axis=1, keepdims=True, initial=0.0)
+    still = np.abs(first) <= np.maximum(_STILL * size, 4.0 * modes.shape_error[:, None])
+    unit = np.where(still, 1.0, first)
+    angle = shape / unit
+    angle_error = modes.shape_error[:, None] / np.abs(unit) * np.hypot(1.0, angle)
+    ground = line.ground_stiffness[rows.freedom]
+    inertia_w2 = modes.frequency[:, None] ** 2 * line.inertia[rows.freedom]
+    own = inertia_w2 * angle
+    own_error = inertia_w2 * angle_error + 8.0 * EPSILON * np.abs(own)
+    total, total_error = own - ground * angle, own_error + ground * angle_error
+    for row, below in enumerate(rows.below[:-1]):
+        total[:, below] += total[:, row]
+        # without a common sign
+        total_error[:, below] = np.hypot(total_error[:, below], total_error[:, row])
+    # where the torques of the shafts agree with those of the inertias they are better than that
+    twist = angle[:, :-1] - angle[:, rows.below[:-1]]
+    apart = np.abs(total[:, :-1] - rows.stiffness * twist).max(axis=1, keepdims=True, initial=0.0)
+    common = modes.shape_error[:, None] / np.abs(unit)  # of the first row
+    seen = MANY * apart + (8.0 * EPSILON + common) * np.abs(total)
+    total_error = np.where(np.any(ground), total_error, np.minimum(total_error, seen))
+    if doubt.moved.shape[-1]:
+        table = Angles(line, rows, unit, still, angle, inertia_w2)
+        moved = zip((angle_error, own_error, total_error), measured(table, doubt), strict=True)
+        angle_error, own_error, total_error = (np.minimum(*both) for both in moved)
+    try:
+        left = holzer_table(line, modes.frequency).residual
+    except NumericalFailure:  # a branch that swings alone: what the shapes leave
+        left = total[:, -1]
+    scene.emit(PLACES[0], angle, angle_error, axes)
+    scene.emit(PLACES[1], own, own_error, axes)
+    scene.emit(PLACES[2], total, total_error, axes)
+    # at a natural frequency nothing is left
+    scene.emit(PLACES[3], left, np.abs(left) + total_error[:, -1], axes)
+    scene.cite(
+        "Holzer's table at the natural frequencies",
+        "angles and torques of each mode as they are printed",
+        "Holzer, Die Berechnung der Drehschwingungen, 1921",
+    )
+
+
+# ----------------------------------------------------------------------------
+# Adapter: natural frequencies of a shaft line against the speed, where pendulums change them.
+# ----------------------------------------------------------------------------
+
+PATH = f"{ROOT}/campbell/natural_frequency"
+#: speeds at most; the curves are smooth
+MOST = 101
+
+
+def emit_campbell(scene: Scene, setup: Setup, speed: FloatArray) -> None:
+    """Modes at some of the speeds (s,), both ends included, if the case asks for them."""
+    if not setup.torsion.campbell or not np.any(setup.model.speed_stiffness):
+        return
+    if not scene.wants(PATH):
+        return
+    chosen = np.unique(np.linspace(0, len(speed) - 1, min(MOST, len(speed))).round().astype(int))
+    at = speed[chosen]
+    found = [
+        line_modes(setup.torsion, setup.model, natural_modes(setup.model.at(one)), one)
+        for one in at.tolist()
+    ]
+    frequency = np.array([one.frequency for one in found]).T
+    error = np.array([one.frequency_error for one in found]).T
+    axes = {"mode": np.arange(1, len(frequency) + 1), "speed": at}
+    scene.emit(PATH, frequency, error, axes)

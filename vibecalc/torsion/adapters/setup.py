@@ -1,0 +1,385 @@
+"""The shaft line of a case with what drives and damps it, ready to be solved at any speeds."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import cache
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from vibecalc.errors import NumericalFailure
+from vibecalc.excitation.cylinder_torque import (
+    CrankGeometry,
+    CylinderTorque,
+    cylinder_torque,
+    inertia_harmonics,
+    phasor,
+    weighted,
+)
+from vibecalc.excitation.gas_card import GasCard, card_weights, gas_card
+from vibecalc.excitation.misfire import cylinder_gas, motored_card
+from vibecalc.machine.crank_train import build_crank_train
+from vibecalc.machine.engine import Firing, build_firing, crank_geometry, cycle_of, gas_cards
+from vibecalc.numerics.rounding import EPSILON
+from vibecalc.numerics.typing import ComplexArray, FloatArray, IntArray
+from vibecalc.torsion.damped_modes import LineModes, damped_line_modes, undamped_line_modes
+from vibecalc.torsion.forced import Masked, ModalLine, forced_masked, modal_line, ratio_response
+from vibecalc.torsion.line import Line
+from vibecalc.torsion.model import ShaftLineModel, build_shaft_line
+from vibecalc.torsion.modes import Modes, natural_modes
+from vibecalc.torsion.stage import asked_orders
+from vibecalc.torsion.tables import Torsion
+
+if TYPE_CHECKING:
+    from vibecalc.case.schema import Case, Machine
+
+# ----------------------------------------------------------------------------
+# What the cylinders do to the stations of a shaft line, ready for any crank speed.
+#
+# The gas part is linear in the cards, whose weights follow the speed; the inertia part goes with
+# its square. Both are summed over the cylinders of each station once, with their firing phases.
+# ----------------------------------------------------------------------------
+
+
+class Drive(NamedTuple):
+    """Torques on k of the stations at m orders for c cards, referred, complex, 0-to-peak.
+
+    `gas` (c, m, k) in N m and `inertia` (m, k) in N m per (rad/s)^2 with absolute errors, `mean`
+    (c, k) of the gas in N m; `station` and `freedom` (k,) say where. `card_speed` (c,) in rad/s,
+    empty for one card that holds at every speed. `cylinder` is a healthy one, `reciprocating_mass`
+    in kg and `rod_inertia` in kg m^2 what moves in it.
+    """
+
+    order: FloatArray
+    gas: ComplexArray
+    gas_error: FloatArray
+    inertia: ComplexArray
+    inertia_error: FloatArray
+    mean: FloatArray
+    mean_error: FloatArray
+    station: IntArray
+    freedom: IntArray
+    card_speed: FloatArray
+    cards: tuple[GasCard, ...]
+    geometry: CrankGeometry
+    firing: Firing
+    cylinder: CylinderTorque
+    reciprocating_mass: float
+    rod_inertia: float
+
+    def weights(self, speed: FloatArray) -> FloatArray:
+        """Of the cards at speeds (...), (..., c)."""
+        return card_weights(self.card_speed if len(self.card_speed) else np.zeros(1), speed)
+
+    def torque(self, speed: FloatArray) -> ComplexArray:
+        """Torques (s, m, k) at speeds (s,) in rad/s."""
+        share = self.weights(speed)
+        gas = np.tensordot(share, self.gas, 1) if len(self.gas) > 1 else self.gas
+        return np.asarray(gas + np.square(speed)[:, None, None] * self.inertia)
+
+    def torque_error(self, speed: FloatArray) -> FloatArray:
+        """Absolute error (s, m, k) of those."""
+        square = np.square(speed)[:, None, None]
+        known = self.gas_error + 4.0 * EPSILON * np.abs(self.gas)
+        inertia = self.inertia_error + 4.0 * EPSILON * np.abs(self.inertia)
+        return np.asarray(np.tensordot(np.abs(self.weights(speed)), known, 1) + square * inertia)
+
+    def mean_torque(self, speed: FloatArray) -> FloatArray:
+        """Mean torques (s, k) at speeds (s,)."""
+        return np.asarray(self.weights(speed) @ self.mean)
+
+    def mean_torque_error(self, speed: FloatArray) -> FloatArray:
+        """Absolute error (s, k) of those."""
+        known = self.mean_error + 4.0 * EPSILON * np.abs(self.mean)
+        return np.asarray(np.abs(self.weights(speed)) @ known)
+
+    def healthy(self, speed: float) -> CylinderTorque:
+        """One cylinder at one speed: gas (m,), mean ()."""
+        return weighted(self.cylinder, self.weights(np.asarray(speed)))
+
+
+def build_drive(
+    case: "Case",
+    shaft: ShaftLineModel,
+    *,
+    all_fire: bool = False,
+    orders: tuple[float, float] | None = None,
+) -> Drive:
+    """The drive of a validated engine at the orders that [response.torsion] asks for.
+
+    `all_fire` leaves out that cylinders misfire; `orders` are others, the highest and the step.
+    """
+    machine = case.machine
+    firing, geometry = build_firing(case), crank_geometry(machine)
+    if all_fire:
+        firing = replace(firing, fires=np.ones_like(firing.fires))
+    card_speed, cards = gas_cards(machine)
+    if not cards:
+        ends = np.array([0.0, firing.cycle])
+        cards = (gas_card(ends, np.zeros(2), cycle=firing.cycle),)
+    highest, step = orders or asked_orders(case)
+    base = 2.0 * np.pi / firing.cycle
+    harmonics, every = round(highest / base), round(step / base)
+    train, rod_inertia = build_crank_train(machine.crank_train), rod_difference(machine)
+    masses = train.reciprocating_mass
+    mass = float(masses.max())
+    one = cylinder_torque(
+        cards,
+        geometry,
+        reciprocating_mass=mass,
+        rod_inertia_difference=rod_inertia,
+        harmonics=harmonics,
+    )
+    healthy = _thinned(one, every)
+    motored = None
+    if _motored(case) and not all_fire:
+        without = tuple(motored_cylinder(machine, card, geometry) for card in cards)
+        found = cylinder_torque(without, geometry, reciprocating_mass=0.0, harmonics=harmonics)
+        motored = _thinned(found, every)
+    gas = cylinder_gas(
+        healthy, firing.pressure_scale, misfiring=~firing.fires, motored=motored
+    )  # (cards, cylinders, orders)
+    ratio = shaft.station_ratio[shaft.cylinder_station]
+    station, place = np.unique(shaft.cylinder_station, return_inverse=True)
+    on = (place[:, None] == np.arange(len(station))) * ratio[:, None]
+    size = np.abs(on)
+    turned = phasor(healthy.order, firing.angle).T  # (cylinders, orders)
+    moved = inertia_harmonics(geometry, 1.0, 0.0, healthy.order)
+    rocked = inertia_harmonics(geometry, 0.0, rod_inertia, healthy.order)
+    own = masses[:, None] * moved.value + rocked.value
+    own_error = masses[:, None] * moved.error + rocked.error + 2.0 * EPSILON * np.abs(own)
+    many = (6.0 + len(on)) * EPSILON
+    return Drive(
+        order=healthy.order,
+        gas=np.swapaxes(gas.value * turned, -1, -2) @ on,
+        gas_error=np.swapaxes(gas.error + many * np.abs(gas.value), -1, -2) @ size,
+        inertia=(own * turned).T @ on,
+        inertia_error=(own_error + many * np.abs(own)).T @ size,
+        mean=gas.mean @ on,
+        mean_error=(gas.mean_error + many * np.abs(gas.mean)) @ size,
+        station=station,
+        freedom=shaft.freedom[station],
+        card_speed=card_speed,
+        cards=tuple(cards),
+        geometry=geometry,
+        firing=firing,
+        cylinder=healthy,
+        reciprocating_mass=mass,
+        rod_inertia=rod_inertia,
+    )
+
+
+def rod_difference(machine: "Machine") -> float:
+    """Moment of the rod beyond its two point masses, kg m^2; 0 where the case gives none."""
+    rod = machine.crank_train.rod
+    if rod is None or rod.inertia is None:
+        return 0.0
+    from vibecalc.pipeline.stages.train_excitation import rod_difference as beyond
+
+    return float(beyond(build_crank_train(machine.crank_train), rod).value)
+
+
+def _motored(case: "Case") -> bool:
+    torsion = None if case.response is None else case.response.torsion
+    return torsion is not None and bool(torsion.misfire) and torsion.misfire_kind == "motored"
+
+
+def motored_cylinder(machine: "Machine", card: GasCard, geometry: CrankGeometry) -> GasCard:
+    """The card of a cylinder without fuel."""
+    if machine.crank_train.gas_cycle is None:
+        return motored_card(card, geometry)
+    from vibecalc.excitation.gas_cycle import motored_cycle
+
+    return motored_cycle(cycle_of(machine), geometry)
+
+
+def _thinned(torque: CylinderTorque, every: int) -> CylinderTorque:
+    """Every so many-th order of a cylinder."""
+    keep = slice(every - 1, None, every)
+    return torque._replace(
+        order=torque.order[keep],
+        gas=torque.gas[..., keep],
+        gas_error=torque.gas_error[..., keep],
+        inertia=torque.inertia[keep],
+        inertia_error=torque.inertia_error[keep],
+    )
+
+
+# ----------------------------------------------------------------------------
+# The shaft line of a case with what drives and damps it, ready to be solved at any speeds.
+# ----------------------------------------------------------------------------
+
+
+class Model(NamedTuple):
+    """A line in motion: its values at standstill, what speed adds, how it is solved.
+
+    `speed_stiffness` (e,) in N m/rad per (rad/s)^2; `modal` takes the place of the matrices where
+    the case damps by mode or asks for modes; a line damped by mode has no damping of its own.
+    `stations` freedoms come first, then the rings of dampers; `rayleigh` (a, b) is what a J + b K
+    damps it with.
+    """
+
+    line: Line
+    speed_stiffness: FloatArray
+    method: str
+    modal: ModalLine | None
+    stations: int
+    rayleigh: tuple[float, float] = (0.0, 0.0)
+
+    def at(self, speed: FloatArray | float) -> Line:
+        """The line at speeds (...) in rad/s; the stiffness then has their axes in front."""
+        if not np.any(self.speed_stiffness):
+            return self.line
+        square = np.square(np.asarray(speed, dtype=float))[..., None]
+        return self.line._replace(stiffness=self.line.stiffness + square * self.speed_stiffness)
+
+    def solve(
+        self,
+        speed: FloatArray,
+        order: FloatArray,
+        torque: ComplexArray,
+        freedom: IntArray,
+        estimate: bool = True,
+    ) -> Masked:
+        """Referred angles (..., s, m, n) for torques (..., s, m, k) on k places of freedoms."""
+        frequency = speed[:, None] * order
+        loaded = np.unique(freedom)
+        if len(loaded) < len(freedom):  # stations that rigid gears hold together
+            torque = torque @ (freedom[:, None] == loaded).astype(float)
+            freedom = loaded
+        if self.modal is not None:
+            return ratio_response(self.modal, frequency, torque, freedom)
+        line = self.at(speed[:, None])
+        return forced_masked(
+            line,
+            frequency,
+            torque,
+            stations=freedom.tolist(),
+            estimate=estimate,
+            dense=self.method == "dense",
+        )
+
+
+class Setup(NamedTuple):
+    """What the stages of a shaft line share.
+
+    `modes` are the undamped ones at the operating speed, rings free; `natural` gives, formed once,
+    the modes of the line as it vibrates there, which critical speeds, margins, vector sums and
+    all numbers of modes belong to. Where a damping model takes the place of the dampings given,
+    `shaft.station_values` hold those of the model; `shaft.line` stays as given.
+    """
+
+    torsion: Torsion
+    speed: float
+    shaft: ShaftLineModel
+    drive: Drive
+    model: Model
+    modes: Modes
+    natural: Callable[[], LineModes]
+
+
+def build_setup(case: "Case") -> Setup:
+    """All of it from a validated case."""
+    assert case.response is not None and case.response.torsion is not None
+    torsion, speed, shaft = case.response.torsion, case.machine.speed, build_shaft_line(case)
+    stations = len(shaft.freedom_names) - len(shaft.dampers)
+    model, modes = build_model(torsion, shaft.line, shaft.speed_stiffness, speed, stations)
+    if torsion.damping_model is not None:
+        inertia, _, held = shaft.station_values
+        of_inertia, of_stiffness = model.rayleigh
+        damping = of_inertia * inertia + of_stiffness * held
+        shaft = replace(shaft, station_values=np.array([inertia, damping, held]))
+    natural = natural_of(torsion, model, modes, speed)
+    return Setup(torsion, speed, shaft, build_drive(case, shaft), model, modes, natural)
+
+
+def natural_of(
+    torsion: Torsion, model: Model, modes: Modes, speed: float
+) -> Callable[[], LineModes]:
+    """The modes of a line as it vibrates at a crank speed, formed when they are first wanted."""
+    return cache(lambda: line_modes(torsion, model, modes, speed))
+
+
+def line_modes(torsion: Torsion, model: Model, modes: Modes, speed: float) -> LineModes:
+    """Poles where a ring is damped against the line, else the undamped `modes` of that speed."""
+    line = model.at(speed)
+    ring = line.second >= model.stations
+    hung = np.any((line.damping[ring] > 0.0) | (line.loss_factor[ring] > 0.0))
+    failure = ""
+    if torsion.damping_model is None and hung:
+        try:
+            return damped_line_modes(line, len(line.inertia) - model.stations)
+        except NumericalFailure as problem:
+            failure = str(problem)
+    return undamped_line_modes(modes, damping_ratios(model, modes, speed), failure)
+
+
+def damping_ratios(model: Model, modes: Modes, speed: float) -> FloatArray:
+    """By work and energy of undamped shapes (m,), 0 for rigid modes."""
+    modal, line = model.modal, model.at(speed)
+    w, moving = modes.frequency, modes.frequency > 0.0
+    if modal is not None:
+        work = w * modal.dashpot + modal.loss
+    else:
+        twist = modes.shape[:, line.first] - modes.shape[:, line.second]
+        taken = w[:, None] * line.damping + line.stiffness * line.loss_factor
+        work = np.sum(taken * twist**2, axis=1) + w * (modes.shape**2 @ line.absolute_damping)
+    safe = np.where(moving, w, 1.0)
+    return np.where(moving, work / (2.0 * modes.modal_inertia * safe**2), 0.0)
+
+
+def build_model(
+    torsion: Torsion, line: Line, speed_stiffness: FloatArray, speed: float, stations: int
+) -> tuple[Model, Modes]:
+    """A line, damped as the case says, with its undamped modes at a speed in rad/s.
+
+    Its first `stations` freedoms are those of stations, the others rings of dampers.
+
+    Raises NumericalFailure where a sum over modes is asked for and damping couples them.
+    """
+    plain = Model(line, speed_stiffness, torsion.method, None, stations)
+    modes = natural_modes(plain.at(speed))
+    damping = torsion.damping_model
+    if damping is not None and damping.kind == "rayleigh":
+        factors = _rayleigh_factors(modes, damping.modes, damping.ratios)
+        line = _with_rayleigh(line, *factors)
+        plain = plain._replace(line=line, rayleigh=factors)
+    if damping is not None and damping.kind == "modal":
+        ratios = np.zeros(len(modes.frequency))
+        given = damping.ratios
+        if len(given) == 1:
+            ratios[modes.frequency > 0.0] = given[0]
+        else:
+            count = min(len(given), len(ratios))
+            ratios[:count] = given[:count]
+        plain = plain._replace(line=_with_rayleigh(line, 0.0, 0.0))
+        return plain._replace(modal=modal_line(modes, ratios=ratios)), modes
+    if torsion.method == "modal":
+        return plain._replace(modal=modal_line(modes, line=plain.at(speed))), modes
+    return plain, modes
+
+
+def _rayleigh_factors(
+    modes: Modes, chosen: tuple[int, ...], ratios: tuple[float, ...]
+) -> tuple[float, float]:
+    """a and b of the damping a J + b K that gives the chosen modes their ratios."""
+    natural = modes.frequency[[number - 1 for number in chosen]]
+    if np.any(natural <= 0.0):
+        number = chosen[int(np.argmin(natural))]
+        raise NumericalFailure(
+            f"Rayleigh damping: mode {number} is a rigid one, and a damping ratio of it says "
+            "nothing; take elastic modes (a ring in oil without springs has a rigid one, too)"
+        )
+    values = np.array(ratios if len(ratios) == len(chosen) else ratios * len(chosen))
+    terms = np.stack([1.0 / natural, natural], axis=1)
+    of_inertia, of_stiffness = np.linalg.solve(terms, 2.0 * values).tolist()
+    return of_inertia, of_stiffness
+
+
+def _with_rayleigh(line: Line, of_inertia: float, of_stiffness: float) -> Line:
+    """The line with a J + b K in place of its dampings and loss factors."""
+    return line._replace(
+        absolute_damping=of_inertia * line.inertia + of_stiffness * line.ground_stiffness,
+        damping=of_stiffness * line.stiffness,
+        loss_factor=np.zeros_like(line.loss_factor),
+    )

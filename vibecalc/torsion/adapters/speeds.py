@@ -1,0 +1,369 @@
+"""A shaft line over a range of crank speeds: sections, dampers, gears."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from vibecalc.numerics.rounding import EPSILON
+from vibecalc.numerics.typing import BoolArray, FloatArray
+from vibecalc.pipeline.scene import Scene
+from vibecalc.torsion.adapters.critical import (
+    Meeting,
+    Undamped,
+    emit_separation,
+    meeting,
+    undamped_speeds,
+)
+from vibecalc.torsion.adapters.curves import (
+    Curves,
+    OwnDoubt,
+    by_freedom,
+    curve_doubt,
+    own_doubt,
+    own_of_gears,
+    shifted_twist,
+    station_means,
+    steady_doubts,
+    steady_gears,
+    sweep,
+    telling_speeds,
+)
+from vibecalc.torsion.adapters.limits import emit_limits, limit_corners, limit_levels
+from vibecalc.torsion.adapters.maxima import (
+    MOST,
+    REFINED,
+    Dense,
+    Maxima,
+    added,
+    highest_maxima,
+    largest,
+    summits,
+    torque_value,
+    with_needles,
+)
+from vibecalc.torsion.adapters.modes import emit_campbell
+from vibecalc.torsion.adapters.setup import Setup
+from vibecalc.torsion.adapters.steady import setup_of
+from vibecalc.torsion.adapters.variants import emit_bare, emit_healthy_range
+from vibecalc.torsion.critical_speeds import barred_ranges
+from vibecalc.torsion.model import ShaftLineModel
+from vibecalc.torsion.results import ROOT
+from vibecalc.torsion.section_loads import steady_shares
+from vibecalc.torsion.tables import LineSpeeds
+
+# ----------------------------------------------------------------------------
+# Adapter: a shaft line over a range of crank speeds, with its dampers and without.
+# ----------------------------------------------------------------------------
+
+SPEEDS = f"{ROOT}/speeds"
+SUMMIT = tuple(
+    f"{ROOT}/summit/{name}"
+    for name in ("speed", "torque_half_range", "section", "mode", "half_order")
+)
+#: what has to be looked at once more where the largest values are
+THERE = tuple(f"{ROOT}/largest/{name}" for name in ("twist_half_range", "mode", "half_order"))
+
+
+class Range(NamedTuple):
+    """Curves of the line at the speeds (s,), with errors, and its endless resonances."""
+
+    speed: FloatArray
+    curves: Curves
+    twist_error: FloatArray
+    torque_error: FloatArray
+    angle_error: FloatArray
+    gear_error: FloatArray
+    undamped: Undamped
+    largest: Maxima
+    largest_error: OwnDoubt
+    dense: Dense
+
+
+def run_torsion_speeds(scene: Scene) -> None:
+    """Emit curves, largest values, summits, limits, the line without dampers or misfire."""
+    setup = setup_of(scene)
+    options = setup.torsion.speeds
+    assert options is not None
+    speed = chosen(options)
+    curves = sweep(setup.model, setup.drive, speed, setup.shaft)
+    undamped = undamped_speeds(setup, speed[0], speed[-1])
+    make = lambda section: torque_value(setup.model, setup.drive, section)  # noqa: E731
+    dense = _dense(scene, setup, speed, curves.torque, undamped)
+    top = largest(make, dense.torque, dense.speed, undamped.speed, undamped.endless)
+    doubt = curve_doubt(setup, speed, telling_speeds(speed, curves.torque, undamped.speed))
+    own = own_doubt(setup, top.speed, top.section)
+    found = Range(speed, curves, *doubt, undamped, top, own, dense)
+    _curves(scene, setup, found)
+    emit_campbell(scene, setup, speed)
+    _mean(scene, setup, found)
+    _masked(scene, undamped)
+    _largest(scene, setup, found)
+    if scene.wants(*SUMMIT):
+        high = [
+            summits(make, dense.torque, dense.speed, section, undamped.speed)
+            for section in _most_loaded(setup, top.value)
+        ]
+        joined = Maxima(*(np.concatenate(part) for part in zip(*high, strict=True)))
+        _summits(scene, setup, found, joined)
+    emit_separation(scene, setup, "range", speed[0], speed[-1])
+    if len(top.section) > REFINED:
+        scene.warn(
+            f"largest values between the speeds of the sweep are looked for in the {REFINED} most "
+            "loaded sections only; the others have the largest of the sweep"
+        )
+    if setup.torsion.limits:
+        emit_limits(scene, setup, speed, dense, undamped)
+    if setup.shaft.dampers:
+        emit_bare(scene, setup, speed, top.value, own.torque)
+    if setup.torsion.misfire:
+        emit_healthy_range(scene, setup, speed)
+
+
+def _dense(
+    scene: Scene, setup: Setup, speed: FloatArray, torque: FloatArray, undamped: Undamped
+) -> Dense:
+    """The sweep (s,) of torques (s, e) with what it may have stepped over."""
+    levels = limit_levels(setup, speed, torque) if setup.torsion.limits else ()
+    if scene.wants(*SUMMIT):
+        told = np.full(torque.shape[1], np.inf)
+        for section in _most_loaded(setup, torque.max(axis=0)):
+            told[section] = highest_maxima(torque[:, section], MOST)
+        levels = (*levels, told)
+    dense = with_needles(setup, speed, torque, undamped, levels)
+    if setup.torsion.limits:
+        dense = added(setup, dense, limit_corners(setup, speed))
+    return dense
+
+
+def chosen(options: LineSpeeds) -> FloatArray:
+    """Speeds of a range, both ends included."""
+    make = np.geomspace if options.spacing == "logarithmic" else np.linspace
+    found = make(options.start, options.stop, options.points)
+    found[[0, -1]] = options.start, options.stop
+    return np.asarray(found)
+
+
+def _curves(scene: Scene, setup: Setup, found: Range) -> None:
+    shaft, curves = setup.shaft, found.curves
+    axes = {
+        "speed": found.speed,
+        "station": shaft.station_names,
+        "section": shaft.section_names,
+        "damper": tuple(one.name for one in shaft.dampers),
+    }
+    ratio, own = np.abs(shaft.section_ratio), np.abs(shaft.station_ratio)
+    angle = curves.angle[:, shaft.freedom] * own
+    off = found.angle_error[shaft.freedom] * own
+    scene.emit(f"{SPEEDS}/angle_half_range", angle.T, off, axes)
+    twist, off = curves.twist * ratio, found.twist_error * ratio
+    scene.emit(f"{SPEEDS}/twist_half_range", twist.T, off, axes)
+    scene.emit(f"{SPEEDS}/twist_peak", (curves.travel * ratio).T, off, axes)
+    torque, off = curves.torque / ratio, found.torque_error / ratio
+    scene.emit(f"{SPEEDS}/torque_half_range", torque.T, off, axes)
+    stressed = np.flatnonzero(shaft.section_modulus)
+    if len(stressed):
+        modulus = shaft.section_modulus[stressed]
+        named = {**axes, "section": tuple(shaft.section_names[e] for e in stressed)}
+        stress = torque[:, stressed] / modulus
+        error = off[stressed] / modulus
+        scene.emit(f"{SPEEDS}/stress_half_range", stress.T, error, named)
+    if shaft.dampers:
+        rings = [one.element for one in shaft.dampers]
+        heat = curves.heat[:, rings]
+        scene.emit(f"{SPEEDS}/heat", heat.T, _heat_doubt(found, rings), axes)
+        travel = (curves.travel * ratio)[:, rings].T
+        scene.emit(f"{SPEEDS}/travel", travel, (found.twist_error * ratio)[rings], axes)
+
+
+def _heat_doubt(found: Range, rings: list[int]) -> FloatArray:
+    """Errors of the powers: twice that of the twist, relatively, at the largest."""
+    twist, heat = found.curves.twist[:, rings], found.curves.heat[:, rings]
+    finite = np.isfinite(twist).all(axis=1)
+    top = np.max(twist[finite], axis=0, initial=0.0)
+    relative = 2.0 * found.twist_error[rings] / np.where(top > 0.0, top, 1.0)
+    return np.asarray(np.max(heat[finite], axis=0, initial=0.0) * (relative + 16.0 * EPSILON))
+
+
+def _mean(scene: Scene, setup: Setup, found: Range) -> None:
+    """Mean torques, with them the largest magnitude in the sections, and gears."""
+    shaft, speed, curves, top = setup.shaft, found.speed, found.curves, found.largest
+    total = setup.drive.mean_torque(speed).sum(axis=1)
+    total_error = setup.drive.mean_torque_error(speed).sum(axis=1) + EPSILON * np.abs(total)
+    scene.emit(f"{SPEEDS}/mean_torque", total, total_error, {"speed": speed})
+    shares = steady_shares(setup.model.at(setup.speed))
+    mean, mean_error = station_means(shaft, setup.drive, speed, setup.speed)
+    sections = by_freedom(shaft, mean) @ shares.T
+    clear = ~curves.masked[:, None]
+    high = np.where(clear, curves.highest, 0.0) + sections
+    low = np.where(clear, curves.lowest, 0.0) + sections
+    peak = np.where(clear, np.maximum(np.abs(high), np.abs(low)), np.inf)
+    ratio = np.abs(shaft.section_ratio)
+    steady = np.max(np.abs(shares), axis=1, initial=0.0) * np.max(mean_error)
+    axes = {"speed": speed, "section": shaft.section_names}
+    error = (found.torque_error + steady) / ratio
+    scene.emit(f"{SPEEDS}/torque_peak", (peak / ratio).T, error, axes)
+    if not shaft.gears:
+        return
+    near = top.speed[np.isfinite(top.value)]
+    every = np.unique(np.concatenate([found.dense.speed, near, found.undamped.speed]))
+    emit_gears(scene, setup, speed, curves, shares, found.gear_error, every)
+
+
+def _masked(scene: Scene, undamped: Undamped) -> None:
+    axes = {"masked": np.arange(1, len(undamped.speed) + 1)}
+    scene.emit(f"{ROOT}/masked/from", undamped.low, undamped.error, axes)
+    scene.emit(f"{ROOT}/masked/to", undamped.high, undamped.error, axes)
+    scene.emit(f"{ROOT}/masked/mode", undamped.mode, 0.0, axes)
+    scene.emit(f"{ROOT}/masked/half_order", undamped.order, 0.0, axes)
+    if len(undamped.speed):
+        scene.warn(
+            f"nothing damps what is excited at {len(undamped.speed)} speeds of the range "
+            "(masked): the curves have no upper end there"
+        )
+
+
+def _largest(scene: Scene, setup: Setup, found: Range) -> None:
+    shaft, top = setup.shaft, found.largest
+    ratio = np.abs(shaft.section_ratio)
+    axes = {"section": shaft.section_names}
+    value, error = top.value / ratio, found.largest_error.torque / ratio
+    scene.emit(f"{ROOT}/largest/torque_half_range", value, error, axes)
+    scene.emit(f"{ROOT}/largest/speed", top.speed, top.speed_error, axes)
+    if scene.wants(*THERE):
+        seen = _meeting(setup, found, top)
+        twist = np.where(np.isfinite(top.value), seen.twist, np.inf) * ratio
+        moved = shifted_twist(setup, top.speed, top.speed_error)
+        scene.emit(THERE[0], twist, (found.largest_error.twist + moved) * ratio, axes)
+        scene.emit(THERE[1], seen.mode, 0.0, axes)
+        scene.emit(THERE[2], seen.order, 0.0, axes)
+    stressed = np.flatnonzero(shaft.section_modulus)
+    if len(stressed):
+        modulus = shaft.section_modulus[stressed]
+        axes = {"section": tuple(shaft.section_names[e] for e in stressed)}
+        stress, off = value[stressed] / modulus, error[stressed] / modulus
+        scene.emit(f"{ROOT}/largest/stress_half_range", stress, off, axes)
+
+
+def _most_loaded(setup: Setup, value: FloatArray) -> list[int]:
+    """The section of the largest torque, and that of the largest stress if it is another.
+
+    Of referred torques (e,), those without end left out.
+    """
+    torque = np.where(np.isfinite(value), value, 0.0) / np.abs(setup.shaft.section_ratio)
+    modulus = setup.shaft.section_modulus
+    chosen = [int(np.argmax(torque))]
+    stress = np.where(modulus > 0.0, torque / np.where(modulus > 0.0, modulus, 1.0), 0.0)
+    if np.any(stress > 0.0):
+        chosen.append(int(np.argmax(stress)))
+    return list(dict.fromkeys(chosen))
+
+
+def _summits(scene: Scene, setup: Setup, found: Range, high: Maxima) -> None:
+    seen = _meeting(setup, found, high)
+    axes = {"summit": np.arange(1, len(high.speed) + 1)}
+    own = np.abs(setup.shaft.section_ratio[high.section])
+    error = own_doubt(setup, high.speed, high.section).torque / own
+    scene.emit(f"{ROOT}/summit/speed", high.speed, high.speed_error, axes)
+    scene.emit(f"{ROOT}/summit/torque_half_range", high.value / own, error, axes)
+    scene.emit(f"{ROOT}/summit/section", high.section + 1, 0.0, axes)
+    scene.emit(f"{ROOT}/summit/mode", seen.mode, 0.0, axes)
+    scene.emit(f"{ROOT}/summit/half_order", seen.order, 0.0, axes)
+
+
+def _meeting(setup: Setup, found: Range, high: Maxima) -> Meeting:
+    end = (high.speed <= found.speed[0]) | (high.speed >= found.speed[-1])
+    return meeting(setup, high.speed, high.section, end)
+
+
+# ----------------------------------------------------------------------------
+# Adapter: torque of the gears of a shaft line against speed, and where their teeth hammer.
+# ----------------------------------------------------------------------------
+
+HAMMERING = tuple(f"{ROOT}/hammering/{name}" for name in ("from", "to", "gear"))
+
+
+def emit_gears(
+    scene: Scene,
+    setup: Setup,
+    speed: FloatArray,
+    curves: Curves,
+    shares: FloatArray,
+    error: FloatArray,
+    every: FloatArray,
+) -> None:
+    """Mean and alternating torques, the least over a cycle, ranges in which it changes its sign.
+
+    `curves` at speeds (s,), with errors (g,) of referred torques of gears; `shares` say what the
+    sections carry of the mean torques. Ranges are looked for between the speeds `every` (r,).
+    """
+    shaft = setup.shaft
+    size = np.abs(own_of_gears(shaft))
+    axes = {"speed": speed, "gear": tuple(one.name for one in shaft.gears)}
+    through, doubt = _gear_means(setup, speed, shares)
+    off = size * error + doubt
+    scene.emit(f"{SPEEDS}/gear_mean_torque", through.T, doubt, axes)
+    scene.emit(f"{SPEEDS}/gear_torque", (curves.gear * size).T, size * error, axes)
+    least = _least(shaft, curves, through, doubt)
+    scene.emit(f"{SPEEDS}/gear_least_torque", least.T, off, axes)
+    hammers = least < -off
+    scene.emit(f"{SPEEDS}/gear_hammers", hammers.astype(np.int64).T, 0.0, axes)
+    if not scene.wants(*HAMMERING):
+        return
+    ends = [_ranges(setup, every, shares, gear, float(off[gear])) for gear in range(len(size))]
+    rows = [(*one, number) for number, found in enumerate(ends, start=1) for one in found]
+    low, high, doubts, number = (np.array([row[k] for row in rows]) for k in range(4))
+    axes = {"hammering": np.arange(1, len(rows) + 1)}
+    scene.emit(HAMMERING[0], low, doubts, axes)
+    scene.emit(HAMMERING[1], high, doubts, axes)
+    scene.emit(HAMMERING[2], number.astype(np.int64), 0.0, axes)
+
+
+def _gear_means(
+    setup: Setup, speed: FloatArray, shares: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Mean torques (s, g) on the first wheels, and the largest error (g,) of each."""
+    shaft, own = setup.shaft, own_of_gears(setup.shaft)
+    mean, _ = station_means(shaft, setup.drive, speed, setup.speed)
+    through = steady_gears(shaft, by_freedom(shaft, mean) @ shares.T, mean) * own
+    error = steady_doubts(shaft, setup.drive, speed, mean, shares) * np.abs(own)
+    return through, np.max(error, axis=0)
+
+
+def _least(
+    shaft: ShaftLineModel, curves: Curves, through: FloatArray, doubt: FloatArray
+) -> FloatArray:
+    """Least torque (s, g) in the sense of the mean; minus infinity where nothing damps the line.
+
+    A mean that is zero to within its error `doubt` (g,) has no sense: the lower one of both counts.
+    """
+    own = own_of_gears(shaft)
+    size, turned = np.abs(own), (own < 0.0) != (through < 0.0)
+    ends = curves.gear_highest, -curves.gear_lowest
+    down = np.where(np.abs(through) <= doubt, np.maximum(*ends), np.where(turned, *ends)) * size
+    bounded: BoolArray = ~curves.masked[:, None]
+    return np.where(bounded, np.abs(through) - np.where(bounded, down, 0.0), -np.inf)
+
+
+def _ranges(
+    setup: Setup, speed: FloatArray, shares: FloatArray, gear: int, off: float
+) -> list[tuple[float, float, float]]:
+    """Ends of the ranges in which a gear hammers, in rad/s, and the error of both."""
+
+    def reversed_by(at: FloatArray) -> FloatArray:
+        curves = sweep(setup.model, setup.drive, at, setup.shaft, angles=False)
+        through, doubt = _gear_means(setup, at, shares)
+        return -off - _least(setup.shaft, curves, through, doubt)[:, gear]
+
+    found = barred_ranges(reversed_by, speed)
+    rows = []
+    for start, end in zip(found.start.tolist(), found.end.tolist(), strict=True):
+        at = np.array([start, end])
+        step = 1e-7 * at
+        beside = reversed_by(np.concatenate([at - step, at + step]))
+        with np.errstate(invalid="ignore"):  # beside a speed without bound
+            slope = np.abs(beside[2:] - beside[:2]) / (2.0 * step)
+        # an end of the speeds that were asked for, or of the sense of the mean, is exact
+        crosses = np.isfinite(slope) & (slope > 0.0) & (np.abs(reversed_by(at)) < slope * step)
+        moved = np.where(crosses, 4.0 * off / np.where(crosses, slope, 1.0), 0.0)
+        rows.append((start, end, float(np.max(moved + 8.0 * EPSILON * at))))
+    return rows

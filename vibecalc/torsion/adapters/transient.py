@@ -1,0 +1,488 @@
+"""A change in time of a shaft line, beside the steady vibration on the way."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.rounding import EPSILON
+from vibecalc.numerics.typing import FloatArray
+from vibecalc.pipeline.scene import Scene
+from vibecalc.torsion.adapters.curves import sweep
+from vibecalc.torsion.adapters.setup import Setup, build_setup
+from vibecalc.torsion.adapters.transient_motion import STEPS, Journey, journey
+from vibecalc.torsion.results import TRANSIENT
+from vibecalc.torsion.section_loads import section_torque
+from vibecalc.torsion.synthesis import synthesis
+from vibecalc.torsion.transient.cycles import (
+    Sliding,
+    against_quasi_steady,
+    largest_swings,
+    section_peaks,
+    sliding,
+    time_doubt,
+)
+from vibecalc.torsion.transient.march import Propagator, TransientRun, static_state, transient
+from vibecalc.torsion.transient.motion import (
+    Stretch,
+    acceleration_at,
+    angle_at,
+    load_at,
+    mean_torque,
+    speed_at,
+    torque_law,
+)
+from vibecalc.torsion.transient.peaks import (
+    Envelope,
+    TimeCourse,
+    envelope,
+    frequency_waterfall,
+    order_waterfall,
+    time_course,
+)
+
+# ----------------------------------------------------------------------------
+# Adapter: a change in time of a shaft line, beside the steady vibration on the way.
+# ----------------------------------------------------------------------------
+
+#: tolerance of the march: nothing that is read off it is told more sharply
+_RTOL = 1e-7
+#: windows in which peaks are looked for; of a cycle, in a time of fewer cycles than that, where
+#: the speed stays
+_FEWEST, _MOST, _PER_CYCLE, _SHORT = 4, 400, 6, 20
+#: speeds of the steady curve before its summits are added
+_SPEEDS = 1201
+#: share of a speed that is rounding
+_ROUNDED = 1e-12
+#: summits of each section that are looked at again, and speeds about each
+_SUMMITS, _CLOSE, _ZOOMS = 3, 17, 5
+
+
+def run_torsion_transient(scene: Scene) -> None:
+    """Emit everything for [response.torsion.transient]."""
+    setup = build_setup(scene.case)
+    options = setup.torsion.transient
+    if options is None:
+        raise ValueError("the case has no [response.torsion.transient]")
+    path = journey(setup, scene.case.machine, options)
+    run_ = transient(
+        path.line, path.order, path.stretches, path.speed, start=path.start,
+        reaction=path.reaction, rtol=max(_RTOL, scene.case.accuracy.rtol),
+    )  # fmt: skip
+    found = envelope(run_, _windows(setup, run_, options.kind in STEPS))
+    size = np.abs(setup.shaft.section_ratio)
+    slide = emit_envelope(scene, setup, run_)
+    worst = _emit_peaks(scene, setup, run_, found)
+    if options.kind in STEPS:
+        _emit_steps(scene, setup, path, run_, found, size)
+    else:
+        _emit_passage(scene, setup, path, run_, found, slide)
+        emit_supply(scene, setup, run_, found)
+    emit_looks(scene, setup, run_, worst)
+    scene.cite(
+        "exact propagation of the line over steps with the torque as a polynomial, crank speed "
+        "prescribed; envelope from states inside the steps",
+        "transient",
+        "matrix exponential and its integrals in Legendre polynomials; "
+        "docs/theory_torsion_studies.md",
+    )
+
+
+def _windows(setup: Setup, run_: TransientRun, constant: bool) -> int:
+    """Windows of a whole cycle at least, but for the slowest part of a start.
+
+    Finer in a short time at one speed, where no half ranges are read from them.
+    """
+    total, cycle = float(run_.borders.time[-1]), setup.drive.firing.cycle
+    mean = float(run_.borders.angle[-1]) / total
+    slowest = max(float(run_.borders.speed.min()), 0.5 * mean)
+    cycles = total * slowest / cycle
+    count = cycles * _PER_CYCLE if constant and cycles < _SHORT else cycles
+    return int(np.clip(count, _FEWEST, _MOST))
+
+
+def _axes(setup: Setup) -> dict[str, object]:
+    return {"section": setup.shaft.section_names}
+
+
+def _emit_peaks(scene: Scene, setup: Setup, run_: TransientRun, found: Envelope) -> int:
+    """Largest magnitudes; gives the section of the largest, counted from 0."""
+    peaks, axes = section_peaks(run_, found), _axes(setup)
+    own = peaks.peak / np.abs(setup.shaft.section_ratio)
+    scene.emit(f"{TRANSIENT}peak", own, peaks.error / np.abs(setup.shaft.section_ratio), axes)
+    doubt = float(np.max(time_doubt(run_, peaks)))
+    scene.emit(f"{TRANSIENT}peak_time", peaks.time, doubt, axes)
+    fastest = float(np.max(np.abs(acceleration_at(run_.stretches, run_.borders, found.time))))
+    slip = fastest * doubt + 8.0 * EPSILON * float(np.max(peaks.speed))
+    scene.emit(f"{TRANSIENT}peak_speed", peaks.speed, slip, axes)
+    worst = int(np.argmax(own))
+    scene.emit(f"{TRANSIENT}worst_section", worst + 1, 0.0)
+    return worst
+
+
+def _emit_passage(
+    scene: Scene, setup: Setup, path: Journey, run_: TransientRun, found: Envelope,
+    slide: Sliding | None,
+) -> None:  # fmt: skip
+    """Half ranges of the windows beside the steady ones at the same speeds."""
+    size = np.abs(setup.shaft.section_ratio)
+    start, end = path.moving
+    inside = np.flatnonzero((found.time[:-1] >= start - 1e-12) & (found.time[1:] <= end + 1e-12))
+    if inside.size < 3:
+        raise NumericalFailure(
+            "the change of speed takes so short a part of the time watched that nothing can be "
+            "compared with the steady vibration: watch a shorter time before and after"
+        )
+    # with the windows that reach beyond the change: what counts is looked at between its ends
+    rows = slice(max(int(inside[0]) - 1, 0), int(inside[-1]) + 2)
+    own = Envelope(found.time[rows.start : rows.stop + 1], *(part[rows] for part in found[1:]))
+    ends = speed_at(run_.stretches, run_.borders, np.array([start, end]))
+    speeds, steady, doubt, damped = _steady(setup, np.concatenate([ends[ends > 0.0], found.speed]))
+    close = EPSILON * float(speeds[-1])
+    between = float(ends.min()) - close, float(ends.max()) + close
+    passage = against_quasi_steady(own, speeds, steady, between)
+    # samples at the ends of the change belong to it
+    slip = 8.0 * EPSILON * float(run_.borders.time[-1])
+    cycle = setup.drive.firing.cycle
+    swings = largest_swings(run_, own, cycle, (start - slip, end + slip))
+    if slide is not None:
+        emit_half_ranges(scene, setup, slide, speeds, steady, doubt)
+    axes = _axes(setup)
+    error = swings.error
+    scene.emit(f"{TRANSIENT}peak_half_range", swings.half_range / size, error / size, axes)
+    rate = acceleration_at(run_.stretches, run_.borders, own.time)
+    step = float(np.max(np.abs(rate))) * swings.time_error + 8.0 * EPSILON * float(speeds[-1])
+    scene.emit(f"{TRANSIENT}peak_half_range_speed", swings.speed, step, axes)
+    top = passage.steady_peak if damped else np.full_like(passage.steady_peak, np.inf)
+    slack = _slack(speeds, steady, passage.steady_speed)
+    scene.emit(f"{TRANSIENT}steady_half_range", top / size, slack / size, axes)
+    place = np.clip(np.searchsorted(speeds, passage.steady_speed), 1, len(speeds) - 2)
+    width = np.maximum(speeds[place + 1] - speeds[place], speeds[place] - speeds[place - 1])
+    scene.emit(f"{TRANSIENT}steady_half_range_speed", passage.steady_speed, width, axes)
+    over = swings.half_range / top - 1.0
+    doubt_over = np.where(np.isfinite(top), (error + slack) / passage.steady_peak, 0.0)
+    scene.emit(f"{TRANSIENT}overshoot", over, doubt_over + 1e-12, axes)
+    lag = np.sign(own.speed[-1] - own.speed[0]) * (swings.speed - passage.steady_speed)
+    scene.emit(f"{TRANSIENT}lag", lag, step + width, axes)
+    if not damped:
+        scene.warn(
+            "nothing damps the shaft line: its steady vibration has no bound on a critical, the "
+            "quasi-steady curve beside the transient is as high as its speeds are close"
+        )
+
+
+def _slack(speeds: FloatArray, steady: FloatArray, top: FloatArray) -> FloatArray:
+    """How much higher than the largest value (e,) at the speeds `top` the curve may be beside it.
+
+    The summit may have a corner, where crest and trough change places: half the second difference.
+    """
+    place, section = np.searchsorted(speeds, top), np.arange(len(top))
+    own = steady[place, section]
+    sides = steady[np.maximum(place - 1, 0), section], steady[
+        np.minimum(place + 1, len(speeds) - 1), section
+    ]  # fmt: skip
+    bend = np.maximum(own - sides[0], 0.0) + np.maximum(own - sides[1], 0.0)
+    # at an end of the range nothing lies beyond
+    inside = (place > 0) & (place < len(speeds) - 1)
+    slack: FloatArray = np.where(inside, 0.5 * bend, 0.0) + _ROUNDED * own
+    return slack
+
+
+def _steady(setup: Setup, seen: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, bool]:
+    """Speeds (k,), referred half ranges (k, e), their errors (e,), and whether anything damps."""
+    low, high = float(seen.min()), float(seen.max())
+    cards = setup.drive.card_speed
+    if len(cards) > 1:  # an end may be a rounding away from that of the cards
+        low, high = (
+            edge if abs(one - edge) <= _ROUNDED * edge else one
+            for one, edge in ((low, float(cards[0])), (high, float(cards[-1])))
+        )
+    if len(cards) > 1 and (low < cards[0] or high > cards[-1]):
+        raise NumericalFailure(
+            f"the run goes from {low:.6g} to {high:.6g} rad/s, the gas cards from {cards[0]:.6g} "
+            f"to {cards[-1]:.6g} rad/s: no steady vibration to compare with"
+        )
+
+    def curve(speed: FloatArray) -> FloatArray:
+        return sweep(setup.model, setup.drive, speed, None, angles=False).torque
+
+    speeds = np.linspace(low, high, _SPEEDS)
+    values = curve(speeds)
+    coarse = values[::2]
+    kept = np.all(np.isfinite(values), axis=1)
+    line = setup.model.line
+    damped = bool(
+        np.any(line.damping) or np.any(line.absolute_damping) or setup.model.modal is not None
+    )
+    doubt = np.array([
+        np.max(np.abs(np.interp(speeds[kept], speeds[::2], coarse[:, s]) - values[kept, s]))
+        if np.all(kept) else 0.0
+        for s in range(values.shape[1])
+    ]) / 3.0  # fmt: skip
+    speeds, values = speeds[kept], values[kept]
+    if damped and np.all(kept):
+        speeds, values = _zoomed(curve, speeds, values)
+        # summits that were not looked at again may rise between their speeds
+        inner = values[1:-1]
+        rise = 0.5 * (2.0 * inner - values[:-2] - values[2:])
+        top = (inner > values[:-2]) & (inner >= values[2:])
+        doubt = np.maximum(doubt, np.max(np.where(top, rise, 0.0), axis=0))
+    if low == high or len(speeds) < 2:
+        raise NumericalFailure("the speed hardly changes: nothing to compare the run with")
+    return speeds, values, doubt, damped
+
+
+def _zoomed(
+    curve: Callable[[FloatArray], FloatArray], speeds: FloatArray, values: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """The curve with close speeds about the highest summits of each section, twice closer."""
+    width = float(speeds[1] - speeds[0])
+    for _ in range(_ZOOMS):
+        inner = values[1:-1]
+        local = np.where((inner > values[:-2]) & (inner >= values[2:]), inner, -np.inf)
+        top = 1 + np.argsort(-local, axis=0, kind="stable")[:_SUMMITS]
+        tops = np.unique(speeds[np.union1d(top.ravel(), np.argmax(values, axis=0))])
+        close = (tops[:, None] + width * np.linspace(-1.0, 1.0, _CLOSE)).ravel()
+        close = np.setdiff1d(close[(close > speeds[0]) & (close < speeds[-1])], speeds)
+        every = np.concatenate([speeds, close])
+        order = np.argsort(every, kind="stable")
+        speeds, values = every[order], np.concatenate([values, curve(close)])[order]
+        width *= 2.0 / (_CLOSE - 1)
+    return speeds, values
+
+
+def _emit_steps(
+    scene: Scene, setup: Setup, path: Journey, run_: TransientRun, found: Envelope,
+    size: FloatArray,
+) -> None:  # fmt: skip
+    """Largest magnitudes of the steady vibration before and after, and what the change adds."""
+    axes = _axes(setup)
+    ends = [_steady_peak(setup, path, run_, part) for part in path.stretches]
+    for name, (value, error) in zip(("before", "after"), ends, strict=True):
+        scene.emit(f"{TRANSIENT}steady_{name}", value / size, error / size, axes)
+    larger = np.maximum(ends[0][0], ends[1][0])
+    peaks = section_peaks(run_, found)
+    safe = np.where(larger > 0.0, larger, 1.0)
+    factor = np.where(larger > 0.0, peaks.peak / safe, 1.0)
+    doubt = (peaks.error + factor * (ends[0][1] + ends[1][1])) / safe + 4.0 * EPSILON
+    scene.emit(f"{TRANSIENT}dynamic_factor", factor, doubt, axes)
+
+
+def _steady_peak(
+    setup: Setup, path: Journey, run_: TransientRun, part: Stretch
+) -> tuple[FloatArray, FloatArray]:
+    """Largest referred torque (e,) of a state that lasts, mean in it, with its error."""
+    system, speed = run_.system, path.speed
+    law = torque_law(path.order, part, system.balance, system.inertia, np.array([speed, speed]))
+    mean = load_at(law, np.array(speed)) + law.harmonic[0][:, 0]
+    mean = mean + speed**2 * law.harmonic[2][:, 0]
+    still = system.torque @ static_state(system, mean)
+    torque = (part.gas + speed**2 * part.inertia).T[1:]
+    every = np.arange(torque.shape[1])
+    solved = setup.model.solve(np.array([speed]), path.order[1:], torque[None], every)
+    if np.any(solved.masked):
+        raise NumericalFailure(
+            f"no steady vibration at {speed:.6g} rad/s: an order meets an undamped natural "
+            "frequency"
+        )
+    frequency = speed * path.order[1:]
+    parts = section_torque(path.line, frequency, solved.angle[0], solved.error[0])
+    whole = np.concatenate([still[None], parts.total])
+    doubt = np.concatenate([1e-13 * np.abs(still)[None], parts.error])
+    total = synthesis(path.order, whole.T, doubt.T)
+    return total.peak, total.error
+
+
+# ----------------------------------------------------------------------------
+# Adapter, continued: who accelerates a shaft line, and what of its torques that is.
+# ----------------------------------------------------------------------------
+
+
+def emit_supply(scene: Scene, setup: Setup, run: TransientRun, found: Envelope) -> None:
+    """The torque of the acceleration where it is largest, its source, and peaks without it."""
+    system, shaft = run.system, setup.shaft
+    time = np.union1d(run.borders.time, found.time)
+    # a value at a border belongs to the stretch behind it: a little before it counts too
+    time = np.union1d(time, np.maximum(time - 1e-9 * time[-1], 0.0))
+    rate = acceleration_at(run.stretches, run.borders, time)
+    place = int(np.argmax(np.abs(rate)))
+    top = float(rate[place])
+    axes = {"section": shaft.section_names}
+    scene.emit(f"{TRANSIENT}acceleration", top, 8.0 * EPSILON * abs(top))
+    inertia = system.inertia
+    whole = top * float(inertia.sum())
+    scene.emit(f"{TRANSIENT}acceleration_torque", whole, 1e-14 * abs(whole))
+    pull = -inertia * top
+    supplied = float((system.balance @ pull - pull)[shaft.load_freedom])
+    # the mean torques of cylinders and loads at that moment, and what they leave to the station
+    number = int(np.clip(np.searchsorted(run.borders.time, time[place], side="right") - 1, 0,
+                         len(run.stretches) - 1))  # fmt: skip
+    part = run.stretches[number]
+    since = float(time[place] - run.borders.time[number])
+    speeds = run.borders.speed[number : number + 2]
+    speed = float(speed_at(run.stretches, run.borders, time[place : place + 1])[0])
+    mean = mean_torque(part, speeds, speed, since)
+    supplied += float((system.balance @ mean - mean)[shaft.load_freedom])
+    own = float(shaft.station_ratio[shaft.load_station])
+    size = abs(whole) + float(np.abs(mean).sum())
+    scene.emit(f"{TRANSIENT}acceleration_supplied", supplied / own, 1e-12 * size / abs(own))
+    scene.emit(f"{TRANSIENT}acceleration_supplied_at", shaft.load_station + 1, 0.0)
+    carried = system.torque @ static_state(system, system.balance @ pull)
+    doubt = 1e-12 * np.max(np.abs(carried), initial=0.0)
+    ratio = shaft.section_ratio
+    scene.emit(f"{TRANSIENT}acceleration_part", carried / ratio, doubt / np.abs(ratio), axes)
+    middle = 0.5 * (found.time[:-1] + found.time[1:])
+    ends = acceleration_at(run.stretches, run.borders, found.time)
+    now = acceleration_at(run.stretches, run.borders, middle)
+    off = np.maximum(np.abs(ends[:-1] - now), np.abs(ends[1:] - now)) / abs(top)
+    own_part = np.outer(now / top, carried)
+    slack = found.error + np.outer(off, np.abs(carried)) + doubt
+    left = np.maximum(np.abs(found.high - own_part), np.abs(found.low - own_part))
+    row, column = left.argmax(axis=0), np.arange(left.shape[1])
+    error = np.maximum(slack[row, column], (left + slack).max(axis=0) - left[row, column])
+    values = left[row, column] / np.abs(ratio)
+    scene.emit(f"{TRANSIENT}peak_without_acceleration", values, error / np.abs(ratio), axes)
+
+
+# ----------------------------------------------------------------------------
+# Adapter, continued: the envelope of a change in time over a cycle that slides along it.
+# ----------------------------------------------------------------------------
+
+#: times of the envelope
+_TIMES = 200
+_RESULTS = ("speed", "torque_low", "torque_high", "half_range", "quasi_steady")
+
+
+def emit_envelope(scene: Scene, setup: Setup, run: TransientRun) -> Sliding | None:
+    """Emit speed and extremes; None where nobody asks for them, or no cycle can slide."""
+    if not scene.wants(*(TRANSIENT + name for name in _RESULTS)):
+        return None
+    found = sliding(run, setup.drive.firing.cycle, _TIMES)
+    if found is None:
+        scene.warn(
+            "the change in time is watched for hardly a cycle of the machine: there is no "
+            "envelope over a whole cycle; watch a longer time after it"
+        )
+        return None
+    axes = {"section": setup.shaft.section_names, "transient_time": found.time}
+    top = float(np.max(found.speed, initial=0.0))
+    scene.emit(f"{TRANSIENT}speed", found.speed, 8.0 * EPSILON * top, axes)
+    # an own torque has the sign of its shaft's sense
+    ratio = setup.shaft.section_ratio
+    ends = np.sort(np.stack([found.low / ratio, found.high / ratio]), axis=0)
+    error = found.error / np.abs(ratio)
+    scene.emit(f"{TRANSIENT}torque_low", ends[0].T, error, axes)
+    scene.emit(f"{TRANSIENT}torque_high", ends[1].T, error, axes)
+    return found
+
+
+def emit_half_ranges(
+    scene: Scene, setup: Setup, found: Sliding, speeds: FloatArray, steady: FloatArray,
+    doubt: FloatArray,
+) -> None:  # fmt: skip
+    """Half ranges beside the largest steady ones (k, e) at the speeds (k,) of each window."""
+    size = np.abs(setup.shaft.section_ratio)
+    axes = {"section": setup.shaft.section_names, "transient_time": found.time}
+    half = 0.5 * (found.high - found.low)
+    ends = [
+        np.stack([np.interp(side, speeds, part) for part in steady.T], axis=1)
+        for side in (found.speed_low, found.speed_high)
+    ]
+    beside = np.maximum(*ends)
+    first = np.searchsorted(speeds, found.speed_low)
+    last = np.searchsorted(speeds, found.speed_high, side="right")
+    for row in np.flatnonzero(last > first):
+        beside[row] = np.maximum(beside[row], steady[first[row] : last[row]].max(axis=0))
+    scene.emit(f"{TRANSIENT}half_range", (half / size).T, found.error / size, axes)
+    scene.emit(f"{TRANSIENT}quasi_steady", (beside / size).T, doubt / size, axes)
+
+
+# ----------------------------------------------------------------------------
+# Adapter, continued: the course of the worst section about its peak, and its waterfalls.
+# ----------------------------------------------------------------------------
+
+_WINDOWS, _FREQUENCIES = 60, 160
+#: turns of a window of orders: halves are told apart
+_TURNS = 8.0
+#: turns on both sides of the peak, and points that are kept of them
+_ABOUT, _POINTS = 6.0, 3000
+_TABLE = 20001
+#: radians of the fastest that is there between two points of a waterfall
+_RADIANS = 1.0
+
+
+def emit_looks(scene: Scene, setup: Setup, run: TransientRun, section: int) -> None:
+    """Course and waterfalls of one section, counted from 0."""
+    times = np.linspace(0.0, float(run.borders.time[-1]), _TABLE)
+    angles = angle_at(run.stretches, run.borders, times)
+    ratio = float(setup.shaft.section_ratio[section])
+    _emit_course(scene, run, section, ratio, (times, angles))
+    paths = [f"{TRANSIENT}waterfall/{name}" for name in ("speed", "order", "frequency")]
+    if not scene.wants(*paths):
+        return
+    _emit_waterfalls(scene, setup, run, section, ratio, (times, angles))
+
+
+def _emit_course(
+    scene: Scene, run: TransientRun, section: int, ratio: float,
+    table: tuple[FloatArray, FloatArray],
+) -> None:  # fmt: skip
+    times, angles = table
+    when = float(scene.record[f"{TRANSIENT}peak_time"].values[section]) if (
+        f"{TRANSIENT}peak_time" in scene.record.quantities
+    ) else float(times[-1])  # fmt: skip
+    middle, reach = float(np.interp(when, times, angles)), 2.0 * np.pi * _ABOUT
+    start, end = (float(np.interp(middle + s * reach, angles, times)) for s in (-1.0, 1.0))
+    found = time_course(run, start, max(end, start + 1e-9))
+    every = max(1, -(-len(found.time) // _POINTS))
+    value = found.value[::every, section] / ratio
+    error = run.torque_error[section] / abs(ratio)
+    axes = {"course_time": found.time[::every]}
+    scene.emit(f"{TRANSIENT}course/torque", value, error, axes)
+
+
+def _thinned(found: TimeCourse, longest: float) -> TimeCourse:
+    """Every so many-th point, no two further apart than `longest` s (or as far as they are)."""
+    every = max(1, int(longest / float(np.max(np.diff(found.time)))))
+    return TimeCourse(*(part[::every] for part in found))
+
+
+def _emit_waterfalls(
+    scene: Scene, setup: Setup, run: TransientRun, section: int, ratio: float,
+    table: tuple[FloatArray, FloatArray],
+) -> None:  # fmt: skip
+    times, angles = table
+    order = setup.drive.order
+    total, whole = float(times[-1]), float(angles[-1])
+    turns = min(_TURNS, whole / (2.0 * np.pi) / 2.5)
+    reach = 0.5 * 2.0 * np.pi * turns * 1.02
+    fastest = float(run.borders.speed.max())
+    natural = setup.modes.frequency
+    top = min(float(order[-1]) * fastest, 1.15 * float(natural[-1]))
+    frequency = np.linspace(0.0, top, _FREQUENCIES)
+    width = min(4.0 * np.pi / (frequency[1] - frequency[0]), total / 6.0)
+    first = max(float(np.interp(angles[0] + reach, angles, times)), 0.52 * width)
+    last = min(float(np.interp(angles[-1] - reach, angles, times)), total - 0.52 * width)
+    centre = np.linspace(first, last, _WINDOWS)
+    limit = _RADIANS / max(float(order[-1]) * fastest, float(natural[-1]))
+    of_order = np.empty((_WINDOWS, len(order)), dtype=complex)
+    of_frequency = np.empty((_WINDOWS, _FREQUENCIES), dtype=complex)
+    sums, known = np.zeros(2), dict[tuple[float, int], Propagator]()
+    for row, when in enumerate(centre):
+        place = float(np.interp(when, times, angles))
+        ends = [float(np.interp(place + s * reach, angles, times)) for s in (-1.0, 1.0)]
+        low, high = min(ends[0], when - 0.51 * width), max(ends[1], when + 0.51 * width)
+        near = time_course(run, max(low, 0.0), min(high, total), known=known)
+        found = _thinned(near, limit)
+        at = np.array([when])
+        by_order = order_waterfall(found, section, order, at, turns)
+        by_frequency = frequency_waterfall(found, section, frequency, at, width)
+        of_order[row], of_frequency[row] = by_order.amplitude[0], by_frequency.amplitude[0]
+        sums = np.maximum(sums, [by_order.error.max(), by_frequency.error.max()])
+    speed = speed_at(run.stretches, run.borders, centre)
+    axes = {"waterfall_time": centre, "half_order": order, "waterfall_frequency": frequency}
+    scene.emit(f"{TRANSIENT}waterfall/speed", speed, 8.0 * EPSILON * fastest, axes)
+    # a mean of values, so that what the values are off adds no more than theirs
+    error = (2.0 * run.torque_error[section] + sums) / abs(ratio)
+    scene.emit(f"{TRANSIENT}waterfall/order", of_order / ratio, float(error[0]), axes)
+    scene.emit(f"{TRANSIENT}waterfall/frequency", of_frequency / ratio, float(error[1]), axes)

@@ -1,0 +1,222 @@
+"""A change in time of a case as stretches of prescribed motion, with the torques on the way."""
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from vibecalc.errors import NumericalFailure
+from vibecalc.excitation.cylinder_torque import cylinder_torque, phasor, weighted
+from vibecalc.numerics.typing import ComplexArray, FloatArray
+from vibecalc.torsion.adapters.setup import Setup, motored_cylinder
+from vibecalc.torsion.line import Line
+from vibecalc.torsion.tables import Transient
+from vibecalc.torsion.transient.motion import Stretch, stretch, time_of_speed
+
+if TYPE_CHECKING:
+    from vibecalc.case.schema import Machine
+
+#: share of the whole change of speed within which a card lies at the end of a stretch
+_CLOSE = 1e-9
+#: share of a start from rest during which torque of the cylinders and acceleration grow evenly
+RAMP = 0.25
+#: share of any other change during which the acceleration grows, and of all in which it fades
+SWING = 0.1
+STEPS = ("load_step", "misfire_onset")
+
+
+class Journey(NamedTuple):
+    """What the march in time needs; `order` (m + 1,) begins with 0, the mean.
+
+    `moving` (2,) is the span of time in s with changing speed, empty where it is constant.
+    `reaction` (n,) are the shares that take what the mean torques leave over, None by inertia.
+    """
+
+    line: Line
+    order: FloatArray
+    stretches: tuple[Stretch, ...]
+    speed: float
+    start: str
+    reaction: FloatArray | None
+    moving: tuple[float, float]
+
+
+def journey(setup: Setup, machine: "Machine", options: Transient) -> Journey:
+    """The stretches of a change. Raises NumericalFailure for damping that has no form in time."""
+    if setup.model.modal is not None and setup.torsion.damping_model is not None:
+        raise NumericalFailure(
+            "damping ratios by mode have no dashpots to follow in time; give shafts, stations or "
+            "dampers a damping, or a damping_model of kind 'rayleigh'"
+        )
+    constant = options.kind in STEPS
+    if np.any(setup.model.speed_stiffness) and not constant:
+        raise NumericalFailure(
+            "pendulums change their stiffness with the speed, which a change of speed in time "
+            "does not follow here; a load_step or a misfire_onset keeps the speed"
+        )
+    order = np.append(0.0, setup.drive.order)
+    line = setup.model.at(setup.speed)
+    if constant:
+        before = options.before or setup.drive.firing.cycle / setup.speed
+        parts = _steps(setup, machine, options, before)
+        return Journey(line, order, parts, setup.speed, "steady", None, (0.0, 0.0))
+    driven = np.zeros(line.inertia.size)
+    driven[setup.shaft.load_freedom] = 1.0
+    begin = 0.0 if options.kind == "start" else float(options.start or 0.0)
+    end, before = float(options.stop or 0.0), 0.0 if begin == 0.0 else options.before
+    duration = options.duration
+    if duration is None:
+        assert options.acceleration is not None
+        duration = abs(end - begin) / options.acceleration
+        duration /= 1.0 - 0.5 * (_rise(options.kind) + SWING)
+    parts = _held(setup, begin, before) + _sweep(setup, begin, end, duration, options.kind)
+    if end > 0.0:
+        parts += _held(setup, end, options.after)
+    start = "steady" if begin > 0.0 else "rest"
+    return Journey(line, order, parts, begin, start, driven, (before, before + duration))
+
+
+def torques(setup: Setup, speed: float) -> tuple[ComplexArray, ComplexArray]:
+    """Gas (n, m + 1) in N m and inertia (n, m + 1) in N m per (rad/s)^2 at one speed, mean first.
+
+    Beyond the speeds of the cards the nearest card holds: a run may begin at rest.
+    """
+    drive, n = setup.drive, setup.model.line.inertia.size
+    if len(drive.card_speed):
+        speed = float(np.clip(speed, drive.card_speed[0], drive.card_speed[-1]))
+    share = drive.weights(np.asarray(speed))
+    gas = np.zeros((n, len(drive.order) + 1), dtype=complex)
+    inertia = np.zeros_like(gas)
+    gas[drive.freedom, 0] = share @ drive.mean
+    gas[drive.freedom, 1:] = np.tensordot(share, drive.gas, 1).T
+    inertia[drive.freedom, 1:] = drive.inertia.T
+    return gas, inertia
+
+
+def _taken(setup: Setup) -> tuple[FloatArray, FloatArray]:
+    """What is driven, as the case gives it: loads (k, n) in N m/(rad/s)^e, exponents e (k,).
+
+    What is left the load station takes.
+    """
+    shaft = setup.shaft
+    exponent = np.unique(shaft.taken_exponent)
+    load = np.zeros((len(exponent), len(shaft.freedom_names)))
+    row = np.searchsorted(exponent, shaft.taken_exponent)
+    # it brakes, whichever way its shaft turns
+    size = shaft.taken_torque * np.abs(shaft.station_ratio[shaft.taken_station])
+    size = size / setup.speed**shaft.taken_exponent
+    np.subtract.at(load, (row, shaft.freedom[shaft.taken_station]), size)
+    return load, exponent
+
+
+def _held(setup: Setup, speed: float, duration: float) -> tuple[Stretch, ...]:
+    if duration <= 0.0:
+        return ()
+    gas, inertia = torques(setup, speed)
+    load, exponent = _taken(setup)
+    return (stretch(duration, 0.0, gas, inertia, load=load, exponent=exponent),)
+
+
+def _rise(kind: str) -> float:
+    """Share of the time in which the acceleration grows."""
+    return RAMP if kind == "start" else SWING
+
+
+def _sweep(
+    setup: Setup, begin: float, end: float, duration: float, kind: str
+) -> tuple[Stretch, ...]:
+    """From one speed to another; cut at the speeds of the gas cards, between which gas is linear.
+
+    The acceleration grows and fades along straight lines: one that jumped would strike the line.
+    """
+    rise, starts = _rise(kind), kind == "start"
+    plain = np.array([0.0, rise, 1.0 - SWING, 1.0])
+    share = np.union1d(plain, _shares(plain, *_profile(plain, rise, begin, end), setup))
+    border, slope = _profile(share, rise, begin, end)
+    load, exponent = _taken(setup)
+    parts = []
+    for k, length in enumerate(np.diff(share)):
+        (gas, inertia), (gas_end, _) = (torques(setup, float(one)) for one in border[k : k + 2])
+        scale = np.minimum(share[k : k + 2] / RAMP, 1.0) if starts else np.ones(2)
+        parts.append(
+            stretch(
+                duration * length,
+                float(slope[k]) / duration,
+                gas,
+                inertia,
+                scale=(float(scale[0]), float(scale[1])),
+                load=load,
+                exponent=exponent,
+                acceleration_rate=float(slope[k + 1] - slope[k]) / (duration**2 * length),
+                gas_end=gas_end,
+            )
+        )
+    return tuple(parts)
+
+
+def _profile(
+    share: FloatArray, rise: float, begin: float, end: float
+) -> tuple[FloatArray, FloatArray]:
+    """Speeds (k,) in rad/s and their slopes (k,) against the share of the time, at shares (k,)."""
+    growth = np.minimum(np.minimum(share / rise, (1.0 - share) / SWING), 1.0)
+    added = 0.5 * (growth[1:] + growth[:-1]) * np.diff(share)
+    speed = begin + (end - begin) * np.append(0.0, np.cumsum(added) / added.sum())
+    return speed, (end - begin) / added.sum() * growth
+
+
+def _shares(share: FloatArray, speed: FloatArray, slope: FloatArray, setup: Setup) -> list[float]:
+    """Shares of the time at which the run passes the speed of a gas card, apart from its ends."""
+    found = []
+    close = _CLOSE * abs(speed[-1] - speed[0])
+    for card in setup.drive.card_speed:
+        if np.all(np.abs(speed - card) > close) and (speed[0] < card) != (speed[-1] < card):
+            k = int(np.flatnonzero((speed[:-1] < card) != (speed[1:] < card))[0])
+            length, bend = share[k + 1] - share[k], slope[k + 1] - slope[k]
+            part = stretch(
+                length, slope[k], np.zeros((1, 1), dtype=complex), acceleration_rate=bend / length
+            )
+            found.append(float(share[k]) + time_of_speed(part, float(speed[k]), float(card)))
+    return found
+
+
+def _steps(
+    setup: Setup, machine: "Machine", options: Transient, before: float
+) -> tuple[Stretch, ...]:
+    """Constant speed before and after. What is left over afterwards slows the line as a whole."""
+    shaft, speed = setup.shaft, setup.speed
+    gas, inertia = torques(setup, speed)
+    load = -shaft.mean_load(speed, speed)
+    if not np.any(setup.model.line.ground_stiffness):
+        load[shaft.load_freedom] -= float(np.sum(gas[:, 0].real + load))
+    after, gas_after = load.copy(), gas
+    if options.kind == "load_step":
+        assert options.on is not None and options.torque is not None
+        station = shaft.station_names.index(options.on)
+        after[shaft.freedom[station]] -= options.torque * abs(shaft.station_ratio[station])
+    else:
+        gas_after = gas - _lost(setup, machine, str(options.cylinder))
+    return (
+        stretch(before, 0.0, gas, inertia, load=load),
+        stretch(options.after, 0.0, gas_after, inertia, load=after),
+    )
+
+
+def _lost(setup: Setup, machine: "Machine", name: str) -> ComplexArray:
+    """Gas torque (n, m + 1) that goes with a cylinder which stops firing."""
+    drive, shaft = setup.drive, setup.shaft
+    place = drive.firing.names.index(name)
+    if not drive.firing.fires[place]:
+        raise NumericalFailure(f"cylinder {name!r} misfires from the beginning: no onset")
+    own = drive.healthy(setup.speed)
+    value, mean = own.gas, own.mean
+    if setup.torsion.misfire_kind == "motored":
+        harmonics = round(float(drive.order[-1]) * drive.firing.cycle / (2.0 * np.pi))
+        cards = [motored_cylinder(machine, card, drive.geometry) for card in drive.cards]
+        found = cylinder_torque(cards, drive.geometry, reciprocating_mass=0.0, harmonics=harmonics)
+        left = weighted(found, drive.weights(np.asarray(setup.speed)))
+        keep = np.isin(found.order, drive.order)
+        value, mean = value - left.gas[keep], mean - left.mean
+    scale = drive.firing.pressure_scale[place] * shaft.station_ratio[shaft.cylinder_station[place]]
+    turned = phasor(drive.order, drive.firing.angle[place])
+    lost = np.zeros((setup.model.line.inertia.size, len(drive.order) + 1), dtype=complex)
+    lost[shaft.cylinder_freedom[place]] = scale * np.append(mean, value * turned)
+    return lost

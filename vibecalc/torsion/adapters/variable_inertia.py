@@ -1,0 +1,362 @@
+"""A shaft line whose inertias change over the revolution, beside mean inertias."""
+
+import numpy as np
+
+from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.rounding import EPSILON
+from vibecalc.numerics.typing import ComplexArray, FloatArray
+from vibecalc.pipeline.scene import Scene
+from vibecalc.torsion.adapters.setup import Setup, build_setup
+from vibecalc.torsion.critical_speeds import critical_speeds
+from vibecalc.torsion.results import VARIABLE
+from vibecalc.torsion.section_loads import section_torque
+from vibecalc.torsion.synthesis import synthesis
+from vibecalc.torsion.variable_inertia.motion import (
+    VariableLine,
+    free_pieces,
+    inertia_at,
+    inertia_variation,
+    variable_line,
+)
+from vibecalc.torsion.variable_inertia.stability import (
+    Wedges,
+    refuse_unstable,
+    stability,
+    unstable_ranges,
+    wedges,
+)
+from vibecalc.torsion.variable_inertia.steady import (
+    Steady,
+    constant_response,
+    feed,
+    steady_response,
+)
+
+# ----------------------------------------------------------------------------
+# Adapter: a shaft line whose inertias change over the revolution, beside mean inertias.
+# ----------------------------------------------------------------------------
+
+#: harmonics of the inertia below this share of it are left out
+_NEGLIGIBLE = 1e-13
+#: highest orders that are tried where the case leaves it to the tolerance, over the first one
+_TRIES = (1.0, 1.5, 2.25)
+_ANGLES = 720
+#: twist of all orders beyond the highest, over the largest angle at one of them
+_BEYOND = 2.0
+
+
+def run_torsion_variable_inertia(scene: Scene) -> None:
+    """Emit everything for [response.torsion.variable_inertia].
+
+    Raises NumericalFailure where vibration about the motion at the operating speed grows.
+    """
+    setup = build_setup(scene.case)
+    options = setup.torsion.variable_inertia
+    if options is None:
+        raise ValueError("the case has no [response.torsion.variable_inertia]")
+    system, torque = system_of(setup, setup.speed), gas_torque(setup, setup.speed)
+    _emit_variation(scene, setup, system)
+    highest, plain, full = _operating(setup, system, torque, options.orders, scene)
+    scene.emit(f"{VARIABLE}highest_order", highest, 0.0)
+    ratio = np.abs(setup.shaft.section_ratio)
+    axes = {"section": setup.shaft.section_names}
+    constant, constant_error = half_ranges(system, setup.speed, plain)
+    varying, varying_error = half_ranges(system, setup.speed, full)
+    scene.emit(f"{VARIABLE}constant_half_range", constant / ratio, constant_error / ratio, axes)
+    scene.emit(f"{VARIABLE}torque_half_range", varying / ratio, varying_error / ratio, axes)
+    change, doubt = relative_change(constant, constant_error, varying, varying_error)
+    scene.emit(f"{VARIABLE}change", change, doubt, axes)
+    parts = section_torque(
+        system.line, setup.speed * full.order, full.angle[0], full.error[0].max(axis=-1)
+    )
+    scene.emit(
+        f"{VARIABLE}torque",
+        (parts.total[1:] / setup.shaft.section_ratio).T,
+        (parts.error[1:] / ratio).T,
+        axes | {"half_order": full.order[1:]},
+    )
+    _emit_secondary(scene, setup, system, torque, highest, int(np.argmax(np.abs(change))))
+    if not np.any(system.line.loss_factor):
+        _emit_stability(scene, setup, system, full)
+    if setup.torsion.speeds is not None:
+        emit_speeds(scene, setup, highest)
+    scene.cite(
+        "harmonic balance of the whole Lagrangian system with the inertias as they turn; "
+        "multipliers over the cycle",
+        "variable inertia",
+        "Pasricha and Carnegie (1976), Journal of Sound and Vibration 46; "
+        "docs/theory_torsion_studies.md",
+    )
+
+
+def system_of(setup: Setup, speed: float) -> VariableLine:
+    """The line at a speed with the variation that its inertia torque says.
+
+    Raises NumericalFailure for damping by mode.
+    """
+    if setup.torsion.damping_model is not None and setup.model.modal is not None:
+        raise NumericalFailure(
+            "damping ratios by mode do not go with a variable inertia, which couples the modes; "
+            "give shafts, stations or dampers a damping, or a damping_model of kind 'rayleigh'"
+        )
+    drive, line = setup.drive, setup.model.at(speed)
+    whole = drive.order == np.floor(drive.order)
+    given = inertia_variation(_by_order(drive.order[whole], drive.inertia[whole]).T)
+    size = np.max(np.abs(given) / line.inertia[drive.freedom][:, None], axis=0)
+    last = int(np.flatnonzero(size > _NEGLIGIBLE).max(initial=-1)) + 1
+    variation = np.zeros((line.inertia.size, last), dtype=complex)
+    variation[drive.freedom] = given[:, :last]
+    load = np.zeros(line.inertia.size)
+    load[setup.shaft.load_freedom] = 1.0
+    for piece in free_pieces(line):
+        if not np.any(piece * load):  # a ring in oil alone: nothing drives it on the mean
+            load += piece * line.inertia
+    turns = round(drive.firing.cycle / (2.0 * np.pi))
+    return variable_line(line, variation, turns=turns, load=load)
+
+
+def _by_order(order: FloatArray, torque: ComplexArray) -> ComplexArray:
+    """Rows for the orders 1, 2, 3 and so on, zero where one is missing."""
+    count = int(order.max(initial=0.0))
+    rows = np.zeros((count, torque.shape[1]), dtype=complex)
+    rows[order.astype(int) - 1] = torque
+    return rows
+
+
+def gas_torque(setup: Setup, speed: float) -> ComplexArray:
+    """Torque (T, n) at orders k / turns from the mean on, without that of the inertias."""
+    drive, n = setup.drive, setup.model.line.inertia.size
+    turns = round(drive.firing.cycle / (2.0 * np.pi))
+    place = np.rint(drive.order * turns).astype(int)
+    torque = np.zeros((int(place.max(initial=0)) + 1, n), dtype=complex)
+    share = drive.weights(np.asarray(speed))
+    torque[place[:, None], drive.freedom] = np.tensordot(share, drive.gas, 1)
+    torque[0, drive.freedom] = share @ drive.mean
+    torque[0] -= setup.shaft.mean_load(speed, setup.speed)
+    return torque
+
+
+def half_ranges(system: VariableLine, speed: float, found: Steady) -> tuple[FloatArray, FloatArray]:
+    """Half range of the referred torque of each element over the cycle, (e,), and its error.
+
+    Orders above the highest that was kept are missing in it: what those inside drive there counts.
+    """
+    frequency = speed * found.order[1:]
+    parts = section_torque(
+        system.line, frequency, found.angle[0, 1:], found.error[0, 1:].max(axis=-1)
+    )
+    total = synthesis(found.order[1:], parts.total.T, parts.error.T)
+    line = system.line
+    stiff = np.abs(
+        line.stiffness * (1.0 + 1j * line.loss_factor) + 1j * frequency[-1] * line.damping
+    )
+    return total.half_range, total.error + _BEYOND * stiff * found.beyond[0]
+
+
+def relative_change(
+    constant: FloatArray, constant_error: FloatArray, varying: FloatArray, varying_error: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Varying over constant less one, 0 where nothing is carried, with its error."""
+    there = constant > 0.0
+    safe = np.where(there, constant, 1.0)
+    change = np.where(there, varying / safe - 1.0, 0.0)
+    doubt = (varying_error + (1.0 + np.abs(change)) * constant_error) / safe + 4.0 * EPSILON
+    return change, np.where(there, doubt, 0.0)
+
+
+def _operating(
+    setup: Setup, system: VariableLine, torque: ComplexArray, asked: int | None, scene: Scene
+) -> tuple[float, Steady, Steady]:
+    """Highest order, and the motions with mean inertias and with those as they turn."""
+    first = float(np.ceil(max(setup.drive.order[-1], system.variation.shape[1]))) + 1.0
+    tries = [float(asked)] if asked is not None else [np.ceil(f * first) for f in _TRIES]
+    for highest in tries:
+        try:
+            full = steady_response(system, setup.speed, torque, highest, exact=True)
+        except NumericalFailure:
+            if highest == tries[-1]:
+                raise
+            continue
+        largest = float(np.max(np.abs(full.angle)))
+        if float(np.max(full.error)) <= scene.case.accuracy.rtol * largest:
+            break
+    plain = constant_response(system, setup.speed, torque, highest)
+    return float(highest), plain, full
+
+
+def _emit_variation(scene: Scene, setup: Setup, system: VariableLine) -> None:
+    angle = np.linspace(0.0, 2.0 * np.pi, _ANGLES, endpoint=False)
+    value = inertia_at(system, angle[:, None]).value
+    mean = system.line.inertia
+    span = 0.5 * (value.max(axis=0) - value.min(axis=0))
+    share = np.where(mean > 0.0, span / np.where(mean > 0.0, mean, 1.0), 0.0)
+    bend = (np.arange(1, system.variation.shape[1] + 1) ** 2 * np.abs(system.variation)).sum(axis=1)
+    # between two of the angles the extreme may lie higher by so much
+    doubt = 0.125 * (angle[1] - angle[0]) ** 2 * bend / np.where(mean > 0.0, mean, 1.0)
+    doubt = doubt + 8.0 * EPSILON
+    axes = {"station": setup.shaft.station_names}
+    own = setup.shaft.freedom
+    scene.emit(f"{VARIABLE}relative_variation", share[own], doubt[own], axes)
+
+
+def _emit_secondary(
+    scene: Scene, setup: Setup, system: VariableLine, torque: ComplexArray, highest: float,
+    section: int,
+) -> None:  # fmt: skip
+    """Which orders feed which in one section, of the linear motion."""
+    linear = steady_response(system, setup.speed, torque, highest)
+    found = feed(system, setup.speed, linear.angle[0], linear.error[0])
+    own = found.twist[..., section] * float(setup.shaft.section_ratio[section])
+    size = np.abs(own)
+    total = size.sum(axis=1)
+    best = np.argmax(size, axis=1)
+    row = np.arange(len(size))
+    axes = {"half_order": linear.order[1:]}
+    line, doubt = system.line, linear.error[0]
+    # what orders above the highest feed is missing: the truncation of the response itself
+    error = found.error[..., section].sum(axis=1)
+    error = error + doubt[:, line.first[section]] + doubt[:, line.second[section]]
+    error = error * abs(float(setup.shaft.section_ratio[section]))
+    scene.emit(f"{VARIABLE}secondary/twist", own.sum(axis=1)[1:], error[1:], axes)
+    scene.emit(f"{VARIABLE}secondary/source", linear.order[best][1:], 0.0, axes)
+    share = np.where(total > 0.0, size[row, best] / np.where(total > 0.0, total, 1.0), 0.0)
+    # of what is lost in round-off the share says nothing
+    known = np.where(total > 0.0, error / np.where(total > 0.0, total, 1.0), 0.0)
+    scene.emit(f"{VARIABLE}secondary/share", share[1:], np.minimum(known[1:], 1.0), axes)
+
+
+def _emit_stability(scene: Scene, setup: Setup, system: VariableLine, motion: Steady) -> None:
+    found = stability(
+        system, setup.speed, angle=motion.angle[0], angle_error=motion.error[0],
+        basis=basis_of(setup, system),
+    )  # fmt: skip
+    refuse_unstable(found, setup.speed)
+    scene.emit(f"{VARIABLE}growth", found.growth, found.growth_error)
+
+
+def basis_of(setup: Setup, system: VariableLine) -> FloatArray | None:
+    """Shapes of the modes where a freedom has no inertia, else None: every freedom counts."""
+    return setup.modes.shape if np.any(system.line.inertia <= 0.0) else None
+
+
+# ----------------------------------------------------------------------------
+# Adapter, continued: variable inertia over a range of speeds, and where vibration grows.
+# ----------------------------------------------------------------------------
+
+#: even steps of the range; criticals that are added, the lowest orders first; wedges that are told
+_EVEN, _CRITICALS, _WEDGES = 31, 20, 8
+#: a wedge whose growth is below this share of what damping takes away is not looked into
+_FEARED, _MOST_RANGES = 0.3, 4
+
+
+def emit_speeds(scene: Scene, setup: Setup, highest: float) -> None:
+    """Half ranges, changes, wedges and unstable ranges over the speeds of the case."""
+    speeds = _speeds(setup)
+    _emit_half_ranges(scene, setup, highest, speeds)
+    found = _emit_wedges(scene, setup)
+    if not np.any(setup.model.line.loss_factor):
+        _emit_unstable(scene, setup, found)
+
+
+def _speeds(setup: Setup) -> FloatArray:
+    """Even steps, and the criticals of the lowest orders among them."""
+    asked = setup.torsion.speeds
+    assert asked is not None
+    even = np.linspace(asked.start, asked.stop, min(asked.points, _EVEN))
+    met = critical_speeds(setup.natural().frequency, setup.drive.order, asked.start, asked.stop)
+    lowest = np.argsort(met.order, kind="stable")[:_CRITICALS]
+    return np.unique(np.concatenate([even, met.speed[lowest]]))
+
+
+def _emit_half_ranges(scene: Scene, setup: Setup, highest: float, speeds: FloatArray) -> None:
+
+    count = len(setup.shaft.section_names)
+    half, change = np.full((2, count, len(speeds)), np.inf)
+    half_error, change_error = np.zeros((2, count, len(speeds)))
+    left = 0
+    for k, speed in enumerate(speeds):
+        system, torque = system_of(setup, float(speed)), gas_torque(setup, float(speed))
+        try:
+            plain = constant_response(system, speed, torque, highest)
+            full = steady_response(system, speed, torque, highest)
+        except NumericalFailure:
+            left += 1
+            continue
+        one, one_error = half_ranges(system, float(speed), plain)
+        other, other_error = half_ranges(system, float(speed), full)
+        half[:, k], half_error[:, k] = other, other_error
+        change[:, k], change_error[:, k] = relative_change(one, one_error, other, other_error)
+    if left:
+        scene.warn(
+            f"variable inertia: {left} of {len(speeds)} speeds have no motion to tell (an undamped "
+            "critical, or a border of stability); they stand as unbounded"
+        )
+    ratio = np.abs(setup.shaft.section_ratio)[:, None]
+    axes = {"section": setup.shaft.section_names, "variable_speed": speeds}
+    scene.emit(f"{VARIABLE}speeds/torque_half_range", half / ratio, half_error / ratio, axes)
+    scene.emit(f"{VARIABLE}speeds/change", change, change_error, axes)
+    told = np.where(np.isfinite(change), np.abs(change), -1.0)
+    best, row = np.argmax(told, axis=1), np.arange(count)
+    if np.any(told[row, best] < 0.0):
+        raise NumericalFailure("variable inertia: no speed of the range has a steady motion")
+    axes = {"section": setup.shaft.section_names}
+    scene.emit(f"{VARIABLE}largest_change", change[row, best], change_error[row, best], axes)
+    scene.emit(f"{VARIABLE}largest_change_speed", speeds[best], 0.0, axes)
+
+
+def _emit_wedges(scene: Scene, setup: Setup) -> Wedges:
+    """The widest sum resonances whose centre lies in the range."""
+
+    asked, modes = setup.torsion.speeds, setup.modes
+    assert asked is not None
+    system = system_of(setup, setup.speed)
+    found = wedges(system, modes.frequency, modes.shape, modes.modal_inertia)
+    inside = (found.speed >= asked.start) & (found.speed <= asked.stop) & (found.half_width > 0.0)
+    kept = np.flatnonzero(inside)[:_WEDGES]
+    first = Wedges(**{name: part[kept] for name, part in found._asdict().items()})
+    axes = {"wedge": np.arange(1, len(kept) + 1)}
+    for name, value, error in (
+        ("speed", first.speed, first.error), ("half_width", first.half_width, first.error),
+        ("order", first.order.astype(float), 0.0), ("first_mode", first.first + 1.0, 0.0),
+        ("second_mode", first.second + 1.0, 0.0),
+        ("growth", first.growth, first.error * first.order),
+        ("damping_ratio", first.damping_ratio, first.damping_ratio * first.error
+         / np.maximum(first.half_width, np.finfo(float).tiny)),
+    ):  # fmt: skip
+        scene.emit(f"{VARIABLE}wedge/{name}", value, error, axes)
+    return first
+
+
+def _emit_unstable(scene: Scene, setup: Setup, found: Wedges) -> None:
+    """Ranges, about the widest wedges, in which the line as it is damped has growing vibration."""
+
+    asked = setup.torsion.speeds
+    assert asked is not None
+    system = system_of(setup, setup.speed)
+    if np.any(setup.model.speed_stiffness):
+        scene.warn("unstable ranges are those of pendulums as they are at the operating speed")
+    decay = _decay(setup)
+    held = np.sqrt(decay[found.first] * decay[found.second])
+    feared = np.flatnonzero(found.growth > _FEARED * held)[:_MOST_RANGES]
+    centre, width = found.speed[feared], found.half_width[feared] + found.error[feared]
+    looked = (centre[:, None] + width[:, None] * np.array([-4.0, -1.5, 0.0, 1.5, 4.0])).ravel()
+    looked = np.clip(looked, asked.start, asked.stop)
+    ranges = (
+        unstable_ranges(system, np.unique(looked), basis=basis_of(setup, system))
+        if looked.size
+        else []
+    )
+    axes = {"unstable": np.arange(1, len(ranges) + 1)}
+    error = np.array([one.error for one in ranges])
+    scene.emit(f"{VARIABLE}unstable/from", np.array([one.low for one in ranges]), error, axes)
+    scene.emit(f"{VARIABLE}unstable/to", np.array([one.high for one in ranges]), error, axes)
+    growth = np.array([one.growth for one in ranges])
+    scene.emit(f"{VARIABLE}unstable/growth", growth, 1e-9 * np.abs(growth), axes)
+
+
+def _decay(setup: Setup) -> FloatArray:
+    """Rate of decay of each mode (m,) in 1/s from the work of its undamped shape."""
+    line, modes = setup.model.line, setup.modes
+    twist = modes.shape[:, line.first] - modes.shape[:, line.second]
+    work = twist**2 @ line.damping + modes.shape**2 @ line.absolute_damping
+    return np.asarray(0.5 * work / modes.modal_inertia)

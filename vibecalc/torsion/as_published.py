@@ -1,0 +1,237 @@
+"""Modal twist of a shaft line at chosen speeds, as Baca (2007, chapter 4) computes it."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.closed_form import floats
+from vibecalc.numerics.rounding import EPSILON, SINGULAR, UNIT_ROUNDOFF, WithError
+from vibecalc.numerics.typing import ComplexArray, FloatArray
+
+# ----------------------------------------------------------------------------
+# Modal twist of a shaft line at chosen speeds, as Baca (2007, chapter 4) looks at an engine.
+#
+# A modal coordinate is not the twist of a shaft: its size follows from how the mode is scaled (the
+# source sets the first station to one), and the instant t = 0 is not that of the peak. What a shaft
+# bears is in `forced` and `sections`. Kept here under the names of the source's equations.
+#
+# Torques are complex, T(t) = Re(T_q exp(i q speed t)), so that a cosine part a and a sine part b
+# are T_q = a - i b; orders q are half orders j / 2 in four-stroke. The atan of the source, which
+# loses the quadrant, does not appear: phases stay in complex numbers.
+# ----------------------------------------------------------------------------
+
+
+class ModalExcitation(NamedTuple):
+    """Modes (m) against orders (q), all with the scaling of the shapes that were given.
+
+    `vector_sum` (m, q) complex in N m is sum_i Gamma_i T_qi; its magnitude is the harmonic
+    intensity, the numerator of Q. `deflection` (m, q) complex in rad is that over the modal
+    stiffness: magnitude Q, phase minus xi. `modal_inertia` (m,) in kg m^2.
+    """
+
+    vector_sum: ComplexArray
+    deflection: ComplexArray
+    modal_inertia: FloatArray
+    vector_sum_error: FloatArray
+    deflection_error: FloatArray
+
+
+def modal_excitation(
+    shape: ArrayLike,
+    frequency: ArrayLike,
+    inertia: ArrayLike,
+    torque: ComplexArray,
+    torque_error: ArrayLike = 0.0,
+) -> ModalExcitation:
+    """Vector sums of eqs. 4.17 and 4.28 over the stations.
+
+    Parameters
+    ----------
+    shape, frequency : (m, n) and (m,) in rad/s, rigid modes left out.
+    inertia : (n,) in kg m^2.
+    torque : (q, n) complex in N m, with the firing phase of each station in it, once.
+    torque_error : absolute, broadcast to torque.
+
+    NumericalFailure for a rigid mode: it has no static deflection.
+    """
+    modes, natural, mass = floats(shape, frequency, inertia)
+    if np.any(natural <= 0.0):
+        raise NumericalFailure("a rigid mode has no static deflection; leave it out")
+    doubt = np.broadcast_to(np.asarray(torque_error, dtype=float), torque.shape)
+    total = modes @ torque.T
+    roundings = (modes.shape[-1] + 4.0) * UNIT_ROUNDOFF
+    total_error = np.abs(modes) @ (doubt + roundings * np.abs(torque)).T
+    modal_inertia = np.asarray(modes**2 @ mass)
+    stiffness = (modal_inertia * natural**2)[:, None]
+    deflection = total / stiffness
+    error = total_error / stiffness + 2.0 * roundings * np.abs(deflection)
+    return ModalExcitation(total, deflection, modal_inertia, total_error, error)
+
+
+def magnifier(ratio: ArrayLike, damping_ratio: ArrayLike = 0.0) -> ComplexArray:
+    """1 / (1 - r^2 + 2 i zeta r), r = q speed / natural frequency (eqs. 4.18 and 4.29).
+
+    NumericalFailure where an undamped mode is met exactly: the source puts eq. 4.19 there.
+    """
+    r, zeta = floats(ratio, damping_ratio)
+    below = (1.0 - r) * (1.0 + r) + 2j * zeta * r
+    if np.any(below == 0.0):
+        raise NumericalFailure("an order meets an undamped natural frequency")
+    return np.asarray(1.0 / below)
+
+
+def empirical_magnifier(deflection: ArrayLike) -> FloatArray:
+    """3.8 / Q^(1/4) on an undamped critical speed (eq. 4.19), Q > 0 in rad.
+
+    Empirical and with a hidden unit: it is not independent of the scaling of the mode.
+    """
+    (static,) = floats(deflection)
+    if np.any(static <= 0.0):
+        raise NumericalFailure("the empirical magnifier needs a positive static deflection")
+    return np.asarray(3.8 / static**0.25)
+
+
+class ModalTwist(NamedTuple):
+    """(m, s) in rad: eq. 4.28 at t = 0, its real part and its magnitude, without the mean."""
+
+    at_zero: FloatArray
+    magnitude: FloatArray
+    error: FloatArray
+
+
+def modal_twist(
+    excitation: ModalExcitation,
+    frequency: ArrayLike,
+    order: ArrayLike,
+    speed: ArrayLike,
+    damping_ratio: ArrayLike = 0.0,
+) -> ModalTwist:
+    """gamma_c of eqs. 4.17 (damping ratio zero) and 4.28 over speeds (s,) in rad/s.
+
+    The source calls `magnitude` "real + imaginary". The torque is one for all speeds, as there.
+    """
+    natural, orders, turning, zeta = floats(frequency, order, speed, damping_ratio)
+    ratio = orders * turning[None, :, None] / natural[:, None, None]
+    zeta = np.broadcast_to(zeta, natural.shape)[:, None, None]
+    term = magnifier(ratio, zeta) * excitation.deflection[:, None, :]
+    total = np.sum(term, axis=-1)
+    # the magnifier multiplies the roundings of r by up to 2 r |M|
+    size = np.abs(magnifier(ratio, zeta))
+    rounding = EPSILON * (4.0 + orders.size + 4.0 * (1.0 + ratio**2) * size) * np.abs(term)
+    error = np.sum(size * excitation.deflection_error[:, None, :] + rounding, axis=-1)
+    return ModalTwist(total.real, np.abs(total), np.asarray(error))
+
+
+def critical_speeds(frequency: ArrayLike, order: ArrayLike) -> FloatArray:
+    """Speeds (m, q) in rad/s at which an order meets a natural frequency: 2 W_nc / w for w / 2."""
+    natural, orders = floats(frequency, order)
+    return np.asarray(natural[:, None] / orders)
+
+
+def twist_on_criticals(
+    excitation: ModalExcitation, order: ArrayLike, damping_ratio: ArrayLike | None = None
+) -> WithError:
+    """Partial sums over the orders of the twist at t = 0 on each critical speed, (m, w, q) in rad.
+
+    Entry [c, w, j] sums the first j + 1 orders at the critical speed of order w (figures 4.16 to
+    4.18 and 4.25 to 4.27; the last is the sum of all). On it the ratio r is q_j / q_w whatever the
+    frequency (eq. 4.20). Without `damping_ratio` (m,) the resonant order gets the empirical
+    magnifier of eq. 4.19; an order with no intensity there adds nothing.
+    """
+    (orders,) = floats(order)
+    ratio = orders / orders[:, None]
+    if damping_ratio is None:
+        resonant = np.eye(orders.size, dtype=bool)
+        plain = magnifier(np.where(resonant, 0.0, ratio))
+        static = np.abs(excitation.deflection)
+        driven = static > 0.0
+        bump = np.where(driven, empirical_magnifier(np.where(driven, static, 1.0)), 0.0)
+        factor = np.where(resonant, bump[:, None, :], plain)
+    else:
+        zeta = np.asarray(damping_ratio, dtype=float)
+        factor = np.asarray(magnifier(ratio, zeta[:, None, None]))
+    term = factor * excitation.deflection[:, None, :]
+    value = np.cumsum(term.real, axis=-1)
+    size = np.abs(factor)
+    rounding = EPSILON * (4.0 + orders.size + 4.0 * (1.0 + ratio**2) * size) * np.abs(term)
+    error = np.cumsum(size * excitation.deflection_error[:, None, :] + rounding, axis=-1)
+    return WithError(value, error)
+
+
+# ----------------------------------------------------------------------------
+# Damping proportional to inertia and stiffness: the series of Rayleigh and of Caughey.
+#
+# Baca (2007, eq. 4.27): 2 zeta = sum_d alpha_d W^(2 d - 1), d = 0, 1 for Rayleigh. Such a series
+# fits damping ratios that are given at some frequencies; between and beyond them it says what its
+# powers say, and from three terms on that may be negative. It cannot stand for a damper at one
+# station.
+# ----------------------------------------------------------------------------
+
+
+class Series(NamedTuple):
+    """alpha_d in s^(2 d - 1), shape (k,), with absolute errors; `condition` is that of the fit.
+
+    The condition number is of the system with frequencies over their largest; its product with the
+    rounding is what the coefficients may lose. `coefficient` is that system's own: c_d with
+    2 zeta = sum c_d (W / reference)^(2 d - 1).
+    """
+
+    alpha: FloatArray
+    error: FloatArray
+    condition: float
+    reference: float
+    coefficient: FloatArray
+    coefficient_error: FloatArray
+
+
+def caughey_series(frequency: ArrayLike, damping_ratio: ArrayLike) -> Series:
+    """The series of k terms through damping ratios (k,) at frequencies (k,) in rad/s.
+
+    Two terms are Rayleigh's. NumericalFailure for equal or vanishing frequencies, and where fewer
+    than four digits of a coefficient remain: with eight modes of an engine the powers run to
+    W^13, and the coefficients beyond the first few mean little.
+    """
+    natural, wanted = floats(frequency, damping_ratio)
+    if np.any(natural <= 0.0) or np.unique(natural).size < natural.size:
+        raise NumericalFailure("a damping series needs frequencies above zero, all different")
+    reference = float(natural.max())
+    scaled = natural / reference
+    power = 2.0 * np.arange(natural.size) - 1.0
+    system = scaled[:, None] ** power
+    condition = float(np.linalg.cond(system))
+    inverse = np.linalg.inv(system)
+    coefficient = np.linalg.solve(system, 2.0 * wanted)
+    # one step of refinement, then the residual and the roundings of the data through |inverse|
+    coefficient = coefficient + inverse @ (2.0 * wanted - system @ coefficient)
+    size = np.abs(system) @ np.abs(coefficient)
+    doubt = np.abs(inverse) @ (
+        np.abs(2.0 * wanted - system @ coefficient)
+        + (natural.size + 6.0) * UNIT_ROUNDOFF * size
+        + UNIT_ROUNDOFF * (np.abs(system) * np.abs(power)) @ np.abs(coefficient)
+    )
+    if condition * UNIT_ROUNDOFF > SINGULAR or np.any(
+        doubt > SINGULAR * np.max(np.abs(coefficient))
+    ):
+        raise NumericalFailure(
+            f"a damping series of {natural.size} terms is ill conditioned here "
+            f"(condition {condition:.1g}): fewer than four digits of it remain"
+        )
+    with np.errstate(under="ignore"):
+        alpha = coefficient * reference**-power
+        error = doubt * reference**-power + 8.0 * EPSILON * np.abs(alpha)
+    return Series(alpha, error, condition, reference, coefficient, doubt)
+
+
+def series_damping(series: Series, frequency: ArrayLike) -> WithError:
+    """Damping ratios that a series gives at frequencies (...) in rad/s, above zero."""
+    (natural,) = floats(frequency)
+    if np.any(natural <= 0.0):
+        raise NumericalFailure("a rigid mode has no damping ratio")
+    power = 2.0 * np.arange(series.alpha.size) - 1.0
+    term = (natural[..., None] / series.reference) ** power
+    value = 0.5 * term @ series.coefficient
+    rounding = (np.abs(power) + power.size + 4.0) * EPSILON * np.abs(series.coefficient)
+    error = 0.5 * term @ (series.coefficient_error + rounding)
+    return WithError(np.asarray(value), np.asarray(error))

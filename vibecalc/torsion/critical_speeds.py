@@ -1,0 +1,345 @@
+"""Speeds that matter on a curve: critical speeds, peaks between samples, barred ranges."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.rounding import EPSILON
+from vibecalc.numerics.typing import BoolArray, FloatArray, IntArray
+
+# ----------------------------------------------------------------------------
+# Critical speeds: where an order of excitation meets a natural frequency.
+# ----------------------------------------------------------------------------
+
+
+class CriticalSpeeds(NamedTuple):
+    """By rising speed (c,) in rad/s; `mode` is the place of its frequency, `error` absolute."""
+
+    speed: FloatArray
+    order: FloatArray
+    mode: IntArray
+    error: FloatArray
+
+
+def critical_speeds(
+    natural_frequency: ArrayLike,
+    order: ArrayLike,
+    lowest: float,
+    highest: float,
+    frequency_error: ArrayLike = 0.0,
+) -> CriticalSpeeds:
+    """Every speed from `lowest` to `highest` with order times speed a natural frequency (m,).
+
+    Rigid modes (frequency 0) and order 0 have none. `frequency_error` (m,) is absolute.
+    """
+    natural, orders = np.asarray(natural_frequency, dtype=float), np.asarray(order, dtype=float)
+    mode, place = np.meshgrid(np.arange(len(natural)), np.arange(len(orders)), indexing="ij")
+    met = (natural[mode] > 0.0) & (orders[place] > 0.0)
+    mode, place = mode[met], place[met]
+    speed = natural[mode] / orders[place]
+    doubt = np.broadcast_to(frequency_error, natural.shape)[mode] / orders[place]
+    inside = (speed >= lowest) & (speed <= highest)
+    mode, place, speed, doubt = mode[inside], place[inside], speed[inside], doubt[inside]
+    first = np.lexsort((orders[place], speed))
+    error = doubt + EPSILON * speed
+    return CriticalSpeeds(speed[first], orders[place][first], mode[first], error[first])
+
+
+# ----------------------------------------------------------------------------
+# Resonances of a damped line: the speeds at which a curve of peaks against speed is highest.
+# ----------------------------------------------------------------------------
+
+#: derivative by six values about the speed, exact for polynomials of degree 6
+PLACES = np.array([-3.0, -2.0, -1.0, 1.0, 2.0, 3.0])
+WEIGHTS = np.array([-1.0, 9.0, -45.0, 45.0, -9.0, 1.0]) / 60.0
+#: their distance over the width of the resonance: truncation and round-off about alike
+DISTANCE = 0.02
+#: change of a speed, relative, at which it counts as found
+FOUND = 1e-11
+#: times what the slope by values half as far apart says is missed
+MISSED = 4.0
+#: roundings, as shares of the width, by which a slope of these values shifts a place
+SHIFT = 100.0
+STEPS = 80
+
+
+class Resonances(NamedTuple):
+    """By section and rising speed (r,): speed in rad/s with its error, and the value there."""
+
+    section: IntArray
+    speed: FloatArray
+    speed_error: FloatArray
+    value: FloatArray
+
+
+def resonances(curve: Callable[[FloatArray], FloatArray], speed: ArrayLike) -> Resonances:
+    """Local maxima, inside the range, of `curve`: speeds (s,) -> values (s, sections).
+
+    Each maximum of the values at the given speeds (rising, close enough to see every resonance) is
+    refined: the slope of the curve, from six values about a speed, is brought to zero between the
+    neighbours. A peak over the cycle is smooth where it is highest (a change of the angle at which
+    it is reached makes a kink upwards, which is never a maximum). Sections without a resonance
+    have no entry; neither have maxima at the ends of the range.
+
+    Raises
+    ------
+    NumericalFailure
+        A value is not finite (undamped resonance: mask it before), or the search does not end.
+    """
+    speeds = np.asarray(speed, dtype=float)
+    values = curve(speeds)
+    if not np.all(np.isfinite(values)):
+        raise NumericalFailure("resonances: the curve is infinite at some speed (no damping there)")
+    inner = values[1:-1]
+    place, section = np.nonzero((inner > values[:-2]) & (inner >= values[2:]))
+    keep = np.lexsort((place, section))
+    place, section = place[keep] + 1, section[keep]
+    if len(place) == 0:
+        none = np.zeros(0)
+        return Resonances(section, none, none, none)
+    low, at, high = speeds[place - 1], speeds[place], speeds[place + 1]
+
+    def value(where: FloatArray) -> FloatArray:
+        """Curve of each one's own section at (r, k)."""
+        found = curve(where.ravel()).reshape(*where.shape, -1)
+        return np.asarray(np.take_along_axis(found, section[:, None, None], axis=2)[..., 0])
+
+    at, error = refined(value, low, at, high)
+    order = np.lexsort((at, section))
+    return Resonances(section[order], at[order], error[order], value(at[:, None])[order, 0])
+
+
+def refined(
+    value: Callable[[FloatArray], FloatArray], low: FloatArray, at: FloatArray, high: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Maxima (r,) of curves between `low` and `high`, seen at `at`, and the error of each place.
+
+    `value` takes places (r, k), those of each curve in its row. Raises NumericalFailure where the
+    search does not end.
+    """
+    distance = DISTANCE * (high - low)
+    for _ in range(3):
+        # width of the resonance from its curvature
+        about = value(at[:, None] + np.array([-1.0, 0.0, 1.0]) * distance[:, None])
+        bend = np.abs(about[:, 0] - 2.0 * about[:, 1] + about[:, 2])
+        bend = np.maximum(bend, 1e-10 * about[:, 1]) / distance**2
+        distance = np.minimum(DISTANCE * np.sqrt(about[:, 1] / bend), (high - low) / 8.0)
+        distance = np.minimum(distance, low / 4.0 + np.where(low > 0.0, 0.0, distance))
+        low, at, high = _narrowed(value, low, at, high)
+    at, moved = _zero_slope(value, low, high, distance)
+    return at, np.minimum(moved + _missed(value, at, distance), high - low) + 8.0 * EPSILON * at
+
+
+def _missed(
+    value: Callable[[FloatArray], FloatArray], at: FloatArray, distance: FloatArray
+) -> FloatArray:
+    """What is between the zeros of a slope and of the one by values half as far apart.
+
+    That has a 64th of the truncation; over the curvature it tells how far the slope is off.
+    """
+    seen = value(at[:, None] + np.append(0.5 * PLACES, [0.0, -1.0, 1.0]) * distance[:, None])
+    slope = 2.0 * np.abs(seen[:, :6] @ WEIGHTS)
+    bend = np.abs(seen[:, 7] - 2.0 * seen[:, 6] + seen[:, 8])
+    width = distance / DISTANCE
+    share = slope / np.maximum(bend, EPSILON * np.abs(seen[:, 6]))
+    return np.asarray(MISSED * share * distance + SHIFT * EPSILON * width)
+
+
+def _narrowed(
+    value: Callable[[FloatArray], FloatArray], low: FloatArray, at: FloatArray, high: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Bracket of each maximum, a quarter as wide."""
+    share = np.arange(9) / 8.0
+    where = low[:, None] + (high - low)[:, None] * share
+    best = np.clip(np.argmax(value(where), axis=1), 1, 7)
+    row = np.arange(len(at))
+    return where[row, best - 1], where[row, best], where[row, best + 1]
+
+
+def _zero_slope(
+    value: Callable[[FloatArray], FloatArray],
+    low: FloatArray,
+    high: FloatArray,
+    distance: FloatArray,
+) -> tuple[FloatArray, FloatArray]:
+    """Bracketed secant on the slope; the end that stays has its slope halved (Illinois)."""
+
+    def slope(where: FloatArray) -> FloatArray:
+        return np.asarray(value(where[:, None] + PLACES * distance[:, None]) @ WEIGHTS)
+
+    low, high = low.copy(), high.copy()
+    left, right = slope(low), slope(high)
+    at, side = 0.5 * (low + high), np.zeros(len(low))
+    for _ in range(STEPS):
+        between = (left > 0.0) & (right < 0.0)
+        gap = np.where(between, left - right, 1.0)
+        target = np.where(between, low + (high - low) * left / gap, 0.5 * (low + high))
+        moved, at = np.abs(target - at), target
+        if np.all((moved <= FOUND * at) | (high - low <= FOUND * at)):
+            return at, np.minimum(moved, high - low)
+        here = slope(at)
+        rises = here > 0.0
+        low, high = np.where(rises, at, low), np.where(rises, high, at)
+        right = np.where(rises, np.where(side > 0, 0.5 * right, right), here)
+        left = np.where(rises, here, np.where(side < 0, 0.5 * left, left))
+        side = np.where(rises, 1.0, -1.0)
+    raise NumericalFailure("resonances: the slope of the curve did not come to zero")
+
+
+# ----------------------------------------------------------------------------
+# The highest of summits that stand between two speeds of a sweep, where kinks part them.
+#
+# A peak over the cycle is the highest of many curves, one for each angle. Where two of them cross
+# the curve has a kink, and two summits may stand side by side within one step of the sweep.
+# ----------------------------------------------------------------------------
+
+#: value (r, k) of each one's own curve at speeds (r, k)
+Value = Callable[[FloatArray], FloatArray]
+
+#: relative height by which a refined maximum may miss the one that was seen
+CORNER = 1e-11
+#: relative distances at which a refined maximum is looked at, and steps (each a quarter) of a
+#: search by values
+BESIDE = np.array([1e-9, 3e-8, 1e-6, 3e-5])
+CLIMBS = 12
+#: parts of a step in which it is looked at, and how high, over the highest, a summit among these
+#: places is that may still be the highest
+PARTS, EQUAL = 16, 0.97
+
+
+def highest(
+    make: Callable[[IntArray], Value],
+    section: IntArray,
+    low: FloatArray,
+    at: FloatArray,
+    high: FloatArray,
+) -> tuple[FloatArray, FloatArray]:
+    """Places (r,) in rad/s of the highest values between `low` and `high`, and their errors.
+
+    `at` (r,) is a place that is higher than both ends. `make` gives the curves of sections. Of
+    summits of the same height that at the lowest speed counts.
+    """
+    row, brackets = _twins(make(section), low, at, high)
+    left, middle, right = (np.concatenate(pair) for pair in zip((low, at, high), brackets,
+                                                               strict=True))  # fmt: skip
+    owner = np.concatenate([np.arange(len(at)), row])
+    own = section[owner]
+    found, error = _climbed(make, own, *refined(make(own), left, middle, right), left, right)
+    if not len(row):
+        return found, error
+    value = make(own)(found[:, None])[:, 0]
+    best = np.arange(len(at))
+    for place in range(len(at), len(found)):
+        known = best[owner[place]]
+        over = value[place] / value[known] - 1.0
+        if over > CORNER or (over >= -CORNER and found[place] < found[known]):
+            best[owner[place]] = place
+    return found[best], error[best]
+
+
+def _twins(
+    value: Value, low: FloatArray, at: FloatArray, high: FloatArray
+) -> tuple[IntArray, tuple[FloatArray, FloatArray, FloatArray]]:
+    """Rows, and brackets (low, middle, high), of steps in which more than one summit shows."""
+    where = low[:, None] + (high - low)[:, None] * np.linspace(0.0, 1.0, PARTS + 1)
+    seen = value(where)
+    inside = seen[:, 1:-1]
+    top = (inside > seen[:, :-2]) & (inside >= seen[:, 2:])
+    top &= inside >= EQUAL * np.max(seen, axis=1, keepdims=True)
+    top &= np.sum(top, axis=1, keepdims=True) > 1
+    row, place = np.nonzero(top)
+    return row, (where[row, place], where[row, place + 1], where[row, place + 2])
+
+
+def _climbed(
+    make: Callable[[IntArray], Value],
+    section: IntArray,
+    at: FloatArray,
+    error: FloatArray,
+    low: FloatArray,
+    high: FloatArray,
+) -> tuple[FloatArray, FloatArray]:
+    """Places (r,) of maxima, and errors, where a kink of the curve lies beside a slope of zero.
+
+    The slope is one of values about a place; where the greatest angle changes among them it is
+    that of neither side, and a place a little further on is higher.
+    """
+    offset = at[:, None] * np.array([0.0, *-BESIDE, *BESIDE])
+    seen = make(section)(np.clip(at[:, None] + offset, low[:, None], high[:, None]))
+    higher = seen[:, 1:] > seen[:, :1] * (1.0 + CORNER)
+    off = np.flatnonzero(np.any(higher, axis=1))
+    if not len(off):
+        return at, error
+    reach = 100.0 * np.max(np.where(higher, np.tile(BESIDE, 2), 0.0), axis=1)[off] * at[off]
+    own, row = make(section[off]), np.arange(len(off))
+    left, right = np.maximum(at[off] - reach, low[off]), np.minimum(at[off] + reach, high[off])
+    for _ in range(CLIMBS):
+        where = left[:, None] + (right - left)[:, None] * np.linspace(0.0, 1.0, 9)
+        best = np.clip(np.argmax(own(where), axis=1), 1, 7)
+        left, middle, right = where[row, best - 1], where[row, best], where[row, best + 1]
+    at, error = at.copy(), error.copy()
+    at[off], error[off] = middle, right - left + 1e-8 * middle
+    return at, error
+
+
+# ----------------------------------------------------------------------------
+# Barred ranges: the speeds at which a curve exceeds its limit.
+# ----------------------------------------------------------------------------
+
+
+class BarredRanges(NamedTuple):
+    """By rising speed (b,): ends in rad/s, and whether the curve crosses its limit there.
+
+    An end where it does not cross is an end of the speeds that were asked for. `error` is absolute,
+    of both ends, for a curve without error.
+    """
+
+    start: FloatArray
+    end: FloatArray
+    start_crosses: BoolArray
+    end_crosses: BoolArray
+    error: FloatArray
+
+
+def barred_ranges(excess: Callable[[FloatArray], FloatArray], speed: ArrayLike) -> BarredRanges:
+    """Ranges in which `excess`, curve minus limit at speeds (s,), is above zero.
+
+    `speed` (s,) rising must be close enough that no range lies between two of them: put the
+    resonances of the curve among them. Ends are brought to neighbouring numbers by bisection.
+    Infinite excess (an undamped resonance) is inside a range.
+
+    Raises
+    ------
+    NumericalFailure
+        The excess is not a number somewhere.
+    """
+    speeds = np.asarray(speed, dtype=float)
+    above = _above(excess, speeds)
+    change = np.flatnonzero(above[1:] != above[:-1])
+    low, high, rising = speeds[change], speeds[change + 1], above[change + 1]
+    for _ in range(70):
+        middle = 0.5 * (low + high)
+        if np.all(high - low <= 2.0 * EPSILON * high):
+            break
+        upper = _above(excess, middle) == rising
+        low, high = np.where(upper, low, middle), np.where(upper, middle, high)
+    # the side inside the range counts, so that both ends are within it
+    starts, ends = high[rising], low[~rising]
+    start_crosses, end_crosses = np.ones(len(starts), bool), np.ones(len(ends), bool)
+    if len(above) and above[0]:
+        starts = np.concatenate([speeds[:1], starts])
+        start_crosses = np.concatenate([[False], start_crosses])
+    if len(above) and above[-1]:
+        ends = np.concatenate([ends, speeds[-1:]])
+        end_crosses = np.concatenate([end_crosses, [False]])
+    return BarredRanges(starts, ends, start_crosses, end_crosses, 4.0 * EPSILON * ends)
+
+
+def _above(excess: Callable[[FloatArray], FloatArray], speeds: FloatArray) -> BoolArray:
+    values = excess(speeds) if len(speeds) else np.zeros(0)
+    if np.any(np.isnan(values)):
+        raise NumericalFailure("barred ranges: curve minus limit is not a number at some speed")
+    return np.asarray(values > 0.0)

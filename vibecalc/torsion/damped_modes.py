@@ -1,0 +1,527 @@
+"""Modes of a shaft line with its dampers: one frequency and one damping ratio each."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.rounding import EPSILON
+from vibecalc.numerics.typing import BoolArray, ComplexArray, FloatArray, IntArray
+from vibecalc.torsion.line import Line, damping_matrix, network_matrix, stiffness_matrix, walk
+from vibecalc.torsion.modes import Modes
+
+# ----------------------------------------------------------------------------
+# Natural modes of a shaft line as it vibrates: one frequency and one damping ratio a mode.
+#
+# Without a damper they are the undamped modes: damping spread over shafts and stations moves a
+# frequency in the second order only. A ring that hangs by a dashpot is another matter: how much of
+# its inertia goes along depends on the frequency. Then the modes are the poles s of
+#
+#     (s^2 J + s C + K) x = 0,
+#
+# natural frequency |s|, damping ratio -Re s / |s|. A loss factor eta counts as the dashpot
+# eta k / |s|, which takes the same heat at the frequency of the mode.
+# ----------------------------------------------------------------------------
+
+#: from this damping ratio on, 1 / sqrt(2), the response to a constant torque has no peak
+NO_PEAK = float(np.sqrt(0.5))
+#: rounds until a mode has the dashpots of its own frequency
+_ROUNDS = 40
+
+
+class LineModes(NamedTuple):
+    """m modes of n freedoms: first those that do not vibrate, then by rising frequency.
+
+    `frequency` (m,) in rad/s is exactly 0 for a rigid motion, for a ring in oil that turns against
+    the line, and for an overdamped mode; `damping_ratio` (m,) is 0 for the former and 1 for
+    an overdamped mode. `pole` (m,) in rad/s; `shape` (m, n) complex, referred angles, the largest
+    of the freedoms that are no ring is 1, zero for an overdamped mode; `scale` (m,) = x^T (2 s J +
+    C) x. `frequency_error` (m,) in rad/s holds for the pole too; `shape_error` (m,) for the worst
+    angle. `damped` tells poles of a damped line from undamped modes, whose shapes are real;
+    `failure` says why they stand for poles that could not be found.
+    """
+
+    frequency: FloatArray
+    frequency_error: FloatArray
+    damping_ratio: FloatArray
+    pole: ComplexArray
+    shape: ComplexArray
+    shape_error: FloatArray
+    scale: ComplexArray
+    damped: bool
+    failure: str = ""
+
+    @property
+    def silent(self) -> BoolArray:
+        """Modes (m,) near whose frequency no response peaks: rigid, overdamped, or nearly so."""
+        heavy = self.damped & (self.damping_ratio >= NO_PEAK)
+        return np.asarray((self.frequency == 0.0) | heavy)
+
+    @property
+    def inertia(self) -> FloatArray:
+        """|scale| / (2 |s|) (m,): the modal inertia of an undamped mode; 0 for those without."""
+        size = 2.0 * self.frequency
+        return np.divide(np.abs(self.scale), size, out=np.zeros_like(size), where=size > 0.0)
+
+
+def undamped_line_modes(modes: Modes, damping_ratio: FloatArray, failure: str = "") -> LineModes:
+    """Of undamped modes with damping ratios (m,) that leave their frequencies as they are."""
+    pole = modes.frequency * (1j - damping_ratio)
+    return LineModes(
+        modes.frequency,
+        modes.frequency_error,
+        damping_ratio,
+        pole,
+        modes.shape.astype(np.complex128),
+        modes.shape_error,
+        np.asarray(2j * modes.frequency * modes.modal_inertia),
+        damped=False,
+        failure=failure,
+    )
+
+
+def damped_line_modes(line: Line, rings: int) -> LineModes:
+    """Of a line without leading axes whose last `rings` freedoms are the rings of dampers.
+
+    Every freedom with inertia has a mode. Raises NumericalFailure where a pole cannot be told from
+    another one to four digits, or has no dashpots that equal its loss factors.
+    """
+    poles: list[complex] = []
+    shapes: list[ComplexArray] = []
+    errors: list[float] = []
+    scales: list[complex] = []
+    for guess in vibrating_guesses(line).tolist():
+        found, turned, doubt, damping = own_pole(line, guess)
+        # a real pole beside which the guess was complex
+        if found.imag <= 1e3 * doubt or found.imag <= 1e-9 * abs(found):
+            continue
+        if doubt > 1e-4 * abs(found) or any(abs(found - p) < 1e-9 * abs(p) for p in poles):
+            raise NumericalFailure(
+                f"the pole near {found:.6g} rad/s of the damped line cannot be told from another"
+            )
+        poles.append(found)
+        shapes.append(turned)
+        errors.append(doubt)
+        scales.append(complex(2.0 * found * np.sum(line.inertia * turned**2) + damping))
+    _, rigid = line_matrices(line)
+    still = [*rigid, *resting(line)]
+    count = int(np.count_nonzero(line.inertia))
+    over = max(count - len(poles) - len(still), 0)
+    blank = [np.zeros(len(line.inertia))] * over
+    first = len(still) + over
+    pole: ComplexArray = np.array([0.0j] * first + poles)
+    size = np.abs(pole)
+    rise = np.argsort(size, kind="stable")
+    pole, size = pole[rise], size[rise]
+    shape = np.array([*still, *blank, *shapes], dtype=np.complex128)[rise]
+    error = np.array([0.0] * first + errors)[rise] + 4.0 * EPSILON * size
+    ratio = np.divide(-pole.real, size, out=np.zeros_like(size), where=size > 0.0)
+    ratio[len(still) : first] = 1.0
+    shape, factor = _scaled(shape, len(line.inertia) - rings)
+    scale = np.array([0.0j] * first + scales)[rise] * factor**2
+    return LineModes(size, error, ratio, pole, shape, _shape_error(pole, error, scale), scale, True)
+
+
+def vibrating_guesses(line: Line, taken: FloatArray | None = None) -> ComplexArray:
+    """Poles near those that vibrate, with loss factors as they are in steady vibration.
+
+    `taken` (n, n) is taken off the inertias.
+    """
+    matrices, _ = line_matrices(line)
+    if np.any(line.loss_factor):
+        none = np.zeros_like(line.inertia)
+        loss = network_matrix(line, line.stiffness * line.loss_factor, none)
+        loss = matrices.full.T @ loss @ matrices.full
+        matrices = matrices._replace(stiffness=matrices.stiffness + 1j * loss)
+    if taken is None:
+        found = np.linalg.eigvals(state_matrix(matrices))
+    else:
+        count = len(matrices.inertia)
+        mass = np.diag(matrices.inertia) - matrices.full.T @ taken @ matrices.full
+        sides = np.hstack([-matrices.stiffness, -matrices.damping])
+        lower = np.linalg.lstsq(mass, sides, rcond=None)[0]
+        found = np.linalg.eigvals(np.vstack([np.eye(count, 2 * count, count), lower]))
+    return np.asarray(found[found.imag > 1e-7 * np.abs(found)])
+
+
+def own_pole(line: Line, guess: complex) -> tuple[complex, ComplexArray, float, complex]:
+    """A pole whose loss factors are dashpots of its own magnitude, shape, error, x^T C x.
+
+    Raises NumericalFailure where it has no such dashpots.
+    """
+    lossy = bool(np.any(line.loss_factor))
+    pole, last = guess, np.inf
+    for _ in range(_ROUNDS):
+        matrices, _ = line_matrices(equivalent_line(line, abs(pole)) if lossy else line)
+        before, (pole, kept, error) = pole, mended_pole(matrices, pole)
+        moved = abs(abs(pole) - abs(before))
+        if not lossy or moved <= error or (moved >= last and moved < 1e-12 * abs(pole)):
+            damping = complex(kept @ matrices.damping @ kept)
+            return pole, matrices.full @ kept, error + (2.0 * moved if lossy else 0.0), damping
+        last = moved
+    raise NumericalFailure(
+        f"loss factors as dashpots near {abs(guess):.6g} rad/s: the mode there is damped so "
+        "strongly that it has no frequency of its own"
+    )
+
+
+def mode_number(line: Line, pole: complex, count: int) -> int:
+    """Place of a pole of the line among its `count` modes, as `damped_line_modes` orders them."""
+    found = vibrating_guesses(line)
+    found = found[np.argsort(np.abs(found), kind="stable")]
+    return count - len(found) + int(np.argmin(np.abs(found - pole)))
+
+
+def _scaled(shape: ComplexArray, stations: int) -> tuple[ComplexArray, ComplexArray]:
+    """Shapes with their largest station at 1, of several within a thousandth the first."""
+    row = np.arange(len(shape))
+    size = np.abs(shape)
+    moves = np.max(size[:, :stations], axis=1) > 1e-9 * np.max(size, axis=1)
+    size[moves, stations:] = 0.0
+    top = size.max(axis=1, keepdims=True)
+    first = np.argmax(size >= (1.0 - 1e-3) * top, axis=1)
+    value = shape[row, first]
+    safe = np.where(value == 0.0, 1.0, value)
+    # the largest is 1 in size, the first of equals in phase
+    size_of = np.abs(safe) * np.where(top[:, 0] > 0.0, top[:, 0], 1.0)
+    factor: ComplexArray = np.asarray(safe.conj() / size_of, dtype=np.complex128)
+    return shape * factor[:, None], factor
+
+
+def _shape_error(pole: ComplexArray, error: FloatArray, scale: ComplexArray) -> FloatArray:
+    """Bound (m,) of what the error of a pole turns its shape towards the others by."""
+    moving = pole != 0.0
+    size = np.where(moving, np.abs(pole), 1.0)
+    inertia = np.abs(scale) / (2.0 * size)
+    away = np.abs(pole[:, None] - pole)
+    np.fill_diagonal(away, np.inf)
+    share = np.where(moving, 1.0 / np.where(inertia > 0.0, inertia, np.inf), 0.0)
+    # never below what rounding leaves of two poles' distance
+    away = np.maximum(away, EPSILON * size)
+    mixed = error * np.sqrt(inertia * (away**-2.0 @ share))
+    return np.where(moving, np.fmin(mixed + 64.0 * EPSILON, 2.0), 0.0)
+
+
+# ----------------------------------------------------------------------------
+# Matrices of a damped shaft line without its rigid motion, for first guesses of its poles.
+# ----------------------------------------------------------------------------
+
+
+class Matrices(NamedTuple):
+    """A line of which undamped stations without inertia are condensed; r freedoms are kept.
+
+    `inertia` (r,), `damping`, `stiffness` (r, r); elements of what is kept as `differences`
+    (e + r, r) with `element_stiffness` and `element_damping` (e + r,), ground last; `free` lists
+    the kept freedoms of each piece without springs to ground and whether nothing brakes it;
+    `full` (n, r) gives all angles.
+    """
+
+    inertia: FloatArray
+    damping: FloatArray
+    stiffness: FloatArray
+    differences: FloatArray
+    element_stiffness: FloatArray
+    element_damping: FloatArray
+    free: list[tuple[IntArray, bool]]
+    full: FloatArray
+
+
+def line_matrices(line: Line) -> tuple[Matrices, list[FloatArray]]:
+    """The matrices, and the rigid motion (n,) of each ungrounded piece.
+
+    Raises `NumericalFailure` for a piece without inertia.
+    """
+    count = len(line.inertia)
+    damping, stiffness = damping_matrix(line), stiffness_matrix(line)
+    still = (line.inertia == 0.0) & (np.diag(damping) == 0.0)
+    kept = np.flatnonzero(~still)
+    taken = np.flatnonzero(still)
+    differences = np.zeros((len(line.stiffness) + count, count))
+    rows = np.arange(len(line.stiffness))
+    differences[rows, line.first] += 1.0
+    differences[rows, line.second] -= 1.0
+    differences[len(rows) :] = np.eye(count)
+    free, rigid = _free_pieces(line, damping, kept)
+    full = np.zeros((count, len(kept)))
+    full[kept, np.arange(len(kept))] = 1.0
+    if taken.size:
+        inner = stiffness[np.ix_(taken, taken)]
+        full[taken] = -np.linalg.solve(inner, stiffness[np.ix_(taken, kept)])
+    matrices = Matrices(
+        line.inertia[kept],
+        damping[np.ix_(kept, kept)],
+        full.T @ stiffness @ full if taken.size else stiffness,
+        differences @ full,
+        np.concatenate([line.stiffness, line.ground_stiffness]),
+        np.concatenate([line.damping, line.absolute_damping]),
+        free,
+        full,
+    )
+    return matrices, rigid
+
+
+def resting(line: Line) -> list[FloatArray]:
+    """Displacements (n,) that nothing brings back, beside the rigid ones.
+
+    Parts joined to the rest by dashpots alone can rest anywhere; one part of each ungrounded piece
+    is the one that the others are counted from.
+    """
+    count = len(line.inertia)
+    by_springs = _labels(line, line.stiffness != 0.0)
+    by_both = _labels(line, (line.stiffness != 0.0) | (line.damping != 0.0))
+    found = []
+    for piece in sorted(set(by_both)):
+        inside = [s for s in range(count) if by_both[s] == piece]
+        parts = sorted({by_springs[s] for s in inside})
+        free = [
+            part
+            for part in parts
+            if not any(line.ground_stiffness[s] for s in inside if by_springs[s] == part)
+        ]
+        taken = 1 if len(free) == len(parts) else 0
+        found += [np.array([float(one == part) for one in by_springs]) for part in free[taken:]]
+    return found
+
+
+def _labels(line: Line, joins: BoolArray) -> list[int]:
+    """Of each freedom the first one that some elements join it to."""
+    joined: dict[int, dict[int, float]] = {s: {} for s in range(len(line.inertia))}
+    for a, b in zip(line.first[joins].tolist(), line.second[joins].tolist(), strict=True):
+        joined[a][b] = joined[b][a] = 1.0
+    label = [-1] * len(joined)
+    for start in joined:
+        if label[start] < 0:
+            for station in walk(joined, start):
+                label[station] = start
+    return label
+
+
+def _free_pieces(
+    line: Line, damping: FloatArray, kept: IntArray
+) -> tuple[list[tuple[IntArray, bool]], list[FloatArray]]:
+    """Ungrounded pieces (springs and dampers both join): kept freedoms, unbraked; rigid motions."""
+    joined: dict[int, dict[int, float]] = {s: {} for s in range(len(line.inertia))}
+    for a, b, k, c in zip(line.first, line.second, line.stiffness, line.damping, strict=True):
+        if k or c:
+            joined[int(a)][int(b)] = joined[int(b)][int(a)] = 1.0
+    free, rigid, left = [], [], set(joined)
+    place = {int(station): index for index, station in enumerate(kept)}
+    while left:
+        piece = sorted(walk(joined, min(left)))
+        left -= set(piece)
+        if not np.any(line.inertia[piece]):
+            raise NumericalFailure(
+                f"the shaft line has a piece without any inertia, with station {piece[0] + 1}"
+            )
+        if not np.any(line.ground_stiffness[piece]):
+            held = np.array([place[s] for s in piece if s in place])
+            free.append((held, not np.any(line.absolute_damping[piece])))
+            rigid.append(np.isin(np.arange(len(joined)), piece).astype(float))
+    return free, rigid
+
+
+def state_matrix(matrices: Matrices) -> FloatArray:
+    """A with x' = A x: positions but those of a root per free piece, speeds of all inertias but
+    the root's where momentum is zero. Raises `NumericalFailure` if massless dampers leave a
+    station without a law of motion."""
+    inertia, damping, stiffness = matrices.inertia, matrices.damping, matrices.stiffness
+    count = len(inertia)
+    heavy, light = np.flatnonzero(inertia > 0.0), np.flatnonzero(inertia == 0.0)
+    positions, speeds = np.eye(count), np.eye(count)[:, heavy]
+    rate = np.eye(count)
+    drop_position, drop_speed = [], []
+    for held, unbraked in matrices.free:
+        root = held[np.argmax(inertia[held])]
+        drop_position.append(root)
+        rate[held, root] -= 1.0
+        if unbraked:
+            drop_speed.append(int(np.flatnonzero(heavy == root)[0]))
+            speeds[root] = np.where(np.isin(heavy, held), -inertia[heavy] / inertia[root], 0.0)
+    positions = np.delete(positions, drop_position, axis=1)
+    rate = np.delete(rate, drop_position, axis=0)
+    kept = np.delete(np.arange(len(heavy)), drop_speed)
+    speeds = speeds[:, kept]
+    pull = np.zeros((count, positions.shape[1]), dtype=stiffness.dtype)
+    if light.size:
+        inner = damping[np.ix_(light, light)]
+        if np.linalg.cond(inner) > 0.01 / EPSILON:
+            raise NumericalFailure(
+                "stations without inertia are joined to each other by dampers alone: give one "
+                "of them an inertia or leave it out"
+            )
+        pull[light] = -np.linalg.solve(inner, stiffness[light] @ positions)
+        speeds[light] = -np.linalg.solve(inner, damping[np.ix_(light, heavy)] @ speeds[heavy])
+    moving = heavy[kept]
+    force = -(stiffness @ positions + damping @ pull)[moving] / inertia[moving, None]
+    brake = -(damping @ speeds)[moving] / inertia[moving, None]
+    matrix: FloatArray = np.block([[rate @ pull, rate @ speeds], [force, brake]])
+    return matrix
+
+
+def work_terms(
+    matrices: Matrices, pole: complex, shape: ComplexArray
+) -> tuple[complex, complex, float]:
+    """v'P(s)v, its derivative by s, and its rounding, from twists and not from sums of forces."""
+    twist = matrices.differences @ shape
+    square, kinetic = twist**2, shape**2 * matrices.inertia
+    elastic = matrices.element_stiffness + pole * matrices.element_damping
+    work = pole**2 * kinetic.sum() + elastic @ square
+    slope = 2.0 * pole * kinetic.sum() + matrices.element_damping @ square
+    size = abs(pole) ** 2 * np.abs(kinetic).sum()
+    # two damping ratios may ask for a negative damping of the inertias
+    whole = np.abs(matrices.element_stiffness) + abs(pole) * np.abs(matrices.element_damping)
+    size += whole @ np.abs(square)
+    # a twist is the difference of two angles, each right to a rounding
+    coarse = np.abs(matrices.differences) @ np.abs(shape)
+    size += 0.5 * whole @ (np.abs(twist) * coarse)
+    return complex(work), complex(slope), float(8.0 * EPSILON * size)
+
+
+# ----------------------------------------------------------------------------
+# One pole of a shaft line with any viscous damping, (s^2 J + s C + K) v = 0, from a guess of it.
+#
+# The guess is mended on the pencil itself, s - v'P(s)v / v'P'(s)v, whose rounding is the error.
+# ----------------------------------------------------------------------------
+
+#: most rounds of inverse iteration on the pencil; a good guess takes two
+_POLE_ROUNDS = 10
+
+
+class DampedModes(NamedTuple):
+    """m poles of n freedoms in rad/s, one for each undamped mode.
+
+    `frequency` (m,) = |pole|; `damping_ratio` (m,) = -Re / |pole|, 0 for a rigid motion; `shape`
+    (m, n) complex, largest component 1; `pole_error` (m,) in rad/s, absolute, on real and imaginary
+    part together.
+    """
+
+    pole: ComplexArray
+    frequency: FloatArray
+    damping_ratio: FloatArray
+    shape: ComplexArray
+    pole_error: FloatArray
+
+
+def mended_pole(matrices: Matrices, guess: complex) -> tuple[complex, ComplexArray, float]:
+    """A pole, its shape on the kept stations, and what rounding leaves open of the pole.
+
+    P is symmetric, so the left vector is the right one. A step that goes further than the guess
+    may be off is not taken: the pole is then one of a cluster, and the error says so. A last step
+    above round-off counts in the error: beside another pole the way is long.
+    """
+    inertia = matrices.inertia
+    pole, moved = guess, 0.0
+    shape = np.ones(len(inertia), dtype=complex) * np.exp(1j * np.arange(len(inertia)))
+    for _ in range(_POLE_ROUNDS):
+        shape = _inverse_iteration(matrices, pole, shape)
+        shape /= shape[np.argmax(np.abs(shape))]
+        if guess.imag == 0.0:
+            shape = shape.real.astype(complex)
+        work, slope, rounding = work_terms(matrices, pole, shape)
+        if abs(work) >= 0.1 * abs(pole * slope):
+            moved = 0.0
+            break
+        pole -= work / slope
+        moved = abs(work)
+        if moved <= rounding:
+            moved = 0.0
+            break
+    work, slope, rounding = work_terms(matrices, pole, shape)
+    curvature = abs(shape**2 @ inertia)
+    rest = rounding + abs(work) + moved
+    linear = rest / abs(slope) if slope != 0.0 else np.inf
+    double = np.sqrt(rest / curvature) if curvature > 0.0 else np.inf
+    # two nearly equal poles: the error cannot grow beyond that of a double one
+    return pole, shape, float(min(linear, 2.0 * double))
+
+
+def _inverse_iteration(matrices: Matrices, pole: complex, shape: ComplexArray) -> ComplexArray:
+    """A shape after two solves with P a few roundings beside a pole, further off where singular."""
+    for roundings in (4.0, 4e3, 4e6, 4e9):
+        near = pole + roundings * EPSILON * abs(pole)
+        pencil = near**2 * np.diag(matrices.inertia) + near * matrices.damping + matrices.stiffness
+        try:
+            for _ in range(2):
+                shape = np.linalg.solve(pencil, shape / np.max(np.abs(shape)))
+                for held, unbraked in matrices.free:
+                    if unbraked:  # no momentum: nothing of the rigid motion in it
+                        inertia = matrices.inertia[held]
+                        shape[held] -= (inertia @ shape[held]) / inertia.sum()
+            return shape
+        except np.linalg.LinAlgError:
+            continue
+    raise NumericalFailure(f"the damped line is singular at every frequency near {pole:.6g} rad/s")
+
+
+# ----------------------------------------------------------------------------
+# Poles of a line with loss factors, each mode with dashpots that equal them at its frequency.
+#
+# A loss factor has no free motion in time. A dashpot eta k / w takes the same heat from a vibration
+# at w; put in for every loss factor at the natural frequency w of one mode, it gives that mode a
+# pole. Every mode has its own set of dashpots: the poles are of different lines.
+# ----------------------------------------------------------------------------
+
+#: in so many steps of the damping a pole is followed from the undamped frequency
+_STEPS = (1, 12)
+#: shapes of two steps that agree less belong to two modes
+_ALIKE = 0.5
+
+
+def equivalent_line(line: Line, frequency: float) -> Line:
+    """The line with dashpots eta k / w in place of its loss factors; w in rad/s."""
+    dashpot = line.damping + np.abs(line.loss_factor) * line.stiffness / frequency
+    return line._replace(damping=dashpot, loss_factor=np.zeros_like(line.loss_factor))
+
+
+def equivalent_modes(line: Line, modes: Modes) -> DampedModes:
+    """One pole (m,) for each undamped mode of the line; a rigid one stays exactly 0.
+
+    Raises `NumericalFailure` where a pole cannot be followed from its mode: damping so strong that
+    a mode does not swing any more, or cannot be told from another one.
+    """
+    poles = np.zeros(len(modes.frequency), dtype=complex)
+    errors = np.zeros(len(poles))
+    shapes = np.asarray(modes.shape, dtype=complex).copy()
+    for place, frequency in enumerate(modes.frequency.tolist()):
+        if frequency == 0.0:
+            continue
+        dashed = equivalent_line(line, frequency)
+        ways = (_followed(dashed, frequency, shapes[place], steps) for steps in _STEPS)
+        found = next((one for one in ways if one is not None), None)
+        if found is None:
+            raise NumericalFailure(
+                f"loss factors as dashpots at {frequency:.6g} rad/s: the mode there is damped so "
+                "strongly that its pole cannot be followed"
+            )
+        poles[place], shapes[place], errors[place] = found
+    size = np.abs(poles)
+    ratio = np.divide(-poles.real, size, out=np.zeros_like(size), where=size > 0.0)
+    return DampedModes(poles, size, ratio, shapes, errors)
+
+
+def _followed(
+    line: Line, frequency: float, shape: ComplexArray, steps: int
+) -> tuple[complex, ComplexArray, float] | None:
+    """The pole that grows out of a natural frequency as dashpots grow; None where it is lost."""
+    work = np.real(shape @ damping_matrix(line) @ shape)
+    pole, error = 1j * frequency, 0.0
+    step = complex(-0.5 * work / (line.inertia @ np.real(shape) ** 2) / steps)
+    for share in np.arange(1, steps + 1) / steps:
+        partly = line._replace(
+            damping=share * line.damping, absolute_damping=share * line.absolute_damping
+        )
+        matrices, _ = line_matrices(partly)
+        found, kept, error = mended_pole(matrices, pole + step)
+        turned = matrices.full @ kept
+        lost = found.imag <= 0.0 or error > 1e-4 * abs(found)
+        if lost or _alike(line, shape, turned) < _ALIKE:
+            return None
+        pole, step, shape = found, found - pole, turned
+    return pole, shape / shape[np.argmax(np.abs(shape))], error
+
+
+def _alike(line: Line, one: ComplexArray, other: ComplexArray) -> float:
+    """1 for shapes that differ by a factor, 0 for shapes of two undamped modes."""
+    joint = np.abs(np.vdot(one, line.inertia * other)) ** 2
+    sizes = [float(np.vdot(v, line.inertia * v).real) for v in (one, other)]
+    return float(joint / (sizes[0] * sizes[1]))

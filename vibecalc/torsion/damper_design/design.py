@@ -1,0 +1,346 @@
+"""The damper that makes the worst section of a line least, and what it is worth."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.rounding import EPSILON
+from vibecalc.numerics.typing import FloatArray, IntArray
+from vibecalc.torsion.damper_design.descend import (
+    BROKEN,
+    Chart,
+    Place,
+    chart_of,
+    descend,
+    lenient,
+    on_the_way,
+    valleys,
+)
+from vibecalc.torsion.damper_design.peaks import Summits, Survey, drift, place_error, survey
+from vibecalc.torsion.damper_design.problem import Damper, Limits, Problem, system_of
+from vibecalc.torsion.damper_design.readings import reading_error
+from vibecalc.torsion.damper_design.settle import Held, basin_errors, settle
+
+# ----------------------------------------------------------------------------
+# The spring and dashpot (and ring) of a damper that make the worst section of a line least.
+# ----------------------------------------------------------------------------
+
+#: corners of the bounds from which a place that keeps the limits is looked for
+_CORNERS = 4
+#: share by which ends of descents of one optimum may differ
+_AS_GOOD = 1e-3
+#: readings beyond the sections
+_ASKED = (("heat", "W"), ("travel", "rad"), ("travel", "rad"))
+
+
+class Design(NamedTuple):
+    """The tuning, its errors, and what proves it.
+
+    `damper` with absolute `damper_error` (inertia, stiffness, damping); `worst` the largest
+    weighted half range with `worst_error`, `objective` the same plus the price of the ring.
+    Certificate: `reading` (p,) (section number; e for heat, e + 1 and e + 2 for travel with the hub
+    ahead and behind), `speed` (p,) in rad/s, `angle` (p, 2) of the crank at the crest and the
+    trough that are read (heat has none: 0), `value` (p,) and `weight` (p,) of the summits that
+    hold the tuning; two crests of one cycle are two summits. Sections are equal, limits are
+    met, all weights are positive, those of sections add up to 1, and the weighted slopes by ln J,
+    ln k, ln c over `worst` cancel but for `bound_weight` (3,), the pull of bounds (positive: a
+    larger value is wanted; zero if held by equal bounds), and `residual`. `curvature` over
+    `worst` is the least along directions that the summits leave free, infinite where there are
+    none: above 0 the tuning is a strict local minimum. That it is the best of all rests on the
+    map; `basin` (b, 3) are the ends of all descents (J, k, c), `basin_worst` (b,) their objectives.
+    Absolute errors: `weight_error`, `bound_error`, `speed_error`, `curvature_error`; those of the
+    ends, `basin_error` (b, 3) and `basin_worst_error` (b,), are how far they lie from where their
+    own conditions hold.
+    """
+
+    damper: Damper
+    damper_error: FloatArray
+    worst: float
+    worst_error: float
+    objective: float
+    reading: IntArray
+    speed: FloatArray
+    angle: FloatArray
+    value: FloatArray
+    weight: FloatArray
+    bound_weight: FloatArray
+    residual: float
+    curvature: float
+    basin: FloatArray
+    basin_worst: FloatArray
+    weight_error: FloatArray
+    bound_error: FloatArray
+    speed_error: FloatArray
+    curvature_error: float
+    basin_error: FloatArray
+    basin_worst_error: FloatArray
+
+
+def design(
+    problem: Problem, limits: Limits, *, map_points: int = 15, speeds: int = 161, starts: int = 4
+) -> Design:
+    """Minimise the worst weighted half range over the range of speeds and over all sections.
+
+    `map_points` values of each variable span the map whose valleys, at most `starts`, are searched;
+    `speeds` points of the range only say where to look for summits. Raises NumericalFailure for a
+    problem without meaning, limits that no damper found keeps, and a tuning that cannot be proved.
+    """
+    prepared = survey(problem, limits, speeds)
+    return design_from(prepared, _starts(prepared, map_points, starts))
+
+
+def design_from(prepared: Survey, starts: FloatArray) -> Design:
+    """The same by descents from given logarithms (b, v) of the moving values."""
+    ends = sorted((descend(prepared, start) for start in starts), key=_rank)
+    if ends[0].over > BROKEN:
+        # rings that are all but locked or free, of which the map may show nothing
+        corners = lenient(prepared, _CORNERS)
+        begin = [one.variables for one in corners]
+        # where a limit is just met on the way there, the worst section may be far better
+        begin += [on_the_way(prepared, ends[0], one) for one in corners if one.over <= 0.0]
+        more = [descend(prepared, start) for start in begin]
+        ends = sorted(ends + more, key=_rank)
+    _keeps_limits(prepared, ends)
+    held = None
+    for best in ends:
+        # a worse valley proves nothing of the best one
+        if best.over > BROKEN or best.merit > ends[0].merit * (1.0 + _AS_GOOD):
+            break
+        held = settle(prepared, best)
+        if held is None:
+            # a descent in a curved valley may have stopped early
+            held = settle(prepared, descend(prepared, best.variables))
+        if held is not None:
+            break
+    if held is None:
+        damper = prepared.damper(ends[0].variables)
+        raise NumericalFailure(
+            f"the search ended at k = {damper.stiffness:.6g} N m/rad, c = {damper.damping:.6g} "
+            f"N m s/rad with {ends[0].merit:.6g}, where no set of speeds and limits proves an "
+            "optimum; narrow the bounds or ask for a finer map"
+        )
+    return _record(prepared, held, ends)
+
+
+def _starts(prepared: Survey, points: int, most: int) -> FloatArray:
+    """Valleys of the map; with a free ring inertia the map is coarser."""
+    if prepared.moving.size == 0:
+        return np.zeros((1, 0))
+    count = points if prepared.moving.size < 3 else max(5, points // 2)
+    return valleys(prepared, chart_of(prepared, count), most)
+
+
+def _rank(end: Place) -> tuple[bool, float]:
+    """Places that keep the limits first, by merit; then the others, by their excess."""
+    broken = end.over > BROKEN
+    return broken, end.over if broken else end.merit
+
+
+def _keeps_limits(prepared: Survey, ends: list[Place]) -> None:
+    """Raise NumericalFailure where the least violated place found breaks a limit."""
+    least = ends[0]
+    if least.over <= BROKEN:
+        return
+    sections = prepared.system.twist.shape[0]
+    asked = least.seen.row >= sections
+    level = least.seen.value[asked] / prepared.scale[least.seen.row[asked]]
+    index = int(np.argmax(level))
+    name, unit = _ASKED[int(least.seen.row[asked][index]) - sections]
+    damper = prepared.damper(least.variables)
+    raise NumericalFailure(
+        f"found no damper within the bounds that keeps its limits ({len(ends)} descents, no proof "
+        f"that there is none): the least violated one found, k = {damper.stiffness:.6g} N m/rad "
+        f"and c = {damper.damping:.6g} N m s/rad, has a {name} of "
+        f"{least.seen.value[asked][index]:.6g} {unit} at {least.seen.speed[asked][index]:.6g} rad/s"
+    )
+
+
+def _record(prepared: Survey, held: Held, ends: list[Place]) -> Design:
+    damper = prepared.damper(held.variables)
+    error, pull, pull_error = np.zeros(3), np.zeros(3), np.zeros(3)
+    pull_error[prepared.moving] = held.bound_error
+    away, above = basin_errors(prepared, held, ends)
+    error[prepared.moving] = np.array(damper)[prepared.moving] * held.variable_error
+    pull[prepared.moving] = held.bound_weight
+    return Design(
+        damper=damper,
+        damper_error=error,
+        worst=held.level,
+        worst_error=held.level_error,
+        objective=held.level + prepared.limits.inertia_price * damper.inertia,
+        reading=held.seen.row,
+        speed=held.seen.speed,
+        angle=np.mod(held.seen.phase, 2.0 * np.pi) * prepared.system.problem.cycle / (2.0 * np.pi),
+        value=held.seen.value,
+        weight=held.weight,
+        bound_weight=pull,
+        residual=held.residual,
+        curvature=held.curvature,
+        basin=np.array([prepared.damper(end.variables) for end in ends]),
+        basin_worst=np.array([end.merit for end in ends]),
+        weight_error=held.weight_error,
+        bound_error=pull_error,
+        speed_error=held.speed_error,
+        curvature_error=held.curvature_error,
+        basin_error=away,
+        basin_worst_error=above,
+    )
+
+
+# ----------------------------------------------------------------------------
+# What a tuning brings, and what errors of its parts cost.
+# ----------------------------------------------------------------------------
+
+_SHARE = 0.9
+#: relative difference below which two heights count as one
+_SAME_HEIGHT = 1e-9
+
+
+class Performance(NamedTuple):
+    """What one damper does over the range: `worst` weighted half range of the sections, the
+    section and the speed (rad/s) where it is reached; `heat` (W) and `travel` (rad) at their own
+    worst speeds; absolute errors. Of several places of one height, as a tuning makes them, the
+    first section at its lowest speed. `place` are these three summits, `slope` (3, 3) what they
+    change by the logarithms of J, k and c, `speed_error` (3,) is of their speeds."""
+
+    worst: float
+    worst_error: float
+    section: int
+    speed: float
+    heat: float
+    heat_error: float
+    heat_speed: float
+    travel: float
+    travel_error: float
+    travel_speed: float
+    slope: FloatArray
+    speed_error: FloatArray
+    place: Summits
+
+
+def performance(problem: Problem, damper: Damper, speeds: int = 161) -> Performance:
+    """Worst readings of a given damper; stiffness 0 is a viscous one."""
+    inertia, stiffness, damping = (float(value) for value in damper)
+    limits = Limits((inertia,) * 2, (stiffness,) * 2, (damping,) * 2)
+    prepared = survey(problem, limits, speeds)
+    sections = prepared.system.twist.shape[0]
+    # heat and travel are read without a limit: with a scale below anything they always count
+    scale = prepared.scale.copy()
+    scale[sections:] = 1e-300
+    seen = prepared._replace(scale=scale).summits(damper, _SHARE)
+    best = [
+        first_of_the_highest(seen.row, seen.speed, np.where(rows, seen.value, -np.inf))
+        for rows in (seen.row < sections, seen.row == sections, seen.row > sections)
+    ]
+    error = reading_error(prepared.system, damper, seen.speed, seen.row)[best]
+    value, speed = seen.value[best], seen.speed[best]
+    return Performance(
+        float(value[0]), float(error[0]), int(seen.row[best[0]]), float(speed[0]),
+        float(value[1]), float(error[1]), float(speed[1]),
+        float(value[2]), float(error[2]), float(speed[2]), seen.slope[best],
+        place_error(prepared.system, damper, seen.some(np.array(best))), seen.some(np.array(best)),
+    )  # fmt: skip
+
+
+def performance_of(problem: Problem, tuned: Design, speeds: int = 161) -> Performance:
+    """The same of the damper found, its own errors counted in heat, travel and their speeds.
+
+    `worst` is flat to first order there; that of the design has its own error.
+    """
+    seen = performance(problem, tuned.damper, speeds)
+    share = relative_error(tuned)
+    grown = np.abs(seen.slope) @ share
+    step = (problem.speed[1] - problem.speed[0]) / (speeds - 1)
+    moved = np.abs(drift(system_of(problem), tuned.damper, seen.place, step)) @ share
+    return seen._replace(
+        heat_error=seen.heat_error + float(grown[1]),
+        travel_error=seen.travel_error + float(grown[2]),
+        speed_error=seen.speed_error + moved,
+    )
+
+
+def relative_error(tuned: Design) -> FloatArray:
+    """Errors (3,) of ring inertia, stiffness and damping over these; 0 of what is 0."""
+    values = np.array(tuned.damper)
+    share: FloatArray = np.divide(tuned.damper_error, values, where=values > 0.0, out=np.zeros(3))
+    return share + EPSILON * (share > 0.0)
+
+
+def first_of_the_highest(row: IntArray, speed: FloatArray, value: FloatArray) -> int:
+    """Which of the largest `value` (p,) counts: of the lowest row, then of the lowest speed.
+
+    Heights that agree to 1e-9 are equal, or the last bits would choose.
+    """
+    equal = np.flatnonzero(value >= float(np.max(value)) * (1.0 - _SAME_HEIGHT))
+    return int(equal[np.lexsort((speed[equal], row[equal]))[0]])
+
+
+def gain(problem: Problem, tuned: Design, other: Damper) -> tuple[float, float]:
+    """Worst section of another damper over that of the design, and the error of the quotient."""
+    seen = performance(problem, other)
+    ratio = seen.worst / tuned.worst
+    return ratio, ratio * (seen.worst_error / seen.worst + tuned.worst_error / tuned.worst)
+
+
+class Mistuning(NamedTuple):
+    """Factors `stiffness` (a,), `damping` (b,) on k and c, and `rise` (a, b): worst section over
+    that of the tuning, 1 where nothing is lost; absolute `rise_error`."""
+
+    stiffness: FloatArray
+    damping: FloatArray
+    rise: FloatArray
+    rise_error: FloatArray
+
+
+def mistuning(problem: Problem, tuned: Design, share: float = 0.1) -> Mistuning:
+    """What spring and dashpot off by a share, each and together, do to the worst section."""
+    if not 0.0 < share < 1.0:
+        raise NumericalFailure("an error of spring and dashpot is a share between 0 and 1")
+    factor = np.array([1.0 - share, 1.0, 1.0 + share])
+    own = factor if tuned.damper.stiffness > 0.0 else np.ones(1)
+    rise, error = np.ones((own.size, 3)), np.zeros((own.size, 3))
+    doubt = relative_error(tuned) + 2.0 * EPSILON
+    for i, a in enumerate(own):
+        for j, b in enumerate(factor):
+            if a != 1.0 or b != 1.0:
+                inertia, stiffness, damping = tuned.damper
+                seen = performance(problem, Damper(inertia, a * stiffness, b * damping))
+                rise[i, j] = seen.worst / tuned.worst
+                off = seen.worst_error + float(np.abs(seen.slope[0]) @ doubt)
+                error[i, j] = off / tuned.worst + rise[i, j] * tuned.worst_error / tuned.worst
+    return Mistuning(own, factor, rise, error)
+
+
+# ----------------------------------------------------------------------------
+# How far a map that is read on a grid of speeds lies from the summits between them.
+# ----------------------------------------------------------------------------
+
+#: what the worst of all places may have beyond the worst of those looked at
+_BEYOND = 2.0
+
+
+def chart_error(problem: Problem, drawn: Chart) -> FloatArray:
+    """Errors (3,) of worst section, heat and travel anywhere on the map of the first inertia.
+
+    The summits are followed at the corners, where rings are all but locked or free and resonances
+    narrow, in the middle and where the map is highest; the largest difference there, twice.
+    """
+    maps = (drawn.worst[0], drawn.heat[0], drawn.travel[0])
+    rows, columns = maps[0].shape
+    places = {(i, j) for i in (0, rows - 1) for j in (0, columns - 1)}
+    places |= {(rows // 2, columns // 2)}
+    places |= {divmod(int(np.argmax(one)), columns) for one in maps}
+    error = np.zeros(3)
+    for i, j in sorted(places):
+        damper = Damper(float(drawn.inertia[0]), float(drawn.stiffness[i]), float(drawn.damping[j]))
+        try:
+            seen = performance(problem, damper)
+        except NumericalFailure:
+            # a mode that this ring leaves undamped: no summit to compare with
+            continue
+        exact = (seen.worst, seen.heat, seen.travel)
+        error = np.maximum(error, [abs(a - one[i, j]) for a, one in zip(exact, maps, strict=True)])
+    if not np.any(error):
+        raise NumericalFailure("no place on the map of dampers has a summit to compare it with")
+    return _BEYOND * error

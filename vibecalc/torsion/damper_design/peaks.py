@@ -1,0 +1,389 @@
+"""The largest readings over the range of speeds, at speeds found continuously."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.rounding import EPSILON
+from vibecalc.numerics.typing import BoolArray, FloatArray, IntArray
+from vibecalc.torsion.damper_design.problem import Damper, Limits, Problem, System, check, system_of
+from vibecalc.torsion.damper_design.readings import (
+    Table,
+    map_readings,
+    reading_error,
+    readings,
+    rivals,
+    table,
+)
+
+# ----------------------------------------------------------------------------
+# One summit over speed, followed to where its slope vanishes on its own crest and trough.
+# ----------------------------------------------------------------------------
+
+_STEPS = 40
+_MOST_MOVES = 30
+#: slope times bracket, over the value, below which a maximum is found to rounding
+LEVEL = 1e-15
+#: crests closer than this share of a radian of the highest harmonic are one
+_SAME_CREST = 0.3
+
+
+class Summits(NamedTuple):
+    """Local maxima over speed: reading number, speed in rad/s, value, slopes by ln J, k, c.
+
+    `bend` (p,) second derivative by speed; 0 at an end of the range. `phase` (p, 2) of the crest
+    and the trough that are read: each pair of them is a summit of its own.
+    """
+
+    row: IntArray
+    speed: FloatArray
+    value: FloatArray
+    slope: FloatArray
+    bend: FloatArray
+    phase: FloatArray
+
+    def some(self, which: BoolArray | IntArray) -> "Summits":
+        """The summits that an index names."""
+        return Summits(
+            self.row[which], self.speed[which], self.value[which], self.slope[which],
+            self.bend[which], self.phase[which],
+        )  # fmt: skip
+
+    def joined(self, other: "Summits") -> "Summits":
+        """These and others."""
+        return Summits(
+            np.append(self.row, other.row), np.append(self.speed, other.speed),
+            np.append(self.value, other.value), np.append(self.slope, other.slope, axis=0),
+            np.append(self.bend, other.bend), np.append(self.phase, other.phase, axis=0),
+        )  # fmt: skip
+
+
+def about(seen: Summits, speed: tuple[float, float], step: float) -> tuple[FloatArray, FloatArray]:
+    """Speeds (p,), (p,) close on both sides of summits, where they have fallen by a thousandth."""
+    bend = np.maximum(np.abs(seen.bend), 1e-300)
+    width = np.where(seen.bend < 0.0, np.sqrt(1e-3 * np.abs(seen.value) / bend), 1e-3 * speed[1])
+    width = np.minimum(width, 0.5 * step)
+    return np.maximum(seen.speed - width, speed[0]), np.minimum(seen.speed + width, speed[1])
+
+
+def same_branch(system: System, first: FloatArray, second: FloatArray) -> BoolArray:
+    """Whether phases (..., 2) are those of the same crest and trough."""
+    away = np.abs(np.angle(np.exp(1j * (first - second))))
+    same: BoolArray = np.all(away < _SAME_CREST / int(system.harmonic.max()), axis=-1)
+    return same
+
+
+def follow(
+    system: System, damper: Damper, row: IntArray, low: FloatArray, high: FloatArray,
+    tolerance: float = LEVEL, near: FloatArray | None = None,
+) -> Summits:  # fmt: skip
+    """The maximum of row[i] in or uphill of speeds low[i] to high[i], where the slope is zero.
+
+    Regula falsi with halved ends (Illinois), with a bisection where it stalls, all brackets in one
+    batch. A reading that rises to an end of the range has its maximum there. It ends where slope
+    times bracket falls below `tolerance` of the value. With phases `near` (p, 2) the crest and the
+    trough next to them are followed, otherwise the highest and the lowest are taken at each speed.
+    """
+    own = near is not None
+    low, high, left, right, beside = _uphill(system, damper, row, low, high, near)
+    inside = (left > 0.0) & (right < 0.0)
+    speed = np.where(inside, 0.5 * (low + high), np.where(right >= 0.0, high, low))
+    side = np.zeros(row.size)
+    open_ = np.flatnonzero(inside)
+    for step in range(_STEPS):
+        if open_.size == 0:
+            break
+        a, b, p, q = low[open_], high[open_], left[open_], right[open_]
+        guess = a + (b - a) * p / (p - q)
+        # the middle first: on the grid it is the highest of the three
+        guess = np.where(step % 8 == 0, 0.5 * (a + b), guess)
+        first, last = beside[0, open_], beside[1, open_]
+        close = np.where((guess - a < b - guess)[:, None], first, last)
+        now = readings(system, damper, guess, row[open_], close if own else None)
+        rising = now.by_speed > 0.0
+        beside[0, open_] = np.where(rising[:, None], now.phase, first)
+        beside[1, open_] = np.where(rising[:, None], last, now.phase)
+        again = np.where(rising, 1.0, -1.0)
+        same = again == side[open_]
+        low[open_], high[open_] = np.where(rising, guess, a), np.where(rising, b, guess)
+        left[open_] = np.where(rising, now.by_speed, np.where(same, 0.5 * p, p))
+        right[open_] = np.where(rising, np.where(same, 0.5 * q, q), now.by_speed)
+        side[open_], speed[open_] = again, guess
+        done = np.abs(now.by_speed) * (b - a) <= tolerance * np.abs(now.value)
+        done |= (high[open_] - low[open_]) <= 4e-16 * guess
+        open_ = open_[~done]
+    close = np.where((speed - low < high - speed)[:, None], beside[0], beside[1])
+    final = readings(system, damper, speed, row, close if own else None)
+    shift = 1e-6 * speed[inside]
+    bend = np.zeros(row.size)
+    if np.any(inside):
+        shifted = readings(
+            system, damper, np.append(speed[inside] - shift, speed[inside] + shift),
+            np.append(row[inside], row[inside]), np.tile(final.phase[inside], (2, 1)),
+        ).by_speed  # fmt: skip
+        before, after = np.split(shifted, 2)
+        bend[inside] = (after - before) / (2.0 * shift)
+    return Summits(row, speed, final.value, final.by_damper, bend, final.phase)
+
+
+def _uphill(
+    system: System, damper: Damper, row: IntArray, low: FloatArray, high: FloatArray,
+    near: FloatArray | None,
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:  # fmt: skip
+    """Brackets (p,), (p,) moved until they hold a summit or an end of the range; slopes and phases
+    (2, p, 2) there."""
+    slowest, fastest = system.problem.speed
+    low, high = low.copy(), high.copy()
+    own = near is not None
+    both = None if near is None else np.tile(near, (2, 1))
+    ends = readings(system, damper, np.append(low, high), np.append(row, row), both)
+    left, right = np.split(ends.by_speed, 2)
+    phase = ends.phase.reshape(2, -1, 2)
+    for _ in range(_MOST_MOVES):
+        up = (right >= 0.0) & (high < fastest)
+        down = (right < 0.0) & (left <= 0.0) & (low > slowest)
+        moved = np.flatnonzero(up | down)
+        if moved.size == 0:
+            break
+        rising, width = up[moved], (high - low)[moved]
+        beyond = np.where(rising, high[moved] + 1.5 * width, low[moved] - 1.5 * width)
+        beyond = np.clip(beyond, slowest, fastest)
+        first, last = phase[0, moved], phase[1, moved]
+        close = np.where(rising[:, None], last, first)
+        found = readings(system, damper, beyond, row[moved], close if own else None)
+        new = found.by_speed
+        phase[0, moved] = np.where(rising[:, None], last, found.phase)
+        phase[1, moved] = np.where(rising[:, None], found.phase, first)
+        low[moved], high[moved], left[moved], right[moved] = (
+            np.where(rising, high[moved], beyond), np.where(rising, beyond, low[moved]),
+            np.where(rising, right[moved], new), np.where(rising, new, left[moved]),
+        )  # fmt: skip
+    return low, high, left, right, phase
+
+
+# ----------------------------------------------------------------------------
+# How well the speed of a summit is known, though the summit itself is flat.
+# ----------------------------------------------------------------------------
+
+#: change of a logarithm over which the drift of summits is looked at
+_MOVED = 1e-4
+
+
+def place_error(system: System, damper: Damper, seen: Summits) -> FloatArray:
+    """Error (p,) of the speeds of summits of this damper, in rad/s.
+
+    The slope that is left over the curvature, and the round-off of the slope: that of the value
+    over the width of the summit. At an end of the range the speed is that end.
+    """
+    left = readings(system, damper, seen.speed, seen.row, seen.phase).by_speed
+    noise = reading_error(system, damper, seen.speed, seen.row)
+    bend = np.abs(seen.bend)
+    inside = (seen.bend < 0.0) & (seen.value > 0.0)
+    safe = np.where(inside, bend, 1.0)
+    own = np.abs(left) / safe + noise / np.sqrt(np.where(inside, seen.value, 1.0) * safe)
+    error: FloatArray = np.where(inside, own, 0.0) + 2.0 * EPSILON * seen.speed
+    return error
+
+
+def drift(system: System, damper: Damper, seen: Summits, step: float) -> FloatArray:
+    """What the speeds of summits move (p, 3) by the logarithms of J, k and c, in rad/s.
+
+    `step` is that of the grid of speeds on which they were found.
+    """
+    low, high = about(seen, system.problem.speed, step)
+    moved = np.zeros((seen.row.size, 3))
+    for column in range(3):
+        pair = []
+        for side in (_MOVED, -_MOVED):
+            factor = np.ones(3)
+            factor[column] += side
+            beside = Damper(*(float(value) for value in factor * np.array(damper)))
+            pair.append(follow(system, beside, seen.row, low, high, near=seen.phase).speed)
+        moved[:, column] = (pair[0] - pair[1]) / (2.0 * _MOVED)
+    return moved
+
+
+# ----------------------------------------------------------------------------
+# The largest readings over the range of speeds, at speeds found continuously.
+#
+# A coarse grid of speeds only says where to look. Each local maximum is followed to where its slope
+# by speed vanishes, and narrow resonances, which a grid may miss, are looked up from the damped
+# poles of the line with this damper.
+# ----------------------------------------------------------------------------
+
+#: half width over speed of a resonance without damping, and how far it stands out
+_UNDAMPED, _UNBOUNDED = 1e-9, 1e6
+
+
+def summits(
+    system: System, found: Table, damper: Damper, scale: FloatArray, share: float,
+    tolerance: float = LEVEL,
+) -> Summits:  # fmt: skip
+    """All maxima over speed: sections that reach `share` of the worst one, heat and travel.
+
+    Readings are compared over `scale` (e + 3,); rows of infinite scale are left out. Heat and
+    travel count from `share` of their scale, the limit. `tolerance` as in `follow`. The ring
+    inertia is that of the table.
+    """
+    coarse = map_readings(
+        system, found, np.array([damper.stiffness]), np.array([damper.damping])
+    )[0] / scale  # fmt: skip
+    grid = found.speed
+    padded = np.pad(coarse, ((1, 1), (0, 0)), constant_values=-np.inf)
+    local = (coarse >= padded[:-2]) & (coarse > padded[2:])
+    place, row = np.nonzero(local & np.isfinite(scale))
+    last = grid.size - 1
+    low, high = grid[np.maximum(place - 1, 0)], grid[np.minimum(place + 1, last)]
+    value = coarse[place, row]
+    narrow = narrow_resonances(system, damper, grid)
+    if narrow.size:
+        rows = np.flatnonzero(np.isfinite(scale))
+        speed, width = np.repeat(narrow[:, 0], rows.size), np.repeat(narrow[:, 1], rows.size)
+        added = np.tile(rows, len(narrow))
+        own = map_readings(
+            system, table(system, damper, narrow[:, 0], bounded=False),
+            np.array([damper.stiffness]), np.array([damper.damping]),
+        )[0]  # fmt: skip
+        seen = (own[:, rows] / scale[rows]).ravel()
+        undamped = (width <= _UNDAMPED * speed) & (added < scale.size - 3)
+        if np.any(seen[undamped] > _UNBOUNDED * np.max(coarse[:, :-3])):
+            first = speed[undamped][int(np.argmax(seen[undamped]))]
+            raise NumericalFailure(
+                f"a mode that the damper does not reach is excited without damping at "
+                f"{first:.6g} rad/s: no tuning bounds it"
+            )
+        low = np.append(low, np.maximum(speed - 3.0 * width, grid[0]))
+        high = np.append(high, np.minimum(speed + 3.0 * width, grid[-1]))
+        row, value = np.append(row, added), np.append(value, seen)
+    # a reading on the grid may lie below its summit: a wide net first, the exact share after
+    kept = _high_enough(system, row, value, 0.85 * share)
+    result = follow(system, damper, row[kept], low[kept], high[kept], tolerance)
+    level = result.value / scale[result.row]
+    result = _single(system, result.some(_high_enough(system, result.row, level, share)))
+    which, phase = rivals(system, damper, result.speed, result.row, result.phase)
+    if which.size == 0:
+        return result
+    low, high = about(result, system.problem.speed, grid[1] - grid[0])
+    beside = follow(system, damper, result.row[which], low[which], high[which], tolerance, phase)
+    result = result.joined(beside)
+    level = result.value / scale[result.row]
+    return _single(system, result.some(_high_enough(system, result.row, level, share)))
+
+
+def _high_enough(system: System, row: IntArray, level: FloatArray, share: float) -> BoolArray:
+    """Which levels reach a share of the worst section, or of the limit of heat and travel."""
+    section = row < system.twist.shape[0]
+    kept: BoolArray = level >= share * np.where(section, np.max(level[section]), 1.0)
+    return kept
+
+
+def narrow_resonances(system: System, damper: Damper, grid: FloatArray) -> FloatArray:
+    """Speeds (r, 2) in rad/s, with half widths, of resonances narrower than two steps of the grid.
+
+    From the poles p of the line with its damper: an order q meets one at Im p / q, its half width
+    is |Re p| / q.
+    """
+    mass = system.mass + damper.inertia * np.outer(system.ring, system.ring)
+    spring, loss = system.spring.copy(), system.loss.copy()
+    spring[-1, -1] += damper.stiffness
+    loss[-1, -1] += damper.damping
+    n = mass.shape[0]
+    top = np.hstack([np.zeros((n, n)), np.eye(n)])
+    low = np.hstack([-np.linalg.solve(mass, spring), -np.linalg.solve(mass, loss)])
+    pole = np.linalg.eigvals(np.vstack([top, low]))
+    pole = pole[pole.imag > 1e-6 * np.max(np.abs(pole))]
+    order = np.asarray(system.problem.order, dtype=float)
+    speed = (pole.imag[:, None] / order).ravel()
+    width = (np.abs(pole.real)[:, None] / order).ravel()
+    width = np.maximum(width, _UNDAMPED * speed)
+    step = np.interp(speed, grid[1:], np.diff(grid))
+    kept = (speed > grid[0]) & (speed < grid[-1]) & (width < 2.0 * step)
+    return np.stack([speed[kept], width[kept]], axis=-1)
+
+
+def _single(system: System, found: Summits) -> Summits:
+    """Without what two brackets found twice."""
+    kept: list[int] = []
+    for i in np.argsort(-found.value, kind="stable"):
+        twin = (
+            (found.row[kept] == found.row[i])
+            & (np.abs(found.speed[kept] / found.speed[i] - 1.0) < 1e-7)
+            & same_branch(system, found.phase[kept], found.phase[i])
+        )
+        if not np.any(twin):
+            kept.append(int(i))
+    return found.some(np.array(kept, dtype=np.int64))
+
+
+# ----------------------------------------------------------------------------
+# A design problem made ready for search: its variables are logarithms of what may move.
+# ----------------------------------------------------------------------------
+
+#: tables kept, one for each ring inertia
+_KEPT = 8
+
+
+class Survey(NamedTuple):
+    """`bounds` (3, 2) of J, k, c; `moving` (v,) which of them are searched; `grid` (s,) of speeds;
+    `scale` (e + 3,) of the readings: 1 for sections, the limits for heat and travel, infinite for
+    what is not asked."""
+
+    system: System
+    limits: Limits
+    bounds: FloatArray
+    moving: IntArray
+    grid: FloatArray
+    scale: FloatArray
+    tables: dict[float, Table]
+
+    def damper(self, variables: FloatArray) -> Damper:
+        """From logarithms (v,) of the moving values; the others stand at their bounds."""
+        values = self.bounds[:, 0].copy()
+        values[self.moving] = np.exp(variables)
+        # a variable on its bound gives the bound itself, not the exponential of its logarithm
+        for side in (0, 1):
+            at_bound = np.abs(variables - self.logarithms[:, side]) < 1e-14
+            values[self.moving[at_bound]] = self.bounds[self.moving[at_bound], side]
+        values = np.clip(values, self.bounds[:, 0], self.bounds[:, 1])
+        return Damper(*(float(value) for value in values))
+
+    def table(self, inertia: float) -> Table:
+        """Of this ring inertia, solved once."""
+        if inertia not in self.tables:
+            if len(self.tables) >= _KEPT:
+                self.tables.pop(next(iter(self.tables)))
+            middle = np.sqrt(self.bounds[1:, 0] * self.bounds[1:, 1])
+            nominal = Damper(inertia, float(middle[0]), float(middle[1]))
+            self.tables[inertia] = table(self.system, nominal, self.grid, bounded=False)
+        return self.tables[inertia]
+
+    def summits(self, damper: Damper, share: float, tolerance: float = LEVEL) -> Summits:
+        """See `worst.summits`."""
+        found = self.table(damper.inertia)
+        return summits(self.system, found, damper, self.scale, share, tolerance)
+
+    @property
+    def logarithms(self) -> FloatArray:
+        """Bounds (v, 2) of the variables."""
+        return np.log(self.bounds[self.moving])
+
+
+def survey(problem: Problem, limits: Limits, speeds: int = 161) -> Survey:
+    """Raises NumericalFailure for a problem without meaning; `speeds` only guides the search."""
+    check(problem, limits)
+    system = system_of(problem)
+    bounds = limits.bounds
+    weight = np.asarray(problem.weight, dtype=float)
+    scale = np.append(
+        np.where(weight > 0.0, 1.0, np.inf), [limits.heat, limits.travel, limits.travel]
+    )
+    return Survey(
+        system, limits, bounds, np.flatnonzero(bounds[:, 1] > bounds[:, 0]),
+        np.linspace(*problem.speed, speeds), scale, {},
+    )  # fmt: skip
+
+
+def worst_section(seen: Summits, sections: int) -> float:
+    """Largest weighted half range among summits."""
+    return float(np.max(seen.value[seen.row < sections]))

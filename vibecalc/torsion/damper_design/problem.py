@@ -1,0 +1,317 @@
+"""What is asked of a damper, and the line with its ring solved for complex amplitudes."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.rounding import UNIT_ROUNDOFF
+from vibecalc.numerics.typing import ComplexArray, FloatArray, IntArray
+from vibecalc.torsion.line import Line
+
+# ----------------------------------------------------------------------------
+# Torque on the stations of a line as a smooth function of speed, with its slope.
+# ----------------------------------------------------------------------------
+
+
+class SpeedTorque(NamedTuple):
+    """Piecewise polynomials: `knot` (p + 1,) in rad/s, `coefficient` (p, d + 1, m, n) in N m.
+
+    In the piece that begins at knot[i] the torque of order m on freedom n is
+    sum_j coefficient[i, j, m, n] (speed - knot[i])^j; complex, 0-to-peak.
+    """
+
+    knot: FloatArray
+    coefficient: ComplexArray
+
+
+def torque_at(torque: SpeedTorque, speed: FloatArray) -> tuple[ComplexArray, ComplexArray]:
+    """Torque and its derivative by speed, (s, m, n) each, at speeds (s,)."""
+    piece = np.searchsorted(torque.knot, speed, side="right") - 1
+    piece = np.clip(piece, 0, len(torque.coefficient) - 1)
+    beyond = (speed - torque.knot[piece])[:, None, None]
+    parts = torque.coefficient[piece]
+    value, slope = np.zeros_like(parts[:, 0]), np.zeros_like(parts[:, 0])
+    for power in range(parts.shape[1] - 1, -1, -1):
+        slope = slope * beyond + value
+        value = value * beyond + parts[:, power]
+    return value, slope
+
+
+# ----------------------------------------------------------------------------
+# What is asked of a damper: the line, its torque, what is made small, and the limits.
+# ----------------------------------------------------------------------------
+
+
+class Damper(NamedTuple):
+    """Ring inertia in kg m^2, spring in N m/rad, dashpot in N m s/rad, all referred."""
+
+    inertia: float
+    stiffness: float
+    damping: float
+
+
+class Problem(NamedTuple):
+    """A line without the ring of its damper, and what is made small.
+
+    `station` the freedom that carries the damper; its hub belongs to the line.
+    `order` (m,) multiples of the crank speed, each a multiple of 2 pi / `cycle`.
+    `cycle` crank angle of one cycle in rad: 4 pi for four strokes, 2 pi for two.
+    `torque` on all freedoms by order; `speed` (lowest, highest) of the range in rad/s.
+    `weight` (e,) of each element: what is made small is weight times half range. With `quantity`
+    "torque" the half range is of its torque, spring and dashpot together (a stress is a torque with
+    the weight 1 / section modulus), with "twist" of its twist. Weight 0 leaves an element out.
+    """
+
+    line: Line
+    station: int
+    order: FloatArray
+    cycle: float
+    torque: SpeedTorque
+    speed: tuple[float, float]
+    weight: FloatArray
+    quantity: str = "torque"
+
+
+class Limits(NamedTuple):
+    """Bounds (low, high) of the damper, and what it must bear.
+
+    Equal bounds hold a value; `stiffness` (0, 0) is a viscous damper. `heat` in W is the mean power
+    of the dashpot at the worst speed, `travel` in rad the largest angle between ring and hub over
+    the cycle at the worst speed. `inertia_price` is added to what is made small for each kg m^2.
+    """
+
+    inertia: tuple[float, float]
+    stiffness: tuple[float, float]
+    damping: tuple[float, float]
+    heat: float = np.inf
+    travel: float = np.inf
+    inertia_price: float = 0.0
+
+    @property
+    def bounds(self) -> FloatArray:
+        """(3, 2): inertia, stiffness, damping by low, high."""
+        return np.array([self.inertia, self.stiffness, self.damping], dtype=float)
+
+
+def harmonics(problem: Problem) -> IntArray:
+    """Number of periods in a cycle of each order (m,); refuses orders that are not whole there."""
+    exact = np.asarray(problem.order, dtype=float) * problem.cycle / (2.0 * np.pi)
+    whole = np.rint(exact)
+    if np.any(np.abs(exact - whole) > 1e-9) or np.any(whole < 1):
+        raise NumericalFailure("orders of a damper design have to repeat with the cycle, above 0")
+    return whole.astype(np.int64)
+
+
+def check(problem: Problem, limits: Limits) -> None:
+    """Raise NumericalFailure for a design that has no meaning."""
+    bounds = limits.bounds
+    low, high = bounds.T
+    if not np.all(np.isfinite(bounds)) or np.any(low > high) or np.any(low < 0.0):
+        raise NumericalFailure("bounds of the damper need 0 <= low <= high < infinity")
+    if low[0] <= 0.0 or low[2] <= 0.0:
+        raise NumericalFailure("ring inertia and damping need a lower bound above zero")
+    if low[1] == 0.0 and high[1] > 0.0:
+        raise NumericalFailure(
+            "a spring between zero and some bound is searched by its logarithm: give a lower bound "
+            "above zero, or (0, 0) for a damper without spring"
+        )
+    slow, fast = problem.speed
+    if not 0.0 < slow < fast < np.inf:
+        raise NumericalFailure("the range of speeds needs 0 < lowest < highest")
+    knot = problem.torque.knot
+    if slow < knot[0] or fast > knot[-1]:
+        raise NumericalFailure(
+            f"the torque is known from {knot[0]:.6g} to {knot[-1]:.6g} rad/s, the range asks for "
+            f"{slow:.6g} to {fast:.6g}"
+        )
+    if problem.quantity not in ("torque", "twist"):
+        raise NumericalFailure(f"no quantity {problem.quantity!r}: it is torque or twist")
+    if not 0 <= problem.station < problem.line.inertia.size:
+        raise NumericalFailure(f"the line has no freedom {problem.station} to carry a damper")
+    if not np.any(np.asarray(problem.weight) > 0.0) or np.any(np.asarray(problem.weight) < 0.0):
+        raise NumericalFailure("the weights of the sections are negative or all zero")
+    if limits.heat <= 0.0 or limits.travel <= 0.0:
+        raise NumericalFailure("limits on heat and travel have to be above zero")
+    harmonics(problem)
+
+
+# ----------------------------------------------------------------------------
+# A line with its ring in relative coordinates: one angle, and twists instead of the others.
+#
+# At low frequency a free line turns as one body, and the twist, a small difference of large angles,
+# would lose digits. Here the twists are the unknowns, and stiffness enters on the diagonal alone.
+# ----------------------------------------------------------------------------
+
+
+class System(NamedTuple):
+    """n freedoms and the ring: unknowns are one angle, n - 1 twists, and hub less ring (last).
+
+    `angle` (n, n + 1) and `twist` (e, n + 1) give angles and twists from the unknowns, `ring`
+    (n + 1,) the ring's angle. `mass`, `loss`, `spring` (n + 1, n + 1) are the line's own.
+    """
+
+    problem: Problem
+    harmonic: IntArray
+    angle: FloatArray
+    twist: FloatArray
+    ring: FloatArray
+    mass: FloatArray
+    loss: FloatArray
+    spring: ComplexArray
+
+    def dynamic(self, damper: Damper, frequency: FloatArray) -> ComplexArray:
+        """Dynamic stiffness (..., n + 1, n + 1) with the damper at frequencies (...) in rad/s."""
+        w = frequency[..., None, None]
+        mass = self.mass + damper.inertia * np.outer(self.ring, self.ring)
+        matrix: ComplexArray = np.asarray(
+            self.spring + 1j * w * self.loss - w**2 * mass, dtype=np.complex128
+        )
+        matrix[..., -1, -1] += damper.stiffness + 1j * frequency * damper.damping
+        return matrix
+
+
+def system_of(problem: Problem) -> System:
+    """Raises NumericalFailure for a line in several pieces."""
+    line = problem.line
+    angle = _spanning(line)
+    station = problem.station
+    n = line.inertia.size
+    angle = np.hstack([angle, np.zeros((n, 1))])
+    twist = angle[line.first] - angle[line.second]
+    ring = angle[station].copy()
+    ring[-1] = -1.0
+
+    def whole(element: FloatArray, ground: FloatArray) -> FloatArray:
+        matrix: FloatArray = (twist.T * element) @ twist + (angle.T * ground) @ angle
+        return matrix
+
+    none = np.zeros(n)
+    return System(
+        problem, harmonics(problem), angle, twist, ring,
+        whole(np.zeros(line.stiffness.size), line.inertia),
+        whole(line.damping, line.absolute_damping),
+        whole(line.stiffness, line.ground_stiffness)
+        + 1j * whole(line.stiffness * line.loss_factor, none),
+    )  # fmt: skip
+
+
+def _spanning(line: Line) -> FloatArray:
+    """Angles (n, n) of the freedoms from the angle of one and n - 1 twists: entries 0, 1, -1.
+
+    That one is held most or heaviest, so that what is summed over the others stays small. The
+    stiffest elements are taken into the tree first, so that a loop is measured by the others.
+    """
+    n = line.inertia.size
+    group = np.arange(n)
+    beside: list[list[tuple[int, float]]] = [[] for _ in range(n)]
+    for e in np.argsort(-line.stiffness, kind="stable"):
+        a, b = int(line.first[e]), int(line.second[e])
+        if group[a] != group[b]:
+            group[group == group[b]] = group[a]
+            beside[a].append((b, -1.0))
+            beside[b].append((a, 1.0))
+    if np.any(group != group[0]):
+        raise NumericalFailure("a damper is tuned on one line; this one is in several pieces")
+    angle = np.zeros((n, n))
+    held = line.ground_stiffness if np.any(line.ground_stiffness > 0.0) else line.inertia
+    root = int(np.argmax(held))
+    angle[root, 0] = 1.0
+    seen, waiting, column = {root}, [root], 1
+    while waiting:
+        a = waiting.pop()
+        for b, sign in beside[a]:
+            if b not in seen:
+                # twist first - second: phi_b = phi_a - twist where a comes first
+                angle[b] = angle[a]
+                angle[b, column] += sign
+                seen.add(b)
+                waiting.append(b)
+                column += 1
+    return angle
+
+
+# ----------------------------------------------------------------------------
+# Complex amplitudes of a line with its damper, with all first derivatives, by direct solution.
+# ----------------------------------------------------------------------------
+
+#: roundings granted to each entry of the matrix; elimination of so few unknowns adds as many
+_ROUNDINGS = 4
+
+
+class States(NamedTuple):
+    """Unknowns (s, m, n + 1) of `System` at s speeds, and derivatives (4, s, m, n + 1).
+
+    Derivatives by the logarithms of ring inertia, stiffness and damping, then by speed in rad/s.
+    """
+
+    speed: FloatArray
+    value: ComplexArray
+    slope: ComplexArray
+
+
+def solve(matrix: ComplexArray, right: ComplexArray) -> ComplexArray:
+    """Solutions (..., n, r), with rows and columns brought to equal size first."""
+    size = 1.0 / np.sqrt(np.abs(np.diagonal(matrix, axis1=-2, axis2=-1)) + 1e-300)
+    # a resonating diagonal says nothing of its row
+    size = np.minimum(size, 1.0 / np.sqrt(np.max(np.abs(matrix), axis=-1)) * 1e3)
+    try:
+        found = np.linalg.solve(
+            size[..., :, None] * matrix * size[..., None, :], size[..., :, None] * right
+        )
+    except np.linalg.LinAlgError:
+        found = np.full_like(right, np.nan)
+    found = size[..., :, None] * found
+    if not np.all(np.isfinite(found)):
+        raise NumericalFailure(
+            "an order meets an undamped natural frequency of the line with its damper"
+        )
+    return np.asarray(found)
+
+
+def states(system: System, damper: Damper, speed: FloatArray) -> States:
+    """Solve at speeds (s,) in rad/s; raises NumericalFailure on an undamped resonance."""
+    order = np.asarray(system.problem.order, dtype=float)
+    w = speed[:, None] * order
+    torque, torque_slope = torque_at(system.problem.torque, speed)
+    matrix = system.dynamic(damper, w)
+    unknowns = matrix.shape[-1]
+    right = np.zeros((*w.shape, unknowns, 3), dtype=complex)
+    right[..., 0] = torque @ system.angle
+    right[..., -1, 1] = 1.0
+    right[..., 2] = system.ring
+    found = solve(matrix, right)
+    u, spring, ring = np.moveaxis(found, -1, 0)
+    mass = system.mass + damper.inertia * np.outer(system.ring, system.ring)
+    by_frequency = u @ (1j * system.loss) - 2.0 * w[..., None] * (u @ mass)
+    by_frequency[..., -1] += 1j * damper.damping * u[..., -1]
+    pushed = torque_slope @ system.angle - order[:, None] * by_frequency
+    relative = u[..., -1:]
+    slope = np.stack([
+        damper.inertia * w[..., None] ** 2 * ring * (u @ system.ring)[..., None],
+        -damper.stiffness * spring * relative,
+        -1j * damper.damping * w[..., None] * spring * relative,
+        solve(matrix, pushed[..., None])[..., 0],
+    ])  # fmt: skip
+    return States(speed, u, slope)
+
+
+def solution_error(system: System, damper: Damper, speed: FloatArray) -> FloatArray:
+    """Bound (s, m, n + 1) on round-off of `states`: |A^-1| (|A| |u| + |b|) times a few roundings.
+
+    R. D. Skeel's componentwise bound (1979), with the inverse as computed.
+    """
+    w = speed[:, None] * np.asarray(system.problem.order, dtype=float)
+    matrix = system.dynamic(damper, w)
+    torque = torque_at(system.problem.torque, speed)[0] @ system.angle
+    inverse = solve(matrix, np.broadcast_to(np.eye(matrix.shape[-1], dtype=complex), matrix.shape))
+    u = np.einsum("...ij,...j->...i", inverse, torque)
+    # the sums that form an entry may cancel: w^2 J against the stiffness
+    mass = system.mass + damper.inertia * np.outer(system.ring, system.ring)
+    size = np.abs(system.spring) + w[..., None, None] * np.abs(system.loss)
+    size = size + w[..., None, None] ** 2 * mass
+    size[..., -1, -1] += damper.stiffness + w * damper.damping
+    load = np.einsum("...ij,...j->...i", size, np.abs(u)) + np.abs(torque)
+    grown = np.einsum("...ij,...j->...i", np.abs(inverse), load)
+    bound: FloatArray = _ROUNDINGS * UNIT_ROUNDOFF * np.asarray(grown)
+    return bound

@@ -1,0 +1,393 @@
+"""What counts of a state: half range of each section, heat and travel of the damper."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from vibecalc.numerics.rounding import UNIT_ROUNDOFF
+from vibecalc.numerics.typing import ComplexArray, FloatArray, IntArray
+from vibecalc.torsion.damper_design.problem import (
+    Damper,
+    System,
+    solution_error,
+    solve,
+    states,
+    torque_at,
+)
+
+# ----------------------------------------------------------------------------
+# Highest and lowest value over a cycle of many signals of integer harmonics, refined in batch.
+# ----------------------------------------------------------------------------
+
+SAMPLES_PER_HARMONIC = 16
+_TRIED = 3
+_NEWTON_STEPS = 5
+#: from farther away
+_MORE_STEPS = 8
+
+
+def extremes(
+    amplitude: ComplexArray, harmonic: IntArray, near: FloatArray | None = None
+) -> tuple[FloatArray, FloatArray]:
+    """Phases (r, 2) and values (r, 2) of the highest and the lowest point.
+
+    Rows (r, m) are Re sum_m X_m exp(i h_m phase), sampled 16 times in the period of the highest
+    harmonic, so that the best sample lies less than 2 % of the size below its summit; the three
+    highest summits are refined by Newton's method and the best is taken. With phases `near` (r, 2)
+    it is the crest uphill of the first and the trough downhill of the second, be there higher and
+    lower ones or not.
+    """
+    if near is None:
+        up, down = _highest(amplitude, harmonic), _highest(-amplitude, harmonic)
+    else:
+        up = _climbed(amplitude, harmonic, near[:, :1], _MORE_STEPS)
+        down = _climbed(-amplitude, harmonic, near[:, 1:], _MORE_STEPS)
+    return np.hstack([up[0], down[0]]), np.hstack([up[1], -down[1]])
+
+
+def crests(amplitude: ComplexArray, harmonic: IntArray, most: int) -> tuple[FloatArray, FloatArray]:
+    """Phases (r, most) and values (r, most) of the highest crests; -infinity where there is none.
+
+    Phases may lie a little beyond [0, 2 pi).
+    """
+    value = sampled(amplitude, harmonic, SAMPLES_PER_HARMONIC)
+    summit = (value >= np.roll(value, 1, axis=-1)) & (value > np.roll(value, -1, axis=-1))
+    rank = np.argsort(np.where(summit, -value, np.inf), axis=-1)[:, :most]
+    start = 2.0 * np.pi / value.shape[-1] * rank
+    phase, refined = _climbed(amplitude, harmonic, start, _NEWTON_STEPS)
+    refined = np.where(np.take_along_axis(summit, rank, axis=-1), refined, -np.inf)
+    return phase, refined
+
+
+def sampled(amplitude: ComplexArray, harmonic: IntArray, per_harmonic: int) -> FloatArray:
+    """Values (..., samples) over the cycle of rows (..., m)."""
+    highest = int(harmonic.max())
+    count = per_harmonic * highest
+    spectrum = np.zeros((*amplitude.shape[:-1], highest + 1), dtype=complex)
+    for column, h in enumerate(harmonic):
+        spectrum[..., h] += amplitude[..., column]
+    value: FloatArray = np.fft.irfft(spectrum, count, axis=-1) * (0.5 * count)
+    return value
+
+
+def _highest(amplitude: ComplexArray, harmonic: IntArray) -> tuple[FloatArray, FloatArray]:
+    """Phase (r, 1) and value (r, 1)."""
+    phase, refined = crests(amplitude, harmonic, _TRIED)
+    # a signal that does not change has no crest
+    best = np.argmax(refined, axis=-1)[:, None]
+    found = np.take_along_axis(refined, best, axis=-1)
+    return np.take_along_axis(phase, best, axis=-1), np.where(np.isfinite(found), found, 0.0)
+
+
+def _climbed(
+    amplitude: ComplexArray, harmonic: IntArray, start: FloatArray, steps: int
+) -> tuple[FloatArray, FloatArray]:
+    """Crests uphill of phases (r, q): Newton's method, sample by sample where the signal is hollow.
+
+    Phases (r, q) and values (r, q).
+    """
+    phase = start
+    sample = 2.0 * np.pi / (SAMPLES_PER_HARMONIC * int(harmonic.max()))
+    for _ in range(steps):
+        wave = amplitude[:, None, :] * np.exp(1j * phase[..., None] * harmonic)
+        first = -(wave.imag @ harmonic)
+        second = -(wave.real @ harmonic**2)
+        step = np.divide(-first, second, out=np.sign(first) * sample, where=second < 0.0)
+        phase = phase + np.clip(step, -sample, sample)
+    value = np.sum((amplitude[:, None, :] * np.exp(1j * phase[..., None] * harmonic)).real, -1)
+    return phase, value
+
+
+# ----------------------------------------------------------------------------
+# What counts of a state: half range of each section, heat and travel of the damper, with slopes.
+#
+# Rows: 0 to e - 1 the weighted sections, e the heat in the dashpot, e + 1 and e + 2 the travel of
+# the ring, hub ahead and hub behind: two readings, since each is smooth where they change places.
+# ----------------------------------------------------------------------------
+
+
+class Readings(NamedTuple):
+    """Values (s,), derivatives (s,) by speed and (s, 3) by the logarithms of J, k, c of the damper.
+
+    Angles of the extremes are held in the derivatives: there the signal is stationary. `phase`
+    (s, 2) of the crest and the trough that were read, in periods of the cycle of 2 pi; travel has
+    one extreme, twice, and heat none (zeros).
+    """
+
+    value: FloatArray
+    by_speed: FloatArray
+    by_damper: FloatArray
+    phase: FloatArray
+
+
+def section_factor(system: System, speed: FloatArray) -> tuple[ComplexArray, ComplexArray]:
+    """Weighted factors (s, m, e) from twist to what is read, and their derivatives by speed."""
+    problem = system.problem
+    order = np.asarray(problem.order, dtype=float)
+    weight = np.asarray(problem.weight, dtype=float)
+    shape = (speed.size, order.size, weight.size)
+    if problem.quantity == "twist":
+        return np.broadcast_to(weight + 0j, shape), np.zeros(shape, dtype=complex)
+    line = problem.line
+    rate = 1j * order[:, None] * line.damping * weight
+    held = weight * line.stiffness * (1.0 + 1j * line.loss_factor)
+    return held + speed[:, None, None] * rate, np.broadcast_to(rate, shape)
+
+
+def readings(
+    system: System, damper: Damper, speed: FloatArray, row: IntArray,
+    near: FloatArray | None = None,
+) -> Readings:  # fmt: skip
+    """Row row[i] at speed[i], all arrays (s,): of the highest crest and the lowest trough.
+
+    With phases `near` (s, 2) the crest and the trough next to them are read instead.
+    """
+    sections = system.twist.shape[0]
+    found = states(system, damper, speed)
+    here = np.arange(speed.size)
+    value, slope = np.empty(speed.size), np.empty((4, speed.size))
+    phases = np.zeros((speed.size, 2))
+    heat = row == sections
+    travel = row > sections
+    order = np.asarray(system.problem.order, dtype=float)
+    relative, change = found.value[..., -1], found.slope[..., -1]
+    if np.any(heat):
+        power, by = _heat(relative[heat], change[:, heat], speed[heat][:, None] * order, damper)
+        by[3] += 2.0 * power / speed[heat]
+        value[heat], slope[:, heat] = power, by
+    other = ~heat
+    if np.any(other):
+        own = np.where(row < sections, row, 0)
+        factor, rate = section_factor(system, speed)
+        factor, rate = factor[here, :, own], rate[here, :, own]
+        twist = np.einsum("smn,sn->sm", found.value, system.twist[own])
+        amplitude = factor * twist
+        by_all = factor * np.einsum("dsmn,sn->dsm", found.slope, system.twist[own])
+        by_all[3] += rate * twist
+        amplitude = np.where(travel[:, None], relative, amplitude)[other]
+        by_all = np.where(travel[:, None], change, by_all)[:, other]
+        phase, _ = extremes(amplitude, system.harmonic, None if near is None else near[other])
+        high, low = np.moveaxis(np.exp(1j * phase[..., None] * system.harmonic), 1, 0)
+        upper = (row[other] == sections + 1)[:, None]
+        wave = np.where(travel[other][:, None], np.where(upper, high, -low), 0.5 * (high - low))
+        value[other] = np.sum((amplitude * wave).real, axis=-1)
+        slope[:, other] = np.sum((by_all * wave).real, axis=-1)
+        used = np.where(upper, phase[:, :1], phase[:, 1:])
+        phases[other] = np.where(travel[other][:, None], used, phase)
+    return Readings(value, slope[3], slope[:3].T, phases)
+
+
+def signals(system: System, damper: Damper, speed: FloatArray, row: IntArray) -> ComplexArray:
+    """Amplitudes (s, m) of the course that row[i], a section or a travel, reads at speed[i]."""
+    value = states(system, damper, speed).value
+    own = np.where(row < system.twist.shape[0], row, 0)
+    factor = section_factor(system, speed)[0][np.arange(speed.size), :, own]
+    section = factor * np.einsum("smn,sn->sm", value, system.twist[own])
+    amplitude: ComplexArray = np.where(
+        (row < system.twist.shape[0])[:, None], section, value[..., -1]
+    )
+    return amplitude
+
+
+def _heat(
+    relative: ComplexArray, change: ComplexArray, w: FloatArray, damper: Damper
+) -> tuple[FloatArray, FloatArray]:
+    """Mean power (s,) of the dashpot and its slopes (4, s), at fixed w in the last but one."""
+    share = damper.damping * w**2
+    power = 0.5 * np.sum(share * np.abs(relative) ** 2, axis=-1)
+    by = np.sum(share * (np.conj(relative) * change).real, axis=-1)
+    by[2] += power
+    return power, by
+
+
+def reading_error(system: System, damper: Damper, speed: FloatArray, row: IntArray) -> FloatArray:
+    """Round-off (s,) of `readings`: that of each order is bounded, and of orders the squares add.
+
+    Every order is a solution of its own, so that their roundings know nothing of each other.
+    """
+    sections = system.twist.shape[0]
+    error = solution_error(system, damper, speed)
+    value = np.abs(states(system, damper, speed).value)
+    here = np.arange(speed.size)
+    own = np.minimum(row, sections - 1)
+    factor = np.abs(section_factor(system, speed)[0][here, :, own])
+    size = np.abs(system.twist[own])
+    of_section = factor * np.einsum("smn,sn->sm", error, size)
+    rounding = 8.0 * UNIT_ROUNDOFF * factor * np.einsum("smn,sn->sm", value, size)
+    of_heat = damper.damping * (speed[:, None] * np.asarray(system.problem.order)) ** 2
+    of_heat = of_heat * value[..., -1] * (error[..., -1] + 8.0 * UNIT_ROUNDOFF * value[..., -1])
+    of_travel = error[..., -1] + 8.0 * UNIT_ROUNDOFF * value[..., -1]
+    picked = np.where((row == sections)[:, None], of_heat, of_section + rounding)
+    each = np.where((row > sections)[:, None], of_travel, picked)
+    total: FloatArray = np.sqrt(np.sum(np.square(each), axis=-1))
+    return total
+
+
+# ----------------------------------------------------------------------------
+# Crests and troughs that all but reach the highest and the lowest of their cycle.
+#
+# The half range of a cycle is the largest of (crest - trough) / 2 over all its pairs. Each pair is
+# smooth in speed and damper; their maximum has an edge where two change places. A search that sees
+# only the highest pair runs into that edge blindly, so that close ones are named here.
+# ----------------------------------------------------------------------------
+
+#: share of the half range below which a pair is left out
+_CLOSE = 0.02
+#: crests (and troughs) looked at, pairs kept of one cycle
+_CRESTS, _PAIRS = 6, 4
+
+
+def rivals(
+    system: System, damper: Damper, speed: FloatArray, row: IntArray, phase: FloatArray
+) -> tuple[IntArray, FloatArray]:
+    """Other pairs of readings row[i] at speed[i], read at phase[i] (s, 2): which i, phases (q, 2).
+
+    Heat has none; travel has one extreme, which stands for both.
+    """
+    sections = system.twist.shape[0]
+    which: list[int] = []
+    found: list[list[float]] = []
+    waves = np.flatnonzero(row != sections)
+    if waves.size:
+        amplitude = signals(system, damper, speed[waves], row[waves])
+        up, high = crests(amplitude, system.harmonic, _CRESTS)
+        down, low = crests(-amplitude, system.harmonic, _CRESTS)
+    for i, place in enumerate(waves.tolist()):
+        if row[place] > sections:
+            at, height = (up[i], high[i]) if row[place] == sections + 1 else (down[i], low[i])
+            pair, value = np.stack([at, at], axis=-1), height
+        else:
+            pair = np.stack(np.meshgrid(up[i], down[i], indexing="ij"), axis=-1).reshape(-1, 2)
+            value = (0.5 * (high[i][:, None] + low[i])).ravel()
+        order = np.argsort(-value, kind="stable")
+        order = order[value[order] >= (1.0 - _CLOSE) * value[order[0]]]
+        kept = 0
+        for one in order[: _PAIRS + 1]:
+            away = np.abs(np.angle(np.exp(1j * (pair[one] - phase[place]))))
+            if np.any(away > 1e-6) and kept < _PAIRS:
+                which.append(place)
+                found.append(pair[one].tolist())
+                kept += 1
+    return np.array(which, dtype=np.int64), np.array(found, dtype=float).reshape(-1, 2)
+
+
+# ----------------------------------------------------------------------------
+# Readings of very many springs and dashpots: each changes the line by one rank.
+#
+# With a nominal damper s0 the hub turns by r0 against the ring, and a unit torque between them
+# turns it by h. Another damper s, with d = s - s0, gives r0 / (1 + d h), and every unknown u
+# becomes u0 - g d r0 / (1 + d h): no new solution. The bare line (s0 = 0) would be singular on its
+# own frequencies; a nominal damper in the middle of the bounds keeps all of its orders finite.
+# ----------------------------------------------------------------------------
+
+MAP_SAMPLES = 6
+_BLOCK = 1 << 21
+
+
+class Table(NamedTuple):
+    """At s speeds and m orders with the nominal damper: `section` (s, m, e) what is read of each
+    section, `section_unit` the same for a unit torque between hub and ring, `relative` and
+    `relative_unit` (s, m) for hub less ring; `..._error` bounds on their round-off."""
+
+    nominal: Damper
+    speed: FloatArray
+    frequency: FloatArray
+    section: ComplexArray
+    section_unit: ComplexArray
+    relative: ComplexArray
+    relative_unit: ComplexArray
+    section_error: FloatArray
+    relative_error: FloatArray
+
+
+def table(system: System, nominal: Damper, speed: FloatArray, *, bounded: bool = True) -> Table:
+    """Solve once at speeds (s,), for all springs and dashpots on a ring of this inertia.
+
+    Without `bounded` no errors are formed, and they are infinite: a search needs none.
+    """
+    w = speed[:, None] * np.asarray(system.problem.order, dtype=float)
+    matrix = system.dynamic(nominal, w)
+    right = np.zeros((*matrix.shape[:-1], 2), dtype=complex)
+    right[..., 0] = torque_at(system.problem.torque, speed)[0] @ system.angle
+    right[..., -1, 1] = 1.0
+    loaded, unit = np.moveaxis(solve(matrix, right), -1, 0)
+    factor = section_factor(system, speed)[0]
+    own, of_section = np.full(w.shape, np.inf), np.full(factor.shape, np.inf)
+    if bounded:
+        error = solution_error(system, nominal, speed)
+        own, of_section = error[..., -1], np.abs(factor) * (error @ np.abs(system.twist.T))
+    return Table(
+        nominal, speed, w, factor * (loaded @ system.twist.T), factor * (unit @ system.twist.T),
+        loaded[..., -1], unit[..., -1],
+        of_section, own,
+    )  # fmt: skip
+
+
+def amplitudes(
+    found: Table, stiffness: FloatArray, damping: FloatArray
+) -> tuple[ComplexArray, ComplexArray, FloatArray]:
+    """Sections (b, s, m, e), hub less ring (b, s, m) for dampers (b,), and an error of sections.
+
+    The error (b, s, m, e) grows by what cancels in 1 + d h and in the difference.
+    """
+    section, relative, taken, loop = _changed(found, stiffness, damping)
+    grown = 1.0 + np.abs(loop) / np.abs(1.0 + loop)
+    scale = found.relative_error / np.maximum(np.abs(found.relative), 1e-300)
+    lost = (scale + 16.0 * UNIT_ROUNDOFF) * grown**2
+    error = found.section_error * grown[..., None] + lost[..., None] * np.abs(taken)
+    return section, relative, error
+
+
+def _changed(
+    found: Table, stiffness: FloatArray, damping: FloatArray
+) -> tuple[ComplexArray, ComplexArray, ComplexArray, ComplexArray]:
+    """Sections, hub less ring, what was taken from the nominal sections, and d h."""
+    change = (stiffness - found.nominal.stiffness)[:, None, None] + 1j * (
+        damping - found.nominal.damping
+    )[:, None, None] * found.frequency
+    loop = change * found.relative_unit
+    share = change / (1.0 + loop)
+    relative = found.relative / (1.0 + loop)
+    taken = found.section_unit * (share * found.relative)[..., None]
+    return found.section - taken, relative, taken, loop
+
+
+def map_readings(
+    system: System, found: Table, stiffness: FloatArray, damping: FloatArray
+) -> FloatArray:
+    """Readings (b, s, e + 3) of dampers (b,), from samples of the cycle.
+
+    They miss a few percent of the highest orders: good enough to find basins and brackets;
+    `readings` has what is reported.
+    """
+    speeds, _, sections = found.section.shape
+    highest = int(system.harmonic.max())
+    block = max(1, _BLOCK // (speeds * (sections + 1) * MAP_SAMPLES * highest))
+    result = np.empty((stiffness.size, speeds, sections + 3))
+    for start in range(0, stiffness.size, block):
+        part = slice(start, start + block)
+        section, relative, _, _ = _changed(found, stiffness[part], damping[part])
+        result[part, :, :sections] = _ranges(np.moveaxis(section, -1, -2), system)[0]
+        result[part, :, sections] = 0.5 * damping[part, None] * np.sum(
+            np.abs(found.frequency * relative) ** 2, axis=-1
+        )  # fmt: skip
+        _, result[part, :, sections + 1], result[part, :, sections + 2] = _ranges(relative, system)
+    return result
+
+
+def _ranges(amplitude: ComplexArray, system: System) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Half range, highest, minus lowest value: parabolas through the best of sampled cycles."""
+    value = sampled(amplitude, system.harmonic, MAP_SAMPLES)
+    high, low = _summit(value), -_summit(-value)
+    return 0.5 * (high - low), high, -low
+
+
+def _summit(value: FloatArray) -> FloatArray:
+    best = np.argmax(value, axis=-1)[..., None]
+    count = value.shape[-1]
+    middle, left, right = (
+        np.take_along_axis(value, (best + shift) % count, axis=-1)[..., 0] for shift in (0, -1, 1)
+    )
+    bend = np.maximum(2.0 * middle - left - right, 1e-300)
+    summit: FloatArray = middle + 0.125 * (right - left) ** 2 / bend
+    return summit

@@ -1,0 +1,427 @@
+"""The last digits of a tuning: Newton's method on the peaks and bounds that hold it."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from vibecalc.numerics.nonnegative import nonnegative_least_squares
+from vibecalc.numerics.typing import BoolArray, FloatArray
+from vibecalc.torsion.damper_design.descend import BROKEN, Place, foreseen
+from vibecalc.torsion.damper_design.peaks import (
+    Summits,
+    Survey,
+    about,
+    drift,
+    follow,
+    place_error,
+    same_branch,
+)
+from vibecalc.torsion.damper_design.readings import reading_error
+
+# ----------------------------------------------------------------------------
+# The last digits of a tuning: Newton's method on the summits that hold it.
+#
+# Unknowns are the variables, the common level of the sections and the weights of the summits; the
+# conditions are equal levels, limits just met, and slopes that cancel with these weights. Summits
+# are followed to their own speeds at each step, so that no grid of speeds remains in the answer.
+# ----------------------------------------------------------------------------
+
+_MOST_STEPS = 20
+#: change of a logarithm in one step
+_LONGEST = 0.1
+_DIFFERENCE = 1e-4
+_PROBE = 1e-10
+#: round-off of a slope by a logarithm over that of its value
+_SLOPE = 3.0
+
+
+class Held(NamedTuple):
+    """A tuning at which weighted slopes cancel.
+
+    `weight` (p,) of the summits `seen`, of sections they add up to 1; `fixed` (v,) variables at a
+    bound and `bound_weight` (v,) what those bounds pull; `variable_error` (v,) of the logarithms;
+    `weight_error` (p,), `bound_error` (v,), `speed_error` (p,) in rad/s and `curvature_error`;
+    `residual` of the slopes over the level, `curvature` least of the Lagrangian along directions
+    that the summits leave free, over the level (infinite where they leave none).
+    """
+
+    variables: FloatArray
+    level: float
+    seen: Summits
+    weight: FloatArray
+    fixed: BoolArray
+    bound_weight: FloatArray
+    variable_error: FloatArray
+    level_error: float
+    residual: float
+    curvature: float
+    weight_error: FloatArray
+    bound_error: FloatArray
+    speed_error: FloatArray
+    curvature_error: float
+
+
+def newton(prepared: Survey, variables: FloatArray, seen: Summits, fixed: BoolArray) -> Held | None:
+    """Iterate with these active summits and fixed variables; None where it does not converge."""
+    moving, free = prepared.moving, np.flatnonzero(~fixed)
+    x = variables.copy()
+    weight = np.zeros(seen.row.size)
+    last = np.inf
+    for _ in range(_MOST_STEPS):
+        now = tracked(prepared, x, seen)
+        if now is None:
+            return None
+        seen = now
+        scale = _scale(prepared, seen)
+        slope = seen.slope[:, moving] / scale[:, None]
+        if not np.any(weight):
+            weight = _weights(prepared, x, seen, slope, free)
+        hessian = _hessian(prepared, x, seen, weight, scale)
+        if hessian is None:
+            return None
+        matrix, right = _conditions(prepared, x, seen, slope, weight, hessian, free)
+        solution: FloatArray = np.array(np.linalg.lstsq(matrix, right, rcond=1e-13)[0], dtype=float)
+        step = solution[: free.size]
+        weight = solution[free.size + 1 :]
+        length = float(np.max(np.abs(step), initial=0.0))
+        x = x.copy()
+        x[free] += step * min(1.0, _LONGEST / max(length, 1e-300))
+        if length < 1e-10 or (length < 1e-6 and length > 0.3 * last):
+            return _finished(prepared, x, seen, weight, fixed, hessian, matrix, length)
+        last = length
+    return None
+
+
+def tracked(prepared: Survey, variables: FloatArray, seen: Summits) -> Summits | None:
+    """The same summits of a damper close by; None where one has gone from its place."""
+    system = prepared.system
+    low, high = about(seen, system.problem.speed, prepared.grid[1] - prepared.grid[0])
+    now = follow(system, prepared.damper(variables), seen.row, low, high, near=seen.phase)
+    reach = 3.0 * np.maximum(high - seen.speed, seen.speed - low)
+    gone = np.abs(now.speed - seen.speed) > reach
+    return None if np.any(gone) else now
+
+
+def _scale(prepared: Survey, seen: Summits) -> FloatArray:
+    """Worst section for sections, the limit for heat and travel (p,)."""
+    section = seen.row < prepared.system.twist.shape[0]
+    worst = np.max(seen.value[section])
+    return np.where(section, worst, prepared.scale[seen.row])
+
+
+def _price(prepared: Survey, x: FloatArray, scale: FloatArray) -> FloatArray:
+    """Slope (v,) of the price of the ring, over the level; the same is its curvature."""
+    cost = prepared.limits.inertia_price * prepared.damper(x).inertia
+    price: FloatArray = cost / np.max(scale) * (prepared.moving == 0)
+    return price
+
+
+def _weights(
+    prepared: Survey, x: FloatArray, seen: Summits, slope: FloatArray, free: np.ndarray
+) -> FloatArray:
+    """First weights (p,), none negative, by least squares."""
+    section = seen.row < prepared.system.twist.shape[0]
+    price = _price(prepared, x, _section_scale(prepared, seen))[free]
+    rows = np.vstack([slope.T[free], section.astype(float)])
+    return nonnegative_least_squares(rows, np.append(-price, 1.0))
+
+
+def _section_scale(prepared: Survey, seen: Summits) -> FloatArray:
+    """The worst section as an array (1,)."""
+    return np.array([np.max(seen.value[seen.row < prepared.system.twist.shape[0]])])
+
+
+def _hessian(
+    prepared: Survey, x: FloatArray, seen: Summits, weight: FloatArray, scale: FloatArray,
+    difference: float = _DIFFERENCE,
+) -> FloatArray | None:  # fmt: skip
+    """Curvature (v, v) of the weighted summits and the price, by central differences of slopes."""
+    count = prepared.moving.size
+    price = _price(prepared, x, _section_scale(prepared, seen))
+    result = np.diag(price)
+    share = weight / scale
+    for column in range(count):
+        pair = []
+        for side in (1.0, -1.0):
+            beside = x.copy()
+            beside[column] += side * difference
+            now = tracked(prepared, beside, seen)
+            if now is None:
+                return None
+            pair.append(share @ now.slope[:, prepared.moving])
+        result[:, column] += (pair[0] - pair[1]) / (2.0 * difference)
+    symmetric: FloatArray = 0.5 * (result + result.T)
+    return symmetric
+
+
+def _conditions(
+    prepared: Survey, x: FloatArray, seen: Summits, slope: FloatArray, weight: FloatArray,
+    hessian: FloatArray, free: np.ndarray,
+) -> tuple[FloatArray, FloatArray]:  # fmt: skip
+    """Newton's matrix and right-hand side for step (f,), level and new weights (p,)."""
+    section = seen.row < prepared.system.twist.shape[0]
+    f, p = free.size, seen.row.size
+    scale = _scale(prepared, seen)
+    matrix = np.zeros((f + 1 + p, f + 1 + p))
+    matrix[:f, :f] = hessian[np.ix_(free, free)]
+    matrix[:f, f + 1 :] = slope[:, free].T
+    matrix[f, f + 1 :] = section
+    matrix[f + 1 :, :f] = slope[:, free]
+    matrix[f + 1 :, f] = -section.astype(float)
+    level = seen.value / scale
+    price = _price(prepared, x, _section_scale(prepared, seen))[free]
+    right = np.concatenate([-price, [1.0], np.where(section, 0.0, 1.0) - level])
+    return matrix, right
+
+
+def _finished(
+    prepared: Survey, x: FloatArray, seen: Summits, weight: FloatArray, fixed: BoolArray,
+    hessian: FloatArray, matrix: FloatArray, length: float,
+) -> Held | None:  # fmt: skip
+    """Level, errors and certificate at the end of the iteration."""
+    end = tracked(prepared, x, seen)
+    inwards = np.where(x < prepared.logarithms.mean(axis=1), _PROBE, -_PROBE) * ~fixed
+    beside = tracked(prepared, x + inwards, seen)
+    if end is None or beside is None:
+        return None
+    moving, free = prepared.moving, np.flatnonzero(~fixed)
+    damper, scale = prepared.damper(x), _scale(prepared, end)
+    level_of = _section_scale(prepared, end)
+    worst = float(level_of[0])
+    section = end.row < prepared.system.twist.shape[0]
+    slope = end.slope[:, moving] / scale[:, None]
+    balance = weight @ slope + _price(prepared, x, level_of)
+    bound = np.where(fixed, -balance, 0.0)
+    # noise of levels: bounds on round-off; of slopes: what a step of 1e-10 changes beyond what
+    # their curvature says
+    value_noise = reading_error(prepared.system, damper, end.speed, end.row) / scale
+    jump = (beside.value - end.value) / scale - slope @ inwards
+    value_noise = value_noise + np.abs(jump)
+    moved = weight @ (beside.slope[:, moving] / scale[:, None]) + _price(
+        prepared, x + inwards, level_of
+    )
+    # differences across a bound are not known: of free variables alone
+    probed = np.abs(moved - balance - hessian @ inwards)[free]
+    slope_noise = float(np.max(probed, initial=0.0) + _SLOPE * (np.abs(weight) @ value_noise))
+    noise = np.concatenate([np.full(free.size, slope_noise), [0.0], value_noise])
+    residual = np.abs(balance[free])
+    noise[: free.size] += residual
+    unknown = np.abs(np.linalg.pinv(matrix, rcond=1e-13)) @ noise
+    unknown = unknown + length**2 + 1e-3 * length
+    error = np.zeros(moving.size)
+    error[free] = unknown[: free.size]
+    weight_error = unknown[free.size + 1 :]
+    bound_error = np.abs(slope.T) @ weight_error + np.abs(hessian) @ error + slope_noise
+    level = worst * float(weight[section] @ (end.value[section] / worst))
+    spread = float(np.abs(weight) @ value_noise)
+    unequal = float(np.max(np.abs(end.value[section] / worst - level / worst), initial=0.0))
+    curvature = _curvature(matrix, free.size)
+    rise = spread + float(np.sum(residual) * np.max(error, initial=0.0)) + unequal
+    step = prepared.grid[1] - prepared.grid[0]
+    by_damper = drift(prepared.system, damper, end, step)[:, moving]
+    speed_error = place_error(prepared.system, damper, end) + np.abs(by_damper) @ error
+    curvature_error = 0.0
+    if np.isfinite(curvature):
+        wider = _hessian(prepared, x, end, weight, scale, 2.0 * _DIFFERENCE)
+        if wider is None:
+            return None
+        curvature_error = float(np.linalg.norm(wider - hessian, 2)) + slope_noise / _DIFFERENCE
+    return Held(
+        x, level, end, weight, fixed, bound, error, worst * rise,
+        float(np.max(residual, initial=0.0)), curvature,
+        weight_error, np.where(fixed, bound_error, 0.0), speed_error, curvature_error,
+    )  # fmt: skip
+
+
+def _curvature(matrix: FloatArray, free: int) -> float:
+    """Least eigenvalue of the curvature within directions that keep all active levels."""
+    if free == 0:
+        return np.inf
+    rows = matrix[free + 1 :, : free + 1]
+    _, size, right = np.linalg.svd(rows)
+    rank = int(np.sum(size > 1e-10 * max(float(size[0]), 1e-300)))
+    null = right[rank:, :free].T
+    if null.shape[1] == 0:
+        return np.inf
+    length = np.linalg.norm(null, axis=0)
+    null = np.linalg.qr(null[:, length > 1e-12])[0]
+    if null.shape[1] == 0:
+        return np.inf
+    return float(np.min(np.linalg.eigvalsh(null.T @ matrix[:free, :free] @ null)))
+
+
+# ----------------------------------------------------------------------------
+# Which summits and bounds hold a tuning: an active set around Newton's method.
+# ----------------------------------------------------------------------------
+
+_CLOSENESS = (3e-3, 3e-4, 3e-2)
+_ROUNDS = 12
+_WRONG = 1e-7
+_SHARE = 0.9
+#: summits of a section whose speeds differ by less than this share are pairs of one cycle
+_ONE_CYCLE = 1e-3
+
+
+def settle(prepared: Survey, end: Place) -> Held | None:
+    """Refine the end of a descent; None where no set of summits and bounds holds it.
+
+    Crests of one cycle that are all but equal may rise and fall together everywhere: no tuning
+    makes them equal. A second search therefore holds the highest of each cycle only.
+    """
+    for alone in (False, True):
+        for closeness in _CLOSENESS:
+            seen, fixed = _first_guess(prepared, end, closeness, alone)
+            held = _iterate(prepared, end, seen, fixed, alone)
+            if held is not None and _is_minimum(prepared, end, held):
+                return held
+    return None
+
+
+def _same_cycle(seen: Summits, one: Summits) -> BoolArray:
+    """Which summits (p,) are read in the same cycle as a single one."""
+    near = np.abs(seen.speed / one.speed[0] - 1.0) < _ONE_CYCLE
+    same: BoolArray = near & (seen.row == one.row[0])
+    return same
+
+
+def _highest(seen: Summits) -> Summits:
+    """The highest summit of each cycle."""
+    kept: list[int] = []
+    for i in np.argsort(-seen.value, kind="stable"):
+        if not np.any(_same_cycle(seen.some(np.array(kept, dtype=int)), seen.some(np.array([i])))):
+            kept.append(int(i))
+    return seen.some(np.array(kept, dtype=int))
+
+
+def _is_minimum(prepared: Survey, end: Place, held: Held) -> bool:
+    """Whether the refined place is no saddle and no worse than where the descent ended."""
+    cost = prepared.limits.inertia_price * prepared.damper(held.variables).inertia
+    lower = held.level + cost <= end.merit * (1.0 + 1e-6) or end.over > 1e-6
+    return held.curvature > 0.0 and lower
+
+
+def _first_guess(
+    prepared: Survey, end: Place, closeness: float, alone: bool
+) -> tuple[Summits, BoolArray]:
+    """Summits near the top and bounds nearby that least squares gives a weight."""
+    seen, x = _highest(end.seen) if alone else end.seen, end.variables
+    section = seen.row < prepared.system.twist.shape[0]
+    worst = float(np.max(seen.value[section]))
+    scale = np.where(section, worst, prepared.scale[seen.row])
+    near = seen.value / scale >= 1.0 - closeness
+    seen, section, scale = seen.some(near), section[near], scale[near]
+    bounds = prepared.logarithms
+    low, high = x - bounds[:, 0] < closeness, bounds[:, 1] - x < closeness
+    normals = np.hstack([np.diag(high.astype(float)), -np.diag(low.astype(float))])
+    slope = (seen.slope[:, prepared.moving] / scale[:, None]).T
+    top = np.hstack([slope, normals])
+    last = np.append(section.astype(float), np.zeros(normals.shape[1]))
+    cost = prepared.limits.inertia_price * prepared.damper(x).inertia / worst
+    right = np.append(-cost * (prepared.moving == 0), 1.0)
+    weight = nonnegative_least_squares(np.vstack([top, last]), right)
+    used = weight[: seen.row.size] > _WRONG
+    pulls = weight[seen.row.size :].reshape(2, -1).sum(axis=0)
+    return seen.some(used), pulls > _WRONG
+
+
+def _iterate(
+    prepared: Survey, end: Place, seen: Summits, fixed: BoolArray, alone: bool
+) -> Held | None:
+    bounds = prepared.logarithms
+    sections = prepared.system.twist.shape[0]
+    x = end.variables.copy()
+    for _ in range(_ROUNDS):
+        if not np.any(seen.row < sections):
+            return None
+        nearer = np.where(x < bounds.mean(axis=1), bounds[:, 0], bounds[:, 1])
+        x = np.where(fixed, nearer, x)
+        held = newton(prepared, x, seen, fixed)
+        if held is None:
+            return None
+        beyond = (held.variables < bounds[:, 0]) | (held.variables > bounds[:, 1])
+        if np.any(beyond & ~fixed):
+            fixed = fixed | beyond
+            x = np.clip(held.variables, bounds[:, 0], bounds[:, 1])
+            continue
+        x, seen = held.variables, held.seen
+        if held.weight.size > 1 and float(np.min(held.weight)) < -_WRONG:
+            seen = seen.some(np.arange(seen.row.size) != int(np.argmin(held.weight)))
+            continue
+        # a lower bound holds back a value that would gain by falling, an upper one by rising
+        upper = x > bounds.mean(axis=1)
+        wrong = fixed & (np.where(upper, held.bound_weight, -held.bound_weight) < -_WRONG)
+        if np.any(wrong):
+            fixed = fixed & ~wrong
+            continue
+        missing = _above(prepared, held)
+        if missing is None:
+            return held
+        if alone:
+            seen = seen.some(~_same_cycle(seen, missing))
+        seen = seen.joined(missing)
+    return None
+
+
+def _above(prepared: Survey, held: Held) -> Summits | None:
+    """The worst summit above the level or a limit that is not yet held, or None."""
+    seen = prepared.summits(prepared.damper(held.variables), _SHARE)
+    section = seen.row < prepared.system.twist.shape[0]
+    scale = np.where(section, held.level, prepared.scale[seen.row])
+    over = seen.value / scale - 1.0
+    for i, (row, speed) in enumerate(zip(seen.row, seen.speed, strict=True)):
+        known = (held.seen.row == row) & (np.abs(held.seen.speed / speed - 1.0) < 1e-5)
+        known &= same_branch(prepared.system, held.seen.phase, seen.phase[i])
+        if np.any(known):
+            over[i] = 0.0
+    worst = int(np.argmax(over))
+    if over[worst] <= 1e-10 + 2.0 * held.level_error / held.level:
+        return None
+    return seen.some(np.array([worst]))
+
+
+# ----------------------------------------------------------------------------
+# How far descents ended from the optima of their own basins.
+# ----------------------------------------------------------------------------
+
+#: an end this close, in logarithms and in height, belongs to the optimum already held
+_SAME, _AS_HIGH = 0.03, 1e-3
+#: a foreseen step below which an end counts as the optimum of its basin
+_SETTLED = 0.01
+#: height over that of the optimum up to which another basin is worth its own proof
+_RIVAL = 1.05
+
+
+def basin_errors(prepared: Survey, held: Held, ends: list[Place]) -> tuple[FloatArray, FloatArray]:
+    """Errors (b, 3) of J, k, c and (b,) of the objective of all ends.
+
+    The way to the optimum that Newton's method finds from an end. Where none proves one, and in
+    basins far above the best one, the step that a linear program would still take and its gain.
+    """
+    away, above = np.zeros((len(ends), 3)), np.zeros(len(ends))
+    known = [held]
+    for place, end in enumerate(ends):
+        found = next((one for one in known if _belongs(prepared, one, end)), None)
+        step, above[place] = foreseen(prepared, end)
+        # Newton's method costs as much as a descent: not where nothing more is to be had
+        rival = end.over <= BROKEN and end.merit < _RIVAL * _merit(prepared, held)
+        if found is None and rival and np.max(step, initial=0.0) > _SETTLED:
+            found = settle(prepared, end)
+            if found is not None:
+                known.append(found)
+        if found is not None:
+            step = np.abs(found.variables - end.variables) + found.variable_error
+            above[place] = abs(_merit(prepared, found) - end.merit) + found.level_error
+        values = np.array(prepared.damper(end.variables))[prepared.moving]
+        away[place, prepared.moving] = values * step
+    return away, above
+
+
+def _merit(prepared: Survey, held: Held) -> float:
+    price = prepared.limits.inertia_price * prepared.damper(held.variables).inertia
+    return held.level + price
+
+
+def _belongs(prepared: Survey, held: Held, end: Place) -> bool:
+    near = np.max(np.abs(held.variables - end.variables), initial=0.0) < _SAME
+    high = _merit(prepared, held)
+    return bool(near and abs(end.merit - high) < _AS_HIGH * high)

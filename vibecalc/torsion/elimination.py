@@ -1,0 +1,615 @@
+"""Elimination in the equations of a shaft line at many frequencies: along a tree, or dense."""
+
+from collections.abc import Callable
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+
+from vibecalc.numerics.rounding import EPSILON
+from vibecalc.numerics.typing import BoolArray, ComplexArray, FloatArray
+from vibecalc.torsion.line import Line, dynamic_stiffness
+
+# ----------------------------------------------------------------------------
+# A shaft line as a tree, and everything about it that no frequency changes.
+# ----------------------------------------------------------------------------
+
+Value: TypeAlias = float | FloatArray | None
+
+
+class Tree(NamedTuple):
+    """`order` has children before parents; `parent` and the `elements` to it are by station.
+
+    A root has the parent -1. Elements side by side between two stations are one branch.
+    """
+
+    order: tuple[int, ...]
+    parent: tuple[int, ...]
+    elements: tuple[tuple[int, ...], ...]
+
+
+def tree_of(line: Line, root: int) -> Tree | None:
+    """The line as a tree hung on `root` (other pieces on their first station); None with loops.
+
+    Elements without stiffness and damping are no connection.
+    """
+    n = line.inertia.shape[-1]
+    parallel: dict[tuple[int, int], list[int]] = {}
+    joined = (line.stiffness != 0.0) | (line.damping != 0.0)
+    joins = np.any(joined, axis=tuple(range(joined.ndim - 1))).tolist()
+    for e, (a, b) in enumerate(zip(line.first.tolist(), line.second.tolist(), strict=True)):
+        if a != b and joins[e]:
+            parallel.setdefault((min(a, b), max(a, b)), []).append(e)
+    near: list[list[tuple[int, tuple[int, ...]]]] = [[] for _ in range(n)]
+    for (a, b), group in parallel.items():
+        near[a].append((b, tuple(group)))
+        near[b].append((a, tuple(group)))
+    parent, order = [-2] * n, list[int]()
+    elements: list[tuple[int, ...]] = [()] * n
+    for start in (root, *range(n)):
+        if parent[start] != -2:
+            continue
+        parent[start] = -1
+        reached = [start]
+        for a in reached:
+            for b, group in near[a]:
+                if parent[b] == -2:
+                    parent[b], elements[b] = a, group
+                    reached.append(b)
+        order += reached
+    branches = sum(one >= 0 for one in parent)
+    if branches != len(parallel):
+        return None
+    return Tree(tuple(reversed(order)), tuple(parent), tuple(elements))
+
+
+class Plan(NamedTuple):
+    """Values by station as floats, or as arrays of the line's flat leading axis; None where zero.
+
+    `stiffness`, `loss` (stiffness times loss factor) and `damping` are of the branch to the parent.
+    """
+
+    tree: Tree
+    damped: bool
+    inertia: list[Value]
+    ground_stiffness: list[Value]
+    absolute_damping: list[Value]
+    stiffness: list[Value]
+    loss: list[Value]
+    damping: list[Value]
+
+    def cut(self, part: slice) -> "Plan":
+        """The entries of a block."""
+
+        def one(values: list[Value]) -> list[Value]:
+            return [v[part] if isinstance(v, np.ndarray) else v for v in values]
+
+        return Plan(self.tree, self.damped, *(one(values) for values in self[2:]))
+
+
+def plan_of(line: Line, root: int) -> Plan | None:
+    """Everything about a line that no frequency changes; None for a line with loops."""
+    tree = tree_of(line, root)
+    if tree is None:
+        return None
+
+    def value(values: FloatArray) -> Value:
+        if values.ndim == 0:
+            return float(values) or None
+        return values if np.any(values) else None
+
+    def branches(values: FloatArray) -> list[Value]:
+        return [value(sum((values[..., e] for e in one), np.zeros(()))) for one in tree.elements]
+
+    own = (line.inertia, line.ground_stiffness, line.absolute_damping)
+    stations = [[value(one[..., i]) for i in range(line.inertia.shape[-1])] for one in own]
+    between = [
+        branches(one) for one in (line.stiffness, line.stiffness * line.loss_factor, line.damping)
+    ]
+    imaginary = (*stations[2], *between[1], *between[2])
+    damped = any(one is not None for one in imaginary)
+    return Plan(tree, damped, *stations, *between)
+
+
+# ----------------------------------------------------------------------------
+# The stations and elements of a tree at the frequencies of a block.
+# ----------------------------------------------------------------------------
+
+#: a value (f,), a bound (f,) or () of its magnitude, and the largest of all
+Element: TypeAlias = tuple[FloatArray | ComplexArray, float | FloatArray, float]
+
+
+class Branches:
+    """k (1 + i loss factor) + i w c of the branches to the parents, one at a time.
+
+    Neighbours are often alike, as the throws of a crankshaft are; then the last one is kept.
+    """
+
+    def __init__(self, plan: Plan, frequency: FloatArray):
+        self.plan, self.frequency = plan, frequency
+        self.highest = float(np.max(frequency, initial=0.0))
+        self.space = np.empty(len(frequency), dtype=np.complex128)
+        self.last: tuple[float, ...] = ()
+        self.kept: Element = (self.space, 0.0, 0.0)
+
+    def element(self, i: int) -> Element:
+        plan = self.plan
+        stiffness, loss, damping = (
+            0.0 if one is None else one
+            for one in (plan.stiffness[i], plan.loss[i], plan.damping[i])
+        )
+        if (
+            isinstance(stiffness, np.ndarray)
+            or isinstance(loss, np.ndarray)
+            or isinstance(damping, np.ndarray)
+        ):
+            self.last = ()
+            return self._varied(stiffness, loss, damping)
+        if (stiffness, loss, damping) != self.last:
+            self.last = (stiffness, loss, damping)
+            self.kept = self._constant(stiffness, loss, damping)
+        return self.kept
+
+    def _constant(self, stiffness: float, loss: float, damping: float) -> Element:
+        imaginary = abs(loss) + self.highest * damping
+        largest = float(np.hypot(stiffness, imaginary))
+        if imaginary == 0.0:
+            return np.asarray(stiffness), largest, largest
+        self.space.real = stiffness
+        np.multiply(self.frequency, damping, out=self.space.imag)
+        if loss != 0.0:
+            self.space.imag += loss
+        # where damping adds next to nothing one bound will do, even along many stations
+        little = largest <= stiffness * (1.0 + 0.4 / len(self.plan.inertia))
+        return self.space, largest if little else np.abs(self.space), largest
+
+    def _varied(
+        self, stiffness: float | FloatArray, loss: float | FloatArray, damping: float | FloatArray
+    ) -> Element:
+        if not np.any(loss) and not np.any(damping):
+            size = np.abs(stiffness)
+            return np.asarray(stiffness), size, float(np.max(size))
+        self.space.real = stiffness
+        self.space.imag = loss + self.frequency * damping
+        size = np.abs(self.space)
+        return self.space, size, float(np.max(size))
+
+
+class Stations:
+    """k - w^2 J + i w c of the stations against the frame; real on a line without damping.
+
+    As with `Branches` the last one is kept for neighbours that are alike; not to be written into.
+    """
+
+    def __init__(self, plan: Plan, frequency: FloatArray, negative: ComplexArray):
+        self.plan, self.frequency, self.negative = plan, frequency, negative
+        self.last: tuple[float, ...] = ()
+        self.kept = negative
+
+    def own(self, i: int) -> ComplexArray:
+        """(f,), `negative` being -w^2."""
+        inertia, stiffness, damping = (
+            0.0 if one is None else one
+            for one in (
+                self.plan.inertia[i], self.plan.ground_stiffness[i], self.plan.absolute_damping[i],
+            )
+        )  # fmt: skip
+        if (
+            isinstance(inertia, np.ndarray)
+            or isinstance(stiffness, np.ndarray)
+            or isinstance(damping, np.ndarray)
+        ):
+            self.last = ()
+            self.kept = self._formed(inertia, stiffness, damping)
+        elif (inertia, stiffness, damping) != self.last:
+            self.last = (inertia, stiffness, damping)
+            self.kept = self._formed(inertia, stiffness, damping)
+        return self.kept
+
+    def _formed(
+        self,
+        inertia: float | FloatArray,
+        stiffness: float | FloatArray,
+        damping: float | FloatArray,
+    ) -> ComplexArray:
+        own = np.asarray(self.negative * inertia)
+        if np.any(stiffness):
+            own.real += stiffness
+        if np.any(damping):
+            np.multiply(self.frequency, damping, out=own.imag)
+        return own
+
+
+# ----------------------------------------------------------------------------
+# Round-off of an elimination along a tree, as a running bound in magnitudes.
+# ----------------------------------------------------------------------------
+
+#: roundings of one reciprocal and two products in complex numbers
+ROUNDINGS = 4.5 * EPSILON
+
+
+class Check:
+    """Running bound of the round-off, carried along with the elimination in magnitudes.
+
+    `room` (2, n, f) is what it works in: memory that is asked for once. `error` (r, f) and
+    `largest` (r, f) are those of the angles, over the stations so far. All errors are in units of
+    `unit`, the roundings of a step at the station where most branches meet.
+    """
+
+    def __init__(self, plan: Plan, frequency: FloatArray, square: FloatArray, room: FloatArray):
+        n = len(plan.inertia)
+        self.room = room
+        self.plan, self.frequency, self.square = plan, frequency, square
+        self.children = [0] * n
+        for p in plan.tree.parent:
+            if p >= 0:
+                self.children[p] += 1
+        self.unit = ROUNDINGS + 0.5 * EPSILON * max(self.children)
+        self.waiting = list(self.children)
+        self.last: tuple[object, ...] | None = None
+        self.kept = square
+        self.stiffness: list[FloatArray | None] = [None] * n
+        self.torque: list[FloatArray | None] = [None] * n
+        self.share: list[FloatArray] = [square] * n
+        self.turn: list[FloatArray] = [square] * n
+        self.angle: list[FloatArray] = [square] * n
+        self.wrong: list[FloatArray] = [square] * n
+        self.error: FloatArray = np.zeros(())
+        self.largest: FloatArray = np.zeros(())
+
+    def _own(self, i: int) -> FloatArray:
+        """Doubt of a station's dynamic stiffness: products, and one addition for each branch.
+
+        That of the last station is kept for neighbours that are alike; not to be written into.
+        """
+        plan, branches = self.plan, self.children[i]
+        inertia, stiffness, damping = (
+            plan.inertia[i], plan.ground_stiffness[i], plan.absolute_damping[i],
+        )  # fmt: skip
+        varied = any(isinstance(one, np.ndarray) for one in (inertia, stiffness, damping))
+        same = None if varied else (branches, inertia, stiffness, damping)
+        if same is None or same != self.last:
+            roundings = (2.0 + 0.5 * branches) * EPSILON / self.unit
+            self.last = same
+            self.kept = self.square * (0.0 if inertia is None else roundings * inertia)
+            if stiffness is not None:
+                self.kept += roundings * np.abs(stiffness)
+            if damping is not None:
+                self.kept += self.frequency * (roundings * damping)
+        return self.kept
+
+    def down(
+        self, i: int, p: int, r: FloatArray, element: float | FloatArray, passed: ComplexArray,
+        alone: ComplexArray | None,
+    ) -> None:  # fmt: skip
+        """Of k g / (k + g), `passed` to the parent, and of what the torque does `alone`.
+
+        r and `element` are |1 / (k + g)| and a bound of |k|.
+        """
+        gathered = self.stiffness[i]
+        self.stiffness[i] = None
+        self.turn[i] = t = np.multiply(r, element, out=self.room[0, i])
+        doubt = np.multiply(self._own(i) if gathered is None else gathered, r, out=gathered)
+        self.share[i] = share = np.add(doubt, 1.0, out=self.room[1, i])
+        if alone is not None:
+            size, own = np.abs(alone), self.torque[i]
+            carried = share * size
+            if own is not None:
+                own *= r
+                carried += own
+                size += own
+            carried *= element
+            above = self.torque[p]
+            self.torque[p] = carried if above is None else np.add(above, carried, out=carried)
+            self.torque[i] = size
+        doubt *= t
+        doubt *= element
+        doubt += np.abs(passed)
+        above = self.stiffness[p]
+        doubt += self._own(p) if above is None else above
+        self.stiffness[p] = doubt
+
+    def root(self, i: int, x: ComplexArray, r: ComplexArray, load: ComplexArray | None) -> None:
+        """Of the angle of a root with the compliance r."""
+        size, own, doubt = np.abs(x), self.torque[i], self.stiffness[i]
+        bend = np.abs(r)
+        wrong = bend * (self._own(i) if doubt is None else doubt)
+        wrong = size * (wrong + 1.0)
+        if load is not None:
+            rounded = np.abs(load)
+            wrong += bend * (rounded if own is None else rounded + own)
+        self._keep(i, size, wrong)
+
+    def up(self, i: int, p: int, x: ComplexArray) -> None:
+        """Of the angle of any other station; without a torque |x| is that of the parent times t."""
+        torque, above = self.torque[i], self.wrong[p]
+        t, share = self.turn[i][None], self.share[i][None]
+        size = t * self.angle[p] if torque is None else np.abs(x)
+        # in the room of t and of the share, unless several torques are solved together
+        alone = len(above) == 1
+        wrong = np.multiply(t, above, out=t if alone else None)
+        wrong += np.multiply(share, size, out=share if alone else None)
+        if torque is not None:
+            wrong += torque
+        self._keep(i, size, wrong)
+        self.waiting[p] -= 1
+        if self.waiting[p] == 0:
+            self.angle[p] = self.square
+
+    def _keep(self, i: int, size: FloatArray, wrong: FloatArray) -> None:
+        self.angle[i], self.wrong[i] = size, wrong
+        # the first one is kept as it is and must not be written into
+        first = self.error.ndim == 0
+        self.error = np.maximum(self.error, wrong, out=None if first else self.error)
+        self.largest = np.maximum(self.largest, size, out=None if first else self.largest)
+
+
+# ----------------------------------------------------------------------------
+# Elimination along a tree of freedoms, at many frequencies at once.
+#
+# A sub-line that hangs on its parent by an element k has the dynamic stiffness g of its station;
+# seen from the parent it is k g / (k + g). That form (torque over angle, as in Riccati's transfer
+# matrix) never subtracts the large stiffnesses from each other, so that soft modes of stiff lines
+# keep their digits. What can go wrong is a resonance of an eliminated sub-line, k + g near zero:
+# its growth is measured, and the caller takes another root then.
+# ----------------------------------------------------------------------------
+
+#: growth of one step at which four digits are lost
+GROWTH = 1e4
+#: numbers of a piece of memory from which on numpy asks the system for large pages
+LARGE_PAGES = 1 << 19
+
+
+class Solution(NamedTuple):
+    """Angles (n, r, f) and, where asked for, their absolute error (r, f).
+
+    `growth` (f,) is set where no error was asked for: elimination lost four digits or more there.
+    `largest` (r, f) is the largest magnitude of the angles, with the error.
+    """
+
+    angle: ComplexArray
+    error: FloatArray
+    growth: BoolArray
+    largest: FloatArray
+
+
+class Room(NamedTuple):
+    """What blocks work in, (n, f) complex (or real without damping) and (2, n, f)."""
+
+    turn: ComplexArray
+    check: FloatArray
+
+
+def room_for(plan: Plan, count: int, estimate: bool) -> Room:
+    """Memory for blocks of so many frequencies: fresh memory takes longer than the arithmetic.
+
+    All in one piece, and for long blocks in one for which the system hands out large pages: of
+    what is asked for, only what is used is then taken, in a few steps.
+    """
+    n, width = len(plan.inertia), 2 if plan.damped else 1
+    entries, checks = width * n * count, 2 * n * count if estimate else 0
+    whole = entries + checks
+    piece = np.empty(max(whole, LARGE_PAGES) if whole > LARGE_PAGES // 4 else whole)
+    turn: ComplexArray = piece[:entries].view(np.complex128 if plan.damped else np.float64)
+    check = piece[entries:whole].reshape(2, n, count if estimate else 0)
+    return Room(turn.reshape(n, count), check)
+
+
+def eliminate(
+    plan: Plan,
+    frequency: FloatArray,
+    torque: list[ComplexArray | None],
+    estimate: bool,
+    angle: ComplexArray,
+    room: Room | None = None,
+) -> Solution:
+    """Angles at frequencies (f,), written into `angle` (n, r, f); `room` is memory used again.
+
+    `torque` has for each station an array that broadcasts to (r, f), or None where there is none;
+    the plan is cut to the block. A root without any stiffness, as of a free line at rest, is held
+    if the torques balance.
+    """
+    tree = plan.tree
+    n, count = len(plan.inertia), len(frequency)
+    square = frequency * frequency
+    kind: type = np.complex128 if plan.damped else np.float64
+    negative: ComplexArray = -square.astype(kind)
+    room = room or room_for(plan, count, estimate)
+    turn = room.turn[:, :count]
+    check = Check(plan, frequency, square, room.check[..., :count]) if estimate else None
+    acting, torque = torque, list(torque)
+    ground: list[ComplexArray | None] = [None] * n
+    compliance: dict[int, ComplexArray] = {}
+    carried = [False] * n
+    lost = np.zeros(count, dtype=bool)
+    growth = np.zeros(count, dtype=bool)
+    meeting: dict[int, FloatArray] = {}
+    branches, stations = Branches(plan, frequency), Stations(plan, frequency, negative)
+    for i in tree.order:
+        p, hung, load = tree.parent[i], ground[i], torque[i]
+        own = stations.own(i) if hung is None else hung
+        if p < 0:
+            compliance[i], free = _root(own)
+            if load is not None and np.any(free):
+                lost |= free & ~_balanced(load, acting)
+            if i in meeting:
+                growth |= ~(meeting[i] * np.abs(compliance[i]) <= GROWTH)
+            continue
+        element, bound, largest = branches.element(i)
+        whole = np.add(own, element, out=turn[i])
+        np.divide(1.0, whole, out=whole)
+        size = np.abs(whole)
+        if load is not None:
+            # what the torque does by itself waits where the angle will be
+            np.multiply(whole, load, out=angle[i])
+        t = np.multiply(whole, element, out=whole)
+        passed = np.multiply(own, t, out=hung)
+        if not estimate and tree.parent[p] < 0:
+            # what cancels at a root is a resonance of the whole line
+            meeting[p] = np.maximum(meeting.get(p, 0.0), np.abs(passed))
+        if not estimate and not np.max(size) * largest <= GROWTH:
+            growth |= ~(np.abs(t) <= GROWTH)
+        if check is not None:
+            check.down(i, p, size, bound, passed, None if load is None else angle[i])
+        above = ground[p]
+        ground[p] = np.add(passed, stations.own(p) if above is None else above, out=passed)
+        ground[i] = None
+        if load is not None:
+            moved, acted = np.multiply(element, angle[i]), torque[p]
+            torque[p] = moved if acted is None else np.add(moved, acted, out=moved)
+            # memory that is free again is still in the cache
+            torque[i] = None
+            carried[i] = True
+    for i in reversed(tree.order):
+        p, load, out = tree.parent[i], torque[i], angle[i]
+        if p < 0:
+            out[...] = 0.0
+            if load is not None:
+                np.multiply(compliance[i], load, out=out)
+        elif carried[i]:
+            here = turn[i : i + 1] if plan.damped and len(out) == 1 else None
+            out += np.multiply(turn[i], angle[p], out=here)
+        else:
+            np.multiply(turn[i], angle[p], out=out)
+        if check is not None:
+            if p < 0:
+                check.root(i, out, compliance[i], load)
+            else:
+                check.up(i, p, out)
+    if check is None:
+        nothing = np.zeros((0, 0))
+        return Solution(angle, nothing, growth | lost, nothing)
+    error = np.broadcast_to(check.error, angle.shape[1:]) * check.unit
+    if lost.any():
+        error[:, lost] = np.inf
+    if not np.isfinite(np.max(error, initial=0.0)):
+        error[np.isnan(error)] = np.inf
+    return Solution(angle, error, growth, np.broadcast_to(check.largest, error.shape))
+
+
+def _root(own: ComplexArray) -> tuple[ComplexArray, BoolArray]:
+    """Compliance of a root, 0 where it is free, and where that is."""
+    free: BoolArray = own == 0.0
+    return np.divide(1.0, np.where(free, np.inf, own) if free.any() else own), free
+
+
+def _balanced(load: ComplexArray, acting: list[ComplexArray | None]) -> BoolArray:
+    """Whether the torques (r, f) that meet at a free root are zero to rounding."""
+    size = np.zeros(())
+    for one in acting:
+        if one is not None:
+            size = size + np.abs(one)
+    balanced: BoolArray = np.all(np.abs(load) <= 2.0 * len(acting) * ROUNDINGS * size, axis=0)
+    return balanced
+
+
+# ----------------------------------------------------------------------------
+# Forced response by dense elimination with pivoting: any network, loops too, and as a check.
+# ----------------------------------------------------------------------------
+
+#: roundings of a row's sum in the residual, for the few elements that meet at a station
+DENSE_ROUNDINGS = 16.0 * EPSILON
+
+
+def mapped(line: Line, function: Callable[[FloatArray], FloatArray]) -> Line:
+    """The line with its values changed, its network kept."""
+    return line._replace(
+        inertia=function(line.inertia),
+        absolute_damping=function(line.absolute_damping),
+        ground_stiffness=function(line.ground_stiffness),
+        stiffness=function(line.stiffness),
+        damping=function(line.damping),
+        loss_factor=function(line.loss_factor),
+    )
+
+
+def dense_solution(
+    line: Line,
+    frequency: FloatArray,
+    torque: list[ComplexArray | None],
+    part: slice,
+    angle: ComplexArray,
+) -> Solution:
+    """As `eliminate`, by inverting the dynamic stiffness; one step of refinement.
+
+    The error is |inverse| (|residual| + round-off of data and residual), row by row. Frequencies
+    whose matrix is singular have an infinite error.
+    """
+    n, copies, count = angle.shape
+    taken = mapped(line, lambda one: one[part] if one.ndim > 1 else one)
+    matrix = dynamic_stiffness(taken, frequency)
+    load = np.zeros((count, n, copies), dtype=np.complex128)
+    for i, one in enumerate(torque):
+        if one is not None:
+            load[:, i, :] = np.broadcast_to(one, (copies, count)).T
+    # one scale for each station makes stiff and soft stations alike
+    scale = np.sqrt(np.max(np.abs(matrix), axis=-1))
+    scale = np.where(
+        scale > 0.0, np.exp2(np.round(np.log2(np.where(scale > 0.0, scale, 1.0)))), 1.0
+    )
+    scaled = matrix / (scale[:, :, None] * scale[:, None, :])
+    inverse, singular = _inverse(scaled)
+    right = load / scale[..., None]
+    found = inverse @ right
+    found += inverse @ (right - scaled @ found)
+    size, right_size = np.abs(scaled), np.abs(right)
+    if np.any(frequency == 0.0):
+        _held(line, frequency, scaled, right, inverse, found, singular)
+    residual = np.abs(right - scaled @ found)
+    data = _data_size(taken, frequency) / (scale[:, :, None] * scale[:, None, :])
+    doubt = residual + DENSE_ROUNDINGS * ((size + data) @ np.abs(found) + right_size)
+    error = np.abs(inverse) @ doubt / scale[..., None]
+    angle[...] = (found / scale[..., None]).transpose(1, 2, 0)
+    angle[:, :, singular] = 0.0
+    largest = np.max(np.abs(angle), axis=0)
+    worst = np.max(error, axis=1).T + 2.0 * EPSILON * largest
+    worst[:, singular] = np.inf
+    worst[~np.isfinite(worst)] = np.inf
+    return Solution(angle, worst, np.zeros(count, dtype=bool), largest)
+
+
+def _data_size(line: Line, frequency: FloatArray) -> FloatArray:
+    """Sizes of what is added up on the diagonal: cancelling sums lose that much."""
+    n = line.inertia.shape[-1]
+    w = frequency[:, None]
+    diagonal = np.abs(line.ground_stiffness) + w**2 * line.inertia + w * line.absolute_damping
+    element = line.stiffness * (1.0 + np.abs(line.loss_factor)) + w * line.damping
+    diagonal = np.broadcast_to(diagonal, (len(frequency), n)).copy()
+    for e, (a, b) in enumerate(zip(line.first, line.second, strict=True)):
+        diagonal[:, a] += element[:, e]
+        diagonal[:, b] += element[:, e]
+    return diagonal[:, :, None] * np.eye(n)
+
+
+def _inverse(matrix: ComplexArray) -> tuple[ComplexArray, BoolArray]:
+    """Inverses, zero for the exactly singular ones, and which those are."""
+    singular: BoolArray = np.zeros(len(matrix), dtype=np.bool_)
+    try:
+        return np.asarray(np.linalg.inv(matrix), dtype=np.complex128), singular
+    except np.linalg.LinAlgError:
+        inverse = np.zeros_like(matrix)
+        for i, one in enumerate(matrix):
+            try:
+                inverse[i] = np.linalg.inv(one)
+            except np.linalg.LinAlgError:
+                singular[i] = True
+    return inverse, singular
+
+
+def _held(
+    line: Line,
+    frequency: FloatArray,
+    matrix: ComplexArray,
+    right: ComplexArray,
+    inverse: ComplexArray,
+    found: ComplexArray,
+    singular: BoolArray,
+) -> None:
+    """At rest: the least twist that meets balanced torques, where a piece is free to turn."""
+    if np.all(np.any(line.ground_stiffness, axis=-1)):
+        return
+    for i in np.flatnonzero(frequency == 0.0).tolist():
+        inverse[i] = np.linalg.pinv(matrix[i], rcond=1e-12, hermitian=False)
+        found[i] = inverse[i] @ right[i]
+        left = np.abs(right[i] - matrix[i] @ found[i])
+        size = np.abs(matrix[i]) @ np.abs(found[i]) + np.abs(right[i])
+        singular[i] = bool(np.any(left > 1e-10 * np.max(size)))

@@ -1,0 +1,497 @@
+"""Steady response of a shaft line to torques at its stations, at all speeds and orders at once."""
+
+import math
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.rounding import EPSILON, SINGULAR
+from vibecalc.numerics.typing import BoolArray, ComplexArray, FloatArray, IntArray
+from vibecalc.torsion.elimination import (
+    Solution,
+    dense_solution,
+    eliminate,
+    mapped,
+    plan_of,
+    room_for,
+)
+from vibecalc.torsion.line import Line, damping_matrix, network_matrix
+from vibecalc.torsion.modes import Modes
+
+#: entries (station times frequency) of one block: what it stores stays in the cache
+BLOCK = 1 << 19
+
+#: frequencies of one block, at most
+LONGEST = 8192
+
+#: places along each axis at which the size of a torque is looked at
+LOOKS = 16
+
+
+class Forced(NamedTuple):
+    """Angles (..., n) in rad, complex, 0-to-peak, and their absolute error (...), over stations.
+
+    The error bounds the round-off for the line, frequency and torques as given. It is empty (size
+    0) where no estimate was asked for. Stations are the slowest axis in memory.
+    """
+
+    angle: ComplexArray
+    error: FloatArray
+
+
+class Masked(NamedTuple):
+    """As `Forced`, with `masked` (...) where there is no response; angle 0, error infinite."""
+
+    angle: ComplexArray
+    error: FloatArray
+    masked: BoolArray
+
+
+def forced(
+    line: Line,
+    frequency: ArrayLike,
+    torque: ArrayLike,
+    *,
+    stations: Sequence[int] | None = None,
+    estimate: bool = True,
+) -> Forced:
+    """Steady angles of all stations.
+
+    Parameters
+    ----------
+    line : Line
+        Any network; trees by elimination, loops by dense solves. Leading axes go with frequency.
+    frequency : array (...)
+        In rad/s, 0 or above.
+    torque : complex array (..., n)
+        In N m, 0-to-peak, x(t) = Re(X exp(i w t)). Axes in front of those of `frequency` are
+        several torques at the same frequencies: factorised once.
+    stations : sequence of int, optional
+        The stations that the last axis of `torque` stands for; without it all of them.
+    estimate : bool
+        Without it no error is formed (half the time); frequencies where elimination grew by 1e4
+        or more are solved with it all the same, and what is singular is still refused.
+
+    Raises
+    ------
+    NumericalFailure
+        Some frequency is at a resonance without damping to within four digits, or is zero with
+        torques on a free line that do not balance. Balanced ones leave a twist; the angles then
+        have a mean of zero, weighted with inertia (the limit of low frequency).
+    """
+    found = forced_masked(line, frequency, torque, stations=stations, estimate=estimate)
+    if np.any(found.masked):
+        w = np.broadcast_to(np.asarray(frequency, dtype=float), found.masked.shape)
+        first = float(w[found.masked][0])
+        why = (
+            "the torques on a line that is free to turn do not balance"
+            if first == 0.0
+            else "it is a natural frequency of the line, and nothing there damps it"
+        )
+        raise NumericalFailure(
+            f"forced torsional response: no steady response at {first:.12g} rad/s: {why}"
+        )
+    return Forced(found.angle, found.error)
+
+
+def forced_masked(
+    line: Line,
+    frequency: ArrayLike,
+    torque: ArrayLike,
+    *,
+    stations: Sequence[int] | None = None,
+    estimate: bool = True,
+    dense: bool = False,
+) -> Masked:
+    """As `forced` for a range of frequencies: what is singular is masked instead of refused.
+
+    `dense` asks for a full solve with pivoting at each frequency, also where elimination would do.
+    """
+    w, load = np.asarray(frequency, dtype=float), np.asarray(torque, dtype=np.complex128)
+    n = line.inertia.shape[-1]
+    leading = np.broadcast_shapes(*(one.shape[:-1] for one in (line.inertia, line.stiffness)))
+    extra = max(load.ndim - 1 - max(w.ndim, len(leading)), 0)
+    shape = np.broadcast_shapes(w.shape, leading, load.shape[extra:-1])
+    several = load.shape[:extra]
+    count, copies = math.prod(shape), math.prod(several)
+    flat = _flat_line(line, shape)
+    flat_w = np.broadcast_to(w, shape).reshape(count)
+    loads: list[ComplexArray | None] = [None] * n
+    for place_of, i in enumerate(range(n) if stations is None else stations):
+        loads[i] = _flat_load(load[..., place_of], several, shape)
+    angle = np.empty((n, copies, count), dtype=np.complex128)
+    error, largest = np.zeros((copies, count)), np.zeros((copies, count))
+    growth = np.zeros(count, dtype=bool)
+    root = _most_loaded(loads)
+    plan = None if dense else plan_of(flat, root)
+    estimated = estimate or plan is None
+    size = max(1, (min(LONGEST, BLOCK // n) if plan else BLOCK // (4 * n * n)) // copies)
+    # blocks of one length: a short last one would cost as many calls as the others
+    size = max(1, -(-count // max(1, -(-count // size))))
+    room = room_for(plan, size, estimate) if plan else None
+    for start in range(0, count, size):
+        part = slice(start, min(start + size, count))
+        block = [
+            None if one is None else one[:, part] if one.shape[1] > 1 else one for one in loads
+        ]
+        place = angle[..., part]
+        if plan is None:
+            solution = dense_solution(flat, flat_w[part], block, part, place)
+        else:
+            with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+                solution = eliminate(plan.cut(part), flat_w[part], block, estimate, place, room)
+        if estimated:
+            error[:, part], largest[:, part] = solution.error, solution.largest
+        else:
+            growth[part] = solution.growth
+    again = np.flatnonzero(growth)
+    if estimated:
+        again = np.flatnonzero(np.any(~(error <= DOUBTFUL * largest), axis=0))
+    if plan is not None and len(again):
+        known = error[:, again] if estimated else np.full((copies, len(again)), np.inf)
+        angle[..., again], error[:, again], largest[:, again] = mended(
+            flat, flat_w, loads, again, angle[..., again], known, root, estimated
+        )
+    masked = np.zeros((copies, count), dtype=bool)
+    doubt = ~(error[:, again] < SINGULAR * largest[:, again])
+    masked[:, again] = doubt & ~((error[:, again] == 0.0) & (largest[:, again] == 0.0))
+    still = np.flatnonzero(flat_w == 0.0)
+    if len(still):
+        angle[..., still] = _without_turning(flat, angle[..., still], slice(0, count), still)
+    if np.any(masked):
+        angle[:, masked] = 0.0
+        error[masked] = np.inf
+    whole = (*several, *shape)
+    told = np.reshape(error, whole) if estimate else np.zeros(0)
+    by_station = np.moveaxis(angle.reshape(n, *whole), 0, -1)
+    return Masked(by_station, told, masked.reshape(whole))
+
+
+def _without_turning(line: Line, angle: ComplexArray, part: slice, still: IntArray) -> ComplexArray:
+    """Angles (n, r, f) at rest, less the mean of each piece that nothing holds."""
+    n = line.inertia.shape[-1]
+    piece = np.arange(n)
+    for _ in range(n):
+        for e, (a, b) in enumerate(zip(line.first, line.second, strict=True)):
+            if np.any(line.stiffness[..., e]) or np.any(line.damping[..., e]):
+                piece[[a, b]] = min(piece[a], piece[b])
+    for one in set(piece.tolist()):
+        inside = np.flatnonzero(piece == one)
+        inertia = line.inertia[..., inside]
+        if inertia.ndim > 1:
+            inertia = inertia[part][still]
+        if np.any(line.ground_stiffness[..., inside]) or not np.all(inertia.sum(axis=-1)):
+            continue
+        weight = (inertia / inertia.sum(axis=-1, keepdims=True)).T
+        weight = weight.reshape(len(inside), 1, -1)
+        angle[inside] -= np.sum(weight * angle[inside], axis=0)
+    return angle
+
+
+def _flat_line(line: Line, shape: tuple[int, ...]) -> Line:
+    """Values with leading axes as one flat axis; those without stay as they are."""
+
+    def flat(values: FloatArray) -> FloatArray:
+        if values.ndim == 1:
+            return values
+        return np.broadcast_to(values, (*shape, values.shape[-1])).reshape(-1, values.shape[-1])
+
+    return mapped(line, flat)
+
+
+def _flat_load(
+    load: ComplexArray, several: tuple[int, ...], shape: tuple[int, ...]
+) -> ComplexArray | None:
+    """One station's torque as (r, f) or (r, 1), None where it is zero."""
+    if not np.any(_some(load)) and not np.any(load):
+        return None
+    copies = math.prod(several)
+    if load.size == copies and load.shape[: len(several)] == several:
+        return load.reshape(copies, 1)
+    return np.broadcast_to(load, (*several, *shape)).reshape(copies, -1)
+
+
+def _most_loaded(loads: list[ComplexArray | None]) -> int:
+    """Station with the largest torque: as the root it needs no torque carried down to it."""
+    sizes = [0.0 if one is None else _size(one) for one in loads]
+    return int(np.argmax(np.array(sizes) * (1.0 + 4.0 * EPSILON)))
+
+
+def _size(load: ComplexArray) -> float:
+    return float(np.max(np.abs(_some(load))))
+
+
+def _some(load: ComplexArray) -> ComplexArray:
+    """A torque at some of its places: which station bears most need not be known exactly."""
+    some: ComplexArray = load[tuple(slice(None, None, 1 + size // LOOKS) for size in load.shape)]
+    return some
+
+
+# ----------------------------------------------------------------------------
+# Frequencies at which elimination along a tree loses digits, solved again in other ways.
+# ----------------------------------------------------------------------------
+
+Way: TypeAlias = Callable[[Line, FloatArray, list[ComplexArray | None], ComplexArray], Solution]
+
+#: with a relative error above this a frequency is solved again
+DOUBTFUL = 1e-9
+
+#: numbers that are worked on at once
+ENTRIES = 1 << 19
+
+#: entries of matrices up to which dense solves come first
+FEW = 1 << 10
+
+
+def mended(
+    line: Line,
+    frequency: FloatArray,
+    torque: list[ComplexArray | None],
+    bad: IntArray,
+    angle: ComplexArray,
+    error: FloatArray,
+    root: int,
+    known: bool,
+) -> tuple[ComplexArray, FloatArray, FloatArray]:
+    """The `bad` ones of all frequencies, where elimination grew: angle, error, largest angle.
+
+    `angle` (n, r, bad) is what elimination towards the root found, `error` its error if it
+    is `known`, infinite otherwise. They are solved from other roots, torque by torque, and dense.
+    Of all ways the one with the smallest error is kept: near a true resonance none helps.
+    """
+    n, copies = angle.shape[:2]
+    roots = [one for one in (root, 0, n // 2, n - 1) if not known or one != root]
+    ways: list[Way] = [partial(_from_root, root=one) for one in dict.fromkeys(roots)]
+    largest = np.max(np.abs(angle), axis=0)
+    left: IntArray = np.arange(len(bad))
+    # a handful of small dense solves takes less time than any elimination
+    few = n * n * copies * len(bad) <= FEW
+    for way in [_dense, *ways, _superposed] if few else [*ways, _superposed, _dense]:
+        size = max(1, ENTRIES // ((4 * n * n if way is _dense else n) * copies))
+        for start in range(0, len(left), size):
+            part = left[start : start + size]
+            rows = bad[part]
+            loads = [
+                None if one is None else one[:, rows] if one.shape[1] > 1 else one for one in torque
+            ]
+            chosen = mapped(line, partial(_rows, rows=rows))
+            with np.errstate(all="ignore"):
+                again = way(
+                    chosen,
+                    frequency[rows],
+                    loads,
+                    np.empty((n, copies, len(rows)), dtype=np.complex128),
+                )
+            better = again.error < error[:, part]
+            found, least = angle[..., part], error[:, part]
+            found[:, better], least[better] = again.angle[:, better], again.error[better]
+            angle[..., part], error[:, part] = found, least
+            largest[:, part] = np.max(np.abs(found), axis=0)
+        left = left[np.any(~(error[:, left] <= DOUBTFUL * largest[:, left]), axis=0)]
+        if len(left) == 0:
+            break
+    return angle, error, largest
+
+
+def _rows(values: FloatArray, rows: IntArray) -> FloatArray:
+    return values[rows] if values.ndim > 1 else values
+
+
+def _dense(
+    line: Line, frequency: FloatArray, torque: list[ComplexArray | None], angle: ComplexArray
+) -> Solution:
+    return dense_solution(line, frequency, torque, slice(0, len(frequency)), angle)
+
+
+def _from_root(
+    line: Line,
+    frequency: FloatArray,
+    torque: list[ComplexArray | None],
+    angle: ComplexArray,
+    root: int,
+) -> Solution:
+    plan = plan_of(line, root)
+    if plan is None:
+        return _dense(line, frequency, torque, angle)
+    return eliminate(plan, frequency, torque, True, angle)
+
+
+def _superposed(
+    line: Line, frequency: FloatArray, torque: list[ComplexArray | None], angle: ComplexArray
+) -> Solution:
+    """Each station's torque alone, with that station as the root, and their sum.
+
+    Where the torques act on a resonant sub-line, what they do inside it cancels against what it
+    does as a whole; with the torque at the root nothing is carried and nothing cancels.
+    """
+    error = np.zeros(angle.shape[1:])
+    angle[...] = 0.0
+    for i, one in enumerate(torque):
+        if one is not None:
+            alone: list[ComplexArray | None] = [None] * len(torque)
+            alone[i] = one
+            part = _from_root(line, frequency, alone, np.empty_like(angle), root=i)
+            angle += part.angle
+            error += part.error + EPSILON * np.max(np.abs(angle), axis=0)
+    return Solution(
+        angle, error, np.zeros(len(frequency), dtype=bool), np.max(np.abs(angle), axis=0)
+    )
+
+
+# ----------------------------------------------------------------------------
+# Forced response by modes, for a line whose damping leaves the undamped modes uncoupled.
+# ----------------------------------------------------------------------------
+
+#: coupling between modes, as a share of their own damping, that still counts as round-off
+UNCOUPLED = 1e-9
+
+
+class ModalDamping(NamedTuple):
+    """Dashpots (m,) in N m s/rad and loss (m,) in N m/rad of each mode, and their coupling.
+
+    `coupling` is the largest share |d_rs| / sqrt(d_rr d_ss) of either kind that couples two modes;
+    0 for proportional damping.
+    """
+
+    dashpot: FloatArray
+    loss: FloatArray
+    coupling: float
+
+
+def modal_damping(line: Line, shape: ArrayLike) -> ModalDamping:
+    """Damping of a line seen from modes of shape (m, n)."""
+    modes = np.asarray(shape, dtype=float)
+    loss = network_matrix(line, line.stiffness * line.loss_factor, np.zeros_like(line.inertia))
+    found, coupling = [], 0.0
+    for matrix in (damping_matrix(line), loss):
+        between = modes @ matrix @ modes.T
+        own = np.diagonal(between).copy()
+        rest = np.abs(between - np.diag(own))
+        # round-off of the triple product, in what is added up
+        rest -= 8.0 * EPSILON * (np.abs(modes) @ np.abs(matrix) @ np.abs(modes).T)
+        scale = np.sqrt(np.outer(np.abs(own), np.abs(own)))
+        share = np.where(scale > 0.0, rest / np.where(scale > 0.0, scale, 1.0), 0.0)
+        coupling = max(coupling, float(np.max(share, initial=0.0)))
+        found.append(own)
+    return ModalDamping(found[0], found[1], coupling)
+
+
+def forced_modal(
+    line: Line,
+    natural_frequency: ArrayLike,
+    shape: ArrayLike,
+    modal_inertia: ArrayLike,
+    frequency: ArrayLike,
+    torque: ArrayLike,
+    frequency_error: ArrayLike = 0.0,
+) -> Forced:
+    """As `forced`, as a sum over all undamped modes (m,), shapes (m, n), of one line.
+
+    The error counts the round-off of the sum and `frequency_error` (m,) of the modes, not errors
+    of their shapes. Modes left out are an error of the model that it does not count either.
+
+    Raises
+    ------
+    NumericalFailure
+        Damping couples the modes, or a frequency is at an undamped natural frequency that the
+        torques drive (at zero: torques on a free line that do not balance).
+    """
+    modes, w = np.asarray(shape, dtype=float), np.asarray(frequency, dtype=float)
+    inertia, natural = np.asarray(modal_inertia), np.asarray(natural_frequency)
+    damping = modal_damping(line, modes)
+    if damping.coupling > UNCOUPLED:
+        raise NumericalFailure(
+            f"modal response: damping couples the undamped modes (by {damping.coupling:.2g} of "
+            "their own damping), so that a sum over modes is not the response; use elimination"
+        )
+    load = np.asarray(torque, dtype=np.complex128)
+    drive = load @ modes.T
+    drive_doubt = 4.0 * EPSILON * (np.abs(load) @ np.abs(modes).T)
+    at = w[..., None]
+    # (natural - w)(natural + w) keeps the digits next to a resonance
+    stiffness = inertia * (natural - at) * (natural + at) + 1j * (
+        at * damping.dashpot + damping.loss
+    )
+    doubt = 4.0 * EPSILON * np.abs(stiffness)
+    doubt = doubt + 2.0 * inertia * (natural * np.asarray(frequency_error) + EPSILON * at**2)
+    idle = np.abs(drive) <= drive_doubt
+    weak = np.abs(stiffness) * SINGULAR <= doubt
+    if np.any(weak & ~idle):
+        where = np.argwhere(weak & ~idle)[0]
+        met = float(np.broadcast_to(at, weak.shape)[tuple(where)])
+        raise NumericalFailure(
+            f"modal response: {met:.12g} rad/s is natural frequency {int(where[-1])} of the line, "
+            "which the torques drive and nothing damps"
+        )
+    stiffness = np.where(weak, 1.0, stiffness)
+    part = np.where(weak, 0.0, drive / stiffness)
+    angle = part @ modes
+    slack = (drive_doubt + np.abs(part) * doubt) / np.abs(stiffness) + 8.0 * EPSILON * np.abs(part)
+    error = np.max(np.where(weak, 0.0, slack) @ np.abs(modes), axis=-1)
+    return Forced(angle, error)
+
+
+# ----------------------------------------------------------------------------
+# Forced response as a sum over undamped modes that nothing couples, each with its own damping.
+# ----------------------------------------------------------------------------
+
+
+class ModalLine(NamedTuple):
+    """Modes with dashpot (m,) in N m s/rad and loss (m,) in N m/rad, of their modal inertia."""
+
+    modes: Modes
+    dashpot: FloatArray
+    loss: FloatArray
+
+
+def modal_line(
+    modes: Modes, *, ratios: FloatArray | None = None, line: Line | None = None
+) -> ModalLine:
+    """From damping ratios (m,), 2 ratio modal inertia frequency, or from the damping of a line.
+
+    Raises NumericalFailure for a line whose damping couples the modes.
+    """
+    if line is None:
+        given = np.zeros(len(modes.frequency)) if ratios is None else ratios
+        return ModalLine(modes, 2.0 * given * modes.modal_inertia * modes.frequency, 0.0 * given)
+    found = modal_damping(line, modes.shape)
+    if found.coupling > UNCOUPLED:
+        raise NumericalFailure(
+            f"modal response: damping couples the undamped modes (by {found.coupling:.2g} of "
+            "their own damping), so that a sum over modes is not the response; use elimination"
+        )
+    return ModalLine(modes, found.dashpot, found.loss)
+
+
+def ratio_response(
+    modal: ModalLine, frequency: FloatArray, torque: ComplexArray, freedom: IntArray
+) -> Masked:
+    """Angles (..., n) for torques (..., k) on k freedoms at frequencies (...) in rad/s.
+
+    A frequency on a mode that is driven and not damped, to within four digits, is masked. The
+    error counts the rounding of the sum and the errors of frequencies and shapes.
+    """
+    modes, w = modal.modes, np.asarray(frequency)[..., None]
+    natural, inertia = modes.frequency, modes.modal_inertia
+    own = modes.shape[:, freedom]
+    drive = torque @ own.T
+    size = np.abs(torque).sum(axis=-1, keepdims=True)
+    drive_doubt = size * (8.0 * EPSILON * np.max(np.abs(own), axis=1) + modes.shape_error)
+    stiffness = inertia * (natural - w) * (natural + w) + 1j * (w * modal.dashpot + modal.loss)
+    doubt = 8.0 * EPSILON * np.abs(stiffness)
+    doubt = doubt + 2.0 * inertia * (natural * modes.frequency_error + EPSILON * w**2)
+    weak = np.abs(stiffness) * SINGULAR <= doubt
+    driven = np.abs(drive) > drive_doubt
+    masked = np.any(weak & driven, axis=-1)
+    stiffness = np.where(weak, 1.0, stiffness)
+    part = np.where(weak, 0.0, drive / stiffness)
+    angle = np.asarray(part @ modes.shape, dtype=np.complex128)
+    slack = (drive_doubt + np.abs(part) * doubt) / np.abs(stiffness)
+    slack = slack + np.abs(part) * (8.0 * EPSILON + modes.shape_error)
+    error = np.sum(np.where(weak, 0.0, slack), axis=-1)
+    angle[masked] = 0.0
+    return Masked(angle, np.where(masked, np.inf, error), masked)

@@ -1,0 +1,353 @@
+"""Holzer's tables of a shaft line, with the errors of the mode shapes that stand in them."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.rounding import EPSILON
+from vibecalc.numerics.typing import BoolArray, ComplexArray, FloatArray, IntArray
+from vibecalc.torsion.damped_modes import LineModes
+from vibecalc.torsion.line import Line, network_matrix, pieces, stiffness_matrix, walk
+from vibecalc.torsion.modes import Modes
+
+# ----------------------------------------------------------------------------
+# Holzer's table of a line at any frequency, branch by branch, with the torque left at the end.
+# ----------------------------------------------------------------------------
+
+
+class HolzerRows(NamedTuple):
+    """Order of the n rows of a table: `freedom` (n,) of the line, `below` (n,) the row that each
+    one's shaft leads to (-1 for the last), `stiffness` (n - 1,) of that shaft in N m/rad.
+
+    From the first end along the main row; before the row of a junction stand those of the
+    branches on it, each from its own end on. In a plain row `below` is always the next row.
+    """
+
+    freedom: IntArray
+    below: IntArray
+    stiffness: FloatArray
+
+
+class HolzerTable(NamedTuple):
+    """One row for each of n stations in the order of `rows`, leading axes those of the frequency.
+
+    `inertia` (n,) in kg m^2, `inertia_w2` (..., n) in N m/rad, `angle` (..., n) in rad, 1 in the
+    first row, `torque_of_inertia` = J w^2 angle and `sum_torque` (..., n) in N m, that with the
+    sums of the rows whose shafts lead here, less what springs to ground take; `twist` (..., n - 1)
+    of the shaft that leads on. `residual` (...) is the last sum: the torque that keeps the motion
+    going, zero at a natural frequency; `residual_error` (...) its rounding.
+    """
+
+    rows: HolzerRows
+    inertia: FloatArray
+    inertia_w2: FloatArray
+    angle: FloatArray
+    torque_of_inertia: FloatArray
+    sum_torque: FloatArray
+    twist: FloatArray
+    residual: FloatArray
+    residual_error: FloatArray
+
+
+def holzer_rows(line: Line) -> HolzerRows:
+    """Rows of the piece with most stations, from its end nearest to the first station.
+
+    The main row leads to the end that is farthest from it. Parallel shafts count as one. Raises
+    `NumericalFailure` for closed loops and for a piece without any inertia.
+    """
+    piece = max(pieces(line), key=lambda one: len(one.spring))
+    if not piece.is_tree:
+        raise NumericalFailure("a Holzer table is of a line without closed loops of shafts")
+    start = next(s for s, others in piece.spring.items() if len(others) < 2)
+    towards = walk(piece.spring, start)
+    end = list(towards)[-1]
+    parent = walk(piece.spring, end)
+    children: dict[int, list[int]] = {station: [] for station in parent}
+    size = dict.fromkeys(parent, 1)
+    for station in reversed(parent):
+        if parent[station] >= 0:
+            children[parent[station]].append(station)
+            size[parent[station]] += size[station]
+    main, station = {start}, start
+    while station != end:
+        station = parent[station]
+        main.add(station)
+    # the walk from the end takes the main row last, so that backwards it comes first
+    waiting, order = [end], []
+    while waiting:
+        order.append(waiting.pop())
+        waiting += sorted(children[order[-1]], key=lambda s: (s not in main, -size[s]))
+    order.reverse()
+    place = {station: row for row, station in enumerate(order)}
+    return HolzerRows(
+        np.array(order),
+        np.array([place.get(parent[station], -1) for station in order]),
+        np.array([piece.spring[station][parent[station]] for station in order[:-1]]),
+    )
+
+
+def holzer_table(line: Line, frequency: ArrayLike) -> HolzerTable:
+    """The table at frequencies (...) in rad/s; a branch takes the angle of the junction it is on.
+
+    Far from a natural frequency of a long row the angles grow from station to station; this is a
+    table to be read, frequencies are found by counting (`count.py`). Raises `NumericalFailure` as
+    `holzer_rows`, for angles beyond the range of numbers, and where a junction that a branch hangs
+    on stands still.
+    """
+    rows = holzer_rows(line)
+    inertia, ground = line.inertia[rows.freedom], line.ground_stiffness[rows.freedom]
+    inertia_w2 = np.asarray(frequency, dtype=float)[..., None] ** 2 * inertia
+    count = len(inertia)
+    angle, total = np.ones(inertia_w2.shape), np.zeros(inertia_w2.shape)
+    angle_error, error = np.zeros_like(angle), np.zeros_like(angle)
+    rate = np.abs(inertia_w2 - ground)
+    above: list[list[int]] = [[] for _ in range(count)]  # rows that lead here
+    branch: list[list[int]] = []  # rows that move with each one, itself included
+    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+        for i in range(count):
+            branch.append([i])
+            for place, j in enumerate(above[i]):
+                twist = total[..., j] / rows.stiffness[j]
+                reached = angle[..., j] - twist
+                doubt = angle_error[..., j] + error[..., j] / rows.stiffness[j]
+                doubt = doubt + EPSILON * (np.abs(twist) + np.abs(reached))
+                if place == 0:
+                    angle[..., i], angle_error[..., i] = reached, doubt
+                else:
+                    if np.any(np.abs(reached) <= doubt):
+                        raise NumericalFailure(
+                            "a branch swings against a junction that stands still: its Holzer "
+                            "table cannot be joined to that of the line"
+                        )
+                    factor = angle[..., i] / reached
+                    off = (angle_error[..., i] + np.abs(factor) * doubt) / np.abs(reached)
+                    for row in branch[j]:
+                        error[..., row] = np.abs(factor) * error[..., row]
+                        error[..., row] += off * np.abs(total[..., row])
+                        angle[..., row] *= factor
+                        total[..., row] *= factor
+                total[..., i] += total[..., j]
+                error[..., i] += error[..., j]
+                branch[i] += branch[j]
+            own, to_ground = inertia_w2[..., i] * angle[..., i], ground[i] * angle[..., i]
+            total[..., i] += own - to_ground
+            size = np.abs(own) + np.abs(to_ground) + np.abs(total[..., i])
+            error[..., i] += rate[..., i] * angle_error[..., i]
+            error[..., i] += (2.0 + len(above[i])) * EPSILON * size
+            if i < count - 1:
+                above[rows.below[i]].append(i)
+    if not np.all(np.isfinite(total)):
+        raise NumericalFailure("the angles of the Holzer table leave the range of numbers")
+    twist = total[..., :-1] / rows.stiffness
+    own = inertia_w2 * angle
+    last = total[..., -1]
+    return HolzerTable(rows, inertia, inertia_w2, angle, own, total, twist, last, error[..., -1])
+
+
+# ----------------------------------------------------------------------------
+# Errors of the shapes of a shaft line, measured: what one more step would correct, and what a
+# rounding of each inertia and stiffness moves.
+#
+# A bound on all angles of a shape alike is far too large for angles in which a mode fades, and for
+# what has them in common. Here any weighted sum of angles has an error of its own.
+# ----------------------------------------------------------------------------
+
+#: roundings of an inertia or a stiffness on its way from a case into a line, and times a correction
+ROUNDINGS, CORRECTIONS = 4.0, 2.0
+#: freedoms up to which the answers to all of them are formed: they cost the fourth power
+FREEDOMS = 48
+
+
+class ShapeDoubt(NamedTuple):
+    """Of m modes of n freedoms, with the largest angle of each held.
+
+    `bound` (m,) is what holds for each angle; `moved` (m, n + 1, p) are p moves of the angles and,
+    last, of the squared frequency as a share of itself: first what is corrected, then those that
+    have no common sign. p is 0 where they are not known: where modes lie closer than a correction
+    tells, or for a long line. `moving` (m,) is 0 for rigid modes, which have no errors, else 1.
+    """
+
+    bound: FloatArray
+    moved: FloatArray | ComplexArray
+    moving: FloatArray
+
+
+def shape_doubt(line: Line, modes: Modes) -> ShapeDoubt:
+    """From the equations of motion of the shapes as they are, by twists, which do not cancel.
+
+    The moves have the order: correction, inertias (n,), elements (e,), springs to ground (n,).
+    """
+    moving = modes.frequency > 0.0
+    known = len(line.inertia) <= FREEDOMS and bool(np.any(moving))
+    counted = np.where(moving, 1.0, 0.0)
+    if not known:
+        none = np.zeros((len(moving), len(line.inertia) + 1, 0))
+        return ShapeDoubt(modes.shape_error, none, counted)
+    count, (first, second) = len(line.inertia), (line.first, line.second)
+    shape, square = modes.shape[moving], modes.frequency[moving] ** 2
+    inert = square[:, None] * line.inertia
+    twist = line.stiffness * (shape[:, first] - shape[:, second])
+    held = line.ground_stiffness * shape
+    answer = _answers(line, inert, shape)
+    moved = np.zeros((len(modes.frequency), count + 1, 1 + 2 * count + len(first)))
+    of_element = answer[..., first] - answer[..., second]
+    own = answer * (inert * shape)[:, None, :]
+    element, ground = of_element * twist[:, None, :], answer * held[:, None, :]
+    left = own.sum(axis=-1) - element.sum(axis=-1) - ground.sum(axis=-1)
+    parts = np.concatenate([own, element, ground], axis=-1)
+    found = np.concatenate([CORRECTIONS * left[..., None], ROUNDINGS * EPSILON * parts], axis=-1)
+    moved[moving] = np.where(np.isfinite(found), found, np.inf)
+    return ShapeDoubt(modes.shape_error, moved, counted)
+
+
+def damped_shape_doubt(line: Line, modes: LineModes, stations: int) -> ShapeDoubt:
+    """The same of the shapes of poles: the largest angle of the first `stations` freedoms is held.
+
+    The moves have the order: correction, inertias (n,), stiffnesses and dampings of elements
+    (e, e), then of springs and dashpots to ground (n, n).
+    """
+    moving = modes.frequency > 0.0
+    counted = np.where(moving, 1.0, 0.0)
+    count = len(line.inertia)
+    if count > FREEDOMS or not np.any(moving):
+        return ShapeDoubt(modes.shape_error, np.zeros((len(moving), count + 1, 0)), counted)
+    first, second = line.first, line.second
+    shape, pole = modes.shape[moving], modes.pole[moving][:, None]
+    dashpot = line.damping + line.loss_factor * line.stiffness / np.abs(pole)
+    twist = shape[:, first] - shape[:, second]
+    own, braked = pole**2 * line.inertia, pole * line.absolute_damping
+    matrix = np.zeros((len(shape), count + 1, count + 1), dtype=np.complex128)
+    element: ComplexArray = np.asarray(line.stiffness + pole * dashpot, dtype=np.complex128)
+    ground: ComplexArray = np.asarray(own + braked + line.ground_stiffness, dtype=np.complex128)
+    dynamic = network_matrix(line, element, ground)
+    place = np.arange(count)
+    scale = 1.0 / np.sqrt(np.abs(dynamic[:, place, place]) + np.abs(own) + 1e-300)
+    element = np.asarray(dashpot, dtype=np.complex128)
+    ground = np.asarray(2.0 * pole * line.inertia + line.absolute_damping, dtype=np.complex128)
+    slope = network_matrix(line, element, ground)
+    matrix[:, :count, :count] = dynamic * scale[:, :, None] * scale[:, None, :]
+    matrix[:, :count, count] = np.einsum("mij,mj->mi", slope, shape) * scale
+    top = np.argmax(np.abs(shape[:, :stations]), axis=1)
+    matrix[np.arange(len(shape)), count, top] = 1.0
+    size = 1 + 3 * count + 2 * len(first)
+    moved = np.zeros((len(moving), count + 1, size), dtype=np.complex128)
+    try:
+        answer = np.linalg.inv(matrix)[..., :count]
+    except np.linalg.LinAlgError:
+        moved[moving] = np.inf
+        return ShapeDoubt(modes.shape_error, moved, counted)
+    answer[:, :count] *= scale[:, :, None]
+    answer = answer * scale[:, None, :]
+    of_element = answer[..., first] - answer[..., second]
+    torques = (
+        (answer, own * shape), (of_element, line.stiffness * twist),
+        (of_element, pole * dashpot * twist), (answer, line.ground_stiffness * shape),
+        (answer, braked * shape),
+    )  # fmt: skip
+    parts = np.concatenate([moves * torque[:, None, :] for moves, torque in torques], axis=-1)
+    left = CORRECTIONS * parts.sum(axis=-1, keepdims=True)
+    found = np.concatenate([left, ROUNDINGS * EPSILON * parts], axis=-1)
+    moved[moving] = np.where(np.isfinite(found), found, np.inf)
+    return ShapeDoubt(modes.shape_error, moved, counted)
+
+
+def doubt_of(doubt: ShapeDoubt, weight: FloatArray | ComplexArray) -> FloatArray:
+    """Errors (m, q) of sums of the angles with weights (m, q, n) or (q, n) of no common sign."""
+    size = np.abs(weight)
+    bound = doubt.bound[:, None] * np.sqrt(np.sum(np.square(size), axis=-1))
+    if doubt.moved.shape[-1]:
+        measured = spread(weight @ doubt.moved[:, :-1])
+        bound = np.minimum(bound, measured)
+    return np.asarray(bound * doubt.moving[:, None])
+
+
+def angle_doubt(doubt: ShapeDoubt) -> FloatArray:
+    """Errors (m, n) of the angles."""
+    bound = np.broadcast_to(doubt.bound[:, None], (len(doubt.bound), doubt.moved.shape[1] - 1))
+    if doubt.moved.shape[-1]:
+        bound = np.minimum(bound, spread(doubt.moved[:, :-1]))
+    return np.asarray(bound * doubt.moving[:, None])
+
+
+def spread(moved: FloatArray | ComplexArray) -> FloatArray:
+    """Size of moves (..., p): the first in full, the others as what has no common sign."""
+    rest = np.sqrt(np.sum(np.square(np.abs(moved[..., 1:])), axis=-1))
+    found = np.abs(moved[..., 0]) + rest
+    return np.asarray(np.where(np.isfinite(found), found, np.inf))
+
+
+def _answers(line: Line, inert: FloatArray, shape: FloatArray) -> FloatArray:
+    """Moves (m, n + 1, n) of angles and frequency under torques, largest angles held."""
+    modes, count = shape.shape
+    stiffness, place = stiffness_matrix(line), np.arange(count)
+    matrix = np.zeros((modes, count + 1, count + 1))
+    matrix[:, :count, :count] = stiffness
+    matrix[:, place, place] -= inert
+    # rows and columns of one size
+    scale = 1.0 / np.sqrt(np.diag(stiffness) + inert)
+    matrix[:, :count, :count] *= scale[:, :, None] * scale[:, None, :]
+    matrix[:, :count, count] = -inert * shape * scale
+    matrix[np.arange(modes), count, np.argmax(np.abs(shape), axis=1)] = 1.0
+    try:
+        inverse = np.linalg.inv(matrix)[..., :count]
+    except np.linalg.LinAlgError:  # equal frequencies: their shapes are any of a space
+        return np.full((modes, count + 1, count), np.inf)
+    inverse[:, :count] *= scale[:, :, None]
+    return np.asarray(inverse * scale[:, None, :])
+
+
+# ----------------------------------------------------------------------------
+# Errors of Holzer tables at natural frequencies, from what moves the shapes.
+# ----------------------------------------------------------------------------
+
+
+class Angles(NamedTuple):
+    """A table of m modes and r rows: `angle` and `inertia_w2` (m, r), angles by `unit` (m, 1).
+
+    `unit` is the angle of the first row, or 1 where that is `still` (m, 1).
+    """
+
+    line: Line
+    rows: HolzerRows
+    unit: FloatArray
+    still: BoolArray
+    angle: FloatArray
+    inertia_w2: FloatArray
+
+
+def measured(table: Angles, doubt: ShapeDoubt) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Errors (m, r) of angles, torques of the inertias and their sums, as far as moves are known.
+
+    Each move of the shapes is carried down the table, so that what is common to the angles of a
+    part in which a mode fades stays so.
+    """
+    line, rows, angle = table.line, table.rows, table.angle
+    place, freedom, count = np.arange(len(rows.freedom)), rows.freedom, len(line.inertia)
+    once = ROUNDINGS * EPSILON
+    with np.errstate(invalid="ignore"):  # infinite moves tell nothing, and are no bound
+        moved = doubt.moved[:, freedom] / table.unit[..., None]
+        first = np.where(table.still[..., None], 0.0, moved[:, :1])
+        moved = moved - angle[..., None] * first
+        frequency = doubt.moved[:, -1:]
+        own = table.inertia_w2[..., None] * (moved + angle[..., None] * frequency)
+        torque = table.inertia_w2 * angle
+        own[:, place, 1 + freedom] += once * torque
+        held = line.ground_stiffness[freedom] * angle
+        total = own - line.ground_stiffness[freedom][:, None] * moved
+        total[:, place, 1 + count + len(line.first) + freedom] -= once * held
+        size = torque - held
+        for row, below in enumerate(rows.below[:-1].tolist()):
+            total[:, below] += total[:, row]
+            size[:, below] += size[:, row]
+        sums = np.abs(size)
+        for row, below in enumerate(rows.below[:-1].tolist()):
+            sums[:, below] += sums[:, row]
+        errors = spread(moved), spread(own), spread(total)
+    rounding = np.abs(angle), np.abs(torque), sums
+    moving = doubt.moving[:, None]
+    return tuple(  # type: ignore[return-value]
+        np.where(moving > 0.0, one + 2.0 * EPSILON * size, np.inf)
+        for one, size in zip(errors, rounding, strict=True)
+    )

@@ -1,0 +1,201 @@
+"""A shaft line as degrees of freedom with elastic elements between them: matrices and network."""
+
+from typing import NamedTuple, TypeVar
+
+import numpy as np
+
+from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.typing import ComplexArray, FloatArray, IntArray
+
+# ----------------------------------------------------------------------------
+# A shaft line as freedoms and the elastic elements between them.
+#
+# Everything is referred to the crankshaft: a station that turns r times as fast as the crankshaft
+# has the angle r phi, the inertia J r^2 and shafts of stiffness k r^2 here. What two rigid gears
+# hold together is one freedom. So a line with gears is a plain network of inertias and springs.
+# ----------------------------------------------------------------------------
+
+Values = TypeVar("Values", FloatArray, ComplexArray)
+
+
+class Line(NamedTuple):
+    """n freedoms and e elements; the values may have leading axes, the network is one.
+
+    `inertia` (..., n) in kg m^2, `absolute_damping` (..., n) in N m s/rad and `ground_stiffness`
+    (..., n) in N m/rad act between a freedom and the steadily turning frame; `stiffness`, `damping`
+    and `loss_factor` (..., e) act on the twist phi[first] - phi[second] of each element, whose
+    torque is (k (1 + i loss_factor) + i w c) (phi[first] - phi[second]).
+    """
+
+    inertia: FloatArray
+    absolute_damping: FloatArray
+    ground_stiffness: FloatArray
+    first: IntArray
+    second: IntArray
+    stiffness: FloatArray
+    damping: FloatArray
+    loss_factor: FloatArray
+
+
+def chain(inertia: FloatArray, stiffness: FloatArray) -> Line:
+    """An undamped line of n inertias in a row with n - 1 shafts between them."""
+    inertia, stiffness = np.asarray(inertia, dtype=float), np.asarray(stiffness, dtype=float)
+    start = np.arange(stiffness.shape[-1])
+    none, free = np.zeros_like(inertia), np.zeros_like(stiffness)
+    return Line(inertia, none, none, start, start + 1, stiffness, free, free)
+
+
+def network_matrix(line: Line, element: Values, ground: Values) -> Values:
+    """Symmetric matrix (..., n, n) of element values (..., e) and values to ground (..., n)."""
+    n = line.inertia.shape[-1]
+    leading: tuple[int, ...] = np.broadcast_shapes(element.shape[:-1], ground.shape[:-1])
+    matrix: Values = np.zeros((*leading, n, n), dtype=element.dtype)
+    index = np.arange(n)
+    matrix[..., index, index] += ground
+    for e, (a, b) in enumerate(zip(line.first, line.second, strict=True)):
+        matrix[..., a, a] += element[..., e]
+        matrix[..., b, b] += element[..., e]
+        matrix[..., a, b] -= element[..., e]
+        matrix[..., b, a] -= element[..., e]
+    return matrix
+
+
+def stiffness_matrix(line: Line) -> FloatArray:
+    """K (..., n, n) in N m/rad, without loss factors."""
+    return network_matrix(line, line.stiffness, line.ground_stiffness)
+
+
+def damping_matrix(line: Line) -> FloatArray:
+    """C (..., n, n) in N m s/rad."""
+    return network_matrix(line, line.damping, line.absolute_damping)
+
+
+def dynamic_stiffness(line: Line, frequency: FloatArray) -> ComplexArray:
+    """K (1 + i loss factor) + i w C - w^2 J, (..., n, n) complex, w (...) in rad/s."""
+    w = np.asarray(frequency, dtype=float)[..., None]
+    element = line.stiffness * (1.0 + 1j * line.loss_factor) + 1j * w * line.damping
+    ground = line.ground_stiffness + 1j * w * line.absolute_damping - w**2 * line.inertia
+    return network_matrix(line, element, ground)
+
+
+# ----------------------------------------------------------------------------
+# The network of a shaft line: connected pieces, paths and trees, massless stations.
+#
+# Everything here is done on element values, never on an assembled matrix: sums, products and
+# quotients of positive numbers lose no digits, differences of a matrix do.
+# ----------------------------------------------------------------------------
+
+
+class Piece(NamedTuple):
+    """What hangs together: stations by their number in the line, springs (kg m^2, N m/rad).
+
+    `spring[a][b]` = `spring[b][a]` is the stiffness between two stations, parallel elements
+    added, elements of zero stiffness absent. `inertia` and `ground` are by station.
+    """
+
+    spring: dict[int, dict[int, float]]
+    inertia: dict[int, float]
+    ground: dict[int, float]
+
+    @property
+    def is_tree(self) -> bool:
+        """No closed loop of shafts."""
+        return sum(map(len, self.spring.values())) == 2 * (len(self.spring) - 1)
+
+    @property
+    def is_free(self) -> bool:
+        """No spring to ground: the piece has a rigid mode."""
+        return not any(self.ground.values())
+
+
+class Condensed(NamedTuple):
+    """A massless station taken out: its angle is the mean of `weight` by station of others."""
+
+    station: int
+    weight: dict[int, float]
+
+
+def pieces(line: Line) -> list[Piece]:
+    """The connected pieces of a line without leading axes, the one of station 0 first.
+
+    Raises `NumericalFailure` for a piece that has no inertia at all: it has no modes.
+    """
+    count = len(line.inertia)
+    spring: dict[int, dict[int, float]] = {station: {} for station in range(count)}
+    for a, b, k in zip(
+        line.first.tolist(), line.second.tolist(), line.stiffness.tolist(), strict=True
+    ):
+        if k != 0.0 and a != b:
+            spring[a][b] = spring[b][a] = spring[a].get(b, 0.0) + k
+    inertia, ground = line.inertia.tolist(), line.ground_stiffness.tolist()
+    found, left = [], dict.fromkeys(range(count))
+    while left:
+        reached = list(walk(spring, next(iter(left))))
+        for station in reached:
+            del left[station]
+        part = {station: spring[station] for station in reached}
+        piece = Piece(part, {s: inertia[s] for s in reached}, {s: ground[s] for s in reached})
+        if not any(piece.inertia.values()):
+            raise NumericalFailure(
+                f"the shaft line has a piece without any inertia, with station {reached[0] + 1}: "
+                "it has no modes"
+            )
+        found.append(piece)
+    return found
+
+
+def walk(spring: dict[int, dict[int, float]], root: int) -> dict[int, int]:
+    """Stations, each after the one it hangs on, with that one (-1 for the root)."""
+    parent = {root: -1}
+    queue = [root]
+    for station in queue:
+        for other in spring[station]:
+            if other not in parent:
+                parent[other] = station
+                queue.append(other)
+    return parent
+
+
+def path_order(piece: Piece) -> list[int] | None:
+    """Stations of a piece from one end to the other, None if it is no simple row."""
+    ends = [station for station, others in piece.spring.items() if len(others) < 2]
+    branched = any(len(others) > 2 for others in piece.spring.values())
+    return None if branched or not ends else list(walk(piece.spring, ends[0]))
+
+
+def condense(piece: Piece, most_springs: int) -> tuple[Piece, list[Condensed]]:
+    """Take out massless stations that hold at most `most_springs` shafts; exact, in this order.
+
+    Star to mesh: springs k_a to the neighbours and k_g to ground become springs k_a k_b / s
+    between them and k_a k_g / s to ground, s the sum. All terms are positive.
+    """
+    spring = {station: dict(others) for station, others in piece.spring.items()}
+    inertia, ground = dict(piece.inertia), dict(piece.ground)
+    taken: list[Condensed] = []
+    waiting = True
+    while waiting:
+        waiting = False
+        for station in [s for s, value in inertia.items() if value == 0.0]:
+            others = spring[station]
+            if len(others) > most_springs:
+                continue
+            total = sum(others.values()) + ground[station]
+            taken.append(Condensed(station, {a: k / total for a, k in others.items()}))
+            names = list(others)
+            for place, a in enumerate(names):
+                ground[a] += others[a] * (ground[station] / total)
+                del spring[a][station]
+                for b in names[:place]:
+                    joined = others[a] * (others[b] / total)
+                    spring[a][b] = spring[b][a] = spring[a].get(b, 0.0) + joined
+            del spring[station], inertia[station], ground[station]
+            waiting = True
+    return Piece(spring, inertia, ground), taken
+
+
+def angles_of_condensed(shape: FloatArray, taken: list[Condensed]) -> None:
+    """Fill in, in place, the angles (..., n) of the stations that `condense` took out."""
+    for station, weight in reversed(taken):
+        shape[..., station] = sum(
+            (shape[..., a] * part for a, part in weight.items()), np.zeros(())
+        )

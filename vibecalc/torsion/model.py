@@ -1,0 +1,519 @@
+"""The shaft line of a validated case as arrays, referred to the speed of the crankshaft."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vibecalc.case import parts as train_parts
+from vibecalc.case.schema import Case
+from vibecalc.machine.crank_train import CrankTrain, build_crank_train
+from vibecalc.numerics.rounding import EPSILON, WithError
+from vibecalc.torsion.from_dimensions import Throw as Dimensions
+from vibecalc.torsion.from_dimensions import (
+    disc_ended_web_inertia,
+    journal_inertia,
+    offset_body_inertia,
+    pin_inertia,
+    reciprocating_inertia,
+    rectangular_web_inertia,
+    section_modulus,
+    shaft_stiffness,
+    stiffness_spread,
+    throw_inertia,
+    throw_stiffness,
+)
+from vibecalc.torsion.line import Line
+from vibecalc.torsion.shaft_line_tables import (
+    Section,
+    Shaft,
+    ShaftLine,
+    Throw,
+    crank_station,
+    gear_ratio,
+    joints,
+    merged,
+    shaft_ends,
+    speed_ratios,
+)
+from vibecalc.torsion.shaft_line_tables import ShaftLine as Parts
+
+# ----------------------------------------------------------------------------
+# Inertias of stations, and what lies between them, each at its own speed, from a case.
+# ----------------------------------------------------------------------------
+
+
+class Element(NamedTuple):
+    """One elastic element between the stations `first` and `second`, on the shaft of the first.
+
+    Stiffness in N m/rad (with `speed_stiffness` per (rad/s)^2 of that shaft), damping in N m s/rad,
+    polar section modulus in m^3, lengths in m; 0 where the case does not say it.
+    """
+
+    name: str
+    kind: str
+    first: int
+    second: int
+    stiffness: float
+    damping: float = 0.0
+    loss_factor: float = 0.0
+    speed_stiffness: float = 0.0
+    section_modulus: float = 0.0
+    diameter: float = 0.0
+    bore: float = 0.0
+    tensile_strength: float = 0.0
+
+
+class HungElement(NamedTuple):
+    """A damper: its element, whose second end is its ring, and the inertia of the ring."""
+
+    element: Element
+    kind: str
+    inertia: float
+
+
+def station_inertia(
+    line: ShaftLine, given: train_parts.CrankTrain, train: CrankTrain
+) -> list[float]:
+    """Inertia of each station at its own speed, kg m^2, given or of its throw."""
+    found = []
+    for station in line.stations:
+        names = [n for n in (station.cylinder, *station.cylinders) if n is not None]
+        inertia = station.inertia
+        if inertia is None:
+            assert station.throw is not None  # one of the two, says the form
+            inertia = _of_throw(station.throw, given, train, names)
+        found.append(inertia)
+    return found
+
+
+def _of_throw(
+    throw: Throw, given: train_parts.CrankTrain, train: CrankTrain, names: Sequence[str]
+) -> float:
+    """Metal of the throw, rotating masses on its pin, reciprocating ones as their mean."""
+    radius, density = given.crank_radius, throw.density
+    if throw.beyond_journal is not None and throw.beyond_pin is not None:
+        ends = (throw.beyond_journal, throw.beyond_pin)
+        web = rectangular_web_inertia(density, throw.web_thickness, throw.web_width, *ends, radius)
+    else:
+        web = disc_ended_web_inertia(density, throw.web_thickness, throw.web_width, radius)
+    places = [train.names.index(name) for name in names]
+    turning = float(sum(train.rotating_mass[places]))
+    sliding = float(sum(train.reciprocating_mass[places]))
+    total = throw_inertia(
+        journal_inertia(density, throw.journal_diameter, throw.journal_length, throw.journal_bore),
+        pin_inertia(density, throw.pin_diameter, throw.pin_length, radius, throw.pin_bore),
+        web,
+        web,
+        offset_body_inertia(turning, radius),
+        reciprocating_inertia(sliding, radius, given.rod_length),
+    )
+    return float(total.value) + throw.balance_weight_inertia
+
+
+def shaft_elements(
+    line: ShaftLine,
+    given: train_parts.CrankTrain,
+    at: Mapping[str, int],
+    inertia: Sequence[float] | NDArray[np.float64],
+) -> list[Element]:
+    """All shafts; a damping ratio is that of the two neighbours against each other alone."""
+    found = []
+    for shaft, (first, second) in zip(line.shafts, shaft_ends(line), strict=True):
+        stiffness = _stiffness(shaft, given.crank_radius)
+        damping = shaft.damping or 0.0
+        if shaft.damping_ratio:
+            one, other = float(inertia[at[first]]), float(inertia[at[second]])
+            both = one * other / (one + other) if one + other > 0.0 else 0.0
+            damping = 2.0 * shaft.damping_ratio * math.sqrt(stiffness * both)
+        outer, bore = _diameters(shaft)
+        modulus = shaft.section_modulus or (
+            float(section_modulus(outer, bore).value) if outer else 0.0
+        )
+        found.append(
+            Element(
+                name=shaft.name or f"{first} - {second}",
+                kind="shaft",
+                first=at[first],
+                second=at[second],
+                stiffness=stiffness,
+                damping=damping,
+                loss_factor=shaft.loss_factor,
+                section_modulus=modulus,
+                diameter=outer,
+                bore=bore,
+                tensile_strength=shaft.tensile_strength or 0.0,
+            )
+        )
+    return found
+
+
+def _stiffness(shaft: Shaft, crank_radius: float) -> float:
+    if shaft.stiffness is not None:
+        return shaft.stiffness
+    if shaft.section is not None:
+        part = shaft.section
+        ends = (part.end_outer_diameter, part.end_inner_diameter)
+        plain = (part.shear_modulus, part.length, part.outer_diameter, part.inner_diameter)
+        return float(shaft_stiffness(*plain, *ends).value)
+    throw = shaft.throw
+    assert throw is not None  # one of the three, says the form
+    modulus = np.asarray(throw.shear_modulus)
+    return float(throw_stiffness(throw_dimensions(throw, crank_radius), modulus, throw.formula)[0])
+
+
+def throw_dimensions(throw: Throw, crank_radius: float) -> Dimensions:
+    """What the formulas for the stiffness of a throw want to know."""
+    keys = (
+        *("journal_length", "journal_diameter", "journal_bore", "pin_length", "pin_diameter"),
+        *("pin_bore", "web_thickness", "web_width"),
+    )
+    lengths = {key: np.asarray(getattr(throw, key)) for key in keys}
+    return Dimensions(**lengths, crank_radius=np.asarray(crank_radius))
+
+
+def _diameters(shaft: Shaft) -> tuple[float, float]:
+    """Outer and inner diameter where the stress is read; the journal of a throw; 0 for none."""
+    if shaft.diameter is not None:
+        return shaft.diameter, 0.0
+    if shaft.section_modulus is not None:
+        return 0.0, 0.0
+    if shaft.section is not None:
+        # of a cone, at the end where the stress is larger
+        return min(section_ends(shaft.section), key=lambda end: section_modulus(*end).value)
+    if shaft.throw is not None:
+        return shaft.throw.journal_diameter, shaft.throw.journal_bore
+    return 0.0, 0.0
+
+
+def section_ends(section: Section) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Outer and inner diameter at both ends of a shaft."""
+    outer, inner = section.outer_diameter, section.inner_diameter
+    last, bore = section.end_outer_diameter, section.end_inner_diameter
+    return (outer, inner), (outer if last is None else last, inner if bore is None else bore)
+
+
+def gear_elements(line: ShaftLine, at: Mapping[str, int]) -> list[Element]:
+    """Gears with elastic teeth: k R^2 on the shaft of the first wheel."""
+    return [
+        Element(
+            name=gear.name or " - ".join(gear.between),
+            kind="mesh",
+            first=at[gear.between[0]],
+            second=at[gear.between[1]],
+            stiffness=gear.mesh_stiffness * (gear.pitch_radius or 0.0) ** 2,
+        )
+        for gear in line.gears
+        if gear.mesh_stiffness is not None
+    ]
+
+
+def damper_elements(line: ShaftLine, at: Mapping[str, int]) -> list[HungElement]:
+    """Dampers, with pendulums as the ring and the spring that they are equal to.
+
+    A pendulum of mass m on an arm of length r at the radius R swings in the field of the rotation.
+    With the angle theta + s r / (R + r) of its mass about the axis (s its swing) it is a ring of
+    inertia m (R + r)^2 on a spring of m (R + r)^2 n^2 w^2, n^2 = R / r, at the speed w.
+    """
+    found = []
+    for one in line.dampers:
+        inertia, spring = one.inertia or 0.0, 0.0
+        if one.order is not None and one.mass is not None and one.arm_radius is not None:
+            reach = one.arm_radius * (1.0 + 1.0 / one.order**2)
+            inertia = one.count * one.mass * reach**2
+            spring = inertia * one.order**2
+        element = Element(
+            name=one.name,
+            kind="damper",
+            first=at[one.on],
+            second=-1,
+            stiffness=one.stiffness or 0.0,
+            damping=one.damping,
+            loss_factor=one.loss_factor,
+            speed_stiffness=spring,
+        )
+        found.append(HungElement(element, one.kind, inertia))
+    return found
+
+
+# ----------------------------------------------------------------------------
+# The shaft line of a validated case as arrays, referred to the speed of the crankshaft.
+#
+# With the own speed ratio r of a station or shaft (own speed over crank speed, signed): the own
+# angle is r times the referred one, an inertia, stiffness or damping counts r^2 times, an own
+# torque is the referred one over r, and a torque on a station counts r times.
+# ----------------------------------------------------------------------------
+
+Array = NDArray[np.float64]
+Places = NDArray[np.int64]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Gearing:
+    """A gear between two stations; `element` is that of its teeth, -1 where they are rigid."""
+
+    name: str
+    first: int
+    second: int
+    ratio: float
+    pitch_radius: float
+    element: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class Hung:
+    """A damper: the freedom that carries it, that of its ring, its element; SI values as given.
+
+    `inertia`, `stiffness` and `damping` are own ones; those of pendulums are the ring and the
+    spring at one rad/s of the station that they are equal to.
+    """
+
+    name: str
+    kind: str
+    station: int
+    carrier: int
+    ring: int
+    element: int
+    inertia: float
+    stiffness: float
+    damping: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class ShaftLineModel:
+    """s stations, n freedoms (merged stations, then rings of dampers), e elements (sections).
+
+    `line` holds the referred values at standstill; `speed_stiffness` (e,) is what a crank speed
+    adds to the stiffness, in N m/rad per (rad/s)^2 (pendulums). `freedom` (s,) and
+    `station_ratio` (s,) belong to stations, `ring_ratio` to the dampers, `section_*` (e,) to
+    elements: shafts, elastic gears, dampers; `section_ends` (e, 2) are their stations, -1 for a
+    ring, and `station_values` (3, s) the referred inertia, absolute damping and stiffness to
+    ground of each station. `section_modulus` in m^3, `section_diameter` in m and
+    `tensile_strength` in Pa are 0 where the case does not say them. `cylinder_station` and
+    `cylinder_freedom` (c,) follow the cylinders of the crank train.
+    """
+
+    line: Line
+    speed_stiffness: Array
+    station_names: tuple[str, ...]
+    station_ratio: Array
+    freedom: Places
+    freedom_names: tuple[str, ...]
+    freedom_ratio: Array
+    station_values: Array
+    section_ends: Places
+    section_names: tuple[str, ...]
+    section_kinds: tuple[str, ...]
+    section_ratio: Array
+    section_modulus: Array
+    section_diameter: Array
+    section_bore: Array
+    tensile_strength: Array
+    cylinder_station: Places
+    cylinder_freedom: Places
+    gears: tuple[Gearing, ...]
+    dampers: tuple[Hung, ...]
+    load_station: int
+    load_freedom: int
+    taken_station: Places
+    taken_torque: Array
+    taken_exponent: Array
+
+    def at(self, speed: float | Array) -> Line:
+        """The line at crank speeds (...) in rad/s; the stiffness gets their leading axes."""
+        if not np.any(self.speed_stiffness):
+            return self.line
+        square = np.asarray(speed, dtype=float)[..., None] ** 2
+        stiffness = self.line.stiffness + square * self.speed_stiffness
+        return self.line._replace(stiffness=stiffness)
+
+    def mean_load(self, speed: float, operating_speed: float) -> Array:
+        """What `loads` take from each freedom (n,), referred, positive braking, in N m."""
+        taken = np.zeros(len(self.freedom_names))
+        factor = (speed / operating_speed) ** self.taken_exponent
+        places = self.freedom[self.taken_station]
+        # it brakes, whichever way its shaft turns
+        ratio = np.abs(self.station_ratio[self.taken_station])
+        np.add.at(taken, places, self.taken_torque * factor * ratio)
+        return taken
+
+
+def build_shaft_line(case: Case) -> ShaftLineModel:
+    """Arrays of `machine.shaft_line`; a case without problems has one piece and one ratio each."""
+    parts = case.machine.shaft_line
+    assert parts is not None, "only planned where there is a shaft line"
+    train = build_crank_train(case.machine.crank_train)
+    names = tuple(station.name for station in parts.stations)
+    at = {name: place for place, name in enumerate(names)}
+    ratio = np.array(speed_ratios(len(names), joints(parts), crank_station(parts)).ratio)
+    rigid = [g.between for g in parts.gears if g.mesh_stiffness is None]
+    freedom = np.array(merged(len(names), [(at[a], at[b]) for a, b in rigid]), dtype=np.int64)
+    own = np.array(station_inertia(parts, case.machine.crank_train, train))
+    stations = int(freedom.max()) + 1
+    damped = [station.absolute_damping for station in parts.stations]
+    held = [station.ground_stiffness for station in parts.stations]
+    shafts = shaft_elements(parts, case.machine.crank_train, at, own)
+    meshes = gear_elements(parts, at)
+    hung = damper_elements(parts, at)
+    elements = [*shafts, *meshes, *(one.element for one in hung)]
+    element_ratio = np.array([ratio[one.first] for one in elements])
+    ring = np.arange(stations, stations + len(hung), dtype=np.int64)
+    ends = [(freedom[one.first], freedom[one.second]) for one in (*shafts, *meshes)]
+    ends += [(freedom[one.element.first], place) for one, place in zip(hung, ring, strict=True)]
+    square, n = element_ratio**2, stations + len(hung)
+    line = Line(
+        inertia=_gathered(own, ratio, freedom, n) + _rings(hung, ratio, stations, n),
+        absolute_damping=_gathered(damped, ratio, freedom, n),
+        ground_stiffness=_gathered(held, ratio, freedom, n),
+        first=np.array([a for a, _ in ends], dtype=np.int64),
+        second=np.array([b for _, b in ends], dtype=np.int64),
+        stiffness=square * np.array([one.stiffness for one in elements]),
+        damping=square * np.array([one.damping for one in elements]),
+        loss_factor=np.array([one.loss_factor for one in elements], dtype=float),
+    )
+    leaders = [int(np.flatnonzero(freedom == place)[0]) for place in range(stations)]
+    together = [
+        " + ".join(name for name, f in zip(names, freedom, strict=True) if f == place)
+        for place in range(stations)
+    ]
+    load = at[parts.load] if parts.load is not None else len(names) - 1
+    cylinder = _cylinder_stations(parts, train)
+    return ShaftLineModel(
+        line=line,
+        # a pendulum feels the speed of its own station
+        speed_stiffness=square**2 * np.array([one.speed_stiffness for one in elements]),
+        station_names=names,
+        station_ratio=ratio,
+        freedom=freedom,
+        freedom_names=(*together, *(one.element.name for one in hung)),
+        freedom_ratio=np.array([*ratio[leaders], *(ratio[one.element.first] for one in hung)]),
+        station_values=ratio**2 * np.array([own, damped, held]),
+        section_ends=np.array([(one.first, one.second) for one in elements], dtype=np.int64),
+        section_names=tuple(one.name for one in elements),
+        section_kinds=tuple(one.kind for one in elements),
+        section_ratio=element_ratio,
+        section_modulus=np.array([one.section_modulus for one in elements], dtype=float),
+        section_diameter=np.array([one.diameter for one in elements], dtype=float),
+        section_bore=np.array([one.bore for one in elements], dtype=float),
+        tensile_strength=np.array([one.tensile_strength for one in elements], dtype=float),
+        cylinder_station=cylinder,
+        cylinder_freedom=freedom[cylinder],
+        gears=_gearings(parts, at, meshes, len(shafts)),
+        dampers=tuple(
+            Hung(
+                name=one.element.name,
+                kind=one.kind,
+                station=one.element.first,
+                carrier=int(freedom[one.element.first]),
+                ring=int(place),
+                element=len(shafts) + len(meshes) + number,
+                inertia=one.inertia,
+                stiffness=one.element.stiffness or one.element.speed_stiffness,
+                damping=one.element.damping,
+            )
+            for number, (one, place) in enumerate(zip(hung, ring, strict=True))
+        ),
+        load_station=load,
+        load_freedom=int(freedom[load]),
+        taken_station=np.array([at[one.on] for one in parts.loads], dtype=np.int64),
+        taken_torque=np.array([one.torque for one in parts.loads], dtype=float),
+        taken_exponent=np.array([one.exponent for one in parts.loads], dtype=float),
+    )
+
+
+def _gathered(own: Array | list[float], ratio: Array, freedom: Places, n: int) -> Array:
+    """Values by station, referred and summed over those of one freedom."""
+    total = np.zeros(n)
+    np.add.at(total, freedom, np.asarray(own, dtype=float) * ratio**2)
+    return total
+
+
+def _rings(hung: list[HungElement], ratio: Array, stations: int, n: int) -> Array:
+    inertia = np.zeros(n)
+    inertia[stations:] = [one.inertia * ratio[one.element.first] ** 2 for one in hung]
+    return inertia
+
+
+def _cylinder_stations(parts: Parts, train: CrankTrain) -> Places:
+    at = {
+        name: place
+        for place, station in enumerate(parts.stations)
+        for name in (*station.cylinders, *([station.cylinder] if station.cylinder else []))
+    }
+    return np.array([at[name] for name in train.names], dtype=np.int64)
+
+
+def _gearings(
+    parts: Parts, at: dict[str, int], meshes: list[Element], shafts: int
+) -> tuple[Gearing, ...]:
+    found, elastic = [], {one.name: shafts + place for place, one in enumerate(meshes)}
+    for gear in parts.gears:
+        first, second = gear.between
+        name = gear.name or f"{first} - {second}"
+        found.append(
+            Gearing(
+                name=name,
+                first=at[first],
+                second=at[second],
+                ratio=gear_ratio(gear),
+                pitch_radius=gear.pitch_radius or 0.0,
+                element=elastic.get(name, -1) if gear.mesh_stiffness is not None else -1,
+            )
+        )
+    return tuple(found)
+
+
+# ----------------------------------------------------------------------------
+# Angular momentum of a shaft line: how much, and which way round, its freedoms carry.
+# ----------------------------------------------------------------------------
+
+
+def spin_inertia(case: Case, built: ShaftLineModel) -> WithError:
+    """Own inertia times own speed ratio (n,) in kg m^2, summed over what turns with a freedom.
+
+    Times the referred angular velocity it is the angular momentum about the crankshaft, positive in
+    its sense; the referred inertia holds the ratio twice. Inertias of stations count as those of
+    parts that turn.
+    """
+    line = case.machine.shaft_line
+    assert line is not None, "only asked of a machine with a shaft line"
+    train = case.machine.crank_train
+    own = np.array(station_inertia(line, train, build_crank_train(train)))
+    found, size = np.zeros(len(built.freedom_names)), np.zeros(len(built.freedom_names))
+    spin = own * built.station_ratio
+    np.add.at(found, built.freedom, spin)
+    np.add.at(size, built.freedom, np.abs(spin))
+    for damper in built.dampers:
+        found[damper.ring] = damper.inertia * built.station_ratio[damper.station]
+    size += np.abs(found)
+    return WithError(found, (len(own) + 2) * EPSILON * size)
+
+
+# ----------------------------------------------------------------------------
+# How sure the stiffness of a crank throw from its dimensions can be.
+# ----------------------------------------------------------------------------
+
+
+def throw_cautions(case: Case) -> list[str]:
+    """A sentence for each kind of throw whose formulas are compared."""
+    line = case.machine.shaft_line
+    if line is None:
+        return []
+    named: dict[str, list[str]] = {}
+    for shaft, ends in zip(line.shafts, shaft_ends(line), strict=True):
+        if shaft.throw is None or shaft.stiffness is not None:
+            continue
+        dimensions = throw_dimensions(shaft.throw, case.machine.crank_train.crank_radius)
+        spread = stiffness_spread(dimensions, np.asarray(shaft.throw.shear_modulus))
+        low, high = float(spread.stiffness.min()), float(spread.stiffness.max())
+        words = (
+            f"the formulas for the stiffness of a throw give {low:.3g} to {high:.3g} N*m/rad, "
+            f"{100.0 * float(spread.doubt):.0f} % to either side of their middle, and "
+            f"'{shaft.throw.formula}' is one of them: natural frequencies in which the throws "
+            "twist are unsure by up to that share"
+        )
+        named.setdefault(words, []).append(shaft.name or " - ".join(ends))
+    return [f"{', '.join(names)}: {words}" for words, names in named.items()]

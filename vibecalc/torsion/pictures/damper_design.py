@@ -1,0 +1,164 @@
+"""Pictures of a damper's design: worst section over its values, response with it."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from vibecalc.report.lookup import having, scalar_of, speed_of, table_of
+from vibecalc.report.numbers import rpm, show
+from vibecalc.report.pictures.canvas import COLOURS, LIMIT, QUIET, TOTAL, canvas, plain_log
+from vibecalc.results.record import Record, Result
+from vibecalc.torsion.report.damper_design import DESIGN, OBJECTIVES, objective_of
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.colors import LogNorm
+    from matplotlib.figure import Figure
+
+# ----------------------------------------------------------------------------
+# Worst section over stiffness and damping of a line's damper: optimum, table value, limits.
+# ----------------------------------------------------------------------------
+
+#: over the best value; so many of them are named
+_LEVELS, _NAMED = (1.05, 1.2, 1.5, 2.0, 3.0, 5.0, 10.0, 30.0, 100.0), 7
+
+
+def draw_damper_map(result: Result) -> "Figure | None":
+    """Contours over both on logarithmic axes; None without a map."""
+    record, name = result.record, objective_of(result)
+    found = having(record, f"{DESIGN}chart/{name}", "chart_stiffness", "chart_damping")
+    best = scalar_of(record, f"{DESIGN}worst_{name}")
+    if found is None or best is None:
+        return None
+    factor, unit, words = OBJECTIVES[name]
+    figure = canvas(
+        result,
+        f"largest half range of the {words} over springs and damping of the damper",
+        9.0,
+        6.6,
+    )
+    axes = figure.subplots()
+    k, c = (np.asarray(axis.values, dtype=float) for axis in found.axes)
+    over = np.asarray(found.values, dtype=float).T / best
+    over = np.where(np.isfinite(over), over, 10.0 * _LEVELS[-1])
+    shade = [0.0, *_LEVELS, max(10.0 * _LEVELS[-1], float(np.max(over)))]
+    axes.contourf(k, c, over, levels=shade, cmap="Blues", norm=_norm())
+    lines = axes.contour(k, c, over, levels=_LEVELS[:_NAMED], colors="white", linewidths=0.9)
+    axes.clabel(lines, fmt=lambda v: f"{v:g} times", fontsize=8, colors=TOTAL)
+    _limits(axes, result, (k, c))
+    gain = scalar_of(record, DESIGN + "table/gain")
+    table = table_of(result.case, "damper_design", "compare")
+    if gain is not None and (table.get("stiffness") or 0.0) > 0.0:
+        axes.plot([table["stiffness"]], [table["damping"]], "D", color=COLOURS[1], ms=9, zorder=6,
+                  markeredgecolor="white",
+                  label=f"table value, {show(gain, digits=4)} times")  # fmt: skip
+    place = [scalar_of(record, DESIGN + name) or 0.0 for name in ("stiffness", "damping")]
+    axes.plot(
+        [place[0]], [place[1]], "*",
+        color=LIMIT, ms=17, zorder=6, markeredgecolor="white",
+        label=f"optimum, {show(factor * best, digits=4)} {unit.replace('*', ' ')}",
+    )  # fmt: skip
+    _basins(axes, record)
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    axes.set_xlim(k[0], k[-1])
+    axes.set_ylim(c[0], c[-1])
+    axes.grid(visible=False)
+    axes.set_xlabel("stiffness in N m/rad")
+    axes.set_ylabel("damping in N m s/rad")
+    figure.legend(loc="outside lower center", ncols=4, fontsize=9)
+    return figure
+
+
+def _norm() -> "LogNorm":
+    from matplotlib.colors import LogNorm
+
+    return LogNorm(vmin=0.9, vmax=60.0)
+
+
+def _limits(axes: "Axes", result: Result, grid: tuple[np.ndarray, np.ndarray]) -> None:
+    """Borders beyond which heat or travel is above its limit."""
+    given = table_of(result.case, "damper_design", "limits")
+    for name, style in (("heat", "--"), ("travel", ":")):
+        limit = given.get(name)
+        found = having(result.record, f"{DESIGN}chart/{name}", "chart_stiffness", "chart_damping")
+        if not isinstance(limit, int | float) or found is None:
+            continue
+        values = np.asarray(found.values, dtype=float).T
+        if np.min(values) < limit < np.max(values):
+            axes.contour(*grid, values, levels=[limit], colors=LIMIT, linestyles=style,
+                         linewidths=1.6)  # fmt: skip
+            axes.plot([], [], color=LIMIT, linestyle=style, label=f"limit of the {name}")
+
+
+def _basins(axes: "Axes", record: Record) -> None:
+    """Ends of descents that lie elsewhere than the optimum."""
+    k, c = (having(record, f"{DESIGN}basin/{name}", "basin") for name in ("stiffness", "damping"))
+    worst = having(record, DESIGN + "basin/worst", "basin")
+    if k is None or c is None or worst is None:
+        return
+    other = np.asarray(worst.values, dtype=float) > 1.01
+    if np.any(other):
+        axes.plot(k.values[other], c.values[other], "o", color=TOTAL, ms=6, markerfacecolor="none",
+                  label="other valleys", zorder=5)  # fmt: skip
+
+
+# ----------------------------------------------------------------------------
+# Largest section of a shaft line against speed: without damper, table value, optimum.
+# ----------------------------------------------------------------------------
+
+_LOOKS = {
+    "none": (QUIET, "--", "no damper"),
+    "table value": (COLOURS[1], "-", "table value"),
+    "optimum": (COLOURS[0], "-", "optimum"),
+}
+#: ratio of the curves from which on the axis is logarithmic
+_FAR = 6.0
+
+
+def draw_damper_response(result: Result) -> "Figure | None":
+    """One curve for each damper; None without a design."""
+    name = objective_of(result)
+    found = having(result.record, f"{DESIGN}curve/{name}", "damper_curve", "speed")
+    if found is None:
+        return None
+    factor, unit, words = OBJECTIVES[name]
+    figure = canvas(
+        result, f"largest half range of the {words} of all sections that count", 9.2, 5.4
+    )
+    axes = figure.subplots()
+    speed = rpm(1.0) * np.asarray(found.axes[1].values, dtype=float)
+    values = factor * np.asarray(found.values, dtype=float)
+    values = np.where(np.isfinite(values), values, np.nan)
+    for label, curve in zip(found.axes[0].values, values, strict=True):
+        colour, style, text = _LOOKS[str(label)]
+        axes.plot(speed, curve, color=colour, linestyle=style, label=text,
+                  linewidth=1.1 if label == "none" else 1.8)  # fmt: skip
+    worst = scalar_of(result.record, f"{DESIGN}worst_{name}")
+    if worst is not None:
+        axes.axhline(factor * worst, color=COLOURS[0], linewidth=0.9, linestyle=":",
+                     label="largest of the optimum")  # fmt: skip
+        _summits(axes, result, factor * worst)
+        if float(np.nanmax(values)) > _FAR * factor * worst:
+            known = values[np.isfinite(values) & (values > 0.0)]
+            plain_log(axes, 0.8 * float(np.min(known)), 1.3 * float(np.max(known)))
+    operating = speed_of(result)
+    if operating is not None and speed[0] <= rpm(operating) <= speed[-1]:
+        axes.axvline(rpm(operating), color=TOTAL, linewidth=0.9, linestyle="-.",
+                     label="operating speed")  # fmt: skip
+    axes.set_xlim(speed[0], speed[-1])
+    axes.set_xlabel("crank speed in rpm")
+    axes.set_ylabel(f"{words} in {unit.replace('*', ' ').replace('^2', '$^2$')}")
+    figure.legend(loc="outside lower center", ncols=5, fontsize=9)
+    return figure
+
+
+def _summits(axes: "Axes", result: Result, level: float) -> None:
+    """The summits that hold the optimum."""
+    kind = having(result.record, DESIGN + "active/kind", "active")
+    speed = having(result.record, DESIGN + "active/speed", "active")
+    if kind is None or speed is None:
+        return
+    held = rpm(1.0) * np.asarray(speed.values, dtype=float)[np.asarray(kind.values) == 0]
+    axes.plot(held, np.full(len(held), level), "o", color=COLOURS[0], ms=6, zorder=5,
+              label="summits that hold it")  # fmt: skip

@@ -1,0 +1,405 @@
+"""Pictures of what the cylinders do to a shaft line: over a cycle, by order, as vectors."""
+
+import math
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from vibecalc.report.lookup import along, having, labels, scalar_of, speed_of, table_of
+from vibecalc.report.numbers import hertz, show
+from vibecalc.report.pictures.canvas import COLOURS, LIMIT, QUIET, TOTAL, canvas, waves
+from vibecalc.results.record import Result
+from vibecalc.torsion.report.line import (
+    TORSION,
+    asked,
+    elastic_modes,
+    entry,
+    firing_words,
+    joined,
+    line_of,
+    order_text,
+    place_of,
+    speed_range,
+    turns,
+    vector,
+    worst_section,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+# ----------------------------------------------------------------------------
+# Pressure in one cylinder and torques on its throw over a cycle, and those of all cylinders.
+# ----------------------------------------------------------------------------
+
+EXCITATION = TORSION + "excitation/"
+_TORQUES = (("gas_torque", "gas", COLOURS[0]), ("inertia_torque", "inertia", COLOURS[1]),
+            ("total_torque", "both", TOTAL))  # fmt: skip
+#: the second speed is so many times the operating one, if the range goes as far; at least the other
+_TWICE, _LEAST = 2.0, 1.3
+
+
+def draw_torsion_excitation(result: Result) -> "Figure | None":
+    """Panels over the crank angle; None without a torque over the cycle.
+
+    The orders of the case are drawn over the card and the torque that they come from. A second
+    speed shows how the inertia torque grows: twice the operating one, or where the range ends.
+    """
+    record = result.record
+    total = along(record, EXCITATION + "total_torque", "crank_angle")
+    if total is None:
+        return None
+    speed, second = speed_of(result), _second(result)
+    at = f" at {turns(speed)} rpm" if speed is not None else ""
+    words = ", ".join([f"gas pressure and torques over one cycle{at}", *misfire_words(result)])
+    rows = 3 if second is None else 4
+    figure = canvas(result, words, 9.4, 2.6 + 2.0 * rows)
+    panels = list(figure.subplots(rows, 1, sharex=True))
+    above, below = panels[0], panels[-1]
+    _curve(result, above, "pressure", 1e-5, "card", COLOURS[3])
+    _approximated(result, above, "pressure", 1e-5, "bar")
+    above.set_ylabel("gauge pressure\nin bar")
+    above.legend(loc="upper center", fontsize=9, ncols=3)
+    for axes, times, rpm_words in (
+        (panels[1], 1.0, at),
+        (panels[-2], second, f" at {turns((second or 0.0) * (speed or 0.0))} rpm"),
+    ):
+        if times is None:
+            continue
+        for name, label, colour in _TORQUES:
+            _curve(result, axes, name, 1e-3, label, colour, times)
+        _approximated(result, axes, "total_torque", 1e-3, "kN m", times)
+        axes.set_ylabel("torque of one cyl-\ninder in kN m")
+        axes.legend(loc="upper right", fontsize=9, ncols=4)
+        axes.set_title(f"one cylinder from its firing on{rpm_words}", loc="left", fontsize=9)
+        axes.axhline(0.0, color=QUIET, linewidth=0.8)
+        _headroom(axes)
+    _curve(result, below, "engine_torque", 1e-3, "all cylinders", TOTAL)
+    below.set_ylabel("torque of all cyl-\ninders in kN m")
+    mean = scalar_of(record, EXCITATION + "mean_torque")
+    if mean is not None:
+        signed = float(record[EXCITATION + "mean_torque"].values)
+        below.axhline(1e-3 * signed, color=QUIET, linestyle="--", linewidth=1.2)
+        below.set_title(f"mean {show(1e-3 * signed, digits=4)} kN m", loc="right", fontsize=9)
+    cycle = str(table_of(result.case, "machine").get("cycle") or "").replace("_", "-")
+    order = firing_words(record, cycle)
+    if order:
+        ill = "".join(f"; {words}" for words in misfire_words(result))
+        below.set_title(f"all cylinders{at}, {order}{ill}", loc="left", fontsize=9)
+    below.axhline(0.0, color=QUIET, linewidth=0.8)
+    top = float(np.degrees(total[1][-1]))
+    below.set_xlim(0.0, top)
+    below.set_xticks(np.arange(0.0, top + 1.0, 90.0 if top > 400.0 else 45.0))
+    below.set_xlabel("crank angle in deg")
+    return figure
+
+
+def silent(result: Result) -> list[str]:
+    """Names of the cylinders that do not fire in this case."""
+    given = asked(result).get("misfire")
+    return [str(name) for name in given] if isinstance(given, list | tuple) else []
+
+
+def misfire_words(result: Result) -> list[str]:
+    """`cylinder 3 does not fire`, nothing for an engine that fires as it should."""
+    found = silent(result)
+    if not found:
+        return []
+    many = len(found) > 1
+    return [f"cylinder{'s' if many else ''} {joined(found)} do{'' if many else 'es'} not fire"]
+
+
+def _second(result: Result) -> float | None:
+    """The second speed over the operating one; None without a range or with cards by speed."""
+    speed, train = speed_of(result), table_of(result.case, "machine", "crank_train")
+    if not speed or train.get("gas_cards"):
+        return None
+    if not table_of(result.case, "response", "torsion", "speeds"):
+        return None
+    times = min(_TWICE, speed_range(result)[1] / speed)
+    return times if times >= _LEAST else None
+
+
+def _values(result: Result, name: str, times: float = 1.0) -> tuple[np.ndarray, np.ndarray] | None:
+    """A curve of the result and its angle; inertia goes with the square of the speed."""
+    found = along(result.record, EXCITATION + name, "crank_angle")
+    if found is None:
+        return None
+    drawn = np.asarray(found[0].values, dtype=float)
+    if times != 1.0:
+        inertia = along(result.record, EXCITATION + "inertia_torque", "crank_angle")
+        part = 0.0 if inertia is None else np.asarray(inertia[0].values, dtype=float)
+        share = {"inertia_torque": 1.0, "total_torque": 1.0}.get(name, 0.0)
+        drawn = drawn + share * (times**2 - 1.0) * part
+    return drawn, np.asarray(found[1], dtype=float)
+
+
+def _curve(
+    result: Result, axes: "Axes", name: str, factor: float, words: str, colour: str,
+    times: float = 1.0,
+) -> None:  # fmt: skip
+    found = _values(result, name, times)
+    if found is not None:
+        axes.plot(np.degrees(found[1]), factor * found[0], color=colour, label=words)
+
+
+def _approximated(
+    result: Result, axes: "Axes", name: str, factor: float, unit: str, times: float = 1.0
+) -> None:
+    """What the orders of the case make of a curve, and by how much that misses it."""
+    found = _values(result, name, times)
+    total = having(result.record, EXCITATION + "total", "half_order")
+    if found is None or total is None:
+        return
+    curve, angle = found
+    order = np.asarray(total.axes[0].values, dtype=float)
+    if name == "total_torque":
+        amplitude = np.asarray(total.values)
+        inertia = having(result.record, EXCITATION + "inertia", "half_order")
+        if times != 1.0 and inertia is not None:
+            amplitude = amplitude + (times**2 - 1.0) * np.asarray(inertia.values)
+    else:
+        # the card has no orders in the result: sums over its points, evenly over the cycle
+        amplitude = 2.0 * np.mean(curve[:-1] * np.conj(waves(order, angle[:-1])), axis=1)
+    made = float(np.mean(curve[:-1])) + np.real(amplitude @ waves(order, angle))
+    label = f"of orders {order_text(order[0])} to {order_text(order[-1])}"
+    axes.plot(np.degrees(angle), factor * made, color=COLOURS[4], linestyle="--", linewidth=1.3,
+              label=label)  # fmt: skip
+    missed = factor * float(np.max(np.abs(made - curve)))
+    axes.set_title(f"the orders miss it by {show(missed, digits=2)} {unit} at most", loc="right",
+                   fontsize=9)  # fmt: skip
+
+
+def _headroom(axes: "Axes") -> None:
+    """Room for the legend above the curves."""
+    low, high = axes.get_ylim()
+    axes.set_ylim(low, high + 0.22 * (high - low))
+
+
+# ----------------------------------------------------------------------------
+# Vector diagrams: how the torques of the cylinders add up, by order, in the lowest modes.
+# ----------------------------------------------------------------------------
+
+_MODES, _STARS = 3, 6
+_ALIKE = 1e-6
+
+
+def draw_torsion_vectors(result: Result) -> "Figure | None":
+    """Stars of the phases on top, below them shape times phase laid end to end for each mode.
+
+    A cylinder that does not fire is left out of the sums, and drawn beside those that do.
+    """
+    record = result.record
+    firing = having(record, TORSION + "excitation/firing_angle", "cylinder")
+    shape = having(record, TORSION + "modes/shape", "mode", "station")
+    total = having(record, TORSION + "excitation/total", "half_order")
+    natural = having(record, TORSION + "modes/natural_frequency", "mode")
+    line, modes = line_of(result), elastic_modes(result)[:_MODES]
+    if firing is None or shape is None or total is None or natural is None or line is None:
+        return None
+    angle = np.asarray(firing.values, dtype=float)
+    if angle.size < 2 or not modes:
+        return None
+    orders = np.asarray(total.axes[0].values, dtype=float)
+    stars = alike(angle, orders, mirrored=not np.iscomplexobj(shape.values))[:_STARS]
+    named = labels(firing.axes[0])
+    fires = np.array([name not in silent(result) for name in named])
+    mirrored = "" if np.iscomplexobj(shape.values) else " (mirror images count as equal)"
+    words = (
+        f"phase vectors of the cylinders by order{mirrored};\n"
+        "below, each times the shape of a mode, end to end, over what all in line would be"
+    )
+    for ill in misfire_words(result):
+        are, they = ("is", "it") if fires.sum() == len(named) - 1 else ("are", "they")
+        words += f"\n{ill} and {are} not in the sums (dashed); all: if {they} did"
+    figure = canvas(
+        result, words,
+        max(1.9 * len(stars) + 0.6, 7.6), 2.0 * (len(modes) + 1) + 1.4,
+    )  # fmt: skip
+    grid = figure.subplots(len(modes) + 1, len(stars), squeeze=False)
+    for group, column in zip(stars, grid.T, strict=True):
+        turned = np.exp(-1j * group[0] * angle)
+        _star(column[0], turned, named, group, fires)
+        for mode, axes in zip(modes, column[1:], strict=True):
+            row = np.asarray(shape.values)[mode][line.cylinder_station]
+            _polygon(axes, row, turned, fires)
+    values = hertz(1.0) * np.asarray(natural.values, dtype=float)
+    grid[0][0].set_ylabel("phases", fontsize=9)
+    for mode, row_ in zip(modes, grid[1:], strict=True):
+        row_[0].set_ylabel(f"mode {mode + 1}\n{show(values[mode], digits=4)} Hz", fontsize=9)
+    return figure
+
+
+def alike(angle: np.ndarray, order: np.ndarray, mirrored: bool = True) -> list[list[float]]:
+    """Orders in groups of equal phases of the cylinders, each group ascending.
+
+    The mirror image of a star gives the same sums where the shapes are real: `mirrored`.
+    """
+    groups: list[list[float]] = []
+    stars: list[np.ndarray] = []
+    for q in order:
+        star = np.exp(-1j * q * (angle - angle[0]))
+        for group, other in zip(groups, stars, strict=True):
+            away = np.abs(star - other).max()
+            if mirrored:
+                away = min(away, np.abs(star.conj() - other).max())
+            if away < _ALIKE:
+                group.append(float(q))
+                break
+        else:
+            groups.append([float(q)])
+            stars.append(star)
+    return groups
+
+
+def _star(
+    axes: "Axes", turned: np.ndarray, named: list[str], orders: list[float], fires: np.ndarray
+) -> None:
+    """An arrow for each direction, with the cylinders that share it; (3) does not fire."""
+    members: list[tuple[complex, list[str], list[bool]]] = []
+    for one, name, well in zip(turned, named, fires, strict=True):
+        word = name if well else f"({name})"
+        for other, together, alive in members:
+            if abs(one - other) < _ALIKE:
+                together.append(word)
+                alive.append(bool(well))
+                break
+        else:
+            members.append((complex(one), [word], [bool(well)]))
+    for one, together, alive in members:
+        x, y = _upright(one)
+        _arrow(axes, 0.0, 0.0, x, y, COLOURS[0] if any(alive) else QUIET, dashed=not any(alive))
+        # several lines of names go away from the arrow
+        side = "bottom" if y > 0.9 else "top" if y < -0.9 else "center"
+        reach = 1.12 if side != "center" else 1.3
+        axes.text(1.32 * x, reach * y, _wrapped(together), ha="center", va=side, fontsize=8)
+    axes.set_xlim(-1.9, 1.9)
+    axes.set_ylim(-1.9, 1.9)
+    listed = ", ".join(order_text(q) for q in orders[:4]) + (" ..." if len(orders) > 4 else "")
+    axes.set_title(f"order {listed}", fontsize=8)
+    _bare(axes)
+
+
+def _wrapped(together: list[str]) -> str:
+    """At most four names in a line."""
+    return "\n".join(", ".join(together[i : i + 4]) for i in range(0, len(together), 4))
+
+
+def _polygon(axes: "Axes", row: np.ndarray, turned: np.ndarray, fires: np.ndarray) -> None:
+    """Vectors of what fires end to end, over what all were in line, and their sum."""
+    steps = row * turned / max(float(np.abs(row).sum()), 1e-300)
+    way = np.concatenate([[0.0], np.cumsum(steps[fires])])
+    for start, stop in pairwise(way):
+        (x, y), (u, v) = _upright(start), _upright(stop)
+        _arrow(axes, x, y, u, v, COLOURS[0])
+    # what is left out would go on from the end to the sum of all
+    rest = way[-1] + np.concatenate([[0.0], np.cumsum(steps[~fires])])
+    for start, stop in pairwise(rest):
+        (x, y), (u, v) = _upright(start), _upright(stop)
+        _arrow(axes, x, y, u, v, QUIET, dashed=True)
+    x, y = _upright(way[-1])
+    if abs(way[-1]) > 1e-3:
+        _arrow(axes, 0.0, 0.0, x, y, LIMIT, 2.2)
+    axes.plot([0.0], [0.0], "o", color=TOTAL, ms=3)
+    reach = 1.15 * max(0.35, float(np.max(np.abs([*way, *rest]))))
+    axes.set_xlim(-reach, reach)
+    axes.set_ylim(-reach, reach)
+    words = f"sum {abs(way[-1]):.3f}"
+    if not fires.all():
+        words += f"\nall {abs(rest[-1]):.3f}"
+    axes.set_xlabel(words, fontsize=9)
+    _bare(axes)
+
+
+def _upright(one: complex) -> tuple[float, float]:
+    """Phase zero points upwards, as in diagrams of cranks; angles run clockwise as the crank."""
+    turned = complex(one) * 1j
+    return turned.real, turned.imag
+
+
+def _arrow(
+    axes: "Axes", x: float, y: float, u: float, v: float, colour: str, width: float = 1.3,
+    dashed: bool = False,
+) -> None:  # fmt: skip
+    if math.hypot(u - x, v - y) < 1e-9:
+        return
+    axes.annotate(
+        "", (u, v), (x, y),
+        arrowprops={"arrowstyle": "-|>", "color": colour, "linewidth": width, "shrinkA": 0.0,
+                    "shrinkB": 0.0, "mutation_scale": 9.0, "linestyle": "--" if dashed else "-"},
+    )  # fmt: skip
+
+
+def _bare(axes: "Axes") -> None:
+    axes.set_aspect("equal")
+    axes.set_xticks([])
+    axes.set_yticks([])
+    axes.grid(False)
+    for side in ("left", "bottom"):
+        axes.spines[side].set_color(QUIET)
+        axes.spines[side].set_visible(False)
+
+
+# ----------------------------------------------------------------------------
+# Orders at the operating speed: torque of one cylinder, and torque in the most loaded section.
+# ----------------------------------------------------------------------------
+
+_MOST, _NAMED = 40, 5
+_PARTS = (("gas", "gas", COLOURS[0]), ("inertia", "inertia", COLOURS[1]), ("total", "both", TOTAL))
+
+
+def draw_torsion_orders(result: Result) -> "Figure | None":
+    """Bars by order, 0-to-peak; None if the line was not driven."""
+    record = result.record
+    total = having(record, TORSION + "excitation/total", "half_order")
+    torque = having(record, TORSION + "torque", "section", "half_order")
+    section = worst_section(record)
+    place = None if section is None else place_of(torque, section)
+    if total is None or torque is None or section is None or place is None:
+        return None
+    speed = speed_of(result)
+    at = f" at {turns(speed)} rpm" if speed is not None else ""
+    figure = canvas(result, f"order spectrum{at}, amplitudes 0-to-peak", 9.6, 7.0)
+    above, below = figure.subplots(2, 1, sharex=True)
+    order = np.asarray(total.axes[0].values, dtype=float)[:_MOST]
+    step = float(order[1] - order[0]) if order.size > 1 else 1.0
+    for number, (name, words, colour) in enumerate(_PARTS):
+        part = having(record, f"{TORSION}excitation/{name}", "half_order")
+        if part is not None:
+            size = np.abs(np.asarray(part.values))[:_MOST]
+            shift = (number - 1) * 0.27 * step
+            above.bar(order + shift, size, 0.25 * step, color=colour, label=words)
+    above.set_ylabel("torque of one cylinder\nin N m")
+    above.legend(loc="upper right", fontsize=9)
+    row = np.abs(np.asarray(torque.values)[place])[:_MOST]
+    major = vector(record, "excitation/major", "half_order")
+    strong = np.zeros(row.size, bool) if major is None else major[:_MOST] > 0
+    for chosen, colour, words in (
+        (strong, COLOURS[1], "major order"),
+        (~strong, COLOURS[0], "other order"),
+    ):
+        if np.any(chosen):
+            below.bar(order[chosen], row[chosen], 0.6 * step, color=colour, label=words)
+    _name(below, order, row)
+    below.set_ylabel(f"torque in section\n{section} in N m")
+    below.set_xlabel("order (multiple of crank speed)")
+    half = entry(having(record, TORSION + "torque_half_range", "section"), section)
+    if half:
+        words = f"half range of all orders together: {half} N m"
+        below.set_title(words, loc="left", fontsize=9, color=QUIET)
+    below.legend(loc="upper right", fontsize=9)
+    below.set_xlim(order[0] - step, order[-1] + step)
+    below.set_xticks(np.arange(1.0, order[-1] + 0.5, max(1.0, round(order[-1] / 20.0))))
+    return figure
+
+
+def _name(axes: "Axes", order: np.ndarray, row: np.ndarray) -> None:
+    for i in np.argsort(-row, kind="stable")[:_NAMED]:
+        if row[i] > 0.0:
+            axes.annotate(
+                order_text(order[i]), (order[i], row[i]), xytext=(0, 2),
+                textcoords="offset points", ha="center", va="bottom", fontsize=8,
+            )  # fmt: skip
+    axes.set_ylim(0.0, 1.15 * float(np.max(row, initial=1e-300)))

@@ -1,0 +1,274 @@
+"""Pictures of the modes of a shaft line: shapes along it, Campbell diagram."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vibecalc.report.lookup import having, speed_of, table_of
+from vibecalc.report.numbers import hertz, rpm, show
+from vibecalc.report.pictures.canvas import COLOURS, LIMIT, QUIET, TOTAL, canvas
+from vibecalc.results.record import Result
+from vibecalc.torsion.report.line import (
+    TORSION,
+    elastic_modes,
+    has_pendulums,
+    line_of,
+    order_text,
+    speed_range,
+    turns,
+    vector,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from vibecalc.torsion.model import ShaftLineModel
+
+# ----------------------------------------------------------------------------
+# Mode shapes along a shaft line: one row for each mode, branches beside the main line.
+# ----------------------------------------------------------------------------
+
+_MOST, _MOST_NAMES = 5, 24
+#: rigid gears and elastic teeth are steps of the own angle, drawn otherwise than shafts
+_GEAR = ":"
+
+
+def draw_torsion_shapes(result: Result) -> "Figure | None":
+    """Own angles of stations and rings over the line; None without shapes."""
+    shape = having(result.record, TORSION + "modes/shape", "mode", "station")
+    natural = having(result.record, TORSION + "modes/natural_frequency", "mode")
+    line, modes = line_of(result), elastic_modes(result)[:_MOST]
+    if shape is None or natural is None or line is None or not modes:
+        return None
+    rings = having(result.record, TORSION + "modes/ring_shape", "mode", "damper")
+    # of complex shapes what is seen where the largest station has its crest
+    values = np.real(shape.values)
+    if rings is not None:
+        values = np.hstack([values, np.real(rings.values)])
+    paths = strands(line, values.shape[1])
+    names = [*line.station_names, *(one.name for one in line.dampers)]
+    widths = [len(path) + 0.5 for path in paths]
+    most = max(len(name) for name in names)
+    height = 2.0 + 1.35 * len(modes) + 0.07 * most
+    figure = canvas(result, "mode shapes, own angles of the stations", 9.6, height)
+    grid = figure.subplots(
+        len(modes), len(paths), sharey=True, sharex="col", squeeze=False, width_ratios=widths
+    )
+    frequencies = np.asarray(natural.values, dtype=float)
+    for mode, row in zip(modes, grid, strict=True):
+        for path, axes in zip(paths, row, strict=True):
+            _strand(axes, line, path, values[mode], COLOURS[modes.index(mode) % len(COLOURS)])
+        words = f"mode {mode + 1}: {show(hertz(frequencies[mode]), digits=5)} Hz"
+        row[0].set_title(words, loc="left", fontsize=10)
+        row[0].set_ylabel("angle")
+        reach = 1.25 * max(1.0, float(np.max(np.abs(values[modes]))))
+        row[0].set_ylim(-reach, reach)
+    for path, axes in zip(paths, grid[-1], strict=True):
+        _name(axes, [names[one] for one in path])
+    for path, axes in zip(paths[1:], grid[0][1:], strict=True):
+        axes.set_title(f"from {names[path[0]]}", loc="right", fontsize=9, color=QUIET)
+    return figure
+
+
+def strands(line: "ShaftLineModel", count: int) -> list[list[int]]:
+    """The line as paths of stations (rings behind them): the longest, then what branches off it.
+
+    Each branch begins with the place it hangs on. Loops of shafts are opened somewhere.
+    """
+    beside: dict[int, list[int]] = {place: [] for place in range(count)}
+    for first, second in _joints(line, count):
+        beside[first].append(second)
+        beside[second].append(first)
+    free, found = set(range(count)), []
+    path = _longest(beside, _longest(beside, [0], free)[-1:], free)
+    ends = [_station(line, place) for place in (path[0], path[-1])]
+    path = path[::-1] if ends[0] > ends[1] else path
+    while path:
+        found.append(path)
+        free -= set(path)
+        starts = [one for one in range(count) if one not in free and set(beside[one]) & free]
+        if not starts:
+            break
+        best = max(
+            (_longest(beside, [start, next_], free) for start in starts
+             for next_ in beside[start] if next_ in free), key=len,
+        )  # fmt: skip
+        path = best
+    return found
+
+
+def _station(line: "ShaftLineModel", place: int) -> int:
+    """The station itself, or the one that carries the ring."""
+    stations = len(line.station_names)
+    return place if place < stations else line.dampers[place - stations].station
+
+
+def _joints(line: "ShaftLineModel", count: int) -> list[tuple[int, int]]:
+    stations = len(line.station_names)
+    pairs = [(int(a), int(b)) for a, b in line.section_ends if b >= 0]
+    pairs += [(gear.first, gear.second) for gear in line.gears if gear.element < 0]
+    pairs += [(one.station, stations + place) for place, one in enumerate(line.dampers)]
+    return [(a, b) for a, b in pairs if max(a, b) < count]
+
+
+def _longest(beside: dict[int, list[int]], begun: list[int], free: set[int]) -> list[int]:
+    """The longest way on from the end of `begun`, breadth first through places in `free`."""
+    before: dict[int, int | None] = {begun[-1]: None}
+    queue = [begun[-1]]
+    for place in queue:
+        for other in beside[place]:
+            if other not in before and other in free and other not in begun:
+                before[other] = place
+                queue.append(other)
+    way: list[int] = []
+    at: int | None = queue[-1]
+    while at is not None:
+        way.append(at)
+        at = before[at]
+    return begun[:-1] + way[::-1]
+
+
+def _strand(
+    axes: "Axes", line: "ShaftLineModel", path: list[int], values: np.ndarray, colour: str
+) -> None:
+    geared = {frozenset((gear.first, gear.second)) for gear in line.gears}
+    row, x = values[path], np.arange(len(path))
+    axes.axhline(0.0, color=TOTAL, linewidth=0.8)
+    axes.vlines(x, 0.0, row, color=colour, linewidth=0.8, alpha=0.5)
+    for i in range(len(path) - 1):
+        style = _GEAR if frozenset(path[i : i + 2]) in geared else "-"
+        axes.plot(x[i : i + 2], row[i : i + 2], style, color=colour)
+    ring = np.array([place >= len(line.station_names) for place in path])
+    axes.plot(x[~ring], row[~ring], "o", color=colour, ms=4)
+    axes.plot(x[ring], row[ring], "o", color=colour, ms=7, markerfacecolor="white")
+    axes.set_xlim(-0.4, len(path) - 0.6)
+
+
+def _name(axes: "Axes", names: list[str]) -> None:
+    step = max(1, -(-len(names) // _MOST_NAMES))
+    axes.set_xticks(range(0, len(names), step))
+    axes.set_xticklabels(names[::step], rotation=90, fontsize=8)
+
+
+# ----------------------------------------------------------------------------
+# Campbell diagram: natural frequencies of a shaft line and orders against the crank speed.
+# ----------------------------------------------------------------------------
+
+#: of the height of the picture, the least distance of two words at its edge
+_APART = 0.026
+#: and of its width, at its upper edge
+_APART_ABOVE = 0.042
+_ROOM = 1.12
+
+
+def draw_torsion_campbell(result: Result) -> "Figure | None":
+    """Hz and cpm over rpm, order lines named at their ends, crossings dotted, major ones filled."""
+    natural = having(result.record, TORSION + "modes/natural_frequency", "mode")
+    critical = having(result.record, TORSION + "critical/speed", "mode", "half_order")
+    modes = elastic_modes(result)
+    low, high = speed_range(result)
+    if natural is None or critical is None or not modes or high <= 0.0:
+        return None
+    frequency = hertz(1.0) * np.asarray(natural.values, dtype=float)[modes]
+    order = np.asarray(critical.axes[1].values, dtype=float)
+    right, top = rpm(high) * 1.04, _ROOM * float(frequency[-1])
+    words, course = "Campbell diagram", _course(result)
+    if course is None and has_pendulums(result):
+        words += ", natural frequencies as they are at the operating speed (pendulums change them)"
+    figure = canvas(result, words, 9.6, 7.0)
+    axes = figure.subplots()
+    axes.set_xlim(0.0, right)
+    axes.set_ylim(0.0, top)
+    _orders(axes, order, right, top)
+    colours = [COLOURS[i % len(COLOURS)] for i in range(len(modes))]
+    aside, below = 0, -top
+    for mode, value, colour in zip(modes, frequency, colours, strict=True):
+        if course is None:
+            axes.axhline(value, color=colour, linewidth=1.8)
+        else:
+            axes.plot(rpm(1.0) * course[0], hertz(1.0) * course[1][mode], color=colour)
+            axes.axhline(value, color=colour, linewidth=0.6, alpha=0.4)
+        # the names of modes that lie close stand side by side
+        aside = aside + 1 if value - below < 1.2 * _APART * top else 0
+        below = value
+        axes.annotate(
+            f"mode {mode + 1}: {value:.4g} Hz", (0.0, value), xytext=(5 + 110 * aside, 3),
+            textcoords="offset points", fontsize=9, color=colour, zorder=4,
+            bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 0.0},
+        )  # fmt: skip
+    _crossings(result, axes, modes, colours)
+    _speeds(result, axes, low, high)
+    axes.set_xlabel("crank speed in rpm")
+    axes.set_ylabel("frequency in Hz")
+    axes.grid(False)
+
+    def to_cpm(value: Any) -> Any:
+        return 60.0 * value
+
+    def to_hertz(value: Any) -> Any:
+        return value / 60.0
+
+    # the words of the orders stand at the right, so that cycles per minute get room beyond them
+    axes.secondary_yaxis(1.075, functions=(to_cpm, to_hertz)).set_ylabel("frequency in cpm")
+    axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.035), ncols=4, fontsize=9)
+    return figure
+
+
+def _course(result: Result) -> tuple[np.ndarray, np.ndarray] | None:
+    """Speeds and natural frequencies [mode, speed] where pendulums make them depend on it."""
+    found = having(result.record, TORSION + "campbell/natural_frequency", "mode", "speed")
+    if found is None:
+        return None
+    return np.asarray(found.axes[1].values, dtype=float), np.asarray(found.values, dtype=float)
+
+
+def _orders(axes: "Axes", order: np.ndarray, right: float, top: float) -> None:
+    """Lines from the origin; names at the right or upper edge, where there is room for them."""
+    last_y, last_x = -1.0, 2.0
+    for q in order:
+        end = q * right / 60.0
+        axes.plot([0.0, right], [0.0, end], color=QUIET, linewidth=0.6, alpha=0.7, zorder=1)
+        if end <= top:
+            if end / top - last_y < _APART:
+                continue
+            last_y = end / top
+            place, align, shift = (right, end), ("left", "center"), (3, 0)
+        else:
+            across = 60.0 * top / q / right
+            if last_x - across < _APART_ABOVE:
+                continue
+            last_x = across
+            place, align, shift = (across * right, top), ("center", "bottom"), (0, 2)
+        axes.annotate(
+            order_text(q), place, xytext=shift, textcoords="offset points", ha=align[0],
+            va=align[1], fontsize=8, color=QUIET, annotation_clip=False,
+        )  # fmt: skip
+
+
+def _crossings(result: Result, axes: "Axes", modes: list[int], colours: list[str]) -> None:
+    critical = result.record[TORSION + "critical/speed"]
+    order = np.asarray(critical.axes[1].values, dtype=float)
+    major = vector(result.record, "excitation/major", "half_order")
+    low, high = speed_range(result)
+    values = np.asarray(critical.values, dtype=float)
+    filled = np.zeros(values.shape[1], bool) if major is None else major > 0
+    for mode, colour in zip(modes, colours, strict=True):
+        inside = (values[mode] >= low) & (values[mode] <= high)
+        for chosen, face in ((inside & filled, colour), (inside & ~filled, "white")):
+            axes.plot(
+                rpm(1.0) * values[mode][chosen],
+                hertz(1.0) * (order * values[mode])[chosen], "o", color=colour, ms=5,
+                markerfacecolor=face, zorder=5,
+            )  # fmt: skip
+    for face, words in ((QUIET, "major order"), ("white", "other order")):
+        axes.plot([], [], "o", color=QUIET, markerfacecolor=face, ms=5, label=words)
+
+
+def _speeds(result: Result, axes: "Axes", low: float, high: float) -> None:
+    if table_of(result.case, "response", "torsion", "speeds"):
+        axes.axvspan(rpm(low), rpm(high), color="#0072B2", alpha=0.07, label="speeds looked at")
+    speed = speed_of(result)
+    if speed is not None:
+        words = f"operating speed {turns(speed)} rpm"
+        axes.axvline(rpm(speed), color=LIMIT, linestyle="--", linewidth=1.3, label=words)

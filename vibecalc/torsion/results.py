@@ -1,0 +1,462 @@
+"""Every result of a shaft line: path, unit, axes, long name."""
+
+from vibecalc.pipeline.entries.entry import PEAK, Entry, entry
+
+# ----------------------------------------------------------------------------
+# Results of a shaft line: modes, what the cylinders do to it, and its vibration at one speed.
+#
+# Angles and torques are own ones, of the shaft they belong to. An amplitude of an order is
+# 0-to-peak; a half range is (highest - lowest) / 2 over the cycle of all orders together, without
+# the mean.
+# ----------------------------------------------------------------------------
+
+ROOT = "response/torsion"
+_BY_MODE = "mode half_order"
+
+_OF_MODES = (
+    ("natural_frequency", "mode", "rad/s",
+     "with a damper the magnitude of the pole, else undamped; 0: it does not vibrate"),
+    ("frequency_error", "mode", "rad/s", "error estimate of each natural frequency"),
+    ("damping_ratio", "mode", "", "of the damped pole, or as given by mode; 1: overdamped"),
+    ("undamped_frequency", "mode", "rad/s",
+     "of the line without any damping, the rings of its dampers free, by their own numbers"),
+    ("transfer_matrix_frequency", "mode", "rad/s",
+     "undamped, by transfer matrix and mode count, in branched lines no second way; without "
+     "closed loops of shafts only"),
+    ("shape", "mode station", "",
+     "own angle; the largest freedom is 1, with a damper the largest that is no ring"),
+    ("ring_shape", "mode damper", "", "the same, of the rings of dampers"),
+    ("modal_inertia", "mode", "kg*m^2",
+     "sum of inertia times squared magnitude of that shape, referred to the crankshaft"),
+    ("strain_energy_share", "mode section", "", "of the section in the energy of the mode"),
+    ("holzer_angle", "mode freedom", "",
+     "Holzer table, undamped: referred angle, 1 in its first row"),
+    ("holzer_inertia_torque", "mode freedom", "N*m", "Holzer table: J w^2 times the angle"),
+    ("holzer_torque", "mode freedom", "N*m", "Holzer table: running sum of the torques"),
+    ("holzer_residual", "mode", "N*m", "Holzer table: sum of the last row; a mode closes at 0"),
+)  # fmt: skip
+MODES = tuple(entry(f"{ROOT}/modes/{name}", *rest) for name, *rest in _OF_MODES)
+
+EXCITATION = (
+    entry(f"{ROOT}/excitation/pressure", "crank_angle", "Pa",
+          "gauge pressure in a healthy cylinder from its firing position on"),
+    entry(f"{ROOT}/excitation/gas_torque", "crank_angle", "N*m", "of that cylinder's gas"),
+    entry(f"{ROOT}/excitation/inertia_torque", "crank_angle", "N*m", "of its moving masses"),
+    entry(f"{ROOT}/excitation/total_torque", "crank_angle", "N*m", "of both"),
+    entry(f"{ROOT}/excitation/engine_torque", "crank_angle", "N*m",
+          "of all cylinders, from the first firing on, referred to the crankshaft"),
+    entry(f"{ROOT}/excitation/gas", "half_order", "N*m", "gas torque of one cylinder", PEAK),
+    entry(f"{ROOT}/excitation/inertia", "half_order", "N*m", "inertia torque of one", PEAK),
+    entry(f"{ROOT}/excitation/total", "half_order", "N*m", "torque of one cylinder", PEAK),
+    entry(f"{ROOT}/excitation/tangential_pressure", "half_order", "Pa",
+          "total torque of one cylinder over piston area and crank radius", PEAK),
+    entry(f"{ROOT}/excitation/mean_torque", "", "N*m", "of all cylinders"),
+    entry(f"{ROOT}/excitation/mean_indicated_pressure", "", "Pa", "of a healthy cylinder"),
+    entry(f"{ROOT}/excitation/power", "", "W", "indicated, of all cylinders"),
+    entry(f"{ROOT}/excitation/firing_angle", "cylinder", "rad", "crank angle at which it fires"),
+    entry(f"{ROOT}/excitation/station_torque", "station half_order", "N*m",
+          "of all cylinders of a station, phases in it", PEAK),
+    entry(f"{ROOT}/excitation/vector_sum", _BY_MODE, "",
+          "sum of phase vectors of a mode over that of all in line; 0: no cylinder moves"),
+    entry(f"{ROOT}/excitation/intensity", _BY_MODE, "N*m",
+          "torque on the mode, sum of shape times torque; the shape as under modes", PEAK),
+    entry(f"{ROOT}/excitation/rank", _BY_MODE, "",
+          "place of the order in the mode by its vector sum, 1 for the largest; 0: they cancel"),
+    entry(f"{ROOT}/excitation/major", "half_order", "",
+          "1: the cylinders of each bank in phase, and the banks do not cancel; 0: not"),
+    entry(f"{ROOT}/excitation/bank_factor", "half_order", "",
+          "what the angle between the banks leaves of their sums; 1: all of it"),
+)  # fmt: skip
+
+_SECTION = "section half_order"
+STEADY = (
+    entry(f"{ROOT}/angle", "station half_order", "rad", "vibration of the station", PEAK),
+    entry(f"{ROOT}/twist", _SECTION, "rad", "of the section, first end less second", PEAK),
+    entry(f"{ROOT}/torque", _SECTION, "N*m", "stiffness and damping part together", PEAK),
+    entry(f"{ROOT}/stress", _SECTION, "Pa", "shear, torque over section modulus", PEAK),
+    entry(f"{ROOT}/angle_half_range", "station", "rad", "half range of all orders"),
+    entry(f"{ROOT}/angle_peak", "station", "rad", "largest magnitude of all orders"),
+    entry(f"{ROOT}/twist_half_range", "section", "rad", "half range of all orders"),
+    entry(f"{ROOT}/twist_peak", "section", "rad", "largest magnitude of all orders"),
+    entry(f"{ROOT}/torque_half_range", "section", "N*m", "half range of all orders"),
+    entry(f"{ROOT}/torque_peak", "section", "N*m", "largest magnitude, mean torque in it"),
+    entry(f"{ROOT}/torque_bound", "section", "N*m", "sum of the magnitudes of all orders"),
+    entry(f"{ROOT}/torque_mean", "section", "N*m", "steady torque that the section carries"),
+    entry(f"{ROOT}/stress_half_range", "section", "Pa", "half range of all orders"),
+    entry(f"{ROOT}/section_heat", "section", "W", "dashpots and loss factors, mean power"),
+    entry(f"{ROOT}/station_heat", "station", "W",
+          "absolute damping, mean power; with a damping model also that of a ring it carries"),
+    entry(f"{ROOT}/modal_heat", "mode", "W",
+          "mean power of damping ratios given by mode, at no place in the line"),
+    entry(f"{ROOT}/damper/heat", "damper", "W", "mean power"),
+    entry(f"{ROOT}/damper/travel", "damper", "rad",
+          "of the ring against its station, largest magnitude of all orders"),
+    entry(f"{ROOT}/gear/mean_torque", "gear", "N*m", "on the first wheel"),
+    entry(f"{ROOT}/gear/alternating_torque", "gear", "N*m", "on the first wheel, half range"),
+    entry(f"{ROOT}/gear/least_torque", "gear", "N*m", "over the cycle, mean in it"),
+    entry(f"{ROOT}/gear/hammers", "gear", "", "1: its torque changes sign; 0: it does not"),
+    entry(f"{ROOT}/margin/nearest_order", "mode", "",
+          "excited order nearest to the mode at the operating speed; 0: none is near"),
+    entry(f"{ROOT}/margin/distance", "mode", "",
+          "of the natural frequency from that order's, over the latter; infinite without one"),
+    entry(f"{ROOT}/separation/operating/margin", "mode order_class", "",
+          "the same to the nearest major and the nearest other order"),
+    entry(f"{ROOT}/separation/operating/half_order", "mode order_class", "",
+          "that order; 0: none is near"),
+    entry(f"{ROOT}/separation/operating/kept", "mode order_class", "",
+          "1: as far from every order as the rule of the case asks; 0: not"),
+)  # fmt: skip
+
+TORSION_ENTRIES = (*MODES, *EXCITATION, *STEADY)
+
+# ----------------------------------------------------------------------------
+# Results of a shaft line over a range of crank speeds: curves, criticals, limits, barred ranges.
+#
+# A value is infinite at a speed where an order meets a natural frequency that nothing damps.
+# ----------------------------------------------------------------------------
+
+_CURVE = "section speed"
+
+TORSION_SPEEDS_ENTRIES = (
+    entry(f"{ROOT}/critical/speed", "mode half_order", "rad/s",
+          "speed at which the order meets the natural frequency, also outside of the range; "
+          "0: the mode does not vibrate; infinite: no response peaks"),
+    entry(f"{ROOT}/speeds/angle_half_range", "station speed", "rad", "half range of all orders"),
+    entry(f"{ROOT}/speeds/twist_half_range", _CURVE, "rad", "half range of all orders"),
+    entry(f"{ROOT}/speeds/twist_peak", _CURVE, "rad", "largest magnitude of all orders"),
+    entry(f"{ROOT}/speeds/torque_half_range", _CURVE, "N*m", "half range of all orders"),
+    entry(f"{ROOT}/speeds/torque_peak", _CURVE, "N*m", "largest magnitude, mean torque in it"),
+    entry(f"{ROOT}/speeds/stress_half_range", _CURVE, "Pa", "half range of all orders"),
+    entry(f"{ROOT}/speeds/mean_torque", "speed", "N*m", "of all cylinders"),
+    entry(f"{ROOT}/speeds/heat", "damper speed", "W", "mean power"),
+    entry(f"{ROOT}/speeds/travel", "damper speed", "rad", "ring on station, largest magnitude"),
+    entry(f"{ROOT}/speeds/gear_mean_torque", "gear speed", "N*m", "on the first wheel"),
+    entry(f"{ROOT}/speeds/gear_torque", "gear speed", "N*m", "on the first wheel, half range"),
+    entry(f"{ROOT}/speeds/gear_least_torque", "gear speed", "N*m",
+          "over the cycle, in the sense of its mean; below 0 the teeth leave each other"),
+    entry(f"{ROOT}/speeds/gear_hammers", "gear speed", "",
+          "1: its torque changes sign; 0: it does not"),
+    entry(f"{ROOT}/hammering/from", "hammering", "rad/s", "a gear hammers from here"),
+    entry(f"{ROOT}/hammering/to", "hammering", "rad/s", "to here"),
+    entry(f"{ROOT}/hammering/gear", "hammering", "", "this gear, counted from 1"),
+    entry(f"{ROOT}/campbell/natural_frequency", "mode speed", "rad/s",
+          "as under modes, where pendulums let it follow the speed"),
+    entry(f"{ROOT}/separation/range/margin", "mode order_class", "",
+          "least distance to an order within the speeds, over its nearer end; below 0: it is met"),
+    entry(f"{ROOT}/separation/range/half_order", "mode order_class", "", "that order; 0: none"),
+    entry(f"{ROOT}/separation/range/kept", "mode order_class", "",
+          "1: as far from every order as the rule of the case asks; 0: not"),
+    entry(f"{ROOT}/masked/from", "masked", "rad/s", "nothing damps a mode from here"),
+    entry(f"{ROOT}/masked/to", "masked", "rad/s", "to here"),
+    entry(f"{ROOT}/masked/mode", "masked", "", "the mode"),
+    entry(f"{ROOT}/masked/half_order", "masked", "", "and the order that meets it"),
+    entry(f"{ROOT}/largest/torque_half_range", "section", "N*m", "at any speed of the range"),
+    entry(f"{ROOT}/largest/twist_half_range", "section", "rad", "there"),
+    entry(f"{ROOT}/largest/stress_half_range", "section", "Pa", "there"),
+    entry(f"{ROOT}/largest/speed", "section", "rad/s", "where that is"),
+    entry(f"{ROOT}/largest/mode", "section", "", "mode that resonates there; 0: none"),
+    entry(f"{ROOT}/largest/half_order", "section", "", "and order; 0: none"),
+    entry(f"{ROOT}/summit/speed", "summit", "rad/s", "maximum of a section's curve"),
+    entry(f"{ROOT}/summit/torque_half_range", "summit", "N*m", "there, in that section"),
+    entry(f"{ROOT}/summit/section", "summit", "",
+          "that section, counted from 1: the one of most torque, then that of most stress"),
+    entry(f"{ROOT}/summit/mode", "summit", "", "mode that resonates there; 0: none"),
+    entry(f"{ROOT}/summit/half_order", "summit", "", "and order; 0: none"),
+    entry(f"{ROOT}/limit/allowed", "limit speed", "Pa",
+          "for lasting, in the section of largest use; infinite where the limit says nothing"),
+    entry(f"{ROOT}/limit/transient", "limit speed", "Pa",
+          "for passing through, there; infinite where the limit has none"),
+    entry(f"{ROOT}/limit/largest_use", "limit", "", "largest stress over allowed, at any speed"),
+    entry(f"{ROOT}/limit/speed", "limit", "rad/s", "where that is"),
+    entry(f"{ROOT}/limit/section", "limit", "", "in this section, counted from 1"),
+    entry(f"{ROOT}/limit/operating_use", "limit", "", "stress over allowed at the operating speed"),
+    entry(f"{ROOT}/limit/transient_use", "limit", "",
+          "largest stress over the one allowed for passing through; 0: the limit has none"),
+    entry(f"{ROOT}/barred/from", "barred", "rad/s",
+          "barred for lasting operation from here: by the formula of a rule where that is wider "
+          "than the range above the limit; ranges that overlap are one"),
+    entry(f"{ROOT}/barred/to", "barred", "rad/s", "to here"),
+    entry(f"{ROOT}/barred/permitted", "barred", "",
+          "0: the rule lets no range be barred there, from lambda = 0.8 on; 1: it does"),
+    entry(f"{ROOT}/exceeded/from", "exceeded", "rad/s",
+          "more than allowed for lasting from here"),
+    entry(f"{ROOT}/exceeded/to", "exceeded", "rad/s", "to here"),
+    entry(f"{ROOT}/exceeded/limit", "exceeded", "", "above this limit, counted from 1"),
+)  # fmt: skip
+
+# ----------------------------------------------------------------------------
+# Results of a shaft line against limits, section by section, and barred ranges by formula.
+#
+# The section axis holds the shafts that some limit is for; a value is 0 where a limit is not for
+# the section, or has no such number.
+# ----------------------------------------------------------------------------
+
+_EACH = "limit section"
+_HERE = "at the operating speed"
+
+TORSION_LIMITS_ENTRIES = (
+    entry(f"{ROOT}/limit/basis/rated_speed", "limit", "rad/s", "that a rule counts from"),
+    entry(f"{ROOT}/limit/basis/diameter", _EACH, "m", "outer, of the stressed section"),
+    entry(f"{ROOT}/limit/basis/tensile_strength", _EACH, "Pa", "of the material, as given"),
+    entry(f"{ROOT}/limit/basis/counted_strength", _EACH, "Pa", "as a rule counts it"),
+    entry(f"{ROOT}/limit/basis/size_factor", _EACH, "", "c_D of a rule"),
+    entry(f"{ROOT}/limit/basis/design_factor", _EACH, "", "c_K of a rule"),
+    entry(f"{ROOT}/limit/operating/stress", _EACH, "Pa", f"half range of all orders, {_HERE}"),
+    entry(f"{ROOT}/limit/operating/allowed", _EACH, "Pa",
+          f"for lasting, {_HERE}; infinite where the limit says nothing"),
+    entry(f"{ROOT}/limit/operating/transient", _EACH, "Pa",
+          f"for passing through, {_HERE}; infinite where the limit has none"),
+    entry(f"{ROOT}/limit/operating/use", _EACH, "", f"stress over allowed for lasting, {_HERE}"),
+    entry(f"{ROOT}/limit/each/use", _EACH, "", "largest stress over allowed, at any speed"),
+    entry(f"{ROOT}/limit/each/speed", _EACH, "rad/s", "where that is"),
+    entry(f"{ROOT}/limit/each/speed_ratio", _EACH, "", "lambda: that speed over the rated one"),
+    entry(f"{ROOT}/limit/each/stress", _EACH, "Pa", "there"),
+    entry(f"{ROOT}/limit/each/allowed", _EACH, "Pa",
+          "for lasting, there; infinite where the limit says nothing"),
+    entry(f"{ROOT}/limit/each/transient", _EACH, "Pa",
+          "for passing through, there; infinite where the limit has none"),
+    entry(f"{ROOT}/limit/each/transient_use", _EACH, "",
+          "largest stress over the one for passing through, at any speed; 0: the limit has none"),
+    entry(f"{ROOT}/exceeded/peak_speed", "exceeded", "rad/s",
+          "of the largest use inside the range"),
+    entry(f"{ROOT}/exceeded/formula_from", "exceeded", "rad/s",
+          "16 n_c / (18 - lambda) of the rule, n_c the peak; 0: a limit without such a formula"),
+    entry(f"{ROOT}/exceeded/formula_to", "exceeded", "rad/s",
+          "(18 - lambda) n_c / 16 of the rule"),
+    entry(f"{ROOT}/exceeded/permitted", "exceeded", "",
+          "0: the rule lets no range be barred there, from lambda = 0.8 on; 1: it does"),
+)  # fmt: skip
+
+# ----------------------------------------------------------------------------
+# Results of the same shaft line in another state: without its dampers, or with all gas.
+#
+# Names and meanings are those of the line itself.
+# ----------------------------------------------------------------------------
+
+_BARE, _HEALTHY = "the line without its dampers", "all cylinders firing"
+
+
+def _half_ranges(place: str, words: str) -> tuple[Entry, ...]:
+    here, top = f"{words}, at the operating speed", f"{words}, at any speed of the range"
+    return (
+        entry(f"{place}/torque_half_range", "section", "N*m", here),
+        entry(f"{place}/twist_half_range", "section", "rad", here),
+        entry(f"{place}/stress_half_range", "section", "Pa", here),
+        entry(f"{place}/speeds/torque_half_range", _CURVE, "N*m", words),
+        entry(f"{place}/speeds/twist_half_range", _CURVE, "rad", words),
+        entry(f"{place}/speeds/stress_half_range", _CURVE, "Pa", words),
+        entry(f"{place}/largest/torque_half_range", "section", "N*m", top),
+        entry(f"{place}/largest/twist_half_range", "section", "rad", "there"),
+        entry(f"{place}/largest/stress_half_range", "section", "Pa", "there"),
+        entry(f"{place}/largest/speed", "section", "rad/s", "where that is"),
+    )
+
+
+TORSION_VARIANTS_ENTRIES = (
+    *_half_ranges(f"{ROOT}/bare", _BARE),
+    entry(f"{ROOT}/bare/natural_frequency", "bare_mode", "rad/s", "without its dampers"),
+    entry(f"{ROOT}/reduction", "section", "", "largest torque without dampers over that with them"),
+    *_half_ranges(f"{ROOT}/healthy", _HEALTHY),
+    entry(f"{ROOT}/healthy/mean_torque", "", "N*m", "of all cylinders, all firing"),
+    entry(f"{ROOT}/healthy/damper/heat", "damper", "W", f"mean power, {_HEALTHY}"),
+    entry(f"{ROOT}/healthy/damper/travel", "damper", "rad", f"largest magnitude, {_HEALTHY}"),
+    entry(f"{ROOT}/healthy/limit/operating_use", "limit", "",
+          f"stress over allowed at the operating speed, {_HEALTHY}"),
+    entry(f"{ROOT}/healthy/limit/largest_use", "limit", "",
+          f"largest stress over allowed, at any speed, {_HEALTHY}"),
+)  # fmt: skip
+
+# ----------------------------------------------------------------------------
+# Results of a shaft line beside the steady ones: transients, variable inertia, the modal route.
+#
+# Torques are own ones, of the shaft they belong to.
+# ----------------------------------------------------------------------------
+
+PUBLISHED, VARIABLE, TRANSIENT = (
+    f"{ROOT}/{part}/" for part in ("as_published", "variable_inertia", "transient")
+)
+_BY_ELASTIC_MODE = "elastic_mode half_order"
+
+AS_PUBLISHED = (
+    entry(f"{PUBLISHED}natural_frequency", "elastic_mode", "rad/s", "undamped"),
+    entry(f"{PUBLISHED}rayleigh_inertia", "", "1/s", "factor of the inertia in Rayleigh damping"),
+    entry(f"{PUBLISHED}rayleigh_stiffness", "", "s", "factor of the stiffness in Rayleigh damping"),
+    entry(f"{PUBLISHED}rayleigh_damping_ratio", "elastic_mode", "",
+          "that it gives; the twists have the damping ratio of the case"),
+    entry(f"{PUBLISHED}intensity", _BY_ELASTIC_MODE, "N*m",
+          "sum of shape times torque; the shape is 1 at the first freedom", PEAK),
+    entry(f"{PUBLISHED}largest_intensity_order", "elastic_mode", "", "order of the largest"),
+    entry(f"{PUBLISHED}static_twist", _BY_ELASTIC_MODE, "rad",
+          "intensity over modal stiffness; modal, it follows the scale of the shape", PEAK),
+    entry(f"{PUBLISHED}twist", "elastic_mode speed", "rad",
+          "modal twist at crank angle zero, all orders, torque of the operating speed"),
+    entry(f"{PUBLISHED}twist_magnitude", "elastic_mode speed", "rad",
+          "magnitude of the complex sum whose real part that is"),
+    entry(f"{PUBLISHED}twist_at_critical", _BY_ELASTIC_MODE, "rad",
+          "modal twist at crank angle zero, all orders, on each critical speed"),
+    entry(f"{PUBLISHED}largest_twist", "elastic_mode", "rad", "largest magnitude of those"),
+    entry(f"{PUBLISHED}largest_twist_order", "elastic_mode", "", "order of that critical speed"),
+)  # fmt: skip
+
+_BY_SECTION = "section"
+_SPEEDS = "section variable_speed"
+VARIABLE_INERTIA = (
+    entry(f"{VARIABLE}relative_variation", "station", "",
+          "half the range of the inertia over the turn, over its mean"),
+    entry(f"{VARIABLE}highest_order", "", "", "of the motion that was kept"),
+    entry(f"{VARIABLE}torque", "section half_order", "N*m",
+          "exact motion at the operating speed, stiffness and damping part", PEAK),
+    entry(f"{VARIABLE}torque_half_range", _BY_SECTION, "N*m", "of the exact motion, all orders"),
+    entry(f"{VARIABLE}constant_half_range", _BY_SECTION, "N*m", "with mean inertias, all orders"),
+    entry(f"{VARIABLE}change", _BY_SECTION, "", "of the half range, over that with mean inertias"),
+    entry(f"{VARIABLE}secondary/twist", "half_order", "rad",
+          "what the other orders add in the section that changes most (linear)", PEAK),
+    entry(f"{VARIABLE}secondary/source", "half_order", "", "order that adds most; 0: the mean"),
+    entry(f"{VARIABLE}secondary/share", "half_order", "", "of that order in the sum of all sizes"),
+    entry(f"{VARIABLE}growth", "", "1/s", "of the fastest vibration about it; negative: dies out"),
+    entry(f"{VARIABLE}wedge/speed", "wedge", "rad/s",
+          "an order of the inertia meets the sum of two natural frequencies"),
+    entry(f"{VARIABLE}wedge/half_width", "wedge", "rad/s", "unstable so near to it, undamped"),
+    entry(f"{VARIABLE}wedge/order", "wedge", "", "of the inertia"),
+    entry(f"{VARIABLE}wedge/first_mode", "wedge", "", "number of the mode, the rigid one is 1"),
+    entry(f"{VARIABLE}wedge/second_mode", "wedge", "", "number of the other, or the same"),
+    entry(f"{VARIABLE}wedge/growth", "wedge", "1/s", "at its centre, undamped"),
+    entry(f"{VARIABLE}wedge/damping_ratio", "wedge", "", "of both modes that removes it"),
+    entry(f"{VARIABLE}unstable/from", "unstable", "rad/s", "vibration grows from here, as damped"),
+    entry(f"{VARIABLE}unstable/to", "unstable", "rad/s", "to here"),
+    entry(f"{VARIABLE}unstable/growth", "unstable", "1/s", "the fastest seen between"),
+    entry(f"{VARIABLE}speeds/torque_half_range", _SPEEDS, "N*m", "linear motion, all orders"),
+    entry(f"{VARIABLE}speeds/change", _SPEEDS, "",
+          "of the half range, over that with mean inertias"),
+    entry(f"{VARIABLE}largest_change", _BY_SECTION, "", "of those, in magnitude"),
+    entry(f"{VARIABLE}largest_change_speed", _BY_SECTION, "rad/s", "where that is"),
+)  # fmt: skip
+
+_WINDOWS = "section transient_time"
+_STEPS = (
+    entry(f"{TRANSIENT}steady_before", _BY_SECTION, "N*m",
+          "largest magnitude of the steady vibration before, mean in it"),
+    entry(f"{TRANSIENT}steady_after", _BY_SECTION, "N*m", "and of that which is reached at last"),
+    entry(f"{TRANSIENT}dynamic_factor", _BY_SECTION, "", "peak over the larger of those two"),
+)  # fmt: skip
+_PASSAGES = (
+    entry(f"{TRANSIENT}half_range", _WINDOWS, "N*m", "half of high less low"),
+    entry(f"{TRANSIENT}quasi_steady", _WINDOWS, "N*m",
+          "largest steady half range at the speeds of that cycle"),
+    entry(f"{TRANSIENT}peak_half_range", _BY_SECTION, "N*m",
+          "largest half range of any cycle, begin it where it may"),
+    entry(f"{TRANSIENT}peak_half_range_speed", _BY_SECTION, "rad/s",
+          "crank speed midway between its crest and its trough"),
+    entry(f"{TRANSIENT}steady_half_range", _BY_SECTION, "N*m",
+          "largest steady half range between the same speeds"),
+    entry(f"{TRANSIENT}steady_half_range_speed", _BY_SECTION, "rad/s", "crank speed there"),
+    entry(f"{TRANSIENT}overshoot", _BY_SECTION, "",
+          "largest half range over the steady one, less 1; negative: it has no time to build up"),
+    entry(f"{TRANSIENT}lag", _BY_SECTION, "rad/s",
+          "by which it comes later than the steady one, in the sense of the run"),
+    entry(f"{TRANSIENT}acceleration", "", "rad/s^2",
+          "largest one of the crank; it grows and fades evenly"),
+    entry(f"{TRANSIENT}acceleration_torque", "", "N*m",
+          "that gives it to the whole line, at the speed of the crankshaft"),
+    entry(f"{TRANSIENT}acceleration_supplied", "", "N*m",
+          "of it by the load station: what mean gas torque and loads leave over, own shaft"),
+    entry(f"{TRANSIENT}acceleration_supplied_at", "", "", "that station, counted from 1"),
+    entry(f"{TRANSIENT}acceleration_part", _BY_SECTION, "N*m",
+          "torque that carries the acceleration to what lies behind the section"),
+    entry(f"{TRANSIENT}peak_without_acceleration", _BY_SECTION, "N*m",
+          "largest magnitude on the way without that part, mean in it"),
+)  # fmt: skip
+TRANSIENTS = (
+    entry(f"{TRANSIENT}speed", "transient_time", "rad/s", "crank speed at that time"),
+    entry(f"{TRANSIENT}torque_low", _WINDOWS, "N*m", "lowest in a cycle about it, mean in it"),
+    entry(f"{TRANSIENT}torque_high", _WINDOWS, "N*m", "highest in a cycle about it, mean in it"),
+    entry(f"{TRANSIENT}peak", _BY_SECTION, "N*m", "largest magnitude on the way, mean in it"),
+    entry(f"{TRANSIENT}peak_time", _BY_SECTION, "s", "when that is"),
+    entry(f"{TRANSIENT}peak_speed", _BY_SECTION, "rad/s", "crank speed then"),
+    entry(f"{TRANSIENT}worst_section", "", "", "section of the largest peak, counted from 1"),
+    entry(f"{TRANSIENT}course/torque", "course_time", "N*m",
+          "in that section about its peak, mean in it"),
+    entry(f"{TRANSIENT}waterfall/speed", "waterfall_time", "rad/s", "crank speed"),
+    entry(f"{TRANSIENT}waterfall/order", "waterfall_time half_order", "N*m",
+          "amplitude of the order in that section, in a window of some turns", PEAK),
+    entry(f"{TRANSIENT}waterfall/frequency", "waterfall_time waterfall_frequency", "N*m",
+          "amplitude at the frequency in that section, in a window of time", PEAK),
+    *_PASSAGES,
+    *_STEPS,
+)  # fmt: skip
+OF_PASSAGES = tuple(one.path for one in _PASSAGES)
+OF_STEPS = tuple(one.path for one in _STEPS)
+
+TORSION_STUDIES_ENTRIES = (*AS_PUBLISHED, *VARIABLE_INERTIA, *TRANSIENTS)
+
+# ----------------------------------------------------------------------------
+# Results of the search for the damper of a shaft line.
+#
+# The damper's values are own ones, of the shaft that it hangs on. What is made small is the largest
+# half range over the cycle of all sections that count at all speeds of the range.
+# ----------------------------------------------------------------------------
+
+DESIGN = "damper_design/"
+#: objective -> unit
+OBJECTIVES = {"torque": "N*m", "twist": "rad", "stress": "Pa"}
+
+
+def _seen(stem: str, whose: str) -> tuple[Entry, ...]:
+    """What one damper does over the range of speeds."""
+    each = tuple(
+        entry(f"{DESIGN}{stem}worst_{name}", "", unit, f"largest half range, {whose}")
+        for name, unit in OBJECTIVES.items()
+    )
+    return (
+        *each,
+        entry(f"{DESIGN}{stem}worst_section", "", "", "where that is, counted from 1"),
+        entry(f"{DESIGN}{stem}worst_speed", "", "rad/s", "where that is"),
+        entry(f"{DESIGN}{stem}heat", "", "W", f"mean power at its own worst speed, {whose}"),
+        entry(f"{DESIGN}{stem}heat_speed", "", "rad/s", "where that is"),
+        entry(f"{DESIGN}{stem}travel", "", "rad",
+              f"of the ring against its station, at its own worst speed, {whose}"),
+        entry(f"{DESIGN}{stem}travel_speed", "", "rad/s", "where that is"),
+    )  # fmt: skip
+
+
+def _by_objective(stem: str, axes: str, words: str) -> tuple[Entry, ...]:
+    return tuple(
+        entry(f"{DESIGN}{stem}{name}", axes, unit, words) for name, unit in OBJECTIVES.items()
+    )
+
+
+_MAP = "chart_stiffness chart_damping"
+DAMPER_DESIGN_ENTRIES = (
+    entry(f"{DESIGN}inertia", "", "kg*m^2", "of the ring"),
+    entry(f"{DESIGN}stiffness", "", "N*m/rad", "of its springs; 0: none"),
+    entry(f"{DESIGN}damping", "", "N*m*s/rad", "viscous"),
+    entry(f"{DESIGN}own_frequency", "", "rad/s", "of the ring on its springs, station held"),
+    entry(f"{DESIGN}own_damping", "", "", "damping over twice the root of stiffness times inertia"),
+    *_seen("", "with the damper found"),
+    *_seen("table/", "with the table value"),
+    entry(f"{DESIGN}table/gain", "", "", "worst of the table value over that of the damper found"),
+    entry(f"{DESIGN}active/kind", "active", "", "0: a section, 1: heat, 2: travel"),
+    entry(f"{DESIGN}active/section", "active", "", "the section, counted from 1; 0: none"),
+    entry(f"{DESIGN}active/speed", "active", "rad/s", "of the summit"),
+    entry(f"{DESIGN}active/level", "active", "", "over the worst half range, or over the limit"),
+    entry(f"{DESIGN}active/weight", "active", "",
+          "of the summit in the proof; of a limit: its price, relative fall for relative rise"),
+    entry(f"{DESIGN}pull", "design_value", "",
+          "slope of the optimum by the logarithm of a bound that holds it; 0: none does"),
+    entry(f"{DESIGN}certificate", "", "", "what is left of the weighted slopes, over the worst"),
+    entry(f"{DESIGN}curvature", "", "",
+          "least one along what the summits leave free; above 0: a minimum"),
+    entry(f"{DESIGN}basin/stiffness", "basin", "N*m/rad", "end of a descent"),
+    entry(f"{DESIGN}basin/damping", "basin", "N*m*s/rad", "end of a descent"),
+    entry(f"{DESIGN}basin/worst", "basin", "", "there, over that of the damper found"),
+    entry(f"{DESIGN}sensitivity", "stiffness_factor damping_factor", "",
+          "worst with so many times stiffness and damping, over the best"),
+    *_by_objective("chart/", _MAP, "largest half range, read on a grid of speeds"),
+    entry(f"{DESIGN}chart/heat", _MAP, "W", "mean power at its worst speed"),
+    entry(f"{DESIGN}chart/travel", _MAP, "rad", "at its worst speed"),
+    *_by_objective("ring/", "ring_inertia", "largest half range with the best damper of that ring"),
+    entry(f"{DESIGN}ring/stiffness", "ring_inertia", "N*m/rad", "of that damper"),
+    entry(f"{DESIGN}ring/damping", "ring_inertia", "N*m*s/rad", "of that damper"),
+    *_by_objective("curve/", "damper_curve speed",
+                   "half range of the section that is largest at this speed"),
+)  # fmt: skip

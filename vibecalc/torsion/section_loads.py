@@ -1,0 +1,247 @@
+"""What sections, gears and dampers of a shaft line carry: torque, stress, heat."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from vibecalc.numerics.rounding import EPSILON
+from vibecalc.numerics.typing import BoolArray, ComplexArray, FloatArray
+from vibecalc.torsion.forced import forced_masked
+from vibecalc.torsion.line import Line, Values, stiffness_matrix
+from vibecalc.torsion.synthesis import Synthesis, synthesis
+
+# ----------------------------------------------------------------------------
+# Torque and stress of the elements of a shaft line, and their peaks against speed.
+# ----------------------------------------------------------------------------
+
+#: angles of one block
+BLOCK = 1 << 17
+
+
+class SectionTorque(NamedTuple):
+    """Torques (..., e) in N m, complex, 0-to-peak, on the twist phi[first] - phi[second] in rad.
+
+    `stiffness` is what the twist does, k times it; `damping` what dashpot and loss factor add.
+    `error` (..., e) is absolute, of `total`.
+    """
+
+    twist: ComplexArray
+    stiffness: ComplexArray
+    damping: ComplexArray
+    error: FloatArray
+
+    @property
+    def total(self) -> ComplexArray:
+        """What the element carries."""
+        return self.stiffness + self.damping
+
+
+class SectionPeaks(NamedTuple):
+    """Total torque of each element against speed, (speed, e), as `Synthesis`.
+
+    `masked` (speed,): some order is on an undamped natural frequency; the values are infinite.
+    """
+
+    torque: Synthesis
+    masked: BoolArray
+
+
+def section_torque(
+    line: Line, frequency: ArrayLike, angle: ArrayLike, error: ArrayLike = 0.0
+) -> SectionTorque:
+    """From angles (..., n) with absolute errors (...) at frequencies (...) in rad/s.
+
+    The twist of a shaft much stiffer than what it drives is a small difference of angles: its
+    relative error is large then, and counted.
+    """
+    w = np.asarray(frequency, dtype=float)[..., None]
+    value = np.asarray(angle)
+    one, other = value[..., line.first], value[..., line.second]
+    twist = one - other
+    stiffness = line.stiffness * twist
+    damping = 1j * (line.stiffness * line.loss_factor + w * line.damping) * twist
+    size = line.stiffness * (1.0 + np.abs(line.loss_factor)) + w * line.damping
+    doubt = 2.0 * np.asarray(error)[..., None] + 4.0 * EPSILON * np.abs(twist)
+    return SectionTorque(twist, stiffness, damping, size * doubt)
+
+
+def shear_stress(torque: Values, section_modulus: FloatArray) -> Values:
+    """Nominal stress (..., e) in Pa, torque over polar section modulus (e,) in m^3."""
+    stress: Values = torque / section_modulus
+    return stress
+
+
+def section_peaks(
+    line: Line,
+    speed: ArrayLike,
+    order: ArrayLike,
+    torque: Callable[[FloatArray], ComplexArray],
+    rows: int | None = None,
+) -> SectionPeaks:
+    """Peak, half range and the rest of each element's torque against speed (speeds,) in rad/s.
+
+    `torque` gives for speeds (s,) the torques (s, m, n) or (m, n) of the orders (m,); those of an
+    order 0 must balance on a line that is free to turn, or every speed is masked. Speeds are
+    taken `rows` at a time (default: what fits some megabytes): what is stored beyond the result
+    does not grow with their number.
+    """
+    speeds, orders = np.asarray(speed, dtype=float), np.asarray(order, dtype=float)
+    rows = rows or min(256, 1 + BLOCK // (len(orders) * line.inertia.shape[-1]))
+    found, masks = [], []
+    for start in range(0, len(speeds), rows):
+        part = speeds[start : start + rows]
+        w = part[:, None] * orders
+        solved = forced_masked(line, w, torque(part))
+        masked = np.any(solved.masked, axis=-1)
+        sections = section_torque(line, w, solved.angle, np.where(solved.masked, 0.0, solved.error))
+        total = np.moveaxis(sections.total, -1, 1)
+        result = synthesis(orders, total, np.moveaxis(sections.error, -1, 1))
+        infinite = masked[:, None]
+        found.append(Synthesis(*(np.where(infinite, np.inf, one) for one in result)))
+        masks.append(masked)
+    parts = zip(*found, strict=True)
+    return SectionPeaks(Synthesis(*(np.concatenate(one) for one in parts)), np.concatenate(masks))
+
+
+# ----------------------------------------------------------------------------
+# Steady torque that the elements of a line carry, from the mean torques at its freedoms.
+# ----------------------------------------------------------------------------
+
+
+def steady_shares(line: Line) -> FloatArray:
+    """Torque (e, n) of each element for a mean torque of one at each freedom of a line at rest.
+
+    With mean torques M (n,) that balance, shares @ M is k (phi[first] - phi[second]). In a tree
+    that nothing holds, or one spring to ground, which has nothing to carry then, equilibrium alone
+    tells it (shares of 0 and 1, without rounding), else the stiffnesses do. An element without
+    stiffness carries nothing.
+    """
+    count, elements = len(line.inertia), len(line.stiffness)
+    neighbours: list[list[tuple[int, int]]] = [[] for _ in range(count)]
+    springs = np.flatnonzero(line.stiffness).tolist()
+    for e in springs:
+        a, b = int(line.first[e]), int(line.second[e])
+        neighbours[a].append((b, e))
+        neighbours[b].append((a, e))
+    order, above = _walked(neighbours)
+    held = np.count_nonzero(line.ground_stiffness)
+    if len(springs) > sum(edge >= 0 for _, edge in above) or held > 1:
+        inverse = np.linalg.pinv(stiffness_matrix(line), hermitian=True)
+        twist = inverse[line.first] - inverse[line.second]
+        return np.asarray(line.stiffness[:, None] * twist)
+    below = np.eye(count)
+    shares = np.zeros((elements, count))
+    for station in reversed(order):
+        parent, edge = above[station]
+        if edge >= 0:
+            # what stands below an element is kept in balance by it
+            shares[edge] = below[station] * (1.0 if line.first[edge] == station else -1.0)
+            below[parent] += below[station]
+    return shares
+
+
+def _walked(
+    neighbours: list[list[tuple[int, int]]],
+) -> tuple[list[int], list[tuple[int, int]]]:
+    """Freedoms, each after the one it hangs on, with that one and the element between (or -1)."""
+    above = [(-1, -1)] * len(neighbours)
+    seen = [False] * len(neighbours)
+    order: list[int] = []
+    for root in range(len(neighbours)):
+        if seen[root]:
+            continue
+        seen[root] = True
+        queue = [root]
+        for station in queue:
+            for other, edge in neighbours[station]:
+                if not seen[other]:
+                    seen[other] = True
+                    above[other] = (station, edge)
+                    queue.append(other)
+        order += queue
+    return order, above
+
+
+# ----------------------------------------------------------------------------
+# Gear mesh: mean and alternating torque together, and whether the teeth leave each other.
+# ----------------------------------------------------------------------------
+
+
+class MeshTorque(NamedTuple):
+    """Arrays (...). `least` and `largest` over the cycle in N m, mean included, error `error`.
+
+    `hammer`: the torque changes its sign within the cycle, so that the teeth lift off and strike
+    back. `share` is the half range over the mean's magnitude, infinite for an unloaded mesh that
+    vibrates, 0 for one at rest. `uncertain`: an end is zero to within the error.
+    """
+
+    least: FloatArray
+    largest: FloatArray
+    half_range: FloatArray
+    share: FloatArray
+    hammer: BoolArray
+    uncertain: BoolArray
+    error: FloatArray
+
+
+def mesh_torque(
+    mean: ArrayLike, order: ArrayLike, amplitude: ArrayLike, error: ArrayLike = 0.0
+) -> MeshTorque:
+    """From the mean torque (...) that the mesh transmits and orders (m,) of its torque (..., m).
+
+    An order 0 among them would be counted beside `mean`.
+    """
+    steady = np.asarray(mean, dtype=float)
+    found = synthesis(order, amplitude, error)
+    least, largest = steady + found.lowest, steady + found.highest
+    half_range = np.broadcast_to(found.half_range, least.shape)
+    size = np.abs(steady)
+    unloaded = np.where(half_range > 0.0, np.inf, 0.0)
+    share = np.where(size > 0.0, half_range / np.where(size > 0.0, size, 1.0), unloaded)
+    doubt = found.error + EPSILON * (size + half_range)
+    hammer = (least < -doubt) & (largest > doubt)
+    # the end that the mean keeps away from zero decides
+    near = np.minimum(np.abs(least), np.abs(largest)) <= doubt
+    return MeshTorque(least, largest, half_range, share, hammer, near & (half_range > 0.0), doubt)
+
+
+# ----------------------------------------------------------------------------
+# Mean power that the dashpots and loss factors of a shaft line turn into heat.
+# ----------------------------------------------------------------------------
+
+
+class Heat(NamedTuple):
+    """Mean power in W at each frequency: `element` (..., e), `ground` (..., n), `error` of both.
+
+    `dashpot` and `loss` are the parts of `element`; `ground` is of absolute damping. Powers of
+    different orders add up to the total over the cycle. `error` (...) bounds each of them.
+    """
+
+    element: FloatArray
+    dashpot: FloatArray
+    loss: FloatArray
+    ground: FloatArray
+    error: FloatArray
+
+
+def heat(line: Line, frequency: ArrayLike, angle: ArrayLike, error: ArrayLike = 0.0) -> Heat:
+    """From angles (..., n), 0-to-peak, with absolute errors (...) at frequencies (...) in rad/s.
+
+    A dashpot takes w^2 c |twist|^2 / 2, a loss factor w k eta |twist|^2 / 2.
+    """
+    w = np.asarray(frequency, dtype=float)[..., None]
+    value, doubt = np.asarray(angle), np.asarray(error, dtype=float)[..., None]
+    twist = np.abs(value[..., line.first] - value[..., line.second])
+    size = np.abs(value)
+    dashpot = 0.5 * w**2 * line.damping * twist**2
+    loss = 0.5 * w * line.stiffness * line.loss_factor * twist**2
+    ground = 0.5 * w**2 * line.absolute_damping * size**2
+    element = dashpot + loss
+    factor = 0.5 * w * (w * line.damping + line.stiffness * np.abs(line.loss_factor))
+    wrong = factor * 2.0 * doubt * (2.0 * twist + 2.0 * doubt) + 8.0 * EPSILON * np.abs(element)
+    of_ground = 0.5 * w**2 * line.absolute_damping * doubt * (2.0 * size + doubt)
+    of_ground = of_ground + 8.0 * EPSILON * ground
+    worst = np.maximum(np.max(wrong, axis=-1, initial=0.0), np.max(of_ground, axis=-1, initial=0.0))
+    return Heat(element, dashpot, loss, ground, worst)

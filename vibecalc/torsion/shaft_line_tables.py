@@ -1,0 +1,343 @@
+"""The shaft line in a case: tables of its parts, and how its stations hang together."""
+
+from collections.abc import Iterable, Sequence
+from typing import Annotated, Literal, NamedTuple
+
+from pydantic import Field
+
+from vibecalc.case.absorber_fields import Density, Modulus
+from vibecalc.case.fields import (
+    AngularDamping,
+    AngularStiffness,
+    Inertia,
+    Length,
+    Mass,
+    Moment,
+    Name,
+    Number,
+    Pressure,
+    Table,
+    Unit,
+)
+
+# ----------------------------------------------------------------------------
+# A damper on a shaft line: a ring behind oil or springs, or pendulums.
+# ----------------------------------------------------------------------------
+
+DamperKind = Literal["viscous", "spring", "pendulum"]
+
+
+class LineDamper(Table):
+    """What hangs on a station. Its hub and casing belong to the inertia of the station."""
+
+    name: Name = Field(description="label used in tables and in `where`")
+    on: Name = Field(description="name of the station that carries it")
+    kind: DamperKind = Field(description="a ring in oil, a ring on springs, or pendulums")
+    inertia: Inertia | None = Field(
+        None, gt=0, description="of the ring, about the axis of its station"
+    )
+    stiffness: AngularStiffness | None = Field(
+        None, ge=0, description="of the springs between station and ring"
+    )
+    damping: AngularDamping = Field(
+        0.0, ge=0, description="viscous, between station and ring or pendulums"
+    )
+    loss_factor: Number = Field(
+        0.0, ge=0, le=10, description="of the springs, k (1 + i loss_factor)"
+    )
+    order: Number | None = Field(
+        None, gt=0, le=400, description="of its station's own turns, to which pendulums are tuned"
+    )
+    mass: Mass | None = Field(None, gt=0, description="of one pendulum")
+    count: Annotated[int, Field(strict=True, ge=1, le=1000)] = Field(
+        1, description="equal pendulums"
+    )
+    arm_radius: Length | None = Field(
+        None, gt=0, description="from the axis to the point that a pendulum swings about"
+    )
+
+
+# ----------------------------------------------------------------------------
+# The shaft line of an engine: stations that turn, and what holds them together.
+# ----------------------------------------------------------------------------
+
+SectionModulus = Annotated[float, Field(gt=0), Unit("m^3")]
+LinearStiffness = Annotated[float, Field(gt=0), Unit("N/m")]
+Teeth = Annotated[int, Field(strict=True, ge=3, le=100_000)]
+TwoNames = tuple[Name, Name]
+
+
+class Throw(Table):
+    """One throw of a crankshaft: half a journal, a web, the pin, a web, half a journal."""
+
+    journal_diameter: Length = Field(gt=0, description="outer, of the main journal")
+    journal_bore: Length = Field(0.0, ge=0, description="of a hollow journal")
+    journal_length: Length = Field(gt=0, description="of one journal between two webs")
+    pin_diameter: Length = Field(gt=0, description="outer, of the crank pin")
+    pin_bore: Length = Field(0.0, ge=0, description="of a hollow pin")
+    pin_length: Length = Field(gt=0, description="of the pin between the webs")
+    web_thickness: Length = Field(gt=0, description="of one web, along the shaft")
+    web_width: Length = Field(gt=0, description="of a web, across the throw")
+    beyond_journal: Length | None = Field(
+        None, gt=0, description="reach of a rectangular web behind the axis of the journal"
+    )
+    beyond_pin: Length | None = Field(
+        None, gt=0, description="and past that of the pin; without both a web ends in half discs"
+    )
+    formula: Literal["source", "timoshenko", "carter", "ker_wilson"] = Field(
+        "carter", description="for the stiffness; they differ"
+    )
+    density: Density = Field(7850.0, description="of the steel")
+    shear_modulus: Modulus = Field(80e9, description="of the steel")
+    balance_weight_inertia: Inertia = Field(
+        0.0, ge=0, description="about the crank axis, of the weights on both webs"
+    )
+
+
+class Station(Table):
+    """One inertia of the line, on the shaft whose speed it has."""
+
+    name: Name = Field(description="label used in tables, in `between` and in `where`")
+    inertia: Inertia | None = Field(
+        None, ge=0, description="about its own axis, at its own speed; 0: a point without mass"
+    )
+    throw: Throw | None = Field(
+        None, description="dimensions that give the inertia, with rod and piston of its cylinders"
+    )
+    cylinder: Name | None = Field(None, description="name of the cylinder that turns it")
+    cylinders: Annotated[tuple[Name, ...], Field(max_length=8)] = Field(
+        (), description="instead, names of several on one throw, as in a V engine"
+    )
+    absolute_damping: AngularDamping = Field(
+        0.0, ge=0, description="against the steady rotation, on its own shaft"
+    )
+    ground_stiffness: AngularStiffness = Field(
+        0.0, ge=0, description="to the steady rotation; a line on an unlimited grid has some"
+    )
+
+
+class Section(Table):
+    """A round shaft from its dimensions, plain or a cone from one end to the other."""
+
+    outer_diameter: Length = Field(gt=0, description="of the shaft")
+    inner_diameter: Length = Field(0.0, ge=0, description="of its bore; 0: solid")
+    end_outer_diameter: Length | None = Field(
+        None, gt=0, description="at its other end, of a cone; default: the same"
+    )
+    end_inner_diameter: Length | None = Field(
+        None, ge=0, description="of the bore at the other end; default: the same"
+    )
+    length: Length = Field(gt=0, description="that twists")
+    shear_modulus: Modulus = Field(80e9, description="of the material")
+
+
+class Shaft(Table):
+    """What twists between two stations: a shaft, a throw or an elastic coupling."""
+
+    name: Name | None = Field(None, description="label; default: 'first - second'")
+    between: TwoNames | None = Field(
+        None, description="names of two stations; without any: from each to the next"
+    )
+    stiffness: AngularStiffness | None = Field(
+        None, gt=0, description="on its own shaft; or section, or throw"
+    )
+    section: Section | None = Field(None, description="dimensions that give the stiffness")
+    throw: Throw | None = Field(None, description="of a crank, that give the stiffness")
+    damping: AngularDamping | None = Field(
+        None, ge=0, description="viscous, of the twist; default: none"
+    )
+    damping_ratio: Number | None = Field(
+        None,
+        ge=0,
+        le=10,
+        description="instead: of the two neighbouring inertias against each other, were they alone",
+    )
+    loss_factor: Number = Field(
+        0.0, ge=0, le=10, description="of a complex stiffness k (1 + i loss_factor)"
+    )
+    diameter: Length | None = Field(
+        None, gt=0, description="of the solid shaft where the stress is read"
+    )
+    section_modulus: SectionModulus | None = Field(
+        None, description="polar, instead of diameter: stress is torque over it"
+    )
+    tensile_strength: Pressure | None = Field(
+        None, gt=0, description="of the material, for a class rule"
+    )
+
+
+class Gear(Table):
+    """Two stations on two shafts that turn together."""
+
+    name: Name | None = Field(None, description="label; default: 'first - second'")
+    between: TwoNames = Field(description="names of two stations")
+    ratio: Number | None = Field(
+        None, gt=0, description="speed of the second over that of the first; or teeth"
+    )
+    teeth: tuple[Teeth, Teeth] | None = Field(
+        None, description="of the first and of the second wheel"
+    )
+    reverses: bool = Field(True, strict=True, description="the second one turns the other way")
+    mesh_stiffness: LinearStiffness | None = Field(
+        None, description="along the line of action; default: rigid teeth"
+    )
+    pitch_radius: Length | None = Field(
+        None, gt=0, description="of the first wheel, with mesh_stiffness; it gives tooth forces"
+    )
+
+
+class Load(Table):
+    """A torque that something takes from the line, apart from what balances the mean torque."""
+
+    on: Name = Field(description="name of a station")
+    torque: Moment = Field(
+        description="mean, at the operating speed, on its own shaft; positive brakes"
+    )
+    exponent: Number = Field(
+        0.0, ge=0, le=4, description="of the speed: 0 constant, 2 as a propeller"
+    )
+
+
+class ShaftLine(Table):
+    """Inertias, shafts, gears and dampers of the whole installation."""
+
+    stations: tuple[Station, ...] = Field(
+        min_length=1, max_length=2000, description="inertias in their order, also as a CSV"
+    )
+    shafts: tuple[Shaft, ...] = Field((), max_length=4000, description="between them, also a CSV")
+    gears: tuple[Gear, ...] = Field((), max_length=64, description="between two shafts")
+    dampers: tuple[LineDamper, ...] = Field((), max_length=16, description="hung on stations")
+    load: Name | None = Field(
+        None, description="name of the station that takes up the mean torque; default: the last"
+    )
+    loads: tuple[Load, ...] = Field((), max_length=64, description="other torques that are taken")
+
+
+# ----------------------------------------------------------------------------
+# How the stations of a shaft line hang together: pieces, speed ratios, rigid gears.
+#
+# Stations are numbers 0 .. n - 1 here. A ratio is a station's own speed over that of the
+# crankshaft, negative where it turns the other way.
+# ----------------------------------------------------------------------------
+
+
+class Joined(NamedTuple):
+    """Two stations that something joins, and the speed of the second over that of the first."""
+
+    first: int
+    second: int
+    ratio: float = 1.0
+
+
+class Ratios(NamedTuple):
+    """Speed ratio of each station, and the first joint that contradicts the others, or None.
+
+    A station that nothing joins to the crankshaft counts from the first one of its own piece.
+    """
+
+    ratio: list[float]
+    piece: list[int]
+    contradiction: tuple[int, float, float] | None
+
+
+#: relative difference of two ways to a ratio that counts as one: ratios are often typed rounded
+SAME_RATIO = 1e-6
+
+
+def gear_ratio(gear: Gear) -> float:
+    """Speed of the second station over that of the first, with its sign."""
+    size = gear.ratio if gear.ratio is not None else _of_teeth(gear)
+    return -size if gear.reverses else size
+
+
+def _of_teeth(gear: Gear) -> float:
+    assert gear.teeth is not None  # one of the two, says the form
+    return gear.teeth[0] / gear.teeth[1]
+
+
+def shaft_ends(line: ShaftLine) -> list[tuple[str, str]]:
+    """Names of the two stations of each shaft; where none says them, each leads to the next."""
+    names = [station.name for station in line.stations]
+    ends = []
+    for place, shaft in enumerate(line.shafts):
+        follows = (names[place], names[place + 1]) if place + 1 < len(names) else ("", "")
+        ends.append(shaft.between or follows)
+    return ends
+
+
+def joints(line: ShaftLine) -> list[Joined]:
+    """All shafts, then all gears; those to stations that do not exist are left out."""
+    at = {station.name: place for place, station in enumerate(line.stations)}
+    ends = [(pair, 1.0) for pair in shaft_ends(line)]
+    ends += [(gear.between, gear_ratio(gear)) for gear in line.gears]
+    return [
+        Joined(at[first], at[second], ratio)
+        for (first, second), ratio in ends
+        if first in at and second in at
+    ]
+
+
+def crank_station(line: ShaftLine) -> int:
+    """The station whose speed is that of the crankshaft: the first with a cylinder."""
+    for place, station in enumerate(line.stations):
+        if station.cylinder is not None or station.cylinders:
+            return place
+    return 0
+
+
+def speed_ratios(count: int, joined: Sequence[Joined], start: int) -> Ratios:
+    """Join stations one joint after the other; a joint within a piece has to agree with it."""
+    ratio, members = [1.0] * count, [[station] for station in range(count)]
+    piece = list(range(count))
+    contradiction = None
+    for place, one in enumerate(joined):
+        found, wanted = ratio[one.second], ratio[one.first] * one.ratio
+        if piece[one.first] != piece[one.second]:
+            small, large = piece[one.second], piece[one.first]
+            factor = wanted / found
+            if len(members[small]) > len(members[large]):
+                small, large, factor = large, small, 1.0 / factor
+            for station in members[small]:
+                ratio[station], piece[station] = ratio[station] * factor, large
+            members[large] += members[small]
+        elif contradiction is None and abs(found - wanted) > SAME_RATIO * abs(wanted):
+            contradiction = (place, found / ratio[one.first], one.ratio)
+    for number in set(piece):
+        base = ratio[start if piece[start] == number else min(members[number])]
+        for station in members[number]:
+            ratio[station] /= base
+    return Ratios(ratio, piece, contradiction)
+
+
+def merged(count: int, rigid: Iterable[tuple[int, int]]) -> list[int]:
+    """Freedom of each station: those that rigid gears hold together share one, in their order."""
+    leader = list(range(count))
+
+    def find(station: int) -> int:
+        while leader[station] != station:
+            leader[station] = leader[leader[station]]
+            station = leader[station]
+        return station
+
+    for first, second in rigid:
+        low, high = sorted((find(first), find(second)))
+        leader[high] = low
+    numbers = {root: place for place, root in enumerate(sorted({find(s) for s in range(count)}))}
+    return [numbers[find(station)] for station in range(count)]
+
+
+# ----------------------------------------------------------------------------
+# Names of the shafts of a line, and which of them have a stress.
+# ----------------------------------------------------------------------------
+
+
+def section_names(line: ShaftLine) -> list[str]:
+    """Names of the shafts of a line, those without one after their ends."""
+    pairs = zip(line.shafts, shaft_ends(line), strict=True)
+    return [shaft.name or " - ".join(ends) for shaft, ends in pairs]
+
+
+def has_stress(shaft: Shaft) -> bool:
+    """Whether the case says enough for torque over section modulus."""
+    given = (shaft.diameter, shaft.section_modulus, shaft.section, shaft.throw)
+    return any(one is not None for one in given)

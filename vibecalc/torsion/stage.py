@@ -1,0 +1,413 @@
+"""The stages that a case asks for its shaft line, and the steps that a change in time takes."""
+
+import math
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from vibecalc.case.schema import Case
+from vibecalc.errors import KeyPath, Problem
+from vibecalc.pipeline.stage_plan import StagePlan, below
+from vibecalc.torsion.results import (
+    DESIGN,
+    OBJECTIVES,
+    OF_PASSAGES,
+    OF_STEPS,
+    PUBLISHED,
+    ROOT,
+    TRANSIENT,
+    VARIABLE,
+)
+from vibecalc.torsion.shaft_line_tables import has_stress
+from vibecalc.torsion.tables import Transient
+
+if TYPE_CHECKING:
+    from vibecalc.torsion.tables import LineSpeeds, Torsion
+
+# ----------------------------------------------------------------------------
+# The stages that [response.torsion] asks for: the shaft line at one speed and over a range.
+# ----------------------------------------------------------------------------
+
+_STEADY = (
+    *("/modes/", "/excitation/"),
+    *("/angle", "/twist", "/torque", "/stress", "/section_heat", "/station_heat", "/modal_heat"),
+    "/damper/",
+    *("/gear/", "/margin/", "/separation/operating/", "/critical/", "/limit/operating"),
+    *("/limit/basis/", "/healthy/mean_torque", "/healthy/damper/", "/healthy/limit/operating_use"),
+    *(f"/healthy/{name}_half_range" for name in ("torque", "twist", "stress")),
+)
+_RANGE = (
+    *("/speeds/", "/masked/", "/largest/", "/summit/", "/limit/", "/bare/"),
+    *("/barred/", "/exceeded/"),
+    *("/reduction", "/hammering/", "/campbell/", "/separation/range/"),
+    *("/healthy/speeds/", "/healthy/largest/", "/healthy/limit/largest_use"),
+)
+#: where the case says nothing
+_HIGHEST_ORDER = 12.0
+#: longer rows are not printed
+_LONGEST_HOLZER = 100
+
+
+def plan_torsion(case: "Case") -> Iterator[StagePlan]:
+    """Modes, excitation and vibration at the operating speed; curves where speeds are given."""
+    torsion = asked(case)
+    if torsion is None or case.machine.shaft_line is None:
+        return
+    line = case.machine.shaft_line
+    stations = len(line.stations)
+    yield StagePlan(
+        stage="torsion",
+        adapter="vibecalc.torsion.adapters.steady:run_torsion",
+        why="[response.torsion] is in the case",
+        parts=("crank_train", "shaft_line"),
+        orders=_orders_words(case),
+        cost=f"modes of {stations} stations; {solves(case)} solves, one per order, at "
+        f"{case.machine.speed:.6g} rad/s",
+        quantities=_picked(case, _STEADY),
+    )
+    if torsion.speeds is None:
+        return
+    speeds = torsion.speeds
+    yield StagePlan(
+        stage="torsion_speeds",
+        adapter="vibecalc.torsion.adapters.speeds:run_torsion_speeds",
+        why="[response.torsion] speeds are in the case",
+        parts=("crank_train", "shaft_line"),
+        orders=_orders_words(case),
+        cost=_range_cost(case, speeds),
+        quantities=_picked(case, _RANGE),
+        is_last=True,
+    )
+
+
+def asked(case: "Case") -> "Torsion | None":
+    """[response.torsion] of a case."""
+    return None if case.response is None else case.response.torsion
+
+
+def has_loops(case: "Case") -> bool:
+    """Whether shafts and gears close a loop."""
+    line = case.machine.shaft_line
+    assert line is not None
+    return len(line.shafts) + len(line.gears) > len(line.stations) - 1
+
+
+def has_holzer(case: "Case") -> bool:
+    """Whether the line, a row or a tree of branches, is short enough for printed tables."""
+    line = case.machine.shaft_line
+    assert line is not None
+    return len(line.stations) + len(line.dampers) <= _LONGEST_HOLZER and not has_loops(case)
+
+
+def has_modal_damping(case: "Case") -> bool:
+    """Whether the case damps by mode."""
+    torsion = asked(case)
+    assert torsion is not None
+    return torsion.damping_model is not None and torsion.damping_model.kind == "modal"
+
+
+def has_damped_rings(case: "Case") -> bool:
+    """Whether a ring is damped against the line, so that its modes are not the undamped ones."""
+    torsion, line = asked(case), case.machine.shaft_line
+    assert torsion is not None and line is not None
+    return torsion.damping_model is None and any(
+        one.damping or one.loss_factor for one in line.dampers
+    )
+
+
+def _picked(case: "Case", starts: tuple[str, ...]) -> tuple[str, ...]:
+    """Paths of these beginnings that the case has something for."""
+    line, torsion = case.machine.shaft_line, asked(case)
+    assert line is not None and torsion is not None
+    train = case.machine.crank_train
+    there = {
+        "ring_shape": bool(line.dampers),
+        "/damper/": bool(line.dampers),
+        "/bare/": bool(line.dampers),
+        "/reduction": bool(line.dampers),
+        "/speeds/heat": bool(line.dampers),
+        "/speeds/travel": bool(line.dampers),
+        "gear": bool(line.gears),
+        "/hammering/": bool(line.gears),
+        "/campbell/": torsion.campbell and any(one.kind == "pendulum" for one in line.dampers),
+        "transfer_matrix": not has_loops(case),
+        "holzer": has_holzer(case),
+        "undamped_frequency": has_damped_rings(case),
+        "/kept": torsion.separation is not None,
+        "bank_factor": len({one.bank_angle for one in train.cylinders}) > 1,
+        "modal_heat": has_modal_damping(case),
+        "stress": any(has_stress(shaft) for shaft in line.shafts),
+        "tangential_pressure": bool(train.bore),
+        "mean_indicated_pressure": bool(train.bore),
+        "/limit/": bool(torsion.limits),
+        "/limit/operating": bool(torsion.limits) and starts is _STEADY,
+        "/limit/basis/": bool(torsion.limits) and starts is _STEADY,
+        "/healthy/": bool(torsion.misfire),
+        "/barred/": bool(torsion.limits),
+        "/exceeded/": bool(torsion.limits),
+    }
+    left_out = tuple(word for word, has in there.items() if not has)
+    return tuple(
+        path
+        for path in below(f"{ROOT}/", without=left_out)
+        if path.startswith(tuple(ROOT + start for start in starts))
+    )
+
+
+def asked_orders(case: "Case") -> tuple[float, float]:
+    """Highest order and step of the orders of a case."""
+    torsion = asked(case)
+    given = None if torsion is None else torsion.orders
+    four = (case.machine.cycle or "four_stroke") == "four_stroke"
+    step = (0.5 if four else 1.0) if given is None or given.step is None else given.step
+    if given is not None and given.count is not None:
+        return step * given.count, step
+    highest = _HIGHEST_ORDER if given is None or given.highest is None else given.highest
+    return step * math.floor(highest / step + 1e-9), step
+
+
+def solves(case: "Case", speeds: int = 1) -> int:
+    """Solves of the line at so many speeds, one per order."""
+    highest, step = asked_orders(case)
+    return round(highest / step) * speeds
+
+
+def _range_cost(case: "Case", speeds: "LineSpeeds") -> str:
+    """Solves over the range in words; maxima between the points take some more."""
+    line, torsion = case.machine.shaft_line, asked(case)
+    assert line is not None and torsion is not None
+    number = solves(case, speeds.points)
+    twice = f", and {number} without dampers" if line.dampers else ""
+    twice += f", and {number} without misfire" if torsion.misfire else ""
+    return (
+        f"{number} solves, one per order at {speeds.points} speeds from {speeds.start:.6g} to "
+        f"{speeds.stop:.6g} rad/s{twice}"
+    )
+
+
+def _orders_words(case: "Case") -> str:
+    highest, step = asked_orders(case)
+    return f"{step:g} to {highest:g} by {step:g}"
+
+
+# ----------------------------------------------------------------------------
+# What a case asks of a shaft line beside its steady response: one stage for each question.
+# ----------------------------------------------------------------------------
+
+PARTS = ("crank_train", "shaft_line")
+#: changes at constant speed
+_STEPS = ("load_step", "misfire_onset")
+
+
+def plan_torsion_studies(case: "Case") -> Iterator[StagePlan]:
+    """The modal route as published, the variable inertia and the transient, where asked for."""
+    torsion = None if case.response is None else case.response.torsion
+    if torsion is None or case.machine.shaft_line is None:
+        return
+    if torsion.as_published is not None:
+        yield _published(case)
+    if torsion.variable_inertia is not None:
+        yield _variable(case)
+    if torsion.transient is not None:
+        yield _transient(case)
+
+
+def line_orders(case: "Case") -> str:
+    """Orders of the excitation in words."""
+    torsion = None if case.response is None else case.response.torsion
+    given = None if torsion is None else torsion.orders
+    if given is None or given.count is None:
+        highest = 12.0 if given is None or given.highest is None else given.highest
+        return f"up to {highest:g}, mean torque apart"
+    return f"the first {given.count}, mean torque apart"
+
+
+def has_loss(case: "Case") -> bool:
+    """Whether something on the line has a loss factor, which has no form in time."""
+    line = case.machine.shaft_line
+    assert line is not None
+    shafts, dampers = line.shafts, line.dampers
+    return any(one.loss_factor for one in shafts) or any(one.loss_factor for one in dampers)
+
+
+def _published(case: "Case") -> StagePlan:
+    torsion = _torsion(case)
+    options = torsion.as_published
+    assert options is not None
+    without = ("/twist", "/largest_twist") if torsion.speeds is None else ()
+    paths = below(PUBLISHED, without=without)
+    if torsion.speeds is None:
+        paths += (f"{PUBLISHED}twist_at_critical", f"{PUBLISHED}largest_twist")
+        paths += (f"{PUBLISHED}largest_twist_order",)
+    if options.magnifier == "undamped":
+        paths = tuple(p for p in paths if "critical" not in p and "largest_twist" not in p)
+    return StagePlan(
+        stage="modal route as published",
+        adapter="vibecalc.torsion.adapters.as_published:run_torsion_as_published",
+        why="[response.torsion.as_published] is in the case",
+        parts=PARTS,
+        orders=line_orders(case),
+        cost=f"closed forms for {options.modes} modes, each order"
+        + ("" if torsion.speeds is None else f" and each of {torsion.speeds.points} speeds"),
+        quantities=paths,
+        is_last=True,
+    )
+
+
+def _variable(case: "Case") -> StagePlan:
+    torsion = _torsion(case)
+    there = list(below(VARIABLE))
+    if torsion.speeds is None:
+        over = (f"{VARIABLE}{name}" for name in ("speeds/", "wedge/", "unstable/", "largest_"))
+        there = [path for path in there if not path.startswith(tuple(over))]
+    if has_loss(case):
+        timed = (f"{VARIABLE}growth", f"{VARIABLE}unstable/")
+        there = [path for path in there if not path.startswith(timed)]
+    return StagePlan(
+        stage="variable inertia",
+        adapter="vibecalc.torsion.adapters.variable_inertia:run_torsion_variable_inertia",
+        why="[response.torsion.variable_inertia] is in the case",
+        parts=PARTS,
+        orders=line_orders(case) + ", and further ones of the motion",
+        cost=_all_orders(torsion.speeds.points if torsion.speeds is not None else 0),
+        quantities=tuple(there),
+        is_last=True,
+    )
+
+
+def _transient(case: "Case") -> StagePlan:
+    change = _torsion(case).transient
+    assert change is not None
+    steps = change.kind in _STEPS
+    left_out = OF_PASSAGES if steps else OF_STEPS
+    return StagePlan(
+        stage="transient",
+        adapter="vibecalc.torsion.adapters.transient:run_torsion_transient",
+        why=f'[response.torsion.transient] is in the case, kind = "{change.kind}"',
+        parts=PARTS,
+        orders=line_orders(case),
+        cost=f"matrix exponentials over {round(least_steps(case))} steps of a third of the highest "
+        "order's period, or more",
+        quantities=tuple(path for path in below(TRANSIENT) if path not in left_out),
+        is_last=True,
+    )
+
+
+def _all_orders(speeds: int) -> str:
+    over = f"{speeds} solves of all orders at once, and " if speeds else ""
+    return f"{over}Newton's method with all orders at the operating speed"
+
+
+def _torsion(case: "Case") -> "Torsion":
+    assert case.response is not None and case.response.torsion is not None
+    return case.response.torsion
+
+
+# ----------------------------------------------------------------------------
+# Does a change in time of a shaft line end within the steps that a run may take?
+# ----------------------------------------------------------------------------
+
+TRANSIENT_TABLE: KeyPath = ("response", "torsion", "transient")
+#: where a case names no orders
+HIGHEST_ORDER = 12.0
+
+
+def transient_problems(case: Case) -> list[Problem]:
+    """The problem of a change that takes longer than the march in time goes."""
+    return [*_problems(case)]
+
+
+def _problems(case: Case) -> Iterator[Problem]:
+    torsion = None if case.response is None else case.response.torsion
+    if torsion is None or torsion.transient is None or case.machine.shaft_line is None:
+        return
+    from vibecalc.torsion.transient.march import MOST_STEPS
+
+    change = torsion.transient
+    steps = least_steps(case)
+    if steps <= MOST_STEPS:
+        return
+    spans = _angles(case, change)
+    longest = max(spans, key=lambda key: spans[key])
+    key = longest
+    if longest == "change":
+        key = "acceleration" if change.acceleration is not None else "duration"
+    yield Problem(
+        path=(*TRANSIENT_TABLE, key) if key in change.model_fields_set else TRANSIENT_TABLE,
+        message="the change takes too many steps in time",
+        found=f"{steps:.3g} steps or more, for {sum(spans.values()) / 6.283185307:.3g} turns of "
+        "the crank",
+        allowed=f"{MOST_STEPS:.3g} steps",
+        hint="a faster change, less time before and after it, or fewer orders",
+    )
+
+
+def least_steps(case: Case) -> float:
+    """Steps in time that the highest order alone needs; the modes of the line may need more."""
+    from vibecalc.torsion.transient.march import ORDER_STEP
+
+    assert case.response is not None and case.response.torsion is not None
+    torsion = case.response.torsion
+    assert torsion.transient is not None
+    orders, highest = torsion.orders, HIGHEST_ORDER
+    if orders is not None and orders.count is not None:
+        highest = orders.count * (orders.step or _step(case))
+    elif orders is not None and orders.highest is not None:
+        highest = orders.highest
+    return highest * sum(_angles(case, torsion.transient).values()) / ORDER_STEP
+
+
+def _step(case: Case) -> float:
+    return 1.0 if case.machine.cycle == "two_stroke" else 0.5
+
+
+def _angles(case: Case, change: Transient) -> dict[str, float]:
+    """Angle in rad that the crank turns through before, during and after the change."""
+    if change.kind in ("load_step", "misfire_onset"):
+        speed = case.machine.speed
+        return {"before": change.before * speed, "after": change.after * speed}
+    begin = 0.0 if change.kind == "start" else change.start or 0.0
+    end = change.stop or 0.0
+    duration = change.duration
+    if duration is None:
+        assert change.acceleration is not None  # one of the two, says the form
+        duration = abs(end - begin) / change.acceleration
+    return {
+        "before": change.before * begin,
+        "change": duration * (begin + end) / 2.0,
+        "after": change.after * end,
+    }
+
+
+# ----------------------------------------------------------------------------
+# The stage that finds the damper of a shaft line.
+# ----------------------------------------------------------------------------
+
+
+def plan_damper(case: "Case") -> Iterator[StagePlan]:
+    """Planned where [damper_design] is in the case."""
+    options = case.damper_design
+    if options is None or case.machine.shaft_line is None:
+        return
+    left_out = [f"worst_{name}" for name in OBJECTIVES if name != options.objective]
+    for stem in ("chart/", "ring/", "curve/"):
+        left_out += [f"{stem}{name}" for name in OBJECTIVES if name != options.objective]
+    if options.compare is None:
+        left_out.append(f"{DESIGN}table/")
+    both = {"stiffness", "damping"} <= set(options.find)
+    if not both:
+        left_out.append(f"{DESIGN}chart/")
+    if not options.rings:
+        left_out.append(f"{DESIGN}ring/")
+    count = 1 + len(options.rings)
+    searches = f"{count} searches, one for each ring: " if options.rings else ""
+    yield StagePlan(
+        stage="damper design",
+        adapter="vibecalc.torsion.adapters.damper_design:run_damper_design",
+        why="[damper_design] is in the case",
+        parts=PARTS,
+        orders=line_orders(case),
+        cost=f"{searches}a map of dampers by changes of rank one, then descents and Newton's "
+        "method",
+        quantities=below(DESIGN, without=tuple(left_out)),
+        is_last=True,
+    )

@@ -1,0 +1,236 @@
+"""Limits on torsional stress against speed, separation margins: rules as data, what they say."""
+
+from typing import NamedTuple, TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.closed_form import closed_form, floats
+from vibecalc.numerics.typing import BoolArray, FloatArray
+
+# ----------------------------------------------------------------------------
+# Rules for torsional vibration of shafts, as data: edition, scope and numbers, all informative.
+#
+# A verdict by these rules is a reading aid. The societies apply their own current text; what is
+# written here follows the editions named and has not been checked against a bought copy.
+# ----------------------------------------------------------------------------
+
+
+class Rule(NamedTuple):
+    """Where a limit comes from, what it is for and what it is not for."""
+
+    name: str
+    edition: str
+    scope: str
+    not_for: str
+    measure: str
+    status: str = "informative"
+
+
+M68 = Rule(
+    "IACS UR M68",
+    "Rev.3, February 2021",
+    "propulsion shafts (intermediate, thrust and propeller shafts) of traditional forged design, "
+    "from 0 to 105 % of the rated speed",
+    "crankshafts (UR M53), shafts of gears, electric motors, generators and turbines, additional "
+    "strengthening for ice",
+    "half range of the synthesis of all orders, nominal stress of the plain section",
+)
+API_618 = Rule(
+    "API 618 torsional separation",
+    "5th edition, 2007",
+    "trains with reciprocating compressors: undamped torsional natural frequencies",
+    "stress or torque limits; engines under a classification rule",
+    "distance of a natural frequency from multiples of the operating speed",
+)
+API_684 = Rule(
+    "API 617 / 684 torsional separation",
+    "API RP 684, 2nd edition, 2005",
+    "trains of turbomachinery: undamped torsional natural frequencies",
+    "reciprocating machines with many orders",
+    "distance of a natural frequency from one and two times the operating speed",
+)
+API_671 = Rule(
+    "API 671",
+    "4th edition, 2007",
+    "special-purpose couplings: data sheet of stiffness and torque; separation as API 684",
+    "limits on torsional stress",
+    "distance of a natural frequency from one and two times the operating speed",
+)
+USER_TABLE = Rule(
+    "table of the case",
+    "as given",
+    "what the case says it is for",
+    "speeds outside the table",
+    "as the case says",
+)
+
+
+class Separation(NamedTuple):
+    """Least relative distance from the range of each order; orders not listed carry none."""
+
+    rule: Rule
+    margin: dict[float, float]
+
+
+SEPARATIONS = {
+    "api_618": Separation(API_618, {1.0: 0.10, **{float(n): 0.05 for n in range(2, 11)}}),
+    "api_684": Separation(API_684, {1.0: 0.10, 2.0: 0.10}),
+    "api_671": Separation(API_671, {1.0: 0.10, 2.0: 0.10}),
+}
+
+#: c_K of M68 by the design of the shaft. The first three stand so in a society's public rules; the
+#: others are as the table of M68 is commonly quoted.
+DESIGN_FACTORS = {
+    "intermediate_flange": 1.0,
+    "intermediate_shrink_fit": 1.0,
+    "intermediate_keyway_tapered": 0.60,
+    "intermediate_keyway_cylindrical": 0.45,
+    "intermediate_radial_hole": 0.50,
+    "intermediate_slot": 0.30,
+    "thrust_collar": 0.85,
+    "thrust_roller_bearing": 0.85,
+    "propeller_flange_or_keyless": 0.55,
+    "propeller_key": 0.55,
+    "propeller_forward": 0.80,
+}
+#: Pa: tensile strength that M68 lets count at most, by material and part
+STRENGTH_CAPS = {"carbon": 600e6, "alloy": 800e6, "propeller": 600e6}
+
+# ----------------------------------------------------------------------------
+# Limits on torsional vibration against speed, and separations: what a rule of `shaft_rules` says.
+#
+# Everything here is informative. IACS UR M68 is for propulsion shafts and says nothing of
+# crankshafts. Stresses are half ranges of the synthesis of all orders, in Pa; speeds in rad/s.
+# ----------------------------------------------------------------------------
+
+Entry = TypeVar("Entry")
+
+#: M68 covers speed ratios from 0 to this
+HIGHEST_RATIO = 1.05
+#: from this ratio on M68 wants continuous running to be possible: no barred range
+NO_BARRED_RANGE = 0.8
+
+
+class StressLimits(NamedTuple):
+    """Permissible stresses (...) in Pa, with absolute errors of rounding."""
+
+    continuous: FloatArray
+    transient: FloatArray
+    continuous_error: FloatArray
+    transient_error: FloatArray
+
+
+def covered(speed_ratio: ArrayLike) -> BoolArray:
+    """Where M68 says anything: speed over rated speed from 0 to 1.05."""
+    (ratio,) = floats(speed_ratio)
+    return np.asarray((ratio >= 0.0) & (ratio <= HIGHEST_RATIO))
+
+
+def counted_strength(tensile_strength: ArrayLike, material: str = "carbon") -> FloatArray:
+    """Tensile strength in Pa that M68 lets count: up to a cap for the material."""
+    (strength,) = floats(tensile_strength)
+    return np.asarray(np.minimum(strength, _lookup(STRENGTH_CAPS, material, "material")))
+
+
+def size_factor(diameter: ArrayLike) -> FloatArray:
+    """c_D of M68, 0.35 + 0.93 d^-0.2 with d in mm, for outer diameters in m."""
+    (wide,) = floats(diameter)
+    return np.asarray(0.35 + 0.93 * (wide / 1e-3) ** -0.2)
+
+
+def propulsion_shaft_limits(
+    speed_ratio: ArrayLike,
+    tensile_strength: ArrayLike,
+    diameter: ArrayLike,
+    design: str = "intermediate_flange",
+    material: str = "carbon",
+) -> StressLimits:
+    """tau_C and tau_T of IACS UR M68 for propulsion shafts, NOT for crankshafts.
+
+    tau_C = (sigma_B + 160) / 18 c_K c_D (3 - 2 lambda^2) in N/mm^2, with 1.38 in place of the
+    bracket from lambda = 0.9 on; c_D = 0.35 + 0.93 d^-0.2, d in mm; tau_T = 1.7 tau_C / sqrt(c_K).
+    Tensile strength in Pa (counted up to a cap for the material), outer diameter in m; `design`
+    names c_K. NumericalFailure where the rule does not cover a speed ratio (`covered`).
+    """
+    ratio, strength, wide = floats(speed_ratio, tensile_strength, diameter)
+    factor = _lookup(DESIGN_FACTORS, design, "design")
+    if not np.all(covered(ratio)):
+        worst = float(ratio.flat[int(np.argmax(np.abs(ratio - 0.5)))])
+        raise NumericalFailure(
+            f"IACS UR M68 has no limit at {worst:g} of the rated speed; it covers 0 to 1.05"
+        )
+    counted, size = counted_strength(strength, material), size_factor(wide)
+    course = np.where(ratio < 0.9, 3.0 - 2.0 * ratio**2, 1.38)
+    steady = (counted / 1e6 + 160.0) / 18.0 * factor * size * course * 1e6
+    continuous = closed_form(steady, 30.0)
+    transient = closed_form(1.7 * steady / np.sqrt(factor), 34.0)
+    return StressLimits(continuous.value, transient.value, continuous.error, transient.error)
+
+
+class BarredRange(NamedTuple):
+    """Speeds (...) in rad/s to be passed through quickly, and whether a rule lets one be there."""
+
+    lower: FloatArray
+    upper: FloatArray
+    permitted: BoolArray
+
+
+def barred_range(critical_speed: ArrayLike, rated_speed: ArrayLike) -> BarredRange:
+    """16 n_c / (18 - lambda) to (18 - lambda) n_c / 16 with lambda = n_c / n_0 (IACS UR M68).
+
+    `permitted` is false from lambda = 0.8 on: there the range has to be designed away. Critical
+    speeds above the covered range, lambda > 1.05, raise NumericalFailure.
+    """
+    critical, rated = floats(critical_speed, rated_speed)
+    ratio = critical / rated
+    if not np.all(covered(ratio)):
+        raise NumericalFailure("IACS UR M68 bars no range about a speed above 1.05 of the rated")
+    width = 18.0 - ratio
+    return BarredRange(
+        np.asarray(16.0 * critical / width),
+        np.asarray(width * critical / 16.0),
+        np.asarray(ratio < NO_BARRED_RANGE),
+    )
+
+
+class SeparationVerdict(NamedTuple):
+    """`margin` (m, q): relative distance of each frequency from the range of each order.
+
+    Negative inside the range, by how far the nearer end is; `required` (q,), zero where the rule
+    asks nothing; `kept` (m, q).
+    """
+
+    margin: FloatArray
+    required: FloatArray
+    kept: BoolArray
+
+
+def separation(
+    natural_frequency: ArrayLike,
+    order: ArrayLike,
+    lowest_speed: float,
+    highest_speed: float,
+    rule: str = "api_618",
+) -> SeparationVerdict:
+    """Separation of natural frequencies (m,) in rad/s from orders (q,) of a range of speeds.
+
+    The distance is relative to the end of the range q [lowest, highest] that is nearer; orders are
+    positive.
+    """
+    frequency, orders = floats(natural_frequency, order)
+    asked = _lookup(SEPARATIONS, rule, "rule").margin
+    low, high = orders * lowest_speed, orders * highest_speed
+    # a range that begins at rest has no side below
+    below = np.where(low > 0.0, (low - frequency[:, None]) / np.where(low > 0.0, low, 1.0), -1.0)
+    above = (frequency[:, None] - high) / high
+    required = np.array([asked.get(float(q), 0.0) for q in orders])
+    margin = np.maximum(below, above)
+    return SeparationVerdict(margin, required, (margin >= required) | (required == 0.0))
+
+
+def _lookup(table: dict[str, Entry], name: str, what: str) -> Entry:
+    if name not in table:
+        raise ValueError(f"unknown {what} {name!r}; known: {', '.join(table)}")
+    return table[name]

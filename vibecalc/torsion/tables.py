@@ -1,0 +1,248 @@
+"""[response.torsion] and [damper_design] in a case: what is asked of a shaft line."""
+
+from typing import Annotated, Literal
+
+from pydantic import ConfigDict, Field
+
+from vibecalc.case.fields import (
+    Angle,
+    AngularDamping,
+    AngularSpeed,
+    AngularStiffness,
+    Inertia,
+    Moment,
+    Name,
+    Number,
+    Pressure,
+    Table,
+    Time,
+    Unit,
+)
+
+# ----------------------------------------------------------------------------
+# What is asked of the torsion of a shaft line.
+# ----------------------------------------------------------------------------
+
+AngularAcceleration = Annotated[float, Field(gt=0), Unit("rad/s^2")]
+TorsionNames = Annotated[tuple[Name, ...], Field(max_length=64)]
+ModeNumber = Annotated[int, Field(strict=True, ge=1, le=2000)]
+DampingRatio = Annotated[float, Field(ge=0, lt=1), Unit("")]
+
+
+class LineSpeeds(Table):
+    """Crank speeds from one to another."""
+
+    model_config = ConfigDict(validate_by_alias=True, validate_by_name=False)
+
+    start: AngularSpeed = Field(alias="from", gt=0, description="lowest")
+    stop: AngularSpeed = Field(alias="to", gt=0, description="highest")
+    points: Annotated[int, Field(strict=True, ge=2, le=1_000_000)] = Field(
+        801, description="both ends included; maxima between them are found"
+    )
+    spacing: Literal["linear", "logarithmic"] = Field("linear", description="between them")
+
+
+class LineOrders(Table):
+    """Orders of the excitation: step, 2 step, 3 step and so on."""
+
+    step: Number | None = Field(
+        None,
+        gt=0,
+        le=1,
+        description="0.5 or 1; default: 0.5 of a four-stroke, 1 of a two-stroke engine",
+    )
+    count: Annotated[int, Field(strict=True, ge=1, le=800)] | None = Field(
+        None, description="how many"
+    )
+    highest: Number | None = Field(None, gt=0, le=400, description="instead of count")
+
+
+class ProportionalDamping(Table):
+    """Damping by mode, instead of that of shafts, stations and dampers."""
+
+    kind: Literal["rayleigh", "modal"] = Field(
+        description="a J + b K through two ratios, or a ratio for every mode"
+    )
+    modes: Annotated[tuple[ModeNumber, ...], Field(max_length=2)] = Field(
+        (), description="two that ratios belong to, of rayleigh; the rigid mode is number 1"
+    )
+    ratios: Annotated[tuple[DampingRatio, ...], Field(min_length=1, max_length=2000)] = Field(
+        description="of the two modes, or of all; one number alone is for all of them"
+    )
+
+
+class StressCurve(Table):
+    """A limit against the speed, straight lines between the entries."""
+
+    speed: tuple[AngularSpeed, ...] = Field(
+        min_length=2, max_length=2000, description="ascending, of the crankshaft"
+    )
+    stress: tuple[Pressure, ...] = Field(
+        min_length=2, max_length=2000, description="amplitude that is allowed, one per speed"
+    )
+
+
+class TorsionLimit(Table):
+    """A limit of the stress in sections: a class rule as data, or a curve."""
+
+    rule: Literal["iacs_m68"] | None = Field(
+        None, description="of propulsion shafts, not of crankshafts; informative"
+    )
+    curve: StressCurve | None = Field(None, description="instead of a rule: a table or a CSV")
+    sections: TorsionNames = Field(
+        (), description="names of shafts; default: all with a section modulus"
+    )
+    tensile_strength: Pressure | None = Field(
+        None, gt=0, description="of the material, for the rule, where the shaft does not say it"
+    )
+    design_factor: Number = Field(
+        1.0, gt=0, le=1, description="c_K of the rule: 1 for a plain intermediate shaft"
+    )
+
+
+class AsPublished(Table):
+    """The modal route of the source: one mode at a time, with its dynamic magnifier."""
+
+    damping_ratio: DampingRatio = Field(0.01, description="of every mode")
+    magnifier: Literal["undamped", "empirical", "damped"] = Field(
+        "damped", description="of each order; empirical: 3.8 over the fourth root, on a critical"
+    )
+    modes: ModeNumber = Field(3, description="how many elastic modes, from the lowest")
+
+
+class VariableInertia(Table):
+    """The inertia of the crank train as it changes over the revolution."""
+
+    orders: Annotated[int, Field(strict=True, ge=1, le=400)] | None = Field(
+        None, description="highest harmonic of the motion; without it the tolerance decides"
+    )
+
+
+class Transient(Table):
+    """A change in time: through criticals, a start, a step of the load, the onset of a misfire."""
+
+    model_config = ConfigDict(validate_by_alias=True, validate_by_name=False)
+
+    kind: Literal["run_up", "run_down", "start", "load_step", "misfire_onset"] = Field(
+        description="what happens"
+    )
+    start: AngularSpeed | None = Field(
+        None, alias="from", ge=0, description="speed at the begin, of run_up and run_down"
+    )
+    stop: AngularSpeed | None = Field(
+        None, alias="to", ge=0, description="speed at the end, of run_up, run_down and start"
+    )
+    acceleration: AngularAcceleration | None = Field(
+        None, description="largest magnitude; it grows and fades evenly"
+    )
+    duration: Time | None = Field(None, gt=0, description="instead of acceleration")
+    on: Name | None = Field(None, description="name of the station of a load step")
+    torque: Moment | None = Field(
+        None, description="of a load step, on its own shaft; positive brakes more than before"
+    )
+    cylinder: Name | None = Field(None, description="name of the cylinder that stops firing")
+    before: Time = Field(0.0, ge=0, description="time at the first state that is also computed")
+    after: Time = Field(1.0, gt=0, description="time watched afterwards")
+
+
+class Torsion(Table):
+    """Natural frequencies, modes and forced vibration of the shaft line."""
+
+    speeds: LineSpeeds | None = Field(
+        None, description="also over a range of speeds, not at the operating speed only"
+    )
+    orders: LineOrders | None = Field(None, description="default: up to order 12")
+    method: Literal["elimination", "modal", "dense"] = Field(
+        "elimination", description="along the line, by modes, or one full solve for each order"
+    )
+    misfire: TorsionNames = Field((), description="names of cylinders that do not fire")
+    misfire_kind: Literal["no_gas", "motored"] = Field(
+        "no_gas", description="their gas: none, or compressed and expanded without combustion"
+    )
+    damping_model: ProportionalDamping | None = Field(
+        None, description="default: what shafts, stations and dampers have"
+    )
+    campbell: bool = Field(False, strict=True, description="natural frequencies against speed")
+    limits: Annotated[tuple[TorsionLimit, ...], Field(max_length=64)] = Field(
+        (), description="of the stress, with the barred ranges that follow"
+    )
+    separation: Literal["api_618", "api_684", "api_671"] | None = Field(
+        None, description="hold the margins of modes to orders against this rule; informative"
+    )
+    as_published: AsPublished | None = Field(None, description="also by the route of the source")
+    variable_inertia: VariableInertia | None = Field(
+        None, description="also with the inertia that changes over the revolution"
+    )
+    transient: Transient | None = Field(None, description="also a change in time")
+
+
+# ----------------------------------------------------------------------------
+# The search for the damper of a shaft line.
+# ----------------------------------------------------------------------------
+
+Power = Annotated[float, Field(gt=0), Unit("W")]
+
+
+class DamperValues(Table):
+    """A damper from a table, to be compared with the one that is found."""
+
+    stiffness: AngularStiffness = Field(0.0, ge=0, description="of its springs; 0: none")
+    damping: AngularDamping = Field(ge=0, description="viscous")
+
+
+class DamperLimits(Table):
+    """What the damper has to keep at every speed."""
+
+    heat: Power | None = Field(None, description="in its dashpot, mean over the cycle")
+    travel: Angle | None = Field(
+        None, gt=0, description="of the ring against its station, peak over the cycle"
+    )
+
+
+class DamperBounds(Table):
+    """From and to, of each number that is looked for."""
+
+    stiffness: tuple[AngularStiffness, AngularStiffness] | None = Field(
+        None, description="of the springs; from 0 to 0 is a ring in oil"
+    )
+    damping: tuple[AngularDamping, AngularDamping] | None = Field(None, description="viscous")
+    inertia: tuple[Inertia, Inertia] | None = Field(
+        None, description="of the ring; needed where it is looked for"
+    )
+
+
+class DamperDesign(Table):
+    """Spring and damper of a ring on the line that make its worst section best."""
+
+    on: Name = Field(description="name of a station, or of a damper that is replaced")
+    find: Annotated[
+        tuple[Literal["stiffness", "damping", "inertia"], ...],
+        Field(min_length=1, max_length=3),
+    ] = Field(("stiffness", "damping"), description="numbers to look for")
+    inertia: Inertia | None = Field(
+        None, gt=0, description="of the ring; default: that of the damper that is replaced"
+    )
+    stiffness: AngularStiffness | None = Field(
+        None, ge=0, description="where it is not looked for; default: of the replaced damper"
+    )
+    damping: AngularDamping | None = Field(
+        None, ge=0, description="where it is not looked for; default: of the replaced damper"
+    )
+    objective: Literal["torque", "twist", "stress"] = Field(
+        "torque", description="half range over the cycle in the worst section at the worst speed"
+    )
+    sections: Annotated[tuple[Name, ...], Field(max_length=64)] = Field(
+        (), description="names of shafts that count; default: all"
+    )
+    speeds: LineSpeeds | None = Field(
+        None, description="that count; default: those of [response.torsion]"
+    )
+    limits: DamperLimits | None = Field(None, description="that the damper has to keep")
+    bounds: DamperBounds | None = Field(None, description="of what is looked for")
+    compare: DamperValues | None = Field(None, description="a table value to compare with")
+    rings: Annotated[tuple[Inertia, ...], Field(max_length=32)] = Field(
+        (), description="inertias of other rings, whose best dampers are told beside it"
+    )
+    tolerance: Number = Field(
+        0.1, gt=0, lt=1, description="error of spring and damper whose cost is told"
+    )

@@ -1,0 +1,1 @@
+"""A shaft line through a change in time: run-up, run-down, load steps."""

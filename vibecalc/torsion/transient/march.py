@@ -1,0 +1,591 @@
+"""A shaft line through a whole run, marched by exact steps of a linear system."""
+
+from collections.abc import Sequence
+from functools import lru_cache
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.rounding import SINGULAR, UNIT_ROUNDOFF
+from vibecalc.numerics.typing import BoolArray, FloatArray, IntArray
+from vibecalc.torsion.line import Line, damping_matrix
+from vibecalc.torsion.transient.motion import (
+    CYCLE,
+    Course,
+    Stretch,
+    TorqueLaw,
+    course,
+    load_at,
+    speed_after,
+    time_of_speed,
+    torque_at,
+    torque_law,
+    turned_after,
+)
+
+# ----------------------------------------------------------------------------
+# The shaft line as a first-order system whose state has the size of an energy.
+#
+# The state is (sqrt(k) twist of each element and ground spring, sqrt(J) velocity of each freedom):
+# its squared length is twice the energy, so that free motion never lengthens it, whether the
+# eigenvalues are simple, multiple or defective. Angles are not in it, so a line without a ground
+# spring has no angle that could drift: its rigid mode has a velocity only.
+# ----------------------------------------------------------------------------
+
+
+class TransientSystem(NamedTuple):
+    """x' = state_matrix x + input_matrix torque, s states, n freedoms, e elements, SI units.
+
+    `twist` (e, s) and `torque` (e, s) read an element's twist and its torque (stiffness and damping
+    part) from the state. `balance` (n, n) turns mean torques into those that leave every piece
+    without a ground spring on its prescribed motion. `idle` (s,) marks twists that act on nothing
+    (elements of dashpots only). `twist_scale` (e,) is what a twist is multiplied with in the state,
+    `fastest` in rad/s bounds the frequency of every mode.
+    """
+
+    state_matrix: FloatArray
+    input_matrix: FloatArray
+    twist: FloatArray
+    torque: FloatArray
+    balance: FloatArray
+    idle: BoolArray
+    twist_scale: FloatArray
+    inertia: FloatArray
+    fastest: float
+
+
+def pieces(line: Line) -> FloatArray:
+    """0/1 matrix (p, n): the freedoms of each connected piece that no ground spring holds."""
+    from scipy.sparse.csgraph import connected_components
+
+    n = line.inertia.shape[-1]
+    joined = np.zeros((n, n), dtype=bool)
+    linked = (line.stiffness > 0.0) | (line.damping > 0.0)
+    joined[line.first[linked], line.second[linked]] = True
+    count, label = connected_components(joined, directed=False)
+    member = np.arange(count)[:, None] == label
+    held = (member & (line.ground_stiffness > 0.0)).any(axis=1)
+    free: FloatArray = member[~held].astype(float)
+    return free
+
+
+def balance_matrix(line: Line, reaction: FloatArray | None) -> FloatArray:
+    """I - reaction (sum over the piece): mean torques (n,) to those without resultant.
+
+    `reaction` (n,) are the shares by which the stations take what holds the prescribed motion (the
+    driven machine, say); None: by their inertias, as if the whole line were slowed down evenly.
+    """
+    member = pieces(line)
+    share = member * (line.inertia if reaction is None else np.asarray(reaction, dtype=float))
+    total = share.sum(axis=1, keepdims=True)
+    if (total <= 0.0).any():
+        raise NumericalFailure(
+            "a piece of the shaft line that no ground spring holds has no station which takes the "
+            "mean torque"
+        )
+    matrix: FloatArray = np.eye(line.inertia.size) - (share / total).T @ member
+    return matrix
+
+
+def transient_system(line: Line, reaction: FloatArray | None = None) -> TransientSystem:
+    """The system of one line (no leading axes); `reaction` as in `balance_matrix`.
+
+    Raises NumericalFailure for loss factors (damping by hysteresis is defined at one frequency
+    only) and for freedoms without inertia.
+    """
+    if np.any(line.loss_factor != 0.0):
+        raise NumericalFailure(
+            "a loss factor has no time domain: it is defined for steady vibration only; give the "
+            "element a viscous damping for transients"
+        )
+    if not np.all(line.inertia > 0.0):
+        raise NumericalFailure(
+            "a transient needs an inertia at every freedom; condense the massless ones first"
+        )
+    n, e = line.inertia.size, line.stiffness.size
+    ground = np.flatnonzero(line.ground_stiffness > 0.0)
+    springs = e + ground.size
+    root = np.sqrt(line.inertia)
+
+    difference = np.zeros((springs, n))
+    difference[np.arange(e), line.first] += 1.0
+    difference[np.arange(e), line.second] -= 1.0
+    difference[e + np.arange(ground.size), ground] = 1.0
+    stiffness = np.concatenate([line.stiffness, line.ground_stiffness[ground]])
+    # a dashpot alone still has a twist, counted in the middle of the other scales
+    positive = stiffness[stiffness > 0.0]
+    middle = float(np.sqrt(np.median(positive))) if positive.size else 1.0
+    scale = np.where(stiffness > 0.0, np.sqrt(stiffness), middle)
+
+    matrix = np.zeros((springs + n, springs + n))
+    matrix[:springs, springs:] = scale[:, None] * difference / root
+    matrix[springs:, :springs] = -(difference * (stiffness / scale)[:, None]).T / root[:, None]
+    matrix[springs:, springs:] = -damping_matrix(line) / root / root[:, None]
+    twist = np.zeros((e, springs + n))
+    twist[np.arange(e), np.arange(e)] = 1.0 / scale[:e]
+    rate = np.zeros_like(twist)
+    rate[:, springs:] = difference[:e] / root
+    inputs = np.zeros((springs + n, n))
+    inputs[springs + np.arange(n), np.arange(n)] = 1.0 / root
+    coupling = scale[:, None] * difference / root
+    active = coupling[stiffness > 0.0]
+    fastest = float(np.linalg.norm(active, 2)) if active.size else 0.0
+    return TransientSystem(
+        matrix, inputs, twist,
+        line.stiffness[:, None] * twist + line.damping[:, None] * rate,
+        balance_matrix(line, reaction),
+        np.concatenate([stiffness == 0.0, np.zeros(n, dtype=bool)]),
+        scale[:e], line.inertia, fastest,
+    )  # fmt: skip
+
+
+# ----------------------------------------------------------------------------
+# One step of the linear system under a polynomial torque, exactly.
+#
+# Over a step of length h the torque is the polynomial through its values at p Gauss points, written
+# in Legendre polynomials P_l. With I_l = int_0^h exp(A (h - t)) B P_l dt the state at the end is
+# exp(A h) x + sum_l I_l u_l: the phi functions of an exponential integrator in an orthogonal basis,
+# where they neither cancel nor need an inverse of A. They are found on a step so short that
+# |A h| <= 1, where the series of the exponential neither cancels nor lasts, and doubled.
+# ----------------------------------------------------------------------------
+
+#: Gauss points of a step; the torque is represented to this order
+POINTS = 10
+
+#: terms of the series of the exponential of a matrix whose norm is at most 1
+TERMS = 20
+
+
+class Propagator(NamedTuple):
+    """What leads from the start of a step to its j-th part, j = 1 ... parts; the last is its end.
+
+    `transition` (parts, s, s) and `weight` (parts, s, p, n): x_j = transition x + weight torques at
+    the p Gauss points; `place` (p,) of these as shares of the step.
+    """
+
+    transition: FloatArray
+    weight: FloatArray
+    place: FloatArray
+
+
+def legendre_values(x: FloatArray) -> FloatArray:
+    """P_l(x), (..., p) for l = 0 ... p - 1."""
+    return np.polynomial.legendre.legvander(np.asarray(x, dtype=float), POINTS - 1)
+
+
+@lru_cache(maxsize=4)
+def rule(points: int) -> tuple[FloatArray, FloatArray]:
+    """Gauss points in -1 ... 1 and their weights, read-only."""
+    x, weight = np.polynomial.legendre.leggauss(points)
+    x.flags.writeable = weight.flags.writeable = False
+    return x, weight
+
+
+@lru_cache(maxsize=512)
+def restriction(start: float, end: float) -> FloatArray:
+    """(p, p): [l, k] the share of P_k of the part in P_l of the whole step, part as shares.
+
+    Shared by all callers, hence read-only.
+    """
+    x, weight = rule(POINTS)
+    inside = 2.0 * (start + (end - start) * (x + 1.0) / 2.0) - 1.0
+    share = weight[:, None] * legendre_values(x) * (np.arange(POINTS) + 0.5)
+    matrix: FloatArray = legendre_values(inside).T @ share
+    matrix.flags.writeable = False
+    return matrix
+
+
+def short_step(system: TransientSystem, step: float) -> tuple[FloatArray, FloatArray]:
+    """exp(A h) (s, s) and I_l (p, s, n) of one step: a series on h / 2^d, then d doublings."""
+    a = system.state_matrix * step
+    size = float(np.linalg.norm(a, 1))
+    doublings = max(0, int(np.ceil(np.log2(max(size, 1e-300)))))
+    small = a * 0.5**doublings
+    x, weight = rule(POINTS + TERMS)
+    basis = weight[:, None] * legendre_values(x) / 2.0
+    transition = np.eye(a.shape[0])
+    power, column = transition, 0.5**doublings * step * system.input_matrix
+    moment = np.zeros((POINTS, *column.shape))
+    for k in range(TERMS):
+        share = ((1.0 - x) / 2.0) ** k @ basis
+        moment += share[:, None, None] * column
+        power, column = small @ power / (k + 1.0), small @ column / (k + 1.0)
+        transition = transition + power
+    first, second = restriction(0.0, 0.5), restriction(0.5, 1.0)
+    for _ in range(doublings):
+        early = np.tensordot(first, moment, 1)
+        moment = np.matmul(transition, early) + np.tensordot(second, moment, 1)
+        transition = transition @ transition
+    return transition, moment
+
+
+def propagator(
+    system: TransientSystem, step: float, parts: int = 1, view: FloatArray | None = None
+) -> Propagator:
+    """Propagator of a step in s to `parts` equal parts of it.
+
+    With a `view` (e, s) it leads from the state to what that reads, e instead of s values.
+    """
+    transition, moment = short_step(system, step / parts)
+    x, weight = rule(POINTS)
+    to_legendre = weight[:, None] * legendre_values(x) * (np.arange(POINTS) + 0.5)
+    transitions, weights = [], []
+    power, total = np.eye(transition.shape[0]), np.zeros_like(moment)
+    for part in range(parts):
+        power = transition @ power
+        border = restriction(part / parts, (part + 1) / parts)
+        total = np.matmul(transition, total) + np.tensordot(border, moment, 1)
+        transitions.append(power if view is None else view @ power)
+        seen = total if view is None else np.matmul(view, total)
+        weights.append(np.einsum("gl,lsn->sgn", to_legendre, seen))
+    return Propagator(np.array(transitions), np.array(weights), (x + 1.0) / 2.0)
+
+
+def scan(transition: FloatArray, start: FloatArray, gain: FloatArray) -> FloatArray:
+    """x_0 = start, x_{k+1} = transition x_k + gain_k: states (N + 1, s) for gains (N, s).
+
+    The steps lie in about sqrt(N) blocks that are marched side by side from zero; what each block
+    hands to the next is then carried along, and the blocks are marched again from there.
+    """
+    count, size = gain.shape
+    length = max(1, int(np.sqrt(count)))
+    blocks = -(-count // length)
+    padded = np.zeros((blocks * length, size))
+    padded[:count] = gain
+    inner = padded.reshape(blocks, length, size)
+    own = np.zeros((blocks, size))
+    for place in range(length):
+        own = own @ transition.T + inner[:, place]
+    across = np.linalg.matrix_power(transition, length)
+    begin = np.empty((blocks, size))
+    carried = np.asarray(start, dtype=float)
+    for block in range(blocks):
+        begin[block] = carried
+        carried = across @ carried + own[block]
+    states = np.empty((blocks, length, size))
+    for place in range(length):
+        begin = begin @ transition.T + inner[:, place]
+        states[:, place] = begin
+    return np.concatenate([[start], states.reshape(-1, size)[:count]])
+
+
+# ----------------------------------------------------------------------------
+# Pieces of equal steps: a stretch is cut where the speed halves, each piece has its step.
+# ----------------------------------------------------------------------------
+
+#: radians of the highest order in one step, and of the highest mode that is followed in detail
+ORDER_STEP, MODE_STEP = 2.0, 12.0
+
+#: modes faster than this many times the fastest torque are not resolved by the step
+FOLLOWED = 10.0
+
+#: more steps than this are refused
+MOST_STEPS = 4_000_000
+
+#: least number of steps in a stretch
+FEWEST = 16
+
+
+class Piece(NamedTuple):
+    """`steps` steps of `step` s in stretch number `stretch`, from `offset` s after its start."""
+
+    stretch: int
+    offset: float
+    step: float
+    steps: int
+
+
+def cut(
+    stretches: Sequence[Stretch], borders: Course, highest: float, fastest: float, finer: float
+) -> list[Piece]:
+    """Pieces with an even number of steps; `highest` order, `fastest` mode in rad/s.
+
+    `finer` divides every step. Raises NumericalFailure beyond MOST_STEPS.
+    """
+    excited = highest * float(borders.speed.max())
+    followed = min(fastest, FOLLOWED * excited) if excited > 0.0 else fastest
+    # the slowest piece is that of 2^-12 of the highest speed, whatever the modes
+    floor = max(followed * ORDER_STEP / MODE_STEP, excited * 2.0**-12)
+    parts: list[Piece] = []
+    for number, part in enumerate(stretches):
+        start, end = borders.speed[number], borders.speed[number + 1]
+        level, cuts = max(start, end), [0.0, part.duration]
+        # going down in halves from the higher speed, as far as the orders set the step
+        while start != end and highest * level > max(floor, highest * min(start, end)):
+            level /= 2.0
+            if level > min(start, end):
+                cuts.append(time_of_speed(part, float(start), float(level)))
+        ordered = sorted(cuts)
+        for left, right in pairwise(ordered):
+            speeds = speed_after(part, float(start), np.array([left, right]))
+            rate = max(floor, highest * float(speeds.max()), 1e-300)
+            length = min(ORDER_STEP / rate, part.duration / FEWEST) / finer
+            count = 2 * max(1, int(np.ceil((right - left) / length / 2.0)))
+            parts.append(Piece(number, left, (right - left) / count, count))
+    if sum(piece.steps for piece in parts) > MOST_STEPS:
+        raise NumericalFailure(
+            f"the transient needs more than {MOST_STEPS} steps: shorten it or drop high orders"
+        )
+    return parts
+
+
+def piece_gain(
+    piece: Piece, law: TorqueLaw, part: Stretch, borders: Course, weight: FloatArray,
+    place: FloatArray, steps: IntArray,
+) -> FloatArray:  # fmt: skip
+    """What the torque adds to the state in the given steps (counted from 0) of a piece, (steps, s).
+
+    `weight` (s, p, n) of a propagator, `place` (p,) its Gauss points as shares of the step. The
+    angle at the start of each step is formed in the widest float and reduced to one cycle.
+    """
+    begin = piece.offset + steps * np.longdouble(piece.step)
+    origin, speed = borders.angle[piece.stretch], float(borders.speed[piece.stretch])
+    turned = origin + turned_after(part, speed, begin)
+    reduced = np.asarray(turned % CYCLE, dtype=float)[:, None]
+    since = np.asarray(begin, dtype=float)[:, None]
+    ahead = place * piece.step
+    rate = speed_after(part, speed, since)
+    growth = part.acceleration + part.acceleration_rate * since
+    bend = part.acceleration_rate * ahead
+    angle = reduced + (rate + (growth + bend / 3.0) * ahead / 2.0) * ahead
+    torque = torque_at(
+        law, part, angle, rate + (growth + bend / 2.0) * ahead, (since + ahead) / part.duration
+    )
+    size, points, n = weight.shape
+    gain: FloatArray = np.einsum(
+        "ij,kj->ik",
+        torque.transpose(1, 2, 0).reshape(-1, points * n),
+        weight.reshape(size, -1),
+        optimize=True,
+    )
+    return gain
+
+
+def inside(
+    piece: Piece, law: TorqueLaw, part: Stretch, borders: Course, tool: Propagator,
+    states: FloatArray, steps: IntArray,
+) -> FloatArray:  # fmt: skip
+    """States (steps, parts, s) at the parts of the given steps, whose starts are `states`."""
+    parts, size, points, n = tool.weight.shape
+    merged = tool.weight.reshape(parts * size, points, n)
+    gain = piece_gain(piece, law, part, borders, merged, tool.place, steps)
+    inner = np.einsum("ks,jts->kjt", states, tool.transition, optimize=True)
+    reached: FloatArray = gain.reshape(-1, parts, size) + inner
+    return reached
+
+
+# ----------------------------------------------------------------------------
+# States to start from: everything at rest, or the steady vibration at the first speed.
+# ----------------------------------------------------------------------------
+
+
+def rest(system: TransientSystem) -> FloatArray:
+    """The state (s,) without twist and relative velocity."""
+    return np.zeros(system.state_matrix.shape[0])
+
+
+def steady_start(
+    system: TransientSystem, order: FloatArray, part: Stretch, speed: float, angle: float = 0.0
+) -> FloatArray:
+    """State (s,) of the steady vibration at a speed in rad/s and a crank angle in rad.
+
+    Torques and loads are those at the beginning of `part`, its acceleration is left out; at speed
+    zero it is the static twist under the torque of that angle. Twists of elements of dashpots only
+    start from zero. Raises NumericalFailure if an order meets an undamped natural frequency.
+    """
+    law = torque_law(
+        order,
+        part._replace(acceleration=0.0, acceleration_rate=0.0),
+        system.balance,
+        system.inertia,
+        np.array([speed, speed]),
+    )
+    m = law.power.size
+    both = law.harmonic[0] + speed**2 * law.harmonic[2]
+    torque = part.scale_start * (both[:, :m] - 1j * both[:, m:])
+    moving = (law.power > 0.0) & (speed > 0.0) & np.any(torque != 0.0, axis=0)
+    phase = np.exp(0.5j * law.power * angle)
+
+    still = ~moving
+    mean = load_at(law, np.array(speed)) + (torque[:, still] * phase[still]).real.sum(axis=1)
+    state = static_state(system, mean)
+    if not moving.any():
+        return state
+    size = system.state_matrix.shape[0]
+    frequency = 0.5 * law.power[moving] * speed
+    matrix = 1j * frequency[:, None, None] * np.eye(size) - system.state_matrix
+    lost = UNIT_ROUNDOFF * np.linalg.cond(matrix)
+    if np.any(lost > SINGULAR):
+        worst = 0.5 * law.power[moving][np.argmax(lost)]
+        raise NumericalFailure(
+            f"no steady vibration to start from: order {worst:g} meets an undamped natural "
+            f"frequency at {speed:.6g} rad/s"
+        )
+    source = (system.input_matrix @ torque[:, moving]).T[..., None]
+    amplitude = np.linalg.solve(matrix, source)[..., 0]
+    together: FloatArray = state + (amplitude * phase[moving, None]).real.sum(axis=0)
+    return together
+
+
+def static_state(system: TransientSystem, torque: FloatArray) -> FloatArray:
+    """State (s,) held by constant balanced torques (n,): the least energy among all solutions."""
+    state = rest(system)
+    if not np.any(torque):
+        return state
+    used = ~system.idle
+    source = system.input_matrix @ torque
+    matrix = system.state_matrix[np.ix_(used, used)]
+    state[used] = np.linalg.lstsq(matrix, -source[used], rcond=None)[0]
+    left = matrix @ state[used] + source[used]
+    if np.linalg.norm(left) > 1e-8 * np.linalg.norm(source):
+        raise NumericalFailure("the mean torque has nothing that holds it: no static twist exists")
+    return state
+
+
+# ----------------------------------------------------------------------------
+# The line through a whole run, marched exactly but for the representation of the torque.
+# ----------------------------------------------------------------------------
+
+#: values of torques that are held at once
+CHUNK = 2_000_000
+
+#: halving the step divides the error by 2^POINTS at least; half of that is counted on
+GAIN_OF_HALVING = 2.0 ** (POINTS - 1)
+
+#: a section with less than this share of the largest torque is held to that share
+SMALL_SECTION = 1e-3
+
+#: roundings of a step, each of which is taken to last and to add up
+ROUNDINGS = 4.0
+
+
+class TransientRun(NamedTuple):
+    """A run that was marched: per piece the states (count + 1, s) at the ends of its steps.
+
+    `torque_error` and `twist_error` (e,) bound the errors of section torques in N m and twists in
+    rad at every time, absolute.
+    """
+
+    system: TransientSystem
+    stretches: tuple[Stretch, ...]
+    borders: Course
+    laws: tuple[TorqueLaw, ...]
+    pieces: tuple[Piece, ...]
+    states: tuple[FloatArray, ...]
+    torque_error: FloatArray
+    twist_error: FloatArray
+
+
+def transient(
+    line: Line,
+    order: FloatArray,
+    stretches: Sequence[Stretch],
+    speed: float,
+    angle: float = 0.0,
+    start: str = "rest",
+    reaction: FloatArray | None = None,
+    rtol: float = 1e-7,
+) -> TransientRun:
+    """March a line from crank speed `speed` (rad/s) at crank angle `angle` through the stretches.
+
+    `order` (m,) are multiples of 1/2 and may hold 0, the mean. `start` is "rest" (no twist, no
+    relative velocity) or "steady" (the steady vibration at the first speed). `reaction` (n,) are
+    the shares by which the stations take what the mean torques and the prescribed acceleration
+    leave over (None: shares of inertia). Steps are halved until the error of every section torque
+    is below rtol of the largest torque of that section (or of a thousandth of the largest of all,
+    where that is more).
+
+    Raises NumericalFailure for loss factors, freedoms without inertia, other orders, a crank that
+    would turn backwards, a start on an undamped critical, or if rtol cannot be reached.
+    """
+    system = transient_system(line, reaction)
+    borders = course(stretches, speed, angle)
+    laws = tuple(
+        torque_law(order, part, system.balance, system.inertia, borders.speed[k : k + 2])
+        for k, part in enumerate(stretches)
+    )
+    if start == "steady":
+        begin = steady_start(system, order, stretches[0], speed, angle)
+    else:
+        begin = rest(system)
+    highest = float(laws[0].power.max(initial=0.0)) / 2.0
+    turned = float(abs(borders.angle).max() * np.finfo(np.longdouble).eps)
+    phase = highest * (turned + 8.0 * np.pi * UNIT_ROUNDOFF)
+    missed = ""
+    for finer in (1.0, 2.0, 4.0, 8.0):
+        parts = cut(stretches, borders, highest, system.fastest, finer)
+        fine = march(system, stretches, borders, laws, parts, begin)
+        coarse = [piece._replace(step=2.0 * piece.step, steps=piece.steps // 2) for piece in parts]
+        rough = march(system, stretches, borders, laws, coarse, begin)
+        errors = [
+            run_error(view, system, parts, fine, rough, phase)
+            for view in (system.torque, system.twist)
+        ]
+        largest = np.max([np.abs(x @ system.torque.T).max(axis=0) for x in fine], axis=0)
+        largest = np.maximum(largest, SMALL_SECTION * largest.max(initial=0.0))
+        if np.all(errors[0] <= rtol * largest):
+            return TransientRun(
+                system, tuple(stretches), borders, laws, tuple(parts), tuple(fine), *errors
+            )
+        worst = int(np.argmax(errors[0] - rtol * largest))
+        missed = f"section {worst + 1}: {errors[0][worst]:.3g} of {largest[worst]:.3g} N m"
+    raise NumericalFailure(f"the transient does not reach the tolerance {rtol:g} ({missed})")
+
+
+def march(
+    system: TransientSystem, stretches: Sequence[Stretch], borders: Course,
+    laws: Sequence[TorqueLaw], parts: Sequence[Piece], begin: FloatArray,
+) -> list[FloatArray]:  # fmt: skip
+    """States (count + 1, s) of every piece, each beginning where the one before ends."""
+    states, current, known = [], begin, {}
+    for piece in parts:
+        if piece.step not in known:
+            known[piece.step] = propagator(system, piece.step)
+        tool, part, law = known[piece.step], stretches[piece.stretch], laws[piece.stretch]
+        size = system.state_matrix.shape[0]
+        batch = max(1, CHUNK // (2 * POINTS * max(law.power.size, system.inertia.size)))
+        gain = np.empty((piece.steps, size))
+        for first in range(0, piece.steps, batch):
+            steps = np.arange(first, min(piece.steps, first + batch))
+            gain[steps] = piece_gain(piece, law, part, borders, tool.weight[-1], tool.place, steps)
+        states.append(scan(tool.transition[-1], current, gain))
+        current = states[-1][-1]
+    return states
+
+
+def run_error(
+    view: FloatArray, system: TransientSystem, parts: Sequence[Piece],
+    fine: list[FloatArray], rough: list[FloatArray], phase: float,
+) -> FloatArray:  # fmt: skip
+    """Absolute error (e,) of what `view` (e, s) reads: half steps against whole, and rounding.
+
+    `phase` in rad is what rounded crank angles turn the highest order by.
+    """
+    gap, lasting, largest = np.zeros((3, view.shape[0]))
+    steps, size = sum(piece.steps for piece in parts), 0.0
+    for piece, one, other in zip(parts, fine, rough, strict=True):
+        largest = np.maximum(largest, np.abs(one @ view.T).max(axis=0))
+        gap = np.maximum(gap, np.abs((one[::2] - other) @ view.T).max(axis=0))
+        size = max(size, float(np.sqrt((one**2).sum(axis=1).max())))
+        lasting = np.maximum(lasting, rounding_sum(view, system, piece.step, steps))
+    error: FloatArray = gap / GAIN_OF_HALVING + UNIT_ROUNDOFF * size * lasting + phase * largest
+    return error
+
+
+def rounding_sum(view: FloatArray, system: TransientSystem, step: float, steps: int) -> FloatArray:
+    """What unit errors of the state in all steps add up to in the views (e,), in roundings.
+
+    sum_k |view E^k| over the steps, taken at k = 0, 1, 2, 4, ...: damped parts forget. The
+    transition itself is off by its squarings, as many roundings as |A h| is large.
+    """
+    power = short_step(system, step)[0]
+    each = ROUNDINGS + float(np.linalg.norm(system.state_matrix * step, 1))
+    total, reach = np.linalg.norm(view, axis=1), 1
+    while reach < steps:
+        count = min(reach, steps - reach)
+        total = total + count * np.linalg.norm(view @ power, axis=1)
+        power, reach = power @ power, 2 * reach
+    summed: FloatArray = each * total
+    return summed

@@ -1,0 +1,330 @@
+"""What a section sees along a run: envelope, true maxima, time history, waterfall."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.typing import ComplexArray, FloatArray, IntArray
+from vibecalc.torsion.transient.march import Propagator, TransientRun, inside, propagator
+from vibecalc.torsion.transient.motion import speed_at, turned_after
+
+# ----------------------------------------------------------------------------
+# Envelope and true maxima of section torques or twists along a run.
+#
+# Every step is looked into at several points; in each window of time the steps with the highest
+# (and lowest) summits among them are looked into again with finer ones, and a polynomial through
+# five of these gives the extreme value. States inside a step are as exact as those at its ends.
+# ----------------------------------------------------------------------------
+
+#: points in a step: bounds of the first look, and of the second per point of the first
+FEWEST_POINTS, MOST_POINTS, SECOND_LOOK = 6, 36, 8
+
+#: steps of a window that are looked into a second time
+CANDIDATES = 3
+
+#: radians of the fastest mode between two points of the first look
+LOOK_STEP = 1.0 / 3.0
+
+#: states held at once
+CHUNK = 2_000_000
+
+
+class Envelope(NamedTuple):
+    """v windows of time, e sections: `low`, `high` (v, e) in N m (or rad) with `error` (v, e).
+
+    `time` (v + 1,) are the borders in s, `time_low`, `time_high` (v, e) where the extremes lie,
+    `speed` (v,) in rad/s the crank's in the middle of each window.
+    """
+
+    time: FloatArray
+    speed: FloatArray
+    low: FloatArray
+    high: FloatArray
+    error: FloatArray
+    time_low: FloatArray
+    time_high: FloatArray
+
+
+def points_in(run: TransientRun, piece: int) -> int:
+    """How many points of a step of that piece the first look takes."""
+    wanted = run.system.fastest * run.pieces[piece].step / LOOK_STEP
+    return int(np.clip(np.ceil(wanted), FEWEST_POINTS, MOST_POINTS))
+
+
+def look(
+    run: TransientRun, piece: int, tool: Propagator, steps: IntArray, view: FloatArray
+) -> FloatArray:
+    """Values (steps, parts + 1, e) at the start and the parts of steps of a piece.
+
+    `tool` is the propagator of that piece's step to its parts, with the same `view` (e, s).
+    """
+    data, size, parts = run.pieces[piece], view.shape[1], tool.transition.shape[0]
+    part, law = run.stretches[data.stretch], run.laws[data.stretch]
+    values = np.empty((steps.size, parts + 1, view.shape[0]))
+    batch = max(1, CHUNK // (parts * size + 10 * 2 * law.power.size))
+    for first in range(0, steps.size, batch):
+        some = steps[first : first + batch]
+        begin = run.states[piece][some]
+        values[first : first + batch, 0] = begin @ view.T
+        values[first : first + batch, 1:] = inside(data, law, part, run.borders, tool, begin, some)
+    return values
+
+
+def envelope(run: TransientRun, windows: int = 200, of: str = "torque") -> Envelope:
+    """Envelope of section torques (or of="twist") over equal windows of time.
+
+    A step belongs to the window in which it begins; a window in which none begins takes over the
+    value of the one before.
+    """
+    view = run.system.torque if of == "torque" else run.system.twist
+    base = run.torque_error if of == "torque" else run.twist_error
+    borders = np.linspace(0.0, run.borders.time[-1], windows + 1)
+    e = view.shape[0]
+    best = {sign: np.full((windows, e), -np.inf) for sign in (1, -1)}
+    when = {sign: np.zeros((windows, e)) for sign in (1, -1)}
+    doubt = np.zeros((windows, e))
+    for number, piece in enumerate(run.pieces):
+        parts = points_in(run, number)
+        steps = np.arange(piece.steps)
+        rough_tool, fine_tool = (
+            propagator(run.system, piece.step, count, view)
+            for count in (parts, parts * SECOND_LOOK)
+        )
+        first = look(run, number, rough_tool, steps, view)
+        since = run.borders.time[piece.stretch] + piece.offset
+        start = since + piece.step * steps
+        window = np.clip(np.searchsorted(borders, start, side="right") - 1, 0, windows - 1)
+        cuts = np.concatenate([[0], np.flatnonzero(np.diff(window)) + 1])
+        ends = np.concatenate([cuts[1:], [piece.steps]])
+        rows = window[cuts]
+        for sign in (1, -1):
+            rough = summit(sign * first)[0]
+            chosen, rival = candidates(rough, cuts, ends)
+            unique, place = np.unique(chosen, return_inverse=True)
+            place, section = place.reshape(chosen.shape), np.arange(e)
+            value, share, error = summit(sign * look(run, number, fine_tool, unique, view))
+            fine = value[place, section]
+            # a step left out may rise above its first look as much as one that was looked into
+            rise = np.abs(fine - np.take_along_axis(rough[:, None], chosen, axis=0)).max(axis=1)
+            winner = fine.argmax(axis=1)[:, None]
+            new = np.take_along_axis(fine, winner, axis=1)[:, 0]
+            step = np.take_along_axis(chosen, winner, axis=1)[:, 0]
+            at = np.take_along_axis(place, winner, axis=1)[:, 0]
+            better = new > best[sign][rows]
+            moment = start[step] + piece.step * share[at, section]
+            when[sign][rows] = np.where(better, moment, when[sign][rows])
+            best[sign][rows] = np.maximum(best[sign][rows], new)
+            own = error[at, section] + np.maximum(rival + rise - new, 0.0)
+            doubt[rows] = np.maximum(doubt[rows], own)
+    for sign in (1, -1):
+        fill_empty(best[sign], when[sign])
+    middle = 0.5 * (borders[:-1] + borders[1:])
+    speed = speed_at(run.stretches, run.borders, middle)
+    return Envelope(borders, speed, -best[-1], best[1], doubt + base, when[-1], when[1])
+
+
+def summit(values: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Largest value (r, e) of samples (r, points, e), its place as a share, and its error.
+
+    The summit of the polynomial of fourth degree through five points about the largest sample,
+    found by Newton steps from that of the parabola through three. The error is a quarter of what
+    the two differ by, with a share of the fourth difference in case that they meet by chance.
+    """
+    last = values.shape[1] - 1
+    index = values.argmax(axis=1)
+
+    def at(place: IntArray) -> FloatArray:
+        return np.take_along_axis(values, place[:, None], axis=1)[:, 0]
+
+    sample, near = at(index), np.clip(index, 1, last - 1)
+    left, middle, right = at(near - 1), at(near), at(near + 1)
+    bend = 2.0 * middle - left - right
+    safe = np.where(bend > 0.0, bend, 1.0)
+    move = np.where(bend > 0.0, np.clip(0.5 * (right - left) / safe, -1.0, 1.0), 0.0)
+    parabola = middle + 0.5 * move * (right - left) - 0.5 * move**2 * bend
+
+    centre = np.clip(index, 2, last - 2)
+    odd, odd_far = at(centre + 1) - at(centre - 1), at(centre + 2) - at(centre - 2)
+    even, even_far = at(centre + 1) + at(centre - 1), at(centre + 2) + at(centre - 2)
+    own = at(centre)
+    fourth = even_far - 4.0 * even + 6.0 * own
+    c1, c2 = (8.0 * odd - odd_far) / 12.0, (16.0 * even - even_far - 30.0 * own) / 24.0
+    c3, c4 = (odd_far - 2.0 * odd) / 12.0, fourth / 24.0
+    u = near + move - centre
+    for _ in range(3):
+        slope = c1 + u * (2.0 * c2 + u * (3.0 * c3 + u * 4.0 * c4))
+        curve = 2.0 * c2 + u * (6.0 * c3 + u * 12.0 * c4)
+        down = curve < 0.0
+        u = np.clip(u - np.where(down, slope / np.where(down, curve, 1.0), 0.0), -2.0, 2.0)
+    value = own + u * (c1 + u * (c2 + u * (c3 + u * c4)))
+    share = np.where(value > sample, centre + u, index) / last
+    value = np.maximum(value, sample)
+    error = np.abs(value - np.maximum(parabola, sample)) / 4.0 + np.abs(fourth) / 64.0
+    return value, share, error
+
+
+def candidates(rough: FloatArray, cuts: IntArray, ends: IntArray) -> tuple[IntArray, FloatArray]:
+    """The most promising steps of each window (windows, c, e) and the best of the others.
+
+    `rough` (count, e) are the summits of the first look; `cuts` and `ends` bound the windows. A
+    window of few steps has some of them twice, and no other (minus infinity).
+    """
+    chosen = np.empty((cuts.size, CANDIDATES, rough.shape[1]), dtype=np.int64)
+    rival = np.full((cuts.size, rough.shape[1]), -np.inf)
+    for row, (a, b) in enumerate(zip(cuts, ends, strict=True)):
+        if b - a <= CANDIDATES:
+            chosen[row] = np.minimum(a + np.arange(CANDIDATES), b - 1)[:, None]
+            continue
+        ranked = np.argpartition(-rough[a:b], (CANDIDATES - 1, CANDIDATES), axis=0)
+        chosen[row] = a + ranked[:CANDIDATES]
+        rival[row] = np.take_along_axis(rough[a:b], ranked[CANDIDATES][None], axis=0)[0]
+    return chosen, rival
+
+
+def fill_empty(best: FloatArray, when: FloatArray) -> None:
+    """Windows in which no step begins take the values of the one before, in place."""
+    for row in range(1, best.shape[0]):
+        if np.isneginf(best[row]).any():
+            best[row], when[row] = best[row - 1], when[row - 1]
+
+
+# ----------------------------------------------------------------------------
+# Orders and frequencies of a section's torque in a window that slides along a run.
+# ----------------------------------------------------------------------------
+
+
+class TimeCourse(NamedTuple):
+    """Values (k, e) at times (k,) in s, with the crank's angle in rad and speed in rad/s (k,)."""
+
+    time: FloatArray
+    angle: FloatArray
+    speed: FloatArray
+    value: FloatArray
+
+
+class Waterfall(NamedTuple):
+    """`amplitude` (v, m) complex 0-to-peak at `time`, `speed` (v,) for `rate` (m,).
+
+    A rate is an order, or a frequency in rad/s. `error` (v, m) is what samples twice as far apart
+    change: the sums stand for integrals. The error of the samples themselves is not in it.
+    """
+
+    time: FloatArray
+    speed: FloatArray
+    rate: FloatArray
+    amplitude: ComplexArray
+    error: FloatArray
+
+
+def time_course(
+    run: TransientRun, start: float, end: float, of: str = "torque", finer: int = 1,
+    known: dict[tuple[float, int], Propagator] | None = None,
+) -> TimeCourse:  # fmt: skip
+    """Section torques in N m (of="twist": twists in rad) at all times of the first look.
+
+    `finer` times as many where that is more than one. `known` keeps the propagators for the next
+    call with the same run and `of`.
+    """
+    view = run.system.torque if of == "torque" else run.system.twist
+    times, values, angles = [], [], []
+    for number, piece in enumerate(run.pieces):
+        since = float(run.borders.time[piece.stretch]) + piece.offset
+        first = int(np.clip(np.floor((start - since) / piece.step), 0, piece.steps))
+        last = int(np.clip(np.ceil((end - since) / piece.step), 0, piece.steps))
+        if last <= first:
+            continue
+        parts = points_in(run, number) * finer
+        if known is None:
+            known = {}
+        if (piece.step, parts) not in known:
+            known[piece.step, parts] = propagator(run.system, piece.step, parts, view)
+        tool = known[piece.step, parts]
+        inner = look(run, number, tool, np.arange(first, last), view)[:, :-1]
+        passed = piece.step * (np.arange(first * parts, last * parts) / parts)
+        own = piece.offset + passed
+        begin = float(run.borders.angle[piece.stretch]), float(run.borders.speed[piece.stretch])
+        times.append(since + passed)
+        angles.append(begin[0] + turned_after(run.stretches[piece.stretch], begin[1], own))
+        values.append(inner.reshape(-1, inner.shape[2]))
+    if not times:
+        raise NumericalFailure(f"no part of the run lies between {start:.6g} and {end:.6g} s")
+    if end >= run.borders.time[-1]:
+        times.append(run.borders.time[-1:])
+        angles.append(run.borders.angle[-1:].astype(float))
+        values.append((run.states[-1][-1] @ view.T)[None])
+    time = np.concatenate(times)
+    kept = (time >= start) & (time <= end)
+    speed = speed_at(run.stretches, run.borders, time)
+    return TimeCourse(
+        time[kept], np.concatenate(angles)[kept], speed[kept], np.concatenate(values)[kept]
+    )
+
+
+def order_waterfall(
+    found: TimeCourse, section: int, order: FloatArray, centre: FloatArray, turns: float
+) -> Waterfall:
+    """Complex amplitudes of orders (m,) in Hann windows of `turns` turns about times `centre` (v,).
+
+    An amplitude A stands for Re(A exp(i q theta)). An order further than 2 / turns from q adds
+    little to it.
+    """
+    place = angle_between(found, np.asarray(centre, dtype=float))
+    return slide(found, section, order, centre, found.angle, place, 2.0 * np.pi * turns)
+
+
+def angle_between(found: TimeCourse, time: FloatArray) -> FloatArray:
+    """Crank angles (v,) between the samples, from angles and speeds: exact where jerk is even."""
+    first = np.clip(np.searchsorted(found.time, time, side="right") - 1, 0, found.time.size - 2)
+    width = found.time[first + 1] - found.time[first]
+    u = (time - found.time[first]) / width
+    low, high = (width * found.speed[first + side] for side in (0, 1))
+    turned = found.angle[first + 1] - found.angle[first]
+    way = u * (low + u * (3.0 * turned - 2.0 * low - high + u * (low + high - 2.0 * turned)))
+    angle: FloatArray = found.angle[first] + way
+    return angle
+
+
+def frequency_waterfall(
+    found: TimeCourse, section: int, frequency: FloatArray, centre: FloatArray, width: float
+) -> Waterfall:
+    """The same for frequencies (m,) in rad/s in windows of `width` s; phases at time zero."""
+    at = np.asarray(centre, dtype=float)
+    return slide(found, section, frequency, at, found.time, at, width)
+
+
+def slide(
+    found: TimeCourse, section: int, rate: FloatArray, centre: FloatArray,
+    axis: FloatArray, place: FloatArray, width: float,
+) -> Waterfall:  # fmt: skip
+    """Windows of `width` about `place` (v,) on an axis (k,), either angle or time."""
+    rate, centre = np.asarray(rate, dtype=float), np.asarray(centre, dtype=float)
+    out = np.zeros((2, centre.size, rate.size), dtype=complex)
+    value = found.value[:, section]
+    for row, middle in enumerate(place):
+        inside = np.flatnonzero(np.abs(axis - middle) < 0.5 * width)
+        if inside.size < 16:
+            raise NumericalFailure("a window of the waterfall holds fewer than 16 points")
+        # one more on each side, where the window is zero, for the spacing at its ends
+        some = slice(max(int(inside[0]) - 2, 0), int(inside[-1]) + 3)
+        for which, every in enumerate((1, 2)):
+            out[which, row] = _window(
+                axis[some][::every], value[some][::every], rate, middle, width
+            )
+    speed = np.interp(centre, found.time, found.speed)
+    return Waterfall(centre, speed, rate, out[0], np.abs(out[0] - out[1]))
+
+
+def _window(
+    axis: FloatArray, value: FloatArray, rate: FloatArray, middle: float, width: float
+) -> ComplexArray:
+    """Amplitudes (m,) of samples in one Hann window. Raises NumericalFailure if it is not full."""
+    inside = np.abs(axis - middle) < 0.5 * width
+    x = axis[inside]
+    weight = np.gradient(axis)[inside] * (1.0 + np.cos(2.0 * np.pi * (x - middle) / width))
+    if abs(weight.sum() - width) > 0.05 * width:
+        raise NumericalFailure("a window of the waterfall reaches beyond the course")
+    signal = weight * value[inside] / weight.sum()
+    turned = np.exp(-1j * rate[:, None] * x)
+    amplitude: ComplexArray = np.where(rate == 0.0, 1.0, 2.0) * (turned @ signal)
+    return amplitude

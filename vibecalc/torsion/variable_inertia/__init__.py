@@ -1,0 +1,1 @@
+"""A shaft line whose inertias change over the revolution."""

@@ -1,0 +1,388 @@
+"""Equations of a line whose inertias change with the crank angle: exact, harmonic balance."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.rounding import EPSILON
+from vibecalc.numerics.typing import ComplexArray, FloatArray, IntArray
+from vibecalc.torsion.line import Line, damping_matrix, network_matrix, stiffness_matrix
+
+# ----------------------------------------------------------------------------
+# A shaft line whose inertias change with the crank angle: its data and what they are at an angle.
+#
+# The pistons of a cylinder add m (ds/dtheta)^2 to the inertia of their throw, rods likewise. With
+# theta_i = w t + phi_i the Lagrangian 1/2 sum J_i(theta_i) theta_i'^2 - V gives exactly
+#
+#     J_i(theta_i) phi_i'' + 1/2 J_i'(theta_i) (w + phi_i')^2 + (C phi' + K phi)_i = T_i,
+#
+# a dash at J being the derivative by theta.
+#
+# Source: Pasricha and Carnegie (1976), Effects of variable inertia on the damped torsional
+# vibrations of diesel engine systems, Journal of Sound and Vibration 46.
+# ----------------------------------------------------------------------------
+
+_SAMPLES = 16
+
+
+class VariableLine(NamedTuple):
+    """A line, its inertias' variation, who takes up the mean torque, and the length of a cycle.
+
+    `line.inertia` (n,) is the mean over a turn. `variation` (n, H) complex in kg m^2 holds the
+    orders 1 .. H: J_i(theta) = J_i + Re sum_h variation_ih exp(i h theta). `load` (n,) is the share
+    of every freedom in the mean torque taken up by what is driven, which is whatever keeps the
+    speed; it counts on pieces without ground stiffness only. `turns` is 2 for a four-stroke cycle
+    (orders k / 2) and 1 for a two-stroke one.
+    """
+
+    line: Line
+    variation: ComplexArray
+    load: FloatArray
+    turns: int
+
+
+class Inertia(NamedTuple):
+    """Inertias and their first two derivatives by the angle, (..., n) in kg m^2."""
+
+    value: FloatArray
+    slope: FloatArray
+    curvature: FloatArray
+
+
+def variable_line(
+    line: Line, variation: ArrayLike, *, turns: int = 2, load: ArrayLike | None = None
+) -> VariableLine:
+    """A line with variation (n, H); without `load` each freedom takes a share like its inertia.
+
+    Raises
+    ------
+    NumericalFailure
+        An inertia does not stay positive over the turn though it varies.
+    """
+    change = np.asarray(variation, dtype=np.complex128)
+    share = line.inertia if load is None else np.asarray(load, dtype=np.float64)
+    system = VariableLine(line, change, np.asarray(share, dtype=np.float64), turns)
+    highest = max(change.shape[-1], 1)
+    angle = np.arange(_SAMPLES * highest) * (2.0 * np.pi / (_SAMPLES * highest))
+    least = inertia_at(system, angle[:, None]).value.min(axis=0)
+    wrong = (least <= 0.0) & change.any(axis=-1)
+    if wrong.any():
+        station = int(np.argmax(wrong))
+        raise NumericalFailure(
+            f"variable inertia: freedom {station + 1} falls to {least[station]:.4g} kg m^2 over "
+            f"the turn, with a mean of {line.inertia[station]:.4g} kg m^2; a mean holds half of "
+            "the reciprocating parts' inertia at least"
+        )
+    return system
+
+
+def inertia_variation(inertia_torque: ArrayLike) -> ComplexArray:
+    """Variation (..., H) in kg m^2 from the inertia torque's harmonics of the orders 1 .. H.
+
+    At constant speed the torque is -1/2 w^2 dJ/dtheta, whence J_h = 2 i T_h / h with T_h complex,
+    0-to-peak, in N m per (rad/s)^2: sums over the cylinders of a station, rods included, pass on.
+    """
+    torque = np.asarray(inertia_torque, dtype=np.complex128)
+    return np.asarray(2.0j * torque / np.arange(1, torque.shape[-1] + 1))
+
+
+def inertia_at(system: VariableLine, angle: FloatArray) -> Inertia:
+    """Inertias at the crank angles (..., n) of the freedoms, rad."""
+    highest = system.variation.shape[-1]
+    order = np.arange(1, highest + 1)
+    turned = np.exp(1j * np.asarray(angle)[..., None] * order) * system.variation
+    value = system.line.inertia + turned.real.sum(axis=-1)
+    slope = -(order * turned.imag).sum(axis=-1)
+    curvature = -(order**2 * turned.real).sum(axis=-1)
+    return Inertia(value, slope, curvature)
+
+
+def free_pieces(line: Line) -> FloatArray:
+    """Rows (r, n) of ones and zeros: the freedoms of each piece that no ground stiffness holds."""
+    n = line.inertia.shape[-1]
+    piece = np.arange(n)
+    for a, b, k in zip(line.first, line.second, line.stiffness, strict=True):
+        if k != 0.0:
+            piece[piece == piece[b]] = piece[a]
+    rows = [(piece == one).astype(np.float64) for one in np.unique(piece)]
+    free = [row for row in rows if not np.any(row * line.ground_stiffness)]
+    return np.array(free).reshape(-1, n)
+
+
+# ----------------------------------------------------------------------------
+# The exact motion of a line with variable inertias: its terms, its linearisation, its energy.
+#
+# Linearised about a motion phi(t), small deviations d obey
+#
+#     (J d')' + C d' + (K + S) d = 0,   S = J' phi'' + 1/2 J'' (w + phi')^2 - dT/dtheta,
+#
+# with J at theta = w t + phi; about uniform turning (phi = 0) S is 1/2 w^2 J'' - dT/dtheta, and
+# what is missing there, T - 1/2 w^2 J', is gas and inertia torque as usual.
+# ----------------------------------------------------------------------------
+
+
+class Terms(NamedTuple):
+    """At crank angles (S,): what multiplies d'', d' and d, and the torque left over, each (S, n).
+
+    `gap` is T - J phi'' - 1/2 J' (w + phi')^2, without the terms of shafts and dampers.
+    """
+
+    inertia: FloatArray
+    inertia_rate: FloatArray
+    stiffness: FloatArray
+    gap: FloatArray
+
+
+class Course(NamedTuple):
+    """Twist of every freedom against uniform turning (S, n), its rate and acceleration."""
+
+    angle: FloatArray
+    rate: FloatArray
+    acceleration: FloatArray
+
+
+def course(harmonics: ComplexArray, turns: int, speed: float, crank_angle: FloatArray) -> Course:
+    """Values at w t = crank_angle (S,) of harmonics (N + 1, n), orders k / turns, 0-to-peak."""
+    order = np.arange(len(harmonics)) / turns
+    phase = np.exp(1j * np.asarray(crank_angle)[:, None] * order)
+    turn = (1j * speed * order)[:, None]
+    parts = (harmonics, turn * harmonics, turn**2 * harmonics)
+    return Course(*((phase @ part).real for part in parts))
+
+
+def terms(
+    system: VariableLine,
+    speed: float,
+    crank_angle: FloatArray,
+    angle: ComplexArray,
+    torque: ComplexArray,
+    *,
+    follows: bool,
+) -> Terms:
+    """Terms about the motion `angle` (N + 1, n) at w t = crank_angle (S,).
+
+    `torque` (T, n) holds the gas torque's orders k / turns, 0-to-peak (order 0 its real part); with
+    `follows` it is a function of each throw's own angle, else of w t alone.
+    """
+    motion = course(angle, system.turns, speed, crank_angle)
+    place = np.asarray(crank_angle)[:, None] + motion.angle
+    inertia = inertia_at(system, place)
+    order = np.arange(len(torque))[:, None] / system.turns
+    at = place if follows else np.broadcast_to(np.asarray(crank_angle)[:, None], place.shape)
+    turned = np.exp(1j * at[:, None, :] * order) * torque
+    slope = -(order * turned.imag).sum(axis=1) if follows else 0.0
+    turning = speed + motion.rate
+    gap = turned.real.sum(axis=1)
+    gap = gap - inertia.value * motion.acceleration - 0.5 * inertia.slope * turning**2
+    stiffness = inertia.slope * motion.acceleration + 0.5 * inertia.curvature * turning**2 - slope
+    return Terms(inertia.value, inertia.slope * turning, stiffness, gap)
+
+
+def acceleration(
+    system: VariableLine,
+    speed: float,
+    crank_angle: float,
+    angle: FloatArray,
+    rate: FloatArray,
+    torque: FloatArray,
+) -> FloatArray:
+    """phi'' (..., n) of the exact equations for phi and phi' (..., n) and torques (..., n), N m.
+
+    Shafts act through their stiffness and damping; loss factors have no form in time.
+    """
+    inertia = inertia_at(system, crank_angle + angle)
+    shafts = angle @ stiffness_matrix(system.line) + rate @ damping_matrix(system.line)
+    return np.asarray((torque - shafts - 0.5 * inertia.slope * (speed + rate) ** 2) / inertia.value)
+
+
+def energy(
+    system: VariableLine, speed: float, crank_angle: float, angle: FloatArray, rate: FloatArray
+) -> FloatArray:
+    """Kinetic energy of the turning line and potential energy of its shafts (...,), J."""
+    inertia = inertia_at(system, crank_angle + angle).value
+    kinetic = 0.5 * (inertia * (speed + rate) ** 2).sum(axis=-1)
+    stored = 0.5 * (angle * (angle @ stiffness_matrix(system.line))).sum(axis=-1)
+    return np.asarray(kinetic + stored)
+
+
+# ----------------------------------------------------------------------------
+# Harmonic balance of small deviations with periodic coefficients: all orders in one system.
+#
+# With d = sum_p d_p exp(i p w t) over orders p = k / turns of both signs, row p of the system is
+#
+#     (K_p + i p w C) d_p + sum_q [-(q w)^2 a_{p-q} + i q w b_{p-q} + s_{p-q}] d_q = gap_p,
+#
+# a, b and s the harmonics of inertia, its rate and the stiffness (variable_inertia_motion). About
+# uniform turning the bracket is -w^2 (p^2 + q^2) / 2 J_{p-q}, symmetric in the two orders. A piece
+# without ground stiffness has its mean angle at zero (that sets the origin of the time) and a
+# steady torque of the load as the unknown instead.
+# ----------------------------------------------------------------------------
+
+_PATTERNS = 4
+_SAFETY = 4.0
+
+
+class Blocks(NamedTuple):
+    """Steps k (P,) of both signs, matrix (P, m, P, m), right side (P, m), border (m, r) twice.
+
+    `size` (P, m, m) is how large the terms are that the diagonal blocks were formed of.
+    """
+
+    step: IntArray
+    matrix: ComplexArray
+    gap: ComplexArray
+    load: FloatArray
+    origin: FloatArray
+    size: FloatArray
+
+
+class Solved(NamedTuple):
+    """Inner d (Q, m); round-off and truncation (Q, m), absolute; orders just beyond (P - Q, m)."""
+
+    value: ComplexArray
+    rounding: FloatArray
+    truncation: FloatArray
+    beyond: ComplexArray
+
+
+def two_sided(samples: FloatArray, highest: int) -> ComplexArray:
+    """Harmonics (2 highest + 1, n), -highest first, of samples (S, n) over one cycle."""
+    spectrum = np.fft.fft(samples, axis=0) / len(samples)
+    return np.asarray(spectrum[np.arange(-highest, highest + 1)])
+
+
+def two_sided_angle(angle: ComplexArray, highest: int) -> ComplexArray:
+    """The same from one-sided 0-to-peak harmonics (N + 1, n)."""
+    both = np.zeros((2 * highest + 1, angle.shape[1]), dtype=np.complex128)
+    count = len(angle)
+    both[highest : highest + count] = 0.5 * angle
+    both[highest - count + 1 : highest + 1][::-1] += 0.5 * angle.conj()
+    return both
+
+
+def shaft_matrices(system: VariableLine, speed: float, step: IntArray) -> ComplexArray:
+    """K (1 + i loss factor sign p) + i p w C (P, n, n) at the orders p = step / turns."""
+    line = system.line
+    loss = line.stiffness * (1.0 + 1j * np.sign(step)[:, None] * line.loss_factor)
+    elastic = network_matrix(line, loss, line.ground_stiffness.astype(np.complex128))
+    frequency = (1j * speed / system.turns) * step[:, None, None]
+    return np.asarray(elastic + frequency * damping_matrix(line))
+
+
+def station_values(
+    system: VariableLine, speed: float, parts: Terms, step: IntArray
+) -> ComplexArray:
+    """The bracket (P, P, n) of the rows and columns `step`, from samples over the cycle."""
+    span = int(step[-1] - step[0])
+    inertia, rate, stiffness = (two_sided(part, span) for part in parts[:3])
+    apart = step[:, None] - step + span
+    turn = (1j * speed / system.turns * step)[:, None]
+    return np.asarray(turn**2 * inertia[apart] + turn * rate[apart] + stiffness[apart])
+
+
+def blocks(
+    system: VariableLine,
+    speed: float,
+    parts: Terms,
+    angle: ComplexArray,
+    step: IntArray,
+    basis: FloatArray,
+) -> Blocks:
+    """The system of the steps (P,), rising and of both signs, in the shapes `basis` (m, n).
+
+    Steps left out must not be coupled with those taken.
+    """
+    highest = max(int(np.abs(step).max()), len(angle) - 1)
+    shafts = shaft_matrices(system, speed, step)
+    about = two_sided_angle(angle, highest)[step + highest]
+    gap = two_sided(parts.gap, highest)[step + highest] - (shafts @ about[..., None])[..., 0]
+    pairs = (basis[:, None] * basis).reshape(-1, basis.shape[1])
+    values = station_values(system, speed, parts, step) @ pairs.T
+    count = len(basis)
+    matrix = values.reshape(*values.shape[:2], count, count).transpose(0, 2, 1, 3)
+    place = np.arange(len(step))
+    matrix = np.ascontiguousarray(matrix)
+    matrix[place, :, place, :] += basis @ shafts @ basis.T
+    free = free_pieces(system.line)[: len(basis[0]) if np.any(step == 0) else 0]
+    load, origin = (basis @ (free * part).T for part in (system.load, system.line.inertia))
+    inertial = (speed / system.turns * step)[:, None] ** 2 * np.abs(parts.inertia).max(axis=0)
+    large, wide = np.abs(shafts), np.abs(basis)
+    index = np.arange(basis.shape[1])
+    large[:, index, index] += inertial
+    return Blocks(step, matrix, gap @ basis.T, load, origin, wide @ large @ wide.T)
+
+
+def solve(found: Blocks, highest: int, size: FloatArray) -> Solved | None:
+    """Orders to `highest` (steps), what rounding does to them, and what the orders beyond do.
+
+    Orders beyond are driven by those inside and act back on them once: three times that is the
+    estimate of the truncation. `size` (Q, m) says how large the terms of the right side are.
+    None if the matrix is singular to working precision.
+    """
+    inside = np.abs(found.step) <= highest
+    matrix, count = _bordered(found, inside)
+    inner, outer = found.matrix[inside], found.matrix[~inside]
+    solver = _factored(matrix)
+    if solver is None:
+        return None
+
+    def answer(right: ComplexArray) -> ComplexArray:
+        padded = np.zeros((len(matrix), right.shape[1]), dtype=np.complex128)
+        padded[:count] = right
+        found_ = solver(padded)
+        return np.asarray(found_ + solver(padded - matrix @ found_))
+
+    shape = (int(inside.sum()), found.gap.shape[1])
+    value = answer(found.gap[inside].reshape(-1, 1))[:, 0]
+    own_size = found.size[inside] @ np.abs(value[:count]).reshape(*shape, 1)
+    size = size + own_size[..., 0]
+    term = EPSILON * (
+        np.abs(matrix) @ np.abs(value) + np.append(size, np.zeros(len(value) - count))
+    )
+    index = np.arange(1, count + 1)[:, None]
+    signs = np.where(np.sin(index * np.sqrt([2.0, 3.0, 5.0, 7.0][:_PATTERNS])) > 0.0, 1.0, -1.0)
+    spread = answer((signs * term[:count, None]).astype(np.complex128))[:count]
+    rounding = _SAFETY * np.sqrt((np.abs(spread) ** 2).sum(axis=1)).reshape(shape)
+    value = value[:count]
+    if not outer.size:
+        return Solved(value.reshape(shape), rounding, np.zeros(shape), found.gap[:0])
+    driven = found.gap[~inside].reshape(-1) - outer[:, :, inside].reshape(-1, count) @ value
+    own = outer[:, :, ~inside].reshape(len(driven), -1)
+    beyond = np.asarray(np.linalg.solve(own, driven), dtype=np.complex128)
+    back = inner[:, :, ~inside].reshape(count, -1) @ beyond
+    truncation = 3.0 * np.abs(answer(back[:, None])[:count, 0])
+    return Solved(
+        value.reshape(shape), rounding, truncation.reshape(shape), beyond.reshape(-1, shape[1])
+    )
+
+
+def _bordered(found: Blocks, inside: np.ndarray) -> tuple[ComplexArray, int]:
+    """Inner matrix with the load's torque and the origin of the time at order 0."""
+    inner = found.matrix[inside][:, :, inside]
+    count = inner.shape[0] * inner.shape[1]
+    pieces = found.load.shape[1]
+    matrix = np.zeros((count + pieces, count + pieces), dtype=np.complex128)
+    matrix[:count, :count] = inner.reshape(count, count)
+    if pieces:
+        start = int(np.flatnonzero(found.step[inside] == 0)[0]) * inner.shape[1]
+        place = slice(start, start + inner.shape[1])
+        scale = np.abs(matrix).max()
+        matrix[place, count:] = -scale * found.load / np.abs(found.load).max(axis=0)
+        matrix[count:, place] = scale * (found.origin / np.abs(found.origin).max(axis=0)).T
+    return matrix, count
+
+
+def _factored(matrix: ComplexArray):  # type: ignore[no-untyped-def]
+    """A solver by LU with pivoting, or None if a pivot is zero."""
+    from scipy.linalg.lapack import zgetrf, zgetrs
+
+    factor, pivot, wrong = zgetrf(matrix)
+    if wrong:
+        return None
+
+    def solver(right: ComplexArray) -> ComplexArray:
+        return np.asarray(zgetrs(factor, pivot, right)[0])
+
+    return solver

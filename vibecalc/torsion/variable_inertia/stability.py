@@ -1,0 +1,356 @@
+"""Stability of a line with variable inertias: multipliers, growth, unstable ranges of speeds."""
+
+from collections.abc import Callable
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.gauss import GaussRule, gauss_rule
+from vibecalc.numerics.rounding import EPSILON
+from vibecalc.numerics.typing import ComplexArray, FloatArray, IntArray
+from vibecalc.torsion.line import damping_matrix, stiffness_matrix
+from vibecalc.torsion.variable_inertia.motion import VariableLine, free_pieces, terms
+
+# ----------------------------------------------------------------------------
+# Stability of a line with variable inertias: multipliers over a cycle and rates of growth.
+#
+# In the canonical pair d and p = J d' the undamped equations are Hamiltonian, and Gauss collocation
+# keeps them so: multipliers of a stable undamped line stay on the unit circle to round-off, and a
+# growth that is found is not one of the method.
+#
+# Source: Yakubovich and Starzhinskii (1975), Linear differential equations with periodic
+# coefficients; Hairer, Lubich and Wanner (2006), Geometric numerical integration, section IV.2.
+# ----------------------------------------------------------------------------
+
+_POINTS = 8
+#: radians of the fastest motion in one panel
+_PANEL = 2.5
+#: panels are halved until two rules agree so closely (relative), or that often
+_CLOSE = 1e-12
+_DENSITIES = (1, 2, 4, 8)
+
+
+class Stability(NamedTuple):
+    """Multipliers over one cycle (2 m,) with absolute errors, and the fastest growth of vibration.
+
+    `common` (2 m,) is each motion's share of turning as a whole, 0 to 1: about 1 for drifts of the
+    speed, whose multipliers lie about 1. The two of each piece without ground stiffness that have
+    the largest shares are its drifts and do not count as vibration. `growth` in
+    1/s (negative: everything dies out) has the error `growth_error`; `unstable` says that it is
+    positive beyond that.
+    """
+
+    multiplier: ComplexArray
+    error: FloatArray
+    common: FloatArray
+    growth: float
+    growth_error: float
+    unstable: bool
+
+
+def stability(
+    system: VariableLine,
+    speed: float,
+    *,
+    angle: ArrayLike | None = None,
+    angle_error: ArrayLike | None = None,
+    torque: ArrayLike | None = None,
+    follows: bool = False,
+    basis: FloatArray | None = None,
+) -> Stability:
+    """Multipliers of small deviations about a motion at one speed.
+
+    Parameters
+    ----------
+    angle : complex (N + 1, n), rad
+        The motion, as from `steady_response(..., exact=True)`; None is uniform turning, right to
+        the first order of the variation: the second makes drifts of the speed seem to grow.
+    angle_error : (N + 1, n), rad
+        How far the motion may be off; what so much more at every order changes is counted twice.
+    torque : complex (T, n), N m
+        Gas torque; it matters only if it `follows` the throws' angles.
+    basis : (m, n)
+        Shapes that deviations are sought in; None keeps every freedom.
+
+    Raises
+    ------
+    NumericalFailure
+        The line has loss factors, which have no form in time, or freedoms without inertia.
+    """
+    line = system.line
+    if np.any(line.loss_factor):
+        raise NumericalFailure("stability: a loss factor has no form in time; give shaft damping")
+    if np.any(line.inertia <= 0.0) and basis is None:
+        raise NumericalFailure("stability: a freedom has no inertia; join it to its neighbour")
+    n = len(line.inertia)
+    shapes = np.eye(n) if basis is None else np.asarray(basis, dtype=np.float64)
+    motion = np.zeros((1, n)) if angle is None else np.asarray(angle)
+    force = np.zeros((1, n)) if torque is None else np.asarray(torque)
+    parts = (
+        system,
+        float(speed),
+        motion.astype(np.complex128),
+        force.astype(np.complex128),
+        follows,
+        shapes,
+    )
+    finer, plain = gauss_rule(_POINTS + 1), gauss_rule(_POINTS)
+    for density in _DENSITIES:
+        turn, panels = _turn(*parts, finer, density)
+        noise = float(np.linalg.norm(turn - _turn(*parts, plain, density)[0], 2))
+        if noise <= _CLOSE * float(np.linalg.norm(turn, 2)):
+            break
+    if angle_error is not None:
+        moved = parts[2] + np.asarray(angle_error, dtype=np.float64)
+        changed, _ = _turn(system, float(speed), moved, parts[3], follows, shapes, finer, density)
+        noise += 2.0 * float(np.linalg.norm(changed - turn, 2))
+    return _judged(system, float(speed), shapes, turn, panels, noise)
+
+
+def refuse_unstable(found: Stability, speed: float) -> None:
+    """NumericalFailure if small deviations grow: there is no steady motion at this speed."""
+    if found.unstable:
+        raise NumericalFailure(
+            f"variable inertia at {speed:.6g} rad/s: no steady motion; small vibration grows by "
+            f"{found.growth:.4g} 1/s (parametric instability). More damping or another speed"
+        )
+
+
+def _turn(
+    system: VariableLine,
+    speed: float,
+    angle: ComplexArray,
+    torque: ComplexArray,
+    follows: bool,
+    shapes: FloatArray,
+    rule: GaussRule,
+    density: int,
+) -> tuple[FloatArray, int]:
+    """Transfer over one cycle (2 m, 2 m) in scaled d and p, and the number of panels."""
+    line, period = system.line, 2.0 * np.pi * system.turns / speed
+    mean, stiffness, damping = (
+        shapes @ matrix @ shapes.T
+        for matrix in (np.diag(line.inertia), stiffness_matrix(line), damping_matrix(line))
+    )
+    pace = _pace(system, speed, mean, stiffness)
+    orders = max(system.variation.shape[1], (len(angle) + len(torque)) / system.turns)
+    panels = density * int(np.ceil(period * max(pace, orders * speed / 3.0) / _PANEL))
+    edges = np.arange(panels) / panels
+    at = (edges[:, None] + rule.nodes / panels).ravel() * (2.0 * np.pi * system.turns)
+    found = terms(system, speed, at, angle, torque, follows=follows)
+    pairs = (shapes[:, None] * shapes).reshape(-1, shapes.shape[1])
+    size, m = len(at), len(shapes)
+    inverse = np.linalg.inv((found.inertia @ pairs.T).reshape(size, m, m))
+    spring = stiffness + (found.stiffness @ pairs.T).reshape(size, m, m)
+    scale = np.sqrt(np.diagonal(mean))
+    slope = np.zeros((size, 2 * m, 2 * m))
+    slope[:, :m, m:] = scale[:, None] * inverse * scale * pace
+    slope[:, m:, :m] = -spring / (scale[:, None] * scale) / pace
+    slope[:, m:, m:] = -(damping @ inverse) * scale / scale[:, None]
+    split = slope.reshape(panels, len(rule.nodes), 2 * m, 2 * m)
+    transfer = _panel_transfers(rule, period / panels, split)
+    while len(transfer) > 1:
+        odd = transfer[-1:] if len(transfer) % 2 else transfer[:0]
+        even = transfer[: len(transfer) // 2 * 2]
+        transfer = np.concatenate([even[1::2] @ even[::2], odd])
+    return transfer[0], panels
+
+
+def _pace(system: VariableLine, speed: float, mean: FloatArray, stiffness: FloatArray) -> float:
+    """Highest natural frequency of the mean line, or the speed, rad/s."""
+    root = np.sqrt(np.diagonal(mean))
+    highest = np.linalg.eigvalsh(stiffness / (root[:, None] * root))[-1]
+    return float(np.sqrt(max(highest, speed**2)))
+
+
+def _panel_transfers(rule: GaussRule, width: float, slope: FloatArray) -> FloatArray:
+    """Transfers (P, k, k) of y' = slope y over panels, slope (P, s, k, k) at the Gauss points."""
+    panels, points, states = slope.shape[:3]
+    whole = -width * rule.integration[:, None, :, None] * slope.transpose(0, 2, 1, 3)[:, None]
+    # rows: point i and state of the equation; columns: point j and state that slope acts on
+    matrix = whole.reshape(panels, points * states, points * states)
+    matrix = matrix + np.eye(points * states)
+    start = np.tile(np.eye(states), (points, 1))
+    stages = np.linalg.solve(matrix, np.broadcast_to(start, (panels, *start.shape)))
+    stages = stages.reshape(panels, points, states, states)
+    rates = (slope @ stages) * rule.weights[:, None, None]
+    return np.asarray(np.eye(states) + width * rates.sum(axis=1))
+
+
+def _judged(
+    system: VariableLine,
+    speed: float,
+    shapes: FloatArray,
+    turn: FloatArray,
+    panels: int,
+    disturbed: float,
+) -> Stability:
+    multiplier, right = np.linalg.eig(turn)
+    noise = (4.0 * EPSILON * panels + EPSILON * len(turn)) * float(np.linalg.norm(turn, 2))
+    noise += disturbed
+    try:
+        left = np.linalg.inv(right)
+        condition = np.linalg.norm(left, axis=1) * np.linalg.norm(right, axis=0)
+    except np.linalg.LinAlgError:
+        condition = np.full(len(turn), np.inf)
+    # two that nearly coincide move by the root of what disturbs them
+    root = 2.0 * np.sqrt(noise * max(1.0, float(np.linalg.norm(turn, 2))))
+    error = np.minimum(condition * noise, root)
+    m = len(shapes)
+    line, period = system.line, 2.0 * np.pi * system.turns / speed
+    scale = np.sqrt((shapes**2 * line.inertia).sum(axis=1))
+    twist = shapes.T @ (right[:m] / scale[:, None])
+    common = np.zeros(len(turn))
+    total = (line.inertia[:, None] * np.abs(twist) ** 2).sum(axis=0)
+    for piece in free_pieces(line):
+        weight = piece * line.inertia
+        common += np.abs(weight @ twist) ** 2 / weight.sum() / np.where(total > 0.0, total, 1.0)
+    vibrates = np.ones(len(turn), dtype=bool)
+    vibrates[np.argsort(-common, kind="stable")[: 2 * len(free_pieces(line))]] = False
+    size = np.maximum(np.abs(multiplier), np.finfo(float).tiny)
+    rate = np.where(vibrates, np.log(size) / period, -np.inf)
+    worst = int(np.argmax(rate))
+    doubt = float(error[worst] / size[worst] / period)
+    order = np.argsort(-size, kind="stable")
+    return Stability(
+        multiplier[order],
+        error[order],
+        common[order],
+        float(rate[worst]),
+        doubt,
+        bool(rate[worst] > doubt),
+    )
+
+
+# ----------------------------------------------------------------------------
+# Where a line with variable inertias is unstable: to the first order and exactly.
+#
+# Order h of the inertias, modes j and k: near h w = W_j + W_k both grow together. With the modal
+# part of the order, mu = 1/2 |sum_i s_ji s_ki V_ih| / sqrt(M_j M_k), slowly varying amplitudes give
+#
+#     growth = mu (W_j^2 + W_k^2) / (4 sqrt(W_j W_k)),   |h w - W_j - W_k| < 2 growth,
+#
+# and stability at every speed once the rates of decay satisfy d_j d_k > growth^2. For one freedom
+# (j = k) this is the first wedge of Mathieu's equation.
+#
+# Source: Nayfeh and Mook (1979), Nonlinear oscillations, chapter 5 (sum resonances).
+# ----------------------------------------------------------------------------
+
+#: a line's motion at a speed (N + 1, n) and its error, as from `steady_response(..., exact=True)`
+Motion: TypeAlias = Callable[[VariableLine, float], tuple[ComplexArray, FloatArray]]
+
+_BISECTIONS = 26
+
+
+class Wedges(NamedTuple):
+    """Sum resonances (r,) by falling width: order of the inertias, modes from 0, speed in rad/s.
+
+    `growth` in 1/s without damping at the centre, `half_width` in rad/s, `damping_ratio` of both
+    modes (equal) that removes it. All to the first order: `error` (r,) in rad/s says by how much
+    speed and half width may be off where the next order counts, half the square of the largest
+    variation, an estimate.
+    """
+
+    order: IntArray
+    first: IntArray
+    second: IntArray
+    speed: FloatArray
+    growth: FloatArray
+    half_width: FloatArray
+    damping_ratio: FloatArray
+    error: FloatArray
+
+
+class Range(NamedTuple):
+    """Speeds between which vibration grows, rad/s, with errors, and the fastest growth seen."""
+
+    low: float
+    high: float
+    error: float
+    worst_speed: float
+    growth: float
+
+
+def wedges(
+    system: VariableLine, frequency: FloatArray, shape: FloatArray, modal_inertia: FloatArray
+) -> Wedges:
+    """Sum resonances of all pairs of modes (m,) above zero and all orders of the variation."""
+    mode = np.flatnonzero(frequency > 0.0)
+    root = shape[mode] / np.sqrt(modal_inertia[mode])[:, None]
+    w = frequency[mode]
+    share = 0.5 * np.abs(np.einsum("ji,ki,ih->hjk", root, root, system.variation))
+    first, second = np.triu_indices(len(mode))
+    share = share[:, first, second]
+    both = w[first] * w[second]
+    growth = share * (w[first] ** 2 + w[second] ** 2) / (4.0 * np.sqrt(both))
+    order = np.arange(1, len(share) + 1)[:, None]
+    speed = (w[first] + w[second]) / order
+    width = 2.0 * growth / order
+    ratio = growth / np.sqrt(both)
+    largest = np.max(np.abs(system.variation) / system.line.inertia[:, None], initial=0.0)
+    falling = np.argsort(-width, axis=None, kind="stable")
+
+    def row(values: np.ndarray) -> np.ndarray:
+        return np.asarray(np.broadcast_to(values, width.shape).ravel()[falling])
+
+    return Wedges(
+        row(order), row(mode[first]), row(mode[second]), row(speed), row(growth), row(width),
+        row(ratio), row(0.5 * speed * largest**2),
+    )  # fmt: skip
+
+
+def unstable_ranges(
+    system: VariableLine,
+    speed: ArrayLike,
+    *,
+    basis: FloatArray | None = None,
+    motion: Motion | None = None,
+) -> list[Range]:
+    """Ranges about uniform turning, or `motion`, with borders by bisection between speeds (S,).
+
+    The speeds must be as close as the ranges looked for; add the centres of `wedges`. The line's
+    damping counts. A range that reaches an end of the speeds ends there, with the error 0.
+    """
+    speeds = np.unique(np.asarray(speed, dtype=np.float64))
+    growth = {float(w): _growth(system, float(w), basis, motion) for w in speeds}
+    found: list[Range] = []
+    inside = np.array([growth[float(w)] > 0.0 for w in speeds])
+    starts = np.flatnonzero(inside & ~np.append(False, inside[:-1]))
+    ends = np.flatnonzero(inside & ~np.append(inside[1:], False))
+    for start, end in zip(starts, ends, strict=True):
+        low, high, error = float(speeds[start]), float(speeds[end]), 0.0
+        if start > 0:
+            low, error = _border(system, low, float(speeds[start - 1]), basis, motion)
+        if end + 1 < len(speeds):
+            high, other = _border(system, high, float(speeds[end + 1]), basis, motion)
+            error = max(error, other)
+        worst = max(speeds[start : end + 1], key=lambda w: growth[float(w)])
+        found.append(Range(low, high, error, float(worst), growth[float(worst)]))
+    return found
+
+
+def _growth(
+    system: VariableLine, speed: float, basis: FloatArray | None, motion: Motion | None
+) -> float:
+    """Growth in 1/s, zero where it is none or cannot be told from round-off."""
+    angle, error = (None, None) if motion is None else motion(system, speed)
+    found = stability(system, speed, angle=angle, angle_error=error, basis=basis)
+    return found.growth if found.unstable else 0.0
+
+
+def _border(
+    system: VariableLine,
+    inside: float,
+    outside: float,
+    basis: FloatArray | None,
+    motion: Motion | None,
+) -> tuple[float, float]:
+    for _ in range(_BISECTIONS):
+        middle = 0.5 * (inside + outside)
+        if _growth(system, middle, basis, motion) > 0.0:
+            inside = middle
+        else:
+            outside = middle
+    return 0.5 * (inside + outside), abs(outside - inside)

@@ -1,0 +1,380 @@
+"""Steady motion of a line with variable inertias: all orders at once, which of them feed which."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.rounding import EPSILON, SINGULAR
+from vibecalc.numerics.typing import ComplexArray, FloatArray
+from vibecalc.torsion.line import Line
+from vibecalc.torsion.variable_inertia.motion import (
+    Solved,
+    Terms,
+    VariableLine,
+    blocks,
+    free_pieces,
+    shaft_matrices,
+    solve,
+    station_values,
+    terms,
+    two_sided_angle,
+)
+
+# ----------------------------------------------------------------------------
+# Steady motion of a line with variable inertias: all orders at once, linear or exact.
+#
+# Linear: small vibration about uniform turning, orders coupled by the inertias (and by the slope of
+# the gas torque when it follows the throw's own angle). Exact: Newton's method on the whole
+# Lagrangian system; its first step from rest is the linear response.
+# ----------------------------------------------------------------------------
+
+MOST_ITERATIONS = 25
+_NEGLIGIBLE = 1e-15
+_STANDS = 1e-12
+#: times that what a basis leaves out is passed on between orders
+_PASSES = 4
+#: relative truncation that is refused: more orders mend it, so the error may speak up to there
+_COARSE = 1e-2
+
+
+class Steady(NamedTuple):
+    """Twist against uniform turning, 0-to-peak, phase from w t = 0, by speed, order and freedom.
+
+    `order` (N + 1,); `angle` and `error` (S, N + 1, n) in rad; `beyond` (S,) is the largest twist
+    at an order above the highest that those inside drive.
+    """
+
+    order: FloatArray
+    angle: ComplexArray
+    error: FloatArray
+    beyond: FloatArray
+
+
+def steady_response(
+    system: VariableLine,
+    speed: ArrayLike,
+    torque: ArrayLike,
+    highest_order: float,
+    *,
+    follows: bool = False,
+    exact: bool = False,
+    basis: FloatArray | None = None,
+) -> Steady:
+    """Steady motion at the speeds (S,), with the inertia torque that the variation makes.
+
+    Parameters
+    ----------
+    speed : (S,), rad/s
+    torque : complex (T, n) or (S, T, n), N m
+        Gas torque at each freedom, orders k / turns from k = 0, 0-to-peak, cylinders' phases
+        applied. No inertia torque: it comes from the variation. Means are balanced by the load.
+    highest_order
+        Orders kept; a multiple of 1 / turns.
+    follows
+        The gas torque is a function of the throw's own angle, else of w t.
+    exact
+        Solve the nonlinear equations, else those linear in the twist.
+    basis : (m, n)
+        Shapes in whose span the twist is sought, for speed; None keeps every freedom.
+
+    Returns
+    -------
+    Steady
+        The error counts round-off (sampled), three times what the orders beyond give back, the
+        last step of Newton's method, and with `basis` the twist that the residual drives outside
+        its span at constant inertia (an estimate, no bound). Linearisation is not counted.
+
+    Raises
+    ------
+    NumericalFailure
+        Singular (an undamped critical or a limit of stability), too few orders, or Newton's method
+        fails. Stability is not looked at here: see variable_inertia_stability.
+    """
+    speeds = np.atleast_1d(np.asarray(speed, dtype=np.float64))
+    forces = np.asarray(torque, dtype=np.complex128)
+    forces = np.broadcast_to(forces, (len(speeds), *forces.shape[-2:]))
+    highest = round(highest_order * system.turns)
+    rows = [
+        _one_speed(system, float(w), force, highest, follows, exact, basis)
+        for w, force in zip(speeds, forces, strict=True)
+    ]
+    angle, error, beyond = (np.array(part) for part in zip(*rows, strict=True))
+    return Steady(np.arange(highest + 1) / system.turns, angle, error, beyond)
+
+
+def constant_response(
+    system: VariableLine, speed: ArrayLike, torque: ArrayLike, highest_order: float
+) -> Steady:
+    """The same with mean inertias and the inertia torque as a load: what is usually computed."""
+    speeds = np.atleast_1d(np.asarray(speed, dtype=np.float64))
+    forces = np.asarray(torque, dtype=np.complex128)
+    change = system.variation.T
+    count = max(forces.shape[-2], system.turns * len(change) + 1)
+    whole = np.zeros((len(speeds), count, forces.shape[-1]), dtype=np.complex128)
+    whole[:, : forces.shape[-2]] = forces
+    order = np.arange(1, len(change) + 1)[:, None]
+    inertial = -0.5j * order * change * speeds[:, None, None] ** 2
+    whole[:, system.turns : system.turns * len(change) + 1 : system.turns] += inertial
+    plain = system._replace(variation=np.zeros((change.shape[1], 0), dtype=np.complex128))
+    return steady_response(plain, speeds, whole, highest_order)
+
+
+def _one_speed(
+    system: VariableLine,
+    speed: float,
+    torque: ComplexArray,
+    highest: int,
+    follows: bool,
+    exact: bool,
+    basis: FloatArray | None,
+) -> tuple[ComplexArray, FloatArray, float]:
+    n = torque.shape[-1]
+    shapes = np.eye(n) if basis is None else np.asarray(basis, dtype=np.float64)
+    reach = _reach(system, torque, follows)
+    bound = highest + max(reach, len(torque) - 1 - highest, 0)
+    samples = 1 << int(4 * bound + 2 * reach + 2 * len(torque) + 8).bit_length()
+    turn = 2.0 * np.pi * system.turns
+    crank_angle = np.linspace(0.0, turn, samples, endpoint=False)
+    angle = np.zeros((highest + 1, n), dtype=np.complex128)
+    size = np.zeros((2 * highest + 1, len(shapes)))
+    apart = system.turns if not (exact or follows) else 1
+    move = np.inf
+    for count in range(MOST_ITERATIONS):
+        parts = terms(system, speed, crank_angle, angle, torque, follows=follows)
+        if count == 0:
+            size += np.abs(shapes) @ np.abs(parts.gap).max(axis=0)
+        found = _step(system, speed, parts, angle, shapes, (highest, bound, apart), size)
+        step = _one_sided(found.value) @ shapes
+        largest = float(np.abs(angle + step).max())
+        last, move = move, float(np.abs(step).max())
+        # small steps that no longer shrink are round-off
+        ended = move <= _STANDS * largest or (move > 0.25 * last and move <= 1e-9 * largest)
+        angle = angle + step
+        if not exact or (ended and count):
+            break
+    else:
+        raise NumericalFailure(
+            f"variable inertia at {speed:.6g} rad/s: Newton's method has not settled after "
+            f"{MOST_ITERATIONS} steps (the last {move:.2g} rad); it is large or does not exist"
+        )
+    error = _trusted(found, shapes, largest, speed, system, move if exact else 0.0)
+    if basis is not None:
+        # with `exact` the residual is that of the system linearised about the last motion
+        before = np.zeros_like(angle) if not exact else angle
+        parts = terms(system, speed, crank_angle, before, torque, follows=follows)
+        error += _outside(system, speed, parts, before, angle - before)
+    return angle, error, float(np.abs(found.beyond @ shapes).max(initial=0.0) * 2.0)
+
+
+def _step(
+    system: VariableLine,
+    speed: float,
+    parts: Terms,
+    angle: ComplexArray,
+    shapes: FloatArray,
+    reach: tuple[int, int, int],
+    size: FloatArray,
+) -> Solved:
+    """Newton's step; `reach` is the highest step, that of the orders beyond, and how far apart
+    coupled steps are at least: whole and half orders have nothing to do with each other at first.
+    """
+    highest, bound, apart = reach
+    step = np.arange(-bound, bound + 1)
+    inside = np.arange(-highest, highest + 1)
+    value = np.zeros((len(inside), len(shapes)), dtype=np.complex128)
+    rounding, truncation, beyond = np.zeros(value.shape), np.zeros(value.shape), []
+    for rest in range(apart):
+        own = step[step % apart == rest]
+        place = inside % apart == rest
+        if not place.any():
+            continue
+        found = solve(blocks(system, speed, parts, angle, own, shapes), highest, size[place])
+        if found is None:
+            raise _singular(speed, system)
+        value[place], rounding[place], truncation[place] = found[:3]
+        beyond.append(found.beyond)
+    return Solved(value, rounding, truncation, np.concatenate(beyond))
+
+
+def _reach(system: VariableLine, torque: ComplexArray, follows: bool) -> int:
+    """Steps over which orders are coupled directly."""
+    large = np.abs(system.variation) > _NEGLIGIBLE * system.line.inertia[:, None]
+    used = np.flatnonzero(large.any(axis=0))
+    inertial = system.turns * (int(used[-1]) + 1) if len(used) else 0
+    return max(inertial, len(torque) - 1 if follows else 0)
+
+
+def _one_sided(value: np.ndarray) -> ComplexArray:
+    middle = len(value) // 2
+    found = value[middle:] + value[middle::-1].conj()
+    found[0] = 0.5 * found[0].real
+    return np.asarray(found)
+
+
+def _trusted(
+    found: Solved,
+    shapes: FloatArray,
+    largest: float,
+    speed: float,
+    system: VariableLine,
+    move: float,
+) -> FloatArray:
+    """Absolute error (N + 1, n), or the failure that it amounts to."""
+    middle = len(found.value) // 2
+    rounding, truncation = (
+        (part[middle:] + part[middle::-1]) @ np.abs(shapes)
+        for part in (found.rounding, found.truncation)
+    )
+    if not np.isfinite(rounding).all() or rounding.max() > SINGULAR * largest:
+        raise _singular(speed, system)
+    if truncation.max() > _COARSE * largest:
+        raise NumericalFailure(
+            f"variable inertia at {speed:.6g} rad/s: the orders above {middle / system.turns:g} "
+            f"change the twist by up to {truncation.max():.2g} of {largest:.2g} rad; take more"
+        )
+    return np.asarray(rounding + truncation + move)
+
+
+def _outside(
+    system: VariableLine, speed: float, parts: Terms, before: ComplexArray, step: ComplexArray
+) -> FloatArray:
+    """Twist (N + 1, n) that the residual of all freedoms would drive at constant inertia."""
+    highest = len(step) - 1
+    orders = np.arange(-highest, highest + 1)
+    whole = two_sided_angle(before + step, highest)
+    shafts = shaft_matrices(system, speed, orders)
+    residual = np.fft.fft(parts.gap, axis=0)[orders] / len(parts.gap)
+    residual -= (shafts @ whole[..., None])[..., 0]
+    values = station_values(system, speed, parts, orders)
+    residual -= np.einsum("pqi,qi->pi", values, two_sided_angle(step, highest))
+    own = shafts.copy()
+    index = np.arange(len(system.line.inertia))
+    frequency = speed / system.turns * orders
+    own[:, index, index] -= frequency[:, None] ** 2 * system.line.inertia
+
+    inverse = np.empty_like(own)
+    try:
+        inverse[orders != 0] = np.linalg.inv(own[orders != 0])
+    except np.linalg.LinAlgError:
+        raise _singular(speed, system) from None
+    inverse[orders == 0] = np.linalg.pinv(own[orders == 0], hermitian=True)
+    # what is missing at one order is missing in what that order feeds
+    missing = np.zeros(residual.shape)
+    for _ in range(_PASSES):
+        drive = (inverse @ residual[..., None])[..., 0]
+        missing += np.abs(drive)
+        residual = frequency[:, None] ** 2 * system.line.inertia * drive
+        residual = -residual - np.einsum("pqi,qi->pi", values, drive)
+    return np.asarray(4.0 * missing[highest:])
+
+
+def _singular(speed: float, system: VariableLine) -> NumericalFailure:
+    return NumericalFailure(
+        f"variable inertia at {speed:.6g} rad/s: no single steady motion; the speed is an undamped "
+        f"critical or a limit of stability of the line of {len(system.line.inertia)} freedoms"
+    )
+
+
+# ----------------------------------------------------------------------------
+# Which orders feed which: what a variable inertia adds to the twist of each section, by source.
+#
+# Order q of the twist makes, through the inertias' order p - q (and p + q), the torque
+#
+#     w^2 / 2 (p^2 + q^2) (J_{p-q} d_q + J_{p+q} conj d_q)
+#
+# of order p. Where p w is near a natural frequency the line answers: a secondary resonance, at an
+# order that may have no torque of its own.
+# ----------------------------------------------------------------------------
+
+
+class Feed(NamedTuple):
+    """Twist phi[first] - phi[second] by receiving order, feeding order and element, rad, 0-to-peak.
+
+    `twist` and `error` (N + 1, N + 1, e). Summed over the feeding orders it is, for the linear
+    response, exactly its twist less that at constant inertia. Round-off is estimated from the
+    condition of the line at each order.
+    """
+
+    twist: ComplexArray
+    error: FloatArray
+
+
+def section_twist(line: Line, angle: ComplexArray) -> ComplexArray:
+    """Twist (..., e) of every element from angles (..., n)."""
+    return np.asarray(angle[..., line.first] - angle[..., line.second])
+
+
+def feed(system: VariableLine, speed: float, angle: ComplexArray, angle_error: FloatArray) -> Feed:
+    """Contributions at one speed, from the linear response `angle` (N + 1, n) and its error.
+
+    Raises
+    ------
+    NumericalFailure
+        An order meets an undamped natural frequency of the mean line.
+    """
+    orders = np.arange(len(angle))
+    n = angle.shape[1]
+    drive = _coupling(system, speed, len(angle), angle)
+    slip = np.abs(
+        _coupling(system, speed, len(angle), np.abs(angle).astype(np.complex128), sizes=True)
+    )
+    doubt = np.abs(
+        _coupling(system, speed, len(angle), angle_error.astype(np.complex128), sizes=True)
+    )
+    twist = np.empty((len(orders), len(orders), len(system.line.first)), dtype=np.complex128)
+    error = np.empty(twist.shape)
+    for p in orders:
+        compliance, relative = _compliance(system, speed, int(p), n)
+        rows = section_twist(system.line, compliance.T).T
+        twist[p] = drive[p] @ rows.T
+        error[p] = (doubt[p] + (relative + 8.0 * EPSILON) * slip[p]) @ np.abs(rows).T
+        error[p] += relative * (slip[p] @ np.abs(compliance).max(axis=0))[:, None]
+    return Feed(twist, error)
+
+
+def _coupling(
+    system: VariableLine, speed: float, count: int, angle: ComplexArray, *, sizes: bool = False
+) -> ComplexArray:
+    """Torques (P, Q, n) at orders p from orders q; with `sizes` bounds from magnitudes."""
+    n = angle.shape[1]
+    half = np.zeros((2 * count, n), dtype=np.complex128)
+    given = 0.5 * (np.abs(system.variation) if sizes else system.variation).T
+    steps = system.turns * np.arange(1, len(given) + 1)
+    kept = steps < 2 * count
+    half[steps[kept]] = given[kept]
+    both = np.concatenate([half[:0:-1].conj(), half])
+    step = np.arange(count)
+    middle = 2 * count - 1
+    sum_, apart = (both[middle + step[:, None] + s * step] for s in (1, -1))
+    torque = apart * angle + sum_ * angle.conj()
+    # a mean is one harmonic of the two-sided series, every other order two
+    torque[0] *= 0.5
+    if not sizes:
+        torque[0] = torque[0].real
+    squares = step[:, None] ** 2 + step**2
+    return np.asarray(0.5 * (speed / system.turns) ** 2 * squares[..., None] * torque)
+
+
+def _compliance(
+    system: VariableLine, speed: float, step: int, n: int
+) -> tuple[ComplexArray, float]:
+    """Twist (n, n) of the mean line for torques at one order, and its relative round-off."""
+    own = shaft_matrices(system, speed, np.array([step]))[0]
+    index = np.arange(n)
+    own[index, index] -= (speed * step / system.turns) ** 2 * system.line.inertia
+    if step == 0:
+        free = free_pieces(system.line)
+        load, origin = free * system.load, free * system.line.inertia
+        scale = np.abs(own).max()
+        load, origin = (scale * (part.T / np.abs(part).max(axis=1)) for part in (load, origin))
+        corner = np.zeros((len(free), len(free)))
+        own = np.block([[own, -load], [origin.T, corner]])
+    relative = EPSILON * float(np.linalg.cond(own)) if own.size else 0.0
+    if not relative < SINGULAR:
+        raise NumericalFailure(
+            f"variable inertia at {speed:.6g} rad/s: order {step / system.turns:g} meets an "
+            "undamped natural frequency of the line"
+        )
+    return np.asarray(np.linalg.inv(own)[:n, :n]), relative
