@@ -17,11 +17,10 @@ import numpy as np
 from rows import Report, Row, Table, seconds, told
 from timing import best_of, in_turns
 
-from vibecalc.optimisation.absorber.closed_forms import closed_form
-from vibecalc.optimisation.absorber.minimax import minimax
-from vibecalc.response.absorber.amplitude import amplitude
-from vibecalc.response.absorber.model import Absorber, damping_from_own_ratio
-from vibecalc.response.absorber.peaks import peaks
+from vibecalc.absorber.peaks import peaks
+from vibecalc.absorber.transfer import Absorber, amplitude, damping_from_own_ratio
+from vibecalc.absorber.tuning.closed_forms import closed_form
+from vibecalc.absorber.tuning.minimax import minimax
 
 Z1, MASS = 0.1, 0.1
 GOALS = (1e-3, 1e-6, 1e-9, 1e-12)

@@ -26,13 +26,11 @@ from rows import Report, Table, digits, seconds, told
 from timing import Work, each_of, in_turns
 from torsion import ORDERS, SPEEDS, engine, hard_line
 
+from vibecalc.absorber.transfer import Absorber, amplitude
+from vibecalc.absorber.tuning.minimax import minimax
 from vibecalc.isolation.rigid_body import assemble
-from vibecalc.kinematics.harmonics import motion_harmonics
-from vibecalc.kinematics.poles import series_terms
+from vibecalc.kinematics.harmonics import motion_harmonics, series_terms
 from vibecalc.numerics import cycle_peak as cycle
-from vibecalc.optimisation.absorber.minimax import minimax
-from vibecalc.response.absorber.amplitude import amplitude
-from vibecalc.response.absorber.model import Absorber
 from vibecalc.response.direct import dynamics, response
 from vibecalc.response.roll.machine import as_batch
 from vibecalc.response.roll.steady import steady_state

@@ -14,11 +14,9 @@ import numpy as np
 from rows import Report, Row, seconds, told
 from timing import in_turns
 
-from vibecalc.isolation.pitch import pitch_model
-from vibecalc.isolation.pitch_resonance import pitch_resonances
-from vibecalc.isolation.pitch_rows import pitch_rows
-from vibecalc.isolation.readout import pitch_readout
+from vibecalc.isolation.pitch import pitch_model, pitch_resonances
 from vibecalc.isolation.rigid_body import assemble
+from vibecalc.isolation.rows import pitch_readout, pitch_rows
 from vibecalc.isolation.run_up import cycle_peaks, run_up_peak
 from vibecalc.kinematics.harmonics import motion_harmonics
 from vibecalc.numerics.cycle_peak import cycle_peak

@@ -70,8 +70,8 @@ def collocated(points: int, tolerance: float, machine: RollMachine = MACHINE) ->
 
 def unsplit(points: int) -> np.ndarray:
     """The same without panels split at kinks of the motor's curve."""
-    from vibecalc.numerics.periodic_collocation import solve_periodic
-    from vibecalc.numerics.periodic_panels import running_integral
+    from vibecalc.numerics.periodic.collocation import solve_periodic
+    from vibecalc.numerics.periodic.panels import running_integral
     from vibecalc.response.roll.problem import roll_problem
     from vibecalc.response.roll.rates import shell_speed
 

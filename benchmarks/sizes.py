@@ -21,11 +21,11 @@ from roll_machines import FIRST_MASS, SECOND_MASS, SYNCHRONOUS, source_drive, so
 from rows import Report, Table, digits, seconds, told
 from timing import Work, each_of
 
+from vibecalc.absorber.tuning.minimax import minimax
 from vibecalc.case.sweep_tables import Sweep
-from vibecalc.excitation.reciprocating import reciprocating_excitation
+from vibecalc.excitation.inertia_forces import reciprocating_excitation
 from vibecalc.kinematics.harmonics import motion_harmonics
 from vibecalc.numerics.cycle_peak import cycle_peak
-from vibecalc.optimisation.absorber.minimax import minimax
 from vibecalc.response.roll.machine import as_batch
 from vibecalc.response.roll.steady import steady_state
 from vibecalc.study.load import load_checked

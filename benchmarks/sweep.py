@@ -21,7 +21,7 @@ from rows import Report, Row, Table, told
 
 from vibecalc.case.load import LoadedCase, validate
 from vibecalc.case.sweep_tables import Sweep
-from vibecalc.machine.checks import check_machine
+from vibecalc.core.run.machine_checks import check_machine
 from vibecalc.pipeline.run import run_case
 from vibecalc.study.load import load_checked
 from vibecalc.study.sweep.arrays import ArrayEvaluator

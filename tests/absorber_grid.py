@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from vibecalc.response.absorber.amplitude import amplitude
-from vibecalc.response.absorber.model import Absorber, damping_from_own_ratio
+from vibecalc.absorber.transfer import Absorber, amplitude, damping_from_own_ratio
 
 #: the program's frequencies; the text says 0 to 1
 FREQUENCIES = np.arange(0, 2001) / 1000.0

@@ -9,13 +9,17 @@ import numpy as np
 from absorber_grid import FREQUENCIES, grid_search, thousandths
 from pages import Row
 
-from vibecalc.optimisation.absorber.minimax import minimax
-from vibecalc.optimisation.absorber.minimax_restricted import pure_viscous
-from vibecalc.response.absorber.amplitude import amplitude
-from vibecalc.response.absorber.fixed_points import fixed_points
-from vibecalc.response.absorber.model import Absorber, damping_from_own_ratio, own_damping_ratio
-from vibecalc.response.absorber.peaks import Peaks, peaks
-from vibecalc.response.absorber.poles import landmarks
+from vibecalc.absorber.peaks import Peaks, peaks
+from vibecalc.absorber.transfer import (
+    Absorber,
+    amplitude,
+    damping_from_own_ratio,
+    fixed_points,
+    landmarks,
+    own_damping_ratio,
+)
+from vibecalc.absorber.tuning.minimax import minimax
+from vibecalc.absorber.tuning.restricted import pure_viscous
 
 SIZES = ("S", "M", "L")
 TABLE_3_1 = np.array([0.157, 0.128, 0.100]), np.array([0.263, 0.229, 0.217])

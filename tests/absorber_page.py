@@ -20,25 +20,27 @@ from absorber_numbers import (
 from pages import Row
 from test_docs import shows
 
-from vibecalc.hardware.clearance import clearance_rule
-from vibecalc.hardware.gap_published import published_damping, published_viscosity
-from vibecalc.hardware.overhung_parts import EndBody, OverhungRod
-from vibecalc.hardware.overhung_rod import bending_frequencies
-from vibecalc.hardware.rayleigh import rayleigh_frequency
-from vibecalc.hardware.rods import bending_stiffness, torsional_stiffness
-from vibecalc.hardware.spring_couple import (
+from vibecalc.absorber.hardware.oil_gap import (
+    Walther,
+    clearance_rule,
+    constants,
+    kinematic_viscosity,
+    published_damping,
+    published_viscosity,
+)
+from vibecalc.absorber.hardware.overhung import bending_frequencies, rayleigh_frequency
+from vibecalc.absorber.hardware.rods_and_springs import (
+    EndBody,
+    OverhungRod,
+    bending_stiffness,
     couple_stiffness,
     published_rate_for_couple,
     rate_for_couple,
+    spring_rate,
+    torsional_stiffness,
 )
-from vibecalc.hardware.springs import spring_rate
-from vibecalc.hardware.viscosity import Walther, constants, kinematic_viscosity
-from vibecalc.response.absorber.model import (
-    Absorber,
-    damping_from_own_ratio,
-    damping_from_primary_ratio,
-)
-from vibecalc.response.absorber.peaks import peaks
+from vibecalc.absorber.peaks import peaks
+from vibecalc.absorber.transfer import Absorber, damping_from_own_ratio, damping_from_primary_ratio
 
 TURN = 2.0 * math.pi
 PRIMARY, ALONE = np.array([0.313, 0.431, 0.599]), np.array([0.179, 0.297, 0.465])

@@ -5,9 +5,9 @@ from typing import Any
 import numpy as np
 from roll_machines import RPM, SYNCHRONOUS, columns, source_drive, source_machine
 
-from vibecalc.excitation.dynamic_motor import CircuitMotor, circuit_motor
 from vibecalc.excitation.induction_motor import InductionMotor
 from vibecalc.excitation.induction_motor_fit import MotorFit, fit_induction_motor
+from vibecalc.excitation.induction_motor_flux import CircuitMotor, circuit_motor
 from vibecalc.numerics.typing import FloatArray
 from vibecalc.response.roll.inertia import inertia
 from vibecalc.response.roll.machine import RollDrive, RollMachine, as_batch

@@ -12,8 +12,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vibecalc.case.load import load_case
-from vibecalc.excitation.gas_card import pressure_at
-from vibecalc.machine.engine import gas_cards
+from vibecalc.excitation.gas_tables import pressure_at
+from vibecalc.excitation.model import gas_cards
 
 CASES = Path(__file__).resolve().parents[1] / "cases"
 SAMPLES = 1 << 13

@@ -10,7 +10,7 @@ import numpy as np
 from engine_as_published import ORDER, full_torque, modes
 from pages import Row
 
-from vibecalc.case.engine_firing import CYCLES, angles_in_order
+from vibecalc.parts.firing import CYCLES, angles_in_order
 from vibecalc.torsion.as_published import (
     caughey_series,
     modal_excitation,

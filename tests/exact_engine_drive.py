@@ -12,8 +12,8 @@ import mpmath
 from mpmath import mp, mpc, mpf
 
 from vibecalc.case.schema import Case
-from vibecalc.excitation.gas_cycle import Cycle
-from vibecalc.machine.engine import cycle_of, firing_angle
+from vibecalc.excitation.model import cycle_of, firing_angle
+from vibecalc.excitation.pressure_cycle import PressureCycle
 
 #: nodes of the rule, longest panel in rad, samples of the inertia over a turn
 NODES, PANEL, SAMPLES = 20, 0.55, 160
@@ -239,7 +239,7 @@ def table_card(table: Any, cycle: mpf, cubic: bool) -> Card:
 
 def cycle_card(case: Case, one: Cylinder) -> Card:
     """The computed cycle from its formula; its level is linear in what it has to reach."""
-    given: Cycle = cycle_of(case.machine)
+    given: PressureCycle = cycle_of(case.machine)
     c = type(given)(*(mpf(v) if isinstance(v, float) else v for v in given))
     top = mpmath.sqrt((one.length + one.radius) ** 2 - one.offset**2)
 

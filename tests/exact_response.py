@@ -17,9 +17,9 @@ from exact_rod import fourier
 from exact_train import Shaking, Vector, frame_of, masses_of, shaking_of
 from mpmath import mpc, mpf
 
-from vibecalc.case.parts import Counterweight
 from vibecalc.case.schema import Case
 from vibecalc.case.tables import Isolation
+from vibecalc.parts.tables import Counterweight
 from vibecalc.results.record import Record
 
 #: a path, the entries of the result that are compared, and their exact values

@@ -16,8 +16,8 @@ import numpy as np
 import opentorsion as ot
 
 from vibecalc.case.load import load_case
-from vibecalc.excitation.gas_card import pressure_at
-from vibecalc.machine.engine import gas_cards
+from vibecalc.excitation.gas_tables import pressure_at
+from vibecalc.excitation.model import gas_cards
 
 CASE = Path(__file__).resolve().parents[1] / "cases" / "engine_geared.toml"
 SAMPLES = 1 << 15

@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibecalc.excitation.gas_force import force_at
+from vibecalc.excitation.gas_tables import force_at
 from vibecalc.excitation.slip_torque import slip_torque
 from vibecalc.kinematics.slider_crank import piston_path
 from vibecalc.response.roll.machine import RollDrive, RollMachine

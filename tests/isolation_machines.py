@@ -6,8 +6,8 @@ import mpmath
 import numpy as np
 
 from vibecalc.isolation.pitch import Pitch, pitch_model
-from vibecalc.isolation.readout import Readout, pitch_readout
 from vibecalc.isolation.rigid_body import assemble
+from vibecalc.isolation.rows import Readout, pitch_readout
 from vibecalc.numerics.rounding import WithError
 from vibecalc.response.matrices import Matrices
 

@@ -10,8 +10,8 @@ from typing import Any
 from vibecalc.case.data_files import attach_files
 from vibecalc.case.load import validate
 from vibecalc.case.schema import Case
+from vibecalc.core.run.machine_checks import check_machine
 from vibecalc.errors import VibecalcError
-from vibecalc.machine.checks import check_machine
 
 FOLDER = Path(__file__).resolve().parents[1] / "cases"
 NAMES = tuple(

@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from vibecalc.numerics.periodic_panels import PeriodicProblem, PeriodicSolution
+from vibecalc.numerics.periodic.panels import PeriodicProblem, PeriodicSolution
 
 TURN = 2.0 * np.pi
 Forcing = Callable[[np.ndarray], np.ndarray]

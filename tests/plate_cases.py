@@ -4,8 +4,8 @@ from pathlib import Path
 from typing import Any
 
 from vibecalc.case.load import LoadedCase, load_case
+from vibecalc.core.run.machine_checks import check_machine
 from vibecalc.errors import Problem
-from vibecalc.machine.checks import check_machine
 from vibecalc.pipeline.run import run_case
 from vibecalc.results.record import Record
 

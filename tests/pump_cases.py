@@ -9,7 +9,7 @@ from vibecalc.case.load import validate
 from vibecalc.case.overrides import set_key
 from vibecalc.case.schema import Case
 from vibecalc.excitation.cylinder_torque import CrankGeometry
-from vibecalc.excitation.pump_cycle import Liquid
+from vibecalc.excitation.pressure_cycle import Liquid
 
 GEOMETRY = CrankGeometry(0.025, 0.125, 0.04)
 LIQUID = Liquid(2e5, 100e5, 1.8e9, 30e-6)

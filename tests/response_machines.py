@@ -10,7 +10,7 @@ from random_machines import Table, random_machine
 
 from vibecalc.case.data_files import attach_files
 from vibecalc.case.load import validate
-from vibecalc.machine.checks import check_machine
+from vibecalc.core.run.machine_checks import check_machine
 from vibecalc.pipeline.run import run_case
 from vibecalc.results.record import Record
 

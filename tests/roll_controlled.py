@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from vibecalc.excitation.gas_force import force_at
+from vibecalc.excitation.gas_tables import force_at
 from vibecalc.excitation.slip_torque import slip_torque
 from vibecalc.kinematics.slider_crank import piston_path
 from vibecalc.response.roll.controlled import Law

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from vibecalc.excitation.gas_force import gas_force
+from vibecalc.excitation.gas_tables import gas_force
 from vibecalc.excitation.slip_torque import slip_curve
 from vibecalc.response.roll.machine import RollDrive, RollMachine, roll_machine
 

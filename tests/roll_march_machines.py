@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from vibecalc.excitation.gas_force import GasForce, gas_force
+from vibecalc.excitation.gas_tables import GasForce, gas_force
 from vibecalc.excitation.slip_torque import SlipCurve, slip_curve
 from vibecalc.response.roll.machine import RollDrive, RollMachine, roll_machine
 

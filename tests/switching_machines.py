@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from vibecalc.excitation.reciprocating import reciprocating_excitation
+from vibecalc.excitation.inertia_forces import reciprocating_excitation
 from vibecalc.kinematics.harmonics import motion_harmonics
 from vibecalc.response.matrices import Matrices
 from vibecalc.response.modes import modes

@@ -7,8 +7,8 @@ from absorber_cases import PENDULUM, RATIOS, RIG, SEVERAL, TUNED, refusal, repla
 
 from vibecalc.case.load import validate
 from vibecalc.case.scenes import SCENES
+from vibecalc.core.run.machine_checks import check_machine
 from vibecalc.errors import CaseError
-from vibecalc.machine.checks import check_machine
 
 R, T, G, S, P = RATIOS, TUNED, RIG, SEVERAL, PENDULUM
 K = 'kind = "absorber"\n'

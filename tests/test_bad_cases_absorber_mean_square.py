@@ -3,19 +3,16 @@
 import numpy as np
 import pytest
 
+from vibecalc.absorber.mean_square import mean_square, weights
+from vibecalc.absorber.several import Several, several_amplitude
+from vibecalc.absorber.several_peaks import several_peaks
+from vibecalc.absorber.transfer import Absorber
+from vibecalc.absorber.tuning.closed_forms import threshold
+from vibecalc.absorber.tuning.mean_square import mean_square_threshold, mean_square_tuning
+from vibecalc.absorber.tuning.mistuning import mistuning, sensitivity
+from vibecalc.absorber.tuning.restricted import stock_choice
+from vibecalc.absorber.tuning.several import bounded_tuning, several_tuning
 from vibecalc.errors import NumericalFailure
-from vibecalc.optimisation.absorber.bounded import bounded_tuning
-from vibecalc.optimisation.absorber.mean_square import mean_square_tuning
-from vibecalc.optimisation.absorber.mistuning import mistuning
-from vibecalc.optimisation.absorber.mistuning_sensitivity import sensitivity
-from vibecalc.optimisation.absorber.several import several_tuning
-from vibecalc.optimisation.absorber.stock import stock_choice
-from vibecalc.optimisation.absorber.threshold import threshold
-from vibecalc.optimisation.absorber.threshold_mean_square import mean_square_threshold
-from vibecalc.response.absorber.mean_square import mean_square, weights
-from vibecalc.response.absorber.model import Absorber
-from vibecalc.response.absorber.several import Several, several_amplitude
-from vibecalc.response.absorber.several_peaks import several_peaks
 
 SOME = Absorber(0.05, 0.1, 0.08, 0.02)
 

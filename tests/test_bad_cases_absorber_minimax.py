@@ -3,16 +3,12 @@
 import numpy as np
 import pytest
 
+from vibecalc.absorber.peaks import peaks
+from vibecalc.absorber.transfer import Absorber
+from vibecalc.absorber.tuning.closed_forms import closed_form
+from vibecalc.absorber.tuning.minimax import minimax
+from vibecalc.absorber.tuning.restricted import given_damping, given_stiffness, undamped_spring
 from vibecalc.errors import NumericalFailure
-from vibecalc.optimisation.absorber.closed_forms import closed_form
-from vibecalc.optimisation.absorber.minimax import minimax
-from vibecalc.optimisation.absorber.minimax_restricted import (
-    given_damping,
-    given_stiffness,
-    undamped_spring,
-)
-from vibecalc.response.absorber.model import Absorber
-from vibecalc.response.absorber.peaks import peaks
 
 
 @pytest.mark.parametrize(

@@ -9,8 +9,8 @@ import pytest
 from absorber_cases import PENDULUM, RATIOS, RIG, SEVERAL, TUNED, refusal, replaced
 
 from vibecalc.case.load import load_case
+from vibecalc.core.run.machine_checks import check_machine
 from vibecalc.errors import CaseError
-from vibecalc.machine.checks import check_machine
 from vibecalc.study.load import load_checked
 
 FOLDER = Path(__file__).parent / "bad_cases"

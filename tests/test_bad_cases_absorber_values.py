@@ -16,8 +16,8 @@ from test_property_fuzz import check_broken_starters
 from vibecalc.case.load import resolve, validate
 from vibecalc.case.overrides import get_key, key_text, set_key
 from vibecalc.case.walk import shape_at
+from vibecalc.core.run.machine_checks import check_machine, machine_warnings
 from vibecalc.errors import CaseError, KeyPath
-from vibecalc.machine.checks import check_machine, machine_warnings
 from vibecalc.pipeline.check_cache import check_again
 from vibecalc.pipeline.stage_cache import StageCache
 

@@ -16,9 +16,9 @@ from pydantic import ValidationError
 from vibecalc.case.cross_checks import cross_check
 from vibecalc.case.load import load_case, validate
 from vibecalc.case.schema import Case
+from vibecalc.core.run.machine_checks import check_machine, machine_warnings
 from vibecalc.errors import CaseError, KeyPath, Problem
-from vibecalc.machine.checks import check_machine, machine_warnings
-from vibecalc.machine.system import build_system
+from vibecalc.parts.matrices import build_system
 from vibecalc.units import convert
 
 FOLDER = Path(__file__).parent / "bad_cases"

@@ -15,8 +15,8 @@ from engine_refusals_asked import REFUSED as OF_QUESTIONS
 
 from vibecalc.case.load import load_case, validate
 from vibecalc.case.scenes import SCENES
+from vibecalc.core.run.machine_checks import check_machine
 from vibecalc.errors import CaseError
-from vibecalc.machine.checks import check_machine
 from vibecalc.pipeline.plan import plan_case
 from vibecalc.study.load import load_checked
 from vibecalc.torsion.model import build_shaft_line

@@ -5,14 +5,14 @@ import pytest
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.excitation.cylinder_torque import CrankGeometry, gas_harmonics, inertia_harmonics
-from vibecalc.excitation.gas_card import (
+from vibecalc.excitation.gas_tables import (
     FOUR_STROKE,
     card_weights,
     fitted_card,
     gas_card,
     pressure_at,
 )
-from vibecalc.excitation.gas_cycle import (
+from vibecalc.excitation.pressure_cycle import (
     card_of_mean_pressure,
     card_of_peak,
     motored_cycle,

@@ -3,19 +3,29 @@
 import numpy as np
 import pytest
 
-from vibecalc.errors import NumericalFailure
-from vibecalc.hardware.gap import RingGap, gap_damping, gap_shares
-from vibecalc.hardware.oils import Oil, nearest_oils, oil_damping, right_temperature
-from vibecalc.hardware.overhung_parts import EndBody, OverhungRod
-from vibecalc.hardware.overhung_rod import bending_frequencies
-from vibecalc.hardware.rings import inner_radius_for
-from vibecalc.hardware.spring_axial import (
+from vibecalc.absorber.hardware.oil_gap import (
+    Oil,
+    RingGap,
+    Walther,
+    gap_damping,
+    gap_shares,
+    kinematic_viscosity,
+    nearest_oils,
+    oil_damping,
+    right_temperature,
+    temperature_for,
+)
+from vibecalc.absorber.hardware.overhung import bending_frequencies
+from vibecalc.absorber.hardware.rods_and_springs import (
+    EndBody,
+    OverhungRod,
     Springs,
     axial_torsional_stiffness,
     coupled_frequencies,
+    inner_radius_for,
+    rank,
 )
-from vibecalc.hardware.stock import rank
-from vibecalc.hardware.viscosity import Walther, kinematic_viscosity, temperature_for
+from vibecalc.errors import NumericalFailure
 
 LINE = Walther((313.15, 373.15), (86e-6, 13.8e-6))
 OIL = Oil("10W-40", LINE, 870.0)

@@ -5,10 +5,10 @@ import pytest
 from induction_motors import GIVEN, ONE_CAGE, TABLE_SLIP, TABLE_TORQUE, TWO_CAGES
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.excitation.induction_motor_curve import running_slip, torque_curve
-from vibecalc.excitation.induction_motor_dynamics import torque_answer
+from vibecalc.excitation.induction_motor import running_slip, torque_curve
 from vibecalc.excitation.induction_motor_fit import fit_induction_motor
-from vibecalc.excitation.induction_motor_split import transient_inductance, with_stator_leakage
+from vibecalc.excitation.induction_motor_flux import torque_answer
+from vibecalc.excitation.induction_motor_identify import transient_inductance, with_stator_leakage
 
 
 def test_load_beyond_breakdown_is_refused_in_both_senses():

@@ -13,16 +13,15 @@ from isolation_machines import (
 )
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.isolation.body_readout import mount_readout
-from vibecalc.isolation.body_rows import body_rows
-from vibecalc.isolation.pitch import angle_harmonics, transmissibility
-from vibecalc.isolation.pitch_resonance import pitch_resonances
-from vibecalc.isolation.pitch_rows import pitch_rows
-from vibecalc.isolation.pitch_static import pitch_static
-from vibecalc.isolation.readout import shows
-from vibecalc.isolation.rigid_body import assemble
+from vibecalc.isolation.pitch import (
+    angle_harmonics,
+    pitch_resonances,
+    pitch_static,
+    transmissibility,
+)
+from vibecalc.isolation.rigid_body import assemble, mount_readout, static_deflection
+from vibecalc.isolation.rows import body_rows, pitch_rows, shows
 from vibecalc.isolation.run_up import RunUp, run_up
-from vibecalc.isolation.static import static_deflection
 from vibecalc.numerics.rounding import SINGULAR, WithError
 from vibecalc.response.direct import Undriven, dynamics, response
 from vibecalc.response.energy import damping_ratio

@@ -3,19 +3,17 @@
 import numpy as np
 import pytest
 
-from vibecalc.errors import NumericalFailure
-from vibecalc.response.pendulum.jump import jump
-from vibecalc.response.pendulum.model import Pendulum
-from vibecalc.response.pendulum.order import (
+from vibecalc.absorber.pendulum_order import (
+    Pendulum,
     detuning_coefficient,
     largest_swing,
+    order_of_swing,
     path_exponent,
     radius_for_order_with_rollers,
     tuning_order,
 )
-from vibecalc.response.pendulum.period import order_of_swing
-from vibecalc.response.pendulum.secondary import as_secondary, small_motion
-from vibecalc.response.pendulum.steady import steady_motion
+from vibecalc.absorber.pendulum_steady import as_secondary, jump, small_motion, steady_motion
+from vibecalc.errors import NumericalFailure
 
 POINT = Pendulum(1.3, 0.12, 0.02)
 EPICYCLOID = POINT._replace(path_exponent=float(path_exponent("epicycloidal", POINT)))

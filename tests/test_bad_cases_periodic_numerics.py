@@ -5,12 +5,11 @@ import pytest
 from periodic_problems import TURN, linear_rhs
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.periodic_collocation import solve_periodic
-from vibecalc.numerics.periodic_error import estimate_error
-from vibecalc.numerics.periodic_fourier import solve_fourier
-from vibecalc.numerics.periodic_ladder import solve_to
-from vibecalc.numerics.periodic_march import march_turns
-from vibecalc.numerics.periodic_panels import PeriodicProblem, require_converged
+from vibecalc.numerics.periodic.collocation import solve_periodic
+from vibecalc.numerics.periodic.fourier import solve_fourier
+from vibecalc.numerics.periodic.march import march_turns
+from vibecalc.numerics.periodic.panels import PeriodicProblem, require_converged
+from vibecalc.numerics.periodic.tolerance import estimate_error, solve_to
 
 EDGES = np.linspace(0.0, TURN, 37)
 

@@ -13,8 +13,7 @@ from shipped_cases import CASES
 from vibecalc.case.load import load_case, validate
 from vibecalc.case.overrides import set_key
 from vibecalc.case.schema import Case
-from vibecalc.machine.cautions import machine_warnings
-from vibecalc.machine.plausibility import RULES, implausible
+from vibecalc.parts.cautions import RULES, implausible, machine_warnings
 from vibecalc.report.plan import plan_object, render_plan
 from vibecalc.study.check_rows import check_rows
 

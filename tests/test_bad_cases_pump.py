@@ -8,8 +8,8 @@ import pytest
 from pump_cases import FOUR, pump_with, table_with
 
 from vibecalc.case.load import validate
+from vibecalc.core.run.machine_checks import check_machine
 from vibecalc.errors import CaseError
-from vibecalc.machine.checks import check_machine
 from vibecalc.study.load import load_checked
 
 FOLDER = Path(__file__).parent / "bad_cases"

@@ -18,8 +18,8 @@ from vibecalc.case.load import resolve, validate
 from vibecalc.case.overrides import set_key
 from vibecalc.case.schema import Case
 from vibecalc.case.template import json_schema
+from vibecalc.core.run.machine_checks import check_machine, machine_warnings
 from vibecalc.errors import CaseError, Problem
-from vibecalc.machine.checks import check_machine, machine_warnings
 from vibecalc.pipeline.plan import plan_case
 from vibecalc.pipeline.targets import check_targets
 from vibecalc.study.load import load_checked

@@ -16,8 +16,8 @@ from vibecalc.case.load import load_case, resolve, validate
 from vibecalc.case.overrides import get_key, key_text, set_key
 from vibecalc.case.roll_scenes import PLATE, ROLL, ROLL_CONTROL
 from vibecalc.case.walk import shape_at
+from vibecalc.core.run.machine_checks import check_machine, machine_warnings
 from vibecalc.errors import CaseError, KeyPath
-from vibecalc.machine.checks import check_machine, machine_warnings
 
 START_UP = {
     "duration": 2.0,

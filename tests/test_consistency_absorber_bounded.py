@@ -5,11 +5,11 @@ limits it names; the best stock pair is the best of all pairs.
 import numpy as np
 import pytest
 
-from vibecalc.optimisation.absorber.bounded import bounded_tuning
-from vibecalc.optimisation.absorber.minimax import minimax
-from vibecalc.optimisation.absorber.stock import stock_choice
-from vibecalc.response.absorber.model import Absorber
-from vibecalc.response.absorber.peaks import peaks
+from vibecalc.absorber.peaks import peaks
+from vibecalc.absorber.transfer import Absorber
+from vibecalc.absorber.tuning.minimax import minimax
+from vibecalc.absorber.tuning.restricted import stock_choice
+from vibecalc.absorber.tuning.several import bounded_tuning
 
 CASES = [
     ({"travel": 8.0}, ("spring travel",)),

@@ -10,10 +10,9 @@ from exact_mean_square import exact_mean_square
 from mpmath import mp, mpf
 from scipy.integrate import quad
 
-from vibecalc.optimisation.absorber.mean_square import closed_form, mean_square_tuning
-from vibecalc.response.absorber.amplitude import amplitude
-from vibecalc.response.absorber.mean_square import WHITE, mean_square
-from vibecalc.response.absorber.model import Absorber
+from vibecalc.absorber.mean_square import WHITE, mean_square
+from vibecalc.absorber.transfer import Absorber, amplitude
+from vibecalc.absorber.tuning.mean_square import closed_form, mean_square_tuning
 
 KINDS = {
     "displacement": ("force", "displacement"),

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from shipped_cases import CASES
 
+from vibecalc.absorber.tuning.minimax import minimax
+from vibecalc.absorber.tuning.several import bounded_tuning
 from vibecalc.errors import NumericalFailure
-from vibecalc.optimisation.absorber.bounded import bounded_tuning
-from vibecalc.optimisation.absorber.minimax import minimax
 from vibecalc.pipeline.run import run_case
 from vibecalc.results.record import Record
 from vibecalc.study.load import load_checked

@@ -6,26 +6,19 @@ import pytest
 from exact_absorber import KINDS, optimum
 from mpmath import mp, mpf
 
-from vibecalc.optimisation.absorber.certificate import (
+from vibecalc.absorber.peaks import peaks
+from vibecalc.absorber.transfer import Absorber, own_damping_ratio
+from vibecalc.absorber.tuning.closed_forms import METHODS, closed_form
+from vibecalc.absorber.tuning.minimax import BALANCED, NO_HELP, OUTCOMES, SET, UNBOUNDED, minimax
+from vibecalc.absorber.tuning.minimax_steps import (
     BOUNDARY,
     ISOLATED,
     NOT_OPTIMAL,
     VERDICTS,
     certify,
 )
-from vibecalc.optimisation.absorber.certificate import SET as CERTIFIED_SET
-from vibecalc.optimisation.absorber.closed_forms import METHODS, closed_form
-from vibecalc.optimisation.absorber.minimax import (
-    BALANCED,
-    NO_HELP,
-    OUTCOMES,
-    SET,
-    UNBOUNDED,
-    minimax,
-)
-from vibecalc.optimisation.absorber.minimax_restricted import pure_viscous
-from vibecalc.response.absorber.model import Absorber, own_damping_ratio
-from vibecalc.response.absorber.peaks import peaks
+from vibecalc.absorber.tuning.minimax_steps import SET as CERTIFIED_SET
+from vibecalc.absorber.tuning.restricted import pure_viscous
 
 #: responses whose optimum is balanced for every primary damping
 ALWAYS = (("force", "velocity"), ("base", "displacement"), ("force", "transmitted_force"))

@@ -2,15 +2,15 @@
 
 import numpy as np
 
-from vibecalc.optimisation.absorber.minimax import minimax
-from vibecalc.optimisation.absorber.minimax_restricted import (
+from vibecalc.absorber.peaks import peaks
+from vibecalc.absorber.transfer import Absorber
+from vibecalc.absorber.tuning.minimax import minimax
+from vibecalc.absorber.tuning.restricted import (
     given_damping,
     given_stiffness,
     pure_viscous,
     undamped_spring,
 )
-from vibecalc.response.absorber.model import Absorber
-from vibecalc.response.absorber.peaks import peaks
 
 Z1, MASS = np.array([0.0, 0.05, 0.3, 0.6]), np.array([0.1, 1e-3, 0.5, 5.0])
 

@@ -5,13 +5,12 @@ mistuning is the difference of peaks, first order in stiffness where the peaks p
 import numpy as np
 import pytest
 
+from vibecalc.absorber.peaks import peaks
+from vibecalc.absorber.transfer import Absorber
+from vibecalc.absorber.tuning.minimax import minimax
+from vibecalc.absorber.tuning.mistuning import mistuning, sensitivity
+from vibecalc.absorber.tuning.several import several_tuning
 from vibecalc.errors import NumericalFailure
-from vibecalc.optimisation.absorber.minimax import minimax
-from vibecalc.optimisation.absorber.mistuning import mistuning
-from vibecalc.optimisation.absorber.mistuning_sensitivity import sensitivity
-from vibecalc.optimisation.absorber.several import several_tuning
-from vibecalc.response.absorber.model import Absorber
-from vibecalc.response.absorber.peaks import peaks
 
 KINDS = [("force", "displacement"), ("force", "velocity"), ("base", "displacement"),
          ("unbalance", "displacement")]  # fmt: skip

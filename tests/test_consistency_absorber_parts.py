@@ -8,18 +8,17 @@ import numpy as np
 import pytest
 from absorber_cases import PENDULUM, RATIOS, RIG, SEVERAL
 
+from vibecalc.absorber.hardware.oil_gap import oil_damping
+from vibecalc.absorber.hardware.overhung import bending_frequencies
+from vibecalc.absorber.model import AbsorberParts, Branch, build_absorber
+from vibecalc.absorber.pendulum_model import PendulumParts, build_pendulum
+from vibecalc.absorber.pendulum_order import rates, tuning_order
+from vibecalc.absorber.transfer import amplitude
 from vibecalc.case.load import resolve, validate
 from vibecalc.case.overrides import set_key
 from vibecalc.case.scenes import SCENES
 from vibecalc.case.schema import Case
-from vibecalc.hardware.oils import oil_damping
-from vibecalc.hardware.overhung_rod import bending_frequencies
-from vibecalc.machine.absorber import AbsorberParts, Branch, build_absorber
-from vibecalc.machine.absorber_pendulum import PendulumParts, build_pendulum
-from vibecalc.machine.checks import check_machine
-from vibecalc.response.absorber.amplitude import amplitude
-from vibecalc.response.pendulum.model import rates
-from vibecalc.response.pendulum.order import tuning_order
+from vibecalc.core.run.machine_checks import check_machine
 
 ROLLERS = {"mass": 0.08, "distance": 0.092, "diameter": 0.015}
 

@@ -6,20 +6,23 @@ import pytest
 from exact_absorber import KINDS, motions, peak, squared
 from mpmath import mp, mpf
 
-from vibecalc.errors import NumericalFailure
-from vibecalc.response.absorber.amplitude import amplitude, amplitude_with_error, phase
-from vibecalc.response.absorber.fixed_points import fixed_points
-from vibecalc.response.absorber.model import (
+from vibecalc.absorber.peaks import peaks
+from vibecalc.absorber.squared_magnitude import squared_magnitude
+from vibecalc.absorber.transfer import (
     EXCITATIONS,
     RESPONSES,
     Absorber,
+    amplitude,
+    amplitude_with_error,
     damping_from_own_ratio,
     damping_from_primary_ratio,
+    fixed_points,
+    landmarks,
     own_damping_ratio,
+    phase,
+    poles,
 )
-from vibecalc.response.absorber.peaks import peaks
-from vibecalc.response.absorber.poles import landmarks, poles
-from vibecalc.response.absorber.polynomials import squared_magnitude
+from vibecalc.errors import NumericalFailure
 
 X = np.array([0.03, 0.4, 0.8144, 1.0, 1.37, 6.0])
 LIMITS = [(0.08, 0.02), (0.0, 0.02), (0.08, 0.0), (0.0, 0.0), (np.inf, 0.02), (0.08, np.inf)]

@@ -6,13 +6,11 @@ import numpy as np
 import pytest
 from scipy.optimize import differential_evolution
 
-from vibecalc.optimisation.absorber.minimax import minimax
-from vibecalc.optimisation.absorber.several import several_tuning
-from vibecalc.response.absorber.amplitude import amplitude
-from vibecalc.response.absorber.model import EXCITATIONS, RESPONSES, Absorber, transfer_of
-from vibecalc.response.absorber.several import Several, parallel, series, several_amplitude
-from vibecalc.response.absorber.several_peaks import several_peaks
-from vibecalc.response.absorber.several_slopes import several_slopes
+from vibecalc.absorber.several import Several, parallel, series, several_amplitude
+from vibecalc.absorber.several_peaks import several_peaks, several_slopes
+from vibecalc.absorber.transfer import EXCITATIONS, RESPONSES, Absorber, amplitude, transfer_of
+from vibecalc.absorber.tuning.minimax import minimax
+from vibecalc.absorber.tuning.several import several_tuning
 
 TREES = [(0,), (0, 0), (0, 1), (0, 1, 1), (0, 0, 1), (0, 1, 2)]
 UNBOUND = {

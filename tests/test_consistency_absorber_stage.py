@@ -7,24 +7,23 @@ import numpy as np
 import pytest
 from shipped_cases import CASES, result_of
 
+from vibecalc.absorber.hardware.rods_and_springs import torsional_stiffness
+from vibecalc.absorber.mean_square import mean_square
+from vibecalc.absorber.model import build_absorber
+from vibecalc.absorber.peaks import peaks
+from vibecalc.absorber.pendulum_order import order_of_swing
+from vibecalc.absorber.transfer import Absorber, amplitude
+from vibecalc.absorber.tuning.closed_forms import closed_form
+from vibecalc.absorber.tuning.mean_square import mean_square_tuning
+from vibecalc.absorber.tuning.minimax import minimax
+from vibecalc.absorber.tuning.restricted import pure_viscous
+from vibecalc.absorber.tuning.several import several_tuning
 from vibecalc.errors import CaseError, NumericalFailure
-from vibecalc.hardware.rods import torsional_stiffness
-from vibecalc.machine.absorber import build_absorber
-from vibecalc.optimisation.absorber.closed_forms import closed_form
-from vibecalc.optimisation.absorber.mean_square import mean_square_tuning
-from vibecalc.optimisation.absorber.minimax import minimax
-from vibecalc.optimisation.absorber.minimax_restricted import pure_viscous
-from vibecalc.optimisation.absorber.several import several_tuning
 from vibecalc.pipeline.plan import planned_quantities
 from vibecalc.pipeline.run import run_case
 from vibecalc.report.references import counted_misses
 from vibecalc.report.sections.key_rows import key_rows
 from vibecalc.report.text import render_report
-from vibecalc.response.absorber.amplitude import amplitude
-from vibecalc.response.absorber.mean_square import mean_square
-from vibecalc.response.absorber.model import Absorber
-from vibecalc.response.absorber.peaks import peaks
-from vibecalc.response.pendulum.period import order_of_swing
 from vibecalc.results.record import Record, Result
 from vibecalc.study.execute import execute
 from vibecalc.study.load import load_checked
@@ -178,7 +177,7 @@ def test_pendulum_is_that_of_the_kernel() -> None:
     assert value(record, "pendulum/order") == pytest.approx(2.0, rel=1e-13)
     assert value(record, "pendulum/path_radius") == pytest.approx(0.02)
     found = record["pendulum/order_of_swing"]
-    from vibecalc.response.pendulum.model import Pendulum
+    from vibecalc.absorber.pendulum_order import Pendulum
 
     plain = Pendulum(1.8, 0.1, 0.02)
     np.testing.assert_allclose(

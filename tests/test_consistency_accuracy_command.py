@@ -101,7 +101,7 @@ def test_a_long_run_is_not_repeated_and_a_failing_module_leaves_a_note(
     def failing(_: object) -> None:
         raise NumericalFailure("there is no such thing")
 
-    monkeypatch.setattr("vibecalc.accuracy.topics.kinematics_motion.topics", failing)
+    monkeypatch.setattr("vibecalc.kinematics.accuracy.kinematics_motion_topics", failing)
     monkeypatch.setattr(collect, "LONGEST_RUN", 0.0)
     (loaded,) = load_checked([CASES["generator"]])
     found = collect.collect(loaded, (*stages_of(loaded.case)[:1], "whole case"))

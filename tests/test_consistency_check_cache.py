@@ -14,9 +14,9 @@ from test_consistency_stage_cache import leaves
 from vibecalc.case.load import load_case, validate
 from vibecalc.case.overrides import key_text
 from vibecalc.case.schema import Case
+from vibecalc.core.run import machine_checks as checks
+from vibecalc.core.run.machine_checks import CHECKS, check_machine
 from vibecalc.errors import CaseError
-from vibecalc.machine import checks
-from vibecalc.machine.checks import CHECKS, check_machine
 from vibecalc.pipeline.check_cache import check_again
 from vibecalc.pipeline.stage_cache import StageCache
 from vibecalc.study.sweep.place import NOT_COMPUTED, case_at

@@ -14,9 +14,8 @@ import numpy as np
 import pytest
 from crank_trains import motion, train
 
-from vibecalc.excitation.reciprocating import reciprocating_excitation
-from vibecalc.excitation.residual import residual
-from vibecalc.excitation.sums import Excitation
+from vibecalc.excitation.balance import residual
+from vibecalc.excitation.inertia_forces import Excitation, reciprocating_excitation
 
 SPACING = 0.3
 POSITION = SPACING * np.array([-1.5, -0.5, 0.5, 1.5])

@@ -15,8 +15,8 @@ from roll_machines import SYNCHRONOUS
 from scipy.integrate import solve_ivp
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.excitation.induction_motor_power import power_flow
-from vibecalc.numerics.periodic_panels import evaluate
+from vibecalc.excitation.induction_motor_flux import power_flow
+from vibecalc.numerics.periodic.panels import evaluate
 from vibecalc.numerics.typing import FloatArray
 from vibecalc.response.roll.balances import balance
 from vibecalc.response.roll.dynamic_rates import driven_rates, with_steady_flux
@@ -206,7 +206,7 @@ def test_multipliers_of_the_monodromy_matrix(kind: str, cages: int) -> None:
 
 def test_the_line_swings_in_the_multipliers() -> None:
     """The flux that stands still in the stator fades as its eigenvalue says, to a few percent."""
-    from vibecalc.excitation.induction_motor_dynamics import eigenvalues
+    from vibecalc.excitation.induction_motor_flux import eigenvalues
 
     machine, drive = machine_of(rotor_inertia=200.0), drive_of(1)
     found = run(machine, drive)

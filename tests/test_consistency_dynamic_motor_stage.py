@@ -15,7 +15,7 @@ from vibecalc.case.roll_scenes import ROLL
 from vibecalc.case.schema import Case
 from vibecalc.errors import NumericalFailure
 from vibecalc.excitation.induction_motor import steady_torque
-from vibecalc.excitation.induction_motor_dynamics import torque_answer
+from vibecalc.excitation.induction_motor_flux import torque_answer
 from vibecalc.machine.roll import build_roll, roll_drive
 from vibecalc.machine.roll_motor import fitted_motor
 from vibecalc.pipeline.catalogue import CATALOGUE

@@ -4,9 +4,9 @@ import numpy as np
 from engine_cases import replaced
 from engine_mounted import ON_BODY, SEPARATE, loaded_of, mounted, wanted_of
 
-from vibecalc.machine.checks import machine_warnings
+from vibecalc.core.run.machine_checks import machine_warnings
+from vibecalc.isolation.pictures import body as engine_mounts
 from vibecalc.pipeline.run import run_case
-from vibecalc.report.pictures import engine_mounts
 from vibecalc.report.text import render_report
 from vibecalc.study.execute import as_result
 
@@ -60,7 +60,7 @@ def test_report_and_picture_tell_all_of_it() -> None:
         assert ("Without combustion in cylinder 3" in part) == (text is ON_BODY)
         rest = report.split("in the result file only", 1)[1:]
         assert all("torque_reaction" not in words.split("\n\n")[0] for words in rest)
-        figure = engine_mounts.picture(result)
+        figure = engine_mounts.draw_engine_mounts(result)
         assert figure is not None
         below = figure.axes[1]
         assert below.get_xlim() == (0.0, 720.0)

@@ -16,9 +16,9 @@ from scipy.linalg import eigh
 from vibecalc.case.load import load_case, resolve, validate
 from vibecalc.case.scenes import SCENES
 from vibecalc.case.schema import Case
-from vibecalc.excitation.gas_card import pressure_at
-from vibecalc.machine.cautions import machine_warnings
-from vibecalc.machine.engine import build_firing, firing_angle, gas_cards
+from vibecalc.excitation.gas_tables import pressure_at
+from vibecalc.excitation.model import build_firing, firing_angle, gas_cards
+from vibecalc.parts.cautions import machine_warnings
 from vibecalc.torsion.line import damping_matrix, stiffness_matrix
 from vibecalc.torsion.model import build_shaft_line
 

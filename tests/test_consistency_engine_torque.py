@@ -20,7 +20,7 @@ from vibecalc.excitation.cylinder_torque import (
     phasor,
     weighted,
 )
-from vibecalc.excitation.gas_card import FOUR_STROKE, TWO_STROKE, card_weights, gas_card
+from vibecalc.excitation.gas_tables import FOUR_STROKE, TWO_STROKE, card_weights, gas_card
 
 CAR = CrankGeometry(0.035, 0.123, 0.076)
 #: crank pin nearly as long as the rod, wrist pin beside it

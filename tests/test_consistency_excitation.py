@@ -13,12 +13,17 @@ import numpy as np
 import pytest
 from crank_trains import motion, train, turning
 
-from vibecalc.excitation.balance import balance_table
-from vibecalc.excitation.inertia_torque import inertia_torque, torque_reaction
-from vibecalc.excitation.reciprocating import reciprocating_excitation
-from vibecalc.excitation.residual import residual
-from vibecalc.excitation.rotating import rotating_excitation
-from vibecalc.excitation.sums import Excitation, add, at_speed, size_of_terms
+from vibecalc.excitation.balance import balance_table, residual
+from vibecalc.excitation.inertia_forces import (
+    Excitation,
+    add,
+    at_speed,
+    inertia_torque,
+    reciprocating_excitation,
+    rotating_excitation,
+    size_of_terms,
+    torque_reaction,
+)
 
 SAMPLES = 720
 EPS = np.finfo(float).eps

@@ -3,16 +3,16 @@
 import numpy as np
 import pytest
 
-from vibecalc.excitation.cylinder_torque import CrankGeometry, gas_harmonics
-from vibecalc.excitation.gas_card import (
+from vibecalc.excitation.cylinder_torque import CrankGeometry, gas_harmonics, motored_card
+from vibecalc.excitation.gas_tables import (
+    CARD_INTERPOLATIONS,
     FOUR_STROKE,
-    INTERPOLATIONS,
     card_weights,
     gas_card,
     pressure_at,
 )
-from vibecalc.excitation.gas_cycle import (
-    Cycle,
+from vibecalc.excitation.pressure_cycle import (
+    PressureCycle,
     card_of_mean_pressure,
     card_of_peak,
     cylinder_volume,
@@ -21,7 +21,6 @@ from vibecalc.excitation.gas_cycle import (
     motored_cycle,
     spark_cycle,
 )
-from vibecalc.excitation.misfire import motored_card
 
 CAR = CrankGeometry(0.035, 0.123, 0.076)
 OFFSET = CrankGeometry(0.05, 0.16, 0.09, wrist_pin_offset=0.006)
@@ -29,7 +28,7 @@ ANGLE = np.radians([-300.0, -180.0, -60.0, -20.0, 0.0, 7.0, 15.0, 40.0, 110.0, 2
 PRESSURE = 1e5 * np.array([1.3, 1.9, 4.0, 12.0, 30.0, 71.0, 60.0, 25.0, 6.0, 2.1, 1.3])
 
 
-@pytest.mark.parametrize("interpolation", INTERPOLATIONS)
+@pytest.mark.parametrize("interpolation", CARD_INTERPOLATIONS)
 def test_cards_pass_through_their_table_and_forget_where_it_began(interpolation: str) -> None:
     card = gas_card(ANGLE, PRESSURE, interpolation, cycle=FOUR_STROKE, crankcase_pressure=101325.0)
     for turn in (-FOUR_STROKE, 0.0, 3 * FOUR_STROKE):
@@ -85,7 +84,7 @@ CYCLES = {
 @pytest.mark.parametrize("cycle", CYCLES.values(), ids=CYCLES)
 @pytest.mark.parametrize("geometry", [CAR, OFFSET], ids=["centred", "offset"])
 def test_computed_cards_have_the_peak_or_the_work_asked_for(
-    cycle: Cycle, geometry: CrankGeometry
+    cycle: PressureCycle, geometry: CrankGeometry
 ) -> None:
     crankcase = cycle.crankcase_pressure
     card = card_of_peak(cycle, geometry, 150e5)
@@ -115,7 +114,7 @@ def test_short_combustion_and_late_exhaust_give_the_ideal_cycles(kind: str) -> N
     held = np.radians(25.0)
     rest = []
     for short in (0.004, 0.002):
-        cycle = Cycle(
+        cycle = PressureCycle(
             "four_stroke", "spark" if kind == "spark" else "diesel", ratio, p1, p1, n_c, n_e,
             -short, short, short if kind == "spark" else held, -np.pi, np.pi - short, 0.2, p1,
         )  # fmt: skip

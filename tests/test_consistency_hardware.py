@@ -6,34 +6,49 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from vibecalc.hardware.gap import RingGap, gap_damping, gap_shares, viscosity_for_damping
-from vibecalc.hardware.gap_oscillation import film_factor
-from vibecalc.hardware.gap_published import published_shares
-from vibecalc.hardware.oil_density import oil_density
-from vibecalc.hardware.oils import (
+from vibecalc.absorber.hardware.oil_gap import (
     Oil,
+    RingGap,
+    Walther,
     dynamic_viscosity,
+    film_factor,
+    gap_damping,
+    gap_shares,
+    kinematic_viscosity,
     nearest_oils,
     oil_damping,
+    oil_density,
+    published_shares,
     right_temperature,
+    spread,
     stock_array,
+    temperature_for,
+    viscosity_for_damping,
+    warming,
 )
-from vibecalc.hardware.rings import inner_radius_for, ring_inertia
-from vibecalc.hardware.rods import bending_stiffness, mass_per_length, torsional_stiffness
-from vibecalc.hardware.spring_axial import (
+from vibecalc.absorber.hardware.rods_and_springs import (
     Springs,
     axial_torsional_stiffness,
+    bending_stiffness,
     coaxial_coupling,
+    couple_stiffness,
     coupled_frequencies,
+    inner_radius_for,
+    largest_extension,
+    mass_per_length,
+    nearest_springs,
+    rank,
+    rate_for_couple,
+    ring_inertia,
+    shear_stress,
+    spring_rate,
+    tension_stiffness,
+    torsional_stiffness,
+    turns_for_rate,
 )
-from vibecalc.hardware.spring_couple import couple_stiffness, rate_for_couple, tension_stiffness
-from vibecalc.hardware.springs import largest_extension, shear_stress, spring_rate, turns_for_rate
-from vibecalc.hardware.stock import nearest_springs, rank
-from vibecalc.hardware.viscosity import Walther, kinematic_viscosity, spread, temperature_for
-from vibecalc.hardware.warming import warming
+from vibecalc.absorber.peaks import peaks
+from vibecalc.absorber.transfer import Absorber
 from vibecalc.numerics.rounding import WithError
-from vibecalc.response.absorber.model import Absorber
-from vibecalc.response.absorber.peaks import peaks
 
 LINE = Walther((313.15, 373.15), (86e-6, 13.8e-6))
 THICK = Oil("VG 680", Walther((313.15, 373.15), (680e-6, 36e-6)), 900.0)

@@ -7,10 +7,13 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from vibecalc.hardware.overhung_elements import element_frequencies
-from vibecalc.hardware.overhung_parts import EndBody, OverhungRod
-from vibecalc.hardware.overhung_rod import bending_frequencies, whirl_frequencies
-from vibecalc.hardware.rayleigh import rayleigh_frequency
+from vibecalc.absorber.hardware.overhung import (
+    bending_frequencies,
+    element_frequencies,
+    rayleigh_frequency,
+    whirl_frequencies,
+)
+from vibecalc.absorber.hardware.rods_and_springs import EndBody, OverhungRod
 
 ROD = OverhungRod(200e9 * 2.0432e-8, 6.7 / 1.7, 1.6, 0.1)
 MASS, POLAR = np.array([13.8, 23.5, 37.3]), np.array([0.179, 0.297, 0.465])

@@ -8,16 +8,22 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
 from vibecalc.excitation.induction_motor import InductionMotor, steady_torque, torque_slope
-from vibecalc.excitation.induction_motor_dynamics import eigenvalues, time_constants, torque_answer
 from vibecalc.excitation.induction_motor_flux import (
+    eigenvalues,
     flux_rates,
     flux_system,
     flux_torque,
     inverse_inductance,
     steady_flux,
+    time_constants,
+    torque_answer,
 )
-from vibecalc.excitation.induction_motor_gradient import parameter_names, torque_sensitivity
-from vibecalc.excitation.induction_motor_split import transient_inductance, with_stator_leakage
+from vibecalc.excitation.induction_motor_identify import (
+    parameter_names,
+    torque_sensitivity,
+    transient_inductance,
+    with_stator_leakage,
+)
 
 SLIPS = np.array([-95.0, -3.0, -1e-6, 0.0, 1e-9, 0.3, 0.9, 7.0, 17.0, 94.2, 200.0])
 both = pytest.mark.parametrize("motor", MOTORS.values(), ids=MOTORS)

@@ -6,11 +6,15 @@ import pytest
 from induction_motors import GIVEN, ONE_CAGE, RPM, TABLE_SLIP, TABLE_TORQUE, TWO_CAGES
 from scipy.optimize import differential_evolution
 
-from vibecalc.excitation.induction_motor import InductionMotor, steady_torque, torque_slope
-from vibecalc.excitation.induction_motor_curve import torque_curve
-from vibecalc.excitation.induction_motor_dynamics import eigenvalues, torque_answer
+from vibecalc.excitation.induction_motor import (
+    InductionMotor,
+    steady_torque,
+    torque_curve,
+    torque_slope,
+)
 from vibecalc.excitation.induction_motor_fit import NO_LOAD_RATIO, fit_induction_motor
-from vibecalc.excitation.induction_motor_split import transient_inductance
+from vibecalc.excitation.induction_motor_flux import eigenvalues, torque_answer
+from vibecalc.excitation.induction_motor_identify import transient_inductance
 
 MADE = TABLE_SLIP[1:]
 

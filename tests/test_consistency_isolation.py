@@ -18,26 +18,26 @@ from isolation_machines import (
 )
 from scipy.integrate import solve_ivp
 
-from vibecalc.isolation.body_readout import mount_readout
-from vibecalc.isolation.body_rows import body_rows
-from vibecalc.isolation.mount_motion import displacement, mount_force
 from vibecalc.isolation.pitch import (
     angle_harmonics,
     lever_force,
+    pitch_resonances,
+    pitch_static,
     support_displacement,
     support_force,
     support_share,
     transmissibility,
     transmitted_couple,
 )
-from vibecalc.isolation.pitch_resonance import pitch_resonances
-from vibecalc.isolation.pitch_rows import pitch_rows
-from vibecalc.isolation.pitch_static import pitch_static
-from vibecalc.isolation.readout import shows
-from vibecalc.isolation.rigid_body import displacement_at
-from vibecalc.isolation.rows import HarmonicsAt
+from vibecalc.isolation.rigid_body import (
+    displacement,
+    displacement_at,
+    mount_force,
+    mount_readout,
+    static_deflection,
+)
+from vibecalc.isolation.rows import HarmonicsAt, body_rows, pitch_rows, shows
 from vibecalc.isolation.run_up import RunUpPeak, cycle_peaks, run_up, run_up_peak
-from vibecalc.isolation.static import static_deflection
 from vibecalc.numerics.cycle_peak import cycle_peak
 from vibecalc.numerics.rounding import WithError
 from vibecalc.response.direct import dynamics, response
@@ -126,7 +126,7 @@ def test_blocks_of_speeds_change_nothing(monkeypatch: pytest.MonkeyPatch) -> Non
     body, load = random_body(5), six(gibson_couple())
     whole = body_run_up(body, load, ORDERS, SPEED)
     curve = cycle_peaks(gibson_rows(), ORDERS, np.linspace(1.0, SPEED, 500))
-    monkeypatch.setattr("vibecalc.isolation.blocks.MOST_AT_ONCE", 40)
+    monkeypatch.setattr("vibecalc.isolation.run_up.MOST_AT_ONCE", 40)
     parts = body_run_up(body, load, ORDERS, SPEED)
     assert parts.value == pytest.approx(whole.value, rel=1e-12)
     assert parts.speed == pytest.approx(whole.speed, rel=1e-11)

@@ -8,15 +8,14 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from vibecalc.kinematics.dead_centres import (
+from vibecalc.kinematics.harmonics import dropped_with_error, harmonics_with_error, motion_harmonics
+from vibecalc.kinematics.slider_crank import (
     bottom_dead_centre,
     piston_displacement,
+    piston_motion,
     stroke,
     top_dead_centre,
 )
-from vibecalc.kinematics.dropped_orders import dropped_with_error
-from vibecalc.kinematics.harmonics import harmonics_with_error, motion_harmonics
-from vibecalc.kinematics.slider_crank import piston_motion
 from vibecalc.kinematics.truncated_series import (
     RELATIVE_ERROR,
     truncated_dropped_acceleration,

@@ -8,7 +8,7 @@ import mpmath
 import numpy as np
 from line_damper_samples import RING, TABLE_VALUE, branched, direct, engine, torque_of_parts
 
-from vibecalc.optimisation.absorber.minimax import minimax
+from vibecalc.absorber.tuning.minimax import minimax
 from vibecalc.torsion.damper_design.design import design
 from vibecalc.torsion.damper_design.problem import Damper, Limits, Problem, system_of
 from vibecalc.torsion.damper_design.readings import amplitudes, reading_error, readings, table

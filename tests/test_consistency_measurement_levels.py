@@ -10,14 +10,11 @@ from plate_readings import LEVELS, apart, by_the_source, random_plate, source_ro
 from scipy.optimize import least_squares
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.measurement.choosing import choose
-from vibecalc.measurement.cone_ends import ends
-from vibecalc.measurement.level import DECIBEL, amplitude_of, level_of
-from vibecalc.measurement.level_fit import evaluate, refine
-from vibecalc.measurement.level_motions import level_motions
-from vibecalc.measurement.quadratic import least_determined
-from vibecalc.measurement.rigid_plate import difference_row, point_row, rotation_row
-from vibecalc.measurement.telling_apart import most_telling
+from vibecalc.measurement.choosing import choose, most_telling
+from vibecalc.measurement.level_motions import evaluate, level_motions, refine
+from vibecalc.measurement.plate import difference_row, point_row, rotation_row
+from vibecalc.measurement.second_moments import ends, least_determined
+from vibecalc.numerics.level import DECIBEL, amplitude_of, level_of
 
 HALF = 0.05
 

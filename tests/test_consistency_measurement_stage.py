@@ -8,8 +8,8 @@ import pytest
 from plate_cases import PLATE, entry, load, replaced, run
 from shipped_cases import result_of
 
-from vibecalc.machine.measurement import build_harmonics
-from vibecalc.measurement.rigid_plate import PARTS, difference_row, point_row
+from vibecalc.measurement.model import build_harmonics
+from vibecalc.measurement.plate import PARTS, difference_row, point_row
 from vibecalc.pipeline.catalogue import AXES, CATALOGUE
 from vibecalc.pipeline.plan import plan_case, planned_quantities
 from vibecalc.pipeline.run import run_case

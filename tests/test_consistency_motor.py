@@ -10,7 +10,7 @@ from shipped_cases import ROOT, result_of
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.excitation.axial_force import axial_force
-from vibecalc.report.sections.motor import motor
+from vibecalc.excitation.report import motor
 
 TABLE = np.loadtxt(ROOT / "cases" / "compressor_motor_torque.csv", delimiter=",", skiprows=2)
 ORDER, COSINE, SINE = TABLE[:, 0].astype(int), TABLE[:, 1], TABLE[:, 2]
@@ -186,7 +186,7 @@ def test_section_of_straight_conductors_says_zero():
 
 def test_picture_shows_bars_signal_and_levels():
     pytest.importorskip("matplotlib")
-    from vibecalc.report.pictures.motor_force import picture
+    from vibecalc.excitation.pictures import draw_motor_force as picture
 
     result = result_of("compressor_motor")
     figure = picture(result)

@@ -10,17 +10,20 @@ import pytest
 from exact_pendulum import kinetic_energy, place
 from scipy.integrate import solve_ivp
 
-from vibecalc.response.absorber.amplitude import amplitude
-from vibecalc.response.pendulum.model import Pendulum, path, rates, terms
-from vibecalc.response.pendulum.order import (
+from vibecalc.absorber.pendulum_order import (
+    Pendulum,
     detuning_coefficient,
+    order_of_swing,
+    path,
     path_exponent,
     radius_for_order,
     radius_for_order_with_rollers,
+    rates,
+    terms,
     tuning_order,
 )
-from vibecalc.response.pendulum.period import order_of_swing
-from vibecalc.response.pendulum.secondary import as_absorber, as_secondary, small_motion
+from vibecalc.absorber.pendulum_steady import as_absorber, as_secondary, small_motion
+from vibecalc.absorber.transfer import amplitude
 
 POINT = Pendulum(1.3, 0.12, 0.02)
 ROLLERS = Pendulum(1.3, 0.12, 0.02, 0.0, 0.0, 0.2, 0.115, 0.03, 0.2 * 0.03**2 / 8.0)

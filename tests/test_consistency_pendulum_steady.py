@@ -9,11 +9,8 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from vibecalc.response.pendulum.jump import jump
-from vibecalc.response.pendulum.model import Pendulum, rates
-from vibecalc.response.pendulum.order import path_exponent, tuning_order
-from vibecalc.response.pendulum.secondary import as_secondary, small_motion
-from vibecalc.response.pendulum.steady import steady_motion
+from vibecalc.absorber.pendulum_order import Pendulum, path_exponent, rates, tuning_order
+from vibecalc.absorber.pendulum_steady import as_secondary, jump, small_motion, steady_motion
 
 POINT = Pendulum(1.3, 0.12, 0.02)
 ROLLERS = Pendulum(1.3, 0.12, 0.02, 0.0, 0.0, 0.2, 0.115, 0.03, 0.2 * 0.03**2 / 8.0)

@@ -6,12 +6,11 @@ import pytest
 from periodic_problems import TURN, duffing_rhs, friction_problem, linear_rhs
 from scipy.integrate import solve_ivp
 
-from vibecalc.numerics.periodic_collocation import solve_periodic
-from vibecalc.numerics.periodic_error import estimate_error
-from vibecalc.numerics.periodic_fourier import solve_fourier
-from vibecalc.numerics.periodic_ladder import solve_to
-from vibecalc.numerics.periodic_multipliers import floquet_multipliers
-from vibecalc.numerics.periodic_panels import PeriodicProblem, evaluate, running_integral
+from vibecalc.numerics.periodic.collocation import solve_periodic
+from vibecalc.numerics.periodic.fourier import solve_fourier
+from vibecalc.numerics.periodic.multipliers import floquet_multipliers
+from vibecalc.numerics.periodic.panels import PeriodicProblem, evaluate, running_integral
+from vibecalc.numerics.periodic.tolerance import estimate_error, solve_to
 
 EDGES = np.linspace(0.0, TURN, 37)
 

@@ -13,11 +13,11 @@ from shipped_cases import CASES, result_of
 
 from vibecalc.case.kind_parts import PARTS_OF_KIND
 from vibecalc.case.kinds import KINDS, KindName
-from vibecalc.machine.checks import check_machine, machine_warnings
+from vibecalc.core.run.machine_checks import check_machine, machine_warnings
+from vibecalc.isolation.pictures import body as engine_mounts
 from vibecalc.pipeline.plan import plan_case
 from vibecalc.pipeline.run import run_case
 from vibecalc.report.limits import judge_limits
-from vibecalc.report.pictures import engine_mounts
 from vibecalc.report.references import judge_references
 from vibecalc.report.text import render_report
 from vibecalc.results.record import Quantity, Record
@@ -159,6 +159,6 @@ def test_report_and_picture_tell_all_of_it() -> None:
     assert "Pump: valves, volumes and torque" in report
     assert "Torque reaction: pump on its mounts" in report
     assert "engine" not in report
-    figure = engine_mounts.picture(result)
+    figure = engine_mounts.draw_engine_mounts(result)
     assert figure is not None and figure.axes[1].get_xlim() == (0.0, 360.0)
     assert CASES["pump"].is_file()

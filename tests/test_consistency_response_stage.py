@@ -33,7 +33,7 @@ from truth_report import UNIT
 
 from vibecalc.case.load import validate
 from vibecalc.errors import NumericalFailure
-from vibecalc.machine.system import block_matrix
+from vibecalc.parts.matrices import block_matrix
 from vibecalc.pipeline.plan import planned_quantities
 from vibecalc.pipeline.run import run_case
 from vibecalc.results.record import Quantity, Record

@@ -9,8 +9,11 @@ import numpy as np
 import pytest
 from exact_rod import couple_of, energy_of, on_the_rod, three_masses, two_masses
 
-from vibecalc.excitation.inertia_torque import inertia_torque, torque_reaction
-from vibecalc.excitation.reciprocating import reciprocating_excitation
+from vibecalc.excitation.inertia_forces import (
+    inertia_torque,
+    reciprocating_excitation,
+    torque_reaction,
+)
 from vibecalc.excitation.rod_inertia import (
     rod_couple_peak,
     rod_inertia_excitation,

@@ -8,7 +8,7 @@ from roll_control_cases import case_of, record_of, shipped, value_of
 from roll_machines import SYNCHRONOUS, source_drive, source_machine
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.excitation.gas_force import force_at
+from vibecalc.excitation.gas_tables import force_at
 from vibecalc.pipeline.run import run_case
 from vibecalc.response.roll.inertia import inertia
 from vibecalc.response.roll.machine import as_batch

@@ -16,7 +16,7 @@ from roll_machines import (
 )
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.periodic_panels import evaluate
+from vibecalc.numerics.periodic.panels import evaluate
 from vibecalc.response.roll.controlled import ControlledRates, Law
 from vibecalc.response.roll.controlled_state import closed_loop
 from vibecalc.response.roll.machine import as_batch

@@ -9,7 +9,7 @@ from response_machines import run, shipped
 from shipped_cases import result_of
 
 from vibecalc.case.load import validate
-from vibecalc.machine.cautions import machine_warnings
+from vibecalc.parts.cautions import machine_warnings
 from vibecalc.report.limits import judge_limits
 from vibecalc.report.sections.roll_forces import shaking
 from vibecalc.results.record import Record

@@ -9,7 +9,7 @@ from roll_machines import ROTOR, SYNCHRONOUS, source_drive, source_machine
 from shipped_cases import CASES, result_of
 
 from vibecalc.machine.roll import build_roll, roll_drive
-from vibecalc.measurement.level import level_of
+from vibecalc.numerics.level import level_of
 from vibecalc.pipeline.entries.roll import FORCES, ROOT, VARIABLES
 from vibecalc.pipeline.stages.roll_observed import (
     Looks,

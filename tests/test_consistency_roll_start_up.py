@@ -6,7 +6,7 @@ from roll_march_machines import constant_torque, source_drive, source_machine
 from scipy.integrate import solve_ivp
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.excitation.gas_force import gas_force
+from vibecalc.excitation.gas_tables import gas_force
 from vibecalc.excitation.slip_torque import linear_motor, slip_curve
 from vibecalc.response.roll.inertia import inertia
 from vibecalc.response.roll.machine import RollDrive, RollMachine

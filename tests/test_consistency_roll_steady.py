@@ -13,7 +13,7 @@ from roll_machines import FIRST_MASS, SHELL, SYNCHRONOUS, source_drive, source_m
 from scipy.integrate import solve_ivp
 
 from vibecalc.excitation.slip_torque import linear_motor
-from vibecalc.measurement.level import level_of
+from vibecalc.numerics.level import level_of
 from vibecalc.pipeline.stages.roll_observed import Seen, spectra_of
 from vibecalc.response.roll.course import course_of_state
 from vibecalc.response.roll.inertia import inertia

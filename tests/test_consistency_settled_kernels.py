@@ -4,13 +4,10 @@ import mpmath
 import numpy as np
 import pytest
 
-from vibecalc.hardware.overhung_parts import EndBody, OverhungRod
-from vibecalc.hardware.overhung_rod import bending_frequencies
-from vibecalc.hardware.overhung_roots import closed_in
-from vibecalc.numerics.cycle_peak import cycle_peak
-from vibecalc.numerics.peak_orders import kept_orders
-from vibecalc.response.pendulum.model import Pendulum
-from vibecalc.response.pendulum.period import order_of_swing
+from vibecalc.absorber.hardware.overhung import bending_frequencies, closed_in
+from vibecalc.absorber.hardware.rods_and_springs import EndBody, OverhungRod
+from vibecalc.absorber.pendulum_order import Pendulum, order_of_swing
+from vibecalc.numerics.cycle_peak import cycle_peak, kept_orders
 from vibecalc.response.switching.run import PANEL_PHASE
 
 

@@ -16,8 +16,8 @@ from vibecalc.case.load import validate
 from vibecalc.case.overrides import key_text
 from vibecalc.case.schema import Case
 from vibecalc.case.walk import Shape, keys_of, shape_at
+from vibecalc.core.run.machine_checks import check_machine
 from vibecalc.errors import CaseError, KeyPath, NumericalFailure
-from vibecalc.machine.checks import check_machine
 from vibecalc.pipeline.check_cache import check_again
 from vibecalc.pipeline.plan import plan_case
 from vibecalc.pipeline.run import run_case

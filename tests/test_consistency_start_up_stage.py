@@ -17,8 +17,7 @@ from shipped_cases import result_of
 from vibecalc.case.load import validate
 from vibecalc.errors import NumericalFailure
 from vibecalc.machine.roll import build_roll, roll_drive
-from vibecalc.numerics.runge_kutta_march import march
-from vibecalc.numerics.runge_kutta_record import sample
+from vibecalc.numerics.runge_kutta_march import march, sample
 from vibecalc.pipeline.run import run_case
 from vibecalc.pipeline.stage_plan import below
 from vibecalc.report.sections.start_up import start_up as section

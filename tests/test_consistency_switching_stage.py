@@ -17,8 +17,8 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import eigh
 
 from vibecalc.case.load import validate
+from vibecalc.core.run.machine_checks import check_machine
 from vibecalc.errors import NumericalFailure
-from vibecalc.machine.checks import check_machine
 from vibecalc.pipeline.plan import planned_quantities
 from vibecalc.results.record import Record
 

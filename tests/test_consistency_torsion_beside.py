@@ -13,7 +13,7 @@ from report_samples import result_of
 from test_consistency_torsion_stage import ROOT, SPEED, record, value
 
 from vibecalc.case.load import resolve, validate
-from vibecalc.machine.cautions import machine_warnings
+from vibecalc.parts.cautions import machine_warnings
 from vibecalc.report.machine_readable import as_json
 from vibecalc.torsion.adapters.exceeded import united
 from vibecalc.torsion.report.first_page import conclusion

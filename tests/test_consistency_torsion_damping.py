@@ -12,7 +12,7 @@ from engine_cases import ENGINE, GEARED, replaced
 
 from vibecalc.case.load import validate
 from vibecalc.errors import NumericalFailure
-from vibecalc.machine.cautions import machine_warnings
+from vibecalc.parts.cautions import machine_warnings
 from vibecalc.pipeline.run import run_case
 from vibecalc.results.record import Record
 

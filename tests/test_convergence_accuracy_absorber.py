@@ -11,23 +11,30 @@ import numpy as np
 import pytest
 from shipped_cases import CASES
 
+from vibecalc.absorber.accuracy.by_other_means import (
+    Question,
+    System,
+    first_place,
+    grid_of,
+    highest_peak,
+    least_highest_peak,
+    magnitude,
+)
+from vibecalc.absorber.accuracy.curves import absorber_curves_topics as curves_topics
+from vibecalc.absorber.accuracy.hardware import absorber_parts_topics as parts_topics
+from vibecalc.absorber.accuracy.pendulum import absorber_pendulum_topics as pendulum_topics
+from vibecalc.absorber.accuracy.tuning import absorber_tuning_topics as tuning_topics
+from vibecalc.absorber.tuning.closed_forms import nishihara_asami
 from vibecalc.accuracy.front import extra_work
 from vibecalc.accuracy.measure import Timed, measure
 from vibecalc.accuracy.order import fitted
 from vibecalc.accuracy.rung import Measured, Rung
 from vibecalc.accuracy.topic import Topic
 from vibecalc.accuracy.topics import find
-from vibecalc.accuracy.topics.absorber_curves import topics as curves_topics
-from vibecalc.accuracy.topics.absorber_parts import topics as parts_topics
-from vibecalc.accuracy.topics.absorber_pendulum import topics as pendulum_topics
-from vibecalc.accuracy.topics.absorber_tuning import topics as tuning_topics
 from vibecalc.accuracy.topics.find import study_topics as find_study_topics
 from vibecalc.accuracy.topics.optimisation import study_topics as optimisation_study_topics
-from vibecalc.accuracy.yardsticks.absorber_searches import Question, first_place, grid_of, magnitude
-from vibecalc.accuracy.yardsticks.absorber_truths import System, highest_peak, least_highest_peak
 from vibecalc.accuracy.yardsticks.searches import nelder_mead, within_budget
 from vibecalc.errors import NumericalFailure
-from vibecalc.optimisation.absorber.closed_forms import nishihara_asami
 from vibecalc.pipeline.run import run_scene
 from vibecalc.study.load import load_checked
 

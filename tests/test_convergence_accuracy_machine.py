@@ -15,15 +15,9 @@ from vibecalc.accuracy.measure import Timed, measure
 from vibecalc.accuracy.order import fitted
 from vibecalc.accuracy.rung import Measured
 from vibecalc.accuracy.topic import Topic
-from vibecalc.accuracy.topics.excitation_force import topics as excitation_force_topics
-from vibecalc.accuracy.topics.isolation_steady import topics as isolation_steady_topics
-from vibecalc.accuracy.topics.kinematics_harmonics import topics as kinematics_harmonics_topics
-from vibecalc.accuracy.topics.kinematics_motion import topics as kinematics_motion_topics
-from vibecalc.accuracy.topics.motor_force import topics as motor_force_topics
 from vibecalc.accuracy.topics.operations import topics as operations_topics
 from vibecalc.accuracy.topics.response_modes import topics as response_modes_topics
 from vibecalc.accuracy.topics.response_steady import topics as response_steady_topics
-from vibecalc.accuracy.topics.run_up import topics as run_up_topics
 from vibecalc.accuracy.topics.switching import topics as switching_topics
 from vibecalc.accuracy.yardsticks.cycle_peaks import peak_topic
 from vibecalc.accuracy.yardsticks.cycle_signals import Signal
@@ -40,10 +34,14 @@ from vibecalc.accuracy.yardsticks.grids import (
 )
 from vibecalc.accuracy.yardsticks.integrators import march_fixed, march_scipy
 from vibecalc.errors import NumericalFailure
+from vibecalc.excitation.accuracy import excitation_force_topics, motor_force_topics
+from vibecalc.isolation.accuracy.run_up import run_up_topics
+from vibecalc.isolation.accuracy.steady import isolation_steady_topics
+from vibecalc.isolation.adapters.common import LARGEST
+from vibecalc.kinematics.accuracy import kinematics_harmonics_topics, kinematics_motion_topics
 from vibecalc.pipeline.plan import plan_case
 from vibecalc.pipeline.run import run_scene
 from vibecalc.pipeline.scene import Scene
-from vibecalc.pipeline.stages.isolation_common import LARGEST
 from vibecalc.results.accuracy_layout import FAILED
 from vibecalc.study.load import load_checked
 

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.kinematics.dropped_orders import dropped_acceleration
-from vibecalc.kinematics.harmonics import motion_harmonics
+from vibecalc.kinematics.harmonics import dropped_acceleration, motion_harmonics
 from vibecalc.kinematics.slider_crank import piston_motion
 from vibecalc.kinematics.truncated_series import (
     truncated_dropped_acceleration,

@@ -6,11 +6,9 @@ import numpy as np
 import pytest
 from periodic_problems import TURN, end_values, friction_problem, halved, linear_rhs
 
-from vibecalc.numerics.periodic_collocation import _carried, solve_periodic
-from vibecalc.numerics.periodic_fourier import solve_fourier
-from vibecalc.numerics.periodic_kinks import split
-from vibecalc.numerics.periodic_newton import newton
-from vibecalc.numerics.periodic_panels import PeriodicProblem, evaluate
+from vibecalc.numerics.periodic.collocation import _carried, newton, solve_periodic, split
+from vibecalc.numerics.periodic.fourier import solve_fourier
+from vibecalc.numerics.periodic.panels import PeriodicProblem, evaluate
 
 
 def bump(x):

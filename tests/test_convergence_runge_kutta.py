@@ -5,9 +5,8 @@ import pytest
 from scipy.integrate import RK45
 
 from vibecalc.numerics import runge_kutta
-from vibecalc.numerics.runge_kutta_march import march
-from vibecalc.numerics.runge_kutta_record import sample
-from vibecalc.numerics.runge_kutta_system import Plain, Tables
+from vibecalc.numerics.runge_kutta import Plain, Tables
+from vibecalc.numerics.runge_kutta_march import march, sample
 
 #: loose enough that the longest step alone decides
 LOOSE = 1e3

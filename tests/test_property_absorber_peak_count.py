@@ -9,11 +9,8 @@ import numpy as np
 import pytest
 from exact_tree import roots_of
 
-from vibecalc.response.absorber.coefficients import Coupling, coupling
-from vibecalc.response.absorber.model import Absorber, transfer_of
-from vibecalc.response.absorber.peak_count import UNTOLD, maxima_counted
-from vibecalc.response.absorber.peaks import peaks
-from vibecalc.response.absorber.peaks_quick import quick_maxima
+from vibecalc.absorber.peaks import UNTOLD, maxima_counted, peaks, quick_maxima
+from vibecalc.absorber.transfer import Absorber, Coupling, coupling, transfer_of
 
 #: z1, m, k, z2 of absorbers one of whose peaks was once given twice
 TWICE = (
@@ -112,7 +109,7 @@ def test_peaks_are_those_of_sixty_digits_each_once() -> None:
 
 
 def test_the_quick_way_gives_what_the_thorough_one_does(monkeypatch: pytest.MonkeyPatch) -> None:
-    from vibecalc.response.absorber import peaks as module
+    from vibecalc.absorber import peaks as module
 
     every = Absorber(*absorbers(60))
     kinds = [("force", "velocity"), ("base", "displacement"), ("unbalance", "displacement"),

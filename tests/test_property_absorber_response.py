@@ -8,12 +8,17 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from vibecalc.absorber.peaks import peaks
+from vibecalc.absorber.squared_magnitude import damping_excess
+from vibecalc.absorber.transfer import (
+    EXCITATIONS,
+    RESPONSES,
+    Absorber,
+    amplitude,
+    amplitude_with_error,
+    poles,
+)
 from vibecalc.errors import NumericalFailure
-from vibecalc.response.absorber.amplitude import amplitude, amplitude_with_error
-from vibecalc.response.absorber.measure import damping_excess
-from vibecalc.response.absorber.model import EXCITATIONS, RESPONSES, Absorber
-from vibecalc.response.absorber.peaks import peaks
-from vibecalc.response.absorber.poles import poles
 
 GRID = np.concatenate([[0.0], np.logspace(-5, 5, 4001)])
 

@@ -3,12 +3,11 @@
 import numpy as np
 import pytest
 
-from vibecalc.optimisation.absorber.mean_square import mean_square_tuning
-from vibecalc.optimisation.absorber.threshold import threshold
-from vibecalc.optimisation.absorber.threshold_mean_square import mean_square_threshold
-from vibecalc.response.absorber.mean_square import mean_square
-from vibecalc.response.absorber.model import EXCITATIONS, Absorber
-from vibecalc.response.absorber.peaks import peaks
+from vibecalc.absorber.mean_square import mean_square
+from vibecalc.absorber.peaks import peaks
+from vibecalc.absorber.transfer import EXCITATIONS, Absorber
+from vibecalc.absorber.tuning.closed_forms import threshold
+from vibecalc.absorber.tuning.mean_square import mean_square_threshold, mean_square_tuning
 
 PAIRS = [
     (excitation, response)

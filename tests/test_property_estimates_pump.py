@@ -23,8 +23,8 @@ from random_pumps import random_pump
 from truth_pump import judge_pump
 
 from vibecalc.case.load import validate
+from vibecalc.core.run.machine_checks import check_machine
 from vibecalc.errors import NumericalFailure
-from vibecalc.machine.checks import check_machine
 
 #: planar, rigid body and pitch
 FEW = (121, 142, 111)

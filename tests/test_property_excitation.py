@@ -12,12 +12,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.excitation.balance import balance_table
-from vibecalc.excitation.inertia_torque import inertia_torque, torque_reaction
-from vibecalc.excitation.reciprocating import reciprocating_excitation
-from vibecalc.excitation.residual import residual
-from vibecalc.excitation.rotating import rotating_excitation
-from vibecalc.excitation.sums import Excitation, about_point, add, at_speed
+from vibecalc.excitation.balance import balance_table, residual
+from vibecalc.excitation.inertia_forces import (
+    Excitation,
+    about_point,
+    add,
+    at_speed,
+    inertia_torque,
+    reciprocating_excitation,
+    rotating_excitation,
+    torque_reaction,
+)
 
 RATIO = 0.3
 MOTION = motion(RATIO, 8)

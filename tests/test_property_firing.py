@@ -5,8 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
-from vibecalc.case.engine_firing import CYCLES, angles_in_order, phase_of
-from vibecalc.excitation.order_sums import bank_factor, major_orders, order_ranks, phase_sums
+from vibecalc.excitation.cylinder_torque import bank_factor, major_orders, order_ranks, phase_sums
+from vibecalc.parts.firing import CYCLES, angles_in_order, phase_of
 
 FOUR_STROKE = CYCLES["four_stroke"]
 ORDER = np.arange(1, 25) / 2.0

@@ -5,7 +5,7 @@ import pytest
 from roll_machines import columns
 from scipy.interpolate import CubicSpline
 
-from vibecalc.excitation.gas_force import INTERPOLATIONS, force_at, gas_force
+from vibecalc.excitation.gas_tables import FORCE_INTERPOLATIONS, force_at, gas_force
 
 TURN = 2.0 * np.pi
 DEGREES, FORCE = columns("roll_first_stage.csv")
@@ -14,7 +14,7 @@ LARGEST = np.max(FORCE)
 POINTS = np.random.default_rng(3).uniform(-3.0 * TURN, 3.0 * TURN, 400)
 UNEVEN = np.array([0.0, 0.3, 0.35, 2.0, 3.1, 5.0, TURN])
 UNEVEN_FORCE = np.array([5.0, 9.0, -2.0, 4.0, 4.5, 1.0, 5.0])
-PIECEWISE = [kind for kind in INTERPOLATIONS if kind != "trigonometric"]
+PIECEWISE = [kind for kind in FORCE_INTERPOLATIONS if kind != "trigonometric"]
 
 
 def begun_at(place: int) -> tuple[np.ndarray, np.ndarray]:
@@ -23,7 +23,7 @@ def begun_at(place: int) -> tuple[np.ndarray, np.ndarray]:
     return ANGLE + ANGLE[place], np.append(force, force[0])
 
 
-@pytest.mark.parametrize("kind", INTERPOLATIONS)
+@pytest.mark.parametrize("kind", FORCE_INTERPOLATIONS)
 def test_through_every_node_in_every_turn(kind: str) -> None:
     gas = gas_force(ANGLE, FORCE, kind)
     for turn in (-2, 0, 5):
@@ -38,7 +38,7 @@ def test_through_uneven_nodes(kind: str) -> None:
     np.testing.assert_allclose(force_at(gas, UNEVEN), UNEVEN_FORCE, rtol=0, atol=1e-13)
 
 
-@pytest.mark.parametrize("kind", INTERPOLATIONS)
+@pytest.mark.parametrize("kind", FORCE_INTERPOLATIONS)
 def test_periodic(kind: str) -> None:
     gas = gas_force(ANGLE, FORCE, kind)
     here = force_at(gas, POINTS)
@@ -48,7 +48,7 @@ def test_periodic(kind: str) -> None:
         )
 
 
-@pytest.mark.parametrize("kind", INTERPOLATIONS)
+@pytest.mark.parametrize("kind", FORCE_INTERPOLATIONS)
 def test_continuous_where_the_turn_closes(kind: str) -> None:
     gas = gas_force(*begun_at(7), kind)
     ends = np.concatenate([[0.0, TURN], np.radians([70.0])])
@@ -59,7 +59,7 @@ def test_continuous_where_the_turn_closes(kind: str) -> None:
 
 
 @pytest.mark.parametrize("place", [1, 18, 35])
-@pytest.mark.parametrize("kind", INTERPOLATIONS)
+@pytest.mark.parametrize("kind", FORCE_INTERPOLATIONS)
 def test_it_does_not_matter_where_a_table_begins(kind: str, place: int) -> None:
     here, there = gas_force(ANGLE, FORCE, kind), gas_force(*begun_at(place), kind)
     np.testing.assert_allclose(
@@ -116,13 +116,13 @@ def test_trigonometric_refuses_uneven_nodes() -> None:
         gas_force(UNEVEN, UNEVEN_FORCE, "trigonometric")
 
 
-@pytest.mark.parametrize("kind", INTERPOLATIONS)
+@pytest.mark.parametrize("kind", FORCE_INTERPOLATIONS)
 def test_a_constant_stays_a_constant(kind: str) -> None:
     found = force_at(gas_force(ANGLE, np.full_like(ANGLE, 1234.5), kind), POINTS)
     np.testing.assert_allclose(found, 1234.5, rtol=1e-13)
 
 
-@pytest.mark.parametrize("kind", INTERPOLATIONS)
+@pytest.mark.parametrize("kind", FORCE_INTERPOLATIONS)
 def test_linear_in_the_forces(kind: str) -> None:
     other = np.cos(3.0 * ANGLE) + np.sin(ANGLE)
     other[-1] = other[0]
@@ -131,7 +131,7 @@ def test_linear_in_the_forces(kind: str) -> None:
     np.testing.assert_allclose(sum_, 2.0 * parts[0] - 3.0 * parts[1], atol=1e-11 * LARGEST)
 
 
-@pytest.mark.parametrize("kind", INTERPOLATIONS)
+@pytest.mark.parametrize("kind", FORCE_INTERPOLATIONS)
 def test_shape_follows_the_angles(kind: str) -> None:
     gas = gas_force(ANGLE, FORCE, kind)
     angles = POINTS[:24].reshape(2, 3, 4)
@@ -143,7 +143,7 @@ def test_shape_follows_the_angles(kind: str) -> None:
 
 
 def test_a_negative_angle_of_one_rounding_is_the_end_of_the_turn() -> None:
-    for kind in INTERPOLATIONS:
+    for kind in FORCE_INTERPOLATIONS:
         gas = gas_force(ANGLE, FORCE, kind)
         for tiny in (-1e-17, -1e-300, 0.0):
             found = float(force_at(gas, np.asarray(tiny)))

@@ -6,16 +6,15 @@ from hypothesis import strategies as st
 from induction_motors import TWO_CAGES, random_motor
 from scipy.integrate import solve_ivp
 
-from vibecalc.excitation.induction_motor import steady_torque
-from vibecalc.excitation.induction_motor_curve import running_slip, torque_curve
-from vibecalc.excitation.induction_motor_dynamics import eigenvalues
+from vibecalc.excitation.induction_motor import running_slip, steady_torque, torque_curve
 from vibecalc.excitation.induction_motor_flux import (
+    eigenvalues,
     flux_rates,
     flux_system,
     flux_torque,
+    power_flow,
     steady_flux,
 )
-from vibecalc.excitation.induction_motor_power import power_flow
 
 seeds = st.integers(0, 2**32 - 1)
 

@@ -16,12 +16,15 @@ from isolation_machines import (
     random_body,
 )
 
-from vibecalc.isolation.mount_motion import displacement, mount_force
-from vibecalc.isolation.pitch import angle_harmonics, pitch_model, support_force, transmissibility
+from vibecalc.isolation.pitch import (
+    angle_harmonics,
+    pitch_model,
+    pitch_static,
+    support_force,
+    transmissibility,
+)
 from vibecalc.isolation.pitch import support_displacement as pitch_displacement
-from vibecalc.isolation.pitch_static import pitch_static
-from vibecalc.isolation.rigid_body import assemble
-from vibecalc.isolation.static import static_deflection
+from vibecalc.isolation.rigid_body import assemble, displacement, mount_force, static_deflection
 from vibecalc.response.direct import dynamics, response
 from vibecalc.response.energy import damping_ratio, energy_fraction
 from vibecalc.response.modes import Modes, modes

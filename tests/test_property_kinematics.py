@@ -4,15 +4,19 @@ import numpy as np
 import pytest
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.kinematics.dead_centres import (
+from vibecalc.kinematics.harmonics import (
+    dropped_acceleration,
+    harmonics_with_error,
+    motion_harmonics,
+    order_for_tolerance,
+)
+from vibecalc.kinematics.slider_crank import (
     bottom_dead_centre,
     piston_displacement,
+    piston_motion,
     stroke,
     top_dead_centre,
 )
-from vibecalc.kinematics.dropped_orders import dropped_acceleration, order_for_tolerance
-from vibecalc.kinematics.harmonics import harmonics_with_error, motion_harmonics
-from vibecalc.kinematics.slider_crank import piston_motion
 
 
 def machines(count, seed=1):

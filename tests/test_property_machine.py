@@ -9,13 +9,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from vibecalc.case.schema import Case
-from vibecalc.machine.body import build_body
-from vibecalc.machine.build import build_machine
-from vibecalc.machine.checks import check_machine
-from vibecalc.machine.crank_train import build_crank_train, build_rotating_masses
-from vibecalc.machine.frame import build_frame
-from vibecalc.machine.mounts import build_mounts, rotation
-from vibecalc.machine.pitch import PitchParts, build_pitch
+from vibecalc.core.run.machine_checks import check_machine
+from vibecalc.isolation.model import PitchParts, build_pitch
+from vibecalc.parts.body import build_body, build_frame
+from vibecalc.parts.crank_train import build_crank_train, build_rotating_masses
+from vibecalc.parts.machine import build_machine
+from vibecalc.parts.mounts import build_mounts, rotation
 
 places = st.tuples(*[st.floats(-1.0, 1.0)] * 3)
 angles = st.tuples(*[st.floats(-3.2, 3.2)] * 3)

@@ -13,12 +13,23 @@ from plate_readings import LEVELS, PLACES, apart, random_plate, source_rows
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.measurement.complex_motion import Phasors, complex_motion, growth_of_deviations
-from vibecalc.measurement.level import DECIBEL, amplitude_of
-from vibecalc.measurement.level_motions import level_motions
-from vibecalc.measurement.observable import helpful, observable
-from vibecalc.measurement.quiet_places import Rectangle, amplitude_map, grid, quietest
-from vibecalc.measurement.rigid_plate import PARTS, difference_row, point_row
-from vibecalc.measurement.spread import level_gradient, phase_gradient
+from vibecalc.measurement.level_motions import (
+    helpful,
+    level_gradient,
+    level_motions,
+    observable,
+    phase_gradient,
+)
+from vibecalc.measurement.plate import (
+    PARTS,
+    Rectangle,
+    amplitude_map,
+    difference_row,
+    grid,
+    point_row,
+    quietest,
+)
+from vibecalc.numerics.level import DECIBEL, amplitude_of
 
 HALF = 0.05
 DEVIATION = 2.0 * HALF / np.sqrt(12.0)

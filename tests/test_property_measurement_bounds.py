@@ -13,13 +13,10 @@ import pytest
 from plate_cases import entry, run
 from plate_readings import random_plate
 
-from vibecalc.measurement.choosing import choose
-from vibecalc.measurement.level import DECIBEL
-from vibecalc.measurement.level_family import extremes
-from vibecalc.measurement.level_motions import level_motions
-from vibecalc.measurement.level_reach import reach
-from vibecalc.measurement.rigid_plate import difference_row, point_row
-from vibecalc.measurement.spread import level_gradient
+from vibecalc.measurement.choosing import choose, extremes, reach
+from vibecalc.measurement.level_motions import level_gradient, level_motions
+from vibecalc.measurement.plate import difference_row, point_row
+from vibecalc.numerics.level import DECIBEL
 
 HALF = 0.05 + 1e-9
 CORNERS = np.array([(0.6, -0.3), (0.6, 0.3), (-0.6, -0.3), (-0.6, 0.3), (0.05, 0.25), (0.1, -0.2)])

@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 from plate_readings import source_rows
 
-from vibecalc.measurement.cone_ends import counted_ends, ends
-from vibecalc.measurement.quadratic import Line, least_determined
-from vibecalc.measurement.rigid_plate import scaled
+from vibecalc.measurement.plate import scaled
+from vibecalc.measurement.second_moments import Line, counted_ends, ends, least_determined
 from vibecalc.numerics.rounding import EPSILON
 
 

@@ -10,11 +10,10 @@ from periodic_problems import (
     random_smooth,
 )
 
-from vibecalc.numerics.periodic_collocation import solve_periodic
-from vibecalc.numerics.periodic_error import estimate_error
-from vibecalc.numerics.periodic_ladder import solve_to
-from vibecalc.numerics.periodic_march import march_turns
-from vibecalc.numerics.periodic_panels import evaluate
+from vibecalc.numerics.periodic.collocation import solve_periodic
+from vibecalc.numerics.periodic.march import march_turns
+from vibecalc.numerics.periodic.panels import evaluate
+from vibecalc.numerics.periodic.tolerance import estimate_error, solve_to
 
 
 @pytest.mark.parametrize("make", [random_smooth, random_kinked])

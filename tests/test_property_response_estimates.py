@@ -20,7 +20,7 @@ from response_machines import random_compressor
 from truth_report import DIGITS, UNIT, Judged
 
 from vibecalc.case.load import validate
-from vibecalc.machine.checks import check_machine
+from vibecalc.core.run.machine_checks import check_machine
 from vibecalc.pipeline.run import run_case
 
 MOST_TOO_LOW, MOST_TOO_HIGH = 0.01, 0.05

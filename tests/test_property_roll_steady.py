@@ -11,8 +11,8 @@ from roll_machines import RADIUS, ROTOR, RPM, SYNCHRONOUS, source_drive, source_
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.excitation.slip_torque import breakdown, linear_motor, rising_branch, slip_curve
-from vibecalc.numerics.periodic_march import march_turns
-from vibecalc.numerics.periodic_panels import constant_start
+from vibecalc.numerics.periodic.march import march_turns
+from vibecalc.numerics.periodic.panels import constant_start
 from vibecalc.response.roll.demand import surely_fastest
 from vibecalc.response.roll.machine import RollDrive, RollMachine, as_batch
 from vibecalc.response.roll.problem import roll_problem

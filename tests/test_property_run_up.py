@@ -12,13 +12,10 @@ from isolation_machines import Body, random_body
 from random_machines import random_machine, without_damping
 
 from vibecalc.case.load import validate
-from vibecalc.isolation.body_readout import mount_readout
-from vibecalc.isolation.body_rows import body_rows
-from vibecalc.isolation.looked import Looked
-from vibecalc.isolation.readout import shows
-from vibecalc.isolation.rigid_body import assemble
-from vibecalc.isolation.rows import HarmonicsAt, Jet
+from vibecalc.isolation.rigid_body import assemble, mount_readout
+from vibecalc.isolation.rows import HarmonicsAt, Jet, body_rows, shows
 from vibecalc.isolation.run_up import RunUp, RunUpPeak, run_up, run_up_peak
+from vibecalc.isolation.run_up_grid import Looked
 from vibecalc.numerics.rounding import WithError
 from vibecalc.pipeline.run import run_case
 from vibecalc.response.modal_resonance import body_resonances

@@ -6,9 +6,8 @@ import pytest
 from test_convergence_runge_kutta import bilinear
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.runge_kutta_march import march
-from vibecalc.numerics.runge_kutta_record import fine, sample
-from vibecalc.numerics.runge_kutta_system import Change, Plain, Tables
+from vibecalc.numerics.runge_kutta import Change, Plain, Tables
+from vibecalc.numerics.runge_kutta_march import fine, march, sample
 
 NO_PIECE = np.zeros((1, 0), dtype=np.int64)
 PENDULUM = Plain(lambda t, y: np.stack([y[:, 1], -np.sin(y[:, 0])], axis=1))

@@ -18,9 +18,9 @@ from truth_absorber_response import response_truth
 from truth_absorber_tuning import tuning_truth
 from truth_report import flat
 
+from vibecalc.absorber.model import build_absorber
 from vibecalc.case.load import validate
-from vibecalc.machine.absorber import build_absorber
-from vibecalc.machine.checks import check_machine
+from vibecalc.core.run.machine_checks import check_machine
 from vibecalc.pipeline.run import run_case
 from vibecalc.results.record import Record
 

@@ -8,9 +8,9 @@ from exact_tree import Peaks, Tree, peaks, response, roots_of, tree, value_at
 from mpmath import mp, mpc, mpf
 from truth_absorber_tuning import TRAVEL, NoTruth, Truth, alone, best_of
 
+from vibecalc.absorber.model import AbsorberParts
+from vibecalc.absorber.stage import asked_of
 from vibecalc.case.schema import Case
-from vibecalc.machine.absorber import AbsorberParts
-from vibecalc.pipeline.plan_absorber import asked_of
 from vibecalc.results.record import Record
 
 

@@ -12,8 +12,8 @@ from exact_mean_square import exact_mean_square
 from exact_tree import Held, Tree, peaks, polished, tree
 from mpmath import matrix, mp, mpf
 
+from vibecalc.absorber.model import AbsorberParts
 from vibecalc.case.schema import Case
-from vibecalc.machine.absorber import AbsorberParts
 from vibecalc.results.record import Record
 
 TRAVEL = "relative_displacement"

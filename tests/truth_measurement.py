@@ -16,7 +16,7 @@ from mpmath import matrix, mp, mpc, mpf
 from random_machines import Table
 
 from vibecalc.case.load import validate
-from vibecalc.machine.checks import check_machine
+from vibecalc.core.run.machine_checks import check_machine
 from vibecalc.pipeline.run import run_case
 from vibecalc.results.record import Record
 

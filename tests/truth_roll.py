@@ -13,7 +13,7 @@ from estimate_counts import Doubted, Told
 from random_machines import Table
 
 from vibecalc.case.load import validate
-from vibecalc.machine.checks import check_machine
+from vibecalc.core.run.machine_checks import check_machine
 from vibecalc.pipeline.run import run_case
 from vibecalc.results.record import Quantity, Record
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from vibecalc.excitation.inertia_torque import inertia_torque
+from vibecalc.excitation.inertia_forces import inertia_torque
 from vibecalc.kinematics.harmonics import motion_harmonics
 from vibecalc.torsion.line import Line, chain, stiffness_matrix
 from vibecalc.torsion.variable_inertia.motion import VariableLine, inertia_variation, variable_line

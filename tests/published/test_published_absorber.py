@@ -9,19 +9,19 @@ that grid's, rows S and M are not reproduced by it and lie beside the true optim
 import numpy as np
 import pytest
 
-from vibecalc.optimisation.absorber.closed_forms import closed_form
-from vibecalc.optimisation.absorber.minimax import NO_HELP, minimax
-from vibecalc.optimisation.absorber.minimax_restricted import pure_viscous
-from vibecalc.response.absorber.amplitude import amplitude
-from vibecalc.response.absorber.fixed_points import fixed_points
-from vibecalc.response.absorber.model import (
+from vibecalc.absorber.peaks import peaks
+from vibecalc.absorber.transfer import (
     Absorber,
+    amplitude,
     damping_from_own_ratio,
     damping_from_primary_ratio,
+    fixed_points,
+    landmarks,
     own_damping_ratio,
 )
-from vibecalc.response.absorber.peaks import peaks
-from vibecalc.response.absorber.poles import landmarks
+from vibecalc.absorber.tuning.closed_forms import closed_form
+from vibecalc.absorber.tuning.minimax import NO_HELP, minimax
+from vibecalc.absorber.tuning.restricted import pure_viscous
 
 MASS, STIFFNESS, RATIO = 0.1, 0.0826, 0.185
 GRID_X = np.arange(2001) * 0.001

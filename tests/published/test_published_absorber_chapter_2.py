@@ -8,14 +8,17 @@ import numpy as np
 import pytest
 from absorber_grid import FREQUENCIES, grid_search, thousandths
 
-from vibecalc.optimisation.absorber.closed_forms import closed_form
-from vibecalc.optimisation.absorber.minimax import BALANCED, minimax
-from vibecalc.optimisation.absorber.minimax_restricted import pure_viscous
-from vibecalc.response.absorber.amplitude import amplitude
-from vibecalc.response.absorber.fixed_points import fixed_points
-from vibecalc.response.absorber.model import Absorber, damping_from_own_ratio
-from vibecalc.response.absorber.peaks import peaks
-from vibecalc.response.absorber.poles import landmarks
+from vibecalc.absorber.peaks import peaks
+from vibecalc.absorber.transfer import (
+    Absorber,
+    amplitude,
+    damping_from_own_ratio,
+    fixed_points,
+    landmarks,
+)
+from vibecalc.absorber.tuning.closed_forms import closed_form
+from vibecalc.absorber.tuning.minimax import BALANCED, minimax
+from vibecalc.absorber.tuning.restricted import pure_viscous
 
 MASS, STIFFNESS, OWN = 0.1, 0.0826, 0.185
 DAMPING = float(damping_from_own_ratio(OWN, MASS, STIFFNESS))

@@ -7,32 +7,39 @@ import math
 import numpy as np
 import pytest
 
-from vibecalc.hardware.clearance import clearance_rule
-from vibecalc.hardware.gap import RingGap, gap_damping, viscosity_for_damping
-from vibecalc.hardware.gap_published import (
+from vibecalc.absorber.hardware.oil_gap import (
     PUBLISHED_DENSITY,
+    RingGap,
+    Walther,
+    clearance_rule,
+    constants,
+    gap_damping,
+    kinematic_viscosity,
     published_damping,
     published_shares,
     published_viscosity,
+    spread,
+    viscosity_for_damping,
 )
-from vibecalc.hardware.overhung_parts import EndBody, OverhungRod
-from vibecalc.hardware.overhung_rod import bending_frequencies
-from vibecalc.hardware.rayleigh import rayleigh_frequency
-from vibecalc.hardware.rods import bending_stiffness, mass_per_length, torsional_stiffness
-from vibecalc.hardware.spring_couple import (
+from vibecalc.absorber.hardware.overhung import bending_frequencies, rayleigh_frequency
+from vibecalc.absorber.hardware.rods_and_springs import (
+    EndBody,
+    OverhungRod,
+    bending_stiffness,
     couple_stiffness,
+    mass_per_length,
     published_rate_for_couple,
     rate_for_couple,
+    spring_rate,
+    torsional_stiffness,
 )
-from vibecalc.hardware.springs import spring_rate
-from vibecalc.hardware.viscosity import Walther, constants, kinematic_viscosity, spread
-from vibecalc.response.absorber.model import (
+from vibecalc.absorber.peaks import peaks
+from vibecalc.absorber.transfer import (
     Absorber,
     damping_from_own_ratio,
     damping_from_primary_ratio,
     own_damping_ratio,
 )
-from vibecalc.response.absorber.peaks import peaks
 
 #: rows S, M, L
 WITHOUT_DAMPER = np.array([0.179, 0.297, 0.465])

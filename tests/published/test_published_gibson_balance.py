@@ -11,8 +11,7 @@ import pytest
 from crank_trains import train
 
 from vibecalc.excitation.balance import balance_table
-from vibecalc.excitation.reciprocating import reciprocating_excitation
-from vibecalc.excitation.sums import at_speed
+from vibecalc.excitation.inertia_forces import at_speed, reciprocating_excitation
 
 ROOT3 = math.sqrt(3.0)
 POSITION = [-0.3, 0.0, 0.3]

@@ -17,10 +17,14 @@ from isolation_machines import (
     gibson_supports,
 )
 
-from vibecalc.isolation.pitch import angle_harmonics, pitch_model, transmissibility
-from vibecalc.isolation.pitch_resonance import pitch_resonances
-from vibecalc.isolation.pitch_rows import pitch_rows
-from vibecalc.isolation.pitch_static import pitch_static
+from vibecalc.isolation.pitch import (
+    angle_harmonics,
+    pitch_model,
+    pitch_resonances,
+    pitch_static,
+    transmissibility,
+)
+from vibecalc.isolation.rows import pitch_rows
 from vibecalc.isolation.run_up import run_up
 from vibecalc.numerics.cycle_peak import cycle_peak
 

@@ -16,7 +16,7 @@ import numpy as np
 import ong_tables as ong
 import pytest
 
-from vibecalc.excitation.reciprocating import reciprocating_excitation
+from vibecalc.excitation.inertia_forces import reciprocating_excitation
 from vibecalc.kinematics.harmonics import motion_harmonics
 from vibecalc.numerics.rounding import WithError
 from vibecalc.response.combination import Superposed, at_phase, superpose

@@ -11,9 +11,9 @@ from scipy.optimize import linprog
 from shipped_cases import result_of, table_of
 
 from vibecalc.case.load import load_case
-from vibecalc.measurement.level import amplitude_of, level_of
 from vibecalc.measurement.level_motions import level_motions
-from vibecalc.measurement.rigid_plate import PARTS, point_row
+from vibecalc.measurement.plate import PARTS, point_row
+from vibecalc.numerics.level import amplitude_of, level_of
 from vibecalc.results.select import scalar
 from vibecalc.units import convert
 

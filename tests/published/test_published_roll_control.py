@@ -10,7 +10,7 @@ import pytest
 from roll_control_loops import MOTOR_GAIN, SOURCE, TARGET, source_load
 from roll_machines import RADIUS, ROTOR, SHELL, source_drive, source_machine
 
-from vibecalc.excitation.gas_force import force_at
+from vibecalc.excitation.gas_tables import force_at
 from vibecalc.response.roll.inertia import inertia
 from vibecalc.response.roll_control.evaluate import evaluate, evaluate_at_speed
 from vibecalc.response.roll_control.model import Controller, model_from_full

@@ -12,12 +12,12 @@ from exact_absorber import optimum, peak
 from mpmath import mp, mpf
 from stability.hard_case import HardCase, Numbers, Way, condition_of, singular
 
+from vibecalc.absorber.peaks import peaks
+from vibecalc.absorber.transfer import Absorber, damping_from_own_ratio, own_damping_ratio
+from vibecalc.absorber.tuning.closed_forms import den_hartog
+from vibecalc.absorber.tuning.minimax import minimax
+from vibecalc.absorber.tuning.restricted import pure_viscous
 from vibecalc.numerics.rounding import WithError
-from vibecalc.optimisation.absorber.closed_forms import den_hartog
-from vibecalc.optimisation.absorber.minimax import minimax
-from vibecalc.optimisation.absorber.minimax_restricted import pure_viscous
-from vibecalc.response.absorber.model import Absorber, damping_from_own_ratio, own_damping_ratio
-from vibecalc.response.absorber.peaks import peaks
 
 KIND = ("force", "displacement")
 BESIDE = 2**-0.5 - 1e-8

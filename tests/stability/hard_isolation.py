@@ -12,8 +12,8 @@ from isolation_machines import COUPLE, INERTIA, LEVER, ORDERS, RADIUS_TO_ROD, gi
 from stability.hard_case import HardCase, Numbers, Way, condition_of, singular
 
 from vibecalc.excitation.balance import balance_table
-from vibecalc.isolation.pitch_resonance import pitch_resonances
-from vibecalc.isolation.pitch_rows import pitch_rows
+from vibecalc.isolation.pitch import pitch_resonances
+from vibecalc.isolation.rows import pitch_rows
 from vibecalc.isolation.run_up import run_up
 from vibecalc.numerics.rounding import WithError
 

@@ -8,10 +8,9 @@ from exact_peaks import cycle_peak as exact_peak
 from stability.hard_case import HardCase, Numbers, Way, condition_of, singular
 
 from vibecalc.measurement.complex_motion import Phasors, complex_motion
-from vibecalc.measurement.rigid_plate import point_row
+from vibecalc.measurement.plate import point_row
 from vibecalc.numerics.cycle_peak import cycle_peak
-from vibecalc.numerics.periodic_condense import scalar_condition
-from vibecalc.numerics.periodic_cyclic import solve_blocks, solve_scalar
+from vibecalc.numerics.periodic.panels import scalar_condition, solve_blocks, solve_scalar
 from vibecalc.numerics.rounding import EPSILON, WithError
 
 #: a narrow beat: orders 59, 60, 61 in phase once a turn, 7e-4 rad off every grid of a degree

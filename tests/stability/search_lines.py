@@ -7,11 +7,11 @@ from stability.search import Contest
 from stability.search_machines import between, worst
 from torsion_lines import network
 
-from vibecalc.numerics.periodic_collocation import solve_periodic
-from vibecalc.numerics.periodic_error import estimate_error
-from vibecalc.numerics.periodic_march import march_turns
-from vibecalc.numerics.periodic_multipliers import product_multipliers
-from vibecalc.numerics.periodic_panels import evaluate
+from vibecalc.numerics.periodic.collocation import solve_periodic
+from vibecalc.numerics.periodic.march import march_turns
+from vibecalc.numerics.periodic.multipliers import product_multipliers
+from vibecalc.numerics.periodic.panels import evaluate
+from vibecalc.numerics.periodic.tolerance import estimate_error
 from vibecalc.torsion.forced import forced_masked
 from vibecalc.torsion.line import Line, chain
 from vibecalc.torsion.modes import natural_modes

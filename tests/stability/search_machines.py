@@ -7,9 +7,8 @@ from stability.hard_compressor import true_frequencies
 from stability.hard_kinematics import closed
 from stability.search import Contest
 
-from vibecalc.isolation.body_readout import mount_readout
-from vibecalc.isolation.body_rows import body_rows
-from vibecalc.isolation.readout import shows
+from vibecalc.isolation.rigid_body import mount_readout
+from vibecalc.isolation.rows import body_rows, shows
 from vibecalc.isolation.run_up import cycle_peaks, run_up_peak
 from vibecalc.kinematics.harmonics import harmonics_with_error
 from vibecalc.kinematics.slider_crank import piston_motion

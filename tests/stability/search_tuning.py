@@ -6,12 +6,12 @@ from exact_mean_square import exact_mean_square
 from stability.search import Contest
 from stability.search_machines import between, worst
 
-from vibecalc.optimisation.absorber.minimax import BALANCED, minimax
-from vibecalc.response.absorber.mean_square import mean_square
-from vibecalc.response.absorber.model import Absorber
-from vibecalc.response.absorber.peaks import peaks
-from vibecalc.response.absorber.several import Several, parallel
-from vibecalc.response.absorber.several_peaks import several_peaks
+from vibecalc.absorber.mean_square import mean_square
+from vibecalc.absorber.peaks import peaks
+from vibecalc.absorber.several import Several, parallel
+from vibecalc.absorber.several_peaks import several_peaks
+from vibecalc.absorber.transfer import Absorber
+from vibecalc.absorber.tuning.minimax import BALANCED, minimax
 
 KINDS = (
     ("force", "displacement"), ("force", "velocity"), ("base", "displacement"),
@@ -39,7 +39,7 @@ def absorber_peaks(point: np.ndarray) -> float:
 
 def absorber_grid(point: np.ndarray) -> float:
     """Peaks from the polynomial against |H| at many frequencies: none may lie above."""
-    from vibecalc.response.absorber.amplitude import amplitude_with_error
+    from vibecalc.absorber.transfer import amplitude_with_error
 
     ratio = Absorber(*ratios(point))
     kind = KINDS[int(point[5] * (len(KINDS) - 0.01))]

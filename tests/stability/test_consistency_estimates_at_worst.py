@@ -8,17 +8,16 @@ import pytest
 from exact_mean_square import exact_mean_square
 from periodic_problems import halved, random_smooth
 
-from vibecalc.numerics.periodic_collocation import solve_periodic
-from vibecalc.numerics.periodic_condition import product_condition
-from vibecalc.numerics.periodic_error import estimate_error
-from vibecalc.numerics.periodic_march import march_turns
-from vibecalc.numerics.periodic_multipliers import product_multipliers
+from vibecalc.absorber.mean_square import mean_square
+from vibecalc.absorber.peaks import peaks
+from vibecalc.absorber.several import Several, parallel
+from vibecalc.absorber.several_peaks import several_peaks
+from vibecalc.absorber.transfer import Absorber
+from vibecalc.numerics.periodic.collocation import solve_periodic
+from vibecalc.numerics.periodic.march import march_turns
+from vibecalc.numerics.periodic.multipliers import product_condition, product_multipliers
+from vibecalc.numerics.periodic.tolerance import estimate_error
 from vibecalc.numerics.rounding import EPSILON
-from vibecalc.response.absorber.mean_square import mean_square
-from vibecalc.response.absorber.model import Absorber
-from vibecalc.response.absorber.peaks import peaks
-from vibecalc.response.absorber.several import Several, parallel
-from vibecalc.response.absorber.several_peaks import several_peaks
 
 
 def exact_eigenvalues(panels: np.ndarray) -> list[mpmath.mpc]:

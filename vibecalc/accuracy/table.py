@@ -3,12 +3,12 @@
 #: stage as the plan names it -> functions of a scene
 TOPICS: dict[str, tuple[str, ...]] = {
     "kinematics": (
-        "vibecalc.accuracy.topics.kinematics_harmonics:topics",
-        "vibecalc.accuracy.topics.kinematics_motion:topics",
+        "vibecalc.kinematics.accuracy:kinematics_harmonics_topics",
+        "vibecalc.kinematics.accuracy:kinematics_motion_topics",
     ),
-    "excitation": ("vibecalc.accuracy.topics.excitation_force:topics",),
-    "motor": ("vibecalc.accuracy.topics.motor_force:topics",),
-    "pump": ("vibecalc.accuracy.topics.pump_torque:topics",),
+    "excitation": ("vibecalc.excitation.accuracy:excitation_force_topics",),
+    "motor": ("vibecalc.excitation.accuracy:motor_force_topics",),
+    "pump": ("vibecalc.excitation.accuracy:pump_torque_topics",),
     "response": (
         "vibecalc.accuracy.topics.response_steady:topics",
         "vibecalc.accuracy.topics.response_modes:topics",
@@ -30,17 +30,17 @@ TOPICS: dict[str, tuple[str, ...]] = {
     "roll": ("vibecalc.accuracy.topics.roll:topics",),
     "start-up": ("vibecalc.accuracy.topics.start_up:topics",),
     "control": ("vibecalc.accuracy.topics.control:topics",),
-    "isolation": ("vibecalc.accuracy.topics.isolation_steady:topics",),
+    "isolation": ("vibecalc.isolation.accuracy.steady:isolation_steady_topics",),
     "run_up": (
-        "vibecalc.accuracy.topics.run_up:topics",
-        "vibecalc.accuracy.topics.run_up_curve:topics",
+        "vibecalc.isolation.accuracy.run_up:run_up_topics",
+        "vibecalc.isolation.accuracy.run_up:run_up_curve_topics",
     ),
-    "torque reaction": ("vibecalc.accuracy.topics.torque_reaction:topics",),
-    "measurement": ("vibecalc.accuracy.topics.measurement:topics",),
-    "tuning": ("vibecalc.accuracy.topics.absorber_tuning:topics",),
-    "absorber": ("vibecalc.accuracy.topics.absorber_curves:topics",),
-    "hardware": ("vibecalc.accuracy.topics.absorber_parts:topics",),
-    "pendulum": ("vibecalc.accuracy.topics.absorber_pendulum:topics",),
+    "torque reaction": ("vibecalc.isolation.accuracy.torque_reaction:torque_reaction_topics",),
+    "measurement": ("vibecalc.measurement.accuracy:measurement_topics",),
+    "tuning": ("vibecalc.absorber.accuracy.tuning:absorber_tuning_topics",),
+    "absorber": ("vibecalc.absorber.accuracy.curves:absorber_curves_topics",),
+    "hardware": ("vibecalc.absorber.accuracy.hardware:absorber_parts_topics",),
+    "pendulum": ("vibecalc.absorber.accuracy.pendulum:absorber_pendulum_topics",),
 }
 
 #: studies above the pipeline -> functions of a loaded case

@@ -8,9 +8,9 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 from vibecalc.case.kinds import check_kinds
-from vibecalc.case.part_checks import check_parts
 from vibecalc.case.raw import Data, either, misspelt, table_at, tables_at
 from vibecalc.errors import KeyPath, Problem, UnitError
+from vibecalc.parts.rules import check_parts
 from vibecalc.units import si_value, split_number
 
 
@@ -176,7 +176,7 @@ def _find(data: Data) -> Iterator[Problem]:
 
 def _drive(data: Data) -> Iterator[Problem]:
     if isinstance(table_at(data, "machine").get("motor"), dict):
-        from vibecalc.case.motor_form import check_motor
+        from vibecalc.parts.drive_rules import check_motor
 
         yield from check_motor(data)
 

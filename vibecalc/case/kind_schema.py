@@ -3,7 +3,7 @@
 from typing import Any
 
 from vibecalc.case.kinds import FINDING_MOTORS, HARMONICS, KINDS
-from vibecalc.case.motor_form import KEYS
+from vibecalc.parts.drive_rules import KEYS
 
 Schema = dict[str, Any]
 

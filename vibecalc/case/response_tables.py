@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from vibecalc.case.absorber_tables import AbsorberResponse
+from vibecalc.absorber.tables import AbsorberResponse
 from vibecalc.case.control_tables import Control
 from vibecalc.case.fields import Angle, Length, Name, Number, Table, Time
 from vibecalc.case.range_table import RunUp

@@ -2,13 +2,11 @@
 
 from typing import Any, NamedTuple
 
-from vibecalc.case import (
-    absorber_scenes,
-    compressor_scenes,
-    engine_scenes,
-    pump_scenes,
-    roll_scenes,
-)
+from vibecalc.absorber import starters as absorber_scenes
+from vibecalc.case import roll_scenes
+from vibecalc.parts import starters as compressor_scenes
+from vibecalc.parts import starters as engine_scenes
+from vibecalc.parts import starters as pump_scenes
 
 
 class Scene(NamedTuple):

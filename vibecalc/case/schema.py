@@ -4,30 +4,27 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
-from vibecalc.case.absorber_hardware import (
+from vibecalc.absorber.tables import (
     Flywheel,
     Gap,
     Oil,
     OilCatalogue,
+    Pendulum,
+    Primary,
     Ring,
     Rod,
+    Secondaries,
+    Secondary,
     SpringCatalogue,
     Springs,
     StockDampers,
     StockOils,
     StockSprings,
+    Tuning,
 )
-from vibecalc.case.absorber_parts import Primary, Secondaries, Secondary
-from vibecalc.case.absorber_pendulum import Pendulum
-from vibecalc.case.absorber_tables import Tuning
-from vibecalc.case.engine_parts import Cycle
 from vibecalc.case.fields import AngularSpeed, Table, Whole
 from vibecalc.case.find_tables import Find
-from vibecalc.case.joint_parts import Joints
 from vibecalc.case.kinds import KindName
-from vibecalc.case.measurement_tables import Measurement
-from vibecalc.case.motor_parts import NEEDED_BY_KIND, Motor
-from vibecalc.case.parts import Body, CrankTrain, Mounts
 from vibecalc.case.response_tables import Response
 from vibecalc.case.roll_parts import Friction, Rotor, Shell
 from vibecalc.case.sweep_tables import Sweep
@@ -41,6 +38,8 @@ from vibecalc.case.tables import (
     Reference,
     ReferenceTable,
 )
+from vibecalc.measurement.tables import Measurement
+from vibecalc.parts.tables import NEEDED_BY_KIND, Body, CrankTrain, Cycle, Joints, Motor, Mounts
 from vibecalc.torsion.shaft_line_tables import ShaftLine
 from vibecalc.torsion.tables import DamperDesign
 
@@ -96,7 +95,7 @@ class Machine(Table):
     def _phases(cls, data: Any) -> Any:
         """Where no throw of an engine says its phase, the order of firing does."""
         if isinstance(data, dict) and data.get("kind") == "engine":
-            from vibecalc.case.engine_firing import with_phases
+            from vibecalc.parts.firing import with_phases
 
             return with_phases(data)
         return data

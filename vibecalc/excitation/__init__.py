@@ -1,1 +1,1 @@
-"""Forces and couples of the moving parts on the body, per order of the crank speed."""
+"""What drives a machine: inertia of its crank train, gas in its cylinders, its motor."""

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.excitation.sums import Complex, Real
+from vibecalc.excitation.inertia_forces import Complex, Real
 from vibecalc.numerics.cycle_peak import cycle_peak
 from vibecalc.numerics.rounding import EPSILON, WithError
 

@@ -1,15 +1,4 @@
-"""Torque of one cylinder on the crankshaft, as harmonics of its cycle: gas and inertia.
-
-Positive in the sense of rotation. The angle t is the cylinder's own, from its firing position; the
-wrist pin stands at s(t) from the crank axis, so that the gauge pressure p on the piston area A does
-the work -p A ds and turns the crank with
-
-    gas:      -p A s'(t),
-    inertia:  -(m s' s'' + dJ phi' phi'') w^2,
-
-m the reciprocating mass, phi the rod's angle and dJ what the rod's moment of inertia has beyond its
-two point masses. A rotating mass adds to the inertia of the station and has no torque of its own.
-"""
+"""Torque of cylinders on the crankshaft: of one, of unequal ones, summed by order."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -17,17 +6,34 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vibecalc.excitation.gas_card import GasCard, pressure_at
-from vibecalc.excitation.inertia_torque import inertia_torque
-from vibecalc.kinematics.dropped_orders import dropped_acceleration, order_for_tolerance
-from vibecalc.kinematics.harmonics import harmonics_with_error
-from vibecalc.kinematics.poles import pole
+from vibecalc.excitation.gas_tables import GasCard, fitted_card, pressure_at
+from vibecalc.excitation.inertia_forces import inertia_torque
+from vibecalc.kinematics.harmonics import (
+    dropped_acceleration,
+    harmonics_with_error,
+    order_for_tolerance,
+    pole,
+)
 from vibecalc.kinematics.rod_angle import rod_angle_harmonics
-from vibecalc.kinematics.slider_crank import piston_path
+from vibecalc.kinematics.slider_crank import piston_path, top_dead_centre
 from vibecalc.numerics.gauss import gauss_rule
-from vibecalc.numerics.rounding import EPSILON, WithError
-from vibecalc.numerics.twofold import two_product
-from vibecalc.numerics.typing import ComplexArray, FloatArray
+from vibecalc.numerics.rounding import EPSILON, WithError, two_product
+from vibecalc.numerics.typing import BoolArray, ComplexArray, FloatArray, IntArray
+
+# ----------------------------------------------------------------------------
+# Torque of one cylinder on the crankshaft, as harmonics of its cycle: gas and inertia.
+#
+# Positive in the sense of rotation. The angle t is the cylinder's own, from its firing position;
+# the wrist pin stands at s(t) from the crank axis, so that the gauge pressure p on the piston area
+# A does the work -p A ds and turns the crank with
+#
+#     gas:      -p A s'(t),
+#     inertia:  -(m s' s'' + dJ phi' phi'') w^2,
+#
+# m the reciprocating mass, phi the rod's angle and dJ what the rod's moment of inertia has beyond
+# its two point masses. A rotating mass adds to the inertia of the station and has no torque of its
+# own.
+# ----------------------------------------------------------------------------
 
 #: largest phase of the highest order over one panel, rad, and products formed at a time
 PANEL_PHASE = 24.0
@@ -238,3 +244,204 @@ def _panels(
     within = np.arange(len(piece)) - np.repeat(np.cumsum(parts) - parts, parts)
     share = width[piece] / parts[piece]
     return card.node[piece] + within * share, share, piece
+
+
+# ----------------------------------------------------------------------------
+# Cylinders that do not do their share: imbalance, misfire, lost pistons.
+#
+# Each cylinder has a pressure scale (1 for a healthy one) and may misfire in one of two ways, which
+# the result names: "no_gas", no gauge pressure at all (a valve stuck open), or "motored",
+# compression and expansion without combustion (no fuel). Its masses go on moving unless it is lost.
+# ----------------------------------------------------------------------------
+
+MISFIRES = ("no_gas", "motored")
+PI = float(np.pi)
+
+
+class CylinderGas(NamedTuple):
+    """Gas torque of c cylinders, each from its own firing: harmonics (..., c, m), mean (..., c).
+
+    Complex and 0-to-peak, N m, with absolute errors.
+    """
+
+    value: ComplexArray
+    error: FloatArray
+    mean: FloatArray
+    mean_error: FloatArray
+
+
+def cylinder_gas(
+    torque: CylinderTorque,
+    pressure_scale: ArrayLike,
+    *,
+    misfiring: ArrayLike = False,
+    motored: CylinderTorque | None = None,
+) -> CylinderGas:
+    """Gas torque of every cylinder from that of a healthy one.
+
+    Parameters
+    ----------
+    torque
+        Of a healthy cylinder, gas (..., m).
+    pressure_scale
+        (c,) factors on the gauge pressure, zero for no gas.
+    misfiring
+        (c,) true for a cylinder that misfires; it has the gas torque of `motored`, times its scale,
+        or without `motored` none.
+    motored
+        Of a cylinder without combustion, gas of the same shape.
+    """
+    scale = np.asarray(pressure_scale, dtype=float)
+    out = np.broadcast_to(np.asarray(misfiring, dtype=bool), scale.shape)
+    parts = []
+    for name in ("gas", "gas_error", "mean", "mean_error"):
+        healthy = np.asarray(getattr(torque, name))
+        ill = np.zeros_like(healthy) if motored is None else np.asarray(getattr(motored, name))
+        if name.startswith("gas"):
+            each, on, by = healthy[..., None, :], out[:, None], scale[:, None]
+            parts.append(np.where(on, ill[..., None, :], each) * by)
+        else:
+            parts.append(np.where(out, ill[..., None], healthy[..., None]) * scale)
+    value, error, mean, mean_error = parts
+    return CylinderGas(
+        value,
+        np.abs(error) + EPSILON * np.abs(value),
+        mean,
+        np.abs(mean_error) + EPSILON * np.abs(mean),
+    )
+
+
+def motored_card(
+    card: GasCard, geometry: CrankGeometry, exhaust_opens: float = float(np.radians(130.0))
+) -> GasCard:
+    """A card without combustion, from one with it: the charge expands as it was compressed.
+
+    From 180 degrees before firing to top dead centre the card stays as it is, then it runs back
+    through the same pressures at the same places of the piston until the exhaust opens (rad,
+    between 0 and pi), and passes over to the card's own pressure at 180 degrees. What has burnt
+    before the top in the card given comes along, so the peak is somewhat high.
+
+    The wrist pin at (s, e) sees the crank at equal angles on both sides of the line to it, hence
+    the partner of the angle t at 2 arctan(e / s) - t.
+    """
+    radius, length, offset = geometry.crank_radius, geometry.rod_length, geometry.wrist_pin_offset
+    top = float(top_dead_centre(radius, length, offset).angle)
+
+    def partner(angle: FloatArray) -> FloatArray:
+        place = piston_path(angle, radius, length, offset).position
+        return np.asarray(2.0 * np.arctan2(offset, place) - angle)
+
+    def pressure(angle: FloatArray) -> FloatArray:
+        own = pressure_at(card, angle)
+        back = pressure_at(card, partner(angle))
+        share = np.clip((angle - exhaust_opens) / (PI - exhaust_opens), 0.0, 1.0)
+        rise = share * share * (3.0 - 2.0 * share)
+        mirrored = (1.0 - rise) * back + rise * pressure_at(card, np.asarray(PI))
+        return np.where((angle > top) & (angle < PI), mirrored, own)
+
+    first = -PI
+    inside = np.mod(card.node[:-1] - first, card.cycle) + first
+    back = partner(inside[inside < top])
+    ends = {first, top, exhaust_opens, PI, first + card.cycle}
+    before, after = inside[inside < top], inside[inside > PI]
+    points = np.array(sorted({*before, *back[(back > top) & (back < PI)], *after, *ends}))
+    # nodes that differ by rounding only would make pieces without width
+    keep = np.concatenate([[True], np.diff(points) > 1e-9])
+    keep[-1] = True
+    return fitted_card(pressure, [float(v) for v in points[keep]], card.cycle)
+
+
+# ----------------------------------------------------------------------------
+# How the cylinders of an engine add up in each mode, order by order.
+# ----------------------------------------------------------------------------
+
+#: a sum that lacks less than this of all vectors in line counts as one of all in line
+IN_LINE = 1e-9
+
+
+class PhaseSums(NamedTuple):
+    """Sums over the cylinders of shape times exp(-i q firing angle), per mode and order (k, m).
+
+    `relative` is their size over the sum of all magnitudes: 1 for vectors in line, 0 where they
+    cancel (and where no cylinder moves). `error` is that of `value`.
+    """
+
+    value: ComplexArray
+    relative: FloatArray
+    error: FloatArray
+
+
+def phase_sums(shape: ArrayLike, firing_angle: ArrayLike, order: ArrayLike) -> PhaseSums:
+    """Vector sums of c cylinders that fire at the angles (c,), in rad, at the orders (m,).
+
+    `shape` (k, c) is the amplitude of every mode at each cylinder's station, real or complex, times
+    what scales the cylinder if it is not one of equals.
+    """
+    amplitude = np.asarray(shape)
+    turned = phasor(order, firing_angle)
+    value = amplitude @ turned.T
+    size = np.abs(amplitude).sum(axis=-1, keepdims=True)
+    error = np.broadcast_to((3.0 + amplitude.shape[-1]) * EPSILON * size, value.shape)
+    relative = np.abs(value) / np.where(size > 0.0, size, 1.0)
+    return PhaseSums(value, np.minimum(relative, 1.0), error)
+
+
+def bank_sums(firing_angle: ArrayLike, order: ArrayLike, bank: ArrayLike) -> ComplexArray:
+    """Phase vectors of the c cylinders of each of b banks added up, (b, m); `bank` (c,) says which.
+
+    Angles in rad; cylinders are of one bank where `bank`, as their bank angle, is the same.
+    """
+    banks = np.broadcast_to(np.asarray(bank, dtype=float), np.shape(firing_angle))
+    own = banks == np.unique(banks)[:, None]
+    return np.asarray(own.astype(float) @ phasor(order, firing_angle).T)
+
+
+def bank_factor(
+    firing_angle: ArrayLike, order: ArrayLike, bank: ArrayLike
+) -> tuple[FloatArray, FloatArray]:
+    """What the bank angle leaves of an order (m,): sum of the banks over that of their magnitudes.
+
+    For two banks of even firing |cos(q d / 2)|, with d the angle between the firings of the two; 1
+    for one bank, 0 where each bank cancels in itself. The second value is its error.
+    """
+    sums = bank_sums(firing_angle, order, bank)
+    count = np.size(firing_angle)
+    whole = np.abs(sums).sum(axis=0)
+    some = whole > IN_LINE * count
+    safe = np.where(some, whole, 1.0)
+    found = np.where(some, np.abs(sums.sum(axis=0)) / safe, 0.0)
+    error = np.where(some, 2.0 * (3.0 + count) * EPSILON * count / safe, 0.0)
+    return np.minimum(found, 1.0), error
+
+
+def major_orders(firing_angle: ArrayLike, order: ArrayLike, bank: ArrayLike = 0.0) -> BoolArray:
+    """Which orders (m,) find the cylinders of each bank in phase, and the banks not against it.
+
+    With even firing these are the multiples of the firings of a bank in one turn, 3, 6, 9 ... for
+    six cylinders in four-stroke, but for those that the bank angle cancels (`bank_factor` 0).
+    """
+    banks = np.broadcast_to(np.asarray(bank, dtype=float), np.shape(firing_angle))
+    count = np.array([np.count_nonzero(banks == one) for one in np.unique(banks)])
+    sums = np.abs(bank_sums(firing_angle, order, banks))
+    in_phase = np.all(sums > (1.0 - IN_LINE) * count[:, None], axis=0)
+    return np.asarray(in_phase & (bank_factor(firing_angle, order, banks)[0] > IN_LINE))
+
+
+def order_ranks(vector_sum: ArrayLike, error: ArrayLike) -> IntArray:
+    """Place of each order (k, m) in its mode by the size of its vector sum, 1 for the largest.
+
+    Sums that differ by no more than `IN_LINE` and their errors share a place; where a sum is zero
+    to within that the place is 0.
+    """
+    size = np.abs(np.asarray(vector_sum))
+    off = np.broadcast_to(error, size.shape) + IN_LINE
+    rank = np.zeros(size.shape, dtype=np.int64)
+    for own, doubt, places in zip(size, off, rank, strict=True):
+        last, number = np.inf, 0
+        for count, place in enumerate(np.argsort(-own, kind="stable").tolist(), start=1):
+            if own[place] <= doubt[place]:
+                break
+            if own[place] < last - doubt[place]:
+                last, number = own[place], count
+            places[place] = number
+    return rank

@@ -1,16 +1,6 @@
-"""Parameters of an induction motor from a table of slip and torque.
+"""Parameters of an induction motor from a table of slip and torque."""
 
-Torque alone does not give a motor: two of its numbers take no part in the steady torque at one
-voltage and one frequency. Where the leakage sits, in the stator or in the rotor, nothing at the
-shaft or the terminals can tell, ever (`induction_motor_split.py`). And, the resistance R of the
-stator being given, its inductance is not told: with the impedance z seen behind R, the torque is
-V^2 (1 - |g|^2) / (4 R) to a factor, g = (z - R) / (z + R), and a turn of g by a constant angle maps
-motors on motors with other inductances and the same torque at every slip (own derivation; without
-R the inductance does not enter at all). Both are assumed and held, and said to be. The two numbers
-that are left for each cage are fitted in the form with all leakage in the rotor, by least squares
-of relative differences, from many starts, with Newton steps at the end.
-"""
-
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -18,12 +8,248 @@ from numpy.typing import ArrayLike
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.excitation.induction_motor import InductionMotor, steady_torque
-from vibecalc.excitation.induction_motor_identify import Identifiability, identifiability
-from vibecalc.excitation.induction_motor_remarks import assumptions_of, warnings_of
-from vibecalc.excitation.induction_motor_search import best_start
-from vibecalc.excitation.induction_motor_split import transient_inductance, with_stator_leakage
-from vibecalc.numerics.rounding import WithError
+from vibecalc.excitation.induction_motor_identify import (
+    Identifiability,
+    identifiability,
+    product_of_powers,
+    torque_sensitivity,
+    transient_inductance,
+    with_stator_leakage,
+)
+from vibecalc.numerics.rounding import EPSILON, WithError
 from vibecalc.numerics.typing import BoolArray, FloatArray
+
+# ----------------------------------------------------------------------------
+# Least squares of a motor's rotor against a table, from many starts, ended by Newton steps.
+# ----------------------------------------------------------------------------
+
+#: how far a parameter may go from its scale, as a factor
+REACH = 1e4
+#: a table met to this in every row leaves nothing to search for
+EXACT = 1e-11
+#: searches that are run to their end, from the best points of the grid
+STARTS = 10
+
+
+class LeastSquares(NamedTuple):
+    """`logarithms` (2 cages,) of the resistances (ohm), then the leakages (H), of the best minimum.
+
+    `log_error` as in `MotorFit`; `at_bound` whether a parameter ran away from its scale.
+    """
+
+    logarithms: FloatArray
+    log_error: float
+    starts: int
+    agreeing: int
+    at_bound: bool
+
+
+class Table(NamedTuple):
+    """Rows to fit: slips (rad/s), torques (N m), weights; and the motor without its rotor."""
+
+    motor: InductionMotor
+    slip: FloatArray
+    torque: FloatArray
+    weight: FloatArray
+
+    def residual(self, logarithms: FloatArray) -> FloatArray:
+        """Weighted relative differences (..., rows) for parameters (..., 2 cages)."""
+        value = steady_torque(self._with(logarithms[..., None, :]), self.slip).value
+        return np.asarray((value / self.torque - 1.0) * np.sqrt(self.weight))
+
+    def jacobian(self, logarithms: FloatArray) -> FloatArray:
+        """Derivatives (rows, 2 cages) of the residual."""
+        change = torque_sensitivity(self._with(logarithms[None, :]), self.slip)[:, 3:]
+        return np.asarray(change * (np.sqrt(self.weight) / self.torque)[:, None])
+
+    def gradient(self, logarithms: FloatArray) -> FloatArray:
+        """Of half the sum of squares."""
+        return self.jacobian(logarithms).T @ self.residual(logarithms)
+
+    def _with(self, logarithms: FloatArray) -> InductionMotor:
+        cages = logarithms.shape[-1] // 2
+        values = np.exp(logarithms)
+        return self.motor._replace(
+            rotor_resistance=values[..., :cages], rotor_leakage=values[..., cages:]
+        )
+
+
+def best_start(
+    motor: InductionMotor,
+    slip: FloatArray,
+    torque: FloatArray,
+    weight: FloatArray,
+    breakdown_slip: float,
+) -> LeastSquares:
+    """Lowest minimum over rotor resistances and leakages, everything else of the motor held.
+
+    The starts lie on a grid of slips at which a cage is strongest and of leakages; they are the
+    same for the same table. `motor.rotor_leakage` gives the scale of the leakages.
+    """
+    from scipy.optimize import least_squares
+
+    table = Table(motor, slip, torque, weight)
+    scale, starts = _starts(table, breakdown_slip)
+
+    def descend(start: FloatArray, most: int) -> tuple[float, FloatArray, bool]:
+        end = least_squares(
+            table.residual, start, table.jacobian,
+            bounds=(scale - np.log(REACH), scale + np.log(REACH)),
+            xtol=1e-12, ftol=1e-14, gtol=1e-14, max_nfev=most,
+        )  # fmt: skip
+        met = float(np.max(np.abs(end.fun))) < EXACT
+        return float(end.cost), end.x, end.status > 0 or met
+
+    ends = [descend(start, 400) for start in starts]
+    cost, logarithms, converged = min(ends, key=lambda end: end[0])
+    if not converged:
+        cost, logarithms, converged = descend(logarithms, 4000)
+    if not converged:
+        raise NumericalFailure("the fit of a motor to its torque table does not converge")
+    agreeing = max(1, sum(end[0] <= cost * (1.0 + 1e-6) + 1e-20 for end in ends))
+    at_bound = bool(np.any(np.abs(logarithms - scale) > np.log(REACH) - 0.1))
+    polished, error = (logarithms, np.inf) if at_bound else _newton(table, logarithms)
+    return LeastSquares(polished, error, len(ends), agreeing, at_bound)
+
+
+def _starts(table: Table, breakdown_slip: float) -> tuple[FloatArray, FloatArray]:
+    """Scale (2 cages,) and starts (n, 2 cages) of the logarithms.
+
+    Of every set of slips at which the cages are strongest, the best leakages; of these the best.
+    """
+    pairs = float(np.asarray(table.motor.pole_pairs))
+    leakage = np.asarray(table.motor.rotor_leakage)
+    cages = leakage.size
+    slips = [breakdown_slip * np.array([0.1, 0.25, 0.5, 1.0, 2.0])] * cages
+    if cages > 1:
+        end = max(table.slip[-1], 2.0 * breakdown_slip)
+        slips[-1] = end * np.array([0.25, 0.5, 1.0, 2.0, 5.0])
+    inductances = leakage[0] * np.array(list(product([0.5, 1.0, 2.0, 5.0], repeat=cages)))
+    found = []
+    for strongest in product(*slips):
+        if np.any(np.diff(strongest) <= 0.0):
+            continue  # the same cages in another sequence, or two that would never part
+        resistances = pairs * inductances * np.array(strongest)
+        family = np.log(np.concatenate([resistances, inductances], axis=1))
+        squares = (table.residual(family) ** 2).sum(axis=-1)
+        best = int(np.argmin(squares))
+        found.append((float(squares[best]), family[best]))
+    found.sort(key=lambda entry: entry[0])
+    middle = np.concatenate([np.full(cages, pairs * breakdown_slip * leakage[0]), leakage])
+    return np.log(middle), np.array([start for _, start in found[:STARTS]])
+
+
+def _newton(table: Table, start: FloatArray) -> tuple[FloatArray, float]:
+    """Newton steps on the gradient and the distance they leave; infinite where it is flat."""
+    place, last = start, np.inf
+    for _ in range(8):
+        width = 1e-5
+        shifts = width * np.eye(place.size)
+        bend = np.array(
+            [(table.gradient(place + s) - table.gradient(place - s)) / (2 * width) for s in shifts]
+        )
+        curvature, directions = np.linalg.eigh(0.5 * (bend + bend.T))
+        if curvature[0] <= 1e-11 * curvature[-1]:
+            return start, np.inf
+        gradient = table.gradient(place)
+        step = directions @ ((directions.T @ gradient) / curvature)
+        size = np.abs(table.jacobian(place)).T @ (1.0 + np.abs(table.residual(place)))
+        noise = 32.0 * EPSILON * float(np.linalg.norm(size)) / curvature[0]
+        length = float(np.linalg.norm(step))
+        if length > 0.5 * last or length > 0.1:
+            return place, max(2.0 * length, noise)
+        place, last = place - step, length
+        if length <= noise:
+            break
+    return place, 2.0 * last + noise
+
+
+# ----------------------------------------------------------------------------
+# What has to be said beside a fitted motor, in words.
+# ----------------------------------------------------------------------------
+
+#: relative differences from the table that are worth a word
+MISFIT = 0.05
+
+
+def assumptions_of(
+    motor: InductionMotor, inductance_assumed: bool, stator_share: float, no_load_ratio: float
+) -> tuple[str, ...]:
+    """What was held because a torque table does not tell it."""
+    total = float(np.asarray(motor.stator_leakage) + np.asarray(motor.magnetising_inductance))
+    given = (
+        f"assumed: {no_load_ratio:g} times the leakage that the breakdown torque shows"
+        if inductance_assumed
+        else "given"
+    )
+    return (
+        f"the inductance of the stator (leakage and magnetising) is {total:.4g} H, {given}; the "
+        "steady torque does not depend on it, transients do",
+        f"the stator leakage is {stator_share:g} of the transient inductance, by convention; "
+        "torque and stator current do not depend on it, at no time",
+    )
+
+
+def warnings_of(
+    slip: FloatArray,
+    relative: FloatArray,
+    used: BoolArray,
+    found: LeastSquares,
+    told: Identifiability,
+) -> tuple[str, ...]:
+    """Misfit, rows left out, a cage that the table does not need, what the table does not tell."""
+    said = []
+    worst = int(np.argmax(np.where(used, np.abs(relative), -1.0)))
+    if abs(relative[worst]) > MISFIT:
+        said.append(
+            f"no circuit of this kind meets the table: {100 * relative[worst]:+.1f} % at a slip of "
+            f"{slip[worst]:.4g} rad/s is the worst of the fitted rows"
+        )
+    if not used.all():
+        last = int(np.argmax(np.where(used, -1.0, np.abs(relative))))
+        said.append(
+            f"{int((~used).sum())} rows beyond the largest torque are not fitted; the motor misses "
+            f"them by up to {100 * relative[last]:+.1f} % (at {slip[last]:.4g} rad/s)"
+        )
+    if found.at_bound or not np.isfinite(found.log_error):
+        said.append(
+            "the table does not settle every parameter of the cages: fewer cages would do as well"
+        )
+    if found.agreeing < 2:
+        said.append(
+            f"only one of {found.starts} searches ended in the minimum taken; another may be lower"
+        )
+    for exponents, spread, is_told in zip(told.combinations, told.spread, told.told, strict=True):
+        if not is_told:
+            words = product_of_powers(told.names, exponents)
+            size = (
+                "at all"
+                if not np.isfinite(spread)
+                else f"better than to a factor of {_factor(spread)} for 1 % of error in its rows"
+            )
+            said.append(f"the table does not tell {words} {size}")
+    return tuple(said)
+
+
+def _factor(spread: float) -> str:
+    """exp(spread), readable also where it would overflow."""
+    power = spread / np.log(10.0)
+    return f"{10.0**power:.2g}" if power < 3.0 else f"10^{power:.0f}"
+
+
+# ----------------------------------------------------------------------------
+# Parameters of an induction motor from a table of slip and torque.
+#
+# Torque alone does not give a motor: two of its numbers take no part in the steady torque at one
+# voltage and one frequency. Where the leakage sits, in the stator or in the rotor, nothing at the
+# shaft or the terminals can tell, ever (`induction_motor_split.py`). And, the resistance R of the
+# stator being given, its inductance is not told: with the impedance z seen behind R, the torque is
+# V^2 (1 - |g|^2) / (4 R) to a factor, g = (z - R) / (z + R), and a turn of g by a constant angle
+# maps motors on motors with other inductances and the same torque at every slip (own derivation;
+# without R the inductance does not enter at all). Both are assumed and held, and said to be. The
+# two numbers that are left for each cage are fitted in the form with all leakage in the rotor, by
+# least squares of relative differences, from many starts, with Newton steps at the end.
+# ----------------------------------------------------------------------------
 
 #: stator inductance over the leakage that the breakdown torque shows; a motor of some ten kilowatts
 #: and several poles then draws about a third of its rated current without load

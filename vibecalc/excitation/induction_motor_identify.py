@@ -1,19 +1,78 @@
-"""Which parameters of a motor a torque table tells, and which it does not.
-
-For small changes the logarithms of the parameters move the logarithms of the torques by a matrix J.
-Its singular vectors are products of powers of the parameters; its singular values say how strongly
-the table answers to each product. An error of one percent in every row, independent of the others,
-moves a product by the factor exp(.01 / singular value). (G. H. Golub and C. F. Van Loan, Matrix
-Computations, 4th ed. 2013, sec. 5.5.)
-"""
+"""Which parameters of an induction motor a torque table determines, and which it cannot."""
 
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from vibecalc.excitation.induction_motor import InductionMotor, steady_torque
-from vibecalc.excitation.induction_motor_gradient import parameter_names, torque_sensitivity
+from vibecalc.errors import NumericalFailure
+from vibecalc.excitation.induction_motor import (
+    Circuit,
+    InductionMotor,
+    at_slip,
+    change_of_torque,
+    steady_torque,
+)
 from vibecalc.numerics.typing import BoolArray, FloatArray
+
+# ----------------------------------------------------------------------------
+# How the steady torque of an induction motor follows its parameters.
+# ----------------------------------------------------------------------------
+
+
+def parameter_names(cages: int) -> tuple[str, ...]:
+    """Names of the columns of `torque_sensitivity`."""
+    numbers = [""] if cages == 1 else [f" {cage + 1}" for cage in range(cages)]
+    return (
+        "stator_resistance",
+        "stator_leakage",
+        "magnetising_inductance",
+        *(f"rotor_resistance{number}" for number in numbers),
+        *(f"rotor_leakage{number}" for number in numbers),
+    )
+
+
+def torque_sensitivity(motor: InductionMotor, slip_speed: ArrayLike) -> FloatArray:
+    """Derivatives of the steady torque by the logarithm of each parameter, N m (..., parameters).
+
+    A column is the torque's change in N m for a parameter that grows by the factor e, to first
+    order; columns as in `parameter_names`. The voltage needs none: torque goes with its square.
+    Leading axes of the motor and of `slip_speed` (rad/s, mechanical) broadcast.
+    """
+    circuit = at_slip(motor, slip_speed)
+    p, voltage = np.asarray(motor.pole_pairs), np.asarray(motor.phase_voltage)
+    frequency = np.asarray(p * np.asarray(slip_speed, dtype=float))[..., None]
+    resistance, leakage = np.asarray(motor.rotor_resistance), np.asarray(motor.rotor_leakage)
+    squared = (resistance + 1j * frequency * leakage) ** 2
+    nothing = np.zeros_like(circuit.inverse_inductance)[..., None]
+    in_admittance = np.concatenate(
+        [
+            nothing,
+            nothing,
+            nothing - 1.0 / np.asarray(motor.magnetising_inductance)[..., None],
+            -1j * frequency * resistance / squared,
+            frequency**2 * leakage / squared,
+        ],
+        axis=-1,
+    )
+    in_divisor = circuit.stator[..., None] * in_admittance
+    in_divisor[..., 0] += circuit.stator.real * circuit.inverse_inductance
+    in_divisor[..., 1] += 1j * circuit.stator.imag * circuit.inverse_inductance
+    admittance, stator, divisor, size = circuit
+    column = Circuit(admittance[..., None], stator[..., None], divisor[..., None], size[..., None])
+    first, second = change_of_torque(column, in_admittance, in_divisor)
+    return np.asarray((1.5 * p * voltage**2)[..., None] * (first + second))
+
+
+# ----------------------------------------------------------------------------
+# Which parameters of a motor a torque table tells, and which it does not.
+#
+# For small changes the logarithms of the parameters move the logarithms of the torques by a matrix
+# J. Its singular vectors are products of powers of the parameters; its singular values say how
+# strongly the table answers to each product. An error of one percent in every row, independent of
+# the others, moves a product by the factor exp(.01 / singular value). (G. H. Golub and C. F. Van
+# Loan, Matrix Computations, 4th ed. 2013, sec. 5.5.)
+# ----------------------------------------------------------------------------
 
 #: standard error of a row of the table to which all spreads refer
 TABLE_ERROR = 0.01
@@ -112,3 +171,62 @@ def _directions_left(motor: InductionMotor, names: tuple[str, ...]) -> FloatArra
     kept[1, -(shares.size - 1) :] = -shares[1:] * inside
     kept /= np.linalg.norm(kept, axis=1, keepdims=True)
     return np.asarray(np.linalg.svd(kept)[2][2:].T)
+
+
+# ----------------------------------------------------------------------------
+# Motors that no terminal and no shaft can tell apart: leakage moved between stator and rotor.
+#
+# With D = i w + Z Y the circuit enters the terminals as l_stator + 1 / Y(i v) alone. Taking the
+# difference d = l_stator - l_new out of the stator and putting it in front of 1 / Y leaves a
+# function of the same kind, hence another rotor with as many cages. Torque and stator current are
+# then the same, steady and in transients. (Commonly shown for one cage as T, Gamma and inverse
+# Gamma form: G. R. Slemon, IEEE Transactions on Industry Applications 25, 1989. For more cages: own
+# derivation.)
+# ----------------------------------------------------------------------------
+
+
+def transient_inductance(motor: InductionMotor) -> FloatArray:
+    """What a sudden stator current meets, the rotor's fluxes being held, H (...,)."""
+    shares = (1.0 / np.asarray(motor.rotor_leakage)).sum(axis=-1)
+    inside = 1.0 / (1.0 / np.asarray(motor.magnetising_inductance) + shares)
+    return np.asarray(np.asarray(motor.stator_leakage) + inside)
+
+
+def with_stator_leakage(motor: InductionMotor, stator_leakage: ArrayLike) -> InductionMotor:
+    """The equivalent motor with this stator leakage (H), cages with the lowest R / l first.
+
+    With m = M d / (M + d) and t = M / (M + d), the rotor seen from behind d is
+    1 / (M + d) + t^2 x 1' (R + x (l + m 1 1'))^-1 1 at x = i v; the eigenvectors of the symmetric
+    pair in the brackets give the cages. The rounding is some 100 units in the last place as long as
+    both leakages are below nine tenths of `transient_inductance` and the cages well apart.
+
+    Raises
+    ------
+    NumericalFailure
+        The leakage asked for is not below the transient inductance: no such motor exists. Or two
+        cages have the same ratio of resistance to leakage and are one.
+    """
+    wanted = np.asarray(stator_leakage, dtype=float)
+    if not np.all(wanted < transient_inductance(motor)):
+        raise NumericalFailure(
+            "the stator leakage of a motor must be below its transient inductance"
+        )
+    magnetising = np.asarray(motor.magnetising_inductance, dtype=float)
+    moved = np.asarray(motor.stator_leakage, dtype=float) - wanted
+    ratio = magnetising / (magnetising + moved)
+    resistance = np.asarray(motor.rotor_resistance, dtype=float)
+    leakage = np.asarray(motor.rotor_leakage, dtype=float)
+    inductance = leakage[..., None] * np.eye(leakage.shape[-1])
+    inductance = inductance + (ratio * moved)[..., None, None]
+    root = np.sqrt(resistance)
+    times, vectors = np.linalg.eigh(inductance / (root[..., :, None] * root[..., None, :]))
+    times, vectors = times[..., ::-1], vectors[..., ::-1]
+    share = np.abs(ratio)[..., None] * (vectors / root[..., :, None]).sum(axis=-2)
+    if not np.all(share**2 > 0.0):
+        raise NumericalFailure("cages with one ratio of resistance to leakage are one cage")
+    return motor._replace(
+        stator_leakage=wanted,
+        magnetising_inductance=magnetising + moved,
+        rotor_resistance=1.0 / share**2,
+        rotor_leakage=times / share**2,
+    )

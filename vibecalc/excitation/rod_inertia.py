@@ -8,8 +8,7 @@ rod's own, J, differs from it by dJ = J - m l1 l2.
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vibecalc.excitation.reciprocating import order_phasors
-from vibecalc.excitation.sums import Excitation
+from vibecalc.excitation.inertia_forces import Excitation, order_phasors
 from vibecalc.kinematics.rod_angle import largest_rod_acceleration
 from vibecalc.numerics.rounding import EPSILON, WithError
 

@@ -1,1 +1,1 @@
-"""The rigid machine on its mounts: response, transmitted forces, run-up."""
+"""The body on its mounts: rigid-body and pitch models, run-up, torque reaction."""

@@ -1,9 +1,17 @@
-"""A rigid body on mounts as 6x6 matrices, in the order x y z rx ry rz about its reference point."""
+"""A rigid body on mounts: matrices, rest under gravity, motions and forces of its mounts."""
+
+from typing import NamedTuple
 
 import numpy as np
 
-from vibecalc.numerics.rounding import DATA_ROUNDINGS, UNIT_ROUNDOFF
+from vibecalc.errors import NumericalFailure
+from vibecalc.isolation.rows import Readout
+from vibecalc.numerics.rounding import DATA_ROUNDINGS, SINGULAR, UNIT_ROUNDOFF, WithError
 from vibecalc.response.matrices import Matrices
+
+# ----------------------------------------------------------------------------
+# A rigid body on mounts as 6x6 matrices, in the order x y z rx ry rz about its reference point.
+# ----------------------------------------------------------------------------
 
 
 def displacement_at(position: np.ndarray) -> np.ndarray:
@@ -62,3 +70,204 @@ def assemble(
         damping_error,
         structural_error,
     )
+
+
+# ----------------------------------------------------------------------------
+# A rigid body of which some of the six motions are left out, because nothing drives them.
+#
+# The kept ones are indices (f,) into x y z rx ry rz. What is left out is zero, not free: the caller
+# has made sure that neither masses nor mounts nor forces couple it with what is kept.
+# ----------------------------------------------------------------------------
+
+
+def restricted(matrices: Matrices, kept: np.ndarray) -> Matrices:
+    """The rows and columns (f, f) of the kept motions."""
+    place = np.ix_(kept, kept)
+    return Matrices(*(matrix[place] for matrix in matrices))
+
+
+def held(matrices: Matrices, kept: np.ndarray) -> Matrices:
+    """All six, those left out held by springs of their own that nothing loads.
+
+    Each has the stiffness that gives it the largest frequency of the kept ones, so that nothing is
+    lost to rounding. With all six kept the matrices are as they were.
+    """
+    out = np.setdiff1d(np.arange(6), kept)
+    if not len(out):
+        return matrices
+    mass, stiffness = np.diagonal(matrices.mass), np.diagonal(matrices.stiffness)
+    spring = mass[out] * float(np.max(stiffness[kept] / mass[kept]))
+    copies = [np.array(matrix) for matrix in matrices]
+    for matrix in copies:
+        matrix[out], matrix[:, out] = 0.0, 0.0
+    made = Matrices(*copies)
+    made.mass[out, out], made.stiffness[out, out] = mass[out], spring
+    return made
+
+
+def all_six(values: np.ndarray, kept: np.ndarray, axis: int = -1) -> np.ndarray:
+    """Values of the kept motions along `axis` among all six, zero for the others."""
+    moved = np.moveaxis(values, axis, -1)
+    full = np.zeros((*moved.shape[:-1], 6), dtype=values.dtype)
+    full[..., kept] = moved
+    return np.moveaxis(full, -1, axis)
+
+
+# ----------------------------------------------------------------------------
+# A rigid body at rest on its mounts under gravity.
+# ----------------------------------------------------------------------------
+
+
+class Static(NamedTuple):
+    """Small displacements at rest, errors absolute.
+
+    `body` (6,) in m and rad; `sag` (mounts,) in m, positive against `up`; `force` (mounts, 3) of
+    each mount on the ground, N; `share` (mounts,) its part against `up`, N: the shares add up to
+    the weight.
+    """
+
+    body: np.ndarray
+    body_error: np.ndarray
+    sag: np.ndarray
+    sag_error: np.ndarray
+    force: np.ndarray
+    force_error: np.ndarray
+    share: np.ndarray
+    share_error: np.ndarray
+
+
+def weight_load(
+    mass: float, centre: np.ndarray, gravity: float, up: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Weight as force and couple (6,) about the reference point, and its error; `up` is unit."""
+    pull = -mass * gravity * np.asarray(up, dtype=float)
+    load = np.concatenate([pull, np.cross(centre, pull)])
+    terms = np.abs(displacement_at(np.asarray(centre))).T @ np.abs(pull)
+    return load, (4 + DATA_ROUNDINGS) * UNIT_ROUNDOFF * terms
+
+
+def static_deflection(
+    matrices: Matrices,
+    position: np.ndarray,
+    stiffness: np.ndarray,
+    mass: float,
+    centre: np.ndarray,
+    gravity: float,
+    up: np.ndarray,
+) -> Static:
+    """Linear deflection under the body's own weight.
+
+    Parameters
+    ----------
+    matrices : from `assemble`, with the same mounts.
+    position, stiffness : (mounts, 3) m and (mounts, 3, 3) N/m.
+    mass, centre : kg and (3,) m, mass centre from the reference point.
+    gravity, up : m/s^2 and unit vector (3,) against which it acts.
+
+    Raises NumericalFailure if the mounts leave the body free, to rounding, or if the shares do
+    not add up to the weight within their error.
+    """
+    load, load_error = weight_load(mass, centre, gravity, up)
+    inverse = _flexibility(matrices)
+    body = inverse @ load
+    body = body + inverse @ (load - matrices.stiffness @ body)
+    spread = matrices.stiffness_error + 8.0 * UNIT_ROUNDOFF * np.abs(matrices.stiffness)
+    body_error = np.abs(inverse) @ (spread @ np.abs(body) + load_error)
+    _require_digits(matrices, body, body_error)
+
+    transform = displacement_at(position)
+    motion = transform @ body
+    motion_error = np.abs(transform) @ (body_error + 8.0 * UNIT_ROUNDOFF * np.abs(body))
+    force = (stiffness @ motion[..., None])[..., 0]
+    size = np.abs(stiffness)
+    rounding = (4.0 + DATA_ROUNDINGS) * UNIT_ROUNDOFF
+    force_error = (size @ (motion_error + rounding * np.abs(motion))[..., None])[..., 0]
+    share, share_error = -force @ up, force_error @ np.abs(up)
+    doubt = 10.0 * (np.sum(share_error) + load_error[:3] @ np.abs(up))
+    if not abs(np.sum(share) - mass * gravity) <= doubt:
+        raise NumericalFailure(
+            f"the static forces of the mounts add up to {np.sum(share):.12g} N and the weight is "
+            f"{mass * gravity:.12g} N: the stiffness matrices of the mounts are not symmetric"
+        )
+    return Static(
+        body, body_error, -motion @ up, motion_error @ np.abs(up), force, force_error,
+        share, share_error,
+    )  # fmt: skip
+
+
+def _flexibility(matrices: Matrices) -> np.ndarray:
+    """Inverse of the stiffness, formed in coordinates of unit mass."""
+    scale = 1.0 / np.sqrt(np.diagonal(matrices.mass))
+    scaled = matrices.stiffness * np.outer(scale, scale)
+    try:
+        inverse: np.ndarray = np.linalg.inv(scaled) * np.outer(scale, scale)
+    except np.linalg.LinAlgError:
+        raise NumericalFailure(_free("exactly")) from None
+    if not np.all(np.isfinite(inverse)):
+        raise NumericalFailure(_free("exactly"))
+    return inverse
+
+
+def _require_digits(matrices: Matrices, body: np.ndarray, error: np.ndarray) -> None:
+    """Refuse a deflection of which fewer than four digits are certain."""
+    weight = np.sqrt(np.diagonal(matrices.mass))
+    loss = np.max(weight * error)
+    if not loss < SINGULAR * max(np.max(weight * np.abs(body)), np.finfo(float).tiny):
+        raise NumericalFailure(_free("to rounding"))
+
+
+def _free(how: str) -> str:
+    return (
+        f"the mounts leave the body free in some direction ({how}): its stiffness matrix cannot "
+        f"be inverted; add a mount or give the mounts stiffness in the missing direction"
+    )
+
+
+# ----------------------------------------------------------------------------
+# What a moving body does at its mounts: displacements, and forces on the ground.
+# ----------------------------------------------------------------------------
+
+
+def displacement(body: WithError, position: np.ndarray) -> WithError:
+    """Displacement (..., mounts, 3, orders) in m at points (mounts, 3), from X (..., orders, 6)."""
+    transform = displacement_at(position)[..., None, :, :, :]
+    value = (transform @ body.value[..., :, None, :, None])[..., 0]
+    terms = np.abs(transform) @ np.abs(body.value)[..., :, None, :, None]
+    error = np.abs(transform) @ body.error[..., :, None, :, None]
+    total = (error + 4.0 * UNIT_ROUNDOFF * terms)[..., 0]
+    return WithError(np.moveaxis(value, -3, -1), np.moveaxis(total, -3, -1))
+
+
+def mount_force(
+    motion: WithError,
+    frequency: np.ndarray,
+    stiffness: np.ndarray,
+    damping: np.ndarray,
+    structural: np.ndarray,
+) -> WithError:
+    """Force of each mount on the ground (..., mounts, 3, orders) in N, in complex amplitude.
+
+    `motion` as `displacement` returns it, `frequency` (..., orders) rad/s, properties
+    (mounts, 3, 3). The force has the direction of the displacement for a stiff mount.
+    """
+    rate = np.asarray(frequency)[..., None, :, None, None]
+    passing = (stiffness + 1j * structural)[:, None] + 1j * (rate * damping[:, None])
+    value = (passing @ np.moveaxis(motion.value, -1, -2)[..., None])[..., 0]
+    rounding = (6.0 + DATA_ROUNDINGS) * UNIT_ROUNDOFF
+    spread = motion.error + rounding * np.abs(motion.value)
+    error = (np.abs(passing) @ np.moveaxis(spread, -1, -2)[..., None])[..., 0]
+    return WithError(np.moveaxis(value, -2, -1), np.moveaxis(error, -2, -1))
+
+
+# ----------------------------------------------------------------------------
+# Readings of a rigid body's motion: forces of the mounts on the ground.
+# ----------------------------------------------------------------------------
+
+
+def mount_readout(
+    position: np.ndarray, stiffness: np.ndarray, damping: np.ndarray, structural: np.ndarray
+) -> Readout:
+    """Force of each mount on the ground, rows of three components, for a rigid body."""
+    transform = displacement_at(position)
+    rounding = (8 + DATA_ROUNDINGS) * UNIT_ROUNDOFF
+    return Readout((stiffness + 1j * structural) @ transform, damping @ transform, rounding)

@@ -1,10 +1,80 @@
-"""Rows of a readout as functions of crank speed, with their slopes: what a run-up looks at."""
+"""What a run-up evaluates: mount forces and couples over crank speed, with their slopes."""
 
 from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from vibecalc.isolation.readout import Readout
+from vibecalc.isolation.pitch import Pitch, pitch_dynamic_stiffness
+from vibecalc.numerics.rounding import UNIT_ROUNDOFF, WithError
+from vibecalc.response.direct import Undriven, dynamics, response
+from vibecalc.response.matrices import Matrices
+
+# ----------------------------------------------------------------------------
+# Readings of the body's motion: forces of the mounts on the ground, couple over a lever.
+# ----------------------------------------------------------------------------
+
+
+class Readout(NamedTuple):
+    """Rows that are read as (spring + i w damper) X, each array (rows, components, coordinates).
+
+    A row of three components is a vector, whose length counts; `doubt` is the relative error of
+    the entries.
+    """
+
+    spring: np.ndarray
+    damper: np.ndarray
+    doubt: float
+
+
+def pitch_readout(
+    pitch: Pitch,
+    lever: float,
+    position: np.ndarray,
+    stiffness: np.ndarray,
+    damping: np.ndarray,
+    structural: np.ndarray,
+) -> Readout:
+    """Couple over lever in the first row, then the vertical force of each mount on the ground."""
+    passing = -position * (stiffness + 1j * structural)
+    couple = (pitch.stiffness + 1j * pitch.structural) / lever
+    spring = np.concatenate([[couple], passing])
+    damper = np.concatenate([[pitch.damping / lever], -position * damping])
+    rounding = pitch.rounding + 8.0 * UNIT_ROUNDOFF
+    return Readout(spring[:, None, None], damper[:, None, None], rounding)
+
+
+def distinct(readout: Readout) -> tuple[Readout, np.ndarray]:
+    """Leave out rows that repeat another up to sign; also tell which one each row is (rows,).
+
+    Equal supports at the same distance on either side feel the same force at opposite times.
+    """
+    count = len(readout.spring)
+    spring, damper = readout.spring.reshape(count, -1), readout.damper.reshape(count, -1)
+    entries = np.concatenate([spring.real, spring.imag, damper], axis=1)
+    leading = entries[np.arange(count), np.argmax(entries != 0.0, axis=1)]
+    kept: dict[tuple[float, ...], int] = {}
+    rows = (entries * np.where(leading < 0.0, -1.0, 1.0)[:, None]).tolist()
+    which = np.array([kept.setdefault(tuple(row), len(kept)) for row in rows])
+    first = [int(np.argmax(which == number)) for number in range(len(kept))]
+    return Readout(readout.spring[first], readout.damper[first], readout.doubt), which
+
+
+def shows(readout: Readout, shape: np.ndarray, frequency: np.ndarray) -> np.ndarray:
+    """Which modes, `shape` (coordinates, modes), can be seen in which rows: (modes, rows).
+
+    A mode with a node at a mount does not show in it: its reading cancels to rounding.
+    """
+    rate = np.asarray(frequency)[:, None, None]
+    passing = readout.spring + 1j * rate[..., None] * readout.damper
+    reading = np.abs((passing @ shape.T[:, None, :, None])[..., 0])
+    terms = (np.abs(passing) @ np.abs(shape.T)[:, None, :, None])[..., 0]
+    seen: np.ndarray = np.any(reading > 1e3 * UNIT_ROUNDOFF * terms, axis=-1)
+    return seen
+
+
+# ----------------------------------------------------------------------------
+# Rows of a readout as functions of crank speed, with their slopes: what a run-up looks at.
+# ----------------------------------------------------------------------------
 
 #: stands for what was not asked for
 EMPTY = np.zeros(0)
@@ -72,3 +142,171 @@ def read(readout: Readout, order: np.ndarray, rate: np.ndarray, motion: Motion) 
             slope_error = steeper @ spring_size + frequency * (steeper @ damper_size)
             slope_error = laid_out(slope_error + each_order * damped_spread)
     return Jet(laid_out(value), error, slope, slope_error, curvature)
+
+
+# ----------------------------------------------------------------------------
+# What the orders that are not kept may add to the rows of a run-up.
+# ----------------------------------------------------------------------------
+
+
+def with_left_out(rows: HarmonicsAt, left_out: HarmonicsAt, factor: float) -> HarmonicsAt:
+    """Rows whose errors count the harmonics of `left_out` too, `factor` times.
+
+    The magnitudes of the orders left out, and of their slopes by speed, are added to the errors of
+    the last order kept. So they enter the error of every peak, and of the speed of a maximum,
+    which moves with the slope of what was left out. A factor of 0 leaves nothing out.
+    """
+
+    if factor == 0.0:
+        return rows
+
+    def harmonics_at(speed: np.ndarray, slopes: bool = False, errors: bool = False) -> Jet:
+        jet = rows(speed, slopes, errors)
+        if not errors:
+            return jet
+        rest = left_out(speed, slopes)
+        error = _added(jet.error, rest.value, factor)
+        if not slopes:
+            return jet._replace(error=error)
+        slope_error = _added(jet.slope_error, rest.slope, factor)
+        return jet._replace(error=error, slope_error=slope_error)
+
+    return harmonics_at
+
+
+def _added(error: np.ndarray, rest: np.ndarray, factor: float) -> np.ndarray:
+    total = error.copy()
+    total[..., -1] += factor * np.abs(rest).sum(axis=-1)
+    return total
+
+
+# ----------------------------------------------------------------------------
+# Rows of the pitch model as functions of crank speed, with their slopes.
+# ----------------------------------------------------------------------------
+
+
+def pitch_rows(
+    pitch: Pitch,
+    readout: Readout,
+    orders: np.ndarray,
+    couple: WithError,
+    left_out: np.ndarray | bool = False,
+) -> HarmonicsAt:
+    """Rows of the pitch model under couples (orders,) per squared crank speed, N m s^2.
+
+    `left_out` (orders,) as in `angle_harmonics`.
+    """
+    order = np.asarray(orders, dtype=float)
+    per_square = couple.value
+
+    def harmonics_at(speed: np.ndarray, slopes: bool = False, errors: bool = False) -> Jet:
+        column = speed[:, None]
+        rate = column * order
+        system = pitch_dynamic_stiffness(pitch, rate)
+        flexibility = np.where(left_out, 0.0, 1.0 / np.where(left_out, 1.0, system.value))
+        angle = column * column * per_square * flexibility
+        error = slope = slope_error = curvature = EMPTY
+        if slopes:
+            turn = order * (1j * pitch.damping - 2.0 * pitch.inertia * rate)
+            load_slope = 2.0 * column * per_square
+            slope = flexibility * (load_slope - turn * angle)
+            bent = 2.0 * per_square + 2.0 * pitch.inertia * order * order * angle
+            curvature = flexibility * (bent - 2.0 * turn * slope)
+        if errors:
+            size, gain = np.abs(angle), np.abs(flexibility)
+            load_error = column * column * couple.error
+            error = gain * (size * system.error + load_error) + 16.0 * UNIT_ROUNDOFF * size
+        if slopes and errors:
+            doubt = np.abs(turn) * error + np.abs(slope) * system.error
+            doubt = doubt + 2.0 * column * couple.error
+            terms = np.abs(load_slope) + np.abs(turn) * size
+            slope_error = gain * (doubt + (pitch.rounding + 16.0 * UNIT_ROUNDOFF) * terms)
+        motion = Motion(angle, error, slope, slope_error, curvature)
+        each = Motion(*(EMPTY if part is EMPTY else part[..., None] for part in motion))
+        return read(readout, order, rate, each)
+
+    return harmonics_at
+
+
+# ----------------------------------------------------------------------------
+# Rows of a rigid body on its mounts as functions of crank speed, with their slopes.
+# ----------------------------------------------------------------------------
+
+
+class Couple(NamedTuple):
+    """A couple (speeds, orders) in N m with its error; slope and curvature are by crank speed."""
+
+    value: np.ndarray
+    error: np.ndarray
+    slope: np.ndarray
+    slope_error: np.ndarray
+    curvature: np.ndarray
+
+
+class CoupleAt(Protocol):
+    """A couple at crank speeds (speeds,), as much of it as is asked for."""
+
+    def __call__(self, speed: np.ndarray, slopes: bool = False, errors: bool = False) -> Couple: ...
+
+
+def body_rows(
+    matrices: Matrices,
+    readout: Readout,
+    orders: np.ndarray,
+    force: WithError,
+    undriven: Undriven | None = None,
+    couple_at: CoupleAt | None = None,
+    about: np.ndarray | None = None,
+) -> HarmonicsAt:
+    """Rows of a rigid body under forces (orders, 6) per squared crank speed, N s^2 and N m s^2.
+
+    `couple_at` is added, a couple about the unit vector `about` (6,), as a function of the speed.
+    """
+    order = np.asarray(orders, dtype=float)
+    axis = np.zeros(force.value.shape[-1]) if about is None else about
+
+    def harmonics_at(speed: np.ndarray, slopes: bool = False, errors: bool = False) -> Jet:
+        rate = speed[:, None] * order
+        system = dynamics(matrices, rate, undriven)
+        column = speed[:, None, None]
+        load = column * column * force.value
+        added = None if couple_at is None else couple_at(speed, slopes, errors)
+        if added is not None:
+            load = load + added.value[..., None] * axis
+        error = slope = slope_error = curvature = EMPTY
+        if errors:
+            load_error = column * column * force.error + 4.0 * UNIT_ROUNDOFF * np.abs(load)
+            if added is not None:
+                load_error = load_error + added.error[..., None] * np.abs(axis)
+            value, error = response(system, load, load_error)
+        else:
+            value = _apply(system.inverse, load)
+        if slopes:
+            turn = order[:, None, None] * (
+                1j * matrices.damping - 2.0 * rate[..., None, None] * matrices.mass
+            )
+            load_slope = 2.0 * column * force.value
+            load_bend = 2.0 * force.value
+            if added is not None:
+                load_slope = load_slope + added.slope[..., None] * axis
+                load_bend = load_bend + added.curvature[..., None] * axis
+            slope = _apply(system.inverse, load_slope - _apply(turn, value))
+            bent = load_bend + 2.0 * np.square(order)[:, None] * (value @ matrices.mass.T)
+            curvature = _apply(system.inverse, bent - 2.0 * _apply(turn, slope))
+        if slopes and errors:
+            doubt = _apply(np.abs(turn), error + 32.0 * UNIT_ROUNDOFF * np.abs(value))
+            doubt = doubt + _apply(system.error, np.abs(slope)) + 2.0 * column * force.error
+            doubt = doubt + 16.0 * UNIT_ROUNDOFF * np.abs(load_slope)
+            if added is not None:
+                doubt = doubt + added.slope_error[..., None] * np.abs(axis)
+            slope_error = _apply(np.abs(system.inverse), doubt)
+            slope_error = slope_error + 16.0 * UNIT_ROUNDOFF * np.abs(slope)
+        motion = Motion(value, error, slope, slope_error, curvature)
+        return read(readout, order, rate, motion)
+
+    return harmonics_at
+
+
+def _apply(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
+    product: np.ndarray = (matrix @ vector[..., None])[..., 0]
+    return product

@@ -1,28 +1,51 @@
 """A slow run-up: at each speed the peak over the cycle, and the highest of them all."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from vibecalc.isolation.blocks import in_blocks
-from vibecalc.isolation.envelope import angle_grid, coarse_peak
-from vibecalc.isolation.highest import RunUpPeak, Search, highest, highest_of
-from vibecalc.isolation.looked import Looked
-from vibecalc.isolation.refine import resolve
 from vibecalc.isolation.rows import HarmonicsAt, Jet
-from vibecalc.isolation.speeds import (
+from vibecalc.isolation.run_up_grid import (
+    Looked,
     admitted,
+    angle_grid,
     base_speeds,
     clusters,
+    coarse_peak,
+    resolve,
     resonant_speeds,
     sparse_clusters,
     sparse_speeds,
 )
+from vibecalc.isolation.run_up_peaks import RunUpPeak, Search, highest, highest_of
 from vibecalc.numerics.cycle_peak import cycle_peak, vector_cycle_peak
 from vibecalc.numerics.rounding import WithError
 from vibecalc.response.resonance import Resonances
 from vibecalc.response.singular import Masked, masked_speeds
+
+# ----------------------------------------------------------------------------
+# Many speeds at many orders, taken in blocks that bound the memory.
+# ----------------------------------------------------------------------------
+
+#: speeds times orders that are worked on at once: some 60 MB for a rigid body on four mounts
+MOST_AT_ONCE = 30_000
+
+
+def in_blocks(
+    function: Callable[[np.ndarray], tuple[np.ndarray, ...]], speed: np.ndarray, orders: np.ndarray
+) -> tuple[np.ndarray, ...]:
+    """The arrays `function` gives for speeds (speeds,), each joined along its first axis."""
+    count = -(-len(speed) * len(orders) // MOST_AT_ONCE)
+    if count < 2:
+        return function(speed)
+    parts = [function(part) for part in np.array_split(speed, min(count, len(speed)))]
+    return tuple(np.concatenate(column) for column in zip(*parts, strict=True))
+
+
+# ----------------------------------------------------------------------------
+# A slow run-up: at each speed the peak over the cycle, and the highest of them all.
+# ----------------------------------------------------------------------------
 
 #: a resonance whose own order stays below this share of a row's maximum gets no cluster there
 _NEGLIGIBLE = 1e-4

@@ -1,28 +1,11 @@
-"""What the torque of an engine's cylinders does to its body, about the crankshaft.
-
-Torques are positive in the crank's sense of rotation, right-handed about `axis`, and so are the
-couples on the body. The side thrusts of the pistons turn the body with minus the torque T that they
-give the crankshaft, by gas and inertia. What else holds depends on where the driven machine stands:
-
-- elsewhere: its stator turns the ground, not the body. -T remains, its mean too. What damps a
-  station of the line against the ground is taken to stand on the ground.
-- on the body, without a shaft line: a stator follows no pulsation and gives the mean back; -T
-  remains without its mean. A rotor of finite inertia leaves a share of it
-  (`excitation.inertia_torque.rotor_share`), wherever the driven machine stands.
-- on the body, with a shaft line of finite inertia: the body gives the line all its torques (of the
-  cylinders, of the loads, of what damps a station against the body), so that it feels minus the
-  change of the line's angular momentum. With loads that do not alternate and no damping against
-  the body that is -T again, however elastic the line: the torque goes into its speed. Gears turn
-  some of the inertia the other way round, or faster. There is no mean: the stator gives it back.
-"""
+"""What the torque of an engine's cylinders does to its body, about the crankshaft."""
 
 from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
-from vibecalc.isolation.body_rows import Couple, CoupleAt
-from vibecalc.isolation.rows import EMPTY
+from vibecalc.isolation.rows import EMPTY, Couple, CoupleAt
 from vibecalc.numerics.cycle_peak import vector_cycle_peak
 from vibecalc.numerics.rounding import EPSILON, UNIT_ROUNDOFF, WithError
 from vibecalc.response.energy import modal_force
@@ -30,6 +13,26 @@ from vibecalc.response.modes import Modes
 from vibecalc.torsion.forced import forced
 from vibecalc.torsion.line import Line
 from vibecalc.torsion.synthesis import synthesis
+
+# ----------------------------------------------------------------------------
+# What the torque of an engine's cylinders does to its body, about the crankshaft.
+#
+# Torques are positive in the crank's sense of rotation, right-handed about `axis`, and so are the
+# couples on the body. The side thrusts of the pistons turn the body with minus the torque T that
+# they give the crankshaft, by gas and inertia. What else holds depends on where the driven machine
+# stands:
+#
+# - elsewhere: its stator turns the ground, not the body. -T remains, its mean too. What damps a
+#   station of the line against the ground is taken to stand on the ground.
+# - on the body, without a shaft line: a stator follows no pulsation and gives the mean back; -T
+#   remains without its mean. A rotor of finite inertia leaves a share of it
+#   (`excitation.inertia_torque.rotor_share`), wherever the driven machine stands.
+# - on the body, with a shaft line of finite inertia: the body gives the line all its torques (of the
+#   cylinders, of the loads, of what damps a station against the body), so that it feels minus the
+#   change of the line's angular momentum. With loads that do not alternate and no damping against
+#   the body that is -T again, however elastic the line: the torque goes into its speed. Gears turn
+#   some of the inertia the other way round, or faster. There is no mean: the stator gives it back.
+# ----------------------------------------------------------------------------
 
 #: orders beyond twice the highest against those up to there: forces that fall as order^-2 or faster
 TAIL = 2.0
@@ -166,7 +169,7 @@ def with_shaking(
     return WithError(value, error)
 
 
-def left_out(harmonics: WithError, kept: int) -> np.ndarray:
+def torque_left_out(harmonics: WithError, kept: int) -> np.ndarray:
     """Error (...) of a sum over the first `kept` orders (..., m): rounding, and those beyond.
 
     What follows the m orders is taken for as much again as those from `kept` to m.
@@ -179,7 +182,7 @@ def vector_peak(harmonics: WithError, half_order: np.ndarray, kept: int) -> With
     """Largest length (...) over the cycle of vectors (..., components, m) of halves of orders."""
     doubled = np.rint(2.0 * half_order[:kept]).astype(np.int64)
     peak = vector_cycle_peak(harmonics.value[..., :kept], doubled)
-    rest = np.sqrt(np.square(left_out(harmonics, kept)).sum(-1))
+    rest = np.sqrt(np.square(torque_left_out(harmonics, kept)).sum(-1))
     return WithError(peak.value, peak.error + rest)
 
 
@@ -189,7 +192,7 @@ def extreme_loads(
     """Highest and lowest of a constant (mounts,) and its alternating part (mounts, m)."""
     total = synthesis(half_order[:kept], harmonics.value[..., :kept])
     highest, lowest = constant.value + total.highest, constant.value + total.lowest
-    error = total.error + left_out(harmonics, kept) + constant.error
+    error = total.error + torque_left_out(harmonics, kept) + constant.error
     size = np.abs(constant.value) + np.maximum(np.abs(total.highest), np.abs(total.lowest))
     return Loads(highest, lowest, error + UNIT_ROUNDOFF * size)
 

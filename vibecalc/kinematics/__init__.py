@@ -1,1 +1,1 @@
-"""Motion of the slider-crank, exact and as harmonics."""
+"""Motion of the slider-crank: pistons and connecting rods."""

@@ -16,10 +16,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.kinematics.poles import pole, series_terms
+from vibecalc.kinematics.harmonics import pole, series_terms
 from vibecalc.kinematics.slider_crank import rod_projection
-from vibecalc.numerics.rounding import EPSILON, WithError
-from vibecalc.numerics.twofold import two_sum
+from vibecalc.numerics.rounding import EPSILON, WithError, two_sum
 from vibecalc.numerics.typing import FloatArray
 
 MOST_SAMPLES = 1 << 20

@@ -14,7 +14,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vibecalc.kinematics.poles import pole, series_terms
+from vibecalc.kinematics.harmonics import pole, series_terms
 from vibecalc.kinematics.slider_crank import Motion
 from vibecalc.numerics.rounding import EPSILON
 from vibecalc.numerics.typing import ComplexArray, FloatArray

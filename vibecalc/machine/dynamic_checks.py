@@ -4,10 +4,10 @@ import math
 from collections.abc import Iterator
 
 from vibecalc.case.kinds import finds_speed
-from vibecalc.case.motor_parts import Motor
 from vibecalc.case.schema import Case
 from vibecalc.errors import KeyPath, Problem
 from vibecalc.machine.slip_checks import MOTOR, TABLE, slip_problems
+from vibecalc.parts.tables import Motor
 
 ROLL: KeyPath = ("response", "roll")
 START: KeyPath = ("response", "start_up")

@@ -3,11 +3,11 @@
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from vibecalc.case import parts
-from vibecalc.case.joint_parts import Play
 from vibecalc.case.schema import Case
 from vibecalc.errors import KeyPath, Problem
-from vibecalc.machine.crank_train import build_crank_train, rod_share
+from vibecalc.parts import tables as parts
+from vibecalc.parts.crank_train import build_crank_train, rod_share
+from vibecalc.parts.tables import Play
 
 JOINTS: KeyPath = ("machine", "joints")
 

@@ -6,11 +6,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibecalc.case import joint_parts, parts
 from vibecalc.case.schema import Machine
 from vibecalc.errors import UsageError
-from vibecalc.machine.crank_train import build_crank_train
 from vibecalc.machine.joint_gaps import piston_and_pin, rod_beside_piston
+from vibecalc.parts import tables as joint_parts
+from vibecalc.parts import tables as parts
+from vibecalc.parts.crank_train import build_crank_train
 from vibecalc.response.impact.drive import slider_crank_drive
 from vibecalc.response.impact.linkage import Linkage
 from vibecalc.response.impact.model import GasForce, Joint

@@ -7,13 +7,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vibecalc.case.motor_parts import Motor
 from vibecalc.case.schema import Case
-from vibecalc.excitation.gas_force import INTERPOLATIONS, force_at, gas_force
+from vibecalc.excitation.gas_tables import FORCE_INTERPOLATIONS, force_at, gas_force
 from vibecalc.excitation.slip_torque import SlipCurve, linear_motor, slip_curve
 from vibecalc.kinematics.slider_crank import piston_path
-from vibecalc.machine.crank_train import build_crank_train, moving, rod_share, working_names
-from vibecalc.machine.gas_checks import suits
+from vibecalc.parts.crank_train import build_crank_train, moving, rod_share, working_names
+from vibecalc.parts.drive_checks import suits
+from vibecalc.parts.tables import Motor
 from vibecalc.response.roll.machine import RollDrive, RollMachine, roll_machine
 
 Array = NDArray[np.float64]
@@ -133,7 +133,7 @@ def interpolations(gas: tuple[GasTable | None, ...]) -> tuple[str, ...]:
     angles = [table.angle.tolist() for table in gas if table is not None]
     if not angles:
         return ()
-    return tuple(way for way in INTERPOLATIONS if all(suits(way, angle) for angle in angles))
+    return tuple(way for way in FORCE_INTERPOLATIONS if all(suits(way, angle) for angle in angles))
 
 
 def mean_demand(case: Case) -> float:

@@ -3,11 +3,11 @@
 import math
 from collections.abc import Iterator
 
-from vibecalc.case.engine_mounted import shakes_with_torque
 from vibecalc.case.kinds import finds_speed, has_crank_train
 from vibecalc.case.roll_form import STEPPING
 from vibecalc.case.schema import Case
-from vibecalc.machine.crank_train import build_crank_train, working_names
+from vibecalc.parts.crank_train import build_crank_train, working_names
+from vibecalc.parts.firing import shakes_with_torque
 
 SENTENCE = "only the roll of the machine uses it: [response.roll], start_up or control"
 

@@ -8,8 +8,8 @@ from vibecalc.case.roll_form import STEPPING
 from vibecalc.case.roll_tables import Load, Roll
 from vibecalc.case.schema import Case
 from vibecalc.errors import KeyPath, Problem
-from vibecalc.machine.crank_train import rod_share, working_names
 from vibecalc.machine.roll_cautions import asks_roll
+from vibecalc.parts.crank_train import rod_share, working_names
 
 CYLINDERS: KeyPath = ("machine", "crank_train", "cylinders")
 ROLL: KeyPath = ("response", "roll")

@@ -5,12 +5,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibecalc.case.motor_parts import Motor
 from vibecalc.errors import NumericalFailure
-from vibecalc.excitation.dynamic_motor import CircuitMotor, circuit_motor
 from vibecalc.excitation.induction_motor import InductionMotor
 from vibecalc.excitation.induction_motor_fit import MotorFit, fit_induction_motor
-from vibecalc.excitation.induction_motor_split import transient_inductance, with_stator_leakage
+from vibecalc.excitation.induction_motor_flux import CircuitMotor, circuit_motor
+from vibecalc.excitation.induction_motor_identify import transient_inductance, with_stator_leakage
+from vibecalc.parts.tables import Motor
 
 #: number of cages by their name in a case
 CAGES = {"single": 1, "double": 2, "triple": 3}

@@ -3,9 +3,9 @@
 from collections.abc import Iterator
 
 from vibecalc.case.kinds import finds_speed
-from vibecalc.case.motor_parts import Motor, SlipTable
 from vibecalc.case.schema import Case
 from vibecalc.errors import KeyPath, Problem
+from vibecalc.parts.tables import Motor, SlipTable
 
 MOTOR: KeyPath = ("machine", "motor")
 TABLE: KeyPath = (*MOTOR, "slip_table")

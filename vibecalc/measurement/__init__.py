@@ -1,1 +1,1 @@
-"""Motion of a rigid plate from readings: translation, roll and pitch of each harmonic."""
+"""The motion of a rigid plate from readings of its vibration."""

@@ -6,9 +6,9 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.measurement.quadratic import NO_RANK
-from vibecalc.measurement.rigid_plate import scaled, span_of
-from vibecalc.measurement.spread import Spread
+from vibecalc.measurement.level_motions import Spread
+from vibecalc.measurement.plate import scaled, span_of
+from vibecalc.measurement.second_moments import NO_RANK
 from vibecalc.numerics.rounding import EPSILON
 from vibecalc.numerics.typing import ComplexArray, FloatArray
 

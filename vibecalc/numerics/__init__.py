@@ -1,1 +1,1 @@
-"""Numerical methods that two stages share."""
+"""Numerical methods that several subjects share."""

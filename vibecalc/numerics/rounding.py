@@ -1,8 +1,16 @@
-"""Values with their errors, how much a double-precision sum may be off, and what is too much."""
+"""Values with their errors: rounding of sums and closed formulas, error-free transformations."""
 
+from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
+
+from vibecalc.numerics.typing import FloatArray
+
+# ----------------------------------------------------------------------------
+# Values with their errors, how much a double-precision sum may be off, and what is too much.
+# ----------------------------------------------------------------------------
 
 #: largest relative error of one rounded operation
 UNIT_ROUNDOFF = 2.0**-53
@@ -22,3 +30,72 @@ class WithError(NamedTuple):
 
     value: np.ndarray
     error: np.ndarray
+
+
+# ----------------------------------------------------------------------------
+# Values of closed formulas in which nothing cancels, with the rounding they carry.
+# ----------------------------------------------------------------------------
+
+
+def closed_form(value: ArrayLike, roundings: float) -> WithError:
+    """`value` with the absolute error of that many rounded operations on positive terms."""
+    found = np.asarray(value, dtype=float)
+    return WithError(found, np.asarray(roundings * UNIT_ROUNDOFF * np.abs(found)))
+
+
+def floats(*values: ArrayLike) -> tuple[FloatArray, ...]:
+    """All values as arrays of doubles, of their own shapes."""
+    return tuple(np.asarray(value, dtype=float) for value in values)
+
+
+# ----------------------------------------------------------------------------
+# Error-free transformations: a sum or product of doubles as a double plus its exact rounding.
+#
+# They cost a few operations and carry a result to about twice the working precision where one
+# number is raised to a high power later on. Inputs must lie within 1e-140 and 1e300 in magnitude
+# (zero is fine), or the low part loses its meaning to underflow or overflow.
+# ----------------------------------------------------------------------------
+
+_SPLITTER = 134217729.0  # 2**27 + 1
+
+
+def two_sum(first: FloatArray, second: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Sum and its rounding error; `first + second` equals the two results exactly.
+
+    Source: Knuth, The Art of Computer Programming 2, section 4.2.2, theorem B.
+    """
+    total = first + second
+    partner = total - first
+    return total, (first - (total - partner)) + (second - partner)
+
+
+def two_product(first: FloatArray, second: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Product and its rounding error; `first * second` equals the sum of the two exactly.
+
+    Source: Dekker (1971), A floating-point technique for extending the available precision.
+    """
+    product = first * second
+    first_high, first_low = _split(first)
+    second_high, second_low = _split(second)
+    rounding = first_high * second_high - product
+    rounding = rounding + first_high * second_low + first_low * second_high
+    return product, rounding + first_low * second_low
+
+
+def compensated_sum(terms: Iterable[FloatArray]) -> FloatArray:
+    """Sum as if taken in twice the working precision and rounded once.
+
+    Source: Ogita, Rump and Oishi (2005), Accurate sum and dot product, algorithm 4.4.
+    """
+    total = lost = np.zeros(())
+    for term in terms:
+        total, rounding = two_sum(total, term)
+        lost = lost + rounding
+    return np.asarray(total + lost)
+
+
+def _split(value: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Two halves of 26 bits each, so that products of halves are exact."""
+    scaled = _SPLITTER * value
+    high = scaled - (scaled - value)
+    return high, value - high

@@ -1,16 +1,175 @@
-"""One step of the embedded pair of order 5 and 4 with its dense output, for many members at once.
-
-The pair is that of Dormand and Prince (1980); the polynomial between the ends of a step, of fourth
-degree and a local error of fifth order, is that of Shampine (1986). `runge_kutta_march` repeats
-the step with a length of its own for each member.
-"""
+"""Runge-Kutta steps of order 5 with dense output for rates that change form at borders."""
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import NamedTuple, Protocol, TypeAlias
 
 import numpy as np
 
-from vibecalc.numerics.typing import FloatArray
+from vibecalc.numerics.typing import BoolArray, FloatArray, IntArray
+
+# ----------------------------------------------------------------------------
+# What `runge_kutta_march` integrates: rates that change form where watched values meet borders.
+#
+# A right-hand side with kinks (tables, friction) is given piece by piece: `piece` says for each
+# member which smooth form holds, and that form is continued beyond its borders while a step is
+# tried. The march ends a step on every border, tells the system, and goes on with the new piece,
+# so that no step has a kink inside and the order of the method is kept.
+# ----------------------------------------------------------------------------
+
+
+class Change(NamedTuple):
+    """What follows an event: states (b, n), pieces (b, p), and which members (b,) have finished."""
+
+    state: FloatArray
+    piece: IntArray
+    finished: BoolArray
+
+
+class System(Protocol):
+    """b members of B, named by their index `member` (b,), with n states and w watched values.
+
+    `closeness` (w,) is how near to a border counts as on it, in the unit of the watched value.
+    """
+
+    closeness: FloatArray
+
+    def rates(
+        self, member: IntArray, time: FloatArray, state: FloatArray, piece: IntArray
+    ) -> FloatArray:
+        """Rates (b, n) of the states."""
+        ...
+
+    def watched(
+        self, member: IntArray, time: FloatArray, state: FloatArray, piece: IntArray
+    ) -> FloatArray:
+        """The watched values (b, w)."""
+        ...
+
+    def borders(self, member: IntArray, piece: IntArray) -> tuple[FloatArray, FloatArray]:
+        """Least and largest watched values (b, w) of the pieces."""
+        ...
+
+    def crossed(
+        self,
+        member: IntArray,
+        time: FloatArray,
+        state: FloatArray,
+        piece: IntArray,
+        which: IntArray,
+        way: IntArray,
+    ) -> Change:
+        """Watched value `which` (b,) has come to its lower (`way` -1) or upper (+1) border."""
+        ...
+
+    def stopped(
+        self, member: IntArray, time: FloatArray, state: FloatArray, piece: IntArray
+    ) -> Change:
+        """One of the times at which the march was told to end a step is reached."""
+        ...
+
+
+class Plain:
+    """A smooth system: `rates(time (b,), state (b, n)) -> (b, n)`; nothing is watched."""
+
+    def __init__(self, rates: Callable[[FloatArray, FloatArray], FloatArray]):
+        self.closeness = np.empty(0)
+        self._rates = rates
+
+    def rates(
+        self, member: IntArray, time: FloatArray, state: FloatArray, piece: IntArray
+    ) -> FloatArray:
+        return self._rates(time, state)
+
+    def watched(
+        self, member: IntArray, time: FloatArray, state: FloatArray, piece: IntArray
+    ) -> FloatArray:
+        return np.empty((len(member), 0))
+
+    def borders(self, member: IntArray, piece: IntArray) -> tuple[FloatArray, FloatArray]:
+        return np.empty((len(member), 0)), np.empty((len(member), 0))
+
+    def crossed(
+        self,
+        member: IntArray,
+        time: FloatArray,
+        state: FloatArray,
+        piece: IntArray,
+        which: IntArray,
+        way: IntArray,
+    ) -> Change:
+        return Change(state, piece, np.zeros(len(member), dtype=bool))
+
+    def stopped(
+        self, member: IntArray, time: FloatArray, state: FloatArray, piece: IntArray
+    ) -> Change:
+        return Change(state, piece, np.zeros(len(member), dtype=bool))
+
+
+class Tables(Plain):
+    """Rates with kinks where linear combinations of the states pass given values.
+
+    `rates(time (b,), state (b, n), piece (b, w)) -> (b, n)`, smooth for a fixed piece: number i of
+    combination k means values[k][i - 1] <= combination[k] @ state <= values[k][i].
+    `combination` (w, n); `values` w ascending arrays.
+    """
+
+    def __init__(
+        self,
+        rates: Callable[[FloatArray, FloatArray, IntArray], FloatArray],
+        combination: FloatArray,
+        values: list[FloatArray],
+        closeness: float,
+    ):
+        self._kinked = rates
+        self._combination = combination
+        self._edges = [np.concatenate([[-np.inf], row, [np.inf]]) for row in values]
+        self.closeness = np.full(len(values), closeness)
+
+    def rates(
+        self, member: IntArray, time: FloatArray, state: FloatArray, piece: IntArray
+    ) -> FloatArray:
+        return self._kinked(time, state, piece)
+
+    def watched(
+        self, member: IntArray, time: FloatArray, state: FloatArray, piece: IntArray
+    ) -> FloatArray:
+        return np.asarray(state @ self._combination.T)
+
+    def borders(self, member: IntArray, piece: IntArray) -> tuple[FloatArray, FloatArray]:
+        below = [edge[piece[:, k]] for k, edge in enumerate(self._edges)]
+        above = [edge[piece[:, k] + 1] for k, edge in enumerate(self._edges)]
+        return np.stack(below, axis=1), np.stack(above, axis=1)
+
+    def crossed(
+        self,
+        member: IntArray,
+        time: FloatArray,
+        state: FloatArray,
+        piece: IntArray,
+        which: IntArray,
+        way: IntArray,
+    ) -> Change:
+        moved = piece.copy()
+        moved[np.arange(len(member)), which] += way
+        return Change(state, moved, np.zeros(len(member), dtype=bool))
+
+    def pieces_at(self, state: FloatArray) -> IntArray:
+        """The pieces (b, w) of the states; a value on a border belongs to the piece above it."""
+        value = state @ self._combination.T
+        columns = [
+            np.searchsorted(edge[1:-1], value[:, k], side="right")
+            for k, edge in enumerate(self._edges)
+        ]
+        return np.stack(columns, axis=1).astype(np.int64)
+
+
+# ----------------------------------------------------------------------------
+# One step of the embedded pair of order 5 and 4 with its dense output, for many members at once.
+#
+# The pair is that of Dormand and Prince (1980); the polynomial between the ends of a step, of
+# fourth degree and a local error of fifth order, is that of Shampine (1986). `runge_kutta_march`
+# repeats the step with a length of its own for each member.
+# ----------------------------------------------------------------------------
 
 #: order of the solution that is carried on; its error estimate shrinks like the length to this
 ORDER = 5
@@ -101,3 +260,198 @@ def at_fraction(start: FloatArray, dense: FloatArray, fraction: FloatArray) -> F
     s = fraction[..., None]
     a, b, c, d = dense[:, :, None, :]
     return np.asarray(start[:, None, :] + s * (a + s * (b + s * (c + s * d))))
+
+
+# ----------------------------------------------------------------------------
+# Where within a step a watched value first comes to a border of its piece.
+# ----------------------------------------------------------------------------
+
+# a value that leaves and returns between two of these is not seen: its kink is hardly touched
+_LOOKS = np.array((0.25, 0.5, 0.75, 1.0))
+
+#: so near to its end, the polynomial of a step is as good as the end itself
+NEAR = 0.02
+
+_HINT, _ROUNDS = 1e-3, 12
+
+#: a gap within this many closenesses outside is still inside
+_SLACK = 2.0
+
+NOTHING, LANDED, SHORTEN, AT_ONCE, HALVE = range(5)
+
+#: distances (m, 2 w) inside the lower and upper borders, of members (m,) at fractions (m,)
+_Gaps: TypeAlias = Callable[[IntArray, FloatArray], FloatArray]
+
+
+class Look(NamedTuple):
+    """What each member (b,) finds in a step.
+
+    `finding`: nothing; a border at `fraction` of the step, within NEAR of its end; shorten the
+    step to `fraction` of it; a border is crossed at the very start; or halve the step to see more.
+    `which` watched value, and `way` -1 for its lower, +1 for its upper border.
+    """
+
+    finding: IntArray
+    fraction: FloatArray
+    which: IntArray
+    way: IntArray
+
+    def mark(
+        self, who: IntArray, finding: IntArray | int, gap: IntArray, fraction: FloatArray
+    ) -> None:
+        self.finding[who], self.fraction[who] = finding, fraction
+        self.which[who], self.way[who] = gap // 2, 2 * (gap % 2) - 1
+
+
+def predict(
+    system: System,
+    member: IntArray,
+    time: FloatArray,
+    state: FloatArray,
+    rate: FloatArray,
+    piece: IntArray,
+    length: FloatArray,
+) -> FloatArray:
+    """Lengths (b,) after which the present rates meet a border; infinite where they do not.
+
+    `length` (b,) is about that of the next step.
+    """
+    if not len(system.closeness):
+        return np.full(len(member), np.inf)
+    lower, upper = system.borders(member, piece)
+    here = system.watched(member, time, state, piece)
+    ahead = _HINT * length
+    there = system.watched(member, time + ahead, state + ahead[:, None] * rate, piece)
+    moved = there - here
+    room = np.where(moved > 0.0, upper - here, lower - here)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        share = _HINT * room / moved
+    useful = (np.abs(room) > _SLACK * system.closeness) & (share > 0.0)
+    return np.asarray(length * np.min(np.where(useful, share, np.inf), axis=1))
+
+
+def look(
+    system: System,
+    member: IntArray,
+    time: FloatArray,
+    length: FloatArray,
+    start: FloatArray,
+    piece: IntArray,
+    taken: Step,
+    fixed: BoolArray,
+) -> Look:
+    """Look along the steps `taken` of b members from `start` (b, n).
+
+    `fixed` (b,) are those that must not be lengthened.
+    """
+    count = len(member)
+    none = np.zeros(count, dtype=np.int64)
+    result = Look(none, np.ones(count), none.copy(), none.copy())
+    closeness = np.repeat(system.closeness, 2)
+    if not len(closeness) or not count:
+        return result
+    lower, upper = system.borders(member, piece)
+
+    def gaps(who: IntArray, fraction: FloatArray) -> FloatArray:
+        a, b, c, d = taken.dense[:, who]
+        s = fraction[:, None]
+        states = start[who] + s * (a + s * (b + s * (c + s * d)))
+        there = time[who] + fraction * length[who]
+        value = system.watched(member[who], there, states, piece[who])
+        both = np.empty((len(who), value.shape[1], 2))
+        both[:, :, 0], both[:, :, 1] = value - lower[who], upper[who] - value
+        return both.reshape(len(who), -1)
+
+    every = np.tile(np.arange(count), 1 + len(_LOOKS))
+    places = np.repeat(np.concatenate([[0.0], _LOOKS]), count)
+    seen = gaps(every, places).reshape(1 + len(_LOOKS), count, -1)
+    at_start, seen = seen[0], seen[1:]
+    outside = seen < -_SLACK * closeness
+    leaves = outside.any(axis=(0, 2))
+
+    # about to arrive: the rest of the way is as good as a part of this step
+    ahead = (at_start > _SLACK * closeness) & ~(leaves | fixed)[:, None]
+    with np.errstate(invalid="ignore"):
+        closing = 0.25 * seen[-1] < NEAR * (seen[-2] - seen[-1])
+    who, gap = np.nonzero(ahead & closing)
+    if len(who):
+        end = seen[-1][who, gap]
+        beyond = gaps(who, np.full(len(who), 1.0 + NEAR))[np.arange(len(who)), gap]
+        arrives = beyond <= 0.0
+        who, gap, end, beyond = who[arrives], gap[arrives], end[arrives], beyond[arrives]
+        _first_roots(
+            result, gaps, who, gap, np.ones(len(who)), np.full(len(who), 1.0 + NEAR), end, beyond,
+            closeness,
+        )  # fmt: skip
+    out = np.nonzero(leaves)[0]
+    if len(out):
+        _leaving(result, gaps, out, at_start, seen, outside, closeness)
+    return result
+
+
+def _leaving(
+    result: Look,
+    gaps: _Gaps,
+    out: IntArray,
+    at_start: FloatArray,
+    seen: FloatArray,
+    outside: BoolArray,
+    closeness: FloatArray,
+) -> None:
+    """Fill in the first crossing of the members `out`, which have a gap below zero at a look."""
+    first = np.argmax(np.any(outside[:, out], axis=2), axis=0)
+    row, gap = np.nonzero(outside[first, out])
+    who, place = out[row], first[row]
+    beginning = place == 0
+    low = np.where(beginning, 0.0, _LOOKS[place - 1])
+    f_low = np.where(beginning, at_start[who, gap], seen[place - 1, who, gap])
+    f_high = seen[place, who, gap]
+    on_it = beginning & (f_low <= _SLACK * closeness[gap])
+    if np.any(on_it):
+        some = np.nonzero(on_it)[0]
+        hint = gaps(who[some], np.full(len(some), _HINT))[np.arange(len(some)), gap[some]]
+        leaving = hint <= f_low[some]
+        for finding, chosen in ((HALVE, some[~leaving]), (AT_ONCE, some[leaving])):
+            result.mark(who[chosen], finding, gap[chosen], np.zeros(len(chosen)))
+        # who leaves at once or halves is not to be shortened by another gap
+        left = ~np.isin(who, who[some])
+        who, gap, low, place = who[left], gap[left], low[left], place[left]
+        f_low, f_high = f_low[left], f_high[left]
+    _first_roots(result, gaps, who, gap, low, _LOOKS[place], f_low, f_high, closeness)
+
+
+def _first_roots(
+    result: Look,
+    gaps: _Gaps,
+    who: IntArray,
+    gap: IntArray,
+    low: FloatArray,
+    high: FloatArray,
+    f_low: FloatArray,
+    f_high: FloatArray,
+    closeness: FloatArray,
+) -> None:
+    """Mark the members `who` with the first roots of their gaps, between `low` and `high`.
+
+    Regula falsi that halves the value of an end that stays twice (Illinois).
+    """
+    if not len(who):
+        return
+    rows, close = np.arange(len(who)), 0.5 * closeness[gap]
+    root, side = high, np.zeros(len(who), dtype=np.int64)
+    for _ in range(_ROUNDS):
+        with np.errstate(divide="ignore", invalid="ignore"):
+            root = (low * f_high - high * f_low) / (f_high - f_low)
+        root = np.where((root > low) & (root < high), root, 0.5 * (low + high))
+        value = gaps(who, root)[rows, gap]
+        if np.all(np.abs(value) <= close):
+            break
+        below = value < 0.0
+        f_low = np.where(below, np.where(side < 0, 0.5 * f_low, f_low), value)
+        f_high = np.where(below, value, np.where(side > 0, 0.5 * f_high, f_high))
+        side = np.where(below, -1, 1)
+        low, high = np.where(below, low, root), np.where(below, root, high)
+    # of several borders the first wins: it is written last
+    order = np.argsort(-root, kind="stable")
+    who, gap, root = who[order], gap[order], root[order]
+    result.mark(who, np.where(root < 1.0 - NEAR, SHORTEN, LANDED), gap, root)

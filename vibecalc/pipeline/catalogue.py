@@ -4,24 +4,24 @@ Adapters hand over arrays and errors under these paths; the file, the report, re
 and `check` read the rest from this table. The entries stand in `entries/`, a file for each group.
 """
 
-from vibecalc.pipeline.entries.absorber import ENTRIES as absorber_entries
-from vibecalc.pipeline.entries.absorber_parts import ENTRIES as absorber_parts_entries
+from vibecalc.absorber.results import HARDWARE_ENTRIES as absorber_parts_entries
+from vibecalc.absorber.results import PENDULUM_ENTRIES as pendulum_entries
+from vibecalc.absorber.results import RESPONSE_ENTRIES as absorber_entries
+from vibecalc.absorber.results import TUNING_ENTRIES as tuning_entries
+from vibecalc.excitation.results import EXCITATION_ENTRIES as excitation_entries
+from vibecalc.excitation.results import PUMP_ENTRIES as pump_entries
+from vibecalc.isolation.results import ISOLATION_ENTRIES as isolation_entries
+from vibecalc.isolation.results import TORQUE_REACTION_ENTRIES as torque_reaction_entries
+from vibecalc.kinematics.results import ENTRIES as kinematics_entries
+from vibecalc.measurement.results import ENTRIES as measurement_entries
 from vibecalc.pipeline.entries.entry import Entry
-from vibecalc.pipeline.entries.excitation import ENTRIES as excitation_entries
 from vibecalc.pipeline.entries.impact import ENTRIES as impact_entries
-from vibecalc.pipeline.entries.isolation import ENTRIES as isolation_entries
-from vibecalc.pipeline.entries.kinematics import ENTRIES as kinematics_entries
-from vibecalc.pipeline.entries.measurement import ENTRIES as measurement_entries
-from vibecalc.pipeline.entries.pendulum import ENTRIES as pendulum_entries
-from vibecalc.pipeline.entries.pump import ENTRIES as pump_entries
 from vibecalc.pipeline.entries.response import ENTRIES as response_entries
 from vibecalc.pipeline.entries.roll import ENTRIES as roll_entries
 from vibecalc.pipeline.entries.roll_control import ENTRIES as roll_control_entries
 from vibecalc.pipeline.entries.roll_motor import ENTRIES as roll_motor_entries
 from vibecalc.pipeline.entries.start_up import ENTRIES as start_up_entries
 from vibecalc.pipeline.entries.switching import ENTRIES as switching_entries
-from vibecalc.pipeline.entries.torque_reaction import ENTRIES as torque_reaction_entries
-from vibecalc.pipeline.entries.tuning import ENTRIES as tuning_entries
 from vibecalc.torsion.results import DAMPER_DESIGN_ENTRIES as damper_design_entries
 from vibecalc.torsion.results import TORSION_ENTRIES as torsion_entries
 from vibecalc.torsion.results import TORSION_LIMITS_ENTRIES as torsion_limits_entries

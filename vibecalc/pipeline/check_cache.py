@@ -8,9 +8,9 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from vibecalc.case.overrides import key_text
+from vibecalc.core.case.number_range import present, range_problems
+from vibecalc.core.run.machine_checks import CHECKS, check_machine
 from vibecalc.errors import Problem
-from vibecalc.machine.checks import CHECKS, check_machine
-from vibecalc.machine.range_checks import present, range_problems
 from vibecalc.pipeline.stage_cache import StageCache
 
 if TYPE_CHECKING:

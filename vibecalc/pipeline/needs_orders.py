@@ -8,8 +8,7 @@ import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING, NamedTuple
 
-from vibecalc.case.engine_firing import TURN, cycle_angle
-from vibecalc.case.engine_mounted import shakes_with_torque, torque_reaches_mounts
+from vibecalc.parts.firing import TURN, cycle_angle, shakes_with_torque, torque_reaches_mounts
 from vibecalc.pipeline.stage_plan import StagePlan
 from vibecalc.torsion.stage import asked_orders
 
@@ -61,7 +60,7 @@ def _series(case: "Case") -> Harmonics:
         enough = (4 if shakes_with_torque(case) else 2) * terms
         rule = "all of the truncated series"
     else:
-        from vibecalc.kinematics.dropped_orders import order_for_tolerance
+        from vibecalc.kinematics.harmonics import order_for_tolerance
 
         ratio = train.crank_radius / train.rod_length
         offset = (train.wrist_pin_offset or 0.0) / train.crank_radius

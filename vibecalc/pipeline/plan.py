@@ -7,16 +7,16 @@ not reported.
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING
 
-from vibecalc.case.engine_mounted import torque_reaches_mounts
+from vibecalc.absorber.stage import plan_absorber
 from vibecalc.case.kinds import finds_speed, has_speed
+from vibecalc.excitation.stage import plan_pump
+from vibecalc.isolation.stage import ORDERS, plan_torque_reaction
+from vibecalc.measurement.stage import plan_measurement
+from vibecalc.parts.firing import torque_reaches_mounts
 from vibecalc.pipeline.catalogue import CATALOGUE
 from vibecalc.pipeline.entries.entry import Entry
-from vibecalc.pipeline.plan_absorber import plan_absorber
-from vibecalc.pipeline.plan_measurement import plan_measurement
-from vibecalc.pipeline.plan_pump import plan_pump
 from vibecalc.pipeline.plan_response import plan_response
 from vibecalc.pipeline.plan_roll import plan_roll
-from vibecalc.pipeline.plan_torque_reaction import ORDERS, plan_torque_reaction
 from vibecalc.pipeline.stage_plan import StagePlan, below, orders_words
 from vibecalc.torsion.stage import plan_damper, plan_torsion, plan_torsion_studies
 
@@ -55,7 +55,7 @@ def _kinematics(case: "Case") -> Iterator[StagePlan]:
     paths = tuple(path for path in below("kinematics/") if not path.endswith(curves or ("//",)))
     yield StagePlan(
         stage="kinematics",
-        adapter="vibecalc.pipeline.stages.kinematics:run",
+        adapter="vibecalc.kinematics.adapter:run_kinematics",
         why="[kinematics] is in the case" if asked else "the excitation needs the piston motion",
         parts=("crank_train",),
         orders=orders_words(case),
@@ -84,7 +84,7 @@ def _excitation(case: "Case") -> Iterator[StagePlan]:
     rotating = len(train.counterweights) + len(train.balance_shafts)
     yield StagePlan(
         stage="excitation",
-        adapter="vibecalc.pipeline.stages.excitation:run",
+        adapter="vibecalc.excitation.adapter:run_excitation",
         why="[excitation] is in the case" if options else f"the {user} needs the forces",
         parts=("crank_train", "rotating_masses") if rotating else ("crank_train",),
         orders=orders_words(case),
@@ -117,7 +117,7 @@ def _motor(case: "Case") -> Iterator[StagePlan]:
         return
     yield StagePlan(
         stage="motor",
-        adapter="vibecalc.pipeline.stages.motor:run",
+        adapter="vibecalc.excitation.adapter:run_motor",
         why="[machine.motor] and [excitation] are in the case",
         parts=("motor",),
         orders=f"the {len(case.machine.motor.torque.order)} of its torque",
@@ -141,9 +141,9 @@ def _isolation(case: "Case") -> Iterator[StagePlan]:
     speed = f"{case.machine.speed:.6g} rad/s"
     yield StagePlan(
         stage="isolation",
-        adapter="vibecalc.pipeline.stages.isolation_pitch:run"
+        adapter="vibecalc.isolation.adapters.pitch:run_isolation_pitch"
         if pitch
-        else "vibecalc.pipeline.stages.isolation_rigid_body:run",
+        else "vibecalc.isolation.adapters.rigid_body:run_isolation_rigid_body",
         why=f'[isolation] is in the case, model = "{options.model}"',
         parts=("body", "mounts"),
         orders=orders_words(case),
@@ -159,7 +159,7 @@ def _isolation(case: "Case") -> Iterator[StagePlan]:
     torque = torque_reaches_mounts(case)
     yield StagePlan(
         stage="run_up",
-        adapter="vibecalc.pipeline.stages.run_up:run",
+        adapter="vibecalc.isolation.adapters.run_up:run_run_up",
         why="[isolation] run_up is in the case" + ", with the torque of the cylinders" * torque,
         parts=("body", "mounts", *(("crank_train",) if torque else ())),
         orders=ORDERS if torque else orders_words(case),

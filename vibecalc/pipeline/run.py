@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from vibecalc.core.run.machine_checks import machine_warnings
 from vibecalc.errors import NumericalFailure
-from vibecalc.machine.build import build_machine
-from vibecalc.machine.checks import machine_warnings
+from vibecalc.parts.machine import build_machine
 from vibecalc.pipeline.plan import needed_stages
 from vibecalc.pipeline.scene import Scene
 from vibecalc.pipeline.stage_cache import StageCache

@@ -12,7 +12,7 @@ from vibecalc.results.record import Axis, Method, Quantity, Record
 
 if TYPE_CHECKING:
     from vibecalc.case.schema import Case
-    from vibecalc.machine.build import MachineParts
+    from vibecalc.parts.machine import MachineParts
 
 
 @dataclass(kw_only=True)

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.machine.build import PARTS, MachineParts
+from vibecalc.parts.machine import PARTS, MachineParts
 from vibecalc.pipeline.reads import Reads, TracedEntries, traced, written
 from vibecalc.pipeline.scene import Scene
 from vibecalc.pipeline.stage_plan import StagePlan

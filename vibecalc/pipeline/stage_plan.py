@@ -3,7 +3,7 @@
 from functools import lru_cache
 from typing import TYPE_CHECKING, NamedTuple
 
-from vibecalc.case.engine_mounted import shakes_with_torque
+from vibecalc.parts.firing import shakes_with_torque
 from vibecalc.pipeline.catalogue import CATALOGUE
 
 if TYPE_CHECKING:

@@ -166,7 +166,7 @@ def _names_of_absorber(case: "Case") -> dict[str, tuple[str, ...]]:
     machine = case.machine
     if machine.primary is None:
         return {}
-    from vibecalc.machine.absorber_hardware import stock
+    from vibecalc.absorber.model import stock
 
     known = stock(machine)
     return {

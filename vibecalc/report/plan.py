@@ -23,7 +23,7 @@ def plan_object(
     loaded: "LoadedCase", plan: Sequence[Mapping[str, Any]], total: Mapping[str, Any]
 ) -> dict[str, Any]:
     """What `check --json` prints of one case; `plan` and `total` as for `render_plan`."""
-    from vibecalc.machine.cautions import machine_warnings
+    from vibecalc.parts.cautions import machine_warnings
 
     return {
         "case": str(loaded.path),
@@ -42,7 +42,7 @@ def render_plan(
 
     `plan` and `total` are those of `study.check_rows`.
     """
-    from vibecalc.machine.cautions import machine_warnings
+    from vibecalc.parts.cautions import machine_warnings
 
     lines = [f"{path}: {case.title}", f"no problems; accuracy rtol = {case.accuracy.rtol:g}"]
     for words in machine_warnings(case):

@@ -3,28 +3,23 @@
 from collections.abc import Callable
 from typing import Any
 
+from vibecalc.absorber.report.hardware import absorber_parts
+from vibecalc.absorber.report.tuning import absorber, absorber_tuning, pendulum
+from vibecalc.excitation.report import excitation, motor, pump, rod
+from vibecalc.isolation.report import isolation, torque_reaction
+from vibecalc.kinematics.report import kinematics
+from vibecalc.measurement.report import measurement
 from vibecalc.report.limits import judge_limits
 from vibecalc.report.lookup import speed_of, table_of
 from vibecalc.report.numbers import rpm, show
 from vibecalc.report.references import judge_references, misses
 from vibecalc.report.sections import closing, summary
-from vibecalc.report.sections.absorber import absorber
-from vibecalc.report.sections.absorber_parts import absorber_parts
-from vibecalc.report.sections.absorber_tuning import absorber_tuning
-from vibecalc.report.sections.excitation import excitation
 from vibecalc.report.sections.find import find
 from vibecalc.report.sections.impact import impact
-from vibecalc.report.sections.isolation import isolation
-from vibecalc.report.sections.kinematics import kinematics
-from vibecalc.report.sections.measurement import measurement
-from vibecalc.report.sections.motor import motor
 from vibecalc.report.sections.operations import operations
 from vibecalc.report.sections.optimisation import optimisation
 from vibecalc.report.sections.other import other
-from vibecalc.report.sections.pendulum import pendulum
-from vibecalc.report.sections.pump import pump
 from vibecalc.report.sections.response import response
-from vibecalc.report.sections.rod import rod
 from vibecalc.report.sections.roll import roll
 from vibecalc.report.sections.roll_control import roll_control
 from vibecalc.report.sections.roll_motor import roll_motor
@@ -32,7 +27,6 @@ from vibecalc.report.sections.section import Section
 from vibecalc.report.sections.start_up import start_up
 from vibecalc.report.sections.switching import switching
 from vibecalc.report.sections.tolerance import tolerance
-from vibecalc.report.sections.torque_reaction import torque_reaction
 from vibecalc.report.tables import fold, pairs, paragraph
 from vibecalc.results.record import Result
 from vibecalc.torsion.report.damper_design import damper_design

@@ -19,7 +19,7 @@ def early_problems(data: dict[str, Any]) -> list[Problem]:
 
 
 def _rod(data: dict[str, Any]) -> list[Problem]:
-    from vibecalc.machine.crank_train_checks import rod_problems
+    from vibecalc.parts.crank_train import rod_problems
 
     train = _table(_table(data, "machine"), "crank_train")
     radius, rod_length = _length(train, "crank_radius"), _length(train, "rod_length")

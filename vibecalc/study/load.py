@@ -34,7 +34,7 @@ def load_checked(
 
 def physics_problems(loaded: LoadedCase) -> list[Problem]:
     """What the machine, the plan and a study find wrong with a case of good form."""
-    from vibecalc.machine.checks import check_machine
+    from vibecalc.core.run.machine_checks import check_machine
     from vibecalc.pipeline.targets import check_targets
 
     case = loaded.case

@@ -3,7 +3,7 @@
 import math
 from typing import TYPE_CHECKING
 
-from vibecalc.case.engine_firing import cycle_angle
+from vibecalc.parts.firing import cycle_angle
 from vibecalc.units import convert, split_number
 
 if TYPE_CHECKING:

@@ -6,8 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.closed_form import floats
-from vibecalc.numerics.rounding import EPSILON, SINGULAR, UNIT_ROUNDOFF, WithError
+from vibecalc.numerics.rounding import EPSILON, SINGULAR, UNIT_ROUNDOFF, WithError, floats
 from vibecalc.numerics.typing import ComplexArray, FloatArray
 
 # ----------------------------------------------------------------------------

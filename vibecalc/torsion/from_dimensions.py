@@ -7,9 +7,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.closed_form import closed_form, floats
 from vibecalc.numerics.gauss import gauss_rule
-from vibecalc.numerics.rounding import UNIT_ROUNDOFF, WithError
+from vibecalc.numerics.rounding import UNIT_ROUNDOFF, WithError, closed_form, floats
 from vibecalc.numerics.typing import FloatArray
 
 # ----------------------------------------------------------------------------

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 from vibecalc.case.raw import listed, nearest
 from vibecalc.case.schema import Case
 from vibecalc.errors import KeyPath, NumericalFailure, Problem
-from vibecalc.machine.crank_train_checks import turns
+from vibecalc.parts.crank_train import turns
 from vibecalc.torsion.shaft_line_tables import (
     Joined,
     Shaft,
@@ -242,7 +242,7 @@ def _network(line: ShaftLine) -> Iterator[Problem]:
 
 
 def _inertias(case: Case, line: ShaftLine) -> Iterator[Problem]:
-    from vibecalc.machine.crank_train import build_crank_train
+    from vibecalc.parts.crank_train import build_crank_train
     from vibecalc.torsion.model import shaft_elements, station_inertia
 
     train = case.machine.crank_train

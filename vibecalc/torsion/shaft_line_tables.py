@@ -5,7 +5,7 @@ from typing import Annotated, Literal, NamedTuple
 
 from pydantic import Field
 
-from vibecalc.case.absorber_fields import Density, Modulus
+from vibecalc.absorber.tables import Density, Modulus
 from vibecalc.case.fields import (
     AngularDamping,
     AngularStiffness,

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.closed_form import closed_form, floats
+from vibecalc.numerics.rounding import closed_form, floats
 from vibecalc.numerics.typing import BoolArray, FloatArray
 
 # ----------------------------------------------------------------------------

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.peak_cells import Cells, search
+from vibecalc.numerics.cycle_peak import Cells, search
 from vibecalc.numerics.rounding import EPSILON
 from vibecalc.numerics.typing import BoolArray, ComplexArray, FloatArray, IntArray
 

@@ -6,7 +6,6 @@ import numpy as np
 
 from vibecalc.accuracy.topic import NOTHING_TO_SET, Answer, Ladder, Reference, Topic
 from vibecalc.accuracy.topics.operations_peak import peak_range
-from vibecalc.accuracy.yardsticks.combinations import Combination, strongest
 from vibecalc.accuracy.yardsticks.grids import golden_maximum
 from vibecalc.accuracy.yardsticks.weight_angles import (
     TURN,
@@ -18,6 +17,7 @@ from vibecalc.accuracy.yardsticks.weight_angles import (
 )
 from vibecalc.numerics.rounding import WithError
 from vibecalc.pipeline.scene import Scene
+from vibecalc.response.accuracy.combinations import Combination, strongest
 from vibecalc.response.balance_phase import mean_energy_range
 from vibecalc.response.energies import energy_by_order
 

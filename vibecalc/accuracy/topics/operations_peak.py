@@ -3,7 +3,6 @@
 import numpy as np
 
 from vibecalc.accuracy.topic import Answer, Ladder, Reference, Topic
-from vibecalc.accuracy.yardsticks.combinations import Combination
 from vibecalc.accuracy.yardsticks.grids import golden_maximum
 from vibecalc.accuracy.yardsticks.weight_angles import (
     TURN,
@@ -14,6 +13,7 @@ from vibecalc.accuracy.yardsticks.weight_angles import (
 )
 from vibecalc.numerics.cycle_peak import vector_cycle_peak
 from vibecalc.numerics.rounding import WithError
+from vibecalc.response.accuracy.combinations import Combination
 from vibecalc.response.energy_signal import energy_signal
 from vibecalc.response.phase_search import Rows, search_phases
 

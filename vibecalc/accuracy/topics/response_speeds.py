@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from vibecalc.accuracy.topic import NOTHING_TO_SET, Answer, Ladder, Reference, Topic
-from vibecalc.excitation.sums import as_loads
+from vibecalc.excitation.inertia_forces import as_loads
 from vibecalc.pipeline.scene import Scene
 from vibecalc.pipeline.stages.linear_system import LinearSystem, forcing_of, linear_system
 from vibecalc.response.direct import dynamics, response

@@ -5,14 +5,14 @@ from collections.abc import Callable
 import numpy as np
 
 from vibecalc.accuracy.topic import NOTHING_TO_SET, Answer, Ladder, Reference, Topic
-from vibecalc.accuracy.yardsticks.mounted import (
+from vibecalc.excitation.inertia_forces import as_loads, at_speed
+from vibecalc.isolation.accuracy.by_other_means import (
     Mounted,
     by_shooting,
     from_rest,
     solved,
     solved_exactly,
 )
-from vibecalc.excitation.sums import as_loads, at_speed
 from vibecalc.pipeline.scene import Scene
 from vibecalc.pipeline.stages.linear_system import LinearSystem, forcing_of, linear_system
 from vibecalc.response.direct import dynamics, response

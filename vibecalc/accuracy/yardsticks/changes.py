@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.accuracy.yardsticks.integrators import Rates
-from vibecalc.excitation.sums import add, as_loads
+from vibecalc.excitation.inertia_forces import add, as_loads
 from vibecalc.pipeline.scene import Scene
 from vibecalc.pipeline.stages.linear_system import (
     LinearSystem,

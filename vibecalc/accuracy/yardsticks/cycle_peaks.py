@@ -15,8 +15,7 @@ from vibecalc.accuracy.yardsticks.cycle_signals import (
 )
 from vibecalc.accuracy.yardsticks.grids import cyclic_parabola_maximum
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.cycle_peak import SAMPLES_PER_ORDER, vector_cycle_peak
-from vibecalc.numerics.peak_orders import kept_orders
+from vibecalc.numerics.cycle_peak import SAMPLES_PER_ORDER, kept_orders, vector_cycle_peak
 
 __all__ = ["Signal", "peak_topic"]
 

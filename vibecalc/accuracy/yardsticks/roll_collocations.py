@@ -9,8 +9,8 @@ import numpy as np
 from vibecalc.accuracy.topic import Answer
 from vibecalc.accuracy.yardsticks.roll_setup import RollSetup, spectrum
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.periodic_collocation import solve_periodic
-from vibecalc.numerics.periodic_panels import running_integral
+from vibecalc.numerics.periodic.collocation import solve_periodic
+from vibecalc.numerics.periodic.panels import running_integral
 from vibecalc.response.roll.dynamic_start import steady_drive
 from vibecalc.response.roll.fourier_state import fourier_state
 from vibecalc.response.roll.problem import roll_problem

@@ -6,7 +6,7 @@ from vibecalc.accuracy.topic import NOTHING_TO_SET, Answer, Ladder, Reference, T
 from vibecalc.accuracy.yardsticks.grids import cyclic_parabola_maximum
 from vibecalc.accuracy.yardsticks.roll_setup import RollSetup
 from vibecalc.numerics.gauss import gauss_rule
-from vibecalc.numerics.periodic_panels import evaluate
+from vibecalc.numerics.periodic.panels import evaluate
 from vibecalc.numerics.rounding import EPSILON
 from vibecalc.numerics.typing import FloatArray
 from vibecalc.response.roll.course import speed_of_state

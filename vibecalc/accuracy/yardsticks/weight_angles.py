@@ -5,8 +5,8 @@ from collections.abc import Callable
 import numpy as np
 
 from vibecalc.accuracy.topic import Answer
-from vibecalc.accuracy.yardsticks.combinations import Combination
 from vibecalc.accuracy.yardsticks.grids import Highest, cyclic_parabola_maximum, grid_maximum
+from vibecalc.response.accuracy.combinations import Combination
 
 TURN = 2.0 * np.pi
 

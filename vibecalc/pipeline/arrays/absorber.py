@@ -33,10 +33,10 @@ def tunings(
     These are points that a check refuses, that no absorber helps, or with a set of optima, which a
     single run tells in words.
     """
-    from vibecalc.machine.absorber import build_absorber
-    from vibecalc.optimisation.absorber.minimax import BALANCED, minimax
-    from vibecalc.response.absorber.model import Absorber, own_damping_ratio
-    from vibecalc.response.absorber.peaks import peaks
+    from vibecalc.absorber.model import build_absorber
+    from vibecalc.absorber.peaks import peaks
+    from vibecalc.absorber.transfer import Absorber, own_damping_ratio
+    from vibecalc.absorber.tuning.minimax import BALANCED, minimax
 
     parts, options = build_absorber(case), case.tuning
     if parts.absorber is None or options is None:

@@ -2,9 +2,8 @@
 
 import numpy as np
 
-from vibecalc.excitation.balance import BANKS, TABLE, balance_columns
-from vibecalc.excitation.residual import residual
-from vibecalc.excitation.sums import Excitation, at_speed
+from vibecalc.excitation.balance import BANKS, TABLE, balance_columns, residual
+from vibecalc.excitation.inertia_forces import Excitation, at_speed
 from vibecalc.numerics.rounding import EPSILON, WithError
 from vibecalc.numerics.typing import FloatArray
 from vibecalc.pipeline.arrays.columns import Columns, together

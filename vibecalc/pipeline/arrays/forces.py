@@ -4,15 +4,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibecalc.case.engine_mounted import shakes_with_torque
-from vibecalc.excitation.sums import Excitation
+from vibecalc.excitation.crank_forces import crank_forces
+from vibecalc.excitation.inertia_forces import Excitation
 from vibecalc.numerics.cycle_peak import cycle_peak
 from vibecalc.numerics.rounding import EPSILON, WithError
 from vibecalc.numerics.typing import IntArray
+from vibecalc.parts.firing import shakes_with_torque
 from vibecalc.pipeline.arrays.columns import Columns
 from vibecalc.pipeline.arrays.motion import Motion, piston_motion
 from vibecalc.pipeline.arrays.train import TRAIN, Train, build_train, turning_masses
-from vibecalc.pipeline.crank_forces import crank_forces
 
 
 class Forces(NamedTuple):

@@ -6,9 +6,8 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.kinematics.dropped_orders import dropped_with_error
-from vibecalc.kinematics.harmonics import harmonics_with_error
-from vibecalc.kinematics.poles import pole
+from vibecalc.kinematics.adapter import BEYOND_GUARD, MOST_GUARD_ORDERS, last_order
+from vibecalc.kinematics.harmonics import dropped_with_error, harmonics_with_error, pole
 from vibecalc.kinematics.truncated_series import (
     RELATIVE_ERROR,
     truncated_dropped_acceleration,
@@ -18,7 +17,6 @@ from vibecalc.numerics.rounding import EPSILON, WithError
 from vibecalc.numerics.typing import FloatArray, IntArray
 from vibecalc.pipeline.arrays.columns import Columns
 from vibecalc.pipeline.arrays.train import Train
-from vibecalc.pipeline.stages.kinematics import BEYOND_GUARD, MOST_GUARD_ORDERS, last_order
 
 #: of the highest order that a search for enough orders tries
 _HIGHEST = 1024

@@ -4,9 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibecalc.case import parts
-from vibecalc.machine.mounts import rotation
 from vibecalc.numerics.typing import FloatArray
+from vibecalc.parts import tables as parts
+from vibecalc.parts.mounts import rotation
 from vibecalc.pipeline.arrays.columns import Columns, together
 from vibecalc.pipeline.arrays.train import Train
 

@@ -4,9 +4,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from vibecalc.excitation.sums import about_point
+from vibecalc.excitation.inertia_forces import about_point
 from vibecalc.isolation import pitch as model
-from vibecalc.isolation.pitch_static import pitch_static
+from vibecalc.isolation.pitch import pitch_static
 from vibecalc.numerics.rounding import EPSILON, SINGULAR, UNIT_ROUNDOFF, WithError
 from vibecalc.numerics.typing import BoolArray, FloatArray
 from vibecalc.pipeline.arrays.columns import Columns

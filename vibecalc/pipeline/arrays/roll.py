@@ -7,7 +7,7 @@ import numpy as np
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.machine.roll import build_roll, roll_drive
-from vibecalc.measurement.level import level_of
+from vibecalc.numerics.level import level_of
 from vibecalc.numerics.rounding import EPSILON, WithError
 from vibecalc.numerics.typing import BoolArray, FloatArray
 from vibecalc.pipeline.arrays.columns import Columns, together

@@ -9,7 +9,7 @@ import operator
 import numpy as np
 
 from vibecalc.case.walk import shape_at
-from vibecalc.machine.range_checks import ANGLES, LARGEST, LARGEST_ANGLE, SMALLEST
+from vibecalc.core.case.number_range import ANGLES, LARGEST, LARGEST_ANGLE, SMALLEST
 from vibecalc.numerics.typing import BoolArray
 from vibecalc.pipeline.arrays.columns import Columns
 from vibecalc.pipeline.arrays.mounted import BODY, Mounted, build_mounted, own_moments
@@ -72,7 +72,7 @@ def _train(columns: Columns, train: Train) -> BoolArray:
         if body.mass_matrix is None:
             whole = columns.number(*BODY, "mass")
         else:
-            from vibecalc.machine.system import block_matrix
+            from vibecalc.parts.matrices import block_matrix
 
             whole = np.min(np.diagonal(block_matrix(body.mass_matrix))[:3], keepdims=True)
         fine = fine & (moving * _MARGIN < whole)

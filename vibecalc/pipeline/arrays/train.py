@@ -4,10 +4,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibecalc.machine.frame import Frame, build_frame
+from vibecalc.excitation.crank_forces import Turning
 from vibecalc.numerics.typing import FloatArray
+from vibecalc.parts.body import Frame, build_frame
 from vibecalc.pipeline.arrays.columns import Columns, together
-from vibecalc.pipeline.crank_forces import Turning
 
 TRAIN = ("machine", "crank_train")
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.measurement.level import level_of
+from vibecalc.numerics.level import level_of
 from vibecalc.numerics.rounding import EPSILON, WithError
 from vibecalc.pipeline.scene import Scene
 from vibecalc.pipeline.stages.control_setup import Setup

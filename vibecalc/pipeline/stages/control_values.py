@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from vibecalc.measurement.level import DECIBEL
 from vibecalc.numerics.cycle_peak import cycle_peak
+from vibecalc.numerics.level import DECIBEL
 from vibecalc.numerics.rounding import EPSILON, WithError
 from vibecalc.pipeline.entries.roll_control import ROOT
 from vibecalc.pipeline.scene import Scene

@@ -4,10 +4,10 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from vibecalc.machine.system import build_system
+from vibecalc.excitation.adapter import Forcing
 from vibecalc.numerics.rounding import EPSILON, WithError
+from vibecalc.parts.matrices import build_system
 from vibecalc.pipeline.scene import Scene
-from vibecalc.pipeline.stages.excitation import Forcing
 from vibecalc.response.damped_basis import damped_basis
 from vibecalc.response.direct import Undriven
 from vibecalc.response.energy import damping_ratio

@@ -3,10 +3,11 @@
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from vibecalc.case.engine_mounted import shakes_with_torque
 from vibecalc.case.response_tables import Balance, Operation
-from vibecalc.excitation.sums import Excitation
-from vibecalc.machine.crank_train import (
+from vibecalc.excitation.adapter import rotating_part, train_excitation
+from vibecalc.excitation.inertia_forces import Excitation
+from vibecalc.kinematics.adapter import PistonMotion
+from vibecalc.parts.crank_train import (
     build_crank_train,
     cancelling_weights,
     moving,
@@ -14,9 +15,8 @@ from vibecalc.machine.crank_train import (
     throws,
     weights_and_shafts,
 )
+from vibecalc.parts.firing import shakes_with_torque
 from vibecalc.pipeline.scene import Scene
-from vibecalc.pipeline.stages.kinematics import PistonMotion
-from vibecalc.pipeline.stages.train_excitation import rotating_part, train_excitation
 
 AS_IN_CASE = "as in the case"
 

@@ -5,11 +5,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from vibecalc.case.response_tables import Response
-from vibecalc.excitation.sums import Excitation, as_loads, at_speed
+from vibecalc.excitation.adapter import Forcing
+from vibecalc.excitation.inertia_forces import Excitation, as_loads, at_speed
 from vibecalc.numerics.rounding import EPSILON, WithError
 from vibecalc.pipeline.catalogue import CATALOGUE
 from vibecalc.pipeline.scene import Scene
-from vibecalc.pipeline.stages.excitation import Forcing
 from vibecalc.pipeline.stages.linear_system import (
     LinearSystem,
     forcing_of,

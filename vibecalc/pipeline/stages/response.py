@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from vibecalc.excitation.sums import as_loads, at_speed, size_of_terms
+from vibecalc.excitation.adapter import DIRECTIONS, Forcing
+from vibecalc.excitation.inertia_forces import as_loads, at_speed, size_of_terms
 from vibecalc.numerics.cycle_peak import cycle_peak
 from vibecalc.numerics.rounding import DATA_ROUNDINGS, EPSILON, WithError
 from vibecalc.pipeline.scene import Scene
-from vibecalc.pipeline.stages.excitation import DIRECTIONS, Forcing
 from vibecalc.pipeline.stages.linear_system import (
     COORDINATES,
     LinearSystem,

@@ -5,7 +5,7 @@ import numpy as np
 from vibecalc.case.roll_tables import Roll
 from vibecalc.machine.roll import RollParts, build_roll, roll_drive
 from vibecalc.machine.roll_motor import fitted_motor
-from vibecalc.measurement.level import level_of
+from vibecalc.numerics.level import level_of
 from vibecalc.numerics.rounding import EPSILON
 from vibecalc.pipeline.entries.roll import FORCES, ROOT
 from vibecalc.pipeline.scene import Scene

@@ -4,10 +4,9 @@ import numpy as np
 
 from vibecalc.case.roll_tables import Roll
 from vibecalc.errors import NumericalFailure
-from vibecalc.excitation.dynamic_motor import CircuitMotor
-from vibecalc.excitation.induction_motor_power import power_flow
+from vibecalc.excitation.induction_motor_flux import CircuitMotor, power_flow
 from vibecalc.machine.roll_motor import FittedMotor
-from vibecalc.measurement.level import level_of
+from vibecalc.numerics.level import level_of
 from vibecalc.numerics.rounding import WithError
 from vibecalc.numerics.typing import FloatArray
 from vibecalc.pipeline.entries.roll_motor import COMPARED, ENERGIES, ROOT

@@ -5,10 +5,9 @@ from typing import Any
 
 import numpy as np
 
-from vibecalc.excitation.dynamic_motor import CircuitMotor
-from vibecalc.excitation.induction_motor import steady_torque
-from vibecalc.excitation.induction_motor_curve import torque_curve
-from vibecalc.excitation.induction_motor_dynamics import (
+from vibecalc.excitation.induction_motor import steady_torque, torque_curve
+from vibecalc.excitation.induction_motor_flux import (
+    CircuitMotor,
     eigenvalues,
     time_constants,
     torque_answer,

@@ -6,13 +6,13 @@ and gas and motor are inner forces. Both can be balanced to nothing, and the she
 
 import numpy as np
 
-from vibecalc.excitation.sums import size_of_terms
+from vibecalc.excitation.adapter import train_excitation
+from vibecalc.excitation.inertia_forces import size_of_terms
+from vibecalc.kinematics.adapter import exact_motion
 from vibecalc.numerics.cycle_peak import cycle_peak
 from vibecalc.pipeline.entries.roll import SHAKING
 from vibecalc.pipeline.scene import Scene
-from vibecalc.pipeline.stages.kinematics import exact_motion
 from vibecalc.pipeline.stages.roll_observed import Seen
-from vibecalc.pipeline.stages.train_excitation import train_excitation
 
 DIRECTIONS = ("x", "y", "z")
 

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from vibecalc.excitation.sums import as_loads
+from vibecalc.excitation.adapter import Forcing
+from vibecalc.excitation.inertia_forces import as_loads
 from vibecalc.numerics.rounding import UNIT_ROUNDOFF, WithError
 from vibecalc.pipeline.scene import Scene
-from vibecalc.pipeline.stages.excitation import Forcing
 from vibecalc.pipeline.stages.linear_system import (
     LinearSystem,
     forcing_of,

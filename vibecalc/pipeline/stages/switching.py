@@ -5,11 +5,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vibecalc.case.response_tables import Operation, Switching
-from vibecalc.excitation.sums import add, as_loads
+from vibecalc.excitation.adapter import DIRECTIONS
+from vibecalc.excitation.inertia_forces import add, as_loads
 from vibecalc.numerics.rounding import EPSILON
 from vibecalc.pipeline.catalogue import CATALOGUE
 from vibecalc.pipeline.scene import Scene
-from vibecalc.pipeline.stages.excitation import DIRECTIONS
 from vibecalc.pipeline.stages.linear_system import (
     LinearSystem,
     forcing_of,

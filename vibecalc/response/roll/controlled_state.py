@@ -5,9 +5,9 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.periodic_collocation import solve_periodic
-from vibecalc.numerics.periodic_multipliers import floquet_multipliers
-from vibecalc.numerics.periodic_panels import (
+from vibecalc.numerics.periodic.collocation import solve_periodic
+from vibecalc.numerics.periodic.multipliers import floquet_multipliers
+from vibecalc.numerics.periodic.panels import (
     PeriodicProblem,
     PeriodicSolution,
     evaluate,

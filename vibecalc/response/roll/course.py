@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from vibecalc.numerics.periodic_panels import evaluate, running_integral
+from vibecalc.numerics.periodic.panels import evaluate, running_integral
 from vibecalc.numerics.typing import BoolArray, FloatArray
 from vibecalc.response.roll.dynamic_rates import driving_torque
 from vibecalc.response.roll.inertia import inertia

@@ -7,8 +7,12 @@ others are. They reach the machine through the torque alone, and the machine the
 
 import numpy as np
 
-from vibecalc.excitation.dynamic_motor import CircuitMotor
-from vibecalc.excitation.induction_motor_flux import flux_rates, flux_torque, steady_flux
+from vibecalc.excitation.induction_motor_flux import (
+    CircuitMotor,
+    flux_rates,
+    flux_torque,
+    steady_flux,
+)
 from vibecalc.excitation.slip_torque import Torque
 from vibecalc.numerics.typing import FloatArray
 from vibecalc.response.roll.machine import RollDrive, RollMachine

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.periodic_fourier import solve_fourier
+from vibecalc.numerics.periodic.fourier import solve_fourier
 from vibecalc.numerics.typing import FloatArray
 from vibecalc.response.roll.demand import demand
 from vibecalc.response.roll.machine import RollDrive, RollMachine, is_mounted

@@ -4,8 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibecalc.excitation.dynamic_motor import CircuitMotor
-from vibecalc.excitation.gas_force import GasForce
+from vibecalc.excitation.gas_tables import GasForce
+from vibecalc.excitation.induction_motor_flux import CircuitMotor
 from vibecalc.excitation.slip_torque import SlipCurve
 from vibecalc.numerics.typing import FloatArray
 

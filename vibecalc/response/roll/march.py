@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.errors import NumericalFailure, UsageError
-from vibecalc.excitation.gas_force import TURN
+from vibecalc.excitation.gas_tables import TURN
 from vibecalc.numerics.typing import FloatArray
 from vibecalc.response.roll.machine import RollDrive, RollMachine, is_mounted
 from vibecalc.response.roll.march_scalar import running

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.excitation.gas_force import TURN
+from vibecalc.excitation.gas_tables import TURN
 from vibecalc.response.roll.machine import RollDrive, RollMachine
 from vibecalc.response.roll.start_up_slots import Slots, forces_in, slots_of
 

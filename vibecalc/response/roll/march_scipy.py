@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.excitation.gas_force import TURN
+from vibecalc.excitation.gas_tables import TURN
 from vibecalc.numerics.typing import FloatArray
 from vibecalc.response.roll.turn import Turn
 

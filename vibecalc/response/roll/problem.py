@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from vibecalc.numerics.periodic_panels import PeriodicProblem
+from vibecalc.numerics.periodic.panels import PeriodicProblem
 from vibecalc.numerics.typing import FloatArray, IntArray
 from vibecalc.response.roll.dynamic_rates import driven_rates
 from vibecalc.response.roll.machine import RollDrive, RollMachine

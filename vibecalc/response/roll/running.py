@@ -5,8 +5,8 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.periodic_march import March, march_turns
-from vibecalc.numerics.periodic_panels import PeriodicSolution, constant_start
+from vibecalc.numerics.periodic.march import March, march_turns
+from vibecalc.numerics.periodic.panels import PeriodicSolution, constant_start
 from vibecalc.numerics.typing import ComplexArray, FloatArray
 from vibecalc.response.roll.course import course_of_state
 from vibecalc.response.roll.demand import Demand, steady_breakdown, surely_fastest

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.excitation.gas_force import TURN
+from vibecalc.excitation.gas_tables import TURN
 from vibecalc.numerics.runge_kutta_march import march
 from vibecalc.numerics.typing import BoolArray, FloatArray
 from vibecalc.response.roll.machine import RollDrive, RollMachine

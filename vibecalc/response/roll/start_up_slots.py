@@ -4,9 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibecalc.excitation.gas_force import TURN
-from vibecalc.kinematics.dead_centres import bottom_dead_centre, top_dead_centre
-from vibecalc.kinematics.slider_crank import piston_path
+from vibecalc.excitation.gas_tables import TURN
+from vibecalc.kinematics.slider_crank import bottom_dead_centre, piston_path, top_dead_centre
 from vibecalc.numerics.typing import FloatArray, IntArray
 from vibecalc.response.roll.machine import RollDrive, RollMachine
 from vibecalc.response.roll.torques import gas_forces, smooth_angles

@@ -9,9 +9,9 @@ the motion; at rest it is whatever holds the crank, until that is more than its 
 import numpy as np
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.excitation.gas_force import TURN
+from vibecalc.excitation.gas_tables import TURN
 from vibecalc.excitation.slip_torque import slip_torque
-from vibecalc.numerics.runge_kutta_system import Change
+from vibecalc.numerics.runge_kutta import Change
 from vibecalc.numerics.typing import BoolArray, FloatArray, IntArray
 from vibecalc.response.roll.inertia import Inertia, accelerations, inertia
 from vibecalc.response.roll.machine import RollDrive, RollMachine

@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibecalc.excitation.gas_force import TURN
-from vibecalc.numerics.runge_kutta_record import Record, fine
+from vibecalc.excitation.gas_tables import TURN
+from vibecalc.numerics.runge_kutta_march import Record, fine
 from vibecalc.numerics.typing import FloatArray
 from vibecalc.response.roll.inertia import accelerations, inertia
 from vibecalc.response.roll.start_up_states import ANGLE, SHELL_ANGLE, SHELL_SPEED, SPEED, WAY

@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibecalc.numerics.periodic_collocation import solve_periodic
-from vibecalc.numerics.periodic_panels import (
+from vibecalc.numerics.periodic.collocation import solve_periodic
+from vibecalc.numerics.periodic.panels import (
     PeriodicProblem,
     PeriodicSolution,
     constant_start,
@@ -267,7 +267,7 @@ def multipliers(found: Steady) -> tuple[ComplexArray, FloatArray]:
     The crank angle has no neutral phase, and a free machine at fixed momentum neither angle nor
     momentum of its shell (three multipliers that are 1 in time; one for a mounted machine).
     """
-    from vibecalc.numerics.periodic_multipliers import floquet_multipliers
+    from vibecalc.numerics.periodic.multipliers import floquet_multipliers
 
     value, error = floquet_multipliers(found.problem, found.solution)
     return value, error

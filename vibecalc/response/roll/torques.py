@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from vibecalc.excitation.dynamic_motor import circuit_torque
-from vibecalc.excitation.gas_force import TURN, force_at
+from vibecalc.excitation.gas_tables import TURN, force_at
+from vibecalc.excitation.induction_motor_flux import circuit_torque
 from vibecalc.excitation.slip_torque import Torque, slip_torque
 from vibecalc.numerics.typing import FloatArray, IntArray
 from vibecalc.response.roll.inertia import Inertia

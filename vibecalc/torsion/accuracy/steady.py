@@ -9,7 +9,7 @@ from vibecalc.accuracy.yardsticks.fourier_samples import (
     transform_work,
 )
 from vibecalc.excitation.cylinder_torque import _panels, gas_harmonics
-from vibecalc.excitation.gas_card import GasCard
+from vibecalc.excitation.gas_tables import GasCard
 from vibecalc.numerics.gauss import gauss_rule
 from vibecalc.numerics.rounding import UNIT_ROUNDOFF
 from vibecalc.numerics.typing import ComplexArray, FloatArray

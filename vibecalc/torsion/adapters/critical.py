@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.excitation.order_sums import major_orders
+from vibecalc.excitation.cylinder_torque import major_orders
 from vibecalc.numerics.rounding import EPSILON, SINGULAR
 from vibecalc.numerics.typing import BoolArray, FloatArray, IntArray
 from vibecalc.pipeline.scene import Scene

@@ -2,9 +2,16 @@
 
 import numpy as np
 
-from vibecalc.excitation.cylinder_torque import gas_torque_at, inertia_torque_at, phasor
-from vibecalc.excitation.gas_card import pressure_at
-from vibecalc.excitation.order_sums import bank_factor, major_orders, order_ranks, phase_sums
+from vibecalc.excitation.cylinder_torque import (
+    bank_factor,
+    gas_torque_at,
+    inertia_torque_at,
+    major_orders,
+    order_ranks,
+    phase_sums,
+    phasor,
+)
+from vibecalc.excitation.gas_tables import pressure_at
 from vibecalc.numerics.rounding import EPSILON
 from vibecalc.numerics.typing import ComplexArray, FloatArray, IntArray
 from vibecalc.pipeline.scene import Scene

@@ -11,17 +11,18 @@ from vibecalc.errors import NumericalFailure
 from vibecalc.excitation.cylinder_torque import (
     CrankGeometry,
     CylinderTorque,
+    cylinder_gas,
     cylinder_torque,
     inertia_harmonics,
+    motored_card,
     phasor,
     weighted,
 )
-from vibecalc.excitation.gas_card import GasCard, card_weights, gas_card
-from vibecalc.excitation.misfire import cylinder_gas, motored_card
-from vibecalc.machine.crank_train import build_crank_train
-from vibecalc.machine.engine import Firing, build_firing, crank_geometry, cycle_of, gas_cards
+from vibecalc.excitation.gas_tables import GasCard, card_weights, gas_card
+from vibecalc.excitation.model import Firing, build_firing, crank_geometry, cycle_of, gas_cards
 from vibecalc.numerics.rounding import EPSILON
 from vibecalc.numerics.typing import ComplexArray, FloatArray, IntArray
+from vibecalc.parts.crank_train import build_crank_train
 from vibecalc.torsion.damped_modes import LineModes, damped_line_modes, undamped_line_modes
 from vibecalc.torsion.forced import Masked, ModalLine, forced_masked, modal_line, ratio_response
 from vibecalc.torsion.line import Line
@@ -174,7 +175,7 @@ def rod_difference(machine: "Machine") -> float:
     rod = machine.crank_train.rod
     if rod is None or rod.inertia is None:
         return 0.0
-    from vibecalc.pipeline.stages.train_excitation import rod_difference as beyond
+    from vibecalc.excitation.adapter import rod_difference as beyond
 
     return float(beyond(build_crank_train(machine.crank_train), rod).value)
 
@@ -188,7 +189,7 @@ def motored_cylinder(machine: "Machine", card: GasCard, geometry: CrankGeometry)
     """The card of a cylinder without fuel."""
     if machine.crank_train.gas_cycle is None:
         return motored_card(card, geometry)
-    from vibecalc.excitation.gas_cycle import motored_cycle
+    from vibecalc.excitation.pressure_cycle import motored_cycle
 
     return motored_cycle(cycle_of(machine), geometry)
 

@@ -1,0 +1,145 @@
+"""Adapter: pendulums on a rotor: their order, how it changes with the swing, what they absorb."""
+
+import numpy as np
+
+from vibecalc.absorber.pendulum_model import PendulumParts, build_pendulum
+from vibecalc.absorber.pendulum_order import (
+    detuning_coefficient,
+    largest_swing,
+    order_of_swing,
+    tuning_order,
+)
+from vibecalc.absorber.pendulum_steady import (
+    Secondary,
+    as_secondary,
+    jump,
+    small_motion,
+    steady_motion,
+)
+from vibecalc.absorber.results import PENDULUM_ROOT
+from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.rounding import EPSILON
+from vibecalc.pipeline.scene import Scene
+
+#: orders of the response curve, over the wanted one
+_RATIOS = (0.8, 1.2, 401)
+#: rad, of a swing for which equations for small ones will do
+_SMALL = 0.2
+
+
+def run_absorber_pendulum(scene: Scene) -> None:
+    """Emit order, detuning, response to the torque of the case and the torque of a jump."""
+    parts = build_pendulum(scene.case)
+    own = tuning_order(parts.pendulum)
+    scene.emit(f"{PENDULUM_ROOT}/order", own.value, own.error)
+    radius = float(np.asarray(parts.pendulum.path_radius))
+    scene.emit(f"{PENDULUM_ROOT}/path_radius", radius, 8.0 * EPSILON * radius)
+    scene.emit(
+        f"{PENDULUM_ROOT}/path_exponent", float(np.asarray(parts.pendulum.path_exponent)), EPSILON
+    )
+    detuning = detuning_coefficient(parts.pendulum)
+    scene.emit(f"{PENDULUM_ROOT}/detuning", detuning.value, detuning.error)
+    end = float(largest_swing(parts.pendulum))
+    scene.emit(f"{PENDULUM_ROOT}/largest_swing", end, 4.0 * EPSILON * end)
+    beside = as_secondary(parts.pendulum, parts.rotor_inertia, parts.speed, parts.damping)
+    error = float(beside.error)
+    ratio = float(beside.inertia / beside.primary_inertia)
+    scene.emit(f"{PENDULUM_ROOT}/mass_ratio", ratio, 4.0 * error * ratio)
+    scene.emit(
+        f"{PENDULUM_ROOT}/inertia", float(beside.inertia), 2.0 * error * float(beside.inertia)
+    )
+    scene.emit(
+        f"{PENDULUM_ROOT}/stiffness", float(beside.stiffness), 2.0 * error * float(beside.stiffness)
+    )
+    if parts.swings.size:
+        found = order_of_swing(parts.pendulum, parts.swings)
+        scene.emit(
+            f"{PENDULUM_ROOT}/order_of_swing", found.value, found.error, {"swing": parts.swings}
+        )
+    if parts.torque is not None:
+        _emit_small(scene, parts, beside, parts.torque)
+    if parts.rotor_stiffness == 0.0:
+        if parts.swings.size:
+            _emit_steady(scene, parts)
+        if parts.path == "circular":
+            _emit_jump(scene, parts)
+    scene.cite(
+        "Lagrange's equations of rotor and pendulums in the rotating frame",
+        "order, detuning, response",
+        "Den Hartog, Mechanical Vibrations; Denman (1992) for the paths; docs/theory_absorber.md",
+    )
+
+
+def _emit_small(scene: Scene, parts: PendulumParts, beside: Secondary, torque: float) -> None:
+    """Rotor and swing under the torque, as far as swings are small; rotor with locked pendulums."""
+    frequency, hold = parts.order * parts.speed, parts.rotor_stiffness
+    found = small_motion(beside, frequency, torque, hold)
+    if np.isinf(np.abs(found.rotor)):
+        raise NumericalFailure(
+            f"order {parts.order:.6g} meets an undamped resonance of rotor and pendulum"
+        )
+    scene.emit(f"{PENDULUM_ROOT}/small/rotor", found.rotor, found.rotor_error)
+    scene.emit(f"{PENDULUM_ROOT}/small/swing", found.swing, found.swing_error)
+    inertia = float(beside.primary_inertia + beside.inertia)
+    locked = torque / (hold - inertia * frequency**2)
+    lost = (hold + inertia * frequency**2) * abs(locked) / torque
+    slack = (2.0 * float(beside.error) + 8.0 * EPSILON) * abs(locked)
+    scene.emit(f"{PENDULUM_ROOT}/small/rotor_without", complex(locked), slack * lost)
+    ratios = np.linspace(*_RATIOS)
+    sweep = small_motion(beside, ratios * frequency, torque, hold)
+    axes = {"order_ratio": ratios}
+    finite = np.isfinite(np.abs(sweep.rotor))
+    scene.emit(
+        f"{PENDULUM_ROOT}/response/rotor",
+        sweep.rotor,
+        np.where(finite, sweep.rotor_error, 0.0),
+        axes,
+    )
+    with np.errstate(divide="ignore"):
+        alone = torque / (hold - inertia * (ratios * frequency) ** 2)
+    scene.emit(
+        f"{PENDULUM_ROOT}/response/without", alone.astype(complex),
+        1e-12 * np.where(np.isfinite(alone), np.abs(alone), 0.0), axes,
+    )  # fmt: skip
+    reach = float(np.abs(found.swing))
+    if reach > _SMALL:
+        scene.warn(
+            f"swings of {np.degrees(reach):.4g} degrees under this torque, by equations for small "
+            "ones"
+        )
+
+
+def _emit_steady(scene: Scene, parts: PendulumParts) -> None:
+    """Torque that holds each swing of an undamped pendulum, by its exact equations."""
+    swings, torques, errors, reach = [], [], [], []
+    square = parts.speed**2
+    for swing in parts.swings[parts.swings > 0.0]:
+        try:
+            found = steady_motion(parts.pendulum, parts.rotor_inertia, parts.order, swing)
+        except NumericalFailure as failure:
+            scene.warn(f"beyond a swing of {np.degrees(swing):.4g} degrees: {failure}")
+            break
+        swings.append(float(swing))
+        torques.append(float(found.torque.value) * square)
+        errors.append(float(found.torque.error) * square)
+        reach.append((float(found.largest.value), float(found.largest.error)))
+    axes = {"steady_swing": np.array(swings)}
+    scene.emit(f"{PENDULUM_ROOT}/steady/torque", np.array(torques), np.array(errors), axes)
+    largest, doubts = np.array(reach).reshape(-1, 2).T
+    scene.emit(f"{PENDULUM_ROOT}/steady/largest_swing", largest, doubts, axes)
+
+
+def _emit_jump(scene: Scene, parts: PendulumParts) -> None:
+    """The torque beyond which the motion out of rest is gone; infinite where there is none."""
+    try:
+        found = jump(parts.pendulum, parts.rotor_inertia, parts.order)
+    except NumericalFailure as failure:
+        scene.warn(str(failure))
+        scene.emit(f"{PENDULUM_ROOT}/jump/torque", np.inf)
+        scene.emit(f"{PENDULUM_ROOT}/jump/swing", 0.0)
+        return
+    square = parts.speed**2
+    scene.emit(
+        f"{PENDULUM_ROOT}/jump/torque", found.torque.value * square, found.torque.error * square
+    )
+    scene.emit(f"{PENDULUM_ROOT}/jump/swing", found.swing.value, found.swing.error)

@@ -1,0 +1,355 @@
+"""Adapter: curves, peaks, fixed points and poles of a primary system with one absorber."""
+
+from collections.abc import Callable
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+
+from vibecalc.absorber.model import AbsorberParts, build_absorber
+from vibecalc.absorber.peaks import peaks
+from vibecalc.absorber.results import RESPONSE_ROOT
+from vibecalc.absorber.several import Several
+from vibecalc.absorber.several_peaks import several_slopes
+from vibecalc.absorber.stage import asked_of, has_fixed_points
+from vibecalc.absorber.tables import AbsorberResponse, Vary
+from vibecalc.absorber.transfer import (
+    Absorber,
+    Transfer,
+    amplitude_with_error,
+    damping_from_own_ratio,
+    fixed_points,
+    landmarks,
+    poles,
+    transfer_of,
+)
+from vibecalc.case.schema import Case
+from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.rounding import EPSILON
+from vibecalc.numerics.typing import FloatArray
+from vibecalc.pipeline.scene import Scene
+
+# ----------------------------------------------------------------------------
+# The absorbers whose curves a case asks for: the one given or tuned, its limits, a family.
+# ----------------------------------------------------------------------------
+
+#: key of [response.absorber.vary] -> words in the name of a curve
+WORDS = {
+    "primary_damping": "primary damping",
+    "mass_ratio": "mass ratio",
+    "stiffness_ratio": "stiffness ratio",
+    "secondary_damping": "damping",
+    "own_damping": "own damping",
+}
+
+
+class Curves(NamedTuple):
+    """Names (n,) and ratios (n,) of each; the first is the absorber given or tuned."""
+
+    names: tuple[str, ...]
+    absorber: Absorber
+
+
+def family(
+    case: Case, options: AbsorberResponse, parts: AbsorberParts, tuned: Absorber | None
+) -> Curves:
+    """The curves that a case asks for, in the order in which they are listed there."""
+    own, first = parts.absorber, "as given"
+    if tuned is not None:
+        own, first = tuned, "tuned"
+    elif own is None or not parts.is_complete:
+        raise NumericalFailure("the absorber has no spring or no damper, and no tuning finds it")
+    z1, m, k, z2 = (float(np.asarray(part)) for part in own)
+    rows = [(first, (z1, m, k, z2))]
+    if options.limits:
+        rows += [("locked", (z1, m, np.inf, z2)), ("free", (z1, m, 0.0, 0.0))]
+    secondary = case.machine.secondary
+    ratio = None if secondary is None else secondary.own_damping_ratio
+    if options.vary is not None:
+        rows += _varied(options.vary, (z1, m, k, z2), ratio)
+    columns = np.array([row for _, row in rows], dtype=float).T
+    return Curves(tuple(name for name, _ in rows), Absorber(*columns))
+
+
+def varied_key(vary: Vary) -> str:
+    """The ratio that varies."""
+    return next(key for key in WORDS if getattr(vary, key))
+
+
+def _varied(
+    vary: Vary, own: tuple[float, float, float, float], ratio: float | None
+) -> list[tuple[str, tuple[float, float, float, float]]]:
+    key = varied_key(vary)
+    place = ("primary_damping", "mass_ratio", "stiffness_ratio", "secondary_damping")
+    rows = []
+    for value in getattr(vary, key):
+        each = dict(zip(place, own, strict=True))
+        if key == "own_damping":
+            ratio = value
+        else:
+            each[key] = value
+        # a damper given on the absorber's own frequency follows its spring and its mass
+        if ratio is not None and key != "secondary_damping":
+            m, k = each["mass_ratio"], each["stiffness_ratio"]
+            each["secondary_damping"] = float(damping_from_own_ratio(ratio, m, k))
+        rows.append((f"{WORDS[key]} {value:g}", tuple(each[name] for name in place)))
+    return rows  # type: ignore[return-value]
+
+
+# ----------------------------------------------------------------------------
+# Adapter, continued: what the error of a tuning does to everything that is read at it.
+#
+# A tuning is known to some last digits, and a sharp peak moves with them by many more. How much is
+# looked at: each ratio is moved by a millionth, and what that does is scaled to the error.
+# ----------------------------------------------------------------------------
+
+#: relative change of a ratio
+_STEP = 1e-6
+#: roundings granted to a slope of a peak
+_ROUNDINGS = 64.0
+
+
+class TuningError(NamedTuple):
+    """Absolute errors of stiffness and damping ratio: numbers, or (n,) of several absorbers."""
+
+    stiffness: FloatArray
+    damping: FloatArray
+
+
+def tuning_error(stiffness: object, damping: object) -> TuningError:
+    """Errors as arrays; an unknown one (of a tuning that is one of many) counts as none."""
+    both = (np.asarray(part, dtype=float) for part in (stiffness, damping))
+    return TuningError(*(np.where(np.isfinite(part), part, 0.0) for part in both))
+
+
+def moved(
+    read: Callable[[Absorber], np.ndarray], tuned: Absorber, doubt: TuningError
+) -> FloatArray:
+    """What the errors of one tuned absorber do to a reading of it, absolute."""
+    return _largest_move(read, tuned, doubt, ("stiffness_ratio", "secondary_damping"))
+
+
+def moved_several(
+    read: Callable[[Several], np.ndarray], tuned: Several, doubt: TuningError
+) -> FloatArray:
+    """The same of several absorbers, each ratio by itself."""
+    return _largest_move(read, tuned, doubt, ("stiffness_ratio", "secondary_damping"))
+
+
+def _largest_move(read, tuned, doubt: TuningError, names: tuple[str, str]) -> FloatArray:  # type: ignore[no-untyped-def]
+    own = np.asarray(read(tuned))
+    total = np.zeros(own.shape)
+    for name, errors in zip(names, doubt, strict=True):
+        ratios = np.atleast_1d(np.asarray(getattr(tuned, name), dtype=float))
+        for place, error in enumerate(np.atleast_1d(errors).tolist()):
+            size = float(ratios[place])
+            if error == 0.0 or size == 0.0 or not np.isfinite(size):
+                continue
+            off = ratios.copy()
+            off[place] *= 1.0 + _STEP
+            one = off if np.ndim(getattr(tuned, name)) else float(off[0])
+            there = np.asarray(read(tuned._replace(**{name: one})))
+            if there.shape != own.shape:
+                continue
+            with np.errstate(invalid="ignore"):
+                change = np.abs(there - own)
+            total += np.where(np.isfinite(change), change, 0.0) * (error / (_STEP * size))
+    return total
+
+
+def weight_error(
+    system: Several,
+    transfer: Transfer,
+    frequency: FloatArray,
+    weight: FloatArray,
+    doubt: TuningError,
+) -> FloatArray:
+    """Error (a,) of the weights with which the slopes of active peaks at `frequency` (a,) cancel.
+
+    The slopes move with the ratios by their second derivatives, and are rounded.
+    """
+    found = several_slopes(system, frequency, transfer)
+    errors = np.concatenate([np.atleast_1d(part) for part in doubt])
+    size = len(errors)
+    slope = found.first[:, :size]
+    ratios = np.concatenate([np.atleast_1d(part) for part in system[2:4]]).astype(float)
+    scale = np.where((ratios > 0.0) & np.isfinite(ratios), ratios, 0.0)
+    off = np.abs(found.second[:, :size, :size]) @ errors
+    off = (off + _ROUNDINGS * EPSILON * np.abs(slope)) * scale
+    table = np.vstack([(slope * scale).T, np.ones(len(weight))])
+    return np.asarray(np.abs(np.linalg.pinv(table))[:, :size] @ (off.T @ np.abs(weight)))
+
+
+# ----------------------------------------------------------------------------
+# Adapter: curves, peaks, fixed points, frequencies and poles of a primary with absorber.
+# ----------------------------------------------------------------------------
+
+TRAVEL = "relative_displacement"
+_Reading = Callable[[Callable[[Absorber], np.ndarray]], np.ndarray]
+#: maxima that a two-mass system can have
+_MOST = 4
+
+
+def run_absorber(scene: Scene) -> None:
+    """Emit everything for [response.absorber]; at the optimum where [tuning] found one."""
+    case = scene.case
+    if case.response is None or case.response.absorber is None:
+        raise ValueError("the case has no [response.absorber]")
+    parts = build_absorber(case)
+    if parts.branches:
+        from vibecalc.absorber.adapters.several import run_several_response as run_response
+
+        run_response(scene, parts)
+        return
+    options, pair = case.response.absorber, asked_of(case)
+    curves = _told(scene, family(case, options, parts, scene.handed_on.get("tuned")), pair)
+    ratios = frequency_ratios(options, parts)
+    axes = {"curve": curves.names, "frequency_ratio": ratios}
+    emit_frequencies(scene, parts, ratios)
+    wide = Absorber(*(np.asarray(part)[:, None] for part in curves.absorber))
+    for name, what in (("curve", pair[1]), ("relative_curve", TRAVEL)):
+        value, error = amplitude_with_error(wide, ratios, pair[0], what)
+        finite = np.isfinite(np.abs(value))
+        error = np.where(finite, error, 0.0)
+        error[0] += _moved(scene, curves, partial(_shown, ratios, pair[0], what))
+        scene.emit(f"{RESPONSE_ROOT}/{name}", value, error, axes)
+    _emit_peaks(scene, curves, pair)
+    _emit_landmarks(scene, curves, pair)
+    _cite(scene)
+
+
+def _moved(scene: Scene, curves: Curves, read: Callable[[Absorber], np.ndarray]) -> np.ndarray:
+    """What the error of a tuning does to a reading of the first curve; zero of one given."""
+    own = Absorber(*(float(np.asarray(part).flat[0]) for part in curves.absorber))
+    doubt = scene.handed_on.get("tuned_doubt")
+    return np.zeros(()) if doubt is None else moved(read, own, doubt)
+
+
+def _shown(ratios: np.ndarray, excitation: str, response: str, one: Absorber) -> np.ndarray:
+    return amplitude_with_error(one, ratios, excitation, response).value
+
+
+def _passed(first: int, one: Absorber) -> np.ndarray:
+    """Frequencies (0) or heights (2) of the fixed points."""
+    return np.array(fixed_points(one.mass_ratio, one.stiffness_ratio)[first : first + 2])
+
+
+def _told(scene: Scene, curves: Curves, pair: tuple[str, str]) -> Curves:
+    """The curves without those beside the first whose peaks double precision cannot tell."""
+    try:
+        peaks(curves.absorber, *pair)
+        return curves
+    except NumericalFailure:
+        if scene.wanted is not None:
+            raise
+    kept = [0]
+    for place, name in enumerate(curves.names[1:], start=1):
+        try:
+            peaks(Absorber(*(np.asarray(part)[place] for part in curves.absorber)), *pair)
+            kept.append(place)
+        except NumericalFailure as failure:
+            scene.warn(f"curve {name!r} left out: {failure}")
+    names = tuple(curves.names[place] for place in kept)
+    return Curves(names, Absorber(*(np.asarray(part)[kept] for part in curves.absorber)))
+
+
+def frequency_ratios(options: AbsorberResponse, parts: AbsorberParts) -> np.ndarray:
+    """Frequencies of the curves over the primary's own one."""
+    if options.frequencies is not None and parts.scale is not None:
+        asked = options.frequencies
+        span = np.linspace(asked.start, asked.stop, asked.points)
+        return np.asarray(span / parts.scale.frequency)
+    ratios = options.frequency_ratios
+    if ratios is None:
+        return np.linspace(0.0, 2.0, 401)
+    return np.linspace(ratios.start, ratios.stop, ratios.points)
+
+
+def emit_frequencies(scene: Scene, parts: AbsorberParts, ratios: np.ndarray) -> None:
+    """The same in rad/s, for a primary with units."""
+    if parts.scale is None:
+        return
+    own = parts.scale.frequency
+    scene.emit(
+        f"{RESPONSE_ROOT}/frequency",
+        own * ratios,
+        8.0 * EPSILON * own * np.max(ratios),
+        {"frequency_ratio": ratios},
+    )
+    scene.emit(f"{RESPONSE_ROOT}/primary_frequency", own, 8.0 * EPSILON * own)
+
+
+def _emit_peaks(scene: Scene, curves: Curves, pair: tuple[str, str]) -> None:
+    axes = {"curve": curves.names}
+    found = peaks(curves.absorber, *pair)
+    places = axes | {"summit": np.arange(1, _MOST + 1)}
+    spread = np.where(found.found, 4.0 * EPSILON * found.frequency, 0.0)
+    spread[0] += _moved(scene, curves, lambda one: peaks(one, *pair).frequency)
+    error = np.where(np.isfinite(found.error), found.error, 0.0)
+    error[0] += _moved(scene, curves, lambda one: peaks(one, *pair).magnitude)
+    scene.emit(f"{RESPONSE_ROOT}/summit/magnitude", found.magnitude, error, places)
+    scene.emit(f"{RESPONSE_ROOT}/summit/frequency_ratio", found.frequency, spread, places)
+    doubt = np.where(np.isfinite(found.largest_error), found.largest_error, 0.0)
+    doubt[0] += _moved(scene, curves, lambda one: peaks(one, *pair).largest)
+    scene.emit(f"{RESPONSE_ROOT}/largest", found.largest, doubt, axes)
+    finite = np.isfinite(found.where)
+    where = np.where(finite, 4.0 * EPSILON * np.where(finite, found.where, 0.0), 0.0)
+    # it is one of the summits: what these move by
+    where[0] += np.max(spread[0], initial=0.0) if finite[0] else 0.0
+    scene.emit(f"{RESPONSE_ROOT}/largest_frequency_ratio", found.where, where, axes)
+    travel = peaks(curves.absorber, pair[0], TRAVEL)
+    doubt = np.where(np.isfinite(travel.largest_error), travel.largest_error, 0.0)
+    doubt[0] += _moved(scene, curves, lambda one: peaks(one, pair[0], TRAVEL).largest)
+    scene.emit(f"{RESPONSE_ROOT}/largest_travel", travel.largest, doubt, axes)
+
+
+def _emit_landmarks(scene: Scene, curves: Curves, pair: tuple[str, str]) -> None:
+    """Of the first curve, which is the one given or tuned."""
+    z1, m, k, z2 = (float(np.asarray(part).flat[0]) for part in curves.absorber)
+    marks = landmarks(m, k)
+    both = np.array([marks.lower, marks.upper], dtype=float)
+    doubted = scene.handed_on.get("tuned_doubt")
+    # a frequency goes with the root of the stiffness, or with less of it
+    off = 0.0 if doubted is None or k == 0.0 else 0.5 * float(doubted.stiffness) / k
+    near = (16.0 * EPSILON + off) * np.max(both[np.isfinite(both)])
+    scene.emit(f"{RESPONSE_ROOT}/natural_frequency_ratio", both, near, {"mode": np.arange(1, 3)})
+    for name, value, share in (
+        ("antiresonance", marks.antiresonance, off), ("locked_frequency_ratio", marks.locked, 0.0),
+    ):  # fmt: skip
+        scene.emit(f"{RESPONSE_ROOT}/{name}", float(value), (4.0 * EPSILON + share) * float(value))
+    found = poles(Absorber(z1, m, k, z2))
+    values, doubt = found.value[found.found], found.error[found.found]
+    rank = np.lexsort((values.imag, -values.real))
+    axes = {"pole": np.arange(1, len(rank) + 1)}
+    far = _moved(scene, curves, lambda one: poles(one).value)
+    scene.emit(
+        f"{RESPONSE_ROOT}/pole", values[rank], np.max(doubt, initial=0.0) + np.max(far), axes
+    )
+    if has_fixed_points(scene.case):
+        _emit_fixed_points(scene, m, k, pair, lambda read: _moved(scene, curves, read))
+
+
+def _emit_fixed_points(
+    scene: Scene, m: float, k: float, pair: tuple[str, str], moved_by: _Reading
+) -> None:
+    passed = fixed_points(m, k)
+    places = np.array([passed.frequency_p, passed.frequency_q], dtype=float)
+    heights = np.array([passed.magnitude_p, passed.magnitude_q], dtype=float)
+    errors = np.array([passed.error_p, passed.error_q], dtype=float)
+    # what a power of x adds to |H| is the same for all dampings
+    power = places ** transfer_of(*pair).power
+    names = {"fixed_point": ("P", "Q")}
+    read = [moved_by(partial(_passed, i)) for i in (0, 2)]
+    scene.emit(
+        f"{RESPONSE_ROOT}/fixed_point/frequency_ratio", places, 4.0 * EPSILON + read[0], names
+    )
+    doubt = (errors + 8.0 * EPSILON * heights + read[1]) * power
+    scene.emit(f"{RESPONSE_ROOT}/fixed_point/magnitude", heights * power, doubt, names)
+
+
+def _cite(scene: Scene) -> None:
+    scene.cite(
+        "complex response of the two-mass system, exact peaks from the stationarity polynomial",
+        "curves, peaks, travel",
+        "Baca Vasquez (2007), equations 2.8 to 2.10 and 3.13; docs/theory_absorber.md",
+    )

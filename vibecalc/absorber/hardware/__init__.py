@@ -1,0 +1,1 @@
+"""What absorbers are built of: rods, rings, springs, oil gaps, oils."""

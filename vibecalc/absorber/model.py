@@ -1,0 +1,367 @@
+"""A primary system, its absorbers and their hardware, from a case to what the kernels take."""
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from vibecalc.absorber import tables as parts
+from vibecalc.absorber.hardware.oil_gap import Oil, RingGap, Walther, clearance_rule, oil_damping
+from vibecalc.absorber.hardware.rods_and_springs import (
+    EndBody,
+    OverhungRod,
+    bending_stiffness,
+    couple_stiffness,
+    largest_extension,
+    mass_per_length,
+    ring_inertia,
+    spring_rate,
+    torsional_stiffness,
+)
+from vibecalc.absorber.tables import ICE, NamedSecondary, Primary, Secondary
+from vibecalc.case.schema import Case, Machine
+from vibecalc.numerics.typing import FloatArray
+
+if TYPE_CHECKING:
+    from vibecalc.absorber.transfer import Absorber
+
+# ----------------------------------------------------------------------------
+# Rod, springs, gap, oils and stock of a validated case as the hardware kernels take them.
+# ----------------------------------------------------------------------------
+
+#: K, of the two columns of viscosities in a catalogue of oils
+_COOL, _WARM = ICE + 40.0, ICE + 100.0
+
+
+class Bending(NamedTuple):
+    """A rod with a body on its end, the spin of it in rad/s, and how many modes are asked for."""
+
+    rod: OverhungRod
+    body: EndBody
+    spin: float
+    modes: int
+
+
+@dataclass(frozen=True)
+class BuiltSprings:
+    """Springs of an absorber in SI; `radius` is 1 for a mass that moves in a line.
+
+    `rate` in N/m and `stiffness` of all together (N m/rad, or N/m) are None for places whose
+    springs [tuning] finds, `largest_extension` in m where no stress bounds it.
+    """
+
+    count: int
+    radius: float
+    angle: float
+    rate: float | None
+    stiffness: float | None
+    largest_extension: float | None
+
+
+class Filling(NamedTuple):
+    """The gap around the mass, its temperature in K and its oil; NaN, None where not said."""
+
+    gap: RingGap
+    temperature: float
+    oil: Oil | None
+
+
+class Stock(NamedTuple):
+    """What can be bought: springs by name and rate (n,) in N/m, oils, and dampers by name and
+    damping (d,) in N s/m, of all that act together."""
+
+    spring_names: tuple[str, ...]
+    spring_rates: FloatArray
+    oils: tuple[Oil, ...]
+    damper_names: tuple[str, ...]
+    dampings: FloatArray
+
+
+def bending(machine: Machine) -> Bending | None:
+    """How the rod bends, of a machine with a flywheel."""
+    rod, wheel = machine.rod, machine.flywheel
+    if rod is None or wheel is None:
+        return None
+    if rod.elastic_modulus is None or rod.span is None or rod.total_length is None:
+        raise ValueError("a rod that bends needs span, total_length and elastic_modulus")
+    if rod.mass is not None:
+        line = rod.mass / rod.total_length
+    else:
+        line = float(mass_per_length(rod.density or 0.0, rod.diameter, rod.bore).value)
+    beam = OverhungRod(
+        float(bending_stiffness(rod.elastic_modulus, rod.diameter, rod.bore).value),
+        line,
+        rod.span,
+        rod.total_length - rod.span,
+    )
+    body = EndBody(wheel.mass, wheel.diametral_inertia, wheel.polar_inertia, wheel.offset)
+    return Bending(beam, body, wheel.spin, wheel.modes)
+
+
+def built_springs(machine: Machine) -> BuiltSprings | None:
+    """The springs of the absorber, with their stiffness where their rate is known."""
+    springs = machine.springs
+    if springs is None:
+        return None
+    rate, longest = springs.rate, None
+    wire, coil, modulus = springs.wire_diameter, springs.coil_diameter, springs.shear_modulus
+    if wire is not None and coil is not None and modulus is not None and springs.turns is not None:
+        rate = float(spring_rate(modulus, wire, coil, springs.turns).value)
+        if springs.allowed_stress is not None:
+            found = largest_extension(
+                rate, wire, coil, springs.allowed_stress, springs.initial_tension
+            )
+            longest = float(found.value)
+    radius = 1.0 if springs.radius is None else springs.radius
+    whole = None
+    if rate is not None:
+        whole = float(couple_stiffness(rate, springs.count, radius, springs.angle).value)
+    return BuiltSprings(springs.count, radius, springs.angle, rate, whole, longest)
+
+
+def clearance(gap: parts.Gap) -> float:
+    """Clearance at rim and sides in m: that of the case, or by the rule."""
+    if gap.clearance is not None:
+        return gap.clearance
+    return float(clearance_rule(gap.outer_radius).value)
+
+
+def filling(machine: Machine) -> Filling | None:
+    """Gap and oil of the absorber."""
+    gap = machine.gap
+    if gap is None:
+        return None
+    play = clearance(gap)
+    return Filling(
+        RingGap(
+            gap.outer_radius,
+            gap.inner_radius,
+            gap.width,
+            play,
+            play if gap.side_clearance is None else gap.side_clearance,
+            math.inf if gap.bore_clearance is None else gap.bore_clearance,
+        ),
+        math.nan if gap.temperature is None else gap.temperature,
+        None if machine.oil is None else oil_of("as built", machine.oil),
+    )
+
+
+def oil_of(name: str, oil: parts.Oil) -> Oil:
+    """An oil of the case under a name."""
+    return Oil(name, Walther(oil.temperatures, oil.viscosities), oil.density, oil.expansion)
+
+
+def stock(machine: Machine) -> Stock:
+    """All that can be bought: the lists of the case, then the rows of its catalogues."""
+    springs = [(one.name, one.rate) for one in machine.stock_springs]
+    table = machine.spring_catalogue
+    if table is not None:
+        springs += [(str(part), rate) for part, rate in zip(table.part, table.rate, strict=True)]
+    oils = [oil_of(one.name, one) for one in machine.stock_oils]
+    rows = machine.oil_catalogue
+    if rows is not None:
+        columns = zip(rows.part, rows.viscosity_40, rows.viscosity_100, rows.density, strict=True)
+        oils += [
+            Oil(str(part), Walther((_COOL, _WARM), (thick, thin)), density)
+            for part, thick, thin, density in columns
+        ]
+    return Stock(
+        tuple(name for name, _ in springs),
+        np.array([rate for _, rate in springs], dtype=float),
+        tuple(oils),
+        tuple(one.name for one in machine.stock_dampers),
+        np.array([one.count * one.linear_damping for one in machine.stock_dampers], dtype=float),
+    )
+
+
+# ----------------------------------------------------------------------------
+# A primary system, its absorbers and their parts as the kernels take them.
+# ----------------------------------------------------------------------------
+
+#: name of the primary where secondaries say what carries them
+PRIMARY = "primary"
+
+
+class Scale(NamedTuple):
+    """What ratios are relative to: kg m^2 and N m/rad in torsion, kg and N/m in translation."""
+
+    inertia: float
+    stiffness: float
+    torsion: bool
+
+    @property
+    def frequency(self) -> float:
+        """w1 = sqrt(K1 / J1) in rad/s."""
+        return math.sqrt(self.stiffness / self.inertia)
+
+    @property
+    def damping(self) -> float:
+        """2 sqrt(K1 J1): a damping over it is a ratio referred to the primary."""
+        return 2.0 * math.sqrt(self.stiffness) * math.sqrt(self.inertia)
+
+
+class Branch(NamedTuple):
+    """One of several absorbers, in ratios to the primary; None is what [tuning] finds.
+
+    `carrier` is the position of what carries it, before its own, -1 for the primary.
+    """
+
+    name: str
+    carrier: int
+    mass_ratio: float
+    stiffness_ratio: float | None
+    secondary_damping: float | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class AbsorberParts:
+    """A primary system with one absorber, or with several in `branches`.
+
+    `absorber` holds the ratios as given or as built of springs and oil; its spring or damper is
+    NaN where the case says none, and [tuning] finds it. `scale` is None for ratios alone.
+    """
+
+    primary_damping: float
+    scale: Scale | None
+    absorber: "Absorber | None"
+    branches: tuple[Branch, ...]
+    bending: Bending | None
+    springs: BuiltSprings | None
+    filling: Filling | None
+    stock: Stock
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether one absorber has both spring and damper, so that its response is known."""
+        one = self.absorber
+        if one is None:
+            return False
+        found = np.isnan(np.asarray(one.stiffness_ratio)) | np.isnan(one.secondary_damping)
+        return not bool(found)
+
+
+def build_absorber(case: Case) -> AbsorberParts:
+    """Ratios and parts of a case with a primary system.
+
+    Raises ValueError for a case without one, which the checks refuse, and NumericalFailure as the
+    viscosity line and the gap do, which they refuse, too.
+    """
+    machine = case.machine
+    primary = machine.primary
+    if primary is None:
+        raise ValueError("an absorber needs a primary system")
+    scale = primary_scale(machine)
+    return AbsorberParts(
+        primary_damping=primary_damping(primary, scale),
+        scale=scale,
+        absorber=single_absorber(machine),
+        branches=_branches(machine.secondaries, scale),
+        bending=bending(machine),
+        springs=built_springs(machine),
+        filling=filling(machine),
+        stock=stock(machine),
+    )
+
+
+def single_absorber(machine: Machine) -> "Absorber | None":
+    """The ratios of [machine.secondary], or of a ring alone, as given or as built."""
+    one = machine.secondary
+    if one is None and machine.ring is not None:
+        one = Secondary()
+    if one is None or machine.primary is None:
+        return None
+    scale = primary_scale(machine)
+    given = ratios(one, scale, _seismic_inertia(machine))
+    spring, damper = _as_built(given, scale, built_springs(machine), filling(machine))
+    from vibecalc.absorber.transfer import Absorber  # only absorbers need it
+
+    return Absorber(primary_damping(machine.primary, scale), given.mass, spring, damper)
+
+
+def primary_scale(machine: Machine) -> Scale | None:
+    """Inertia and stiffness of the primary, the latter also from the rod; None for ratios."""
+    primary, rod = machine.primary, machine.rod
+    if primary is None:
+        return None
+    if primary.mass is not None and primary.linear_stiffness is not None:
+        return Scale(primary.mass, primary.linear_stiffness, False)
+    stiffness = primary.stiffness
+    if rod is not None and rod.length is not None and rod.shear_modulus is not None:
+        found = torsional_stiffness(rod.shear_modulus, rod.diameter, rod.length, rod.bore)
+        stiffness = float(found.value)
+    if primary.inertia is None or stiffness is None:
+        return None
+    return Scale(primary.inertia, stiffness, True)
+
+
+def primary_damping(primary: Primary, scale: Scale | None) -> float:
+    """c1 / (2 sqrt(K1 J1)); zero where nothing is said."""
+    given = primary.damping if primary.damping is not None else primary.linear_damping
+    if given is not None and scale is not None:
+        return given / scale.damping
+    return primary.damping_ratio or 0.0
+
+
+class Ratios(NamedTuple):
+    """Mass, spring and damper of one secondary over the primary; None is what is not said."""
+
+    mass: float
+    stiffness: float | None
+    damping: float | None
+
+
+def ratios(one: Secondary, scale: Scale | None, ring: float | None = None) -> Ratios:
+    """What a secondary says, in ratios; `ring` is the inertia that a ring gives it."""
+    heavy = next((x for x in (one.inertia, one.mass, ring) if x is not None), None)
+    stiff = one.stiffness if one.stiffness is not None else one.linear_stiffness
+    drag = one.damping if one.damping is not None else one.linear_damping
+    mass, stiffness, damping = one.mass_ratio, one.stiffness_ratio, one.damping_ratio
+    if scale is not None:
+        mass = mass if heavy is None else heavy / scale.inertia
+        stiffness = stiffness if stiff is None else stiff / scale.stiffness
+        damping = damping if drag is None else drag / scale.damping
+    if mass is None:
+        raise ValueError("a secondary needs a mass")
+    if one.own_damping_ratio is not None and stiffness is not None:
+        from vibecalc.absorber.transfer import damping_from_own_ratio
+
+        damping = float(damping_from_own_ratio(one.own_damping_ratio, mass, stiffness))
+    return Ratios(mass, stiffness, damping)
+
+
+def _as_built(
+    given: Ratios, scale: Scale | None, springs: BuiltSprings | None, filled: Filling | None
+) -> tuple[float, float]:
+    """Ratios of spring and damper, from the parts where no number says them, else NaN."""
+    stiffness, damping = given.stiffness, given.damping
+    if stiffness is None and scale is not None and springs is not None:
+        built = springs.stiffness
+        stiffness = None if built is None else built / scale.stiffness
+    if damping is None and scale is not None and filled is not None and filled.oil is not None:
+        found = oil_damping(filled.oil, filled.gap, filled.temperature)
+        damping = float(found.value) / scale.damping
+    return (
+        math.nan if stiffness is None else stiffness,
+        math.nan if damping is None else damping,
+    )
+
+
+def _seismic_inertia(machine: Machine) -> float | None:
+    ring = machine.ring
+    if ring is None:
+        return None
+    found = ring_inertia(ring.density, ring.outer_radius, ring.inner_radius, ring.width)
+    return float(found.polar.value)
+
+
+def _branches(given: tuple[NamedSecondary, ...], scale: Scale | None) -> tuple[Branch, ...]:
+    """The absorbers by name, each behind what carries it: in no way by the order of the case."""
+    left, placed = sorted(given, key=lambda one: one.name), {PRIMARY: -1}
+    found: list[Branch] = []
+    while left:
+        one = next(one for one in left if one.on in placed)
+        left.remove(one)
+        placed[one.name] = len(found)
+        found.append(Branch(one.name, placed[one.on], *ratios(one, scale)))
+    return tuple(found)

@@ -1,0 +1,361 @@
+"""A pendulum on a rotor: its path, equations of motion, and order at small and large swings."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.gauss import gauss_rule
+from vibecalc.numerics.rounding import UNIT_ROUNDOFF, WithError, closed_form, floats
+from vibecalc.numerics.typing import FloatArray
+
+# ----------------------------------------------------------------------------
+# A mass that a rotor carries along a path: geometry, kinetic energy, equations of motion.
+#
+# Seen from the rotor, the mass centre runs on a path that crosses a radius at right angles, at the
+# distance c from the axis, with radius of curvature r there. Its place is told by the angle p by
+# which the tangent has turned; the radius of curvature is r cos(q p) with a constant q (Denman
+# 1992, Journal of Sound and Vibration 159): q = 0 is a circle, 1 a cycloid, between them lie
+# epicycloids. On the way the moment of the unit tangent about the axis, `reach`, is the solution of
+# g'' + g = r cos(q p) with g(0) = c, g'(0) = 0, and the distance from the axis is sqrt(g^2 + g'^2).
+#
+# Two equal rollers in equal cutouts (a bifilar mount) keep the mass parallel to the rotor. They go
+# half its way, and turn by -s/d against the rotor, s the way of the mass and d their diameter. The
+# mass of an arm turns with the arm instead: `swing_inertia`.
+#
+# With the angle T of the rotor, L = A T'^2 / 2 + B T' p' + C p'^2 / 2 and no gravity:
+#
+#     A T'' + B p'' + A_p p' T' + B_p p'^2 = torque
+#     B T'' + C p'' + C_p p'^2 / 2 - A_p T'^2 / 2 = - damping p'
+# ----------------------------------------------------------------------------
+
+
+class Pendulum(NamedTuple):
+    """One pendulum, or several equal ones that move together with their masses added. SI, radians.
+
+    `vertex_distance` c and `path_radius` r in m (for a circle r is the arm, and c - r the distance
+    of its centre from the axis); `path_exponent` q; `swing_inertia` in kg m^2, of the mass about
+    its own centre, only where it turns with an arm (q = 0). Rollers: mass of all, mean distance of
+    their centres from the axis across the vertex, diameter, inertia of all about their own axes.
+    """
+
+    mass: ArrayLike
+    vertex_distance: ArrayLike
+    path_radius: ArrayLike
+    path_exponent: ArrayLike = 0.0
+    swing_inertia: ArrayLike = 0.0
+    roller_mass: ArrayLike = 0.0
+    roller_distance: ArrayLike = 0.0
+    roller_diameter: ArrayLike = 1.0
+    roller_inertia: ArrayLike = 0.0
+
+
+class Path(NamedTuple):
+    """Radius of curvature and reach, each with its derivative by the angle of the tangent, m."""
+
+    radius: FloatArray
+    radius_slope: FloatArray
+    reach: FloatArray
+    pull: FloatArray
+
+
+class Terms(NamedTuple):
+    """Coefficients of the kinetic energy in kg m^2, `..._slope` their derivatives by the angle.
+
+    `carried` is A without the inertia of the rotor, of which own inertias of a mass that stays
+    parallel to the rotor are a part.
+    """
+
+    carried: FloatArray
+    carried_slope: FloatArray
+    coupling: FloatArray
+    coupling_slope: FloatArray
+    swing: FloatArray
+    swing_slope: FloatArray
+
+
+def path(pendulum: Pendulum, angle: FloatArray) -> Path:
+    """The path at angles that broadcast with the pendulum; angles may be complex."""
+    far, near, bend = (np.asarray(value) for value in pendulum[1:4])
+    # (cos qp - cos p) / (1 - q^2) and its derivative, whole at q = 1
+    lean, rest = 0.5 * (1.0 + bend) * angle, 0.5 * (1.0 - bend) * angle
+    sine, cosine = np.sin(angle), np.cos(angle)
+    between = 0.5 * angle * angle * _sinc(lean) * _sinc(rest)
+    change = (sine + bend * angle * np.cos(lean) * _sinc(rest)) / (1.0 + bend)
+    return Path(
+        radius=near * np.cos(bend * angle),
+        radius_slope=-near * bend * np.sin(bend * angle),
+        reach=far * cosine + near * between,
+        pull=near * change - far * sine,
+    )
+
+
+def terms(pendulum: Pendulum, angle: FloatArray) -> Terms:
+    """Coefficients of the kinetic energy at angles that broadcast with the pendulum."""
+    mass, far, _, _, own, rolling, across, diameter, roller_own = (
+        np.asarray(value) for value in pendulum
+    )
+    way = path(pendulum, angle)
+    radius, slope = way.radius, way.radius_slope
+    # the centre of a roller: half the way of the mass, from another vertex
+    beside = across - 0.5 * far
+    reach = beside * np.cos(angle) + 0.5 * way.reach
+    pull = -beside * np.sin(angle) + 0.5 * way.pull
+    moved = mass + 0.25 * rolling + roller_own / (diameter * diameter)
+    lever = mass * way.reach + 0.5 * rolling * reach - roller_own / diameter
+    force = mass * way.pull + 0.5 * rolling * pull
+    square = way.reach * way.reach + way.pull * way.pull
+    return Terms(
+        carried=mass * square + rolling * (reach * reach + pull * pull) + roller_own + own,
+        carried_slope=2.0 * radius * force,
+        coupling=radius * lever + own,
+        coupling_slope=slope * lever + radius * force,
+        swing=moved * radius * radius + own,
+        swing_slope=2.0 * moved * radius * slope,
+    )
+
+
+def rates(
+    pendulum: Pendulum,
+    rotor_inertia: ArrayLike,
+    state: FloatArray,
+    torque: ArrayLike = 0.0,
+    damping: ArrayLike = 0.0,
+) -> FloatArray:
+    """Time derivative of states (..., 4): rotor angle, swing angle, rotor speed, swing speed.
+
+    Torque on the rotor in N m; damping in N m s/rad, torque on the swing angle per swing speed.
+    """
+    swung, speed, swinging = state[..., 1], state[..., 2], state[..., 3]
+    term = terms(pendulum, swung)
+    rotor = np.asarray(rotor_inertia) + term.carried
+    first = (
+        np.asarray(torque)
+        - term.carried_slope * swinging * speed
+        - term.coupling_slope * swinging * swinging
+    )
+    second = (
+        0.5 * term.carried_slope * speed * speed
+        - 0.5 * term.swing_slope * swinging * swinging
+        - np.asarray(damping) * swinging
+    )
+    whole = rotor * term.swing - term.coupling * term.coupling
+    rotor_rate = (term.swing * first - term.coupling * second) / whole
+    swing_rate = (rotor * second - term.coupling * first) / whole
+    return np.stack(np.broadcast_arrays(speed, swinging, rotor_rate, swing_rate), axis=-1)
+
+
+def _sinc(half: FloatArray) -> FloatArray:
+    """sin x / x."""
+    return np.asarray(np.sinc(half / np.pi))
+
+
+# ----------------------------------------------------------------------------
+# The order to which a pendulum is tuned, and how to tune it.
+#
+# For small swings p'' + n^2 W^2 p = 0 at a rotor speed W: the frequency is n times the speed, at
+# any speed. A point on an arm r about a centre at R has n^2 = R / r. Rollers of mass M (centres of
+# their cutouts at the mean distance R' of the axis, inertia I about their own axes, diameter d) add
+# to the pull and to the motion, and so does an inertia that turns with the arm:
+#
+#     n^2 = r (m R + M R' / 2) / ((m + M / 4 + I / d^2) r^2 + swing inertia).
+#
+# A solid roller has I / d^2 = M / 8. In a bifilar mount r is the diameter of the cutouts less that
+# of the roller, and both cutouts must be equal, or the rollers slide.
+# ----------------------------------------------------------------------------
+
+#: names of paths whose exponent does not depend on the pendulum
+_FIXED = {"circular": 0.0, "cycloidal": 1.0}
+
+#: paths by name
+PATHS = (*_FIXED, "epicycloidal")
+
+
+def tuning_order(pendulum: Pendulum) -> WithError:
+    """n, of small swings. Broadcasts.
+
+    Raises NumericalFailure where nothing pulls the mass back (centre of the path at the axis or
+    beyond it).
+    """
+    mass, far, near, _, own, rolling, across, diameter, roller_own = floats(*pendulum)
+    pull = near * (mass * (far - near) + 0.5 * rolling * (across - 0.5 * near))
+    if np.any(pull <= 0.0):
+        raise NumericalFailure(
+            "nothing pulls the pendulum outwards: the centre of curvature of its path has to lie "
+            "between the axis and the mass"
+        )
+    moved = (mass + 0.25 * rolling + roller_own / diameter**2) * near**2 + own
+    value = np.sqrt(pull / moved)
+    lost = near * (mass * (far + near) + 0.5 * rolling * (across + 0.5 * near)) / pull
+    return WithError(value, (8.0 + 4.0 * lost) * UNIT_ROUNDOFF * value)
+
+
+def radius_for_order(vertex_distance: ArrayLike, order: ArrayLike) -> WithError:
+    """Path radius r in m of a point pendulum at the distance c: r = c / (1 + n^2)."""
+    far, number = floats(vertex_distance, order)
+    return closed_form(far / (1.0 + number * number), 4.0)
+
+
+def radius_for_order_with_rollers(pendulum: Pendulum, order: ArrayLike) -> WithError:
+    """Path radius in m that tunes a pendulum with rollers or a swing inertia to an order.
+
+    `path_radius` of the pendulum is not looked at; vertex distances of mass and rollers stay. The
+    radius solves a quadratic, of which the larger root is taken. Raises NumericalFailure where
+    there is none: the swing inertia is too large for the order.
+    """
+    mass, far, _, _, own, rolling, across, diameter, roller_own = floats(*pendulum)
+    square = np.square(np.asarray(order, dtype=float))
+    heavy = mass + 0.25 * rolling
+    a = heavy + square * (heavy + roller_own / diameter**2)
+    b = mass * far + 0.5 * rolling * across
+    room = b * b - 4.0 * a * square * own
+    if np.any(room <= 0.0):
+        raise NumericalFailure(
+            "the inertia that turns with the arm is too large: no arm tunes it to this order"
+        )
+    value = (b + np.sqrt(room)) / (2.0 * a)
+    return WithError(value, UNIT_ROUNDOFF * value * (12.0 + 8.0 * b * b / room))
+
+
+def path_exponent(path: str, pendulum: Pendulum) -> np.ndarray:
+    """Exponent q of a path by name; "epicycloidal" is the one of equal times for this pendulum.
+
+    On it the force along the path grows with the way: 1 - q^2 = r / (c + M b / (2 m + M / 2)) with
+    b the distance from the axis of the rollers' centres less c / 2; without rollers
+    q^2 = n^2 / (1 + n^2). Raises NumericalFailure for an unknown name, and for a path of equal
+    times where a swing inertia forbids it.
+    """
+    if path in _FIXED:
+        return np.asarray(_FIXED[path])
+    if path not in PATHS:
+        raise NumericalFailure(f"no path {path!r} of a pendulum; paths: {', '.join(PATHS)}")
+    mass, far, near, _, own, rolling, across, _, _ = floats(*pendulum)
+    if np.any(own != 0.0):
+        raise NumericalFailure("a mass that turns with an arm runs on a circle, not on a cycloid")
+    centre = far + 0.5 * rolling * (across - 0.5 * far) / (mass + 0.25 * rolling)
+    return np.asarray(np.sqrt((centre - near) / centre))
+
+
+def detuning_coefficient(pendulum: Pendulum) -> WithError:
+    """e in n(P) = n (1 + e P^2 + ...) for swings of angle +-P of the tangent.
+
+    e = -(1 - q^2 / q0^2) / 16, q0 the exponent of equal times: a circle softens by P^2 / 16, a
+    cycloid hardens by P^2 / (16 n^2) without rollers.
+    """
+    bend = np.asarray(pendulum.path_exponent, dtype=float)
+    if np.any((bend != 0.0) & (np.asarray(pendulum.swing_inertia) != 0.0)):
+        raise NumericalFailure("a mass that turns with an arm runs on a circle, not on a cycloid")
+    even = path_exponent("epicycloidal", pendulum._replace(swing_inertia=0.0))
+    share = np.square(bend / even)
+    return WithError(-(1.0 - share) / 16.0, UNIT_ROUNDOFF * (1.0 + 16.0 * share / even**2))
+
+
+def largest_swing(pendulum: Pendulum) -> np.ndarray:
+    """Angle (rad) of the tangent at which the path ends: a cusp at pi / (2 q), at most pi."""
+    bend = np.asarray(pendulum.path_exponent, dtype=float)
+    return np.asarray(math.pi / np.maximum(2.0 * bend, 1.0))
+
+
+# ----------------------------------------------------------------------------
+# The order that a pendulum keeps while it swings far: its exact period at a constant rotor speed.
+#
+# The equation of the swing has the first integral C p'^2 = W^2 (A(p) - A(P)), P the largest angle.
+# With p = P sin u the period is
+#
+#     4 / W * integral from 0 to pi/2 of sqrt(C / D) du,    D = (A(p) - A(P)) / (P^2 - p^2),
+#
+# whose integrand is periodic and smooth, so that the midpoint rule converges geometrically. D is a
+# mean of -A'(x) / 2 x over x^2 between p^2 and P^2, which a Gauss rule takes without cancellation.
+# For a circle the period is 4 K(sin(P/2)) / (n W), K the complete elliptic integral, and
+# n(P) = n AGM(1, cos(P/2)) with Gauss's arithmetic-geometric mean, whose steps square the error.
+# ----------------------------------------------------------------------------
+
+_INNER = 20
+_FIRST, _MOST = 16, 4096
+
+#: relative change from half the points at which doubling them ends
+_SETTLED = 1e-13
+
+#: below this angle the order is that of small swings to rounding, and A'(p) / p is taken here
+_SMALL = 1e-7
+
+#: so near (rad) to half a turn a mass on a circle all but stands still at the ends of its swing
+_STANDS = 2e-5
+
+#: relative difference of two numbers whose mean is the arithmetic-geometric one to rounding
+_ALIKE = 1e-8
+
+_TOO_NEAR = (
+    "the period of a swing of {:.9g} rad is not found: it is too near to the end of the path"
+)
+
+
+def order_of_swing(pendulum: Pendulum, swing: ArrayLike) -> WithError:
+    """n(P): frequency over rotor speed of free swings between -P and P (rad). Broadcasts.
+
+    Raises NumericalFailure for swings that leave the path (its cusp, or half a turn of a circle),
+    and where the swing is so near to that that the period is not found.
+    """
+    far = np.abs(np.asarray(swing, dtype=float))
+    if np.any(far >= largest_swing(pendulum)):
+        raise NumericalFailure(
+            f"a swing of {float(np.max(far)):.6g} rad leaves the path, which ends at "
+            f"{float(np.min(largest_swing(pendulum))):.6g} rad"
+        )
+    small = tuning_order(pendulum)
+    if np.all(np.asarray(pendulum.path_exponent) == 0.0):
+        if np.all(far <= np.pi - _STANDS):
+            return _on_circle(small, far)
+        raise NumericalFailure(_TOO_NEAR.format(float(np.max(far))))
+    largest = np.maximum(far, _SMALL)
+    points, before = _FIRST, _mean(pendulum, largest, _FIRST)
+    while points < _MOST:
+        points *= 2
+        after = _mean(pendulum, largest, points)
+        change = np.abs(after - before) / after
+        if np.all(change <= _SETTLED):
+            value = 1.0 / after
+            error = value * (change + 40.0 * UNIT_ROUNDOFF) + small.error
+            return WithError(value, error)
+        before = after
+    raise NumericalFailure(_TOO_NEAR.format(float(np.max(far))))
+
+
+def _on_circle(small: WithError, swing: FloatArray) -> WithError:
+    """n AGM(1, cos(P/2)).
+
+    The mean grows by a smaller share than cos(P/2) does, so that roundings of P/2 and of the cosine
+    come through with (P/2) tan(P/2) at most. Each step adds two roundings.
+    """
+    mean, root = np.ones_like(swing), np.cos(0.5 * swing)
+    lost = 0.5 * swing * np.tan(0.5 * swing) * UNIT_ROUNDOFF
+    steps = np.zeros_like(swing)
+    # each swing ends by itself, so that its last bit does not depend on the others
+    while np.any(apart := mean - root > _ALIKE * mean):
+        between, product = 0.5 * (mean + root), np.sqrt(mean * root)
+        mean, root = np.where(apart, between, mean), np.where(apart, product, root)
+        steps = steps + apart
+    # numbers so much alike are joined by one step more
+    mean = 0.5 * (mean + root)
+    value = small.value * mean
+    error = value * (lost + (2.0 * steps + 4.0) * UNIT_ROUNDOFF) + small.error * mean
+    return WithError(value, error)
+
+
+def _mean(pendulum: Pendulum, largest: FloatArray, points: int) -> FloatArray:
+    """Mean of sqrt(C / D) over the quarter swing: 1 / n(P)."""
+    rule = gauss_rule(_INNER)
+    around = (np.arange(points) + 0.5) * (0.5 * np.pi / points)
+    outer = Pendulum(*(np.asarray(value, dtype=float)[..., None] for value in pendulum))
+    inner = Pendulum(*(np.asarray(value)[..., None] for value in outer))
+    top = largest[..., None]
+    angle = top * np.sin(around)
+    lost = np.square(top * np.cos(around))
+    place = np.sqrt(np.square(angle)[..., None] + lost[..., None] * rule.nodes)
+    fall = -terms(inner, place).carried_slope / (2.0 * place)
+    share = fall @ rule.weights
+    if np.any(share <= 0.0):
+        raise NumericalFailure("the pendulum is not driven back on the whole of its swing")
+    return np.asarray(np.mean(np.sqrt(terms(outer, angle).swing / share), axis=-1))

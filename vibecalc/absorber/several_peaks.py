@@ -1,0 +1,327 @@
+"""Peaks of a response with several absorbers, and their derivatives by every ratio."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from vibecalc.absorber.peaks import SAME_HEIGHT
+from vibecalc.absorber.several import Polynomial, Several, added, several_polynomials, squared
+from vibecalc.absorber.transfer import Transfer, transfer_of
+from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.rounding import UNIT_ROUNDOFF
+
+# ----------------------------------------------------------------------------
+# Every peak of a response of several absorbers, from the stationarity polynomial.
+# ----------------------------------------------------------------------------
+
+_POLISH = 40
+#: part of a pole's size that its damping must exceed for the peak to count as finite
+_DAMPED = 1e-13
+
+
+class SeveralPeaks(NamedTuple):
+    """Maxima of |H| by rising frequency (p,), and its limits at both ends.
+
+    `error` is absolute, of `magnitude`. `largest` is the supremum over 0 <= x <= infinity, at
+    `where`, the lowest of places of one height. `shoulder`: frequencies of poles without a peak of
+    their own. `looks` counts evaluations of |H|^2 with two derivatives.
+    """
+
+    frequency: np.ndarray
+    magnitude: np.ndarray
+    error: np.ndarray
+    at_zero: float
+    at_infinity: float
+    largest: float
+    largest_error: float
+    where: float
+    shoulder: np.ndarray
+    looks: int
+
+
+def several_peaks(
+    system: Several, excitation: str = "force", response: str = "displacement", absorber: int = 1
+) -> SeveralPeaks:
+    """All maxima of one system (no leading axes).
+
+    Roots of P' Q - P Q', |H|^2 = P(u) / Q(u), by companion eigenvalues, and the poles beside them,
+    are starts for Newton's method on |N / D|^2 itself, which alone decides the digits.
+    Raises NumericalFailure on an undamped natural frequency, where the peak is infinite.
+    """
+    above, below = several_polynomials(system, transfer_of(excitation, response), absorber)
+    if not np.any(above):
+        none = np.zeros(0)
+        return SeveralPeaks(none, none, none, 0.0, 0.0, 0.0, 0.0, 0.0, none, 0)
+    above, below = _without_common_power(above, below)
+    poles = _roots(below)
+    bare = (np.abs(poles.real) < _DAMPED * np.abs(poles)) & (poles.imag > 0.0)
+    if np.any(bare) and np.any(_relative_size(above, poles[bare]) > 1e-10):
+        raise NumericalFailure(
+            f"the response is infinite at x = {float(poles[bare][0].imag):.9g}, an undamped "
+            "natural frequency of primary system and absorbers"
+        )
+    frequency, looks = _stationary(above, below, _starts(above, below, poles))
+    value, error = _magnitude(above, below, frequency)
+    low = float(abs(above[0]) / below[0]) if below[0] else 0.0
+    excess = (len(above) - 1) - (len(below) - 1)
+    high = float(abs(above[-1]) / below[-1]) if excess == 0 else (np.inf if excess > 0 else 0.0)
+    heights = np.concatenate([[low], value, [high]])
+    doubts = np.concatenate([[8 * UNIT_ROUNDOFF * low], error, [8 * UNIT_ROUNDOFF * min(high, 1)]])
+    places = np.concatenate([[0.0], frequency, [np.inf]])
+    best = int(np.argmax(heights))
+    first = int(np.argmax(heights >= heights[best] * (1.0 - SAME_HEIGHT)))
+    return SeveralPeaks(
+        frequency, value, error, low, high, float(heights[best]), float(doubts[best]),
+        float(places[first]), _shoulders(poles[~bare], frequency), looks,
+    )  # fmt: skip
+
+
+def _shoulders(poles: np.ndarray, peaks: np.ndarray) -> np.ndarray:
+    """Poles that swing, without the one nearest to each peak."""
+    size = np.sort(np.abs(poles[poles.imag > 0.0]))
+    for x in peaks:
+        if len(size):
+            size = np.delete(size, int(np.argmin(np.abs(size - x))))
+    return size
+
+
+def _without_common_power(above: Polynomial, below: Polynomial) -> tuple[Polynomial, Polynomial]:
+    first = min(int(np.argmax(above != 0.0)), int(np.argmax(below != 0.0)))
+    return np.trim_zeros(above[first:], "b"), np.trim_zeros(below[first:], "b")
+
+
+def _roots(polynomial: Polynomial) -> np.ndarray:
+    """Roots, with leading coefficients that are only rounding left out."""
+    size = np.max(np.abs(polynomial))
+    there = np.flatnonzero(np.abs(polynomial) > 1e-300 * size)
+    found: np.ndarray = np.roots(polynomial[: there[-1] + 1][::-1] / size)
+    return found.astype(complex)
+
+
+def _relative_size(polynomial: Polynomial, s: np.ndarray) -> np.ndarray:
+    powers = np.abs(s[:, None]) ** np.arange(len(polynomial))
+    value = np.polynomial.polynomial.polyval(s, polynomial)
+    size: np.ndarray = np.abs(value) / (powers @ np.abs(polynomial))
+    return size
+
+
+def _starts(above: Polynomial, below: Polynomial, poles: np.ndarray) -> np.ndarray:
+    top, bottom = squared(above), squared(below)
+
+    def slope(p: Polynomial) -> Polynomial:
+        return p[1:] * np.arange(1, len(p)) if len(p) > 1 else np.zeros(1)
+
+    stationary = added(np.convolve(slope(top), bottom), -np.convolve(top, slope(bottom)))
+    if np.any(stationary):
+        u = _roots(stationary)
+        u = u[(u.real > 0.0) & (np.abs(u.imag) < u.real)].real
+    else:
+        u = np.zeros(0)
+    poles = poles[poles.imag >= 0.0]
+    extra = np.concatenate([np.abs(poles), poles.imag])
+    return np.concatenate([np.sqrt(u), extra[extra > 0.0]])
+
+
+def polished(above: Polynomial, below: Polynomial, frequency: np.ndarray) -> tuple[np.ndarray, int]:
+    """Newton's method for a maximum near each frequency, on the reciprocal of |H|^2; its looks."""
+    x, looks = frequency.copy(), 0
+    live = np.arange(len(x))
+    with np.errstate(all="ignore"):
+        for _ in range(_POLISH):
+            at = x[live]
+            looks += len(live)
+            first, second = _slopes(above, below, at)
+            step = first / np.where(first * first > second, first * first - second, np.abs(second))
+            step = np.where(np.isfinite(step), np.clip(step, -0.1 * at, 0.1 * at), 0.0)
+            x[live] = at + step
+            # quadratic: after a step of 1e-8, or one small beside a narrower peak, only rounding
+            fine = np.maximum(1e-6 / np.sqrt(np.abs(second)), 8.0 * UNIT_ROUNDOFF * at)
+            near = np.abs(np.log(x[live] / frequency[live])) < 0.7
+            live = live[near & (np.abs(step) > np.minimum(1e-8 * at, fine))]
+            if not len(live):
+                break
+    return x, looks
+
+
+def _slopes(above: Polynomial, below: Polynomial, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """First and second derivative of log |H|^2 by x."""
+    s = 1j * x
+    top, bottom = _logarithmic(above, s), _logarithmic(below, s)
+    first = -2.0 * (top[0] - bottom[0]).imag
+    second = -2.0 * (top[1] - bottom[1]).real
+    return first, second
+
+
+def _logarithmic(polynomial: Polynomial, s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """First and second derivative of log p by s."""
+    evaluate = np.polynomial.polynomial.polyval
+    order = np.arange(len(polynomial))
+    value = evaluate(s, polynomial)
+    first = evaluate(s, (polynomial * order)[1:]) if len(order) > 1 else 0.0 * s
+    second = evaluate(s, (polynomial * order * (order - 1))[2:]) if len(order) > 2 else 0.0 * s
+    return first / value, second / value - (first / value) ** 2
+
+
+def _stationary(above: Polynomial, below: Polynomial, start: np.ndarray) -> tuple[np.ndarray, int]:
+    x, looks = polished(above, below, start)
+    x = np.sort(x)
+    with np.errstate(all="ignore"):
+        first, second = _slopes(above, below, x)
+        value, error = _magnitude(above, below, x)
+        # the slope is no better known than the height, in units of the peak's own width
+        felt = error / value
+        maximum = (second < 0.0) & (np.abs(first) < (1e-7 + felt) * np.sqrt(-second))
+    keep = maximum & np.isfinite(x) & (x > 0.0)
+    x, width = x[keep], (1.0 + 100.0 * felt[keep]) / np.sqrt(-second[keep])
+    # between two maxima the curve must come down
+    twice = np.zeros(len(x), dtype=bool)
+    twice[1:] = np.diff(x) < 1e-2 * width[1:]
+    return x[~twice], looks + len(start)
+
+
+def _magnitude(
+    above: Polynomial, below: Polynomial, x: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    s = 1j * x
+    evaluate = np.polynomial.polynomial.polyval
+    value = np.abs(evaluate(s, above) / evaluate(s, below))
+    lost = 1.0 / _relative_size(above, s) + 1.0 / _relative_size(below, s)
+    return value, 4.0 * UNIT_ROUNDOFF * (len(below) + lost) * value
+
+
+# ----------------------------------------------------------------------------
+# Derivatives of a peak of several absorbers by every ratio, up to the second, from the matrices.
+#
+# Z(x) theta = f with Z = K - x^2 M + 2 i x C; H = l' Z^-1 r, so that by two ratios a and b
+# H_a = v' (r_a - Z_a y) and H_ab = -v' (Z_a y_b + Z_b y_a + Z_ab y), Z y = r, Z' v = l.
+# ----------------------------------------------------------------------------
+
+
+class Slopes(NamedTuple):
+    """log |H|^2 at the peaks (p,): level, its gradient (p, q) and second derivatives (p, q, q).
+
+    The frequency follows each peak unless told to stay. Ratios in the order k (n), z (n), z1,
+    m (n): q = 3 n + 1.
+    `width` (p,): second derivative by x, negative.
+    """
+
+    level: np.ndarray
+    first: np.ndarray
+    second: np.ndarray
+    width: np.ndarray
+
+
+def several_slopes(
+    system: Several, frequency: np.ndarray, transfer: Transfer, absorber: int = 1,
+    follow: bool = True,
+) -> Slopes:  # fmt: skip
+    """Derivatives at peaks `frequency` (p,) of one system (no leading axes).
+
+    With `follow` false the frequencies stay, and need not be peaks. By an infinite k or z, which
+    locks an absorber, and by its partner the derivatives are zero.
+    """
+    z1 = float(np.asarray(system.primary_damping))
+    m, k, z = (np.asarray(part, dtype=float) for part in system[1:4])
+    count = len(m)
+    locked = np.isinf(k) | np.isinf(z)
+    unit = _coordinates(system.parent, locked)
+    k, z = np.where(locked, 0.0, k), np.where(locked, 0.0, z)
+    link = unit[1:] - unit[list(system.parent)]
+    bonds = link[:, :, None] * link[:, None, :]
+    own = unit[:, :, None] * unit[:, None, :]
+    x = np.asarray(frequency, dtype=float)
+    inertia = np.concatenate([[1.0], m])
+    mass = np.tensordot(inertia, own, 1)
+    drag = np.tensordot(z, bonds, 1) + z1 * own[0]
+    stiff = np.tensordot(k, bonds, 1) + own[0]
+    wide = x[:, None, None]
+    matrix = stiff - wide**2 * mass + 2j * wide * drag
+
+    # by k, z, z1, m and last x
+    size = 3 * count + 2
+    width = unit.shape[1]
+    by = np.zeros((len(x), size, width, width), dtype=complex)
+    turn = 2j * x[:, None, None, None]
+    by[:, :count] = bonds
+    by[:, count : 2 * count] = turn * bonds
+    by[:, 2 * count] = turn[:, 0] * own[0]
+    by[:, 2 * count + 1 : -1] = -(x[:, None, None, None] ** 2) * own[1:]
+    by[:, -1] = -2.0 * wide * mass + 2j * drag
+    twice = np.zeros_like(by)  # by x and the other
+    twice[:, count : 2 * count] = 2j * bonds
+    twice[:, 2 * count] = 2j * own[0]
+    twice[:, 2 * count + 1 : -1] = -2.0 * x[:, None, None, None] * own[1:]
+    twice[:, -1] = -2.0 * mass
+
+    left, right, right_by = _ends(transfer, absorber, inertia, unit, link, size)
+    y = np.linalg.solve(matrix, np.broadcast_to(right, (len(x), width))[..., None])[..., 0]
+    v = np.linalg.solve(
+        np.swapaxes(matrix, -1, -2), np.broadcast_to(left, (len(x), width))[..., None]
+    )[..., 0]
+    load = right_by - np.einsum("pqij,pj->pqi", by, y)
+    moved = np.linalg.solve(matrix[:, None], load[..., None])[..., 0]
+    value = y @ left
+    first = np.einsum("pi,pqi->pq", v, load) / value[:, None]
+    pulled = np.einsum("pi,pqij->pqj", v, by)
+    second = -np.einsum("paj,pbj->pab", pulled, moved)
+    second = second + np.swapaxes(second, -1, -2)
+    mixed = np.einsum("pi,pqij,pj->pq", v, twice, y)
+    second[:, :, -1] -= mixed
+    second[:, -1, :-1] -= mixed[:, :-1]
+    second = second / value[:, None, None] - first[:, :, None] * first[:, None, :]
+    first, second = 2.0 * first.real, 2.0 * second.real
+
+    level = 2.0 * np.log(np.abs(value)) + 2.0 * transfer.power * np.log(x)
+    first[:, -1] += 2.0 * transfer.power / x
+    second[:, -1, -1] -= 2.0 * transfer.power / x**2
+    if transfer.ground:
+        square = 1.0 + 4.0 * z1 * z1 * x * x
+        g, d = float(transfer.ground), 2 * count
+        level = level + g * np.log(square)
+        first[:, d] += g * 8.0 * z1 * x * x / square
+        first[:, -1] += g * 8.0 * z1 * z1 * x / square
+        second[:, d, d] += g * 8.0 * x * x * (2.0 - square) / square**2
+        second[:, -1, -1] += g * 8.0 * z1 * z1 * (2.0 - square) / square**2
+        second[:, d, -1] += g * 16.0 * z1 * x / square**2
+        second[:, -1, d] += g * 16.0 * z1 * x / square**2
+    if not follow:
+        return Slopes(level, first[:, :-1], second[:, :-1, :-1], second[:, -1, -1])
+    return _following(level, first, second)
+
+
+def _coordinates(parent: tuple[int, ...], locked: np.ndarray) -> np.ndarray:
+    """Displacements (n + 1, free) of all masses by those that are free of their support."""
+    free = np.flatnonzero(np.concatenate([[True], ~locked]))
+    unit = np.zeros((len(locked) + 1, len(free)))
+    unit[free, np.arange(len(free))] = 1.0
+    for i in np.flatnonzero(locked):
+        unit[i + 1] = unit[parent[i]]
+    return unit
+
+
+def _ends(
+    transfer: Transfer, absorber: int, inertia: np.ndarray, unit: np.ndarray, link: np.ndarray,
+    size: int,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:  # fmt: skip
+    """What is read (l), what drives (r), and the derivatives of r."""
+    by = np.zeros((size, unit.shape[1]))
+    left, right = unit[0], unit[0]
+    if transfer.motion == "ground":
+        right = inertia @ unit
+        by[-len(unit) : -1] = unit[1:]
+    elif transfer.motion == "relative":
+        left = link[absorber - 1]
+    elif transfer.motion == "secondary":
+        left = unit[absorber]
+    return left, right, by
+
+
+def _following(level: np.ndarray, first: np.ndarray, second: np.ndarray) -> Slopes:
+    """Let the frequency go to the top of the parabola."""
+    width, tilt, across = second[:, -1, -1], first[:, -1], second[:, :-1, -1]
+    return Slopes(
+        level - 0.5 * tilt**2 / width,
+        first[:, :-1] - across * (tilt / width)[:, None],
+        second[:, :-1, :-1] - across[:, :, None] * across[:, None, :] / width[:, None, None],
+        width,
+    )

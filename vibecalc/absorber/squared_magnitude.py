@@ -1,0 +1,431 @@
+"""|H|^2 above its floor without cancellation: values with derivatives, polynomials."""
+
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+
+from vibecalc.absorber.transfer import Absorber, Coupling, Transfer, coupling, transfer_of
+
+# ----------------------------------------------------------------------------
+# What is made small: |H|^2 above the floor that no absorber can lower, without cancellation.
+#
+# |H|^2 = f^2 + A / Q. f is the limit of |H| at x = 0 or at infinity where that is fixed by the
+# primary system, and zero elsewhere. Near f a difference of P and Q would lose all digits; A is
+# built from polynomials from which the common part has been taken away on paper.
+# ----------------------------------------------------------------------------
+
+#: most coefficients of a weight, a polynomial in u = x^2
+_TERMS = 6
+#: 1/sqrt 2 as a sum of two doubles
+_ROOT_HALF = (0.7071067811865476, -4.833646656726457e-17)
+
+
+class Measure(NamedTuple):
+    """A = -(motion |N1|^2 + mixed Re(N1 g*) + link |g|^2 + relative |m s^2|^2 + f^2 B).
+
+    `floor_squared` f^2 (...); the others (..., 6) are polynomials in u = x^2, lowest power first;
+    B is what the absorber adds to Q = |1 + 2 z1 s + s^2|^2 |N1|^2 + B.
+    """
+
+    floor_squared: np.ndarray
+    motion: np.ndarray
+    mixed: np.ndarray
+    link: np.ndarray
+    relative: np.ndarray
+
+
+def damping_excess(primary_damping: np.ndarray) -> np.ndarray:
+    """4 z1^2 - 2 to full relative precision, also beside its zero at z1 = 1 / sqrt 2."""
+    z = np.asarray(primary_damping, dtype=float)
+    away = (z - _ROOT_HALF[0]) - _ROOT_HALF[1]
+    return 4.0 * away * (z + _ROOT_HALF[0])
+
+
+def measure(parts: Coupling, transfer: Transfer, plain: bool = False) -> Measure:
+    """Weights of one response; `plain`: with the floor left at zero, A = P, for small |H|."""
+    z1, m = parts.primary_damping, parts.mass
+    c, q = damping_excess(z1), 4.0 * z1 * z1
+    one, zero = np.ones_like(z1), np.zeros_like(z1)
+    kind = (transfer.power, transfer.ground, transfer.motion)
+    bare = _gain(transfer, q)
+    empty = np.zeros_like(bare)
+    if transfer.motion == "secondary":
+        return Measure(zero, empty, empty, -bare, empty)
+    if transfer.motion == "relative":
+        return Measure(zero, empty, empty, empty, -bare)
+    if plain and transfer.motion == "primary":
+        return Measure(zero, -bare, empty, empty, empty)
+    undamped = (z1 == 0.0) & (not plain)
+    wide = undamped[..., None]
+    if transfer.motion == "ground":
+        # with z1 = 0: (1 - 2 u) |N1|^2 - 2 m u Re(N1 g*), and B leaves nothing else
+        special = _poly(one, -2.0 * one)
+        mixed = _poly(zero, -2.0 * m) - _times_u(_poly(-2.0 * m, 2.0 * m))
+        link = -_poly(zero, zero, m * m)
+        thin = m[..., None]
+        return Measure(
+            undamped.astype(float), np.where(wide, special, -bare),
+            np.where(wide, mixed, -2.0 * thin * bare), np.where(wide, link, -thin * thin * bare),
+            empty,
+        )  # fmt: skip
+    table = {
+        (0, 0, "primary"): (one, _poly(zero, c, one)),
+        (1, 0, "primary"): (zero, _poly(zero, -one)),
+        (2, 0, "primary"): (one, _poly(one, c)),
+        (0, 1, "primary"): (one, _poly(zero, -2.0 * one, one)),
+        (1, 1, "primary"): (q, _poly(q, q * c - 1.0)),
+    }
+    if kind == (2, 1, "primary"):  # grows without bound as soon as the primary is damped
+        floor = undamped.astype(float)
+        return Measure(floor, np.where(wide, _poly(one, c), -bare), empty, empty, empty)
+    floor, motion = table.get(kind, (zero, -bare))
+    return Measure(floor, motion, empty, empty, empty)
+
+
+def stiffness_weights(parts: Coupling) -> tuple[np.ndarray, ...]:
+    """Q = a |N1|^2 + B, B = b Re(N1 g*) + d S + e |g|^2: polynomials a, b, d, e (..., 6) in u."""
+    z1, m = parts.primary_damping, parts.mass
+    one, zero = np.ones_like(z1), np.zeros_like(z1)
+    return (
+        _poly(one, damping_excess(z1), one), _poly(zero, -2.0 * m, 2.0 * m),
+        _poly(zero, 4.0 * z1 * m), _poly(zero, zero, m * m),
+    )  # fmt: skip
+
+
+def _gain(transfer: Transfer, q: np.ndarray) -> np.ndarray:
+    """u^power (1 + q u)^ground."""
+    result = _poly(np.ones_like(q))
+    for _ in range(transfer.ground):
+        result = result + q[..., None] * _times_u(result)
+    for _ in range(transfer.power):
+        result = _times_u(result)
+    return result
+
+
+def _times_u(polynomial: np.ndarray) -> np.ndarray:
+    moved = np.zeros_like(polynomial)
+    moved[..., 1:] = polynomial[..., :-1]
+    return moved
+
+
+def _poly(*coefficients: np.ndarray) -> np.ndarray:
+    result = np.zeros((*np.shape(coefficients[0]), _TERMS))
+    for place, value in enumerate(coefficients):
+        result[..., place] = value
+    return result
+
+
+# ----------------------------------------------------------------------------
+# A and Q of |H|^2 = f^2 + A / Q at one frequency, with derivatives, free of cancellation.
+# ----------------------------------------------------------------------------
+
+#: order of the derivatives: value, u, uu, then g0, g1, u g0, u g1, g0 g0, g0 g1, g1 g1
+ALL = 10
+ALONG_U = 3
+
+
+class Forms(NamedTuple):
+    """|N1|^2, Re(N1 g*), the part of Im(N1 g*) that damping sees, |g|^2 and |m s^2|^2.
+
+    Each (slots, ...): derivatives in the order of `ALL`; all over u^shift.
+    """
+
+    motion: np.ndarray
+    mixed: np.ndarray
+    cross: np.ndarray
+    link: np.ndarray
+    relative: np.ndarray
+
+
+def forms(parts: Coupling, u: np.ndarray, slots: int = ALONG_U) -> Forms:
+    """The five forms at u = x^2; derivatives by g0 and g1 (slots = ALL) of a sprung damper only."""
+    g0, g1, own = parts.g0, parts.g1, parts.own
+    away = g0 - own * u  # kept as a difference: small where a light absorber is tuned
+    shape = np.shape(away)
+    motion, mixed, cross, link, relative = np.zeros((5, slots, *shape))
+    g1g1, ownown = g1 * g1, own * own
+    motion[0], motion[1], motion[2] = (
+        away * away + g1g1 * u, g1g1 - 2.0 * own * away, 2.0 * ownown,
+    )  # fmt: skip
+    mixed[0], mixed[1] = g0 * away + g1g1 * u, g1g1 - own * g0
+    cross[0], cross[1], cross[2] = g1 * own * u * u, 2.0 * g1 * own * u, 2.0 * g1 * own
+    link[0], link[1] = g0 * g0 + g1g1 * u, g1g1
+    relative[0], relative[1], relative[2] = ownown * u * u, 2.0 * ownown * u, 2.0 * ownown
+    if slots == ALL:
+        motion[3], motion[4], motion[5], motion[6] = 2.0 * away, 2.0 * g1 * u, -2.0 * own, 2.0 * g1
+        mixed[3], mixed[4], mixed[5], mixed[6] = g0 + away, 2.0 * g1 * u, -own, 2.0 * g1
+        link[3], link[4], link[6] = 2.0 * g0, 2.0 * g1 * u, 2.0 * g1
+        cross[4], cross[6] = own * u * u, 2.0 * own * u
+        for form in (motion, mixed, link):
+            form[7], form[9] = 2.0, 2.0 * u
+        return Forms(motion, mixed, cross, link, relative)
+    if not np.any(parts.shift):
+        return Forms(motion, mixed, cross, link, relative)
+    late, free = parts.shift == 1, parts.shift == 2
+    zero = np.zeros(shape)
+    for form, without_spring, alone in (
+        (motion, (g1g1 + ownown * u, ownown), ownown), (mixed, (g1g1, zero), zero),
+        (cross, (g1 * own * u, g1 * own), zero), (link, (g1g1, zero), zero),
+        (relative, (ownown * u, ownown), ownown),
+    ):  # fmt: skip
+        form[0] = np.where(free, alone, np.where(late, without_spring[0], form[0]))
+        form[1] = np.where(free, 0.0, np.where(late, without_spring[1], form[1]))
+        form[2] = np.where(free | late, 0.0, form[2])
+    return Forms(motion, mixed, cross, link, relative)
+
+
+class Excess(NamedTuple):
+    """A and Q (slots, ...) and the sums of magnitudes (...) behind their values."""
+
+    above: np.ndarray
+    below: np.ndarray
+    above_size: np.ndarray
+    below_size: np.ndarray
+
+
+def excess(parts: Coupling, weights: Measure, u: np.ndarray, slots: int = ALONG_U) -> Excess:
+    """A and Q of the measure at u; `parts` and `weights` broadcast against u."""
+    z1, m = parts.primary_damping, parts.mass
+    form = forms(parts, u, slots)
+    stiff = 1.0 - u
+    mixed = (-2.0 * m * u * stiff, -2.0 * m * (stiff - u), 4.0 * m)
+    cross = (4.0 * z1 * m * u, 4.0 * z1 * m, np.zeros_like(z1))
+    link = (m * m * u * u, 2.0 * m * m * u, 2.0 * m * m)
+    terms = [_times(mixed, form.mixed), _times(cross, form.cross), _times(link, form.link)]
+    absorbed = terms[0] + terms[1] + terms[2]
+    pieces = [
+        _times(_horner(weight, u), part)
+        for weight, part in (
+            (weights.motion, form.motion), (weights.mixed, form.mixed), (weights.link, form.link),
+            (weights.relative, form.relative),
+        )
+        if np.any(weight)
+    ] or [np.zeros(form.motion.shape)]  # fmt: skip
+    above = -(sum(pieces[1:], pieces[0]) + weights.floor_squared * absorbed)
+    # |N1|^2 and Re(N1 g*) are only as good as g0 - own u
+    blur = np.abs(parts.g0) + parts.own * np.abs(u)
+    lost = 1.0 + blur / np.maximum(np.sqrt(form.motion[0]), 1e-300)
+    other = np.abs(terms[0][0]) + np.abs(terms[1][0]) + np.abs(terms[2][0])
+    above_size = (sum(np.abs(p[0]) for p in pieces) + weights.floor_squared * other) * lost
+    below, below_size = _squared_stiffness(parts, u, slots)
+    return Excess(above, below, above_size, below_size)
+
+
+def _squared_stiffness(parts: Coupling, u: np.ndarray, slots: int) -> tuple[np.ndarray, np.ndarray]:
+    """Q = |D|^2 as a sum of two squares, so that nothing cancels on a sharp resonance."""
+    z1, m, g0, g1, own = parts.primary_damping, parts.mass, parts.g0, parts.g1, parts.own
+    stiff = 1.0 - u
+    real, imaginary = np.zeros((2, slots, *np.shape(g0 * stiff)))
+    away, both = g0 - own * u, stiff - m * u
+    c = 2.0 * z1
+    real[0] = stiff * away - c * g1 * u - m * u * g0
+    real[1], real[2] = -away - own * stiff - c * g1 - m * g0, 2.0 * own
+    imaginary[0], imaginary[1] = c * away + g1 * both, -c * own - g1 * (1.0 + m)
+    # magnitudes behind both, the distance 1 - u taken as exact
+    blur = np.abs(stiff) * (g0 + own * u) + c * g1 * u + m * u * g0
+    blur_imaginary = c * (g0 + own * u) + g1 * (np.abs(stiff) + m * u)
+    if slots == ALL:
+        real[3], real[4], real[5], real[6] = both, -c * u, -1.0 - m, -c
+        imaginary[3], imaginary[4], imaginary[6] = c, both, -1.0 - m
+    elif np.any(parts.shift):
+        late, free = parts.shift == 1, parts.shift == 2
+        for side, without_spring, alone in (
+            (real, (g1 * both - c * own * u, -g1 * (1.0 + m) - c * own), (own * stiff, -own)),
+            (imaginary, (own * stiff + c * g1, -own), (c * own, 0.0 * own)),
+        ):  # fmt: skip
+            for slot, (one, other) in enumerate(zip(without_spring, alone, strict=True)):
+                side[slot] = np.where(free, other, np.where(late, one, side[slot]))
+            side[2] = np.where(free | late, 0.0, side[2])
+        blur = np.where(late, g1 * (np.abs(stiff) + m * u) + c * own * u, blur)
+        blur_imaginary = np.where(late, own * np.abs(stiff) + c * g1, blur_imaginary)
+        blur = np.where(free, np.abs(real[0]), blur)
+        blur_imaginary = np.where(free, imaginary[0], blur_imaginary)
+    below = _square(real) + _times((u, 1.0, 0.0), _square(imaginary))
+    return below, 2.0 * (np.abs(real[0]) * blur + u * np.abs(imaginary[0]) * blur_imaginary)
+
+
+def _square(form: np.ndarray) -> np.ndarray:
+    """Square of a form in all slots."""
+    result: np.ndarray = 2.0 * form[0] * form
+    result[0] *= 0.5
+    result[2] += 2.0 * form[1] * form[1]
+    if form.shape[0] == ALL:
+        result[5] += 2.0 * form[1] * form[3]
+        result[6] += 2.0 * form[1] * form[4]
+        result[7] += 2.0 * form[3] * form[3]
+        result[8] += 2.0 * form[3] * form[4]
+        result[9] += 2.0 * form[4] * form[4]
+    return result
+
+
+def _times(weight: tuple[np.ndarray | float, ...], form: np.ndarray) -> np.ndarray:
+    """Product of a function of u alone, given with two derivatives, with a form in all slots."""
+    value, first, second = weight
+    result: np.ndarray = value * form
+    result[2] += second * form[0] + 2.0 * first * form[1]
+    result[1] += first * form[0]
+    if form.shape[0] == ALL:
+        result[5] += first * form[3]
+        result[6] += first * form[4]
+    return result
+
+
+def _horner(polynomial: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Value and two derivatives; trailing zeros of all polynomials are passed over."""
+    count = polynomial.shape[-1]
+    while count > 1 and not np.any(polynomial[..., count - 1]):
+        count -= 1
+    value = np.broadcast_to(polynomial[..., count - 1], np.shape(u)) + 0.0 * u
+    first = second = np.zeros_like(value)
+    for place in range(count - 2, -1, -1):
+        second = second * u + first
+        first = first * u + value
+        value = value * u + polynomial[..., place]
+    return value, first, 2.0 * second
+
+
+# ----------------------------------------------------------------------------
+# |H|^2 as a quotient of two polynomials in u = x^2, and where it is stationary.
+# ----------------------------------------------------------------------------
+
+_Row: TypeAlias = tuple[np.ndarray, np.ndarray, np.ndarray]
+
+
+class SquaredMagnitude(NamedTuple):
+    """|H|^2 = P(u) / Q(u) = f^2 + A(u) / Q(u).
+
+    `numerator` P, `denominator` Q and `excess` A (..., n): coefficients by rising power of u,
+    both over what a missing spring or a free secondary makes them share; `floor` f (...).
+    """
+
+    numerator: np.ndarray
+    denominator: np.ndarray
+    excess: np.ndarray
+    floor: np.ndarray
+
+
+def squared_magnitude(
+    absorber: Absorber, excitation: str = "force", response: str = "displacement"
+) -> SquaredMagnitude:
+    """Polynomials of one response, for any shape of ratios."""
+    parts = coupling(absorber)
+    weights = measure(parts, transfer_of(excitation, response))
+    above, below = excess_polynomials(parts, weights)
+    floor = weights.floor_squared[..., None]
+    size = max(above.shape[-1], below.shape[-1])
+    top = _widened(above, size) + floor * _widened(below, size)
+    return SquaredMagnitude(top, below, above, np.sqrt(weights.floor_squared))
+
+
+def excess_polynomials(parts: Coupling, weights: Measure) -> tuple[np.ndarray, np.ndarray]:
+    """A and Q (..., n) by rising power of u."""
+    motion, mixed, cross, link, relative = form_polynomials(parts)
+    own, b, d, e = stiffness_weights(parts)
+    absorbed = product(b, mixed) + product(d, cross) + product(e, link)
+    free = product(own, motion)
+    asked = (
+        product(weights.motion, motion) + product(weights.mixed, mixed)
+        + product(weights.link, link) + product(weights.relative, relative)
+    )  # fmt: skip
+    above = -(asked + weights.floor_squared[..., None] * absorbed)
+    return above, (free + absorbed)[..., :5]
+
+
+def form_polynomials(parts: Coupling) -> tuple[np.ndarray, ...]:
+    """The five forms of `excess.Forms` as polynomials (..., 3) in u, after the shift."""
+    g0, g1, own = parts.g0, parts.g1, parts.own
+    shift = parts.shift[..., None]
+    zero = np.zeros_like(own)
+    g0g0, g1g1, ownown = g0 * g0, g1 * g1, own * own
+
+    def chosen(whole: _Row, late: _Row, free: np.ndarray) -> np.ndarray:
+        stacked = [np.stack(rows, axis=-1) for rows in (whole, late, (free, zero, zero))]
+        return np.where(shift == 0, stacked[0], np.where(shift == 1, stacked[1], stacked[2]))
+
+    return (
+        chosen((g0g0, g1g1 - 2.0 * g0 * own, ownown), (g1g1, ownown, zero), ownown),
+        chosen((g0g0, g1g1 - own * g0, zero), (g1g1, zero, zero), zero),
+        chosen((zero, zero, g1 * own), (zero, g1 * own, zero), zero),
+        chosen((g0g0, g1g1, zero), (g1g1, zero, zero), zero),
+        chosen((zero, zero, ownown), (zero, ownown, zero), ownown),
+    )
+
+
+def stationarity(above: np.ndarray, below: np.ndarray) -> np.ndarray:
+    """A' Q - A Q' (..., n): its positive roots are the stationary frequencies squared."""
+    return _slope_products(above, below, False)
+
+
+def stationarity_size(above: np.ndarray, below: np.ndarray) -> np.ndarray:
+    """Sums of magnitudes (..., n) behind the coefficients of `stationarity`."""
+    return _slope_products(np.abs(above), np.abs(below), True)
+
+
+def _slope_products(above: np.ndarray, below: np.ndarray, summed: bool) -> np.ndarray:
+    size, other = above.shape[-1], below.shape[-1]
+    result = np.zeros((*np.broadcast_shapes(above.shape[:-1], below.shape[:-1]), size + other - 2))
+    powers = np.arange(other)
+    for i in range(size):
+        if np.any(above[..., i]):
+            less = i - powers
+            product = (np.abs(less) if summed else less) * above[..., i, None] * below
+            # the constants of both have no slope: without them all has one power less
+            result[..., max(i - 1, 0) : i + other - 1] += product[..., 1 if i == 0 else 0 :]
+    return result
+
+
+def product(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """Product of polynomials along the last axis."""
+    size = one.shape[-1] + other.shape[-1] - 1
+    result = np.zeros((*np.broadcast_shapes(one.shape[:-1], other.shape[:-1]), size))
+    for place in range(other.shape[-1]):
+        if np.any(other[..., place]):
+            result[..., place : place + one.shape[-1]] += other[..., place, None] * one
+    return result
+
+
+def positive_roots(polynomials: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Rows and values of the real positive roots of polynomials (rows, n), by rising power.
+
+    Eigenvalues of companion matrices after a scaling of the unknown; rows are grouped by how many
+    of their outermost coefficients are zero. A root counts as real when its imaginary part is
+    below 1e-5 of it: a close pair must not be lost, and the polish that follows sorts it out.
+    """
+    rows_found: list[np.ndarray] = []
+    roots_found: list[np.ndarray] = []
+    with np.errstate(divide="ignore", invalid="ignore"):
+        relative = np.abs(polynomials) / np.max(np.abs(polynomials), axis=-1, keepdims=True)
+    there = relative > 1e-280
+    width = polynomials.shape[-1]
+    low = np.argmax(there, axis=-1)
+    high = width - 1 - np.argmax(there[..., ::-1], axis=-1)
+    some = np.any(there, axis=-1) & (high > low)
+    code = np.where(some, low * width + high, -1)
+    for each in np.unique(code[some]):
+        rows = np.flatnonzero(code == each)
+        first, last = divmod(int(each), width)
+        piece = polynomials[rows, first : last + 1]
+        degree = last - first
+        scale = np.exp((np.log(np.abs(piece[:, 0])) - np.log(np.abs(piece[:, -1]))) / degree)
+        level = np.log(scale)[:, None] * np.arange(degree + 1)
+        with np.errstate(divide="ignore"):
+            logs = np.log(np.abs(piece)) + level
+        logs -= logs[:, -1:]
+        monic = np.sign(piece) * np.sign(piece[:, -1:]) * np.exp(np.minimum(logs, 650.0))
+        matrix = np.zeros((len(rows), degree, degree))
+        matrix[:, np.arange(1, degree), np.arange(degree - 1)] = 1.0
+        matrix[:, :, -1] = -monic[:, :-1]
+        roots = np.linalg.eigvals(matrix)
+        real = (roots.real > 0.0) & (np.abs(roots.imag) <= 1e-5 * np.abs(roots.real))
+        where, which = np.nonzero(real)
+        rows_found.append(rows[where])
+        roots_found.append(roots[where, which].real * scale[where])
+    if not rows_found:
+        return np.zeros(0, dtype=int), np.zeros(0)
+    return np.concatenate(rows_found), np.concatenate(roots_found)
+
+
+def _widened(polynomial: np.ndarray, size: int) -> np.ndarray:
+    result = np.zeros((*polynomial.shape[:-1], size))
+    result[..., : polynomial.shape[-1]] = polynomial
+    return result

@@ -1,0 +1,249 @@
+"""The stages of a machine of kind "absorber": tuning, response, parts to buy, pendulums."""
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from vibecalc.pipeline.stage_plan import StagePlan, below
+
+if TYPE_CHECKING:
+    from vibecalc.absorber.tables import Tuning
+    from vibecalc.case.schema import Case, Machine
+
+_NO_ORDERS = "none: over the frequency"
+#: responses to excitations that are 1 at rest, or at high frequency, whatever the absorber
+_OVER_ONE = (
+    ("force", "displacement"), ("force", "acceleration"), ("force", "transmitted_force"),
+    ("base", "displacement"), ("unbalance", "displacement"),
+)  # fmt: skip
+
+
+def plan_absorber(case: "Case") -> Iterator[StagePlan]:
+    """Tuning, the response with it or as given, its parts, pendulums; each where asked for."""
+    machine = case.machine
+    if machine.primary is not None:
+        if case.tuning is not None:
+            yield _tuning(case)
+        if case.response is not None and case.response.absorber is not None:
+            yield _response(case)
+        quantities = _hardware_quantities(case)
+        if quantities:
+            yield _hardware(quantities)
+    if machine.pendulum is not None:
+        yield _pendulum(case)
+
+
+def asked_of(case: "Case") -> tuple[str, str]:
+    """Excitation and response to draw: those said, else those of [tuning], else the usual ones."""
+    response = None if case.response is None else case.response.absorber
+    tuning = case.tuning
+    excitation = None if response is None else response.excitation
+    what = None if response is None else response.response
+    return (
+        excitation or (tuning.excitation if tuning is not None else "force"),
+        what or (tuning.response if tuning is not None else "displacement"),
+    )
+
+
+def is_over_one(options: "Tuning") -> bool:
+    """Whether the peak of a tuning has 1 as its floor: the response at rest, or far above."""
+    pair = options.excitation, options.response
+    return options.kind == "free" and options.norm == "h_infinity" and pair in _OVER_ONE
+
+
+def has_fixed_points(case: "Case") -> bool:
+    """Whether all curves of one absorber pass through points that its damping does not move."""
+    pair = asked_of(case)
+    of_primary = pair[1] in ("displacement", "velocity", "acceleration", "transmitted_force")
+    through = of_primary and pair != ("base", "transmitted_force")
+    return through and is_undamped(case.machine) and not case.machine.secondaries
+
+
+def is_undamped(machine: "Machine") -> bool:
+    """Whether the primary has no damping."""
+    primary = machine.primary
+    return primary is not None and not any(
+        (primary.damping_ratio, primary.damping, primary.linear_damping)
+    )
+
+
+def has_units(machine: "Machine") -> bool:
+    """Whether the primary has an inertia or a mass."""
+    primary = machine.primary
+    return primary is not None and (primary.inertia is not None or primary.mass is not None)
+
+
+def _tuning(case: "Case") -> StagePlan:
+    options, machine = case.tuning, case.machine
+    assert options is not None
+    several = bool(machine.secondaries)
+    least_squares = options.norm == "h2"
+    units = has_units(machine)
+    turning = units and machine.primary is not None and machine.primary.inertia is not None
+    sprung = options.kind in ("free", "undamped_spring")
+    there = {
+        "tuning/each/": several,
+        "tuning/each/torsional_": several and turning,
+        "tuning/each/linear_": several and units and not turning,
+        "tuning/each/frequency": several and units,
+        "tuning/travel": not several,
+        "tuning/mass_ratio": not several,
+        "tuning/stiffness_ratio": not several,
+        "tuning/secondary_damping": not several,
+        "tuning/own_damping": not several and options.kind == "free",
+        "tuning/helps": not several,
+        "tuning/without_spring": not several and options.kind == "free",
+        "tuning/threshold": not several and not least_squares,
+        "tuning/evaluations": not least_squares,
+        "tuning/mean_square": least_squares,
+        "tuning/active/": not least_squares,
+        "tuning/peak_less_one": not several and is_over_one(options),
+        "tuning/certificate": not least_squares and options.kind == "free",
+        "tuning/torsional_stiffness": not several and turning and sprung,
+        "tuning/torsional_damping": not several and turning,
+        "tuning/linear_stiffness": not several and units and not turning and sprung,
+        "tuning/linear_damping": not several and units and not turning,
+        "tuning/secondary_frequency": not several and units and sprung,
+        "tuning/method/": bool(options.compare),
+        "tuning/mistuning/": bool(options.mistuning),
+        "tuning/mistuning/worst": bool(options.mistuning) and not several,
+        "tuning/sensitivity/": options.sensitivity,
+        "tuning/unbounded/": options.bounds is not None and not several,
+        "tuning/bounds/": options.bounds is not None and not several,
+        "tuning/chart/": options.chart is not None,
+        "tuning/map/": not several and options.kind == "free" and not least_squares,
+    }
+    cost = "Newton's method, some tens of evaluations of a peak"
+    if several:
+        cost = "descents from many starts, then Newton's method"
+    elif options.chart is not None:
+        points = len(options.chart.primary_damping) * options.chart.mass_ratio.points
+        cost += f"; the same for {points} points of the chart at once"
+    return StagePlan(
+        stage="tuning",
+        adapter="vibecalc.absorber.adapters.tuning:run_absorber_tuning",
+        why=f'[tuning] is in the case, norm = "{options.norm}"',
+        parts=("primary", "secondaries" if several else "secondary"),
+        orders=_NO_ORDERS,
+        cost=cost,
+        quantities=_kept("tuning/", there),
+    )
+
+
+def _response(case: "Case") -> StagePlan:
+    several = bool(case.machine.secondaries)
+    response = case.response
+    assert response is not None and response.absorber is not None
+    there = {
+        "response/absorber/frequency": has_units(case.machine),
+        "response/absorber/fixed_point/": has_fixed_points(case),
+        "response/absorber/each/": several,
+        "response/absorber/relative_curve": not several,
+        "response/absorber/largest_travel": not several,
+        "response/absorber/antiresonance": not several,
+        "response/absorber/locked_frequency_ratio": not several,
+        "response/absorber/natural_frequency_ratio": not several,
+        "response/absorber/pole": not several,
+        "response/absorber/primary_frequency": has_units(case.machine),
+    }
+    return StagePlan(
+        stage="absorber",
+        adapter="vibecalc.absorber.adapters.response:run_absorber",
+        why="[response.absorber] is in the case",
+        parts=("primary", "secondaries" if several else "secondary"),
+        orders=_NO_ORDERS,
+        cost="one pass over the frequencies for each curve; peaks from a polynomial",
+        quantities=_kept("response/absorber/", there),
+        is_last=True,
+    )
+
+
+def _hardware_quantities(case: "Case") -> tuple[str, ...]:
+    machine = case.machine
+    tuned = case.tuning is not None
+    springs, gap = machine.springs, machine.gap
+    sprung = springs is not None and (springs.rate is not None or springs.wire_diameter is not None)
+    oiled = gap is not None and machine.oil is not None
+    oils = gap is not None and bool(machine.stock_oils or machine.oil_catalogue)
+    rates = springs is not None and bool(machine.stock_springs or machine.spring_catalogue)
+    viscous = case.tuning is not None and case.tuning.kind in ("viscous", "lanchester")
+    built = oiled and (sprung or viscous)
+    rod = machine.rod is not None and machine.rod.length is not None
+    bends = machine.flywheel is not None
+    by_peak = case.tuning is not None and case.tuning.norm == "h_infinity"
+    pairs = by_peak and oils and (rates or viscous)
+    moving = machine.primary is not None and machine.primary.mass is not None
+    dampers = bool(machine.stock_dampers)
+    damper_pairs = by_peak and moving and (dampers or rates)
+    warms = case.tuning is not None and case.tuning.temperatures is not None and (pairs or built)
+    there = {
+        "hardware/rod_stiffness": rod,
+        "hardware/ring": machine.ring is not None,
+        "hardware/primary_frequency": rod or springs is not None or gap is not None or dampers,
+        "hardware/built/stiffness_ratio": sprung,
+        "hardware/built/spring_rate": sprung,
+        "hardware/built/secondary_damping": oiled,
+        "hardware/built/peak": built,
+        "hardware/spring_rate": springs is not None and tuned and not viscous,
+        "hardware/clearance": gap is not None,
+        "hardware/gap/": gap is not None,
+        "hardware/dynamic_viscosity": gap is not None and tuned,
+        "hardware/spring/": rates,
+        "hardware/oil/": oils,
+        "hardware/oil/right_temperature": oils and tuned,
+        "hardware/pair/": pairs,
+        "hardware/buy/": pairs or damper_pairs,
+        "hardware/damper/": dampers,
+        "hardware/damper_pair/": damper_pairs,
+        "hardware/warming/": warms,
+        "hardware/warming/best": warms and not viscous,
+        "hardware/bending/": bends,
+        "hardware/bending/forward": bends and bool(machine.flywheel and machine.flywheel.spin),
+        "hardware/bending/backward": bends and bool(machine.flywheel and machine.flywheel.spin),
+    }
+    return _kept("hardware/", there)
+
+
+def _hardware(quantities: tuple[str, ...]) -> StagePlan:
+    return StagePlan(
+        stage="hardware",
+        adapter="vibecalc.absorber.adapters.hardware:run_absorber_parts",
+        why="the case has parts: rod, springs, ring, gap, oils or stock",
+        parts=("rod", "springs", "ring", "gap", "oil", "stock"),
+        orders=_NO_ORDERS,
+        cost="closed forms, and the peaks of every pair of stock parts",
+        quantities=quantities,
+        is_last=True,
+    )
+
+
+def _pendulum(case: "Case") -> StagePlan:
+    given = case.machine.pendulum
+    assert given is not None
+    driven = given.torque is not None
+    there = {
+        "pendulum/order_of_swing": given.swings is not None,
+        "pendulum/small/": driven,
+        "pendulum/response/": driven,
+        "pendulum/steady/": given.swings is not None and given.rotor_stiffness == 0.0,
+        "pendulum/jump/": given.path == "circular" and given.rotor_stiffness == 0.0,
+    }
+    return StagePlan(
+        stage="pendulum",
+        adapter="vibecalc.absorber.adapters.pendulum:run_absorber_pendulum",
+        why="[machine.pendulum] is in the case",
+        parts=("pendulum",),
+        orders=f"{given.order:g} of the speed of the rotor",
+        cost="closed forms; quadrature and Newton's method for each swing",
+        quantities=_kept("pendulum/", there),
+        is_last=True,
+    )
+
+
+def _kept(root: str, there: dict[str, bool]) -> tuple[str, ...]:
+    """Paths below `root`; of the beginnings that fit a path the longest decides."""
+    kept = []
+    for path in below(root):
+        fitting = [start for start in there if path.startswith(start)]
+        if not fitting or there[max(fitting, key=len)]:
+            kept.append(path)
+    return tuple(kept)

@@ -1,0 +1,485 @@
+"""Tables of a case with absorbers: primary system, absorbers, hardware, response, tuning."""
+
+from typing import Annotated, Literal
+
+from pydantic import ConfigDict, Field
+
+from vibecalc.case.fields import (
+    Angle,
+    AngularDamping,
+    AngularSpeed,
+    AngularStiffness,
+    Force,
+    Inertia,
+    Length,
+    Mass,
+    Moment,
+    Name,
+    Table,
+    Unit,
+)
+
+# ----------------------------------------------------------------------------
+# Kinds of field that only an absorber has: temperatures, viscosities, moduli, ratios.
+# ----------------------------------------------------------------------------
+
+#: K, of 0 degrees Celsius
+ICE = 273.15
+Temperature = Annotated[float, Field(gt=0), Unit("K")]
+LinearStiffness = Annotated[float, Unit("N/m")]
+LinearDamping = Annotated[float, Unit("N*s/m")]
+Modulus = Annotated[float, Field(gt=0), Unit("Pa")]
+KinematicViscosity = Annotated[float, Field(gt=0), Unit("m^2/s")]
+Density = Annotated[float, Field(gt=0), Unit("kg/m^3")]
+#: zero is a limit: no spring, no damper
+Share = Annotated[float, Field(ge=0), Unit("")]
+Positive = Annotated[float, Field(gt=0), Unit("")]
+PartNumber = Annotated[int, Field(strict=True, ge=0, le=10**9)]
+
+# ----------------------------------------------------------------------------
+# A primary system and the absorbers on it, in ratios or in units of their own.
+# ----------------------------------------------------------------------------
+
+
+class Primary(Table):
+    """What is to be kept still: ratios alone, or a system in torsion, or one in translation.
+
+    Every ratio is relative to it; without inertia or mass all results are ratios.
+    """
+
+    damping_ratio: Share | None = Field(
+        None, description="c1 / (2 sqrt(K1 J1)); default: 0, undamped"
+    )
+    inertia: Inertia | None = Field(None, gt=0, description="J1, in torsion")
+    stiffness: AngularStiffness | None = Field(
+        None, gt=0, description="K1 to the ground, in torsion; or [machine.rod] gives it"
+    )
+    damping: AngularDamping | None = Field(
+        None, ge=0, description="c1 to the ground, in torsion, instead of damping_ratio"
+    )
+    mass: Mass | None = Field(None, gt=0, description="in translation, instead of inertia")
+    linear_stiffness: LinearStiffness | None = Field(
+        None, gt=0, description="to the ground, in translation, instead of stiffness"
+    )
+    linear_damping: LinearDamping | None = Field(
+        None, ge=0, description="to the ground, in translation, instead of damping"
+    )
+
+
+class Secondary(Table):
+    """The absorber: its mass, and spring and damper unless [tuning] finds them."""
+
+    mass_ratio: Positive | None = Field(
+        None, description="J2 / J1, or the ratio of masses, instead of inertia or mass"
+    )
+    inertia: Inertia | None = Field(None, gt=0, description="J2, in torsion")
+    mass: Mass | None = Field(None, gt=0, description="in translation")
+    stiffness_ratio: Share | None = Field(
+        None, description="K2 / K1, instead of stiffness; 0: no spring, a pure viscous damper"
+    )
+    stiffness: AngularStiffness | None = Field(
+        None, ge=0, description="K2 to what carries it, in torsion"
+    )
+    linear_stiffness: LinearStiffness | None = Field(
+        None, ge=0, description="to what carries it, in translation"
+    )
+    damping_ratio: Share | None = Field(
+        None, description="c2 / (2 sqrt(K1 J1)): referred to the primary, not to its own frequency"
+    )
+    own_damping_ratio: Share | None = Field(
+        None,
+        description="c2 / (2 J2 w2) instead, on its own frequency; it needs a spring",
+    )
+    damping: AngularDamping | None = Field(
+        None, ge=0, description="c2, in torsion; a negative one would feed energy in"
+    )
+    linear_damping: LinearDamping | None = Field(None, ge=0, description="in translation")
+
+
+class NamedSecondary(Secondary):
+    """One of several absorbers, beside each other or one on another."""
+
+    name: Name = Field(description="label used in `on`, in tables and in `where`")
+    on: Name = Field("primary", description="what carries it: the primary, or another one by name")
+
+
+Secondaries = Annotated[tuple[NamedSecondary, ...], Field(max_length=8)]
+
+# ----------------------------------------------------------------------------
+# What an absorber is built of: rod, springs, ring, gap, oil; and what the stock has of them.
+# ----------------------------------------------------------------------------
+
+Expansion = Annotated[float, Field(ge=0, lt=0.01), Unit("1/K")]
+Temperatures = tuple[Temperature, Temperature]
+Viscosities = tuple[KinematicViscosity, KinematicViscosity]
+#: of the two viscosities that suppliers state
+STATED = (ICE + 40.0, ICE + 100.0)
+
+
+class Rod(Table):
+    """The round rod that is the primary's spring; with its supports, how it bends."""
+
+    diameter: Length = Field(gt=0, description="outer one")
+    bore: Length = Field(0.0, ge=0, description="inner diameter of a tube")
+    length: Length | None = Field(None, gt=0, description="that is twisted")
+    shear_modulus: Modulus | None = Field(
+        None, description="with length it gives the primary's stiffness"
+    )
+    total_length: Length | None = Field(
+        None, gt=0, description="from the first support to the free end, for bending"
+    )
+    span: Length | None = Field(None, gt=0, description="between the two supports, for bending")
+    elastic_modulus: Modulus | None = Field(None, description="for bending")
+    mass: Mass | None = Field(None, gt=0, description="of the total length, for bending")
+    density: Density | None = Field(None, description="instead of mass")
+
+
+class Flywheel(Table):
+    """The body on the free end of the rod, for its bending."""
+
+    mass: Mass = Field(gt=0, description="of all that is fixed there")
+    diametral_inertia: Inertia = Field(
+        0.0, ge=0, description="about a line across the rod, through the mass centre"
+    )
+    polar_inertia: Inertia = Field(0.0, ge=0, description="about the rod, for spin")
+    offset: Length = Field(
+        0.0, description="of the mass centre beyond the end of the rod; negative: back over it"
+    )
+    spin: AngularSpeed = Field(
+        0.0, ge=0, description="of a shaft that turns; 0 for a rod that only oscillates"
+    )
+    modes: Annotated[int, Field(strict=True, ge=1, le=6)] = Field(
+        2, description="bending modes to compute"
+    )
+
+
+class Springs(Table):
+    """Equal helical springs between primary and seismic mass.
+
+    With a rate, given or from the wire, they are the secondary's stiffness as built; without one
+    they are the places of springs whose rate [tuning] finds.
+    """
+
+    count: Annotated[int, Field(strict=True, ge=1, le=1000)] = Field(
+        description="springs that act together"
+    )
+    radius: Length | None = Field(
+        None, gt=0, description="from the axis to the hook on the mass, in torsion"
+    )
+    angle: Angle = Field(
+        0.0, gt=-1.5, lt=1.5, description="of each line against the tangent, or the motion"
+    )
+    rate: LinearStiffness | None = Field(None, gt=0, description="of each, or from the wire")
+    wire_diameter: Length | None = Field(None, gt=0, description="instead of rate")
+    coil_diameter: Length | None = Field(
+        None, gt=0, description="mean one, from centre to centre of the wire"
+    )
+    turns: Positive | None = Field(None, description="active ones")
+    shear_modulus: Modulus | None = Field(None, description="of the wire")
+    initial_tension: Force = Field(0.0, ge=0, description="with which the coils are wound")
+    allowed_stress: Modulus | None = Field(
+        None, description="in shear: it bounds the extension of the wire's spring"
+    )
+
+
+class Ring(Table):
+    """The seismic mass as a ring of rectangular section: it gives the secondary's inertia."""
+
+    outer_radius: Length = Field(gt=0, description="of the ring")
+    inner_radius: Length = Field(0.0, ge=0, description="0: a disc")
+    width: Length = Field(gt=0, description="along the axis")
+    density: Density = Field(description="of its material")
+
+
+class Gap(Table):
+    """The gaps full of oil around the seismic mass: its damping for a viscosity."""
+
+    outer_radius: Length = Field(gt=0, description="of the mass")
+    inner_radius: Length = Field(0.0, ge=0, description="0: a disc without a bore")
+    width: Length = Field(gt=0, description="of the mass at its rim, along the axis")
+    clearance: Length | None = Field(
+        None,
+        gt=0,
+        description="at rim and sides; default: 0.010 in (1 + sqrt(2 outer_radius / 10 in))",
+    )
+    side_clearance: Length | None = Field(None, gt=0, description="where the sides have their own")
+    bore_clearance: Length | None = Field(
+        None, gt=0, description="of a film in the bore; default: there is none"
+    )
+    temperature: Temperature | None = Field(
+        None, description="of the oil while it runs, '60 degC' or in K; oils need it"
+    )
+
+
+class Oil(Table):
+    """A liquid by two points of its viscosity line (ASTM D341) and its density."""
+
+    viscosities: Viscosities = Field(description="kinematic, at the two temperatures")
+    temperatures: Temperatures = Field(
+        STATED, description="'40 degC' and '100 degC' if not said, otherwise so or in K"
+    )
+    density: Density = Field(description="at 15 degC")
+    expansion: Expansion | None = Field(
+        None, description="change of volume; default: that of mineral oils, from the density"
+    )
+
+
+class StockSpring(Table):
+    """A spring that can be bought."""
+
+    name: Name = Field(description="label used in tables and in `where`")
+    rate: LinearStiffness = Field(gt=0, description="of one spring")
+
+
+class StockOil(Oil):
+    """An oil that can be bought."""
+
+    name: Name = Field(description="label used in tables and in `where`")
+
+
+class StockDamper(Table):
+    """A damper that can be bought, for an absorber that moves in a line."""
+
+    name: Name = Field(description="label used in tables and in `where`")
+    linear_damping: LinearDamping = Field(gt=0, description="of one damper")
+    count: Annotated[int, Field(strict=True, ge=1, le=1000)] = Field(
+        1, description="dampers that act together"
+    )
+
+
+class SpringCatalogue(Table):
+    """Springs that can be bought, one in each row."""
+
+    part: tuple[PartNumber, ...] = Field(min_length=1, max_length=2000, description="its number")
+    rate: tuple[LinearStiffness, ...] = Field(
+        min_length=1, max_length=2000, description="of one spring"
+    )
+
+
+class OilCatalogue(Table):
+    """Oils that can be bought, one in each row."""
+
+    part: tuple[PartNumber, ...] = Field(
+        min_length=1, max_length=2000, description="its number or grade"
+    )
+    viscosity_40: tuple[KinematicViscosity, ...] = Field(
+        min_length=1, max_length=2000, description="at 40 degC"
+    )
+    viscosity_100: tuple[KinematicViscosity, ...] = Field(
+        min_length=1, max_length=2000, description="at 100 degC"
+    )
+    density: tuple[Density, ...] = Field(min_length=1, max_length=2000, description="at 15 degC")
+
+
+StockSprings = Annotated[tuple[StockSpring, ...], Field(max_length=200)]
+StockDampers = Annotated[tuple[StockDamper, ...], Field(max_length=200)]
+StockOils = Annotated[tuple[StockOil, ...], Field(max_length=200)]
+
+# ----------------------------------------------------------------------------
+# A pendulum in the centrifugal field of a rotor, as a case gives it.
+# ----------------------------------------------------------------------------
+
+
+class Swings(Table):
+    """Angles of swing up to which the order is followed."""
+
+    to: Angle = Field(gt=0, description="largest angle by which the tangent turns")
+    points: Annotated[int, Field(strict=True, ge=2, le=2000)] = Field(
+        41, description="from zero on"
+    )
+
+
+class Rollers(Table):
+    """Two equal rollers in equal cutouts that carry the mass: a bifilar mount."""
+
+    mass: Mass = Field(gt=0, description="of all rollers of one pendulum")
+    distance: Length = Field(
+        gt=0, description="mean, from the axis to their centres across the vertex"
+    )
+    diameter: Length = Field(gt=0, description="of a roller")
+    inertia: Inertia | None = Field(
+        None, ge=0, description="of all about their own axes; default: solid ones"
+    )
+
+
+class Pendulum(Table):
+    """Equal pendulums on a rotor that follow one order of its speed."""
+
+    order: Positive = Field(description="of the excitation that they have to follow")
+    mass: Mass = Field(gt=0, description="of one pendulum, without its rollers")
+    count: Annotated[int, Field(strict=True, ge=1, le=1000)] = Field(
+        1, description="pendulums that swing together"
+    )
+    vertex_distance: Length | None = Field(
+        None, gt=0, description="from the axis to the mass centre at rest"
+    )
+    arm_radius: Length | None = Field(
+        None, gt=0, description="from the axis to the centre of the path, instead"
+    )
+    path: Literal["circular", "cycloidal", "epicycloidal"] = Field(
+        "circular", description="of the mass centre; an epicycloid keeps its order"
+    )
+    path_radius: Length | None = Field(
+        None, gt=0, description="of curvature at the vertex; default: as the order wants it"
+    )
+    swing_inertia: Inertia = Field(
+        0.0, ge=0, description="of one mass about its centre, where it turns with an arm"
+    )
+    rollers: Rollers | None = Field(None, description="of one pendulum; default: a point on an arm")
+    damping_ratio: Share = Field(0.0, description="of small swings, on their own frequency")
+    rotor_inertia: Inertia = Field(gt=0, description="of all that turns, without pendulums")
+    rotor_stiffness: AngularStiffness = Field(
+        0.0, ge=0, description="that holds the rotor against its mean turning; 0: none"
+    )
+    speed: AngularSpeed = Field(gt=0, description="mean speed of the rotor")
+    torque: Moment | None = Field(
+        None, gt=0, description="amplitude of the exciting torque: how far it swings"
+    )
+    swings: Swings | None = Field(None, description="detuning with the angle of swing")
+
+
+# ----------------------------------------------------------------------------
+# What is asked of an absorber: its response, and the tuning that keeps it small.
+# ----------------------------------------------------------------------------
+
+AbsorberExcitation = Literal["force", "base", "unbalance"]
+TunedResponse = Literal["displacement", "velocity", "acceleration", "transmitted_force"]
+AnyResponse = Literal[
+    "displacement",
+    "velocity",
+    "acceleration",
+    "transmitted_force",
+    "secondary_displacement",
+    "relative_displacement",
+]
+TuningMethod = Literal["den_hartog", "nishihara_asami", "warburton", "numerical"]
+Shares = Annotated[tuple[Share, ...], Field(max_length=64)]
+#: of a number that a part may be off by
+Fraction = Annotated[float, Field(gt=0, lt=1), Unit("")]
+Positives = Annotated[tuple[Positive, ...], Field(max_length=64)]
+Points = Annotated[int, Field(strict=True, ge=2, le=20_000)]
+
+
+class Range(Table):
+    """Numbers from one to another."""
+
+    model_config = ConfigDict(validate_by_alias=True, validate_by_name=False)
+
+
+class FrequencyRatios(Range):
+    """Frequencies over the primary's own."""
+
+    start: Share = Field(0.0, alias="from", description="lowest")
+    stop: Positive = Field(alias="to", description="highest")
+    points: Points = Field(401, description="evenly spread, both ends included")
+
+
+class Frequencies(Range):
+    """Frequencies of the excitation."""
+
+    start: AngularSpeed = Field(0.0, alias="from", ge=0, description="lowest")
+    stop: AngularSpeed = Field(alias="to", gt=0, description="highest")
+    points: Points = Field(401, description="evenly spread, both ends included")
+
+
+class MassRatios(Range):
+    """Mass ratios of a chart."""
+
+    start: Positive = Field(alias="from", description="lowest")
+    stop: Positive = Field(alias="to", description="highest")
+    points: Annotated[int, Field(strict=True, ge=2, le=2000)] = Field(
+        41, description="both ends included"
+    )
+    spacing: Literal["linear", "logarithmic"] = Field("linear", description="between them")
+
+
+class TemperatureRange(Range):
+    """Temperatures of the oil."""
+
+    start: Temperature = Field(alias="from", description="lowest, '20 degC' or in K")
+    stop: Temperature = Field(alias="to", description="highest")
+    points: Annotated[int, Field(strict=True, ge=2, le=2000)] = Field(
+        41, description="evenly spread, both ends included"
+    )
+
+
+class Vary(Table):
+    """One ratio to draw a family of curves for; the others stay."""
+
+    primary_damping: Shares = Field((), description="c1 / (2 sqrt(K1 J1))")
+    mass_ratio: Positives = Field((), description="J2 / J1")
+    stiffness_ratio: Shares = Field((), description="K2 / K1")
+    secondary_damping: Shares = Field((), description="c2 / (2 sqrt(K1 J1))")
+    own_damping: Shares = Field((), description="c2 / (2 J2 w2), on the secondary's own frequency")
+
+
+class AbsorberResponse(Table):
+    """Curves over the frequency, peaks, fixed points, poles of primary and secondary."""
+
+    excitation: AbsorberExcitation | None = Field(
+        None, description="what drives the primary; default: that of [tuning], or force"
+    )
+    response: AnyResponse | None = Field(
+        None, description="what is read; default: that of [tuning], or displacement"
+    )
+    frequency_ratios: FrequencyRatios | None = Field(
+        None, description="over the primary's own frequency; default: 0 to 2"
+    )
+    frequencies: Frequencies | None = Field(
+        None, description="instead, of a primary with inertia or mass"
+    )
+    vary: Vary | None = Field(None, description="a family of curves")
+    limits: bool = Field(
+        False, strict=True, description="also the curves with the secondary locked and free"
+    )
+
+
+class Bounds(Table):
+    """What a tuning has to keep."""
+
+    stiffness_ratio: tuple[Share, Share] | None = Field(None, description="from and to")
+    damping_ratio: tuple[Share, Share] | None = Field(
+        None, description="from and to, of the secondary, referred to the primary"
+    )
+    travel: Positive | None = Field(
+        None, description="largest motion of the secondary against the primary, over T0 / K1"
+    )
+
+
+class Chart(Table):
+    """Tunings over the mass ratio, for a family of primary dampings."""
+
+    primary_damping: Annotated[tuple[Share, ...], Field(min_length=1, max_length=64)] = Field(
+        description="c1 / (2 sqrt(K1 J1)), one curve for each"
+    )
+    mass_ratio: MassRatios = Field(description="range of the chart")
+
+
+class Tuning(Table):
+    """The spring and the damper that make the response of the primary smallest."""
+
+    norm: Literal["h_infinity", "h2"] = Field(
+        "h_infinity", description="the largest amplitude over all frequencies, or the mean square"
+    )
+    excitation: AbsorberExcitation = Field("force", description="what drives the primary")
+    response: TunedResponse = Field("displacement", description="of the primary, to be kept small")
+    kind: Literal["free", "viscous", "undamped_spring", "lanchester"] = Field(
+        "free",
+        description="both found, no spring, no damper, or the damper for an undamped primary",
+    )
+    compare: Annotated[tuple[TuningMethod, ...], Field(max_length=8)] = Field(
+        (), description="closed forms and a search to show beside it"
+    )
+    bounds: Bounds | None = Field(
+        None, description="what has to be kept: the tuning found is the best that keeps it"
+    )
+    mistuning: Annotated[tuple[Fraction, ...], Field(max_length=16)] = Field(
+        (), description="errors of spring and damper whose loss is told, as 0.05 or '5 %'"
+    )
+    sensitivity: bool = Field(
+        False, strict=True, description="also how the optimum moves with the given ratios"
+    )
+    temperatures: TemperatureRange | None = Field(
+        None, description="also what the tuning becomes as the oil warms"
+    )
+    chart: Chart | None = Field(None, description="also tunings over the mass ratio")

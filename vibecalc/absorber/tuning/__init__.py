@@ -1,0 +1,1 @@
+"""The stiffness and damping that make the response of a primary system smallest."""

@@ -1,0 +1,295 @@
+"""Minimax tuning where spring or damper is given, or both come from stock."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from vibecalc.absorber.peaks import maxima, near_poles, peaks
+from vibecalc.absorber.squared_magnitude import ALL, Measure, excess, measure
+from vibecalc.absorber.transfer import Absorber, Coupling, Transfer, coupling, transfer_of
+from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.rounding import UNIT_ROUNDOFF
+
+# ----------------------------------------------------------------------------
+# Tunings with one of spring and damper given: viscous damper, undamped spring, stock parts.
+# ----------------------------------------------------------------------------
+
+#: range of ln (free ratio / m) searched, wide enough for both limits to be felt
+_REACH = (-30.0, 12.0)
+#: places looked at first, closer together where absorbers are tuned
+_LOOK = np.unique(np.concatenate([np.linspace(*_REACH, 15), np.linspace(-4.0, 2.0, 19)]))
+#: halvings that leave the rest to Newton's method
+_HALVINGS = 22
+
+
+class Restricted(NamedTuple):
+    """Best tunings (...) along one line, sup |H| there and errors of both.
+
+    `value` of the free ratio; `held_by` the number of active peaks: 1 where one peak is stationary
+    in the free ratio, 2 where two peaks are equal, 0 where the best is a limit: then `value` is
+    zero or infinite. Where the floor is reached, `value` is one of many.
+    """
+
+    value: np.ndarray
+    largest: np.ndarray
+    value_error: np.ndarray
+    largest_error: np.ndarray
+    held_by: np.ndarray
+    evaluations: np.ndarray
+
+
+def pure_viscous(
+    primary_damping: ArrayLike, mass_ratio: ArrayLike, excitation: str = "force",
+    response: str = "displacement",
+) -> Restricted:  # fmt: skip
+    """Best z2 of a damper without a spring (type B of Baca Vasquez, 2007; Houdaille)."""
+    return given_stiffness(primary_damping, mass_ratio, 0.0, excitation, response)
+
+
+def undamped_spring(
+    primary_damping: ArrayLike, mass_ratio: ArrayLike, excitation: str = "force",
+    response: str = "displacement",
+) -> Restricted:  # fmt: skip
+    """Best k of a secondary without damping. Raises NumericalFailure for an undamped primary."""
+    if np.any(np.asarray(primary_damping) == 0.0):
+        raise NumericalFailure("without any damping the response is infinite whatever the spring")
+    return given_damping(primary_damping, mass_ratio, 0.0, excitation, response)
+
+
+def given_stiffness(
+    primary_damping: ArrayLike, mass_ratio: ArrayLike, stiffness_ratio: ArrayLike,
+    excitation: str = "force", response: str = "displacement",
+) -> Restricted:  # fmt: skip
+    """Best z2 for a given k >= 0."""
+    transfer = _known(excitation, response)
+    z1, m, k = _checked(primary_damping, mass_ratio, stiffness_ratio)
+    return _along(z1, m, k, True, transfer, (excitation, response))
+
+
+def given_damping(
+    primary_damping: ArrayLike, mass_ratio: ArrayLike, secondary_damping: ArrayLike,
+    excitation: str = "force", response: str = "displacement",
+) -> Restricted:  # fmt: skip
+    """Best k for a given z2 >= 0."""
+    transfer = _known(excitation, response)
+    z1, m, z2 = _checked(primary_damping, mass_ratio, secondary_damping)
+    return _along(z1, m, z2, False, transfer, (excitation, response))
+
+
+def _known(excitation: str, response: str) -> Transfer:
+    transfer = transfer_of(excitation, response)
+    if transfer.motion not in ("primary", "ground"):
+        raise NumericalFailure(f"no tuning makes {response} least: it vanishes with the absorber")
+    return transfer
+
+
+def _checked(*ratios: ArrayLike) -> tuple[np.ndarray, ...]:
+    z1, m, given = np.broadcast_arrays(*(np.asarray(r, dtype=float) for r in ratios))
+    if not np.all((m > 0.0) & np.isfinite(m) & (z1 >= 0.0) & np.isfinite(z1)):
+        raise NumericalFailure("a tuning needs 0 < mass ratio < infinity and 0 <= primary damping")
+    if not np.all((given >= 0.0) & np.isfinite(given)):
+        raise NumericalFailure("the given ratio must be zero or above, and finite")
+    return np.array(z1), np.array(m), np.array(given)
+
+
+def _along(
+    z1: np.ndarray, m: np.ndarray, given: np.ndarray, damping_free: bool, transfer: Transfer,
+    asked: tuple[str, str],
+) -> Restricted:  # fmt: skip
+    """Halve the interval by the sign of the slope of the highest peak, then Newton's method."""
+    shape = m.shape
+    z1, m, given = (a.reshape(-1) for a in (z1, m, given))
+    count = len(m)
+
+    def top(logs: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        return _top(z1, m, given, logs, damping_free, transfer)
+
+    # the largest peak may have humps far from tune: look once at the whole range
+    look = _LOOK
+    if not damping_free and np.any(given == 0.0):
+        # the peak that a very soft spring without damper adds is too sharp to be seen
+        look = look[look >= -9.0]
+    many = len(look)
+    places = (np.log(m) + look[:, None]).reshape(-1)
+    levels = _top(
+        np.tile(z1, many), np.tile(m, many), np.tile(given, many), places, damping_free, transfer
+    )[1][0].reshape(many, count)
+    # without a damped primary there always is a peak: one that is not seen is too high
+    levels = np.where((levels == -np.inf) & (z1 == 0.0), np.inf, levels)
+    best = np.argmin(levels, axis=0)
+    low = np.log(m) + look[np.maximum(best - 1, 0)]
+    high = np.log(m) + look[np.minimum(best + 1, len(look) - 1)]
+    rises = best < len(look) - 1
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        y, level, slope = top(middle)
+        up = (slope > 0.0) | (level[0] <= 0.0)
+        high, low = np.where(up, middle, high), np.where(up, low, middle)
+    middle = 0.5 * (low + high)
+    y, level, _ = top(middle)
+    middle, y, held = _finish(z1, m, given, middle, y, level, damping_free, transfer)
+    free = np.exp(middle)
+    # a level that falls to the far end of the range has its least in that limit
+    free = np.where(~rises & (middle - np.log(m) > _REACH[1] - 1.0), np.inf, free)
+    k, z2 = (given, free) if damping_free else (free, given)
+    # nothing at all can be better than any of it: a light spring without a damper is worse
+    none = (given, np.zeros(count)) if damping_free else (np.zeros(count), given)
+    bare = peaks(Absorber(z1, m, *none), *asked).largest
+    free = np.where(bare <= peaks(Absorber(z1, m, k, z2), *asked).largest, 0.0, free)
+    inside = np.isfinite(free) & (free > 0.0)
+    k, z2 = (given, free) if damping_free else (free, given)
+    there = peaks(Absorber(z1, m, k, z2), *asked)
+    slack = np.where(inside & (held == 2), there.largest * (1.0 + there.largest), there.largest)
+    error = there.largest_error + 16.0 * UNIT_ROUNDOFF * np.where(np.isfinite(slack), slack, 0.0)
+    # where two peaks are equal their difference has their rounding, over a slope of order one
+    steep = np.where(held == 2, there.largest, 0.0)
+    wrong = np.where(inside, free * 64.0 * UNIT_ROUNDOFF * (1.0 + steep), 0.0)
+    held = np.where(inside, held, 0)
+    used = np.full(count, _HALVINGS + len(_LOOK) + 8)
+    columns = (free, there.largest, wrong, error, held, used)
+    return Restricted(*(np.reshape(a, shape) for a in columns))
+
+
+def _top(
+    z1: np.ndarray, m: np.ndarray, given: np.ndarray, logs: np.ndarray, damping_free: bool,
+    transfer: Transfer,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:  # fmt: skip
+    """ln u (2, n) and excess (2, n) of the two highest peaks, and the slope of the highest."""
+    free = np.exp(logs)
+    k, z2 = (given, free) if damping_free else (free, given)
+    own = coupling(Absorber(z1, m, k, z2))
+    rows, u, value, _ = maxima(own, measure(own, transfer), near_poles(own))
+    y, level = np.zeros((2, len(m))), np.full((2, len(m)), -np.inf)
+    order = np.lexsort((-value, rows))
+    rank = np.arange(len(rows)) - np.searchsorted(rows[order], rows[order])
+    for i in range(2):
+        pick = order[rank == i]
+        y[i, rows[pick]], level[i, rows[pick]] = np.log(u[pick]), value[pick]
+    return y, level, _slope(z1, m, given, logs, y, damping_free, transfer)[1][0]
+
+
+def _slope(
+    z1: np.ndarray, m: np.ndarray, given: np.ndarray, logs: np.ndarray, y: np.ndarray,
+    damping_free: bool, transfer: Transfer,
+) -> tuple[np.ndarray, ...]:  # fmt: skip
+    """Of w = ln (excess) at y (2, n): value, slopes by the free logarithm and by y, bends."""
+    free = np.exp(logs)
+    k, z2 = (given, free) if damping_free else (free, given)
+    own = Coupling(z1, m, m, k, 2.0 * z2, np.zeros(len(m), dtype=int))
+    weights: Measure = measure(own, transfer)
+    u = np.exp(y)
+    with np.errstate(all="ignore"):
+        seen = excess(own, weights, u, ALL)
+        first, mixed, second = (4, 6, 9) if damping_free else (3, 5, 7)
+        ratio = 2.0 * free if damping_free else free
+        a, q = (side / side[0] for side in (seen.above, seen.below))
+        slope = (a[first] - q[first]) * ratio
+        along = (a[1] - q[1]) * u
+        yy = (a[2] - a[1] ** 2 - q[2] + q[1] ** 2) * u * u + along
+        yp = (a[mixed] - a[1] * a[first] - q[mixed] + q[1] * q[first]) * u * ratio
+        pp = (a[second] - a[first] ** 2 - q[second] + q[first] ** 2) * ratio**2 + slope
+        level = np.log(seen.above[0] / seen.below[0])
+    return level, slope, along, yy, yp, pp
+
+
+def _finish(
+    z1: np.ndarray, m: np.ndarray, given: np.ndarray, logs: np.ndarray, y: np.ndarray,
+    level: np.ndarray, damping_free: bool, transfer: Transfer,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:  # fmt: skip
+    """Newton on equal peaks where two are level, on a stationary peak elsewhere."""
+    with np.errstate(all="ignore"):
+        two = (level[1] > 0.0) & (level[1] / level[0] > 1.0 - 1e-3)
+        slopes = _slope(z1, m, given, logs, y, damping_free, transfer)[1]
+        two &= slopes[0] * slopes[1] < 0.0
+        for _ in range(6):
+            w, slope, along, yy, yp, pp = _slope(z1, m, given, logs, y, damping_free, transfer)
+            flat = slope - yp * along / yy
+            height = w - 0.5 * along**2 / yy
+            bend = pp - yp**2 / yy
+            equal = -(height[0] - height[1]) / (flat[0] - flat[1])
+            smooth = -flat[0] / bend[0]
+            step = np.where(two, equal, smooth)
+            step = np.where(np.isfinite(step) & (np.abs(step) < 1e-2), step, 0.0)
+            shift = -(along + yp * step) / yy
+            y = y + np.where(np.isfinite(shift) & (np.abs(shift) < 0.1), shift, 0.0)
+            logs = logs + step
+    return logs, y, np.where(two, 2, 1)
+
+
+# ----------------------------------------------------------------------------
+# The best of the springs and oils that are to be had, against the best there could be.
+# ----------------------------------------------------------------------------
+
+#: a part that exceeds a bound by less than this share keeps it
+_KEPT = 1e-9
+
+
+class StockChoice(NamedTuple):
+    """Every pair of spring (s,) and oil (o,), and the best of them.
+
+    `peak` (s, o) of |H| with absolute `error`, `travel` (s, o) of the spring, `allowed` (s, o)
+    within the bounds. `spring`, `oil`: places of the best pair; `order` (p, 2): all allowed
+    pairs by rising peak. `penalty` (s, o) = peak / free_peak - 1 against the given `free_peak`.
+    `unsure`: the best two differ by less than their errors.
+    """
+
+    peak: np.ndarray
+    error: np.ndarray
+    travel: np.ndarray
+    allowed: np.ndarray
+    penalty: np.ndarray
+    spring: int
+    oil: int
+    order: np.ndarray
+    unsure: bool
+
+
+def stock_choice(
+    primary_damping: float, mass_ratio: float, stiffness_ratios: ArrayLike, dampings: ArrayLike,
+    free_peak: float, excitation: str = "force", response: str = "displacement", *,
+    stiffness: tuple[float, float] = (0.0, np.inf), damping: tuple[float, float] = (0.0, np.inf),
+    travel: float = np.inf,
+) -> StockChoice:  # fmt: skip
+    """Compare all pairs of stock springs k (s,) and oils z2 (o,) by the largest |H|.
+
+    `dampings` may be (s, o) where an oil's damping depends on the spring beside it. `free_peak` is
+    the peak of the free optimum. Raises NumericalFailure where no pair has a finite peak within
+    the limit of travel.
+    """
+    k = np.asarray(stiffness_ratios, dtype=float)
+    z = np.broadcast_to(np.asarray(dampings, dtype=float), (len(k), np.shape(dampings)[-1]))
+    absorber = Absorber(primary_damping, mass_ratio, k[:, None], z)
+    found = peaks(absorber, excitation, response)
+    moved = peaks(absorber, excitation, "relative_displacement").largest
+    held = [
+        (ratio >= low * (1.0 - _KEPT)) & (ratio <= high * (1.0 + _KEPT))
+        for ratio, (low, high) in ((k[:, None], stiffness), (z, damping))
+    ]
+    inside = (moved <= travel * (1.0 + _KEPT)) & np.isfinite(found.largest)
+    allowed = inside & held[0] & held[1]
+    if not np.any(allowed) and np.any(inside):
+        raise NumericalFailure(
+            f"none of the {allowed.size} pairs of spring and damper keeps the bounds of stiffness "
+            "and damping"
+        )
+    if not np.any(allowed):
+        raise NumericalFailure(
+            f"none of the {allowed.size} pairs in stock has a finite peak with a spring "
+            f"travel of at most {travel:.6g}; the least travel is {float(np.min(moved)):.6g}"
+        )
+    height = np.where(allowed, found.largest, np.inf)
+    ranking = np.argsort(height, axis=None, kind="stable")[: int(np.sum(allowed))]
+    order = np.stack(np.unravel_index(ranking, height.shape), axis=-1)
+    spring, oil = (int(place) for place in order[0])
+    unsure = False
+    if len(order) > 1:
+        first, second = tuple(order[0]), tuple(order[1])
+        unsure = bool(
+            height[second] - height[first]
+            <= found.largest_error[first] + found.largest_error[second]
+        )
+    return StockChoice(
+        found.largest, found.largest_error, moved, allowed, found.largest / free_peak - 1.0,
+        spring, oil, order, unsure,
+    )  # fmt: skip

@@ -1,0 +1,295 @@
+"""Adapter: pistons, turning weights, skewed conductors to forces and couples on the body."""
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from vibecalc.excitation.axial_force import axial_force
+from vibecalc.excitation.balance import balance_columns, residual
+from vibecalc.excitation.crank_forces import Turning, crank_forces, turning_forces
+from vibecalc.excitation.inertia_forces import Excitation, at_speed, size_of_terms
+from vibecalc.kinematics.adapter import PistonMotion
+from vibecalc.numerics.cycle_peak import cycle_peak
+from vibecalc.numerics.rounding import EPSILON, WithError
+from vibecalc.parts.crank_train import CrankTrain, RotatingMasses
+from vibecalc.parts.firing import shakes_with_torque
+from vibecalc.pipeline.catalogue import CATALOGUE
+from vibecalc.pipeline.scene import Scene
+
+if TYPE_CHECKING:
+    from vibecalc.case.schema import Machine
+    from vibecalc.parts import tables as parts
+
+# ----------------------------------------------------------------------------
+# Adapter: a crank train, what turns and a rod's moment to the forces of one way of running it.
+# ----------------------------------------------------------------------------
+
+
+def train_excitation(
+    train: CrankTrain,
+    rotating: RotatingMasses,
+    motion: PistonMotion,
+    machine: "Machine",
+    with_torque: bool = False,
+) -> Excitation:
+    """Forces and couples of orders 1 .. n; `train` holds the masses that move.
+
+    `with_torque`: the body bears minus the torque of the masses.
+    """
+    rod, rotor = machine.crank_train.rod, machine.rotor
+    own = rod is not None and rod.inertia is not None
+    return crank_forces(
+        train,
+        motion,
+        train.origin,
+        turning=_turning(rotating) if rotating.names else None,
+        rod_difference=rod_difference(train, rod) if rod is not None and own else None,
+        with_torque=with_torque,
+        rotor_inertia=None if rotor is None else rotor.inertia,
+    )
+
+
+def rotating_part(train: CrankTrain, rotating: RotatingMasses, highest: int) -> Excitation:
+    """Forces and couples of what turns, orders 1 .. highest."""
+    return turning_forces(train, _turning(rotating), train.origin, highest)
+
+
+def _turning(rotating: RotatingMasses) -> Turning:
+    return Turning(rotating.unbalance, rotating.speed_ratio, rotating.phase, rotating.position)
+
+
+def rod_difference(train: CrankTrain, rod: "parts.Rod") -> WithError:
+    """Moment of one rod beyond that of its two point masses, in kg m^2.
+
+    Minus that of the point masses where the case does not give the rod's own moment.
+    """
+    from vibecalc.excitation.rod_inertia import split_inertia
+
+    place = rod.crank_pin_to_mass_centre
+    if place is None:
+        place = (rod.reciprocating_fraction or 0.0) * train.rod_length
+    points = split_inertia(rod.mass, place, train.rod_length)
+    value = (rod.inertia or 0.0) - points.value
+    return WithError(value, points.error + EPSILON * np.abs(value))
+
+
+# ----------------------------------------------------------------------------
+# Adapter: pistons and turning weights to forces and couples on the body.
+# ----------------------------------------------------------------------------
+
+DIRECTIONS = ("x", "y", "z")
+#: of what the dropped orders add, how much the few that stand for them must carry
+LEADING_SHARE = 0.9
+ROD = tuple(path for path in CATALOGUE if path.startswith("excitation/rod/"))
+COUNTERWEIGHT = ("excitation/counterweight/force", "excitation/counterweight/couple")
+BALANCE = tuple(path for path in CATALOGUE if path.startswith("excitation/balance/"))
+
+
+class Forcing(NamedTuple):
+    """Forces and couples per crank speed squared for orders 1 .. kept, then guard orders.
+
+    The response to the guard orders tells what dropping the rest costs: `tail` times as much.
+    Where a response is wanted thousands of times, the few orders at the places `few` stand for
+    all of them: the rest costs `few_tail` times as much as they do.
+    """
+
+    per_speed_squared: Excitation
+    orders: np.ndarray
+    kept: int
+    tail: float
+    few: np.ndarray
+    few_tail: float
+
+
+def run_excitation(scene: Scene) -> None:
+    """Emit forces, couples, their peaks, the balance table and the residual, as asked."""
+    motion: PistonMotion = scene.handed_on["motion"]
+    train = scene.parts.crank_train
+    per_square = train_excitation(
+        train,
+        scene.parts.rotating_masses,
+        motion,
+        scene.case.machine,
+        shakes_with_torque(scene.case),
+    )
+    _masses(scene, train)
+    orders = np.arange(1, per_square.force.shape[0] + 1)
+    few, share = _leading(per_square, motion.kept)
+    few_tail = motion.tail / share if few.size else 0.0
+    forcing = Forcing(per_square, orders, motion.kept, motion.tail, few, few_tail)
+    scene.handed_on["forcing"] = forcing
+    scene.cite(
+        "d'Alembert sums of the crank train",
+        "forces and couples on the body",
+        "Biezeno and Grammel, Technische Dynamik, 2nd ed. 1953, ch. XI",
+    )
+    driven = at_speed(per_square, scene.case.machine.speed)
+    axes = {"order": orders[: motion.kept], "direction": DIRECTIONS}
+    for name, value, error in (
+        ("force", driven.force, driven.force_error),
+        ("couple", driven.couple, driven.couple_error),
+    ):
+        rounding = error[: motion.kept]
+        terms = size_of_terms(rounding)
+        scene.emit(f"excitation/{name}", value[: motion.kept], rounding, axes, terms=terms)
+        if not scene.wants(f"excitation/{name}_peak"):
+            continue
+        peak = cycle_peak(value[: motion.kept].T, orders[: motion.kept])
+        spread = rounding.sum(0) + forcing.tail * np.abs(value[motion.kept :]).sum(0)
+        scene.emit(
+            f"excitation/{name}_peak",
+            peak.value,
+            peak.error + spread,
+            {"direction": DIRECTIONS},
+            terms=size_of_terms(rounding.sum(0)),
+        )
+    if scene.case.machine.crank_train.counterweights and scene.wants(*COUNTERWEIGHT):
+        _counterweights(scene, train)
+    if scene.wants(*ROD):
+        _rod(scene, train, forcing)
+    options = scene.case.excitation
+    if options is not None and options.balance is not None and scene.wants(*BALANCE):
+        _balance(scene, train, np.array(options.balance.orders))
+    if options is not None and options.residual is not None:
+        _residual(scene, driven, forcing)
+
+
+def _masses(scene: Scene, train: CrankTrain) -> None:
+    axes = {"cylinder": train.names}
+    for name, mass in (
+        ("reciprocating", train.reciprocating_mass),
+        ("rotating", train.rotating_mass),
+    ):
+        scene.emit(f"excitation/mass/{name}", mass, 4.0 * EPSILON * mass, axes)
+
+
+def _counterweights(scene: Scene, train: CrankTrain) -> None:
+    """Force of each weight at operating speed, and the couple that its place makes of it."""
+    weights = scene.case.machine.crank_train.counterweights
+    force = np.array([weight.unbalance for weight in weights]) * scene.case.machine.speed**2
+    place = train.origin + np.array([weight.position for weight in weights])[:, None] * train.axis
+    # the weight turns across the shaft, so the part of its lever along the shaft counts always
+    along = np.abs(place @ train.axis)
+    axes = {"counterweight": [weight.name for weight in weights]}
+    scene.emit(COUNTERWEIGHT[0], force, 2.0 * EPSILON * force, axes)
+    scene.emit(COUNTERWEIGHT[1], force * along, 6.0 * EPSILON * force * along, axes)
+
+
+def _rod(scene: Scene, train: CrankTrain, forcing: Forcing) -> None:
+    """What the two point masses that stand for a rod leave out, at operating speed."""
+    rod = scene.case.machine.crank_train.rod
+    if rod is None or rod.crank_pin_to_mass_centre is None:
+        return
+    from vibecalc.excitation.rod_inertia import rod_couple_peak
+    from vibecalc.kinematics.rod_angle import rod_angle_harmonics
+
+    square = scene.case.machine.speed**2
+    lengths = (train.crank_radius, train.rod_length, train.wrist_pin_offset)
+    difference = rod_difference(train, rod)
+    points = (rod.inertia or 0.0) - difference.value
+    scene.emit("excitation/rod/split_inertia", points, difference.error + EPSILON * points)
+    largest = rod_couple_peak(difference.value, *lengths, inertia_error=difference.error)
+    peak, error = square * largest.value, square * (largest.error + EPSILON * largest.value)
+    if rod.inertia is None:
+        scene.emit("excitation/rod/couple_bound", peak, error)
+        return
+    scene.cite(
+        "moment of the rod beyond its two point masses", "couple on the body", "docs/theory.md"
+    )
+    turning = rod_angle_harmonics(*lengths, highest_order=forcing.kept).acceleration
+    couple = square * difference.value * turning.value
+    doubt = square * (
+        np.abs(difference.value) * turning.error + difference.error * np.abs(turning.value)
+    )
+    orders = np.arange(forcing.kept + 1)
+    rounding = 4.0 * EPSILON * np.abs(couple)
+    scene.emit("excitation/rod/couple", couple, doubt + rounding, {"order": orders})
+    scene.emit("excitation/rod/couple_peak", peak, error)
+
+
+def _residual(scene: Scene, driven: Excitation, forcing: Forcing) -> None:
+    options = scene.case.excitation.residual if scene.case.excitation else None
+    if options is None:
+        raise ValueError("the case has no residual")
+    kept, rest = (
+        residual(
+            Excitation._make(part[orders] for part in driven),
+            force_weight=options.force_weight,
+            couple_weight=options.couple_weight,
+            reference_length=options.reference_length,
+        )
+        for orders in (slice(forcing.kept), slice(forcing.kept, None))
+    )
+    dropped = forcing.tail * float(rest.value)
+    # hypot(kept, dropped) - kept
+    total = float(kept.value + np.hypot(kept.value, dropped))
+    added = dropped * (dropped / total) if total else 0.0
+    terms = size_of_terms(kept.error)
+    scene.emit("excitation/residual", kept.value, kept.error + added, terms=terms)
+
+
+def _leading(whole: Excitation, kept: int) -> tuple[np.ndarray, float]:
+    """Places of the dropped orders that carry nine tenths of each component, and their share."""
+    size = np.concatenate([np.abs(whole.force), np.abs(whole.couple)], axis=-1)[kept:]
+    doubt = np.concatenate([whole.force_error, whole.couple_error], axis=-1)[kept:]
+    size = np.where(size > doubt, size, 0.0)
+    share = size / np.maximum(size.sum(0), np.finfo(float).tiny)
+    downwards = np.argsort(-share, axis=0, kind="stable")
+    ranked = np.take_along_axis(share, downwards, axis=0)
+    needed = (np.cumsum(ranked, axis=0) - ranked < LEADING_SHARE) & (ranked > 0.0)
+    # not np.unique, which imports the masked arrays of numpy
+    leads = np.zeros(len(size), dtype=bool)
+    leads[downwards[needed]] = True
+    chosen = np.flatnonzero(leads)
+    covered = share[chosen].sum(0)[size.any(0)]
+    return kept + chosen, float(covered.min(initial=1.0))
+
+
+def _balance(scene: Scene, train: CrankTrain, orders: np.ndarray) -> None:
+    known = {"order": orders, "cylinder": train.names, "direction": DIRECTIONS}
+    # a sweep may make banks of one and one of banks: it gets what it asks for
+    none = "banks/" if not scene.case.machine.crank_train.has_banks else "total_"
+    for column, found in balance_columns(orders, train).items():
+        if scene.wanted is None and column.startswith(none):
+            continue
+        path = f"excitation/balance/{column}"
+        axes = {name: known[name] for name in CATALOGUE[path].axes}
+        # of 1, or of the place of a cylinder, which a sine or cosine leaves
+        terms = np.abs(train.position) if "position" in column else np.ones(len(train.names))
+        if "cylinder" not in axes:
+            terms = terms.sum()
+        scene.emit(path, found.value, found.error, axes, terms=terms)
+
+
+# ----------------------------------------------------------------------------
+# Adapter: torque harmonics of the motor to the axial force of its skewed conductors.
+# ----------------------------------------------------------------------------
+
+
+def run_motor(scene: Scene) -> None:
+    """Emit the axial force by order, its mean, bound, peak and effective value."""
+    motor = scene.case.machine.motor
+    if motor is None:
+        raise ValueError("the case has no motor")
+    force = axial_force(
+        motor.torque.order,
+        motor.torque.cosine,
+        motor.torque.sine,
+        rotor_diameter=motor.rotor_diameter,
+        skew_angle=motor.skew_angle,
+    )
+    scene.emit(
+        "excitation/motor/axial_force", force.harmonics, force.error, {"order": force.orders}
+    )
+    for name, (value, error) in (
+        ("mean_force", force.mean),
+        ("sum_of_amplitudes", force.sum_of_amplitudes),
+        ("peak", force.peak),
+        ("rms", force.rms),
+    ):
+        scene.emit(f"excitation/motor/{name}", value, error)
+    scene.cite(
+        "normal force on skewed conductors",
+        "axial force of the motor",
+        "Ong (2000), equations 6.1 to 6.6, with the tangent of the skew angle",
+    )

@@ -1,0 +1,256 @@
+"""Physical checks of the cylinders of an engine or a pump: firing order, angles, pressure."""
+
+import math
+from collections.abc import Iterator, Sequence
+
+from vibecalc.case.raw import listed
+from vibecalc.case.schema import Case
+from vibecalc.errors import KeyPath, NumericalFailure, Problem
+from vibecalc.parts.crank_train import turns
+from vibecalc.parts.drive_checks import degrees, pressure_problems
+from vibecalc.parts.firing import CYCLES, TURN
+from vibecalc.parts.tables import CrankTrain
+from vibecalc.torsion.shaft_line_checks import unknown
+
+# ----------------------------------------------------------------------------
+# Does a pump draw anything?
+# ----------------------------------------------------------------------------
+
+CYCLE: KeyPath = ("machine", "crank_train", "pump_cycle")
+#: pressure difference over bulk modulus: below, a compression takes no angle that could be followed
+STIFFEST = 1e-6
+
+
+def pump_problems(case: Case) -> list[Problem]:
+    """Problems of dead volume and bulk modulus, which have to leave something to be drawn."""
+    if case.machine.kind != "pump" or not turns(case.machine.crank_train):
+        return []
+    train = case.machine.crank_train
+    given, bore = train.pump_cycle, train.bore
+    if given is None or bore is None:
+        return []
+    strain = (given.discharge_pressure - given.suction_pressure) / given.bulk_modulus
+    if strain < STIFFEST:
+        return [
+            Problem(
+                path=(*CYCLE, "bulk_modulus"),
+                message="the liquid is too stiff for its pressures: its valves would open at once",
+                found=f"it gives way by {strain:.3g} of its volume",
+                allowed=f"{STIFFEST:g} or more: water and oil have 1.5 to 2.3 GPa",
+                also=(*CYCLE, "discharge_pressure"),
+            )
+        ]
+    # the offset makes the stroke a little longer than this, which draws a little more
+    swept = 0.5 * math.pi * bore**2 * train.crank_radius
+    expanded = given.dead_volume * math.expm1(min(strain, 50.0))
+    if expanded < swept:
+        return []
+    return [
+        Problem(
+            path=(*CYCLE, "dead_volume"),
+            message="the pump draws nothing: what it leaves in the dead volume expands by more "
+            "than the plunger sweeps",
+            found=f"{1e6 * expanded:.4g} cm^3 of {1e6 * swept:.4g} cm^3",
+            allowed=f"dead_volume below {1e6 * swept / math.expm1(min(strain, 50.0)):.4g} cm^3 "
+            "at these pressures",
+            also=(*CYCLE, "bulk_modulus"),
+        )
+    ]
+
+
+# ----------------------------------------------------------------------------
+# Do the cylinders of an engine fire where their cranks let them, with gas over the whole cycle?
+# ----------------------------------------------------------------------------
+
+TRAIN: KeyPath = ("machine", "crank_train")
+#: rad; angles of seven cylinders are typed with two decimals of a degree
+AGREES = math.radians(0.1)
+
+
+def engine_problems(case: Case) -> list[Problem]:
+    """Problems of firing and of gas, of a machine of kind "engine"."""
+    machine = case.machine
+    if machine.kind != "engine" or machine.cycle is None:
+        return []
+    train, cycle = machine.crank_train, CYCLES[machine.cycle]
+    problems = [*_order(train, cycle)] or [*_angles(train, cycle)]
+    problems = problems or [*_phases(case)]
+    gas = [*_cards(train, cycle)]
+    return [*problems, *gas, *([] if gas else _cycle(case))]
+
+
+def _order(train: CrankTrain, cycle: float) -> Iterator[Problem]:
+    """A firing order is a permutation of the cylinders, its intervals fill the cycle."""
+    order, names = train.firing_order, [cylinder.name for cylinder in train.cylinders]
+    if not order:
+        return
+    path: KeyPath = (*TRAIN, "firing_order")
+    for place, name in enumerate(order):
+        if name not in names:
+            yield unknown((*path, place), "cylinder", name, names)
+        elif name in order[:place]:
+            yield Problem(
+                path=(*path, place),
+                message=f"cylinder {name[:60]!r} fires twice in a cycle",
+                allowed="each cylinder once",
+                also=(*path, order.index(name)),
+            )
+    left = [name for name in names if name not in order]
+    if left and len(order) < len(names):
+        yield Problem(
+            path=path,
+            message="the firing order leaves cylinders out",
+            found=listed(left),
+            allowed=f"each of the {len(names)} cylinders once",
+        )
+    yield from _intervals(train.firing_intervals, len(order), cycle)
+
+
+def _intervals(given: Sequence[float], count: int, cycle: float) -> Iterator[Problem]:
+    path: KeyPath = (*TRAIN, "firing_intervals")
+    if given and len(given) != count:
+        yield Problem(
+            path=path,
+            message="each cylinder has one interval to the next, the last one to the first again",
+            found=f"{len(given)} intervals of {count} cylinders",
+            allowed=f"{count} intervals",
+            also=(*TRAIN, "firing_order"),
+        )
+    elif given and min(given) < 0.0:
+        low = given.index(min(given))
+        yield Problem(
+            path=(*path, low),
+            message="the interval to the next cylinder is negative",
+            found=degrees(given[low]),
+            allowed=">= 0 deg",
+        )
+    elif given and abs(sum(given) - cycle) > AGREES:
+        yield Problem(
+            path=path,
+            message="the intervals between firings have to fill the cycle",
+            found=f"{degrees(sum(given))} together",
+            allowed=degrees(cycle),
+        )
+
+
+def _angles(train: CrankTrain, cycle: float) -> Iterator[Problem]:
+    for place, cylinder in enumerate(train.cylinders):
+        angle = cylinder.firing_angle
+        if angle is not None and angle >= cycle + AGREES:
+            yield Problem(
+                path=(*TRAIN, "cylinders", place, "firing_angle"),
+                message="the firing angle is beyond the cycle",
+                found=degrees(angle),
+                allowed=f"0 deg to below {degrees(cycle)}",
+            )
+
+
+def _phases(case: Case) -> Iterator[Problem]:
+    """A cylinder fires at a dead centre: the throws have to stand as the firing has them."""
+    from vibecalc.excitation.model import firing_angle
+
+    train = case.machine.crank_train
+    told = bool(train.firing_order) or any(c.firing_angle is not None for c in train.cylinders)
+    if not told:
+        return
+    angles = firing_angle(case.machine)
+    off = [
+        math.remainder(float(angle) + cylinder.crank_phase - cylinder.bank_angle, TURN)
+        for cylinder, angle in zip(train.cylinders, angles, strict=True)
+    ]
+    wrong = [place for place, one in enumerate(off) if abs(one) > AGREES]
+    for place, (cylinder, angle) in enumerate(zip(train.cylinders, angles, strict=True)):
+        if place in wrong[:1]:
+            wanted = math.fmod(cylinder.bank_angle - float(angle), TURN) % TURN
+            own = cylinder.firing_angle is not None
+            path: KeyPath = (*TRAIN, "cylinders", place)
+            yield Problem(
+                path=(*path, "crank_phase"),
+                message=f"cylinder {cylinder.name[:60]!r} fires at {degrees(float(angle))}, where "
+                "its crank is at no top dead centre",
+                found=f"crank_phase {degrees(cylinder.crank_phase)}"
+                + (f", and {len(wrong) - 1} more like it" if len(wrong) > 1 else ""),
+                allowed=f"{degrees(wanted)}, or no crank_phase at any cylinder: it then follows",
+                hint="crank_phase is bank_angle less the firing angle, whole turns apart",
+                also=(*path, "firing_angle") if own else (*TRAIN, "firing_order"),
+            )
+
+
+def _cards(train: CrankTrain, cycle: float) -> Iterator[Problem]:
+    """Each card is a curve over one cycle, at a speed of its own."""
+    path: KeyPath = (*TRAIN, "gas_cards")
+    if len(train.gas_cards) == 1:
+        yield Problem(
+            path=path,
+            message="one card alone says nothing of other speeds",
+            allowed="two cards or more, at different speeds, or gas_pressure for all speeds",
+        )
+    speeds = [card.speed for card in train.gas_cards]
+    for place, card in enumerate(train.gas_cards):
+        where: KeyPath = (*path, place, "gas_pressure")
+        yield from pressure_problems(where, card.gas_pressure, cycle)
+        if card.speed in speeds[:place]:
+            yield Problem(
+                path=(*path, place, "speed"),
+                message="two cards are of one speed",
+                found=f"{card.speed:.6g} rad/s",
+                allowed="each speed once",
+                also=(*path, speeds.index(card.speed), "speed"),
+            )
+    way = train.gas_interpolation
+    if way is not None and way not in ("linear", "cubic"):
+        yield Problem(
+            path=(*TRAIN, "gas_interpolation"),
+            message="the gas of an engine is read along straight lines or a cubic curve",
+            found=repr(way),
+            allowed="'linear' or 'cubic'",
+        )
+
+
+def _cycle(case: Case) -> Iterator[Problem]:
+    """A computed cycle: its events in their order, its pressure one that it can have."""
+    train = case.machine.crank_train
+    given = train.gas_cycle
+    if given is None or train.bore is None or not turns(train):
+        return
+    from vibecalc.excitation.model import cycle_of, gas_cards
+
+    path: KeyPath = (*TRAIN, "gas_cycle")
+    made = cycle_of(case.machine)
+    events: tuple[str, ...] = (
+        "inlet_closes",
+        "combustion_starts",
+        "combustion_ends",
+        "exhaust_opens",
+    )
+    if given.kind == "diesel":
+        events = (*events[:3], "injection_ends", events[3])
+    angles = [getattr(made, event) for event in events]
+    for earlier, later in zip(range(len(events) - 1), range(1, len(events)), strict=True):
+        strictly = events[later] != "injection_ends"
+        if angles[later] < angles[earlier] or (strictly and angles[later] == angles[earlier]):
+            said = events[later] if getattr(given, events[later]) is not None else events[earlier]
+            yield Problem(
+                path=(*path, said) if getattr(given, said) is not None else path,
+                message=f"{events[later]} comes before {events[earlier]}",
+                found=f"{degrees(angles[later])} and {degrees(angles[earlier])}",
+                allowed=", ".join(events) + ", in this order",
+            )
+            return
+    if not angles[-1] < math.pi:
+        yield Problem(
+            path=(*path, "exhaust_opens"),
+            message="the exhaust opens before the lower dead centre",
+            found=degrees(angles[-1]),
+            allowed="below 180 deg",
+        )
+        return
+    try:
+        gas_cards(case.machine)
+    except NumericalFailure as error:
+        key = "peak_pressure" if given.peak_pressure is not None else "mean_indicated_pressure"
+        yield Problem(
+            path=(*path, key),
+            message=str(error),
+            allowed="a pressure that such a cycle can have",
+        )

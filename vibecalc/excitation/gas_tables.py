@@ -1,0 +1,296 @@
+"""Gas pressure over a cycle or gas force over a turn, from tables: piecewise polynomials."""
+
+from collections.abc import Callable, Sequence
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.rounding import EPSILON
+from vibecalc.numerics.typing import ComplexArray, FloatArray
+
+# ----------------------------------------------------------------------------
+# Pressure cards: the gas pressure in a cylinder against its own crank angle, over one cycle.
+#
+# A cycle is 4 pi of crank angle in four-stroke and 2 pi in two-stroke. The angle counts from the
+# cylinder's own firing position, where the crank lies along the cylinder (top dead centre if the
+# wrist pin has no offset). Pressures are gauge: above that in the crankcase, under the piston.
+# ----------------------------------------------------------------------------
+
+FOUR_STROKE = 4.0 * np.pi
+TWO_STROKE = 2.0 * np.pi
+#: degree of the pieces that stand for a formula, and panels at most on one of its intervals
+DEGREE = 9
+MOST_PANELS = 1024
+#: a fit is accurate enough where it misses the formula by less than this share of the largest value
+FIT_TOLERANCE = 1e-13
+#: roundings of a formula with two powers of volumes
+FORMULA_ROUNDINGS = 16.0
+
+
+class GasCard(NamedTuple):
+    """Periodic gauge pressure, piecewise polynomial.
+
+    On piece i, between `node[i]` and `node[i + 1]` (m + 1,) in rad, it is
+    sum_k coefficient[i, k] (angle - node[i])^k in Pa, coefficients (m, d + 1). The last node is the
+    first one a `cycle` later. `error` (m,) is how far each piece may be off what it stands for, Pa.
+    """
+
+    node: FloatArray
+    coefficient: FloatArray
+    cycle: float
+    error: FloatArray
+
+
+def gas_card(
+    angle: ArrayLike,
+    pressure: ArrayLike,
+    interpolation: str = "linear",
+    *,
+    cycle: float,
+    crankcase_pressure: float = 0.0,
+) -> GasCard:
+    """A card through a table over one cycle, from any angle, whose last row repeats the first.
+
+    Parameters
+    ----------
+    angle, pressure : (m + 1,) in rad, ascending, and Pa.
+    interpolation
+        "linear": straight lines. "cubic": the periodic cubic spline. "monotone": cubic pieces that
+        never leave the range of the two values at their ends (Fritsch and Butland 1984).
+    cycle
+        4 pi or 2 pi.
+    crankcase_pressure
+        Subtracted from every pressure; zero where the table is gauge already.
+    """
+    nodes = np.array(angle, dtype=float)
+    nodes[-1] = nodes[0] + cycle
+    values = np.array(pressure, dtype=float) - crankcase_pressure
+    values[-1] = values[0]
+    pieces = _PIECES[interpolation](nodes, values)
+    return GasCard(nodes, pieces, float(cycle), np.zeros(len(pieces)))
+
+
+def fitted_card(
+    pressure: Callable[[FloatArray], FloatArray], breakpoints: Sequence[float], cycle: float
+) -> GasCard:
+    """A card for a formula: polynomials of degree 9 on as many panels as it takes.
+
+    Parameters
+    ----------
+    pressure
+        Gauge pressure, Pa, at angles in rad; smooth between the breakpoints.
+    breakpoints
+        (b + 1,) ascending angles in rad, the last one a cycle after the first. Each interval is cut
+        into equal panels, twice as many until the fit agrees with the formula between its points.
+
+    Raises
+    ------
+    NumericalFailure
+        More than 1024 panels on one interval: the formula is not smooth there.
+    """
+    ends = np.asarray(breakpoints, dtype=float)
+    points = 0.5 - 0.5 * np.cos(np.pi * (np.arange(DEGREE + 1) + 0.5) / (DEGREE + 1))
+    between = 0.5 * (points[1:] + points[:-1])
+    powers = np.arange(DEGREE + 1)
+    to_points, to_between = points[:, None] ** powers, between[:, None] ** powers
+    scale = float(np.max(np.abs(pressure(np.linspace(ends[0], ends[-1], 4 * 64 * len(ends))))))
+    nodes, pieces, errors = [], [], []
+    for low, high in pairwise(ends.tolist()):
+        panels = 4
+        while True:
+            start, width = np.linspace(low, high, panels, endpoint=False), (high - low) / panels
+            values = pressure(start[:, None] + width * points)
+            fit = np.linalg.solve(to_points, values.T).T
+            seen = pressure(start[:, None] + width * between)
+            off = np.abs(fit @ to_between.T - seen).max(axis=1)
+            worst = float(off.max())
+            if worst <= FIT_TOLERANCE * scale:
+                break
+            if panels >= MOST_PANELS:
+                raise NumericalFailure(
+                    f"gas card: the pressure between {low:.6g} and {high:.6g} rad cannot be "
+                    f"followed by {panels} polynomials of degree {DEGREE}; it is off by "
+                    f"{worst:.3g} Pa; the formula has to be smooth there"
+                )
+            panels *= 2
+        nodes.append(start)
+        pieces.append(fit / width**powers)
+        # the formula itself is rounded, and between the points looked at the fit may be worse
+        size = np.abs(seen).max(axis=1)
+        errors.append(2.0 * off + FORMULA_ROUNDINGS * EPSILON * size + EPSILON * scale)
+    node = np.concatenate([*nodes, [ends[0] + cycle]])
+    return GasCard(node, np.concatenate(pieces), float(cycle), np.concatenate(errors))
+
+
+def pressure_at(card: GasCard, angle: ArrayLike) -> FloatArray:
+    """Gauge pressure in Pa at the cylinder's own angles, rad, of any cycle."""
+    turned = card.node[0] + np.mod(np.asarray(angle, dtype=float) - card.node[0], card.cycle)
+    place = np.clip(
+        np.searchsorted(card.node, turned, side="right") - 1, 0, len(card.coefficient) - 1
+    )
+    away, rows = turned - card.node[place], card.coefficient[place]
+    value = rows[..., -1]
+    for power in range(rows.shape[-1] - 2, -1, -1):
+        value = value * away + rows[..., power]
+    return np.asarray(value)
+
+
+def card_weights(card_value: ArrayLike, value: ArrayLike) -> FloatArray:
+    """Weights (..., c) of c cards taken at ascending speeds (or loads) at the values (...) asked.
+
+    Linear between two neighbours. The torque is linear in the pressure, so that the same weights
+    hold for its harmonics. A single card holds at every value.
+
+    Raises
+    ------
+    NumericalFailure
+        A value beyond the range of the cards: nothing is extrapolated.
+    """
+    known = np.asarray(card_value, dtype=float)
+    asked = np.asarray(value, dtype=float)
+    if len(known) == 1:
+        return np.ones((*asked.shape, 1))
+    outside = ~((asked >= known[0]) & (asked <= known[-1]))
+    if np.any(outside):
+        raise NumericalFailure(
+            f"gas cards: {np.extract(outside, asked)[0]:.6g} lies outside the cards' range, "
+            f"{known[0]:.6g} to {known[-1]:.6g} (SI units, speeds in rad/s); give a card at or "
+            "beyond that value"
+        )
+    upper = np.clip(np.searchsorted(known, asked, side="left"), 1, len(known) - 1)
+    share = (asked - known[upper - 1]) / (known[upper] - known[upper - 1])
+    index = np.arange(len(known))
+    above = np.where(index == upper[..., None], share[..., None], 0.0)
+    below = np.where(index == upper[..., None] - 1, 1.0 - share[..., None], 0.0)
+    return np.asarray(above + below)
+
+
+def _linear(node: FloatArray, value: FloatArray) -> FloatArray:
+    return np.stack([value[:-1], np.diff(value) / np.diff(node)], axis=1)
+
+
+def _cubic(node: FloatArray, value: FloatArray) -> FloatArray:
+    from scipy.interpolate import CubicSpline
+
+    return np.asarray(CubicSpline(node, value, bc_type="periodic").c[::-1].T)
+
+
+def _monotone(node: FloatArray, value: FloatArray) -> FloatArray:
+    """Hermite pieces with slopes that are weighted harmonic means, zero at every extreme."""
+    step = np.diff(node)
+    rise = np.diff(value) / step
+    before, width = np.roll(rise, 1), np.roll(step, 1)
+    same = before * rise > 0.0
+    near, far = 2.0 * step + width, step + 2.0 * width
+    with np.errstate(divide="ignore", invalid="ignore"):
+        mean = (near + far) / (near / before + far / rise)
+    slope = np.where(same, mean, 0.0)
+    after = np.roll(slope, -1)
+    square = (3.0 * rise - 2.0 * slope - after) / step
+    cube = (slope + after - 2.0 * rise) / step**2
+    return np.stack([value[:-1], slope, square, cube], axis=1)
+
+
+_PIECES = {"linear": _linear, "cubic": _cubic, "monotone": _monotone}
+CARD_INTERPOLATIONS = tuple(_PIECES)
+
+# ----------------------------------------------------------------------------
+# Force of the gas on a piston over one turn of its crank, from a table: piecewise polynomials.
+#
+# Positive pushes the piston towards the crank. Herold (1977) gives such tables every 10 degrees and
+# runs the parabola of `parabola` through them (NLFGEN of his program).
+# ----------------------------------------------------------------------------
+
+TURN = 2.0 * np.pi
+
+
+class GasForce(NamedTuple):
+    """A periodic curve: m pieces from each `node` (m,) of [0, 2 pi) on, or harmonics.
+
+    On piece i the force is sum_k coefficient[i, k] (angle - node[i])^k in N; the last piece runs
+    on to the first node of the next turn. With `harmonics` (n + 1,), one-sided and complex, it is
+    Re sum_k harmonics[k] exp(i k angle) instead, and there are no nodes.
+    """
+
+    node: FloatArray
+    coefficient: FloatArray
+    harmonics: ComplexArray
+
+
+def gas_force(angle: ArrayLike, force: ArrayLike, interpolation: str) -> GasForce:
+    """A curve through a table over one turn, whose last row repeats the first.
+
+    Parameters
+    ----------
+    angle, force : (m + 1,) in rad, ascending, and N.
+    interpolation
+        "linear": straight lines. "parabola": on each interval the parabola through its ends and
+        the node before it. "cubic": the periodic cubic spline. "trigonometric": the trigonometric
+        polynomial of least degree; its nodes have to be evenly spaced.
+
+    Raises
+    ------
+    ValueError
+        "trigonometric" with nodes that are not evenly spaced.
+    """
+    angle, force = np.asarray(angle, dtype=float), np.asarray(force, dtype=float)
+    if interpolation == "trigonometric":
+        return GasForce(np.empty(0), np.empty((0, 1)), _harmonics(angle, force))
+    pieces = _FORCE_PIECES[interpolation](np.diff(angle), force)
+    start = np.mod(angle[:-1], TURN)
+    order = np.argsort(start)
+    return GasForce(start[order], pieces[order], np.empty(0, dtype=complex))
+
+
+def force_at(gas: GasForce, angle: FloatArray) -> FloatArray:
+    """Force in N at the cylinder's own crank angles, rad, of any turn."""
+    if not len(gas.node):
+        order = np.arange(len(gas.harmonics))
+        return np.asarray(np.real(np.exp(1j * angle[..., None] * order) @ gas.harmonics))
+    turned = np.mod(angle, TURN)
+    place = np.searchsorted(gas.node, turned, side="right") - 1
+    away = turned - gas.node[place]
+    if gas.node[0] > 0.0:
+        away += np.where(place < 0, TURN, 0.0)
+    rows = gas.coefficient[place]
+    value = rows[..., -1]
+    for power in range(rows.shape[-1] - 2, -1, -1):
+        value = value * away + rows[..., power]
+    return np.asarray(value)
+
+
+def _linear_force(step: FloatArray, force: FloatArray) -> FloatArray:
+    return np.stack([force[:-1], np.diff(force) / step], axis=1)
+
+
+def _parabolic_force(step: FloatArray, force: FloatArray) -> FloatArray:
+    slope = np.diff(force) / step
+    bend = (slope - np.roll(slope, 1)) / (step + np.roll(step, 1))
+    return np.stack([force[:-1], slope - bend * step, bend], axis=1)
+
+
+def _cubic_force(step: FloatArray, force: FloatArray) -> FloatArray:
+    from scipy.interpolate import CubicSpline
+
+    nodes = np.concatenate([[0.0], np.cumsum(step)])
+    closed = np.concatenate([force[:-1], force[:1]])
+    return np.asarray(CubicSpline(nodes, closed, bc_type="periodic").c[::-1].T)
+
+
+def _harmonics(angle: FloatArray, force: FloatArray) -> ComplexArray:
+    count = len(angle) - 1
+    step = TURN / count
+    if np.max(np.abs(np.diff(angle) - step)) > 1e-9:
+        raise ValueError("trigonometric interpolation needs evenly spaced angles")
+    found = np.fft.rfft(force[:-1]) / count
+    found[1:] *= 2.0
+    if count % 2 == 0:
+        found[-1] *= 0.5
+    return np.asarray(found * np.exp(-1j * np.arange(len(found)) * angle[0]))
+
+
+_FORCE_PIECES = {"linear": _linear_force, "parabola": _parabolic_force, "cubic": _cubic_force}
+FORCE_INTERPOLATIONS = (*_FORCE_PIECES, "trigonometric")

@@ -1,0 +1,185 @@
+"""The cylinders of an engine or a pump as arrays: when they work, with what pressure."""
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vibecalc.case.schema import Case, Machine
+from vibecalc.excitation import pressure_cycle as pump_cycle
+from vibecalc.excitation.cylinder_torque import CrankGeometry
+from vibecalc.excitation.gas_tables import GasCard, gas_card
+from vibecalc.excitation.pressure_cycle import Liquid
+from vibecalc.parts.firing import TURN, angles_in_order, cycle_angle
+
+if TYPE_CHECKING:
+    from vibecalc.excitation.pressure_cycle import PressureCycle
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Firing:
+    """c cylinders in the order of the crank train; angles in rad.
+
+    `angle` (c,), from 0 to below `cycle`, is the crank angle at which each fires, counted from the
+    firing position of the first cylinder in the firing order; `first` is where that one stands on
+    the angle from which crank phases count. `pressure_scale` (c,) multiplies the gas pressure of
+    each; `fires` (c,) is false for those that the case lets misfire; `bank` (c,) is the bank
+    angle.
+    """
+
+    names: tuple[str, ...]
+    angle: Array
+    first: float
+    cycle: float
+    pressure_scale: Array
+    fires: NDArray[np.bool_]
+    bank: Array
+
+
+def firing_angle(machine: Machine) -> Array:
+    """Crank angle (c,) at which each cylinder fires, rad, from 0 to below a cycle.
+
+    It counts as crank phases do: a throw that leads by its phase fires so much earlier.
+    """
+    first, angle = firing_sequence(machine)
+    return np.asarray(np.mod(first + angle, cycle_angle(machine)))
+
+
+def firing_sequence(machine: Machine) -> tuple[float, Array]:
+    """Crank angle of the first firing, and those of all cylinders (c,) from there on, rad.
+
+    In the order of firing from the dead centre of the first of it on, or, without an order, as
+    said, or, of a two-stroke or a single cylinder, at its dead centre; the earliest is then first.
+    """
+    train = machine.crank_train
+    cycle = cycle_angle(machine)
+    own = [cylinder.firing_angle for cylinder in train.cylinders]
+    top = {c.name: (c.bank_angle - c.crank_phase) % TURN for c in train.cylinders}
+    top = {name: 0.0 if TURN - angle < 1e-9 else angle for name, angle in top.items()}
+    if train.firing_order:
+        found = angles_in_order(train.firing_order, train.firing_intervals, cycle, 0.0)
+        angles = np.array([found[cylinder.name] for cylinder in train.cylinders])
+        return top[train.firing_order[0]], np.asarray(np.mod(angles, cycle))
+    angles = np.mod([
+        top[cylinder.name] if angle is None else angle
+        for cylinder, angle in zip(train.cylinders, own, strict=True)
+    ], cycle)  # fmt: skip
+    return float(angles.min()), angles - angles.min()
+
+
+def build_firing(case: Case) -> Firing:
+    """When the cylinders of a validated engine fire."""
+    machine = case.machine
+    torsion = None if case.response is None else case.response.torsion
+    silent = () if torsion is None else torsion.misfire
+    cylinders = machine.crank_train.cylinders
+    first, angle = firing_sequence(machine)
+    return Firing(
+        names=tuple(cylinder.name for cylinder in cylinders),
+        angle=angle,
+        first=first,
+        cycle=cycle_angle(machine),
+        pressure_scale=np.array(
+            [1.0 if c.pressure_scale is None else c.pressure_scale for c in cylinders]
+        ),
+        fires=np.array([cylinder.name not in silent for cylinder in cylinders]),
+        bank=np.array([cylinder.bank_angle for cylinder in cylinders]),
+    )
+
+
+def crank_geometry(machine: Machine) -> CrankGeometry:
+    """Lengths of one cylinder; an engine without gas may have no bore, which counts as zero."""
+    train = machine.crank_train
+    return CrankGeometry(
+        train.crank_radius, train.rod_length, train.bore or 0.0, train.wrist_pin_offset
+    )
+
+
+def gas_cards(machine: Machine) -> tuple[Array, tuple[GasCard, ...]]:
+    """Speeds (k,) in rad/s, ascending, and the card at each; one card for all speeds has none.
+
+    Raises NumericalFailure where a cycle of such a peak or mean pressure does not exist.
+    """
+    train = machine.crank_train
+    cycle = cycle_angle(machine)
+    way = train.gas_interpolation or "linear"
+    if train.gas_cards:
+        cards = sorted(train.gas_cards, key=lambda card: card.speed)
+        tables = [card.gas_pressure for card in cards]
+        made = tuple(gas_card(t.crank_angle, t.pressure, way, cycle=cycle) for t in tables)
+        return np.array([card.speed for card in cards]), made
+    if train.gas_pressure is not None:
+        table = train.gas_pressure
+        return np.empty(0), (gas_card(table.crank_angle, table.pressure, way, cycle=cycle),)
+    if train.gas_cycle is not None:
+        return np.empty(0), (_computed(machine),)
+    if train.pump_cycle is not None:
+        return np.empty(0), (pump_card(machine),)
+    return np.empty(0), ()
+
+
+def cycle_of(machine: Machine) -> Any:
+    """The computed cycle of an engine, with usual values for what the case does not say."""
+    from vibecalc.excitation.pressure_cycle import diesel_cycle, spark_cycle
+
+    given = machine.crank_train.gas_cycle
+    assert given is not None
+    targets = {"kind", "peak_pressure", "mean_indicated_pressure"}
+    said = given.model_dump(exclude_none=True, exclude=targets)
+    make = diesel_cycle if given.kind == "diesel" else spark_cycle
+    return make(machine.cycle or "four_stroke", **said)
+
+
+def _computed(machine: Machine) -> GasCard:
+    given = machine.crank_train.gas_cycle
+    assert given is not None
+    peak, mean = given.peak_pressure, given.mean_indicated_pressure
+    return _card(cycle_of(machine), crank_geometry(machine), peak, mean)
+
+
+# checks and several stages ask for the same one, and it takes longer than most of what they do
+@lru_cache(maxsize=16)
+def _card(
+    cycle: "PressureCycle", geometry: CrankGeometry, peak: float | None, mean: float | None
+) -> GasCard:
+    from vibecalc.excitation.pressure_cycle import card_of_mean_pressure, card_of_peak
+
+    if peak is not None:
+        card = card_of_peak(cycle, geometry, peak)
+    else:
+        assert mean is not None
+        card = card_of_mean_pressure(cycle, geometry, mean)
+    for array in (card.node, card.coefficient):
+        array.flags.writeable = False
+    return card
+
+
+# ----------------------------------------------------------------------------
+# The cylinders of a pump as arrays: the liquid of a case, and its pressure over a turn.
+# ----------------------------------------------------------------------------
+
+
+def liquid_of(machine: Machine) -> Liquid:
+    """What the cylinders of a validated pump work with."""
+    given = machine.crank_train.pump_cycle
+    if given is None:
+        raise ValueError("the case has no pump_cycle")
+    return Liquid(**given.model_dump())
+
+
+def pump_card(machine: Machine) -> GasCard:
+    """The pressure on a plunger; NumericalFailure where a pump draws nothing."""
+    return _pump_card(liquid_of(machine), crank_geometry(machine))
+
+
+# the stages of the pump and of its mounts ask for the same one
+@lru_cache(maxsize=16)
+def _pump_card(liquid: Liquid, geometry: CrankGeometry) -> GasCard:
+    card = pump_cycle.pump_card(liquid, geometry)
+    for array in (card.node, card.coefficient):
+        array.flags.writeable = False
+    return card

@@ -1,0 +1,490 @@
+"""Computed pressure in a cylinder over its cycle: spark and diesel engines, pumps."""
+
+from collections.abc import Callable
+from typing import Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from vibecalc.errors import NumericalFailure
+from vibecalc.excitation.cylinder_torque import CrankGeometry, gas_harmonics
+from vibecalc.excitation.gas_tables import FOUR_STROKE, TWO_STROKE, GasCard, fitted_card
+from vibecalc.kinematics.slider_crank import (
+    bottom_dead_centre,
+    piston_displacement,
+    rod_projection,
+    stroke,
+    top_dead_centre,
+)
+from vibecalc.numerics.rounding import EPSILON, WithError
+from vibecalc.numerics.typing import FloatArray
+
+# ----------------------------------------------------------------------------
+# Computed pressure cards, for an engine whose pressure nobody has measured.
+#
+# Compression is polytropic from the closing of the inlet on. Combustion passes over from it to the
+# expansion of a cycle with all heat at top dead centre (spark: Otto) or with a level pressure up to
+# the end of the injection (diesel: limited pressure), by a share B that rises smoothly from 0 to 1:
+#
+#     p = (1 - B) p_compression + B level g,
+#
+# g being 1 at the top and falling polytropically. The way to interpolate between the two is that of
+# Eriksson and Andersson (2002), An analytic model for cylinder pressure in a four stroke SI engine,
+# SAE 2002-01-0371; the shape of B and the diesel's plateau are ours. As the pressure is linear in
+# the level, a peak pressure or a mean indicated pressure gives it without iteration.
+# ----------------------------------------------------------------------------
+
+PI = float(np.pi)
+#: samples of the search for the largest pressure, and halvings of the interval around it
+PEAK_SAMPLES = 512
+PEAK_ROUNDS = 60
+
+
+class PressureCycle(NamedTuple):
+    """What a computed card is made of. Pressures absolute in Pa, angles in rad from firing.
+
+    `inlet_closes` < `combustion_starts` < `combustion_ends` < `exhaust_opens`, the latter below pi,
+    the first at -pi or later (two-stroke: later). Combustion ends where the share B reaches 1. A
+    diesel holds its level until `injection_ends`, between that and the exhaust. From the opening of
+    the exhaust to bottom dead centre the pressure passes over to `exhaust_pressure`, then to
+    `intake_pressure`: around the charge exchange, within `overlap` on both sides (four-stroke), or
+    from bottom dead centre to the closing of the inlet (two-stroke). `crankcase_pressure` is
+    subtracted from all.
+    """
+
+    stroke: Literal["four_stroke", "two_stroke"]
+    kind: Literal["spark", "diesel"]
+    compression_ratio: float
+    intake_pressure: float
+    exhaust_pressure: float
+    compression_exponent: float
+    expansion_exponent: float
+    combustion_starts: float
+    combustion_ends: float
+    injection_ends: float
+    inlet_closes: float
+    exhaust_opens: float
+    overlap: float
+    crankcase_pressure: float
+
+
+def spark_cycle(
+    stroke_kind: Literal["four_stroke", "two_stroke"] = "four_stroke",
+    *,
+    compression_ratio: float = 9.0,
+    intake_pressure: float = 0.9e5,
+    exhaust_pressure: float = 1.1e5,
+    compression_exponent: float = 1.32,
+    expansion_exponent: float = 1.28,
+    combustion_starts: float = -np.radians(20.0),
+    combustion_ends: float = np.radians(40.0),
+    inlet_closes: float | None = None,
+    exhaust_opens: float | None = None,
+    overlap: float = np.radians(15.0),
+    crankcase_pressure: float = 101325.0,
+) -> PressureCycle:
+    """A spark ignition cycle with usual values; see `Cycle`."""
+    closes, opens = _valves(stroke_kind, inlet_closes, exhaust_opens)
+    return PressureCycle(
+        stroke_kind, "spark", compression_ratio, intake_pressure, exhaust_pressure,
+        compression_exponent, expansion_exponent, combustion_starts, combustion_ends, 0.0,
+        closes, opens, overlap, crankcase_pressure,
+    )  # fmt: skip
+
+
+def diesel_cycle(
+    stroke_kind: Literal["four_stroke", "two_stroke"] = "four_stroke",
+    *,
+    compression_ratio: float = 15.0,
+    intake_pressure: float = 2.0e5,
+    exhaust_pressure: float = 1.8e5,
+    compression_exponent: float = 1.36,
+    expansion_exponent: float = 1.30,
+    combustion_starts: float = -np.radians(8.0),
+    combustion_ends: float = np.radians(14.0),
+    injection_ends: float = np.radians(14.0),
+    inlet_closes: float | None = None,
+    exhaust_opens: float | None = None,
+    overlap: float = np.radians(30.0),
+    crankcase_pressure: float = 101325.0,
+) -> PressureCycle:
+    """A diesel cycle of limited pressure with usual values; see `Cycle`.
+
+    `injection_ends` before `combustion_ends` counts as there: the plateau is as long as the share B
+    still rises.
+    """
+    closes, opens = _valves(stroke_kind, inlet_closes, exhaust_opens)
+    return PressureCycle(
+        stroke_kind, "diesel", compression_ratio, intake_pressure, exhaust_pressure,
+        compression_exponent, expansion_exponent, combustion_starts, combustion_ends,
+        max(injection_ends, combustion_ends), closes, opens, overlap, crankcase_pressure,
+    )  # fmt: skip
+
+
+def card_of_peak(cycle: PressureCycle, geometry: CrankGeometry, peak_pressure: float) -> GasCard:
+    """Card whose largest absolute pressure is `peak_pressure`, Pa.
+
+    Every angle of the combustion allows the level up to (peak - (1 - B) p_compression) / (B g), so
+    the least of these is the level at which one of them just reaches the peak.
+
+    Raises
+    ------
+    NumericalFailure
+        The compression alone goes higher than that where combustion takes over.
+    """
+    base, unit = _parts(cycle, geometry)
+    low, high = cycle.combustion_starts, cycle.exhaust_opens
+    # the expansion only falls
+    grid = np.linspace(low, max(cycle.combustion_ends, cycle.injection_ends, 0.0), PEAK_SAMPLES)
+    highest = float(base(np.linspace(cycle.inlet_closes, low, PEAK_SAMPLES)).max())
+    highest = max(highest, float(base(grid).max()))
+    if not peak_pressure > highest:
+        raise NumericalFailure(
+            f"gas cycle: a peak pressure of {peak_pressure:.6g} Pa is not above what the "
+            f"compression alone reaches, {highest:.6g} Pa; raise it, let combustion start "
+            "earlier or lower the compression ratio"
+        )
+
+    def allowed(angle: FloatArray) -> FloatArray:
+        share = unit(angle)
+        room = np.where(share > 0.0, share, 1.0)
+        return np.where(share > 0.0, (peak_pressure - base(angle)) / room, np.inf)
+
+    for _ in range(PEAK_ROUNDS):
+        best = int(np.argmin(allowed(grid)))
+        left, right = grid[max(best - 1, 0)], grid[min(best + 1, len(grid) - 1)]
+        if right - left < 1e-9 * (high - low):
+            break
+        grid = np.linspace(left, right, 17)
+    return _card(cycle, base, unit, float(allowed(grid).min()))
+
+
+def card_of_mean_pressure(
+    cycle: PressureCycle, geometry: CrankGeometry, mean_indicated_pressure: float
+) -> GasCard:
+    """Card whose work is `mean_indicated_pressure`, Pa, times the swept volume.
+
+    Raises
+    ------
+    NumericalFailure
+        So little work that the level would have to be below zero.
+    """
+    base, unit = _parts(cycle, geometry)
+    without = mean_pressure(_card(cycle, base, unit, 0.0), geometry)
+    level = cycle.intake_pressure * cycle.compression_ratio
+    gain = mean_pressure(_card(cycle, base, unit, level), geometry)
+    per_level = (gain.value - without.value) / level
+    found = float((mean_indicated_pressure - without.value) / per_level)
+    if not found > 0.0:
+        raise NumericalFailure(
+            f"gas cycle: a mean indicated pressure of {mean_indicated_pressure:.6g} Pa is below "
+            "what the cycle has without any pressure after combustion; raise it"
+        )
+    return _card(cycle, base, unit, found)
+
+
+def motored_cycle(cycle: PressureCycle, geometry: CrankGeometry) -> GasCard:
+    """Card of the same cylinder without combustion: the charge expands as it was compressed."""
+
+    def pressure(angle: FloatArray) -> FloatArray:
+        closed = _compression(cycle, geometry, angle)
+        return _gas_exchange(cycle, closed, angle) - cycle.crankcase_pressure
+
+    return fitted_card(pressure, _breakpoints(cycle), _length(cycle))
+
+
+def mean_pressure(card: GasCard, geometry: CrankGeometry) -> WithError:
+    """Mean indicated pressure, Pa: the work of one cycle over the swept volume."""
+    _, mean = gas_harmonics(card, geometry, np.empty(0))
+    way = stroke(geometry.crank_radius, geometry.rod_length, geometry.wrist_pin_offset)
+    factor = card.cycle / (geometry.piston_area * float(way))
+    return WithError(mean.value * factor, mean.error * factor + 8e-16 * np.abs(mean.value * factor))
+
+
+def cylinder_volume(
+    geometry: CrankGeometry, compression_ratio: float, angle: FloatArray
+) -> FloatArray:
+    """Volume above the piston over the clearance volume: 1 at the top, the ratio at the bottom."""
+    radius, length, offset = geometry.crank_radius, geometry.rod_length, geometry.wrist_pin_offset
+    way = piston_displacement(angle, radius, length, offset).value
+    return np.asarray(1.0 + (compression_ratio - 1.0) * way / stroke(radius, length, offset))
+
+
+def smooth_step(share: FloatArray) -> FloatArray:
+    """Rise from 0 to 1 over 0 .. 1 with two smooth derivatives at both ends."""
+    x = np.clip(share, 0.0, 1.0)
+    return np.asarray(x**3 * (10.0 + x * (6.0 * x - 15.0)))
+
+
+def _parts(
+    cycle: PressureCycle, geometry: CrankGeometry
+) -> tuple[Callable[[FloatArray], FloatArray], Callable[[FloatArray], FloatArray]]:
+    """(1 - B) p_compression and B g of the closed cylinder, absolute, against the angle."""
+    burning = cycle.combustion_ends - cycle.combustion_starts
+
+    def burnt(angle: FloatArray) -> FloatArray:
+        return smooth_step((angle - cycle.combustion_starts) / burning)
+
+    def base(angle: FloatArray) -> FloatArray:
+        return (1.0 - burnt(angle)) * _compression(cycle, geometry, angle)
+
+    def unit(angle: FloatArray) -> FloatArray:
+        volume = cylinder_volume(geometry, cycle.compression_ratio, angle)
+        if cycle.kind == "diesel":
+            held = np.asarray(cycle.injection_ends)
+            volume = volume / cylinder_volume(geometry, cycle.compression_ratio, held)
+            volume = np.where(angle <= cycle.injection_ends, 1.0, volume)
+        return np.asarray(burnt(angle) * volume**-cycle.expansion_exponent)
+
+    return base, unit
+
+
+def _compression(cycle: PressureCycle, geometry: CrankGeometry, angle: FloatArray) -> FloatArray:
+    start = cylinder_volume(geometry, cycle.compression_ratio, np.asarray(cycle.inlet_closes))
+    volume = cylinder_volume(geometry, cycle.compression_ratio, angle)
+    return np.asarray(cycle.intake_pressure * (start / volume) ** cycle.compression_exponent)
+
+
+def _card(
+    cycle: PressureCycle,
+    base: Callable[[FloatArray], FloatArray],
+    unit: Callable[[FloatArray], FloatArray],
+    level: float,
+) -> GasCard:
+    def pressure(angle: FloatArray) -> FloatArray:
+        closed = base(angle) + level * unit(angle)
+        return _gas_exchange(cycle, closed, angle) - cycle.crankcase_pressure
+
+    return fitted_card(pressure, _breakpoints(cycle), _length(cycle))
+
+
+def _gas_exchange(cycle: PressureCycle, closed: FloatArray, angle: FloatArray) -> FloatArray:
+    """Pressure of the closed cylinder up to the exhaust, then passing over to the manifolds'."""
+    end = cycle.inlet_closes + _length(cycle)
+    blown = smooth_step((angle - cycle.exhaust_opens) / (PI - cycle.exhaust_opens))
+    if cycle.stroke == "four_stroke":
+        middle, half = 2.0 * PI, cycle.overlap
+        filled = smooth_step((angle - middle + half) / (2.0 * half))
+    else:
+        filled = smooth_step((angle - PI) / (end - PI))
+    outside = cycle.exhaust_pressure + filled * (cycle.intake_pressure - cycle.exhaust_pressure)
+    return np.asarray((1.0 - blown) * closed + blown * outside)
+
+
+def _breakpoints(cycle: PressureCycle) -> list[float]:
+    inside = {cycle.combustion_starts, cycle.combustion_ends, cycle.exhaust_opens, PI}
+    if cycle.kind == "diesel":
+        inside.add(cycle.injection_ends)
+    if cycle.stroke == "four_stroke":
+        inside |= {2.0 * PI - cycle.overlap, 2.0 * PI + cycle.overlap}
+    return [cycle.inlet_closes, *sorted(inside), cycle.inlet_closes + _length(cycle)]
+
+
+def _length(cycle: PressureCycle) -> float:
+    return FOUR_STROKE if cycle.stroke == "four_stroke" else TWO_STROKE
+
+
+def _valves(kind: str, closes: float | None, opens: float | None) -> tuple[float, float]:
+    """Four-stroke: bottom dead centre and 130 degrees; two-stroke: 120 before, 110 after firing."""
+    early, late = (-180.0, 130.0) if kind == "four_stroke" else (-120.0, 110.0)
+    return (
+        float(np.radians(early)) if closes is None else closes,
+        float(np.radians(late)) if opens is None else opens,
+    )
+
+
+# ----------------------------------------------------------------------------
+# Pressure on the plunger of a pump over one turn, in closed form.
+#
+# From top dead centre on the liquid left in the dead volume expands to the suction pressure, then
+# the suction valve opens; from bottom dead centre on the full cylinder is compressed to the
+# discharge pressure, then the discharge valve opens. The valves have no mass and no resistance:
+# they open where the pressures meet and close at the dead centres. With a constant bulk modulus K =
+# -V dp/dV
+#
+#     re-expansion:  p = p_d - K ln(V / V_dead),        compression:  p = p_s + K ln(V_full / V),
+#
+# and all that follows has a closed form: with d = (p_d - p_s) / K the suction valve opens at the
+# volume V_dead exp(d), the discharge valve at V_full exp(-d), and a turn takes the work
+#
+#     W = K (V_full (1 - exp(-d)) - V_dead (exp(d) - 1)),
+#
+# the area of the indicator diagram. (Own derivation; the diagram is that of any text on plunger
+# pumps.) The volumes drawn and delivered differ, their masses do not.
+# ----------------------------------------------------------------------------
+
+#: roundings of a volume, and of the square of a half angle that follows from one
+VOLUME_ROUNDINGS = 12.0
+HALF_ANGLE_ROUNDINGS = 32.0
+
+
+class Liquid(NamedTuple):
+    """What a cylinder works with: absolute pressures and the bulk modulus in Pa, m^3."""
+
+    suction_pressure: float
+    discharge_pressure: float
+    bulk_modulus: float
+    dead_volume: float
+    outside_pressure: float = 101325.0
+
+    @property
+    def strain(self) -> float:
+        """Pressure difference over bulk modulus: what the liquid gives way."""
+        return (self.discharge_pressure - self.suction_pressure) / self.bulk_modulus
+
+
+class PumpTurn(NamedTuple):
+    """One turn of one cylinder, each a value with its absolute error.
+
+    `suction_opens`, `discharge_opens`: the cylinder's own crank angle, rad, from `top`, about 0, to
+    a turn beyond it; `swept`, `drawn` (at the suction pressure) and `delivered` (at the discharge
+    pressure) volumes, m^3; `work` that the crank gives to the liquid, J.
+    """
+
+    top: WithError
+    suction_opens: WithError
+    bottom: WithError
+    discharge_opens: WithError
+    swept: WithError
+    drawn: WithError
+    delivered: WithError
+    work: WithError
+
+
+def pump_turn(liquid: Liquid, geometry: CrankGeometry) -> PumpTurn:
+    """Angles, volumes and work of a turn.
+
+    Raises
+    ------
+    NumericalFailure
+        What is left at top dead centre expands beyond the stroke: nothing is drawn.
+    """
+    radius, length, _, offset = geometry
+    outer, inner = (
+        centre(radius, length, offset) for centre in (top_dead_centre, bottom_dead_centre)
+    )
+    swept = geometry.piston_area * float(stroke(radius, length, offset))
+    dead, full = liquid.dead_volume, liquid.dead_volume + swept
+    expanded = dead * float(np.expm1(liquid.strain))
+    compressed = -full * float(np.expm1(-liquid.strain))
+    doubt = VOLUME_ROUNDINGS * EPSILON
+    if not expanded < swept * (1.0 - 64.0 * EPSILON):
+        raise NumericalFailure(
+            f"pump: the {1e6 * dead:.4g} cm^3 of dead volume expand by {1e6 * expanded:.4g} cm^3 "
+            f"and the plunger sweeps {1e6 * swept:.4g} cm^3: nothing is drawn; the dead volume or "
+            "the pressure is too large, or the bulk modulus too small"
+        )
+    area = geometry.piston_area
+    opened = _from_top(expanded / area, float(outer.position), geometry)
+    closed = _from_bottom(compressed / area, float(inner.position), geometry)
+    return PumpTurn(
+        WithError(np.asarray(outer.angle), np.asarray(outer.angle_error)),
+        opened,
+        WithError(np.asarray(inner.angle), np.asarray(inner.angle_error)),
+        closed,
+        _with_error(swept, doubt * swept),
+        _with_error(swept - expanded, doubt * (swept + expanded)),
+        _with_error(swept - compressed, doubt * (swept + compressed)),
+        _with_error(
+            liquid.bulk_modulus * (compressed - expanded),
+            doubt * liquid.bulk_modulus * (compressed + expanded),
+        ),
+    )
+
+
+def cylinder_pressure(liquid: Liquid, geometry: CrankGeometry, angle: ArrayLike) -> FloatArray:
+    """Absolute pressure (...) in Pa at the cylinder's own crank angles, rad, of any turn.
+
+    The plunger goes in from top to bottom dead centre and out from there: each half is read from
+    its own end, so that no digits are lost where a stiff liquid is compressed within a degree.
+    """
+    radius, length, _, offset = geometry
+    top = float(top_dead_centre(radius, length, offset).angle)
+    bottom = float(bottom_dead_centre(radius, length, offset).angle)
+    given = np.asarray(angle, dtype=float)
+    this_turn = (given >= top) & (given <= top + TWO_STROKE)
+    turned = np.where(this_turn, given, top + np.mod(given - top, TWO_STROKE))
+    area = geometry.piston_area
+    full = liquid.dead_volume + area * float(stroke(radius, length, offset))
+    way = piston_displacement(turned, radius, length, offset).value
+    low = liquid.discharge_pressure - liquid.bulk_modulus * np.log1p(
+        area * way / liquid.dead_volume
+    )
+    lost = np.minimum(_way_from_bottom(turned, geometry) * area / full, 1.0 - EPSILON)
+    high = liquid.suction_pressure - liquid.bulk_modulus * np.log1p(-lost)
+    expanding = np.maximum(low, liquid.suction_pressure)
+    compressing = np.minimum(high, liquid.discharge_pressure)
+    return np.asarray(np.where(turned <= bottom, expanding, compressing))
+
+
+def pump_card(liquid: Liquid, geometry: CrankGeometry) -> GasCard:
+    """The pressure over that outside as a card, with panels that end where the valves open.
+
+    Raises
+    ------
+    NumericalFailure
+        Nothing is drawn, or the liquid is so stiff that its compression takes no angle.
+    """
+    turn = pump_turn(liquid, geometry)
+    top = float(turn.top.value)
+    events = [top, *(float(turn[place].value) for place in (1, 2, 3)), top + TWO_STROKE]
+
+    def gauge(angle: FloatArray) -> FloatArray:
+        return cylinder_pressure(liquid, geometry, angle) - liquid.outside_pressure
+
+    card = fitted_card(gauge, events, TWO_STROKE)
+    # a rounded angle moves the pressure by its slope, which is steep while no valve is open
+    width = np.diff(card.node)[:, None]
+    power = np.arange(1, card.coefficient.shape[1])
+    steepest = np.sum(np.abs(power * card.coefficient[:, 1:]) * width ** (power - 1), axis=1)
+    return card._replace(error=card.error + 4.0 * np.pi * EPSILON * steepest)
+
+
+def _from_top(way: float, top: float, geometry: CrankGeometry) -> WithError:
+    """Crank angle at which the wrist pin, at first at `top`, has come in by `way`."""
+    radius, length, _, offset = geometry
+    pin = top - way
+    reach = float(np.hypot(pin, offset))
+    short = way * (top + pin) / (radius + length + reach)  # of the stretched linkage
+    square = short * (length + reach - radius) / (4.0 * radius * reach)
+    half = float(np.arcsin(np.sqrt(square)))
+    return _turned(2.0 * half, float(np.arctan2(offset, pin)), square)
+
+
+def _from_bottom(way: float, bottom: float, geometry: CrankGeometry) -> WithError:
+    """Crank angle beyond bottom dead centre at which the wrist pin has come out by `way`."""
+    radius, length, _, offset = geometry
+    pin = bottom + way
+    reach = float(np.hypot(pin, offset))
+    beyond = way * (pin + bottom) / (length - radius + reach)  # the folded linkage
+    square = beyond * (length + reach + radius) / (4.0 * radius * reach)
+    half = float(np.arcsin(np.sqrt(square)))
+    return _turned(2.0 * half, float(np.pi + np.arctan2(offset, pin)), square)
+
+
+def _turned(turn: float, start: float, square: float) -> WithError:
+    slack = HALF_ANGLE_ROUNDINGS * EPSILON * float(np.sqrt(square / (1.0 - square)))
+    return _with_error(start + turn, slack + 2.0 * EPSILON * (abs(start) + turn))
+
+
+def _way_from_bottom(angle: FloatArray, geometry: CrankGeometry) -> FloatArray:
+    """Way of the piston from bottom dead centre, m, as `piston_displacement` is from the top.
+
+    The difference 2 (R sin^2((t - t0)/2) - L sin^2(psi/2)) / cos t0 loses no more than
+    (L + R)/(L - R).
+    """
+    radius, length, _, offset = geometry
+    folded = float(bottom_dead_centre(radius, length, offset).angle)
+    start = folded - np.pi
+    sine, cosine = np.sin(angle), np.cos(angle)
+    rod = rod_projection(sine, cosine, *np.broadcast_arrays(radius, length, offset))
+    rod_angle = np.arctan2(radius * sine - offset, rod)
+    half_turn = np.sin(0.5 * (angle - folded))
+    half_swing = (radius / length) * half_turn * np.cos(0.5 * (angle + folded))
+    half_swing = half_swing / np.cos(0.5 * (rod_angle - start))
+    way = 2.0 * (radius * half_turn**2 - length * half_swing**2) / np.cos(start)
+    return np.asarray(np.maximum(way, 0.0))
+
+
+def _with_error(value: float, error: float) -> WithError:
+    return WithError(np.asarray(value), np.asarray(error))

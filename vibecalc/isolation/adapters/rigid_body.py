@@ -1,0 +1,196 @@
+"""Adapter: the body on its mounts with six degrees of freedom, or those in the crank plane."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from vibecalc.excitation.adapter import Forcing
+from vibecalc.excitation.inertia_forces import Excitation, as_loads, at_speed, size_of_terms
+from vibecalc.isolation.adapters.common import (
+    RunUpSetup,
+    emit_static,
+    emit_support_motion,
+    isolation_of,
+)
+from vibecalc.isolation.planar import kept_freedoms
+from vibecalc.isolation.rigid_body import (
+    all_six,
+    assemble,
+    displacement,
+    displacement_at,
+    held,
+    mount_force,
+    mount_readout,
+    restricted,
+    static_deflection,
+)
+from vibecalc.isolation.rows import Readout, body_rows, with_left_out
+from vibecalc.numerics.rounding import WithError
+from vibecalc.parts.body import DIRECTIONS, RigidBody
+from vibecalc.parts.mounts import Mounts
+from vibecalc.pipeline.scene import Scene
+from vibecalc.response.damped_basis import damped_basis
+from vibecalc.response.damped_poles import with_damped_poles
+from vibecalc.response.direct import Undriven, dynamics, response
+from vibecalc.response.energy import damping_ratio, energy_fraction
+from vibecalc.response.matrices import Matrices
+from vibecalc.response.modal_resonance import body_resonances
+from vibecalc.response.modes import Modes, modes
+from vibecalc.response.resonance import Resonances
+from vibecalc.response.singular import check_operating_point, idle_warnings, left_out
+from vibecalc.response.trust import require_digits
+
+# ----------------------------------------------------------------------------
+# Adapter: the body on its mounts with all six freedoms, or those in the plane of the crank.
+# ----------------------------------------------------------------------------
+
+COORDINATES = ("x", "y", "z", "rx", "ry", "rz")
+
+
+class MountedBody(NamedTuple):
+    """A body on its mounts for those who load it otherwise: what the run-up is made of.
+
+    Matrices and modes of the motions `freedoms`, the `readout` of the supports, and which of the
+    modes each of them `shows` (modes, supports).
+    """
+
+    freedoms: np.ndarray
+    matrices: Matrices
+    shapes: Modes
+    readout: Readout
+    shows: np.ndarray
+
+
+def run_isolation_rigid_body(scene: Scene) -> None:
+    """Emit modes, energies, sag, and the response of body and supports."""
+    forcing: Forcing = scene.handed_on["forcing"]
+    body, mounts = scene.parts.body, scene.parts.mounts
+    if body is None or mounts is None:
+        raise ValueError("isolation needs a body and mounts")
+    whole = assemble(
+        body.mass_matrix, mounts.position, mounts.stiffness, mounts.damping, mounts.structural
+    )
+    kept = freedoms_of(scene)
+    matrices = restricted(whole, kept)
+    shapes = damped_basis(matrices, modes(matrices))
+    scene.cite(
+        "rigid body on mounts, 6 x 6 complex dynamic stiffness",
+        "response on the mounts",
+        "Harris and Piersol, Shock and Vibration Handbook, 5th ed. 2002, ch. 3",
+    )
+    _emit_modes(scene, matrices, shapes, kept)
+    sag = _emit_static(scene, held(whole, kept), body, mounts)
+
+    load = _loads(forcing.per_speed_squared, kept)
+    resonances = body_resonances(matrices, shapes, load)
+    speed = scene.case.machine.speed
+    for warning in check_operating_point(resonances, forcing.orders, speed):
+        scene.warn(warning)
+    undriven = _undriven(resonances, shapes)
+    frequency = forcing.orders * speed
+    driven = _loads(at_speed(forcing.per_speed_squared, speed), kept)
+    system = dynamics(matrices, frequency, undriven)
+    motion = response(system, driven.value, driven.error)
+    require_digits(matrices, system, driven, motion, forcing.orders, speed)
+    motion = WithError(*(all_six(part, kept) for part in motion))
+    _emit_motion(scene, forcing, motion)
+    at_mounts = displacement(motion, mounts.position)
+    force = mount_force(at_mounts, frequency, mounts.stiffness, mounts.damping, mounts.structural)
+    up = np.eye(3)["xyz".index(isolation_of(scene).up)]
+    emit_support_motion(scene, forcing, mounts.names, DIRECTIONS, at_mounts, force, up, sag)
+    _hand_on_run_up(scene, forcing, matrices, mounts, shapes, load)
+
+
+def freedoms_of(scene: Scene) -> np.ndarray:
+    """The motions (f,) that the model of `[isolation]` keeps, as indices into x y z rx ry rz."""
+    return kept_freedoms(isolation_of(scene).model, scene.case.machine.crank_train.axis)
+
+
+def _loads(excitation: Excitation, kept: np.ndarray) -> WithError:
+    return WithError(*(part[..., kept] for part in as_loads(excitation)))
+
+
+def _undriven(resonances: Resonances, shapes: Modes) -> Undriven:
+    return Undriven(left_out(resonances), shapes.shape, shapes.eigenvalue)
+
+
+def _emit_modes(scene: Scene, matrices: Matrices, shapes: Modes, kept: np.ndarray) -> None:
+    axes = {"mode": np.arange(1, len(kept) + 1), "coordinate": COORDINATES}
+    ratio = damping_ratio(matrices, shapes)
+    share = energy_fraction(matrices, shapes)
+    scene.emit(
+        "isolation/modes/natural_frequency",
+        shapes.natural_frequency,
+        shapes.natural_frequency_error,
+        axes,
+    )
+    scene.emit("isolation/modes/damping_ratio", ratio.value, ratio.error, axes)
+    scene.emit("isolation/modes/shape", all_six(shapes.shape.T, kept), shapes.shape_error, axes)
+    scene.emit("isolation/modes/energy_fraction", all_six(share.value, kept), share.error, axes)
+
+
+def _emit_static(scene: Scene, matrices: Matrices, body: RigidBody, mounts: Mounts) -> WithError:
+    options = isolation_of(scene)
+    static = static_deflection(
+        matrices,
+        mounts.position,
+        mounts.stiffness,
+        body.mass,
+        body.centre,
+        options.gravity,
+        np.eye(3)["xyz".index(options.up)],
+    )
+    emit_static(scene, mounts.names, static.sag, static.sag_error, static.share, static.share_error)
+    return WithError(static.sag, static.sag_error)
+
+
+def _emit_motion(scene: Scene, forcing: Forcing, motion: WithError) -> None:
+    kept = forcing.kept
+    axes = {"order": forcing.orders[:kept], "direction": DIRECTIONS}
+    for name, part in (("translation", slice(0, 3)), ("rotation", slice(3, 6))):
+        scene.emit(
+            f"isolation/body/{name}_harmonics",
+            motion.value[:kept, part],
+            motion.error[:kept, part],
+            axes,
+            terms=size_of_terms(motion.error[:kept, part]),
+        )
+
+
+def _hand_on_run_up(
+    scene: Scene,
+    forcing: Forcing,
+    matrices: Matrices,
+    mounts: Mounts,
+    shapes: Modes,
+    load: WithError,
+) -> None:
+    freedoms = freedoms_of(scene)
+    whole = mount_readout(mounts.position, mounts.stiffness, mounts.damping, mounts.structural)
+    readout = whole._replace(spring=whole.spring[..., freedoms], damper=whole.damper[..., freedoms])
+    kept, orders = forcing.kept, forcing.orders
+    first = WithError(load.value[:kept], load.error[:kept])
+    few = forcing.few
+    rest = WithError(load.value[few], load.error[few])
+    resonances = body_resonances(matrices, shapes, first)
+    left_alone = _undriven(resonances, shapes)
+    resonances = with_damped_poles(resonances, matrices, shapes, first)
+    beyond = body_resonances(matrices, shapes, rest)
+    seen = mounts.stiffness @ displacement_at(mounts.position)[..., freedoms] @ shapes.shape
+    size = np.sqrt(np.square(seen).sum(axis=1)).T
+    shows = size > 1e-12 * size.max()
+    scene.handed_on["mounted"] = MountedBody(freedoms, matrices, shapes, readout, shows)
+    scene.handed_on["run_up"] = RunUpSetup(
+        rows=with_left_out(
+            body_rows(matrices, readout, orders[:kept], first, left_alone),
+            body_rows(matrices, readout, orders[few], rest, _undriven(beyond, shapes)),
+            forcing.few_tail,
+        ),
+        harmonics=orders[:kept],
+        step=1,
+        resonances=resonances,
+        shows=shows,
+        row_of=np.arange(len(mounts.names)),
+        lever_rows=0,
+        idle=lambda low, high: idle_warnings(resonances, orders[:kept], low, high),
+    )

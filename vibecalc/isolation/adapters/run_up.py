@@ -1,0 +1,93 @@
+"""Adapter: the slow run-up through the resonances of the mounts."""
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from vibecalc.isolation.adapters.common import RunUpSetup, Section, isolation_of
+from vibecalc.isolation.run_up import joined, run_up, run_up_peak
+from vibecalc.isolation.run_up_peaks import RunUpPeak, highest_of
+from vibecalc.parts.firing import torque_reaches_mounts
+from vibecalc.pipeline.scene import Scene
+
+
+def run_run_up(scene: Scene) -> None:
+    """Emit the envelope over speed, its maxima with their speeds, and masked intervals."""
+    parts = sections(scene)
+    scene.cite(
+        "peak over the cycle at each speed, refined at order resonances",
+        "run-up",
+        "docs/theory.md, quasi-steady run-up",
+    )
+    setup, given = parts[0].setup, [_given(part) for part in parts]
+    if not scene.wants("isolation/lever_force/run_up", "isolation/support_force/run_up"):
+        _emit_peaks(scene, setup, highest_of([run_up_peak(*each) for each in given]))
+        return
+    for warning in dict.fromkeys(text for p in parts for text in p.setup.idle(p.start, p.stop)):
+        scene.warn(warning)
+    passed = joined([run_up(*each) for each in given])
+    _emit_peaks(scene, setup, passed.peak)
+    value, error = (part[:, setup.row_of] for part in passed.curve)
+    for path, rows, mount in _rows(scene, setup):
+        scene.emit(
+            f"{path}/run_up",
+            value[:, rows].T if mount else value[:, 0],
+            error[:, rows],
+            {"speed": passed.speed, **mount},
+        )
+    if passed.unresolved:
+        scene.warn(
+            f"the run-up has {passed.unresolved} intervals of speed that are coarser than asked "
+            "for, since the number of speeds is capped; its maxima are not affected"
+        )
+    masked = passed.masked._replace(order=passed.masked.order * setup.step)
+    if len(masked.low):
+        axes = {"masked": np.arange(1, len(masked.low) + 1)}
+        for name in ("low", "centre", "high", "order", "mode"):
+            doubt = masked.centre_error if name == "centre" else 0.0
+            scene.emit(f"isolation/masked/{name}", getattr(masked, name), doubt, axes)
+        _warn_masked(scene, len(masked.low), float(masked.centre[0]), float(masked.order[0]))
+
+
+def sections(scene: Scene) -> tuple[Section, ...]:
+    """The run-up in one part, or in several where the torque of the gas has kinks."""
+    span = isolation_of(scene).run_up
+    if span is None:
+        raise ValueError("the case has no run-up")
+    if torque_reaches_mounts(scene.case):
+        from vibecalc.isolation.adapters.torque_reaction import torque_sections
+
+        return torque_sections(scene, span.start, span.stop)
+    return (Section(scene.handed_on["run_up"], span.start, span.stop),)
+
+
+def _given(part: Section) -> tuple[Any, ...]:
+    setup = part.setup
+    return (setup.rows, setup.harmonics, setup.resonances, part.start, part.stop, setup.shows)
+
+
+def _emit_peaks(scene: Scene, setup: RunUpSetup, peak: RunUpPeak) -> None:
+    peak = RunUpPeak._make(part[setup.row_of] for part in peak)
+    error = np.where(np.isfinite(peak.value), peak.error, 0.0)
+    for path, rows, mount in _rows(scene, setup):
+        place = rows if mount else 0
+        scene.emit(f"{path}/run_up_peak", peak.value[place], error[rows], mount)
+        scene.emit(f"{path}/run_up_peak_speed", peak.speed[place], peak.speed_error[rows], mount)
+
+
+def _rows(
+    scene: Scene, setup: RunUpSetup
+) -> Iterator[tuple[str, slice, dict[str, tuple[str, ...]]]]:
+    if setup.lever_rows:
+        yield "isolation/lever_force", slice(0, 1), {}
+    names = scene.parts.mounts.names if scene.parts.mounts else ()
+    yield "isolation/support_force", slice(setup.lever_rows, None), {"mount": names}
+
+
+def _warn_masked(scene: Scene, count: int, speed: float, order: float) -> None:
+    scene.warn(
+        f"the run-up crosses {count} undamped resonance{'s' if count > 1 else ''}, the first at "
+        f"{speed:.6g} rad/s with order {order:g}: the forces have no bound there, and "
+        "isolation/masked lists the speeds left out; give the mounts damping or a loss factor"
+    )

@@ -1,0 +1,218 @@
+"""Torque of all cylinders of an engine at its speed, and the couple that it is for the body."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from vibecalc.excitation.adapter import rod_difference
+from vibecalc.excitation.crank_forces import share_of_rotor
+from vibecalc.excitation.cylinder_torque import (
+    CylinderGas,
+    cylinder_gas,
+    cylinder_torque,
+    inertia_harmonics,
+    motored_card,
+    phasor,
+)
+from vibecalc.excitation.gas_tables import GasCard, card_weights
+from vibecalc.excitation.model import (
+    build_firing,
+    crank_geometry,
+    cycle_of,
+    firing_angle,
+    gas_cards,
+)
+from vibecalc.isolation.torque_reaction import couple_on_body, line_transfer
+from vibecalc.numerics.rounding import EPSILON, WithError
+from vibecalc.parts.firing import TURN, cycle_angle, is_separate, shakes_with_torque
+from vibecalc.pipeline.scene import Scene
+
+#: highest order where the case does not say one; a gas torque has many
+HIGHEST = 24
+
+
+#: orders (m,) and crank speeds (...) to the couple on the body (..., m, c) for a unit torque
+Passing = Callable[[np.ndarray, np.ndarray | float], WithError]
+
+
+class Couples(NamedTuple):
+    """Couples (m,) on the body about the crankshaft at the orders (m,), twice as many as `kept`.
+
+    `total` is of gas and inertia; `added` is what the shaking of the crank train lacks of it;
+    `mean` a number.
+    """
+
+    order: np.ndarray
+    kept: int
+    total: WithError
+    added: WithError
+    mean: WithError
+
+
+class TorqueLaw(NamedTuple):
+    """Torque of the cylinders on the crankshaft against its speed, at the orders (m,).
+
+    `gas` (k, c, m) and `mean` (k,) at the `speeds` (k,) of the gas cards, linear between them; one
+    for all speeds has none. `inertia` (c, m) per speed squared. `share` of the torque turns what is
+    fixed to the crank and, the other way round, the body.
+    """
+
+    order: np.ndarray
+    kept: int
+    speeds: np.ndarray
+    gas: WithError
+    mean: WithError
+    inertia: WithError
+    share: float
+
+    def gas_at(self, speed: np.ndarray | float) -> WithError:
+        """Gas torque (..., c, m) at speeds (...)."""
+        return _mixed(self.gas, self._weights(speed))
+
+    def mean_at(self, speed: float) -> WithError:
+        """Mean torque of all cylinders."""
+        return _mixed(self.mean, self._weights(speed))
+
+    def _weights(self, speed: np.ndarray | float) -> np.ndarray:
+        return card_weights(self.speeds if len(self.speeds) else [0.0], speed)
+
+
+def couples_of(scene: Scene, shaking_orders: int) -> Couples:
+    """Couples with all orders up to `shaking_orders`, or more, in steps of the engine's cycle."""
+    law, speed = torque_law(scene, shaking_orders), scene.case.machine.speed
+    gas, torque = law.gas_at(speed), total_torque(law, speed)
+    mean = law.mean_at(speed)
+    if not is_separate(scene.case):
+        mean = WithError(np.zeros(()), np.zeros(()))
+    if not shakes_with_torque(scene.case):
+        transfer = line_passing(scene)(law.order, speed)
+        total = couple_on_body(torque, transfer)
+        return Couples(law.order, law.kept, total, total, mean)
+    total = couple_on_body(torque, share=law.share)
+    added = couple_on_body(gas, share=law.share)
+    return Couples(law.order, law.kept, total, added, WithError(-mean.value, mean.error))
+
+
+def torque_law(scene: Scene, shaking_orders: int) -> TorqueLaw:
+    """The torque of the cylinders at any speed, with twice the orders that are kept."""
+    case = scene.case
+    step = TURN / cycle_angle(case.machine)
+    kept = int(np.ceil(_highest(scene, shaking_orders) / step))
+    order = step * np.arange(1, 2 * kept + 1)
+    rotor, share = case.machine.rotor, 1.0
+    if rotor is not None:
+        rod, train = case.machine.crank_train.rod, scene.parts.crank_train
+        difference = rod_difference(train, rod) if rod is not None and rod.inertia else None
+        motion = scene.handed_on["motion"]
+        share = float(share_of_rotor(train, motion, rotor.inertia, difference))
+    return TorqueLaw(order, kept, *_torques(scene, order), share)
+
+
+def total_torque(law: TorqueLaw, speed: np.ndarray | float) -> WithError:
+    """Torque (..., c, m) of gas and inertia at speeds (...)."""
+    gas, square = law.gas_at(speed), np.square(speed)[..., None, None]
+    inertia = WithError(square * law.inertia.value, square * law.inertia.error)
+    value = gas.value + inertia.value
+    return WithError(value, gas.error + inertia.error + EPSILON * np.abs(value))
+
+
+def _mixed(cards: WithError, weights: np.ndarray) -> WithError:
+    """Values (k, ...) of cards in the shares `weights` (..., k)."""
+    value = np.tensordot(weights, cards.value, axes=(-1, 0))
+    size = cards.error + 2.0 * EPSILON * np.abs(cards.value)
+    return WithError(value, np.tensordot(weights, size, axes=(-1, 0)))
+
+
+def _highest(scene: Scene, shaking_orders: int) -> float:
+    case = scene.case
+    torsion = None if case.response is None else case.response.torsion
+    orders = None if torsion is None else torsion.orders
+    said = 0.0
+    if orders is not None:
+        step = orders.step or TURN / cycle_angle(case.machine)
+        said = orders.highest or (orders.count or 0) * step
+    own = None if case.excitation is None else case.excitation.orders
+    return max(said, shaking_orders, HIGHEST if own is None and not said else 0)
+
+
+def _torques(scene: Scene, order: np.ndarray) -> tuple[np.ndarray, WithError, WithError, WithError]:
+    """Speeds of the cards, gas torque and its mean at each, inertia torque, as in `TorqueLaw`."""
+    case, train = scene.case, scene.parts.crank_train
+    firing = build_firing(case)
+    options = case.excitation
+    working = None if options is None else options.working
+    runs = np.array([working is None or name in working for name in firing.names])
+    geometry = crank_geometry(case.machine)
+    speeds, gas = _gas(scene, len(order), runs * firing.pressure_scale, ~firing.fires)
+    # the shaking of the masses counts from crank phase zero
+    turned = phasor(order, firing_angle(case.machine)).T
+    rod = case.machine.crank_train.rod
+    mass = train.reciprocating_mass[:, None]
+    piston = inertia_harmonics(geometry, 1.0, 0.0, order)
+    value, error = mass * piston.value, mass * piston.error
+    if rod is not None and rod.inertia is not None:
+        difference = rod_difference(train, rod)
+        moves = (train.reciprocating_mass + train.rotating_mass > 0.0)[:, None]
+        turning = inertia_harmonics(geometry, 0.0, 1.0, order)
+        value = value + moves * difference.value * turning.value
+        error = error + moves * (
+            np.abs(difference.value) * turning.error + difference.error * np.abs(turning.value)
+        )
+    doubt = 8.0 * EPSILON
+    mean_error = gas.mean_error.sum(-1) + len(runs) * EPSILON * np.abs(gas.mean).sum(-1)
+    return (
+        speeds,
+        WithError(gas.value * turned, gas.error + doubt * np.abs(gas.value)),
+        WithError(gas.mean.sum(-1), mean_error),
+        WithError(value * turned, error + doubt * np.abs(value)),
+    )
+
+
+def _gas(
+    scene: Scene, count: int, scale: np.ndarray, misfiring: np.ndarray
+) -> tuple[np.ndarray, CylinderGas]:
+    """Gas torque of every cylinder at the speeds of the cards.
+
+    One that misfires has none, or that of a motored one.
+    """
+    case = scene.case
+    speeds, cards = gas_cards(case.machine)
+    torsion = None if case.response is None else case.response.torsion
+    motored, geometry = None, crank_geometry(case.machine)
+    if torsion is not None and torsion.misfire and torsion.misfire_kind == "motored":
+        dead = _motored(scene, cards)
+        motored = cylinder_torque(dead, geometry, reciprocating_mass=0.0, harmonics=count)
+    healthy = cylinder_torque(cards, geometry, reciprocating_mass=0.0, harmonics=count)
+    return speeds, cylinder_gas(healthy, scale, misfiring=misfiring, motored=motored)
+
+
+def _motored(scene: Scene, cards: tuple[GasCard, ...]) -> tuple[GasCard, ...]:
+    machine = scene.case.machine
+    geometry = crank_geometry(machine)
+    if machine.crank_train.gas_cycle is not None:
+        from vibecalc.excitation.pressure_cycle import motored_cycle
+
+        return (motored_cycle(cycle_of(machine), geometry),)
+    return tuple(motored_card(card, geometry) for card in cards)
+
+
+def line_passing(scene: Scene) -> Passing:
+    """Couple on the body (..., m, c) for a unit torque of each cylinder, by the shaft line.
+
+    A function of the orders (m,) and of the crank speeds (...).
+    """
+    from vibecalc.torsion.model import build_shaft_line, spin_inertia
+
+    built = build_shaft_line(scene.case)
+    spin = spin_inertia(scene.case, built)
+    cylinders = built.cylinder_freedom
+    ratio = built.station_ratio[built.cylinder_station]
+
+    def passing(order: np.ndarray, speed: np.ndarray | float) -> WithError:
+        crank = np.asarray(speed, dtype=float)[..., None]
+        found = line_transfer(built.at(crank), spin, order * crank)
+        value, error = found.value[..., cylinders], found.error[..., cylinders]
+        return WithError(value * ratio, error * np.abs(ratio))
+
+    return passing

@@ -1,0 +1,340 @@
+"""Adapter: a machine on its mounts under the torque of its cylinders, steady or running up."""
+
+from itertools import pairwise
+
+import numpy as np
+
+from vibecalc.excitation.adapter import Forcing
+from vibecalc.excitation.inertia_forces import as_loads, at_speed
+from vibecalc.isolation.adapters.common import RunUpSetup, Section, isolation_of
+from vibecalc.isolation.adapters.rigid_body import MountedBody
+from vibecalc.isolation.adapters.torque_couple import (
+    Couples,
+    Passing,
+    TorqueLaw,
+    couples_of,
+    line_passing,
+    torque_law,
+    total_torque,
+)
+from vibecalc.isolation.planar import kept_freedoms
+from vibecalc.isolation.results import TORQUE_REACTION_ROOT
+from vibecalc.isolation.rigid_body import (
+    all_six,
+    assemble,
+    displacement,
+    held,
+    mount_force,
+    restricted,
+    static_deflection,
+)
+from vibecalc.isolation.rows import CoupleAt, HarmonicsAt, body_rows, with_left_out
+from vibecalc.isolation.torque_reaction import (
+    TAIL,
+    couple_by_differences,
+    couple_on_body,
+    extreme_loads,
+    linear_couple,
+    nearest_driven,
+    torque_left_out,
+    vector_peak,
+    with_shaking,
+)
+from vibecalc.numerics.cycle_peak import cycle_peak
+from vibecalc.numerics.rounding import UNIT_ROUNDOFF, WithError
+from vibecalc.parts.body import DIRECTIONS
+from vibecalc.parts.firing import TURN, cycle_angle, shakes_with_torque
+from vibecalc.parts.mounts import Mounts
+from vibecalc.pipeline.scene import Scene
+from vibecalc.response.damped_basis import damped_basis
+from vibecalc.response.damped_poles import with_damped_poles
+from vibecalc.response.direct import Undriven, dynamics, response
+from vibecalc.response.matrices import Matrices
+from vibecalc.response.modal_resonance import body_resonances
+from vibecalc.response.modes import Modes, modes
+from vibecalc.response.resonance import Resonances
+from vibecalc.response.singular import check_operating_point, idle_warnings, left_out
+from vibecalc.response.singular import left_out as undriven_pairs
+from vibecalc.response.trust import require_digits
+
+# ----------------------------------------------------------------------------
+# Adapter: a machine on its mounts under the torque of its cylinders, with what shakes it.
+# ----------------------------------------------------------------------------
+
+#: an order that drives a mode is worth a word within this share of its natural frequency
+CLOSE = 0.1
+
+
+def run_torque_reaction(scene: Scene) -> None:
+    """Emit couple, motion, forces and loads of the supports, and how near orders come to modes."""
+    forcing: Forcing = scene.handed_on["forcing"]
+    body, mounts = scene.parts.body, scene.parts.mounts
+    if body is None or mounts is None:
+        raise ValueError("isolation needs a body and mounts")
+    options, speed = isolation_of(scene), scene.case.machine.speed
+    axis = scene.parts.crank_train.axis
+    whole = assemble(
+        body.mass_matrix, mounts.position, mounts.stiffness, mounts.damping, mounts.structural
+    )
+    freedoms = kept_freedoms(options.model, scene.case.machine.crank_train.axis)
+    matrices, whole = restricted(whole, freedoms), held(whole, freedoms)
+    shapes = damped_basis(matrices, modes(matrices))
+    couples = couples_of(scene, forcing.kept)
+    scene.cite(
+        "torque reaction of the cylinders with the shaking of the crank train, order by order",
+        f"{scene.case.machine.kind} on its mounts",
+        "docs/theory_torsion_mounts.md",
+    )
+    kept, order = couples.kept, couples.order
+    scene.emit(
+        f"{TORQUE_REACTION_ROOT}/couple",
+        couples.total.value[:kept],
+        couples.total.error[:kept],
+        {"half_order": order[:kept]},
+    )
+    scene.emit(f"{TORQUE_REACTION_ROOT}/mean_couple", couples.mean.value, couples.mean.error)
+
+    driven = at_speed(forcing.per_speed_squared, speed)
+    shaking = WithError(
+        np.concatenate([driven.force, driven.couple], axis=-1),
+        np.concatenate([driven.force_error, driven.couple_error], axis=-1),
+    )
+    loads = _of(with_shaking(couples.added, order, axis, shaking), freedoms)
+    few, resonances = _motion(scene, matrices, shapes, loads, order)
+    motion = _six(few, freedoms)
+    _emit_nearest(scene, shapes, resonances, loads, couples)
+    _emit_motion(scene, motion, axis, couples)
+    at_mounts = displacement(motion, mounts.position)
+    force = mount_force(
+        at_mounts, order * speed, mounts.stiffness, mounts.damping, mounts.structural
+    )
+    alone = with_shaking(
+        couples.total, order, axis, WithError(shaking.value[:0], shaking.error[:0])
+    )
+    torque_motion, _ = _motion(scene, matrices, shapes, _of(alone, freedoms), order)
+    of_torque = mount_force(
+        displacement(_six(torque_motion, freedoms), mounts.position),
+        order * speed,
+        mounts.stiffness,
+        mounts.damping,
+        mounts.structural,
+    )
+    by_mount = {"mount": mounts.names}
+    scene.emit(
+        f"{TORQUE_REACTION_ROOT}/support_force",
+        force.value[..., :kept],
+        force.error[..., :kept],
+        {**by_mount, "direction": DIRECTIONS, "half_order": order[:kept]},
+    )
+    for name, harmonics in (("peak", force), ("of_torque", of_torque)):
+        peak = vector_peak(harmonics, order, kept)
+        scene.emit(f"{TORQUE_REACTION_ROOT}/support_force_{name}", peak.value, peak.error, by_mount)
+    mean = _mean_force(whole, mounts, couples.mean, axis)
+    scene.emit(
+        f"{TORQUE_REACTION_ROOT}/mean_support_force",
+        mean.value,
+        mean.error,
+        {**by_mount, "direction": DIRECTIONS},
+    )
+    up = np.eye(3)["xyz".index(options.up)]
+    static = static_deflection(
+        whole, mounts.position, mounts.stiffness, body.mass, body.centre, options.gravity, up
+    )
+    share = static.share - mean.value @ up
+    share_error = static.share_error + mean.error @ up + UNIT_ROUNDOFF * np.abs(share)
+    downwards = WithError(
+        -np.einsum("mdn,d->mn", force.value, up), np.einsum("mdn,d->mn", force.error, up)
+    )
+    load = extreme_loads(downwards, order, kept, WithError(share, share_error))
+    scene.emit(f"{TORQUE_REACTION_ROOT}/largest_load", load.highest, load.error, by_mount)
+    scene.emit(f"{TORQUE_REACTION_ROOT}/least_load", load.lowest, load.error, by_mount)
+
+
+def _of(loads: WithError, freedoms: np.ndarray) -> WithError:
+    return WithError(loads.value[:, freedoms], loads.error[:, freedoms])
+
+
+def _six(motion: WithError, freedoms: np.ndarray) -> WithError:
+    return WithError(all_six(motion.value, freedoms), all_six(motion.error, freedoms))
+
+
+def _motion(
+    scene: Scene, matrices: Matrices, shapes: Modes, loads: WithError, order: np.ndarray
+) -> tuple[WithError, Resonances]:
+    """Motion (m, f) of the reference point under loads (m, f) at the operating speed."""
+    speed = scene.case.machine.speed
+    resonances = body_resonances(matrices, shapes, loads)
+    for warning in check_operating_point(resonances, order, speed):
+        scene.warn(warning)
+    undriven = Undriven(undriven_pairs(resonances), shapes.shape, shapes.eigenvalue)
+    system = dynamics(matrices, order * speed, undriven)
+    motion = response(system, loads.value, loads.error)
+    require_digits(matrices, system, loads, motion, order, speed)
+    return motion, resonances
+
+
+def _mean_force(
+    matrices: Matrices, mounts: Mounts, couple: WithError, axis: np.ndarray
+) -> WithError:
+    """Force (mounts, 3) of each support on the ground under a constant couple about `axis`."""
+    none = np.zeros((6, 6))
+    still = matrices._replace(structural=none, structural_error=none)
+    load = np.concatenate([np.zeros(3), float(couple.value) * axis])[None]
+    doubt = np.concatenate([np.zeros(3), float(couple.error) * np.abs(axis)])[None]
+    motion = response(dynamics(still, np.zeros(1)), load.astype(complex), doubt)
+    force = mount_force(
+        displacement(motion, mounts.position),
+        np.zeros(1),
+        mounts.stiffness,
+        np.zeros_like(mounts.damping),
+        np.zeros_like(mounts.structural),
+    )
+    return WithError(force.value[..., 0].real, force.error[..., 0])
+
+
+def _emit_motion(scene: Scene, motion: WithError, axis: np.ndarray, couples: Couples) -> None:
+    kept = couples.kept
+    axes = {"half_order": couples.order[:kept], "direction": DIRECTIONS}
+    for name, part in (("translation", slice(0, 3)), ("rotation", slice(3, 6))):
+        scene.emit(
+            f"{TORQUE_REACTION_ROOT}/{name}",
+            motion.value[:kept, part],
+            motion.error[:kept, part],
+            axes,
+        )
+    roll = WithError(motion.value[:, 3:] @ axis, motion.error[:, 3:] @ np.abs(axis))
+    peak = cycle_peak(roll.value[:kept], np.rint(2.0 * couples.order[:kept]).astype(np.int64))
+    scene.emit(
+        f"{TORQUE_REACTION_ROOT}/roll_peak", peak.value, peak.error + torque_left_out(roll, kept)
+    )
+
+
+def _emit_nearest(
+    scene: Scene, shapes: Modes, resonances: Resonances, loads: WithError, couples: Couples
+) -> None:
+    """The nearest order of each mode, and a warning for those that nearly meet."""
+    speed, kept = scene.case.machine.speed, couples.kept
+    listed = WithError(loads.value[:kept], loads.error[:kept])
+    found = nearest_driven(shapes, listed, couples.order[:kept], speed)
+    axes = {"mode": np.arange(1, len(found.order) + 1)}
+    scene.emit(f"{TORQUE_REACTION_ROOT}/nearest_order", found.order, 0.0, axes)
+    scene.emit(f"{TORQUE_REACTION_ROOT}/margin", found.margin, found.margin_error, axes)
+    for mode in np.flatnonzero(np.abs(found.margin) < CLOSE):
+        scene.warn(
+            f"order {found.order[mode]:g} of the torque reaction and the shaking is within "
+            f"{CLOSE:.0%} of mode {mode + 1} of the body on its mounts, "
+            f"{resonances.frequency[mode]:.6g} rad/s (damping ratio "
+            f"{resonances.damping_ratio[mode]:.2g})"
+        )
+
+
+# ----------------------------------------------------------------------------
+# The run-up of a machine whose cylinders turn its body, too: all orders of shaking and torque.
+#
+# Between two gas cards the torque is linear in the speed, so each such part of the range is a
+# run-up of its own.
+# ----------------------------------------------------------------------------
+
+#: damping ratio from which a resonance of a shaft line is looked for
+_NARROW = 1e-3
+
+
+def torque_sections(scene: Scene, start: float, stop: float) -> tuple[Section, ...]:
+    """The range from `start` to `stop`, cut at the speeds of the gas cards within it."""
+    forcing: Forcing = scene.handed_on["forcing"]
+    law = torque_law(scene, forcing.kept)
+    within = law.speeds[(law.speeds > start) & (law.speeds < stop)]
+    passing = None if shakes_with_torque(scene.case) else line_passing(scene)
+    return tuple(
+        Section(_setup(scene, law, passing, low, high), low, high)
+        for low, high in pairwise([start, *within.tolist(), stop])
+    )
+
+
+def _setup(
+    scene: Scene, law: TorqueLaw, passing: Passing | None, low: float, high: float
+) -> RunUpSetup:
+    """Rows and resonances between two speeds."""
+    mounted: MountedBody = scene.handed_on["mounted"]
+    forcing: Forcing = scene.handed_on["forcing"]
+    own = np.zeros(0) if passing is None else _line_frequencies(scene, high)
+    axis, ends = scene.parts.crank_train.axis, np.array([low, high])
+    none = WithError(np.zeros(len(law.order)), np.zeros(len(law.order)))
+    whole = WithError(*as_loads(forcing.per_speed_squared))
+    shaking = with_shaking(none, law.order, axis, whole)
+    about = np.concatenate([np.zeros(3), axis])[mounted.freedoms]
+
+    def of_orders(part: slice) -> tuple[HarmonicsAt, Resonances]:
+        force = WithError(*(each[part][:, mounted.freedoms] for each in shaking))
+        couple = _couple(law, passing, ends, part)
+        at_ends = couple(ends, errors=True)
+        forces = [force, *_about(WithError(at_ends.value, at_ends.error), about)]
+        resonances = _met(mounted, forces)
+        undriven = Undriven(left_out(resonances), mounted.shapes.shape, mounted.shapes.eigenvalue)
+        given = (mounted.matrices, mounted.readout, law.order[part], force, undriven)
+        return body_rows(*given, couple, about), _with_poles(mounted, resonances, forces)
+
+    rows, resonances = of_orders(slice(law.kept))
+    beyond, _ = of_orders(slice(law.kept, None))
+    step, order = TURN / cycle_angle(scene.case.machine), law.order[: law.kept]
+    return RunUpSetup(
+        rows=with_left_out(rows, beyond, TAIL),
+        harmonics=np.arange(1, law.kept + 1),
+        step=step,
+        resonances=resonances._replace(
+            frequency=resonances.frequency / step,
+            moved_frequency=np.concatenate([resonances.moved_frequency, own]) / step,
+            moved_ratio=np.concatenate([resonances.moved_ratio, np.full(len(own), _NARROW)]),
+        ),
+        shows=mounted.shows,
+        row_of=np.arange(mounted.shows.shape[1]),
+        lever_rows=0,
+        idle=lambda first, last: idle_warnings(resonances, order, first, last),
+    )
+
+
+def _line_frequencies(scene: Scene, speed: float) -> np.ndarray:
+    """Natural frequencies of the shaft line above zero, rad/s, where its torque has resonances."""
+    from vibecalc.torsion.model import build_shaft_line
+    from vibecalc.torsion.modes import natural_modes
+
+    frequency = natural_modes(build_shaft_line(scene.case).at(speed)).frequency
+    return frequency[frequency > 0.0]
+
+
+def _couple(law: TorqueLaw, passing: Passing | None, ends: np.ndarray, part: slice) -> CoupleAt:
+    """Couple of the orders `part` that the shaking lacks, as a function of the speed."""
+    if passing is None:
+        low, high = (couple_on_body(law.gas_at(end), share=law.share) for end in ends)
+        return linear_couple(ends, *(WithError(c.value[part], c.error[part]) for c in (low, high)))
+    order = law.order[part]
+
+    def by_the_line(speed: np.ndarray) -> WithError:
+        torque = total_torque(law, speed)
+        torque = WithError(torque.value[..., part], torque.error[..., part])
+        return couple_on_body(torque, passing(order, speed))
+
+    return couple_by_differences(by_the_line)
+
+
+def _about(couple: WithError, axis: np.ndarray) -> list[WithError]:
+    """Loads (orders, f) of the couples (speeds, orders) about an axis (f,), speed by speed."""
+    return [
+        WithError(value[:, None] * axis, error[:, None] * np.abs(axis))
+        for value, error in zip(couple.value, couple.error, strict=True)
+    ]
+
+
+def _met(mounted: MountedBody, forces: list[WithError]) -> Resonances:
+    """Resonances of which an order is idle that none of the forces (orders, f) gives a force."""
+    found = [body_resonances(mounted.matrices, mounted.shapes, force) for force in forces]
+    return found[0]._replace(idle=np.all([one.idle for one in found], axis=0))
+
+
+def _with_poles(
+    mounted: MountedBody, resonances: Resonances, forces: list[WithError]
+) -> Resonances:
+    found = [
+        with_damped_poles(resonances, mounted.matrices, mounted.shapes, force) for force in forces
+    ]
+    return found[0]._replace(idle=np.all([one.idle for one in found], axis=0))

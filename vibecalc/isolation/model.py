@@ -1,0 +1,159 @@
+"""The pitch model of a case, and whether body and mounts suit the isolation model asked for."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vibecalc.case.schema import Case
+from vibecalc.errors import KeyPath, Problem
+from vibecalc.parts import tables as parts
+from vibecalc.parts.body import DIRECTIONS, RigidBody, build_body, build_frame
+from vibecalc.parts.mounts import Mounts, build_mounts, free_motions
+
+# ----------------------------------------------------------------------------
+# What the pitch model needs of a machine: one rotation about the axis across the crankshaft.
+# ----------------------------------------------------------------------------
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True)
+class PitchParts:
+    """Inertia in kg m^2 about `across` (3,) through `centre` (3,), and the mounts along the shaft.
+
+    `position` (n,) in m along the crankshaft from the mass centre; `stiffness`, `structural` in
+    N/m and `damping` in N s/m (n,) along the stroke. A rotation q about `across` moves a mount by
+    -position * q along the stroke. `lever` is the one distance |position| that all mounts share, or
+    None if they differ.
+    """
+
+    names: tuple[str, ...]
+    inertia: float
+    centre: Array
+    across: Array
+    position: Array
+    stiffness: Array
+    damping: Array
+    structural: Array
+    lever: float | None
+
+
+def common_lever(position: Array) -> float | None:
+    """The distance |position| (n,) that all mounts share to a billionth, or None."""
+    reach = np.abs(position)
+    longest = float(reach.max())
+    if longest == 0.0 or float(longest - reach.min()) > 1e-9 * longest:
+        return None
+    ascending = np.sort(reach)  # np.median would import the masked arrays of numpy
+    return 0.5 * float(ascending[(len(reach) - 1) // 2] + ascending[len(reach) // 2])
+
+
+def pitch_parts(body: RigidBody, mounts: Mounts, axis: str, stroke: str) -> PitchParts:
+    """Pitch model of a body and its mounts, by projection on the crankshaft and the stroke."""
+    frame = build_frame(axis, stroke)
+    position = (mounts.position - body.centre) @ frame.axis
+
+    def along_stroke(matrices: Array) -> Array:
+        return np.asarray((matrices @ frame.stroke) @ frame.stroke)
+
+    return PitchParts(
+        names=mounts.names,
+        inertia=float(frame.across @ body.inertia @ frame.across),
+        centre=body.centre,
+        across=frame.across,
+        position=position,
+        stiffness=along_stroke(mounts.stiffness),
+        damping=along_stroke(mounts.damping),
+        structural=along_stroke(mounts.structural),
+        lever=common_lever(position),
+    )
+
+
+def build_pitch(body: parts.Body, mounts: parts.Mounts, train: parts.CrankTrain) -> PitchParts:
+    """Pitch model of a validated case."""
+    return pitch_parts(build_body(body), build_mounts(mounts), train.axis, train.stroke)
+
+
+# ----------------------------------------------------------------------------
+# Do body and mounts suit the isolation model that is asked for?
+# ----------------------------------------------------------------------------
+
+MOUNTS: KeyPath = ("machine", "mounts")
+
+
+def isolation_problems(case: Case) -> list[Problem]:
+    """Problems of the chosen model; nothing is judged that it does not ask for."""
+    isolation, machine = case.isolation, case.machine
+    if isolation is None or machine.body is None or machine.mounts is None:
+        return []
+    if machine.body.mass is None or machine.mounts.stiffness_matrix is not None:
+        return []  # matrices have no places; the checks of form say so
+    if isolation.model == "rigid_body":
+        return _held(free_motions(build_mounts(machine.mounts)))
+    if isolation.model == "planar":
+        from vibecalc.isolation.planar import planar_problems  # loads what adds mounts up
+
+        return planar_problems(case)
+    train = machine.crank_train
+    problems = []
+    if isolation.up != train.stroke:
+        problems.append(
+            Problem(
+                path=("isolation", "up"),
+                message="the pitch model stands upright: up must be the direction of the stroke",
+                found=f"up = '{isolation.up}', and stroke = '{train.stroke}'",
+                allowed=f"up = '{train.stroke}', or model = 'rigid_body'",
+                also=("machine", "crank_train", "stroke"),
+            )
+        )
+    pitch = build_pitch(machine.body, machine.mounts, train)
+    return [*problems, *_pitch_held(pitch), *_lever(case, pitch)]
+
+
+def _held(motions: list[str]) -> list[Problem]:
+    if not motions:
+        return []
+    return [
+        Problem(
+            path=MOUNTS,
+            message="the mounts leave the body free",
+            found="nothing resists " + ", ".join(motions),
+            allowed="a stiffness against each of the six motions",
+            hint="give stiffness in three directions, spread the mounts, or use model = 'pitch', "
+            "or 'planar' for two mounts",
+        )
+    ]
+
+
+def _pitch_name(pitch: PitchParts) -> str:
+    return DIRECTIONS[int(np.argmax(np.abs(pitch.across)))]
+
+
+def _pitch_held(pitch: PitchParts) -> list[Problem]:
+    if float(pitch.stiffness @ pitch.position**2) > 0.0:
+        return []
+    return [
+        Problem(
+            path=MOUNTS,
+            message="the mounts leave the body free to pitch",
+            found=f"nothing resists turning about {_pitch_name(pitch)}",
+            allowed="a stiffness along the stroke, away from the mass centre along the crankshaft",
+        )
+    ]
+
+
+def _lever(case: Case, pitch: PitchParts) -> list[Problem]:
+    if case.isolation is None or case.isolation.lever is not None or pitch.lever is not None:
+        return []
+    reach = np.abs(pitch.position)
+    return [
+        Problem(
+            path=("isolation", "lever"),
+            message="the mounts stand at different distances from the mass centre, so the lever "
+            "of lever_force has to be given",
+            found=f"distances along the crankshaft from {reach.min():.6g} to {reach.max():.6g} m",
+            allowed=f"lever = {reach.max():.6g}, for example",
+            also=MOUNTS,
+        )
+    ]

@@ -1,0 +1,380 @@
+"""Pictures of the body on its mounts: loads over the cycle, transmissibility, modes."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vibecalc.report.lookup import along, having, labels, scalar_of, speed_of, table_of
+from vibecalc.report.numbers import hertz, show
+from vibecalc.report.pictures.canvas import (
+    COLOURS,
+    LIMIT,
+    QUIET,
+    TOTAL,
+    bounds_of,
+    canvas,
+    crank_angle_axis,
+    limit_line,
+    order_name,
+    waves,
+)
+from vibecalc.report.pictures.perspective import EDGES, TRIAD, arc_about, corners, project
+from vibecalc.report.sections.response import main_coordinates
+from vibecalc.results.record import Quantity, Record, Result
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+# ----------------------------------------------------------------------------
+# The couple over the lever during one turn, body held still and on its mounts.
+# ----------------------------------------------------------------------------
+
+_PANELS = (("rigid", "without isolation: body held still"), ("steady", "through the mounts"))
+_DRAWN = 2
+
+
+def draw_force_over_cycle(result: Result) -> "Figure | None":
+    """Two panels with primary, secondary and total force; None without lever force."""
+    found = []
+    for name, words in _PANELS:
+        hit = along(result.record, f"isolation/lever_force/{name}_harmonics", "order")
+        if hit is not None and hit[1].size:
+            found.append((name, words, *hit))
+    if not found:
+        return None
+    figure = canvas(result, "couple over the lever during one turn", 8.0, 1.2 + 2.9 * len(found))
+    panels = figure.subplots(len(found), 1, sharex=True, squeeze=False)[:, 0]
+    for axes, (name, words, quantity, orders) in zip(panels, found, strict=True):
+        _curves(axes, quantity, orders)
+        path = f"isolation/lever_force/{name}_peak"
+        peak = scalar_of(result.record, path)
+        title = words if peak is None else f"{words}, peak {show(peak, digits=4)} {quantity.unit}"
+        axes.set_title(title, loc="left")
+        axes.set_ylabel(f"force in {quantity.unit}")
+        for text, bound in bounds_of(result, path):
+            limit_line(axes, bound, text)
+            axes.axhline(-bound, color=LIMIT, linestyle="--", linewidth=1.3)
+    panels[0].legend(loc="upper center", ncols=4, bbox_to_anchor=(0.5, -0.02), fontsize=9)
+    crank_angle_axis(panels[-1])
+    return figure
+
+
+def _curves(axes: "Axes", quantity: Quantity, orders: np.ndarray) -> None:
+    angle = np.linspace(0.0, 2.0 * np.pi, 721)
+    parts = np.real(np.asarray(quantity.values)[:, None] * waves(orders, angle))
+    degrees = np.degrees(angle)
+    for order, colour in zip((1, 2), COLOURS, strict=False):
+        for part in parts[np.asarray(orders) == order]:
+            axes.plot(degrees, part, color=colour, linewidth=1.3, label=order_name(order))
+    words = "total" if len(orders) <= _DRAWN else f"total of {len(orders)} orders"
+    axes.plot(degrees, parts.sum(axis=0), color=TOTAL, linewidth=2.0, label=words)
+
+
+# ----------------------------------------------------------------------------
+# Couple of the cylinders' torque on the body, and the load of every support, over the cycle.
+# ----------------------------------------------------------------------------
+
+_ROOT = "isolation/torque_reaction/"
+_STATIC = "isolation/support_force/static"
+_DASHES = ("-", "--", "-.", ":")
+
+
+def draw_engine_mounts(result: Result) -> "Figure | None":
+    """Couple above, loads about their means below; None without a torque reaction."""
+    record = result.record
+    couple = having(record, f"{_ROOT}couple", "half_order")
+    force = having(record, f"{_ROOT}support_force", "mount", "direction", "half_order")
+    if couple is None or force is None:
+        return None
+    orders = np.asarray(couple.axes[0].values, dtype=float)
+    turns = 2 if np.any(orders % 1.0) else 1
+    count = max(721, int(16.0 * turns * orders.max()) + 1)
+    angle = np.linspace(0.0, 2.0 * np.pi * turns, count)
+    kind = table_of(result.case, "machine").get("kind") or "engine"
+    title = f"torque reaction: {kind} on its mounts over the cycle"
+    figure = canvas(result, title, 8.6, 7.4)
+    above, below = figure.subplots(2, 1, sharex=True)
+    _couple(above, record, couple, angle, orders)
+    _loads(below, result, force, angle, orders)
+    below.set_xlim(0.0, 360.0 * turns)
+    below.set_xticks(range(0, 360 * turns + 1, 90 * turns // 2))
+    below.set_xlabel("crank angle in deg")
+    return figure
+
+
+def _couple(
+    axes: "Axes", record: Record, couple: Quantity, angle: np.ndarray, orders: np.ndarray
+) -> None:
+    given = having(record, f"{_ROOT}mean_couple")
+    mean = 0.0 if given is None else float(given.values)
+    course = mean + np.real(np.asarray(couple.values) @ waves(orders, angle))
+    axes.plot(np.degrees(angle), course, color=TOTAL)
+    axes.axhline(mean, color=QUIET, linestyle="--", linewidth=1.2)
+    words = f"couple on the body about the crankshaft, mean {show(mean, digits=4)} N m (dashed)"
+    axes.set_title(words, loc="left")
+    axes.set_ylabel(f"couple in {_plain(couple.unit)}")
+
+
+def _loads(
+    axes: "Axes", result: Result, force: Quantity, angle: np.ndarray, orders: np.ndarray
+) -> None:
+    """What each support carries about its mean load, downwards; where that is zero it lifts."""
+    record = result.record
+    up = "xyz".index(str(table_of(result.case, "isolation").get("up") or "z"))
+    weight = having(record, _STATIC, "mount")
+    mean = having(record, f"{_ROOT}mean_support_force", "mount", "direction")
+    courses, still = [], []
+    for place, name in enumerate(labels(force.axes[0])):
+        load = 0.0 if weight is None else float(weight.values[place])
+        load -= 0.0 if mean is None else float(mean.values[place, up])
+        course = -np.real(np.asarray(force.values)[place, up] @ waves(orders, angle))
+        courses.append(course)
+        still.append(load)
+        axes.plot(
+            np.degrees(angle),
+            course,
+            color=COLOURS[place % len(COLOURS)],
+            linestyle=_DASHES[place // len(COLOURS) % len(_DASHES)],
+            label=f"{name}: {show(load, digits=4)}",
+        )
+    axes.axhline(0.0, color=QUIET, linewidth=0.8)
+    lowest = min((float(np.min(one)) for one in courses), default=0.0)
+    for place, load in enumerate(still):
+        if load + float(np.min(courses[place])) < 0.0 or -load > 1.2 * lowest:
+            colour = COLOURS[place % len(COLOURS)]
+            axes.axhline(-load, color=colour, linestyle=":", linewidth=1.2)
+            axes.annotate(
+                f"{labels(force.axes[0])[place]} carries nothing", (0.0, -load),
+                xycoords=axes.get_yaxis_transform(), xytext=(4, 2), textcoords="offset points",
+                fontsize=8, color=LIMIT,
+            )  # fmt: skip
+    axes.set_title("load on each support about its mean: torque and shaking, downwards",
+                   loc="left")  # fmt: skip
+    axes.set_ylabel(f"load in {_plain(force.unit)}")
+    axes.legend(title=f"support: mean\nin {_plain(force.unit)}", loc="center left",
+                bbox_to_anchor=(1.0, 0.5), fontsize=9)  # fmt: skip
+
+
+def _plain(unit: str) -> str:
+    """A unit as the other words of a picture write it."""
+    return unit.replace("*", " ")
+
+
+# ----------------------------------------------------------------------------
+# Transmissibility of the pitch model against the frequency ratio, with the orders marked.
+# ----------------------------------------------------------------------------
+
+_BASE = "isolation/pitch/"
+#: Orders named in the legend; a long rod ratio has 70, which no picture has room for.
+_NAMED = 8
+
+
+def draw_transmissibility(result: Result) -> "Figure | None":
+    """Magnitude in dB and phase; None without a pitch model.
+
+    The curve comes from `transmissibility_curve` (axis `frequency_ratio`); without it the
+    orders alone are marked.
+    """
+    hit = along(result.record, _BASE + "transmissibility", "order")
+    natural = scalar_of(result.record, _BASE + "natural_frequency")
+    speed = speed_of(result)
+    if hit is None or not natural or speed is None:
+        return None
+    quantity, orders = hit
+    ratios = np.asarray(orders, dtype=float) * speed / natural
+    figure = canvas(result, "transmissibility of the mounts, pitch", 8.0, 6.2)
+    level, phase = figure.subplots(2, 1, sharex=True, height_ratios=[2, 1])
+    curve = along(result.record, _BASE + "transmissibility_curve", "frequency_ratio")
+    if curve is not None:
+        level.plot(curve[1], _decibel(curve[0].values), color=TOTAL)
+        phase.plot(curve[1], np.degrees(np.angle(curve[0].values)), color=TOTAL)
+    for i, (order, ratio, value) in enumerate(zip(orders, ratios, quantity.values, strict=True)):
+        colour = COLOURS[i % len(COLOURS)]
+        decibel = float(_decibel(value))
+        words = f"order {int(order)}: {decibel:.1f} dB" if i < _NAMED else None
+        level.plot([ratio], [decibel], "o", color=colour, label=words)
+        phase.plot([ratio], [float(np.degrees(np.angle(value)))], "o", color=colour)
+    if len(orders) > _NAMED:
+        level.plot([], [], " ", label=f"and up to order {int(orders[-1])}")
+    level.axhline(0.0, color=QUIET, linewidth=1.0)
+    level.axvline(np.sqrt(2.0), color=QUIET, linestyle=":", linewidth=1.2)
+    level.annotate(
+        "isolates beyond $\\sqrt{2}$",
+        (np.sqrt(2.0), 1.0),
+        xycoords=level.get_xaxis_transform(),
+        xytext=(5, -12),
+        textcoords="offset points",
+        color=QUIET,
+        fontsize=9,
+    )
+    level.set_xscale("log")
+    level.xaxis.set_major_formatter("{x:g}")
+    level.xaxis.set_minor_formatter("")
+    level.margins(y=0.12)
+    level.set_ylabel("|force out / force in| in dB")
+    level.legend(loc="lower left", fontsize=9)
+    phase.set_ylabel("phase in deg")
+    phase.set_ylim(-185.0, 5.0)
+    phase.set_yticks([-180, -90, 0])
+    phase.set_xlabel("excitation frequency / natural frequency")
+    return figure
+
+
+def _decibel(values: Any) -> Any:
+    """20 log10 |T|; what is zero or infinite is a gap."""
+    size = np.abs(np.asarray(values))
+    return 20.0 * np.log10(np.where((size > 0.0) & np.isfinite(size), size, np.nan))
+
+
+# ----------------------------------------------------------------------------
+# Which freedoms move in which mode of the body: shares of energy as stacked bars.
+# ----------------------------------------------------------------------------
+
+_PERCENT_WITH_TEXT = 8.0
+#: Colours that need dark letters.
+_LIGHT = (3, 4, 5)
+
+
+def draw_modal_energy(result: Result) -> "Figure | None":
+    """One bar for each mode, lowest on top; None without modes."""
+    quantity = result.record.quantities.get("isolation/modes/energy_fraction")
+    if quantity is None or [axis.name for axis in quantity.axes] != ["mode", "coordinate"]:
+        return None
+    modes, coordinates = (labels(axis) for axis in quantity.axes)
+    shares = 100.0 * np.asarray(quantity.values, dtype=float)
+    natural = along(result.record, "isolation/modes/natural_frequency", "mode")
+    names = [f"mode {mode}" for mode in modes]
+    if natural is not None:
+        names = [
+            f"{name}\n{show(hertz(float(value)), digits=4)} Hz"
+            for name, value in zip(names, natural[0].values, strict=True)
+        ]
+    figure = canvas(result, "modes on the mounts: shares of energy", 8.4, 1.8 + 0.62 * len(modes))
+    axes = figure.subplots()
+    place = np.arange(len(modes))
+    # A share can be negative where coordinates are coupled by the mass: it is stacked leftwards.
+    ends = {sign: np.zeros(len(modes)) for sign in (-1.0, 1.0)}
+    for j, name in enumerate(coordinates):
+        colour = COLOURS[j % len(COLOURS)]
+        ink = "black" if j % len(COLOURS) in _LIGHT else "white"
+        left = np.where(shares[:, j] < 0.0, ends[-1.0], ends[1.0])
+        axes.barh(place, shares[:, j], left=left, color=colour, height=0.72, label=name)
+        for i in np.flatnonzero(np.abs(shares[:, j]) >= _PERCENT_WITH_TEXT):
+            middle = left[i] + 0.5 * shares[i, j]
+            words = f"{name} {shares[i, j]:.0f} %"
+            axes.text(middle, float(i), words, ha="center", va="center", color=ink, fontsize=9)
+        for sign, end in ends.items():
+            end += np.where(sign * shares[:, j] > 0.0, shares[:, j], 0.0)
+    axes.set_yticks(place, names)
+    axes.invert_yaxis()
+    axes.set_xlim(min(0.0, float(ends[-1.0].min())), max(100.0, float(ends[1.0].max())))
+    axes.set_xlabel("share of the energy of the mode in %")
+    axes.grid(visible=False, axis="y")
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, 1.12), ncols=6, fontsize=9)
+    return figure
+
+
+# ----------------------------------------------------------------------------
+# The modes of the body as a box seen in perspective: where it goes and how it turns.
+# ----------------------------------------------------------------------------
+
+_COORDINATES = ("x", "y", "z", "rx", "ry", "rz")
+_MOVES, _TURNS = COLOURS[0], COLOURS[1]
+#: parts of a mode shorter than this share of its longest arrow are left out
+_SHORT = 0.06
+_ARROW = 1.25
+#: behind the letters of the axes
+_PLATE = {"facecolor": "white", "edgecolor": "none", "pad": 0.8, "alpha": 0.8}
+#: how far the box is drawn aside, and by what angle, at an arrow of length 1
+_ASIDE, _ANGLE = 0.45, 0.35
+
+
+def draw_mode_shapes(result: Result) -> "Figure | None":
+    """A panel for each mode; None without shapes and their shares of energy.
+
+    Metres and radians have no common scale: each component is drawn as long as the square root of
+    its share of the kinetic energy, with the sign of the shape.
+    """
+    record = result.record
+    stem = "response/modes/"
+    shape = having(record, stem + "shape", "mode", "coordinate")
+    share = having(record, stem + "energy_fraction", "mode", "coordinate")
+    natural = having(record, stem + "natural_frequency", "mode")
+    if shape is None or share is None or natural is None:
+        return None
+    if tuple(str(name) for name in shape.axes[1].values) != _COORDINATES:
+        return None
+    length = np.sign(np.real(shape.values)) * np.sqrt(np.abs(np.asarray(share.values, dtype=float)))
+    modes = len(length)
+    columns = min(3, modes)
+    rows = -(-modes // columns)
+    subtitle = "modes of the body; arrows by their share of the energy"
+    figure = canvas(result, subtitle, 3.1 * columns, 1.2 + 3.0 * rows)
+    panels = figure.subplots(rows, columns, squeeze=False).ravel()
+    for axes in panels:
+        axes.set_axis_off()
+        axes.set_aspect("equal")
+    for i, vector in enumerate(length):
+        _panel(panels[i], vector)
+        frequency = show(hertz(float(natural.values[i])), digits=4)
+        words = main_coordinates(share, i)
+        panels[i].set_title(f"mode {i + 1}: {frequency} Hz\n{words}", fontsize=10)
+    _legend(figure)
+    return figure
+
+
+def _panel(axes: "Axes", vector: np.ndarray) -> None:
+    """The box at rest, the box displaced, and the two arrows from its centre."""
+    largest = float(np.max(np.abs(vector), initial=0.0))
+    kept = np.where(np.abs(vector) >= _SHORT * largest, vector, 0.0)
+    along, about = kept[:3], kept[3:]
+    _box(axes, corners(), "#b0b0b0", 0.9)
+    _box(axes, corners(_ASIDE * along, _ANGLE * about), "#444444", 1.4)
+    for name, end in TRIAD:
+        tip = project(end)
+        axes.plot(*np.transpose([project(0.0 * end), tip]), color=QUIET, linewidth=0.8, ls=":")
+        x, y = (float(value) for value in project(1.1 * end))
+        text = axes.text(x, y, name, color=QUIET, ha="center", va="center", zorder=6)
+        text.set_bbox(_PLATE)
+    if np.linalg.norm(along) > 0.0:
+        _arrow(axes, np.zeros(3), _ARROW * along, _MOVES)
+    size = float(np.linalg.norm(about))
+    if size > 0.0:
+        tip = _ARROW * about
+        _arrow(axes, np.zeros(3), tip, _TURNS)
+        path = np.array([project(point) for point in arc_about(tip, 0.2 + 0.35 * size)])
+        axes.plot(path[:, 0], path[:, 1], color=_TURNS, linewidth=1.8)
+        _head(axes, path[-4], path[-1], _TURNS)
+    axes.set_xlim(-1.55, 1.55)
+    axes.set_ylim(-1.4, 1.6)
+
+
+def _box(axes: "Axes", points: np.ndarray, colour: str, width: float) -> None:
+    flat = np.array([project(point) for point in points])
+    for start, end in EDGES:
+        axes.plot(flat[[start, end], 0], flat[[start, end], 1], color=colour, linewidth=width)
+
+
+def _arrow(axes: "Axes", start: np.ndarray, end: np.ndarray, colour: str) -> None:
+    first, last = project(start), project(end)
+    axes.plot(*np.transpose([first, last]), color=colour, linewidth=2.2, zorder=4)
+    _head(axes, first, last, colour)
+
+
+def _head(axes: "Axes", first: np.ndarray, last: np.ndarray, colour: str) -> None:
+    style = {"arrowstyle": "-|>", "color": colour, "lw": 0.0, "shrinkA": 0, "shrinkB": 0}
+    tip, tail = ((float(point[0]), float(point[1])) for point in (last, first))
+    axes.annotate("", tip, tail, arrowprops={**style, "mutation_scale": 15}, zorder=5)
+
+
+def _legend(figure: "Figure") -> None:
+    from matplotlib.lines import Line2D
+
+    handles = [
+        Line2D([], [], color=_MOVES, linewidth=2.2, label="moves along"),
+        Line2D([], [], color=_TURNS, linewidth=2.2, label="turns about (right-handed)"),
+        Line2D([], [], color="#b0b0b0", label="at rest"),
+        Line2D([], [], color="#444444", label="displaced, exaggerated"),
+    ]
+    figure.legend(handles=handles, loc="outside lower center", ncols=4, fontsize=9)

@@ -1,0 +1,137 @@
+"""Does a machine stay in the plane of its crank, so that three motions are all of its motion?"""
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vibecalc.case.schema import Case, Machine
+from vibecalc.errors import KeyPath, Problem
+from vibecalc.isolation.rigid_body import assemble
+from vibecalc.parts.body import DIRECTIONS, build_body
+from vibecalc.parts.mounts import build_mounts, free_motions
+
+# ----------------------------------------------------------------------------
+# The motions that a model of isolation keeps of a rigid body, as indices into x y z rx ry rz.
+# ----------------------------------------------------------------------------
+
+#: a coupling below this share of what it couples is the round-off of none
+TOLERANCE = 1e-9
+
+
+def kept_freedoms(model: str, axis: str) -> NDArray[np.intp]:
+    """All six of `rigid_body`; of `planar` the two translations and the turn in the crank plane.
+
+    The crank plane is square to the crankshaft `axis`: pistons, rods and throws move in it.
+    """
+    if model != "planar":
+        return np.arange(6)
+    along = DIRECTIONS.index(axis)
+    return np.array([*(place for place in range(3) if place != along), 3 + along])
+
+
+# ----------------------------------------------------------------------------
+# Does a machine stay in the plane of its crank, so that three motions are all of its motion?
+# ----------------------------------------------------------------------------
+
+TRAIN: KeyPath = ("machine", "crank_train")
+MOUNTS: KeyPath = ("machine", "mounts")
+BODY: KeyPath = ("machine", "body")
+_OTHERWISE = "model = 'rigid_body', which has all six motions"
+
+
+def planar_problems(case: Case) -> list[Problem]:
+    """Problems of `[isolation] model = "planar"` of a machine with body and mounts."""
+    machine, axis = case.machine, case.machine.crank_train.axis
+    assert case.isolation is not None
+    if case.isolation.up == axis:
+        return [
+            Problem(
+                path=("isolation", "up"),
+                message="the planar model stands on its mounts with the crankshaft level",
+                found=f"up = '{axis}', which is the direction of the crankshaft",
+                allowed=_OTHERWISE,
+                also=(*TRAIN, "axis"),
+            )
+        ]
+    return [*_places(machine), *_coupled(machine), *_held(machine)]
+
+
+def _places(machine: Machine) -> Iterator[Problem]:
+    """Forces act in the plane of the reference point, or they would tilt the body out of it."""
+    train = machine.crank_train
+    along = DIRECTIONS.index(train.axis)
+    shift, near = train.origin[along], TOLERANCE * train.crank_radius
+    parts = {
+        "cylinders": [one.position for one in train.cylinders],
+        "counterweights": [one.position for one in train.counterweights],
+        "balance_shafts": [one.position[along] for one in train.balance_shafts],
+    }
+    for name, places in parts.items():
+        for number, place in enumerate(places):
+            if abs(place + shift) > near:
+                yield Problem(
+                    path=(*TRAIN, name, number),
+                    message="the planar model has its forces in the plane of the body's reference "
+                    "point, and one of them tilts the body out of it",
+                    found=f"{place + shift:.6g} m along the crankshaft",
+                    allowed=f"0 m, or {_OTHERWISE}",
+                    also=("isolation", "model"),
+                )
+                return
+
+
+def _coupled(machine: Machine) -> Iterator[Problem]:
+    assert machine.body is not None and machine.mounts is not None
+    body, mounts = build_body(machine.body), build_mounts(machine.mounts)
+    kept = kept_freedoms("planar", machine.crank_train.axis)
+    found = assemble(
+        body.mass_matrix, mounts.position, mounts.stiffness, mounts.damping, mounts.structural
+    )
+    for path, what, matrix in (
+        (BODY, "mass", found.mass),
+        (MOUNTS, "stiffness", found.stiffness),
+        (MOUNTS, "damping", found.damping),
+        (MOUNTS, "loss factor", found.structural),
+    ):
+        pairs = [_words(one, other) for one, other in _pairs(matrix, kept)]
+        if pairs:
+            yield Problem(
+                path=path,
+                message=f"the {what} couples the motions of the planar model with others",
+                found=", ".join(pairs[:4]),
+                allowed="mass centre and mounts even about the plane of the crank, or "
+                + _OTHERWISE,
+                also=("isolation", "model"),
+            )
+
+
+def _pairs(matrix: NDArray[np.float64], kept: NDArray[np.intp]) -> Iterator[tuple[int, int]]:
+    for one in kept.tolist():
+        for other in sorted({*range(6)} - {*kept.tolist()}):
+            size = math.sqrt(abs(float(matrix[one, one] * matrix[other, other])))
+            if abs(float(matrix[one, other])) > TOLERANCE * size:
+                yield one, other
+
+
+def _words(one: int, other: int) -> str:
+    return " with ".join(
+        f"{'moving along' if place < 3 else 'turning about'} {DIRECTIONS[place % 3]}"
+        for place in (one, other)
+    )
+
+
+def _held(machine: Machine) -> Iterator[Problem]:
+    assert machine.mounts is not None
+    kept = kept_freedoms("planar", machine.crank_train.axis)
+    motions = free_motions(build_mounts(machine.mounts), kept)
+    if motions:
+        yield Problem(
+            path=MOUNTS,
+            message="the mounts leave the body free in the plane of the crank",
+            found="nothing resists " + ", ".join(motions),
+            allowed="a stiffness against each of the three motions",
+            hint="one mount resists no turning about itself: two, away from each other across the "
+            "crankshaft, do",
+        )

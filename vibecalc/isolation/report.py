@@ -1,0 +1,388 @@
+"""The body on its mounts in the report: modes, transmissibility, supports, run-up, torque."""
+
+import numpy as np
+
+from vibecalc.report.lookup import along, having, labels, magnitudes, table_of
+from vibecalc.report.numbers import hertz, rpm, show, show_percent, show_phase
+from vibecalc.report.sections.section import Section, scalars
+from vibecalc.report.tables import Column, number, paragraph, table
+from vibecalc.results.record import Quantity, Record, Result
+
+# ----------------------------------------------------------------------------
+# What each mount carries and how far the body moves there: one line for each mount.
+# ----------------------------------------------------------------------------
+
+_FORCE = "isolation/support_force/"
+_MOVE = "isolation/support_displacement/"
+_FORCES = (
+    ("static", "static N"),
+    ("rigid_peak", "held still N"),
+    ("steady_peak", "steady peak N"),
+    ("run_up_peak", "run-up peak N"),
+)
+_MOVES = (
+    ("sag", "sag m"),
+    ("vertical_peak", "vertical peak m"),
+    ("excursion", "excursion m"),
+)
+
+
+def supports(record: Record) -> tuple[list[str], set[str]]:
+    """Tables of forces and of displacements per mount, and the paths shown."""
+    forces, shown = _per_mount(record, _FORCE, "force on the ground", _FORCES)
+    moves, moved = _per_mount(record, _MOVE, "body at the mount", _MOVES)
+    lines = forces + ([""] if forces and moves else []) + moves
+    return lines, shown | moved
+
+
+def _per_mount(
+    record: Record, prefix: str, title: str, fields: tuple[tuple[str, str], ...]
+) -> tuple[list[str], set[str]]:
+    found: list[tuple[Quantity, str]] = []
+    for name, head in fields:
+        hit = along(record, prefix + name, "mount")
+        if hit is not None:
+            found.append((hit[0], head))
+    if not found:
+        return [], set()
+    speed = along(record, prefix + "run_up_peak_speed", "mount")
+    columns = [Column(title, 20), *(number(head, 15) for _, head in found)]
+    if speed is not None:
+        columns.append(number("at rpm", 10))
+    rows = []
+    for i, mount in enumerate(labels(found[0][0].axes[0])):
+        cells = [show(magnitudes(quantity)[i], quantity.error_estimate) for quantity, _ in found]
+        if speed is not None:
+            quantity = speed[0]
+            cells.append(show(rpm(float(quantity.values[i])), rpm(quantity.error_estimate)))
+        rows.append([mount, *cells])
+    shown = {quantity.path for quantity, _ in found}
+    return table(columns, rows), shown | ({speed[0].path} if speed else set())
+
+
+# ----------------------------------------------------------------------------
+# The run-up: largest couple over lever, and the speeds that were left out.
+# ----------------------------------------------------------------------------
+
+_PEAKS = tuple(f"isolation/lever_force/{name}" for name in ("run_up_peak", "run_up_peak_speed"))
+_MASKED = "isolation/masked/"
+
+
+def run_up(record: Record) -> tuple[list[str], set[str]]:
+    """Lines and the paths shown; nothing if the result has no run-up."""
+    lines, shown = scalars(record, _PEAKS, "isolation/")
+    hit = along(record, "isolation/lever_force/run_up", "speed")
+    if hit is not None and hit[1].size:
+        low, high = float(np.min(hit[1])), float(np.max(hit[1]))
+        lines += paragraph(
+            f"run-up over {hit[1].size} speeds from {show(rpm(low))} to {show(rpm(high))} rpm; "
+            "at each the peak over the cycle"
+        )
+    masked = [path for path in record if path.startswith(_MASKED)]
+    if any(record[path].values.size for path in masked):
+        lines += [
+            "",
+            "  Speeds left out (an order on an undamped natural frequency: no bound there)",
+        ]
+        lines += _left_out(record)
+    return lines, shown | set(masked)
+
+
+def _left_out(record: Record) -> list[str]:
+    """One row per interval; its ends agree to so many digits that its width says more."""
+    low, centre, high, order, mode = (
+        record[_MASKED + name].values for name in ("low", "centre", "high", "order", "mode")
+    )
+    rows = [
+        [
+            f"{order[i]:g}",
+            str(int(mode[i])),
+            show(float(centre[i])),
+            show(rpm(float(centre[i]))),
+            f"{(high[i] - low[i]) / (2.0 * centre[i]):.1e}",
+        ]
+        for i in range(len(centre))
+    ]
+    columns = (
+        number("order", 8),
+        number("mode", 8),
+        number("rad/s", 14),
+        number("rpm", 14),
+        number("half width, relative", 22),
+    )
+    return table(columns, rows)
+
+
+# ----------------------------------------------------------------------------
+# The body on its mounts: natural frequencies, transmissibility, response over one turn.
+# ----------------------------------------------------------------------------
+
+_PITCH = tuple(
+    f"isolation/pitch/{name}"
+    for name in (
+        "inertia",
+        "stiffness",
+        "damping",
+        "natural_frequency",
+        "damping_ratio",
+        "angle_peak",
+    )
+)
+_LEVER = tuple(f"isolation/lever_force/{name}" for name in ("rigid_peak", "steady_peak"))
+
+
+def isolation(result: Result) -> Section | None:
+    """The section, None if the result has nothing of it."""
+    record = result.record
+    blocks = [
+        scalars(record, _PITCH, "isolation/"),
+        _transmissibility(record),
+        _modes(record),
+        _energy(record),
+        _lever(record),
+        supports(record),
+        run_up(record),
+    ]
+    lines: list[str] = []
+    shown: set[str] = set()
+    for block, paths in blocks:
+        if block:
+            lines += ["", *block] if lines else block
+        shown |= paths
+    # Arrays that belong to pictures rather than to a page of words.
+    shown |= {
+        path
+        for path in record
+        if path.startswith("isolation/") and path.endswith(("_harmonics", "/run_up", "_curve"))
+    }
+    return Section("Isolation: body on its mounts", lines, frozenset(shown)) if lines else None
+
+
+def _lever(record: Record) -> tuple[list[str], set[str]]:
+    lines, shown = scalars(record, _LEVER, "isolation/")
+    if lines:
+        lines += paragraph(
+            "lever_force is the couple over the lever as a single force: rigid with the body held "
+            "still, steady through the mounts; support_force is what one mount puts on the ground"
+        )
+    return lines, shown
+
+
+def _transmissibility(record: Record) -> tuple[list[str], set[str]]:
+    hit = along(record, "isolation/pitch/transmissibility", "order")
+    if hit is None:
+        return [], set()
+    quantity, orders = hit
+    columns = (
+        Column("order", 6),
+        number("transmissibility", 18),
+        number("dB", 10),
+        number("isolated", 12),
+        number("phase deg", 10),
+    )
+    rows = []
+    for order, value in zip(orders, quantity.values, strict=True):
+        size = abs(complex(value))
+        rows.append(
+            [
+                str(int(order)),
+                show(size, quantity.error_estimate),
+                f"{20.0 * np.log10(size):.2f}" if 0.0 < size < np.inf else "-",
+                f"{100.0 * (1.0 - size):.2f} %",
+                show_phase(complex(value), quantity.error_estimate),
+            ]
+        )
+    return table(columns, rows), {quantity.path}
+
+
+def _modes(record: Record) -> tuple[list[str], set[str]]:
+    hit = along(record, "isolation/modes/natural_frequency", "mode")
+    if hit is None:
+        return [], set()
+    quantity, modes = hit
+    damping = along(record, "isolation/modes/damping_ratio", "mode")
+    error = quantity.error_estimate
+    columns = (
+        Column("mode", 6),
+        number("natural frequency rad/s", 24),
+        number("Hz"),
+        number("rpm"),
+        number("damping ratio", 14),
+    )
+    rows = [
+        [
+            str(int(mode)),
+            show(value, error),
+            show(hertz(float(value)), hertz(error)),
+            show(rpm(float(value)), rpm(error)),
+            show(damping[0].values[i], damping[0].error_estimate) if damping else "",
+        ]
+        for i, (mode, value) in enumerate(zip(modes, quantity.values, strict=True))
+    ]
+    shown = {quantity.path} | ({damping[0].path} if damping else set())
+    # The shapes carry no scale; the energy table says what moves in a mode.
+    return table(columns, rows), shown | {"isolation/modes/shape"}
+
+
+def _energy(record: Record) -> tuple[list[str], set[str]]:
+    quantity = record.quantities.get("isolation/modes/energy_fraction")
+    if quantity is None or [axis.name for axis in quantity.axes] != ["mode", "coordinate"]:
+        return [], set()
+    modes, coordinates = (labels(axis) for axis in quantity.axes)
+    columns = [Column("energy %", 9), *(number(name, 10) for name in coordinates)]
+    rows = [
+        [mode, *(f"{round(100.0 * float(value), 2) + 0.0:.2f}" for value in line)]
+        for mode, line in zip(modes, quantity.values, strict=True)
+    ]
+    return table(columns, rows), {quantity.path}
+
+
+# ----------------------------------------------------------------------------
+# A machine on its mounts under the torque of its cylinders: couple, supports, modes met.
+# ----------------------------------------------------------------------------
+
+ROOT = "isolation/torque_reaction/"
+_SCALARS = (f"{ROOT}mean_couple", f"{ROOT}roll_peak")
+#: orders below this share of the largest one stay in the result file
+_SMALL = 1e-3
+_MOST = 16
+_SUPPORTS = (
+    (f"{ROOT}support_force_of_torque", "torque alone N"),
+    ("isolation/support_force/steady_peak", "shaking alone N"),
+    (f"{ROOT}support_force_peak", "both N"),
+    ("isolation/support_force/static", "weight N"),
+    (f"{ROOT}least_load", "least load N"),
+    (f"{ROOT}largest_load", "largest load N"),
+)
+_SEPARATE = (
+    "The driven machine stands elsewhere: the body takes minus the torque of all cylinders about "
+    "the crankshaft, of what is in them and of inertia, and its mean."
+)
+_ON_BODY = (
+    "The driven machine stands on the body, and its stator follows no pulsation: the body takes "
+    "minus the alternating torque of all cylinders about the crankshaft, of what is in them and of "
+    "inertia. The stator gives the mean back."
+)
+_ROTOR = (
+    " The torque is the share that turns the rotor: what moves with the pistons takes the rest."
+)
+_INERTIA = " The part of the inertia is in the steady forces under Isolation, that of the gas not."
+_LINE = (
+    "All of the shaft line stands on the body, under a load that does not alternate: the torque of "
+    "the cylinders goes into the speed of the line, and the body takes minus the change of its "
+    "angular momentum. The stator gives the mean torque back: none of it reaches the mounts."
+)
+_SHAKING = " The steady forces under Isolation are without this couple."
+_RUN_UP = " Its run-up has all of it."
+_LOADS = (
+    "peaks are of all orders with their phases, over the cycle; the loads count weight, mean "
+    "torque, torque and shaking; a negative load pulls the support"
+)
+
+
+def torque_reaction(result: Result) -> Section | None:
+    """The section, None if the result has nothing of it."""
+    record = result.record
+    if f"{ROOT}couple" not in record:
+        return None
+    options = table_of(result.case, "excitation")
+    separate = options.get("driven_machine") == "separate"
+    silent = tuple(table_of(result.case, "response", "torsion").get("misfire") or ())
+    machine = table_of(result.case, "machine")
+    if machine.get("shaft_line") and not separate:
+        words = _LINE + _SHAKING
+    else:
+        words = (_SEPARATE if separate else _ON_BODY) + _ROTOR * ("rotor" in machine) + _INERTIA
+    ran = bool(table_of(result.case, "isolation").get("run_up"))
+    lines = paragraph(words + _RUN_UP * ran)
+    if silent:
+        lines += paragraph(f"Without combustion in cylinder {', '.join(map(str, silent))}.")
+    blocks = (
+        scalars(record, _SCALARS, ROOT),
+        _orders(record),
+        _supports(record),
+        _modes_met(record),
+    )
+    shown: set[str] = set()
+    for block, paths in blocks:
+        if block:
+            lines += ["", *block]
+        shown |= paths
+    shown |= {
+        f"{ROOT}{name}"
+        for name in ("translation", "rotation", "support_force", "mean_support_force")
+    }
+    kind = machine.get("kind") or "engine"
+    title = f"Torque reaction: {kind} on its mounts, all orders"
+    return Section(title, lines, frozenset(shown & set(record)))
+
+
+def _orders(record: Record) -> tuple[list[str], set[str]]:
+    """Couple and largest rotation of the orders that matter, in their sequence."""
+    couple = having(record, f"{ROOT}couple", "half_order")
+    if couple is None:
+        return [], set()
+    turning = having(record, f"{ROOT}rotation", "half_order", "direction")
+    size = magnitudes(couple)
+    large = np.flatnonzero((size > 4.0 * couple.error_estimate) & (size >= _SMALL * size.max()))
+    columns = [Column("order", 8), number("couple N*m", 16), number("phase deg", 12)]
+    if turning is not None:
+        columns += [number(f"rotation {name} rad", 16) for name in labels(turning.axes[1])]
+    rows = []
+    for place in large[:_MOST]:
+        value = complex(couple.values[place])
+        row = [
+            f"{couple.axes[0].values[place]:g}",
+            show(size[place], couple.error_estimate),
+            show_phase(value, couple.error_estimate),
+        ]
+        if turning is not None:
+            row += [show(one, turning.error_estimate, 4) for one in magnitudes(turning)[place]]
+        rows.append(row)
+    left = len(size) - len(rows)
+    lines = table(columns, rows) if rows else []
+    words = f"the other {left} orders are zero or weaker, and in the result file"
+    return lines + (paragraph(words) if left else []), {couple.path}
+
+
+def _supports(record: Record) -> tuple[list[str], set[str]]:
+    found = [
+        (hit[0], head)
+        for path, head in _SUPPORTS
+        if (hit := along(record, path, "mount")) is not None
+    ]
+    if not found:
+        return [], set()
+    columns = [Column("support", 12), *(number(head, 13) for _, head in found)]
+    rows = [
+        [
+            name,
+            *(
+                show(float(quantity.values[place]), quantity.error_estimate)
+                for quantity, _ in found
+            ),
+        ]
+        for place, name in enumerate(labels(found[0][0].axes[0]))
+    ]
+    shown = {quantity.path for quantity, _ in found if quantity.path.startswith(ROOT)}
+    return table(columns, rows) + paragraph(_LOADS), shown
+
+
+def _modes_met(record: Record) -> tuple[list[str], set[str]]:
+    nearest = along(record, f"{ROOT}nearest_order", "mode")
+    margin = along(record, f"{ROOT}margin", "mode")
+    if nearest is None or margin is None:
+        return [], set()
+    columns = (Column("mode of the body", 18), number("nearest order", 14), number("margin", 12))
+    rows = []
+    for label, order, away in zip(
+        labels(nearest[0].axes[0]), nearest[0].values, margin[0].values, strict=True
+    ):
+        met = bool(np.isfinite(away))
+        cells = [f"{order:g}", show_percent(float(away))] if met else ["-", "-"]
+        rows.append([label, *cells])
+    words = (
+        "of the orders whose force on the mode is a thousandth of the largest or more; positive: "
+        "the order is above it"
+    )
+    return table(columns, rows) + paragraph(words), {nearest[0].path, margin[0].path}

@@ -1,0 +1,153 @@
+"""Results of the body on its mounts, under shaking forces or the torque of its cylinders."""
+
+from vibecalc.pipeline.entries.entry import PEAK, entry
+
+# ----------------------------------------------------------------------------
+# Results of the body on its mounts.
+# ----------------------------------------------------------------------------
+
+ISOLATION_ENTRIES = (
+    entry("isolation/pitch/inertia", "", "kg*m^2", "moment of inertia in pitch"),
+    entry("isolation/pitch/stiffness", "", "N*m/rad", "stiffness of the mounts in pitch"),
+    entry("isolation/pitch/damping", "", "N*m*s/rad", "viscous damping of the mounts in pitch"),
+    entry("isolation/pitch/natural_frequency", "", "rad/s", "undamped natural frequency in pitch"),
+    entry("isolation/pitch/damping_ratio", "", "", "damping ratio in pitch"),
+    entry("isolation/pitch/transmissibility", "order", "", "couple on the ground over couple"),
+    entry(
+        "isolation/pitch/transmissibility_curve", "frequency_ratio", "",
+        "couple on the ground over couple against frequency",
+    ),
+    entry("isolation/pitch/angle_harmonics", "order", "rad", "pitch angle", PEAK),
+    entry("isolation/pitch/angle_peak", "", "rad", "largest pitch angle over a turn", PEAK),
+    entry("isolation/modes/natural_frequency", "mode", "rad/s", "undamped natural frequency"),
+    entry("isolation/modes/damping_ratio", "mode", "", "modal damping ratio"),
+    entry(
+        "isolation/modes/shape", "mode coordinate", "",
+        "mode shape, metres and radians, of unit modal mass",
+    ),
+    entry(
+        "isolation/modes/energy_fraction", "mode coordinate", "",
+        "share of the kinetic energy of a mode",
+    ),
+    entry(
+        "isolation/body/translation_harmonics", "order direction", "m",
+        "displacement of the reference point", PEAK,
+    ),
+    entry("isolation/body/rotation_harmonics", "order direction", "rad", "rotation", PEAK),
+    entry(
+        "isolation/lever_force/rigid_harmonics", "order", "N",
+        "couple over lever, body held still", PEAK,
+    ),
+    entry(
+        "isolation/lever_force/rigid_peak", "", "N",
+        "largest couple over lever over a turn, body held still", PEAK,
+    ),
+    entry(
+        "isolation/lever_force/steady_harmonics", "order", "N",
+        "couple through the mounts over lever", PEAK,
+    ),
+    entry(
+        "isolation/lever_force/steady_peak", "", "N",
+        "largest couple through the mounts over lever", PEAK,
+    ),
+    entry(
+        "isolation/lever_force/run_up", "speed", "N",
+        "largest couple through the mounts over lever at each speed", PEAK,
+    ),
+    entry("isolation/lever_force/run_up_peak", "", "N", "largest of the run-up", PEAK),
+    entry("isolation/lever_force/run_up_peak_speed", "", "rad/s", "crank speed of the largest"),
+    entry("isolation/support_force/static", "mount", "N", "share of the weight on one support"),
+    entry(
+        "isolation/support_force/rigid_peak", "mount", "N",
+        "largest dynamic force of one support over a turn, body held still", PEAK,
+    ),
+    entry(
+        "isolation/support_force/steady_harmonics", "mount direction order", "N",
+        "dynamic force of one support on the ground", PEAK,
+    ),
+    entry(
+        "isolation/support_force/steady_peak", "mount", "N",
+        "largest dynamic force of one support over a turn", PEAK,
+    ),
+    entry(
+        "isolation/support_force/run_up", "mount speed", "N",
+        "largest dynamic force of one support at each speed", PEAK,
+    ),
+    entry("isolation/support_force/run_up_peak", "mount", "N", "largest of the run-up", PEAK),
+    entry(
+        "isolation/support_force/run_up_peak_speed", "mount", "rad/s", "crank speed of the largest"
+    ),
+    entry("isolation/support_displacement/sag", "mount", "m", "deflection under its own weight"),
+    entry(
+        "isolation/support_displacement/steady_harmonics", "mount direction order", "m",
+        "displacement of the body at a support", PEAK,
+    ),
+    entry(
+        "isolation/support_displacement/vertical_peak", "mount", "m",
+        "largest vertical displacement at a support over a turn", PEAK,
+    ),
+    entry(
+        "isolation/support_displacement/excursion", "mount", "m",
+        "sag plus largest vertical displacement", PEAK,
+    ),
+    entry("isolation/masked/low", "masked", "rad/s", "last speed computed below"),
+    entry("isolation/masked/centre", "masked", "rad/s", "speed of the undamped resonance"),
+    entry("isolation/masked/high", "masked", "rad/s", "first speed computed above"),
+    entry("isolation/masked/order", "masked", "", "order in resonance"),
+    entry("isolation/masked/mode", "masked", "", "mode in resonance"),
+)  # fmt: skip
+
+# ----------------------------------------------------------------------------
+# Results of an engine on its mounts under the torque of its cylinders, with what shakes it.
+# ----------------------------------------------------------------------------
+
+TORQUE_REACTION_ROOT = "isolation/torque_reaction"
+
+TORQUE_REACTION_ENTRIES = (
+    entry(
+        f"{TORQUE_REACTION_ROOT}/couple", "half_order", "N*m",
+        "couple on the body about the crankshaft by gas and inertia torque", PEAK,
+    ),
+    entry(f"{TORQUE_REACTION_ROOT}/mean_couple", "", "N*m", "its mean; 0 where the driven machine is on the body"),
+    entry(
+        f"{TORQUE_REACTION_ROOT}/translation", "half_order direction", "m",
+        "displacement of the reference point, with the shaking", PEAK,
+    ),
+    entry(f"{TORQUE_REACTION_ROOT}/rotation", "half_order direction", "rad", "rotation, with the shaking", PEAK),
+    entry(
+        f"{TORQUE_REACTION_ROOT}/roll_peak", "", "rad",
+        "largest angle about the crankshaft over the cycle, without the mean", PEAK,
+    ),
+    entry(
+        f"{TORQUE_REACTION_ROOT}/support_force", "mount direction half_order", "N",
+        "dynamic force of one support on the ground, with the shaking", PEAK,
+    ),
+    entry(
+        f"{TORQUE_REACTION_ROOT}/support_force_peak", "mount", "N",
+        "largest dynamic force of one support over the cycle, with the shaking", PEAK,
+    ),
+    entry(
+        f"{TORQUE_REACTION_ROOT}/support_force_of_torque", "mount", "N",
+        "the same by the couple of the torque alone", PEAK,
+    ),
+    entry(
+        f"{TORQUE_REACTION_ROOT}/mean_support_force", "mount direction", "N",
+        "force of one support on the ground by the mean torque",
+    ),
+    entry(
+        f"{TORQUE_REACTION_ROOT}/largest_load", "mount", "N",
+        "largest load on a support over the cycle: weight, mean torque and dynamic force",
+    ),
+    entry(
+        f"{TORQUE_REACTION_ROOT}/least_load", "mount", "N",
+        "least load over the cycle; negative: the support is pulled",
+    ),
+    entry(
+        f"{TORQUE_REACTION_ROOT}/nearest_order", "mode", "",
+        "half order nearest to a mode of the body of those that drive it; 0: none does",
+    ),
+    entry(
+        f"{TORQUE_REACTION_ROOT}/margin", "mode", "",
+        "frequency of that order over the natural frequency, less 1",
+    ),
+)  # fmt: skip

@@ -1,0 +1,1 @@
+"""From readings of a case to the motion of the plate and to results."""

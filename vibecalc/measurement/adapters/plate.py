@@ -1,0 +1,438 @@
+"""Adapter: a measurement to its results: motion, levels anywhere, readings, other motions."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from vibecalc.measurement.adapters.motion import (
+    Solution,
+    phase_between,
+    phase_of,
+    signal,
+    solve_all,
+)
+from vibecalc.measurement.choosing import TellingApart, most_telling
+from vibecalc.measurement.complex_motion import over_deviations
+from vibecalc.measurement.model import (
+    build_harmonics,
+    places,
+    position_rows,
+    reference_row,
+    references,
+)
+from vibecalc.measurement.plate import (
+    PARTS,
+    Rectangle,
+    amplitude_map,
+    difference_row,
+    grid,
+    point_row,
+    quietest,
+)
+from vibecalc.measurement.tables import Measurement
+from vibecalc.numerics.level import DECIBEL, level_of
+from vibecalc.numerics.rounding import EPSILON, WithError
+from vibecalc.pipeline.scene import Scene
+
+# ----------------------------------------------------------------------------
+# What instruments read beside what the motion found gives them.
+# ----------------------------------------------------------------------------
+
+#: roundings of a level on its way to an amplitude and back
+_READ = 8.0 * EPSILON
+
+
+def emit_readings(scene: Scene, found: list[Solution]) -> None:
+    """Emit levels read and computed, and of readings with a phase how far the motion is off."""
+    levels: list[tuple[str, int, float, float, float]] = []
+    signals: list[tuple[str, int, float, float]] = []
+    for one in found:
+        order = one.harmonic.order
+        for read in one.harmonic.reads:
+            value, error = one.signal(read.row)
+            if read.amplitude > 0.0:
+                computed, off = level_of(value, error, read.reference)
+                own, _ = level_of(read.amplitude, 0.0, read.reference)
+                levels.append((read.name, order, float(own), float(computed), float(off)))
+            if read.phase is not None:
+                shown = read.amplitude * np.exp(1j * read.phase)
+                deviations = np.array([[read.deviation], [read.across[1]]])
+                shift = np.array([complex(value) - shown])
+                apart = float(over_deviations(shift, np.array([shown]), deviations)[0])
+                rounding = float(error) + 8.0 * EPSILON * read.amplitude
+                rounding /= float(np.min(deviations))
+                signals.append((read.name, order, apart, rounding))
+    if levels:
+        names, orders, own_, computed_, off_ = (
+            np.array(column) for column in zip(*levels, strict=True)
+        )
+        axes = {"reading": _unique([str(name) for name in names])}
+        scene.emit("measurement/reading/order", orders, 0.0, axes)
+        known = _READ * (np.abs(own_) + DECIBEL)
+        scene.emit("measurement/reading/read", own_, known, axes)
+        scene.emit("measurement/reading/computed", computed_, off_, axes)
+        scene.emit("measurement/reading/residual", computed_ - own_, off_ + known, axes)
+    if signals:
+        names, orders, apart_, error_ = (np.array(column) for column in zip(*signals, strict=True))
+        axes = {"signal": _unique([str(name) for name in names])}
+        scene.emit("measurement/signal/order", orders, 0.0, axes)
+        scene.emit("measurement/signal/residual", apart_, error_, axes)
+
+
+def _unique(names: list[str]) -> np.ndarray:
+    """Names as entries of an axis; a second instrument at one place gets a number."""
+    seen: dict[str, int] = {}
+    entries = []
+    for name in names:
+        seen[name] = seen.get(name, 0) + 1
+        entries.append(name if seen[name] == 1 else f"{name} ({seen[name]})")
+    return np.array(entries, dtype=object)
+
+
+# ----------------------------------------------------------------------------
+# Maps of a plate, and its quietest places.
+# ----------------------------------------------------------------------------
+
+
+def emit_plate(scene: Scene, found: list[Solution], orders: dict[str, np.ndarray]) -> None:
+    """Emit amplitudes over the plate and the places of least amplitude, if its edges are known."""
+    table = scene.case.measurement
+    if table is None or table.plate is None:
+        return
+    plate = Rectangle(*table.plate.x, *table.plate.y)
+    motions = np.stack([one.motion for one in found])
+    x, y = grid(plate, table.plate.points)
+    corners = point_row(np.array(plate[:2])[:, None], np.array(plate[2:])[None, :])
+    errors = [float(np.max(one.signal(corners.reshape(-1, 3)).error)) for one in found]
+    axes = {**orders, "plate_y": y, "plate_x": x}
+    amplitudes = amplitude_map(motions, x, y)
+    scene.emit("measurement/map/amplitude", amplitudes, max(errors), axes)
+    total = np.linalg.norm(amplitudes, axis=0)
+    scene.emit("measurement/map/all_orders", total, float(np.linalg.norm(errors)), axes)
+    quiet = [
+        quietest(motion[None], plate, error) for motion, error in zip(motions, errors, strict=True)
+    ]
+    apart = max(place.error for place in quiet)
+    for key in ("x", "y"):
+        values = [getattr(place, key) for place in quiet]
+        scene.emit(f"measurement/quiet/{key}", values, apart, orders)
+    least = [place.amplitude for place in quiet]
+    there = [
+        float(one.signal(point_row(place.x, place.y)).error)
+        for one, place in zip(found, quiet, strict=True)
+    ]
+    scene.emit("measurement/quiet/amplitude", least, max(there), orders)
+    all_orders = quietest(motions, plate, float(np.linalg.norm(errors)))
+    scene.emit("measurement/quiet/all_orders_x", all_orders.x, all_orders.error)
+    scene.emit("measurement/quiet/all_orders_y", all_orders.y, all_orders.error)
+    row = point_row(all_orders.x, all_orders.y)
+    doubt = float(np.linalg.norm([float(one.signal(row).error) for one in found]))
+    doubt += 8.0 * EPSILON * all_orders.amplitude
+    scene.emit("measurement/quiet/all_orders_amplitude", all_orders.amplitude, doubt)
+
+
+# ----------------------------------------------------------------------------
+# All motions that levels leave, what would tell them apart, and what to say of it.
+# ----------------------------------------------------------------------------
+
+_PARTS = ("translation", "roll", "pitch")
+#: share of the largest amplitude; a further reading below it would drown in the others
+_TOO_QUIET = 0.01
+#: residuals of phases, root mean square over what is granted, that get a sentence
+_SCATTER = 2.0
+
+
+def emit_candidates(scene: Scene, found: list[Solution], reference: np.ndarray) -> None:
+    """Emit every motion under a name such as `2 +/-`: harmonic, signs of roll and pitch phase."""
+    table = scene.case.measurement
+    each = [(one, place) for one in found for place in range(len(one.candidates))]
+    if table is None or not each:
+        return
+    own = references(table)
+    phases = np.array([_phases(one, place, reference) for one, place in each])
+    axes = {"candidate": _names(each, phases[:, 0])}
+    scene.emit("measurement/candidate/order", [one.harmonic.order for one, _ in each], 0.0, axes)
+    scene.emit("measurement/candidate/chosen", [int(place == 0) for _, place in each], 0.0, axes)
+    worst = [one.worst[place] for one, place in each]
+    scene.emit(
+        "measurement/candidate/worst_residual", worst, [_rounded(*one) for one in each], axes
+    )
+    signals = [
+        signal(one.candidates[place].motion, one.roundings[place], np.eye(3)) for one, place in each
+    ]
+    for part, name in enumerate(_PARTS):
+        values, errors = (
+            np.array([getattr(one, key)[part] for one in signals]) for key in ("value", "error")
+        )
+        scale = own.linear if name == "translation" else own.angular
+        level = level_of(values, errors, scale)
+        scene.emit(f"measurement/candidate/{name}_level", *level, axes)
+        phase, off = phases[:, :, part].T
+        scene.emit(f"measurement/candidate/{name}_phase", phase, off, axes)
+    if table.positions:
+        rows = position_rows(table)
+        both = [
+            signal(one.candidates[place].motion, one.roundings[place], rows) for one, place in each
+        ]
+        level = level_of(
+            np.stack([one.value for one in both]), np.stack([one.error for one in both]), own.linear
+        )
+        names = np.array([position.name for position in table.positions], dtype=object)
+        scene.emit("measurement/candidate/level", *level, {**axes, "position": names})
+        bounds = np.stack([one.level_bound(rows, place) for one, place in each])
+        error = 1e-5 * np.where(np.isfinite(bounds), bounds, 0.0)
+        scene.emit("measurement/candidate/level_bound", bounds, error, {**axes, "position": names})
+        _emit_further(scene, found, table)
+
+
+def _rounded(one: Solution, place: int) -> float:
+    """dB; the largest error of the levels that a motion has at the readings it is judged by."""
+    reads = [read for read in one.harmonic.reads if read.use == "choose" and read.phase is None]
+    reads = reads or list(one.harmonic.solving)
+    rows = np.array([read.row for read in reads])
+    there = signal(one.candidates[place].motion, one.roundings[place], rows)
+    level = level_of(*there, reads[0].reference)
+    known = [8.0 * EPSILON * (abs(DECIBEL * np.log(r.amplitude / r.reference)) + DECIBEL)
+             for r in reads if r.amplitude > 0.0]  # fmt: skip
+    return float(np.max(level.error) + max(known, default=0.0))
+
+
+def warn_of(scene: Scene, one: Solution, table: Measurement) -> None:
+    """Say where readings contradict each other, and where they leave two motions."""
+    order = one.harmonic.order
+    if one.clipped:
+        least = one.misfit * max(read.half_width for read in one.harmonic.solving)
+        scene.warn(
+            f"harmonic {order}: no rigid plate has just these levels; one has levels that are off "
+            f"by {least:.2g} dB or more, within the rounding, with two of its signals in line"
+        )
+    elif one.harmonic.is_complex and one.misfit > _SCATTER:
+        scene.warn(
+            f"harmonic {order}: the readings scatter {one.misfit:.2g} times as much as they are "
+            "said to, and uncertainties have grown with it: the plate bends, an accelerometer is "
+            "off, or level_uncertainty and phase_uncertainty are to be stated"
+        )
+    elif not one.harmonic.is_complex and one.misfit > 1.0:
+        residual = np.max(np.abs(one.candidates[0].residual))
+        scene.warn(
+            f"harmonic {order}: no motion lies within the rounding of all its levels, the one "
+            f"taken misses one by {residual:.2g} dB: the plate bends, or an accelerometer is off"
+        )
+    if one.folded:
+        scene.warn(
+            f"harmonic {order}: within the rounding of its levels signals come into line: the "
+            f"{'two motions are' if len(one.candidates) > 1 else 'motion stands for'} one family, "
+            "the bounds of levels hold for all of it, and of phases there are none"
+        )
+    if one.decided or len(one.candidates) < 2:
+        return
+    words = "the readings that choose do not" if one.chosen_by_others else "nothing read can"
+    taken = "the nearer one" if one.chosen_by_others else "the first"
+    further = _further(one, table)
+    hint = "" if further is None else f"; reading {further.name} would: {_levels(further, table)}"
+    scene.warn(
+        f"harmonic {order}: the levels leave {len(one.candidates)} motions, and {words} tell them "
+        f"apart; {taken} is taken{hint}"
+    )
+
+
+def _levels(further: "Further", table: Measurement) -> str:
+    sizes, scale = further.apart.amplitudes, references(table).linear
+    first, other = (float(level_of(size, 0.0, scale).value) for size in sizes)
+    return f"{first:.1f} dB with the one, {other:.1f} dB with the next"
+
+
+class Further(NamedTuple):
+    """A reading not yet made, what it would tell, and the error of that in dB."""
+
+    name: str
+    apart: TellingApart
+    error: float
+
+
+def _further(one: Solution, table: Measurement) -> Further | None:
+    """The reading, of those not yet made at named positions, where two motions differ most."""
+    if len(one.candidates) < 2 or not table.positions:
+        return None
+    known, done = places(table), [read.row for read in one.harmonic.reads]
+    rows, names = [], []
+    for place, name in enumerate(known):
+        rows.append(point_row(*known[name]))
+        names.append(f"at {name}")
+        for other in list(known)[:place]:
+            rows.append(difference_row(known[other], known[name]))
+            names.append(f"between {other} and {name}")
+    fresh = [
+        place
+        for place, row in enumerate(rows)
+        if np.any(row) and not any(np.array_equal(np.abs(row), np.abs(old)) for old in done)
+    ]
+    motions = np.stack([candidate.motion for candidate in one.candidates[:2]])
+    loudest = max(float(np.max(np.abs(motions @ row))) for row in rows)
+    if not fresh:
+        return None
+    found = most_telling(motions, np.stack([rows[place] for place in fresh]), _TOO_QUIET * loudest)
+    if found is None:
+        return None
+    row = rows[fresh[found.place]]
+    both = [signal(one.candidates[place].motion, one.roundings[place], row) for place in range(2)]
+    errors = [float(level_of(*each, 1.0).error) for each in both]
+    return Further(names[fresh[found.place]], found, sum(errors))
+
+
+def _emit_further(scene: Scene, found: list[Solution], table: Measurement) -> None:
+    telling = [(one.harmonic.order, _further(one, table)) for one in found]
+    rows = [(order, further) for order, further in telling if further is not None]
+    # none where every harmonic has one motion, or all that is named has been read
+    names = np.array([f"{order}: {one.name}" for order, one in rows], dtype=object)
+    axes = {"further": names}
+    scene.emit("measurement/further/order", [order for order, _ in rows], 0.0, axes)
+    difference = np.array([one.apart.difference for _, one in rows], dtype=float)
+    error = np.array([one.error for _, one in rows], dtype=float)
+    scene.emit("measurement/further/difference", difference, error, axes)
+
+
+def _phases(one: Solution, place: int, reference: np.ndarray) -> list[list[float]]:
+    motion, rounding = one.candidates[place].motion, one.roundings[place]
+    each = [phase_of(motion, rounding, np.eye(3)[part], reference) for part in range(3)]
+    return [[float(phase.value) for phase in each], [float(phase.error) for phase in each]]
+
+
+def _names(each: list[tuple[Solution, int]], phases: np.ndarray) -> np.ndarray:
+    names: list[str] = []
+    for (one, _), (_, roll, pitch) in zip(each, phases, strict=True):
+        signs = "/".join("-" if phase < 0.0 else "+" for phase in (roll, pitch))
+        name = f"{one.harmonic.order} {signs}"
+        twins = sum(known.split(" (")[0] == name for known in names)
+        names.append(f"{name} ({twins + 1})" if twins else name)
+    return np.array(names, dtype=object)
+
+
+# ----------------------------------------------------------------------------
+# Adapter: readings on a rigid plate to its motion, to levels anywhere, and to what is unsure.
+# ----------------------------------------------------------------------------
+
+#: relative error of bounds that linear programs may have found
+_OF_BOUNDS = 1e-5
+_ROWS = {"translation": 0, "roll": 1, "pitch": 2}
+
+
+def run_measurement(scene: Scene) -> None:
+    """Solve every harmonic by itself, then emit what follows from the motions."""
+    table = scene.case.measurement
+    if table is None:
+        raise ValueError("the case has no [measurement]")
+    reference = reference_row(table)
+    found = solve_all(build_harmonics(table), reference)
+    for one in found:
+        warn_of(scene, one, table)
+    orders = {"order": np.array(table.orders)}
+    _emit_motion(scene, found, reference, orders)
+    _emit_positions(scene, found, orders)
+    _emit_fit(scene, found, orders)
+    emit_readings(scene, found)
+    emit_candidates(scene, found, reference)
+    emit_plate(scene, found, orders)
+    frequency = table.base_frequency or scene.case.machine.speed
+    if frequency is not None:
+        scene.emit("measurement/frequency", orders["order"] * frequency, 0.0, orders)
+    _cite(scene, found)
+
+
+def _emit_motion(
+    scene: Scene, found: list[Solution], reference: np.ndarray, axes: dict[str, np.ndarray]
+) -> None:
+    table = scene.case.measurement
+    assert table is not None
+    own = references(table)
+    for name, place in _ROWS.items():
+        row = np.eye(3)[place]
+        scale = own.linear if name == "translation" else own.angular
+        values, errors = _stacked([one.signal(row) for one in found])
+        scene.emit(f"measurement/{name}", values, errors, axes)
+        scene.emit(f"measurement/{name}_level", *level_of(values, errors, scale), axes)
+        phases = _stacked([phase_between(one, row, reference) for one in found])
+        scene.emit(f"measurement/phase/{name}", *phases, axes)
+        doubts = np.array([float(one.level_deviation(row[None])[0]) for one in found])
+        _emit_doubt(scene, f"{name}_level", doubts, found, axes)
+        doubts = np.array([one.phase_deviation(row, reference) for one in found])
+        _emit_doubt(scene, f"{name}_phase", doubts, found, axes)
+        if name != "translation":
+            phases = _stacked([phase_between(one, row, np.eye(3)[0]) for one in found])
+            scene.emit(f"measurement/phase/{name}_to_translation", *phases, axes)
+
+
+def _emit_doubt(
+    scene: Scene, name: str, values: np.ndarray, found: list[Solution], axes: dict[str, np.ndarray]
+) -> None:
+    """Emit uncertainties, the last axis over the harmonics; an infinite one is as it is."""
+    finite = np.where(np.isfinite(values), values, 0.0)
+    share = np.array([one.spread.doubt + (one.reach is not None) * _OF_BOUNDS for one in found])
+    scene.emit(f"measurement/uncertainty/{name}", values, finite * share, axes)
+
+
+def _emit_positions(scene: Scene, found: list[Solution], orders: dict[str, np.ndarray]) -> None:
+    table = scene.case.measurement
+    assert table is not None
+    if not table.positions:
+        return
+    own = references(table).linear
+    rows = position_rows(table)
+    names = np.array([position.name for position in table.positions], dtype=object)
+    axes = {"position": names, **orders}
+    for part, kept in PARTS.items():
+        values, errors = _stacked([one.signal(rows * np.array(kept)) for one in found])
+        scene.emit(f"measurement/level/{part}", *level_of(values, errors, own), axes)
+        if part == "standard":
+            scene.emit("measurement/acceleration", values, errors, axes)
+            total = np.linalg.norm(values, axis=-1)
+            doubt = np.linalg.norm(errors, axis=-1)
+            scene.emit("measurement/level/all_orders", *level_of(total, doubt, own), axes)
+    deviations = np.stack([one.level_deviation(rows) for one in found], axis=-1)
+    _emit_doubt(scene, "level", deviations, found, axes)
+    bounds = np.stack([one.level_bound(rows) for one in found], axis=-1)
+    _emit_doubt(scene, "level_bound", bounds, found, axes)
+
+
+def _emit_fit(scene: Scene, found: list[Solution], axes: dict[str, np.ndarray]) -> None:
+    motions = np.array([max(len(one.candidates), 1) for one in found])
+    scene.emit("measurement/fit/motions", motions, 0.0, axes)
+    decided = np.array([int(one.decided) for one in found])
+    scene.emit("measurement/fit/decided", decided, 0.0, axes)
+    misfit = np.array([one.misfit for one in found])
+    error = np.array([one.misfit_error for one in found])
+    scene.emit("measurement/fit/misfit", misfit, error, axes, terms=1.0)
+
+
+def _stacked(each: list[WithError]) -> WithError:
+    """Results of the harmonics, one beside the other along the last axis."""
+    return WithError(
+        np.stack([np.asarray(one.value) for one in each], axis=-1),
+        np.stack([np.asarray(one.error) for one in each], axis=-1),
+    )
+
+
+def _cite(scene: Scene, found: list[Solution]) -> None:
+    scene.cite(
+        "rigid plate in small motion",
+        "levels at any point from translation, roll and pitch",
+        "Herold, Roll vibration of reciprocating machines, 1977, eqs. 1 to 43",
+    )
+    if any(one.candidates for one in found):
+        scene.cite(
+            "second moments of phasors from levels",
+            "all motions that levels allow",
+            "a line through the cone of semidefinite matrices, docs/theory_measurement.md; with "
+            "three points and two differences the permutations of Herold (1977), eqs. 32 and 33",
+        )
+    if any(one.harmonic.is_complex for one in found):
+        scene.cite(
+            "weighted linear least squares",
+            "motion from complex amplitudes",
+            "Lawson and Hanson, Solving Least Squares Problems, 1974",
+        )
+    scene.cite(
+        "propagation of uncertainty, first order",
+        "standard uncertainties of levels and phases",
+        "JCGM 100:2008, Guide to the expression of uncertainty in measurement, 5.1",
+    )

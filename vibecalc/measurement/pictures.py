@@ -1,0 +1,268 @@
+"""Pictures of a measured plate: levels at its positions, and maps of the level over it."""
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vibecalc.report.lookup import entries, having, labels, scalar_of, table_of
+from vibecalc.report.pictures.canvas import COLOURS, LIMIT, TOTAL, canvas
+from vibecalc.results.record import Quantity, Record, Result
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+# ----------------------------------------------------------------------------
+# Levels at the positions of a plate: measured, published, computed, and what they consist of.
+# ----------------------------------------------------------------------------
+
+_STEM = "measurement/"
+_PATH = _STEM + "level/standard"
+_PARTS = (
+    ("only_translation", "translation alone", COLOURS[2]),
+    ("only_roll", "roll alone", COLOURS[3]),
+    ("only_pitch", "pitch alone", COLOURS[4]),
+)
+#: level of the roll that a model of the machine gives, where the case has one beside the readings
+_MODEL = "response/roll/level/shell_acceleration"
+_COMPUTED = "computed; bars: its bound (+- of the report: its standard uncertainty)"
+_MOST, _WIDEST = 6, 24
+#: dB below the lowest level of the whole motion that is still drawn of its parts
+_DEPTH = 12.0
+
+
+def draw_measured_levels(result: Result) -> "Figure | None":
+    """A panel for each harmonic, and one for the roll; None without levels at positions."""
+    record = result.record
+    whole = having(record, _PATH, "position", "order")
+    roll = having(record, _STEM + "roll_level", "order")
+    if whole is None or roll is None or len(whole.axes[0].values) > _WIDEST:
+        return None
+    orders = list(whole.axes[1].values)[:_MOST]
+    columns = min(len(orders), 3)
+    rows = -(-len(orders) // columns)
+    figure = canvas(
+        result, "levels measured, published and computed", 4.4 * columns, 3.0 * rows + 3
+    )
+    grid = figure.add_gridspec(rows + 1, columns, height_ratios=[1.25] * rows + [0.8])
+    first = None
+    for i, order in enumerate(orders):
+        first = _harmonic(figure.add_subplot(grid[i // columns, i % columns]), result, whole, i)
+        first.set_title(f"harmonic {order}", loc="left")
+    _roll(figure.add_subplot(grid[rows, :]), result, roll)
+    assert first is not None
+    handles, words = first.get_legend_handles_labels()
+    figure.legend(handles, words, loc="outside lower center", ncols=4, fontsize=9)
+    return figure
+
+
+def _harmonic(axes: "Axes", result: Result, whole: Quantity, column: int) -> "Axes":
+    names = labels(whole.axes[0])
+    place = np.arange(len(names), dtype=float)
+    levels = np.asarray(whole.values)[:, column]
+    order = int(whole.axes[1].values[column])
+    doubt = having(result.record, _STEM + "uncertainty/level_bound", "position", "order")
+    spread = np.zeros_like(levels) if doubt is None else np.asarray(doubt.values)[:, column]
+    open_ended = place[~np.isfinite(spread)]
+    spread = np.where(np.isfinite(spread), spread, 0.0)
+    finite = np.where(np.isfinite(levels), levels, np.nan)
+    for part, (path, words, colour) in enumerate(_PARTS):
+        found = having(result.record, f"{_STEM}level/{path}", "position", "order")
+        if found is not None:
+            own = np.asarray(found.values)[:, column]
+            kept = own > np.nanmin(finite) - _DEPTH
+            drawn = np.where(kept, own, np.nan)
+            axes.plot(place, drawn, "_", ms=15, mew=2.0, color=colour, label=words)
+            _below(axes, place[~kept], own[~kept], colour, 0.3 * (part - 1))
+    axes.errorbar(place, finite, spread, fmt="o", color=TOTAL, ms=5, capsize=3, label=_COMPUTED)
+    for x in open_ended:  # a bound without end
+        axes.axvline(x, color=TOTAL, lw=1.0, ls=":")
+    read = _read(result.record, order, names)
+    measured = {**_printed(result, order, "measured"), **read}
+    for levels_of, mark, words, colour, shift in (
+        (measured, "s", "measured", COLOURS[0], -0.22),
+        (_printed(result, order, "published"), "x", "published", COLOURS[1], 0.22),
+    ):
+        known = [i for i, name in enumerate(names) if name in levels_of]
+        values = [levels_of[names[i]] for i in known]
+        axes.plot(place[known] + shift, values, mark, ms=6, mfc="none", color=colour, label=words)
+    axes.set_xticks(place, names, rotation=35 if max(map(len, names)) > 3 else 0, ha="center")
+    axes.set_xlim(-0.6, len(names) - 0.4)
+    axes.set_ylabel(f"level in {whole.unit}")
+    return axes
+
+
+def _below(axes: "Axes", place: np.ndarray, levels: np.ndarray, colour: str, aside: float) -> None:
+    """Parts too low to be drawn: an arrow at the lower edge, with the level in dB beside it."""
+    for x, level in zip(place, levels, strict=True):
+        words = f"{level:.0f}" if np.isfinite(level) else "none"
+        axes.annotate(
+            f"\u2193{words}",
+            (x + aside, 0.02),
+            xycoords=axes.get_xaxis_transform(),
+            ha="center",
+            color=colour,
+            fontsize=8,
+        )
+
+
+def _read(record: Record, order: int, names: list[str]) -> dict[str, float]:
+    """Levels that instruments at the positions read."""
+    read = having(record, _STEM + "reading/read", "reading")
+    if read is None:
+        return {}
+    found = dict(zip(labels(read.axes[0]), np.asarray(read.values, dtype=float), strict=True))
+    wanted = {name: f"{order}: {name}" for name in names}
+    return {name: float(found[key]) for name, key in wanted.items() if key in found}
+
+
+def _printed(result: Result, order: int, kind: str) -> dict[str, float]:
+    """Levels of the whole motion that references of one kind give."""
+    found = {}
+    for row in entries(result, "reference"):
+        where: Mapping[str, Any] = row.get("where") or {}
+        own = str(row.get("kind") or "published")
+        if row["quantity"] != _PATH or own != kind or set(where) != {"position", "order"}:
+            continue
+        if int(where["order"]) == order:
+            found[str(where["position"])] = _number(row["value"])
+    return found
+
+
+def _number(value: Any) -> float:
+    from vibecalc.units import split_number
+
+    return float(split_number(value)[0]) if isinstance(value, str) else float(value)
+
+
+def _roll(axes: "Axes", result: Result, roll: Quantity) -> None:
+    """Roll and pitch by order, and the roll of a model of the machine where there is one."""
+    orders = np.asarray(roll.axes[0].values, dtype=float)
+    pitch = having(result.record, _STEM + "pitch_level", "order")
+    model = having(result.record, _MODEL, "order")
+    series = [(roll, "roll, from readings", COLOURS[3], "o")]
+    if pitch is not None:
+        series.append((pitch, "pitch, from readings", COLOURS[4], "o"))
+    if model is not None:
+        series.append((model, "roll, of the machine's model", COLOURS[0], "D"))
+    place = orders
+    for quantity, words, colour, mark in series:
+        values = np.asarray(quantity.values, dtype=float)
+        drawn = np.where(np.isfinite(values), values, np.nan)
+        place = np.asarray(quantity.axes[0].values, dtype=float)
+        kept = place <= max(float(np.max(orders)), 10.0)
+        axes.plot(place[kept], drawn[kept], mark + "-", color=colour, lw=0.8, label=words)
+    axes.set_title("rotation", loc="left")
+    axes.set_xlabel("harmonic")
+    axes.set_ylabel(f"level in {roll.unit}")
+    axes.set_xticks(range(1, max(int(np.max(place)), 3) + 1))
+    axes.legend(fontsize=9, ncols=3)
+
+
+# ----------------------------------------------------------------------------
+# Map of the level over a plate, harmonic by harmonic, with positions and the quietest place.
+# ----------------------------------------------------------------------------
+
+_MOST_MAPS = 5
+#: dB below the loudest place that the colours span
+_RANGE = 24.0
+#: share of the plate's length within which positions share a label
+_APART = 0.03
+
+
+def draw_plate_map(result: Result) -> "Figure | None":
+    """A map for each harmonic and one for all together; None without the edges of a plate."""
+    amplitudes = having(result.record, _STEM + "map/amplitude", "order", "plate_y", "plate_x")
+    total = having(result.record, _STEM + "map/all_orders", "plate_y", "plate_x")
+    if amplitudes is None or total is None:
+        return None
+    orders = [int(order) for order in amplitudes.axes[0].values][:_MOST_MAPS]
+    x, y = (np.asarray(total.axes[place].values, dtype=float) for place in (1, 0))
+    maps = [np.asarray(amplitudes.values)[i] for i in range(len(orders))]
+    titles = [f"harmonic {order}" for order in orders]
+    if len(orders) > 1:
+        maps.append(np.asarray(total.values))
+        titles.append("all harmonics")
+    columns = min(len(maps), 2)
+    rows = -(-len(maps) // columns)
+    height = 5.2 * float((y[-1] - y[0]) / (x[-1] - x[0])) + 0.9
+    figure = canvas(result, "level over the plate", 6.6 * columns, min(height, 7.0) * rows + 0.8)
+    grid = figure.subplots(rows, columns, squeeze=False)
+    for axes in grid.ravel()[len(maps) :]:
+        axes.set_visible(False)
+    reference = _reference(result)
+    for i, (title, amplitude) in enumerate(zip(titles, maps, strict=True)):
+        axes = grid.ravel()[i]
+        place = _quiet(result.record, i if i < len(orders) else None)
+        _draw(axes, x, y, amplitude, reference)
+        _mark(axes, result, place)
+        axes.set_title(title, loc="left")
+    return figure
+
+
+def _reference(result: Result) -> float:
+    """0-to-peak amplitude of 0 dB."""
+    table = table_of(result.case, "measurement")
+    given: Any = table.get("reference_level")
+    peak = np.sqrt(2.0) if table.get("amplitude") == "rms" else 1.0
+    return float(peak) * (float(given) if given else 1.0)
+
+
+def _draw(
+    axes: "Axes", x: np.ndarray, y: np.ndarray, amplitude: np.ndarray, reference: float
+) -> None:
+    level = 20.0 * np.log10(np.maximum(amplitude, 1e-12 * np.max(amplitude)) / reference)
+    top = float(np.max(level))
+    low = max(float(np.min(level)), top - _RANGE)
+    shown = np.clip(level, low, top)
+    steps = np.linspace(low, top, 13) if top - low > 1e-6 else np.array([top - 1.0, top])
+    filled = axes.contourf(x, y, shown, levels=steps, cmap="viridis", extend="min")
+    bar = axes.figure.colorbar(filled, ax=axes, shrink=0.75)
+    bar.set_label("level in dB")
+    bar.ax.yaxis.set_major_formatter("{x:.1f}")
+    axes.set_aspect("equal")
+    axes.grid(False)
+    axes.set_xlabel("x, along the crankshaft, in m")
+    axes.set_ylabel("y in m")
+
+
+def _mark(axes: "Axes", result: Result, quiet: tuple[float, float] | None) -> None:
+    rows: Any = table_of(result.case, "measurement").get("positions") or ()
+    (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()
+    reach = _APART * (right - left)
+    named: list[tuple[float, float, list[str]]] = []
+    for row in rows:
+        x, y = float(row["x"]), float(row["y"])
+        if not (left <= x <= right and low <= y <= high):
+            continue
+        axes.plot([x], [y], "o", ms=4, mfc="white", color=TOTAL, clip_on=False)
+        beside = [one for one in named if np.hypot(x - one[0], y - one[1]) < reach]
+        if beside:
+            beside[0][2].append(str(row["name"]))
+        else:
+            named.append((x, y, [str(row["name"])]))
+    for x, y, names in named:
+        axes.annotate(
+            ", ".join(names),
+            (x, y),
+            xytext=(6 if x < 0.5 * (left + right) else -6, 9 if y < 0.5 * (low + high) else -9),
+            textcoords="offset points",
+            ha="left" if x < 0.5 * (left + right) else "right",
+            va="center",
+            color=TOTAL,
+            fontsize=9,
+            bbox={"boxstyle": "round,pad=0.15", "fc": "white", "ec": "none", "alpha": 0.75},
+        )
+    if quiet is not None:
+        axes.plot([quiet[0]], [quiet[1]], "*", ms=13, color=LIMIT, mec="white", clip_on=False)
+
+
+def _quiet(record: Record, place: int | None) -> tuple[float, float] | None:
+    """The quietest place of one harmonic, or of all."""
+    if place is None:
+        x, y = (scalar_of(record, f"{_STEM}quiet/all_orders_{name}") for name in ("x", "y"))
+        return None if x is None or y is None else (x, y)
+    found = [having(record, f"{_STEM}quiet/{name}", "order") for name in ("x", "y")]
+    values = [float(one.values[place]) for one in found if one is not None]
+    return (values[0], values[1]) if len(values) == 2 else None

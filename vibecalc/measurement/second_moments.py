@@ -1,0 +1,337 @@
+"""Second moments of a motion from levels, and the two motions that a line of them leaves."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from vibecalc.numerics.rounding import UNIT_ROUNDOFF
+from vibecalc.numerics.typing import ComplexArray, FloatArray
+
+# ----------------------------------------------------------------------------
+# Levels as linear readings of a matrix: what they determine, and the two motions they leave.
+#
+# A level gives |c u|^2 = c' G c with the row c and G = Re(u u^H), the real symmetric matrix of
+# second moments of the motion u. G forgets of u a common phase and the sign of all phases, which no
+# level can tell, and nothing else. It is positive semidefinite of rank two (or one). So levels are
+# *linear* in the six entries of G. Five independent ones leave a line G_0 + t N; it enters and
+# leaves the convex cone of semidefinite matrices once each, and there the rank is two: two motions,
+# at most (see `cone_ends`), whatever the places of the accelerometers. For three points and two
+# differences they are the pairs (+/+) and (+/-) of Herold (1977), eqs. 32 and 33.
+# ----------------------------------------------------------------------------
+
+#: entries of a symmetric matrix, as vectors of six hold them
+_I, _J = (0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2)
+_TWICE = np.array([1.0, 1.0, 1.0, 2.0, 2.0, 2.0])
+#: singular values below this share of the largest count as zero
+NO_RANK = 1e-9
+
+
+class Line(NamedTuple):
+    """Second moments that fit the levels: origin (3, 3) and direction (3, 3) of unit size."""
+
+    origin: FloatArray
+    direction: FloatArray
+
+
+def quadratic_rows(rows: FloatArray) -> FloatArray:
+    """Rows (r, 6) on the entries of G, of scaled rows (r, 3), each row brought to unit length."""
+    return moment_rows(rows / np.linalg.norm(rows, axis=-1, keepdims=True))
+
+
+def moment_rows(rows: FloatArray) -> FloatArray:
+    """Rows (..., 6) on the entries of G whose products with them are the squared amplitudes."""
+    return np.asarray(rows[..., _I] * rows[..., _J] * _TWICE)
+
+
+def quadratic_rank(rows: FloatArray) -> int:
+    """How many of the levels of scaled rows are independent; six is the most."""
+    if not len(rows):
+        return 0
+    size = np.linalg.svd(quadratic_rows(rows), compute_uv=False)
+    return int(np.sum(size > NO_RANK * size[0]))
+
+
+def least_determined(rows: FloatArray, amplitudes: FloatArray) -> Line:
+    """Line of second moments through the least-squares fit, along what the levels tell least.
+
+    With five independent levels every point of the line has exactly these amplitudes.
+    """
+    weights = 1.0 / amplitudes**2
+    left = quadratic_rows(rows) * (np.linalg.norm(rows, axis=1) ** 2 * weights)[:, None]
+    moments = np.linalg.lstsq(left, np.ones(len(rows)), rcond=NO_RANK)[0]
+    direction = np.linalg.svd(quadratic_rows(rows))[2][-1]
+    across = symmetric(direction)
+    return Line(symmetric(moments), across / np.linalg.norm(across))
+
+
+def symmetric(entries: FloatArray) -> FloatArray:
+    """The matrix (3, 3) of six entries."""
+    matrix = np.empty((3, 3))
+    matrix[_I, _J] = entries
+    matrix[_J, _I] = entries
+    return matrix
+
+
+# ----------------------------------------------------------------------------
+# The two motions of a line of second moments: where it enters and leaves the semidefinite ones.
+#
+# Between the ends of G_0 + t N all eigenvalues are positive, so that all roots of its determinant,
+# a cubic in t, are real, and the ends are neighbours among them: the upper two where N has two
+# positive eigenvalues, the lower two where it has one. The lowest eigenvalue is a concave function
+# of t with the slope v' N v of its vector v. Newton's method on it mends the last digits of the
+# roots, and comes to an end from anywhere outside where the roots cannot be trusted.
+# ----------------------------------------------------------------------------
+
+#: lowest eigenvalues, over the size of the matrix, that are nothing but rounding, well or badly met
+_ZERO, _COARSE = 4.0 * UNIT_ROUNDOFF, 64.0 * UNIT_ROUNDOFF
+#: steps over the distance of both ends: below this the roots were good, beyond it ends meet
+_CLOSE, _FAR = 1e-6, 1e-2
+_POLISH, _MARCH, _CLIMB = 8, 60, 60
+
+
+class ConeEnds(NamedTuple):
+    """One or two motions (3,), and eigenvalue problems of 3 by 3 solved on the way."""
+
+    motions: list[ComplexArray]
+    solved: int
+
+
+class _Lowest(NamedTuple):
+    """Eigenvalues (..., 3) and vectors (..., 3, 3) at places (...), and the slope of the lowest."""
+
+    place: FloatArray
+    values: FloatArray
+    vectors: FloatArray
+    slope: FloatArray
+
+
+def ends(line: Line) -> list[ComplexArray]:
+    """Motions (3,) at the two ends of the line's way through the semidefinite matrices.
+
+    Where it misses them there is one, of the nearest approach: no motion has these amplitudes.
+    """
+    return counted_ends(line).motions
+
+
+def counted_ends(line: Line) -> ConeEnds:
+    """The same with what it took."""
+    size = float(np.linalg.norm(line.origin))
+    if not size > 0.0:
+        return ConeEnds([np.zeros(3, dtype=complex)], 1)
+    unit = Line(line.origin / size, line.direction / float(np.linalg.norm(line.direction)))
+    found = _by_roots(unit)
+    if found is None:
+        found = _by_search(unit)
+    motions = [motion * math.sqrt(size) for motion in found.motions]
+    return found._replace(motions=motions)
+
+
+def _by_roots(line: Line) -> ConeEnds | None:
+    """From the roots of the cubic; None where the ends meet, or where the line misses."""
+    both = _root_pair(line)
+    if both is None:
+        return None
+    solved, at = 1, np.array(both)
+    for _ in range(_POLISH):
+        found = _lowest(line, at)
+        solved += 2
+        if not (found.slope[0] > 0.0 > found.slope[1]):
+            return None
+        step = -found.values[:, 0] / found.slope
+        gap = float(at[1] - at[0])
+        if float(np.max(np.abs(step))) > _FAR * gap:
+            return None
+        scale = np.abs(found.values[:, 2])
+        if np.all(np.abs(found.values[:, 0]) <= _ZERO * scale):
+            return ConeEnds([_factor(found, place) for place in range(2)], solved)
+        at = at + step
+    # rounding no longer shrinks
+    small = np.abs(found.values[:, 0]) <= _COARSE * scale
+    if float(np.max(np.abs(step))) <= _CLOSE * gap and np.all(small):
+        return ConeEnds([_factor(found, place) for place in range(2)], solved)
+    return None
+
+
+def _root_pair(line: Line) -> tuple[float, float] | None:
+    """The two of the three roots of the determinant between which the matrix can be positive.
+
+    None where not all are real, or too large to be told from infinite ones.
+    """
+    c0, c1, c2, c3 = _determinant(line)
+    size = max(abs(c0), abs(c1), abs(c2), abs(c3))
+    if not size > 0.0:
+        return None
+    if abs(c3) >= abs(c0):
+        roots = _three_roots(c3, c2, c1, c0)
+    else:
+        inverse = _three_roots(c0, c1, c2, c3)
+        # an infinite root is the third one
+        roots = None if inverse is None else [1.0 / r if r else math.inf for r in inverse]
+    if roots is None:
+        return None
+    low, high = _bracket(line)
+    finite = sorted(root for root in roots if low <= root <= high)
+    if len(finite) == 3:
+        return (finite[1], finite[2]) if c3 < 0.0 else (finite[0], finite[1])
+    return (finite[0], finite[1]) if len(finite) == 2 else None
+
+
+def _determinant(line: Line) -> tuple[float, float, float, float]:
+    """Coefficients of det(G_0 + t N), lowest power first."""
+    g, n = line.origin.tolist(), line.direction.tolist()
+
+    def triple(a: list[float], b: list[float], c: list[float]) -> float:
+        return (
+            a[0] * (b[1] * c[2] - b[2] * c[1])
+            - a[1] * (b[0] * c[2] - b[2] * c[0])
+            + a[2] * (b[0] * c[1] - b[1] * c[0])
+        )
+
+    return (
+        triple(*g),
+        triple(n[0], g[1], g[2]) + triple(g[0], n[1], g[2]) + triple(g[0], g[1], n[2]),
+        triple(g[0], n[1], n[2]) + triple(n[0], g[1], n[2]) + triple(n[0], n[1], g[2]),
+        triple(*n),
+    )
+
+
+def _three_roots(a: float, b: float, c: float, d: float) -> list[float] | None:
+    """Real roots of a x^3 + b x^2 + c x + d by cosines (Viete); None if two are not real."""
+    b, c, d = b / a, c / a, d / a
+    middle = -b / 3.0
+    p, q = b * b / 9.0 - c / 3.0, ((2.0 * b * b - 9.0 * c) * b + 27.0 * d) / 54.0
+    if not (math.isfinite(p) and math.isfinite(q)) or p <= 0.0 or abs(q) >= p * math.sqrt(p):
+        return None
+    root = math.sqrt(p)
+    turn = math.acos(max(-1.0, min(1.0, q / (p * root)))) / 3.0
+    return [middle - 2.0 * root * math.cos(turn + k * 2.0 * math.pi / 3.0) for k in (-1, 0, 1)]
+
+
+def _by_search(line: Line) -> ConeEnds:
+    """From the summit of the lowest eigenvalue, by Newton's method from outside."""
+    low, high = _bracket(line)
+    summit, bend, solved = _summit(line, low, high)
+    top = float(summit.values[0])
+    if top <= 0.0:
+        return ConeEnds([_factor(summit)], solved)
+    motions = []
+    for outside in (low, high):
+        start = outside
+        if bend < 0.0:
+            # where a parabola of the summit comes down to zero, and a little farther
+            wide = 1.1 * math.sqrt(-2.0 * top / bend)
+            start = float(summit.place) + math.copysign(wide, outside - float(summit.place))
+            start = min(max(start, low), high)
+        found, steps = _march(line, start, outside, summit)
+        motions.append(_factor(found))
+        solved += steps
+    return ConeEnds(motions, solved)
+
+
+def _march(line: Line, start: float, outside: float, summit: _Lowest) -> tuple[_Lowest, int]:
+    """The end on one side of the summit: Newton's steps, kept between places on either side.
+
+    From outside a step never passes the end, as the function is concave, but by rounding.
+    """
+    inner, outer, at, best = float(summit.place), outside, start, summit
+    side = math.copysign(1.0, outside - inner)
+    for count in range(1, _MARCH):
+        found = _lowest(line, np.asarray(at))
+        value, slope = float(found.values[0]), float(found.slope)
+        falls = side * slope < 0.0
+        if falls and abs(value) <= _ZERO * abs(float(found.values[2])):
+            return found, count
+        if abs(value) < abs(float(best.values[0])):
+            best = found
+        if falls and value <= 0.0:
+            outer = at
+        else:
+            inner = at
+        target = at - value / slope if falls else math.nan
+        if abs(target - at) <= UNIT_ROUNDOFF * abs(at):
+            return best, count
+        if not min(inner, outer) < target < max(inner, outer):
+            target = 0.5 * (inner + outer)
+        if target in (inner, outer):
+            return best, count
+        at = target
+    return best, _MARCH
+
+
+def _summit(line: Line, low: float, high: float) -> tuple[_Lowest, float, int]:
+    """Where the lowest eigenvalue is largest, its second derivative there, and problems solved.
+
+    Newton's method on the slope, kept between places on either side; where two eigenvalues meet
+    and the slope jumps, the tangents' meeting or halves take over.
+    """
+    sides = [_lowest(line, np.asarray(place)) for place in (low, high)]
+    best, bend, at = sides[0], 0.0, 0.5 * (low + high)
+    for count in range(2, _CLIMB):
+        found = _lowest(line, np.asarray(at))
+        if found.values[0] > best.values[0]:
+            best, bend = found, _bend(line, found)
+        rising = float(found.slope) > 0.0
+        sides[0 if rising else 1] = found
+        left, right = (float(side.place) for side in sides)
+        own = _bend(line, found)
+        target = at - float(found.slope) / own if own < 0.0 else math.nan
+        if not left < target < right:
+            target = _meeting(*sides)
+        if not left < target < right:
+            target = 0.5 * (left + right)
+        if abs(target - at) <= 2.0 * UNIT_ROUNDOFF * max(abs(at), abs(target)) or (
+            right - left <= 4.0 * UNIT_ROUNDOFF * max(abs(left), abs(right))
+        ):
+            return best, bend, count + 1
+        # tangents bound the rise that is left
+        if _ceiling(*sides) - float(best.values[0]) <= _ZERO * abs(float(best.values[2])):
+            return best, bend, count + 1
+        at = target if count % 4 else 0.5 * (left + right)
+    return best, bend, _CLIMB
+
+
+def _meeting(left: _Lowest, right: _Lowest) -> float:
+    """Where the tangents at both places meet."""
+    fall = float(left.slope - right.slope)
+    rise = float(right.values[0] - left.values[0])
+    ahead = rise - float(right.slope) * float(right.place - left.place)
+    return float(left.place) + ahead / fall if fall > 0.0 else math.nan
+
+
+def _ceiling(left: _Lowest, right: _Lowest) -> float:
+    """What a concave function between both places does not exceed."""
+    at = _meeting(left, right)
+    if math.isnan(at):
+        return math.inf
+    return float(left.values[0]) + float(left.slope) * (at - float(left.place))
+
+
+def _bend(line: Line, found: _Lowest) -> float:
+    """Second derivative of the lowest eigenvalue; minus infinity where two meet."""
+    across = found.vectors.T @ line.direction @ found.vectors[:, 0]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        terms = np.square(across[1:]) / (found.values[0] - found.values[1:])
+    return 2.0 * float(np.sum(np.where(across[1:] == 0.0, 0.0, terms)))
+
+
+def _bracket(line: Line) -> tuple[float, float]:
+    """Places on either side where the matrix is surely indefinite."""
+    spread = np.linalg.eigvalsh(line.direction)
+    return -1.01 / float(spread[-1]), -1.01 / float(spread[0])
+
+
+def _lowest(line: Line, place: FloatArray) -> _Lowest:
+    values, vectors = np.linalg.eigh(line.origin + place[..., None, None] * line.direction)
+    first = vectors[..., 0]
+    slope = np.einsum("...i,ij,...j->...", first, line.direction, first)
+    return _Lowest(place, values, vectors, slope)
+
+
+def _factor(found: _Lowest, place: int | None = None) -> ComplexArray:
+    """The motion whose second moments are nearest to those at a place of the line."""
+    values, vectors = found.values, found.vectors
+    if place is not None:
+        values, vectors = values[place], vectors[place]
+    size = np.sqrt(np.maximum(values[1:], 0.0))
+    return np.asarray(vectors[:, 2] * size[1] + 1j * vectors[:, 1] * size[0])

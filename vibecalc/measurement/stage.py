@@ -1,0 +1,82 @@
+"""The stage that [measurement] asks for."""
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from vibecalc.pipeline.stage_plan import StagePlan, below
+
+if TYPE_CHECKING:
+    from vibecalc.case.schema import Case
+    from vibecalc.measurement.tables import Measurement
+
+
+def plan_measurement(case: "Case") -> Iterator[StagePlan]:
+    """The motion of a plate from its readings; it stands alone, or beside a machine."""
+    table = case.measurement
+    if table is None:
+        return
+    by_levels = not set(table.orders) <= _with_phases(table)
+    left_out = tuple(
+        f"measurement/{part}"
+        for part, there in (
+            ("frequency", table.base_frequency is not None or case.machine.speed is not None),
+            ("candidate/", by_levels),
+            ("further/", by_levels),
+            ("signal/", _any_phase(table)),
+            ("reading/", _any_level(table)),
+            ("map/", table.plate is not None),
+            ("quiet/", table.plate is not None),
+        )
+        if not there
+    )
+    positions = () if table.positions else _OF_POSITIONS
+    ways = "levels: all motions that they allow" if by_levels else "least squares"
+    yield StagePlan(
+        stage="measurement",
+        adapter="vibecalc.measurement.adapters.plate:run_measurement",
+        why="[measurement] is in the case",
+        parts=(),
+        orders=", ".join(map(str, table.orders)),
+        cost=f"{_count(table)} readings, {len(table.orders)} harmonics one by one; {ways}",
+        quantities=below("measurement/", without=(*left_out, *positions)),
+        is_last=True,
+    )
+
+
+def _with_phases(table: "Measurement") -> set[int]:
+    """Harmonics whose motion comes from complex amplitudes."""
+    found = {
+        order
+        for reading in table.readings
+        if reading.phase and reading.use == "solve"
+        for order in reading.orders or table.orders
+    }
+    scan = table.scan
+    return found | (set(scan.order) if scan is not None and scan.phase else set())
+
+
+def _any_phase(table: "Measurement") -> bool:
+    read = any(reading.phase for reading in table.readings)
+    return read or (table.scan is not None and bool(table.scan.phase))
+
+
+def _any_level(table: "Measurement") -> bool:
+    """Whether anything read is larger than zero and so has a level."""
+    scan = table.scan
+    if scan is not None and (scan.level or any(scan.amplitude)):
+        return True
+    return any(
+        reading.level or any(reading.amplitude) or any(reading.angular_amplitude)
+        for reading in table.readings
+    )
+
+
+def _count(table: "Measurement") -> int:
+    own = sum(len(reading.orders or table.orders) for reading in table.readings)
+    return own + (len(table.scan.order) if table.scan is not None else 0)
+
+
+_OF_POSITIONS = (
+    *("measurement/acceleration", "measurement/level/", "measurement/candidate/level"),
+    *("measurement/uncertainty/level", "measurement/further/"),
+)

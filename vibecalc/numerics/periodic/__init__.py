@@ -1,0 +1,1 @@
+"""Periodic solutions of ordinary differential equations."""

@@ -1,1 +1,0 @@
-"""Tuning of absorbers: smallest largest response, its certificate, and closed forms."""

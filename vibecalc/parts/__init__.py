@@ -1,0 +1,1 @@
+"""Parts of machines that several subjects share: their tables, arrays and checks."""

@@ -1,0 +1,433 @@
+"""Warnings: numbers of a case that are possible and unlikely, or less exact than they look."""
+
+import math
+from collections.abc import Callable, Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vibecalc.case.kinds import finds_speed, gas_turns, has_crank_train, has_speed
+from vibecalc.case.schema import Case, Machine
+from vibecalc.machine.operation_checks import has_loss_factor
+from vibecalc.machine.roll_cautions import asks_roll, roll_cautions
+from vibecalc.parts import tables as parts
+from vibecalc.parts.body import build_body, build_frame
+from vibecalc.parts.crank_train import build_crank_train, rod_share
+from vibecalc.parts.firing import has_gas, torque_reaches_mounts
+from vibecalc.parts.mounts import Mounts, build_mounts
+from vibecalc.torsion.checks import torsion_cautions
+from vibecalc.torsion.model import throw_cautions
+
+# ----------------------------------------------------------------------------
+# Numbers of a case that are possible and most unlikely: each with the slip that makes them.
+#
+# One rule a line: where the number comes from, from which size on it is said, and the words, in
+# which `{x}` is the number and `{what}` the part of the machine that has it.
+# ----------------------------------------------------------------------------
+
+#: what a rule looks at, with the words for the part that has it
+Found = Iterator[tuple[str, float]]
+TURN = 2.0 * math.pi
+#: kg/m^3
+STEEL = 7850.0
+ANGLES = ("crank_phase", "bank_angle", "firing_angle", "phase")
+
+
+class Rule(NamedTuple):
+    """Numbers of a case whose magnitude is above `limit` get a sentence."""
+
+    numbers: Callable[[Case], Found]
+    limit: float
+    words: str
+
+
+def at(*path: str) -> Callable[[Case], Found]:
+    """Every number at a path, `[]` after the name of a list standing for all of its entries."""
+
+    def numbers(case: Case) -> Found:
+        return _below(case, path, path[-1].replace("_", " "))
+
+    return numbers
+
+
+def _below(table: Any, path: tuple[str, ...], what: str) -> Found:
+    if table is None:
+        return
+    if isinstance(table, tuple):
+        for value in table:
+            yield from _below(value, path, what)
+        return
+    if not path:
+        yield what, float(table)
+        return
+    if not path[0].endswith("[]"):
+        yield from _below(getattr(table, path[0], None), path[1:], what)
+        return
+    for entry in getattr(table, path[0][:-2], None) or ():
+        name = getattr(entry, "name", None)
+        yield from _below(entry, path[1:], f"{what} of '{name}'" if name else what)
+
+
+def angles(case: Case) -> Found:
+    """Angles of the crank train beyond a turn that look as if they were degrees.
+
+    A phase of 480 degrees is no round number of radians, 180 without a unit is one.
+    """
+    if not has_crank_train(case.machine):
+        return
+    train = case.machine.crank_train
+    parts: list[tuple[str, Any]] = [(f"cylinder '{one.name}'", one) for one in train.cylinders]
+    parts += [(f"'{one.name}'", one) for one in train.counterweights]
+    parts += [(f"'{one.name}'", one) for one in train.balance_shafts]
+    for what, part in parts:
+        for key in ANGLES:
+            angle = getattr(part, key, None)
+            if angle is None or abs(angle) <= TURN * (1.0 + 1e-9):
+                continue
+            if abs(angle) > 2.0 * TURN + 1e-6 or abs(2.0 * angle - round(2.0 * angle)) < 1e-9:
+                yield f"{key} of {what}", angle
+
+
+def piston_speed(case: Case) -> Found:
+    """Mean speed of the pistons at the speed of the machine, or that its motor stays below."""
+    machine = case.machine
+    if has_crank_train(machine):
+        motor, speed = machine.motor, machine.speed if has_speed(machine) else 0.0
+        if motor is not None and finds_speed(machine):
+            speed = motor.synchronous_speed or 0.0
+        yield "", 2.0 * machine.crank_train.crank_radius * speed / math.pi
+
+
+def bore(case: Case) -> Found:
+    """Bore over stroke or the other way round, of machines whose pistons are about as long."""
+    if case.machine.kind not in ("engine", "compressor"):
+        return
+    train = case.machine.crank_train
+    if train.bore:
+        ratio = train.bore / (2.0 * train.crank_radius)
+        yield (
+            f"{train.bore:.3g} m at a stroke of {2.0 * train.crank_radius:.3g} m",
+            max(ratio, 1.0 / ratio),
+        )
+
+
+def unbalances(case: Case) -> Found:
+    """Unbalance of each weight over that of all that moves, at the crank radius."""
+    if not has_crank_train(case.machine):
+        return
+    written, train = case.machine.crank_train, build_crank_train(case.machine.crank_train)
+    moving = float(train.reciprocating_mass.sum() + train.rotating_mass.sum()) * train.crank_radius
+    weights = [(weight.name, weight.unbalance) for weight in written.counterweights]
+    weights += [(shaft.name, shaft.unbalance) for shaft in written.balance_shafts]
+    for name, unbalance in weights if moving > 0.0 else ():
+        yield f"'{name}', {unbalance:.4g} kg*m,", unbalance / moving
+
+
+def masses(case: Case) -> Found:
+    """Masses of an engine over that of a cube of steel as long as its rod."""
+    if case.machine.kind != "engine":
+        return
+    train = case.machine.crank_train
+    rod, solid = train.rod, STEEL * train.rod_length**3
+    for what, mass in (
+        ("the rod", None if rod is None else rod.mass),
+        ("what moves with a piston", train.reciprocating_mass),
+        ("a piston", train.piston_mass),
+        ("a wrist pin", train.pin_mass),
+    ):
+        if mass is not None:
+            yield f"{what} weighs {mass:.3g} kg", mass / solid
+
+
+def sag(case: Case) -> Found:
+    """Sag of the body under its weight over the longest distance between its mounts."""
+    machine, options = case.machine, case.isolation
+    if options is None or machine.body is None or machine.mounts is None:
+        return
+    if machine.body.mass_matrix is not None or machine.mounts.stiffness_matrix is not None:
+        return
+    mounts, up = build_mounts(machine.mounts), "xyz".index(options.up)
+    stiffness = float(mounts.stiffness.sum(axis=0)[up, up])
+    away = mounts.position[:, None] - mounts.position
+    size = float(np.sqrt(np.square(away).sum(axis=-1)).max())
+    if machine.body.box is not None:
+        size = max(size, *(getattr(machine.body.box, k) for k in ("length", "width", "height")))
+    if stiffness > 0.0 and size > 0.0:
+        deep = build_body(machine.body).mass * options.gravity / stiffness
+        yield f"{deep:.3g} m", deep / size
+
+
+RULES = (
+    Rule(
+        angles, 0.0,
+        "the {what} is {x:.6g} rad, more than a turn: should it be '{x:.6g} deg'? Angles "
+        "without a unit are in radians",
+    ),
+    Rule(
+        piston_speed, 30.0,
+        "the mean piston speed is {x:.3g} m/s, where machines stay below 30: is the speed in "
+        "rad/s ('4900 rpm' otherwise) and the crank radius in m?",
+    ),
+    Rule(
+        at("machine", "crank_train", "bore"), 2.0,
+        "the {what} is {x:.4g} m: is it in m ('{x:.4g} mm' otherwise)?",
+    ),
+    Rule(
+        at("machine", "crank_train", "crank_radius"), 3.0,
+        "the {what} is {x:.4g} m: is it in m ('{x:.4g} mm' otherwise)?",
+    ),
+    Rule(
+        at("machine", "crank_train", "cylinders[]", "position"), 50.0,
+        "the {what} is {x:.4g} m: is it in m ('{x:.4g} mm' otherwise)?",
+    ),
+    Rule(
+        at("machine", "mounts", "positions"), 50.0,
+        "a mount stands {x:.4g} m away: is its place in m ('{x:.4g} mm' otherwise)?",
+    ),
+    Rule(
+        at("machine", "mounts", "individual[]", "position"), 50.0,
+        "the {what} is {x:.4g} m: is it in m ('{x:.4g} mm' otherwise)?",
+    ),
+    Rule(
+        bore, 6.0,
+        "the bore is {what}: engines and compressors have the two nearly alike; are both in m "
+        "('76 mm' otherwise)?",
+    ),
+    Rule(
+        unbalances, 10.0,
+        "the unbalance of {what} is {x:.3g} times that of all that moves in the crank train: "
+        "is it in kg*m ('26 kg*mm', '26 g*m' otherwise)?",
+    ),
+    Rule(
+        masses, 1.0,
+        "{what}, more than a cube of steel as long as the rod: is the mass in kg ('1 g' "
+        "otherwise) and the length in m?",
+    ),
+    Rule(
+        sag, 0.1,
+        "under its weight the machine sinks by about {what}, more than a tenth of its length: "
+        "is the stiffness of the mounts in N/m ('10 kN/m', '10 N/mm' otherwise)?",
+    ),
+    Rule(
+        at("machine", "secondary", "mass_ratio"), 1.0,
+        "the {what} is {x:.4g}, an absorber heavier than what it is to keep still: should it "
+        "be '{x:.4g} %'?",
+    ),
+    Rule(
+        at("machine", "secondaries[]", "mass_ratio"), 1.0,
+        "the {what} is {x:.4g}, an absorber heavier than what it is to keep still: should it "
+        "be '{x:.4g} %'?",
+    ),
+    Rule(
+        at("machine", "motor", "synchronous_speed"), 378.0,
+        "the {what} is {x:.4g} rad/s, above the 3600 rpm of two poles at 60 Hz: should it be "
+        "'{x:.4g} rpm'?",
+    ),
+)  # fmt: skip
+
+
+def implausible(case: Case) -> list[str]:
+    """A sentence for every number of a case without problems that a slip is likely to have made."""
+    return [
+        rule.words.format(what=what, x=value)
+        for rule in RULES
+        for what, value in rule.numbers(case)
+        if abs(value) > rule.limit
+    ]
+
+
+# ----------------------------------------------------------------------------
+# What is possible but unlikely, or less exact than it looks.
+# ----------------------------------------------------------------------------
+
+Array = NDArray[np.float64]
+NOTICEABLE = 1e-6
+#: results of [isolation] that have the shaking alone
+SHAKING = ("isolation/support_force/", "isolation/support_displacement/", "isolation/body/")
+
+
+def machine_warnings(case: Case) -> list[str]:
+    """Sentences for the report, on a case without problems."""
+    if not has_crank_train(case.machine):
+        return [*implausible(case), *_without_effect(case), *roll_cautions(case)]
+    return [
+        *implausible(case),
+        *_places(case),
+        *_orders(case),
+        *_pitch_coupling(case),
+        *_without_effect(case),
+        *_rod(case),
+        *_shaking_alone(case),
+        *throw_cautions(case),
+        *roll_cautions(case),
+        *torsion_cautions(case),
+    ]
+
+
+def _placed(machine: Machine) -> tuple[parts.Body, parts.Mounts] | None:
+    """Body and mounts, if neither is missing nor a matrix."""
+    body, mounts = machine.body, machine.mounts
+    if body is None or mounts is None:
+        return None
+    matrices = body.mass_matrix is not None or mounts.stiffness_matrix is not None
+    return None if matrices else (body, mounts)
+
+
+def _places(case: Case) -> list[str]:
+    roll = None if case.response is None else case.response.roll
+    if not has_speed(case.machine) and not (roll is not None and roll.classical):
+        return []  # no couples are computed
+    if case.machine.kind == "engine" and case.machine.body is None and case.excitation is None:
+        return []  # only torques on a shaft line
+    train = build_crank_train(case.machine.crank_train)
+    seen: dict[tuple[float, float], str] = {}
+    texts = []
+    for name, place, bank in zip(train.names, train.position, train.bank_angle, strict=True):
+        spot = (float(place), float(bank))
+        if spot in seen:
+            texts.append(
+                f"cylinders '{seen[spot]}' and '{name}' stand in the same place, at position "
+                f"{place:.6g} m and bank angle {bank:.6g} rad: couples between them are zero"
+            )
+        seen.setdefault(spot, name)
+    return texts
+
+
+def _orders(case: Case) -> list[str]:
+    highest = None if case.excitation is None else case.excitation.orders
+    if highest is None:
+        return []
+    return [
+        f"balance shaft '{shaft.name}' turns at {abs(shaft.speed_ratio)} times the crank speed "
+        f"and is left out, since excitation.orders = {highest}"
+        for shaft in case.machine.crank_train.balance_shafts
+        if abs(shaft.speed_ratio) > highest
+    ]
+
+
+def _without_effect(case: Case) -> list[str]:
+    machine, response = case.machine, case.response
+    mounts, switching = machine.mounts, None if response is None else response.switching
+    impact = None if response is None else response.impact
+    texts = {
+        "[machine.motor] has no effect: its axial force is computed where there is an "
+        "[excitation]": (
+            machine.motor is not None and not finds_speed(machine) and case.excitation is None
+        ),
+        "[machine.joints] have no effect: their play is for [response.impact]": (
+            machine.joints is not None and impact is None
+        ),
+        "the gas pressure has no effect: only [response.impact] and the roll of the machine use "
+        "it": (
+            has_crank_train(machine)
+            and machine.crank_train.gas_pressure is not None
+            and not gas_turns(machine)
+            and impact is None
+            and not asks_roll(case)
+        ),
+        "the gas has no effect: without [response.torsion] it reaches the mounts in the model "
+        "'rigid_body' or 'planar', of an engine with a firing order, unless driven_machine = "
+        "'cancels_torque'": (
+            gas_turns(machine)
+            and has_gas(case)
+            and not torque_reaches_mounts(case)
+            and (response is None or response.torsion is None)
+        ),
+    }
+    if mounts is not None:
+        texts |= {
+            "modal_damping counts in [response] only, not in [isolation]": (
+                bool(mounts.modal_damping) and case.isolation is not None
+            ),
+            "while the machine changes between operations, the loss factor counts as the damping "
+            "ratio that it gives each mode at resonance": (
+                has_loss_factor(mounts) and switching is not None
+            ),
+        }
+    return [text for text, holds in texts.items() if holds]
+
+
+def _rod(case: Case) -> list[str]:
+    train = case.machine.crank_train
+    rod, share = train.rod, rod_share(train)
+    if rod is None or rod.inertia is None:
+        return []
+    between = rod.mass * train.rod_length**2 * share * (1.0 - share)
+    if rod.inertia <= between * (1.0 + NOTICEABLE):
+        return []
+    return [
+        f"the rod's moment of inertia is {rod.inertia:.4g} kg*m^2, more than the {between:.4g} "
+        "kg*m^2 of a rod whose material lies between its bearings: is it about the mass centre?"
+    ]
+
+
+def _shaking_alone(case: Case) -> list[str]:
+    """Targets that hold the shaking alone although the torque of the gas reaches the mounts."""
+    if not torque_reaches_mounts(case):
+        return []
+    named = dict.fromkeys(limit.quantity for limit in case.limit)
+    if case.optimisation is not None and case.optimisation.objective is not None:
+        named[case.optimisation.objective.quantity] = None
+    return [
+        f"{quantity} is of the shaking and the inertia torque, without the torque of the gas: "
+        "isolation/torque_reaction/ has all of it"
+        for quantity in named
+        if quantity.startswith(SHAKING)
+        and "run_up" not in quantity
+        and not quantity.endswith(("/sag", "/static"))
+    ]
+
+
+def _pitch_coupling(case: Case) -> list[str]:
+    """What the pitch model leaves out of the body's other five motions, as shares."""
+    machine = case.machine
+    if case.isolation is None or case.isolation.model != "pitch":
+        return []
+    placed = _placed(machine)
+    if placed is None:
+        return []
+    body, mounts = build_body(placed[0]), build_mounts(placed[1])
+    frame = build_frame(machine.crank_train.axis, machine.crank_train.stroke)
+    place = mounts.position - body.centre
+    texts = []
+
+    pitch = np.cross(frame.across, place)  # displacement of each mount for a unit of pitch
+    heights = (place @ frame.stroke)[:, None] * np.cross(frame.across, frame.stroke)
+    exact = _work(mounts, pitch, pitch)
+    model = _work(mounts, pitch - heights, pitch - heights)
+    if abs(exact - model) > NOTICEABLE * model:
+        texts.append(
+            f"the pitch model leaves out {100.0 * abs(exact - model) / model:.3g} % of the pitch "
+            "stiffness, from mounts above or below the mass centre; rigid_body has it"
+        )
+    others = [np.broadcast_to(row, place.shape) for row in (frame.axis, frame.across, frame.stroke)]
+    others += [np.cross(turn, place) for turn in (frame.axis, frame.stroke)]
+    names = [f"motion along {_name(row)}" for row in (frame.axis, frame.across, frame.stroke)]
+    names += [f"turning about {_name(row)}" for row in (frame.axis, frame.stroke)]
+    coupled = []
+    for name, motion in zip(names, others, strict=True):
+        scale = math.sqrt(max(exact, model) * _work(mounts, motion, motion))
+        if abs(_work(mounts, pitch, motion)) > NOTICEABLE * scale:
+            coupled.append(name)
+    inertia = body.inertia @ frame.across
+    for axis in (frame.axis, frame.stroke):
+        share = abs(float(axis @ inertia)) > NOTICEABLE * float(frame.across @ inertia)
+        name = f"turning about {_name(axis)}"
+        if share and name not in coupled:
+            coupled.append(name)
+    if coupled:
+        texts.append(
+            "pitch is coupled with " + ", ".join(coupled) + ": the pitch model is then an "
+            "approximation, and rigid_body is exact"
+        )
+    return texts
+
+
+def _work(mounts: Mounts, first: Array, second: Array) -> float:
+    """Stiffness between two motions given by their displacements (n, 3) at the mounts."""
+    return float(np.einsum("ni,nij,nj->", first, mounts.stiffness, second))
+
+
+def _name(direction: Array) -> str:
+    return "xyz"[int(np.argmax(np.abs(direction)))]

@@ -1,0 +1,343 @@
+"""The crank train as arrays, and whether it can turn: cylinders, throws, rotating weights."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vibecalc.case.kinds import has_crank_train
+from vibecalc.case.schema import Case
+from vibecalc.case.tables import Excitation
+from vibecalc.errors import KeyPath, Problem
+from vibecalc.parts import tables as parts
+from vibecalc.parts.body import DIRECTIONS, build_frame
+
+# ----------------------------------------------------------------------------
+# The crank train as arrays: cylinders, and everything that turns.
+# ----------------------------------------------------------------------------
+
+Array = NDArray[np.float64]
+Row = tuple[str, float, int, float, Array]
+
+
+@dataclass(frozen=True, kw_only=True)
+class CrankTrain:
+    """n cylinders on one crankshaft; lengths in m, masses in kg, angles in rad.
+
+    `position` (n,) runs along the crankshaft from `origin`, which itself counts from the body's
+    reference point. `reciprocating_mass` (n,) moves with the pistons, `rotating_mass` (n,) sits at
+    the crank pins; a rod is the two point masses that keep its mass and mass centre (its moment of
+    inertia is then that of the two points, the usual approximation).
+    """
+
+    crank_radius: float
+    rod_length: float
+    wrist_pin_offset: float
+    names: tuple[str, ...]
+    position: Array
+    crank_phase: Array
+    bank_angle: Array
+    reciprocating_mass: Array
+    rotating_mass: Array
+    origin: Array
+    axis: Array
+    stroke: Array
+    across: Array
+
+
+@dataclass(frozen=True, kw_only=True)
+class RotatingMasses:
+    """m unbalances that turn at constant speed: throws, counterweights, balance shafts.
+
+    `unbalance` (m,) is mass times radius in kg m, `speed_ratio` (m,) the shaft speed over the
+    crank speed (negative turns the other way), `phase` (m,) the angle from the stroke at crank
+    angle zero in the crank's sense of rotation, `position` (m, 3) counts from the train's origin
+    along x, y, z of the body.
+    """
+
+    names: tuple[str, ...]
+    unbalance: Array
+    speed_ratio: NDArray[np.int64]
+    phase: Array
+    position: Array
+
+
+def rod_share(train: parts.CrankTrain) -> float:
+    """Share of the rod's mass that moves with the piston: given, or from its mass centre."""
+    rod = train.rod
+    if rod is None:
+        return 0.0
+    if rod.reciprocating_fraction is not None:
+        return float(rod.reciprocating_fraction)
+    return float((rod.crank_pin_to_mass_centre or 0.0) / train.rod_length)
+
+
+def reciprocating_mass(train: parts.CrankTrain) -> float | None:
+    """Mass in kg that moves with one piston, or None if the train does not say."""
+    if train.reciprocating_mass is not None:
+        return float(train.reciprocating_mass)
+    if train.piston_mass is None and train.pin_mass is None and train.rod is None:
+        return None
+    rod = 0.0 if train.rod is None else train.rod.mass * rod_share(train)
+    return float((train.piston_mass or 0.0) + (train.pin_mass or 0.0) + rod)
+
+
+def working_names(train: parts.CrankTrain, options: Excitation | None) -> tuple[str, ...]:
+    """Names of the cylinders that work, in their order."""
+    names = tuple(cylinder.name for cylinder in train.cylinders)
+    works = None if options is None else options.working
+    return names if works is None else tuple(name for name in names if name in works)
+
+
+def build_crank_train(train: parts.CrankTrain) -> CrankTrain:
+    """Arrays of a validated crank train; a cylinder's own masses override those of the train.
+
+    A cylinder's `reciprocating_mass` is all that moves with its piston; to its `rotating_mass`, as
+    to that of the train, the rotating share of the rod is added.
+    """
+    frame = build_frame(train.axis, train.stroke)
+    common = reciprocating_mass(train) or 0.0
+    rod = 0.0 if train.rod is None else train.rod.mass * (1.0 - rod_share(train))
+    cylinders = train.cylinders
+    own = [c.reciprocating_mass for c in cylinders]
+    pins = [train.rotating_mass if c.rotating_mass is None else c.rotating_mass for c in cylinders]
+    return CrankTrain(
+        crank_radius=train.crank_radius,
+        rod_length=train.rod_length,
+        wrist_pin_offset=train.wrist_pin_offset,
+        names=tuple(c.name for c in cylinders),
+        position=np.array([c.position for c in cylinders]),
+        crank_phase=np.array([c.crank_phase for c in cylinders]),
+        bank_angle=np.array([c.bank_angle for c in cylinders]),
+        reciprocating_mass=np.array([common if mass is None else mass for mass in own]),
+        rotating_mass=np.array([pin + rod for pin in pins]),
+        origin=np.array(train.origin),
+        axis=frame.axis,
+        stroke=frame.stroke,
+        across=frame.across,
+    )
+
+
+def moving(train: CrankTrain, working: Sequence[str] | None, idle: str) -> CrankTrain:
+    """The train with the cylinders that do not work left out of what moves.
+
+    `working` names cylinders, None all of them. An idle cylinder that is "stopped" has no moving
+    mass (its throw stands still or has no eccentricity), one that is "unloaded" moves as before.
+    """
+    if working is None or idle == "unloaded":
+        return train
+    runs = np.array([name in working for name in train.names], dtype=float)
+    return replace(
+        train,
+        reciprocating_mass=runs * train.reciprocating_mass,
+        rotating_mass=runs * train.rotating_mass,
+    )
+
+
+def throws(train: CrankTrain) -> list[Row]:
+    """The unbalance of every throw that has a rotating mass."""
+    return [
+        (f"throw {name}", mass * train.crank_radius, 1, phase, place * train.axis)
+        for name, mass, phase, place in zip(
+            train.names, train.rotating_mass, train.crank_phase, train.position, strict=True
+        )
+        if mass != 0.0
+    ]
+
+
+def cancelling_weights(train: CrankTrain, balanced_for: Sequence[str] | None) -> list[Row]:
+    """Weights opposite to the throws of the named cylinders, in the plane of each.
+
+    They cancel the rotating masses of these throws as they are when their cylinders work, so
+    `train` is the whole one.
+    """
+    names = balanced_for or ()
+    return [
+        (f"weight for {name}", mass * train.crank_radius, 1, phase + np.pi, place * train.axis)
+        for name, mass, phase, place in zip(
+            train.names, train.rotating_mass, train.crank_phase, train.position, strict=True
+        )
+        if name in names and mass != 0.0
+    ]
+
+
+def weights_and_shafts(train: parts.CrankTrain) -> list[Row]:
+    """Counterweights and balance shafts, as the case has them."""
+    along = build_frame(train.axis, train.stroke).axis
+    weights: list[Row] = [
+        (weight.name, weight.unbalance, 1, weight.phase, weight.position * along)
+        for weight in train.counterweights
+    ]
+    shafts: list[Row] = [
+        (shaft.name, shaft.unbalance, shaft.speed_ratio, shaft.phase, np.array(shaft.position))
+        for shaft in train.balance_shafts
+    ]
+    return [*weights, *shafts]
+
+
+def rotating_masses(rows: Sequence[Row]) -> RotatingMasses:
+    """Rows of name, unbalance, speed ratio, phase and place as arrays."""
+    return RotatingMasses(
+        names=tuple(row[0] for row in rows),
+        unbalance=np.array([row[1] for row in rows], dtype=float),
+        speed_ratio=np.array([row[2] for row in rows], dtype=np.int64),
+        phase=np.array([row[3] for row in rows], dtype=float),
+        position=np.array([row[4] for row in rows], dtype=float).reshape(len(rows), 3),
+    )
+
+
+def build_rotating_masses(
+    train: parts.CrankTrain, options: Excitation | None = None
+) -> RotatingMasses:
+    """All that turns: throws with a rotating mass, then weights, then balance shafts.
+
+    `options` says which cylinders work and for which the crankshaft is balanced.
+    """
+    whole = build_crank_train(train)
+    runs = whole if options is None else moving(whole, options.working, options.idle)
+    ideal = [] if options is None else cancelling_weights(whole, options.balanced_for)
+    return rotating_masses([*throws(runs), *ideal, *weights_and_shafts(train)])
+
+
+# ----------------------------------------------------------------------------
+# Can this crank train turn, and does anything move in it?
+# ----------------------------------------------------------------------------
+
+TRAIN: KeyPath = ("machine", "crank_train")
+
+
+def crank_train_problems(case: Case) -> list[Problem]:
+    """Problems of directions, lengths, masses and of the series chosen for the motion."""
+    if not has_crank_train(case.machine):
+        return []
+    train = case.machine.crank_train
+    masses = _masses(case)
+    return [*_directions(train), *_lengths(train), *_series(case), *masses]
+
+
+def _directions(train: parts.CrankTrain) -> list[Problem]:
+    if train.axis != train.stroke:
+        return []
+    others = " or ".join(repr(name) for name in DIRECTIONS if name != train.axis)
+    return [
+        Problem(
+            path=(*TRAIN, "stroke"),
+            message="the pistons cannot move along the crankshaft",
+            found=f"stroke = '{train.stroke}', and axis = '{train.axis}'",
+            allowed=f"{others} with this axis",
+            also=(*TRAIN, "axis"),
+        )
+    ]
+
+
+def _lengths(train: parts.CrankTrain) -> list[Problem]:
+    return rod_problems(train.crank_radius, train.rod_length, abs(train.wrist_pin_offset))
+
+
+def turns(train: parts.CrankTrain) -> bool:
+    """Whether the rod gets round, so that something can be computed from its motion."""
+    return not _lengths(train)
+
+
+def rod_problems(radius: float, rod_length: float, offset: float) -> list[Problem]:
+    """Whether the rod gets round: lengths in m, all zero or more."""
+    reach = radius + offset
+    if rod_length > reach:
+        return []
+    what = " plus the wrist-pin offset" if offset else ""
+    return [
+        Problem(
+            path=(*TRAIN, "rod_length"),
+            message=f"connecting rod must be longer than the crank radius{what}",
+            found=f"{rod_length:.6g} m",
+            allowed=f"> {reach:.6g} m",
+            hint="the ratio of crank radius to rod length is usually 0.2 to 0.35, i.e. a rod of "
+            f"{radius / 0.35:.2g} to {radius / 0.2:.2g} m here",
+            also=(*TRAIN, "crank_radius"),
+        )
+    ]
+
+
+def _series(case: Case) -> list[Problem]:
+    """What the truncated series has no terms for."""
+    train = case.machine.crank_train
+    if case.kinematics is None or case.kinematics.series != "truncated":
+        return []
+    problems = []
+    if train.wrist_pin_offset != 0.0:
+        problems.append(
+            Problem(
+                path=("kinematics", "series"),
+                message="the truncated series has no term for a wrist-pin offset",
+                found=f"series = 'truncated' with an offset of {train.wrist_pin_offset:.6g} m",
+                allowed="series = 'exact', or no offset",
+                also=(*TRAIN, "wrist_pin_offset"),
+            )
+        )
+    if train.rod is not None and train.rod.inertia is not None:
+        problems.append(
+            Problem(
+                path=("kinematics", "series"),
+                message="the truncated series has no terms for the turning of the rod",
+                found=f"series = 'truncated' with a rod inertia of {train.rod.inertia:.6g} kg*m^2",
+                allowed="series = 'exact', or no inertia of the rod",
+                also=(*TRAIN, "rod", "inertia"),
+            )
+        )
+    return problems
+
+
+def _masses(case: Case) -> list[Problem]:
+    train = case.machine.crank_train
+    problems = []
+    rod = train.rod
+    if rod is not None and rod_share(train) > 1.0:
+        problems.append(
+            Problem(
+                path=(*TRAIN, "rod", "crank_pin_to_mass_centre"),
+                message="the rod's mass centre lies beyond its wrist pin",
+                found=f"{rod.crank_pin_to_mass_centre:.6g} m from the crank pin",
+                allowed=f"at most the rod length, {train.rod_length:.6g} m",
+                also=(*TRAIN, "rod_length"),
+            )
+        )
+    if problems:
+        return problems
+    arrays = build_crank_train(train)
+    moving = float(arrays.reciprocating_mass.sum() + arrays.rotating_mass.sum())
+    unbalance = sum(weight.unbalance for weight in train.counterweights)
+    unbalance += sum(shaft.unbalance for shaft in train.balance_shafts)
+    if moving == 0.0 and unbalance == 0.0:
+        problems.append(
+            Problem(
+                path=(*TRAIN, "reciprocating_mass"),
+                message="nothing in the crank train has a mass, so nothing shakes the body",
+                found="reciprocating and rotating masses of 0 kg",
+                allowed="a mass above zero on at least one cylinder, throw, weight or shaft",
+            )
+        )
+    body = case.machine.body
+    whole = None if body is None else _whole_mass(body)
+    if body is not None and whole is not None and moving >= whole:
+        problems.append(
+            Problem(
+                path=("machine", "body", "mass" if body.mass_matrix is None else "mass_matrix"),
+                message="the moving parts weigh more than the whole machine, which includes them",
+                found=f"{whole:.6g} kg, with {moving:.6g} kg of pistons, rods and throws",
+                allowed=f"> {moving:.6g} kg",
+                hint="masses are in kg unless they carry a unit, as in '400 g'",
+                also=TRAIN,
+            )
+        )
+    return problems
+
+
+def _whole_mass(body: parts.Body) -> float | None:
+    """Mass in kg without the block; of a mass matrix the least on the diagonal of translation."""
+    if body.mass_matrix is None:
+        return body.mass
+    from vibecalc.parts.matrices import block_matrix  # it loads all that solves the motion
+
+    least = float(np.diagonal(block_matrix(body.mass_matrix))[:3].min())
+    return least if least > 0.0 else None  # what is no mass at all is told of the matrix

@@ -1,0 +1,204 @@
+"""Physical checks of what drives a machine: gas over a turn as closed curves, motor torque."""
+
+import math
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
+
+from vibecalc.case.kinds import finds_speed, gas_turns, has_crank_train
+from vibecalc.case.schema import Case
+from vibecalc.errors import KeyPath, Problem
+from vibecalc.parts.firing import cycle_angle
+from vibecalc.parts.tables import GasPressure
+
+# ----------------------------------------------------------------------------
+# Is a table over one turn of a cylinder a curve that closes?
+# ----------------------------------------------------------------------------
+
+TURN = 2.0 * math.pi
+#: rad; angles in degrees are a turn apart to rounding only
+CLOSED = 1e-9
+
+
+def turn_problems(
+    path: KeyPath,
+    what: str,
+    angle: Sequence[float],
+    column: str,
+    values: Sequence[float],
+    unit: str,
+    period: float = TURN,
+) -> Iterator[Problem]:
+    """Problems of a table at `path` of `what` ("gas pressure"): angles in rad, `column` in `unit`.
+
+    It has to span `period`, one turn or the two of a four-stroke cycle. One problem at most: what
+    follows from the first is not told.
+    """
+    turns, cycle = ("two turns", "a cycle") if period > TURN else ("one turn", "a turn")
+    back = [n for n in range(1, len(angle)) if not angle[n] > angle[n - 1]]
+    if back:
+        last = back[0]
+        yield Problem(
+            path=(*path, "crank_angle", last),
+            message=f"the crank angles of the {what} have to ascend",
+            found=f"{degrees(angle[last - 1])}, then {degrees(angle[last])}, in rows "
+            f"{last} and {last + 1}",
+            allowed="each larger than the one before it",
+        )
+    elif abs(angle[-1] - angle[0] - period) > CLOSED:
+        yield Problem(
+            path=(*path, "crank_angle"),
+            message=f"the crank angles of the {what} have to span {turns}",
+            found=f"from {degrees(angle[0])} to {degrees(angle[-1])}",
+            allowed=f"a last angle of {degrees(angle[0] + period)}",
+            hint=f"the last row repeats the {column} of the first one",
+        )
+    elif abs(values[-1] - values[0]) > 1e-9 * max(map(abs, values)):
+        yield Problem(
+            path=(*path, column),
+            message=f"the {what} after {cycle} has to be that before it",
+            found=f"{quoted(values[0], unit)} in the first row, {quoted(values[-1], unit)} in the "
+            "last",
+            allowed=f"the same {column} in the first and the last row",
+        )
+
+
+def evenly_spaced(angle: Sequence[float]) -> bool:
+    """Whether all rows are the same angle apart, as trigonometric interpolation needs them."""
+    step = TURN / max(len(angle) - 1, 1)
+    return all(abs(later - sooner - step) <= CLOSED for sooner, later in pairwise(angle))
+
+
+def quoted(value: float, unit: str) -> str:
+    """A value in its SI unit, a pressure in bar, too, in which cards are written."""
+    in_bar = f" ({value / 1e5:.9g} bar)" if unit == "Pa" else ""
+    return f"{value:.9g} {unit}{in_bar}"
+
+
+def degrees(angle: float) -> str:
+    """An angle in rad as a text in degrees."""
+    return f"{math.degrees(angle):.9g} deg"
+
+
+# ----------------------------------------------------------------------------
+# Do the tables that drive a machine make sense: gas pressure over a turn, torque of a motor?
+# ----------------------------------------------------------------------------
+
+PRESSURE: KeyPath = ("machine", "crank_train", "gas_pressure")
+TORQUE: KeyPath = ("machine", "motor", "torque")
+#: Pa, below the pressure of the crankcase: an empty cylinder
+VACUUM = -1e5
+
+
+def drive_problems(case: Case) -> list[Problem]:
+    """Problems of the tables of gas pressure and of motor torque by order."""
+    return [*_pressure(case), *_torque(case)]
+
+
+def _pressure(case: Case) -> Iterator[Problem]:
+    if not has_crank_train(case.machine):
+        return
+    table = case.machine.crank_train.gas_pressure
+    if table is None:
+        return
+    yield from pressure_problems(PRESSURE, table, cycle_angle(case.machine))
+
+
+def pressure_problems(path: KeyPath, table: GasPressure, period: float) -> Iterator[Problem]:
+    """Problems of a table of gas pressure at `path` over `period`, rad: a turn, or a cycle."""
+    pressure = table.pressure
+    yield from turn_problems(
+        path, "gas pressure", table.crank_angle, "pressure", pressure, "Pa", period
+    )
+    low = min(range(len(pressure)), key=lambda row: pressure[row])
+    if pressure[low] < VACUUM:
+        yield Problem(
+            path=(*path, "pressure", low),
+            message="the gas pressure is lower than that of an empty cylinder",
+            found=f"{quoted(pressure[low], 'Pa')} in row {low + 1}",
+            allowed=f">= {quoted(VACUUM, 'Pa')}, counted from the pressure of the crankcase",
+        )
+
+
+def _torque(case: Case) -> Iterator[Problem]:
+    if case.machine.motor is None or finds_speed(case.machine):
+        return
+    seen: dict[int, int] = {}
+    for row, order in enumerate(case.machine.motor.torque.order):
+        if order in seen:
+            yield Problem(
+                path=(*TORQUE, "order", row),
+                message=f"order {order} of the torque stands twice",
+                found=f"rows {seen[order] + 1} and {row + 1}",
+                allowed="each order once",
+                also=(*TORQUE, "order", seen[order]),
+            )
+        seen.setdefault(order, row)
+
+
+# ----------------------------------------------------------------------------
+# Are the gas forces of the cylinders curves over one turn?
+# ----------------------------------------------------------------------------
+
+TRAIN: KeyPath = ("machine", "crank_train")
+#: rows that a way to read a table between its rows needs, the repeated last one counted
+FEWEST = {"linear": 3, "parabola": 4, "cubic": 4, "trigonometric": 3}
+
+
+def gas_problems(case: Case) -> list[Problem]:
+    """Problems of the gas force of each cylinder, and of how the gas tables are read."""
+    return list(_gas(case)) if has_crank_train(case.machine) else []
+
+
+def suits(interpolation: str, angle: Sequence[float]) -> bool:
+    """Whether a table with rows at these angles, rad, can be read in this way."""
+    even = interpolation != "trigonometric" or evenly_spaced(angle)
+    return even and len(angle) >= FEWEST[interpolation]
+
+
+def _gas(case: Case) -> Iterator[Problem]:
+    train = case.machine.crank_train
+    way = train.gas_interpolation or "linear"
+    for place, cylinder in enumerate(train.cylinders):
+        table = cylinder.gas_force
+        if table is None:
+            continue
+        path: KeyPath = (*TRAIN, "cylinders", place, "gas_force")
+        what = f"gas force of cylinder {cylinder.name!r}"
+        if len(table.crank_angle) < FEWEST["linear"]:
+            yield _short(path, what, len(table.crank_angle), FEWEST["linear"])
+            continue
+        found = [
+            *turn_problems(path, what, table.crank_angle, "force", table.force, "N"),
+        ]
+        yield from found or _readable(path, what, way, table.crank_angle)
+    pressure = train.gas_pressure
+    ours = not gas_turns(case.machine) or way == "cubic"  # the others are refused for an engine
+    if pressure is not None and way != "linear" and ours:
+        yield from _readable(PRESSURE, "gas pressure", way, pressure.crank_angle)
+
+
+def _readable(
+    path: KeyPath, what: str, interpolation: str, angle: Sequence[float]
+) -> Iterator[Problem]:
+    if len(angle) < FEWEST[interpolation]:
+        yield _short(path, what, len(angle), FEWEST[interpolation], interpolation)
+    elif not suits(interpolation, angle):
+        yield Problem(
+            path=(*path, "crank_angle"),
+            message=f"trigonometric interpolation needs the crank angles of the {what} evenly "
+            "spaced",
+            found=f"{len(angle)} rows at uneven distances",
+            allowed="rows at equal distances, or gas_interpolation = 'cubic'",
+            also=(*TRAIN, "gas_interpolation"),
+        )
+
+
+def _short(path: KeyPath, what: str, rows: int, fewest: int, interpolation: str = "") -> Problem:
+    means = f", with gas_interpolation = {interpolation!r}" if interpolation else ""
+    one = "one row" if rows == 1 else f"{rows} rows"
+    return Problem(
+        path=path,
+        message=f"the {what} has too few rows for a curve over a turn",
+        found=f"{one}{means}",
+        allowed=f"{fewest} rows or more, the last one turn after the first",
+    )

@@ -1,0 +1,237 @@
+"""Body and suspension as one linear system, from parts or from matrices that are checked."""
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vibecalc.case.schema import Case, Machine
+from vibecalc.core.case.number_range import LARGEST, SMALLEST
+from vibecalc.errors import KeyPath, Problem
+from vibecalc.numerics.rounding import DATA_ROUNDINGS, EPSILON, UNIT_ROUNDOFF, WithError
+from vibecalc.parts import tables as parts
+from vibecalc.parts.body import build_body
+from vibecalc.parts.mounts import build_mounts
+from vibecalc.parts.tables import BlockMatrix
+from vibecalc.response.matrices import Matrices
+from vibecalc.units import convert
+
+# ----------------------------------------------------------------------------
+# A body and its suspension as one linear system, from parts or from matrices.
+# ----------------------------------------------------------------------------
+
+
+def block_matrix(matrix: BlockMatrix) -> np.ndarray:
+    """A matrix (6, 6) of a case in SI: each block times the factor of its unit."""
+    return np.asarray(np.array(matrix.values, dtype=float) * _factors(matrix))
+
+
+def _factors(matrix: BlockMatrix) -> np.ndarray:
+    units = matrix.units or matrix.SI
+    along, coupled, turning = (
+        convert(1.0, unit, si) for unit, si in zip(units, matrix.SI, strict=True)
+    )
+    return np.block(
+        [
+            [np.full((3, 3), along), np.full((3, 3), coupled)],
+            [np.full((3, 3), coupled), np.full((3, 3), turning)],
+        ]
+    )
+
+
+def _with_rounding(matrix: BlockMatrix) -> WithError:
+    """The matrix in SI, its halves made equal; an entry that is given in SI is exact."""
+    value = block_matrix(matrix)
+    rounding = 2.0 * EPSILON * np.abs(value) * (_factors(matrix) != 1.0)
+    return WithError(0.5 * (value + value.T), rounding + 0.5 * np.abs(value - value.T))
+
+
+def build_system(machine: Machine) -> Matrices:
+    """Mass, stiffness, damping and structural damping (6, 6) about the body's reference point.
+
+    Modal damping is not in it: it needs the modes. A machine without body or mounts has no
+    such system.
+    """
+    body, mounts = machine.body, machine.mounts
+    if body is None or mounts is None:
+        raise ValueError("a system needs a body and mounts")
+    given = None if body.mass_matrix is None else _with_rounding(body.mass_matrix)
+    mass = build_body(body).mass_matrix if given is None else given.value
+    system = _with_mounts(mass, mounts)
+    return system if given is None else system._replace(mass_error=given.error)
+
+
+def _with_mounts(mass: np.ndarray, mounts: parts.Mounts) -> Matrices:
+    if mounts.stiffness_matrix is None:
+        from vibecalc.isolation.rigid_body import assemble
+
+        built = build_mounts(mounts)
+        return assemble(mass, built.position, built.stiffness, built.damping, built.structural)
+    stiffness = _with_rounding(mounts.stiffness_matrix)
+    damping = WithError(np.zeros((6, 6)), np.zeros((6, 6)))
+    if mounts.damping_matrix is not None:
+        damping = _with_rounding(mounts.damping_matrix)
+    loss = mounts.loss_factor or 0.0
+    structural = loss * stiffness.value
+    return Matrices(
+        mass,
+        stiffness.value,
+        damping.value,
+        structural,
+        DATA_ROUNDINGS * UNIT_ROUNDOFF * np.abs(mass),
+        stiffness.error,
+        damping.error,
+        loss * stiffness.error + EPSILON * np.abs(structural),
+    )
+
+
+# ----------------------------------------------------------------------------
+# Are these the matrices of a body and of a suspension? Symmetric, and of no negative energy.
+# ----------------------------------------------------------------------------
+
+Array = NDArray[np.float64]
+COORDINATES = ("x", "y", "z", "rx", "ry", "rz")
+#: Entries that differ by more, relative to the diagonal entries they belong to, are two numbers.
+SYMMETRY = 1e-12
+#: Share of the diagonal below which an energy is the round-off of zero.
+SEMIDEFINITE = 1e-12
+
+
+class _Kind(NamedTuple):
+    """What a matrix stands for: its name, the energy it gives, and whether that may be zero."""
+
+    name: str
+    energy: str
+    unit: str
+    per_second: bool
+    may_vanish: bool
+
+
+_MASS = _Kind("mass", "kinetic energy", "J", True, False)
+_STIFFNESS = _Kind("stiffness", "potential energy", "J", False, True)
+_DAMPING = _Kind("damping", "dissipated power", "W", True, True)
+
+
+def matrix_problems(case: Case) -> list[Problem]:
+    """Problems of the matrices of the case; of each matrix the first kind found."""
+    body, mounts = case.machine.body, case.machine.mounts
+    places: list[tuple[KeyPath, BlockMatrix | None, _Kind]] = []
+    if body is not None:
+        places.append((("machine", "body", "mass_matrix"), body.mass_matrix, _MASS))
+    if mounts is not None:
+        path: KeyPath = ("machine", "mounts")
+        places.append(((*path, "stiffness_matrix"), mounts.stiffness_matrix, _STIFFNESS))
+        places.append(((*path, "damping_matrix"), mounts.damping_matrix, _DAMPING))
+    problems: list[Problem] = []
+    for path, matrix, kind in places:
+        if matrix is None:
+            continue
+        values = block_matrix(matrix)
+        for check in (_range, _symmetry, _diagonal, _energy):
+            found = list(check(path, matrix, values, kind))
+            problems += found
+            if found:
+                break
+    return problems
+
+
+def _written(matrix: BlockMatrix, row: int, column: int) -> str:
+    unit = (matrix.units or matrix.SI)[(row >= 3) + (column >= 3)]
+    return f"row {row + 1}, column {column + 1}: {matrix.values[row][column]:.10g} {unit}"
+
+
+def _range(path: KeyPath, matrix: BlockMatrix, values: Array, kind: _Kind) -> Iterator[Problem]:
+    size = np.abs(values)
+    small = np.diag((np.diagonal(size) > 0.0) & (np.diagonal(size) < SMALLEST))
+    for row, column in np.argwhere((size > LARGEST) | small)[:1].tolist():
+        yield Problem(
+            path=(*path, "values", row, column),
+            message=f"an entry of the {kind.name} matrix is too far from 1 to compute with",
+            found=f"{_written(matrix, row, column)}, {values[row, column]:.6g} in SI units",
+            allowed=f"magnitude up to {LARGEST:.0e} in SI units, on the diagonal from "
+            f"{SMALLEST:.0e}",
+        )
+
+
+def _symmetry(path: KeyPath, matrix: BlockMatrix, values: Array, kind: _Kind) -> Iterator[Problem]:
+    root = np.sqrt(np.abs(np.diagonal(values)))
+    size = np.maximum(np.abs(values), np.abs(values).T)
+    apart = np.abs(values - values.T) > SYMMETRY * np.maximum(size, np.outer(root, root))
+    pairs = np.argwhere(np.triu(apart)).tolist()
+    if not pairs:
+        return
+    shown = [f"{_written(matrix, i, j)}; {_written(matrix, j, i)}" for i, j in pairs[:3]]
+    more = [f"and {len(pairs) - 3} more pairs"] if len(pairs) > 3 else []
+    row, column = pairs[0]
+    yield Problem(
+        path=(*path, "values", row, column),
+        message=f"the {kind.name} matrix is not symmetric",
+        found=" | ".join([*shown, *more]),
+        allowed="the same number in both places",
+        hint="which of the two is right, the source of the matrix has to say",
+        also=(*path, "values", column, row),
+    )
+
+
+def _diagonal(path: KeyPath, matrix: BlockMatrix, values: Array, kind: _Kind) -> Iterator[Problem]:
+    for place, entry in enumerate(np.diagonal(values).tolist()):
+        others = np.delete(values[place], place)
+        if entry < 0.0 or (entry == 0.0 and not kind.may_vanish):
+            bound = "zero or more" if kind.may_vanish else "above zero"
+            yield Problem(
+                path=(*path, "values", place, place),
+                message=f"{COORDINATES[place]} has a {kind.name} of "
+                + ("zero" if entry == 0.0 else "less than zero"),
+                found=_written(matrix, place, place),
+                allowed=bound,
+            )
+        elif entry == 0.0 and others.any():
+            column = int(np.argmax(np.abs(np.where(np.arange(6) == place, 0.0, values[place]))))
+            yield Problem(
+                path=(*path, "values", place, column),
+                message=f"{COORDINATES[place]} has no {kind.name} of its own, but one with "
+                f"{COORDINATES[column]}: the {kind.energy} of some motion is then negative",
+                found=f"{_written(matrix, place, place)}; {_written(matrix, place, column)}",
+                allowed="zero in the whole row, or an entry above zero on the diagonal",
+            )
+
+
+def _energy(path: KeyPath, matrix: BlockMatrix, values: Array, kind: _Kind) -> Iterator[Problem]:
+    """The least energy over all motions, each coordinate measured by its own diagonal entry."""
+    kept = np.flatnonzero(np.diagonal(values) > 0.0)
+    if not kept.size:
+        return
+    root = np.sqrt(np.diagonal(values)[kept])
+    scaled = values[np.ix_(kept, kept)] / np.outer(root, root)
+    levels, vectors = np.linalg.eigh(0.5 * (scaled + scaled.T))
+    least = float(levels[0])
+    if least > SEMIDEFINITE or (kind.may_vanish and least >= -SEMIDEFINITE):
+        return
+    share = np.where(np.abs(vectors[:, 0]) > 1e-6, vectors[:, 0], 0.0)
+    motion = np.zeros(6)
+    motion[kept] = share / root
+    motion /= motion[int(np.argmax(np.abs(motion)))]
+    energy = 0.0 if abs(least) <= SEMIDEFINITE else 0.5 * float(motion @ values @ motion)
+    if kind is _DAMPING:
+        energy *= 2.0
+    yield Problem(
+        path=(*path, "values"),
+        message=f"some motion has a negative {kind.name}"
+        if energy < 0.0
+        else f"some motion has no {kind.name}",
+        found=f"{kind.energy} of {energy:.4g} {kind.unit} in {_words(motion, kind.per_second)}",
+        allowed=f"{kind.energy} of zero or more in every motion"
+        if kind.may_vanish
+        else f"{kind.energy} above zero in every motion",
+        hint="a sign or a digit of an entry off the diagonal, or a unit, may be wrong",
+    )
+
+
+def _words(motion: Array, per_second: bool) -> str:
+    rate = "/s" if per_second else ""
+    return ", ".join(
+        f"{name} = {amount:.4g} {'m' if place < 3 else 'rad'}{rate}"
+        for place, (name, amount) in enumerate(zip(COORDINATES, motion.tolist(), strict=True))
+        if amount
+    )

@@ -1,0 +1,192 @@
+"""Mounts as stiffness and damping matrices, and the motions of a body that no mount resists."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vibecalc.parts import tables as parts
+from vibecalc.parts.body import DIRECTIONS, cross_matrix
+
+# ----------------------------------------------------------------------------
+# Mounts as stiffness and damping matrices in the axes of the body.
+# ----------------------------------------------------------------------------
+
+Array = NDArray[np.float64]
+Scalars = float | tuple[float, float, float]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Mounts:
+    """n mounts: force on the body is -(k (1 + i loss factor) + i w c) times its displacement there.
+
+    `position` (n, 3) in m from the body's reference point; `stiffness` and `structural`
+    (loss factor times stiffness) (n, 3, 3) in N/m, `damping` (n, 3, 3) in N s/m, all in the axes
+    of the body.
+    """
+
+    names: tuple[str, ...]
+    position: Array
+    stiffness: Array
+    damping: Array
+    structural: Array
+
+
+@dataclass(frozen=True, kw_only=True)
+class MountEntry:
+    """One mount as the case has it, with what it does not say taken from `each`."""
+
+    name: str
+    position: tuple[float, float, float]
+    orientation: tuple[float, float, float]
+    stiffness: Scalars | None
+    damping: Scalars | None
+    loss_factor: float | None
+
+
+def mount_entries(mounts: parts.Mounts) -> tuple[MountEntry, ...]:
+    """All mounts of a case; those given by position only are named 1, 2, 3 ..."""
+    each = mounts.each or parts.MountProperties()
+
+    def own(mount: parts.MountProperties | None, key: str) -> object:
+        value = None if mount is None else getattr(mount, key)
+        return getattr(each, key) if value is None else value
+
+    def entry(
+        name: str,
+        position: tuple[float, float, float],
+        orientation: tuple[float, float, float],
+        mount: parts.Mount | None,
+    ) -> MountEntry:
+        return MountEntry(
+            name=name,
+            position=position,
+            orientation=orientation,
+            stiffness=own(mount, "stiffness"),  # type: ignore[arg-type]
+            damping=own(mount, "damping"),  # type: ignore[arg-type]
+            loss_factor=own(mount, "loss_factor"),  # type: ignore[arg-type]
+        )
+
+    if mounts.individual is not None:
+        return tuple(entry(m.name, m.position, m.orientation, m) for m in mounts.individual)
+    level = (0.0, 0.0, 0.0)
+    places = mounts.positions or ()
+    return tuple(entry(str(n), place, level, None) for n, place in enumerate(places, start=1))
+
+
+def rotation(about_x: float, about_y: float, about_z: float) -> Array:
+    """Rotation (3, 3) about the body's x, then y, then z; its columns are the mount's own axes."""
+    (cx, cy, cz), (sx, sy, sz) = (f([about_x, about_y, about_z]) for f in (np.cos, np.sin))
+    first = np.array([[1.0, 0.0, 0.0], [0.0, cx, -sx], [0.0, sx, cx]])
+    second = np.array([[cy, 0.0, sy], [0.0, 1.0, 0.0], [-sy, 0.0, cy]])
+    third = np.array([[cz, -sz, 0.0], [sz, cz, 0.0], [0.0, 0.0, 1.0]])
+    turn: Array = third @ second @ first
+    return turn
+
+
+def in_body_axes(values: Scalars | None, orientation: tuple[float, float, float]) -> Array:
+    """Matrix (3, 3) in body axes of one value for all directions, or of three principal ones."""
+    if values is None:
+        return np.zeros((3, 3))
+    if isinstance(values, float | int):
+        return float(values) * np.eye(3)
+    principal = np.array(values, dtype=float)
+    if not any(orientation):
+        return np.diag(principal)
+    turn = rotation(*orientation)
+    matrix = (turn * principal) @ turn.T
+    return np.asarray(0.5 * (matrix + matrix.T))
+
+
+def build_mounts(mounts: parts.Mounts) -> Mounts:
+    """Matrices of validated mounts; a property that is nowhere given is zero."""
+    entries = mount_entries(mounts)
+    stiffness = np.array([in_body_axes(e.stiffness, e.orientation) for e in entries])
+    damping = np.array([in_body_axes(e.damping, e.orientation) for e in entries])
+    loss = np.array([e.loss_factor or 0.0 for e in entries])
+    return Mounts(
+        names=tuple(e.name for e in entries),
+        position=np.array([e.position for e in entries], dtype=float),
+        stiffness=stiffness,
+        damping=damping,
+        structural=loss[:, None, None] * stiffness,
+    )
+
+
+# ----------------------------------------------------------------------------
+# Motions of a body that no mount resists, in words.
+# ----------------------------------------------------------------------------
+
+#: A stiffness below this share of the largest of its mount is the round-off of a turned zero.
+STIFFNESS_TOLERANCE = 1e-13
+#: Singular values of the mounts' deformations, which go with the root of a stiffness.
+RANK_TOLERANCE = 1e-11
+
+
+def free_motions(mounts: Mounts, kept: Sequence[int] | NDArray[np.intp] = range(6)) -> list[str]:
+    """Motions in which no spring is deformed, as `moving along z` or `turning about x through ...`.
+
+    Of `kept`, indices into x y z rx ry rz; all six if not said.
+
+    The rows root(k_i) (e_i . displacement) of all principal directions e_i of all mounts are
+    stacked; their null space is what is free. Rotations are measured at the mounts' distance.
+    """
+    distance = float(np.linalg.norm(mounts.position, axis=1).max()) or 1.0
+    rows = []
+    for place, stiffness in zip(mounts.position, mounts.stiffness, strict=True):
+        values, directions = np.linalg.eigh(stiffness)
+        values = np.where(values > STIFFNESS_TOLERANCE * max(values[-1], 0.0), values, 0.0)
+        motion = np.hstack([np.eye(3), -cross_matrix(place) / distance])[:, kept]
+        rows.append((np.sqrt(values) * directions).T @ motion)
+    _, sizes, vectors = np.linalg.svd(np.vstack([*rows, np.zeros((len(kept), len(kept)))]))
+    found = vectors[sizes <= RANK_TOLERANCE * max(sizes[0], np.finfo(float).tiny)]
+    free = np.zeros((len(found), 6))
+    free[:, kept] = found
+    # Rotations first, so that elimination leaves the pure translations in the last rows.
+    reduced = _row_echelon(np.hstack([free[:, 3:], free[:, :3]]))
+    return [_words(row[:3] / distance, row[3:], distance) for row in reduced]
+
+
+def _row_echelon(matrix: Array) -> Array:
+    """Reduced row echelon form, the largest pivot of each column first."""
+    rows = matrix.copy()
+    done = 0
+    for column in range(rows.shape[1]):
+        if done == len(rows):
+            break
+        pivot = done + int(np.argmax(np.abs(rows[done:, column])))
+        if abs(rows[pivot, column]) < 1e-9:
+            continue
+        rows[[done, pivot]] = rows[[pivot, done]]
+        rows[done] /= rows[done, column]
+        others = np.arange(len(rows)) != done
+        rows[others] -= np.outer(rows[others, column], rows[done])
+        done += 1
+    rows[np.abs(rows) < 1e-9] = 0.0
+    return rows
+
+
+def _direction(vector: Array) -> str:
+    unit: Array = vector / np.linalg.norm(vector)
+    for name, share in zip(DIRECTIONS, np.abs(unit), strict=True):
+        if share > 1.0 - 1e-9:
+            return name
+    return _triple(unit)
+
+
+def _triple(vector: Array) -> str:
+    """Three numbers in brackets, what is zero but for round-off as 0."""
+    small = 1e-9 * float(np.abs(vector).max())
+    return "(" + ", ".join(f"{0.0 if abs(x) <= small else x:.3g}" for x in vector) + ")"
+
+
+def _words(turn: Array, shift: Array, distance: float) -> str:
+    if not turn.any():
+        return f"moving along {_direction(shift)}"
+    # The points of the axis of a turn w with a shift v satisfy w x p = v - (its part along w).
+    point = np.cross(turn, shift) / (turn @ turn)
+    words = f"turning about {_direction(turn)}"
+    if np.linalg.norm(point) > 1e-9 * distance:
+        words += f" through {_triple(point)} m"
+    return words

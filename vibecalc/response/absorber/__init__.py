@@ -1,1 +1,0 @@
-"""A primary system with a tuned absorber: response, exact peaks, poles and fixed points."""
