@@ -31,9 +31,9 @@ from vibecalc.absorber.tuning.minimax import minimax
 from vibecalc.isolation.rigid_body import assemble
 from vibecalc.kinematics.harmonics import motion_harmonics, series_terms
 from vibecalc.numerics import cycle_peak as cycle
-from vibecalc.response.direct import dynamics, response
-from vibecalc.response.roll.machine import as_batch
-from vibecalc.response.roll.steady import steady_state
+from vibecalc.response.forced import dynamics, response
+from vibecalc.roll.mechanism import as_batch
+from vibecalc.roll.steady import steady_state
 from vibecalc.torsion.forced import forced
 from vibecalc.torsion.modes import natural_modes
 from vibecalc.torsion.synthesis import cycle_of, synthesis

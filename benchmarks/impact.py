@@ -16,9 +16,8 @@ import numpy as np
 from rows import Report, Row, seconds, told
 from scipy.integrate import solve_ivp
 
-from vibecalc.response.impact.drive import slider_crank_drive
-from vibecalc.response.impact.model import GasForce, Joint
-from vibecalc.response.impact.simulate import simulate
+from vibecalc.impact.linkage import GasForce, Joint, slider_crank_drive
+from vibecalc.impact.simulate import simulate
 
 RADIUS, LENGTH, SPEED = 0.0127, 0.060325, 361.0
 MASS, STIFFNESS, DAMPING, CLEARANCE = 0.3486, 1.7513e8, 17.513, 3.81e-5

@@ -21,7 +21,7 @@ from vibecalc.isolation.run_up import cycle_peaks, run_up_peak
 from vibecalc.kinematics.harmonics import motion_harmonics
 from vibecalc.numerics.cycle_peak import cycle_peak
 from vibecalc.numerics.rounding import WithError
-from vibecalc.response.direct import dynamics, response
+from vibecalc.response.forced import dynamics, response
 
 SPEED = 4900.0 * np.pi / 30.0
 

@@ -20,9 +20,8 @@ from rows import Report, Row, seconds, told
 from timing import in_turns
 
 from vibecalc.kinematics.harmonics import motion_harmonics
+from vibecalc.numerics.matrices import Matrices
 from vibecalc.numerics.rounding import WithError
-from vibecalc.response.balance_phase import mean_energy_range, peak_energy_range, states
-from vibecalc.response.combination import at_phase, superpose
 from vibecalc.response.energies import (
     energies_over_cycle,
     energy_by_order,
@@ -30,8 +29,14 @@ from vibecalc.response.energies import (
     stiffness_of,
     velocity,
 )
-from vibecalc.response.matrices import Matrices
 from vibecalc.response.modes import modes
+from vibecalc.response.operations import (
+    at_phase,
+    mean_energy_range,
+    peak_energy_range,
+    states,
+    superpose,
+)
 
 SPEED, RADIUS, ROD = 361.0, 0.0127, 0.060325
 ORDERS = np.array([1, *range(2, 81, 2)])

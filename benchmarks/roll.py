@@ -23,16 +23,13 @@ from roll_machines import FIRST_MASS, SECOND_MASS, SYNCHRONOUS, source_drive, so
 from rows import Report, Row, Table, digits, seconds, told
 from timing import in_turns
 
-from vibecalc.response.roll.fourier_state import fourier_state
-from vibecalc.response.roll.machine import RollMachine, as_batch
-from vibecalc.response.roll.march import march_to_repeat
-from vibecalc.response.roll.march_scalar import running
-from vibecalc.response.roll.quick import quick_spectrum, quick_turn
-from vibecalc.response.roll.readings import readings
-from vibecalc.response.roll.running import running_state
-from vibecalc.response.roll.shooting_state import shooting_state
-from vibecalc.response.roll.steady import started_momentum, steady_state
-from vibecalc.response.roll.turn import Turn, harmonics, level
+from vibecalc.roll.between_kinks import running
+from vibecalc.roll.march import march_to_repeat
+from vibecalc.roll.mechanism import RollMachine, as_batch
+from vibecalc.roll.methods import fourier_state, shooting_state
+from vibecalc.roll.running import running_state
+from vibecalc.roll.steady import quick_spectrum, quick_turn, started_momentum, steady_state
+from vibecalc.roll.turn import Turn, harmonics, level, readings
 
 ORDERS = np.arange(1, 11)
 SINGLE, DRIVE = source_machine(), source_drive()
@@ -72,8 +69,7 @@ def unsplit(points: int) -> np.ndarray:
     """The same without panels split at kinks of the motor's curve."""
     from vibecalc.numerics.periodic.collocation import solve_periodic
     from vibecalc.numerics.periodic.panels import running_integral
-    from vibecalc.response.roll.problem import roll_problem
-    from vibecalc.response.roll.rates import shell_speed
+    from vibecalc.roll.rates import roll_problem, shell_speed
 
     momentum = started_momentum(MACHINE, SYNCHRONOUS)
     problem, rates = roll_problem(MACHINE, DRIVE, momentum)

@@ -26,8 +26,8 @@ from vibecalc.case.sweep_tables import Sweep
 from vibecalc.excitation.inertia_forces import reciprocating_excitation
 from vibecalc.kinematics.harmonics import motion_harmonics
 from vibecalc.numerics.cycle_peak import cycle_peak
-from vibecalc.response.roll.machine import as_batch
-from vibecalc.response.roll.steady import steady_state
+from vibecalc.roll.mechanism import as_batch
+from vibecalc.roll.steady import steady_state
 from vibecalc.study.load import load_checked
 from vibecalc.study.sweep.arrays import ArrayEvaluator
 from vibecalc.study.sweep.design import make_design

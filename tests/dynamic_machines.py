@@ -9,9 +9,14 @@ from vibecalc.excitation.induction_motor import InductionMotor
 from vibecalc.excitation.induction_motor_fit import MotorFit, fit_induction_motor
 from vibecalc.excitation.induction_motor_flux import CircuitMotor, circuit_motor
 from vibecalc.numerics.typing import FloatArray
-from vibecalc.response.roll.inertia import inertia
-from vibecalc.response.roll.machine import RollDrive, RollMachine, as_batch
-from vibecalc.response.roll.torques import gas_forces, gas_torque
+from vibecalc.roll.mechanism import (
+    RollDrive,
+    RollMachine,
+    as_batch,
+    gas_forces,
+    gas_torque,
+    inertia,
+)
 
 MOUNTS = {"shell_stiffness": 5e4, "shell_damping": 400.0}
 FRICTION = {"friction_torque": 3.0, "friction_damping": 0.2, "piston_friction": 20.0}

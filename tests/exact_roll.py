@@ -16,8 +16,8 @@ from exact_roll_model import Model, Stall
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from vibecalc.response.roll.machine import RollDrive, RollMachine
-from vibecalc.response.roll.turn import Turn
+from vibecalc.roll.mechanism import RollDrive, RollMachine
+from vibecalc.roll.turn import Turn
 
 TURN = 2.0 * pi
 GAUSS = np.polynomial.legendre.leggauss(10)

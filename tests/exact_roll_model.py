@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibecalc.response.roll.machine import RollDrive, RollMachine
+from vibecalc.roll.mechanism import RollDrive, RollMachine
 
 TURN = 2.0 * pi
 

@@ -20,7 +20,7 @@ import numpy as np
 from vibecalc.excitation.gas_tables import force_at
 from vibecalc.excitation.slip_torque import slip_torque
 from vibecalc.kinematics.slider_crank import piston_path
-from vibecalc.response.roll.machine import RollDrive, RollMachine
+from vibecalc.roll.mechanism import RollDrive, RollMachine
 
 TURN = 2.0 * np.pi
 STEP = 0.0005

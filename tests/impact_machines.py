@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from vibecalc.response.impact.drive import slider_crank_drive
-from vibecalc.response.impact.model import Drive, GasForce, Joint
+from vibecalc.impact.linkage import Drive, GasForce, Joint, slider_crank_drive
 
 POUND_FORCE, INCH, POUND = 4.4482216152605, 0.0254, 0.45359237
 RADIUS, LENGTH, SPEED = 0.5 * INCH, 2.375 * INCH, 361.0

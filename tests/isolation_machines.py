@@ -8,8 +8,8 @@ import numpy as np
 from vibecalc.isolation.pitch import Pitch, pitch_model
 from vibecalc.isolation.rigid_body import assemble
 from vibecalc.isolation.rows import Readout, pitch_readout
+from vibecalc.numerics.matrices import Matrices
 from vibecalc.numerics.rounding import WithError
-from vibecalc.response.matrices import Matrices
 
 SPEED = 4900.0 * np.pi / 30.0
 LEVER = 0.4

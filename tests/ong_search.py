@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from ong_tables import MASS, ORDERS, SPEED, STIFFNESS
 
-from vibecalc.response.matrices import Matrices
+from vibecalc.numerics.matrices import Matrices
 from vibecalc.response.modes import modes
 
 #: what the corrective energy should be, from the literals of the listing and x = 1.253

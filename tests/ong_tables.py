@@ -7,7 +7,7 @@ which the tables were computed; what is known of the rest is at its line.
 
 import numpy as np
 
-from vibecalc.response.matrices import Matrices
+from vibecalc.numerics.matrices import Matrices
 
 POUND_FORCE, INCH, POUND = 4.4482216152605, 0.0254, 0.45359237
 ENERGY = POUND_FORCE * INCH

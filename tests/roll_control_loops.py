@@ -3,8 +3,8 @@
 import numpy as np
 from mpmath import mp, mpc, mpf
 
-from vibecalc.response.roll_control.evaluate import Load
-from vibecalc.response.roll_control.model import Controller, Loop, ReducedModel, source_model
+from vibecalc.roll.control.gains import Load
+from vibecalc.roll.control.loop import Controller, Loop, ReducedModel, source_model
 
 GRAVITY = 9.8066
 MOTOR_GAIN = 203.4

@@ -8,8 +8,8 @@ from scipy.integrate import solve_ivp
 from vibecalc.excitation.gas_tables import force_at
 from vibecalc.excitation.slip_torque import slip_torque
 from vibecalc.kinematics.slider_crank import piston_path
-from vibecalc.response.roll.controlled import Law
-from vibecalc.response.roll.machine import RollDrive, RollMachine
+from vibecalc.roll.control.full_model import Law
+from vibecalc.roll.mechanism import RollDrive, RollMachine
 
 
 def rates(

@@ -7,7 +7,7 @@ import numpy as np
 
 from vibecalc.excitation.gas_tables import gas_force
 from vibecalc.excitation.slip_torque import slip_curve
-from vibecalc.response.roll.machine import RollDrive, RollMachine, roll_machine
+from vibecalc.roll.mechanism import RollDrive, RollMachine, roll_machine
 
 CASES = Path(__file__).parents[1] / "cases"
 GRAVITY = 9.8066

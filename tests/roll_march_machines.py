@@ -4,7 +4,7 @@ import numpy as np
 
 from vibecalc.excitation.gas_tables import GasForce, gas_force
 from vibecalc.excitation.slip_torque import SlipCurve, slip_curve
-from vibecalc.response.roll.machine import RollDrive, RollMachine, roll_machine
+from vibecalc.roll.mechanism import RollDrive, RollMachine, roll_machine
 
 GRAVITY = 9.8066
 RPM = 2.0 * np.pi / 60.0

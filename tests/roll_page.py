@@ -20,15 +20,11 @@ from scipy.optimize import brentq, minimize_scalar
 from shipped_cases import ROOT
 from test_docs import rows, shows
 
-from vibecalc.response.roll.inertia import inertia
-from vibecalc.response.roll.readings import readings
-from vibecalc.response.roll.steady import multipliers, steady_state
-from vibecalc.response.roll.torques import gas_forces, gas_torque
-from vibecalc.response.roll.turn import harmonics, level
-from vibecalc.response.roll_control.evaluate import evaluate, evaluate_at_speed
-from vibecalc.response.roll_control.model import Controller
-from vibecalc.response.roll_control.motor_gains import UNCONTROLLED, motor_gain_study
-from vibecalc.response.roll_control.steady import speed_feedback_for, steady_speed
+from vibecalc.roll.control.gains import UNCONTROLLED, evaluate, evaluate_at_speed, motor_gain_study
+from vibecalc.roll.control.loop import Controller, speed_feedback_for, steady_speed
+from vibecalc.roll.mechanism import gas_forces, gas_torque, inertia
+from vibecalc.roll.steady import multipliers, steady_state
+from vibecalc.roll.turn import harmonics, level, readings
 
 PAGE = (ROOT / "docs" / "validation_roll.md").read_text(encoding="utf-8")
 ORDERS = np.arange(1, 11)

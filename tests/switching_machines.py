@@ -7,9 +7,9 @@ from scipy.integrate import solve_ivp
 
 from vibecalc.excitation.inertia_forces import reciprocating_excitation
 from vibecalc.kinematics.harmonics import motion_harmonics
-from vibecalc.response.matrices import Matrices
+from vibecalc.numerics.matrices import Matrices
 from vibecalc.response.modes import modes
-from vibecalc.response.switching.course import Segment, follow_course
+from vibecalc.response.switching.motion import Segment, follow_course
 from vibecalc.response.switching.system import Loads, ModalSystem, Piece, modal_loads
 
 INCH, POUND_FORCE, POUND = 0.0254, 4.4482216152605, 0.45359237

@@ -8,11 +8,11 @@ import pytest
 
 from vibecalc.case.load import validate
 from vibecalc.case.overrides import set_key
-from vibecalc.case.roll_scenes import ROLL
 from vibecalc.core.run.machine_checks import check_machine, machine_warnings
 from vibecalc.errors import CaseError, NumericalFailure, Problem
 from vibecalc.excitation.induction_motor import InductionMotor, steady_torque
-from vibecalc.machine.roll_motor import fitted_motor
+from vibecalc.roll.model import fitted_motor
+from vibecalc.roll.starters import ROLL
 
 MOTOR = {"kind": "dynamic", "poles": 6, "voltage": "400 V", "stator_resistance": "50 mohm"}
 TWO = InductionMotor(

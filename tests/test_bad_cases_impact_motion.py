@@ -14,11 +14,10 @@ from impact_machines import (
 )
 
 from vibecalc.errors import NumericalFailure, UsageError
-from vibecalc.response.impact import sweep
-from vibecalc.response.impact.drive import slider_crank_drive
-from vibecalc.response.impact.fixed_step import simulate_fixed_steps
-from vibecalc.response.impact.model import Drive, GasForce, Joint
-from vibecalc.response.impact.simulate import simulate
+from vibecalc.impact import simulate as sweep
+from vibecalc.impact.fixed_step import simulate_fixed_steps
+from vibecalc.impact.linkage import Drive, GasForce, Joint, slider_crank_drive
+from vibecalc.impact.simulate import simulate
 
 
 def run(joint=None, drive=None, gas=None, gap=None, velocity=None, revolutions=1, **parts):

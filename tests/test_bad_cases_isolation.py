@@ -23,12 +23,11 @@ from vibecalc.isolation.rigid_body import assemble, mount_readout, static_deflec
 from vibecalc.isolation.rows import body_rows, pitch_rows, shows
 from vibecalc.isolation.run_up import RunUp, run_up
 from vibecalc.numerics.rounding import SINGULAR, WithError
-from vibecalc.response.direct import Undriven, dynamics, response
-from vibecalc.response.energy import damping_ratio
-from vibecalc.response.modal_resonance import body_resonances
+from vibecalc.response.forced import Undriven, dynamics, response
+from vibecalc.response.modal_damping import body_resonances, damping_ratio
 from vibecalc.response.modes import modes
-from vibecalc.response.resonance import Resonances
-from vibecalc.response.singular import (
+from vibecalc.response.resonances import (
+    Resonances,
     check_operating_point,
     idle_warnings,
     left_out,

@@ -9,11 +9,10 @@ import pytest
 from roll_control_loops import SOURCE, TARGET, source_load
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.response.roll_control.count import STATUS
-from vibecalc.response.roll_control.evaluate import Controlled, evaluate, evaluate_at_speed
-from vibecalc.response.roll_control.model import Controller, loop_of
-from vibecalc.response.roll_control.poles import poles
-from vibecalc.response.roll_control.tune import Demands, tune
+from vibecalc.roll.control.gains import Controlled, Demands, evaluate, evaluate_at_speed, tune
+from vibecalc.roll.control.loop import Controller, loop_of
+from vibecalc.roll.control.margins import STATUS
+from vibecalc.roll.control.poles import poles
 
 EXTREMES = list(
     itertools.product(

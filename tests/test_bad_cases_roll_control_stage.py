@@ -9,7 +9,7 @@ from roll_control_cases import PATH, case_of, record_of, value_of
 
 from vibecalc.case.template import starter
 from vibecalc.errors import CaseError, NumericalFailure
-from vibecalc.machine.control_checks import control_problems
+from vibecalc.roll.motor_checks import control_problems
 from vibecalc.study.execute import execute
 from vibecalc.study.load import load_checked
 

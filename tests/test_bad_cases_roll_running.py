@@ -10,9 +10,9 @@ from shipped_cases import CASES
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.excitation.slip_torque import linear_motor
-from vibecalc.response.roll import running
-from vibecalc.response.roll.machine import RollDrive, RollMachine, as_batch
-from vibecalc.response.roll.running import _check_stable, running_state
+from vibecalc.roll import running
+from vibecalc.roll.mechanism import RollDrive, RollMachine, as_batch
+from vibecalc.roll.running import _check_stable, running_state
 
 FILES = ("roll_first_stage.csv", "roll_second_stage.csv", "roll_motor.csv")
 

@@ -14,10 +14,10 @@ from test_property_fuzz import check_broken_starters
 
 from vibecalc.case.load import load_case, resolve, validate
 from vibecalc.case.overrides import get_key, key_text, set_key
-from vibecalc.case.roll_scenes import PLATE, ROLL, ROLL_CONTROL
 from vibecalc.case.walk import shape_at
 from vibecalc.core.run.machine_checks import check_machine, machine_warnings
 from vibecalc.errors import CaseError, KeyPath
+from vibecalc.roll.starters import PLATE, ROLL, ROLL_CONTROL
 
 START_UP = {
     "duration": 2.0,

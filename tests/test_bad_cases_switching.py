@@ -14,14 +14,11 @@ from switching_machines import (
 )
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.response.switching.course import follow_course
-from vibecalc.response.switching.follow import follow
-from vibecalc.response.switching.instant import instantaneous
-from vibecalc.response.switching.passages import passages
+from vibecalc.response.switching.follow import follow, slow_peaks
+from vibecalc.response.switching.instant import instantaneous, worst_instant
+from vibecalc.response.switching.motion import follow_course, passages
 from vibecalc.response.switching.readings import columns
-from vibecalc.response.switching.slow import slow_peaks
 from vibecalc.response.switching.system import Loads, ModalSystem, Piece, modal_loads
-from vibecalc.response.switching.worst import worst_instant
 
 STOP = [Piece(0.2, SPEED, 0.0, BOTH)]
 

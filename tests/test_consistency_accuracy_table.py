@@ -11,9 +11,9 @@ from vibecalc.accuracy.front import extra_work
 from vibecalc.accuracy.measure import Timed, measure
 from vibecalc.accuracy.table import STUDIES, TOPICS, WHOLE_CASE
 from vibecalc.accuracy.topic import Topic
-from vibecalc.accuracy.topics.response_speeds import topics as response_speeds_topics
 from vibecalc.case.load import validate
 from vibecalc.pipeline.run import run_scene
+from vibecalc.response.accuracy.forced import response_speeds_topics
 from vibecalc.results.named import named
 from vibecalc.study.load import load_checked
 

@@ -18,16 +18,11 @@ from vibecalc.errors import NumericalFailure
 from vibecalc.excitation.induction_motor_flux import power_flow
 from vibecalc.numerics.periodic.panels import evaluate
 from vibecalc.numerics.typing import FloatArray
-from vibecalc.response.roll.balances import balance
-from vibecalc.response.roll.dynamic_rates import driven_rates, with_steady_flux
-from vibecalc.response.roll.dynamic_start import steady_drive
-from vibecalc.response.roll.machine import RollDrive, RollMachine, is_mounted
-from vibecalc.response.roll.problem import roll_problem
-from vibecalc.response.roll.rates import place_at
-from vibecalc.response.roll.readings import readings
-from vibecalc.response.roll.running import Running, running_state
-from vibecalc.response.roll.steady import steady_state
-from vibecalc.response.roll.turn import harmonics, level
+from vibecalc.roll.mechanism import RollDrive, RollMachine, is_mounted
+from vibecalc.roll.rates import driven_rates, place_at, roll_problem, with_steady_flux
+from vibecalc.roll.running import Running, running_state, steady_drive
+from vibecalc.roll.steady import steady_state
+from vibecalc.roll.turn import balance, harmonics, level, readings
 
 ORDERS = np.arange(1.0, 11.0)
 KINDS: dict[str, dict[str, Any]] = {

@@ -11,25 +11,24 @@ from shipped_cases import result_of
 
 from vibecalc.case.load import validate
 from vibecalc.case.overrides import set_key
-from vibecalc.case.roll_scenes import ROLL
 from vibecalc.case.schema import Case
 from vibecalc.errors import NumericalFailure
 from vibecalc.excitation.induction_motor import steady_torque
 from vibecalc.excitation.induction_motor_flux import torque_answer
-from vibecalc.machine.roll import build_roll, roll_drive
-from vibecalc.machine.roll_motor import fitted_motor
 from vibecalc.pipeline.catalogue import CATALOGUE
-from vibecalc.pipeline.entries.roll_motor import ENTRIES, ROOT
 from vibecalc.pipeline.plan import planned_quantities
 from vibecalc.pipeline.run import run_case
-from vibecalc.pipeline.stages import roll_motor
 from vibecalc.report.plots import make
 from vibecalc.report.text import render_report
-from vibecalc.response.roll.machine import RollDrive, RollMachine, as_batch
-from vibecalc.response.roll.readings import readings
-from vibecalc.response.roll.running import Running, running_state
-from vibecalc.response.roll.turn import harmonics, level
 from vibecalc.results.record import Record
+from vibecalc.roll.adapters import motor as roll_motor
+from vibecalc.roll.mechanism import RollDrive, RollMachine, as_batch
+from vibecalc.roll.model import build_roll, fitted_motor, roll_drive
+from vibecalc.roll.results import MOTOR as ROOT
+from vibecalc.roll.results import MOTOR_ENTRIES
+from vibecalc.roll.running import Running, running_state
+from vibecalc.roll.starters import ROLL
+from vibecalc.roll.turn import harmonics, level, readings
 
 MOTOR = {
     "kind": "dynamic",
@@ -61,11 +60,11 @@ def values(record: Record, path: str) -> np.ndarray:
 def test_every_planned_result_is_there() -> None:
     record = record_of()
     planned = set(planned_quantities(case_of()))
-    assert {entry.path for entry in ENTRIES} <= planned
+    assert {entry.path for entry in MOTOR_ENTRIES} <= planned
     assert planned == set(record.quantities)
     still = set(planned_quantities(validate(ROLL)))
     assert not any(path.startswith(f"{ROOT}/") for path in still)
-    for entry in ENTRIES:
+    for entry in MOTOR_ENTRIES:
         quantity = record[entry.path]
         assert quantity.unit == CATALOGUE[entry.path].unit
         assert np.isfinite(quantity.error_estimate), entry.path

@@ -23,9 +23,9 @@ from impact_machines import (
 )
 from impact_reference import Reference
 
+from vibecalc.impact.linkage import Drive, GasForce, Joint
+from vibecalc.impact.simulate import simulate
 from vibecalc.numerics.cycle_peak import cycle_peak
-from vibecalc.response.impact.model import Drive, GasForce, Joint
-from vibecalc.response.impact.simulate import simulate
 
 TURN = 2.0 * np.pi / SPEED
 

@@ -8,16 +8,20 @@ from shipped_cases import CASES
 
 from vibecalc.case.load import load_case
 from vibecalc.errors import UsageError
-from vibecalc.machine.joint_cost import impact_work
-from vibecalc.machine.joints import build_joints
+from vibecalc.impact import simulate
+from vibecalc.impact.checks import impact_work
+from vibecalc.impact.model import build_joints
+from vibecalc.impact.runs import Study, run_ensemble, run_fixed_steps
+from vibecalc.impact.simulate import sweep
+from vibecalc.impact.statistics import (
+    carried_force,
+    gas_harmonics,
+    mean_over_runs,
+    pin_acceleration,
+)
 from vibecalc.pipeline.plan import planned_quantities
-from vibecalc.pipeline.plan_response import plan_response
 from vibecalc.pipeline.run import run_case
-from vibecalc.response.impact import simulate
-from vibecalc.response.impact.added_force import carried_force, gas_harmonics, pin_acceleration
-from vibecalc.response.impact.ensemble import mean_over_runs
-from vibecalc.response.impact.runs import Study, run_ensemble, run_fixed_steps
-from vibecalc.response.impact.sweep import sweep
+from vibecalc.response.stage import plan_response
 from vibecalc.results.record import Record
 
 SMALL = (

@@ -22,16 +22,9 @@ from impact_reference import Reference
 from scipy.integrate import quad
 
 from vibecalc.errors import UsageError
-from vibecalc.response.impact.added_force import (
-    added_force,
-    carried_force,
-    gas_harmonics,
-    pin_acceleration,
-)
-from vibecalc.response.impact.ensemble import mean_over_runs, quantiles
-from vibecalc.response.impact.first_motion import ANGLES, first_motion
-from vibecalc.response.impact.fixed_step import simulate_fixed_steps
-from vibecalc.response.impact.linkage import (
+from vibecalc.impact.fixed_step import simulate_fixed_steps
+from vibecalc.impact.linkage import (
+    Joint,
     Linkage,
     Starts,
     central_start,
@@ -39,10 +32,24 @@ from vibecalc.response.impact.linkage import (
     spread_starts,
     velocity_scale,
 )
-from vibecalc.response.impact.model import Joint
-from vibecalc.response.impact.parting import parting
-from vibecalc.response.impact.runs import Study, follow_events, run_ensemble, run_fixed_steps
-from vibecalc.response.impact.spectra import spectra
+from vibecalc.impact.runs import (
+    ANGLES,
+    Study,
+    first_motion,
+    follow_events,
+    parting,
+    run_ensemble,
+    run_fixed_steps,
+)
+from vibecalc.impact.statistics import (
+    added_force,
+    carried_force,
+    gas_harmonics,
+    mean_over_runs,
+    pin_acceleration,
+    quantiles,
+    spectra,
+)
 
 COMPRESSOR = Linkage(compressor_drive(), gas_towards("crank"), MASS, source_joint())
 

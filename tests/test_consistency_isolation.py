@@ -40,8 +40,8 @@ from vibecalc.isolation.rows import HarmonicsAt, body_rows, pitch_rows, shows
 from vibecalc.isolation.run_up import RunUpPeak, cycle_peaks, run_up, run_up_peak
 from vibecalc.numerics.cycle_peak import cycle_peak
 from vibecalc.numerics.rounding import WithError
-from vibecalc.response.direct import dynamics, response
-from vibecalc.response.modal_resonance import body_resonances
+from vibecalc.response.forced import dynamics, response
+from vibecalc.response.modal_damping import body_resonances
 from vibecalc.response.modes import modes
 
 ALL_ROWS = np.ones((1, 5), dtype=bool)

@@ -20,11 +20,11 @@ pytest.importorskip("matplotlib")
 
 from drawn import assert_apart, figure, lines, words
 
-from vibecalc.report.pictures.dominance import broken
+from vibecalc.impact.pictures import broken
 from vibecalc.report.pictures.perspective import EDGES, arc_about, corners, project, rotate
 from vibecalc.report.pictures.scales import length_scale, spread_out
-from vibecalc.report.pictures.switching import envelope
 from vibecalc.report.plots import PICTURES, draw, make
+from vibecalc.response.pictures import envelope
 from vibecalc.results.record import Axis
 
 OWN = {

@@ -12,13 +12,11 @@ from exact_roll import exact_levels, exact_turn
 from roll_machines import SYNCHRONOUS, source_drive, source_machine
 from shipped_cases import result_of
 
-from vibecalc.report.sections.roll_advice import advice, parameter_words
-from vibecalc.response.roll.altered import changes
-from vibecalc.response.roll.machine import RollMachine, as_batch
-from vibecalc.response.roll.readings import readings
-from vibecalc.response.roll.running import running_state
-from vibecalc.response.roll.sensitivity import altered, parameters
-from vibecalc.response.roll.turn import harmonics, level
+from vibecalc.roll.mechanism import RollMachine, as_batch
+from vibecalc.roll.report.advice import advice, parameter_words
+from vibecalc.roll.running import running_state
+from vibecalc.roll.sensitivity import altered, changes, parameters
+from vibecalc.roll.turn import harmonics, level, readings
 
 ORDERS = np.arange(1, 11)
 NAMES = ("first stage", "second stage")

@@ -7,17 +7,22 @@ import pytest
 from mpmath import mp, mpc, mpf
 from roll_control_loops import MOTOR_GAIN, SOURCE, TARGET, random_loops, source_load
 
-from vibecalc.response.roll_control.evaluate import Load, evaluate, evaluate_at_speed
-from vibecalc.response.roll_control.locus import root_locus
-from vibecalc.response.roll_control.model import (
+from vibecalc.roll.control.gains import (
+    UNCONTROLLED,
+    Load,
+    evaluate,
+    evaluate_at_speed,
+    motor_gain_study,
+)
+from vibecalc.roll.control.loop import (
     Controller,
     loop_of,
     model_from_full,
     source_model,
+    speed_feedback_for,
+    steady_speed,
 )
-from vibecalc.response.roll_control.motor_gains import UNCONTROLLED, motor_gain_study
-from vibecalc.response.roll_control.poles import poles
-from vibecalc.response.roll_control.steady import speed_feedback_for, steady_speed
+from vibecalc.roll.control.poles import poles, root_locus
 
 
 @pytest.mark.parametrize("late", [False, True])

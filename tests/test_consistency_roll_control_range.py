@@ -8,10 +8,9 @@ from roll_control_loops import MOTOR_GAIN
 from roll_machines import source_drive, source_machine
 
 from vibecalc.excitation.gas_tables import force_at
-from vibecalc.response.roll.inertia import inertia
-from vibecalc.response.roll_control.evaluate import Load, evaluate, evaluate_at_speed
-from vibecalc.response.roll_control.model import Controller, model_from_full
-from vibecalc.response.roll_control.motor_gains import UNCONTROLLED
+from vibecalc.roll.control.gains import UNCONTROLLED, Load, evaluate, evaluate_at_speed
+from vibecalc.roll.control.loop import Controller, model_from_full
+from vibecalc.roll.mechanism import inertia
 
 REFERENCE = 94.25
 STEPS = 1200

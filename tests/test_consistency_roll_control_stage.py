@@ -10,14 +10,22 @@ from roll_machines import SYNCHRONOUS, source_drive, source_machine
 from vibecalc.errors import NumericalFailure
 from vibecalc.excitation.gas_tables import force_at
 from vibecalc.pipeline.run import run_case
-from vibecalc.response.roll.inertia import inertia
-from vibecalc.response.roll.machine import as_batch
-from vibecalc.response.roll.running import running_state
-from vibecalc.response.roll_control.disturbance import disturbance
-from vibecalc.response.roll_control.evaluate import Load, evaluate, evaluate_at_speed
-from vibecalc.response.roll_control.model import Controller, model_from_full, source_model
-from vibecalc.response.roll_control.motor_gains import UNCONTROLLED, motor_gain_study
-from vibecalc.response.roll_control.tangent import tangent
+from vibecalc.roll.control.gains import (
+    UNCONTROLLED,
+    Load,
+    evaluate,
+    evaluate_at_speed,
+    motor_gain_study,
+)
+from vibecalc.roll.control.loop import (
+    Controller,
+    disturbance,
+    model_from_full,
+    source_model,
+    tangent,
+)
+from vibecalc.roll.mechanism import as_batch, inertia
+from vibecalc.roll.running import running_state
 
 ROTOR, SHELL = 2.110823323068138, 151.73454612199947
 #: largest torque of the motor's table, N m

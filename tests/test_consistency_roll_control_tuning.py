@@ -9,10 +9,16 @@ import pytest
 from roll_control_loops import SOURCE, TARGET, source_load
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.response.roll_control.certificate import BOUNDS, certify
-from vibecalc.response.roll_control.evaluate import evaluate_at_speed
-from vibecalc.response.roll_control.model import Controller
-from vibecalc.response.roll_control.tune import Demands, objective_of, slacks, tune
+from vibecalc.roll.control.gains import (
+    BOUNDS,
+    Demands,
+    certify,
+    evaluate_at_speed,
+    objective_of,
+    slacks,
+    tune,
+)
+from vibecalc.roll.control.loop import Controller
 
 LOAD = source_load()
 WIDE = Demands((0.5, 100.0), (-10.0, 10.0), 6.0, np.radians(45.0), 5e-4)

@@ -17,16 +17,13 @@ from roll_machines import (
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.periodic.panels import evaluate
-from vibecalc.response.roll.controlled import ControlledRates, Law
-from vibecalc.response.roll.controlled_state import closed_loop
-from vibecalc.response.roll.machine import as_batch
-from vibecalc.response.roll.readings import readings
-from vibecalc.response.roll.running import running_state
-from vibecalc.response.roll.turn import harmonics as spectrum
-from vibecalc.response.roll_control.disturbance import disturbance
-from vibecalc.response.roll_control.evaluate import Load, evaluate_at_speed
-from vibecalc.response.roll_control.model import Controller, model_from_full
-from vibecalc.response.roll_control.tangent import straight
+from vibecalc.roll.control.full_model import ControlledRates, Law, closed_loop
+from vibecalc.roll.control.gains import Load, evaluate_at_speed
+from vibecalc.roll.control.loop import Controller, disturbance, model_from_full, straight
+from vibecalc.roll.mechanism import as_batch
+from vibecalc.roll.running import running_state
+from vibecalc.roll.turn import harmonics as spectrum
+from vibecalc.roll.turn import readings
 
 FREE = as_batch(source_machine())
 MOUNTED = as_batch(source_machine(shell_stiffness=3e4, shell_damping=60.0))

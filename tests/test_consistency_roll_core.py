@@ -10,10 +10,8 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from vibecalc.response.roll.inertia import Inertia, accelerations, inertia
-from vibecalc.response.roll.machine import RollMachine, roll_machine
-from vibecalc.response.roll.readings import piston_forces
-from vibecalc.response.roll.turn import Turn
+from vibecalc.roll.mechanism import Inertia, RollMachine, accelerations, inertia, roll_machine
+from vibecalc.roll.turn import Turn, piston_forces
 
 RADIUS, LENGTH, OFFSET = 0.0635, 0.2921, 0.011
 PHASE, BANK = (0.0, 2.1, -1.3), (0.3, -0.5, 0.9)

@@ -7,11 +7,9 @@ from exact_roll_model import Model, Stall
 from roll_machines import LENGTH, RADIUS, ROTOR, SYNCHRONOUS, source_drive, source_machine
 
 from vibecalc.kinematics.slider_crank import piston_path
-from vibecalc.response.roll.machine import RollDrive, RollMachine
-from vibecalc.response.roll.readings import readings
-from vibecalc.response.roll.steady import multipliers, steady_state
-from vibecalc.response.roll.torques import smooth_angles
-from vibecalc.response.roll.turn import harmonics, level
+from vibecalc.roll.mechanism import RollDrive, RollMachine, smooth_angles
+from vibecalc.roll.steady import multipliers, steady_state
+from vibecalc.roll.turn import harmonics, level, readings
 
 ORDERS = np.arange(1, 11)
 SMOOTH = {"gas": "cubic", "motor": "monotone"}

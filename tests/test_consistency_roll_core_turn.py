@@ -11,14 +11,9 @@ from exact_roll import ExactTurn, as_turn, exact_harmonics, exact_levels, exact_
 from exact_roll_model import Stall
 from roll_machines import FIRST_MASS, ROTOR, SYNCHRONOUS, source_drive, source_machine
 
-from vibecalc.response.roll.balances import balance
-from vibecalc.response.roll.classical import classical, constant_speed
-from vibecalc.response.roll.inertia import inertia
-from vibecalc.response.roll.machine import RollDrive, RollMachine
-from vibecalc.response.roll.readings import readings
-from vibecalc.response.roll.steady import steady_state
-from vibecalc.response.roll.torques import friction_torque, mount_torque
-from vibecalc.response.roll.turn import harmonics, level, mean
+from vibecalc.roll.mechanism import RollDrive, RollMachine, friction_torque, inertia, mount_torque
+from vibecalc.roll.steady import steady_state
+from vibecalc.roll.turn import balance, classical, constant_speed, harmonics, level, mean, readings
 
 ORDERS = np.arange(1, 11)
 ODD = {

@@ -11,15 +11,14 @@ from scipy.integrate import quad
 
 from vibecalc.case.load import validate
 from vibecalc.case.overrides import set_key
-from vibecalc.case.roll_scenes import ROLL
 from vibecalc.excitation.gas_tables import force_at
 from vibecalc.excitation.rod_inertia import split_inertia
 from vibecalc.excitation.slip_torque import slip_torque
 from vibecalc.kinematics.slider_crank import piston_motion
-from vibecalc.machine.roll import RollParts, build_roll, mean_demand, motor_curve, roll_drive
 from vibecalc.parts.crank_train import build_crank_train
-from vibecalc.response.roll.inertia import inertia
-from vibecalc.response.roll.machine import is_mounted
+from vibecalc.roll.mechanism import inertia, is_mounted
+from vibecalc.roll.model import RollParts, build_roll, mean_demand, motor_curve, roll_drive
+from vibecalc.roll.starters import ROLL
 
 TRAIN = """
 crank_radius = 0.05

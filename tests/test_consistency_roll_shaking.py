@@ -11,8 +11,8 @@ from shipped_cases import result_of
 from vibecalc.case.load import validate
 from vibecalc.parts.cautions import machine_warnings
 from vibecalc.report.limits import judge_limits
-from vibecalc.report.sections.roll_forces import shaking
 from vibecalc.results.record import Record
+from vibecalc.roll.report.running import shaking
 
 SHAKING = "response/roll/shaking/"
 

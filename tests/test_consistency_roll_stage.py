@@ -8,23 +8,14 @@ import pytest
 from roll_machines import ROTOR, SYNCHRONOUS, source_drive, source_machine
 from shipped_cases import CASES, result_of
 
-from vibecalc.machine.roll import build_roll, roll_drive
 from vibecalc.numerics.level import level_of
-from vibecalc.pipeline.entries.roll import FORCES, ROOT, VARIABLES
-from vibecalc.pipeline.stages.roll_observed import (
-    Looks,
-    Seen,
-    numbers_of,
-    peaks_of,
-    spectra_of,
-)
-from vibecalc.response.roll.classical import by_cylinder
-from vibecalc.response.roll.course import course_of_state
-from vibecalc.response.roll.machine import RollDrive, RollMachine, as_batch
-from vibecalc.response.roll.readings import readings
-from vibecalc.response.roll.running import running_state
-from vibecalc.response.roll.steady import Steady, steady_state
-from vibecalc.response.roll.turn import harmonics
+from vibecalc.roll.adapters.readings import Looks, Seen, numbers_of, peaks_of, spectra_of
+from vibecalc.roll.mechanism import RollDrive, RollMachine, as_batch
+from vibecalc.roll.model import build_roll, roll_drive
+from vibecalc.roll.results import FORCES, ROLL, VARIABLES
+from vibecalc.roll.running import course_of_state, running_state
+from vibecalc.roll.steady import Steady, steady_state
+from vibecalc.roll.turn import by_cylinder, harmonics, readings
 from vibecalc.study.load import load_checked
 
 ORDERS = np.arange(1, 11)
@@ -53,22 +44,22 @@ def test_results_are_those_of_the_kernels(name: str) -> None:
     for variable in (*VARIABLES, *FORCES):
         values = np.asarray(getattr(read, variable))
         by_order = harmonics if variable in VARIABLES else by_cylinder
-        found = result.record[f"{ROOT}/{variable}"]
+        found = result.record[f"{ROLL}/{variable}"]
         np.testing.assert_array_equal(found.values, by_order(turn, values, ORDERS)[0])
         levels, doubt = level_of(found.values, found.error_estimate, reference=1.0)
-        shown = result.record[f"{ROOT}/level/{variable}"]
+        shown = result.record[f"{ROLL}/level/{variable}"]
         # where a harmonic is zero within its error both say so
         there = np.isfinite(shown.values) & np.isfinite(levels)
         np.testing.assert_allclose(shown.values[there], levels[there], rtol=1e-14)
-        lag = result.record[f"{ROOT}/phase_lag/{variable}"].values[there]
+        lag = result.record[f"{ROLL}/phase_lag/{variable}"].values[there]
         turned = found.values[there] * np.exp(1j * lag)
         np.testing.assert_allclose(turned, np.abs(found.values)[there], rtol=1e-12)
         assert doubt.shape == levels.shape
-    speed = result.record[f"{ROOT}/speed"]
+    speed = result.record[f"{ROLL}/speed"]
     assert float(speed.values) == pytest.approx(2.0 * np.pi / float(turn.period[0]), rel=1e-15)
-    multiplier = result.record[f"{ROOT}/multiplier"]
+    multiplier = result.record[f"{ROLL}/multiplier"]
     np.testing.assert_array_equal(multiplier.values, running.multiplier[0])
-    trivial = int(result.record[f"{ROOT}/trivial_multipliers"].values)
+    trivial = int(result.record[f"{ROLL}/trivial_multipliers"].values)
     assert trivial + len(multiplier.values) == 4
 
 

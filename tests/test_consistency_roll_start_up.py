@@ -8,14 +8,11 @@ from scipy.integrate import solve_ivp
 from vibecalc.errors import NumericalFailure
 from vibecalc.excitation.gas_tables import gas_force
 from vibecalc.excitation.slip_torque import linear_motor, slip_curve
-from vibecalc.response.roll.inertia import inertia
-from vibecalc.response.roll.machine import RollDrive, RollMachine
-from vibecalc.response.roll.march_scalar import running
-from vibecalc.response.roll.start_up import StartUp, start_up
-from vibecalc.response.roll.start_up_angles import start_angles
-from vibecalc.response.roll.start_up_states import Load
-from vibecalc.response.roll.start_up_view import QUANTITIES
-from vibecalc.response.roll.torques import gas_forces
+from vibecalc.roll.between_kinks import running
+from vibecalc.roll.mechanism import RollDrive, RollMachine, gas_forces, inertia
+from vibecalc.roll.start_up import StartUp, start_angles, start_up
+from vibecalc.roll.start_up_readings import QUANTITIES
+from vibecalc.roll.start_up_system import Load
 
 ROTOR, HOUSING = 2.0, 150.0
 #: of rotor against shell

@@ -12,9 +12,9 @@ pytest.importorskip("matplotlib")
 
 from drawn import assert_apart, figure, lines, words
 
-from vibecalc.report.pictures.roll_start_up import arcs
 from vibecalc.report.plots import make
 from vibecalc.results.record import Result
+from vibecalc.roll.pictures.start_up import arcs
 
 NAME = "roll_start_up"
 

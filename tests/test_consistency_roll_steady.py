@@ -14,16 +14,13 @@ from scipy.integrate import solve_ivp
 
 from vibecalc.excitation.slip_torque import linear_motor
 from vibecalc.numerics.level import level_of
-from vibecalc.pipeline.stages.roll_observed import Seen, spectra_of
-from vibecalc.response.roll.course import course_of_state
-from vibecalc.response.roll.inertia import inertia
-from vibecalc.response.roll.machine import RollDrive, RollMachine, as_batch
-from vibecalc.response.roll.march import march_to_repeat
-from vibecalc.response.roll.march_scalar import running
-from vibecalc.response.roll.readings import readings
-from vibecalc.response.roll.running import Running, running_state
-from vibecalc.response.roll.steady import started_momentum, steady_state
-from vibecalc.response.roll.turn import Turn, harmonics, level, mean
+from vibecalc.roll.adapters.readings import Seen, spectra_of
+from vibecalc.roll.between_kinks import running
+from vibecalc.roll.march import march_to_repeat
+from vibecalc.roll.mechanism import RollDrive, RollMachine, as_batch, inertia
+from vibecalc.roll.running import Running, course_of_state, running_state
+from vibecalc.roll.steady import started_momentum, steady_state
+from vibecalc.roll.turn import Turn, harmonics, level, mean, readings
 
 ORDERS = np.arange(1, 11)
 TURN = 2.0 * np.pi

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from shipped_cases import CASES
 
-from vibecalc.pipeline.entries.roll import ROOT
 from vibecalc.results.record import Result
+from vibecalc.roll.results import ROLL
 from vibecalc.study.execute import execute
 from vibecalc.study.load import load_checked
 
@@ -51,7 +51,7 @@ def comparable(result: Result) -> list[str]:
     return [
         path
         for path in result.record
-        if path.startswith(ROOT) and not any(part in path for part in left_out)
+        if path.startswith(ROLL) and not any(part in path for part in left_out)
     ]
 
 
@@ -89,17 +89,17 @@ def test_levels_and_lags_are_within_what_a_method_says(tmp_path: Path, method: s
     truth = solved(tmp_path).record
     found = solved(tmp_path, f'method = "{method}"', *STEP.get(method, ())).record
     for name in ("shell_acceleration", "rod_force", "motor_torque"):
-        level, exact = (one[f"{ROOT}/level/{name}"] for one in (found, truth))
+        level, exact = (one[f"{ROLL}/level/{name}"] for one in (found, truth))
         there = np.isfinite(level.values)
         assert np.max(np.abs(level.values - exact.values)[there]) <= level.error_estimate + 1e-6
-        lag, right = (one[f"{ROOT}/phase_lag/{name}"] for one in (found, truth))
+        lag, right = (one[f"{ROLL}/phase_lag/{name}"] for one in (found, truth))
         off = np.abs(np.mod(lag.values - right.values + np.pi, 2.0 * np.pi) - np.pi)
         assert np.max(off[there]) <= lag.error_estimate + 1e-6
 
 
 def test_compared_methods_say_no_less_than_they_differ(tmp_path: Path) -> None:
     found = solved(tmp_path, 'compare = ["dop853", "fourier", "shooting"]').record
-    difference = found[f"{ROOT}/method/difference"]
+    difference = found[f"{ROLL}/method/difference"]
     assert np.max(np.abs(difference.values)) <= difference.error_estimate
 
 
@@ -115,8 +115,8 @@ def test_few_points_of_the_case_say_how_few(
         missed = float(np.max(np.abs(own.values - exact.values)))
         assert missed <= own.error_estimate + exact.error_estimate, path
     for name in ("shell_acceleration", "rod_force"):
-        lag, right = (one[f"{ROOT}/phase_lag/{name}"] for one in (found.record, truth))
-        there = np.isfinite(found.record[f"{ROOT}/level/{name}"].values)
+        lag, right = (one[f"{ROLL}/phase_lag/{name}"] for one in (found.record, truth))
+        there = np.isfinite(found.record[f"{ROLL}/level/{name}"].values)
         off = np.abs(np.mod(lag.values - right.values + np.pi, 2.0 * np.pi) - np.pi)
         assert np.max(off[there]) <= lag.error_estimate + 1e-9
 
@@ -132,13 +132,13 @@ def test_a_linear_motor_runs(tmp_path: Path, mounts: dict[str, float] | None, ga
     found = (
         solved(tmp_path, mounts=mounts, motor=LINEAR).record if gas else _idling(tmp_path, mounts)
     )
-    assert float(found[f"{ROOT}/breakdown_margin"].values) == np.inf
-    assert found[f"{ROOT}/breakdown_margin"].error_estimate < 1e-9
-    torque, slip = (float(found[f"{ROOT}/{name}"].values) for name in ("mean_torque", "mean_slip"))
+    assert float(found[f"{ROLL}/breakdown_margin"].values) == np.inf
+    assert found[f"{ROLL}/breakdown_margin"].error_estimate < 1e-9
+    torque, slip = (float(found[f"{ROLL}/{name}"].values) for name in ("mean_torque", "mean_slip"))
     assert abs(torque) <= 400.0 and abs(slip) < 2.0
-    motor, speed = found[f"{ROOT}/motor_torque"].values, found[f"{ROOT}/slip"].values
+    motor, speed = found[f"{ROLL}/motor_torque"].values, found[f"{ROLL}/slip"].values
     np.testing.assert_allclose(motor, 203.0 * speed, rtol=1e-9, atol=1e-9)
-    balance = found[f"{ROOT}/energy/residual"]
+    balance = found[f"{ROLL}/energy/residual"]
     assert abs(float(balance.values)) <= balance.error_estimate + 1e-9 * (1.0 + abs(torque))
 
 

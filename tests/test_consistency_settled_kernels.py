@@ -8,7 +8,7 @@ from vibecalc.absorber.hardware.overhung import bending_frequencies, closed_in
 from vibecalc.absorber.hardware.rods_and_springs import EndBody, OverhungRod
 from vibecalc.absorber.pendulum_order import Pendulum, order_of_swing
 from vibecalc.numerics.cycle_peak import cycle_peak, kept_orders
-from vibecalc.response.switching.run import PANEL_PHASE
+from vibecalc.response.switching.motion import PANEL_PHASE
 
 
 def test_orders_below_rounding_are_left_out_and_counted() -> None:

@@ -16,18 +16,18 @@ from shipped_cases import result_of
 
 from vibecalc.case.load import validate
 from vibecalc.errors import NumericalFailure
-from vibecalc.machine.roll import build_roll, roll_drive
 from vibecalc.numerics.runge_kutta_march import march, sample
 from vibecalc.pipeline.run import run_case
 from vibecalc.pipeline.stage_plan import below
-from vibecalc.report.sections.start_up import start_up as section
 from vibecalc.report.text import render_report
-from vibecalc.response.roll.course import course_of_state
-from vibecalc.response.roll.inertia import accelerations, inertia
-from vibecalc.response.roll.machine import as_batch
-from vibecalc.response.roll.running import running_state
-from vibecalc.response.roll.start_up import start_up
-from vibecalc.response.roll.start_up_states import (
+from vibecalc.results.record import Record, Result
+from vibecalc.roll.mechanism import accelerations, as_batch, inertia
+from vibecalc.roll.model import build_roll, roll_drive
+from vibecalc.roll.report.start_up import start_up as section
+from vibecalc.roll.running import course_of_state, running_state
+from vibecalc.roll.start_up import start_up
+from vibecalc.roll.start_up_readings import QUANTITIES
+from vibecalc.roll.start_up_system import (
     ANGLE,
     FULL_LOAD,
     SHELL_ANGLE,
@@ -35,10 +35,8 @@ from vibecalc.response.roll.start_up_states import (
     SPEED,
     STATES,
     Load,
+    StartUpSystem,
 )
-from vibecalc.response.roll.start_up_system import StartUpSystem
-from vibecalc.response.roll.start_up_view import QUANTITIES
-from vibecalc.results.record import Record, Result
 
 ROOT = "response/start_up"
 CASE = "roll_startup"

@@ -16,11 +16,10 @@ from switching_machines import (
     one_mode,
 )
 
-from vibecalc.response.switching.course import Motion, Segment, motion_at
-from vibecalc.response.switching.free_motion import propagator
 from vibecalc.response.switching.instant import instantaneous
+from vibecalc.response.switching.motion import Motion, Segment, motion_at
 from vibecalc.response.switching.readings import columns, read
-from vibecalc.response.switching.system import Loads, ModalSystem, Piece, modal_loads
+from vibecalc.response.switching.system import Loads, ModalSystem, Piece, modal_loads, propagator
 
 
 def body_motion(

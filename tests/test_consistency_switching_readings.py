@@ -15,15 +15,11 @@ from switching_machines import (
     followed,
 )
 
-from vibecalc.response.switching.course import Motion, follow_course, motion_at
-from vibecalc.response.switching.follow import follow
-from vibecalc.response.switching.instant import instantaneous
-from vibecalc.response.switching.passages import passages
+from vibecalc.response.switching.follow import follow, slow_peaks
+from vibecalc.response.switching.instant import instantaneous, worst_instant
+from vibecalc.response.switching.motion import Motion, follow_course, motion_at, passages, runs_of
 from vibecalc.response.switching.readings import columns, read
-from vibecalc.response.switching.run import runs_of
-from vibecalc.response.switching.slow import slow_peaks
 from vibecalc.response.switching.system import ModalSystem, Piece, modal_loads
-from vibecalc.response.switching.worst import worst_instant
 
 
 def test_peaks_are_those_of_a_dense_search() -> None:

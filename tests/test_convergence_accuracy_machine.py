@@ -15,10 +15,6 @@ from vibecalc.accuracy.measure import Timed, measure
 from vibecalc.accuracy.order import fitted
 from vibecalc.accuracy.rung import Measured
 from vibecalc.accuracy.topic import Topic
-from vibecalc.accuracy.topics.operations import topics as operations_topics
-from vibecalc.accuracy.topics.response_modes import topics as response_modes_topics
-from vibecalc.accuracy.topics.response_steady import topics as response_steady_topics
-from vibecalc.accuracy.topics.switching import topics as switching_topics
 from vibecalc.accuracy.yardsticks.cycle_peaks import peak_topic
 from vibecalc.accuracy.yardsticks.cycle_signals import Signal
 from vibecalc.accuracy.yardsticks.fourier_samples import (
@@ -42,6 +38,10 @@ from vibecalc.kinematics.accuracy import kinematics_harmonics_topics, kinematics
 from vibecalc.pipeline.plan import plan_case
 from vibecalc.pipeline.run import run_scene
 from vibecalc.pipeline.scene import Scene
+from vibecalc.response.accuracy.forced import response_steady_topics
+from vibecalc.response.accuracy.modes import response_modes_topics
+from vibecalc.response.accuracy.operations import operations_topics
+from vibecalc.response.accuracy.switching import switching_topics
 from vibecalc.results.accuracy_layout import FAILED
 from vibecalc.study.load import load_checked
 
@@ -305,9 +305,9 @@ def test_the_mean_of_an_ensemble_is_known_to_its_standard_error() -> None:
 
 @pytest.mark.long
 def test_scatter_of_group_means_falls_with_the_root_of_their_size() -> None:
-    from vibecalc.machine.joints import build_joints
-    from vibecalc.response.impact.linkage import Starts, spread_starts
-    from vibecalc.response.impact.runs import follow_events
+    from vibecalc.impact.linkage import Starts, spread_starts
+    from vibecalc.impact.model import build_joints
+    from vibecalc.impact.runs import follow_events
 
     machine = scene_of("compressor_impact").case.machine
     linkage = build_joints(machine, None).linkage

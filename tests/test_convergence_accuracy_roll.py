@@ -18,22 +18,26 @@ from vibecalc.accuracy.measure import Timed, measure
 from vibecalc.accuracy.order import fitted
 from vibecalc.accuracy.rung import Measured
 from vibecalc.accuracy.topic import Topic
-from vibecalc.accuracy.topics.control import topics as control_topics
-from vibecalc.accuracy.topics.roll import topics as roll_topics
-from vibecalc.accuracy.topics.start_up import topics as start_up_topics
-from vibecalc.accuracy.yardsticks.roll_retrace import departure, retrace
-from vibecalc.accuracy.yardsticks.roll_setup import RollSetup, roll_setup, spectrum
-from vibecalc.accuracy.yardsticks.start_exact import StartPlan, follow
 from vibecalc.errors import NumericalFailure
-from vibecalc.machine.roll import build_roll, roll_drive
 from vibecalc.measurement import accuracy as plate_levels
 from vibecalc.measurement.accuracy import measurement_topics
 from vibecalc.measurement.model import build_harmonics, reference_row
 from vibecalc.parts.machine import build_machine
 from vibecalc.pipeline.scene import Scene
-from vibecalc.response.roll.inertia import inertia
-from vibecalc.response.roll.start_up_states import FULL_LOAD
-from vibecalc.response.roll.steady import steady_state
+from vibecalc.roll.accuracy.by_other_means import (
+    RollSetup,
+    departure,
+    retrace,
+    roll_setup,
+    spectrum,
+)
+from vibecalc.roll.accuracy.control import control_topics
+from vibecalc.roll.accuracy.running import roll_topics
+from vibecalc.roll.accuracy.start_up import StartPlan, follow, start_up_topics
+from vibecalc.roll.mechanism import inertia
+from vibecalc.roll.model import build_roll, roll_drive
+from vibecalc.roll.start_up_system import FULL_LOAD
+from vibecalc.roll.steady import steady_state
 from vibecalc.study.load import load_checked
 
 ONCE = Timed(repeat=False)

@@ -7,9 +7,8 @@ import pytest
 from impact_machines import MASS, compressor_drive, gas_towards, source_joint
 from test_consistency_impact_motion import always_in_contact
 
-from vibecalc.response.impact.fixed_step import simulate_fixed_steps
-from vibecalc.response.impact.simulate import simulate
-from vibecalc.response.impact.tableaus import METHODS
+from vibecalc.impact.fixed_step import METHODS, simulate_fixed_steps
+from vibecalc.impact.simulate import simulate
 
 FEW = {"euler": 2000, "heun": 2000, "rk4": 1600, "dormand_prince": 800}
 

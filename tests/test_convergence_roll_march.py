@@ -7,20 +7,21 @@ from roll_march_machines import PRINTED, source_drive, source_machine
 from vibecalc.errors import NumericalFailure, UsageError
 from vibecalc.excitation.slip_torque import linear_motor
 from vibecalc.numerics.runge_kutta_march import march
-from vibecalc.response.roll.inertia import accelerations, inertia
-from vibecalc.response.roll.machine import RollDrive, RollMachine
-from vibecalc.response.roll.march import METHODS, March, march_to_repeat
-from vibecalc.response.roll.march_scalar import running
-from vibecalc.response.roll.start_up_states import FULL_LOAD, SPEED, STATES
-from vibecalc.response.roll.start_up_system import StartUpSystem
-from vibecalc.response.roll.torques import (
+from vibecalc.roll.between_kinks import running
+from vibecalc.roll.march import METHODS, March, march_to_repeat
+from vibecalc.roll.mechanism import (
+    RollDrive,
+    RollMachine,
+    accelerations,
     friction_torque,
     gas_forces,
     gas_torque,
+    inertia,
     motor_torque,
     mount_torque,
 )
-from vibecalc.response.roll.turn import harmonics, level
+from vibecalc.roll.start_up_system import FULL_LOAD, SPEED, STATES, StartUpSystem
+from vibecalc.roll.turn import harmonics, level
 
 START = 30.0 * np.pi
 FULL = source_machine(

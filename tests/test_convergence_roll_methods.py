@@ -11,13 +11,10 @@ import pytest
 from roll_machines import SYNCHRONOUS, source_drive, source_machine
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.response.roll.fourier_state import fourier_state
-from vibecalc.response.roll.machine import RollDrive, RollMachine, as_batch
-from vibecalc.response.roll.readings import readings
-from vibecalc.response.roll.shooting_state import shooting_state
-from vibecalc.response.roll.steady import Steady, started_momentum, steady_state
-from vibecalc.response.roll.turn import Turn, harmonics
-from vibecalc.response.roll.ways import Asked, find
+from vibecalc.roll.mechanism import RollDrive, RollMachine, as_batch
+from vibecalc.roll.methods import Asked, find, fourier_state, shooting_state
+from vibecalc.roll.steady import Steady, started_momentum, steady_state
+from vibecalc.roll.turn import Turn, harmonics, readings
 
 ORDERS = np.arange(1, 11)
 MOUNTED = {"shell_stiffness": 3e5, "shell_damping": 3e3}

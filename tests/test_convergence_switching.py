@@ -4,14 +4,10 @@ import numpy as np
 import pytest
 from switching_machines import BOTH, ONLY_A, SPEED, compressor, compressor_loads, one_mode
 
-from vibecalc.response.switching.course import follow_course
-from vibecalc.response.switching.follow import follow
-from vibecalc.response.switching.free_motion import propagator
+from vibecalc.response.switching.follow import follow, slow_peaks
 from vibecalc.response.switching.instant import instantaneous
-from vibecalc.response.switching.march import driven_part, march
-from vibecalc.response.switching.run import Run, panel_grid
-from vibecalc.response.switching.slow import slow_peaks
-from vibecalc.response.switching.system import Piece, modal_loads
+from vibecalc.response.switching.motion import Run, driven_part, follow_course, march, panel_grid
+from vibecalc.response.switching.system import Piece, modal_loads, propagator
 
 RUN = Run(0.0, 0.3, 0.4, SPEED, -SPEED / 0.3, BOTH, 0)
 

@@ -44,8 +44,8 @@ from roll_page import (
 from shipped_cases import ROOT
 from test_docs import rows
 
-from vibecalc.response.roll.turn import level
-from vibecalc.response.roll_control.motor_gains import motor_gain_study
+from vibecalc.roll.control.gains import motor_gain_study
+from vibecalc.roll.turn import level
 
 VERDICTS = ("reproduced", "with the slip", "misprint", "compatible", "not reproducible")
 EQUAL = {"equal": True, "reciprocating_mass": [FIRST_MASS, FIRST_MASS]}

@@ -12,8 +12,8 @@ from mpmath import mpf
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.kinematics.harmonics import motion_harmonics
+from vibecalc.numerics.matrices import Matrices
 from vibecalc.numerics.rounding import WithError
-from vibecalc.response.direct import dynamics, response
 from vibecalc.response.energies import (
     CycleEnergy,
     energies_over_cycle,
@@ -23,7 +23,7 @@ from vibecalc.response.energies import (
     stiffness_of,
     velocity,
 )
-from vibecalc.response.matrices import Matrices
+from vibecalc.response.forced import dynamics, response
 from vibecalc.response.modes import modes
 
 ORDERS = np.array([1, 2, 4, 6])

@@ -11,11 +11,9 @@ from isolation_machines import exact, random_body
 from mpmath import mpf
 
 from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.matrices import Matrices
 from vibecalc.numerics.rounding import WithError
-from vibecalc.response import phase_search
-from vibecalc.response.balance_phase import mean_energy_range, peak_energy_range, states
-from vibecalc.response.combination import Superposed, at_phase, superpose
-from vibecalc.response.direct import dynamics, response
+from vibecalc.response import operations as phase_search
 from vibecalc.response.energies import (
     dropped_mean,
     energies_over_cycle,
@@ -24,9 +22,18 @@ from vibecalc.response.energies import (
     stiffness_of,
     velocity,
 )
-from vibecalc.response.matrices import Matrices
+from vibecalc.response.forced import dynamics, response
 from vibecalc.response.modes import modes
-from vibecalc.response.phase_search import Rows, search_phases
+from vibecalc.response.operations import (
+    Rows,
+    Superposed,
+    at_phase,
+    mean_energy_range,
+    peak_energy_range,
+    search_phases,
+    states,
+    superpose,
+)
 
 ORDERS = np.array([1, 2, 4])
 SEEDS = range(8)

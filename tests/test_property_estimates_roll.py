@@ -15,8 +15,8 @@ from random_rolls import random_roll
 from truth_roll import judge_roll, truth_of
 
 from vibecalc.case.load import validate
-from vibecalc.machine.roll import build_roll, roll_drive
-from vibecalc.response.roll.machine import as_batch
+from vibecalc.roll.mechanism import as_batch
+from vibecalc.roll.model import build_roll, roll_drive
 
 FEW = (0, 14)
 

@@ -22,13 +22,18 @@ from impact_machines import (
     source_joint,
 )
 
+from vibecalc.impact.ledger import absolute_mean, highest
+from vibecalc.impact.linkage import (
+    Drive,
+    GasForce,
+    Joint,
+    assemble_train,
+    slider_crank_drive,
+    spring_energy,
+)
+from vibecalc.impact.roots import bernstein, sign_changes, single_root
+from vibecalc.impact.simulate import simulate
 from vibecalc.kinematics.slider_crank import piston_motion
-from vibecalc.response.impact.contact import spring_energy
-from vibecalc.response.impact.drive import slider_crank_drive
-from vibecalc.response.impact.model import Drive, GasForce, Joint, assemble_train
-from vibecalc.response.impact.piece import absolute_mean, highest
-from vibecalc.response.impact.roots import bernstein, sign_changes, single_root
-from vibecalc.response.impact.simulate import simulate
 
 TURN = 2.0 * np.pi / SPEED
 

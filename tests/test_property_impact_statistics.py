@@ -6,9 +6,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from vibecalc.response.impact.ensemble import Statistic, mean_over_runs, quantiles
-from vibecalc.response.impact.parting import APART, TOGETHER, distance, parting
-from vibecalc.response.impact.spectra import IMPACT, dominance, leader, leads_from
+from vibecalc.impact.runs import APART, TOGETHER, distance, parting
+from vibecalc.impact.statistics import (
+    IMPACT,
+    Statistic,
+    dominance,
+    leader,
+    leads_from,
+    mean_over_runs,
+    quantiles,
+)
 
 sizes = st.floats(0.0, 1e6)
 

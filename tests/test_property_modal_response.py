@@ -11,16 +11,18 @@ from isolation_machines import exact, exact_matrices, exact_response, random_bod
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.isolation.rigid_body import assemble
+from vibecalc.numerics.matrices import Matrices
 from vibecalc.numerics.rounding import UNIT_ROUNDOFF, WithError
-from vibecalc.response.damped_basis import damped_basis
-from vibecalc.response.direct import Undriven, dynamics, response
-from vibecalc.response.energy import damping_ratio, modal_force
-from vibecalc.response.matrices import Matrices
-from vibecalc.response.modal import modal_response
-from vibecalc.response.modal_damping import modal_damping
-from vibecalc.response.modal_resonance import body_resonances
+from vibecalc.response.forced import Undriven, dynamics, modal_response, response
+from vibecalc.response.modal_damping import (
+    body_resonances,
+    damped_basis,
+    damping_ratio,
+    modal_damping,
+    modal_force,
+)
 from vibecalc.response.modes import modes
-from vibecalc.response.singular import check_operating_point
+from vibecalc.response.resonances import check_operating_point
 
 SEEDS = range(16)
 BESIDE = (0.1, 0.5, 1.0, 1.0 + 1e-7, 3.0, 10.0)

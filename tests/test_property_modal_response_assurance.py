@@ -9,9 +9,8 @@ from isolation_machines import exact, random_body
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import WithError
-from vibecalc.response.assurance import metres_and_radians, modal_assurance, participation
 from vibecalc.response.energies import mass_of
-from vibecalc.response.modes import modes
+from vibecalc.response.modes import metres_and_radians, modal_assurance, modes, participation
 
 SEEDS = range(10)
 

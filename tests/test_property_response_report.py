@@ -21,11 +21,10 @@ from response_samples import (
     switching,
 )
 
-from vibecalc.report.sections.impact import ranges
-from vibecalc.report.sections.response import main_coordinates
-from vibecalc.report.sections.response_energies import SMALLEST, last_normal
+from vibecalc.impact.report import ranges
 from vibecalc.report.terminal import plain_summary
 from vibecalc.report.text import render_report
+from vibecalc.response.report import SMALLEST, last_normal, main_coordinates
 from vibecalc.results.record import Axis, Quantity, Result
 
 PARTS = {

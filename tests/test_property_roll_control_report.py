@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from roll_control_cases import PATH, record_of, shipped, value_of
 
-from vibecalc.report.sections.roll_control_words import STATUS, in_decibels, in_phase, in_time
 from vibecalc.report.text import render_report
-from vibecalc.response.roll_control import count
 from vibecalc.results.record import Record, Result
+from vibecalc.roll.control import margins as count
+from vibecalc.roll.report.control import STATUS, in_decibels, in_phase, in_time
 
 TITLE = "Control of the motor"
 

@@ -8,11 +8,17 @@ import pytest
 from mpmath import mp, mpc
 from roll_control_loops import SOURCE, exact_terms, random_loops, winding
 
-from vibecalc.response.roll_control.count import poles_right, rounding_of, shifted, status
-from vibecalc.response.roll_control.crossings import crossings, open_loop
-from vibecalc.response.roll_control.margins import margins
-from vibecalc.response.roll_control.model import Controller, Loop, feedthrough, loop_of
-from vibecalc.response.roll_control.poles import poles
+from vibecalc.roll.control.loop import Controller, Loop, feedthrough, loop_of
+from vibecalc.roll.control.margins import (
+    crossings,
+    margins,
+    open_loop,
+    poles_right,
+    rounding_of,
+    shifted,
+    status,
+)
+from vibecalc.roll.control.poles import poles
 
 COUNT = 60
 

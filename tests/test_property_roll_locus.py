@@ -13,7 +13,7 @@ import matplotlib
 from test_property_roll_control_report import result_of
 
 from vibecalc.report.plots import STYLE, make
-from vibecalc.report.sections.roll_control import roll_control
+from vibecalc.roll.report.control import roll_control
 
 
 def drawn(result: Any) -> Any:

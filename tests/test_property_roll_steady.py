@@ -13,14 +13,11 @@ from vibecalc.errors import NumericalFailure
 from vibecalc.excitation.slip_torque import breakdown, linear_motor, rising_branch, slip_curve
 from vibecalc.numerics.periodic.march import march_turns
 from vibecalc.numerics.periodic.panels import constant_start
-from vibecalc.response.roll.demand import surely_fastest
-from vibecalc.response.roll.machine import RollDrive, RollMachine, as_batch
-from vibecalc.response.roll.problem import roll_problem
-from vibecalc.response.roll.quick import quick_spectrum, quick_turn
-from vibecalc.response.roll.readings import readings
-from vibecalc.response.roll.running import running_state
-from vibecalc.response.roll.steady import Steady, started_momentum, steady_state
-from vibecalc.response.roll.turn import harmonics
+from vibecalc.roll.mechanism import RollDrive, RollMachine, as_batch
+from vibecalc.roll.rates import roll_problem, surely_fastest
+from vibecalc.roll.running import running_state
+from vibecalc.roll.steady import Steady, quick_spectrum, quick_turn, started_momentum, steady_state
+from vibecalc.roll.turn import harmonics, readings
 
 ORDERS = np.arange(1, 11)
 #: by what the march, with three points on half panels and kinks passed over, may be off

@@ -18,9 +18,9 @@ from vibecalc.isolation.run_up import RunUp, RunUpPeak, run_up, run_up_peak
 from vibecalc.isolation.run_up_grid import Looked
 from vibecalc.numerics.rounding import WithError
 from vibecalc.pipeline.run import run_case
-from vibecalc.response.modal_resonance import body_resonances
+from vibecalc.response.modal_damping import body_resonances
 from vibecalc.response.modes import modes
-from vibecalc.response.roll.summit import summit
+from vibecalc.roll.turn import summit
 
 FULL = 2.0 * np.pi
 

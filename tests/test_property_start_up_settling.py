@@ -10,15 +10,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vibecalc.response.roll.start_up_states import Load
-from vibecalc.response.roll.start_up_stretches import stretches
-from vibecalc.response.roll.start_up_view import (
+from vibecalc.roll.start_up_readings import (
     QUANTITIES,
     Seen,
     Turns,
     settled_turn,
     steps_between,
+    stretches,
 )
+from vibecalc.roll.start_up_system import Load
 
 
 def turns(amplitude: np.ndarray) -> Turns:

@@ -6,13 +6,11 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from switching_machines import BOTH, IDLE, ONLY_A, ONLY_B, SPEED, compressor, compressor_loads
 
-from vibecalc.response.switching.course import follow_course
 from vibecalc.response.switching.follow import Transient, follow
-from vibecalc.response.switching.instant import instantaneous
+from vibecalc.response.switching.instant import instantaneous, worst_instant
+from vibecalc.response.switching.motion import PANEL_PHASE, follow_course, panel_grid, runs_of
 from vibecalc.response.switching.readings import columns
-from vibecalc.response.switching.run import PANEL_PHASE, panel_grid, runs_of
 from vibecalc.response.switching.system import Loads, ModalSystem, Piece, modal_loads
-from vibecalc.response.switching.worst import worst_instant
 
 REVERSAL = [
     Piece(0.3, SPEED, 0.0, BOTH),

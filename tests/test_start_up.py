@@ -201,7 +201,7 @@ def test_a_compressor_needs_no_isolation_no_impacts_and_no_search(
 ) -> None:
     unwanted = tuple(f"vibecalc.{name}." for name in NOT_FOR_A_COMPRESSOR)
     for modules in compressor_runs.values():
-        assert "vibecalc.pipeline.stages.response" in modules
+        assert "vibecalc.response.adapters.response" in modules
         assert not {name for name in modules if f"{name}.".startswith(unwanted)}
         assert not roots(modules) & {"scipy", "pint", "matplotlib", "rich"}
     without_switching = compressor_runs["switching"]
@@ -216,4 +216,4 @@ def test_forces_alone_need_no_response(tmp_path: Path) -> None:
     modules = modules_after("run", str(case), "-q", cwd=tmp_path)
     assert "vibecalc.excitation.adapter" in modules
     response = {name for name in modules if name.startswith("vibecalc.response.")}
-    assert response <= {"vibecalc.response.matrices"}
+    assert response <= {"vibecalc.numerics.matrices"}

@@ -21,8 +21,8 @@ from impact_machines import (
     source_joint,
 )
 
-from vibecalc.response.impact.fixed_step import one_sided, simulate_fixed_steps
-from vibecalc.response.impact.simulate import simulate
+from vibecalc.impact.fixed_step import one_sided, simulate_fixed_steps
+from vibecalc.impact.simulate import simulate
 
 MEMBERS = 30
 

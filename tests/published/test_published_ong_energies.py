@@ -19,8 +19,6 @@ import pytest
 from vibecalc.excitation.inertia_forces import reciprocating_excitation
 from vibecalc.kinematics.harmonics import motion_harmonics
 from vibecalc.numerics.rounding import WithError
-from vibecalc.response.combination import Superposed, at_phase, superpose
-from vibecalc.response.direct import dynamics, response
 from vibecalc.response.energies import (
     Energies,
     energies_over_cycle,
@@ -29,8 +27,9 @@ from vibecalc.response.energies import (
     stiffness_of,
     velocity,
 )
-from vibecalc.response.modal import modal_response
+from vibecalc.response.forced import dynamics, modal_response, response
 from vibecalc.response.modes import modes
+from vibecalc.response.operations import Superposed, at_phase, superpose
 
 MATRICES = ong.si_matrices()
 FREQUENCY = ong.SPEED * ong.ORDERS

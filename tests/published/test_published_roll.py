@@ -25,8 +25,7 @@ from roll_machines import (
 )
 
 from vibecalc.excitation.slip_torque import breakdown
-from vibecalc.response.roll.inertia import inertia
-from vibecalc.response.roll.torques import gas_forces, gas_torque
+from vibecalc.roll.mechanism import gas_forces, gas_torque, inertia
 
 #: harmonic, level in dB against 1 rad/s^2, lag in rad
 APPENDIX_A = {

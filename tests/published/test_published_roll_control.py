@@ -11,11 +11,9 @@ from roll_control_loops import MOTOR_GAIN, SOURCE, TARGET, source_load
 from roll_machines import RADIUS, ROTOR, SHELL, source_drive, source_machine
 
 from vibecalc.excitation.gas_tables import force_at
-from vibecalc.response.roll.inertia import inertia
-from vibecalc.response.roll_control.evaluate import evaluate, evaluate_at_speed
-from vibecalc.response.roll_control.model import Controller, model_from_full
-from vibecalc.response.roll_control.motor_gains import UNCONTROLLED, motor_gain_study
-from vibecalc.response.roll_control.steady import speed_feedback_for, steady_speed
+from vibecalc.roll.control.gains import UNCONTROLLED, evaluate, evaluate_at_speed, motor_gain_study
+from vibecalc.roll.control.loop import Controller, model_from_full, speed_feedback_for, steady_speed
+from vibecalc.roll.mechanism import inertia
 
 #: what Table 8 was computed with
 TABLE_LOAD = source_load(352.6, 475.5)

@@ -12,11 +12,10 @@ from roll_machines import RPM, SHELL, source_drive, source_machine
 from scipy.optimize import brentq
 from shipped_cases import result_of
 
-from vibecalc.response.roll.machine import as_batch
-from vibecalc.response.roll.readings import readings
-from vibecalc.response.roll.running import running_state
-from vibecalc.response.roll.start_up import start_up
-from vibecalc.response.roll.turn import harmonics
+from vibecalc.roll.mechanism import as_batch
+from vibecalc.roll.running import running_state
+from vibecalc.roll.start_up import start_up
+from vibecalc.roll.turn import harmonics, readings
 
 CASE = "roll_mounted"
 RATIO = 0.05

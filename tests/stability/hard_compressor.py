@@ -12,14 +12,13 @@ from isolation_machines import Body, exact_matrices, exact_response, random_body
 from stability.hard_case import HardCase, Numbers, Way, singular
 
 from vibecalc.kinematics.harmonics import motion_harmonics
+from vibecalc.numerics.matrices import Matrices
 from vibecalc.numerics.rounding import UNIT_ROUNDOFF, WithError
-from vibecalc.response.direct import dynamics, response
 from vibecalc.response.energies import energy_by_order, mass_of, velocity
-from vibecalc.response.matrices import Matrices
-from vibecalc.response.modal_resonance import body_resonances
+from vibecalc.response.forced import dynamics, require_digits, response
+from vibecalc.response.modal_damping import body_resonances
 from vibecalc.response.modes import modes
-from vibecalc.response.singular import check_operating_point
-from vibecalc.response.trust import require_digits
+from vibecalc.response.resonances import check_operating_point
 
 FORCE = np.array([1.0, -2.0, 0.5, 0.3, -0.1, 0.7])
 ORDER = np.array([1])

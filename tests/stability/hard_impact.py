@@ -12,13 +12,11 @@ from impact_machines import CLEARANCE, INCH, MASS, compressor_drive, gas_towards
 from stability.hard_case import HardCase, Numbers, Way
 from test_consistency_impact_motion import bounces
 
+from vibecalc.impact.linkage import Drive, GasForce, Joint, Linkage, spread_starts
+from vibecalc.impact.runs import distance, first_motion, parting
+from vibecalc.impact.simulate import simulate
+from vibecalc.impact.statistics import mean_over_runs
 from vibecalc.numerics.rounding import WithError
-from vibecalc.response.impact.ensemble import mean_over_runs
-from vibecalc.response.impact.first_motion import first_motion
-from vibecalc.response.impact.linkage import Linkage, spread_starts
-from vibecalc.response.impact.model import Drive, GasForce, Joint
-from vibecalc.response.impact.parting import distance, parting
-from vibecalc.response.impact.simulate import simulate
 
 #: lightly damped and short of contact
 JOINT = Joint(1e-3, 1e5, 6.0, 0.4, "continuous")

@@ -15,15 +15,12 @@ from test_consistency_roll_core_hard import CASES as HELD
 from test_consistency_roll_core_hard import boxed
 
 from vibecalc.numerics.rounding import WithError
-from vibecalc.response.roll.hidden import rounding_left
-from vibecalc.response.roll.machine import RollDrive, RollMachine
-from vibecalc.response.roll.march import march_to_repeat
-from vibecalc.response.roll.problem import RollRates
-from vibecalc.response.roll.rates import shell_speed
-from vibecalc.response.roll.readings import readings
-from vibecalc.response.roll.running import running_state
-from vibecalc.response.roll.steady import started_momentum, steady_state
-from vibecalc.response.roll.turn import Turn, harmonics
+from vibecalc.roll.march import march_to_repeat
+from vibecalc.roll.mechanism import RollDrive, RollMachine
+from vibecalc.roll.rates import RollRates, shell_speed
+from vibecalc.roll.running import running_state
+from vibecalc.roll.steady import started_momentum, steady_state
+from vibecalc.roll.turn import Turn, harmonics, readings, rounding_left
 
 #: fields of the machine, curves, Gauss points on a panel
 CASES = HELD | {"rotor of 0.1": ({"rotor_inertia": 0.1}, {}, 14)}

@@ -14,12 +14,10 @@ from vibecalc.kinematics.harmonics import harmonics_with_error
 from vibecalc.kinematics.slider_crank import piston_motion
 from vibecalc.numerics.cycle_peak import cycle_peak
 from vibecalc.numerics.rounding import WithError
-from vibecalc.response.direct import dynamics, response
-from vibecalc.response.modal import modal_response
-from vibecalc.response.modal_resonance import body_resonances
+from vibecalc.response.forced import dynamics, modal_response, require_digits, response
+from vibecalc.response.modal_damping import body_resonances
 from vibecalc.response.modes import modes
-from vibecalc.response.singular import check_operating_point
-from vibecalc.response.trust import require_digits
+from vibecalc.response.resonances import check_operating_point
 
 
 def between(value: float, low: float, high: float) -> float:

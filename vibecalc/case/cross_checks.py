@@ -183,7 +183,7 @@ def _drive(data: Data) -> Iterator[Problem]:
 
 def _asked(data: Data) -> Iterator[Problem]:
     if data.keys() & {"isolation", "response", "reference_table"}:
-        from vibecalc.case.response_checks import check_asked
+        from vibecalc.response.form import check_asked
 
         yield from check_asked(data)
 

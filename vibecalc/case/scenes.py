@@ -3,10 +3,10 @@
 from typing import Any, NamedTuple
 
 from vibecalc.absorber import starters as absorber_scenes
-from vibecalc.case import roll_scenes
 from vibecalc.parts import starters as compressor_scenes
 from vibecalc.parts import starters as engine_scenes
 from vibecalc.parts import starters as pump_scenes
+from vibecalc.roll import starters as roll_scenes
 
 
 class Scene(NamedTuple):

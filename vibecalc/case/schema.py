@@ -25,8 +25,6 @@ from vibecalc.absorber.tables import (
 from vibecalc.case.fields import AngularSpeed, Table, Whole
 from vibecalc.case.find_tables import Find
 from vibecalc.case.kinds import KindName
-from vibecalc.case.response_tables import Response
-from vibecalc.case.roll_parts import Friction, Rotor, Shell
 from vibecalc.case.sweep_tables import Sweep
 from vibecalc.case.tables import (
     Accuracy,
@@ -40,6 +38,8 @@ from vibecalc.case.tables import (
 )
 from vibecalc.measurement.tables import Measurement
 from vibecalc.parts.tables import NEEDED_BY_KIND, Body, CrankTrain, Cycle, Joints, Motor, Mounts
+from vibecalc.response.tables import Response
+from vibecalc.roll.tables import Friction, Rotor, Shell
 from vibecalc.torsion.shaft_line_tables import ShaftLine
 from vibecalc.torsion.tables import DamperDesign
 

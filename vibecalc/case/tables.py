@@ -15,7 +15,7 @@ from vibecalc.case.fields import (
     Where,
 )
 from vibecalc.case.range_table import RunUp
-from vibecalc.case.response_tables import Idle, Names, Throws
+from vibecalc.response.tables import Idle, Names, Throws
 
 Order = Annotated[int, Field(strict=True, ge=1, le=400)]
 

@@ -6,9 +6,9 @@ import numpy as np
 
 from vibecalc.report.lookup import START, along, having, labels, magnitudes, scalar_of
 from vibecalc.report.numbers import show, show_phase
-from vibecalc.report.sections.response_energies import FAINT
 from vibecalc.report.sections.section import Section, scalars
 from vibecalc.report.tables import Column, number, paragraph, table
+from vibecalc.response.report import FAINT
 from vibecalc.results.record import Quantity, Record, Result
 
 # ----------------------------------------------------------------------------

@@ -6,7 +6,7 @@ import numpy as np
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import DATA_ROUNDINGS, SINGULAR, UNIT_ROUNDOFF, WithError
-from vibecalc.response.resonance import Resonances
+from vibecalc.response.resonances import Resonances
 
 # ----------------------------------------------------------------------------
 # The pitch model: a rigid machine that only turns about the axis across its crankshaft.
@@ -107,7 +107,7 @@ def angle_harmonics(
     left_out : (..., orders) orders that do not drive the undamped machine: their angle is zero.
 
     Source: Gibson (2008), equation 17, with the phase kept. Trusts that no driven order stands on
-    an undamped resonance: `vibecalc.response.singular` refuses that before.
+    an undamped resonance: `vibecalc.response.resonances` refuses that before.
     """
     resisting = pitch_dynamic_stiffness(pitch, frequency)
     flexibility = np.where(left_out, 0.0, 1.0 / np.where(left_out, 1.0, resisting.value))

@@ -6,8 +6,8 @@ import numpy as np
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.isolation.rows import Readout
+from vibecalc.numerics.matrices import Matrices
 from vibecalc.numerics.rounding import DATA_ROUNDINGS, SINGULAR, UNIT_ROUNDOFF, WithError
-from vibecalc.response.matrices import Matrices
 
 # ----------------------------------------------------------------------------
 # A rigid body on mounts as 6x6 matrices, in the order x y z rx ry rz about its reference point.

@@ -5,9 +5,9 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from vibecalc.isolation.pitch import Pitch, pitch_dynamic_stiffness
+from vibecalc.numerics.matrices import Matrices
 from vibecalc.numerics.rounding import UNIT_ROUNDOFF, WithError
-from vibecalc.response.direct import Undriven, dynamics, response
-from vibecalc.response.matrices import Matrices
+from vibecalc.response.forced import Undriven, dynamics, response
 
 # ----------------------------------------------------------------------------
 # Readings of the body's motion: forces of the mounts on the ground, couple over a lever.

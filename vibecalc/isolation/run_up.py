@@ -21,8 +21,7 @@ from vibecalc.isolation.run_up_grid import (
 from vibecalc.isolation.run_up_peaks import RunUpPeak, Search, highest, highest_of
 from vibecalc.numerics.cycle_peak import cycle_peak, vector_cycle_peak
 from vibecalc.numerics.rounding import WithError
-from vibecalc.response.resonance import Resonances
-from vibecalc.response.singular import Masked, masked_speeds
+from vibecalc.response.resonances import Masked, Resonances, masked_speeds
 
 # ----------------------------------------------------------------------------
 # Many speeds at many orders, taken in blocks that bound the memory.

@@ -6,8 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.numerics.typing import FloatArray
-from vibecalc.response.resonance import Resonances
-from vibecalc.response.singular import Masked, outside
+from vibecalc.response.resonances import Masked, Resonances, outside
 
 # ----------------------------------------------------------------------------
 # At which speeds of a run-up to look first: a coarse grid, and clusters at order resonances.

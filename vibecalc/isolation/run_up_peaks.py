@@ -8,7 +8,7 @@ import numpy as np
 from vibecalc.isolation.rows import HarmonicsAt, Jet
 from vibecalc.isolation.run_up_grid import Looked, squares
 from vibecalc.numerics.rounding import UNIT_ROUNDOFF
-from vibecalc.response.singular import Masked
+from vibecalc.response.resonances import Masked
 
 # ----------------------------------------------------------------------------
 # The highest points of rows over crank speed and crank angle, by Newton in both at once.

@@ -8,7 +8,7 @@ import numpy as np
 from vibecalc.isolation.rows import EMPTY, Couple, CoupleAt
 from vibecalc.numerics.cycle_peak import vector_cycle_peak
 from vibecalc.numerics.rounding import EPSILON, UNIT_ROUNDOFF, WithError
-from vibecalc.response.energy import modal_force
+from vibecalc.response.modal_damping import modal_force
 from vibecalc.response.modes import Modes
 from vibecalc.torsion.forced import forced
 from vibecalc.torsion.line import Line

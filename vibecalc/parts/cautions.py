@@ -9,13 +9,13 @@ from numpy.typing import NDArray
 
 from vibecalc.case.kinds import finds_speed, gas_turns, has_crank_train, has_speed
 from vibecalc.case.schema import Case, Machine
-from vibecalc.machine.operation_checks import has_loss_factor
-from vibecalc.machine.roll_cautions import asks_roll, roll_cautions
 from vibecalc.parts import tables as parts
 from vibecalc.parts.body import build_body, build_frame
 from vibecalc.parts.crank_train import build_crank_train, rod_share
 from vibecalc.parts.firing import has_gas, torque_reaches_mounts
 from vibecalc.parts.mounts import Mounts, build_mounts
+from vibecalc.response.checks import has_loss_factor
+from vibecalc.roll.checks import asks_roll, roll_cautions
 from vibecalc.torsion.checks import torsion_cautions
 from vibecalc.torsion.model import throw_cautions
 

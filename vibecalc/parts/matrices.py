@@ -9,12 +9,12 @@ from numpy.typing import NDArray
 from vibecalc.case.schema import Case, Machine
 from vibecalc.core.case.number_range import LARGEST, SMALLEST
 from vibecalc.errors import KeyPath, Problem
+from vibecalc.numerics.matrices import Matrices
 from vibecalc.numerics.rounding import DATA_ROUNDINGS, EPSILON, UNIT_ROUNDOFF, WithError
 from vibecalc.parts import tables as parts
 from vibecalc.parts.body import build_body
 from vibecalc.parts.mounts import build_mounts
 from vibecalc.parts.tables import BlockMatrix
-from vibecalc.response.matrices import Matrices
 from vibecalc.units import convert
 
 # ----------------------------------------------------------------------------

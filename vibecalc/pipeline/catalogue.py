@@ -10,18 +10,18 @@ from vibecalc.absorber.results import RESPONSE_ENTRIES as absorber_entries
 from vibecalc.absorber.results import TUNING_ENTRIES as tuning_entries
 from vibecalc.excitation.results import EXCITATION_ENTRIES as excitation_entries
 from vibecalc.excitation.results import PUMP_ENTRIES as pump_entries
+from vibecalc.impact.results import IMPACT_ENTRIES as impact_entries
 from vibecalc.isolation.results import ISOLATION_ENTRIES as isolation_entries
 from vibecalc.isolation.results import TORQUE_REACTION_ENTRIES as torque_reaction_entries
 from vibecalc.kinematics.results import ENTRIES as kinematics_entries
 from vibecalc.measurement.results import ENTRIES as measurement_entries
 from vibecalc.pipeline.entries.entry import Entry
-from vibecalc.pipeline.entries.impact import ENTRIES as impact_entries
-from vibecalc.pipeline.entries.response import ENTRIES as response_entries
-from vibecalc.pipeline.entries.roll import ENTRIES as roll_entries
-from vibecalc.pipeline.entries.roll_control import ENTRIES as roll_control_entries
-from vibecalc.pipeline.entries.roll_motor import ENTRIES as roll_motor_entries
-from vibecalc.pipeline.entries.start_up import ENTRIES as start_up_entries
-from vibecalc.pipeline.entries.switching import ENTRIES as switching_entries
+from vibecalc.response.results import RESPONSE_ENTRIES as response_entries
+from vibecalc.response.results import SWITCHING_ENTRIES as switching_entries
+from vibecalc.roll.results import CONTROL_ENTRIES as roll_control_entries
+from vibecalc.roll.results import MOTOR_ENTRIES as roll_motor_entries
+from vibecalc.roll.results import ROLL_ENTRIES as roll_entries
+from vibecalc.roll.results import START_UP_ENTRIES as start_up_entries
 from vibecalc.torsion.results import DAMPER_DESIGN_ENTRIES as damper_design_entries
 from vibecalc.torsion.results import TORSION_ENTRIES as torsion_entries
 from vibecalc.torsion.results import TORSION_LIMITS_ENTRIES as torsion_limits_entries

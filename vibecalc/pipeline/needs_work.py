@@ -66,7 +66,7 @@ def _switching(case: "Case", orders: int) -> Work:
 
 
 def _impact(case: "Case", orders: int) -> Work:
-    from vibecalc.machine.joint_cost import impact_work  # loads what follows the contacts
+    from vibecalc.impact.checks import impact_work  # loads what follows the contacts
 
     work = impact_work(case)
     return ((0 if work is None else math.ceil(work.total), "contact_step"),)

@@ -15,9 +15,9 @@ from vibecalc.measurement.stage import plan_measurement
 from vibecalc.parts.firing import torque_reaches_mounts
 from vibecalc.pipeline.catalogue import CATALOGUE
 from vibecalc.pipeline.entries.entry import Entry
-from vibecalc.pipeline.plan_response import plan_response
-from vibecalc.pipeline.plan_roll import plan_roll
 from vibecalc.pipeline.stage_plan import StagePlan, below, orders_words
+from vibecalc.response.stage import plan_response
+from vibecalc.roll.stage import plan_roll
 from vibecalc.torsion.stage import plan_damper, plan_torsion, plan_torsion_studies
 
 if TYPE_CHECKING:

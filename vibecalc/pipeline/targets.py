@@ -138,7 +138,7 @@ def _names(case: "Case") -> dict[str, tuple[str, ...]]:
     if case.measurement is not None:
         names["position"] = tuple(position.name for position in case.measurement.positions)
     if case.response is not None and case.response.roll is not None and turns:
-        from vibecalc.machine.roll import gas_tables, interpolations
+        from vibecalc.roll.model import gas_tables, interpolations
 
         names["interpolant"] = interpolations(gas_tables(case))
     if mounts is not None:

@@ -6,6 +6,7 @@ from typing import Any
 from vibecalc.absorber.report.hardware import absorber_parts
 from vibecalc.absorber.report.tuning import absorber, absorber_tuning, pendulum
 from vibecalc.excitation.report import excitation, motor, pump, rod
+from vibecalc.impact.report import impact
 from vibecalc.isolation.report import isolation, torque_reaction
 from vibecalc.kinematics.report import kinematics
 from vibecalc.measurement.report import measurement
@@ -15,20 +16,17 @@ from vibecalc.report.numbers import rpm, show
 from vibecalc.report.references import judge_references, misses
 from vibecalc.report.sections import closing, summary
 from vibecalc.report.sections.find import find
-from vibecalc.report.sections.impact import impact
-from vibecalc.report.sections.operations import operations
 from vibecalc.report.sections.optimisation import optimisation
 from vibecalc.report.sections.other import other
-from vibecalc.report.sections.response import response
-from vibecalc.report.sections.roll import roll
-from vibecalc.report.sections.roll_control import roll_control
-from vibecalc.report.sections.roll_motor import roll_motor
 from vibecalc.report.sections.section import Section
-from vibecalc.report.sections.start_up import start_up
-from vibecalc.report.sections.switching import switching
 from vibecalc.report.sections.tolerance import tolerance
 from vibecalc.report.tables import fold, pairs, paragraph
+from vibecalc.response.report import operations, response, switching
 from vibecalc.results.record import Result
+from vibecalc.roll.report.control import roll_control
+from vibecalc.roll.report.motor import roll_motor
+from vibecalc.roll.report.running import roll
+from vibecalc.roll.report.start_up import start_up
 from vibecalc.torsion.report.damper_design import damper_design
 from vibecalc.torsion.report.excitation import torsion_excitation
 from vibecalc.torsion.report.first_page import torsion

@@ -1,1 +1,1 @@
-"""How a linear machine answers: modes, direct solutions, resonances and singular points."""
+"""Motion of a body on its mounts: modes, forced motion, energies, changes between operations."""

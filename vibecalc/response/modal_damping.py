@@ -1,10 +1,85 @@
-"""Damping that is given mode by mode, as a matrix."""
+"""What a mode is made of, what damps it, and which resonances that makes."""
 
 import numpy as np
 
-from vibecalc.numerics.rounding import UNIT_ROUNDOFF, WithError
-from vibecalc.response.matrices import Matrices
-from vibecalc.response.modes import Modes
+from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.matrices import Matrices
+from vibecalc.numerics.rounding import SINGULAR, UNIT_ROUNDOFF, WithError
+from vibecalc.response.modes import CLUSTER, Modes, largest_positive
+from vibecalc.response.resonances import Resonances
+
+# ----------------------------------------------------------------------------
+# What a mode is made of, and what damps it.
+# ----------------------------------------------------------------------------
+
+
+def energy_fraction(matrices: Matrices, shapes: Modes) -> WithError:
+    """Share of each coordinate in the kinetic energy of each mode, and its error.
+
+    Value and error are (modes, 6). Each row sums to 1; an entry v_i (M v)_i / (v M v) can be
+    slightly negative where the mass centre is off the reference point.
+    """
+    moved = matrices.mass @ shapes.shape
+    energy = shapes.shape * moved
+    total = np.sum(energy, axis=0)
+    size_moved = np.abs(matrices.mass) @ np.abs(shapes.shape)
+    error = (
+        shapes.shape_error * np.abs(moved)
+        + np.abs(shapes.shape) * (np.abs(matrices.mass) @ shapes.shape_error)
+        + 10.0 * UNIT_ROUNDOFF * np.abs(shapes.shape) * size_moved
+        + np.abs(shapes.shape) * (matrices.mass_error @ np.abs(shapes.shape))
+    )
+    return WithError((energy / total).T, (error / total).T)
+
+
+def damping_ratio(matrices: Matrices, shapes: Modes) -> WithError:
+    """Damping ratio of each mode (modes,), and its error: v C v / (2 w) + v H v / (2 w^2).
+
+    Exact for proportional damping, the usual estimate otherwise; the structural part is half the
+    loss factor that the mode sees at its own frequency. Raises NumericalFailure for a mode that
+    nothing holds, whose ratio has no meaning.
+    """
+    free = np.flatnonzero(shapes.eigenvalue <= shapes.eigenvalue_error)
+    if free.size:
+        number = int(free[0]) + 1
+        raise NumericalFailure(
+            f"mode {number} has no damping ratio: nothing holds the body in it (its stiffness is "
+            f"zero to rounding); give the mounts stiffness in that direction"
+        )
+    frequency = shapes.natural_frequency
+    vector, size = shapes.shape, np.abs(shapes.shape)
+    viscous = np.sum(vector * (matrices.damping @ vector), axis=0) / (2.0 * frequency)
+    loss = np.sum(vector * (matrices.structural @ vector), axis=0) / (2.0 * shapes.eigenvalue)
+    rounding = 14.0 * UNIT_ROUNDOFF
+
+    def doubt(matrix: np.ndarray, matrix_error: np.ndarray) -> np.ndarray:
+        spread = matrix_error + rounding * np.abs(matrix)
+        moved = np.abs(matrix @ vector)
+        total: np.ndarray = np.sum(
+            size * (spread @ size) + 2.0 * shapes.shape_error * moved, axis=0
+        )
+        return total
+
+    relative = shapes.eigenvalue_error / shapes.eigenvalue + 4.0 * UNIT_ROUNDOFF
+    error = (
+        doubt(matrices.damping, matrices.damping_error) / (2.0 * frequency)
+        + doubt(matrices.structural, matrices.structural_error) / (2.0 * shapes.eigenvalue)
+        + relative * (np.abs(viscous) + np.abs(loss))
+    )
+    return WithError(viscous + loss, error)
+
+
+def modal_force(shapes: Modes, force: np.ndarray, force_error: np.ndarray) -> WithError:
+    """Force (..., 6) on each mode (..., modes), with the error up to which it may be zero."""
+    size = np.abs(shapes.shape)
+    value = force @ shapes.shape
+    error = force_error @ size + np.abs(force) @ (shapes.shape_error + 8.0 * UNIT_ROUNDOFF * size)
+    return WithError(value, error)
+
+
+# ----------------------------------------------------------------------------
+# Damping that is given mode by mode, as a matrix.
+# ----------------------------------------------------------------------------
 
 
 def modal_damping(matrices: Matrices, shapes: Modes, ratio: np.ndarray) -> WithError:
@@ -32,3 +107,114 @@ def modal_damping(matrices: Matrices, shapes: Modes, ratio: np.ndarray) -> WithE
     one_side = (momentum_error * np.abs(rate)) @ (large + 0.5 * momentum_error).T
     error = (large * rounding) @ large.T + one_side + one_side.T
     return WithError(0.5 * (value + value.T), error)
+
+
+# ----------------------------------------------------------------------------
+# Repeated modes as the damping sees them: each with a damping of its own.
+# ----------------------------------------------------------------------------
+
+#: a smaller coupling, relative to the largest loss, is round-off
+_COUPLED = 1e-13
+
+
+def damped_basis(matrices: Matrices, shapes: Modes) -> Modes:
+    """The same modes, with repeated ones turned until the damping does not couple them.
+
+    Modes of one frequency may be combined at will. Where some combination has no damping, an order
+    on that frequency has no bound, though each mode of another basis seems damped. The loss that
+    counts is H + w C at their own frequency w. A basis that it does not couple stays as it is.
+    """
+    values, error = shapes.eigenvalue, shapes.eigenvalue_error
+    apart = np.diff(values) > CLUSTER * (error[1:] + error[:-1])
+    cluster = np.concatenate([[0], np.cumsum(apart)])
+    if cluster[-1] == len(values) - 1:
+        return shapes
+    turned, doubt = shapes.shape.copy(), shapes.shape_error.copy()
+    for number in range(cluster[-1] + 1):
+        members = np.flatnonzero(cluster == number)
+        if len(members) == 1:
+            continue
+        basis = shapes.shape[:, members]
+        frequency = float(np.mean(shapes.natural_frequency[members]))
+        loss = basis.T @ (matrices.structural + frequency * matrices.damping) @ basis
+        coupling = np.max(np.abs(loss - np.diag(np.diagonal(loss))))
+        if not coupling > _COUPLED * np.max(np.diagonal(loss)):
+            continue
+        _, turn = np.linalg.eigh(0.5 * (loss + loss.T))
+        turned[:, members] = basis @ turn
+        spread = shapes.shape_error[:, members] + 8.0 * UNIT_ROUNDOFF * np.abs(basis)
+        doubt[:, members] = spread @ np.abs(turn)
+    return shapes._replace(
+        shape=turned * largest_positive(matrices.mass, turned), shape_error=doubt
+    )
+
+
+# ----------------------------------------------------------------------------
+# Where an order may meet a natural frequency of a rigid body, and how close it may come.
+# ----------------------------------------------------------------------------
+
+
+def body_resonances(matrices: Matrices, shapes: Modes, force: WithError) -> Resonances:
+    """Resonances of a rigid body under forces (orders, 6) in complex amplitude, any scale."""
+    ratio = damping_ratio(matrices, shapes).value
+    size = np.abs(shapes.shape)
+    doubt_k = matrices.stiffness_error + 2.0 * UNIT_ROUNDOFF * np.abs(matrices.stiffness)
+    doubt_m = matrices.mass_error + 4.0 * UNIT_ROUNDOFF * np.abs(matrices.mass)
+    loss = np.sum(size * (doubt_k @ size), axis=0) / shapes.eigenvalue
+    loss = loss + np.sum(size * (doubt_m @ size), axis=0)
+    driven = modal_force(shapes, force.value, force.error)
+    return Resonances(
+        shapes.natural_frequency,
+        np.abs(ratio),
+        0.5 * loss / SINGULAR,
+        np.abs(driven.value) <= 4.0 * driven.error,
+    )
+
+
+# ----------------------------------------------------------------------------
+# Where strong damping moves resonances to, and how narrow they are there.
+# ----------------------------------------------------------------------------
+
+#: a wider resonance is seen by any grid of speeds
+_WIDE = 0.7
+
+
+def with_damped_poles(
+    resonances: Resonances, matrices: Matrices, shapes: Modes, force: WithError
+) -> Resonances:
+    """Tell a search of the resonances that stand beside the undamped natural frequencies.
+
+    A mount with a strong damper hardly moves, and the body swings about it: lightly damped, at
+    frequencies that no undamped mode has. They are the roots s of
+    (s^2 M + s C + K + iH) v = 0 with a positive imaginary part, solved in modal coordinates.
+    `force` (orders, 6) is that of `resonances`. A root without damping to speak of, whose nearest
+    mode seems damped, takes that mode's place: damping leaves a combination of close modes alone.
+    """
+    scale = float(np.max(shapes.natural_frequency))
+    vector = shapes.shape
+    stiffness = vector.T @ (matrices.stiffness + 1j * matrices.structural) @ vector / scale**2
+    damping = vector.T @ matrices.damping @ vector / scale
+    unit = np.eye(len(stiffness))
+    roots, states = np.linalg.eig(np.block([[0.0 * unit, unit], [-stiffness, -damping]]))
+    swinging = np.flatnonzero(roots.imag > 1e-9 * np.abs(roots))
+    swinging = swinging[np.argsort(roots.imag[swinging], kind="stable")]
+    roots, swing = roots[swinging], vector @ states[: len(unit), swinging]
+    frequency, ratio = scale * roots.imag, np.abs(roots.real) / np.abs(roots)
+    away = np.abs(frequency[:, None] - resonances.frequency)
+
+    nearest = np.argmin(away, axis=1)
+    bare = ratio < resonances.half_width[nearest]
+    bare &= resonances.damping_ratio[nearest] >= resonances.half_width[nearest]
+    place, which = nearest[bare], np.flatnonzero(bare)
+    found = resonances._replace(
+        frequency=resonances.frequency.copy(),
+        damping_ratio=resonances.damping_ratio.copy(),
+        idle=resonances.idle.copy(),
+    )
+    found.frequency[place], found.damping_ratio[place] = frequency[which], ratio[which]
+    driven = np.abs(force.value @ swing[:, which])
+    found.idle[:, place] = driven <= 4.0 * (force.error @ np.abs(swing[:, which]))
+
+    # closer than half its width to a natural frequency, it is seen from there
+    new = ~bare & (ratio < _WIDE) & np.all(away > 0.5 * (ratio * frequency)[:, None], axis=1)
+    return found._replace(moved_frequency=frequency[new], moved_ratio=ratio[new])

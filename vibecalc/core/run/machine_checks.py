@@ -7,18 +7,16 @@ from vibecalc.case.schema import Case
 from vibecalc.core.case.number_range import range_problems
 from vibecalc.errors import Problem
 from vibecalc.excitation.checks import engine_problems, pump_problems
+from vibecalc.impact.checks import joint_problems
 from vibecalc.isolation.model import isolation_problems
-from vibecalc.machine.control_checks import control_problems
-from vibecalc.machine.dynamic_checks import dynamic_problems
-from vibecalc.machine.joint_checks import joint_problems
-from vibecalc.machine.operation_checks import operation_problems
-from vibecalc.machine.roll_checks import roll_problems
-from vibecalc.machine.slip_checks import slip_problems
 from vibecalc.measurement.checks import measurement_problems
 from vibecalc.parts.body import body_problems
 from vibecalc.parts.cautions import machine_warnings
 from vibecalc.parts.crank_train import crank_train_problems
 from vibecalc.parts.drive_checks import drive_problems, gas_problems
+from vibecalc.response.checks import operation_problems
+from vibecalc.roll.checks import roll_problems
+from vibecalc.roll.motor_checks import control_problems, dynamic_problems, slip_problems
 from vibecalc.torsion.checks import torsion_problems
 from vibecalc.torsion.shaft_line_checks import shaft_line_problems
 from vibecalc.torsion.stage import transient_problems

@@ -22,8 +22,7 @@ from vibecalc.isolation.run_up import cycle_peaks, run_up, run_up_peak
 from vibecalc.isolation.run_up_grid import squares
 from vibecalc.numerics.typing import FloatArray, IntArray
 from vibecalc.pipeline.scene import Scene
-from vibecalc.response.resonance import Resonances
-from vibecalc.response.singular import masked_speeds
+from vibecalc.response.resonances import Resonances, masked_speeds
 
 # ----------------------------------------------------------------------------
 # Supports of a run-up as functions of the speed, with a count of the speeds looked at.

@@ -17,9 +17,9 @@ from vibecalc.isolation.adapters.common import LARGEST, isolation_of
 from vibecalc.isolation.model import pitch_parts
 from vibecalc.isolation.rigid_body import assemble, displacement_at
 from vibecalc.numerics.cycle_peak import vector_cycle_peak
+from vibecalc.numerics.matrices import Matrices
 from vibecalc.pipeline.scene import Scene
-from vibecalc.response.direct import dynamics, response
-from vibecalc.response.matrices import Matrices
+from vibecalc.response.forced import dynamics, response
 
 # ----------------------------------------------------------------------------
 # The body of `[isolation]` as plain arrays, read at one of its supports.

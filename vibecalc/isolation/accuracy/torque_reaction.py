@@ -16,12 +16,12 @@ from vibecalc.isolation.results import TORQUE_REACTION_ROOT
 from vibecalc.isolation.rigid_body import assemble, displacement, mount_force
 from vibecalc.isolation.torque_reaction import with_shaking
 from vibecalc.numerics.cycle_peak import vector_cycle_peak
+from vibecalc.numerics.matrices import Matrices
 from vibecalc.numerics.rounding import WithError
 from vibecalc.numerics.typing import ComplexArray, FloatArray
 from vibecalc.parts.firing import is_separate
 from vibecalc.pipeline.scene import Scene
-from vibecalc.response.direct import dynamics, response
-from vibecalc.response.matrices import Matrices
+from vibecalc.response.forced import dynamics, response
 from vibecalc.torsion.accuracy.by_other_means import through_three
 from vibecalc.torsion.accuracy.steady import apart
 

@@ -11,7 +11,7 @@ from vibecalc.isolation.rows import HarmonicsAt
 from vibecalc.numerics.cycle_peak import cycle_peak, vector_cycle_peak
 from vibecalc.numerics.rounding import EPSILON, WithError
 from vibecalc.pipeline.scene import Scene
-from vibecalc.response.resonance import Resonances
+from vibecalc.response.resonances import Resonances
 
 if TYPE_CHECKING:
     from vibecalc.case.tables import Isolation

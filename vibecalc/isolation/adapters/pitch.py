@@ -19,7 +19,7 @@ from vibecalc.isolation.rows import distinct, pitch_readout, pitch_rows, with_le
 from vibecalc.numerics.rounding import EPSILON, WithError
 from vibecalc.pipeline.catalogue import CATALOGUE
 from vibecalc.pipeline.scene import Scene
-from vibecalc.response.singular import check_operating_point, idle_warnings, left_out
+from vibecalc.response.resonances import check_operating_point, idle_warnings, left_out
 
 LEVER_FORCES = tuple(path for path in CATALOGUE if path.startswith("isolation/lever_force/"))
 

@@ -25,20 +25,21 @@ from vibecalc.isolation.rigid_body import (
     static_deflection,
 )
 from vibecalc.isolation.rows import Readout, body_rows, with_left_out
+from vibecalc.numerics.matrices import Matrices
 from vibecalc.numerics.rounding import WithError
 from vibecalc.parts.body import DIRECTIONS, RigidBody
 from vibecalc.parts.mounts import Mounts
 from vibecalc.pipeline.scene import Scene
-from vibecalc.response.damped_basis import damped_basis
-from vibecalc.response.damped_poles import with_damped_poles
-from vibecalc.response.direct import Undriven, dynamics, response
-from vibecalc.response.energy import damping_ratio, energy_fraction
-from vibecalc.response.matrices import Matrices
-from vibecalc.response.modal_resonance import body_resonances
+from vibecalc.response.forced import Undriven, dynamics, require_digits, response
+from vibecalc.response.modal_damping import (
+    body_resonances,
+    damped_basis,
+    damping_ratio,
+    energy_fraction,
+    with_damped_poles,
+)
 from vibecalc.response.modes import Modes, modes
-from vibecalc.response.resonance import Resonances
-from vibecalc.response.singular import check_operating_point, idle_warnings, left_out
-from vibecalc.response.trust import require_digits
+from vibecalc.response.resonances import Resonances, check_operating_point, idle_warnings, left_out
 
 # ----------------------------------------------------------------------------
 # Adapter: the body on its mounts with all six freedoms, or those in the plane of the crank.

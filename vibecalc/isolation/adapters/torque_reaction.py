@@ -41,21 +41,17 @@ from vibecalc.isolation.torque_reaction import (
     with_shaking,
 )
 from vibecalc.numerics.cycle_peak import cycle_peak
+from vibecalc.numerics.matrices import Matrices
 from vibecalc.numerics.rounding import UNIT_ROUNDOFF, WithError
 from vibecalc.parts.body import DIRECTIONS
 from vibecalc.parts.firing import TURN, cycle_angle, shakes_with_torque
 from vibecalc.parts.mounts import Mounts
 from vibecalc.pipeline.scene import Scene
-from vibecalc.response.damped_basis import damped_basis
-from vibecalc.response.damped_poles import with_damped_poles
-from vibecalc.response.direct import Undriven, dynamics, response
-from vibecalc.response.matrices import Matrices
-from vibecalc.response.modal_resonance import body_resonances
+from vibecalc.response.forced import Undriven, dynamics, require_digits, response
+from vibecalc.response.modal_damping import body_resonances, damped_basis, with_damped_poles
 from vibecalc.response.modes import Modes, modes
-from vibecalc.response.resonance import Resonances
-from vibecalc.response.singular import check_operating_point, idle_warnings, left_out
-from vibecalc.response.singular import left_out as undriven_pairs
-from vibecalc.response.trust import require_digits
+from vibecalc.response.resonances import Resonances, check_operating_point, idle_warnings, left_out
+from vibecalc.response.resonances import left_out as undriven_pairs
 
 # ----------------------------------------------------------------------------
 # Adapter: a machine on its mounts under the torque of its cylinders, with what shakes it.

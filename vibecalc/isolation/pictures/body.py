@@ -19,7 +19,7 @@ from vibecalc.report.pictures.canvas import (
     waves,
 )
 from vibecalc.report.pictures.perspective import EDGES, TRIAD, arc_about, corners, project
-from vibecalc.report.sections.response import main_coordinates
+from vibecalc.response.report import main_coordinates
 from vibecalc.results.record import Quantity, Record, Result
 
 if TYPE_CHECKING:

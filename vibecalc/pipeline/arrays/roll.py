@@ -6,23 +6,27 @@ from typing import Any
 import numpy as np
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.machine.roll import build_roll, roll_drive
 from vibecalc.numerics.level import level_of
 from vibecalc.numerics.rounding import EPSILON, WithError
 from vibecalc.numerics.typing import BoolArray, FloatArray
 from vibecalc.pipeline.arrays.columns import Columns, together
 from vibecalc.pipeline.arrays.sheet import Sheet
 from vibecalc.pipeline.arrays.train import TRAIN, Train, build_train
-from vibecalc.pipeline.entries.roll import FORCES, ROOT, VARIABLES
-from vibecalc.pipeline.stages.roll_observed import lags_of
-from vibecalc.response.roll.classical import by_cylinder
-from vibecalc.response.roll.demand import surely_fastest
-from vibecalc.response.roll.machine import RollDrive, RollMachine, is_mounted, roll_machine
-from vibecalc.response.roll.readings import Readings, readings
-from vibecalc.response.roll.running import ladder
-from vibecalc.response.roll.steady import Steady, multipliers, steady_state
-from vibecalc.response.roll.torques import dead_centres, widest_panel
-from vibecalc.response.roll.turn import Turn, harmonics, mean
+from vibecalc.roll.adapters.readings import lags_of
+from vibecalc.roll.mechanism import (
+    RollDrive,
+    RollMachine,
+    dead_centres,
+    is_mounted,
+    roll_machine,
+    widest_panel,
+)
+from vibecalc.roll.model import build_roll, roll_drive
+from vibecalc.roll.rates import surely_fastest
+from vibecalc.roll.results import FORCES, ROLL, VARIABLES
+from vibecalc.roll.running import ladder
+from vibecalc.roll.steady import Steady, multipliers, steady_state
+from vibecalc.roll.turn import Readings, Turn, by_cylinder, harmonics, mean, readings
 
 #: of the numbers of Gauss points to try; a point that these do not settle is run alone
 _RUNGS = 4
@@ -66,7 +70,7 @@ def emit_roll(columns: Columns, sheet: Sheet) -> BoolArray:
     size = np.abs(value)
     doubtful |= np.any(size > 1.0 + error, axis=-1)
     largest = WithError(size.max(axis=-1), error.max(axis=-1))
-    sheet.emit(f"{ROOT}/largest_multiplier", largest)
+    sheet.emit(f"{ROLL}/largest_multiplier", largest)
     names = [cylinder.name for cylinder in case.machine.crank_train.cylinders]
     both = ((state.turn, read), (check.turn, checked))
     _emit(sheet, machine, both, {"order": orders.astype(int), "cylinder": names})
@@ -87,7 +91,7 @@ def _emit(
         ("shell_drift", [mean(turn, turn.shell_speed) for turn, _ in both]),
     ):
         error = np.abs(values[0] - values[1]) + 64.0 * EPSILON * speed
-        sheet.emit(f"{ROOT}/{name}", WithError(values[0], error))
+        sheet.emit(f"{ROLL}/{name}", WithError(values[0], error))
     torque = np.max(np.abs(both[0][1].motor_torque) + np.abs(both[0][1].gas_torque), axis=-1)
     for name in (*VARIABLES, *FORCES):
         if not sheet.wants(*spectrum_paths(name)):
@@ -110,7 +114,7 @@ def _spectrum(turn: Turn, read: Readings, name: str, orders: FloatArray) -> np.n
 
 def spectrum_paths(name: str) -> tuple[str, ...]:
     """Where the spectrum of a variable stands in a result."""
-    return tuple(f"{ROOT}/{kind}{name}" for kind in ("", "level/", "phase_lag/"))
+    return tuple(f"{ROLL}/{kind}{name}" for kind in ("", "level/", "phase_lag/"))
 
 
 def _emit_spectrum(
@@ -120,9 +124,9 @@ def _emit_spectrum(
     error: np.ndarray,
     axes: Mapping[str, Any],
 ) -> None:
-    sheet.emit(f"{ROOT}/{name}", WithError(values, error), axes)
-    sheet.emit(f"{ROOT}/level/{name}", level_of(values, error, reference=1.0), axes)
-    sheet.emit(f"{ROOT}/phase_lag/{name}", WithError(*lags_of(values, error)), axes)
+    sheet.emit(f"{ROLL}/{name}", WithError(values, error), axes)
+    sheet.emit(f"{ROLL}/level/{name}", level_of(values, error, reference=1.0), axes)
+    sheet.emit(f"{ROLL}/phase_lag/{name}", WithError(*lags_of(values, error)), axes)
 
 
 def _settled(one: _Read, other: _Read, orders: FloatArray, rtol: float) -> BoolArray:

@@ -1,1 +1,1 @@
-"""TODO"""
+"""Accuracy topics of the response: speed against error of its methods."""

@@ -7,10 +7,10 @@ import numpy as np
 from vibecalc.excitation.inertia_forces import Excitation, as_loads, at_speed
 from vibecalc.numerics.rounding import WithError
 from vibecalc.pipeline.scene import Scene
-from vibecalc.pipeline.stages.linear_system import forcing_of, linear_system
-from vibecalc.pipeline.stages.operation_loads import operation_loads
-from vibecalc.response.combination import Superposed, superpose
+from vibecalc.response.adapters.operations import operation_loads
+from vibecalc.response.adapters.response import forcing_of, linear_system
 from vibecalc.response.energies import mass_of
+from vibecalc.response.operations import Superposed, superpose
 
 
 class Combination(NamedTuple):

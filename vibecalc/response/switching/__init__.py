@@ -1,1 +1,1 @@
-"""What a body on mounts does while its crank train changes: switched loads, stops, reversals."""
+"""The change from one operation to another, in time."""

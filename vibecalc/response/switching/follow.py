@@ -1,19 +1,132 @@
-"""A body on mounts through a course of speeds and operations: what it does on the way."""
+"""A body followed through a course of speeds and operations until it has settled."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from vibecalc.numerics.rounding import WithError
-from vibecalc.response.switching.course import Segment, follow_course
-from vibecalc.response.switching.free_motion import modal_size, propagator
-from vibecalc.response.switching.history import History, history
-from vibecalc.response.switching.peaks import Peaks, true_peaks
-from vibecalc.response.switching.readings import columns, read_bound, steady_peaks
-from vibecalc.response.switching.settling import Settling, settling
-from vibecalc.response.switching.steady import Steady, steady_motion, steady_state
-from vibecalc.response.switching.system import Loads, ModalLoads, ModalSystem, Piece, modal_loads
+from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.rounding import EPSILON, WithError
+from vibecalc.response.switching.motion import Segment, follow_course
+from vibecalc.response.switching.readings import (
+    History,
+    Peaks,
+    columns,
+    history,
+    read_bound,
+    reading_peak,
+    reading_peaks,
+    steady_peaks,
+    true_peaks,
+)
+from vibecalc.response.switching.system import (
+    Loads,
+    ModalLoads,
+    ModalSystem,
+    Piece,
+    Steady,
+    modal_loads,
+    modal_size,
+    propagator,
+    steady_motion,
+    steady_state,
+)
+
+# ----------------------------------------------------------------------------
+# When a body has settled into its final motion.
+# ----------------------------------------------------------------------------
+
+_HALVINGS = 100
+
+
+class Settling(NamedTuple):
+    """`time` in s from the course's start, with its error; `after` in s from the last change.
+
+    `deviation` is the size of the deviation just after the last change, over the reference size.
+    """
+
+    time: float
+    error: float
+    after: float
+    deviation: float
+
+
+def settling(
+    system: ModalSystem,
+    deviation: np.ndarray,
+    deviation_error: np.ndarray,
+    last_change: float,
+    reference: float,
+    reference_error: float,
+    tolerance: float,
+) -> Settling:
+    """When free motion from the state `deviation` (modes, 2) has died down.
+
+    The size of the deviation is sqrt(2 E), E being the kinetic and potential energy of the
+    difference between the motion and the final one: a length in the space of states, so that it
+    falls with the amplitude and mixes metres and radians as the machine does. Once the load no
+    longer changes, E only falls, hence one time divides before from after. Settled means
+    sqrt(2 E) <= tolerance * reference.
+
+    Parameters
+    ----------
+    deviation, deviation_error
+        State at `last_change` (s), and the error (modes,) of its sizes.
+    reference, reference_error
+        The size that counts as whole: sqrt(2 E) of the final steady motion at its highest.
+
+    Returns
+    -------
+    Settling
+        The time is `last_change` where the deviation is small enough from there on. Its error
+        is that of both sizes carried over; where energy pauses at the threshold it is as long.
+
+    Raises
+    ------
+    NumericalFailure
+        The threshold lies below the error of the deviation.
+    """
+    start = float(np.sqrt(np.sum(modal_size(system, deviation) ** 2)))
+    doubt = float(np.sqrt(np.sum(deviation_error**2))) + 4.0 * EPSILON * start
+    doubt += tolerance * reference_error
+    threshold = tolerance * reference
+    if start <= threshold:
+        return Settling(last_change, 0.0, 0.0, start / reference if reference else 0.0)
+    if threshold <= doubt:
+        raise NumericalFailure(
+            "no settling time: the final motion is so small that the deviation from it drowns in "
+            "rounding, or in what the dropped orders may add, before it is a small part of it; ask "
+            "for a larger settle tolerance or keep more orders ([excitation] orders)"
+        )
+
+    def size(time: float) -> float:
+        moved = propagator(system, np.asarray(time))(deviation)
+        return float(np.sqrt(np.sum(modal_size(system, moved) ** 2)))
+
+    after = _first_below(size, threshold)
+    low, high = (_first_below(size, level) for level in (threshold + doubt, threshold - doubt))
+    error = max(high - after, after - low) + 8.0 * EPSILON * (after + last_change)
+    return Settling(last_change + after, error, after, start / reference)
+
+
+def _first_below(size: Callable[[float], float], level: float) -> float:
+    """The time at which a falling size reaches a level, by doubling and halving."""
+    if size(0.0) <= level:
+        return 0.0
+    low, high = 0.0, 1e-6
+    while size(high) > level:
+        low, high = high, 2.0 * high
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        if middle in (low, high):
+            break
+        low, high = (middle, high) if size(middle) > level else (low, middle)
+    return high
+
+
+# ----------------------------------------------------------------------------
+# A body on mounts through a course of speeds and operations: what it does on the way.
+# ----------------------------------------------------------------------------
 
 
 class Transient(NamedTuple):
@@ -134,3 +247,140 @@ def _later(
     later: np.ndarray = top + bound
     later[-3:] = (np.sqrt(top[-3:]) + np.sqrt(bound[-3:])) ** 2
     return later
+
+
+# ----------------------------------------------------------------------------
+# Peaks of a change that goes on for ever after the time in which it is followed.
+# ----------------------------------------------------------------------------
+
+
+def lasting_peaks(found: Transient) -> Peaks:
+    """The larger of the peaks on the way and of the steady motion that the body settles into.
+
+    A peak below that of the steady motion would only say that the time was too short for it. Where
+    the steady motion is the larger one by more than the errors, the body comes up to it later than
+    it is followed: the time and the speed are those of the end, exactly by that definition.
+    """
+    peaks, final = found.peaks, found.final
+    larger = final.value > peaks.value
+    clear = final.value - final.error > peaks.value + peaks.error
+    end = float(found.history.time[-1])
+    # the error bounds the larger of two, whichever it truly is
+    return Peaks(
+        np.where(larger, final.value, peaks.value),
+        np.where(clear, final.error, np.maximum(peaks.error, final.error)),
+        np.where(clear, end, peaks.time),
+        np.where(clear, 4.0 * EPSILON * end, peaks.time_error),
+        np.where(clear, found.history.speed[-1], peaks.speed),
+    )
+
+
+# ----------------------------------------------------------------------------
+# What the same course would do if it were run infinitely slowly.
+# ----------------------------------------------------------------------------
+
+_BASE, _NEAR = 100, 6
+_PARTS, _ROUNDS = 9, 25
+#: a search ends when neighbouring speeds differ by less than this share
+_FINE = 1e-11
+#: summits on the first speeds that are searched, as a share of the highest
+_NEARLY = 0.9
+
+
+class SlowPeaks(NamedTuple):
+    """Largest steady peak of each reading (columns,) over all speeds, its error and the speed."""
+
+    value: np.ndarray
+    error: np.ndarray
+    speed: np.ndarray
+
+
+def slow_peaks(system: ModalSystem, loads: Loads, pieces: Sequence[Piece]) -> SlowPeaks:
+    """Largest steady readings at any speed that the course passes or stays at.
+
+    Speeds stand close around each resonance and evenly between; around the highest of each
+    reading the step is then halved until it no longer matters. Divide the peaks of the transient
+    by these to see what its haste is worth. Loads that grow with acceleration have no part here.
+
+    Raises
+    ------
+    NumericalFailure
+        The search does not settle, or `modal_loads` refuses the loads.
+    """
+    modal = modal_loads(system, loads)
+    width = 2 * len(system.shape) + 3
+    value, error, best = np.zeros((3, width))
+    for operation in sorted({piece.operation for piece in pieces}):
+        mine = [piece for piece in pieces if piece.operation == operation]
+        speeds = np.unique(np.concatenate([_speeds(system, modal, piece) for piece in mine]))
+        motion = _motions(system, modal, operation, speeds)
+        heights = reading_peaks(system, *motion, modal.orders)[0]
+        for column in range(width):
+            for low, high in _promising(speeds, heights[:, column]):
+                top, missing, at = _summit(system, modal, operation, low, high, column)
+                if top > value[column]:
+                    steady = steady_motion(system, modal, operation, at)
+                    doubt = steady_peaks(system, steady, modal.orders, at).error[column]
+                    value[column], error[column], best[column] = top, doubt + missing, at
+    return SlowPeaks(value, error, best)
+
+
+def _speeds(system: ModalSystem, loads: ModalLoads, piece: Piece) -> np.ndarray:
+    low, high = sorted((piece.start_speed, piece.end_speed))
+    spread = np.concatenate([[0.0], np.geomspace(0.1, 30.0, _NEAR)])
+    spread = np.concatenate([-spread[:0:-1], spread])
+    centre = (system.frequency / loads.orders[:, None])[..., None]
+    near = np.ravel(centre * (1.0 + np.minimum(system.damping_ratio, 1.0)[:, None] * spread))
+    near = np.concatenate([near, -near])
+    inside = near[(near > low) & (near < high)]
+    return np.concatenate([np.linspace(low, high, _BASE), inside])
+
+
+def _promising(speeds: np.ndarray, heights: np.ndarray) -> list[tuple[float, float]]:
+    """Neighbours of each summit on the speeds that nearly reaches the highest."""
+    padded = np.concatenate([[-1.0], heights, [-1.0]])
+    summit = (heights >= padded[:-2]) & (heights > padded[2:]) & (heights > 0.0)
+    tops = np.flatnonzero(summit & (heights >= _NEARLY * np.max(heights)))
+    last = len(speeds) - 1
+    return [(speeds[max(top - 1, 0)], speeds[min(top + 1, last)]) for top in tops.tolist()]
+
+
+def _motions(
+    system: ModalSystem, loads: ModalLoads, operation: int, speeds: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Steady amplitudes (speeds, orders, modes) of q and q'."""
+    amplitude = np.array(
+        [steady_motion(system, loads, operation, speed).amplitude for speed in speeds.tolist()]
+    )
+    return amplitude, 1j * (loads.orders * speeds[:, None])[..., None] * amplitude
+
+
+def _summit(
+    system: ModalSystem,
+    loads: ModalLoads,
+    operation: int,
+    low: float,
+    high: float,
+    column: int,
+) -> tuple[float, float, float]:
+    """Highest value of one column between two speeds, what may be missing, and its speed.
+
+    Of three equally spaced points on a parabola the middle one, if highest, lacks at most a
+    quarter of the larger drop to the others; twice that is granted.
+    """
+    top = drop = at = 0.0
+    for _ in range(_ROUNDS):
+        between = np.linspace(low, high, _PARTS)
+        motion = _motions(system, loads, operation, between)
+        heights = reading_peak(system, *motion, loads.orders, column)[0]
+        number = int(np.argmax(heights))
+        sides = (max(number - 1, 0), min(number + 1, _PARTS - 1))
+        top, at = float(heights[number]), float(between[number])
+        drop = top - float(np.min(heights[list(sides)]))
+        low, high = (float(between[side]) for side in sides)
+        if drop <= _FINE * top or low == high:
+            return top, 0.5 * drop, at
+    raise NumericalFailure(
+        f"the largest steady motion near {at:.9g} rad/s was not found: it still changes by "
+        f"{drop / top:.1g} of itself between neighbouring speeds"
+    )

@@ -1,0 +1,1 @@
+"""Impacts in joints with play: contacts, their forces, their statistics."""

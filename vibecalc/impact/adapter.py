@@ -1,0 +1,330 @@
+"""Adapter: play in the joints of one cylinder to statistics of its impacts."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from vibecalc.errors import NumericalFailure
+from vibecalc.excitation.axial_force import axial_force
+from vibecalc.impact.linkage import Linkage
+from vibecalc.impact.model import Joints, build_joints
+from vibecalc.impact.runs import (
+    ROUNDINGS,
+    Ensemble,
+    Forces,
+    Study,
+    first_motion,
+    parting,
+    run_ensemble,
+    run_fixed_steps,
+)
+from vibecalc.impact.statistics import (
+    HIGH,
+    LOW,
+    Statistic,
+    added_force,
+    dominance,
+    mean_over_runs,
+    quantiles,
+    spectra,
+    standard_error,
+)
+from vibecalc.kinematics.harmonics import harmonics_with_error
+from vibecalc.numerics.rounding import EPSILON, WithError
+from vibecalc.pipeline.scene import Scene
+
+if TYPE_CHECKING:
+    from vibecalc.response.tables import Impact
+
+#: imbalance of energy above which an event-exact run is none
+_LARGEST_RESIDUAL = 1e-6
+#: relative standard error above which a statistic has not settled
+_UNSETTLED = 0.2
+#: a drift between the halves of the counted revolutions: standard errors, and part of the mean
+_DRIFT, _DRIFT_SHARE = 5.0, 0.01
+
+
+def run_impact(scene: Scene) -> None:
+    """Emit statistics, parting, first contacts, and what leads beside the impacts."""
+    options = scene.case.response.impact if scene.case.response else None
+    if options is None or scene.case.machine.joints is None:
+        raise ValueError("impacts need [response.impact] and [machine.joints]")
+    excitation = scene.case.excitation
+    joints = build_joints(
+        scene.case.machine,
+        excitation.working if excitation else None,
+        gas_towards_crank=options.pressure == "towards_crank",
+    )
+    own = (scene.case.machine.joints.wrist_pin.clearance,)
+    study = Study(
+        np.array(options.clearances or own),
+        options.members,
+        options.discard,
+        options.revolutions,
+        options.orders,
+    )
+    _cite(scene, options)
+    exact = run_ensemble(joints.linkage, study, options.perturbation)
+    _check_energy(exact)
+    forces, other = exact.forces, None
+    if options.method != "event_exact":
+        other = exact.forces
+        forces = run_fixed_steps(joints.linkage, study, options.method, options.steps)
+    found = statistics(forces, joints.linkage)
+    if other is None:
+        errors = numerical_errors(found, exact, joints.linkage)
+    else:
+        errors = differences(found, statistics(other, joints.linkage))
+    orders = np.arange(1, study.orders + 1)
+    axes = {"clearance": study.clearance, "order": orders}
+    for name, statistic in found.items():
+        _emit(scene, name, statistic, errors[name], axes)
+    mean = found["mean_force"].standard_error
+    doubt = float(np.max(mean)) / np.sqrt(2.0 * (study.members - 1))
+    scene.emit("response/impact/mean_force_standard_error", mean, EPSILON * mean, axes, doubt)
+    _emit_energy(scene, exact, axes)
+    _emit_parting(scene, exact, axes, options.perturbation)
+    _emit_first_motion(scene, joints, study.clearance)
+    emit_dominance(scene, joints, found["added_force"], axes)
+    _warn(scene, options, study, found, errors, forces)
+
+
+def _emit(
+    scene: Scene, name: str, found: Statistic, error: np.ndarray, axes: dict[str, np.ndarray]
+) -> None:
+    doubt = float(np.max(found.standard_error))
+    scene.emit(f"response/impact/{name}", found.value, error, axes, doubt)
+
+
+def _emit_energy(scene: Scene, exact: Ensemble, axes: dict[str, np.ndarray]) -> None:
+    error = np.mean(exact.residual * exact.exchanged, axis=(1, 2))
+    _emit(scene, "dissipated", mean_over_runs(exact.dissipated), error, axes)
+    residual = np.max(exact.residual, axis=(1, 2))
+    # of rounding only the size means something
+    path = "response/impact/energy_residual"
+    scene.emit(path, residual, residual + 64.0 * EPSILON, axes, terms=1.0)
+
+
+def _emit_parting(
+    scene: Scene, exact: Ensemble, axes: dict[str, np.ndarray], perturbation: float
+) -> None:
+    turns = exact.distances.shape[-1] - 1
+    found = parting(exact.distances)
+    (when,) = quantiles(found.revolutions[:, :, None], (0.5,))
+    (rate,) = quantiles(found.rate[:, :, None], (0.5,))
+    # rounding of the state beside the perturbation, taken as in the first motion
+    level = ROUNDINGS * EPSILON * axes["clearance"] / perturbation
+    fastest = np.maximum(np.abs(rate.value), 1.0 / turns)
+    doubt = np.where(np.isfinite(when.standard_error), when.standard_error, float(turns))
+    _emit(scene, "parting", Statistic(when.value, doubt), level / fastest, axes)
+    _emit(scene, "divergence", rate, level, axes)
+
+
+def _emit_first_motion(scene: Scene, joints: Joints, clearance: np.ndarray) -> None:
+    if not scene.wants("response/impact/first_contacts", "response/impact/first_turn_force"):
+        return
+    first = first_motion(joints.linkage, clearance)
+    axes = {
+        "clearance": clearance,
+        "contact": np.arange(1, first.contacts.shape[1] + 1),
+        "crank_angle": first.angle,
+    }
+    contacts = "response/impact/first_contacts"
+    scene.emit(contacts, first.contacts, first.contacts_error, axes)
+    scene.emit("response/impact/first_turn_force", first.force, first.force_error, axes)
+
+
+def _check_energy(exact: Ensemble) -> None:
+    worst = float(np.max(exact.residual))
+    if worst > _LARGEST_RESIDUAL:
+        raise NumericalFailure(
+            f"the energy of the impacts does not balance: {worst:.1e} of what is exchanged in a "
+            f"revolution is missing, more than {_LARGEST_RESIDUAL:g}"
+        )
+
+
+def _cite(scene: Scene, options: "Impact") -> None:
+    scene.cite(
+        "piston between two contacts, followed from contact to contact",
+        "impacts in joints with play",
+        "model of Ong (2000), equation 5.1, with a continuous contact spring and the true sense of "
+        "the pressure unless the case says otherwise; power series, docs/theory.md",
+    )
+    if options.method != "event_exact":
+        scene.cite(
+            f"{options.method} with {options.steps} fixed steps per revolution",
+            "statistics of the impact force",
+            "Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I, 2nd ed. 1993",
+        )
+    scene.cite(
+        "members spread by an additive recurrence",
+        "ensemble of impacts",
+        "Niederreiter, Random Number Generation and Quasi-Monte Carlo Methods, 1992, ch. 3",
+    )
+    scene.cite(
+        "quantiles of samples in clusters",
+        "standard errors of quantiles",
+        "Woodruff, J. American Statistical Association 47 (1952) 635-646",
+    )
+
+
+def _warn(
+    scene: Scene,
+    options: "Impact",
+    study: Study,
+    found: dict[str, Statistic],
+    errors: dict[str, np.ndarray],
+    forces: Forces,
+) -> None:
+    for name, words in (("mean_force", "mean force"), ("average_amplitude", "spectrum")):
+        value, doubt = found[name]
+        for at in np.flatnonzero(doubt > _UNSETTLED * value):
+            scene.warn(
+                f"the {words} of impacts with a clearance of {study.clearance[at]:.6g} m has not "
+                f"settled: its standard error is {100.0 * doubt[at] / value[at]:.0f} %; more "
+                "members help"
+            )
+    half, force = study.revolutions // 2, forces.wrist_pin.force
+    drift = np.mean(force[:, :, -half:], axis=2) - np.mean(force[:, :, :half], axis=2)
+    size, doubt = np.abs(np.mean(drift, axis=1)), standard_error(drift)
+    mean = found["mean_force"].value
+    for at in np.flatnonzero((size > _DRIFT * doubt) & (size > _DRIFT_SHARE * mean)):
+        scene.warn(
+            f"impacts with a clearance of {study.clearance[at]:.6g} m still remember their start: "
+            f"the mean force moves by {100.0 * size[at] / mean[at]:.1f} % between the halves of "
+            f"the counted revolutions; discard more"
+        )
+    if options.method != "event_exact":
+        share = float(np.max(errors["mean_force"] / mean))
+        scene.warn(
+            f"impact forces are those of {options.method} with {options.steps} steps per "
+            f"revolution, whose mean force is off by up to {100.0 * share:.1f} % (standard errors "
+            "counted); contacts, parting and energies are event-exact"
+        )
+
+
+# ----------------------------------------------------------------------------
+# Statistics of the impact forces under the names of their results, and how exact they are.
+# ----------------------------------------------------------------------------
+
+
+def statistics(forces: Forces, linkage: Linkage) -> dict[str, Statistic]:
+    """Statistics of the forces by what their paths have behind `response/impact/`."""
+    turn = 2.0 * np.pi / linkage.drive.speed
+    pin = forces.wrist_pin
+    low, high = quantiles(pin.force, (LOW, HIGH))
+    (peak_high,) = quantiles(pin.peak, (HIGH,))
+    bands = spectra(pin.harmonics)
+    added = np.abs(added_force(linkage, forces)[..., 1:])
+    found = {
+        "mean_force": mean_over_runs(pin.force),
+        "mean_force_low": low,
+        "mean_force_high": high,
+        "spectrum": bands.mean,
+        "spectrum_low": bands.low,
+        "spectrum_high": bands.high,
+        "average_amplitude": bands.average,
+        "added_force": mean_over_runs(added),
+        "peak_force": mean_over_runs(pin.peak),
+        "peak_force_high": peak_high,
+        "impacts": mean_over_runs(pin.contacts),
+        "contact_share": mean_over_runs(pin.contact_time / turn),
+    }
+    for name, gap in (("crank_pin", forces.crank_pin), ("bore", forces.bore)):
+        if gap is not None:
+            found[f"{name}/mean_force"] = mean_over_runs(gap.force)
+            found[f"{name}/impacts"] = mean_over_runs(gap.contacts)
+    return found
+
+
+def numerical_errors(
+    found: dict[str, Statistic], exact: Ensemble, linkage: Linkage
+) -> dict[str, np.ndarray]:
+    """What imbalance of energy and rounding make of each statistic: absolute, at most."""
+    relative = np.max(exact.residual, axis=(1, 2)) + 32.0 * EPSILON
+    # a harmonic is twice a mean
+    force = 2.0 * relative * np.max(exact.forces.wrist_pin.force, axis=(1, 2))
+    # energy of a contact spring: dF = K dE / F
+    peak = exact.forces.wrist_pin.peak
+    energy = relative * np.max(exact.exchanged, axis=(1, 2))
+    stiffness = float(linkage.wrist_pin.stiffness)
+    smallest = np.maximum(np.min(peak, axis=(1, 2)), np.sqrt(stiffness * energy))
+    of_peak = stiffness * energy / np.where(smallest > 0.0, smallest, 1.0)
+    errors = {}
+    for name, statistic in found.items():
+        own = 2.0 * relative * np.max(np.abs(statistic.value), axis=0) if "/" in name else force
+        errors[name] = np.asarray(own)
+    errors["peak_force"] = errors["peak_force_high"] = of_peak
+    errors["contact_share"] = np.asarray(64.0 * EPSILON)
+    for name in found:
+        if name.endswith("impacts"):
+            errors[name] = np.asarray(64.0 * EPSILON * np.max(found[name].value))
+    return errors
+
+
+def differences(found: dict[str, Statistic], exact: dict[str, Statistic]) -> dict[str, np.ndarray]:
+    """How far a fixed-step method is off: the event-exact statistics, and two standard errors."""
+    return {
+        name: np.abs(statistic.value - exact[name].value)
+        + 2.0 * np.hypot(statistic.standard_error, exact[name].standard_error)
+        for name, statistic in found.items()
+    }
+
+
+# ----------------------------------------------------------------------------
+# Adapter: impact force beside the piston's inertia force and the motor's axial force, by order.
+# ----------------------------------------------------------------------------
+
+
+def emit_dominance(
+    scene: Scene, joints: Joints, impact: Statistic, axes: dict[str, np.ndarray]
+) -> None:
+    """Emit both forces and who leads; `impact` (C, N) has the orders of `axes`."""
+    orders = axes["order"]
+    shaking = _shaking(scene, joints, int(orders[-1]))
+    scene.emit("response/impact/shaking", shaking.value, shaking.error, axes)
+    motor = np.zeros(len(orders))
+    if scene.case.machine.motor is not None and scene.case.excitation is not None:
+        force = _motor(scene, orders)
+        scene.emit("response/impact/motor", force.value, force.error, axes)
+        motor = force.value
+    found = dominance(impact, shaking.value, motor)
+    # whole numbers, which a spectrum moves by whole orders
+    for name, value, spread in (
+        ("leader", found.leader, found.leader_spread),
+        ("leads_from", found.leads_from, found.leads_from_spread),
+    ):
+        scene.emit(f"response/impact/{name}", value, 0.0, axes, float(np.max(spread)))
+
+
+def _shaking(scene: Scene, joints: Joints, highest: int) -> WithError:
+    """Inertia force (N,), N, of all that moves with the piston, magnitudes of orders 1 to N."""
+    train, speed = scene.parts.crank_train, scene.case.machine.speed
+    ratio = train.crank_radius / train.rod_length
+    offset = train.wrist_pin_offset / train.crank_radius
+    motion = harmonics_with_error(ratio, highest, offset, derivative=2)
+    scale = joints.reciprocating_mass * train.crank_radius * speed**2
+    size = scale * np.abs(motion.values[1:])
+    # R / L is itself rounded: d ln C_n / d ln(R / L) is about n / sqrt(1 - (R / L)^2)
+    steepness = np.arange(1, highest + 1) / np.sqrt(1.0 - ratio**2)
+    return WithError(size, scale * motion.error[1:] + EPSILON * (8.0 + steepness) * size)
+
+
+def _motor(scene: Scene, orders: np.ndarray) -> WithError:
+    """Axial force (N,) of the motor, N, magnitudes at these orders."""
+    motor = scene.case.machine.motor
+    if motor is None:
+        raise ValueError("the case has no motor")
+    torque = motor.torque
+    force = axial_force(
+        torque.order,
+        torque.cosine,
+        torque.sine,
+        rotor_diameter=motor.rotor_diameter,
+        skew_angle=motor.skew_angle,
+    )
+    value, error = np.zeros(len(orders)), np.zeros(len(orders))
+    here = np.isin(force.orders, orders)
+    at = force.orders[here] - orders[0]
+    value[at], error[at] = np.abs(force.harmonics[here]), force.error[here]
+    return WithError(value, error)

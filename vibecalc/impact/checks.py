@@ -1,0 +1,337 @@
+"""Physical checks of joints with play: their gaps, their contacts, and the work they ask for."""
+
+import math
+from collections.abc import Iterator
+from typing import NamedTuple
+
+from vibecalc.case.kinds import has_crank_train
+from vibecalc.case.schema import Case
+from vibecalc.errors import KeyPath, Problem
+from vibecalc.parts import tables as parts
+from vibecalc.parts.crank_train import build_crank_train, rod_share
+from vibecalc.parts.tables import Play
+
+# ----------------------------------------------------------------------------
+# The gaps of a cylinder with play in its joints, and the masses on their sides.
+# ----------------------------------------------------------------------------
+
+JOINTS: KeyPath = ("machine", "joints")
+
+
+class Gap(NamedTuple):
+    """A joint with play: its place in the case and the inverse of the mass that it moves, 1/kg."""
+
+    path: KeyPath
+    play: Play
+    mobility: float
+
+
+def piston_and_pin(train: parts.CrankTrain, whole: float) -> float:
+    """Mass (kg) beyond the wrist pin's play, of the `whole` mass that moves with the piston."""
+    return whole - rod_beside_piston(train)
+
+
+def rod_beside_piston(train: parts.CrankTrain) -> float:
+    """The rod's reciprocating point mass, kg; zero for a train without a rod."""
+    return 0.0 if train.rod is None else float(train.rod.mass * rod_share(train))
+
+
+def plays(case: Case) -> Iterator[tuple[KeyPath, Play]]:
+    """Every joint with play, with its place in the case."""
+    joints = case.machine.joints
+    for name in ("wrist_pin", "crank_pin", "bore"):
+        play = getattr(joints, name)
+        if play is not None:
+            yield (*JOINTS, name), play
+
+
+def gaps(case: Case, problems: list[Problem]) -> list[Gap]:
+    """The gaps with the masses they move; where a mass is missing, a problem instead."""
+    joints, train = case.machine.joints, case.machine.crank_train
+    place = _cylinder(case)
+    name = train.cylinders[place].name
+    moving = float(build_crank_train(train).reciprocating_mass[place])
+    play_at_crank = joints is not None and joints.crank_pin is not None
+    rod = rod_beside_piston(train)
+    if play_at_crank and rod <= 0.0:
+        problems.append(
+            Problem(
+                path=(*JOINTS, "crank_pin"),
+                message="play in the crank pin needs a rod: it is then a mass between two gaps",
+                found=f"{rod:.6g} kg of rod that moves with the piston",
+                allowed="rod = { mass = ..., crank_pin_to_mass_centre = ... } in the crank train",
+            )
+        )
+        return []
+    piston = piston_and_pin(train, moving)
+    if piston <= 0.0:
+        problems.append(
+            Problem(
+                path=(*JOINTS, "wrist_pin"),
+                message=f"nothing has a mass on the piston's side of the wrist pin of {name!r}",
+                found=f"{moving:.6g} kg that move with the piston, {rod:.6g} kg of them rod",
+                allowed="a mass above zero of piston and pin",
+                also=("machine", "crank_train"),
+            )
+        )
+        return []
+    across = {
+        "wrist_pin": 1.0 / piston + (1.0 / rod if play_at_crank else 0.0),
+        "crank_pin": 1.0 / rod if rod else 0.0,
+        "bore": 1.0 / piston,
+    }
+    return [Gap(path, play, across[str(path[-1])]) for path, play in plays(case)]
+
+
+def _cylinder(case: Case) -> int:
+    """Return which cylinder has the joints with play: the named one, or the first that works."""
+    names = [cylinder.name for cylinder in case.machine.crank_train.cylinders]
+    joints = case.machine.joints
+    if joints is not None and joints.cylinder in names:
+        return names.index(joints.cylinder)
+    working = None if case.excitation is None else case.excitation.working
+    works = [place for place, name in enumerate(names) if working is None or name in working]
+    return works[0] if works else 0
+
+
+# ----------------------------------------------------------------------------
+# What it costs to follow the impacts of a study from contact to contact.
+# ----------------------------------------------------------------------------
+
+IMPACT: KeyPath = ("response", "impact")
+TURN = 2.0 * math.pi
+#: Steps of one batch that a study may take, each about a millisecond: some 40 minutes.
+MOST_WORK = 2e6
+#: Runs that take as long as the step itself.
+RUNS_OF_A_STEP = 150.0
+#: A step of a fixed-step method, in steps from contact to contact.
+FIXED_STEP = 0.25
+
+
+class Work(NamedTuple):
+    """What event-exact runs cost, as an estimate: about twice too much where contacts are few.
+
+    `steps` of one run in a revolution, of a bound on the rates of the contacts; `total` steps of
+    the batch over all revolutions, those of many runs counted as more, with those of a fixed-step
+    method, which runs beside the event-exact one.
+    """
+
+    steps: float
+    total: float
+
+
+def impact_work(case: Case) -> Work | None:
+    """What the impacts of a case without problems cost; None without a study or its joints."""
+    if case.machine.joints is None or case.response is None or case.response.impact is None:
+        return None
+    return _work(case, gaps(case, []))
+
+
+def cost_problems(case: Case, found: list[Gap]) -> Iterator[Problem]:
+    """A problem where the runs of a study would take too long, or not end."""
+    work = _work(case, found)
+    if work is None:
+        return
+    from vibecalc.impact.setup import MOST_STEPS  # only a study loads what follows it
+
+    if work.steps > MOST_STEPS:
+        yield Problem(
+            path=("machine", "speed"),
+            message="at this speed the contacts are too stiff or too strongly damped to be "
+            "followed over a whole revolution",
+            found=f"{case.machine.speed:.6g} rad/s: about {work.steps:.2g} steps per revolution",
+            allowed=f"<= {MOST_STEPS:.6g} steps per revolution",
+            also=JOINTS,
+            hint="steps per revolution go with sqrt(stiffness / mass) and damping / mass, over the "
+            "speed",
+        )
+    elif work.total > MOST_WORK:
+        yield Problem(
+            path=IMPACT,
+            message="the study would take too long",
+            found=f"about {work.steps:.2g} steps per revolution of each run, {work.total:.2g} "
+            "milliseconds or so in all",
+            allowed=f"<= {MOST_WORK:.2g} milliseconds, as estimated",
+            hint="fewer members, revolutions, clearances or fixed steps; steps per revolution go "
+            "with sqrt(stiffness / mass) and damping / mass, over the speed",
+        )
+
+
+def _work(case: Case, found: list[Gap]) -> Work | None:
+    study = None if case.response is None else case.response.impact
+    if study is None or not found:
+        return None
+    from vibecalc.impact.setup import REACH
+
+    turn = TURN / case.machine.speed
+    fastest = 0.0
+    for gap in found:
+        ring = math.sqrt(gap.play.stiffness * gap.mobility)
+        fastest = max(
+            fastest,
+            ring + gap.play.contact_damping * gap.mobility,
+            gap.play.film_damping * gap.mobility,
+        )
+    gas = case.machine.crank_train.gas_pressure
+    nodes = 0 if gas is None else len(gas.crank_angle)
+    # steps also end at the nodes of the gas, and follow the highest order of the spectrum
+    steps = fastest * turn / REACH + nodes + study.orders
+    runs = (study.members + min(study.members, 16)) * max(len(study.clearances), 1)
+    turns = study.discard + study.revolutions
+    each = steps + (0.0 if study.method == "event_exact" else FIXED_STEP * study.steps)
+    return Work(steps, turns * each * (1.0 + runs / RUNS_OF_A_STEP))
+
+
+# ----------------------------------------------------------------------------
+# Can there be impacts in these joints, and can their contacts be followed?
+# ----------------------------------------------------------------------------
+
+#: Share of a revolution: a shorter contact has no digits left in a time of many revolutions.
+SHORTEST_CONTACT = 1e-7
+#: Share of a revolution in which damping may bring a part to rest; faster is no longer motion.
+FASTEST_DAMPING = 5e-6
+#: Damping ratio of a contact: above, the damper and not the spring keeps the parts apart.
+LARGEST_RATIO = 50.0
+#: Angle of the contact's own vibration in one fixed step, beyond which Euler's kind runs away.
+LONGEST_STEP = 2.0
+
+
+def joint_problems(case: Case) -> list[Problem]:
+    """Problems of joints with play, and of the study of impacts in them."""
+    joints = case.machine.joints
+    if not has_crank_train(case.machine):
+        return []
+    names = [cylinder.name for cylinder in case.machine.crank_train.cylinders]
+    if joints is None or (joints.cylinder is not None and joints.cylinder not in names):
+        return []
+    problems = [*_clearances(case), *_stands(case)]
+    found = gaps(case, problems)
+    for gap in found:
+        problems += [*_contact(case, gap), *_damping(case, gap)]
+    # a contact that cannot be followed has no cost
+    costs = [] if problems else [*cost_problems(case, found)]
+    return [*problems, *costs, *_orders(case), *_steps(case, found)]
+
+
+def _clearances(case: Case) -> Iterator[Problem]:
+    stroke = 2.0 * case.machine.crank_train.crank_radius
+    study = None if case.response is None else case.response.impact
+    several = () if study is None else study.clearances
+    rows = [((*path, "clearance"), play.clearance) for path, play in plays(case)]
+    rows += [((*IMPACT, "clearances", place), size) for place, size in enumerate(several)]
+    for path, size in rows:
+        if size <= 0.0 or size >= stroke:
+            yield Problem(
+                path=path,
+                message="a clearance has to be above zero"
+                if size <= 0.0
+                else "a clearance as large as the stroke is no joint",
+                found=f"{size:.6g} m",
+                allowed=f"> 0 m and < {stroke:.6g} m, the stroke",
+                hint="lengths are in m unless they carry a unit, as in '0.04 mm'",
+            )
+    for place, size in enumerate(several):
+        if size in several[:place]:
+            yield Problem(
+                path=(*IMPACT, "clearances", place),
+                message="a clearance stands twice",
+                found=f"{size:.6g} m",
+                allowed="each clearance once",
+                also=(*IMPACT, "clearances", several.index(size)),
+            )
+    smallest = min(several or (rows[0][1],))
+    if study is not None and 0.0 < smallest <= study.perturbation:
+        yield Problem(
+            path=(*IMPACT, "perturbation"),
+            message="neighbours that start further apart than the clearance have parted already",
+            found=f"{study.perturbation:.6g} m, with a clearance of {smallest:.6g} m",
+            allowed=f"< {smallest:.6g} m, better a millionth of it",
+        )
+
+
+def _stands(case: Case) -> Iterator[Problem]:
+    excitation, joints = case.excitation, case.machine.joints
+    if excitation is None or excitation.working is None or excitation.idle != "stopped":
+        return
+    name = None if joints is None else joints.cylinder
+    if name is not None and name not in excitation.working:
+        yield Problem(
+            path=(*JOINTS, "cylinder"),
+            message="the cylinder with play in its joints stands still",
+            found=f"cylinder {name!r} is not in [excitation] working, and idle = 'stopped'",
+            allowed="a cylinder that works",
+            also=("excitation", "working"),
+        )
+
+
+def _contact(case: Case, gap: Gap) -> Iterator[Problem]:
+    speed, stiffness = case.machine.speed, gap.play.stiffness
+    lasts = math.pi / math.sqrt(stiffness * gap.mobility) * speed / TURN
+    if lasts < SHORTEST_CONTACT:
+        most = (math.pi * speed / (TURN * SHORTEST_CONTACT)) ** 2 / gap.mobility
+        yield Problem(
+            path=(*gap.path, "stiffness"),
+            message="the contact is too stiff to be followed",
+            found=f"{stiffness:.6g} N/m: a contact lasts {lasts:.2g} of a revolution",
+            allowed=f"<= {most:.3g} N/m with this mass and speed",
+        )
+    # inertia force m R w^2 over the stiffness, against the stroke 2 R
+    least = 0.5 * speed**2 / gap.mobility
+    if stiffness < least:
+        yield Problem(
+            path=(*gap.path, "stiffness"),
+            message="the contact is so soft that the piston's inertia pushes it in by more than "
+            "the stroke",
+            found=f"{stiffness:.6g} N/m",
+            allowed=f">= {least:.3g} N/m with this mass and speed",
+            hint="stiffness is in N/m unless it carries a unit, as in '175 kN/mm'",
+        )
+
+
+def _damping(case: Case, gap: Gap) -> Iterator[Problem]:
+    ratio = 2.0 * LARGEST_RATIO * math.sqrt(gap.play.stiffness / gap.mobility)
+    rate = case.machine.speed / (TURN * FASTEST_DAMPING) / gap.mobility
+    too_fast = "it brings the parts to rest too fast to be followed"
+    bounds = {
+        "contact_damping": min((ratio, "the damper bears the contact alone"), (rate, too_fast)),
+        "film_damping": (rate, too_fast),
+    }
+    for key, (most, why) in bounds.items():
+        size = getattr(gap.play, key)
+        if size > most:
+            yield Problem(
+                path=(*gap.path, key),
+                message=f"{key} is so large that {why}",
+                found=f"{size:.6g} N*s/m",
+                allowed=f"<= {most:.3g} N*s/m with this mass, stiffness and speed",
+                hint="damping is in N*s/m unless it carries a unit, as in '0.1 lbf*s/in'",
+            )
+
+
+def _orders(case: Case) -> Iterator[Problem]:
+    study = None if case.response is None else case.response.impact
+    if study is not None and study.method != "event_exact" and study.steps <= 2 * study.orders:
+        yield Problem(
+            path=(*IMPACT, "steps"),
+            message="response.impact.steps hold only the orders below half their number, fewer "
+            "than response.impact.orders",
+            found=f"{study.steps} steps per revolution for {study.orders} orders",
+            allowed=f"> {2 * study.orders} steps, or < {study.steps / 2:g} orders",
+            also=(*IMPACT, "orders"),
+        )
+
+
+def _steps(case: Case, found: list[Gap]) -> Iterator[Problem]:
+    study = None if case.response is None else case.response.impact
+    if study is None or study.method == "event_exact" or not found:
+        return
+    gap = max(found, key=lambda each: each.play.stiffness * each.mobility)
+    needed = math.sqrt(gap.play.stiffness * gap.mobility) * TURN / case.machine.speed
+    if needed > LONGEST_STEP * study.steps:
+        yield Problem(
+            path=(*IMPACT, "steps"),
+            message="fixed steps this long run away in a contact as stiff as this",
+            found=f"{study.steps} steps per revolution",
+            allowed=f">= {math.ceil(needed / LONGEST_STEP)}, or method = 'event_exact'",
+            also=(*gap.path, "stiffness"),
+        )

@@ -1,0 +1,319 @@
+"""Running totals of every revolution, from the power series of smooth segments of motion."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from vibecalc.impact.linkage import FREE, Law, Train, spring_energy
+from vibecalc.impact.roots import bernstein, evaluate, halves, sign_changes, single_root
+from vibecalc.impact.setup import DEGREE, MOMENTS, Setup, harmonics, moments
+from vibecalc.numerics.typing import FloatArray, IntArray
+
+# ----------------------------------------------------------------------------
+# Integrals and the highest force of one smooth piece of motion, from its power series.
+# ----------------------------------------------------------------------------
+
+#: halvings to tell apart the changes of sign of a force; what is left is 2^-20 of a piece
+_DEEPEST = 20
+#: points that bracket the extremes of a force
+_SAMPLES = 33
+
+_nodes, _weights = np.polynomial.legendre.leggauss(DEGREE + 1)
+#: a Gauss rule on [0, 1] that is exact for products of two series
+POINTS = 0.5 * (1.0 + _nodes)
+WEIGHTS = 0.5 * _weights
+_POWERS = POINTS[:, None] ** np.arange(DEGREE + 1)
+_RANK = np.arange(1.0, DEGREE + 2.0)
+
+
+def at_points(series: FloatArray) -> FloatArray:
+    """Values (points, ...) of series (terms, ...) at POINTS."""
+    terms = len(series)
+    flat = _POWERS[:, :terms] @ series.reshape(terms, -1)
+    return flat.reshape(len(POINTS), *series.shape[1:])
+
+
+def mean(values: FloatArray) -> FloatArray:
+    """Mean over the piece of values (points, ...) at POINTS."""
+    return np.asarray(np.tensordot(WEIGHTS, values, axes=1))
+
+
+def derivative(series: FloatArray) -> FloatArray:
+    """Series (terms - 1, ...) of the derivative by s."""
+    rank = _RANK[: len(series) - 1].reshape(-1, *([1] * (series.ndim - 1)))
+    return np.asarray(series[1:] * rank)
+
+
+def primitive(series: FloatArray) -> FloatArray:
+    """Series (terms + 1, ...) of the integral from s = 0."""
+    rank = _RANK[: len(series)].reshape(-1, *([1] * (series.ndim - 1)))
+    return np.concatenate([np.zeros_like(series[:1]), series / rank])
+
+
+def absolute_mean(force: FloatArray) -> FloatArray:
+    """Mean of |F| over pieces (terms, n), with each change of sign found."""
+    total = np.zeros(force.shape[1])
+    owner, weight = np.arange(force.shape[1]), 1.0
+    for _ in range(_DEEPEST):
+        changes = sign_changes(bernstein(force) > 0.0)
+        area = primitive(force)
+        whole = np.sum(area, axis=0)
+        plain, once = changes == 0, changes == 1
+        np.add.at(total, owner[plain], weight * np.abs(whole[plain]))
+        if np.any(once):
+            count = int(np.count_nonzero(once))
+            root = single_root(force[:, once], np.zeros(count), np.ones(count))
+            before = evaluate(area[:, once], root)[0]
+            parts = np.abs(before) + np.abs(whole[once] - before)
+            np.add.at(total, owner[once], weight * parts)
+        rest = changes > 1
+        if not np.any(rest):
+            return total
+        first, second = halves(force[:, rest])
+        force = np.concatenate([first, second], axis=1)
+        owner, weight = np.concatenate([owner[rest], owner[rest]]), 0.5 * weight
+    np.add.at(total, owner, weight * np.abs(np.sum(primitive(force), axis=0)))
+    return total
+
+
+def highest(force: FloatArray, floor: FloatArray) -> FloatArray:
+    """max(floor, max |F|) over pieces (terms, n); `floor` (n,).
+
+    Only pieces whose Bernstein coefficients, a bound, exceed the floor are searched: between
+    points so close that a force has one extreme there, its derivative's root is found.
+    """
+    result = floor.copy()
+    worth = np.flatnonzero(np.max(np.abs(bernstein(force)), axis=0) > floor)
+    if not len(worth):
+        return result
+    part = force[:, worth]
+    grid = np.linspace(0.0, 1.0, _SAMPLES)
+    size = np.abs((grid[:, None] ** np.arange(len(part))) @ part)
+    best = np.argmax(size, axis=0)
+    top = size[best, np.arange(len(worth))]
+    slope = derivative(part)
+    low, high = grid[np.maximum(best - 1, 0)], grid[np.minimum(best + 1, _SAMPLES - 1)]
+    turns = evaluate(slope, low)[0] * evaluate(slope, high)[0] < 0.0
+    if np.any(turns):
+        at = single_root(slope[:, turns], low[turns], high[turns])
+        top[turns] = np.maximum(top[turns], np.abs(evaluate(part[:, turns], at)[0]))
+    result[worth] = np.maximum(floor[worth], top)
+    return result
+
+
+# ----------------------------------------------------------------------------
+# Running totals of every revolution: what the smooth pieces of motion add up to.
+# ----------------------------------------------------------------------------
+
+#: first contacts of each gap whose times are kept
+FIRST_CONTACTS = 8
+
+_PER_GAP = ("absolute", "peak", "count", "contact_time", "contact_absolute", "contact_loss",
+            "film_loss")  # fmt: skip
+_PER_RUN = ("pin_work", "gas_work", "side_work", "axial_exchanged", "lateral_exchanged")
+
+
+class Piece(NamedTuple):
+    """One smooth piece of motion of each run `members` (A,): series in the fraction s of it.
+
+    `velocity` (k, G, A) and `force` (k, G, A) of the gaps, `pin_velocity` (k, A) and `gas`
+    (2, A) series, `tangent` (k, A) or None; `side` (G, A); `duration` (A,) in s, zero for runs
+    that stood still; `panel`, `offset` and `length` its place in rad.
+    """
+
+    members: IntArray
+    velocity: FloatArray
+    force: FloatArray
+    pin_velocity: FloatArray
+    gas: FloatArray
+    tangent: FloatArray | None
+    side: IntArray
+    duration: FloatArray
+    panel: IntArray
+    offset: FloatArray
+    length: FloatArray
+
+
+class Ledger(NamedTuple):
+    """Totals of the running revolution (G, B) or (B,), moments (G, B, p, MOMENTS), and the books.
+
+    `book` holds the totals of the ended revolutions, with one more axis, and the states.
+    """
+
+    totals: dict[str, FloatArray]
+    moments: FloatArray
+    book: dict[str, FloatArray]
+    spectra: np.ndarray
+    first_contacts: FloatArray
+    contacts_seen: IntArray
+
+
+def open_ledger(setup: Setup, revolutions: int) -> Ledger:
+    """Empty books for a batch."""
+    gaps, members = setup.train.gaps.clearance.shape
+    totals: dict[str, FloatArray] = {name: np.zeros((gaps, members)) for name in _PER_GAP}
+    totals |= {name: np.zeros(members) for name in _PER_RUN}
+    book: dict[str, FloatArray] = {
+        name: np.zeros((*total.shape, revolutions)) for name, total in totals.items()
+    }
+    for name in ("gap", "velocity"):
+        book[name] = np.zeros((gaps, members, revolutions))
+    for name in ("axial_energy", "lateral_energy"):
+        book[name] = np.zeros((members, revolutions + 1))
+    orders = setup.transform.phase.shape[1]
+    return Ledger(
+        totals,
+        np.zeros((gaps, members, len(setup.panels.start), MOMENTS)),
+        book,
+        np.zeros((gaps, members, revolutions, orders), dtype=np.complex128),
+        np.full((gaps, members, FIRST_CONTACTS), np.inf),
+        np.zeros((gaps, members), dtype=np.int64),
+    )
+
+
+def add_piece(ledger: Ledger, setup: Setup, piece: Piece, law: Law) -> None:
+    """Integrals of a piece: forces, times, losses and works."""
+    totals, members, train = ledger.totals, piece.members, setup.train
+    axial = slice(0, train.bore)
+    velocity, force = at_points(piece.velocity), at_points(piece.force)
+    pin_velocity = at_points(piece.pin_velocity)
+    duration, touching = piece.duration, piece.side != FREE
+    loss = law.damper * mean(velocity * velocity) * duration
+    pin_work = mean(force[:, train.pin] * pin_velocity) * duration
+    piston = pin_velocity - np.sum(velocity[:, axial], axis=1)
+    gas_work = mean(at_points(piece.gas) * piston) * duration
+    totals["contact_loss"][:, members] += np.where(touching, loss, 0.0)
+    totals["film_loss"][:, members] += np.where(touching, 0.0, loss)
+    totals["contact_time"][:, members] += np.where(touching, duration, 0.0)
+    totals["pin_work"][members] += pin_work
+    totals["gas_work"][members] += gas_work
+    exchanged = np.abs(pin_work) + np.abs(gas_work) + np.sum(loss[axial], axis=0)
+    totals["axial_exchanged"][members] += exchanged
+    if train.bore is not None and piece.tangent is not None:
+        pull = force[:, 0] * at_points(piece.tangent)
+        side_work = mean(pull * velocity[:, train.bore]) * duration
+        totals["side_work"][members] += side_work
+        totals["lateral_exchanged"][members] += np.abs(side_work) + loss[train.bore]
+
+    pulling = ((law.spring > 0.0) | (law.damper > 0.0)) & (duration > 0.0)
+    gap, run = np.nonzero(pulling)
+    if not len(gap):
+        return
+    series, member = piece.force[:, gap, run], members[run]
+    area = absolute_mean(series) * duration[run]
+    totals["absolute"][gap, member] += area
+    totals["contact_absolute"][gap, member] += np.where(touching[gap, run], area, 0.0)
+    totals["peak"][gap, member] = highest(series, totals["peak"][gap, member])
+    where = piece.panel[run]
+    ledger.moments[gap, member, where] += moments(
+        series, piece.offset[run], piece.length[run], setup.panels.width[where]
+    ).T
+
+
+def add_contact(ledger: Ledger, gap: IntArray, members: IntArray, moment: FloatArray) -> None:
+    """Count contacts made by `gap` (n,) of runs `members` (n,) at times `moment` (n,)."""
+    ledger.totals["count"][gap, members] += 1.0
+    seen = ledger.contacts_seen[gap, members]
+    early = seen < FIRST_CONTACTS
+    ledger.first_contacts[gap[early], members[early], seen[early]] = moment[early]
+    ledger.contacts_seen[gap, members] += 1
+
+
+def close_revolution(
+    ledger: Ledger,
+    setup: Setup,
+    members: IntArray,
+    revolution: IntArray,
+    gap: FloatArray,
+    velocity: FloatArray,
+) -> None:
+    """Enter the totals of runs (n,) at the end of their revolution (n,), and start anew."""
+    for name, total in ledger.totals.items():
+        ledger.book[name][..., members, revolution] = total[..., members]
+        total[..., members] = 0.0
+    ledger.book["gap"][:, members, revolution] = gap
+    ledger.book["velocity"][:, members, revolution] = velocity
+    enter_energy(ledger, setup, members, revolution + 1, gap, velocity)
+    for each in range(len(gap)):
+        values = harmonics(ledger.moments[each, members], setup.transform)
+        ledger.spectra[each, members, revolution] = values
+    ledger.moments[:, members] = 0.0
+
+
+def enter_energy(
+    ledger: Ledger,
+    setup: Setup,
+    members: IntArray,
+    revolution: IntArray,
+    gap: FloatArray,
+    velocity: FloatArray,
+) -> None:
+    """Energy of the masses and springs of runs (n,) at crank angle 0, axial and lateral."""
+    axial, lateral = stored_energy(setup.train, members, gap, velocity, setup.pin_velocity_at_start)
+    ledger.book["axial_energy"][members, revolution] = axial
+    ledger.book["lateral_energy"][members, revolution] = lateral
+
+
+def stored_energy(
+    train: Train, members: IntArray, gap: FloatArray, velocity: FloatArray, pin_velocity: float
+) -> tuple[FloatArray, FloatArray]:
+    """Kinetic and spring energy, J, of the axial and of the lateral motion (n,)."""
+    gaps = train.gaps._replace(**{k: v[:, members] for k, v in train.gaps._asdict().items()})
+    spring = spring_energy(gaps, gap)
+    axial = slice(0, train.bore)
+    mass = train.mass[members]
+    piston = pin_velocity - np.sum(velocity[axial], axis=0)
+    energy = 0.5 * mass * piston**2 + np.sum(spring[axial], axis=0)
+    if train.rod_mass is not None:
+        energy = energy + 0.5 * train.rod_mass[members] * (pin_velocity - velocity[1]) ** 2
+    lateral = np.zeros_like(energy)
+    if train.bore is not None:
+        lateral = 0.5 * mass * velocity[train.bore] ** 2 + spring[train.bore]
+    return energy, lateral
+
+
+# ----------------------------------------------------------------------------
+# Samples of the last revolution at equal crank angles, for pictures and comparisons.
+# ----------------------------------------------------------------------------
+
+
+class Trace(NamedTuple):
+    """`angle` (samples,) rad; `gap` m and `force` N (G, B, samples); `seen` (B,) filled so far."""
+
+    angle: FloatArray
+    gap: FloatArray
+    force: FloatArray
+    seen: IntArray
+    revolution: int
+
+
+def open_trace(gaps: int, members: int, samples: int, revolution: int) -> Trace:
+    """An empty trace of one revolution (counted from 0)."""
+    shape = (gaps, members, samples)
+    angle = 2.0 * np.pi * np.arange(samples) / max(samples, 1)
+    seen = np.zeros(members, dtype=np.int64)
+    return Trace(angle, np.zeros(shape), np.zeros(shape), seen, revolution)
+
+
+def record(
+    trace: Trace, piece: Piece, gap: FloatArray, start: FloatArray, revolution: IntArray
+) -> None:
+    """Fill in the samples that fall into a piece with gap series (k, G, A) from `start` (A,).
+
+    A sample belongs to the piece that it is the start of, not to the one before.
+    """
+    samples = len(trace.angle)
+    here = np.flatnonzero((revolution == trace.revolution) & (piece.length > 0.0))
+    while samples and len(here):
+        members = piece.members[here]
+        left = trace.seen[members] < samples
+        here, members = here[left], members[left]
+        following = trace.seen[members]
+        at = (trace.angle[following] - start[here]) / piece.length[here]
+        inside = at < 1.0
+        here, members, following = here[inside], members[inside], following[inside]
+        at = np.maximum(at[inside], 0.0)
+        for each in range(gap.shape[1]):
+            trace.gap[each, members, following] = evaluate(gap[:, each, here], at)[0]
+            trace.force[each, members, following] = evaluate(piece.force[:, each, here], at)[0]
+        trace.seen[members] += 1

@@ -1,0 +1,107 @@
+"""The joints with play of one cylinder, with what moves and loads them, from a case to arrays."""
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from vibecalc.case.schema import Machine
+from vibecalc.errors import UsageError
+from vibecalc.impact.checks import piston_and_pin, rod_beside_piston
+from vibecalc.impact.linkage import GasForce, Joint, Linkage, slider_crank_drive
+from vibecalc.parts import tables as joint_parts
+from vibecalc.parts import tables as parts
+from vibecalc.parts.crank_train import build_crank_train
+
+
+class Joints(NamedTuple):
+    """The running gear of `cylinder`, and all the mass (kg) that moves with its piston.
+
+    `linkage.mass` is what lies beyond the wrist pin's play: piston and pin. The rod's reciprocating
+    share lies on the crank's side of it: driven, or with play in the crank pin a mass between two
+    gaps. `reciprocating_mass` has both. Angles count from the cylinder's own top dead centre.
+    """
+
+    linkage: Linkage
+    cylinder: str
+    reciprocating_mass: float
+
+
+def build_joints(
+    machine: Machine, working: Sequence[str] | None, *, gas_towards_crank: bool = True
+) -> Joints:
+    """The linkage of the cylinder that [machine.joints] names, or of the first that works.
+
+    `working` names the cylinders that work, None all. The gas pushes the piston towards the
+    crank, as a pressure above that of the crankcase does, or (the sense of eq. 5.1 of Ong 2000)
+    towards the head.
+
+    The mass beyond the wrist pin's play is piston and pin: of a mass that has the rod's share in
+    it, and a case that gives the rod, that share is taken off. A reciprocating mass without a rod
+    is taken as it is. (The source takes its whole reciprocating mass, with the rod's share.)
+
+    Raises UsageError where the case leaves the piston without mass, or does not tell the rod's
+    part of the reciprocating mass although the rod moves between two joints with play.
+    """
+    joints, case_train = machine.joints, machine.crank_train
+    if joints is None:
+        raise ValueError("the machine has no joints with play")
+    train = build_crank_train(case_train)
+    name = joints.cylinder or next(
+        (each for each in train.names if working is None or each in working), train.names[0]
+    )
+    whole = float(train.reciprocating_mass[train.names.index(name)])
+    rod_mass = None if joints.crank_pin is None else _rod_mass(case_train)
+    mass = piston_and_pin(case_train, whole)
+    if not mass > 0.0:
+        raise UsageError(
+            f"the piston of cylinder {name!r} is left with {mass:.6g} kg: impacts in its joints "
+            f"need its mass, and that of the rod is no part of it"
+        )
+    bore = joints.bore
+    drive = slider_crank_drive(
+        train.crank_radius,
+        train.rod_length,
+        machine.speed,
+        train.wrist_pin_offset,
+        with_rod_tangent=bore is not None,
+    )
+    linkage = Linkage(
+        drive,
+        _gas_force(case_train, 1.0 if gas_towards_crank else -1.0),
+        mass,
+        _joint(joints.wrist_pin, joints.wrist_pin.spring),
+        None if joints.crank_pin is None else _joint(joints.crank_pin, joints.crank_pin.spring),
+        rod_mass,
+        None if bore is None else _joint(bore, "continuous"),
+    )
+    return Joints(linkage, name, whole)
+
+
+def _rod_mass(train: parts.CrankTrain) -> float:
+    mass = rod_beside_piston(train)
+    if not mass > 0.0:
+        raise UsageError(
+            "a crank pin with play leaves the rod free between two joints: give the rod its mass "
+            "and a mass centre apart from the crank pin ([machine.crank_train] rod)"
+        )
+    return mass
+
+
+def _joint(play: joint_parts.Play, law: str) -> Joint:
+    return Joint(
+        np.asarray(play.clearance, dtype=np.float64),
+        np.asarray(play.stiffness, dtype=np.float64),
+        np.asarray(play.contact_damping, dtype=np.float64),
+        np.asarray(play.film_damping, dtype=np.float64),
+        law,
+    )
+
+
+def _gas_force(train: parts.CrankTrain, sense: float) -> GasForce:
+    table = train.gas_pressure
+    if table is None or train.bore is None:
+        return GasForce(np.zeros(0), np.zeros(0))
+    area = 0.25 * math.pi * train.bore**2
+    return GasForce(np.array(table.crank_angle), sense * area * np.array(table.pressure))

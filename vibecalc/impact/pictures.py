@@ -1,0 +1,358 @@
+"""Pictures of impacts: force over time, over clearance, by order, and which force leads."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vibecalc.impact.report import standard_errors
+from vibecalc.report.lookup import having
+from vibecalc.report.numbers import show
+from vibecalc.report.pictures.canvas import COLOURS, LIMIT, QUIET, TOTAL, canvas, crank_angle_axis
+from vibecalc.report.pictures.scales import clearance_names, plain_ticks, spread_out
+from vibecalc.results.record import Quantity, Record, Result
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+# ----------------------------------------------------------------------------
+# Force in the joint over the first turn from rest, with the contacts that can be reproduced.
+# ----------------------------------------------------------------------------
+
+_MOST_HISTORIES = 3
+
+
+def draw_impact_time(result: Result) -> "Figure | None":
+    """A panel for each clearance, three at most; None without the first turn."""
+    stem = "response/impact/"
+    force = having(result.record, stem + "first_turn_force", "clearance", "crank_angle")
+    if force is None:
+        return None
+    contacts = having(result.record, stem + "first_contacts", "clearance", "contact")
+    names = clearance_names(force.axes[0])
+    chosen = spread_out(len(names), _MOST_HISTORIES)
+    angle = np.asarray(force.axes[1].values)
+    subtitle = "joint force over the first turn, from rest in the joint"
+    figure = canvas(result, subtitle, 8.4, 1.6 + 2.1 * len(chosen))
+    panels = list(figure.subplots(len(chosen), 1, sharex=True, squeeze=False)[:, 0])
+    for axes, i in zip(panels, chosen, strict=True):
+        axes.plot(np.degrees(angle), force.values[i], color=COLOURS[0], linewidth=1.0)
+        axes.axhline(0.0, color=QUIET, linewidth=0.6)
+        axes.set_ylabel(f"force in {force.unit}")
+        title = names[i]
+        if contacts is not None:
+            starts = np.asarray(contacts.values[i], dtype=float)
+            starts = starts[np.isfinite(starts) & (starts <= angle[-1])]
+            axes.plot(
+                np.degrees(starts),
+                np.full(starts.size, 0.015),
+                "^",
+                transform=axes.get_xaxis_transform(),
+                color=LIMIT,
+                markersize=6,
+                clip_on=False,
+            )
+            count = "contact" if starts.size == 1 else "contacts"
+            title += f", triangles: the first {starts.size} {count}"
+        axes.set_title(title, loc="left", fontsize=10)
+    crank_angle_axis(panels[-1])
+    return figure
+
+
+# ----------------------------------------------------------------------------
+# Mean force in the joint against its clearance, with standard error and spread.
+# ----------------------------------------------------------------------------
+
+_STEM = "response/impact/"
+#: ratio of the largest to the smallest from which an axis is logarithmic
+_WIDE = 8.0
+_WORDS = 8
+_OTHERS = (
+    ("peak_force", "largest force of a turn, mean", COLOURS[1], "s--"),
+    ("average_amplitude", "mean of the joint force's spectrum over its orders", COLOURS[2], "D:"),
+)
+
+
+def draw_impact_clearance(result: Result) -> "Figure | None":
+    """Mean with error bars and the band of single turns, peak, mean of the spectrum; None without.
+
+    Where forces or clearances span decades their axis is logarithmic.
+    """
+    record = result.record
+    quantity = having(record, _STEM + "mean_force", "clearance")
+    if quantity is None:
+        return None
+    play = 1e3 * np.asarray(quantity.axes[0].values, dtype=float)
+    order = np.argsort(play)
+    play = play[order]
+    figure = canvas(result, "force of impacts against clearance", 7.8, 5.4)
+    axes = figure.subplots()
+    drawn = [_mean(axes, record, quantity, play, order)]
+    for name, words, colour, mark in _OTHERS:
+        other = having(record, _STEM + name, "clearance")
+        if other is not None:
+            values = np.asarray(other.values, dtype=float)[order]
+            axes.plot(play, values, mark, color=colour, label=words, linewidth=1.3)
+            drawn.append(values)
+    _scales(axes, play, np.concatenate(drawn))
+    axes.set_xlabel("clearance in mm")
+    axes.set_ylabel(f"force in {quantity.unit}")
+    figure.legend(loc="outside lower center", fontsize=9, ncols=2)
+    return figure
+
+
+def _mean(
+    axes: "Axes", record: Record, quantity: Quantity, play: np.ndarray, order: np.ndarray
+) -> np.ndarray:
+    """Draw the mean force, its standard error and the band of single turns; return the mean."""
+    force = np.asarray(quantity.values, dtype=float)[order]
+    low, high = (having(record, f"{_STEM}mean_force_{end}", "clearance") for end in ("low", "high"))
+    if low is not None and high is not None:
+        ends = np.asarray(low.values)[order], np.asarray(high.values)[order]
+        words = "mean force, 5 to 95 % of turns"
+        if play.size > 1:
+            axes.fill_between(play, *ends, color=COLOURS[5], alpha=0.35, linewidth=0.0, label=words)
+        else:
+            axes.vlines(play, *ends, color=COLOURS[5], linewidth=9.0, label=words)
+    spread = standard_errors(record, "mean_force")
+    words, bars = "mean force", None
+    if spread is not None:
+        words = "mean force and its standard error"
+        # A bar that reaches below zero would have no end on a logarithmic axis.
+        bars = np.array([np.minimum(spread[order], 0.9 * np.abs(force)), spread[order]])
+    axes.errorbar(play, force, bars, fmt="o-", color=COLOURS[0], capsize=5, label=words)
+    # Above its point, or beside the band that a single point stands on.
+    place: dict[str, Any] = (
+        {"xytext": (0, 9), "ha": "center"} if play.size > 1 else {"xytext": (14, -4)}
+    )
+    if play.size <= _WORDS:
+        for x, y in zip(play, force, strict=True):
+            axes.annotate(
+                f"{show(y, digits=3)} {quantity.unit}",
+                (x, y),
+                textcoords="offset points",
+                fontsize=9,
+                **place,
+            )
+    return np.asarray(force)
+
+
+def _scales(axes: "Axes", play: np.ndarray, force: np.ndarray) -> None:
+    if play.min() > 0.0 and play.max() / play.min() > _WIDE:
+        axes.set_xscale("log")
+        axes.set_xlim(play.min() / 1.6, 1.6 * play.max())
+        plain_ticks(axes.xaxis)
+    elif play.size == 1:
+        axes.set_xlim(0.0, 2.0 * play[0])
+    else:
+        axes.margins(x=0.12)
+    if force.min() > 0.0 and force.max() / force.min() > _WIDE:
+        axes.set_yscale("log")
+        plain_ticks(axes.yaxis)
+        axes.set_ylim(force.min() / 2.0, 2.0 * force.max())
+    else:
+        axes.set_ylim(bottom=0.0)
+        axes.margins(y=0.15)
+    axes.axhline(0.0, color=QUIET, linewidth=0.6)
+
+
+# ----------------------------------------------------------------------------
+# Spectrum of the joint force with the spread of single turns, beside the inertia force.
+# ----------------------------------------------------------------------------
+
+_AXES = ("clearance", "order")
+_MOST_SPECTRA = 3
+#: decades shown below the smallest of the bands
+_BELOW = 0.3
+#: inertia forces below this share of the largest are not drawn
+_FAINT = 1e-9
+
+
+def draw_impact_spectrum(result: Result) -> "Figure | None":
+    """Linear above and logarithmic below, a column for each clearance; None without spectrum."""
+    record = result.record
+    spectrum = having(record, _STEM + "spectrum", *_AXES)
+    if spectrum is None:
+        return None
+    names = clearance_names(spectrum.axes[0])
+    chosen = spread_out(len(names), _MOST_SPECTRA)
+    figure = canvas(result, "spectrum of the joint force", 8.6 if len(chosen) < 3 else 9.4, 6.6)
+    grid = figure.subplots(2, len(chosen), squeeze=False, sharex=True)
+    for column, i in zip(grid.T, chosen, strict=True):
+        for axes in column:
+            _curves(axes, record, spectrum, i)
+        column[0].set_title(names[i], loc="left", fontsize=10)
+        _linear(column[0], record, spectrum, i)
+        column[1].set_yscale("log")
+        column[1].set_ylim(*_window(record, spectrum, i))
+        column[1].set_xlabel("order")
+    for axes in grid[:, 0]:
+        axes.set_ylabel(f"amplitude in {spectrum.unit}")
+    grid[0, 0].set_xlim(0.0, float(np.max(spectrum.axes[1].values)))
+    handles, words = grid[0, 0].get_legend_handles_labels()
+    figure.legend(handles, words, loc="outside lower center", ncols=4, fontsize=9)
+    return figure
+
+
+def _curves(axes: "Axes", record: Record, spectrum: Quantity, i: int) -> None:
+    orders = np.asarray(spectrum.axes[1].values)
+    low, high = _band(record)
+    if low is not None and high is not None:
+        axes.fill_between(
+            orders,
+            np.abs(low.values[i]),
+            np.abs(high.values[i]),
+            color=COLOURS[5],
+            alpha=0.45,
+            linewidth=0.0,
+            label="5 to 95 % of turns",
+        )
+    mean = np.abs(spectrum.values[i])
+    axes.plot(orders, mean, color=COLOURS[0], linewidth=1.3, label="joint force, mean of turns")
+    average = having(record, _STEM + "average_amplitude", "clearance")
+    if average is not None:
+        level = float(abs(average.values[i]))
+        axes.axhline(
+            level, color=LIMIT, linestyle="--", linewidth=1.2, label="its mean over the orders"
+        )
+    shaking = having(record, _STEM + "shaking", "order")
+    if shaking is not None:
+        values: Any = np.abs(shaking.values)
+        acting = values > _FAINT * values.max()
+        places, sizes = broken(np.asarray(shaking.axes[0].values), values, acting)
+        axes.plot(places, sizes, "o-", color=TOTAL, linewidth=1.0, ms=4.0, label="inertia force")
+
+
+def _linear(axes: "Axes", record: Record, spectrum: Quantity, i: int) -> None:
+    """The joint force fills the linear axis; words say how high the inertia force goes beyond."""
+    _, high = _band(record)
+    top = 1.1 * float(np.max(np.abs((spectrum if high is None else high).values[i])))
+    axes.set_ylim(0.0, top if top > 0.0 else 1.0)
+    shaking = having(record, _STEM + "shaking", "order")
+    if shaking is None or float(np.max(np.abs(shaking.values))) <= top:
+        return
+    axes.annotate(
+        f"inertia force to {show(np.max(np.abs(shaking.values)), digits=3)} {shaking.unit}",
+        (0.97, 0.97),
+        xycoords="axes fraction",
+        ha="right",
+        va="top",
+        fontsize=9,
+        color=TOTAL,
+    )
+
+
+def _band(record: Record) -> tuple[Quantity | None, Quantity | None]:
+    low, high = (having(record, f"{_STEM}spectrum_{end}", *_AXES) for end in ("low", "high"))
+    return low, high
+
+
+def _window(record: Record, spectrum: Quantity, i: int) -> tuple[float, float]:
+    """Ends of the logarithmic axis: the joint force with its band; the inertia force leaves it."""
+    low, high = _band(record)
+    values = [np.abs(spectrum.values[i])]
+    values += [np.abs(q.values[i]) for q in (low, high) if q is not None]
+    shaking = having(record, _STEM + "shaking", "order")
+    every = np.concatenate(values)
+    positive = every[every > 0.0]
+    bottom = float(positive.min()) if positive.size else 1e-3
+    top = float(every.max()) if positive.size else 1.0
+    if shaking is not None:
+        top = max(top, float(np.max(np.abs(shaking.values))))
+    return 10.0**-_BELOW * bottom, 3.0 * top
+
+
+# ----------------------------------------------------------------------------
+# Which force leads at which order: inertia of the piston, impacts, axial force of the motor.
+# ----------------------------------------------------------------------------
+
+_MOST_PANELS = 4
+_MOTOR = "#8A5A00"
+
+
+def draw_dominance(result: Result) -> "Figure | None":
+    """Amplitudes against order on a logarithmic axis; None without both kinds of force.
+
+    Of the impacts it is what the play adds to the inertia force that shakes the body.
+    """
+    record = result.record
+    added = having(record, _STEM + "added_force", "clearance", "order")
+    shaking = having(record, _STEM + "shaking", "order")
+    if added is None or shaking is None:
+        return None
+    figure = canvas(result, "forces against order: which one leads", 8.8, 5.8)
+    axes = figure.subplots()
+    axes.set_yscale("log")
+    orders = np.asarray(added.axes[1].values)
+    chosen = spread_out(len(added.values), _MOST_PANELS)
+    names = clearance_names(added.axes[0])
+    impacts = np.abs(np.asarray(added.values)[chosen])
+    places = np.asarray(shaking.axes[0].values)
+    _points(axes, places, np.abs(shaking.values), "inertia force of the piston", TOTAL, "o-")
+    for i, row in zip(chosen, impacts, strict=True):
+        colour = COLOURS[chosen.index(i)]
+        acting = (row > 0.0) & (orders > 0)
+        axes.plot(*broken(orders, row, acting), color=colour, label=f"impacts add, {names[i]}")
+    motor = having(record, _STEM + "motor", "order")
+    if motor is not None:
+        own = np.asarray(motor.axes[0].values)
+        _points(axes, own, np.abs(motor.values), "axial force of the motor", _MOTOR, "s:")
+    positive = impacts[impacts > 0.0]
+    bottom = float(positive.min()) if positive.size else 1e-3
+    if motor is not None and np.any(np.abs(motor.values) > 0.0):
+        size = np.abs(motor.values)
+        bottom = min(bottom, float(size[size > 0.0].min()))
+    top = max(float(impacts.max()), float(np.max(np.abs(shaking.values))))
+    axes.set_ylim(0.3 * bottom, 30.0 * top)
+    axes.set_xscale("log")
+    plain_ticks(axes.xaxis)
+    axes.set_xlim(0.85, 1.1 * float(max(orders[-1], 2)))
+    _leads(axes, record, chosen, top)
+    axes.set_xlabel("order")
+    axes.set_ylabel(f"amplitude in {added.unit}")
+    figure.legend(loc="outside lower center", ncols=3, fontsize=9)
+    return figure
+
+
+def _points(
+    axes: "Axes", orders: np.ndarray, values: Any, words: str, colour: str, style: str
+) -> None:
+    places, sizes = broken(orders, values, (np.asarray(values) > 0.0) & (orders > 0))
+    axes.plot(places, sizes, style, color=colour, linewidth=1.1, ms=4.0, label=words)
+
+
+def broken(
+    orders: np.ndarray, values: np.ndarray, acting: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """The acting orders and their values, with NaN between two that are not neighbours.
+
+    A line does not cross an order that has no force.
+    """
+    kept = np.asarray(orders)[acting]
+    apart = np.flatnonzero(np.diff(kept) > 1) + 1
+    places = np.insert(kept.astype(float), apart, np.nan)
+    return places, np.insert(np.asarray(values, dtype=float)[acting], apart, np.nan)
+
+
+def _leads(axes: "Axes", record: Record, chosen: list[int], top: float) -> None:
+    """A mark at the order from which impacts lead, at a height of its own for each clearance."""
+    leads = having(record, _STEM + "leads_from", "clearance")
+    if leads is None:
+        return
+    for row, i in enumerate(chosen):
+        order = int(leads.values[i])
+        colour = COLOURS[row]
+        height = top * 30.0 ** (0.92 - 0.23 * row)
+        if order > 0:
+            axes.vlines(order, 0.0, height, color=colour, linestyle=":", linewidth=1.2)
+        words = f"these lead from order {order}" if order > 0 else "these lead nowhere"
+        axes.annotate(
+            words,
+            (max(order, 1), height),
+            xytext=(5, 0),
+            textcoords="offset points",
+            color=colour,
+            fontsize=9,
+            va="center",
+            bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.0},
+        )

@@ -1,0 +1,381 @@
+"""What stays the same while a batch runs: panels of crank angle, power series, transforms."""
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from vibecalc.errors import NumericalFailure, UsageError
+from vibecalc.impact.linkage import Drive, GasForce, Law, Train
+from vibecalc.impact.roots import in_order
+from vibecalc.numerics.rounding import UNIT_ROUNDOFF
+from vibecalc.numerics.typing import ComplexArray, FloatArray, IntArray
+
+# ----------------------------------------------------------------------------
+# Panels of crank angle: on each one the gas force is a straight line and the drive is smooth.
+#
+# The motion inside a step is a power series of degree DEGREE in local time. A panel is short enough
+# for the series of the drive, a step short enough for that of the contacts (see `series.py`), so
+# that what the series leave out is below rounding.
+# ----------------------------------------------------------------------------
+
+#: degree of the power series of every gap
+DEGREE = 22
+
+#: highest order times half the width of a panel, for the moments of `spectrum.py`
+_HALF_PHASE = 5.0
+_MOST_PANELS = 20_000
+
+
+class Panels(NamedTuple):
+    """Start, width (rad), gas force at the start (N) and its slope (N/rad) of each panel (p,)."""
+
+    start: FloatArray
+    width: FloatArray
+    gas: FloatArray
+    gas_slope: FloatArray
+
+
+def make_panels(drive: Drive, gas: GasForce, highest_order: int, subdivision: int = 1) -> Panels:
+    """Panels over one turn from crank angle 0, each node of the gas table between two of them.
+
+    `subdivision` cuts every panel into that many, to show that nothing depends on them.
+    Raises NumericalFailure for a drive that would need more than 20 000.
+    """
+    node, force = _gas_nodes(gas)
+    widest = min(_drive_width(drive), 2.0 * _HALF_PHASE / max(highest_order, 1))
+    pieces = np.ceil(np.diff(node) / widest * (1.0 - 1e-12)).astype(np.int64) * subdivision
+    if np.sum(pieces) > _MOST_PANELS:
+        raise NumericalFailure(
+            f"one revolution would need {np.sum(pieces)} panels, more than {_MOST_PANELS}: the "
+            f"motion of the crank pin has harmonics too high, or too many orders are kept"
+        )
+    starts, gas_starts, slopes = [], [], []
+    for k, count in enumerate(pieces.tolist()):
+        width, slope = node[k + 1] - node[k], (force[k + 1] - force[k]) / (node[k + 1] - node[k])
+        local = width * np.arange(count) / count
+        starts.append(node[k] + local)
+        gas_starts.append(force[k] + slope * local)
+        slopes.append(np.full(count, slope))
+    start = np.concatenate(starts)
+    width = np.diff(np.append(start, 2.0 * np.pi))
+    return Panels(start, width, np.concatenate(gas_starts), np.concatenate(slopes))
+
+
+def gas_force(gas: GasForce, angle: FloatArray) -> FloatArray:
+    """Gas force, N, at crank angles of any shape, rad."""
+    node, force = _gas_nodes(gas)
+    return np.asarray(np.interp(np.mod(angle, 2.0 * np.pi), node, force))
+
+
+def _gas_nodes(gas: GasForce) -> tuple[FloatArray, FloatArray]:
+    """The table over one turn from 0 to 2 pi, with nodes at both ends."""
+    turn = 2.0 * np.pi
+    angle = np.asarray(gas.angle, dtype=np.float64)
+    force = np.asarray(gas.force, dtype=np.float64)
+    if not angle.size:
+        return np.array([0.0, turn]), np.zeros(2)
+    if angle.size > 1 and angle[-1] - angle[0] > turn * (1.0 - 1e-12):
+        angle, force = angle[:-1], force[:-1]
+    angle = np.mod(angle, turn)
+    order = np.argsort(angle, kind="stable")
+    angle, force = angle[order], force[order]
+    at_zero = float(np.interp(0.0, angle, force, period=turn))
+    inside = (angle > 1e-12) & (angle < turn - 1e-12)
+    node = np.concatenate([[0.0], angle[inside], [turn]])
+    return node, np.concatenate([[at_zero], force[inside], [at_zero]])
+
+
+def _drive_width(drive: Drive) -> float:
+    """Widest panel, rad, whose series of degree DEGREE of the drive's motion is exact to rounding.
+
+    The first term left out of sum |a_n| (n width)^k / k! stays below rounding of sum |a_n|.
+    """
+    width = 2.0 * np.pi
+    series = [(np.asarray(drive.orders), np.square(drive.orders) * np.abs(drive.displacement))]
+    if drive.rod_tangent is not None and drive.tangent_orders is not None:
+        series.append((np.asarray(drive.tangent_orders), np.abs(drive.rod_tangent)))
+    # k = DEGREE - 1 is the first term that the acceleration leaves out
+    term = DEGREE - 1
+    factorial = float(np.prod(np.arange(1.0, term + 1.0)))
+    for orders, size in series:
+        total = float(np.sum(size))
+        highest = float(np.sum(size * orders.astype(np.float64) ** term)) / factorial
+        if highest > 0.0:
+            width = min(width, (UNIT_ROUNDOFF * total / highest) ** (1.0 / term))
+    return width
+
+
+# ----------------------------------------------------------------------------
+# Power series of the gaps over one step: between events the system is linear.
+#
+# With s the fraction of the step, a gap is z = sum_k z_k s^k. The equation of motion gives z_(k+2)
+# from z_k and z_(k+1): the series of the matrix exponential and of the forced motion together,
+# which has no trouble at resonance, with damping above critical, or in the double integral of a
+# free flight. Steps are at most REACH over the fastest rate of the contacts, which leaves out
+# REACH^(DEGREE+1)/(DEGREE+1)! = 2e-17 of the motion.
+# ----------------------------------------------------------------------------
+
+#: longest step times the fastest rate of the contacts
+REACH = 1.75
+
+
+class DriveTable(NamedTuple):
+    """Real tables (n, k): derivative k over k! is cosine . cos(n theta) + sine . sin(n theta)."""
+
+    orders: FloatArray
+    cosine: FloatArray
+    sine: FloatArray
+
+
+def pin_table(drive: Drive) -> DriveTable:
+    """Table of the pin: column 0 its velocity Y', column 1 + k the angle series of Y''."""
+    step = 1j * np.asarray(drive.orders) * drive.speed
+    velocity = np.asarray(drive.displacement) * step
+    return _table(drive.orders, np.vstack([velocity, *_rising(drive.orders, velocity * step)]))
+
+
+def tangent_table(drive: Drive) -> DriveTable:
+    """Table of tan(rod angle): column k the angle series; ValueError if the drive has none."""
+    if drive.rod_tangent is None or drive.tangent_orders is None:
+        raise ValueError("the drive has no harmonics of the rod angle")
+    values = np.asarray(drive.rod_tangent, dtype=np.complex128)
+    return _table(drive.tangent_orders, np.vstack(_rising(drive.tangent_orders, values)))
+
+
+def _rising(orders: IntArray, values: np.ndarray) -> list[np.ndarray]:
+    rows = [values]
+    for k in range(1, DEGREE - 1):
+        rows.append(rows[-1] * (1j * np.asarray(orders)) / k)
+    return rows
+
+
+def _table(orders: IntArray, rows: np.ndarray) -> DriveTable:
+    used = np.any(rows != 0.0, axis=0)
+    value = np.ascontiguousarray(rows[:, used].T)
+    return DriveTable(np.asarray(orders, dtype=np.float64)[used], value.real, -value.imag)
+
+
+def drive_series(table: DriveTable, angle: FloatArray) -> FloatArray:
+    """The columns of a table at crank angles (A,), as an array (k, A).
+
+    Sums run over the orders one by one, so that a run does not depend on its company in a batch.
+    """
+    phase = table.orders[:, None] * angle
+    cosine, sine = np.cos(phase)[:, None, :], np.sin(phase)[:, None, :]
+    total = np.zeros((table.cosine.shape[1], len(angle)))
+    for n in range(len(table.orders)):
+        total += table.cosine[n][:, None] * cosine[n]
+        total += table.sine[n][:, None] * sine[n]
+    return total
+
+
+def fastest_rate(couple: FloatArray, law: Law) -> FloatArray:
+    """Bound (A,), rad/s, on every rate of the linear system z'' = -couple (K z + D z').
+
+    A row-sum norm: a root obeys r^2 <= d r + k, so r <= sqrt(k) + d.
+    """
+    size = np.abs(couple)
+    stiff = np.max(np.sum(size * law.spring, axis=1), axis=0)
+    damped = np.max(np.sum(size * law.damper, axis=1), axis=0)
+    return np.asarray(np.sqrt(stiff) + damped)
+
+
+class Step(NamedTuple):
+    """Coefficients (DEGREE + 1, G, A) of the gaps, m, and (DEGREE, G, A) of the forces, N."""
+
+    gap: FloatArray
+    force: FloatArray
+
+
+def motion_series(
+    gap: FloatArray,
+    velocity: FloatArray,
+    law: Law,
+    couple: FloatArray,
+    push: FloatArray,
+    duration: FloatArray,
+    side_pull: FloatArray | None,
+) -> Step:
+    """Series of every gap over a step of `duration` (A,), s.
+
+    `gap`, `velocity` (G, A) at its start; `couple` (G, G, A); `push` (DEGREE - 1, G, A) the
+    series in s of what accelerates the gaps besides their forces; `side_pull` (DEGREE - 1, A)
+    that of tan(rod angle) over the piston mass, if the last gap is the bore.
+    """
+    gaps, members = gap.shape
+    square = duration * duration
+    couple, push = couple * square, push * square
+    if side_pull is not None:
+        side_pull = side_pull * square
+    rate = law.damper / duration
+    z = np.empty((DEGREE + 1, gaps, members))
+    force = np.empty((DEGREE, gaps, members))
+    z[0], z[1] = gap, velocity * duration
+    for k in range(DEGREE - 1):
+        force[k] = law.spring * (z[k] if k else z[0] - law.rest) + (k + 1.0) * rate * z[k + 1]
+        pull = couple[0] * force[k] if gaps == 1 else np.sum(couple * force[k], axis=1)
+        z[k + 2] = (push[k] - pull) / ((k + 1.0) * (k + 2.0))
+        if side_pull is not None:
+            lateral = in_order(side_pull[k::-1] * force[: k + 1, 0])
+            z[k + 2, -1] += lateral / ((k + 1.0) * (k + 2.0))
+    last = DEGREE - 1
+    force[last] = law.spring * z[last] + DEGREE * rate * z[DEGREE]
+    return Step(z, force)
+
+
+# ----------------------------------------------------------------------------
+# Harmonics of a force over one revolution from its moments on panels.
+#
+# On a panel of half width h around m, exp(-i n theta) is exp(-i n m) times a series of Legendre
+# polynomials whose coefficients die out faster than any power beyond n h. So the integrals of the
+# force times the first MOMENTS Legendre polynomials, summed up while a run passes the panel, hold
+# every harmonic to rounding, and the cost of a step does not depend on the number of orders.
+# ----------------------------------------------------------------------------
+
+#: Legendre polynomials kept: 5^28 / 57!! is below 1e-16, see the width in `panels.py`
+MOMENTS = 28
+#: points of a Gauss rule that integrates force series times Legendre polynomials exactly
+_POINTS = (DEGREE + MOMENTS) // 2 + 1
+
+_nodes, _weights = np.polynomial.legendre.leggauss(_POINTS)
+#: the rule on [0, 1], and the powers of its points (points, DEGREE)
+_AT = 0.5 * (1.0 + _nodes)
+_WEIGHT = 0.5 * _weights
+_POWERS = _AT[:, None] ** np.arange(DEGREE)
+
+
+class Transform(NamedTuple):
+    """`phase` (p, N + 1), `shape` (distinct widths, MOMENTS, N + 1), `kind` (p,) which width."""
+
+    phase: ComplexArray
+    shape: ComplexArray
+    kind: IntArray
+
+
+def make_transform(panels: Panels, highest_order: int) -> Transform:
+    """Tables that take moments to harmonics of order 0 to `highest_order`."""
+    orders = np.arange(highest_order + 1)
+    middle = panels.start + 0.5 * panels.width
+    phase = np.exp(-1j * np.outer(middle, orders)) / np.pi
+    phase[:, 0] *= 0.5
+    widths, kind = np.unique(np.round(panels.width, 13), return_inverse=True)
+    node, weight = np.polynomial.legendre.leggauss(MOMENTS + 24)
+    rows = np.array(list(_legendre(node)))
+    rank = (2.0 * np.arange(MOMENTS) + 1.0) * 0.5
+    shape = []
+    for each in range(len(widths)):
+        # panels of one kind differ by rounding; their moments count from the mean width
+        half = 0.5 * np.mean(panels.width[kind == each])
+        wave = np.exp(-1j * half * np.outer(node, orders)) * weight[:, None]
+        shape.append(rank[:, None] * (rows @ wave))
+    return Transform(phase, np.array(shape), np.asarray(kind.reshape(-1), dtype=np.int64))
+
+
+def moments(
+    force: FloatArray, offset: FloatArray, length: FloatArray, width: FloatArray
+) -> FloatArray:
+    """Moments (MOMENTS, n) of pieces of force series (DEGREE, n), in N rad.
+
+    A piece begins at `offset` (n,) from the start of its panel and is `length` (n,) long, the
+    panel is `width` (n,) wide, all in rad.
+    """
+    pull = (_POWERS @ force) * (_WEIGHT[:, None] * length)
+    place = (offset + length * _AT[:, None]) / (0.5 * width) - 1.0
+    return np.array([np.einsum("qn,qn->n", row, pull) for row in _legendre(place)])
+
+
+def harmonics(values: FloatArray, transform: Transform) -> ComplexArray:
+    """One-sided 0-to-peak harmonics (n, N + 1) of order 0 (the mean) to N, in N.
+
+    `values` (n, p, MOMENTS) are the moments over one revolution, already in N rad.
+    """
+    total = np.zeros((len(values), transform.phase.shape[1]), dtype=np.complex128)
+    for each in range(len(transform.shape)):
+        mine = transform.kind == each
+        turned = np.swapaxes(values[:, mine], 1, 2) @ transform.phase[mine]
+        total += np.sum(turned * transform.shape[each], axis=1)
+    return total
+
+
+def _legendre(at: FloatArray) -> Iterator[FloatArray]:
+    """Legendre polynomials 0 to MOMENTS - 1 at the given points, one after the other."""
+    before, now = np.ones_like(at), at
+    yield before
+    for rank in range(1, MOMENTS):
+        yield now
+        before, now = now, ((2 * rank + 1) * at * now - rank * before) / (rank + 1)
+
+
+# ----------------------------------------------------------------------------
+# Everything about a batch that stays the same while it runs.
+# ----------------------------------------------------------------------------
+
+#: steps of one run in one revolution that count as no progress
+MOST_STEPS = 200_000
+#: shortest contact, as a part of a revolution
+_SHORTEST_CONTACT = 1e-9
+
+
+class Setup(NamedTuple):
+    """Machine, crank-angle panels and tables; `rate_couple` (G, G, B) bounds all couplings."""
+
+    train: Train
+    speed: float
+    panels: Panels
+    pin: DriveTable
+    tangent: DriveTable | None
+    rate_couple: FloatArray
+    transform: Transform
+    pin_velocity_at_start: float
+
+
+def make_setup(
+    train: Train, drive: Drive, gas: GasForce, highest_order: int, subdivision: int = 1
+) -> Setup:
+    """Tables of a batch.
+
+    Raises UsageError for a bore without harmonics of the rod angle or a speed that is not
+    positive, NumericalFailure for contacts too stiff or damped to be followed.
+    """
+    if not drive.speed > 0.0:
+        raise UsageError("the speed of the crank has to be positive")
+    tangent, rate_couple = None, np.abs(train.couple)
+    if train.bore is not None:
+        if drive.rod_tangent is None:
+            raise UsageError("a bore with play needs the harmonics of the rod angle")
+        tangent = tangent_table(drive)
+        # the bound on |tan| of the rod angle; a sum of harmonics is never above that of sizes
+        rate_couple[train.bore, 0] = np.sum(np.abs(drive.rod_tangent)) / train.mass
+    _refuse_hard_contacts(train, rate_couple, drive.speed)
+    panels = make_panels(drive, gas, highest_order, subdivision)
+    pin = pin_table(drive)
+    return Setup(
+        train,
+        drive.speed,
+        panels,
+        pin,
+        tangent,
+        rate_couple,
+        make_transform(panels, highest_order),
+        float(np.sum(pin.cosine[:, 0])),
+    )
+
+
+def _refuse_hard_contacts(train: Train, size: FloatArray, speed: float) -> None:
+    gaps = train.gaps
+    own = np.einsum("ggb->gb", size)
+    turn = 2.0 * np.pi / speed
+    contact = np.min(np.pi / np.sqrt(own * gaps.stiffness))
+    if contact < _SHORTEST_CONTACT * turn:
+        raise NumericalFailure(
+            f"a contact would last {contact:.3g} s, less than 1e-9 of a revolution: its stiffness "
+            f"({np.max(gaps.stiffness):.3g} N/m) is too high for the masses it acts on"
+        )
+    damping = np.maximum(gaps.contact_damping, gaps.film_damping)
+    rate = np.max(np.sum(size * damping, axis=1))
+    if rate * turn > REACH * MOST_STEPS:
+        raise NumericalFailure(
+            f"damping of {np.max(damping):.3g} N*s/m brings the masses to rest in "
+            f"{1.0 / rate:.3g} s, too fast to be followed over a revolution"
+        )

@@ -1,1 +1,0 @@
-"""Thin adapters between a case and the stage functions, one file per stage."""

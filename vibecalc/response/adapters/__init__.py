@@ -1,0 +1,1 @@
+"""Stages of the response: from a case to recorded results."""

@@ -1,0 +1,242 @@
+"""Adapter: energies of every way of running the machine with every way of balancing it."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from vibecalc.excitation.adapter import Forcing, rotating_part, train_excitation
+from vibecalc.excitation.inertia_forces import Excitation, as_loads, at_speed
+from vibecalc.kinematics.adapter import PistonMotion
+from vibecalc.numerics.rounding import EPSILON, WithError
+from vibecalc.parts.crank_train import (
+    build_crank_train,
+    cancelling_weights,
+    moving,
+    rotating_masses,
+    throws,
+    weights_and_shafts,
+)
+from vibecalc.parts.firing import shakes_with_torque
+from vibecalc.pipeline.catalogue import CATALOGUE
+from vibecalc.pipeline.scene import Scene
+from vibecalc.response.adapters.response import (
+    LinearSystem,
+    forcing_of,
+    linear_system,
+    undriven_at_operating_point,
+)
+from vibecalc.response.energies import (
+    dropped_mean,
+    energy_by_order,
+    energy_over_cycle,
+    mass_of,
+    stiffness_of,
+)
+from vibecalc.response.forced import Undriven
+from vibecalc.response.operations import (
+    PhaseRange,
+    Superposed,
+    at_phase,
+    mean_energy_range,
+    peak_energy_range,
+    states,
+    superpose,
+)
+from vibecalc.response.tables import Balance, Operation, Response
+
+# ----------------------------------------------------------------------------
+# Loads of several ways of running a machine, with several ways of balancing its crankshaft.
+# ----------------------------------------------------------------------------
+
+AS_IN_CASE = "as in the case"
+
+
+class Loads(NamedTuple):
+    """Loads per crank speed squared: `shaking` of each operation, `residual` of each balance too.
+
+    Shaking is that of pistons, weights and shafts of the case; the residual is that of the throws
+    which turn and of the weights which cancel the throws of a balance.
+    """
+
+    operations: tuple[str, ...]
+    balances: tuple[str, ...]
+    shaking: tuple[Excitation, ...]
+    residual: tuple[tuple[Excitation, ...], ...]
+
+
+def operation_loads(
+    scene: Scene, operations: Sequence[Operation], balances: Sequence[Balance] = ()
+) -> Loads:
+    """Loads of some operations with some balances; without these, with that of the case."""
+    motion: PistonMotion = scene.handed_on["motion"]
+    excitation = scene.case.excitation
+    train = scene.case.machine.crank_train
+    whole = build_crank_train(train)
+    idle = "stopped" if excitation is None else excitation.idle
+    named: list[tuple[str, Sequence[str] | None]] = [
+        (balance.name, balance.balanced_for) for balance in balances
+    ]
+    if not named:
+        named = [(AS_IN_CASE, None if excitation is None else excitation.balanced_for)]
+    fixed = rotating_masses(weights_and_shafts(train))
+    acts = shakes_with_torque(scene.case)
+    highest = motion.harmonics.shape[-1] - 1
+    shaking, residual = [], []
+    for operation in operations:
+        runs = moving(whole, operation.working, idle)
+        shaking.append(train_excitation(runs, fixed, motion, scene.case.machine, acts))
+        rows = [
+            rotating_masses([*throws(runs), *cancelling_weights(whole, names)])
+            for _, names in named
+        ]
+        residual.append(tuple(rotating_part(whole, row, highest) for row in rows))
+    return Loads(
+        tuple(operation.name for operation in operations),
+        tuple(name for name, _ in named),
+        tuple(shaking),
+        tuple(residual),
+    )
+
+
+# ----------------------------------------------------------------------------
+# Adapter: energies of every way of running the machine with every way of balancing it.
+# ----------------------------------------------------------------------------
+
+
+def run_operations(scene: Scene) -> None:
+    """Emit mean, peak and range of the energies of all combinations."""
+    forcing, system = forcing_of(scene), linear_system(scene)
+    options = scene.case.response
+    if options is None:
+        raise ValueError("the case has no [response]")
+    scene.cite(
+        "operations and balances combined as phasors",
+        "energies of every way of running the machine",
+        "docs/theory.md; the table of combinations is that of Ong (2000), table 4.4",
+    )
+    loads = operation_loads(scene, options.operations, options.balances)
+    speed, orders = scene.case.machine.speed, forcing.orders
+    parts = superpose(
+        system.matrices,
+        orders,
+        speed,
+        _stacked([as_loads(at_speed(load, speed)) for load in loads.shaking]),
+        _stacked([_first(row, speed) for row in loads.residual]),
+        _undriven(scene, system, loads, orders),
+    )
+    _emit(scene, system, options, forcing, loads, parts)
+
+
+def _first(row: Sequence[Excitation], speed: float) -> WithError:
+    """Order 1 (balances, 6) of each residual load at a crank speed."""
+    each = [as_loads(at_speed(load, speed)) for load in row]
+    return _stacked([WithError(load.value[0], load.error[0]) for load in each])
+
+
+def _stacked(rows: Sequence[WithError]) -> WithError:
+    return WithError(np.stack([r.value for r in rows]), np.stack([r.error for r in rows]))
+
+
+def _undriven(scene: Scene, system: LinearSystem, loads: Loads, orders: np.ndarray) -> Undriven:
+    """Modes that no part of a load drives where an order meets them.
+
+    The parts are judged one by one: two that cancel at the nominal phase of a weight do not cancel
+    at the others, over which the range of the energies goes.
+    """
+    parts = [*loads.shaking, *(residual for row in loads.residual for residual in row)]
+    found = [undriven_at_operating_point(scene, system, as_loads(load), orders) for load in parts]
+    pairs = np.logical_and.reduce([each.pairs for each in found])
+    return found[0]._replace(pairs=pairs)
+
+
+def _emit(
+    scene: Scene,
+    system: LinearSystem,
+    options: Response,
+    forcing: Forcing,
+    loads: Loads,
+    parts: Superposed,
+) -> None:
+    orders, speed = forcing.orders, scene.case.machine.speed
+    axes = {"operation": loads.operations, "balance": loads.balances}
+    weights = np.array([operation.weight for operation in options.operations])
+    for name, weight, rate in (
+        ("kinetic", mass_of(system.matrices), 1j * orders * speed),
+        ("potential", stiffness_of(system.matrices), np.ones(len(orders))),
+    ):
+        stem = f"response/operations/{name}_energy"
+        if not scene.wants(*(path for path in CATALOGUE if path.startswith(stem))):
+            continue
+        state = states(parts, rate)
+        mean = _emit_cycle(scene, stem, weight, at_phase(state), forcing, axes)
+        _emit_together(scene, stem, mean, weights, axes)
+        rotating = energy_by_order(weight, state.residual)
+        scene.emit(f"{stem}/rotating_mean", rotating.mean, rotating.mean_error, axes)
+        scene.emit(f"{stem}/rotating_peak", rotating.peak, rotating.peak_error, axes)
+        if scene.wants(f"{stem}/mean_low", f"{stem}/mean_high"):
+            _emit_range(scene, stem, "mean", _mean_range(weight, state, forcing), axes)
+        if scene.wants(f"{stem}/peak_low", f"{stem}/peak_high"):
+            rtol = scene.case.accuracy.rtol
+            ends = peak_energy_range(weight, state, orders, forcing.kept, forcing.tail, rtol)
+            _emit_range(scene, stem, "peak", ends, axes)
+
+
+def _emit_cycle(
+    scene: Scene,
+    stem: str,
+    weight: WithError,
+    state: WithError,
+    forcing: Forcing,
+    axes: dict[str, tuple[str, ...]],
+) -> WithError:
+    """Mean and peak over the cycle; the peak, which is sought, only where somebody wants it."""
+    kept = forcing.kept
+    if scene.wants(f"{stem}/peak"):
+        whole = energy_over_cycle(weight, state, forcing.orders, kept, forcing.tail)
+        mean = WithError(whole.mean, whole.mean_error)
+        scene.emit(f"{stem}/peak", whole.peak, whole.peak_error, axes)
+    else:
+        first = WithError(state.value[..., :kept, :], state.error[..., :kept, :])
+        guards = WithError(state.value[..., kept:, :], state.error[..., kept:, :])
+        each = energy_by_order(weight, first)
+        total = each.mean.sum(-1)
+        rest = dropped_mean(weight, guards, forcing.tail)
+        mean = WithError(total, each.mean_error.sum(-1) + kept * EPSILON * total + rest)
+    scene.emit(f"{stem}/mean", mean.value, mean.error, axes)
+    return mean
+
+
+def _mean_range(weight: WithError, state: Superposed, forcing: Forcing) -> PhaseRange:
+    kept, shaking = forcing.kept, state.shaking
+    guards = WithError(shaking.value[:, kept:], shaking.error[:, kept:])
+    first = WithError(shaking.value[:, :kept], shaking.error[:, :kept])
+    rest = dropped_mean(weight, guards, forcing.tail)
+    return mean_energy_range(weight, state._replace(shaking=first), rest)
+
+
+def _emit_range(
+    scene: Scene, stem: str, kind: str, ends: PhaseRange, axes: dict[str, tuple[str, ...]]
+) -> None:
+    scene.emit(f"{stem}/{kind}_low", ends.low, ends.low_error, axes)
+    scene.emit(f"{stem}/{kind}_high", ends.high, ends.high_error, axes)
+
+
+def _emit_together(
+    scene: Scene,
+    stem: str,
+    energy: WithError,
+    weights: np.ndarray,
+    axes: dict[str, tuple[str, ...]],
+) -> None:
+    """How far the operations are apart, and their weighted mean, for each balance."""
+    mean, error = energy
+    apart = mean.max(axis=0) - mean.min(axis=0)
+    doubt = 2.0 * error.max(axis=0) + EPSILON * mean.max(axis=0)
+    scene.emit(f"{stem}/difference", apart, doubt, axes)
+    total = float(weights.sum())
+    if total > 0.0:
+        share = weights / total
+        together = np.einsum("o,ob->b", share, mean)
+        spread = np.einsum("o,ob->b", share, error) + len(share) * EPSILON * together
+        scene.emit(f"{stem}/weighted", together, spread, axes)

@@ -1,0 +1,415 @@
+"""Adapter: the body on its suspension, at operating speed and over a range of speeds."""
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from vibecalc.excitation.adapter import DIRECTIONS, Forcing
+from vibecalc.excitation.inertia_forces import as_loads, at_speed, size_of_terms
+from vibecalc.numerics.cycle_peak import cycle_peak
+from vibecalc.numerics.matrices import Matrices
+from vibecalc.numerics.rounding import DATA_ROUNDINGS, EPSILON, UNIT_ROUNDOFF, WithError
+from vibecalc.parts.matrices import build_system
+from vibecalc.pipeline.scene import Scene
+from vibecalc.response.energies import (
+    dropped_mean,
+    energies_over_cycle,
+    energy_by_order,
+    mass_of,
+    stiffness_of,
+    velocity,
+)
+from vibecalc.response.forced import Undriven, dynamics, modal_response, require_digits, response
+from vibecalc.response.modal_damping import (
+    body_resonances,
+    damped_basis,
+    damping_ratio,
+    energy_fraction,
+    modal_damping,
+)
+from vibecalc.response.modes import Modes, modal_assurance, modes
+from vibecalc.response.resonances import (
+    Masked,
+    Resonances,
+    check_operating_point,
+    energy_speeds,
+    idle_warnings,
+    left_out,
+    masked_speeds,
+    outside,
+)
+
+if TYPE_CHECKING:
+    from vibecalc.case.schema import Case
+
+# ----------------------------------------------------------------------------
+# The body on its suspension as a linear system that several stages of the response share.
+# ----------------------------------------------------------------------------
+
+COORDINATES = ("x", "y", "z", "rx", "ry", "rz")
+
+
+class LinearSystem(NamedTuple):
+    """Matrices with all damping in them, and modes in a basis that the damping leaves apart."""
+
+    matrices: Matrices
+    shapes: Modes
+
+
+def linear_system(scene: Scene) -> LinearSystem:
+    """The system of the case, built once per run."""
+    found: LinearSystem = scene.once("linear_system", _build)
+    return found
+
+
+def _build(case: "Case") -> LinearSystem:
+    machine = case.machine
+    matrices = build_system(machine)
+    shapes = modes(matrices)
+    ratio = None if machine.mounts is None else machine.mounts.modal_damping
+    if ratio:
+        added = modal_damping(matrices, shapes, np.full(6, ratio))
+        matrices = matrices._replace(
+            damping=matrices.damping + added.value,
+            damping_error=matrices.damping_error + added.error,
+        )
+    return LinearSystem(matrices, damped_basis(matrices, shapes))
+
+
+def ratios_of(scene: Scene, system: LinearSystem) -> WithError:
+    """Damping ratio (modes,) of each mode, what the case gives as a ratio counting exactly.
+
+    Modal damping is that, and a loss factor of the whole stiffness is twice that. Raises
+    NumericalFailure for a mode that nothing holds.
+    """
+    machine = scene.case.machine
+    mounts = machine.mounts
+    rest = build_system(machine)
+    given = 0.0 if mounts is None else mounts.modal_damping or 0.0
+    if mounts is not None and mounts.stiffness_matrix is not None:
+        given += 0.5 * (mounts.loss_factor or 0.0)
+        rest = rest._replace(structural=np.zeros((6, 6)), structural_error=np.zeros((6, 6)))
+    found = damping_ratio(rest, system.shapes)
+    value = found.value + given
+    return WithError(value, found.error + EPSILON * np.abs(value))
+
+
+def undriven_at_operating_point(
+    scene: Scene, system: LinearSystem, load: WithError, orders: np.ndarray
+) -> Undriven:
+    """Modes that an order meets without driving them; NumericalFailure where it drives one.
+
+    `load` (orders, 6) may have any scale.
+    """
+    resonances = resonances_of(system, load)
+    for warning in check_operating_point(resonances, orders, scene.case.machine.speed):
+        scene.warn(warning)
+    return Undriven(left_out(resonances), system.shapes.shape, system.shapes.eigenvalue)
+
+
+def resonances_of(system: LinearSystem, load: WithError) -> Resonances:
+    """Where orders with these loads (orders, 6) meet the modes.
+
+    A mode that nothing holds has no resonance: it stands at infinity, where no order meets it.
+    """
+    matrices, shapes = system
+    held = shapes.eigenvalue > shapes.eigenvalue_error
+    if np.all(held):
+        return body_resonances(matrices, shapes, load)
+    found = body_resonances(matrices, Modes(*(part[..., held] for part in shapes)), load)
+    frequency, ratio, width = np.full(6, np.inf), np.zeros(6), np.zeros(6)
+    idle = np.ones((len(load.value), 6), dtype=bool)
+    frequency[held], ratio[held], width[held] = found[:3]
+    idle[:, held] = found.idle
+    return Resonances(frequency, ratio, width, idle)
+
+
+def forcing_of(scene: Scene) -> Forcing:
+    """What the excitation has handed on."""
+    forcing: Forcing = scene.handed_on["forcing"]
+    return forcing
+
+
+# ----------------------------------------------------------------------------
+# Adapter: the body on its suspension at operating speed.
+# ----------------------------------------------------------------------------
+
+PARTS = (slice(0, 3), slice(3, 6))
+METHODS = {
+    "modal": (
+        "superposition of modes",
+        "Thomson and Dahleh, Theory of Vibration with Applications, 5th ed. 1998, ch. 6",
+    ),
+    "direct": (
+        "6 x 6 complex dynamic stiffness",
+        "Harris and Piersol, Shock and Vibration Handbook, 5th ed. 2002, ch. 3",
+    ),
+}
+
+
+def run_response(scene: Scene) -> None:
+    """Emit modes, motion, forces on the ground and, where asked for, energies."""
+    forcing = forcing_of(scene)
+    system = linear_system(scene)
+    matrices = system.matrices
+    options = scene.case.response
+    if options is None:
+        raise ValueError("the case has no [response]")
+    name, citation = METHODS[options.method]
+    scene.cite(name, "motion of the body", citation)
+
+    speed = scene.case.machine.speed
+    undriven = undriven_at_operating_point(
+        scene, system, as_loads(forcing.per_speed_squared), forcing.orders
+    )
+    _emit_modes(scene, system, forcing)
+    driven = as_loads(at_speed(forcing.per_speed_squared, speed))
+    frequency = forcing.orders * speed
+    motion = _motion(options.method, system, frequency, driven, undriven, forcing, speed)
+    _emit_motion(scene, forcing, motion)
+    ground = _ground(matrices, frequency, driven, motion)
+    _emit_ground(scene, forcing, ground)
+    if options.energies:
+        _emit_energies(scene, forcing, matrices, motion, frequency)
+
+
+def _motion(
+    method: str,
+    system: LinearSystem,
+    frequency: np.ndarray,
+    driven: WithError,
+    undriven: Undriven,
+    forcing: Forcing,
+    speed: float,
+) -> WithError:
+    matrices = system.matrices
+    if method == "modal":
+        shape = system.shapes.shape
+        return modal_response(matrices, shape, frequency, driven.value, driven.error)
+    stiffness = dynamics(matrices, frequency, undriven)
+    motion = response(stiffness, driven.value, driven.error)
+    require_digits(matrices, stiffness, driven, motion, forcing.orders, speed)
+    return motion
+
+
+def _emit_modes(scene: Scene, system: LinearSystem, forcing: Forcing) -> None:
+    matrices, shapes = system
+    numbers = np.arange(1, 7)
+    axes = {"mode": numbers, "coordinate": COORDINATES, "other_mode": numbers}
+    frequency, doubt = shapes.natural_frequency, shapes.natural_frequency_error
+    scene.emit("response/modes/natural_frequency", frequency, doubt, axes)
+    if np.all(shapes.eigenvalue > shapes.eigenvalue_error):
+        ratio = ratios_of(scene, system)
+        scene.emit("response/modes/damping_ratio", ratio.value, ratio.error, axes)
+        _emit_nearest(scene, forcing, frequency, doubt, axes)
+    share = energy_fraction(matrices, shapes)
+    scene.emit("response/modes/shape", shapes.shape.T, shapes.shape_error, axes)
+    scene.emit("response/modes/energy_fraction", share.value, share.error, axes)
+    # weighed by the diagonal alone: under the whole mass matrix the modes of one machine are
+    # orthogonal by definition, while this says which look alike
+    diagonal = np.diag(np.diagonal(matrices.mass))
+    own = WithError(shapes.shape, shapes.shape_error)
+    alike = modal_assurance(own, own, WithError(diagonal, DATA_ROUNDINGS * EPSILON * diagonal))
+    # a mode is like itself, whatever rounding has done to it
+    np.fill_diagonal(alike.value, 1.0)
+    np.fill_diagonal(alike.error, 0.0)
+    scene.emit("response/modes/assurance", alike.value, alike.error, axes)
+
+
+def _emit_nearest(
+    scene: Scene,
+    forcing: Forcing,
+    frequency: np.ndarray,
+    doubt: np.ndarray,
+    axes: dict[str, object],
+) -> None:
+    """The excited order next to each mode: how far the machine stays away from resonance."""
+    load = as_loads(forcing.per_speed_squared)
+    driven = np.any(np.abs(load.value) > 4.0 * load.error, axis=-1)
+    orders = forcing.orders[: forcing.kept][driven[: forcing.kept]]
+    if not orders.size:
+        return
+    met = orders * scene.case.machine.speed / frequency[:, None]
+    nearest = np.argmin(np.abs(np.log(met)), axis=1)
+    ratio = met[np.arange(6), nearest]
+    scene.emit("response/modes/nearest_order", orders[nearest], 0.0, axes)
+    error = ratio * (doubt / frequency + 4.0 * EPSILON)
+    scene.emit("response/modes/distance", ratio - 1.0, error, axes)
+
+
+def _emit_motion(scene: Scene, forcing: Forcing, motion: WithError) -> None:
+    for name, part in zip(("translation", "rotation"), PARTS, strict=True):
+        _emit_with_peak(scene, f"response/{name}", "_harmonics", forcing, _pick(motion, part))
+
+
+def _emit_ground(scene: Scene, forcing: Forcing, ground: WithError) -> None:
+    for name, part in zip(("force", "couple"), PARTS, strict=True):
+        _emit_with_peak(scene, f"response/ground_{name}", "", forcing, _pick(ground, part))
+
+
+def _ground(
+    matrices: Matrices, frequency: np.ndarray, driven: WithError, motion: WithError
+) -> WithError:
+    """Force and couple (orders, 6) of the suspension on the ground.
+
+    (K + iH + iwC) X, or what is left of the load when the body is moved, F + w^2 M X: the former is
+    the better one above the natural frequencies, the latter below, where the errors of K X and of F
+    are nearly the same. A mode that is left out of an order is in the first alone.
+    """
+    rate = frequency[:, None, None]
+    held = matrices.stiffness + 1j * (matrices.structural + rate * matrices.damping)
+    doubt = matrices.stiffness_error + matrices.structural_error + rate * matrices.damping_error
+    first = _times(WithError(held, doubt), motion)
+    squared = np.square(rate)
+    moved = _times(WithError(squared * matrices.mass, squared * matrices.mass_error), motion)
+    second = moved.error + driven.error + EPSILON * (np.abs(driven.value) + np.abs(moved.value))
+    better = second < first.error
+    return WithError(
+        np.where(better, driven.value + moved.value, first.value),
+        np.where(better, second, first.error),
+    )
+
+
+def _times(matrix: WithError, motion: WithError) -> WithError:
+    """A matrix (orders, 6, 6) of each order times its motion (orders, 6)."""
+    size = np.abs(matrix.value)
+    value = (matrix.value @ motion.value[..., None])[..., 0]
+    doubt = matrix.error + 10.0 * EPSILON * size
+    error = doubt @ np.abs(motion.value)[..., None] + size @ motion.error[..., None]
+    return WithError(value, error[..., 0])
+
+
+def _pick(whole: WithError, part: slice) -> WithError:
+    return WithError(whole.value[..., part], whole.error[..., part])
+
+
+def _emit_with_peak(
+    scene: Scene, stem: str, suffix: str, forcing: Forcing, rows: WithError
+) -> None:
+    kept, orders = forcing.kept, forcing.orders[: forcing.kept]
+    axes = {"order": orders, "direction": DIRECTIONS}
+    rounding = rows.error[:kept]
+    scene.emit(f"{stem}{suffix}", rows.value[:kept], rounding, axes, terms=size_of_terms(rounding))
+    if not scene.wants(f"{stem}_peak"):
+        return
+    peak = cycle_peak(rows.value[:kept].T, orders)
+    rounding = peak.error + rounding.sum(0)
+    error = rounding + forcing.tail * np.abs(rows.value[kept:]).sum(0)
+    scene.emit(f"{stem}_peak", peak.value, error, axes, terms=size_of_terms(rounding))
+
+
+def _emit_energies(
+    scene: Scene,
+    forcing: Forcing,
+    matrices: Matrices,
+    motion: WithError,
+    frequency: np.ndarray,
+) -> None:
+    scene.cite(
+        "energy of harmonic motion, phasors added before squares",
+        "kinetic and potential energy, mean and peak",
+        "docs/theory.md",
+    )
+    kept, speed = forcing.kept, scene.case.machine.speed
+    axes = {"order": forcing.orders[:kept]}
+    whole = energies_over_cycle(matrices, motion, forcing.orders, speed, kept, forcing.tail)
+    pairs = (
+        ("kinetic", mass_of(matrices), velocity(motion, frequency), whole.kinetic),
+        ("potential", stiffness_of(matrices), motion, whole.potential),
+    )
+    for name, weight, state, total in pairs:
+        stem = f"response/{name}_energy"
+        each = energy_by_order(weight, state)
+        scene.emit(f"{stem}/mean_by_order", each.mean[:kept], each.mean_error[:kept], axes)
+        scene.emit(f"{stem}/peak_by_order", each.peak[:kept], each.peak_error[:kept], axes)
+        scene.emit(f"{stem}/mean", total.mean, total.mean_error)
+        scene.emit(f"{stem}/peak", total.peak, total.peak_error)
+
+
+# ----------------------------------------------------------------------------
+# Adapter: energies of the body over a range of crank speeds.
+# ----------------------------------------------------------------------------
+
+#: a curve gets points around the resonances of an order that moves a mode by this share at least
+#: of what the strongest order does
+WORTH_POINTS = 1e-10
+
+
+def run_speeds(scene: Scene) -> None:
+    """Emit mean energies at each speed, and the intervals left out around resonances."""
+    options = scene.case.response
+    if options is None or options.run_up is None:
+        raise ValueError("the case has no run-up in [response]")
+    forcing, system = forcing_of(scene), linear_system(scene)
+    first, last = options.run_up.start, options.run_up.stop
+    kept, orders = forcing.kept, forcing.orders[: forcing.kept]
+    load = as_loads(forcing.per_speed_squared)
+    resonances = resonances_of(system, WithError(load.value[:kept], load.error[:kept]))
+    masked = masked_speeds(resonances, orders, first, last)
+    for warning in idle_warnings(resonances, orders, first, last):
+        scene.warn(warning)
+    shown = _worth_points(system, resonances, load.value[:kept], orders)
+    speed = _with_ends(energy_speeds(shown, orders, masked, first, last), masked, first, last)
+    axes = {"speed": speed, "masked": np.arange(1, len(masked.centre) + 1)}
+    for name, energy in _energies(system, resonances, forcing, load, speed).items():
+        scene.emit(f"response/run_up/{name}_energy", energy.value, energy.error, axes)
+    for name in ("low", "centre", "high"):
+        scene.emit(f"response/masked/{name}", getattr(masked, name), masked.centre_error, axes)
+    scene.emit("response/masked/order", masked.order, 0.0, axes)
+    scene.emit("response/masked/mode", masked.mode, 0.0, axes)
+
+
+def _worth_points(
+    system: LinearSystem, resonances: Resonances, load: np.ndarray, orders: np.ndarray
+) -> Resonances:
+    """The resonances without those of orders too weak to be seen."""
+    moved = np.abs(load @ system.shapes.shape) / np.square(orders)[:, None]
+    return resonances._replace(idle=resonances.idle | (moved < WORTH_POINTS * np.max(moved)))
+
+
+def _with_ends(speed: np.ndarray, masked: Masked, first: float, last: float) -> np.ndarray:
+    """The speeds, and all ends of the masked intervals, however narrow these are."""
+    ends = np.concatenate([masked.low, masked.high])
+    ends = ends[(ends >= first) & (ends <= last) & outside(masked, ends)]
+    every = np.sort(np.concatenate([speed, ends]))
+    distinct: np.ndarray = every[np.concatenate([[True], np.diff(every) > 0.0])]
+    return distinct
+
+
+def _energies(
+    system: LinearSystem,
+    resonances: Resonances,
+    forcing: Forcing,
+    load: WithError,
+    speed: np.ndarray,
+) -> dict[str, WithError]:
+    """Mean energies (speeds,), errors counting the dropped orders by the few that stand for them.
+
+    At rest nothing moves, held or not.
+    """
+    matrices, kept = system.matrices, forcing.kept
+    chosen = np.concatenate([np.arange(kept), forcing.few])
+    count = len(forcing.few)
+    idle = np.pad(left_out(resonances), ((0, count), (0, 0)))
+    undriven = Undriven(idle, system.shapes.shape, system.shapes.eigenvalue)
+    turning = speed > 0.0
+    frequency = speed[turning][:, None] * forcing.orders[chosen]
+    square = np.square(speed[turning])[:, None, None]
+    stiffness = dynamics(matrices, frequency, undriven)
+    motion = response(stiffness, square * load.value[chosen], square * load.error[chosen])
+    found = {}
+    for name, weight, state in (
+        ("kinetic", mass_of(matrices), velocity(motion, frequency)),
+        ("potential", stiffness_of(matrices), motion),
+    ):
+        each = energy_by_order(weight, WithError(*(part[:, :kept] for part in state)))
+        value, error = np.zeros(speed.shape), np.zeros(speed.shape)
+        value[turning] = each.mean.sum(-1)
+        guards = WithError(*(part[:, kept:] for part in state))
+        error[turning] = (
+            each.mean_error.sum(-1)
+            + kept * UNIT_ROUNDOFF * value[turning]
+            + dropped_mean(weight, guards, forcing.few_tail)
+        )
+        found[name] = WithError(value, error)
+    return found

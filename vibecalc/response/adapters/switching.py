@@ -1,0 +1,343 @@
+"""Adapter: the change from one operation to another and back, at once and by reversal."""
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from vibecalc.excitation.adapter import DIRECTIONS
+from vibecalc.excitation.inertia_forces import add, as_loads
+from vibecalc.numerics.matrices import Matrices
+from vibecalc.numerics.rounding import EPSILON
+from vibecalc.pipeline.catalogue import CATALOGUE
+from vibecalc.pipeline.scene import Scene
+from vibecalc.response.adapters.operations import operation_loads
+from vibecalc.response.adapters.response import LinearSystem, forcing_of, linear_system, ratios_of
+from vibecalc.response.modes import Modes
+from vibecalc.response.switching.follow import Transient, follow, lasting_peaks, slow_peaks
+from vibecalc.response.switching.instant import instantaneous, worst_instant
+from vibecalc.response.switching.motion import passages
+from vibecalc.response.switching.readings import columns, steady_peaks
+from vibecalc.response.switching.system import Loads, ModalSystem, Piece, modal_loads, steady_motion
+from vibecalc.response.tables import Operation, Switching
+
+# ----------------------------------------------------------------------------
+# Was the body watched for long enough after a change between operations?
+# ----------------------------------------------------------------------------
+
+#: readings of which peaks are given, with the columns that stand on one scale
+READINGS = (
+    ("displacement", slice(0, 3)),
+    ("rotation", slice(3, 6)),
+    ("force on the ground", slice(6, 9)),
+    ("couple on the ground", slice(9, 12)),
+    ("kinetic energy", slice(12, 13)),
+    ("potential energy", slice(13, 14)),
+)
+#: a share of the largest peak of a reading that is not worth a word
+_WORTH_A_WORD = 1e-6
+
+
+def short_watch_warning(
+    labels: Sequence[str], words: str, after: float, found: Sequence[Transient]
+) -> str | None:
+    """One sentence for the changes of which larger peaks may come after the time watched.
+
+    `after` in s is that time from the last change of load, `words` say how the change is made.
+    """
+    parts = []
+    for label, each in zip(labels, found, strict=True):
+        grows = _may_grow(each) if each.settling.after > after else []
+        if grows:
+            parts.append(
+                f"{label} {words} settles in {each.settling.after:.3g} s; its "
+                f"{', '.join(grows)} may be larger later than the peak that is given"
+            )
+    if not parts:
+        return None
+    return (
+        f"the {after:.6g} s watched after a change end before the body has settled: "
+        f"{'; '.join(parts)}. Give [response.switching] a longer after"
+    )
+
+
+def _may_grow(found: Transient) -> list[str]:
+    """`kinetic energy (up to 1.2 times)`: readings whose later bound is above their peak."""
+    peaks = lasting_peaks(found)
+    names = []
+    for name, part in READINGS:
+        value, later = peaks.value[part], found.later[part]
+        scale = float(np.max(value))
+        beyond = later > value + peaks.error[part] + _WORTH_A_WORD * scale
+        if np.any(beyond):
+            times = float(np.max(later[beyond])) / scale if scale > 0.0 else np.inf
+            bound = f" (up to {times:.3g} times)" if 1.001 <= times < np.inf else ""
+            names.append(name + bound)
+    return names
+
+
+# ----------------------------------------------------------------------------
+# Adapter: the change from one operation to another and back, at once and by reversal.
+# ----------------------------------------------------------------------------
+
+ROOT = "response/switching"
+BUCKETS = 600
+#: passages with less than this share of the energy of the strongest are not listed
+WORTH_NAMING = 1e-4
+#: damping between two modes, as a share of the strongest of a mode, from which a warning is given
+WORTH_WARNING = 1e-6
+COLUMNS = columns(6)
+INSTANT = tuple(path for path in CATALOGUE if path.startswith(f"{ROOT}/instant/"))
+REVERSAL = tuple(
+    path for path in CATALOGUE if path.startswith((f"{ROOT}/reversal/", f"{ROOT}/passage/"))
+)
+WAYS = {"instant": "at once", "reversal": "through rest"}
+PEAKS = (
+    ("translation", slice(0, 3)),
+    ("rotation", slice(3, 6)),
+    ("ground_force", slice(6, 9)),
+    ("ground_couple", slice(9, 12)),
+)
+
+
+class _Study(NamedTuple):
+    """What both ways of changing need; `names` of the two operations, in the order of loads."""
+
+    system: ModalSystem
+    loads: Loads
+    options: Switching
+    speed: float
+    names: tuple[str, str]
+
+    @property
+    def changes(self) -> tuple[tuple[int, int], ...]:
+        return ((0, 1), (1, 0))
+
+    @property
+    def labels(self) -> list[str]:
+        return [f"{self.names[a]} to {self.names[b]}" for a, b in self.changes]
+
+
+def run_switching(scene: Scene) -> None:
+    """Emit peaks, histories and settling of the four changes, and the resonances on the way."""
+    study = _study(scene)
+    scene.cite(
+        "modal motion under a load of changing speed, quadrature of the exact propagator",
+        "change between operations",
+        "docs/theory.md; cf. Goloskokow and Filippow, Instationaere Schwingungen, 1971",
+    )
+    end = "turns the other way" if study.options.reverses else "turns on in the same sense"
+    scene.cite(
+        "linear run-down, stand and linear run-up",
+        f"the real change: the crank {end} afterwards",
+        "cf. Ong (2000), chapter 1",
+    )
+    if scene.wants(*INSTANT):
+        _emit_instant(scene, study)
+    if scene.wants(*REVERSAL):
+        _emit_reversal(scene, study)
+    _emit_steady(scene, study)
+
+
+def _study(scene: Scene) -> _Study:
+    response = scene.case.response
+    if response is None or response.switching is None:
+        raise ValueError("the case has no [response.switching]")
+    options = response.switching
+    known = {operation.name: operation for operation in response.operations}
+    chosen: list[Operation] = [known[name] for name in options.between]
+    found = operation_loads(scene, chosen)
+    each = [
+        as_loads(add(shaking, residual[0]))
+        for shaking, residual in zip(found.shaking, found.residual, strict=True)
+    ]
+    forcing = forcing_of(scene)
+    per_square = np.stack([load.value for load in each])
+    # the errors count the guard orders, which stand for all that is dropped
+    per_square[:, forcing.kept :] *= forcing.tail
+    matrices, shapes = linear_system(scene)
+    ratio = ratios_of(scene, LinearSystem(matrices, shapes)).value
+    _warn_of_coupling(scene, matrices, shapes)
+    system = ModalSystem(shapes.shape, shapes.natural_frequency, ratio)
+    orders = np.arange(1, per_square.shape[1] + 1)
+    loads = Loads(orders, per_square, np.zeros((2, 6)), forcing.kept)
+    speed = scene.case.machine.speed
+    return _Study(system, loads, options, speed, options.between)
+
+
+def _warn_of_coupling(scene: Scene, matrices: Matrices, shapes: Modes) -> None:
+    """Say so where damping leads from one mode to another, which the motion in time leaves out."""
+    shape, root = shapes.shape, np.sqrt(shapes.natural_frequency)
+    between = shape.T @ matrices.damping @ shape
+    between = np.abs(between + (shape.T @ matrices.structural @ shape) / np.outer(root, root))
+    own = float(np.max(np.diagonal(between)))
+    np.fill_diagonal(between, 0.0)
+    share = float(np.max(between)) / own if own > 0.0 else 0.0
+    if share > WORTH_WARNING:
+        scene.warn(
+            f"the damping couples the modes: between two of them it reaches {100.0 * share:.2g} % "
+            "of the strongest within one. While the machine changes between operations each mode "
+            "keeps its own damping alone"
+        )
+
+
+def _emit_instant(scene: Scene, study: _Study) -> None:
+    options, stem = study.options, f"{ROOT}/instant"
+    found = [
+        instantaneous(
+            study.system,
+            study.loads,
+            before,
+            after,
+            study.speed,
+            angle=options.crank_angle,
+            duration=options.after,
+            buckets=BUCKETS,
+            tolerance=options.settled,
+        )
+        for before, after in study.changes
+    ]
+    _emit_transients(scene, study, "instant", found)
+    if not scene.wants(f"{stem}/worst_kinetic_energy_peak", f"{stem}/worst_angle"):
+        return
+    worst = [worst_instant(study.system, study.loads, *pair, study.speed) for pair in study.changes]
+    axes = {"change": study.labels}
+    kinetic = COLUMNS.kinetic
+    scene.emit(
+        f"{stem}/worst_kinetic_energy_peak",
+        [each.value[kinetic] for each in worst],
+        max(each.error[kinetic] for each in worst),
+        axes,
+    )
+    # the summit is flat: where it is follows from half the digits of how high it is
+    doubt = max(float(np.sqrt(e.error[kinetic] / e.value[kinetic] + EPSILON)) for e in worst)
+    scene.emit(f"{stem}/worst_angle", [each.angle[kinetic] for each in worst], doubt, axes)
+
+
+def _emit_reversal(scene: Scene, study: _Study) -> None:
+    options, speed, stem = study.options, study.speed, f"{ROOT}/reversal"
+    sense = -1.0 if options.reverses else 1.0
+    courses, found = [], []
+    for before, after in study.changes:
+        pieces = [Piece(options.run_down, speed, 0.0, before)]
+        if options.stand > 0.0:
+            pieces.append(Piece(options.stand, 0.0, 0.0, after))
+        pieces.append(Piece(options.run_up, 0.0, sense * speed, after))
+        pieces.append(Piece(options.after, sense * speed, sense * speed, after))
+        courses.append(pieces)
+        found.append(
+            follow(
+                study.system,
+                study.loads,
+                pieces,
+                angle=options.crank_angle,
+                before=before,
+                buckets=BUCKETS,
+                tolerance=options.settled,
+            )
+        )
+    _emit_transients(scene, study, "reversal", found)
+    axes = {"change": study.labels, "reversal_time": found[0].history.time[1:]}
+    scene.emit(
+        f"{stem}/speed",
+        [each.history.speed[1:] for each in found],
+        8.0 * EPSILON * speed,
+        axes,
+    )
+    _emit_passages(scene, study, courses)
+    if not scene.wants(f"{stem}/slow_kinetic_energy"):
+        return
+    slow = [slow_peaks(study.system, study.loads, pieces) for pieces in courses]
+    kinetic = COLUMNS.kinetic
+    scene.emit(
+        f"{stem}/slow_kinetic_energy",
+        [each.value[kinetic] for each in slow],
+        max(each.error[kinetic] for each in slow),
+        axes,
+    )
+
+
+def _emit_passages(scene: Scene, study: _Study, courses: list[list[Piece]]) -> None:
+    rows = [
+        (number, met)
+        for number, pieces in enumerate(courses, start=1)
+        for met in passages(study.system, study.loads, pieces)
+    ]
+    strongest = max((met.slow_energy for _, met in rows), default=0.0)
+    rows = [row for row in rows if row[1].slow_energy >= WORTH_NAMING * strongest]
+    axes = {"passage": np.arange(1, len(rows) + 1)}
+    stem = f"{ROOT}/passage"
+    scene.emit(f"{stem}/change", [number for number, _ in rows], 0.0, axes)
+    for name in ("mode", "order"):
+        scene.emit(f"{stem}/{name}", [getattr(met, name) for _, met in rows], 0.0, axes)
+    for name in ("speed", "time", "haste"):
+        values = np.array([getattr(met, name) for _, met in rows], dtype=float)
+        rounding = 64.0 * EPSILON * float(np.max(np.abs(values), initial=0.0))
+        scene.emit(f"{stem}/{name}", values, rounding, axes)
+
+
+def _emit_steady(scene: Scene, study: _Study) -> None:
+    modal = modal_loads(study.system, study.loads)
+    peaks = [
+        steady_peaks(
+            study.system,
+            steady_motion(study.system, modal, which, study.speed),
+            modal.orders,
+            study.speed,
+        )
+        for which in (0, 1)
+    ]
+    kinetic = COLUMNS.kinetic
+    scene.emit(
+        f"{ROOT}/steady_energy",
+        [each.value[kinetic] for each in peaks],
+        max(each.error[kinetic] for each in peaks),
+        {"operation": study.names},
+    )
+
+
+def _emit_transients(scene: Scene, study: _Study, way: str, found: list[Transient]) -> None:
+    options, stem = study.options, f"{ROOT}/{way}"
+    axes: dict[str, Any] = {
+        "change": study.labels,
+        "direction": DIRECTIONS,
+        f"{way}_time": found[0].history.time[1:],
+    }
+    short = short_watch_warning(study.labels, WAYS[way], options.after, found)
+    if short is not None:
+        scene.warn(short)
+    peaks = [lasting_peaks(each) for each in found]
+    for name, part in PEAKS:
+        values = np.array([each.value[part] for each in peaks])
+        error = np.array([each.error[part] for each in peaks])
+        scene.emit(f"{stem}/{name}_peak", values, error, axes)
+    for name, column in (("kinetic", COLUMNS.kinetic), ("potential", COLUMNS.potential)):
+        values = np.array([each.value[column] for each in peaks])
+        error = np.array([each.error[column] for each in peaks])
+        scene.emit(f"{stem}/{name}_energy_peak", values, error, axes)
+    kinetic = COLUMNS.kinetic
+    doubt = max(float(each.time_error[kinetic]) for each in peaks)
+    scene.emit(f"{stem}/peak_time", [each.time[kinetic] for each in peaks], doubt, axes)
+    # at once, the crank keeps its speed
+    slope = 0.0 if way == "instant" else study.speed / min(options.run_down, options.run_up)
+    scene.emit(f"{stem}/peak_speed", [each.speed[kinetic] for each in peaks], slope * doubt, axes)
+    settled = [each.settling for each in found]
+    scene.emit(
+        f"{stem}/settle_time",
+        [each.after for each in settled],
+        max(each.error for each in settled),
+        axes,
+    )
+    _emit_histories(scene, stem, found, axes)
+
+
+def _emit_histories(scene: Scene, stem: str, found: list[Transient], axes: dict[str, Any]) -> None:
+    """Highest and lowest samples for pictures; the error is that of a sample."""
+    kinetic = COLUMNS.kinetic
+    error = np.array([each.peaks.error for each in found])
+    high = np.array([each.history.high for each in found])
+    low = np.array([each.history.low for each in found])
+    scene.emit(f"{stem}/kinetic_energy_high", high[..., kinetic], error[:, kinetic], axes)
+    for name, samples in (("high", high), ("low", low)):
+        moved = np.swapaxes(samples[..., :3], -1, -2)
+        scene.emit(f"{stem}/translation_{name}", moved, error[:, :3], axes)

@@ -1,0 +1,291 @@
+"""Forced response of a rigid body on mounts: direct, as a sum of modes, and how well known."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.matrices import Matrices
+from vibecalc.numerics.rounding import SINGULAR, UNIT_ROUNDOFF, WithError
+
+# ----------------------------------------------------------------------------
+# Forced response of a rigid body on mounts, for batches of frequencies at once.
+# ----------------------------------------------------------------------------
+
+_CLOSE = 1e-3
+
+
+class Dynamics(NamedTuple):
+    """Dynamic stiffness K + iH + iwC - w^2 M (..., 6, 6), its inverse and its absolute error."""
+
+    stiffness: np.ndarray
+    error: np.ndarray
+    inverse: np.ndarray
+
+
+class Undriven(NamedTuple):
+    """Modes to leave out: `pairs` (orders, modes), with `shape` (6, modes) and `eigenvalue`."""
+
+    pairs: np.ndarray
+    shape: np.ndarray
+    eigenvalue: np.ndarray
+
+
+def dynamics(
+    matrices: Matrices, frequency: np.ndarray, undriven: Undriven | None = None
+) -> Dynamics:
+    """Dynamic stiffness at excitation frequencies (..., orders), rad/s.
+
+    A mode in `undriven` is moved away from the frequency by a stiffness along itself, which
+    changes nothing for a force that does not drive it, and keeps its noise from being magnified.
+    Raises NumericalFailure where a matrix has no inverse at all.
+    """
+    rate = np.asarray(frequency)[..., None, None]
+    squared = np.square(rate)
+    lagging = matrices.structural + rate * matrices.damping
+    stiffness = (matrices.stiffness - squared * matrices.mass) + 1j * lagging
+    error = (
+        matrices.stiffness_error
+        + matrices.structural_error
+        + rate * matrices.damping_error
+        + squared * (matrices.mass_error + 4.0 * UNIT_ROUNDOFF * np.abs(matrices.mass))
+        + 2.0 * UNIT_ROUNDOFF * (np.abs(matrices.stiffness) + np.abs(lagging))
+    )
+    if undriven is not None and np.any(undriven.pairs):
+        stiffness = stiffness + _moved(matrices, np.asarray(frequency), undriven)
+    scale = 1.0 / np.sqrt(np.diagonal(matrices.mass))
+    weight = np.outer(scale, scale)
+    try:
+        inverse = np.linalg.inv(stiffness * weight) * weight
+    except np.linalg.LinAlgError:
+        raise NumericalFailure(
+            f"a dynamic stiffness matrix between {np.min(frequency):.9g} and "
+            f"{np.max(frequency):.9g} rad/s is exactly singular: an order is on an undamped "
+            f"natural frequency; give the mounts damping or a loss factor, or move the speed"
+        ) from None
+    return Dynamics(stiffness, error, inverse)
+
+
+def _moved(matrices: Matrices, frequency: np.ndarray, undriven: Undriven) -> np.ndarray:
+    squared = np.square(frequency)[..., None]
+    close = np.abs(squared - undriven.eigenvalue) < _CLOSE * undriven.eigenvalue
+    shift = np.where(close & undriven.pairs, squared + undriven.eigenvalue, 0.0)
+    momentum = matrices.mass @ undriven.shape
+    moved: np.ndarray = (momentum * shift[..., None, :]) @ momentum.T
+    return moved
+
+
+def response(system: Dynamics, force: np.ndarray, force_error: np.ndarray) -> WithError:
+    """Complex amplitudes X (..., 6) of D X = F in m and rad, with componentwise errors.
+
+    One step of iterative refinement makes the backward error small in every entry; the bound
+    |inv D| (dD |X| + dF) then holds for the forward error (N. J. Higham, Accuracy and Stability
+    of Numerical Algorithms, 2nd ed., section 7.2 and chapter 12). F is (..., 6), dF absolute.
+    """
+    column = force[..., None]
+    value = system.inverse @ column
+    value = value + system.inverse @ (column - system.stiffness @ value)
+    size = np.abs(value)
+    doubt = (system.error + 10.0 * UNIT_ROUNDOFF * np.abs(system.stiffness)) @ size
+    error = np.abs(system.inverse) @ (doubt + force_error[..., None])
+    return WithError(value[..., 0], (error + 4.0 * UNIT_ROUNDOFF * size)[..., 0])
+
+
+# ----------------------------------------------------------------------------
+# Forced response as a sum of modes.
+# ----------------------------------------------------------------------------
+
+_ROUNDING = 16.0 * UNIT_ROUNDOFF
+
+
+class _Parts(NamedTuple):
+    """Stiffness, structural, damping and mass matrices, in this order, or what stands for them."""
+
+    stiffness: np.ndarray
+    structural: np.ndarray
+    damping: np.ndarray
+    mass: np.ndarray
+
+
+def modal_response(
+    matrices: Matrices,
+    shape: np.ndarray,
+    frequency: np.ndarray,
+    force: np.ndarray,
+    force_error: np.ndarray,
+) -> WithError:
+    """Complex amplitudes X (..., orders, 6) of D X = F as X = V q, in m and rad, with errors.
+
+    With unit modal mass and modal force f = V^T F,
+
+        q_j = f_j / (w_j^2 - W^2 + i W c_j + i h_j)
+
+    where damping and structural matrices leave the modes apart; then c_j is 2 zeta_j w_j and h_j
+    is eta_j w_j^2. Where they couple modes, the coupled modal equations are solved. Modes without
+    stiffness and repeated modes are modes like any other. Errors are componentwise bounds to first
+    order: one step of refinement leaves rounding, and the doubt of matrices and force.
+
+    Parameters
+    ----------
+    shape : (6, 6) modes in columns; their signs and scales do not matter.
+    frequency : (..., orders) excitation frequencies W in rad/s.
+    force, force_error : (..., orders, 6) complex in N and N m, and absolute.
+
+    Raises
+    ------
+    NumericalFailure
+        Fewer than four digits of the response to an order would be certain: it drives a mode at
+        its undamped natural frequency. An undamped mode that it does not drive there (the modal
+        force is zero to rounding) is left out of that order.
+
+    Source: W. T. Thomson, Theory of Vibration with Applications, 5th ed., chapter 6.
+    """
+    rate = np.asarray(frequency, dtype=float)[..., None]
+    values = _Parts(matrices.stiffness, matrices.structural, matrices.damping, matrices.mass)
+    errors = _Parts(
+        matrices.stiffness_error,
+        matrices.structural_error,
+        matrices.damping_error,
+        matrices.mass_error,
+    )
+    doubts = _Parts(*(e + _ROUNDING * np.abs(v) for v, e in zip(values, errors, strict=True)))
+    vector = shape / np.sqrt(np.sum(shape * (matrices.mass @ shape), axis=0))
+    size = np.abs(vector)
+    modal_doubt = _Parts(*(size.T @ doubt @ size for doubt in doubts))
+    modal = _Parts(*(vector.T @ value @ vector for value in values))
+    apart = _apart(modal, modal_doubt)
+
+    own = _at(_Parts(*(np.diagonal(part) for part in modal)), rate)
+    own_doubt = _doubt_at(_Parts(*(np.diagonal(part) for part in modal_doubt)), rate)
+    drive = force @ vector
+    lost = np.all(apart, axis=1) & (SINGULAR * np.abs(own) <= own_doubt)
+    idle = lost & (np.abs(drive) <= 4.0 * (force_error + _ROUNDING * np.abs(force)) @ size)
+    _refuse(np.any(lost & ~idle, axis=-1), rate)
+    moved = np.where(idle, np.square(rate) + np.diagonal(modal.stiffness), 0.0)
+    # one inverse serves all loads unless a mode is left out for some of them
+    solve = _solver(modal, own + moved if np.any(idle) else own, apart, rate)
+
+    motion = solve(drive, False) @ vector.T
+    momentum = matrices.mass @ vector
+    held = _at(_Parts(*(motion @ value for value in values)), rate)
+    held = held + ((motion @ momentum) * moved) @ momentum.T
+    motion = motion + solve((force - held) @ vector, False) @ vector.T
+
+    moving = np.abs(motion)
+    doubt = _doubt_at(_Parts(*(moving @ part for part in doubts)), rate)
+    data = solve(doubt @ size, True) @ size.T
+    _refuse(_uncertain(matrices, force, force_error, data, moving), rate)
+    given = solve((force_error + 2.0 * UNIT_ROUNDOFF * np.abs(force)) @ size, True) @ size.T
+    return WithError(motion, data + given + 4.0 * UNIT_ROUNDOFF * moving)
+
+
+def _apart(modal: _Parts, doubt: _Parts) -> np.ndarray:
+    """Pairs of modes (6, 6) that no matrix couples beyond its doubt; the diagonal counts as so."""
+    pairs = np.eye(6, dtype=bool)
+    coupled = np.zeros((6, 6), dtype=bool)
+    for value, error in zip(modal, doubt, strict=True):
+        coupled |= np.abs(value) > error
+    return pairs | ~coupled
+
+
+def _at(parts: _Parts, rate: np.ndarray) -> np.ndarray:
+    """K + iH + iWC - W^2 M of whatever stands for the four."""
+    k, h, c, m = parts
+    total: np.ndarray = (k - np.square(rate) * m) + 1j * (h + rate * c)
+    return total
+
+
+def _doubt_at(parts: _Parts, rate: np.ndarray) -> np.ndarray:
+    k, h, c, m = parts
+    total: np.ndarray = k + h + rate * c + np.square(rate) * m
+    return total
+
+
+class _Solver(NamedTuple):
+    """Inverse of the modal equations: (..., orders, 6) apart, or (..., orders, 6, 6) coupled."""
+
+    inverse: np.ndarray
+    coupled: bool
+
+    def __call__(self, drive: np.ndarray, magnitudes: bool) -> np.ndarray:
+        inverse = np.abs(self.inverse) if magnitudes else self.inverse
+        if not self.coupled:
+            return np.asarray(inverse * drive)
+        return np.asarray((inverse @ drive[..., None])[..., 0])
+
+
+def _solver(modal: _Parts, own: np.ndarray, apart: np.ndarray, rate: np.ndarray) -> _Solver:
+    if np.all(apart):
+        return _Solver(1.0 / own, False)
+    links = _Parts(*(np.where(apart, 0.0, part) for part in modal))
+    system = np.broadcast_to(_at(links, rate[..., None]), (*own.shape, 6)).copy()
+    system[..., range(6), range(6)] = own
+    try:
+        return _Solver(np.linalg.inv(system), True)
+    except np.linalg.LinAlgError:
+        _refuse(np.ones(rate.shape[:-1], dtype=bool), rate)
+        raise
+
+
+def _uncertain(
+    matrices: Matrices,
+    force: np.ndarray,
+    force_error: np.ndarray,
+    doubt: np.ndarray,
+    moving: np.ndarray,
+) -> np.ndarray:
+    """Orders (..., orders) that drive the body, of whose response four digits are not certain."""
+    weight = np.sqrt(np.diagonal(matrices.mass))
+    driven = np.any(np.abs(force) > 4.0 * force_error, axis=-1)
+    certain = np.max(weight * doubt, axis=-1) < SINGULAR * np.max(weight * moving, axis=-1)
+    return np.asarray(driven & ~certain)
+
+
+def _refuse(which: np.ndarray, rate: np.ndarray) -> None:
+    if np.any(which):
+        met = np.broadcast_to(rate[..., 0], which.shape)[which].flat[0]
+        raise NumericalFailure(
+            f"an excitation at {met:.9g} rad/s drives a mode without damping at its natural "
+            "frequency: of the response fewer than four digits would be certain. Give the mounts "
+            "damping or a loss factor, or move the speed or the stiffness"
+        )
+
+
+# ----------------------------------------------------------------------------
+# Is a response known to four digits at least?
+# ----------------------------------------------------------------------------
+
+
+def require_digits(
+    matrices: Matrices,
+    system: Dynamics,
+    force: WithError,
+    motion: WithError,
+    orders: np.ndarray,
+    speed: float,
+) -> None:
+    """Refuse a response that the rounding of stiffness, damping and mass alone may change.
+
+    `system` and `force`, `motion` (orders, 6) belong to the crank speed. The undamped modes have
+    been looked at before; this also meets nearly coinciding modes whose damping acts on a
+    combination of them only. A force that is zero to rounding is not judged.
+
+    Raises
+    ------
+    NumericalFailure
+        If fewer than four digits remain in the response to a driven order.
+    """
+    weight = np.sqrt(np.diagonal(matrices.mass))
+    size = np.abs(motion.value)
+    doubt = (np.abs(system.inverse) @ (system.error @ size[..., None]))[..., 0]
+    driven = np.any(np.abs(force.value) > 4.0 * force.error, axis=-1)
+    largest = np.max(weight * size, axis=-1)
+    lost = driven & ~(np.max(weight * doubt, axis=-1) < SINGULAR * largest)
+    if np.any(lost):
+        order = float(orders[int(np.argmax(lost))])
+        raise NumericalFailure(
+            f"order {order:g} at {speed:.9g} rad/s meets an undamped resonance at "
+            f"{order * speed:.9g} rad/s: of the response fewer than four digits would be certain. "
+            "Give the mounts damping or a loss factor in every direction, or move the speed or "
+            "the stiffness"
+        )

@@ -1,0 +1,565 @@
+"""Report of the body on its suspension: modes, motion, energies, operations, changes."""
+
+import math
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from vibecalc.report.lookup import along, having, labels, magnitudes, scalar_of, table_of
+from vibecalc.report.numbers import hertz, rpm, show, show_percent
+from vibecalc.report.sections.section import Section
+from vibecalc.report.tables import Column, number, paragraph, table
+from vibecalc.results.record import Quantity, Record, Result
+
+# ----------------------------------------------------------------------------
+# The body on its suspension: modes, motion over one turn, force on the ground, energies.
+# ----------------------------------------------------------------------------
+
+_MODES = "response/modes/"
+_PEAKS = (
+    ("translation_peak", "reference point"),
+    ("rotation_peak", "rotation"),
+    ("ground_force_peak", "force on the ground"),
+    ("ground_couple_peak", "couple on the ground"),
+)
+#: coordinates are named until they hold so much of the energy of a mode together
+_ENOUGH = 0.9
+#: what pictures and the file keep
+_ARRAYS = (
+    "translation_harmonics",
+    "rotation_harmonics",
+    "ground_force",
+    "ground_couple",
+    "modes/shape",
+    "modes/assurance",
+    "run_up/kinetic_energy",
+    "run_up/potential_energy",
+)
+
+
+def response(result: Result) -> Section | None:
+    """The section, None if the result has nothing of it."""
+    record = result.record
+    lines: list[str] = []
+    shown: set[str] = set()
+    for block, paths in (_modes(record), _motion(record), energies(record), _run_up(record)):
+        if block:
+            lines += ["", *block] if lines else block
+        shown |= paths
+    shown |= {path for name in _ARRAYS if (path := f"response/{name}") in record}
+    title = "Response: body on its suspension"
+    return Section(title, lines, frozenset(shown)) if lines else None
+
+
+def _modes(record: Record) -> tuple[list[str], set[str]]:
+    frequency = having(record, _MODES + "natural_frequency", "mode")
+    if frequency is None:
+        return [], set()
+    damping = having(record, _MODES + "damping_ratio", "mode")
+    share = having(record, _MODES + "energy_fraction", "mode", "coordinate")
+    nearest = having(record, _MODES + "nearest_order", "mode")
+    distance = having(record, _MODES + "distance", "mode")
+    error = frequency.error_estimate
+    rows = [
+        [
+            mode,
+            show(hertz(float(value)), hertz(error)),
+            show(float(value), error),
+            _entry(damping, i),
+            main_coordinates(share, i),
+            "" if nearest is None else str(int(nearest.values[i])),
+            "" if distance is None else show_percent(float(distance.values[i])),
+        ]
+        for i, (mode, value) in enumerate(
+            zip(labels(frequency.axes[0]), frequency.values, strict=True)
+        )
+    ]
+    columns = (
+        Column("mode", 5),
+        number("Hz", 11),
+        number("rad/s", 11),
+        number("damping ratio", 14),
+        Column("  moves most (share of energy)", 32),
+        number("nearest", 8),
+        number("it is off", 11),
+    )
+    for row in rows:
+        row[4] = f"  {row[4]}"
+    lines = table(columns, rows)
+    if nearest is not None:
+        lines += paragraph(
+            "nearest: the excited order that comes closest at operating speed; off: its frequency "
+            "over the natural frequency, less 1"
+        )
+    found = (frequency, damping, share, nearest, distance)
+    return lines, {quantity.path for quantity in found if quantity is not None}
+
+
+def main_coordinates(share: Quantity | None, mode: int) -> str:
+    """`y 87 %, rz 12 %`: coordinates with most of the energy of a mode, the largest first."""
+    if share is None:
+        return ""
+    names, row = labels(share.axes[1]), np.asarray(share.values[mode], dtype=float)
+    words, held = [], 0.0
+    for j in np.argsort(-row, kind="stable"):
+        words.append(f"{names[j]} {100.0 * row[j]:.0f} %")
+        held += float(row[j])
+        if held >= _ENOUGH or len(words) == 3:
+            break
+    return ", ".join(words)
+
+
+def _motion(record: Record) -> tuple[list[str], set[str]]:
+    rows, shown = [], set()
+    head: list[str] = []
+    for name, words in _PEAKS:
+        quantity = having(record, f"response/{name}", "direction")
+        if quantity is None:
+            continue
+        shown.add(quantity.path)
+        head = labels(quantity.axes[0])
+        cells = [show(value, quantity.error_estimate) for value in magnitudes(quantity)]
+        rows.append([words, *cells, quantity.unit])
+    if not rows:
+        return [], shown
+    columns = (
+        Column("largest over a turn", 24),
+        *(number(name, 14) for name in head),
+        Column("unit", 8),
+    )
+    return table(columns, rows), shown
+
+
+def _run_up(record: Record) -> tuple[list[str], set[str]]:
+    """Where over the speeds the energy is largest, and the speeds left out.
+
+    A driven resonance without damping among the speeds leaves no largest value: what was computed
+    at the edge of the speeds left out is not one.
+    """
+    rows: list[list[str]] = []
+    shown: set[str] = set()
+    masked = {path for path in record if path.startswith("response/masked/")}
+    centre = having(record, "response/masked/centre", "masked")
+    for kind in ("kinetic", "potential"):
+        hit = along(record, f"response/run_up/{kind}_energy", "speed")
+        if hit is None or not hit[1].size:
+            continue
+        quantity, speed = hit
+        top = int(np.argmax(quantity.values))
+        value, unit = show(float(quantity.values[top]), quantity.error_estimate), quantity.unit
+        at = float(speed[top])
+        if centre is not None and centre.values.size:
+            value, unit, at = "without bound", "", float(centre.values[0])
+        rows.append([f"{kind}, mean over a turn", value, unit, show(at)])
+    if not rows:
+        return [], masked
+    columns = (
+        Column("largest energy of the run-up, as sampled", 42),
+        number("value", 14),
+        Column("unit", 6),
+        number("at rad/s", 14),
+    )
+    lines = table(columns, rows)
+    if centre is not None:
+        order, mode = (record.quantities.get(f"response/masked/{n}") for n in ("order", "mode"))
+        words = []
+        for i, speed_out in enumerate(centre.values):
+            which = ""
+            if order is not None and mode is not None:
+                which = f" (order {int(order.values[i])}, mode {int(mode.values[i])})"
+            words.append(f"{show(float(speed_out))} rad/s{which}")
+        lines += paragraph("left out, an undamped resonance without bound: " + ", ".join(words))
+    return lines, shown | masked
+
+
+def _entry(quantity: Quantity | None, i: int) -> str:
+    return "" if quantity is None else show(quantity.values[i], quantity.error_estimate)
+
+
+# ----------------------------------------------------------------------------
+# Energies of the moving body: order by order until they no longer count, then altogether.
+# ----------------------------------------------------------------------------
+
+_FIELDS = (
+    ("kinetic", "mean"),
+    ("kinetic", "peak"),
+    ("potential", "mean"),
+    ("potential", "peak"),
+)
+#: orders below this share of the largest are counted instead of shown
+FAINT = 1e-6
+_ROWS = 16
+#: energies that end below this end because smaller numbers do not exist
+_NEAR_UNDERFLOW = 1e-280
+#: the smallest double with all its digits
+SMALLEST = float(np.finfo(float).tiny)
+
+
+def energies(record: Record) -> tuple[list[str], set[str]]:
+    """Table of mean and peak energies by order with their totals, and the paths shown."""
+    by_order = {
+        field: quantity
+        for field in _FIELDS
+        if (quantity := having(record, _path(field) + "_by_order", "order")) is not None
+    }
+    totals = {field: path for field in _FIELDS if (path := _path(field)) in record}
+    if not by_order and not totals:
+        return [], set()
+    columns = (
+        Column("energy in J", 14),
+        *(number(f"{kind} {what}", 18) for kind, what in _FIELDS),
+    )
+    orders, lines = np.array([], dtype=int), []
+    if by_order:
+        orders = np.asarray(next(iter(by_order.values())).axes[0].values)
+    chosen, more = _chosen(list(by_order.values()))
+    rows = [
+        [f"order {int(orders[i])}", *(_cell(by_order.get(field), i) for field in _FIELDS)]
+        for i in chosen
+    ]
+    below = []
+    if any(scalar_of(record, path) is not None for path in totals.values()):
+        below = [["all orders", *(_total(record, _path(field)) for field in _FIELDS)]]
+    lines += table(columns, rows, below)
+    if more:
+        lines += paragraph(_rest(by_order, orders, chosen, more))
+    lines += paragraph(
+        "mean: over one turn; peak of all orders: the largest at any moment, phases counted, "
+        "which is not the sum of the peaks of the orders"
+    )
+    return lines, {quantity.path for quantity in by_order.values()} | set(totals.values())
+
+
+def last_normal(values: np.ndarray) -> tuple[int, bool]:
+    """Place of the last entry that is a full double (-1: none); whether underflow ends them."""
+    above = np.flatnonzero(values >= SMALLEST)
+    if not above.size:
+        return -1, False
+    last = int(above[-1])
+    return last, last + 1 < values.size and bool(values[last] < _NEAR_UNDERFLOW)
+
+
+def _path(field: tuple[str, str]) -> str:
+    kind, what = field
+    return f"response/{kind}_energy/{what}"
+
+
+def _chosen(quantities: list[Quantity]) -> tuple[list[int], int]:
+    """Places of the orders to show, and how many further ones have an energy at all."""
+    if not quantities:
+        return [], 0
+    rows = np.array([np.asarray(quantity.values, dtype=float) for quantity in quantities])
+    largest = rows.max(axis=1, keepdims=True, initial=0.0)
+    acting = np.any(rows >= SMALLEST, axis=0)
+    loud = np.any((rows > FAINT * largest) & (rows > 0.0), axis=0)
+    chosen = np.flatnonzero(loud)[:_ROWS]
+    return [int(i) for i in chosen], int(acting.sum() - chosen.size)
+
+
+def _rest(
+    by_order: dict[tuple[str, str], Quantity], orders: np.ndarray, chosen: list[int], more: int
+) -> str:
+    """How many orders are not shown, how small they get, and where they underflow."""
+    (kind, what), quantity = next(iter(by_order.items()))
+    values = np.asarray(quantity.values, dtype=float)
+    last, underflows = last_normal(values)
+    noun = "order" if more == 1 else "orders"
+    limit = f"each below {FAINT:.0e} of the largest" if len(chosen) < _ROWS else "smaller ones too"
+    words = f"{more} further {noun} up to {int(orders[last])}, {limit}; the {what} {kind} energy "
+    words += f"of the last is {show(float(values[last]))} {quantity.unit}"
+    if underflows:
+        return words + ", and beyond it they are below the smallest double"
+    return words + ", still above the smallest double"
+
+
+def _cell(quantity: Quantity | None, i: int) -> str:
+    return "" if quantity is None else show(quantity.values[i], quantity.error_estimate)
+
+
+def _total(record: Record, path: str) -> str:
+    value = scalar_of(record, path)
+    return "" if value is None else show(value, record[path].error_estimate)
+
+
+# ----------------------------------------------------------------------------
+# Energies of every operation with every balance, in one table that can be read across.
+# ----------------------------------------------------------------------------
+
+_OPERATIONS = "response/operations/"
+_AXES = ("operation", "balance")
+_KINDS = ("kinetic", "potential")
+_OPERATIONS_PER_TABLE = 3
+_WORDS = {"mean": "mean over a turn", "peak": "largest over a turn"}
+#: of an energy, and of the ends of its range
+_DIGITS, _FEWER = 5, 4
+#: ends closer than this share of the value are one number
+_SAME = 1e-9
+
+
+def operations(result: Result) -> Section | None:
+    """The section, None if the result compares no operations."""
+    record = result.record
+    lines, shown = _reading(record), set()
+    for kind in _KINDS:
+        for what in ("mean", "peak"):
+            block, paths = _combinations(record, kind, what)
+            lines += ["", *block] if block and lines else block
+            shown |= paths
+    for kind in _KINDS:
+        block, paths = _turning(record, kind)
+        lines += ["", *block] if block and lines else block
+        shown |= paths
+    title = "Operations and balances: energies of every combination"
+    return Section(title, lines, frozenset(shown)) if shown else None
+
+
+def _reading(record: Record) -> list[str]:
+    """The one line to read first: which balance is best, by which measure."""
+    found = []
+    for name, words in (("weighted", "least weighted"), ("difference", "smallest difference of")):
+        quantity = having(record, f"{_OPERATIONS}kinetic_energy/{name}", "balance")
+        if quantity is not None:
+            best = int(np.argmin(quantity.values))
+            value = show(quantity.values[best], quantity.error_estimate)
+            balance = labels(quantity.axes[0])[best]
+            found.append(f"{words} kinetic energy: {value} {quantity.unit} with balance {balance}")
+    if not found:
+        return []
+    reach = "in brackets, how far the angle of the balance weights to the pistons can move it"
+    return paragraph("; ".join([*found, reach]))
+
+
+def _combinations(record: Record, kind: str, what: str) -> tuple[list[str], set[str]]:
+    stem = f"{_OPERATIONS}{kind}_energy/"
+    values = having(record, stem + what, *_AXES)
+    if values is None:
+        return [], set()
+    ends = [having(record, f"{stem}{what}_{end}", *_AXES) for end in ("low", "high")]
+    sums = []
+    if what == "mean":
+        sums = [
+            (words, quantity)
+            for name, words in (("difference", "largest - smallest"), ("weighted", "weighted"))
+            if (quantity := having(record, stem + name, "balance")) is not None
+        ]
+    lines = [f"  {kind.capitalize()} energy, {_WORDS[what]}, {values.unit}"]
+    names = labels(values.axes[0])
+    for columns, part in _tables(values):
+        rows = [
+            [name, *(_operation_cell(values, ends, i, j) for j in part)]
+            for i, name in enumerate(names)
+        ]
+        below = [[text, *(_short(q.values[j], q) for j in part)] for text, q in sums]
+        lines += ["", *table(columns, rows, below)]
+    shown = {values.path} | {end.path for end in ends if end is not None}
+    return lines, shown | {quantity.path for _, quantity in sums}
+
+
+def _turning(record: Record, kind: str) -> tuple[list[str], set[str]]:
+    """Throws and balance weights without all else that moves: what balancing alone leaves."""
+    stem = f"{_OPERATIONS}{kind}_energy/rotating_"
+    mean, peak = (having(record, stem + what, *_AXES) for what in ("mean", "peak"))
+    if mean is None or peak is None:
+        return [], set()
+    lines = [
+        f"  {kind.capitalize()} energy of throws and balance weights, without counterweights and "
+        "shafts,",
+        f"  mean / largest, {mean.unit}",
+    ]
+    names = labels(mean.axes[0])
+    for columns, part in _tables(mean):
+        rows = []
+        for i, name in enumerate(names):
+            cells = [
+                _pair(_short(mean.values[i, j], mean), _short(peak.values[i, j], peak))
+                for j in part
+            ]
+            rows.append([name, *cells])
+        lines += ["", *table(columns, rows)]
+    return lines, {mean.path, peak.path}
+
+
+def _tables(quantity: Quantity) -> Iterator[tuple[list[Column], range]]:
+    """Columns and places of the balances of each table, as many as fit side by side."""
+    balances = labels(quantity.axes[1])
+    for first in range(0, len(balances), _OPERATIONS_PER_TABLE):
+        part = range(first, min(first + _OPERATIONS_PER_TABLE, len(balances)))
+        names = (number(f"balance {balances[j]}", 25) for j in part)
+        yield [Column("operation", 20), *names], part
+
+
+def _operation_cell(values: Quantity, ends: Sequence[Quantity | None], i: int, j: int) -> str:
+    """The energy, and below it from where to where it goes with the angle of the weights."""
+    text = _short(values.values[i, j], values)
+    low, high = ends
+    if low is None or high is None:
+        return text
+    least, most = float(low.values[i, j]), float(high.values[i, j])
+    doubt = low.error_estimate + high.error_estimate + _SAME * abs(most)
+    if most - least <= doubt:
+        return text
+    ends_text = [
+        show(value, end.error_estimate, _FEWER) for value, end in ((least, low), (most, high))
+    ]
+    return f"{text}\n({ends_text[0]} .. {ends_text[1]})"
+
+
+def _pair(mean: str, peak: str) -> str:
+    return mean if mean == peak == "0" else f"{mean} / {peak}"
+
+
+def _short(value: float, quantity: Quantity) -> str:
+    return show(value, quantity.error_estimate, _DIGITS)
+
+
+# ----------------------------------------------------------------------------
+# The change from one operation to the other: how far it moves the body, and for how long.
+# ----------------------------------------------------------------------------
+
+_SWITCHING = "response/switching/"
+_WAYS = (("reversal", "through rest"), ("instant", "at once"))
+_VECTORS = (
+    ("translation_peak", "largest displacement m"),
+    ("rotation_peak", "largest rotation rad"),
+    ("ground_force_peak", "force on the ground N"),
+    ("ground_couple_peak", "couple on the ground N*m"),
+)
+_SCALARS = (
+    ("kinetic_energy_peak", "largest kinetic energy J"),
+    ("slow_kinetic_energy", "  if infinitely slow J"),
+    ("worst_kinetic_energy_peak", "  at the worst crank angle J"),
+    ("worst_angle", "  which is deg"),
+    ("peak_time", "  time from start of change s"),
+    ("peak_speed", "  at a crank speed of rpm"),
+    ("potential_energy_peak", "largest potential energy J"),
+    ("settle_time", "settles, from end of change s"),
+)
+_CHANGE_DIGITS = 5
+_CHANGES_PER_TABLE = 4
+_PASSAGES = 16
+
+#: title of a column, way and place on the axis of changes
+_Case = tuple[str, str, int]
+
+
+def switching(result: Result) -> Section | None:
+    """The section, None if the result has no change between operations."""
+    record = result.record
+    shown = frozenset(path for path in record if path.startswith(_SWITCHING))
+    cases = _cases(record)
+    if not cases:
+        return None
+    lines = _steady(result)
+    for first in range(0, len(cases), _CHANGES_PER_TABLE):
+        lines += [""] if lines else []
+        lines += _table(record, cases[first : first + _CHANGES_PER_TABLE])
+    lines += _passages(record)
+    return Section("Switching between operations", lines, shown)
+
+
+def _cases(record: Record) -> list[_Case]:
+    found: list[_Case] = []
+    for way, words in _WAYS:
+        quantity = having(record, f"{_SWITCHING}{way}/kinetic_energy_peak", "change")
+        if quantity is not None:
+            names = labels(quantity.axes[0])
+            found += [(f"{name} {words}", way, i) for i, name in enumerate(names)]
+    return found
+
+
+def _steady(result: Result) -> list[str]:
+    steady = having(result.record, _SWITCHING + "steady_energy", "operation")
+    if steady is None:
+        return []
+    each = [
+        f"{name} {show(value, steady.error_estimate)} {steady.unit}"
+        for name, value in zip(labels(steady.axes[0]), steady.values, strict=True)
+    ]
+    words = "largest kinetic energy of the steady states: " + ", ".join(each)
+    options = table_of(result.case, "response", "switching")
+    settled = options.get("settled")
+    if isinstance(settled, int | float):
+        words += f"; settled means within {100.0 * settled:g} % of the steady motion"
+    return paragraph(words)
+
+
+def _table(record: Record, cases: list[_Case]) -> list[str]:
+    columns = (Column("on the way", 30), *(number(title, 16) for title, _, _ in cases))
+    rows = []
+    for name, words in _VECTORS:
+        cells = []
+        for _, way, i in cases:
+            quantity = having(record, f"{_SWITCHING}{way}/{name}", "change", "direction")
+            cells.append("" if quantity is None else _largest(quantity, i))
+        rows.append([words, *cells])
+    for name, words in _SCALARS:
+        found = [(having(record, f"{_SWITCHING}{way}/{name}", "change"), i) for _, way, i in cases]
+        rows.append([words, *("" if q is None else _scalar(q, i) for q, i in found)])
+        if name == "kinetic_energy_peak":
+            rows.append(["  times the larger steady one", *_ratios(record, found)])
+    return table(columns, [row for row in rows if any(row[1:])])
+
+
+def _largest(quantity: Quantity, change: int) -> str:
+    """Largest of the directions, with its name."""
+    values = magnitudes(quantity)[change]
+    top = int(np.argmax(values))
+    text = show(values[top], quantity.error_estimate, _CHANGE_DIGITS)
+    return text if text == "0" else f"{text} {labels(quantity.axes[1])[top]}"
+
+
+def _scalar(quantity: Quantity, change: int) -> str:
+    """One reading; angles in degrees and speeds in rpm, as the titles say."""
+    value, error = float(quantity.values[change]), quantity.error_estimate
+    if quantity.unit == "rad":
+        return f"{math.degrees(value):.1f}"
+    if quantity.unit == "rad/s":
+        value, error = rpm(value), rpm(error)
+    return show(value, error, _CHANGE_DIGITS)
+
+
+def _ratios(record: Record, found: Sequence[tuple[Quantity | None, int]]) -> list[str]:
+    steady = having(record, _SWITCHING + "steady_energy", "operation")
+    larger = 0.0 if steady is None else float(np.max(steady.values))
+    if not larger > 0.0:
+        return [""] * len(found)
+    return ["" if q is None else show(float(q.values[i]) / larger, digits=3) for q, i in found]
+
+
+def _passages(record: Record) -> list[str]:
+    """Resonances that the crank runs through on its way, if the result lists them."""
+    stem = _SWITCHING + "passage/"
+    names = ("change", "mode", "order", "speed", "time", "haste")
+    found = {name: having(record, stem + name, "passage") for name in names}
+    speed = found["speed"]
+    if speed is None or any(found[name] is None for name in ("change", "mode", "order", "time")):
+        return []
+    changes = having(record, _SWITCHING + "reversal/kinetic_energy_peak", "change")
+    titles = labels(changes.axes[0]) if changes is not None else []
+    whole = [found[name] for name in ("mode", "order")]
+    rows = []
+    # Low orders carry the large forces: they are shown first, in the order of time.
+    order = np.asarray(whole[1].values) if whole[1] is not None else np.arange(len(speed.values))
+    for i in sorted(np.argsort(order, kind="stable")[:_PASSAGES].tolist()):
+        which = int(found["change"].values[i]) - 1 if found["change"] is not None else 0
+        title = titles[which] if 0 <= which < len(titles) else str(which + 1)
+        row = [title, *(str(int(q.values[i])) for q in whole if q is not None)]
+        row.append(show(rpm(float(speed.values[i]))))
+        for quantity in (found["time"], found["haste"]):
+            row.append("" if quantity is None else show(quantity.values[i]))
+        rows.append(row)
+    columns = (
+        Column("resonance passed in", 24),
+        number("mode", 6),
+        number("order", 6),
+        number("at rpm", 12),
+        number("after s", 12),
+        number("haste", 12),
+    )
+    lines = ["", *table(columns, rows)]
+    rest = len(speed.values) - len(rows)
+    lines += paragraph(
+        "haste above 1: the resonance has no time to build up"
+        + (f"; {rest} further passages of higher order are in the result file" if rest else "")
+    )
+    return lines

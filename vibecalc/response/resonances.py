@@ -1,0 +1,177 @@
+"""Where an order may meet a natural frequency: refused at a point, masked in a range."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.rounding import SINGULAR, UNIT_ROUNDOFF
+
+# ----------------------------------------------------------------------------
+# Where an order may meet a natural frequency, and how close it may come.
+# ----------------------------------------------------------------------------
+
+_NONE = np.zeros(0)
+
+
+class Resonances(NamedTuple):
+    """Natural frequencies with what decides whether an order may stand on them.
+
+    `frequency`, `damping_ratio` (modes,): rad/s and 1. `half_width` (modes,): relative distance
+    from the frequency within which fewer than four digits of an undamped response remain.
+    `idle` (orders, modes): the order does not drive the mode, its modal force is zero to rounding.
+    `moved_frequency`, `moved_ratio` (any,): resonances that strong damping puts elsewhere.
+    """
+
+    frequency: np.ndarray
+    damping_ratio: np.ndarray
+    half_width: np.ndarray
+    idle: np.ndarray
+    moved_frequency: np.ndarray = _NONE
+    moved_ratio: np.ndarray = _NONE
+
+    def exposed(self) -> np.ndarray:
+        """Relative half width (modes,) of the forbidden zone; zero where damping closes it."""
+        squared = np.square(self.half_width) - np.square(self.damping_ratio)
+        width: np.ndarray = np.sqrt(np.maximum(squared, 0.0))
+        return width
+
+    def sought(self) -> "Resonances":
+        """All resonances that a search of speeds has to look at, those moved by damping too."""
+        count = len(self.moved_frequency)
+        if count == 0:
+            return self
+        return Resonances(
+            np.concatenate([self.frequency, self.moved_frequency]),
+            np.concatenate([self.damping_ratio, self.moved_ratio]),
+            np.concatenate([self.half_width, np.zeros(count)]),
+            np.pad(self.idle, ((0, 0), (0, count))),
+        )
+
+
+# ----------------------------------------------------------------------------
+# An order on an undamped natural frequency: refused at a point, masked in a range of speeds.
+# ----------------------------------------------------------------------------
+
+_TURN = 2.0 * math.pi
+
+
+class Masked(NamedTuple):
+    """Intervals of crank speed in which nothing is computed, ascending; all (intervals,).
+
+    Speeds in rad/s; `mode` counts from 1. Inside, fewer than four digits would remain.
+    """
+
+    low: np.ndarray
+    centre: np.ndarray
+    high: np.ndarray
+    order: np.ndarray
+    mode: np.ndarray
+
+    @property
+    def centre_error(self) -> np.ndarray:
+        """Absolute error of each centre: the ends stand where the doubt of it has grown so far."""
+        doubt: np.ndarray = 0.5 * SINGULAR * (self.high - self.low) + UNIT_ROUNDOFF * self.centre
+        return doubt
+
+
+def check_operating_point(
+    resonances: Resonances, orders: np.ndarray, speed: float
+) -> tuple[str, ...]:
+    """Refuse a speed at which an order stands on an undamped natural frequency.
+
+    Raises NumericalFailure naming order and mode if the mode is driven. Returns one warning for
+    each mode that is met and not driven, whose contribution is left out as zero.
+    """
+    distance = np.asarray(orders)[:, None] * speed / resonances.frequency - 1.0
+    met = np.abs(distance) < resonances.exposed()
+    warnings = []
+    for row, column in np.argwhere(met):
+        mode = int(column) + 1
+        frequency = float(resonances.frequency[column])
+        place = (
+            f"order {orders[row]:g} at {speed:.9g} rad/s ({speed * 60.0 / _TURN:.6g} rpm) is on "
+            f"the undamped natural frequency of mode {mode}, {frequency:.9g} rad/s "
+            f"({frequency / _TURN:.6g} Hz)"
+        )
+        if resonances.idle[row, column]:
+            warnings.append(
+                f"{place}, but does not drive it: the modal force is zero to rounding, and the "
+                f"mode is left out of this order"
+            )
+            continue
+        raise NumericalFailure(
+            f"{place}: relative distance {distance[row, column]:.1e}, nearer than "
+            f"{resonances.exposed()[column]:.1e}, damping ratio "
+            f"{resonances.damping_ratio[column]:.1e}. The response has no bound there. Give the "
+            f"mounts damping or a loss factor, or move the speed or the stiffness"
+        )
+    return tuple(warnings)
+
+
+def left_out(resonances: Resonances) -> np.ndarray:
+    """Pairs (orders, modes) of which the mode is undamped and the order does not drive it."""
+    return resonances.idle & (resonances.exposed() > 0.0)
+
+
+def masked_speeds(resonances: Resonances, orders: np.ndarray, start: float, stop: float) -> Masked:
+    """Intervals of [start, stop] too near a driven undamped resonance, by order and mode."""
+    centre = resonances.frequency / np.asarray(orders)[:, None]
+    width = np.broadcast_to(resonances.exposed(), centre.shape)
+    low, high = centre * (1.0 - width), centre * (1.0 + width)
+    row, column = np.nonzero((width > 0.0) & ~resonances.idle & (high > start) & (low < stop))
+    ascending = np.argsort(centre[row, column], kind="stable")
+    row, column = row[ascending], column[ascending]
+    pick = (row, column)
+    return Masked(low[pick], centre[pick], high[pick], np.asarray(orders)[row], column + 1)
+
+
+def idle_warnings(
+    resonances: Resonances, orders: np.ndarray, start: float, stop: float
+) -> tuple[str, ...]:
+    """Undamped modes that a run-up meets with orders that do not drive them, one text per mode."""
+    met = resonances.frequency / np.asarray(orders)[:, None]
+    crossed = left_out(resonances) & (met >= start) & (met <= stop)
+    return tuple(
+        f"undamped mode {column + 1} ({resonances.frequency[column]:.9g} rad/s) is crossed by "
+        f"order {', '.join(f'{order:g}' for order in np.asarray(orders)[crossed[:, column]])} "
+        f"without being driven (modal force zero to rounding): it is left out there"
+        for column in np.flatnonzero(np.any(crossed, axis=0))
+    )
+
+
+def outside(masked: Masked, speed: np.ndarray) -> np.ndarray:
+    """True for speeds (...,) that lie in none of the intervals; the ends are outside."""
+    inside = (speed[..., None] > masked.low) & (speed[..., None] < masked.high)
+    clear: np.ndarray = ~np.any(inside, axis=-1)
+    return clear
+
+
+# ----------------------------------------------------------------------------
+# Crank speeds at which a curve of energies shows every resonance.
+# ----------------------------------------------------------------------------
+
+_EVEN = 400
+#: distances from a resonance, relative to it, at which a curve of energies needs points
+_NEAR = np.concatenate([[0.0], np.geomspace(1e-6, 0.3, 36)])
+
+
+def energy_speeds(
+    resonances: Resonances, orders: np.ndarray, masked: Masked, first: float, last: float
+) -> np.ndarray:
+    """Ascending speeds (speeds,) in [first, last] rad/s, outside the masked intervals.
+
+    Even steps, and steps that shrink towards every speed at which an order meets a mode; the ends
+    of masked intervals are among them.
+    """
+    met = (resonances.frequency / np.asarray(orders)[:, None])[~resonances.idle]
+    met = met[(met > first) & (met < last)]
+    close = np.concatenate([met[:, None] * (1.0 + sign * _NEAR) for sign in (-1.0, 1.0)])
+    points = [np.linspace(first, last, _EVEN), close.ravel(), masked.low, masked.high]
+    speed = np.sort(np.concatenate(points))
+    speed = speed[(speed >= max(first, 0.0)) & (speed <= last)]
+    distinct = np.concatenate([[True], np.diff(speed) > 1e-9 * last])
+    speed = speed[distinct]
+    kept: np.ndarray = speed[outside(masked, speed)]
+    return kept

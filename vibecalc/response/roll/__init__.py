@@ -1,1 +1,0 @@
-"""A rotor, pistons and the shell they share, turning about the crank axis under a real motor."""

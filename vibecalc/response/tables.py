@@ -1,0 +1,105 @@
+"""What is asked of the response of a machine on its suspension."""
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from vibecalc.absorber.tables import AbsorberResponse
+from vibecalc.case.fields import Angle, Length, Name, Number, Table, Time
+from vibecalc.case.range_table import RunUp
+from vibecalc.roll.tables import Control, Roll, StartUp
+from vibecalc.torsion.tables import Torsion
+
+Names = Annotated[tuple[Name, ...], Field(min_length=1, max_length=64)]
+#: of throws that weights cancel; an empty list is no weights at all
+Throws = Annotated[tuple[Name, ...], Field(max_length=64)]
+Idle = Literal["stopped", "unloaded"]
+
+
+class Operation(Table):
+    """One way of running the machine: the cylinders that work, with a weight in averages."""
+
+    name: Name = Field(description="label used in tables and in `where`")
+    working: Names = Field(description="names of the cylinders that work")
+    weight: Number = Field(1.0, ge=0, description="share in the weighted energy")
+
+
+class Balance(Table):
+    """One way of balancing the crankshaft: the throws whose rotating mass weights cancel."""
+
+    name: Name = Field(description="label used in tables and in `where`")
+    balanced_for: Throws = Field(description="names of the cylinders; none: no weights")
+
+
+class Switching(Table):
+    """The change from one operation to the other and back, in time."""
+
+    between: tuple[Name, Name] = Field(description="names of two operations")
+    run_down: Time = Field(gt=0, description="from operating speed to rest, linear in time")
+    stand: Time = Field(0.0, ge=0, description="at rest")
+    run_up: Time = Field(gt=0, description="from rest to operating speed, linear in time")
+    after: Time = Field(1.0, gt=0, description="time watched at operating speed afterwards")
+    reverses: bool = Field(True, strict=True, description="the crank turns the other way after")
+    crank_angle: Angle = Field(0.0, description="where the change begins")
+    settled: Number = Field(
+        0.05, gt=0, lt=1, description="deviation from the steady state that counts as settled"
+    )
+
+
+class Impact(Table):
+    """Impacts in the joints with play, as statistics over many runs."""
+
+    method: Literal["event_exact", "euler", "heun", "rk4", "dormand_prince"] = Field(
+        "event_exact", description="closed form between contacts, or fixed steps"
+    )
+    steps: Annotated[int, Field(strict=True, ge=64, le=1_000_000)] = Field(
+        1024, description="steps per revolution, for the fixed-step methods"
+    )
+    pressure: Literal["towards_crank", "towards_head"] = Field(
+        "towards_crank", description="sense in which the gas pushes the piston"
+    )
+    clearances: Annotated[tuple[Length, ...], Field(max_length=32)] = Field(
+        (), description="of the wrist pin, instead of its own: one study for each"
+    )
+    members: Annotated[int, Field(strict=True, ge=2, le=10_000)] = Field(
+        64, description="runs with slightly different starts"
+    )
+    revolutions: Annotated[int, Field(strict=True, ge=2, le=10_000)] = Field(
+        30, description="revolutions that count, of each run"
+    )
+    discard: Annotated[int, Field(strict=True, ge=0, le=10_000)] = Field(
+        10, description="revolutions before them, to forget the start"
+    )
+    orders: Annotated[int, Field(strict=True, ge=1, le=2000)] = Field(
+        100, description="highest order of the force spectrum"
+    )
+    perturbation: Length = Field(
+        2.54e-11, gt=0, description="distance of the neighbour whose parting is timed"
+    )
+
+
+class Response(Table):
+    """Motion under the forces of the crank train: the body on its suspension, impacts, roll."""
+
+    method: Literal["modal", "direct"] = Field(
+        "direct", description="superposition of modes, or one solve per order"
+    )
+    energies: bool = Field(
+        False, strict=True, description="kinetic and potential energy, mean and peak"
+    )
+    operations: Annotated[tuple[Operation, ...], Field(max_length=16)] = Field(
+        (), description="ways of running to compare by their energies"
+    )
+    balances: Annotated[tuple[Balance, ...], Field(max_length=16)] = Field(
+        (), description="ways of balancing to combine them with; default: that of the case"
+    )
+    run_up: RunUp | None = Field(None, description="also energies over a range of speeds")
+    switching: Switching | None = Field(None, description="also the change between operations")
+    impact: Impact | None = Field(None, description="also impacts in the joints with play")
+    roll: Roll | None = Field(None, description="roll of the shell with the motor's own speed")
+    start_up: StartUp | None = Field(None, description="roll from rest to running, in time")
+    control: Control | None = Field(None, description="roll under control of the motor")
+    absorber: AbsorberResponse | None = Field(
+        None, description="of a primary system and its absorber"
+    )
+    torsion: Torsion | None = Field(None, description="of the shaft line of an engine")

@@ -1,0 +1,1 @@
+"""Accuracy topics of the roll: speed against error of its methods."""

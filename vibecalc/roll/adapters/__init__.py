@@ -1,0 +1,1 @@
+"""Stages of the roll: from a case to recorded results."""

@@ -1,0 +1,530 @@
+"""Adapter: control of the motor's frequency by the reduced model, with the full one beside."""
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from vibecalc.case.schema import Case
+from vibecalc.errors import NumericalFailure
+from vibecalc.excitation.slip_torque import breakdown
+from vibecalc.numerics.cycle_peak import cycle_peak
+from vibecalc.numerics.level import DECIBEL, level_of
+from vibecalc.numerics.rounding import EPSILON, WithError
+from vibecalc.pipeline.scene import Scene
+from vibecalc.pipeline.stage_plan import below
+from vibecalc.roll.control.full_model import Law, closed_loop
+from vibecalc.roll.control.gains import (
+    BOUNDS,
+    UNCONTROLLED,
+    Controlled,
+    Demands,
+    Load,
+    certify,
+    evaluate,
+    evaluate_at_speed,
+    motor_gain_study,
+    tune,
+)
+from vibecalc.roll.control.loop import (
+    Controller,
+    Disturbance,
+    ReducedModel,
+    disturbance,
+    loop_of,
+    model_from_full,
+    steady_speed,
+    straight,
+    tangent,
+)
+from vibecalc.roll.control.loop import source_model as rotor_alone
+from vibecalc.roll.control.margins import STATUS
+from vibecalc.roll.control.poles import poles, root_locus
+from vibecalc.roll.mechanism import RollDrive, RollMachine, as_batch, is_mounted
+from vibecalc.roll.model import build_roll, roll_drive
+from vibecalc.roll.results import CONTROL
+from vibecalc.roll.running import running_state
+from vibecalc.roll.tables import Control, Tune
+from vibecalc.roll.turn import harmonics, readings
+
+# ----------------------------------------------------------------------------
+# Adapter, before the control: the reduced model of a machine, its load and its target.
+# ----------------------------------------------------------------------------
+
+
+class Setup(NamedTuple):
+    """Machine and drive for the full model; reduced model, load and speeds for the reduced one.
+
+    `gain` is the motor's, `offset` its torque at no slip, `breakdown` its largest one; `alone` is
+    the speed without control.
+    """
+
+    options: Control
+    machine: RollMachine
+    drive: RollDrive
+    model: ReducedModel
+    torque: Disturbance
+    gain: float
+    offset: float
+    breakdown: float
+    synchronous: float
+    reference: float
+    alone: WithError
+    target: float
+    orders: np.ndarray
+
+    def load(
+        self, speed: float, reference: float | None = None, offset: float | None = None
+    ) -> Load:
+        """Load at a mean speed; the torque of the motor at no slip counts with it."""
+        at = self.torque.at(speed)
+        own = self.offset if offset is None else offset
+        mean = self.torque.mean
+        speed_of_field = self.reference if reference is None else reference
+        return Load(speed_of_field, float(mean.value) + own, at.value, float(mean.error), at.error)
+
+    def kept(self, levels: WithError) -> WithError:
+        """The orders that the case asks for; a search may need more."""
+        count = len(self.orders)
+        return WithError(levels.value[..., :count], levels.error[..., :count])
+
+    def controller(self) -> Controller:
+        """Gain, feedback, lag and delay of the case; the speed feedback is zero unless given."""
+        options = self.options
+        return Controller(
+            options.gain, options.speed_feedback or 0.0, options.acceleration_feedback,
+            options.actuator_lag, options.delay,
+        )  # fmt: skip
+
+
+def setup(case: Case) -> Setup:
+    """Everything that the parts of the stage share.
+
+    Raises NumericalFailure where the motor does not give what the machine takes.
+    """
+    if case.response is None or case.response.control is None:
+        raise ValueError("the case has no [response.control]")
+    options, parts = case.response.control, build_roll(case)
+    machine = as_batch(parts.machine)
+    drive = roll_drive(parts)._replace(circuit=None)
+    found = disturbance(machine, drive, max(options.orders, *_tuned(options)))
+    gain, offset = options.motor_gain, 0.0
+    if gain is None:
+        line = tangent(machine, drive)
+        gain, offset = line.gain, line.offset
+    drag = float(machine.friction_damping[0])
+    if options.reduction == "rotor":
+        shell = float(machine.shell_inertia[0])
+        model = rotor_alone(float(machine.rotor_inertia[0]), shell, gain)._replace(viscous=drag)
+    else:
+        model = model_from_full(found.whole, found.coupling, found.crank, gain, drag)
+    synchronous = float(np.max(drive.synchronous_speed))
+    most = float(machine.motor_scale[0]) * breakdown(drive.motor)[1]
+    alone = steady_speed(model, UNCONTROLLED, synchronous, float(found.mean.value) + offset)
+    alone = WithError(alone.value, alone.error + found.mean.error / gain)
+    if not alone.value > 0.0:
+        raise NumericalFailure(
+            f"control: a motor of {gain:.6g} N*m*s/rad does not carry the mean torque of "
+            f"{-found.mean.value:.6g} N*m below its synchronous speed of {synchronous:.6g} rad/s"
+        )
+    return Setup(
+        options, machine, drive, model, found, gain, offset, most, synchronous,
+        synchronous if options.reference is None else options.reference, alone,
+        float(alone.value) if options.target_speed is None else options.target_speed,
+        np.arange(1, options.orders + 1),
+    )  # fmt: skip
+
+
+def _tuned(options: Control) -> tuple[int, ...]:
+    return (0,) if options.tune is None else options.tune.orders
+
+
+# ----------------------------------------------------------------------------
+# Adapter, shared by the parts of the control: values with errors put into the record.
+# ----------------------------------------------------------------------------
+
+
+def put(scene: Scene, name: str, found: WithError, axes: Mapping[str, Any] | None = None) -> None:
+    """Emit one value with its error below the root of the stage."""
+    scene.emit(f"{CONTROL}/{name}", found.value, found.error, axes)
+
+
+def emit_loop(
+    scene: Scene, below: str, found: Controlled, given: Setup,
+    axes: Mapping[str, Any] | None = None,
+) -> None:  # fmt: skip
+    """Status, margins and demands on the actuator; a loop that is not stable has no margins."""
+    margins = found.margins
+    rounding = 8.0 * EPSILON * np.abs(margins.feedthrough)
+    for name, value in {
+        "status": WithError(margins.status, np.zeros(())),
+        "gain_margin": factor_in_decibels(margins.gain),
+        "gain_reduction": factor_in_decibels(margins.gain_lower),
+        "phase_margin": margins.phase,
+        "delay_margin": margins.delay,
+        "bandwidth": margins.bandwidth,
+        "feedthrough": WithError(margins.feedthrough, rounding),
+        "command_rate": found.command_rate,
+        "torque_peak": torque_peak(found, given),
+    }.items():
+        put(scene, below + name, value, axes)
+
+
+def torque_peak(found: Controlled, given: Setup) -> WithError:
+    """Largest torque of the motor over a turn of the reduced model; infinite if not stable.
+
+    In the mean it carries the load and viscous friction.
+    """
+    drag = float(given.machine.friction_damping[0])
+    mean = drag * found.speed.value - float(given.torque.mean.value)
+    stable = found.margins.stable
+    harmonics, error = found.harmonics.motor_torque
+    known = np.where(stable[..., None], harmonics, 0.0)
+    orders = np.arange(harmonics.shape[-1] + 1)
+    peak = cycle_peak(np.concatenate([mean[..., None] + 0j, known], axis=-1), orders)
+    doubt = peak.error + np.sum(error, axis=-1) + drag * found.speed.error
+    doubt = doubt + float(given.torque.mean.error)
+    return WithError(np.where(stable, peak.value, np.inf), np.where(stable, doubt, 0.0))
+
+
+def factor_in_decibels(factor: WithError) -> WithError:
+    """How far a factor is from one, in dB; infinite for a factor that is zero or infinite."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        level = np.abs(20.0 * np.log10(factor.value))
+        error = DECIBEL * factor.error / factor.value
+    fine = np.isfinite(level)
+    rounding = 4.0 * EPSILON * (np.abs(np.where(fine, level, 0.0)) + DECIBEL)
+    return WithError(level, np.where(fine, error + rounding, 0.0))
+
+
+def less(one: WithError, other: WithError) -> WithError:
+    """Difference of two levels; zero where both are infinite alike."""
+    with np.errstate(invalid="ignore"):
+        value = one.value - other.value
+    value = np.where(np.isnan(value), 0.0, value)
+    return WithError(value, np.where(np.isfinite(value), one.error + other.error, 0.0))
+
+
+# ----------------------------------------------------------------------------
+# Adapter: control of the motor's frequency, its levels, its margins, and the full model beside.
+# ----------------------------------------------------------------------------
+
+_BRANCHES = 6
+#: gains of the locus: so many, up to this many times the gain of the case
+_LOCUS, _BEYOND = 121, 10.0
+
+
+def run_control(scene: Scene) -> None:
+    """Emit the loop of the case, and the studies that it asks for beside it."""
+    given = setup(scene.case)
+    options = given.options
+    _cite(scene)
+    _say(scene, given)
+    without = evaluate(
+        given.model, UNCONTROLLED, given.load(float(given.alone.value), given.synchronous)
+    )
+    found, load = _closed(given)
+    _emit_model(scene, given, load)
+    _emit_found(scene, given, found, without)
+    emit_loop(scene, "", found, given)
+    _judge(scene, given, found)
+    _emit_poles(scene, given, found)
+    quiet = given.kept(without.level)
+    if options.motor_gains:
+        emit_motor_gains(scene, given)
+    if options.gains or options.feedbacks:
+        emit_grid(scene, given, quiet)
+    if options.tune is not None and scene.wants(*below(f"{CONTROL}/tuned/")):
+        emit_tuned(scene, given, options.tune, quiet)
+    alone = None
+    if scene.wants(*below(f"{CONTROL}/range/"), f"{CONTROL}/full/attenuation"):
+        alone = emit_range(scene, given, quiet)
+    if options.full_model and scene.wants(*below(f"{CONTROL}/full/")):
+        _emit_full(scene, given, found, alone)
+
+
+def _emit_full(scene: Scene, given: Setup, found: Controlled, without: WithError | None) -> None:
+    """The full model; where the reduced loop is unstable it may have no motion to look at."""
+    try:
+        feedback = float(found.speed_feedback.value)
+        emit_full(scene, given, feedback, given.kept(found.level), without)
+    except NumericalFailure as failure:
+        status = int(found.margins.status)
+        if status < 2:
+            raise
+        scene.warn(
+            f"the full model under control is left out: the loop is {STATUS[status]} in the "
+            f"reduced model, and {failure}"
+        )
+
+
+def _closed(given: Setup) -> tuple[Controlled, Load]:
+    """The loop of the case and its load, with the speed feedback given or what keeps the target."""
+    controller = given.controller()
+    if given.options.speed_feedback is None:
+        load = given.load(given.target)
+        return evaluate_at_speed(given.model, controller, load, given.target), load
+    load = given.load(given.target)
+    speed = steady_speed(given.model, controller, load.reference, load.mean).value
+    if not (np.isfinite(speed) and speed > 0.0):
+        raise NumericalFailure(
+            f"control: with a speed feedback of {given.options.speed_feedback:g} and a gain of "
+            f"{given.options.gain:g} no mean speed balances torque and load"
+        )
+    load = given.load(float(speed))
+    return evaluate(given.model, controller, load), load
+
+
+def _emit_model(scene: Scene, given: Setup, load: Load) -> None:
+    for name, value in {
+        "motor_gain": given.gain,
+        "motor_offset": given.offset,
+        "breakdown_torque": given.breakdown,
+        "inertia": float(np.asarray(given.model.inertia)),
+        "shell_share": float(np.asarray(given.model.ratio)),
+        "target_speed": given.target,
+        "speed_feedback_limit": given.reference / given.target,
+    }.items():
+        scene.emit(f"{CONTROL}/{name}", value, 1e-12 * abs(value) if np.isfinite(value) else 0.0)
+    put(scene, "mean_torque", given.torque.mean)
+    put(scene, "speed_without", given.alone)
+    both = WithError(np.asarray(load.harmonics), np.asarray(load.harmonics_error))
+    put(scene, "disturbance", given.kept(both), {"order": given.orders})
+
+
+def _emit_found(scene: Scene, given: Setup, found: Controlled, without: Controlled) -> None:
+    axes = {"order": given.orders}
+    put(scene, "speed", found.speed)
+    put(scene, "speed_feedback", found.speed_feedback)
+    put(scene, "shell_acceleration", given.kept(found.harmonics.shell_acceleration), axes)
+    level, quiet = given.kept(found.level), given.kept(without.level)
+    put(scene, "level", level, axes)
+    put(scene, "level_without", quiet, axes)
+    put(scene, "attenuation", less(quiet, level), axes)
+
+
+def _emit_poles(scene: Scene, given: Setup, found: Controlled) -> None:
+    """Poles of the loop and their way as the gain grows; with a delay a search that may fail."""
+    controller = given.controller()._replace(speed_feedback=found.speed_feedback.value)
+    try:
+        own = poles(loop_of(given.model, controller), _BRANCHES)
+        put(
+            scene, "pole", WithError(own.value, own.error),
+            {"pole": np.arange(1, own.value.shape[-1] + 1)},
+        )  # fmt: skip
+        if not scene.wants(f"{CONTROL}/locus/pole"):
+            return
+        gain, kept = given.options.gain, given.options.speed_feedback is None
+        gains = np.geomspace(min(1.0, 0.1 * gain), _BEYOND * max(1.0, gain), _LOCUS)
+        moving = root_locus(
+            given.model, controller, gains, given.load(given.target) if kept else None,
+            given.target, _BRANCHES,
+        )  # fmt: skip
+        axes = {"locus_gain": gains, "branch": np.arange(1, moving.pole.shape[-1] + 1)}
+        put(scene, "locus/pole", WithError(moving.pole, moving.pole_error), axes)
+    except NumericalFailure as failure:
+        scene.warn(f"the poles of the loop are left out: {failure}")
+
+
+def _judge(scene: Scene, given: Setup, found: Controlled) -> None:
+    status = int(found.margins.status)
+    if status == 1:
+        scene.warn(
+            f"the loop is {STATUS[1]}: its gain at high frequency is "
+            f"{abs(float(found.margins.feedthrough)):.4g}, so that the least delay lets it "
+            "diverge; its levels hold on paper only"
+        )
+    elif status > 1:
+        scene.warn(f"the loop is {STATUS[status]}: its amplitudes have no bound")
+    asked = float(torque_peak(found, given).value)
+    if status < 2 and asked > given.breakdown:
+        scene.warn(
+            f"the loop asks the motor for up to {asked:.5g} N*m, and it gives "
+            f"{given.breakdown:.5g} N*m at most: the levels of the reduced model, whose motor has "
+            "no breakdown, cannot be reached"
+            + ("" if given.options.full_model else "; full_model = true says what can")
+        )
+
+
+def _say(scene: Scene, given: Setup) -> None:
+    """What the reduced model takes for granted in this machine."""
+    machine, motor = given.machine, scene.case.machine.motor
+    if np.any(machine.wrist_pin_offset) or np.any(machine.rod_inertia_difference):
+        scene.warn(
+            "the reduced model of the control leaves out what a wrist pin offset or the own moment "
+            "of a rod does to the shell; response/control/range says what that comes to"
+        )
+    if is_mounted(machine):
+        frequency = np.sqrt(float(machine.shell_stiffness[0]) / given.torque.whole)
+        scene.warn(
+            "the reduced model of the control has no mounts: it holds for frequencies well above "
+            f"{frequency:.4g} rad/s, at which the shell rolls on them, and does not see whether "
+            "feedback excites that motion; full_model = true does"
+        )
+    if motor is not None and motor.kind == "dynamic":
+        scene.warn("the control takes the motor's steady torque, without transients of its fluxes")
+
+
+def _cite(scene: Scene) -> None:
+    scene.cite(
+        "reduced model of rotor and shell, and feedback to the speed of the motor's field",
+        "levels under control",
+        "Herold (1977), equations 97 to 116; docs/theory_roll_control.md",
+    )
+    scene.cite(
+        "crossings of the imaginary axis, counted as the delay grows",
+        "stability and margins of the loop",
+        "Walton and Marshall (1987), IEE Proc. D 134, 101-107",
+    )
+
+
+# ----------------------------------------------------------------------------
+# Adapter, continued: the full nonlinear machine beside the reduced model.
+# ----------------------------------------------------------------------------
+
+
+def emit_range(scene: Scene, given: Setup, reduced: WithError) -> WithError | None:
+    """Levels of the full model without control, less those of the reduced one; and the first."""
+    found: list[WithError] = []
+    lines = given.drive._replace(motor=straight(given.gain, given.offset))
+    for drive in (given.drive, lines):
+        try:
+            found.append(_uncontrolled(scene, given, drive))
+        except NumericalFailure as failure:
+            scene.warn(
+                "without control the full model has no running state to hold the reduced one "
+                f"against: {failure}"
+            )
+            break
+    axes = {"order": given.orders}
+    if found:
+        put(scene, "range/level", found[0], axes)
+        put(scene, "range/difference", less(found[0], reduced), axes)
+    if len(found) > 1:
+        put(scene, "range/linear_difference", less(found[1], reduced), axes)
+    return found[0] if found else None
+
+
+def emit_full(
+    scene: Scene, given: Setup, feedback: float, reduced: WithError, without: WithError | None
+) -> None:
+    """The closed loop in the full model: levels beside the reduced ones, or that it is unstable."""
+    options = given.options
+    law = Law(
+        options.gain, feedback, options.acceleration_feedback, given.reference, options.actuator_lag
+    )
+    found = closed_loop(
+        given.machine, given.drive, law,
+        rtol=scene.case.accuracy.rtol, orders=len(given.orders),
+    )  # fmt: skip
+    axes = {
+        "order": given.orders,
+        "multiplier": np.arange(1, len(found.multiplier) + 1),
+    }
+    level = level_of(found.harmonics.value, found.harmonics.error, reference=1.0)
+    if not found.stable:
+        level = WithError(np.full(len(given.orders), np.inf), np.zeros(len(given.orders)))
+        size = float(np.max(np.abs(found.multiplier)))
+        scene.warn(
+            "under control the motion of the full model is unstable: a disturbance grows by the "
+            f"factor {size:.6g} in each turn. It has no levels"
+        )
+    put(scene, "full/speed", found.speed)
+    put(scene, "full/level", level, axes)
+    put(scene, "full/difference", less(level, reduced), axes)
+    if without is not None:
+        put(scene, "full/attenuation", less(without, level), axes)
+    put(scene, "full/multiplier", WithError(found.multiplier, found.multiplier_error), axes)
+    put(scene, "full/stable", WithError(np.asarray(int(found.stable)), np.zeros(())))
+    put(scene, "full/largest_slip", found.largest_slip)
+    scene.cite(
+        "Gauss collocation of rotor, pistons, shell and controller over the crank angle",
+        "the closed loop in the full nonlinear model, and its stability",
+        "docs/theory_roll.md; own extension by the state of the actuator",
+    )
+
+
+def _uncontrolled(scene: Scene, given: Setup, drive: RollDrive) -> WithError:
+    running = running_state(
+        given.machine, drive, rtol=scene.case.accuracy.rtol, orders=len(given.orders)
+    )
+    each = [
+        harmonics(
+            state.turn,
+            readings(given.machine, drive, state.turn, pistons=False).shell_acceleration,
+            given.orders.astype(float),
+        )[0]
+        for state in (running.state, running.check)
+    ]
+    rounding = 64.0 * EPSILON * float(np.max(np.abs(each[0])))
+    return level_of(each[0], np.abs(each[0] - each[1]) + rounding, reference=1.0)
+
+
+# ----------------------------------------------------------------------------
+# Adapter, continued: other motors, a grid of gains and feedbacks, and gains that are searched.
+# ----------------------------------------------------------------------------
+
+
+def emit_motor_gains(scene: Scene, given: Setup) -> None:
+    """Speed and levels with motors whose curve is a line through the origin, uncontrolled."""
+    gains = np.array(given.options.motor_gains)
+    load = given.load(float(given.alone.value), given.synchronous, 0.0)
+    found = motor_gain_study(given.model, gains, load)
+    axes = {"motor_gain": gains, "order": given.orders}
+    put(scene, "motor_gains/speed", found.speed, axes)
+    put(scene, "motor_gains/level", given.kept(found.level), axes)
+
+
+def emit_grid(scene: Scene, given: Setup, without: WithError) -> None:
+    """Every gain with every feedback, the speed kept at the target."""
+    options = given.options
+    gains = np.array(options.gains or (options.gain,))
+    feedbacks = np.array(options.feedbacks or (options.acceleration_feedback,))
+    controller = given.controller()._replace(gain=gains[:, None], acceleration_feedback=feedbacks)
+    found = evaluate_at_speed(given.model, controller, given.load(given.target), given.target)
+    axes = {"gain": gains, "feedback": feedbacks, "order": given.orders}
+    feedback = WithError(found.speed_feedback.value[:, 0], found.speed_feedback.error[:, 0])
+    put(scene, "grid/speed_feedback", feedback, axes)
+    emit_loop(scene, "grid/", found, given, axes)
+    level = given.kept(found.level)
+    put(scene, "grid/level", level, axes)
+    put(scene, "grid/attenuation", less(without, level), axes)
+    lost, brittle = (int(np.sum(found.margins.status >= 2)), int(np.sum(found.margins.status == 1)))
+    if lost or brittle:
+        scene.warn(
+            f"of {gains.size * feedbacks.size} pairs of gain and feedback {lost} are not stable "
+            f"and {brittle} {STATUS[1]}: their levels are infinite, or hold on paper only"
+        )
+
+
+def emit_tuned(scene: Scene, given: Setup, asked: Tune, without: WithError) -> None:
+    """The gains that make the loudest of some orders quietest and keep their distance."""
+    demands = Demands(
+        (asked.gain.lower, asked.gain.upper),
+        (asked.acceleration_feedback.lower, asked.acceleration_feedback.upper),
+        asked.gain_margin,
+        asked.phase_margin,
+        asked.delay_margin,
+    )
+    load, controller = given.load(given.target), given.controller()
+    found = tune(given.model, controller, load, given.target, demands, asked.orders)
+    proof = certify(given.model, controller, load, given.target, demands, found, asked.orders)
+    put(scene, "tuned/gain", found.gain)
+    put(scene, "tuned/acceleration_feedback", found.acceleration_feedback)
+    put(scene, "tuned/speed_feedback", found.controlled.speed_feedback)
+    put(scene, "tuned/objective", found.objective)
+    axes = {"order": given.orders, "bound": np.array(BOUNDS, dtype=object)}
+    level = given.kept(found.controlled.level)
+    put(scene, "tuned/level", level, axes)
+    put(scene, "tuned/attenuation", less(without, level), axes)
+    emit_loop(scene, "tuned/", found.controlled, given)
+    put(scene, "tuned/active", WithError(proof.active.astype(float), np.zeros(())), axes)
+    # the differences are good to 1e-7, the place where they are taken to little more than 1e-6
+    doubt = 1e-5 * (1.0 + np.abs(proof.multiplier))
+    put(scene, "tuned/multiplier", WithError(proof.multiplier, doubt), axes)
+    put(scene, "tuned/residual", WithError(np.asarray(proof.residual), np.asarray(1e-5)))
+    scene.cite(
+        "grids that close in over gain and feedback; conditions of Karush, Kuhn and Tucker",
+        "gains of the controller under stability margins",
+        "docs/theory_roll_control.md",
+    )

@@ -1,0 +1,315 @@
+"""Adapter: a motor fitted to its table, with and without its transients."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from vibecalc.errors import NumericalFailure
+from vibecalc.excitation.induction_motor import steady_torque, torque_curve
+from vibecalc.excitation.induction_motor_flux import (
+    CircuitMotor,
+    eigenvalues,
+    power_flow,
+    time_constants,
+    torque_answer,
+)
+from vibecalc.excitation.induction_motor_identify import Identifiability, identifiability
+from vibecalc.numerics.level import level_of
+from vibecalc.numerics.rounding import EPSILON, WithError
+from vibecalc.numerics.typing import FloatArray
+from vibecalc.pipeline.scene import Scene
+from vibecalc.roll.adapters.readings import Seen, course_of, seen_in, spectra_of
+from vibecalc.roll.mechanism import RollDrive, RollMachine
+from vibecalc.roll.model import FittedMotor
+from vibecalc.roll.results import COMPARED, ENERGIES, MOTOR
+from vibecalc.roll.running import Running, running_state, steady_drive
+from vibecalc.roll.steady import Steady, steady_state
+from vibecalc.roll.tables import Roll
+from vibecalc.roll.turn import mean
+
+# ----------------------------------------------------------------------------
+# Adapter, continued: the circuit that was fitted to a motor's table, and its transients.
+# ----------------------------------------------------------------------------
+
+#: slips of the curve, from none to standstill
+_SHOWN = 361
+_FIT_ROUNDING = 64.0 * EPSILON
+
+_Pair = tuple[WithError, WithError]
+
+
+def emit_fit(scene: Scene, fitted: FittedMotor) -> None:
+    """Parameters, what the table tells of them, differences from it, points of the curve."""
+    fit, own, other = fitted.fit, fitted.circuit.motor, fitted.other.motor
+    cages = {"cage": np.arange(1, np.asarray(own.rotor_resistance).size + 1)}
+    for name in ("stator_leakage", "magnetising_inductance", "rotor_resistance", "rotor_leakage"):
+        value, moved = np.asarray(getattr(own, name)), np.asarray(getattr(other, name))
+        scene.emit(f"{MOTOR}/{name}", value, _apart(_exact(value), _exact(moved)), cages)
+    _emit_told(scene, fitted)
+    rows = {"slip": fit.slip}
+    error = _apart(fit.torque, steady_torque(other, fit.slip))
+    scene.emit(f"{MOTOR}/table/torque", fit.table, 0.0, rows)
+    scene.emit(f"{MOTOR}/table/fitted", fit.torque.value, error, rows)
+    scene.emit(f"{MOTOR}/table/difference", fit.residual, error, rows)
+    relative = fit.residual / fit.table
+    scene.emit(f"{MOTOR}/table/relative_difference", relative, error / fit.table, rows)
+    scene.emit(f"{MOTOR}/table/used", fit.used.astype(int), 0.0, rows)
+    worst = float(np.max(error / fit.table))
+    scene.emit(f"{MOTOR}/worst_difference", fit.worst_relative, worst)
+    scene.emit(f"{MOTOR}/rms_difference", fit.rms_relative, worst)
+    _emit_curve(scene, fitted)
+
+
+def emit_transients(
+    scene: Scene,
+    fitted: FittedMotor,
+    slips: Sequence[float],
+    speeds: Sequence[float],
+    orders: int,
+) -> None:
+    """Time constants, transients at the mean slips (rad/s) of the motion and of its check.
+
+    `speeds` are the mean speeds of the crank, whose multiples are the frequencies of the answer.
+    """
+    circuits = (fitted.circuit, fitted.other)
+    one, twin = (time_constants(circuit.motor) for circuit in circuits)
+    cages = {"cage": np.arange(1, one.rotor_open.value.size + 1)}
+    _emit(scene, "stator_time", (one.stator, twin.stator), {})
+    _emit(scene, "rotor_open_time", (one.rotor_open, twin.rotor_open), cages)
+    _emit(scene, "rotor_short_time", (one.rotor_short, twin.rotor_short), cages)
+    found = tuple(_fading(circuit, slip) for circuit, slip in zip(circuits, slips, strict=True))
+    axes = {"transient": np.arange(1, found[0][0].value.size + 1)}
+    for place, name in enumerate(("transient_decay_time", "transient_frequency")):
+        _emit(scene, name, (found[0][place], found[1][place]), axes)
+    numbers = np.arange(1, orders + 1)
+    answers = [
+        torque_answer(circuit.motor, slip, speed * numbers)
+        for circuit, slip, speed in zip(circuits, slips, speeds, strict=True)
+    ]
+    _emit(scene, "torque_answer", (answers[0][0], answers[1][0]), {"order": numbers})
+    still = tuple(_first(answer[1]) for answer in answers)
+    _emit(scene, "static_answer", (still[0], still[1]), {})
+
+
+def _emit_told(scene: Scene, fitted: FittedMotor) -> None:
+    fit = fitted.fit
+    told = fit.identifiability
+    twin = identifiability(fitted.other.motor, fit.slip[fit.used], np.ones(int(fit.used.sum())))
+    names, count = {"motor_parameter": told.names}, len(told.names)
+    numbers = {"combination": np.arange(1, count + 1)}
+    for name, field in (
+        ("parameter_spread", "held_spread"),
+        ("parameter_free_spread", "free_spread"),
+        ("combination_spread", "spread"),
+        ("singular_value", "singular_values"),
+    ):
+        value, moved = getattr(told, field), getattr(twin, field)
+        known = np.isfinite(value) & np.isfinite(moved)
+        change = np.abs(np.subtract(value, moved, out=np.zeros_like(value), where=known))
+        size = float(np.max(value, initial=0.0, where=known))
+        # the least of the singular values that are not zero sets what rounding costs a spread
+        loss = 1.0 if field == "singular_values" else _loss(told)
+        scene.emit(f"{MOTOR}/{name}", value, change + _FIT_ROUNDING * loss * size, names | numbers)
+    turned = np.abs(told.combinations - twin.combinations) + (_FIT_ROUNDING / _gaps(told))[:, None]
+    scene.emit(f"{MOTOR}/combination", told.combinations, turned, names | numbers)
+
+
+def _loss(told: Identifiability) -> float:
+    there = told.singular_values[np.isfinite(told.spread)]
+    return float(there.max() / there.min())
+
+
+def _gaps(told: Identifiability) -> FloatArray:
+    """Distance (n,) of each singular value from the others, over the largest; zeros are one."""
+    values = np.where(np.isfinite(told.spread), told.singular_values, 0.0)
+    apart = np.abs(values[:, None] - values)
+    alike = np.eye(values.size, dtype=bool) | ((values == 0.0)[:, None] & (values == 0.0))
+    return np.asarray(np.min(np.where(alike, np.inf, apart), axis=1) / values.max())
+
+
+def _emit_curve(scene: Scene, fitted: FittedMotor) -> None:
+    own, other = fitted.circuit.motor, fitted.other.motor
+    # closer together where the machine runs
+    slips = float(own.synchronous_speed) * np.linspace(0.0, 1.0, _SHOWN) ** 2
+    _emit(scene, "curve", (steady_torque(own, slips), steady_torque(other, slips)), {"slip": slips})
+    one, twin = torque_curve(own), torque_curve(other)
+    for name in ("breakdown_slip", "breakdown_torque", "locked_rotor_torque", "gain"):
+        _emit(scene, name, (getattr(one, name), getattr(twin, name)), {})
+
+
+def _fading(circuit: CircuitMotor, slip: float) -> tuple[WithError, WithError]:
+    """Time (s) in which each transient falls to 1/e, and its frequency (rad/s) in the torque."""
+    value, error = eigenvalues(circuit.motor, slip)
+    rate = -value.real
+    return WithError(1.0 / rate, error / rate**2), WithError(np.abs(value.imag), error)
+
+
+def _first(found: WithError) -> WithError:
+    """The static answer is real, and the same at every frequency."""
+    value, error = (np.broadcast_to(part, (np.size(part),))[0] for part in found)
+    return WithError(np.asarray(value.real), np.asarray(error))
+
+
+def _exact(value: FloatArray) -> WithError:
+    return WithError(value, np.zeros_like(value))
+
+
+def _apart(own: WithError, other: WithError) -> FloatArray:
+    rounding = _FIT_ROUNDING * np.abs(own.value)
+    return np.asarray(np.abs(own.value - other.value) + own.error + rounding)
+
+
+def _emit(scene: Scene, name: str, pair: _Pair, axes: Mapping[str, Any]) -> None:
+    scene.emit(f"{MOTOR}/{name}", pair[0].value, _apart(*pair), axes)
+
+
+# ----------------------------------------------------------------------------
+# Adapter, continued: a motor fitted to its table, with and without its transients.
+# ----------------------------------------------------------------------------
+
+_ROUNDING = 1e-14
+_CYCLE = (f"{MOTOR}/cycle/static_slip", f"{MOTOR}/cycle/static_torque")
+
+
+def doubted(
+    machine: RollMachine, other: RollDrive, running: Running, started_at: float | None
+) -> Running:
+    """The running state whose check has, beside other points, the motor that the fit leaves open.
+
+    `other` is the drive with that motor.
+    """
+    check = steady_state(
+        machine, other, running.check.points, started_at=started_at, start=running.check
+    )
+    if not check.found[0]:
+        raise NumericalFailure(
+            "roll: within what the fit of the motor leaves open the running state is lost"
+        )
+    return running._replace(check=check, coarse=None)
+
+
+def emit_motor(
+    scene: Scene,
+    options: Roll,
+    machine: RollMachine,
+    fitted: FittedMotor,
+    running: Running,
+    looks: tuple[Seen, Seen],
+) -> None:
+    """Fit and transients of the motor, its energies, and the same machine without transients."""
+    for text in (*fitted.fit.assumptions, *fitted.fit.warnings):
+        scene.warn(f"motor: {text}")
+    emit_fit(scene, fitted)
+    slips = [float(mean(look.turn, _slip(look))[0]) for look in looks]
+    speeds = [2.0 * np.pi / float(look.turn.period[0]) for look in looks]
+    emit_transients(scene, fitted, slips, speeds, options.orders)
+    _emit_energies(scene, fitted, running)
+    if scene.wants(*COMPARED):
+        _emit_compared(scene, options, machine, looks)
+    scene.cite(
+        "induction machine with stator and rotor flux transients, fitted to the slip table",
+        "motor",
+        "docs/theory_roll_motor.md; cf. Krause, Wasynczuk and Sudhoff (2002), chapter 4",
+    )
+
+
+def _slip(look: Seen) -> FloatArray:
+    return np.asarray(look.drive.synchronous_speed - look.turn.crank_speed)
+
+
+def _emit_energies(scene: Scene, fitted: FittedMotor, running: Running) -> None:
+    own = _energies(fitted.circuit, running.state)
+    twin = _energies(fitted.other, running.check)
+    for name in ENERGIES:
+        error = abs(float(own[name].value - twin[name].value)) + float(own[name].error)
+        scene.emit(f"{MOTOR}/energy/{name}", float(own[name].value), error)
+
+
+def _energies(circuit: CircuitMotor, state: Steady) -> dict[str, WithError]:
+    """Work of a turn, with the rounding in it."""
+    turn, stages = state.turn, state.solution.stages[0]
+    flat = stages.reshape(-1, stages.shape[-1])
+    flow = power_flow(circuit.motor, flat[:, -circuit.states :], flat[:, 0])
+    rate = turn.weight[0] / turn.crank_speed[0]
+    rounding = np.sum(rate * flow.error) + _ROUNDING * np.sum(rate * np.abs(flow.electrical))
+    work = {name: np.sum(rate * getattr(flow, name)) for name in list(ENERGIES)[:-1]}
+    used = work["stator_copper"] + work["rotor_copper"] + work["mechanical"]
+    work["residual"] = work["electrical"] - used
+    return {name: WithError(np.asarray(value), rounding) for name, value in work.items()}
+
+
+def _emit_compared(
+    scene: Scene, options: Roll, machine: RollMachine, looks: tuple[Seen, Seen]
+) -> None:
+    """Levels with the steady curve and with the table, and what changes from one to the next."""
+    own, other = (steady_drive(look.drive) for look in looks)
+    static = _solved(scene, options, machine, own, other)
+    table = looks[0].drive._replace(circuit=None)
+    plain = _solved(scene, options, machine, table, table)
+    axes = {"order": np.arange(1, options.orders + 1)}
+    found = [None if look is None else _levels(look, options.orders) for look in (plain, static)]
+    for name, look, level in zip(("table", "static"), (plain, static), found, strict=True):
+        if look is not None and level is not None:
+            _emit_speed(scene, f"{name}_speed", look)
+            scene.emit(f"{MOTOR}/{name}_level", *level, axes)
+    steps = (("fit", found[0], found[1]), ("dynamics", found[1], _levels(looks, options.orders)))
+    for name, before, after in steps:
+        if before is not None and after is not None:
+            change = _less(after[0], before[0])
+            scene.emit(f"{MOTOR}/{name}_change", change, before[1] + after[1], axes)
+    if static is not None and scene.wants(*_CYCLE):
+        (angles, first), (_, second) = (course_of(look) for look in static)
+        for path, variable in zip(_CYCLE, ("slip", "motor_torque"), strict=True):
+            size = float(np.max(np.abs(first[variable])))
+            error = np.abs(first[variable] - second[variable]) + _ROUNDING * size
+            scene.emit(path, first[variable], error, {"crank_angle": angles})
+
+
+def _solved(
+    scene: Scene, options: Roll, machine: RollMachine, drive: RollDrive, other: RollDrive
+) -> tuple[Seen, Seen] | None:
+    """The running state with a motor without transients, and its check with `other`.
+
+    None, and a warning, if there is no such state.
+    """
+    try:
+        running = running_state(
+            machine,
+            drive,
+            rtol=scene.case.accuracy.rtol,
+            orders=options.orders,
+            started_at=options.started_at,
+            points=options.points,
+            course=scene.wants(*_CYCLE),
+        )
+    except NumericalFailure as failure:
+        which = "the slip table" if drive.circuit is None else "the steady torque of its motor"
+        scene.warn(f"what the machine does with {which} is left out: {failure}")
+        return None
+    if other is not drive:
+        running = doubted(machine, other, running, options.started_at)
+    one, twin = (
+        seen_in(machine, own, state)
+        for state, own in ((running.state, drive), (running.check, other))
+    )
+    return one, twin
+
+
+def _levels(looks: tuple[Seen, Seen], orders: int) -> tuple[FloatArray, FloatArray]:
+    """Levels of the shell's acceleration (orders,) and their errors."""
+    (values, rounding), (others, _) = (
+        spectra_of(look, orders)["shell_acceleration"] for look in looks
+    )
+    return level_of(values, np.abs(values - others) + rounding, reference=1.0)
+
+
+def _less(level: FloatArray, other: FloatArray) -> FloatArray:
+    """Difference of levels; two harmonics that are zero do not differ."""
+    both = np.isfinite(level) | np.isfinite(other)
+    return np.subtract(level, other, out=np.zeros_like(level), where=both)
+
+
+def _emit_speed(scene: Scene, name: str, looks: tuple[Seen, Seen]) -> None:
+    one, twin = (2.0 * np.pi / float(look.turn.period[0]) for look in looks)
+    scene.emit(f"{MOTOR}/{name}", one, abs(one - twin) + _ROUNDING * one)

@@ -1,0 +1,241 @@
+"""What is read off one turn of a roll machine: spectra, numbers, course over the turn, peaks."""
+
+from collections.abc import Callable
+from typing import NamedTuple, TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from vibecalc.numerics.rounding import EPSILON
+from vibecalc.numerics.typing import FloatArray
+from vibecalc.roll.mechanism import RollDrive, RollMachine
+from vibecalc.roll.rates import demand
+from vibecalc.roll.results import FORCES, VARIABLES
+from vibecalc.roll.running import Course, course_of_state, speed_of_state
+from vibecalc.roll.steady import Steady
+from vibecalc.roll.turn import (
+    Turn,
+    balance,
+    by_cylinder,
+    harmonics,
+    mean,
+    readings,
+    rounding_left,
+    summit,
+)
+
+#: crank angles of the course over a turn, both ends included
+_SHOWN = 361
+#: points on a panel that show its summits without further looks
+_RESOLVED = 4
+#: of what a step of the dial leaves of a difference, over what the step before left
+_SLACK = 10.0
+_LEAST_LEFT = 5e-3
+#: of the difference of the coarser dials, where that of the finer ones may be small by luck
+_PART = 1e-3
+#: of an angular momentum; a few roundings of the sums that it comes from
+_STILL = 16.0 * EPSILON
+
+#: what a reading of a look may be
+_Read = TypeVar("_Read")
+
+
+class Seen(NamedTuple):
+    """One machine (B = 1) with its turn, and its motion at any angle.
+
+    `speed` is the crank speed alone at any angle, where the points of the turn show its summits.
+    """
+
+    machine: RollMachine
+    drive: RollDrive
+    turn: Turn
+    course: Course
+    speed: Callable[[FloatArray], FloatArray] | None = None
+
+
+def seen_in(machine: RollMachine, drive: RollDrive, state: Steady) -> Seen:
+    """What is seen of a state found by collocation."""
+    course = course_of_state(machine, drive, state)
+    speed = speed_of_state(state) if state.points >= _RESOLVED else None
+    return Seen(machine, drive, state.turn, course, speed)
+
+
+class Value(NamedTuple):
+    """A number with the size that its rounding is relative to, and an error of its own."""
+
+    value: float
+    size: float
+    error: float = 0.0
+
+
+def spectra_of(seen: Seen, orders: int) -> dict[str, tuple[np.ndarray, float]]:
+    """Harmonics (orders,) or (cylinders, orders) by name, each with the rounding in them."""
+    read = readings(seen.machine, seen.drive, seen.turn)
+    numbers = np.arange(1.0, orders + 1)
+    found = {}
+    for name in (*VARIABLES, *FORCES):
+        values = np.asarray(getattr(read, name))
+        rounding = rounding_left(seen.machine, read, name)
+        by_order = harmonics if name in VARIABLES else by_cylinder
+        found[name] = by_order(seen.turn, values, numbers)[0], rounding
+    return found
+
+
+def lags_of(values: np.ndarray, error: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Angles by which harmonics lag, in [0, 2 pi), and their errors; zero for what is zero."""
+    size = np.abs(values)
+    there = size > error
+    share = np.where(there, error / np.where(there, size, 1.0), 0.0)
+    return np.where(there, np.mod(-np.angle(values), 2.0 * np.pi), 0.0), np.arcsin(share)
+
+
+class Looks(NamedTuple):
+    """The motion by the method of a case, and what tells how far it is off.
+
+    `other` is from another dial; `order` that of the method, 0 if not known, and `safety` what a
+    difference of dials then counts. `best` are two looks by collocation, where another method has
+    found the motion: no estimate is below what it differs from these. `coarse`, from a dial before
+    the other one, tells how much of a difference a step of the dial leaves; `steps` is how long the
+    last step is over the one before.
+    """
+
+    own: Seen
+    other: Seen
+    order: int = 0
+    safety: float = 1.0
+    best: tuple[Seen, Seen] | None = None
+    coarse: Seen | None = None
+    steps: float = 1.0
+
+    def read(self, reading: Callable[[Seen], _Read]) -> tuple[_Read, ...]:
+        """The same reading of every look, the own first."""
+        beside = self.best or (() if self.coarse is None else (self.coarse,))
+        return tuple(reading(look) for look in (self.own, self.other, *beside))
+
+    def error(self, *values: ArrayLike, single: bool = False) -> FloatArray:
+        """Error of the first of values that came from `read`.
+
+        A `single` one, such as a peak, may agree by luck: of such nothing is extrapolated.
+        """
+        own, other, *best = (np.asarray(value) for value in values)
+        if self.coarse is not None and single:
+            return np.asarray(np.maximum(np.abs(own - other), _PART * np.abs(other - best[0])))
+        if self.coarse is not None:
+            return left_over(own, other, best[0], self.steps)
+        # two runs with fixed steps may differ by less than both are off
+        power = 2.0**self.order
+        factor = 2.0 * power / (power - 1.0) if self.order else self.safety
+        found = factor * np.abs(own - other)
+        if best:
+            found = np.maximum(found, np.abs(own - best[0]) + np.abs(best[0] - best[1]))
+        return np.asarray(found)
+
+
+def left_over(
+    own: FloatArray, other: FloatArray, coarse: FloatArray, steps: float = 1.0
+) -> FloatArray:
+    """Error of what the finest of three dials gives, by how fast their differences fall.
+
+    The difference of the finer two is the error of the second. What the last step leaves of it is
+    taken as ten times what the step before has left, to the power of how much longer the last one
+    is, and never as more than all. `steps` is that power. Weak high harmonics fall later than
+    strong low ones: each entry has its own share, none less than the largest entry's, and none less
+    than a two-hundredth, as nobody has seen the last step but one repeat itself.
+    """
+    last, before = np.abs(own - other), np.abs(other - coarse)
+    tiny = np.finfo(float).tiny
+    most = float(np.max(last, initial=0.0)) / max(float(np.max(before, initial=0.0)), tiny)
+    share = np.divide(last, before, out=np.ones_like(last), where=before > 0.0)
+    left = np.clip(np.maximum(share, most), 0.0, 1.0)
+    return np.asarray(last * np.clip(_SLACK * left**steps, _LEAST_LEFT, 1.0))
+
+
+def numbers_of(seen: Seen) -> dict[str, Value]:
+    """Speed, slip, torque, balances."""
+    machine, drive, turn = seen.machine, seen.drive, seen.turn
+    read = readings(machine, drive, turn)
+    work = balance(machine, turn, read)
+    need = demand(machine, drive)
+    speed = 2.0 * np.pi / float(turn.period[0])
+    motor = float(work.motor[0])
+    torque = motor / (2.0 * np.pi)
+    momentum = float(work.momentum[0])
+    margin = float(need.breakdown[0]) / torque - 1.0 if torque > 0.0 else np.inf
+    # works and impulses are what large ones of both signs leave
+    rate = turn.weight / turn.crank_speed
+    parts = (read.motor_torque, read.gas_torque, read.friction_torque)
+    moved = float(sum(np.sum(turn.weight * np.abs(part)) for part in parts))
+    yielded = float(np.sum(rate * np.abs(read.mount_torque * turn.shell_speed)))
+    moved += yielded
+    shaken = float(mean(turn, np.abs(turn.shell_speed))[0])
+    # the momentum that keeps a shell in place is known to about this share
+    still = _STILL * abs(momentum) / float(machine.shell_inertia[0])
+    pushed = abs(momentum) + float(np.sum(rate * np.abs(read.mount_torque)))
+    # a margin is as sure as the torque that it is over
+    lean = max(moved / motor, 1.0) if motor > 0.0 else 1.0
+    found = {
+        "speed": Value(speed, speed),
+        "mean_slip": Value(float(mean(turn, read.slip)[0]), speed),
+        "mean_torque": Value(torque, moved / (2.0 * np.pi)),
+        "breakdown_margin": Value(margin, (1.0 + margin) * lean if np.isfinite(margin) else 1.0),
+        "shell_drift": Value(float(mean(turn, turn.shell_speed)[0]), shaken, still),
+        "angular_momentum": Value(momentum, abs(momentum)),
+        "momentum_residual": Value(float(work.momentum_residual[0]), pushed),
+        "energy/motor": Value(motor, moved),
+    }
+    for name, size in (
+        ("gas", moved), ("friction", moved), ("mounts", yielded), ("residual", moved)
+    ):  # fmt: skip
+        found[f"energy/{name}"] = Value(float(getattr(work, name)[0]), size)
+    return found
+
+
+def leak_of(seen: Seen) -> float:
+    """Work that is left over in a turn, over all that is moved; zero for the exact motion.
+
+    It tells of what all dials have in common, such as a kink that lies a little off its panel end.
+    """
+    found = numbers_of(seen)["energy/residual"]
+    return abs(found.value) / found.size if found.size > 0.0 else 0.0
+
+
+def extremes_of(seen: Seen) -> dict[str, Value]:
+    """Largest slip and variation of the speed, found between the points."""
+    at = seen.speed or (lambda angles: np.asarray(seen.course(angles).crank_speed[0]))
+    angles, known = seen.turn.crank_angle[0], seen.turn.crank_speed[0]
+    slow, one = summit(lambda x: -at(x), (angles, -known) if seen.speed else None)
+    fast, other = summit(at, (angles, known) if seen.speed else None)
+    speed = 2.0 * np.pi / float(seen.turn.period[0])
+    sync = float(np.max(seen.drive.synchronous_speed))
+    return {
+        "speed_variation": Value((fast + slow) / speed, 1.0, (one + other) / speed),
+        "largest_slip": Value(sync + slow, sync, one),
+    }
+
+
+def course_of(seen: Seen) -> tuple[FloatArray, dict[str, FloatArray]]:
+    """Crank angles (k,) and variables over the turn (k,), forces (cylinders, k)."""
+    angles = np.linspace(0.0, 2.0 * np.pi, _SHOWN)
+    at = seen.course(angles)
+    read = readings(seen.machine, seen.drive, at)
+    found = {name: np.asarray(getattr(read, name))[0] for name in VARIABLES}
+    for name in (*FORCES, "gas_force"):
+        found[name] = np.asarray(getattr(read, name))[0].T
+    found["time"] = at.time[0]
+    return angles, found
+
+
+def peaks_of(seen: Seen) -> dict[str, tuple[FloatArray, FloatArray]]:
+    """Largest magnitude of each force (cylinders,), and what looking for it leaves open."""
+    found = {}
+    for name in FORCES:
+        tops = []
+        for place in range(seen.machine.reciprocating_mass.shape[-1]):
+
+            def size(angles: FloatArray, name: str = name, place: int = place) -> FloatArray:
+                read = readings(seen.machine, seen.drive, seen.course(angles))
+                return np.asarray(np.abs(np.asarray(getattr(read, name))[0, :, place]))
+
+            tops.append(summit(size))
+        found[name] = np.array([top for top, _ in tops]), np.array([left for _, left in tops])
+    return found

@@ -1,0 +1,430 @@
+"""Adapter: the periodic motion of rotor, pistons and shell, and the studies made of it."""
+
+import numpy as np
+
+from vibecalc.excitation.adapter import train_excitation
+from vibecalc.excitation.inertia_forces import size_of_terms
+from vibecalc.kinematics.adapter import exact_motion
+from vibecalc.numerics.cycle_peak import cycle_peak
+from vibecalc.numerics.level import level_of
+from vibecalc.numerics.rounding import EPSILON
+from vibecalc.numerics.typing import FloatArray
+from vibecalc.pipeline.scene import Scene
+from vibecalc.roll.adapters.motor import doubted, emit_motor
+from vibecalc.roll.adapters.readings import (
+    Looks,
+    Seen,
+    course_of,
+    extremes_of,
+    lags_of,
+    leak_of,
+    numbers_of,
+    peaks_of,
+    seen_in,
+    spectra_of,
+)
+from vibecalc.roll.mechanism import RollDrive, RollMachine, as_batch, is_mounted
+from vibecalc.roll.methods import Asked, find
+from vibecalc.roll.model import RollParts, build_roll, fitted_motor, roll_drive
+from vibecalc.roll.results import FORCES, ROLL, SHAKING
+from vibecalc.roll.running import Running, course_of_turn, running_state
+from vibecalc.roll.sensitivity import changes, sensitivity
+from vibecalc.roll.tables import Roll
+from vibecalc.roll.turn import Turn, by_cylinder, classical, harmonics, level, readings
+
+# ----------------------------------------------------------------------------
+# Adapter: rotor, pistons and shell in the periodic motion that their motor gives them.
+# ----------------------------------------------------------------------------
+
+_ROUNDING = 32.0 * EPSILON
+#: zero for the exact motion, so that all of it is error
+_ZERO = ("energy/residual", "momentum_residual")
+#: safety of a difference of dials where the case has chosen the points
+_CHOSEN = 2.0
+
+
+def run_roll(scene: Scene) -> None:
+    """Emit the running state, its spectra and balances, and what the case asks for beside it."""
+    response = scene.case.response
+    if response is None or response.roll is None:
+        raise ValueError("the case has no [response.roll]")
+    options, parts = response.roll, build_roll(scene.case)
+    machine, drive = as_batch(parts.machine), roll_drive(parts)
+    fitted = fitted_motor(parts.motor)
+    checked = drive
+    if fitted is not None:
+        checked = drive._replace(circuit=fitted.other)
+        drive = drive._replace(circuit=fitted.circuit)
+    _cite(scene)
+    running = running_state(
+        machine,
+        drive,
+        rtol=scene.case.accuracy.rtol,
+        orders=options.orders,
+        started_at=options.started_at,
+        points=options.points if options.method == "collocation" else None,
+        course=scene.wants(*_below("cycle")),
+    )
+    if fitted is not None:
+        running = doubted(machine, checked, running, options.started_at)
+    looks = _looks(options, machine, drive, checked, running)
+    _emit_spectra(scene, parts, options.orders, looks)
+    _emit_numbers(scene, looks)
+    _emit_course(scene, parts, looks)
+    _emit_stability(scene, machine, running)
+    if fitted is not None and scene.wants(*_below("motor")):
+        emit_motor(scene, options, machine, fitted, running, (looks.own, looks.other))
+    if options.interpolations and scene.wants(*_below("interpolation")):
+        emit_interpolations(scene, parts, options, machine, drive)
+    if options.compare and scene.wants(*_below("method")):
+        emit_methods(scene, options, machine, drive, running)
+    if options.sensitivity and scene.wants(*_below("sensitivity")):
+        emit_sensitivity(scene, parts, options, machine, drive, running)
+    if options.classical and scene.wants(*_below("classical")):
+        emit_classical(scene, parts, looks, options.orders)
+    if options.classical and scene.wants(*_below("shaking")):
+        best = looks.best or (looks.other,)
+        emit_shaking(scene, looks.own, best[0], options.orders)
+
+
+def _below(part: str) -> tuple[str, ...]:
+    from vibecalc.pipeline.stage_plan import below
+
+    return below(f"{ROLL}/{part}/")
+
+
+def _looks(
+    options: Roll, machine: RollMachine, drive: RollDrive, checked: RollDrive, running: Running
+) -> Looks:
+    """The motion by the method of the case, from its dial and a finer (or coarser) one.
+
+    `checked` is the drive of the check: that of the motion, but for what a fit leaves open.
+    """
+    one, other = (
+        seen_in(machine, own, state)
+        for own, state in ((drive, running.state), (checked, running.check))
+    )
+    if options.method == "collocation":
+        # with points of the case nobody has looked whether these are enough
+        near = running.coarse
+        if near is None:
+            return Looks(one, other, safety=_CHOSEN if options.points else 1.0)
+        coarse = seen_in(machine, drive, near)
+        dials = (running.state.points, running.check.points, near.points)
+        return Looks(one, other, coarse=coarse, steps=(dials[0] - dials[1]) / (dials[1] - dials[2]))
+    fading = float(np.max(np.abs(running.multiplier)))
+    asked = Asked(options.points, options.step, options.started_at, running.state.momentum, fading)
+    found = find(options.method, machine, drive, asked)
+    each = [Seen(machine, drive, turn, course_of_turn(turn)) for turn in (found.turn, found.finer)]
+    return Looks(each[0], each[1], found.order, best=(one, other))
+
+
+def _emit_spectra(scene: Scene, parts: RollParts, orders: int, looks: Looks) -> None:
+    numbers = np.arange(1, orders + 1)
+    spectra, leak = looks.read(lambda seen: spectra_of(seen, orders)), leak_of(looks.own)
+    for name, (values, rounding) in spectra[0].items():
+        error = looks.error(*(each[name][0] for each in spectra)) + rounding
+        error = error + leak * np.max(np.abs(values), initial=0.0)
+        axes = {"order": numbers, "cylinder": np.array(parts.names, dtype=object)}
+        scene.emit(f"{ROLL}/{name}", values, error, axes)
+        levels, doubt = level_of(values, error, reference=1.0)
+        scene.emit(f"{ROLL}/level/{name}", levels, doubt, axes)
+        scene.emit(f"{ROLL}/phase_lag/{name}", *lags_of(values, error), axes)
+
+
+def _emit_numbers(scene: Scene, looks: Looks) -> None:
+    each, leak = looks.read(numbers_of), leak_of(looks.own)
+    extremes: frozenset[str] = frozenset()
+    if scene.wants(f"{ROLL}/speed_variation", f"{ROLL}/largest_slip"):
+        for found, more in zip(each, looks.read(extremes_of), strict=True):
+            found.update(more)
+            extremes = frozenset(more)
+    for name, number in each[0].items():
+        values = [found[name].value for found in each]
+        # a margin without end has no error
+        finite = np.all(np.isfinite(values))
+        apart = float(looks.error(*values, single=name in extremes)) if finite else 0.0
+        error = apart + number.error + (_ROUNDING + leak) * number.size
+        if name in _ZERO:
+            error = max(error, abs(number.value))
+        scene.emit(f"{ROLL}/{name}", number.value, error, terms=number.size)
+
+
+def _emit_course(scene: Scene, parts: RollParts, looks: Looks) -> None:
+    if scene.wants(*_below("cycle")):
+        courses = looks.read(course_of)
+        angles, own = courses[0]
+        axes = {"cylinder": np.array(parts.names, dtype=object), "crank_angle": angles}
+        for name, values in own.items():
+            rounding = _ROUNDING * float(np.max(np.abs(values), initial=0.0))
+            error = looks.error(*(each[name] for _, each in courses)) + rounding
+            scene.emit(f"{ROLL}/cycle/{name}", values, error, axes)
+    if scene.wants(*(f"{ROLL}/{name}_peak" for name in FORCES)):
+        peaks = looks.read(peaks_of)
+        for name, (values, left) in peaks[0].items():
+            apart = looks.error(*(each[name][0] for each in peaks), single=True)
+            error = apart + left + _ROUNDING * values
+            scene.emit(f"{ROLL}/{name}_peak", values, error, {"cylinder": parts.names})
+
+
+def _emit_stability(scene: Scene, machine: RollMachine, running: Running) -> None:
+    value, error = running.multiplier[0], running.multiplier_error[0]
+    axes = {"multiplier": np.arange(1, len(value) + 1)}
+    scene.emit(f"{ROLL}/multiplier", value, error, axes)
+    scene.emit(f"{ROLL}/largest_multiplier", float(np.max(np.abs(value))), float(np.max(error)))
+    scene.emit(f"{ROLL}/trivial_multipliers", 1 if is_mounted(machine) else 3)
+
+
+def _cite(scene: Scene) -> None:
+    scene.cite(
+        "Gauss collocation over the crank angle on panels split at every kink, Newton's method",
+        "running state, its speed and its stability",
+        "docs/theory_roll.md; cf. Ascher, Mattheij and Russell (1995), section 5.4",
+    )
+    scene.cite(
+        "Lagrange's equations of rotor, pistons and shell, exact kinematics",
+        "roll of the shell",
+        "Herold (1977), equations 44 to 91 with their misprints corrected",
+    )
+
+
+# ----------------------------------------------------------------------------
+# Adapter, continued: what a case may ask for beside the running state of a roll machine.
+# ----------------------------------------------------------------------------
+
+#: dB; what rounding leaves in a level
+_STUDY_ROUNDING = 1e-11
+#: dB below the largest harmonic, from which on there is only rounding
+_SILENT = 240.0
+#: parameters are altered by this share, up and down
+_SHARE = 0.1
+#: crank angles at which forces are held against those of the textbook
+_GRID = 1441
+
+
+def emit_interpolations(
+    scene: Scene, parts: RollParts, options: Roll, machine: RollMachine, motor: RollDrive
+) -> None:
+    """Levels with every way to read the gas tables, and what these differ by."""
+    found, doubt = [], []
+    orders = np.arange(1, options.orders + 1)
+    for way in parts.interpolations:
+        drive = motor._replace(gas=roll_drive(parts, way).gas)
+        running = running_state(
+            machine,
+            drive,
+            rtol=scene.case.accuracy.rtol,
+            orders=options.orders,
+            started_at=options.started_at,
+        )
+        each = [
+            _levels(machine, drive, state.turn, options.orders)
+            for state in (running.state, running.check)
+        ]
+        found.append(each[0])
+        doubt.append(np.abs(_apart(*each)))
+    if not found:
+        return
+    values, error = np.array(found), np.array(doubt) + _STUDY_ROUNDING
+    axes = {"interpolant": parts.interpolations, "order": orders}
+    scene.emit(f"{ROLL}/interpolation/level", values, error, axes)
+    known = np.all(np.isfinite(values), axis=0)
+    lowest, highest = (np.where(known, f(values, axis=0), 0.0) for f in (np.min, np.max))
+    scene.emit(
+        f"{ROLL}/interpolation/spread", highest - lowest, 2.0 * np.max(error), {"order": orders}
+    )
+
+
+def emit_methods(
+    scene: Scene,
+    options: Roll,
+    machine: RollMachine,
+    drive: RollDrive,
+    running: Running,
+) -> None:
+    """Levels by other methods, less those of the method of the case, and the work of each."""
+    fading = float(np.max(np.abs(running.multiplier)))
+    asked = Asked(None, options.step, options.started_at, running.state.momentum, fading)
+    levels, doubts, works = [], [], []
+    names = tuple(dict.fromkeys(options.compare))
+    own, twin = (
+        _levels(machine, drive, state.turn, options.orders)
+        for state in (running.state, running.check)
+    )
+    for name in names:
+        if name == "collocation":
+            turn, finer = running.state.turn, running.check.turn
+            work = running.state.evaluations
+        else:
+            found = find(name, machine, drive, asked)
+            turn, finer, work = found.turn, found.finer, found.work
+        each = [_levels(machine, drive, one, options.orders) for one in (turn, finer)]
+        levels.append(each[0])
+        # no other method is known better than it agrees with collocation
+        apart = np.abs(_apart(each[0], own)) + np.abs(_apart(own, twin))
+        doubts.append(np.maximum(2.0 * np.abs(_apart(*each)), apart) + _STUDY_ROUNDING)
+        works.append(work)
+    axes = {"method": names, "order": np.arange(1, options.orders + 1)}
+    values, error = np.array(levels), np.array(doubts)
+    scene.emit(f"{ROLL}/method/level", values, error, axes)
+    scene.emit(f"{ROLL}/method/difference", _apart(values, own), error, axes)
+    scene.emit(f"{ROLL}/method/work", works, 0.0, axes)
+
+
+def emit_sensitivity(
+    scene: Scene,
+    parts: RollParts,
+    options: Roll,
+    machine: RollMachine,
+    drive: RollDrive,
+    running: Running,
+) -> None:
+    """Slopes of the levels by every parameter, and what ten percent more and less of each do.
+
+    All for the orders that are there at all.
+    """
+    levels = _levels(machine, drive, running.state.turn, options.orders)
+    there = levels > np.max(levels) - _SILENT
+    orders = [int(n) for n in np.arange(1, options.orders + 1)[there]]
+    found = sensitivity(
+        machine,
+        drive,
+        orders,
+        parts.names,
+        points=running.state.points,
+        started_at=options.started_at,
+    )
+    axes = {"parameter": found.parameters, "order": orders}
+    scene.emit(f"{ROLL}/sensitivity/level", found.value, found.error, axes)
+    altered = changes(
+        machine,
+        drive,
+        orders,
+        parts.names,
+        (1.0 + _SHARE, 1.0 - _SHARE),
+        points=running.state.points,
+        started_at=options.started_at,
+    )
+    for word, change in zip(("more", "less"), altered, strict=True):
+        axes = {"parameter": change.parameters, "order": orders}
+        scene.emit(f"{ROLL}/sensitivity/ten_percent_{word}", change.value, change.error, axes)
+        for name, reason in change.lost:
+            scene.warn(f"sensitivity: nothing is said of ten percent {word} of {name}: {reason}")
+    scene.cite(
+        "central differences in the logarithm of each parameter, extrapolated",
+        "slopes of the levels of the shell",
+        "docs/theory_roll.md, section 5",
+    )
+    scene.cite(
+        "the running state of the machine with each parameter ten percent larger and smaller",
+        "what to change on the machine",
+        "docs/theory_roll.md, section 5",
+    )
+
+
+def emit_classical(
+    scene: Scene,
+    parts: RollParts,
+    looks: Looks,
+    orders: int,
+) -> None:
+    """What constant speed and a fixed shell get wrong in the forces at the pistons."""
+    numbers = np.arange(1.0, orders + 1)
+    each = looks.read(lambda seen: _mistakes(seen, numbers))
+    for name in FORCES:
+        largest = np.max(np.abs(each[0][name][0]))
+        axes = {"cylinder": parts.names, "order": numbers.astype(int)}
+        for what, *values in zip(_MISTAKES, *(found[name] for found in each), strict=True):
+            error = looks.error(*values) + 1e-13 * largest
+            scene.emit(f"{ROLL}/classical/{name}_{what}", values[0], error, axes)
+
+
+_MISTAKES = ("peak", "error", "error_by_order")
+
+
+def _mistakes(
+    seen: Seen, numbers: FloatArray
+) -> dict[str, tuple[FloatArray, FloatArray, np.ndarray]]:
+    """Peak, largest error over the peak, error of the harmonics; for each force, each cylinder."""
+    machine, drive = seen.machine, seen.drive
+    plain = classical(machine, drive, seen.turn, numbers)
+    right = readings(machine, drive, seen.turn)
+    # peaks and errors on an even grid, the same for every dial
+    even = seen.course(np.linspace(0.0, 2.0 * np.pi, _GRID))
+    flat, exact = classical(machine, drive, even, numbers), readings(machine, drive, even)
+    found = {}
+    for name, spectrum in (
+        ("rod_force", plain.rod_harmonics),
+        ("wall_force", plain.wall_harmonics),
+    ):
+        textbook = np.asarray(getattr(flat, name))[0]
+        true = np.asarray(getattr(exact, name))[0]
+        peak = np.max(np.abs(true), axis=0)
+        off = np.max(np.abs(textbook - true), axis=0)
+        harmonic = by_cylinder(seen.turn, np.asarray(getattr(right, name)), numbers)[0]
+        found[name] = (
+            np.max(np.abs(textbook), axis=0),
+            off / np.where(peak > 0.0, peak, 1.0),
+            spectrum[0] - harmonic,
+        )
+    return found
+
+
+def _levels(machine: RollMachine, drive: RollDrive, turn: Turn, orders: int) -> FloatArray:
+    """Levels of the shell's acceleration; orders that are nothing but rounding are zero, -inf."""
+    read = readings(machine, drive, turn, pistons=False)
+    found = level(harmonics(turn, read.shell_acceleration, np.arange(1.0, orders + 1)))[0]
+    return np.where(found > np.max(found) - _SILENT, found, -np.inf)
+
+
+def _apart(one: FloatArray, other: FloatArray) -> FloatArray:
+    """Differences of levels; none where both are zero, or one of them."""
+    both = np.isfinite(one) & np.isfinite(other)
+    return np.where(both, np.where(both, one, 0.0) - np.where(both, other, 0.0), 0.0)
+
+
+# ----------------------------------------------------------------------------
+# Adapter: what the textbook says of the body's shaking, beside the roll that it leaves out.
+#
+# At constant speed, in a shell that does not turn, masses shake the body by a force and a couple,
+# and gas and motor are inner forces. Both can be balanced to nothing, and the shell rolls still.
+# ----------------------------------------------------------------------------
+
+DIRECTIONS = ("x", "y", "z")
+
+
+def emit_shaking(scene: Scene, seen: Seen, finer: Seen, orders: int) -> None:
+    """Force and couple of the masses at the mean speed found, orders 1 .. `orders`, and peaks.
+
+    The peaks are of all orders.
+    """
+    train = scene.parts.crank_train
+    motion = exact_motion(scene.case, train, orders)
+    driven = train_excitation(train, scene.parts.rotating_masses, motion, scene.case.machine)
+    speed, other = (2.0 * np.pi / float(look.turn.period[0]) for look in (seen, finer))
+    square, doubt = speed**2, abs(speed**2 - other**2)
+    numbers, kept = np.arange(1, motion.kept + 1), motion.kept
+    for name, value, error in (
+        ("force", driven.force, driven.force_error),
+        ("couple", driven.couple, driven.couple_error),
+    ):
+        off = square * error + doubt * np.abs(value)
+        axes = {"order": numbers[:orders], "direction": DIRECTIONS}
+        rounding = square * error
+        scene.emit(
+            f"{SHAKING}/{name}",
+            square * value[:orders],
+            off[:orders],
+            axes,
+            terms=size_of_terms(rounding[:orders]),
+        )
+        peak = cycle_peak(square * value[:kept].T, numbers)
+        spread = off[:kept].sum(0) + motion.tail * square * np.abs(value[kept:]).sum(0)
+        axes = {"direction": DIRECTIONS}
+        terms = size_of_terms(peak.error + rounding[:kept].sum(0))
+        scene.emit(f"{SHAKING}/{name}_peak", peak.value, peak.error + spread, axes, terms=terms)
+    scene.cite(
+        "d'Alembert sums of the crank train at the mean speed found",
+        "forces and couples that constant speed and a fixed shell leave",
+        "Biezeno and Grammel, Technische Dynamik, 2nd ed. 1953, ch. XI",
+    )

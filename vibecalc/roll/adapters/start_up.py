@@ -1,0 +1,201 @@
+"""Adapter: rotor, pistons and shell in time, from a start to what becomes of it."""
+
+from typing import Any
+
+import numpy as np
+
+from vibecalc.numerics.rounding import EPSILON
+from vibecalc.pipeline.scene import Scene
+from vibecalc.pipeline.stage_plan import below
+from vibecalc.roll.mechanism import RollDrive, RollMachine
+from vibecalc.roll.model import build_roll, roll_drive
+from vibecalc.roll.results import HISTORIES, PEAKS, START, STEPPED
+from vibecalc.roll.start_up import StartUp as Found
+from vibecalc.roll.start_up import start_angles, start_up
+from vibecalc.roll.start_up_readings import QUANTITIES, mean_speed
+from vibecalc.roll.start_up_system import FULL_LOAD, Load
+from vibecalc.roll.tables import StartUp
+
+#: intervals of the histories
+BUCKETS = 400
+#: the tolerance of a step is this share of the case's, within these
+SHARE, FINEST, COARSEST = 0.1, 1e-10, 1e-6
+_ROUNDING = 64.0 * EPSILON
+_RUNS = ("settled", "running")
+_TURNS_OVER = (*_RUNS, "crawling")
+_ANGLES = f"{START}/start_angles/"
+
+
+def run_start_up(scene: Scene) -> None:
+    """Emit what becomes of the start, its peaks, energies and histories, and the start angles."""
+    response = scene.case.response
+    if response is None or response.start_up is None:
+        raise ValueError("the case has no [response.start_up]")
+    options, parts = response.start_up, build_roll(scene.case)
+    machine, drive = parts.machine, roll_drive(parts)
+    tolerance = min(max(SHARE * scene.case.accuracy.rtol, FINEST), COARSEST)
+    if scene.wants(*below(f"{START}/", without=(_ANGLES,))):
+        _emit_march(scene, options, machine, drive, tolerance)
+    if options.angles is not None and scene.wants(*below(_ANGLES)):
+        emit_start_angles(scene, options, machine, drive)
+
+
+def load_of(options: StartUp) -> Load:
+    """The factor on the gas forces in time."""
+    if options.load is None:
+        return FULL_LOAD
+    return Load(np.array(options.load.time), np.array(options.load.factor))
+
+
+def _emit_march(
+    scene: Scene, options: StartUp, machine: RollMachine, drive: RollDrive, tolerance: float
+) -> None:
+    scene.cite(
+        "Dormand and Prince's pair of order 5 in time, a step ending on every kink; dry friction "
+        "as it is",
+        "start-up and changes of load",
+        "docs/theory_roll.md; cf. Hairer, Norsett and Wanner (1993), sections II.5 and II.6",
+    )
+    found = start_up(
+        machine,
+        drive,
+        duration=options.duration,
+        crank_angle=options.crank_angle,
+        speed=options.speed,
+        load=load_of(options),
+        settled=options.settled,
+        tolerance=tolerance,
+        buckets=BUCKETS,
+    )
+    if found.verdict not in _RUNS:
+        scene.warn(f"the machine does not start within {options.duration:.6g} s: {found.reason}")
+    elif found.verdict == "running":
+        scene.warn(
+            f"start-up: {found.reason} within {100.0 * options.settled:.3g} % after "
+            f"{options.duration:.6g} s; a longer duration shows when"
+        )
+    _emit_verdict(scene, options, found)
+    _emit_peaks(scene, found)
+    _emit_energies(scene, found)
+    _emit_courses(scene, found)
+    if options.load is not None:
+        _emit_load(scene, found)
+
+
+def _emit_verdict(scene: Scene, options: StartUp, found: Found) -> None:
+    runs, error = found.verdict in _RUNS, found.error
+    scene.emit(f"{START}/started", int(runs))
+    scene.emit(f"{START}/settled", int(found.verdict == "settled"))
+    turning = found.verdict in _TURNS_OVER and found.speed is not None
+    scene.emit(
+        f"{START}/running_speed",
+        found.speed if turning else 0.0,
+        error.get("speed", 0.0) if turning else 0.0,
+    )
+    for name in ("time_to_speed", "time_to_steady"):
+        value = getattr(found, name)
+        known = value is not None and runs
+        scene.emit(f"{START}/{name}", value if known else np.inf, error.get(name, 0.0) * known)
+    turns = np.inf
+    if runs and found.time_to_steady is not None:
+        since = float(found.stretches.begin[-1])
+        begun = found.turns.begin
+        turns = float(np.sum((begun >= since) & (begun < found.time_to_steady)))
+    scene.emit(f"{START}/turns_to_steady", turns)
+
+
+def _emit_peaks(scene: Scene, found: Found) -> None:
+    for name in PEAKS:
+        row, top = QUANTITIES.index(name), found.peaks
+        scene.emit(f"{START}/{name}_peak", top.value[row], top.error[row])
+        scene.emit(f"{START}/{name}_peak_time", top.time[row], top.time_error[row])
+
+
+def _emit_energies(scene: Scene, found: Found) -> None:
+    work, error = found.energies, found.error
+    taken = {
+        "motor": work.motor,
+        "gas": -work.gas,
+        "friction": -work.friction,
+        "mounts": -work.mounts,
+        "stored": work.gain,
+        "residual": work.residual,
+    }
+    size = _ROUNDING * (abs(work.motor) + abs(work.gas) + abs(work.gain))
+    for name, value in taken.items():
+        off = error["gain" if name == "stored" else name]
+        scene.emit(f"{START}/energy/{name}", value + 0.0, off + size)
+
+
+def _emit_courses(scene: Scene, found: Found) -> None:
+    axes: dict[str, Any] = {"start_time": found.history.time[1:]}
+    for name in HISTORIES:
+        row = QUANTITIES.index(name)
+        for end, values in (("low", found.history.low), ("high", found.history.high)):
+            error = found.history_error[row]
+            scene.emit(f"{START}/history/{name}_{end}", values[row], error, axes)
+    turns, off = found.turns, found.turn_error
+    axes = {"turn": np.arange(1, len(turns.begin) + 1)}
+    speed = mean_speed(turns)
+    scene.emit(f"{START}/turn/begin", turns.begin, off.begin, axes)
+    scene.emit(f"{START}/turn/speed", speed, speed / turns.period * off.period, axes)
+    scene.emit(f"{START}/turn/shell_acceleration", turns.amplitude, off.amplitude, axes)
+
+
+def _emit_load(scene: Scene, found: Found) -> None:
+    steps = found.stretches
+    axes = {"load_step": steps.begin}
+    scene.emit(f"{START}/load/factor", steps.factor, 0.0, axes)
+    scene.emit(f"{START}/load/speed", steps.speed, found.stretch_speed_error, axes)
+    for name in STEPPED:
+        row = QUANTITIES.index(name)
+        values, error = steps.peaks.value[:, row], steps.peaks.error[:, row]
+        scene.emit(f"{START}/load/{name}_peak", values, error, axes)
+
+
+# ----------------------------------------------------------------------------
+# The crank angles from which a machine at rest starts at all, for the start-up stage.
+# ----------------------------------------------------------------------------
+
+#: rad, within which every border is enclosed
+WIDTH = 1e-5
+#: of one step of these marches, which moves the borders by less
+TOLERANCE = 1e-6
+
+
+def emit_start_angles(
+    scene: Scene, options: StartUp, machine: RollMachine, drive: RollDrive
+) -> None:
+    """Emit the intervals of angles, under the largest load of the case from the start on."""
+    assert options.angles is not None
+    largest = 1.0 if options.load is None else max(options.load.factor)
+    found = start_angles(
+        machine,
+        drive,
+        duration=options.start_within or options.duration,
+        angles=options.angles,
+        load=Load(np.zeros(1), np.array([largest])),
+        width=WIDTH,
+        tolerance=TOLERANCE,
+    )
+    stem = f"{START}/start_angles"
+    starts = np.asarray(found.starts, dtype=np.int64)
+    scene.emit(f"{stem}/starts", starts, 0.0, {"start_angle": found.angle})
+    axes = {"start_interval": np.arange(1, len(found.interval) + 1)}
+    for column, name in enumerate(("lower", "upper")):
+        scene.emit(f"{stem}/{name}", found.interval[:, column], found.error + TOLERANCE, axes)
+    moved = 2 * len(found.interval) * TOLERANCE / (2.0 * np.pi)
+    error = found.fraction_error + moved + 8.0 * EPSILON
+    scene.emit(f"{stem}/fraction", found.fraction, error)
+    if found.islands:
+        scene.warn(
+            "start angles: between two that start and do not, more than one border was found; "
+            "there are probably more, which more angles may show"
+        )
+    dry = machine.friction_torque > 0.0 or machine.piston_friction > 0.0
+    if 0.0 < found.fraction < 1.0 and not dry:
+        scene.warn(
+            "start angles: without dry friction a machine that rocks may get over at a later "
+            "swing, so that its start angles depend on the time allowed, "
+            f"{options.start_within or options.duration:.6g} s"
+        )

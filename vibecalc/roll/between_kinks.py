@@ -1,0 +1,311 @@
+"""The machine in plain floats, with gas forces that are polynomials between their kinks."""
+
+from bisect import bisect_right
+from collections.abc import Callable
+from math import cos, sin, sqrt
+from typing import NamedTuple
+
+import numpy as np
+
+from vibecalc.errors import NumericalFailure
+from vibecalc.excitation.gas_tables import TURN
+from vibecalc.kinematics.slider_crank import bottom_dead_centre, piston_path, top_dead_centre
+from vibecalc.numerics.typing import FloatArray, IntArray
+from vibecalc.roll.mechanism import RollDrive, RollMachine, gas_forces, smooth_angles
+
+# ----------------------------------------------------------------------------
+# The gas forces of a turn as one polynomial for each cylinder between neighbouring kinks.
+# ----------------------------------------------------------------------------
+
+
+class Slots(NamedTuple):
+    """m slots of a turn, from `edge`[j] to `edge`[j + 1] (m + 1,) of the crank angle, 0 to 2 pi.
+
+    In slot j the gas pushes piston i with sum_k coefficient[i, j, k] (angle - base[i, j])^k in N;
+    `tabled` is False where harmonics make that impossible. `heading` (m, c) is the sign of d r/d b.
+    """
+
+    edge: FloatArray
+    base: FloatArray
+    coefficient: FloatArray
+    heading: FloatArray
+    tabled: bool
+
+
+def slots_of(machine: RollMachine, drive: RollDrive) -> Slots:
+    """Slots of one machine, split at table nodes and, where pistons rub, dead centres."""
+    edge = smooth_angles(machine, drive)
+    radius, length, offset = machine.crank_radius, machine.rod_length, machine.wrist_pin_offset
+    phase = machine.crank_angle_offset
+    if np.any(machine.piston_friction):
+        top = float(top_dead_centre(radius, length, offset).angle)
+        bottom = float(bottom_dead_centre(radius, length, offset).angle)
+        centres = np.mod(np.concatenate([top - phase, bottom - phase]), TURN)
+        near = np.min(np.abs(centres[:, None] - edge), axis=1) < 1e-9
+        edge = np.sort(np.concatenate([edge, centres[~near]]))
+        edge = edge[np.concatenate([[True], np.diff(edge) > 1e-9])]
+        edge[-1] = TURN
+    middle = 0.5 * (edge[1:] + edge[:-1])
+    count, cylinders = len(middle), len(drive.gas)
+    degree = max([1, *(gas.coefficient.shape[1] for gas in drive.gas if gas is not None)])
+    base, coefficient = np.zeros((cylinders, count)), np.zeros((cylinders, count, degree))
+    for place, gas in enumerate(drive.gas):
+        if gas is None or not len(gas.node):
+            continue
+        own = np.mod(middle + phase[place], TURN)
+        row = np.searchsorted(gas.node, own, side="right") - 1
+        away = own - gas.node[row] + np.where(row < 0, TURN, 0.0)
+        base[place] = middle - away
+        scaled = machine.gas_scale[place] * gas.coefficient[row]
+        coefficient[place, :, : scaled.shape[1]] = scaled
+    moved = piston_path(middle[:, None] + phase, radius, length, offset)
+    tabled = all(gas is None or len(gas.node) > 0 for gas in drive.gas)
+    return Slots(edge, base, coefficient, np.sign(moved.velocity), tabled)
+
+
+def forces_in(
+    machine: RollMachine, drive: RollDrive, slots: Slots, angle: FloatArray, number: IntArray
+) -> FloatArray:
+    """Gas forces (b, c) in N at the crank angles (b,) by the form of slot `number` (b,).
+
+    `number` counts on from turn to turn; the form is continued beyond its slot.
+    """
+    if not slots.tabled:
+        return gas_forces(machine, drive, angle)
+    turn, slot = np.divmod(number, len(slots.edge) - 1)
+    away = (angle - TURN * turn)[:, None] - slots.base[:, slot].T
+    rows = slots.coefficient[:, slot]
+    value = rows[..., -1].T
+    for power in range(rows.shape[-1] - 2, -1, -1):
+        value = value * away + rows[..., power].T
+    return np.asarray(value)
+
+
+def edges_around(slots: Slots, number: IntArray) -> tuple[FloatArray, FloatArray]:
+    """Crank angles (b,) between which the slots `number` (b,) lie."""
+    turn, slot = np.divmod(number, len(slots.edge) - 1)
+    return TURN * turn + slots.edge[slot], TURN * turn + slots.edge[slot + 1]
+
+
+def slot_at(slots: Slots, angle: FloatArray) -> IntArray:
+    """The slots in which the crank angles (b,) lie; an edge belongs to the slot above it."""
+    turn = np.floor(angle / TURN)
+    slot = np.searchsorted(slots.edge, angle - TURN * turn, side="right") - 1
+    count = len(slots.edge) - 1
+    return (turn.astype(np.int64) * count + np.clip(slot, 0, count - 1)).astype(np.int64)
+
+
+# ----------------------------------------------------------------------------
+# The machine in plain floats, for methods that take one step of one machine at a time.
+# ----------------------------------------------------------------------------
+
+
+class Acting(NamedTuple):
+    """Accelerations in rad/s^2 (crank against shell, shell) and torques in N m; floats.
+
+    `motor`, `gas`, `viscous` and `dry` act on the crankshaft, `mounts` on the shell. `dry` is the
+    full size of dry friction; `holding` the torque that would hold the crank still on the shell.
+    """
+
+    crank: float
+    shell: float
+    motor: float
+    gas: float
+    viscous: float
+    dry: float
+    mounts: float
+    shell_inertia: float
+    holding: float
+
+
+#: (angle, crank speed, shell angle, shell speed, slot, piece of the motor's curve, way, load)
+InPieces = Callable[[float, float, float, float, int, int, int, float], Acting]
+
+
+def in_pieces(machine: RollMachine, drive: RollDrive, slots: Slots) -> InPieces:
+    """What acts on the machine in given smooth pieces, as `start_up_system` has them.
+
+    Without way (0) the speed of the crank is taken as zero and `dry` is not applied.
+    """
+    radius, length, offset = _numbers(machine, "crank_radius", "rod_length", "wrist_pin_offset")
+    rotor, housing = _numbers(machine, "rotor_inertia", "shell_inertia")
+    stiffness, damping = _numbers(machine, "shell_stiffness", "shell_damping")
+    dry_torque, viscous_torque = _numbers(machine, "friction_torque", "friction_damping")
+    piston, scale = _numbers(machine, "piston_friction", "motor_scale")
+    synchronous = float(drive.synchronous_speed)
+    curve = _polynomials(drive.motor.base, drive.motor.coefficient)
+    count = len(slots.edge) - 1
+    heading = slots.heading.tolist()
+    cylinders = [
+        (
+            float(machine.crank_angle_offset[i]),
+            float(machine.reciprocating_mass[i]),
+            float(machine.rod_inertia_difference[i]),
+            _polynomials(slots.base[i], slots.coefficient[i]),
+            i,
+        )
+        for i in range(len(drive.gas))
+    ]
+
+    def acting(
+        b: float, w: float, theta: float, s: float, number: int, part: int, way: int, load: float
+    ) -> Acting:
+        turn, slot = divmod(number, count)
+        local = b - TURN * turn
+        j = j_b = n = n_b = q = q_b = gas = strokes = 0.0
+        pushes = None if slots.tabled else forces_in(machine, drive, slots, np.array([b]), _NONE)[0]
+        for phase, mass, extra, force, i in cylinders:
+            a = local + phase
+            high, lever = radius * sin(a), radius * cos(a)
+            across = high - offset
+            rod = sqrt((length - across) * (length + across))
+            pull = across / rod
+            r, r_b = lever + rod, -high - lever * pull
+            r_bb = high * pull - lever - (lever * length) ** 2 / rod**3
+            j += mass * (r * r + offset * offset) + extra
+            j_b += 2.0 * mass * r * r_b
+            n -= mass * offset * r_b
+            n_b -= mass * offset * r_bb
+            q += mass * r_b * r_b
+            q_b += 2.0 * mass * r_b * r_bb
+            if extra:
+                bend, bent = -lever / rod, high / rod - across * lever * lever / rod**3
+                n += extra * bend
+                n_b += extra * bent
+                q += extra * bend * bend
+                q_b += 2.0 * extra * bend * bent
+            push = _value(force[slot], local) if pushes is None else pushes[i]
+            gas -= push * r_b
+            strokes += heading[slot][i] * r_b
+        gas *= load
+        motor = scale * _value(curve[part], synchronous - w)
+        viscous = -viscous_torque * w
+        dry = dry_torque + piston * strokes
+        mounts = -stiffness * theta - damping * s
+        total = rotor * (j + housing + q - 2.0 * n) + (j + housing) * q - n * n
+        j, n, q = j + housing + rotor, n + rotor, q + rotor
+        outer = mounts - j_b * w * s - n_b * w * w
+        inner = motor + gas + viscous - way * dry + 0.5 * (j_b * s * s - q_b * w * w)
+        held = n * mounts / j - 0.5 * j_b * s * s - motor - gas
+        return Acting(
+            (j * inner - n * outer) / total,
+            (q * outer - n * inner) / total,
+            motor,
+            gas,
+            viscous,
+            dry,
+            mounts,
+            j,
+            held,
+        )
+
+    return acting
+
+
+def running(
+    machine: RollMachine, drive: RollDrive
+) -> Callable[[float, float, float, float], tuple[float, float]]:
+    """Accelerations (crank against shell, shell) from angle, speed, shell's angle and speed.
+
+    For a crank that turns forward; where it does not, or the slip leaves a table that is not
+    continued, NumericalFailure.
+    """
+    slots = slots_of(machine, drive)
+    acting = in_pieces(machine, drive, slots)
+    simple = not (
+        np.any(machine.wrist_pin_offset)
+        or np.any(machine.rod_inertia_difference)
+        or np.any(machine.piston_friction)
+        or not slots.tabled
+        or slots.coefficient.shape[2] > 3
+    )
+    edge = slots.edge.tolist()[1:-1]
+    threshold = drive.motor.threshold.tolist()
+    synchronous = float(drive.synchronous_speed)
+    last = len(threshold)
+
+    def piece(w: float) -> int:
+        slip = synchronous - w
+        part = bisect_right(threshold, slip)
+        if w <= 0.0:
+            raise NumericalFailure("the crank comes to a standstill: the motor cannot turn it over")
+        if last and not drive.holds and (part == 0 or part == last) and slip != threshold[-1]:
+            raise NumericalFailure(
+                f"slip {slip:.6g} rad/s is beyond the last of the motor's table, "
+                f"{drive.motor.largest:.6g} rad/s"
+            )
+        return part
+
+    def general(b: float, w: float, theta: float, s: float) -> tuple[float, float]:
+        turn, local = divmod(b, TURN)
+        number = int(turn) * (len(edge) + 1) + bisect_right(edge, local)
+        found = acting(b, w, theta, s, number, piece(w), 1, 1.0)
+        return found.crank, found.shell
+
+    if not simple:
+        return general
+    radius, length, rotor = _numbers(machine, "crank_radius", "rod_length", "rotor_inertia")
+    housing, stiffness = _numbers(machine, "shell_inertia", "shell_stiffness")
+    damping, dry = _numbers(machine, "shell_damping", "friction_torque")
+    viscous, scale = _numbers(machine, "friction_damping", "motor_scale")
+    curve = _polynomials(drive.motor.base, drive.motor.coefficient)
+    rods = length * length
+    cubes = radius * radius * length * length
+    rows = np.zeros((len(drive.gas), len(edge) + 1, 3))
+    rows[..., : slots.coefficient.shape[2]] = slots.coefficient
+    forces = np.concatenate([slots.base[..., None], rows], axis=2).tolist()
+    phases, masses = machine.crank_angle_offset.tolist(), machine.reciprocating_mass.tolist()
+    cylinders = list(zip(phases, masses, forces, strict=True))
+
+    def lean(b: float, w: float, theta: float, s: float) -> tuple[float, float]:
+        local = b % TURN
+        slot = bisect_right(edge, local)
+        j, q, j_b, q_b = housing, 0.0, 0.0, 0.0
+        driving = scale * _value(curve[piece(w)], synchronous - w) - viscous * w - dry
+        for phase, mass, force in cylinders:
+            a = local + phase
+            high, lever = radius * sin(a), radius * cos(a)
+            square = rods - high * high
+            rod = sqrt(square)
+            pull = high / rod
+            r, r_b = lever + rod, -high - lever * pull
+            moving = mass * r_b
+            j += mass * r * r
+            q += moving * r_b
+            j_b += moving * r
+            cosine = lever / radius
+            q_b += moving * (high * pull - lever - cubes * cosine * cosine / (square * rod))
+            base, c, d, e = force[slot]
+            x = local - base
+            driving -= (c + x * (d + x * e)) * r_b
+        outer = -stiffness * theta - damping * s - 2.0 * j_b * w * s
+        inner = driving + j_b * s * s - q_b * w * w
+        total = rotor * (j + q) + j * q
+        return (
+            ((j + rotor) * inner - rotor * outer) / total,
+            ((q + rotor) * outer - rotor * inner) / total,
+        )
+
+    return lean
+
+
+_NONE = np.zeros(1, dtype=np.int64)
+
+
+def _numbers(machine: RollMachine, *names: str) -> list[float]:
+    return [float(getattr(machine, name)) for name in names]
+
+
+def _polynomials(base: np.ndarray, rows: np.ndarray) -> list[tuple[float, list[float]]]:
+    """Base and coefficients of each piece, the highest power first and zeros left out."""
+    while rows.shape[1] > 1 and not np.any(rows[:, -1]):
+        rows = rows[:, :-1]
+    return list(zip(base.tolist(), rows[:, ::-1].tolist(), strict=True))
+
+
+def _value(piece: tuple[float, list[float]], where: float) -> float:
+    base, rows = piece
+    away, value = where - base, 0.0
+    for entry in rows:
+        value = value * away + entry
+    return value

@@ -1,0 +1,334 @@
+"""The methods to a running state, by name, each with one setting of its accuracy."""
+
+from collections.abc import Callable
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.periodic.fourier import solve_fourier
+from vibecalc.numerics.typing import FloatArray
+from vibecalc.roll.march import march_to_repeat
+from vibecalc.roll.mechanism import (
+    Inertia,
+    RollDrive,
+    RollMachine,
+    is_mounted,
+    member,
+    smooth_angles,
+)
+from vibecalc.roll.rates import (
+    Place,
+    RollRates,
+    demand,
+    free_rates,
+    mounted_rates,
+    place_at,
+    shell_speed,
+)
+from vibecalc.roll.steady import started_momentum
+from vibecalc.roll.turn import Turn
+
+# ----------------------------------------------------------------------------
+# The running state by Fourier collocation: evenly spaced crank angles, kinks or no kinks.
+# ----------------------------------------------------------------------------
+
+
+class FourierState(NamedTuple):
+    """Turn of one machine (B = 1) at the points, and evaluations of the right-hand side."""
+
+    turn: Turn
+    evaluations: int
+
+
+def fourier_state(
+    machine: RollMachine, drive: RollDrive, points: int, momentum: FloatArray
+) -> FourierState:
+    """Running state with an odd number of points; `momentum` (1,) counts for a free machine.
+
+    Kinks leave an error that falls with a power of the number of points only. Raises
+    NumericalFailure where Newton's method does not converge.
+    """
+    free = not is_mounted(machine)
+    need = demand(machine, drive)
+    speed = drive.synchronous_speed - np.where(need.possible, need.slip, 0.0)
+    rates = RollRates(machine, drive, momentum if free else None)
+    guess = np.zeros((1, 1 if free else 3))
+    guess[:, 0] = speed
+    found = solve_fourier(rates, points, guess)
+    if not found.converged[0]:
+        raise NumericalFailure(
+            f"roll: Fourier collocation with {points} points finds no running state; "
+            'the default method = "collocation" says whether there is one'
+        )
+    crank = found.values[..., 0]
+    if free:
+        place = rates.place(found.x[None, None, :])
+        shell = shell_speed(place, momentum, crank)
+        angle = np.zeros_like(shell)
+    else:
+        shell, angle = found.values[..., 2], found.values[..., 1]
+    time, period = _time(found.x, 1.0 / crank)
+    weight = np.full_like(crank, 2.0 * np.pi / points)
+    turn = Turn(found.x[None], weight, time, crank, shell, angle, period)
+    return FourierState(turn, rates.evaluations)
+
+
+def _time(x: FloatArray, slowness: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Integral of the trigonometric interpolant of 1/w (1, N) from 0, and over the turn (1,)."""
+    points = len(x)
+    share = np.fft.rfft(slowness, axis=-1) / points
+    order = np.arange(1, share.shape[-1])
+    wave = np.zeros_like(share)
+    wave[..., 1:] = share[..., 1:] / (1j * order)
+    swing = np.fft.irfft(wave * points, n=points, axis=-1)
+    mean = share[..., :1].real
+    return mean * x + swing - swing[..., :1], 2.0 * np.pi * mean[..., 0]
+
+
+# ----------------------------------------------------------------------------
+# The running state by shooting: one turn integrated with its derivatives, Newton on its start.
+# ----------------------------------------------------------------------------
+
+_MOST = 20
+_CLOSE = 1e-12
+
+
+def shooting_state(
+    machine: RollMachine, drive: RollDrive, steps: int, momentum: FloatArray
+) -> FourierState:
+    """Running state of one machine (B = 1) with the classical Runge-Kutta method over the angle.
+
+    Every panel between nodes of the gas tables has `steps` steps; kinks of the motor's curve are
+    passed over, which leaves an error of second order in the step. Raises NumericalFailure where
+    Newton's method does not converge or the crank stalls.
+    """
+    edges = smooth_angles(machine, drive)
+    x = np.append((edges[:-1, None] + np.diff(edges)[:, None] / steps * np.arange(steps)).ravel(),
+                  edges[-1])  # fmt: skip
+    middle = 0.5 * (x[1:] + x[:-1])
+    places = [_pick(place_at(machine, drive, at[None]), len(at)) for at in (x, middle)]
+    free = not is_mounted(machine)
+    need = demand(machine, drive)
+    start = np.zeros(1 if free else 3)
+    start[0] = float(np.max(drive.synchronous_speed)) - float(np.nan_to_num(need.slip[0]))
+    size = np.array([start[0]] if free else [start[0], 1e-3, 1e-1])
+    evaluations, last = 0, np.inf
+
+    def rates(place: Place, state: FloatArray) -> tuple[FloatArray, FloatArray]:
+        if not state[0] > 0.0:
+            raise NumericalFailure("roll: shooting stalls within a turn from where it starts")
+        if free:
+            value, slope = free_rates(machine, drive, place, momentum, state[None])
+            return value[0], slope
+        found = mounted_rates(machine, drive, place, state[None, None])
+        return found.value[0, 0], found.jacobian[0, 0]
+
+    for _ in range(_MOST):
+        states = _turn_over(rates, x, places[0], places[1], start)
+        evaluations += 4 * (len(x) - 1)
+        path, change = states
+        step = np.linalg.solve(np.eye(len(start)) - change, path[-1] - start)
+        start = start + step
+        moved = float(np.max(np.abs(step) / size))
+        if moved <= _CLOSE or (moved < 1e-6 and moved >= 0.5 * last):
+            break
+        last = moved
+    else:
+        raise NumericalFailure(f"roll: shooting does not converge in {_MOST} turns")
+    crank = path[None, :, 0]
+    at = place_at(machine, drive, x[None])
+    shell = shell_speed(at, momentum, crank) if free else path[None, :, 2]
+    angle = np.zeros_like(shell) if free else path[None, :, 1]
+    return FourierState(_as_turn(x, crank, shell, angle), evaluations)
+
+
+def _turn_over(
+    rates: "_Rates", x: FloatArray, ends: list[Place], middles: list[Place], start: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """States at the points x of one turn, and the derivative of the last by the first."""
+    state, change = start, np.eye(len(start))
+    path = [state]
+    for place, h in enumerate(np.diff(x)):
+        here, between, there = ends[place], middles[place], ends[place + 1]
+        k1, j1 = rates(here, state)
+        k2, j2 = rates(between, state + 0.5 * h * k1)
+        k3, j3 = rates(between, state + 0.5 * h * k2)
+        k4, j4 = rates(there, state + h * k3)
+        d1 = j1 @ change
+        d2 = j2 @ (change + 0.5 * h * d1)
+        d3 = j3 @ (change + 0.5 * h * d2)
+        d4 = j4 @ (change + h * d3)
+        state = state + h / 6.0 * (k1 + 2.0 * (k2 + k3) + k4)
+        change = change + h / 6.0 * (d1 + 2.0 * (d2 + d3) + d4)
+        path.append(state)
+    return np.array(path), change
+
+
+class _Rates(Protocol):
+    """Gives dy/db and its derivatives at a place."""
+
+    def __call__(self, place: Place, state: FloatArray) -> tuple[FloatArray, FloatArray]: ...
+
+
+def _pick(place: Place, count: int) -> list[Place]:
+    """The same at every single angle."""
+    moved = place.moved
+    return [
+        Place(
+            Inertia(*(np.asarray(part)[:, k : k + 1] for part in moved)),
+            place.load[:, k : k + 1],
+            place.drag,
+        )
+        for k in range(count)
+    ]
+
+
+def _as_turn(x: FloatArray, crank: FloatArray, shell: FloatArray, angle: FloatArray) -> Turn:
+    """Time and integrals by the rule of trapezoids, of second order at kinks as the path is."""
+    step = np.diff(x)
+    slowness = 1.0 / crank
+    parts = 0.5 * step * (slowness[:, 1:] + slowness[:, :-1])
+    ends = np.concatenate([np.zeros((1, 1)), np.cumsum(parts, axis=1)], axis=1)
+    weight = np.zeros_like(crank)
+    weight[:, :-1] += 0.5 * step
+    weight[:, 1:] += 0.5 * step
+    return Turn(x[None], weight, ends, crank, shell, angle, ends[:, -1])
+
+
+# ----------------------------------------------------------------------------
+# The ways to a running state, by name, each with one dial; all give a `Turn` of one machine.
+# ----------------------------------------------------------------------------
+
+#: s, as the source's program has it
+STEP = 0.5e-3
+#: Fourier points without a wish, and steps of shooting between two nodes of the gas tables
+_FOURIER, _SHOOTING = 361, 4
+#: DOP853's tolerance, and that of the march which it is held against: how much of a kink a step of
+#: the same tolerance sees hangs on the last bits
+_PLAIN, _TIGHT = 1e-8, 1e-10
+#: what a step over a kink leaves of any order
+_PAST_KINKS = 2
+_MOST_TURNS = 2000
+#: a multiplier from which on the turns are counted, what shall be left at their end, and the most
+_SLOW, _FADED, _MOST_TURNS = 0.05, 1e-9, 4000
+
+
+class Asked(NamedTuple):
+    """What a way may be told: points (fourier), step in s (euler, rk4), else the default.
+
+    `started_at` is the crank speed that fixes the momentum of a free machine, rad/s; None lets its
+    shell stand still on average, with the momentum `momentum` (1,) found by collocation. `fading`
+    is what is left of a disturbance after a turn, the largest multiplier.
+    """
+
+    points: int | None
+    step: float | None
+    started_at: float | None
+    momentum: FloatArray
+    fading: float = 0.0
+
+
+class Found(NamedTuple):
+    """A turn and the same from a finer dial, the order of the method (0: take the difference)."""
+
+    turn: Turn
+    finer: Turn
+    order: int
+    work: int
+
+
+def find(method: str, machine: RollMachine, drive: RollDrive, asked: Asked) -> Found:
+    """The running state of one machine (B = 1) by a named method, twice; NumericalFailure."""
+    return WAYS[method](machine, drive, asked)
+
+
+def _fourier(machine: RollMachine, drive: RollDrive, asked: Asked) -> Found:
+    points = asked.points or _FOURIER
+    points += 1 - points % 2
+    momentum = _momentum(machine, asked)
+    plain = fourier_state(machine, drive, points, momentum)
+    finer = fourier_state(machine, drive, 2 * points + 1, momentum)
+    return Found(plain.turn, finer.turn, _PAST_KINKS, plain.evaluations)
+
+
+def _shooting(machine: RollMachine, drive: RollDrive, asked: Asked) -> Found:
+    momentum = _momentum(machine, asked)
+    plain = shooting_state(machine, drive, _SHOOTING, momentum)
+    finer = shooting_state(machine, drive, 2 * _SHOOTING, momentum)
+    return Found(plain.turn, finer.turn, _PAST_KINKS, plain.evaluations)
+
+
+def _fixed(method: str, order: int) -> Callable[[RollMachine, RollDrive, Asked], Found]:
+    def way(machine: RollMachine, drive: RollDrive, asked: Asked) -> Found:
+        step = asked.step or STEP
+        plain = _march(machine, drive, asked, method, step)
+        finer = _march(machine, drive, asked, method, 0.5 * step)
+        return Found(plain[0], finer[0], order, plain[1])
+
+    return way
+
+
+def _dop853(machine: RollMachine, drive: RollDrive, asked: Asked) -> Found:
+    # at its tolerance turns repeat to some millionths at best
+    plain = _march(machine, drive, asked, "dop853", 0.0, 3e-5, tolerance=_PLAIN)
+    finer = _march(machine, drive, asked, "dop853", 0.0, 1e-5, points=1440, tolerance=_TIGHT)
+    return Found(plain[0], finer[0], _PAST_KINKS, plain[1])
+
+
+def _march(
+    machine: RollMachine,
+    drive: RollDrive,
+    asked: Asked,
+    method: str,
+    step: float,
+    repeats: float = 1e-5,
+    points: int = 720,
+    tolerance: float = _PLAIN,
+) -> tuple[Turn, int]:
+    alone = RollMachine(*(field[0] for field in member(machine, 0)))
+    turns = None
+    if asked.fading > _SLOW:
+        # turns that differ little from each other may still be far from where they lead
+        turns = min(_MOST_TURNS, 4 + int(np.ceil(np.log(_FADED) / np.log(asked.fading))))
+    need = demand(machine, drive)
+    speed, shell = float(np.max(drive.synchronous_speed) - np.max(need.slip)), 0.0
+    if not is_mounted(machine):
+        # a start that has the angular momentum which the march then keeps
+        if asked.started_at is not None:
+            speed = asked.started_at
+        else:
+            still = float(started_momentum(machine, speed)[0])
+            inertia = float(machine.shell_inertia[0] + machine.rotor_inertia[0])
+            shell = (float(asked.momentum[0]) - still) / inertia
+    found = march_to_repeat(
+        alone,
+        drive,
+        method,
+        started_at=speed,
+        shell_speed=shell,
+        step=step or STEP,
+        most=_MOST_TURNS if step else _MOST_TURNS // 4,
+        repeats=max(repeats, 2.0 * (step * speed / (2.0 * np.pi)) ** 2),
+        turns=turns,
+        points=points,
+        tolerance=tolerance,
+    )
+    fields = found.turn._asdict().items()
+    there = {name: np.asarray(field)[None] for name, field in fields if field is not None}
+    return Turn(**there), found.evaluations
+
+
+def _momentum(machine: RollMachine, asked: Asked) -> FloatArray:
+    if asked.started_at is None:
+        return asked.momentum
+    return started_momentum(machine, asked.started_at)
+
+
+WAYS: dict[str, Callable[[RollMachine, RollDrive, Asked], Found]] = {
+    "fourier": _fourier,
+    "shooting": _shooting,
+    "dop853": _dop853,
+    "rk4": _fixed("rk4", 4),
+    "euler": _fixed("euler", 1),
+}

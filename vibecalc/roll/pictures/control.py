@@ -1,0 +1,359 @@
+"""Pictures of the control: levels over feedback, poles over gain, other motors."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vibecalc.report.lookup import having, scalar_of, table_of
+from vibecalc.report.numbers import rpm, show
+from vibecalc.report.pictures.canvas import COLOURS, LIMIT, QUIET, TOTAL, canvas, order_name
+from vibecalc.report.references import judge_references
+from vibecalc.results.record import Quantity, Result
+from vibecalc.roll.report.control import CONTROL, in_time, status_words
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+# ----------------------------------------------------------------------------
+# Levels under control over the feedback of the shell's acceleration, and what the loops bear.
+# ----------------------------------------------------------------------------
+
+#: s, a delay that any sensor and converter have
+_LITTLE = 1e-4
+_ORDERS_UNDER_CONTROL = 2
+#: fields with more entries than these bear no numbers
+_NUMBERED = 12
+_MARKS = "osD^vP"
+
+
+def draw_roll_control(result: Result) -> "Figure | None":
+    """Above, levels of the first orders with a line for each gain; below, delay margins.
+
+    Loops that are not stable have crosses at the top and hatches below, those that bear less than
+    a tenth of a millisecond of delay hollow marks and pale lines. None without a grid.
+    """
+    level = having(result.record, CONTROL + "grid/level", "gain", "feedback", "order")
+    status, delay, torque = (
+        having(result.record, f"{CONTROL}grid/{name}", "gain", "feedback")
+        for name in ("status", "delay_margin", "torque_peak")
+    )
+    if level is None or status is None or delay is None:
+        return None
+    words = "levels of the shell under control of the motor (reduced model), what the loop bears"
+    figure = canvas(result, words, 9.8, 8.2)
+    count = min(_ORDERS_UNDER_CONTROL, level.values.shape[-1])
+    names: list[Any] = [[f"order {i}" for i in range(count)], ["margin"] * count]
+    panels = figure.subplot_mosaic(names, height_ratios=[1.35, 1.0])
+    shaky = (np.asarray(status.values) == 1) | (np.asarray(delay.values) < _LITTLE)
+    stable = np.asarray(status.values) < 2
+    for i in range(count):
+        axes = panels[f"order {i}"]
+        _lines(axes, level, i, stable, shaky)
+        _without(axes, result, i)
+    _legend(figure, panels["order 0"])
+    over = None
+    most = scalar_of(result.record, CONTROL + "breakdown_torque")
+    if torque is not None and most is not None:
+        over = stable & (np.asarray(torque.values, dtype=float) > most)
+    _map(panels["margin"], status, delay, over)
+    return figure
+
+
+def _lines(
+    axes: "Axes", level: Quantity, order: int, stable: np.ndarray, shaky: np.ndarray
+) -> None:
+    gains, feedbacks = (np.asarray(axis.values) for axis in level.axes[:2])
+    rank = np.argsort(feedbacks)
+    at = feedbacks[rank]
+    axes.set_xscale("symlog", linthresh=_smallest(feedbacks), linscale=0.5)
+    for row, gain in enumerate(gains):
+        values = np.asarray(level.values, dtype=float)[row, rank, order]
+        held, weak = stable[row, rank], shaky[row, rank]
+        colour = COLOURS[row % len(COLOURS)]
+        mark = _MARKS[(row // len(COLOURS)) % len(_MARKS)]
+        shown = np.where(held, values, np.nan)
+        axes.plot(at, shown, color=colour, alpha=0.35, linewidth=1.2)
+        axes.plot(at, np.where(weak, np.nan, shown), color=colour, linewidth=2.0)
+        good = held & ~weak
+        axes.plot(at[good], values[good], mark, color=colour, ms=5, label=f"K = {show(gain, 0, 3)}")
+        poor = held & weak
+        axes.plot(at[poor], values[poor], mark, color=colour, ms=5, markerfacecolor="white")
+        lost = at[~held]
+        if lost.size:
+            top = np.full(lost.size, 1.03 + 0.025 * (row % 3))
+            axes.plot(
+                lost, top, "x", color=colour, ms=6, markeredgewidth=1.8, clip_on=False,
+                transform=axes.get_xaxis_transform(),
+            )  # fmt: skip
+    number = int(level.axes[2].values[order])
+    axes.set_title(f"order {number}", loc="left", pad=18)
+    axes.set_xlabel("feedback of the shell's acceleration in s")
+    axes.set_ylabel("level in dB re 1 rad/s$^2$, zero-to-peak")
+    _across(axes, at)
+
+
+def _across(axes: "Axes", at: np.ndarray) -> None:
+    """Ends of the axis of feedbacks, and a tick at each of a few."""
+    bend = axes.xaxis.get_transform()
+    places = bend.transform(at)
+    room = 0.06 * float(np.ptp(places)) or 0.5
+    ends = bend.inverted().transform(np.array([places.min() - room, places.max() + room]))
+    axes.set_xlim(*ends)
+    if at.size <= _NUMBERED:
+        axes.set_xticks(at, [f"{value:g}" for value in at], rotation=45)
+    axes.set_xticks([], minor=True)
+    if ends[0] < 0.0 < ends[1]:
+        axes.axvline(0.0, color=QUIET, linewidth=0.7)
+
+
+def _smallest(values: np.ndarray) -> float:
+    sizes = np.abs(values[values != 0.0])
+    return float(sizes.min()) if sizes.size else 1.0
+
+
+def _without(axes: "Axes", result: Result, order: int) -> None:
+    level = having(result.record, CONTROL + "level_without", "order")
+    if level is not None and np.isfinite(level.values[order]):
+        axes.axhline(float(level.values[order]), color=TOTAL, linewidth=1.0, linestyle="--",
+                     label="no control")  # fmt: skip
+
+
+def _legend(figure: "Figure", axes: "Axes") -> None:
+    from matplotlib.lines import Line2D
+
+    handles, names = axes.get_legend_handles_labels()
+    grey: dict[str, Any] = {"color": QUIET, "linestyle": "", "ms": 6}
+    handles += [
+        Line2D([], [], marker="o", markerfacecolor="white", **grey),
+        Line2D([], [], marker="x", markeredgewidth=1.8, **grey),
+    ]
+    names += [f"bears less than {1e3 * _LITTLE:g} ms of delay", "not stable: no level"]
+    figure.legend(handles, names, loc="outside lower center", ncols=5, fontsize=9)
+
+
+def _map(axes: "Axes", status: Quantity, delay: Quantity, over: np.ndarray | None) -> None:
+    """Delay margins as fields; hatched where the loop is not stable or bears none."""
+    from matplotlib.colors import LogNorm
+    from matplotlib.patches import Rectangle
+
+    rank = np.argsort(np.asarray(status.axes[1].values))
+    state = np.asarray(status.values)[:, rank]
+    values = np.asarray(delay.values, dtype=float)[:, rank]
+    fine = (state < 2) & (values > 0.0)
+    finite = values[fine & np.isfinite(values)]
+    low, high = (finite.min(), finite.max()) if finite.size else (1e-4, 1e-2)
+    low, high = min(low, 1e-5), max(high, 1e-2)
+    shown = np.where(fine, np.minimum(values, high), np.nan)
+    image = axes.imshow(
+        1e3 * shown, cmap="viridis", norm=LogNorm(1e3 * low, 1e3 * high), aspect="auto",
+        origin="lower",
+    )  # fmt: skip
+    numbered = max(state.shape) <= _NUMBERED
+    for (i, j), ok in np.ndenumerate(fine):
+        if not ok:
+            axes.add_patch(
+                Rectangle((j - 0.5, i - 0.5), 1.0, 1.0, facecolor="#f6dede", edgecolor=LIMIT,
+                          hatch="////" if state[i, j] >= 2 else "..", linewidth=0.0)
+            )  # fmt: skip
+        elif numbered:
+            text = "any" if np.isinf(values[i, j]) else in_time(float(values[i, j]))
+            text += " *" if over is not None and over[i, rank[j]] else ""
+            dark = np.log(shown[i, j] / low) < 0.6 * np.log(high / low)
+            axes.text(j, i, text, ha="center", va="center", fontsize=7.5,
+                      color="white" if dark else "black")  # fmt: skip
+    gains, feedbacks = (np.asarray(axis.values) for axis in status.axes)
+    axes.set_yticks(range(len(gains)), [show(gain, 0, 3) for gain in gains])
+    axes.set_xticks(range(len(rank)), [f"{value:g}" for value in feedbacks[rank]])
+    axes.set_xlabel("feedback of the shell's acceleration in s")
+    axes.set_ylabel("gain K")
+    axes.grid(visible=False)
+    words = "delay margin; hatched: not stable"
+    words += ", dotted: stable only without any delay" if np.any(state == 1) else ""
+    if over is not None and np.any(over):
+        words += "; *: more torque than the motor has"
+    axes.set_title(words, loc="left")
+    axes.figure.colorbar(image, ax=axes, label="ms", pad=0.01)
+
+
+# ----------------------------------------------------------------------------
+# Root locus: the poles of the controlled loop as its gain grows.
+# ----------------------------------------------------------------------------
+
+#: poles as far left as this many times the one nearest to the axis decide nothing
+_FAR = 1e4
+
+
+def draw_roll_locus(result: Result) -> "Figure | None":
+    """Left the plane of the poles, right how fast they fade over the gain; None without poles.
+
+    What lies to the right of the axis, or above it, grows without a bound. Poles that are all real
+    would lie on one line of the plane: then it is left out.
+    """
+    locus = having(result.record, CONTROL + "locus/pole", "locus_gain", "branch")
+    if locus is None:
+        return None
+    gain = np.asarray(locus.axes[0].values, dtype=float)
+    pole = np.where(np.isfinite(np.abs(locus.values)), locus.values, np.nan + 0j)
+    asked = table_of(result.case, "response", "control")
+    own, words = asked.get("gain"), status_words(result.record, "")
+    title = "poles of the loop as the gain grows (reduced model)"
+    if isinstance(own, int | float):
+        title += f"; with the gain of the case, {show(own, 0, 4)}: {words}"
+    found = having(result.record, CONTROL + "pole", "pole")
+    at = np.zeros(0, dtype=complex) if found is None else np.asarray(found.values, dtype=complex)
+    at = at[np.isfinite(np.abs(at))]
+    if np.any(_swings(pole)) or np.any(_swings(at)):
+        figure = canvas(result, title, 10.2, 5.4)
+        first, fading = figure.subplots(1, 2)
+        _plane(first, gain, pole, at)
+    else:
+        figure = canvas(result, title + "\nall poles are real: nothing swings", 10.2, 5.4)
+        first = fading = figure.subplots()
+    _fading(fading, gain, pole, own)
+    if first is fading and isinstance(own, int | float):
+        there = np.full(at.shape, float(own))
+        fading.plot(there, at.real, "x", color=COLOURS[1], ms=9, markeredgewidth=2.2, zorder=5,
+                    label="gain of the case")  # fmt: skip
+    figure.legend(*first.get_legend_handles_labels(), loc="outside lower center", ncols=2)
+    return figure
+
+
+def _swings(pole: np.ndarray) -> np.ndarray:
+    """Which poles are not real."""
+    return np.asarray(np.abs(pole.imag) > 1e-9 * np.abs(pole))
+
+
+def _pairs(pole: np.ndarray) -> np.ndarray:
+    """Poles with the conjugate of each that swings, (gains, branches) or (poles,)."""
+    swings = _swings(pole)
+    other = pole[..., np.any(swings, axis=0)] if pole.ndim > 1 else pole[swings]
+    return np.concatenate([pole, np.conj(other)], axis=-1)
+
+
+def _plane(axes: "Axes", gain: np.ndarray, pole: np.ndarray, at: np.ndarray) -> None:
+    from matplotlib.collections import LineCollection
+    from matplotlib.colors import LogNorm
+
+    pole, at = _pairs(pole), _pairs(at)
+    real, imaginary = pole.real, pole.imag
+    linear = _linear(np.abs(pole))
+    axes.set_xscale("symlog", linthresh=linear)
+    axes.set_yscale("symlog", linthresh=linear)
+    norm, lines = LogNorm(gain[0], gain[-1]), None
+    for column in range(pole.shape[1]):
+        points = np.stack([real[:, column], imaginary[:, column]], axis=-1)
+        pieces = np.stack([points[:-1], points[1:]], axis=1)
+        lines = LineCollection(list(pieces), cmap="viridis", norm=norm, linewidth=2.6)
+        lines.set_array(gain[:-1])
+        axes.add_collection(lines)
+        axes.plot(*points[0], "o", color=TOTAL, ms=6, markerfacecolor="white",
+                  label=f"K = {show(gain[0], 0, 3)}" if column == 0 else None)  # fmt: skip
+    if at.size:
+        axes.plot(at.real, at.imag, "x", color=COLOURS[1], ms=9, markeredgewidth=2.2, zorder=5,
+                  label="gain of the case")  # fmt: skip
+    axes.axhline(0.0, color=QUIET, linewidth=0.7)
+    low = 3.0 * min(float(np.nanmin(real)), -linear)
+    high = max(3.0 * float(np.nanmax(real)), 2.0 * linear)
+    tall = max(3.0 * float(np.nanmax(np.abs(imaginary))), 2.0 * linear)
+    axes.set_xlim(low, high)
+    axes.set_ylim(-tall, tall)
+    axes.axvspan(0.0, high, facecolor="#f6dede", edgecolor=LIMIT, hatch="////", linewidth=0.0,
+                 zorder=0)  # fmt: skip
+    axes.axvline(0.0, color=LIMIT, linewidth=1.2)
+    axes.set_xlabel("real part in 1/s; hatched: grows without a bound")
+    axes.set_ylabel("imaginary part in 1/s")
+    axes.tick_params(axis="x", labelrotation=45)
+    if lines is not None:
+        axes.figure.colorbar(lines, ax=axes, label="gain K", pad=0.02)
+
+
+def _linear(sizes: np.ndarray) -> float:
+    """A power of ten up to which a scale is linear: below the nearest pole, unless it is far."""
+    least, most = float(np.nanmin(sizes)), float(np.nanmax(sizes))
+    return float(10.0 ** np.floor(np.log10(max(least, most / _FAR, 1e-12))))
+
+
+def _fading(axes: "Axes", gain: np.ndarray, pole: np.ndarray, own: object) -> None:
+    axes.set_xscale("log")
+    linear = _linear(np.abs(pole.real))
+    axes.set_yscale("symlog", linthresh=linear)
+    for column in range(pole.shape[1]):
+        swings = _swings(pole[:, column])
+        colour = COLOURS[column % len(COLOURS)]
+        real = pole[:, column].real
+        axes.plot(gain, real, color=colour, linewidth=1.4)
+        axes.plot(gain, np.where(swings, real, np.nan), color=colour, linewidth=3.4, alpha=0.45)
+    axes.axhline(0.0, color=LIMIT, linewidth=1.2)
+    low, high = axes.get_ylim()
+    high = max(high, 2.0 * linear)
+    axes.set_ylim(low, high)
+    axes.axhspan(0.0, high, facecolor="#f6dede", edgecolor=LIMIT, hatch="////", linewidth=0.0,
+                 zorder=0)  # fmt: skip
+    if isinstance(own, int | float):
+        axes.axvline(float(own), color=COLOURS[1], linestyle=":")
+    axes.set_xlim(gain[0], gain[-1])
+    axes.set_xlabel("gain K")
+    axes.set_ylabel("real part in 1/s (thick: swings)")
+
+
+# ----------------------------------------------------------------------------
+# Levels and speed over the torque per slip of the motor, without a controller.
+# ----------------------------------------------------------------------------
+
+_PATH = CONTROL + "motor_gains/"
+_ORDERS_WITHOUT = 4
+
+
+def draw_roll_motor_gain(result: Result) -> "Figure | None":
+    """Levels of the first orders above, mean speed below; published ones as hollow squares."""
+    level = having(result.record, _PATH + "level", "motor_gain", "order")
+    speed = having(result.record, _PATH + "speed", "motor_gain")
+    if level is None or speed is None:
+        return None
+    words = "another motor and no controller (reduced model)"
+    figure = canvas(result, words, 8.6, 6.4)
+    above, below = figure.subplots(2, 1, sharex=True, height_ratios=[2.2, 1.0])
+    gains = np.asarray(level.axes[0].values, dtype=float)
+    rank = np.argsort(gains)
+    orders = np.asarray(level.axes[1].values)[:_ORDERS_WITHOUT]
+    for place, order in enumerate(orders):
+        values = np.asarray(level.values, dtype=float)[rank, place]
+        style = "-" if place < 2 else "--"
+        above.plot(gains[rank], np.where(np.isfinite(values), values, np.nan), style, marker="o",
+                   ms=4, color=COLOURS[place], label=order_name(int(order)))  # fmt: skip
+    _published(above, result, _PATH + "level", orders)
+    below.plot(gains[rank], rpm(1.0) * np.asarray(speed.values)[rank], marker="o", ms=4,
+               color=COLOURS[0])  # fmt: skip
+    _published(below, result, _PATH + "speed", None)
+    own = scalar_of(result.record, CONTROL + "motor_gain")
+    for axes in (above, below):
+        axes.set_xscale("log")
+        if own is not None:
+            words = f"this motor, {show(own, digits=4)} N*m*s/rad"
+            axes.axvline(own, color=LIMIT, linestyle=":", label=words if axes is above else None)
+    above.set_ylabel("level in dB re 1 rad/s$^2$, zero-to-peak")
+    below.set_ylabel("mean speed in rpm")
+    below.set_xlabel("torque per slip in N*m*s/rad")
+    above.legend(loc="lower left", fontsize=9)
+    figure.align_ylabels([above, below])
+    return figure
+
+
+def _published(axes: "Axes", result: Result, path: str, orders: np.ndarray | None) -> None:
+    first = True
+    for row in judge_references(result):
+        if row.quantity != path or row.at == "start":
+            continue
+        place = 0
+        if orders is not None:
+            found = np.flatnonzero(orders == row.where.get("order"))
+            if not found.size:
+                continue
+            place = int(found[0])
+        value = row.value if orders is not None else rpm(row.value)
+        axes.plot(
+            [float(row.where["motor_gain"])], [value], "s", color=COLOURS[place], ms=8,
+            markerfacecolor="none", label="published" if first else None,
+        )  # fmt: skip
+        first = False

@@ -1,0 +1,342 @@
+"""Pictures of the running state: one turn, levels by order, what changes them."""
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vibecalc.report.levels import ROLL, ZERO, oscillating, shell_acts
+from vibecalc.report.lookup import along, having, scalar_of, table_of
+from vibecalc.report.numbers import rpm, show
+from vibecalc.report.pictures.canvas import COLOURS, LIMIT, QUIET, TOTAL, canvas, crank_angle_axis
+from vibecalc.report.references import MEASURED, ReferenceRow, judge_references
+from vibecalc.results.record import Quantity, Record, Result
+from vibecalc.roll.pictures.motor import MotorCurve, motor_curve, rpm_of
+from vibecalc.roll.report.advice import PERCENT, Changes, changes
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+# ----------------------------------------------------------------------------
+# One turn of the machine: torque, speed and slip, and the way along the curve of the motor.
+# ----------------------------------------------------------------------------
+
+_CYCLE = ROLL + "cycle/"
+_ORBIT = COLOURS[1]
+#: columns of three and of two panels
+_MOSAIC: list[Any] = [
+    ["torque", "curve"],
+    ["torque", "curve"],
+    ["speed", "curve"],
+    ["speed", "part"],
+    ["slip", "part"],
+    ["slip", "part"],
+]
+#: torque of the gas acts against the motor's: what it demands is the negative one
+_TORQUES = (
+    ("gas_torque", "demand of the gas", -1.0, COLOURS[5]),
+    ("motor_torque", "motor", 1.0, _ORBIT),
+)
+
+
+def draw_roll_cycle(result: Result) -> "Figure | None":
+    """Courses over the crank angle at the left, torque over slip at the right; None without both.
+
+    At the right above is the whole curve of the motor, below the part of it on which it runs.
+    """
+    record = result.record
+    torque, speed, slip = (
+        along(record, _CYCLE + name, "crank_angle")
+        for name in ("motor_torque", "crank_speed", "slip")
+    )
+    if torque is None or speed is None or slip is None:
+        return None
+    figure = canvas(result, "one turn, and the motor on its curve", 9.9, 7.2)
+    panels = figure.subplot_mosaic(_MOSAIC)
+    motor = table_of(result.case, "machine", "motor")
+    _torques(panels["torque"], record)
+    _speed(panels["speed"], record, *speed, motor)
+    _slip(panels["slip"], *slip)
+    for name in ("torque", "speed", "slip"):
+        crank_angle_axis(panels[name])
+        if name != "slip":
+            panels[name].set_xlabel("")
+            panels[name].tick_params(labelbottom=False)
+    slips = rpm_of(slip[0].values)
+    torques = np.asarray(torque[0].values, dtype=float)
+    curve = motor_curve(motor, slips)
+    fitted = [scalar_of(record, f"response/roll/motor/breakdown_{w}") for w in ("slip", "torque")]
+    if curve is not None and fitted[0] is not None and fitted[1] is not None:
+        # a motor with fluxes has the summit of its fit, not that of the table
+        curve = curve._replace(breakdown=(rpm(fitted[0]), fitted[1]))
+    for name in ("curve", "part"):
+        _curve(panels[name], curve, slips, torques, whole=name == "curve")
+    panels["curve"].legend(loc="lower right", fontsize=9)
+    panels["part"].set_xlabel("slip in rpm")
+    figure.align_ylabels([panels[name] for name in ("torque", "speed", "slip")])
+    figure.align_ylabels([panels[name] for name in ("curve", "part")])
+    return figure
+
+
+def _torques(axes: "Axes", record: Record) -> None:
+    for name, words, sign, colour in _TORQUES:
+        hit = along(record, _CYCLE + name, "crank_angle")
+        if hit is not None:
+            values = sign * np.asarray(hit[0].values)
+            axes.plot(np.degrees(hit[1]), values, color=colour, label=words)
+    axes.axhline(0.0, color=QUIET, linewidth=0.7)
+    axes.set_ylabel("torque in N*m")
+    axes.legend(loc="best", fontsize=9)
+
+
+def _speed(
+    axes: "Axes", record: Record, quantity: Quantity, angle: np.ndarray, motor: Mapping[str, Any]
+) -> None:
+    values = rpm_of(quantity.values)
+    axes.plot(np.degrees(angle), values, color=COLOURS[0], label="crank against shell")
+    mean = scalar_of(record, ROLL + "speed")
+    if mean is not None:
+        words = f"mean {show(rpm(mean), digits=5)} rpm"
+        axes.axhline(rpm(mean), color=TOTAL, linewidth=1.0, linestyle="--", label=words)
+    synchronous = motor.get("synchronous_speed")
+    if isinstance(synchronous, int | float):
+        words = f"synchronous {show(rpm(float(synchronous)), digits=5)} rpm"
+        axes.axhline(rpm(synchronous), color=LIMIT, linewidth=1.0, linestyle=":", label=words)
+    axes.set_ylabel("speed in rpm")
+    low, high = axes.get_ylim()
+    axes.set_ylim(low, high + 0.45 * (high - low))
+    axes.legend(loc="upper left", ncols=2, fontsize=9)
+
+
+def _slip(axes: "Axes", quantity: Quantity, angle: np.ndarray) -> None:
+    values = rpm_of(quantity.values)
+    axes.plot(np.degrees(angle), values, color=COLOURS[2])
+    axes.axhline(0.0, color=QUIET, linewidth=0.7)
+    axes.set_ylabel("slip in rpm")
+
+
+def _curve(
+    axes: "Axes", curve: MotorCurve | None, slip: np.ndarray, torque: np.ndarray, *, whole: bool
+) -> None:
+    """The motor's curve with the way of a turn along it: all of it, or the part that is used."""
+    left, right, low, high = (*_ends(slip), *_ends(torque))
+    if curve is not None:
+        if whole:
+            left, right = min(left, curve.slip[0]), max(right, curve.slip[-1])
+        inside = (curve.slip >= left) & (curve.slip <= right)
+        words = "curve of the motor"
+        axes.plot(curve.slip[inside], curve.torque[inside], color=QUIET, linewidth=1.2, label=words)
+        kept = (curve.node_slip >= left) & (curve.node_slip <= right)
+        nodes, heights = curve.node_slip[kept], curve.node_torque[kept]
+        if nodes.size:
+            axes.plot(nodes, heights, "o", color=TOTAL, ms=4.5, label="rows of its table", zorder=4)
+        if whole:
+            low = min(low, float(curve.torque[inside].min()))
+            high = max(high, float(curve.torque[inside].max()))
+    axes.plot(slip, torque, color=_ORBIT, linewidth=3.0, alpha=0.8, label="one turn", zorder=3)
+    if curve is not None and curve.breakdown is not None and whole:
+        _breakdown(axes, *curve.breakdown)
+    axes.axhline(0.0, color=QUIET, linewidth=0.7)
+    axes.axvline(0.0, color=QUIET, linewidth=0.7)
+    axes.set_xlim(left, right)
+    room = 0.08 * (high - low)
+    axes.set_ylim(low - room, high + (2.0 if whole else 1.0) * room)
+    axes.set_ylabel("torque of the motor in N*m")
+    axes.set_title("all of the curve" if whole else "where it runs", loc="left", fontsize=10)
+
+
+def _ends(values: np.ndarray) -> tuple[float, float]:
+    low, high = float(values.min()), float(values.max())
+    room = 0.08 * (high - low) or 1.0
+    return low - room, high + room
+
+
+def _breakdown(axes: "Axes", slip: float, torque: float) -> None:
+    axes.plot([slip], [torque], "*", color=LIMIT, ms=12, zorder=5)
+    axes.annotate(
+        f"breakdown {show(torque, digits=4)} N*m at {show(slip, digits=4)} rpm",
+        (slip, torque),
+        xytext=(8, 3),
+        textcoords="offset points",
+        color=LIMIT,
+        fontsize=9,
+        va="bottom",
+    )
+
+
+# ----------------------------------------------------------------------------
+# Levels of the shell's acceleration by order: computed, published and measured.
+# ----------------------------------------------------------------------------
+
+_PATH = ROLL + "level/shell_acceleration"
+#: how far the marks of published and measured levels stand beside an order
+_ASIDE = 0.22
+#: more orders than these get no mark of their own on the axis
+_MARKED = 24
+
+
+def draw_roll_levels(result: Result) -> "Figure | None":
+    """One mark for each order and origin; None without levels.
+
+    Whiskers reach over the levels with other interpolations of the gas tables. What is zero by
+    symmetry stands as such at the foot.
+    """
+    level = having(result.record, _PATH, "order")
+    if level is None or not oscillating(level).size:
+        return None
+    chosen = oscillating(level)
+    orders = np.asarray(level.axes[0].values)[chosen]
+    values = np.asarray(level.values, dtype=float)[chosen]
+    acts = shell_acts(result.record, orders) & np.isfinite(values)
+    rows = _references(result)
+    figure = canvas(result, "angular acceleration of the shell by order", 8.6, 5.4)
+    axes = figure.subplots()
+    drawn = [*values[acts], *(row.value for row in rows)]
+    low, high = (min(drawn), max(drawn)) if drawn else (-1.0, 1.0)
+    room = max(0.1 * (high - low), 2.0)
+    foot = low - room
+    axes.vlines(orders[acts], foot, values[acts], color=COLOURS[0], alpha=0.35, linewidth=5.0)
+    axes.plot(orders[acts], values[acts], "o", color=COLOURS[0], ms=7, label="computed", zorder=4)
+    _whiskers(axes, result.record, orders, acts)
+    _marks(axes, rows)
+    for order in orders[~acts]:
+        axes.annotate(
+            ZERO, (order, foot), xytext=(0, 4), textcoords="offset points", ha="center", color=QUIET
+        )
+    axes.set_ylim(foot, high + room)
+    axes.set_xlim(orders[0] - 0.6, orders[-1] + 0.6)
+    if len(orders) <= _MARKED:
+        axes.set_xticks(orders)
+    axes.grid(visible=False, axis="x")
+    axes.set_xlabel("order, multiple of the crank speed")
+    axes.set_ylabel("level in dB re 1 rad/s$^2$, zero-to-peak")
+    figure.legend(loc="outside lower center", ncols=4, fontsize=9)
+    return figure
+
+
+def _references(result: Result) -> list[ReferenceRow]:
+    return [
+        row
+        for row in judge_references(result)
+        if row.quantity == _PATH and "order" in row.where and row.at != "start"
+    ]
+
+
+def _whiskers(axes: "Axes", record: Record, orders: np.ndarray, acts: np.ndarray) -> None:
+    """From the lowest to the highest level with any way to read the gas tables."""
+    level = having(record, ROLL + "interpolation/level", "interpolant", "order")
+    if level is None:
+        return
+    known = np.asarray(level.axes[1].values)
+    places = np.flatnonzero(np.isin(known, orders[acts]))
+    if not places.size:
+        return
+    found = np.asarray(level.values, dtype=float)[:, places]
+    low, high = found.min(axis=0), found.max(axis=0)
+    axes.errorbar(
+        known[places],
+        0.5 * (low + high),
+        yerr=0.5 * (high - low),
+        fmt="none",
+        ecolor=TOTAL,
+        elinewidth=1.3,
+        capsize=5,
+        zorder=5,
+        label="other ways to read the gas tables",
+    )
+
+
+def _marks(axes: "Axes", rows: list[ReferenceRow]) -> None:
+    published = [row for row in rows if row.verdict != MEASURED]
+    measured = [row for row in rows if row.verdict == MEASURED]
+    for some, words, style, colour, aside in (
+        (published, "published", "s", COLOURS[1], _ASIDE),
+        (measured, "measured", "D", LIMIT, -_ASIDE),
+    ):
+        if some:
+            places = [float(row.where["order"]) + aside for row in some]
+            values = [row.value for row in some]
+            face = "white" if words == "published" else colour
+            axes.plot(
+                places,
+                values,
+                style,
+                color=colour,
+                ms=6,
+                markeredgewidth=1.5,
+                markerfacecolor=face,
+                label=words,
+            )
+
+
+# ----------------------------------------------------------------------------
+# What more and less of each parameter do to each harmonic of the shell: a map of the changes.
+# ----------------------------------------------------------------------------
+
+#: fields with more entries than these bear no numbers
+_NUMBERED = 16
+#: dB; a smaller effect is a blank field
+_WORTH = 0.005
+#: dB; larger ones have the deepest colour, lest one of them pale all the others
+_DEEPEST = 3.0
+#: red where the harmonic gets louder
+_COLOURS = "RdBu_r"
+#: beyond this share of the scale letters are white
+_DARK = 0.5
+
+
+def draw_roll_sensitivity(result: Result) -> "Figure | None":
+    """Parameters down, orders across, dB for ten percent more above, for ten percent less below.
+
+    An order that the shell does not have is hatched: its level has no change in dB. None without
+    such changes.
+    """
+    found = changes(result)
+    if found is None or not found.orders.size:
+        return None
+    # what does most stands on top
+    size = np.max(np.abs(np.nan_to_num(found.values)), axis=(0, 2), initial=0.0)
+    rank = np.argsort(-size, kind="stable")
+    effect = found.values[:, rank]
+    words = f"change of the shell's levels with {PERCENT} % more and {PERCENT} % less"
+    figure = canvas(result, words, 9.0, 2.6 + 0.62 * max(len(rank), 2))
+    panels = figure.subplots(2, 1)
+    largest = float(np.max(size, initial=0.0)) or 1.0
+    scale = min(largest, _DEEPEST)
+    for axes, part, word in zip(panels, effect, ("more", "less"), strict=True):
+        image = axes.imshow(part, cmap=_COLOURS, vmin=-scale, vmax=scale, aspect="auto")
+        axes.set_title(f"{PERCENT} % {word}", fontsize=10)
+        axes.set_xticks(range(len(found.orders)), [str(int(order)) for order in found.orders])
+        axes.set_yticks(range(len(rank)), [found.words[i] for i in rank])
+        axes.grid(visible=False)
+        axes.tick_params(length=0)
+        for spine in axes.spines.values():
+            spine.set_visible(False)
+        _fields(axes, part, found, scale)
+    panels[1].set_xlabel("order, multiple of the crank speed")
+    figure.colorbar(
+        image,
+        ax=list(panels),
+        label="dB; blue: quieter",
+        pad=0.02,
+        extend="both" if largest > scale else "neither",
+    )
+    return figure
+
+
+def _fields(axes: "Axes", effect: np.ndarray, found: Changes, scale: float) -> None:
+    """Numbers where there is room, and hatches over orders that are zero."""
+    for j in np.flatnonzero(~found.acts):
+        axes.axvspan(
+            j - 0.5, j + 0.5, facecolor="#f2f2f2", edgecolor=QUIET, hatch="///", linewidth=0.0
+        )
+    for i in np.flatnonzero(np.isnan(effect).all(axis=1)):
+        middle = 0.5 * (effect.shape[1] - 1)
+        axes.text(middle, float(i), "no running state", ha="center", va="center", fontsize=8)
+    if len(found.orders) > _NUMBERED:
+        return
+    for (i, j), value in np.ndenumerate(effect):
+        if abs(value) >= _WORTH:
+            colour = "white" if abs(value) > _DARK * scale else "black"
+            axes.text(j, i, f"{value:+.2f}", ha="center", va="center", fontsize=8, color=colour)

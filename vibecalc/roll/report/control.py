@@ -1,0 +1,412 @@
+"""Report of the control of the motor: the loop, its margins, its levels, gains compared."""
+
+import math
+from typing import Any
+
+import numpy as np
+
+from vibecalc.report.levels import decibels
+from vibecalc.report.lookup import having, scalar_of, table_of
+from vibecalc.report.numbers import hertz, rpm, show
+from vibecalc.report.sections.section import Section
+from vibecalc.report.tables import Column, number, pairs, paragraph, table
+from vibecalc.results.record import Quantity, Record, Result
+
+# ----------------------------------------------------------------------------
+# Words for loops: what their status means, and what their margins come to.
+# ----------------------------------------------------------------------------
+
+CONTROL = "response/control/"
+#: of `status`
+STATUS = (
+    "stable",
+    "STABLE ONLY WITHOUT ANY DELAY",
+    "ON THE LIMIT OF STABILITY",
+    "UNSTABLE",
+    "UNSTABLE WITH THE LEAST LAG",
+)
+#: s; shorter times are written in microseconds
+_SHORT = 1e-4
+SHORT = ("stable", "no delay", "limit", "UNSTABLE", "UNSTABLE")
+
+
+def status_words(record: Record, below: str) -> str:
+    """What holds of a loop, loud where its levels are worth nothing; empty if not known."""
+    status = scalar_of(record, f"{CONTROL}{below}status")
+    if status is None:
+        return ""
+    words = STATUS[int(status)]
+    if int(status) == 1:
+        return f"{words}: its levels hold on paper only"
+    return words if int(status) == 0 else f"{words}: its amplitudes have no bound"
+
+
+def feedback_words(gain: Any, speed: float, acceleration: Any) -> str:
+    """Gain and feedbacks in one line."""
+    return (
+        f"gain {show(gain, digits=5)}, speed feedback {show(speed, digits=6)}, feedback of the "
+        f"shell's acceleration {show(acceleration, digits=5)} s"
+    )
+
+
+def margin_words(record: Record, below: str) -> list[tuple[str, str]]:
+    """Rows of margins, and of what the actuator has to bear."""
+
+    def value(name: str) -> float:
+        found = scalar_of(record, f"{CONTROL}{below}{name}")
+        return math.nan if found is None else found
+
+    up, down = in_decibels(value("gain_margin")), in_decibels(value("gain_reduction"))
+    margins = (
+        f"gain {up} up and {down} down, phase {in_phase(value('phase_margin'))}, "
+        f"delay {in_time(value('delay_margin'))}"
+    )
+    width, through = value("bandwidth"), value("feedthrough")
+    wide = "without end" if math.isinf(width) else f"{show(hertz(width), digits=4)} Hz"
+    bears = f"gain of one up to {wide}, {show(through, digits=4)} at high frequency; "
+    rate = value("command_rate")
+    bears += f"field speed changes by up to {show(rate, digits=4)} rad/s^2, torque of the motor up "
+    bears += f"to {show(value('torque_peak'), digits=4)} N*m"
+    most = scalar_of(record, f"{CONTROL}breakdown_torque")
+    if most is not None and math.isfinite(value("torque_peak")) and value("torque_peak") > most:
+        bears += f", MORE THAN THE {show(most, digits=4)} N*m THAT IT HAS"
+    return [("margins", margins), ("it takes", bears)]
+
+
+def in_decibels(level: float) -> str:
+    """A factor in dB; `any` if there is no limit."""
+    return "any" if math.isinf(level) else f"{level:.2f} dB"
+
+
+def in_phase(angle: float) -> str:
+    """An angle in degrees; `any` if there is no limit."""
+    return "any" if math.isinf(angle) else f"{np.degrees(angle):.1f} deg"
+
+
+def in_time(time: Any) -> str:
+    """A time in ms; `any` if there is no limit, `none` for nothing."""
+    if time is None or time == 0.0:
+        return "none"
+    if math.isinf(time):
+        return "any"
+    if time < _SHORT:
+        return f"{show(1e6 * float(time), digits=4)} us"
+    return f"{show(1e3 * float(time), digits=4)} ms"
+
+
+# ----------------------------------------------------------------------------
+# Control of the motor: the loop and its margins, levels with it and without, and what to doubt.
+# ----------------------------------------------------------------------------
+
+_MODEL = (
+    ("motor_gain", "torque of the motor per slip"),
+    ("motor_offset", "torque of its straight curve at no slip"),
+    ("breakdown_torque", "its largest torque"),
+    ("inertia", "inertia that it accelerates"),
+    ("shell_share", "acceleration of the shell over the crank's"),
+    ("mean_torque", "mean torque of gas and friction"),
+    ("speed_without", "mean speed without control"),
+    ("target_speed", "mean speed to be kept"),
+    ("speed", "mean speed under control"),
+)
+_COLUMNS = (
+    ("disturbance", "load\nN*m", False),
+    ("level_without", "without\ndB", True),
+    ("level", "control\ndB", True),
+    ("attenuation", "less by\ndB", True),
+    ("range/level", "full model\nwithout", True),
+    ("full/level", "full model\ncontrol", True),
+    ("full/attenuation", "full\nless by", True),
+    ("full/difference", "full less\nreduced", True),
+)
+#: dB by which the reduced model may be off and still be called the same
+_CLOSE = 0.5
+_POLES = 6
+
+
+def roll_control(result: Result) -> Section | None:
+    """The section, None if the result has no control."""
+    record = result.record
+    shown = frozenset(path for path in record if path.startswith(CONTROL))
+    lines: list[str] = []
+    for block in (
+        _model(record),
+        _loop(result),
+        _levels(record),
+        _full(record),
+        _range(record),
+        tuned(result),
+        grid(record),
+        motor_gains(record),
+    ):
+        if block:
+            lines += ["", *block] if lines else block
+    return Section("Control of the motor", lines, shown) if lines else None
+
+
+def _model(record: Record) -> list[str]:
+    rows = []
+    for name, words in _MODEL:
+        value = scalar_of(record, CONTROL + name)
+        if value is None:
+            continue
+        quantity = record[CONTROL + name]
+        own = float(quantity.values)
+        also = f"{show(rpm(own))} rpm" if quantity.unit == "rad/s" else ""
+        rows.append([words, show(own, quantity.error_estimate), quantity.unit, also])
+    columns = (Column("reduced model", 44), number("value", 13), Column("unit", 11),
+               Column("also", 20))  # fmt: skip
+    return table(columns, rows) if rows else []
+
+
+def _loop(result: Result) -> list[str]:
+    record = result.record
+    words = status_words(record, "")
+    if not words:
+        return []
+    asked = table_of(result.case, "response", "control")
+    lag, delay = asked.get("actuator_lag"), asked.get("delay")
+    feedback = scalar_of(record, CONTROL + "speed_feedback")
+    own = 0.0 if feedback is None else float(record[CONTROL + "speed_feedback"].values)
+    rows = [
+        ("controller", feedback_words(asked.get("gain"), own, asked.get("acceleration_feedback"))),
+        ("actuator", f"lag {in_time(lag)}, delay {in_time(delay)}"),
+        ("stability", words),
+        *margin_words(record, ""),
+    ]
+    pole = having(record, CONTROL + "pole", "pole")
+    if pole is not None:
+        texts = [_pole(complex(value)) for value in pole.values[:_POLES] if value.imag >= 0.0]
+        rows.append(("poles", f"{', '.join(texts)} 1/s"))
+    return ["  the loop (reduced model)", *pairs(rows, 16)]
+
+
+def _pole(value: complex) -> str:
+    if not math.isfinite(abs(value)):
+        return "one at infinity"
+    real = show(value.real, digits=4)
+    return real if value.imag == 0.0 else f"{real} +- {show(value.imag, digits=4)} i"
+
+
+def _levels(record: Record) -> list[str]:
+    """Levels by order; those of a loop that is not stable have no bound."""
+    found = [
+        (quantity, title, is_level)
+        for name, title, is_level in _COLUMNS
+        if (quantity := having(record, CONTROL + name, "order")) is not None
+    ]
+    if not found:
+        return []
+    columns, orders = [number("order", 5)], found[0][0].axes[0].values
+    rows = [[str(int(order))] for order in orders]
+    for quantity, title, is_level in found:
+        columns.append(number(title, 10))
+        for place, row in enumerate(rows):
+            row.append(_cell(quantity, place, is_level))
+    notes = "levels of the shell's angular acceleration, dB re 1 rad/s^2 zero-to-peak; load at "
+    notes += f"constant speed. The loop is {status_words(record, '')}"
+    return [*table(columns, rows), *paragraph(notes)]
+
+
+def _cell(quantity: Quantity, place: int, is_level: bool) -> str:
+    value = quantity.values[place]
+    if not is_level:
+        return show(value, quantity.error_estimate, 5)
+    if value == -math.inf and quantity.path.endswith("attenuation"):
+        return "grows"
+    return decibels(float(value))
+
+
+def _full(record: Record) -> list[str]:
+    """Is the loop stable in the full model too, and does it do there what the reduced one says?"""
+    stable = scalar_of(record, CONTROL + "full/stable")
+    difference = having(record, CONTROL + "full/difference", "order")
+    if stable is None or difference is None:
+        return []
+    multiplier = having(record, CONTROL + "full/multiplier", "multiplier")
+    size = 0.0 if multiplier is None else float(np.max(np.abs(multiplier.values)))
+    if not stable:
+        return paragraph(
+            "full model: UNSTABLE under control, a disturbance grows to "
+            f"{show(size, digits=4)} of itself in each turn. It has no levels"
+        )
+    slip = scalar_of(record, CONTROL + "full/largest_slip")
+    words = f"full model: stable, a disturbance shrinks to {show(size, digits=2)} in a turn"
+    if slip is not None:
+        words += f"; the slip reaches {show(rpm(slip), digits=4)} rpm in size"
+    worst = int(np.argmax(np.abs(difference.values)))
+    words += _apart("; it is", difference, worst)
+    louder = _louder(record)
+    return paragraph(words + louder)
+
+
+def _louder(record: Record) -> str:
+    """Orders that control makes louder in the full model."""
+    gained = having(record, CONTROL + "full/attenuation", "order")
+    if gained is None:
+        return ""
+    values = np.asarray(gained.values, dtype=float)
+    orders = [str(int(order)) for order in gained.axes[0].values[values < -_CLOSE]]
+    return f". Control makes louder there: orders {', '.join(orders)}" if orders else ""
+
+
+def _range(record: Record) -> list[str]:
+    own = having(record, CONTROL + "range/difference", "order")
+    if own is None:
+        return []
+    values = np.asarray(own.values, dtype=float)
+    orders = own.axes[0].values
+    kept = [str(int(order)) for order in orders[np.abs(values) <= _CLOSE]]
+    words = (
+        f"without control the reduced model is within {_CLOSE:g} dB of the full one in orders "
+        f"{', '.join(kept)}" if kept else
+        f"without control the reduced model is more than {_CLOSE:g} dB off in every order"
+    )  # fmt: skip
+    words += _apart("; the full one is", own, int(np.argmax(np.abs(values))))
+    straight = having(record, CONTROL + "range/linear_difference", "order")
+    if straight is not None:
+        off = np.asarray(straight.values, dtype=float)
+        here = int(np.argmax(np.abs(values)))
+        sense = "above" if off[here] > 0.0 else "below"
+        words += (
+            ". Were the curve of the motor straight, it would be "
+            f"{abs(off[here]):.2f} dB {sense} it in order {int(orders[here])}"
+            + _apart(", and over all orders", straight, int(np.argmax(np.abs(off))))
+            + ": the rest is the bend of that curve"
+        )
+    return paragraph(words)
+
+
+def _apart(lead: str, difference: Quantity, place: int) -> str:
+    value = float(difference.values[place])
+    order = int(difference.axes[0].values[place])
+    if not math.isfinite(value):
+        return f"{lead} without a bound to its difference from the reduced one in order {order}"
+    sense = "above" if value > 0.0 else "below"
+    return f"{lead} at most {abs(value):.2f} dB {sense} the reduced one (order {order})"
+
+
+# ----------------------------------------------------------------------------
+# Control of the motor, continued: gains found, gains compared, other motors.
+# ----------------------------------------------------------------------------
+
+#: orders that have a column in tables over gains
+_ORDERS = 4
+#: rows of a grid that are printed
+_MOST_ROWS = 120
+
+
+def tuned(result: Result) -> list[str]:
+    """Gains that the search found, what holds them there, and what they bring."""
+    record = result.record
+    gain, feedback, speed = (
+        record.quantities.get(f"{CONTROL}tuned/{name}")
+        for name in ("gain", "acceleration_feedback", "speed_feedback")
+    )
+    if gain is None or feedback is None or speed is None:
+        return []
+    words = feedback_words(float(gain.values), float(speed.values), float(feedback.values))
+    rows = [
+        ("found", words),
+        ("stability", status_words(record, "tuned/")),
+        *margin_words(record, "tuned/"),
+    ]
+    taken = having(record, f"{CONTROL}tuned/attenuation", "order")
+    if taken is not None:
+        orders = taken.axes[0].values[:_ORDERS]
+        each = [
+            f"order {int(order)}: {value:.2f} dB"
+            for order, value in zip(orders, taken.values, strict=False)
+        ]
+        rows.append(("takes off", ", ".join(each)))
+    rows.append(("held by", _held(record)))
+    return ["  gains found under the margins asked for (reduced model)", *pairs(rows, 16)]
+
+
+def _held(record: Record) -> str:
+    active = having(record, f"{CONTROL}tuned/active", "bound")
+    worth = having(record, f"{CONTROL}tuned/multiplier", "bound")
+    if active is None or worth is None:
+        return "not known"
+    texts = []
+    for name, holds, value in zip(active.axes[0].values, active.values, worth.values, strict=True):
+        if holds:
+            gained = f"{0.01 * float(value):.3f} dB for one percent less of it"
+            texts.append(f"{name} ({gained})" if value > 0.0 else str(name))
+    return ", ".join(texts) or "nothing: a minimum inside all bounds"
+
+
+def grid(record: Record) -> list[str]:
+    """One row for each pair of gain and feedback; a loop without bound has no level."""
+    level = having(record, f"{CONTROL}grid/level", "gain", "feedback", "order")
+    names = ("status", "gain_margin", "phase_margin", "delay_margin", "torque_peak")
+    parts = [
+        np.asarray(part.values)
+        for name in names
+        if (part := having(record, f"{CONTROL}grid/{name}", "gain", "feedback")) is not None
+    ]
+    if level is None or len(parts) < len(names):
+        return []
+    status, growth, phase, delay, torque = parts
+    gains, feedbacks, orders = (axis.values for axis in level.axes)
+    count = min(len(orders), _ORDERS - 1)
+    columns = (
+        number("gain", 7), number("feedback\ns", 9), Column("stability", 9),
+        *(number(f"order {int(order)}\ndB", 8) for order in orders[:count]),
+        number("torque\nN*m", 8), number("gain\nmargin", 9), number("phase\nmargin", 9),
+        number("delay\nmargin", 10),
+    )  # fmt: skip
+    breakdown, notes = scalar_of(record, f"{CONTROL}breakdown_torque"), []
+    most = math.inf if breakdown is None else breakdown
+    rows = [
+        [
+            show(gain, digits=4), show(feedback, digits=4), SHORT[int(status[i, j])],
+            *(_level(float(level.values[i, j, k])) for k in range(count)),
+            _torque(float(torque[i, j]), most),
+            in_decibels(float(growth[i, j])),
+            in_phase(float(phase[i, j])),
+            in_time(float(delay[i, j])),
+        ]
+        for i, gain in enumerate(gains) for j, feedback in enumerate(feedbacks)
+    ]  # fmt: skip
+    if any("*" in row[3 + count] for row in rows):
+        notes.append(f"* more than the {show(most, digits=4)} N*m that the motor has")
+    left = len(rows) - _MOST_ROWS
+    lines = ["  gains compared, each keeping the speed (reduced model)"]
+    lines += table(columns, rows[:_MOST_ROWS])
+    if left > 0:
+        lines += paragraph(f"and {left} pairs more, in the file")
+    if np.any(status == 1):
+        notes.append('"no delay": stable only without any delay, so that levels hold on paper only')
+    return lines + [line for note in notes for line in paragraph(note)]
+
+
+def _level(value: float) -> str:
+    return "-" if math.isinf(value) and value > 0.0 else decibels(value)
+
+
+def _torque(value: float, most: float) -> str:
+    if math.isinf(value):
+        return "-"
+    return f"{value:.0f}{' *' if value > most else '  '}"
+
+
+def motor_gains(record: Record) -> list[str]:
+    """Speed and levels with other motors, uncontrolled."""
+    level = having(record, f"{CONTROL}motor_gains/level", "motor_gain", "order")
+    speed = having(record, f"{CONTROL}motor_gains/speed", "motor_gain")
+    if level is None or speed is None:
+        return []
+    orders = level.axes[1].values[:_ORDERS]
+    columns = (
+        number("torque per slip\nN*m*s/rad", 16), number("speed\nrpm", 10),
+        *(number(f"order {int(order)}\ndB", 10) for order in orders),
+    )  # fmt: skip
+    rows = [
+        [
+            show(gain, digits=5), show(rpm(float(turning)), digits=5),
+            *(decibels(float(value)) for value in row[: len(orders)]),
+        ]
+        for gain, turning, row in zip(level.axes[0].values, speed.values, level.values, strict=True)
+    ]  # fmt: skip
+    return ["  other motors without control (reduced model)", *table(columns, rows)]

@@ -1,0 +1,386 @@
+"""Report of the roll: the running state, its forces, and what its levels depend on."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from vibecalc.report.levels import ROLL, acting, decibels, lag_degrees, oscillating, shell_acts
+from vibecalc.report.lookup import having, labels, scalar_of, table_of
+from vibecalc.report.numbers import hertz, rpm, show
+from vibecalc.report.sections.section import Section
+from vibecalc.report.tables import Column, number, paragraph, table
+from vibecalc.results.record import Quantity, Record, Result
+from vibecalc.roll.report.advice import advice
+
+# ----------------------------------------------------------------------------
+# Roll of the shell: the running state, its balances, and what moves at each order.
+# ----------------------------------------------------------------------------
+
+_STATE = (
+    ("speed", "mean speed of the crank"),
+    ("speed_variation", "largest less smallest speed, over it"),
+    ("mean_slip", "mean slip (% of synchronous speed)"),
+    ("largest_slip", "largest slip in a turn"),
+    ("mean_torque", "mean torque of the motor"),
+    ("breakdown_margin", "breakdown torque, above that mean"),
+    ("shell_drift", "mean speed of the shell"),
+    ("angular_momentum", "angular momentum about the crank axis"),
+)
+_WORK = (
+    ("motor", "by motor"),
+    ("gas", "to gas"),
+    ("friction", "to friction"),
+    ("mounts", "to mounts"),
+    ("residual", "left over"),
+)
+_LEVELS = (
+    ("shell_acceleration", "shell"),
+    ("rotor_acceleration", "rotor"),
+    ("motor_torque", "motor torque"),
+)
+_MORE = (
+    ("crank_speed", "crank speed"),
+    ("gas_torque", "gas torque"),
+    ("mount_torque", "mount torque"),
+)
+_DIGITS = 5
+_MULTIPLIERS = 4
+#: with such a multiplier a disturbance takes some turns to fade
+_SLOW = 0.1
+
+
+def roll(result: Result) -> Section | None:
+    """The section, None if the result has nothing of it."""
+    record = result.record
+    # the fluxes of a motor have a section of their own
+    shown = frozenset(
+        path for path in record if path.startswith(ROLL) and not path.startswith(ROLL + "motor/")
+    )
+    lines: list[str] = []
+    for block in (
+        _state(result),
+        _stability(record),
+        _balances(record),
+        _levels(record),
+        _more(record),
+        forces(record),
+        compared(result),
+        advice(result),
+    ):
+        if block:
+            lines += ["", *block] if lines else block
+    return Section("Roll of the shell", lines, shown) if lines else None
+
+
+def _state(result: Result) -> list[str]:
+    rows = []
+    for name, words in _STATE:
+        value = scalar_of(result.record, ROLL + name)
+        if value is None:
+            continue
+        quantity = result.record[ROLL + name]
+        value, error = float(quantity.values), quantity.error_estimate
+        if quantity.unit:
+            rows.append([words, show(value, error), quantity.unit, _also(result, quantity)])
+        else:
+            unit = "%" if math.isfinite(value) else ""
+            rows.append([words, show(100.0 * value, 100.0 * error, 4), unit, ""])
+    columns = (Column("running state", 40), number("value", 13), Column("unit", 9),
+               Column("also", 33))  # fmt: skip
+    return table(columns, rows) if rows else []
+
+
+def _also(result: Result, quantity: Quantity) -> str:
+    if quantity.unit != "rad/s":
+        return ""
+    value, error = float(quantity.values), quantity.error_estimate
+    words = f"{show(rpm(value), rpm(error))} rpm"
+    if quantity.path == ROLL + "speed":
+        return f"{words}, {show(hertz(value), hertz(error))} turns/s"
+    synchronous = table_of(result.case, "machine", "motor").get("synchronous_speed")
+    if quantity.path.endswith("_slip") and isinstance(synchronous, int | float) and synchronous:
+        words += f", {100.0 * value / synchronous:.3g} %"
+    return words
+
+
+def _stability(record: Record) -> list[str]:
+    largest = scalar_of(record, ROLL + "largest_multiplier")
+    if largest is None:
+        return []
+    if abs(largest - 1.0) <= record[ROLL + "largest_multiplier"].error_estimate:
+        words = "neither stable nor unstable: a disturbance stays as large as it is"
+    elif largest > 1.0:
+        words = f"UNSTABLE: a disturbance grows to {show(largest, digits=4)} of itself in a turn"
+    else:
+        words = f"stable: of a disturbance {show(100.0 * largest, digits=3)} % is left after a turn"
+        if largest > _SLOW:
+            turns = math.ceil(math.log(0.01) / math.log(largest))
+            words += f", 1 % after {turns} turns"
+    found = having(record, ROLL + "multiplier", "multiplier")
+    if found is not None:
+        values = np.asarray(found.values, dtype=complex)
+        ordered = values[np.argsort(-np.abs(values), kind="stable")][:_MULTIPLIERS]
+        words += "; Floquet multipliers " + ", ".join(_complex(one) for one in ordered)
+        words += ", ..." if values.size > _MULTIPLIERS else ""
+    trivial = scalar_of(record, ROLL + "trivial_multipliers")
+    if trivial:
+        what = "phase" if trivial == 1 else "phase, and angle and momentum of a free shell"
+        words += f"; {int(trivial)} more {'is' if trivial == 1 else 'are'} 1 in any case ({what})"
+    return paragraph(words)
+
+
+def _complex(value: complex) -> str:
+    real = show(value.real, digits=4)
+    if abs(value.imag) <= 1e-12 * abs(value):
+        return real
+    sign = "+" if value.imag > 0 else "-"
+    return f"{real} {sign} {show(abs(value.imag), digits=4)}i"
+
+
+def _balances(record: Record) -> list[str]:
+    found = [
+        (record[path], words) for name, words in _WORK if (path := f"{ROLL}energy/{name}") in record
+    ]
+    strayed = record.quantities.get(ROLL + "momentum_residual")
+    lines = []
+    if found:
+        columns = [Column("balances of a turn", 24), *(number(words, 13) for _, words in found)]
+        lines += table(columns, [["energy J", *(_left(quantity) for quantity, _ in found)]])
+    if strayed is not None:
+        lines += paragraph(
+            f"angular momentum strays by {_left(strayed)} {strayed.unit} from what the mounts "
+            "explain"
+        )
+    return lines
+
+
+def _left(quantity: Quantity) -> str:
+    return show(float(quantity.values), quantity.error_estimate)
+
+
+def _levels(record: Record) -> list[str]:
+    """Amplitude, level and lag of what matters most, side by side."""
+    lines = _by_order(record, _LEVELS, 12)
+    return lines and lines + paragraph(
+        "amplitudes zero-to-peak, levels re 1 of their unit; lag phi of C cos(n W t - phi), with "
+        "t = 0 where the crank angle is 0"
+    )
+
+
+def _more(record: Record) -> list[str]:
+    """Amplitude and lag of what else oscillates."""
+    return _by_order(record, _MORE, 14, with_level=False)
+
+
+def _by_order(
+    record: Record, names: Sequence[tuple[str, str]], width: int, with_level: bool = True
+) -> list[str]:
+    found = [
+        (harmonics, words)
+        for name, words in names
+        if (harmonics := having(record, ROLL + name, "order")) is not None
+        and (with_level or np.any(acting(harmonics)[oscillating(harmonics)]))
+    ]
+    if not found:
+        return []
+    columns = [number("order", 6)]
+    rows = _order_rows(found[0][0])
+    for harmonics, words in found:
+        columns.append(number(f"{words}\n{harmonics.unit}", width))
+        columns += [number("level\ndB", 8)] if with_level else []
+        columns.append(number("lag\ndeg", 7))
+        level, lag = (
+            having(record, harmonics.path.replace(ROLL, f"{ROLL}{part}/"), "order")
+            for part in ("level", "phase_lag")
+        )
+        acts = acting(harmonics)
+        for row, i in zip(rows, oscillating(harmonics), strict=True):
+            row.append(show(harmonics.values[i], harmonics.error_estimate, _DIGITS))
+            if with_level:
+                row.append("" if level is None else decibels(level.values[i], acts[i]))
+            row.append("" if lag is None else lag_degrees(lag.values[i], acts[i]))
+    return table(columns, rows)
+
+
+def _order_rows(harmonics: Quantity) -> list[list[str]]:
+    orders = np.asarray(harmonics.axes[-1].values)
+    return [[str(int(orders[i]))] for i in oscillating(harmonics)]
+
+
+# ----------------------------------------------------------------------------
+# Forces in the rods and on the walls, and what the textbook's assumptions cost in them.
+# ----------------------------------------------------------------------------
+
+_FORCES = (("rod_force", "rod"), ("wall_force", "wall"))
+_PLACES = {"rod_force": "in the rods", "wall_force": "on the walls"}
+
+
+def forces(record: Record) -> list[str]:
+    """Largest forces of each cylinder, beside those at constant speed, and what these miss."""
+    peaks = [having(record, f"{ROLL}{name}_peak", "cylinder") for name, _ in _FORCES]
+    first = next((peak for peak in peaks if peak is not None), None)
+    if first is None:
+        return []
+    columns = [Column("largest force", 14)]
+    rows = [[name] for name in labels(first.axes[0])]
+    errors = []
+    for (name, words), peak in zip(_FORCES, peaks, strict=True):
+        held = having(record, f"{ROLL}classical/{name}_peak", "cylinder")
+        error = having(record, f"{ROLL}classical/{name}_error", "cylinder")
+        for quantity, title in ((peak, f"{words} N"), (held, "at constant speed N")):
+            if quantity is not None:
+                columns.append(number(title, 13))
+                for row, value in zip(rows, quantity.values, strict=True):
+                    row.append(show(value, quantity.error_estimate, _DIGITS))
+        if error is not None:
+            columns.append(number("off by up to %", 12))
+            for row, value in zip(rows, error.values, strict=True):
+                row.append(f"{100.0 * float(value):.3g}")
+            errors.append(f"the force {_PLACES[name]} by {_worst(error)}" + _at(record, name))
+    lines = table(columns, rows)
+    if errors:
+        lines += paragraph(
+            "what constant speed and a fixed shell cost: they miss " + ", ".join(errors)
+            + " (largest error over a turn, over the largest force)"
+        )  # fmt: skip
+    return lines + shaking(record)
+
+
+def shaking(record: Record) -> list[str]:
+    """What the textbook has for the whole body: its force and couple, and no roll."""
+    words = []
+    for name, way in (("force", "along"), ("couple", "about")):
+        peak = having(record, f"{ROLL}shaking/{name}_peak", "direction")
+        if peak is None:
+            return []
+        shown = [
+            f"{show(value, peak.error_estimate, _DIGITS)} {peak.unit} {way} {label}"
+            for label, value in zip(labels(peak.axes[0]), peak.values, strict=True)
+            if float(value) > peak.error_estimate
+        ]
+        words.append(", ".join(shown) if shown else f"no {name}")
+    level = having(record, f"{ROLL}level/shell_acceleration", "order")
+    rolls = level is not None and bool(np.any(np.isfinite(level.values)))
+    balanced = all(word.startswith("no ") for word in words)
+    text = f"at constant speed the masses shake the body with {' and '.join(words)}"
+    if balanced:
+        text += ": balanced perfectly by the textbook" + (", and it rolls" if rolls else "")
+    return paragraph(text + "; largest over a turn, about the reference point")
+
+
+def _worst(error: Quantity) -> str:
+    place = int(np.argmax(error.values))
+    return f"up to {100.0 * float(error.values[place]):.3g} % ({labels(error.axes[0])[place]})"
+
+
+def _at(record: Record, name: str) -> str:
+    """The order at which the force is missed most."""
+    by_order = having(record, f"{ROLL}classical/{name}_error_by_order", "cylinder", "order")
+    if by_order is None:
+        return ""
+    size = np.abs(by_order.values)
+    place = np.unravel_index(int(np.argmax(size)), size.shape)
+    if size[place] <= by_order.error_estimate:
+        return ""
+    order = int(by_order.axes[1].values[place[1]])
+    return f", {show(size[place], digits=3)} {by_order.unit} of it at order {order}"
+
+
+# ----------------------------------------------------------------------------
+# What the levels of the shell hang on besides the machine: reading of tables, and method.
+# ----------------------------------------------------------------------------
+
+#: a spread in dB that no one hears of
+_SMALL = 0.1
+#: differences of methods, in dB, below which digits are rounding; the error estimate, one number
+#: for all methods, would hide the good ones behind the worst
+_ROUNDING = 1e-9
+
+
+def compared(result: Result) -> list[str]:
+    """Both tables, as far as the result has them."""
+    found = _interpolations(result)
+    methods = _methods(result)
+    return [*found, *([""] if found and methods else []), *methods]
+
+
+def _interpolations(result: Result) -> list[str]:
+    record = result.record
+    level = having(record, ROLL + "interpolation/level", "interpolant", "order")
+    spread = having(record, ROLL + "interpolation/spread", "order")
+    if level is None:
+        return []
+    used = str(table_of(result.case, "machine", "crank_train").get("gas_interpolation") or "")
+    columns = [number("order", 6)]
+    for name in labels(level.axes[0]):
+        columns.append(number(f"{name}\n{'(case) ' if name == used else ''}dB", 15))
+    columns.append(number("spread\ndB", 11))
+    orders = np.asarray(level.axes[1].values)
+    acts = shell_acts(record, orders)
+    rows = []
+    for i in oscillating(level):
+        cells = [decibels(float(one), bool(acts[i])) for one in level.values[:, i]]
+        wide = "" if spread is None or not acts[i] else decibels(float(spread.values[i]))
+        rows.append([str(int(orders[i])), *cells, wide])
+    lines = paragraph("shell acceleration with each way to read the gas tables between their rows")
+    lines += table(columns, rows)
+    if spread is not None and acts.any():
+        lines += paragraph(_open(np.asarray(spread.values), orders, acts))
+    return lines
+
+
+def _open(spread: np.ndarray, orders: np.ndarray, acts: np.ndarray) -> str:
+    chosen = acts & (orders != 0) & np.isfinite(spread)
+    if not chosen.any():
+        return "the tables leave nothing open that can be told"
+    sizes = np.where(chosen, spread, 0.0)
+    top = int(np.argmax(sizes))
+    words = f"the tables leave a level open by up to {decibels(float(sizes[top]))} dB"
+    words += f" (order {int(orders[top])})"
+    wide = orders[chosen & (spread >= _SMALL)]
+    if wide.size and wide.min() > orders[chosen].min():
+        words += f", by less than {_SMALL} dB below order {int(wide.min())}"
+    return words
+
+
+def _methods(result: Result) -> list[str]:
+    record = result.record
+    found = having(record, ROLL + "method/difference", "method", "order")
+    if found is None:
+        return []
+    own = str(table_of(result.case, "response", "roll").get("method") or "collocation")
+    columns = [number("order", 9), *(number(f"{name} dB", 14) for name in labels(found.axes[0]))]
+    orders = np.asarray(found.axes[1].values)
+    chosen = oscillating(found)
+    acts = shell_acts(record, orders)[chosen]
+    rows = []
+    for i, shows in zip(chosen, acts, strict=True):
+        cells = [_miss(float(one)) if shows else "-"
+                 for one in found.values[:, i]]  # fmt: skip
+        rows.append([str(int(orders[i])), *cells])
+    lines = paragraph(f"level of the shell acceleration by other methods, less that by {own}")
+    below = []
+    kept = np.abs(found.values[:, chosen[acts]])
+    if kept.size:
+        worst = [_miss(float(one)).lstrip("+") for one in kept.max(axis=1)]
+        below.append(["largest", *worst])
+    points, words = _work(record, found)
+    return [*lines, *table(columns, rows, below + points), *words]
+
+
+def _work(record: Record, found: Quantity) -> tuple[list[list[str]], list[str]]:
+    """A row of the counted work of each method, and what it counts."""
+    work = having(record, ROLL + "method/work", "method")
+    if work is None or len(work.values) != len(found.values):
+        return [], []
+    row = ["points", *(str(round(float(one))) for one in work.values)]
+    words = "points: evaluations of the right-hand side of the equations of motion"
+    return [row], paragraph(words)
+
+
+def _miss(value: float) -> str:
+    if not np.isfinite(value):
+        return "-"
+    shown = show(value, _ROUNDING, digits=3)
+    return shown if shown.startswith("-") or shown == "0" else f"+{shown}"

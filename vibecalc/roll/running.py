@@ -1,0 +1,475 @@
+"""The running state of one machine to a tolerance, at any crank angle of its turn."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.periodic.march import March, march_turns
+from vibecalc.numerics.periodic.panels import (
+    PeriodicSolution,
+    constant_start,
+    evaluate,
+    running_integral,
+)
+from vibecalc.numerics.typing import BoolArray, ComplexArray, FloatArray
+from vibecalc.roll.mechanism import RollDrive, RollMachine, inertia, is_mounted, widest_panel
+from vibecalc.roll.rates import (
+    Demand,
+    demand,
+    driving_torque,
+    motor_of,
+    roll_problem,
+    steady_breakdown,
+    surely_fastest,
+    with_steady_flux,
+)
+from vibecalc.roll.steady import Steady, multipliers, started_momentum, steady_state
+from vibecalc.roll.turn import Turn, harmonics, hides, readings
+
+# ----------------------------------------------------------------------------
+# A turn at any crank angle: from collocation polynomials exactly, from samples by cubics.
+# ----------------------------------------------------------------------------
+
+#: the motion of one machine (B = 1) at crank angles (k,) that ascend within one turn
+Course = Callable[[FloatArray], Turn]
+_FULL = 2.0 * np.pi
+#: points that are nearer to each other, over their mean distance, count as one
+_NEAR = 0.05
+
+
+def course_of_state(machine: RollMachine, drive: RollDrive, state: Steady) -> Course:
+    """The motion between the collocation points; its error is that of the points or little more.
+
+    The angle of a free shell is interpolated from the points.
+    """
+    found = state.solution
+    passed, ends = running_integral(found.edges, 1.0 / found.stages[..., 0])
+    clock = found._replace(left=ends[:, :-1, None], stages=passed[..., None])
+
+    def at(angles: FloatArray) -> Turn:
+        values = evaluate(state.solution, angles)
+        torque = driving_torque(machine, drive, values)
+        time = evaluate(clock, angles)[..., 0]
+        loose = _sampled(state.turn, angles)._replace(motor_torque=torque, time=time)
+        if is_mounted(machine):
+            return loose._replace(
+                crank_speed=values[..., 0], shell_angle=values[..., 1], shell_speed=values[..., 2]
+            )
+        moved = inertia(machine, angles[None])
+        speed = values[..., 0]
+        shell = (state.momentum[:, None] - moved.coupling * speed) / moved.shell
+        return loose._replace(crank_speed=speed, shell_speed=shell)
+
+    return at
+
+
+def speed_of_state(state: Steady) -> Callable[[FloatArray], FloatArray]:
+    """Crank speed (k,) of one machine (B = 1) at crank angles (k,), without all the rest."""
+    return lambda angles: np.asarray(evaluate(state.solution, angles)[0, :, 0])
+
+
+def course_of_turn(turn: Turn) -> Course:
+    """The motion between samples, by the cubic through four neighbours."""
+    return lambda angles: _sampled(turn, angles)
+
+
+def _sampled(turn: Turn, angles: FloatArray) -> Turn:
+    own = turn.crank_angle[0]
+    keep = _apart(own)
+    grown = float(np.sum(turn.weight * turn.shell_speed / turn.crank_speed))
+    found = {
+        name: _cubic(own[keep], getattr(turn, name)[0][keep], per_turn, angles)[None]
+        for name, per_turn in (
+            ("time", float(turn.period[0])),
+            ("crank_speed", 0.0),
+            ("shell_speed", 0.0),
+            ("shell_angle", grown),
+        )
+    }
+    step = np.diff(angles)
+    weight = np.zeros(len(angles))
+    weight[:-1] += 0.5 * step
+    weight[1:] += 0.5 * step
+    return Turn(angles[None], weight[None], period=turn.period, **found)
+
+
+def _apart(angles: FloatArray) -> BoolArray:
+    """Which of the ascending angles (k,) to keep, so that no two of the turn nearly coincide.
+
+    A march has the end of its turn beside its start, and steps may fall next to both. Differences
+    of such values are nothing but errors, which a cubic would blow up.
+    """
+    least = _NEAR * _FULL / len(angles)
+    keep = np.zeros(len(angles), dtype=bool)
+    last, end = -np.inf, float(angles[0]) + _FULL - least
+    for place, angle in enumerate(angles.tolist()):
+        if angle - last > least and angle <= end:
+            keep[place], last = True, angle
+    return keep
+
+
+def _cubic(known: FloatArray, values: FloatArray, per_turn: float, at: FloatArray) -> FloatArray:
+    """Cubic through the four nearest points; values grow by `per_turn` from turn to turn."""
+    reach = 3
+    x = np.concatenate([known[-reach:] - _FULL, known, known[:reach] + _FULL])
+    y = np.concatenate([values[-reach:] - per_turn, values, values[:reach] + per_turn])
+    place = np.clip(np.searchsorted(x, at, side="right") - 2, 0, len(x) - 4)
+    index = place[:, None] + np.arange(4)
+    nodes, data = x[index], y[index]
+    basis = np.ones_like(nodes)
+    for i in range(4):
+        for j in range(4):
+            if i != j:
+                basis[:, i] *= (at - nodes[:, j]) / (nodes[:, i] - nodes[:, j])
+    return np.asarray(np.sum(basis * data, axis=1))
+
+
+# ----------------------------------------------------------------------------
+# A start for a motor with transients: the state with its steady curve, or that of a heavy rotor.
+#
+# A rotor that is heavy enough hardly changes its speed, and its motor runs at a steady slip.
+# Followed to the inertia of the machine, the state gets there or folds back at an inertia below
+# which there is none on this branch: the machine then needs that much.
+# ----------------------------------------------------------------------------
+
+#: a breakdown torque for a whole turn changes the speed of a heavy rotor by this part of it
+_STEADY_SPEED = 0.025
+#: steps down to the inertia of the machine, at first and at most; the least, as a logarithm
+_STEPS, _MOST_STEPS, _LEAST = 3, 60, 1e-3
+
+
+def steady_drive(drive: RollDrive) -> RollDrive:
+    """The same with the motor's steady torque at every slip."""
+    return drive._replace(circuit=motor_of(drive)._replace(transient=False))
+
+
+def dynamic_start(
+    machine: RollMachine,
+    drive: RollDrive,
+    points: int,
+    started_at: float | None,
+    first: Callable[[RollMachine, RollDrive, int, float | None], Steady],
+) -> Steady:
+    """The running state of a machine (B = 1) whose motor's fluxes are states.
+
+    `first` finds it with the steady curve, or raises NumericalFailure.
+
+    Raises
+    ------
+    NumericalFailure
+        Followed from a heavy rotor the state ceases to exist, or there is none at the start.
+    """
+    try:
+        near = lifted(drive, first(machine, steady_drive(drive), points, started_at))
+    except NumericalFailure:  # which tells of the steady curve alone
+        return _from_heavy(machine, drive, points, started_at)
+    found = steady_state(machine, drive, points, started_at=started_at, start=near)
+    if not found.found[0]:
+        return _from_heavy(machine, drive, points, started_at)
+    if np.any(np.abs(multipliers(found)[0]) > 1.0):
+        # near a fold there are two: the stable one is that of the heavy rotor
+        try:
+            return _from_heavy(machine, drive, points, started_at)
+        except NumericalFailure:
+            return found
+    return found
+
+
+def lifted(drive: RollDrive, near: Steady) -> Steady:
+    """A state found with a steady curve, with the steady fluxes of the slip at every point."""
+    solution = near.solution
+    left, stages = (with_steady_flux(drive, part) for part in (solution.left, solution.stages))
+    return near._replace(solution=solution._replace(left=left, stages=stages, piece=None))
+
+
+def _from_heavy(
+    machine: RollMachine, drive: RollDrive, points: int, started_at: float | None
+) -> Steady:
+    """The state followed from a heavy rotor; steps that fail are halved."""
+    need = demand(machine, drive)
+    if not need.possible[0]:
+        raise NumericalFailure(
+            f"roll: no running state: gas and friction ask for {need.torque[0]:.6g} N*m on "
+            f"average, more than the motor gives in steady running ({need.breakdown[0]:.6g} N*m at "
+            "breakdown)"
+        )
+    speed = float(np.max(drive.synchronous_speed))
+    own = float(machine.rotor_inertia[0])
+    heavy = 2.0 * np.pi * float(need.breakdown[0]) / (_STEADY_SPEED * speed**2)
+    target, at = float(np.log(own)), float(np.log(max(heavy, 2.0 * own)))
+    found = steady_state(_with_rotor(machine, at), drive, points, started_at=started_at)
+    step, steps = (at - target) / _STEPS, 0
+    while found.found[0] and at > target and step > _LEAST and steps < _MOST_STEPS:
+        aim = max(at - step, target) if at - step > target + 1e-9 else target
+        there = machine if aim == target else _with_rotor(machine, aim)
+        trial = steady_state(there, drive, points, started_at=started_at, start=found)
+        if trial.found[0]:
+            found, at, step = trial, aim, 1.5 * step
+        else:
+            step *= 0.5
+        steps += 1
+    if at == target:
+        return found
+    if not found.found[0]:
+        raise NumericalFailure(
+            "roll: no running state was found with the transients of the motor, even with a rotor "
+            f"of {np.exp(at):.4g} kg*m^2, for a mean demand of {need.torque[0]:.6g} N*m and a "
+            f"steady breakdown torque of {need.breakdown[0]:.6g} N*m"
+        )
+    raise NumericalFailure(
+        "roll: no running state was found with the transients of the motor: followed from a heavy "
+        f"rotor it ceases to exist below an inertia of about {np.exp(at):.4g} kg*m^2 (the rotor "
+        f"has {own:.4g} kg*m^2), although the mean demand of {need.torque[0]:.6g} N*m is below the "
+        f"steady breakdown torque of {need.breakdown[0]:.6g} N*m"
+    )
+
+
+def _with_rotor(machine: RollMachine, logarithm: float) -> RollMachine:
+    inertia: FloatArray = np.full_like(machine.rotor_inertia, np.exp(logarithm))
+    return machine._replace(rotor_inertia=inertia)
+
+
+# ----------------------------------------------------------------------------
+# The running state of one machine to a tolerance, or in words why there is none.
+# ----------------------------------------------------------------------------
+
+#: Gauss points on each panel, in turn, until two neighbours agree; from the first tolerance met
+LADDERS = ((1e-5, (3, 4, 6, 8, 11, 14)), (0.0, (6, 7, 9, 12, 15, 18)))
+#: a march begins at this many synchronous speeds, and ends at this part of one
+_ABOVE, _FLOOR = 1.5, 1e-3
+_RPM = 30.0 / np.pi
+#: crank angles at which two courses over a turn are compared
+_LOOKS = 145
+
+
+class Running(NamedTuple):
+    """A running state and the same with fewer (or more) points, whose difference is its error.
+
+    `coarse`, where it is there, has fewer points than both: it tells how fast errors fall.
+    """
+
+    state: Steady
+    check: Steady
+    multiplier: ComplexArray
+    multiplier_error: FloatArray
+    coarse: Steady | None = None
+
+
+def running_state(
+    machine: RollMachine,
+    drive: RollDrive,
+    *,
+    rtol: float,
+    orders: int,
+    started_at: float | None = None,
+    points: int | None = None,
+    course: bool = False,
+) -> Running:
+    """The running state of a machine (B = 1) whose spectrum is within `rtol`, or with `points`.
+
+    With `course` what happens between the points of the method shall be as good, if more points can
+    do that. More points are also tried while they bring out harmonics that seem to be zero.
+
+    Raises
+    ------
+    NumericalFailure
+        No running state exists (the demand is above the breakdown torque, or every start ends in a
+        stall), none was found, it is unstable, its slip leaves the table, or no number of points
+        meets the tolerance.
+    """
+    rungs = ladder(rtol) if points is None else (points, points + 2)
+    first = _first(machine, drive, rungs[0], started_at)
+    widest = widest_panel(orders)
+    if widest < first.widest:
+        first = _with_points(machine, drive, rungs[0], started_at, first, widest)
+    coarse: Steady | None = None
+    check, state, reached, met = first, first, np.inf, None
+    for rung in rungs[1:]:
+        coarse = None if rung == rungs[1] else check
+        check, state = state, _with_points(machine, drive, rung, started_at, state)
+        reached = _spectra_apart(machine, drive, check, state, orders)
+        if reached <= rtol and (not course or _course_apart(machine, drive, check, state) <= rtol):
+            met = coarse, check, state, reached
+            if points or not hides(machine, drive, check.turn, state.turn, orders):
+                break
+        elif met is not None:
+            break
+    if met is not None:
+        coarse, check, state, reached = met
+    if points is not None:
+        state, check, coarse = check, state, None
+    elif reached > max(rtol, 1e-12):
+        raise NumericalFailure(
+            f"roll: with {state.points} points on each of {state.solution.edges.shape[1] - 1} "
+            f"panels the spectrum is known to {reached:.1e} of its largest harmonic, not to "
+            f"{rtol:.1e}; allow that much with [accuracy] rtol"
+        )
+    value, error = multipliers(state)
+    _check_stable(value, error)
+    _check_slip(state, drive)
+    if coarse is None and points is None:
+        coarse = _coarser(machine, drive, started_at, check)
+    return Running(state, check, value, error, coarse)
+
+
+def ladder(rtol: float) -> tuple[int, ...]:
+    """Numbers of Gauss points to try in turn for a tolerance."""
+    return next(rungs for least, rungs in LADDERS if rtol >= least)
+
+
+def _first(machine: RollMachine, drive: RollDrive, points: int, started_at: float | None) -> Steady:
+    if drive.fluxes:
+        return dynamic_start(machine, drive, points, started_at, _first)
+    found = steady_state(machine, drive, points, started_at=started_at)
+    if found.found[0] and surely_fastest(machine, drive, found.turn)[0]:
+        return found
+    _check_demand(machine, drive, found)
+    march = _march(machine, drive, found, started_at)
+    if march is None:
+        raise NumericalFailure(
+            "roll: no running state of the machine on its mounts was found from the constant speed "
+            f"at which the motor meets the mean demand of {found.demand.torque[0]:.6g} N*m; follow "
+            "it in time with [response.start_up]"
+        )
+    if march.stalled[0]:
+        raise NumericalFailure(_stall(found.demand, march))
+    again = steady_state(
+        machine, drive, points, started_at=started_at, start=_marched(found, march)
+    )
+    if not again.found[0]:
+        raise NumericalFailure(
+            "roll: Newton's method did not find the running state that marching came near to; its "
+            f"speed varies between {march.path.min() * _RPM:.6g} and "
+            f"{march.path.max() * _RPM:.6g} rpm in a turn"
+        )
+    return again
+
+
+def _stall(need: Demand, march: March) -> str:
+    angle = np.degrees(march.stalled_at[0])
+    return (
+        "roll: no running state exists: from any speed the machine comes to a standstill, "
+        f"beyond a crank angle of {angle:.0f} degrees, although the mean demand of "
+        f"{need.torque[0]:.6g} N*m is below the breakdown torque of "
+        f"{need.breakdown[0]:.6g} N*m; a heavier rotor carries it through"
+    )
+
+
+def _check_demand(machine: RollMachine, drive: RollDrive, found: Steady) -> None:
+    need = found.demand
+    if need.possible[0]:
+        return
+    asked = float(need.torque[0])
+    if np.isfinite(need.breakdown[0]):
+        # viscous friction at the speed of breakdown; at any other the motor lacks more
+        left = float(drive.synchronous_speed.max()) - steady_breakdown(drive)[0]
+        asked += float(machine.friction_damping[0]) * left
+        limit = f"more than the motor gives ({need.breakdown[0]:.6g} N*m at breakdown)"
+    else:
+        limit = "which the linear motor gives only with more slip than its synchronous speed"
+    raise NumericalFailure(
+        f"roll: no running state exists: gas and friction ask for {asked:.6g} N*m on average, "
+        f"{limit}"
+    )
+
+
+def _march(
+    machine: RollMachine, drive: RollDrive, found: Steady, started_at: float | None
+) -> March | None:
+    """Turn after turn from above; None for a machine on mounts, where it would prove nothing."""
+    if is_mounted(machine):
+        return None
+    momentum = found.momentum if started_at is None else started_momentum(machine, started_at)
+    if not np.all(np.isfinite(momentum)):
+        momentum = started_momentum(machine, drive.synchronous_speed)
+    problem, rates = roll_problem(machine, drive, momentum)
+    top = float(np.max(drive.synchronous_speed))
+    return march_turns(rates, problem.edges, np.array([_ABOVE * top]), floor=_FLOOR * top)
+
+
+def _marched(found: Steady, march: March) -> Steady:
+    """A start for Newton's method through the values that marching left at the edges."""
+    blank = constant_start(found.problem, found.points, march.path[:, :1])
+    steps = np.diff(march.path)[..., None, None]
+    share = (blank.nodes - blank.edges[:, :-1, None]) / np.diff(blank.edges)[..., None]
+    left = march.path[:, :-1, None]
+    solution: PeriodicSolution = blank._replace(
+        left=left, stages=left[:, :, None] + share[..., None] * steps
+    )
+    return found._replace(solution=solution)
+
+
+def _with_points(
+    machine: RollMachine,
+    drive: RollDrive,
+    points: int,
+    started_at: float | None,
+    near: Steady,
+    widest: float | None = None,
+) -> Steady:
+    found = steady_state(machine, drive, points, started_at=started_at, start=near, widest=widest)
+    if found.found[0]:
+        return found
+    march = None if drive.fluxes else _march(machine, drive, near, started_at)
+    if march is not None and march.stalled[0]:
+        raise NumericalFailure(_stall(near.demand, march))
+    raise NumericalFailure(
+        f"roll: the running state was found with {near.points} points on each panel and lost with "
+        f"{points}; it is near to where it ceases to exist"
+    )
+
+
+def _coarser(
+    machine: RollMachine, drive: RollDrive, started_at: float | None, near: Steady
+) -> Steady | None:
+    """The state with one point less on each panel; None where that is not enough to find it."""
+    found = steady_state(machine, drive, near.points - 1, started_at=started_at, start=near)
+    return found if found.found[0] else None
+
+
+def _spectra_apart(
+    machine: RollMachine, drive: RollDrive, one: Steady, other: Steady, orders: int
+) -> float:
+    """Largest difference of the spectra of the shell's acceleration, over the largest harmonic."""
+    each = [
+        harmonics(
+            state.turn,
+            readings(machine, drive, state.turn, pistons=False).shell_acceleration,
+            np.arange(1.0, orders + 1),
+        )
+        for state in (one, other)
+    ]
+    return float(np.max(np.abs(each[1] - each[0])) / np.max(np.abs(each[1])))
+
+
+def _course_apart(machine: RollMachine, drive: RollDrive, one: Steady, other: Steady) -> float:
+    """The same between the points: largest difference of that acceleration over a turn."""
+    angles = np.linspace(0.0, 2.0 * np.pi, _LOOKS)
+    each = []
+    for state in (one, other):
+        turn = course_of_state(machine, drive, state)(angles)
+        each.append(readings(machine, drive, turn, pistons=False).shell_acceleration)
+    return float(np.max(np.abs(each[1] - each[0])) / np.max(np.abs(each[1])))
+
+
+def _check_stable(value: ComplexArray, error: FloatArray) -> None:
+    size = np.abs(value[0])
+    if np.any(size > 1.0 + error[0]):
+        raise NumericalFailure(
+            "roll: the running state is unstable: a disturbance grows by the factor "
+            f"{size.max():.6g} in each turn (largest Floquet multiplier)"
+        )
+
+
+def _check_slip(state: Steady, drive: RollDrive) -> None:
+    slip = drive.synchronous_speed[..., None] - state.turn.crank_speed
+    largest = float(np.max(np.abs(slip)))
+    if drive.circuit is not None or drive.holds or largest <= drive.motor.largest:
+        return
+    raise NumericalFailure(
+        f"roll: the slip reaches {largest * _RPM:.6g} rpm, beyond the motor's table, which ends at "
+        f"{drive.motor.largest * _RPM:.6g} rpm; give a longer table, or machine.motor.beyond = "
+        '"hold" to keep its last torque'
+    )

@@ -1,0 +1,432 @@
+"""The running state of roll machines by Gauss collocation, from a coarse first guess."""
+
+from bisect import bisect_right
+from math import sqrt
+from typing import NamedTuple
+
+import numpy as np
+
+from vibecalc.numerics.periodic.collocation import solve_periodic
+from vibecalc.numerics.periodic.panels import (
+    PeriodicProblem,
+    PeriodicSolution,
+    constant_start,
+    running_integral,
+)
+from vibecalc.numerics.typing import BoolArray, ComplexArray, FloatArray
+from vibecalc.roll.mechanism import (
+    WIDEST,
+    RollDrive,
+    RollMachine,
+    inertia,
+    is_mounted,
+    smooth_angles,
+)
+from vibecalc.roll.rates import (
+    Demand,
+    Place,
+    RollRates,
+    demand,
+    driving_torque,
+    place_at,
+    roll_problem,
+    shell_speed,
+    with_steady_flux,
+)
+from vibecalc.roll.turn import Turn
+
+# ----------------------------------------------------------------------------
+# A coarse running state of one free machine in some hundred microseconds, and its spectrum.
+#
+# The energy of the machine over the crank angle, E = mu w^2 / 2 + H^2 / (2 J), obeys dE/db = torque
+# (`rates.py`). What depends on the angle alone is taken at evenly spaced angles in one go; the
+# energy is then marched over them in plain floats by the rule of Adams and Bashforth of second
+# order, until a turn repeats. Good to some tenths of a decibel, without any error estimate: a start
+# for better methods, and a first look for searches.
+# ----------------------------------------------------------------------------
+
+#: angles of a turn, further turns at most, and the change of the energy at which a turn repeats
+POINTS = 72
+_MOST_TURNS = 12
+_REPEATS = 1e-4
+_TURN = 2.0 * np.pi
+
+
+class QuickTurn(NamedTuple):
+    """Crank angles (k,), crank speed and torque of the motor there (k,), and the place (1, k).
+
+    `momentum` is the angular momentum, N m s.
+    """
+
+    crank_angle: FloatArray
+    crank_speed: FloatArray
+    motor_torque: FloatArray
+    place: Place
+    momentum: float
+
+
+def quick_turn(
+    machine: RollMachine,
+    drive: RollDrive,
+    speed: float,
+    momentum: float | None = None,
+    points: int = POINTS,
+) -> QuickTurn | None:
+    """The turn of one machine (B = 1) without mounts that a march from `speed`, rad/s, comes to.
+
+    The `momentum` is by default that of a shell at rest at crank angle zero. None where the
+    crank stalls or no turn repeats. For motors with a steady curve by pieces.
+    """
+    angle = np.linspace(0.0, _TURN, points, endpoint=False, dtype=np.float64)
+    place = place_at(machine, drive, angle[None])
+    moved = place.moved
+    shell = moved.shell[0]
+    kept = float(moved.coupling[0, 0]) * speed if momentum is None else momentum
+    still = (0.5 * kept**2) / shell
+    double = 2.0 * shell / moved.determinant[0]
+    rows = list(zip(place.load[0].tolist(), still.tolist(), double.tolist(), strict=True))
+    motor = _motor(machine, drive)
+    start = rows[0][1] + speed * speed / rows[0][2]
+    drag, step = float(place.drag[0, 0]), _TURN / points
+    found = _march(rows, motor, drag, step, start)
+    for _ in range(_MOST_TURNS):
+        if found is None:
+            return None
+        before, found = found, _march(rows, motor, drag, step, found.energy, found.last)
+        if found is not None and abs(found.energy - before.energy) <= _REPEATS * before.energy:
+            speeds, torques = np.array(found.speeds), np.array(found.torques)
+            return QuickTurn(angle, speeds, torques, place, kept)
+    return None
+
+
+class _Motor(NamedTuple):
+    """Thresholds in slip; polynomials of each piece in the speed itself, highest power first."""
+
+    threshold: list[float]
+    origin: list[float]
+    rows: list[list[float]]
+    synchronous: float
+
+
+def _motor(machine: RollMachine, drive: RollDrive) -> _Motor:
+    curve, scale = drive.motor, float(machine.motor_scale[0])
+    synchronous = float(drive.synchronous_speed.max())
+    rows = (scale * curve.coefficient[:, ::-1]).tolist()
+    return _Motor(curve.threshold.tolist(), (synchronous - curve.base).tolist(), rows, synchronous)
+
+
+class _Marched(NamedTuple):
+    """Energy after a turn, the last torque on it; speed and torque of the motor at its angles."""
+
+    energy: float
+    last: float | None
+    speeds: list[float]
+    torques: list[float]
+
+
+def _march(
+    rows: list[tuple[float, float, float]],
+    motor: _Motor,
+    drag: float,
+    step: float,
+    energy: float,
+    last: float | None = None,
+) -> _Marched | None:
+    threshold, origin, pieces, synchronous = motor
+    straight = len(pieces[0]) == 2
+    speeds, torques = [], []
+    for load, still, double in rows:
+        square = (energy - still) * double
+        if not square > 0.0:
+            return None
+        w = sqrt(square)
+        part = bisect_right(threshold, synchronous - w)
+        away, row = origin[part] - w, pieces[part]
+        if straight:
+            torque = row[0] * away + row[1]
+        else:
+            torque = 0.0
+            for factor in row:
+                torque = torque * away + factor
+        now = torque + load - drag * w
+        energy += step * (now if last is None else 1.5 * now - 0.5 * last)
+        last = now
+        speeds.append(w)
+        torques.append(torque)
+    return _Marched(energy, last, speeds, torques)
+
+
+def quick_spectrum(turn: QuickTurn, orders: int) -> ComplexArray:
+    """Harmonics 1 to `orders` in time of the shell's acceleration, as `turn.harmonics` has them."""
+    moved, speed = turn.place.moved, turn.crank_speed
+    square, shell = speed * speed, moved.shell[0]
+    share = moved.coupling[0] / shell
+    drift = turn.momentum / shell
+    shell_slope, coupling_slope = moved.shell_slope[0], moved.coupling_slope[0]
+    steep = moved.crank_slope[0] - share * (2.0 * coupling_slope - share * shell_slope)
+    torque = turn.motor_torque + turn.place.load[0] - turn.place.drag[0, 0] * speed
+    torque = torque + 0.5 * (drift * drift * shell_slope - steep * square)
+    crank = torque * shell / moved.determinant[0]
+    rate = (shell_slope * (drift - share * speed) * speed + coupling_slope * square) / shell
+    acceleration = -rate - share * crank
+    slow = (_TURN / len(speed)) / speed
+    time = np.cumsum(slow) - 0.5 * (slow + slow[0])
+    period = slow.sum()
+    wave = np.exp((-1j * _TURN / period) * time)
+    powers = np.multiply.accumulate(np.broadcast_to(wave, (orders, len(wave))), axis=0)
+    return np.asarray(powers @ (acceleration * slow) * (2.0 / period))
+
+
+# ----------------------------------------------------------------------------
+# The running state of roll machines by Gauss collocation over the crank angle.
+#
+# Source: the equations of Herold (1977) as `rates.py` has them; the method is in
+# docs/theory_roll.md.
+# ----------------------------------------------------------------------------
+
+#: rounds until the shell of a free machine stands still on average, and what counts as still
+_MOST_ROUNDS = 12
+_STILL = 1e-14
+#: panel ends that are off their kink by more of a turn have not come to rest
+_AT_REST = 1e-5
+
+
+class Steady(NamedTuple):
+    """Running states of the machines (B,), with how they were found.
+
+    `momentum` (B,) is the angular momentum of a free machine, N m s (zero for a mounted one);
+    `multiplier` (B, n) are the Floquet multipliers that are not 1 by symmetry. `found` (B,) is
+    false where there is no solution; the turn of such a machine means nothing. `widest` is the
+    width that no panel exceeds, rad.
+    """
+
+    turn: Turn
+    momentum: FloatArray
+    solution: PeriodicSolution
+    problem: PeriodicProblem
+    demand: Demand
+    found: BoolArray
+    points: int
+    evaluations: int
+    widest: float = WIDEST
+
+
+def started_momentum(machine: RollMachine, speed: float | FloatArray) -> FloatArray:
+    """Angular momentum of free machines (B,), N m s: crank at angle zero at `speed`, shell at rest.
+
+    So does the source start its simulation.
+    """
+    lead = machine.crank_radius.shape
+    return np.asarray(inertia(machine, np.zeros((*lead, 1))).coupling[..., 0] * speed)
+
+
+def steady_state(
+    machine: RollMachine,
+    drive: RollDrive,
+    points: int,
+    *,
+    started_at: float | FloatArray | None = None,
+    start: Steady | None = None,
+    tolerance: float = 1e-13,
+    widest: float | None = None,
+) -> Steady:
+    """Running states of the machines (B,) with `points` Gauss points on each panel.
+
+    Parameters
+    ----------
+    started_at : rad/s; fixes the angular momentum of a free machine, see `started_momentum`.
+        Without it the momentum is the one with which the shell does not turn on average.
+    start : a solution for the same number of machines to begin from.
+    tolerance : relative, of the values. Above 1e-12 the ends of panels at kinks of the motor's
+        curve are found to its root only, which the values do not feel, but `multipliers` would.
+    widest : of a panel, rad; see `torques.widest_panel`. Default: as in `start`, else 10 degrees.
+
+    Machines without a solution are marked in `found`; nothing is raised.
+    """
+    if widest is None:
+        widest = WIDEST if start is None else start.widest
+    edges = smooth_angles(machine, drive, widest)
+    found = _on_panels(machine, drive, edges, points, started_at, start, tolerance)
+    return found._replace(widest=widest)
+
+
+def _on_panels(
+    machine: RollMachine,
+    drive: RollDrive,
+    edges: FloatArray,
+    points: int,
+    started_at: float | FloatArray | None,
+    start: Steady | None,
+    tolerance: float,
+) -> Steady:
+    need = demand(machine, drive, edges) if start is None else start.demand
+    slip = np.where(need.possible, need.slip, 0.0)
+    speed = np.broadcast_to(drive.synchronous_speed, slip.shape) - slip
+    if is_mounted(machine):
+        return _mounted(machine, drive, edges, points, need, speed, start, tolerance)
+    if started_at is not None:
+        momentum = started_momentum(machine, started_at)
+        return _free(machine, drive, edges, points, need, momentum, speed, start, tolerance)
+    momentum = _resting(machine, drive, speed) if start is None else start.momentum
+    found = _free(machine, drive, edges, points, need, momentum, speed, start, tolerance)
+    for _ in range(_MOST_ROUNDS):
+        moved, still = _standing(machine, found)
+        if still:
+            break
+        spent = found.evaluations
+        found = _free(machine, drive, edges, points, need, moved, speed, found, tolerance)
+        found = found._replace(evaluations=found.evaluations + spent)
+    return found
+
+
+def _free(
+    machine: RollMachine,
+    drive: RollDrive,
+    edges: FloatArray,
+    points: int,
+    need: Demand,
+    momentum: FloatArray,
+    speed: FloatArray,
+    start: Steady | None,
+    tolerance: float,
+) -> Steady:
+    problem, rates = roll_problem(machine, drive, momentum, edges)
+    guess: FloatArray | PeriodicSolution
+    if start is not None:
+        guess = start.solution
+    elif len(speed) == 1 and drive.circuit is None:
+        guess = _quick_guess(machine, drive, problem, points, momentum, speed)
+    else:
+        guess = with_steady_flux(drive, speed[:, None])
+    solution = solve_periodic(problem, points, guess, tolerance=tolerance, rest=_rest(tolerance))
+    turn = _free_turn(machine, rates, momentum, solution)
+    turn = turn._replace(motor_torque=_driving(machine, drive, solution))
+    good = _good(solution, need, turn)
+    return Steady(turn, momentum, solution, problem, need, good, points, rates.evaluations)
+
+
+def _quick_guess(
+    machine: RollMachine,
+    drive: RollDrive,
+    problem: PeriodicProblem,
+    points: int,
+    momentum: FloatArray,
+    speed: FloatArray,
+) -> FloatArray | PeriodicSolution:
+    """A march of some turns, drawn through the points; the constant speed if it leads nowhere."""
+    synchronous = float(drive.synchronous_speed.max())
+    quick = quick_turn(machine, drive, synchronous, float(momentum[0]))
+    if quick is None:
+        return speed[:, None]
+    blank = constant_start(problem, points, speed[:, None])
+    angle = np.append(quick.crank_angle, 2.0 * np.pi)
+    course = np.append(quick.crank_speed, quick.crank_speed[0])
+    left, stages = (np.interp(x, angle, course) for x in (blank.edges[:, :-1], blank.nodes))
+    return blank._replace(left=left[..., None], stages=stages[..., None])
+
+
+def _free_turn(
+    machine: RollMachine, rates: RollRates, momentum: FloatArray, solution: PeriodicSolution
+) -> Turn:
+    members = len(solution.edges)
+    speed = solution.stages[..., 0]
+    time, ends = running_integral(solution.edges, 1.0 / speed)
+    nodes = solution.nodes
+    place = rates.place(nodes)
+    flat = speed.reshape(members, -1)
+    shell = shell_speed(place, momentum, flat)
+    # the angle of a free shell is anybody's: it counts from where the turn begins
+    angle, _ = running_integral(solution.edges, shell.reshape(speed.shape) / speed)
+    return Turn(
+        nodes.reshape(members, -1),
+        solution.weights.reshape(members, -1),
+        time.reshape(members, -1),
+        flat,
+        shell,
+        angle.reshape(members, -1),
+        ends[:, -1],
+    )
+
+
+def _mounted(
+    machine: RollMachine,
+    drive: RollDrive,
+    edges: FloatArray,
+    points: int,
+    need: Demand,
+    speed: FloatArray,
+    start: Steady | None,
+    tolerance: float,
+) -> Steady:
+    problem, rates = roll_problem(machine, drive, None, edges)
+    none = np.zeros(len(speed))
+    constant = np.stack([speed, none, none], axis=1)
+    guess = with_steady_flux(drive, constant) if start is None else start.solution
+    solution = solve_periodic(problem, points, guess, tolerance=tolerance, rest=_rest(tolerance))
+    members = len(solution.edges)
+    flat = solution.stages.reshape(members, -1, solution.stages.shape[-1])
+    time, ends = running_integral(solution.edges, 1.0 / solution.stages[..., 0])
+    turn = Turn(
+        solution.nodes.reshape(members, -1),
+        solution.weights.reshape(members, -1),
+        time.reshape(members, -1),
+        flat[..., 0],
+        flat[..., 2],
+        flat[..., 1],
+        ends[:, -1],
+        _driving(machine, drive, solution),
+    )
+    good = _good(solution, need, turn)
+    return Steady(turn, none, solution, problem, need, good, points, rates.evaluations)
+
+
+def _driving(
+    machine: RollMachine, drive: RollDrive, solution: PeriodicSolution
+) -> FloatArray | None:
+    states = solution.stages.shape[-1]
+    return driving_torque(machine, drive, solution.stages.reshape(len(solution.edges), -1, states))
+
+
+def _rest(tolerance: float) -> float | None:
+    """How far ends of panels may be off their kinks, in turns, where only values count."""
+    return 0.1 * float(np.sqrt(tolerance)) if tolerance > 1e-12 else None
+
+
+def _good(solution: PeriodicSolution, need: Demand, turn: Turn) -> BoolArray:
+    """Which machines (B,) have a solution; panel ends that wander belong to none."""
+    forward = np.all(turn.crank_speed > 0.0, axis=-1)
+    return np.asarray(
+        solution.converged & need.possible & forward & (solution.edge_error < _AT_REST)
+    )
+
+
+def _resting(machine: RollMachine, drive: RollDrive, speed: FloatArray) -> FloatArray:
+    """Angular momentum with a shell at rest on average, were the crank's speed constant."""
+    angles = np.broadcast_to(np.arange(16) * (np.pi / 8.0), (len(speed), 16))
+    moved = inertia(machine, angles)
+    return np.asarray(
+        speed * np.sum(moved.coupling / moved.shell, axis=-1) / np.sum(1.0 / moved.shell, axis=-1)
+    )
+
+
+def _standing(machine: RollMachine, found: Steady) -> tuple[FloatArray, bool]:
+    """Angular momentum that would let the shell stand still on average, and whether it does."""
+    turn = found.turn
+    moved = inertia(machine, turn.crank_angle)
+    share = np.sum(turn.weight * moved.coupling / moved.shell, axis=-1)
+    compliance = np.sum(turn.weight / (moved.shell * turn.crank_speed), axis=-1)
+    wanted = share / compliance
+    change = np.abs(wanted - found.momentum)[found.found]
+    return wanted, bool(np.all(change <= _STILL * np.abs(wanted[found.found])))
+
+
+def multipliers(found: Steady) -> tuple[ComplexArray, FloatArray]:
+    """Floquet multipliers (B, n) by falling size, and their errors; those that are 1 are left out.
+
+    The crank angle has no neutral phase, and a free machine at fixed momentum neither angle nor
+    momentum of its shell (three multipliers that are 1 in time; one for a mounted machine).
+    """
+    from vibecalc.numerics.periodic.multipliers import floquet_multipliers
+
+    value, error = floquet_multipliers(found.problem, found.solution)
+    return value, error
