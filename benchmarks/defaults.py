@@ -12,13 +12,12 @@ from typing import NamedTuple
 
 from rows import Report, Table, digits, seconds, told
 
-from vibecalc.accuracy.collect import collect
-from vibecalc.accuracy.front import extra_work
-from vibecalc.accuracy.measure import Timed
-from vibecalc.accuracy.measure import measure as measure_topic
-from vibecalc.accuracy.rung import Measured, Rung
-from vibecalc.accuracy.topic import Topic
-from vibecalc.study.load import load_checked
+from vibecalc.core.accuracy.measure import Timed
+from vibecalc.core.accuracy.measure import measure as measure_topic
+from vibecalc.core.accuracy.record import extra_work
+from vibecalc.core.accuracy.run import collect
+from vibecalc.core.accuracy.topic import Measured, Rung, Topic
+from vibecalc.core.study.execute import load_checked
 
 CASES = Path(__file__).resolve().parents[1] / "cases"
 #: every stage and study once; one that takes long as part of a case is asked for alone

@@ -19,9 +19,9 @@ from typing import Any, NamedTuple
 import tomli_w
 from rows import Report, Table, seconds, told
 
-from vibecalc.case.data_files import attach_files
-from vibecalc.study.check_rows import check_rows
-from vibecalc.study.load import load_checked
+from vibecalc.core.case.data_files import attach_files
+from vibecalc.core.report.check import check_rows
+from vibecalc.core.study.execute import load_checked
 
 REPEATS = 2
 CASES = Path(__file__).resolve().parents[1] / "cases"

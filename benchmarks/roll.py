@@ -208,8 +208,8 @@ def sweep_rates() -> tuple[float, float]:
     """Points per second of `vibecalc sweep` over rods: by arrays, and by runs one after another."""
     from sweep import Sweep, make_design, plain
 
-    from vibecalc.study.load import load_checked
-    from vibecalc.study.sweep.arrays import ArrayEvaluator
+    from vibecalc.core.study.execute import load_checked
+    from vibecalc.core.study.sweep.arrays import ArrayEvaluator
 
     (loaded,) = load_checked([Path(__file__).resolve().parents[1] / "cases" / "roll.toml"])
     axis = {"key": "machine.crank_train.rod_length", "from": 0.2, "to": 0.6, "points": 1000}

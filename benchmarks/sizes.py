@@ -22,15 +22,15 @@ from rows import Report, Table, digits, seconds, told
 from timing import Work, each_of
 
 from vibecalc.absorber.tuning.minimax import minimax
-from vibecalc.case.sweep_tables import Sweep
+from vibecalc.core.study.execute import load_checked
+from vibecalc.core.study.sweep.arrays import ArrayEvaluator
+from vibecalc.core.study.sweep.design import make_design
+from vibecalc.core.study.tables import Sweep
 from vibecalc.excitation.inertia_forces import reciprocating_excitation
 from vibecalc.kinematics.harmonics import motion_harmonics
 from vibecalc.numerics.cycle_peak import cycle_peak
 from vibecalc.roll.mechanism import as_batch
 from vibecalc.roll.steady import steady_state
-from vibecalc.study.load import load_checked
-from vibecalc.study.sweep.arrays import ArrayEvaluator
-from vibecalc.study.sweep.design import make_design
 from vibecalc.torsion.forced import forced
 from vibecalc.torsion.line import Line, chain
 from vibecalc.torsion.modes import natural_modes

@@ -5,8 +5,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from vibecalc.accuracy.measure import Timed
-from vibecalc.accuracy.topic import NOTHING_TO_SET, Answer, Ladder, Reference, Topic
+from vibecalc.core.accuracy.measure import Timed
+from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Ladder, Reference, Topic
 from vibecalc.errors import NumericalFailure
 
 Solve = Callable[[float], Answer]

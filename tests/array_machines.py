@@ -6,9 +6,8 @@ from typing import Any
 
 from shipped_cases import CASES
 
-from vibecalc.case.load import LoadedCase, load_case, resolve, validate
-from vibecalc.case.overrides import parse_key, set_key
-from vibecalc.study.sweep.place import NOT_COMPUTED
+from vibecalc.core.case.load import LoadedCase, load_case, resolve, validate
+from vibecalc.core.case.raw import NOT_COMPUTED, parse_key, set_key
 
 #: tables put in place of those of the shipped generator
 CHANGES: dict[str, dict[str, Any]] = {

@@ -8,10 +8,10 @@ from typing import Any, NamedTuple
 from shipped_cases import CASES, ROOT, result_of
 from test_docs import rows, shows
 
-from vibecalc.case.load import load_case
-from vibecalc.report.printed import read_printed
-from vibecalc.results.record import Record
-from vibecalc.results.select import Where, scalar
+from vibecalc.core.case.load import load_case
+from vibecalc.core.report.writing import read_printed
+from vibecalc.core.results.record import Record
+from vibecalc.core.results.select import Where, scalar
 from vibecalc.units import convert
 
 MAIN_PAGE = (ROOT / "docs" / "validation.md").read_text(encoding="utf-8")

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from vibecalc.case.schema import Case
+from vibecalc.schema import Case
 
 AXIS, STROKE, ACROSS = np.eye(3)[0], np.eye(3)[2], np.eye(3)[1]
 

@@ -2,8 +2,8 @@
 
 from typing import Any
 
-from vibecalc.report.plots import STYLE, make
-from vibecalc.results.record import Result
+from vibecalc.core.report.plots import STYLE, make
+from vibecalc.core.results.record import Result
 
 
 def figure(result: Result, name: str) -> Any:

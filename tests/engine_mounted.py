@@ -6,11 +6,11 @@ from tempfile import TemporaryDirectory
 
 from engine_cases import replaced
 
-from vibecalc.case.load import LoadedCase
-from vibecalc.case.schema import Case
-from vibecalc.pipeline.run import run_case
-from vibecalc.results.record import Record
-from vibecalc.study.load import load_checked
+from vibecalc.core.case.load import LoadedCase
+from vibecalc.core.results.record import Record
+from vibecalc.core.run.run import run_case
+from vibecalc.core.study.execute import load_checked
+from vibecalc.schema import Case
 
 #: the driven machine stands elsewhere; the first to fire is not the one at its top at crank angle 0
 SEPARATE = """schema = 1
@@ -116,7 +116,7 @@ def mounted(text: str) -> Case:
 @cache
 def wanted_of(text: str, *paths: str) -> Record:
     """The results below `isolation/torque_reaction/`, and `paths`, of a case's text."""
-    from vibecalc.pipeline.plan import planned_quantities
+    from vibecalc.core.run.plan import planned_quantities
 
     case = mounted(text)
     reaction = [p for p in planned_quantities(case) if p.startswith("isolation/torque_reaction/")]

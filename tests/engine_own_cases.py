@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from vibecalc.case.load import load_case
+from vibecalc.core.case.load import load_case
 from vibecalc.excitation.gas_tables import pressure_at
 from vibecalc.excitation.model import gas_cards
 

@@ -7,10 +7,10 @@ from exact_engine import engine_results, reasonless
 from random_engines import Table
 from truth_report import Judged, judge_rows
 
-from vibecalc.case.load import validate
-from vibecalc.pipeline.run import run_case
-from vibecalc.pipeline.tolerance import reached
-from vibecalc.results.record import Record
+from vibecalc.core.case.load import validate
+from vibecalc.core.results.record import Record
+from vibecalc.core.results.tolerance import reached
+from vibecalc.core.run.run import run_case
 
 DIGITS = 40
 

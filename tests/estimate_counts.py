@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 from random_machines import Table
 
+from vibecalc.core.results.record import Record
+from vibecalc.core.results.tolerance import reached
 from vibecalc.errors import NumericalFailure
-from vibecalc.pipeline.tolerance import reached
-from vibecalc.results.record import Record
 
 MOST_TOO_LOW, MOST_TOO_HIGH = 0.01, 0.05
 UNIT = 2.0**-52

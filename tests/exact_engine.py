@@ -15,8 +15,8 @@ from exact_engine_steady import (
     own_rows,
 )
 
-from vibecalc.case.schema import Case
-from vibecalc.results.record import Record
+from vibecalc.core.results.record import Record
+from vibecalc.schema import Case
 
 #: beginnings of paths, and why there is no truth for them
 NO_TRUTH = {

@@ -11,9 +11,9 @@ from typing import Any
 import mpmath
 from mpmath import mp, mpc, mpf
 
-from vibecalc.case.schema import Case
 from vibecalc.excitation.model import cycle_of, firing_angle
 from vibecalc.excitation.pressure_cycle import PressureCycle
+from vibecalc.schema import Case
 
 #: nodes of the rule, longest panel in rad, samples of the inertia over a turn
 NODES, PANEL, SAMPLES = 20, 0.55, 160

@@ -11,7 +11,7 @@ import mpmath
 import numpy as np
 from mpmath import mp, mpc, mpf
 
-from vibecalc.case.schema import Case
+from vibecalc.schema import Case
 from vibecalc.torsion.model import build_shaft_line
 from vibecalc.torsion.shaft_line_tables import crank_station, joints, shaft_ends
 

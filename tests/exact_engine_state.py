@@ -9,7 +9,7 @@ from exact_engine_drive import EngineDrive
 from exact_engine_line import ExactLine, ExactModes, solve
 from mpmath import mpc, mpf
 
-from vibecalc.case.schema import Case
+from vibecalc.schema import Case
 
 #: samples of a period of the highest order, where a sum over orders is looked at first
 SAMPLES = 24

@@ -13,8 +13,8 @@ from exact_engine_modes import Natural, critical_speeds, natural_modes
 from exact_engine_state import State, Sums, sums
 from mpmath import mp, mpc, mpf
 
-from vibecalc.case.schema import Case
-from vibecalc.results.record import Record
+from vibecalc.core.results.record import Record
+from vibecalc.schema import Case
 
 ROOT = "response/torsion/"
 Truth = tuple[str, Any, Any]

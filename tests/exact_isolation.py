@@ -11,8 +11,8 @@ from exact_peaks import cycle_peak, summit
 from exact_pitch import PitchTruth
 from mpmath import mpf
 
-from vibecalc.case.schema import Case
-from vibecalc.results.record import Record
+from vibecalc.core.results.record import Record
+from vibecalc.schema import Case
 
 #: a path, the entries of the result that are compared, and their exact values
 Truth = tuple[str, np.ndarray, Any]

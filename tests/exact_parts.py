@@ -10,8 +10,8 @@ import numpy as np
 from exact_train import DIRECTIONS, Vector, vector
 from mpmath import mpf
 
-from vibecalc.case.schema import Case
 from vibecalc.parts import tables as parts
+from vibecalc.schema import Case
 
 
 class Mount(NamedTuple):

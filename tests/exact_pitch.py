@@ -5,7 +5,7 @@ from exact_parts import body_of, mounts_of, point_inertia
 from exact_train import Shaking, cross, frame_of
 from mpmath import mpc, mpf
 
-from vibecalc.case.schema import Case
+from vibecalc.schema import Case
 
 
 class PitchTruth:

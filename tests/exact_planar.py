@@ -7,7 +7,7 @@ from exact_parts import body_of, matrix, mounts_of, point_inertia, up_of
 from exact_train import DIRECTIONS, Shaking, Vector, cross, vector
 from mpmath import mpc, mpf
 
-from vibecalc.case.schema import Case
+from vibecalc.schema import Case
 
 
 class PlanarTruth(BodyTruth):

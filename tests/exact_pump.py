@@ -13,8 +13,8 @@ import mpmath
 import numpy as np
 from mpmath import mpc, mpf
 
-from vibecalc.case.schema import Case
-from vibecalc.results.record import Record
+from vibecalc.core.results.record import Record
+from vibecalc.schema import Case
 
 #: nodes of Gauss's rule; longest panel and largest phase of the highest order over one, in rad;
 #: steps that halve a turn below 50 digits

@@ -18,8 +18,8 @@ from exact_pump import PumpTruth
 from exact_train import Shaking, frame_of, masses_of, vector
 from mpmath import mpc, mpf
 
-from vibecalc.case.schema import Case
-from vibecalc.results.record import Record
+from vibecalc.core.results.record import Record
+from vibecalc.schema import Case
 
 ROOT = "isolation/torque_reaction/"
 ORDERS, TIMES = 1024, 16

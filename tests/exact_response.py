@@ -17,10 +17,10 @@ from exact_rod import fourier
 from exact_train import Shaking, Vector, frame_of, masses_of, shaking_of
 from mpmath import mpc, mpf
 
-from vibecalc.case.schema import Case
-from vibecalc.case.tables import Isolation
+from vibecalc.core.case.tables import Isolation
+from vibecalc.core.results.record import Record
 from vibecalc.parts.tables import Counterweight
-from vibecalc.results.record import Record
+from vibecalc.schema import Case
 
 #: a path, the entries of the result that are compared, and their exact values
 Truth = tuple[str, np.ndarray, Any]

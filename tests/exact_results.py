@@ -16,8 +16,8 @@ from exact_pitch import PitchTruth
 from exact_train import Shaking, frame_of, motion_of, shaking_of
 from mpmath import mpf
 
-from vibecalc.case.schema import Case
-from vibecalc.results.record import Record
+from vibecalc.core.results.record import Record
+from vibecalc.schema import Case
 
 
 def exact_results(case: Case, record: Record) -> Iterator[Truth]:

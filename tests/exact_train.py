@@ -11,7 +11,7 @@ import numpy as np
 from exact_motion import Motion, exact_motion
 from mpmath import mpc, mpf
 
-from vibecalc.case.schema import Case
+from vibecalc.schema import Case
 
 Vector = np.ndarray
 DIRECTIONS = ("x", "y", "z")

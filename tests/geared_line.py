@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import opentorsion as ot
 
-from vibecalc.case.load import load_case
+from vibecalc.core.case.load import load_case
 from vibecalc.excitation.gas_tables import pressure_at
 from vibecalc.excitation.model import gas_cards
 

@@ -7,11 +7,11 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from vibecalc.case.data_files import attach_files
-from vibecalc.case.load import validate
-from vibecalc.case.schema import Case
+from vibecalc.core.case.data_files import attach_files
+from vibecalc.core.case.load import validate
 from vibecalc.core.run.machine_checks import check_machine
 from vibecalc.errors import VibecalcError
+from vibecalc.schema import Case
 
 FOLDER = Path(__file__).resolve().parents[1] / "cases"
 NAMES = tuple(

@@ -3,11 +3,11 @@
 from pathlib import Path
 from typing import Any
 
-from vibecalc.case.load import LoadedCase, load_case
+from vibecalc.core.case.load import LoadedCase, load_case
+from vibecalc.core.results.record import Record
 from vibecalc.core.run.machine_checks import check_machine
+from vibecalc.core.run.run import run_case
 from vibecalc.errors import Problem
-from vibecalc.pipeline.run import run_case
-from vibecalc.results.record import Record
 
 PLATE = """schema = 1
 title = "plate"
@@ -63,6 +63,6 @@ def replaced(old: str, new: str, text: str = PLATE) -> str:
 
 def entry(record: Record, path: str, **where: Any) -> float | complex:
     """One entry of a result."""
-    from vibecalc.results.select import scalar
+    from vibecalc.core.results.select import scalar
 
     return scalar(record[path], where)

@@ -5,11 +5,11 @@ from typing import Any
 
 from shipped_cases import table_of
 
-from vibecalc.case.load import validate
-from vibecalc.case.overrides import set_key
-from vibecalc.case.schema import Case
+from vibecalc.core.case.load import validate
+from vibecalc.core.case.raw import set_key
 from vibecalc.excitation.cylinder_torque import CrankGeometry
 from vibecalc.excitation.pressure_cycle import Liquid
+from vibecalc.schema import Case
 
 GEOMETRY = CrankGeometry(0.025, 0.125, 0.04)
 LIQUID = Liquid(2e5, 100e5, 1.8e9, 30e-6)

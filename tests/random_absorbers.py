@@ -13,7 +13,7 @@ SQUARES = (("force", "displacement"), ("force", "velocity"), ("base", "transmitt
 
 
 def random_absorber(seed: int) -> Table:
-    """A whole case for `vibecalc.case.load.validate`; one absorber, of every third seed several."""
+    """A whole case for `validate`; one absorber, of every third seed several."""
     random = np.random.default_rng([seed, 11])
     several = seed % 3 == 2
     z1 = 0.0 if random.random() < 0.25 else _spread(random, 1e-4, 0.4)

@@ -8,7 +8,7 @@ Table = dict[str, Any]
 
 
 def random_damper_case(seed: int) -> Table:
-    """A whole case for `vibecalc.case.load.validate`, all values in SI."""
+    """A whole case for `vibecalc.core.case.load.validate`, all values in SI."""
     draw = np.random.default_rng([seed, 11])
     cylinders, wheels = int(draw.integers(1, 4)), int(draw.integers(1, 3))
     four = bool(draw.random() < 0.5)

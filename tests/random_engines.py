@@ -13,7 +13,7 @@ SHAPE = ((0.0, 0.0), (0.25, 0.01), (0.42, 0.2), (0.5, 0.8), (0.513, 1.0), (0.56,
 
 
 def random_engine(seed: int) -> Table:
-    """A whole case for `vibecalc.case.load.validate`, all values in SI."""
+    """A whole case for `vibecalc.core.case.load.validate`, all values in SI."""
     draw = np.random.default_rng([seed, 7])
     four = bool(draw.random() < 0.7)
     speed = float(draw.uniform(20.0, 400.0))

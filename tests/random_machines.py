@@ -9,7 +9,7 @@ RTOLS = (1e-3, 1e-6, 1e-9, 1e-12)
 
 
 def random_machine(seed: int, model: str, **isolation: Any) -> Table:
-    """A whole case for `vibecalc.case.load.validate`, all values in SI."""
+    """A whole case for `vibecalc.core.case.load.validate`, all values in SI."""
     generator = np.random.default_rng([seed, len(model)])
     speed = float(generator.uniform(50.0, 700.0))
     train = _crank_train(generator)

@@ -11,7 +11,7 @@ ORDERS = (1, 2)
 
 
 def random_measured_plate(seed: int) -> Table:
-    """A whole case for `vibecalc.case.load.validate`; readings are rounded to their last digit."""
+    """A whole case for `validate`; readings are rounded to their last digit."""
     random = np.random.default_rng([seed, 13])
     size = np.exp(random.uniform(np.log(0.1), np.log(3.0)))
     places = {f"p{n}": (size * random.uniform(-1.0, 1.0, 2)).tolist() for n in range(8)}

@@ -12,7 +12,7 @@ DENSITY = 2e4
 
 
 def random_pump(seed: int) -> Table:
-    """A whole case for `vibecalc.case.load.validate`, all values in SI."""
+    """A whole case for `vibecalc.core.case.load.validate`, all values in SI."""
     model = MODELS[seed % len(MODELS)]
     generator = np.random.default_rng([seed, 61])
     table = random_machine(seed, "pitch" if model == "pitch" else "rigid_body")

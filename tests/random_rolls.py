@@ -22,7 +22,7 @@ BESIDE: dict[int, Table] = {
 
 
 def random_roll(seed: int, **roll: Any) -> Table:
-    """A whole case for `vibecalc.case.load.validate`, all values in SI; `roll` adds options."""
+    """A whole case for `validate`, all values in SI; `roll` adds options."""
     random = np.random.default_rng([seed, 7])
     count = int(random.choice([1, 2, 2, 3, 4]))
     radius = float(random.uniform(0.02, 0.1))

@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
+from vibecalc.core.study.execute import load_checked
 from vibecalc.errors import CaseError
-from vibecalc.study.load import load_checked
 
 
 def refusal(folder: Path, stem: str, text: str, **files: str) -> str:

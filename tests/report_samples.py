@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from vibecalc.results.record import Axis, Method, Quantity, Record, Result
+from vibecalc.core.results.record import Axis, Method, Quantity, Record, Result
 
 MASS, LEVER, STIFFNESS, DAMPING = 100.0, 0.4, 1e4, 50.0
 INERTIA = MASS / 12.0 * (0.35**2 + 0.8**2)

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 from random_machines import Table, random_machine
 
-from vibecalc.case.data_files import attach_files
-from vibecalc.case.load import validate
+from vibecalc.core.case.data_files import attach_files
+from vibecalc.core.case.load import validate
+from vibecalc.core.results.record import Record
 from vibecalc.core.run.machine_checks import check_machine
-from vibecalc.pipeline.run import run_case
-from vibecalc.results.record import Record
+from vibecalc.core.run.run import run_case
 
 FOLDER = Path(__file__).resolve().parents[1] / "cases"
 INCH, POUND_FORCE = 0.0254, 4.4482216152605

@@ -7,7 +7,7 @@ from ong_tables import si_matrices
 from report_samples import DIRECTIONS, quantity, result_of
 from scipy.linalg import eigh
 
-from vibecalc.results.record import Axis, Quantity, Record, Result
+from vibecalc.core.results.record import Axis, Quantity, Record, Result
 
 SPEED, RADIUS, LENGTH = 361.0, 0.0127, 0.060325
 COORDINATES = Axis(name="coordinate", values=np.array(["x", "y", "z", "rx", "ry", "rz"], object))

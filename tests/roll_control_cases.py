@@ -6,13 +6,12 @@ from typing import Any
 
 from shipped_cases import CASES
 
-from vibecalc.case.load import validate
-from vibecalc.case.schema import Case
-from vibecalc.pipeline.run import run_case
-from vibecalc.results.record import Record, Result
-from vibecalc.study.execute import execute
-from vibecalc.study.load import load_checked
-from vibecalc.study.sweep.place import case_at
+from vibecalc.core.case.load import validate
+from vibecalc.core.case.raw import case_at
+from vibecalc.core.results.record import Record, Result
+from vibecalc.core.run.run import run_case
+from vibecalc.core.study.execute import execute, load_checked
+from vibecalc.schema import Case
 
 PATH = "response/control/"
 #: studies left out, references too: what is asked is asked by the test

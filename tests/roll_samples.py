@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from report_samples import quantity, result_of
 
-from vibecalc.results.record import Axis, Quantity, Record, Result
+from vibecalc.core.results.record import Axis, Quantity, Record, Result
 
 RPM = 2.0 * np.pi / 60.0
 SYNCHRONOUS, SPEED = 900.0 * RPM, 887.0 * RPM

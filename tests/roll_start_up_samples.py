@@ -4,7 +4,7 @@ import numpy as np
 from report_samples import quantity
 from roll_samples import RPM
 
-from vibecalc.results.record import Axis, Quantity
+from vibecalc.core.results.record import Axis, Quantity
 
 STEM = "response/start_up/"
 

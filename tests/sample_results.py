@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from vibecalc.results.record import Axis, Method, Quantity, Record, Result
+from vibecalc.core.results.record import Axis, Method, Quantity, Record, Result
 
 ORDER = Axis(name="order", values=np.arange(1, 11), long_name="multiple of the running speed")
 MOUNT = Axis(name="mount", values=np.array(["left front", "höger", "3"]), long_name="mount")

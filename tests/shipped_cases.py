@@ -9,10 +9,9 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from vibecalc.results.record import Result
-from vibecalc.results.store import read_result
-from vibecalc.study.execute import execute
-from vibecalc.study.load import load_checked
+from vibecalc.core.results.record import Result
+from vibecalc.core.results.store import read_result
+from vibecalc.core.study.execute import execute, load_checked
 
 ROOT = Path(__file__).resolve().parents[1]
 CASES = {path.stem: path for path in sorted((ROOT / "cases").glob("*.toml"))}

@@ -8,7 +8,7 @@ import numpy as np
 from exact_engine_drive import exact_firing, masses_of
 from exact_engine_line import ExactLine
 
-from vibecalc.case.schema import Case
+from vibecalc.schema import Case
 
 DIGITS = 24
 

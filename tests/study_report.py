@@ -5,9 +5,9 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 from truth_report import Judged
 
-from vibecalc.case.schema import Case
-from vibecalc.pipeline.tolerance import reached
-from vibecalc.results.record import Record
+from vibecalc.core.results.record import Record
+from vibecalc.core.results.tolerance import reached
+from vibecalc.schema import Case
 
 MOST_TOO_LOW, MOST_TOO_HIGH = 0.01, 0.05
 

@@ -7,14 +7,13 @@ import numpy as np
 from sample_results import result_of
 from sweep_samples import DAMPING, SPEED, STIFFNESS, design_of, generator, spread
 
-from vibecalc.results.record import Axis, Quantity
-from vibecalc.results.sweep_layout import BUG, DONE, FAILED
-from vibecalc.results.sweep_record import SweepHead
-from vibecalc.study.sweep.assemble import sweep_head
-from vibecalc.study.sweep.block import Block, make_block
-from vibecalc.study.sweep.chunks import ChunkFolder
-from vibecalc.study.sweep.design import Design
-from vibecalc.study.sweep.identity import identify
+from vibecalc.core.results.layout import BUG, DONE, FAILED
+from vibecalc.core.results.record import Axis, Quantity
+from vibecalc.core.results.sweep_file import SweepHead
+from vibecalc.core.study.sweep.assemble import sweep_head
+from vibecalc.core.study.sweep.blocks import Block, ChunkFolder, make_block
+from vibecalc.core.study.sweep.design import Design
+from vibecalc.core.study.sweep.prepare import identify
 
 SAG, FORCE, SPREAD, MASKED = "isolation/sag", "excitation/force", "impact/speed", "isolation/curve"
 KEPT = (SAG, FORCE, SPREAD)

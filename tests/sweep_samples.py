@@ -5,9 +5,9 @@ from typing import Any
 
 from shipped_cases import CASES
 
-from vibecalc.case.load import LoadedCase, load_case
-from vibecalc.case.sweep_tables import Sweep
-from vibecalc.study.sweep.design import Design, make_design
+from vibecalc.core.case.load import LoadedCase, load_case
+from vibecalc.core.study.sweep.design import Design, make_design
+from vibecalc.core.study.tables import Sweep
 
 STIFFNESS = "machine.mounts.each.stiffness"
 DAMPING = "machine.mounts.each.damping"

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from vibecalc.report.sweep.view import GridAxis, Key, Stacked, SweepView
-from vibecalc.results.record import Axis, Quantity
-from vibecalc.results.sweep_layout import DONE, FAILED, REFUSED, TIMED_OUT
+from vibecalc.core.report.sweep.view import GridAxis, Key, Stacked, SweepView
+from vibecalc.core.results.layout import DONE, FAILED, REFUSED, TIMED_OUT
+from vibecalc.core.results.record import Axis, Quantity
 from vibecalc.units import convert
 
 STIFFNESS = ("machine.mounts.each.stiffness", "N/m", "N/mm")

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from vibecalc.case.load import load_case
+from vibecalc.core.case.load import load_case
 from vibecalc.errors import EXIT_USAGE, CaseError, UsageError
 
 FOLDER = Path(__file__).parent / "bad_cases"

@@ -5,10 +5,10 @@ from pathlib import Path
 import pytest
 from absorber_cases import PENDULUM, RATIOS, RIG, SEVERAL, TUNED, refusal, replaced
 
-from vibecalc.case.load import validate
-from vibecalc.case.scenes import SCENES
+from vibecalc.core.case.load import validate
 from vibecalc.core.run.machine_checks import check_machine
 from vibecalc.errors import CaseError
+from vibecalc.starters import SCENES
 
 R, T, G, S, P = RATIOS, TUNED, RIG, SEVERAL, PENDULUM
 K = 'kind = "absorber"\n'

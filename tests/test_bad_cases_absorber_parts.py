@@ -8,10 +8,10 @@ from pathlib import Path
 import pytest
 from absorber_cases import PENDULUM, RATIOS, RIG, SEVERAL, TUNED, refusal, replaced
 
-from vibecalc.case.load import load_case
+from vibecalc.core.case.load import load_case
 from vibecalc.core.run.machine_checks import check_machine
+from vibecalc.core.study.execute import load_checked
 from vibecalc.errors import CaseError
-from vibecalc.study.load import load_checked
 
 FOLDER = Path(__file__).parent / "bad_cases"
 
@@ -163,6 +163,6 @@ def test_a_stock_oil_may_be_unknown_at_the_temperature() -> None:
     )
     import tomllib
 
-    from vibecalc.case.load import validate
+    from vibecalc.core.case.load import validate
 
     assert check_machine(validate(tomllib.loads(text))) == []

@@ -13,13 +13,12 @@ import pytest
 from absorber_cases import PENDULUM, RATIOS, RIG, SEVERAL, TUNED
 from test_property_fuzz import check_broken_starters
 
-from vibecalc.case.load import resolve, validate
-from vibecalc.case.overrides import get_key, key_text, set_key
-from vibecalc.case.walk import shape_at
+from vibecalc.core.case.load import resolve, validate
+from vibecalc.core.case.raw import get_key, key_text, set_key
+from vibecalc.core.case.walk import shape_at
 from vibecalc.core.run.machine_checks import check_machine, machine_warnings
+from vibecalc.core.run.run import StageCache, check_again
 from vibecalc.errors import CaseError, KeyPath
-from vibecalc.pipeline.check_cache import check_again
-from vibecalc.pipeline.stage_cache import StageCache
 
 ROLLERS = {"mass": "80 g", "distance": "92 mm", "diameter": "15 mm"}
 WHOLE = {

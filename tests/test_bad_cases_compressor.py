@@ -13,12 +13,12 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from vibecalc.case.cross_checks import cross_check
-from vibecalc.case.load import load_case, validate
-from vibecalc.case.schema import Case
+from vibecalc.core.case.load import load_case, validate
 from vibecalc.core.run.machine_checks import check_machine, machine_warnings
+from vibecalc.cross_checks import cross_check
 from vibecalc.errors import CaseError, KeyPath, Problem
 from vibecalc.parts.matrices import build_system
+from vibecalc.schema import Case
 from vibecalc.units import convert
 
 FOLDER = Path(__file__).parent / "bad_cases"

@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from vibecalc.case.load import validate
-from vibecalc.case.overrides import set_key
+from vibecalc.core.case.load import validate
+from vibecalc.core.case.raw import set_key
 from vibecalc.core.run.machine_checks import check_machine, machine_warnings
 from vibecalc.errors import CaseError, NumericalFailure, Problem
 from vibecalc.excitation.induction_motor import InductionMotor, steady_torque

@@ -13,12 +13,12 @@ from engine_cases import CARD, DESIGN, ENGINE, GEARED, cards, refusal, replaced
 from engine_refusals import REFUSED as OF_MACHINES
 from engine_refusals_asked import REFUSED as OF_QUESTIONS
 
-from vibecalc.case.load import load_case, validate
-from vibecalc.case.scenes import SCENES
+from vibecalc.core.case.load import load_case, validate
 from vibecalc.core.run.machine_checks import check_machine
+from vibecalc.core.run.plan import plan_case
+from vibecalc.core.study.execute import load_checked
 from vibecalc.errors import CaseError
-from vibecalc.pipeline.plan import plan_case
-from vibecalc.study.load import load_checked
+from vibecalc.starters import SCENES
 from vibecalc.torsion.model import build_shaft_line
 
 FOLDER = Path(__file__).parent / "bad_cases"

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from vibecalc.case.csv_table import LARGEST_FILE, MOST_ROWS
-from vibecalc.case.load import load_case
+from vibecalc.core.case.data_files import LARGEST_FILE, MOST_ROWS
+from vibecalc.core.case.load import load_case
 from vibecalc.errors import EXIT_USAGE, CaseError
 
 TABLES = """\

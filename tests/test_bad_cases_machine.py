@@ -11,10 +11,10 @@ import pytest
 from crank_trains import GENERATOR, generator
 from pydantic import ValidationError
 
-from vibecalc.case.schema import Case
 from vibecalc.core.run.machine_checks import check_machine, machine_warnings
 from vibecalc.errors import KeyPath, Problem
 from vibecalc.parts.machine import build_machine
+from vibecalc.schema import Case
 
 TRAIN = ("machine", "crank_train")
 MOUNTS = ("machine", "mounts")

@@ -6,9 +6,9 @@ import pytest
 from plate_cases import PLATE, load, problems, replaced, run
 from plate_refusals import CASES, ON_A_LINE, M
 
+from vibecalc.core.run.stage import Scene
+from vibecalc.core.study.execute import load_checked
 from vibecalc.errors import CaseError, NumericalFailure
-from vibecalc.pipeline.scene import Scene
-from vibecalc.study.load import load_checked
 
 FOLDER = Path(__file__).parent / "bad_cases"
 

@@ -5,8 +5,8 @@ that cannot be evaluated are counted and gone around.
 import numpy as np
 import pytest
 
+from vibecalc.core.study.search.minimise import minimise
 from vibecalc.errors import NumericalFailure
-from vibecalc.optimisation.constrained import minimise
 
 
 def test_infeasible_names_the_least_violated_point():

@@ -10,12 +10,11 @@ from engine_cases import replaced
 from engine_mounted import SEPARATE, mounted
 from shipped_cases import CASES
 
-from vibecalc.case.load import load_case, validate
-from vibecalc.case.overrides import set_key
-from vibecalc.case.schema import Case
+from vibecalc.core.case.load import load_case, validate
+from vibecalc.core.case.raw import set_key
+from vibecalc.core.report.check import check_rows, plan_object, render_plan
 from vibecalc.parts.cautions import RULES, implausible, machine_warnings
-from vibecalc.report.plan import plan_object, render_plan
-from vibecalc.study.check_rows import check_rows
+from vibecalc.schema import Case
 
 TRAIN = "machine.crank_train"
 WEIGHT = {"name": "web", "unbalance": 26.0, "phase": 3.0}

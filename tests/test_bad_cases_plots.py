@@ -7,11 +7,11 @@ from pathlib import Path
 import pytest
 from report_samples import generator
 
-from vibecalc.cli import plot
+from vibecalc.cli.commands import plot
+from vibecalc.core.report.plots import draw, draw_files
+from vibecalc.core.results.record import Record
+from vibecalc.core.results.store import write_result
 from vibecalc.errors import UsageError
-from vibecalc.report.plots import draw, draw_files
-from vibecalc.results.record import Record
-from vibecalc.results.store import write_result
 
 
 def test_matplotlib_missing(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

@@ -7,10 +7,10 @@ from typing import Any
 import pytest
 from pump_cases import FOUR, pump_with, table_with
 
-from vibecalc.case.load import validate
+from vibecalc.core.case.load import validate
 from vibecalc.core.run.machine_checks import check_machine
+from vibecalc.core.study.execute import load_checked
 from vibecalc.errors import CaseError
-from vibecalc.study.load import load_checked
 
 FOLDER = Path(__file__).parent / "bad_cases"
 TRAIN, CYCLE = "machine__crank_train__", "machine__crank_train__pump_cycle__"

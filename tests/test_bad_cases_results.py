@@ -15,13 +15,12 @@ import numpy as np
 import pytest
 from sample_results import DIRECTION, MOUNT, ORDER, quantity, result_of, typical
 
+from vibecalc.core.results import files, store
+from vibecalc.core.results.compare import accept
+from vibecalc.core.results.files import fresh_output, write_atomically
+from vibecalc.core.results.record import Result
+from vibecalc.core.results.store import file_image, read_result, write_result
 from vibecalc.errors import ResultError, UsageError
-from vibecalc.results import files, store
-from vibecalc.results.accept import accept
-from vibecalc.results.files import fresh_output, write_atomically
-from vibecalc.results.record import Result
-from vibecalc.results.store import read_result, write_result
-from vibecalc.results.store_write import file_image
 
 
 def small() -> Result:
@@ -157,7 +156,7 @@ def test_every_truncation_is_noticed(written: Path) -> None:
 def test_flipped_bytes_never_escape(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Structure is guarded by checksums: all that can pass are unused bytes."""
     # Files with changed texts are those of an editor, whose other letters nobody can notice.
-    monkeypatch.setattr("vibecalc.results.store_read.check_heaps", refuse)
+    monkeypatch.setattr("vibecalc.core.results.store_read.check_heaps", refuse)
     content = file_image(small())
     generator = random.Random(20081)
     path = tmp_path / "flipped.h5"
@@ -266,7 +265,7 @@ def test_a_file_size_limit_leaves_the_old_result(written: Path) -> None:
     old = written.read_bytes()
     program = (
         "import sys; from pathlib import Path; from vibecalc.errors import UsageError\n"
-        "from sample_results import typical; from vibecalc.results.store import write_result\n"
+        "from sample_results import typical; from vibecalc.core.results.store import write_result\n"
         "try: write_result(typical(), sys.argv[1])\n"
         "except UsageError as error: print(error); sys.exit(error.exit_code)\n"
     )

@@ -13,16 +13,16 @@ import jsonschema
 import numpy as np
 import pytest
 
-from vibecalc.case.cross_checks import cross_check
-from vibecalc.case.load import resolve, validate
-from vibecalc.case.overrides import set_key
-from vibecalc.case.schema import Case
-from vibecalc.case.template import json_schema
+from vibecalc.core.case.load import resolve, validate
+from vibecalc.core.case.raw import set_key
 from vibecalc.core.run.machine_checks import check_machine, machine_warnings
+from vibecalc.core.run.plan import plan_case
+from vibecalc.core.run.targets import check_targets
+from vibecalc.core.study.execute import load_checked
+from vibecalc.cross_checks import cross_check
 from vibecalc.errors import CaseError, Problem
-from vibecalc.pipeline.plan import plan_case
-from vibecalc.pipeline.targets import check_targets
-from vibecalc.study.load import load_checked
+from vibecalc.schema import Case
+from vibecalc.starters import json_schema
 
 FOLDER = Path(__file__).parent / "bad_cases"
 

@@ -7,11 +7,10 @@ import numpy as np
 import pytest
 from roll_control_cases import PATH, case_of, record_of, value_of
 
-from vibecalc.case.template import starter
+from vibecalc.core.study.execute import execute, load_checked
 from vibecalc.errors import CaseError, NumericalFailure
 from vibecalc.roll.motor_checks import control_problems
-from vibecalc.study.execute import execute
-from vibecalc.study.load import load_checked
+from vibecalc.starters import starter
 
 STARTER = starter("roll_control")
 

@@ -12,9 +12,9 @@ import pytest
 from fuzzing import command
 from test_property_fuzz import check_broken_starters
 
-from vibecalc.case.load import load_case, resolve, validate
-from vibecalc.case.overrides import get_key, key_text, set_key
-from vibecalc.case.walk import shape_at
+from vibecalc.core.case.load import load_case, resolve, validate
+from vibecalc.core.case.raw import get_key, key_text, set_key
+from vibecalc.core.case.walk import shape_at
 from vibecalc.core.run.machine_checks import check_machine, machine_warnings
 from vibecalc.errors import CaseError, KeyPath
 from vibecalc.roll.starters import PLATE, ROLL, ROLL_CONTROL

@@ -7,9 +7,17 @@ import numpy as np
 import pytest
 from sample_results import MODE, ORDER, quantity, result_of
 
+from vibecalc.core.results.compare import compare
+from vibecalc.core.results.compare_rules import (
+    CURVE_RTOL,
+    DEFAULT,
+    KINDS,
+    Rule,
+    Rules,
+    completed,
+    read_rules,
+)
 from vibecalc.errors import UsageError
-from vibecalc.results.compare import compare
-from vibecalc.results.rules import CURVE_RTOL, DEFAULT, KINDS, Rule, Rules, completed, read_rules
 
 
 def write(folder: Path, text: str) -> Path:

@@ -5,9 +5,9 @@ from typing import Any
 import pytest
 from test_consistency_start_up_stage import table, value
 
-from vibecalc.case.load import validate
-from vibecalc.pipeline.run import run_case
-from vibecalc.results.record import Record
+from vibecalc.core.case.load import validate
+from vibecalc.core.results.record import Record
+from vibecalc.core.run.run import run_case
 
 PEAKS = ("shell_angle", "shell_acceleration", "rotor_acceleration", "crank_speed", "mount_torque")
 FULL, EMPTY = {"time": [0.0], "factor": [1.0]}, {"time": [0.0], "factor": [0.0]}

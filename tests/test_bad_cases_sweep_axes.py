@@ -17,11 +17,10 @@ from sweep_samples import (
     spread,
 )
 
+from vibecalc.core.study.execute import load_checked
+from vibecalc.core.study.sweep.checks import check_design, keep_problems
+from vibecalc.core.study.sweep.prepare import axis_table, sampling_table
 from vibecalc.errors import CaseError, Problem, UsageError
-from vibecalc.study.load import load_checked
-from vibecalc.study.sweep.checks import check_design
-from vibecalc.study.sweep.keep import keep_problems
-from vibecalc.study.sweep.specs import axis_table, sampling_table
 
 
 def problems_of(*axes, **more) -> list[Problem]:

@@ -14,15 +14,14 @@ import pytest
 from sample_results import result_of
 from sweep_blocks import FORCE, SAG, Made, block_at, grid_of, made
 
+from vibecalc.core.results.files import PatientFile
+from vibecalc.core.results.layout import FAILED, STATUS, VERSION_ATTRIBUTE
+from vibecalc.core.results.store import write_result
+from vibecalc.core.results.sweep_file import open_sweep
+from vibecalc.core.study.sweep import blocks as chunks_module
+from vibecalc.core.study.sweep.assemble import assemble, merge
+from vibecalc.core.study.sweep.output import lock_path, locked
 from vibecalc.errors import EXIT_USAGE, ResultError, UsageError
-from vibecalc.results.patient_file import PatientFile
-from vibecalc.results.store import write_result
-from vibecalc.results.sweep_file import open_sweep
-from vibecalc.results.sweep_layout import FAILED, STATUS, VERSION_ATTRIBUTE
-from vibecalc.study.sweep import chunks as chunks_module
-from vibecalc.study.sweep.assemble import assemble
-from vibecalc.study.sweep.lock import lock_path, locked
-from vibecalc.study.sweep.merge import merge
 
 
 @pytest.fixture

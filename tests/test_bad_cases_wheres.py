@@ -6,8 +6,8 @@ from typing import Any
 
 import pytest
 
+from vibecalc.core.study.execute import load_checked
 from vibecalc.errors import CaseError
-from vibecalc.study.load import load_checked
 
 CASES = Path(__file__).parents[1] / "cases"
 ROW = """

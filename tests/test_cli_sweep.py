@@ -16,13 +16,11 @@ import pytest
 from fuzzing import command
 from sweep_runs import GENERATOR, GRID, chunk_files, killed, objects, started
 
-from vibecalc.results.sweep_file import open_sweep
-from vibecalc.results.sweep_layout import DIED, DONE, TIMED_OUT
-from vibecalc.study.load import load_checked
-from vibecalc.study.sweep.from_options import sweep_settings
-from vibecalc.study.sweep.options import Options
-from vibecalc.study.sweep.prepare import Prepared, prepare
-from vibecalc.study.sweep.run import sweep
+from vibecalc.core.results.layout import DIED, DONE, TIMED_OUT
+from vibecalc.core.results.sweep_file import open_sweep
+from vibecalc.core.study.execute import load_checked
+from vibecalc.core.study.sweep.prepare import Options, Prepared, prepare, sweep_settings
+from vibecalc.core.study.sweep.run import sweep
 
 CASE = str(GENERATOR)
 PEAK = "isolation/lever_force/steady_peak"

@@ -4,17 +4,15 @@ import numpy as np
 import pytest
 from shipped_cases import CASES
 
-from vibecalc.case.load import validate
-from vibecalc.case.overrides import parse_key
-from vibecalc.pipeline.arrays.absorber import DAMPING, MASS, PATHS
-from vibecalc.pipeline.arrays.compute import compute
-from vibecalc.pipeline.arrays.support import unsupported
-from vibecalc.pipeline.run import run_case
-from vibecalc.study.load import load_checked
-from vibecalc.study.sweep.place import case_at
+from vibecalc.absorber.arrays import DAMPING, MASS, TUNING_PATHS
+from vibecalc.array_path import compute, unsupported
+from vibecalc.core.case.load import validate
+from vibecalc.core.case.raw import case_at, parse_key
+from vibecalc.core.run.run import run_case
+from vibecalc.core.study.execute import load_checked
 
 (LOADED,) = load_checked([CASES["absorber_design_chart"]], ("reference=[]", "limit=[]"))
-KEEP = frozenset(PATHS)
+KEEP = frozenset(TUNING_PATHS)
 POINTS = ((0.0, 0.1), (0.3, 0.01), (0.69, 0.5), (0.5, 2.0))
 
 
@@ -28,7 +26,7 @@ def test_arrays_are_single_runs() -> None:
             "machine.secondary.mass_ratio": point[1],
         }
         record = run_case(validate(case_at(LOADED.resolved, settings)), wanted=KEEP)
-        for path in PATHS:
+        for path in TUNING_PATHS:
             column = parts[0].columns[path]
             apart = abs(float(column.values[place]) - float(record[path].values))
             slack = column.errors[place] + record[path].error_estimate

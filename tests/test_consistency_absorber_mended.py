@@ -6,10 +6,10 @@ from shipped_cases import CASES
 
 from vibecalc.absorber.tuning.minimax import minimax
 from vibecalc.absorber.tuning.several import bounded_tuning
+from vibecalc.core.results.record import Record
+from vibecalc.core.run.run import run_case
+from vibecalc.core.study.execute import load_checked
 from vibecalc.errors import NumericalFailure
-from vibecalc.pipeline.run import run_case
-from vibecalc.results.record import Record
-from vibecalc.study.load import load_checked
 
 
 def run(name: str, *settings: str, wanted: frozenset[str] | None = None) -> Record:

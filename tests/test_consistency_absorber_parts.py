@@ -14,11 +14,11 @@ from vibecalc.absorber.model import AbsorberParts, Branch, build_absorber
 from vibecalc.absorber.pendulum_model import PendulumParts, build_pendulum
 from vibecalc.absorber.pendulum_order import rates, tuning_order
 from vibecalc.absorber.transfer import amplitude
-from vibecalc.case.load import resolve, validate
-from vibecalc.case.overrides import set_key
-from vibecalc.case.scenes import SCENES
-from vibecalc.case.schema import Case
+from vibecalc.core.case.load import resolve, validate
+from vibecalc.core.case.raw import set_key
 from vibecalc.core.run.machine_checks import check_machine
+from vibecalc.schema import Case
+from vibecalc.starters import SCENES
 
 ROLLERS = {"mass": 0.08, "distance": 0.092, "diameter": 0.015}
 

@@ -18,15 +18,14 @@ from vibecalc.absorber.tuning.mean_square import mean_square_tuning
 from vibecalc.absorber.tuning.minimax import minimax
 from vibecalc.absorber.tuning.restricted import pure_viscous
 from vibecalc.absorber.tuning.several import several_tuning
+from vibecalc.core.report.terminal import key_rows
+from vibecalc.core.report.text import render_report
+from vibecalc.core.report.verdicts import counted_misses
+from vibecalc.core.results.record import Record, Result
+from vibecalc.core.run.plan import planned_quantities
+from vibecalc.core.run.run import run_case
+from vibecalc.core.study.execute import execute, load_checked
 from vibecalc.errors import CaseError, NumericalFailure
-from vibecalc.pipeline.plan import planned_quantities
-from vibecalc.pipeline.run import run_case
-from vibecalc.report.references import counted_misses
-from vibecalc.report.sections.key_rows import key_rows
-from vibecalc.report.text import render_report
-from vibecalc.results.record import Record, Result
-from vibecalc.study.execute import execute
-from vibecalc.study.load import load_checked
 
 NAMES = sorted(name for name in CASES if name.startswith("absorber"))
 

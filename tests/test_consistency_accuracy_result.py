@@ -9,18 +9,15 @@ import pytest
 from accuracy_topics import FULL, ONCE, euler, ladder, topic
 from shipped_cases import CASES
 
-from vibecalc.accuracy.measure import measure
-from vibecalc.accuracy.record import as_record, folder_of, measured_text, plan_rows
-from vibecalc.report.accuracy.machine_readable import accuracy_object
-from vibecalc.report.accuracy.text import render_accuracy
-from vibecalc.report.accuracy.view import topics_of
-from vibecalc.report.sweep.text import report_file
-from vibecalc.results.accuracy_layout import DONE, FAILED, MEASURED, is_accuracy
-from vibecalc.results.compare import compare
-from vibecalc.results.record import Result
-from vibecalc.results.store import read_result, write_result
-from vibecalc.study.execute import as_result
-from vibecalc.study.load import load_checked
+from vibecalc.core.accuracy.measure import measure
+from vibecalc.core.accuracy.record import as_record, folder_of, measured_text, plan_rows
+from vibecalc.core.report.accuracy import accuracy_object, render_accuracy, topics_of
+from vibecalc.core.report.sweep.text import report_file
+from vibecalc.core.results.compare import compare
+from vibecalc.core.results.layout import MEASURED, RUNG_DONE, RUNG_FAILED, is_accuracy
+from vibecalc.core.results.record import Result
+from vibecalc.core.results.store import read_result, write_result
+from vibecalc.core.study.execute import as_result, load_checked
 
 PEAK = topic(ladder(euler, 4, 8), position="crank angle [rad]")._replace(name="peak")
 
@@ -69,10 +66,10 @@ def test_the_file_has_every_rung_with_its_cause(result: Result) -> None:
     assert [axis.name for axis in status.axes] == ["rung"]
     labels = status.axes[0].values.tolist()
     assert labels[0] == "euler | 4" and "exact" in labels
-    failed = [labels[i] for i in np.flatnonzero(status.values == FAILED)]
+    failed = [labels[i] for i in np.flatnonzero(status.values == RUNG_FAILED)]
     assert failed == ["unstable | 2", "unstable | 4", "undefined | 1", "undefined | 2"]
     error = result.record[f"{folder}/worst_relative"].values
-    assert (np.isfinite(error) == (status.values == DONE)).all()
+    assert (np.isfinite(error) == (status.values == RUNG_DONE)).all()
     assert not np.isnan(error).any()
 
 
@@ -115,8 +112,8 @@ def test_the_view_and_the_object_agree(result: Result) -> None:
 
 def test_a_picture_has_a_panel_for_each_topic(result: Result, tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
-    from vibecalc.report.pictures.accuracy import picture
-    from vibecalc.report.plots import draw_file
+    from vibecalc.core.report.pictures import draw_accuracy as picture
+    from vibecalc.core.report.plots import draw_file
 
     path = write_result(result, tmp_path / "one.accuracy.h5")
     figure = picture(result)
@@ -130,9 +127,9 @@ def test_a_picture_has_a_panel_for_each_topic(result: Result, tmp_path: Path) ->
 
 
 def test_a_result_of_another_kind_has_no_such_picture() -> None:
-    from vibecalc.report.pictures.accuracy import picture
+    from vibecalc.core.report.pictures import draw_accuracy as picture
 
     (loaded,) = load_checked([CASES["generator"]])
-    from vibecalc.results.record import Record
+    from vibecalc.core.results.record import Record
 
     assert picture(as_result(loaded, Record(), {})) is None

@@ -6,16 +6,15 @@ from functools import cache
 import pytest
 from shipped_cases import CASES, SLOW, table_of
 
-from vibecalc.accuracy.collect import Collected, collect, stages_of
-from vibecalc.accuracy.front import extra_work
-from vibecalc.accuracy.measure import Timed, measure
-from vibecalc.accuracy.table import STUDIES, TOPICS, WHOLE_CASE
-from vibecalc.accuracy.topic import Topic
-from vibecalc.case.load import validate
-from vibecalc.pipeline.run import run_scene
+from vibecalc.core.accuracy.measure import Timed, measure
+from vibecalc.core.accuracy.record import extra_work
+from vibecalc.core.accuracy.run import STUDIES, TOPICS, WHOLE_CASE, Collected, collect, stages_of
+from vibecalc.core.accuracy.topic import Topic
+from vibecalc.core.case.load import validate
+from vibecalc.core.results.named import named
+from vibecalc.core.run.run import run_scene
+from vibecalc.core.study.execute import load_checked
 from vibecalc.response.accuracy.forced import response_speeds_topics
-from vibecalc.results.named import named
-from vibecalc.study.load import load_checked
 
 #: stages and studies of each shipped case
 PLANNED = {

@@ -6,12 +6,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from vibecalc.core.report.text import render_report
+from vibecalc.core.results.record import Record
+from vibecalc.core.study.execute import execute, load_checked
+from vibecalc.core.study.search.minimise import minimise
 from vibecalc.errors import CaseError
-from vibecalc.optimisation.constrained import minimise
-from vibecalc.report.text import render_report
-from vibecalc.results.record import Record
-from vibecalc.study.execute import execute
-from vibecalc.study.load import load_checked
 
 #: 90-degree V6 with split pins: its couple of order 1 needs weights on the crank and on a shaft
 V6 = """

@@ -11,15 +11,13 @@ import pytest
 from shipped_cases import CASES, ROOT
 from test_consistency_stage_cache import leaves
 
-from vibecalc.case.load import load_case, validate
-from vibecalc.case.overrides import key_text
-from vibecalc.case.schema import Case
+from vibecalc.core.case.load import load_case, validate
+from vibecalc.core.case.raw import NOT_COMPUTED, case_at, key_text
 from vibecalc.core.run import machine_checks as checks
 from vibecalc.core.run.machine_checks import CHECKS, check_machine
+from vibecalc.core.run.run import StageCache, check_again
 from vibecalc.errors import CaseError
-from vibecalc.pipeline.check_cache import check_again
-from vibecalc.pipeline.stage_cache import StageCache
-from vibecalc.study.sweep.place import NOT_COMPUTED, case_at
+from vibecalc.schema import Case
 
 BAD = sorted((ROOT / "tests" / "bad_cases").glob("*.toml"))
 

@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 from random_machines import Table, random_machine
 
-from vibecalc.case.load import validate
+from vibecalc.core.case.load import validate
+from vibecalc.core.run.run import run_case
 from vibecalc.errors import NumericalFailure
-from vibecalc.pipeline.run import run_case
 
 STIFFNESS, MASS, DAMPING = 1e5, 100.0, 50.0
 RESONANCE = math.sqrt(4.0 * STIFFNESS / MASS)

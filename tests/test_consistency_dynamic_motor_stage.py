@@ -9,18 +9,17 @@ import numpy as np
 import pytest
 from shipped_cases import result_of
 
-from vibecalc.case.load import validate
-from vibecalc.case.overrides import set_key
-from vibecalc.case.schema import Case
+from vibecalc.core.case.load import validate
+from vibecalc.core.case.raw import set_key
+from vibecalc.core.report.plots import make
+from vibecalc.core.report.text import render_report
+from vibecalc.core.results.catalogue import CATALOGUE
+from vibecalc.core.results.record import Record
+from vibecalc.core.run.plan import planned_quantities
+from vibecalc.core.run.run import run_case
 from vibecalc.errors import NumericalFailure
 from vibecalc.excitation.induction_motor import steady_torque
 from vibecalc.excitation.induction_motor_flux import torque_answer
-from vibecalc.pipeline.catalogue import CATALOGUE
-from vibecalc.pipeline.plan import planned_quantities
-from vibecalc.pipeline.run import run_case
-from vibecalc.report.plots import make
-from vibecalc.report.text import render_report
-from vibecalc.results.record import Record
 from vibecalc.roll.adapters import motor as roll_motor
 from vibecalc.roll.mechanism import RollDrive, RollMachine, as_batch
 from vibecalc.roll.model import build_roll, fitted_motor, roll_drive
@@ -29,6 +28,7 @@ from vibecalc.roll.results import MOTOR_ENTRIES
 from vibecalc.roll.running import Running, running_state
 from vibecalc.roll.starters import ROLL
 from vibecalc.roll.turn import harmonics, level, readings
+from vibecalc.schema import Case
 
 MOTOR = {
     "kind": "dynamic",

@@ -11,8 +11,8 @@ pytest.importorskip("matplotlib")
 
 from test_consistency_response_plots import figure, words
 
-from vibecalc.report.plots import make
-from vibecalc.results.record import Axis, Result
+from vibecalc.core.report.plots import make
+from vibecalc.core.results.record import Axis, Result
 
 SPEEDS = np.linspace(0.0, 400.0, 801)
 

@@ -4,11 +4,11 @@ import numpy as np
 from engine_cases import replaced
 from engine_mounted import ON_BODY, SEPARATE, loaded_of, mounted, wanted_of
 
+from vibecalc.core.report.text import render_report
 from vibecalc.core.run.machine_checks import machine_warnings
+from vibecalc.core.run.run import run_case
+from vibecalc.core.study.execute import as_result
 from vibecalc.isolation.pictures import body as engine_mounts
-from vibecalc.pipeline.run import run_case
-from vibecalc.report.text import render_report
-from vibecalc.study.execute import as_result
 
 PHASED = (
     ('crank_phase = "50 deg", ', ""),

@@ -13,12 +13,12 @@ import pytest
 from engine_cases import CARD, ENGINE, GEARED, cards, replaced
 from scipy.linalg import eigh
 
-from vibecalc.case.load import load_case, resolve, validate
-from vibecalc.case.scenes import SCENES
-from vibecalc.case.schema import Case
+from vibecalc.core.case.load import load_case, resolve, validate
 from vibecalc.excitation.gas_tables import pressure_at
 from vibecalc.excitation.model import build_firing, firing_angle, gas_cards
 from vibecalc.parts.cautions import machine_warnings
+from vibecalc.schema import Case
+from vibecalc.starters import SCENES
 from vibecalc.torsion.line import damping_matrix, stiffness_matrix
 from vibecalc.torsion.model import build_shaft_line
 

@@ -9,20 +9,19 @@ from typing import Any
 
 import numpy as np
 import pytest
+import vibecalc.pipeline as pipeline
 from engine_cases import ENGINE, replaced
 from fuzzing import command
 
-import vibecalc.pipeline as pipeline
-from vibecalc.case.load import validate
-from vibecalc.pipeline.plan import plan_case
-from vibecalc.pipeline.run import run_case
-from vibecalc.results.record import Record
-from vibecalc.results.sweep_file import open_sweep
-from vibecalc.results.sweep_layout import DONE
-from vibecalc.study.execute import execute
-from vibecalc.study.load import load_checked
-from vibecalc.study.sweep import strategy
-from vibecalc.study.sweep.evaluate import Evaluator
+from vibecalc.core.case.load import validate
+from vibecalc.core.results.layout import DONE
+from vibecalc.core.results.record import Record
+from vibecalc.core.results.sweep_file import open_sweep
+from vibecalc.core.run.plan import plan_case
+from vibecalc.core.run.run import run_case
+from vibecalc.core.study.execute import execute, load_checked
+from vibecalc.core.study.sweep import strategy
+from vibecalc.core.study.sweep.evaluate import Evaluator
 
 RING = "machine.shaft_line.dampers[0].damping"
 KEEP = (
@@ -147,9 +146,9 @@ def test_a_sweep_over_a_damper_is_its_single_runs(
 def test_no_stage_is_taken_over_whose_input_has_changed(
     key: str, values: tuple[float, ...], tmp_path: Path
 ) -> None:
-    from vibecalc.case.sweep_tables import Sweep
-    from vibecalc.study.sweep.design import make_design
-    from vibecalc.study.sweep.place import case_at
+    from vibecalc.core.case.raw import case_at
+    from vibecalc.core.study.sweep.design import make_design
+    from vibecalc.core.study.tables import Sweep
 
     path = tmp_path / "line.toml"
     path.write_text(SHORT, encoding="utf-8")

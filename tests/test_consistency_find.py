@@ -22,13 +22,12 @@ from find_samples import (
 )
 from fuzzing import command
 
-from vibecalc.pipeline.plan import needed_stages, plan_case
-from vibecalc.report.text import render_report
-from vibecalc.results.record import Record, Result
-from vibecalc.results.store import read_result
-from vibecalc.study.execute import execute
-from vibecalc.study.find_paths import find_entries
-from vibecalc.study.load import load_checked
+from vibecalc.core.report.text import render_report
+from vibecalc.core.results.record import Record, Result
+from vibecalc.core.results.store import read_result
+from vibecalc.core.run.plan import needed_stages, plan_case
+from vibecalc.core.study.execute import execute, load_checked
+from vibecalc.core.study.planned import find_entries
 
 
 def run(folder: Path, *rows: str, head: str = HEAD, settings: tuple[str, ...] = ()) -> Result:

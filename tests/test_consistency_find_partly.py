@@ -5,11 +5,9 @@ from pathlib import Path
 from find_samples import ARMS, FREQUENCY, HEAD, INERTIA, STIFFNESS, row
 from fuzzing import Outcome, command
 
-from vibecalc.report.limits import judge_limits
-from vibecalc.report.machine_readable import as_json
-from vibecalc.report.references import judge_references, misses
-from vibecalc.report.text import render_report
-from vibecalc.results.store import read_result
+from vibecalc.core.report.text import as_json, render_report
+from vibecalc.core.report.verdicts import judge_limits, judge_references, misses
+from vibecalc.core.results.store import read_result
 
 GOOD = row("ten", STIFFNESS, "1 N/mm", "100 N/mm", FREQUENCY, 'target = "10 Hz"')
 NONE = row("thirty", STIFFNESS, "1 N/mm", "100 N/mm", FREQUENCY, 'target = "30 Hz"')

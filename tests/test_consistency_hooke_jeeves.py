@@ -10,13 +10,9 @@ import pytest
 from mount_study import MountStudy
 from test_consistency_optimum import KNOWN
 
-from vibecalc.optimisation.augmented import augmented
-from vibecalc.optimisation.constrained import minimise
-from vibecalc.optimisation.hooke_jeeves import hooke_jeeves
-from vibecalc.optimisation.methods import find
-from vibecalc.optimisation.nelder_mead import nelder_mead
-from vibecalc.optimisation.sampler import Sampler
-from vibecalc.optimisation.variables import Box
+from vibecalc.core.study.search.methods import augmented, find, hooke_jeeves, nelder_mead
+from vibecalc.core.study.search.minimise import minimise
+from vibecalc.core.study.search.problem import Box, Sampler
 
 
 def recorded(function):

@@ -6,7 +6,10 @@ import pytest
 from impact_machines import AREA, CLEARANCE, INCH, MASS, POUND_FORCE, ROD_MASS, STIFFNESS
 from shipped_cases import CASES
 
-from vibecalc.case.load import load_case
+from vibecalc.core.case.load import load_case
+from vibecalc.core.results.record import Record
+from vibecalc.core.run.plan import planned_quantities
+from vibecalc.core.run.run import run_case
 from vibecalc.errors import UsageError
 from vibecalc.impact import simulate
 from vibecalc.impact.checks import impact_work
@@ -19,10 +22,7 @@ from vibecalc.impact.statistics import (
     mean_over_runs,
     pin_acceleration,
 )
-from vibecalc.pipeline.plan import planned_quantities
-from vibecalc.pipeline.run import run_case
 from vibecalc.response.stage import plan_response
-from vibecalc.results.record import Record
 
 SMALL = (
     "response.impact.clearances=['1.5e-3 in']",

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from report_samples import ORDERS, generator, optimised, quantity
 
-from vibecalc.report.machine_readable import as_json
-from vibecalc.report.references import judge_references
+from vibecalc.core.report.text import as_json
+from vibecalc.core.report.verdicts import judge_references
 
 TOP = {"case", "result", "quantities", "references", "limits", "timings"}
 REFERENCE = {

@@ -4,16 +4,15 @@ import numpy as np
 import pytest
 from shipped_cases import CASES
 
-from vibecalc.case.overrides import number_at
+from vibecalc.core.case.raw import number_at
+from vibecalc.core.results.layout import REFUSED
+from vibecalc.core.run.run import run_case
+from vibecalc.core.study.binding import Binding
+from vibecalc.core.study.execute import execute, load_checked
+from vibecalc.core.study.sweep.design import make_design
+from vibecalc.core.study.sweep.evaluate import Evaluator
+from vibecalc.core.study.sweep.prepare import sweep_settings
 from vibecalc.errors import CaseError
-from vibecalc.pipeline.run import run_case
-from vibecalc.results.sweep_layout import REFUSED
-from vibecalc.study.binding import Binding
-from vibecalc.study.execute import execute
-from vibecalc.study.load import load_checked
-from vibecalc.study.sweep.design import make_design
-from vibecalc.study.sweep.evaluate import Evaluator
-from vibecalc.study.sweep.from_options import sweep_settings
 
 MISFIRE, TORQUE = "response.torsion.misfire[0]", "response/torsion/torque_half_range"
 LINE = ("reference=[]", "reference_table=[]", "limit=[]")

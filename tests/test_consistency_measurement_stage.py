@@ -8,16 +8,16 @@ import pytest
 from plate_cases import PLATE, entry, load, replaced, run
 from shipped_cases import result_of
 
+from vibecalc.core.report.plots import make
+from vibecalc.core.report.text import render_report
+from vibecalc.core.results.catalogue import AXES, CATALOGUE
+from vibecalc.core.results.store import read_result, write_result
+from vibecalc.core.run.plan import plan_case, planned_quantities
+from vibecalc.core.run.run import run_case
+from vibecalc.core.run.targets import check_targets
+from vibecalc.core.study.execute import execute
 from vibecalc.measurement.model import build_harmonics
 from vibecalc.measurement.plate import PARTS, difference_row, point_row
-from vibecalc.pipeline.catalogue import AXES, CATALOGUE
-from vibecalc.pipeline.plan import plan_case, planned_quantities
-from vibecalc.pipeline.run import run_case
-from vibecalc.pipeline.targets import check_targets
-from vibecalc.report.plots import make
-from vibecalc.report.text import render_report
-from vibecalc.results.store import read_result, write_result
-from vibecalc.study.execute import execute
 
 MOTION = np.array([0.8 + 0.1j, 3.0 - 2.0j, -0.7 + 1.1j])
 POINTS = [(0.5, -0.3), (0.5, 0.3), (-0.5, -0.3), (-0.5, 0.3), (0.1, 0.2), (-0.2, 0.0)]

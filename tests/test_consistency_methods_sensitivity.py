@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.optimize import approx_fprime
 
+from vibecalc.core.study.search.trade_offs import cost_of_deviation, slopes_at
 from vibecalc.errors import NumericalFailure
-from vibecalc.optimisation.sensitivity import cost_of_deviation, slopes_at
 
 LOWER, UPPER = [0.1, 1.0, -1.0], [5.0, 100.0, 2.0]
 

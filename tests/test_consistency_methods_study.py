@@ -6,15 +6,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from vibecalc.core.report.plots import draw
+from vibecalc.core.report.text import render_report
+from vibecalc.core.results.compare import accept
+from vibecalc.core.results.record import Result
+from vibecalc.core.results.store import read_result, write_result
+from vibecalc.core.study.execute import execute, load_checked
+from vibecalc.core.study.planned import optimisation_entries
 from vibecalc.errors import CaseError
-from vibecalc.report.plots import draw
-from vibecalc.report.text import render_report
-from vibecalc.results.accept import accept
-from vibecalc.results.record import Result
-from vibecalc.results.store import read_result, write_result
-from vibecalc.study.execute import execute
-from vibecalc.study.load import load_checked
-from vibecalc.study.optimise_paths import optimisation_entries
 
 CASE = Path(__file__).resolve().parents[1] / "cases" / "generator_mount_design.toml"
 ROOT = "optimisation"

@@ -12,13 +12,12 @@ from needs_cases import FOLDER, NAMES, case_of, lighter_cases, table_of
 from shipped_cases import ROOT
 from test_start_up import modules_after, roots
 
-from vibecalc.case.schema import Case
-from vibecalc.pipeline.needs import Needs, StageNeeds, needs_of, work_seconds
-from vibecalc.pipeline.needs_units import UNITS
-from vibecalc.pipeline.plan import plan_case
-from vibecalc.results.record import Result
-from vibecalc.results.store import read_result
-from vibecalc.study.check_rows import check_rows
+from vibecalc.core.report.check import check_rows
+from vibecalc.core.results.record import Result
+from vibecalc.core.results.store import read_result
+from vibecalc.core.run.needs import UNITS, Needs, StageNeeds, needs_of, work_seconds
+from vibecalc.core.run.plan import plan_case
+from vibecalc.schema import Case
 
 GOLDEN = ROOT / "tests" / "golden"
 ORDER_AXES = ("order", "half_order")

@@ -14,8 +14,8 @@ from random_machines import Table
 from response_machines import bare, run, shipped
 from scipy.optimize import minimize_scalar
 
+from vibecalc.core.results.record import Record
 from vibecalc.errors import NumericalFailure
-from vibecalc.results.record import Record
 
 KINDS = ("kinetic", "potential")
 OPERATIONS = {"A+B": ["A", "B"], "A": ["A"], "B": ["B"]}

@@ -13,7 +13,7 @@ import pytest
 from mount_study import CLASSIC, MountStudy, exact_series
 from scipy.optimize import brentq, differential_evolution
 
-from vibecalc.optimisation.constrained import minimise
+from vibecalc.core.study.search.minimise import minimise
 
 ROOT3 = np.sqrt(3.0)
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from vibecalc.core.study.search.trade_offs import front
 from vibecalc.errors import NumericalFailure
-from vibecalc.optimisation.pareto import front
 
 
 def two_bowls(x):

@@ -10,9 +10,8 @@ import h5py
 import numpy as np
 from sample_results import MOUNT, SPEED, quantity, result_of
 
-from vibecalc.results.store import read_result, write_result
-from vibecalc.results.store_read import _is_as_written
-from vibecalc.results.store_write import file_image
+from vibecalc.core.results.store import file_image, read_result, write_result
+from vibecalc.core.results.store_read import _is_as_written
 
 #: first block of the format of HDF5 1.8: flags of a file that somebody has open
 _FLAGS = 11

@@ -11,8 +11,8 @@ pytest.importorskip("matplotlib")
 
 from drawn import figure, lines, words
 
-from vibecalc.report.plots import PICTURES, draw, make
-from vibecalc.results.record import Axis, Result
+from vibecalc.core.report.plots import PICTURES, draw, make
+from vibecalc.core.results.record import Axis, Result
 
 
 def test_force_over_the_cycle_sums_the_orders_with_phase() -> None:

@@ -6,7 +6,7 @@ import time
 
 import pytest
 
-from vibecalc.study import progress
+from vibecalc.core.study import execute as progress
 
 
 class _Screen(io.StringIO):

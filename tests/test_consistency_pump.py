@@ -11,16 +11,14 @@ import pytest
 from pump_cases import FOUR, pump_with
 from shipped_cases import CASES, result_of
 
-from vibecalc.case.kind_parts import PARTS_OF_KIND
-from vibecalc.case.kinds import KINDS, KindName
+from vibecalc.core.report.text import render_report
+from vibecalc.core.report.verdicts import judge_limits, judge_references
+from vibecalc.core.results.record import Quantity, Record
 from vibecalc.core.run.machine_checks import check_machine, machine_warnings
+from vibecalc.core.run.plan import plan_case
+from vibecalc.core.run.run import run_case
 from vibecalc.isolation.pictures import body as engine_mounts
-from vibecalc.pipeline.plan import plan_case
-from vibecalc.pipeline.run import run_case
-from vibecalc.report.limits import judge_limits
-from vibecalc.report.references import judge_references
-from vibecalc.report.text import render_report
-from vibecalc.results.record import Quantity, Record
+from vibecalc.kinds import KINDS, PARTS_OF_KIND, KindName
 
 REACTION = "isolation/torque_reaction/"
 

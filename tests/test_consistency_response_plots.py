@@ -20,12 +20,19 @@ pytest.importorskip("matplotlib")
 
 from drawn import assert_apart, figure, lines, words
 
+from vibecalc.core.report.canvas import (
+    EDGES,
+    arc_about,
+    corners,
+    length_scale,
+    project,
+    rotate,
+    spread_out,
+)
+from vibecalc.core.report.plots import PICTURES, draw, make
+from vibecalc.core.results.record import Axis
 from vibecalc.impact.pictures import broken
-from vibecalc.report.pictures.perspective import EDGES, arc_about, corners, project, rotate
-from vibecalc.report.pictures.scales import length_scale, spread_out
-from vibecalc.report.plots import PICTURES, draw, make
 from vibecalc.response.pictures import envelope
-from vibecalc.results.record import Axis
 
 OWN = {
     "piston_acceleration": motion,

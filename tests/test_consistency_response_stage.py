@@ -31,12 +31,12 @@ from response_machines import (
 from scipy.linalg import eigh
 from truth_report import UNIT
 
-from vibecalc.case.load import validate
+from vibecalc.core.case.load import validate
+from vibecalc.core.results.record import Quantity, Record
+from vibecalc.core.run.plan import planned_quantities
+from vibecalc.core.run.run import run_case
 from vibecalc.errors import NumericalFailure
 from vibecalc.parts.matrices import block_matrix
-from vibecalc.pipeline.plan import planned_quantities
-from vibecalc.pipeline.run import run_case
-from vibecalc.results.record import Quantity, Record
 
 ANGLES = np.array([0.1, 0.9, 1.7, 2.8, 3.9, 5.2, 6.1])
 MOTION = ("translation_harmonics", "rotation_harmonics", "ground_force", "ground_couple")

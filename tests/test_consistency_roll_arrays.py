@@ -12,18 +12,16 @@ import pytest
 from fuzzing import command
 from shipped_cases import CASES
 
-from vibecalc.case.load import LoadedCase, load_case, resolve, validate
-from vibecalc.case.overrides import get_key, key_text, parse_key, set_key
-from vibecalc.case.sweep_tables import Sweep
-from vibecalc.pipeline.arrays.roll_paths import PATHS
-from vibecalc.pipeline.arrays.support import ROLL_KEYS, pattern, unsupported
-from vibecalc.pipeline.plan import planned_quantities
-from vibecalc.results.sweep_layout import DONE, FAILED
-from vibecalc.study.sweep.arrays import ArrayEvaluator
-from vibecalc.study.sweep.block import Block
-from vibecalc.study.sweep.design import Design, make_design
-from vibecalc.study.sweep.evaluate import Evaluator
-from vibecalc.study.sweep.place import NOT_COMPUTED
+from vibecalc.array_path import ROLL_KEYS, ROLL_PATHS, pattern, unsupported
+from vibecalc.core.case.load import LoadedCase, load_case, resolve, validate
+from vibecalc.core.case.raw import NOT_COMPUTED, get_key, key_text, parse_key, set_key
+from vibecalc.core.results.layout import DONE, FAILED
+from vibecalc.core.run.plan import planned_quantities
+from vibecalc.core.study.sweep.arrays import ArrayEvaluator
+from vibecalc.core.study.sweep.blocks import Block
+from vibecalc.core.study.sweep.design import Design, make_design
+from vibecalc.core.study.sweep.evaluate import Evaluator
+from vibecalc.core.study.tables import Sweep
 
 LEVEL = "response/roll/level/shell_acceleration"
 KEEP = (LEVEL, "response/roll/speed", "response/roll/largest_multiplier")
@@ -141,7 +139,7 @@ def test_the_cases_have_every_key_and_every_result() -> None:
         f"{TRAIN}.rod.crank_pin_to_mass_centre",
         f"{TRAIN}.cylinders[].rotating_mass",
     }
-    assert set(known_paths("free")) == set(PATHS)
+    assert set(known_paths("free")) == set(ROLL_PATHS)
 
 
 @pytest.mark.parametrize("name", FULL)

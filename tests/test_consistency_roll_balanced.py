@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from vibecalc.case.load import LoadedCase
-from vibecalc.pipeline.run import run_case
-from vibecalc.study.load import load_checked
+from vibecalc.core.case.load import LoadedCase
+from vibecalc.core.run.run import run_case
+from vibecalc.core.study.execute import load_checked
 
 CASE = Path(__file__).parents[1] / "cases" / "roll_balanced.toml"
 

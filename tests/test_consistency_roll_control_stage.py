@@ -7,9 +7,9 @@ import pytest
 from roll_control_cases import case_of, record_of, shipped, value_of
 from roll_machines import SYNCHRONOUS, source_drive, source_machine
 
+from vibecalc.core.run.run import run_case
 from vibecalc.errors import NumericalFailure
 from vibecalc.excitation.gas_tables import force_at
-from vibecalc.pipeline.run import run_case
 from vibecalc.roll.control.gains import (
     UNCONTROLLED,
     Load,

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from vibecalc.case.load import validate
-from vibecalc.case.overrides import set_key
+from vibecalc.core.case.load import validate
+from vibecalc.core.case.raw import set_key
 from vibecalc.excitation.gas_tables import force_at
 from vibecalc.excitation.rod_inertia import split_inertia
 from vibecalc.excitation.slip_torque import slip_torque

@@ -27,8 +27,8 @@ pytest.importorskip("matplotlib")
 
 from drawn import assert_apart, figure, lines, words
 
-from vibecalc.report.plots import PICTURES, draw, make
-from vibecalc.results.record import Axis
+from vibecalc.core.report.plots import PICTURES, draw, make
+from vibecalc.core.results.record import Axis
 from vibecalc.roll.pictures.motor import motor_curve
 
 OWN = {"roll_levels": spectra, "roll_cycle": spectra, "roll_sensitivity": sensitivities}

@@ -8,10 +8,10 @@ import pytest
 from response_machines import run, shipped
 from shipped_cases import result_of
 
-from vibecalc.case.load import validate
+from vibecalc.core.case.load import validate
+from vibecalc.core.report.verdicts import judge_limits
+from vibecalc.core.results.record import Record
 from vibecalc.parts.cautions import machine_warnings
-from vibecalc.report.limits import judge_limits
-from vibecalc.results.record import Record
 from vibecalc.roll.report.running import shaking
 
 SHAKING = "response/roll/shaking/"

@@ -7,8 +7,8 @@ import pytest
 from fuzzing import command
 from test_consistency_roll_ways import ROOT, solved
 
-from vibecalc.pipeline.tolerance import reached, tolerance_warning
-from vibecalc.results.record import Quantity, Record
+from vibecalc.core.results.record import Quantity, Record
+from vibecalc.core.results.tolerance import reached, tolerance_warning
 
 
 @pytest.mark.parametrize("orders", [150, 400])

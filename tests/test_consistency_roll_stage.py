@@ -8,6 +8,7 @@ import pytest
 from roll_machines import ROTOR, SYNCHRONOUS, source_drive, source_machine
 from shipped_cases import CASES, result_of
 
+from vibecalc.core.study.execute import load_checked
 from vibecalc.numerics.level import level_of
 from vibecalc.roll.adapters.readings import Looks, Seen, numbers_of, peaks_of, spectra_of
 from vibecalc.roll.mechanism import RollDrive, RollMachine, as_batch
@@ -16,7 +17,6 @@ from vibecalc.roll.results import FORCES, ROLL, VARIABLES
 from vibecalc.roll.running import course_of_state, running_state
 from vibecalc.roll.steady import Steady, steady_state
 from vibecalc.roll.turn import by_cylinder, harmonics, readings
-from vibecalc.study.load import load_checked
 
 ORDERS = np.arange(1, 11)
 

@@ -12,8 +12,8 @@ pytest.importorskip("matplotlib")
 
 from drawn import assert_apart, figure, lines, words
 
-from vibecalc.report.plots import make
-from vibecalc.results.record import Result
+from vibecalc.core.report.plots import make
+from vibecalc.core.results.record import Result
 from vibecalc.roll.pictures.start_up import arcs
 
 NAME = "roll_start_up"

@@ -10,10 +10,9 @@ import numpy as np
 import pytest
 from shipped_cases import CASES
 
-from vibecalc.results.record import Result
+from vibecalc.core.results.record import Result
+from vibecalc.core.study.execute import execute, load_checked
 from vibecalc.roll.results import ROLL
-from vibecalc.study.execute import execute
-from vibecalc.study.load import load_checked
 
 FILES = ("roll_first_stage.csv", "roll_second_stage.csv", "roll_motor.csv")
 METHODS = ("fourier", "shooting", "dop853", "rk4", "euler")

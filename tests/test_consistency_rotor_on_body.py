@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from vibecalc.case.load import validate
+from vibecalc.core.case.load import validate
+from vibecalc.core.run.run import run_case
 from vibecalc.errors import CaseError
-from vibecalc.pipeline.run import run_case
 
 RADIUS, LENGTH, MASS, ROTOR = 0.05, 0.2, 2.0, 0.05
 ROLL, HALF, STIFFNESS, DAMPING = 5.0, 0.4, 12_500.0, 187.5

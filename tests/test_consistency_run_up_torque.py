@@ -5,8 +5,8 @@ import pytest
 from engine_cases import replaced
 from engine_mounted import COUNTER, ON_BODY, SEPARATE, mounted
 
-from vibecalc.case.schema import Case
-from vibecalc.pipeline.run import run_case
+from vibecalc.core.run.run import run_case
+from vibecalc.schema import Case
 
 RUN_UP = ('model = "rigid_body"\n', 'model = "rigid_body"\nrun_up = { from = 40.0, to = 180.0 }\n')
 #: gas tables at three speeds, whose torque is linear in the speed between them

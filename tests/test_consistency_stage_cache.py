@@ -12,19 +12,16 @@ import numpy as np
 import pytest
 from shipped_cases import CASES
 
-from vibecalc.case.load import validate
-from vibecalc.case.overrides import key_text
-from vibecalc.case.schema import Case
-from vibecalc.case.walk import Shape, keys_of, shape_at
+from vibecalc.core.case.load import validate
+from vibecalc.core.case.raw import NOT_COMPUTED, case_at, key_text
+from vibecalc.core.case.walk import Shape, keys_of, shape_at
+from vibecalc.core.results.record import Record
 from vibecalc.core.run.machine_checks import check_machine
+from vibecalc.core.run.plan import plan_case
+from vibecalc.core.run.run import StageCache, check_again, run_case
+from vibecalc.core.study.execute import load_checked
 from vibecalc.errors import CaseError, KeyPath, NumericalFailure
-from vibecalc.pipeline.check_cache import check_again
-from vibecalc.pipeline.plan import plan_case
-from vibecalc.pipeline.run import run_case
-from vibecalc.pipeline.stage_cache import StageCache
-from vibecalc.results.record import Record
-from vibecalc.study.load import load_checked
-from vibecalc.study.sweep.place import NOT_COMPUTED, case_at
+from vibecalc.schema import Case
 
 #: long studies made short: what they read stays the same
 SHORTER = {

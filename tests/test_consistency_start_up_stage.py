@@ -14,13 +14,13 @@ import pytest
 from response_machines import run, shipped
 from shipped_cases import result_of
 
-from vibecalc.case.load import validate
+from vibecalc.core.case.load import validate
+from vibecalc.core.report.text import render_report
+from vibecalc.core.results.record import Record, Result
+from vibecalc.core.run.run import run_case
+from vibecalc.core.run.stage import below
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.runge_kutta_march import march, sample
-from vibecalc.pipeline.run import run_case
-from vibecalc.pipeline.stage_plan import below
-from vibecalc.report.text import render_report
-from vibecalc.results.record import Record, Result
 from vibecalc.roll.mechanism import accelerations, as_batch, inertia
 from vibecalc.roll.model import build_roll, roll_drive
 from vibecalc.roll.report.start_up import start_up as section
@@ -272,7 +272,7 @@ def test_the_report_shows_the_start_and_compares_its_end() -> None:
 
 
 def test_the_plan_leaves_out_what_no_key_asks_for() -> None:
-    from vibecalc.pipeline.plan import planned_quantities
+    from vibecalc.core.run.plan import planned_quantities
 
     planned = set(planned_quantities(validate(table(load=None))))
     asked = {path for path in below(f"{ROOT}/") if "/load/" not in path}

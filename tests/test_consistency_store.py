@@ -11,7 +11,7 @@ import xarray
 from h5py import h5ds
 from sample_results import DIRECTION, MOUNT, ORDER, SPEED, quantity, result_of
 
-from vibecalc.results.store import write_result
+from vibecalc.core.results.store import write_result
 
 
 @pytest.fixture

@@ -4,9 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from vibecalc.report.text import render_report
-from vibecalc.study.execute import execute
-from vibecalc.study.load import load_checked
+from vibecalc.core.report.text import render_report
+from vibecalc.core.study.execute import execute, load_checked
 
 CASES = Path(__file__).resolve().parents[1] / "cases"
 

@@ -11,20 +11,20 @@ import numpy as np
 import pytest
 from array_machines import CHANGES, machine
 
-from vibecalc.case.overrides import get_key, key_text
-from vibecalc.case.sweep_tables import Sweep
+from vibecalc import array_path as computing
+from vibecalc.absorber.arrays import TUNING_PATHS as TUNING
+from vibecalc.array_path import ROLL_PATHS as ROLL
+from vibecalc.array_path import SUPPORTED, pattern, unsupported
+from vibecalc.core.case.raw import get_key, key_text
+from vibecalc.core.results.layout import DONE, FAILED, REFUSED
+from vibecalc.core.run.plan import planned_quantities
+from vibecalc.core.study.sweep.arrays import ArrayEvaluator
+from vibecalc.core.study.sweep.blocks import Block
+from vibecalc.core.study.sweep.design import Design, make_design
+from vibecalc.core.study.sweep.evaluate import Evaluator, Found
+from vibecalc.core.study.sweep.strategy import choose
+from vibecalc.core.study.tables import Sweep
 from vibecalc.errors import KeyPath
-from vibecalc.pipeline.arrays import compute as computing
-from vibecalc.pipeline.arrays.absorber import PATHS as TUNING
-from vibecalc.pipeline.arrays.roll_paths import PATHS as ROLL
-from vibecalc.pipeline.arrays.support import SUPPORTED, pattern, unsupported
-from vibecalc.pipeline.plan import planned_quantities
-from vibecalc.results.sweep_layout import DONE, FAILED, REFUSED
-from vibecalc.study.sweep.arrays import ArrayEvaluator
-from vibecalc.study.sweep.block import Block
-from vibecalc.study.sweep.design import Design, make_design
-from vibecalc.study.sweep.evaluate import Evaluator, Found
-from vibecalc.study.sweep.strategy import choose
 
 PEAK = "isolation/support_force/steady_peak"
 
@@ -256,7 +256,7 @@ def test_arithmetic_that_fails_at_a_point_is_left_to_a_single_run(
 def test_what_arrays_cannot_do_is_said(
     name: str, keys: list[str], keep: list[str], part: str
 ) -> None:
-    from vibecalc.case.overrides import parse_key
+    from vibecalc.core.case.raw import parse_key
 
     reason = unsupported(machine(name).case, [parse_key(key) for key in keys], keep)
     assert reason is not None and part in reason

@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 from sweep_work import Start
 
+from vibecalc.core.results.layout import DIED, TIMED_OUT
+from vibecalc.core.study.sweep.cluster import Cluster
+from vibecalc.core.study.sweep.pool import Done, Work
 from vibecalc.errors import UsageError
-from vibecalc.results.sweep_layout import DIED, TIMED_OUT
-from vibecalc.study.sweep.cluster import Cluster
-from vibecalc.study.sweep.pool import Done, Work
 
 distributed = pytest.importorskip("distributed")
 
@@ -96,7 +96,7 @@ def test_leaving_early_ends_the_processes_on_the_workers(cluster: Any) -> None:
 
 
 def test_a_scheduler_that_is_not_there_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("vibecalc.study.sweep.cluster._ANSWER_WITHIN", 1)
+    monkeypatch.setattr("vibecalc.core.study.sweep.cluster._ANSWER_WITHIN", 1)
     with pytest.raises(UsageError, match="no dask scheduler answers at tcp:"):
         Cluster(Start(), address="tcp://127.0.0.1:9")
     with pytest.raises(UsageError, match=r"there is no scheduler file nowhere\.json"):

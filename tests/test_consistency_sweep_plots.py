@@ -26,12 +26,12 @@ from sweep_views import (
 
 pytest.importorskip("matplotlib")
 
-from vibecalc.report.pictures.sweep_parts import failure_marks, plane, shown_unit
-from vibecalc.report.plots import STYLE, SWEEP_PICTURES, draw_file, draw_sweep, make_sweep
-from vibecalc.report.sweep.limits import best, judge, keeping_all
-from vibecalc.report.sweep.view import GridAxis, SweepView
-from vibecalc.results.record import Axis
-from vibecalc.study.sweep.assemble import assemble
+from vibecalc.core.report.plots import STYLE, SWEEP_PICTURES, draw_file, draw_sweep, make_sweep
+from vibecalc.core.report.sweep.limits import best, judge, keeping_all
+from vibecalc.core.report.sweep.picture_parts import failure_marks, plane, shown_unit
+from vibecalc.core.report.sweep.view import GridAxis, SweepView
+from vibecalc.core.results.record import Axis
+from vibecalc.core.study.sweep.assemble import assemble
 
 OWN = {
     "sweep_line": lambda: mounts(21, 4, failed=FAILED_POINTS),
@@ -331,8 +331,7 @@ def test_samples_are_counted_and_their_limit_drawn() -> None:
 
 
 def test_indices_are_bars_with_their_standard_errors() -> None:
-    from vibecalc.report.sweep.sampled import indices_of
-    from vibecalc.report.sweep.worst import worst
+    from vibecalc.core.report.sweep.statistics import indices_of, worst
 
     sweep = sampled(128)
     made = figure(sweep, "sweep_sample")

@@ -16,11 +16,11 @@ from response_machines import run, shipped, si_matrix
 from scipy.integrate import solve_ivp
 from scipy.linalg import eigh
 
-from vibecalc.case.load import validate
+from vibecalc.core.case.load import validate
+from vibecalc.core.results.record import Record
 from vibecalc.core.run.machine_checks import check_machine
+from vibecalc.core.run.plan import planned_quantities
 from vibecalc.errors import NumericalFailure
-from vibecalc.pipeline.plan import planned_quantities
-from vibecalc.results.record import Record
 
 STEM = "response/switching"
 PARTS = ("translation", "rotation")

@@ -9,12 +9,12 @@ from typing import Any
 import jsonschema
 import pytest
 
-from vibecalc.case.load import case_hash, load_case, resolve, validate
-from vibecalc.case.overrides import get_key, set_key
-from vibecalc.case.schema import Case
-from vibecalc.case.template import SCENES, json_schema, starter
-from vibecalc.case.walk import keys_of, shape_at, shape_of
+from vibecalc.core.case.load import case_hash, load_case, resolve, validate
+from vibecalc.core.case.raw import get_key, set_key
+from vibecalc.core.case.walk import keys_of, shape_at, shape_of
 from vibecalc.errors import CaseError, UsageError
+from vibecalc.schema import Case
+from vibecalc.starters import SCENES, json_schema, starter
 
 CASES = sorted((Path(__file__).parent.parent / "cases").glob("*.toml"))
 SCHEMA = json_schema()

@@ -15,9 +15,9 @@ from random_machines import Table, random_machine
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
-from vibecalc.case.load import validate
-from vibecalc.pipeline.run import run_case
-from vibecalc.results.record import Record
+from vibecalc.core.case.load import validate
+from vibecalc.core.results.record import Record
+from vibecalc.core.run.run import run_case
 
 Array = np.ndarray[Any, np.dtype[Any]]
 AXES = dict(zip("xyz", np.eye(3), strict=True))

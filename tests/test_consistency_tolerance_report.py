@@ -8,13 +8,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from vibecalc.pipeline.tolerance import reached, tolerance_warning
-from vibecalc.pipeline.tolerance_summary import summarised
-from vibecalc.report.sections.closing import accuracy
-from vibecalc.report.sections.tolerance import stage_times, tolerance, tolerance_line
-from vibecalc.report.terminal import plain_summary
-from vibecalc.report.text import render_report
-from vibecalc.results.record import Axis, Quantity, Record, Result
+from vibecalc.core.report.pages import accuracy, stage_times, tolerance, tolerance_line
+from vibecalc.core.report.terminal import plain_summary
+from vibecalc.core.report.text import render_report
+from vibecalc.core.results.record import Axis, Quantity, Record, Result
+from vibecalc.core.results.tolerance import reached, summarised, tolerance_warning
 
 
 def quantity(path: str, values: list[float], error: float) -> Quantity:

@@ -12,13 +12,13 @@ from engine_cases import replaced
 from engine_mounted import COUNTER, ON_BODY, SEPARATE, mounted, wanted_of
 from mpmath import mp
 
+from vibecalc.core.run.plan import plan_case
 from vibecalc.errors import NumericalFailure
 from vibecalc.excitation.gas_tables import GasCard, pressure_at
 from vibecalc.excitation.model import crank_geometry, cycle_of, gas_cards
 from vibecalc.excitation.pressure_cycle import motored_cycle
 from vibecalc.isolation.torque_reaction import line_transfer
 from vibecalc.numerics.rounding import WithError
-from vibecalc.pipeline.plan import plan_case
 from vibecalc.torsion.line import chain, dynamic_stiffness
 from vibecalc.torsion.model import build_shaft_line
 from vibecalc.torsion.modes import natural_modes

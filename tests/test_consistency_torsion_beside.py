@@ -12,9 +12,9 @@ from engine_cases import ENGINE, GEARED, refusal, replaced
 from report_samples import result_of
 from test_consistency_torsion_stage import ROOT, SPEED, record, value
 
-from vibecalc.case.load import resolve, validate
+from vibecalc.core.case.load import resolve, validate
+from vibecalc.core.report.text import as_json
 from vibecalc.parts.cautions import machine_warnings
-from vibecalc.report.machine_readable import as_json
 from vibecalc.torsion.adapters.exceeded import united
 from vibecalc.torsion.report.first_page import conclusion
 

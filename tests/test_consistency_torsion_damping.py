@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 from engine_cases import ENGINE, GEARED, replaced
 
-from vibecalc.case.load import validate
+from vibecalc.core.case.load import validate
+from vibecalc.core.results.record import Record
+from vibecalc.core.run.run import run_case
 from vibecalc.errors import NumericalFailure
 from vibecalc.parts.cautions import machine_warnings
-from vibecalc.pipeline.run import run_case
-from vibecalc.results.record import Record
 
 ROOT = "response/torsion"
 ENGINE = replaced(ENGINE, ('speeds = { from = "800 rpm", to = "2000 rpm" }', ""))

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 from engine_cases import ENGINE, GEARED, replaced
 
-from vibecalc.case.load import validate
-from vibecalc.pipeline.run import run_case
-from vibecalc.results.record import Record
+from vibecalc.core.case.load import validate
+from vibecalc.core.results.record import Record
+from vibecalc.core.run.run import run_case
 
 ROOT = "response/torsion"
 RPM = np.pi / 30.0

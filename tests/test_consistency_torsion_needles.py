@@ -11,7 +11,7 @@ import pytest
 from engine_cases import ENGINE, replaced
 from test_consistency_torsion_stage import ROOT, record, value
 
-from vibecalc.case.load import validate
+from vibecalc.core.case.load import validate
 from vibecalc.torsion.adapters.curves import sweep
 from vibecalc.torsion.adapters.setup import Setup, build_setup
 from vibecalc.torsion.adapters.variants import bare_setup

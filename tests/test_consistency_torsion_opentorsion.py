@@ -12,7 +12,7 @@ from engine_as_published import full_torque
 from test_consistency_torsion_geared import stated
 from test_docs import shows
 
-from vibecalc.case.load import load_case
+from vibecalc.core.case.load import load_case
 from vibecalc.torsion.forced import forced
 from vibecalc.torsion.line import Line, chain
 from vibecalc.torsion.model import build_shaft_line

@@ -9,9 +9,9 @@ from torsion_samples import ROOT, geared, six
 
 pytest.importorskip("matplotlib")
 
-from vibecalc.report.plots import PICTURES, STYLE, make
-from vibecalc.report.references import judge_references
-from vibecalc.results.record import Result
+from vibecalc.core.report.plots import PICTURES, STYLE, make
+from vibecalc.core.report.verdicts import judge_references
+from vibecalc.core.results.record import Result
 from vibecalc.torsion.model import build_shaft_line
 from vibecalc.torsion.pictures.excitation import alike
 from vibecalc.torsion.pictures.modes import strands
@@ -110,7 +110,7 @@ def test_shapes_run_along_the_line_and_branches_apart(made: dict[str, Any]) -> N
     shape = [*values(six(), "modes/shape")[1], *values(six(), "modes/ring_shape")[1]]
     assert sorted(heights) == pytest.approx(sorted(np.real(shape)))
     other = geared()
-    from vibecalc.case.load import validate
+    from vibecalc.core.case.load import validate
 
     line = build_shaft_line(validate(dict(other.case)))
     paths = [[line.station_names[i] for i in path] for path in strands(line, 7)]

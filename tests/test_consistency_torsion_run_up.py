@@ -14,8 +14,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from vibecalc.study.execute import execute
-from vibecalc.study.load import load_checked
+from vibecalc.core.study.execute import execute, load_checked
 
 ANGLES = np.deg2rad([-180.0, -40.0, 0.0, 12.0, 60.0, 180.0])
 #: gauge pressures in bar by speed in rad/s: combustion grows, and shrinks again

@@ -12,11 +12,11 @@ import numpy as np
 import pytest
 from engine_cases import ENGINE, GEARED, replaced
 
-from vibecalc.case.load import validate
+from vibecalc.core.case.load import validate
+from vibecalc.core.results.record import Record
+from vibecalc.core.run.plan import planned_quantities
+from vibecalc.core.run.run import run_case
 from vibecalc.errors import NumericalFailure
-from vibecalc.pipeline.plan import planned_quantities
-from vibecalc.pipeline.run import run_case
-from vibecalc.results.record import Record
 
 ROOT = "response/torsion"
 POINTS = "speeds = { from = '800 rpm', to = '6000 rpm', points = 121 }"

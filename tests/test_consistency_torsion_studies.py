@@ -9,12 +9,11 @@ import numpy as np
 import pytest
 from engine_cases import ENGINE, GEARED, replaced
 
+from vibecalc.core.report.plots import make
+from vibecalc.core.report.text import render_report
+from vibecalc.core.results.record import Record, Result
+from vibecalc.core.study.execute import execute, load_checked
 from vibecalc.errors import NumericalFailure
-from vibecalc.report.plots import make
-from vibecalc.report.text import render_report
-from vibecalc.results.record import Record, Result
-from vibecalc.study.execute import execute
-from vibecalc.study.load import load_checked
 from vibecalc.torsion.adapters.damper_design import build_problem
 from vibecalc.torsion.adapters.setup import build_setup
 from vibecalc.torsion.damper_design.design import design as search

@@ -20,15 +20,11 @@ from accuracy_topics import (
     unstable,
 )
 
-from vibecalc.accuracy.cheapest import cheapest_in_work
-from vibecalc.accuracy.errors import errors_of
-from vibecalc.accuracy.front import extra_work, front, front_in_work
-from vibecalc.accuracy.measure import measure
-from vibecalc.accuracy.order import fitted
-from vibecalc.accuracy.rung import Rung
-from vibecalc.accuracy.topic import Answer, Ladder, Reference
+from vibecalc.core.accuracy.measure import errors_of, measure
+from vibecalc.core.accuracy.record import cheapest_in_work, extra_work, fitted, front, front_in_work
+from vibecalc.core.accuracy.topic import Answer, Ladder, Reference, Rung
+from vibecalc.core.results.layout import ALGEBRAIC, GEOMETRIC, RUNG_DONE, RUNG_FAILED, RUNG_NOT_RUN
 from vibecalc.errors import NumericalFailure
-from vibecalc.results.accuracy_layout import ALGEBRAIC, DONE, FAILED, GEOMETRIC, NOT_RUN
 
 NOISE = 1e-14
 
@@ -84,7 +80,7 @@ def test_rungs_at_round_off_or_on_a_plateau_do_not_count() -> None:
 def test_front_counts_errors_within_the_noise_as_equal() -> None:
     rungs = [rung(1e-3, 1), rung(1e-6, 2), rung(2e-6, 3), rung(1e-15, 9), rung(0.0, 10)]
     assert front_in_work(rungs) == (True, True, False, True, False)
-    failed = rungs[0]._replace(status=FAILED, work=0.0)
+    failed = rungs[0]._replace(status=RUNG_FAILED, work=0.0)
     assert front([*rungs, failed], lambda one: one.work)[-1] is False
     twice = [rung(1e-3, 1), rung(1e-3, 1)]
     assert front_in_work(twice) == (True, True)
@@ -128,7 +124,13 @@ def test_three_norms() -> None:
 def test_failures_are_listed_with_their_cause() -> None:
     asked = topic(ladder(unstable, 2, 4, 8), ladder(undefined, 1, 2))
     rungs = measure(asked, ONCE).rungs
-    assert [one.status for one in rungs] == [FAILED, FAILED, DONE, FAILED, FAILED]
+    assert [one.status for one in rungs] == [
+        RUNG_FAILED,
+        RUNG_FAILED,
+        RUNG_DONE,
+        RUNG_FAILED,
+        RUNG_FAILED,
+    ]
     assert [one.cause for one in rungs] == [
         "the step is above the limit of stability",
         "LinAlgError: singular matrix",
@@ -136,7 +138,7 @@ def test_failures_are_listed_with_their_cause() -> None:
         "the answer is not a number",
         "the answer is infinite",
     ]
-    assert all(one.worst_relative == math.inf for one in rungs if one.status == FAILED)
+    assert all(one.worst_relative == math.inf for one in rungs if one.status == RUNG_FAILED)
 
 
 def test_an_overflow_is_a_failure_and_no_warning() -> None:
@@ -145,15 +147,21 @@ def test_an_overflow_is_a_failure_and_no_warning() -> None:
         return Answer(value * value + 0j, 1.0)
 
     (one,) = measure(topic(ladder(diverging)), ONCE).rungs
-    assert one.status == FAILED and one.cause.startswith("FloatingPointError: overflow")
+    assert one.status == RUNG_FAILED and one.cause.startswith("FloatingPointError: overflow")
 
 
 def test_a_slow_rung_ends_its_ladder_and_no_other(monkeypatch: pytest.MonkeyPatch) -> None:
     clock = Clock()
-    monkeypatch.setattr("vibecalc.accuracy.measure.time", clock)
+    monkeypatch.setattr("vibecalc.core.accuracy.measure.time", clock)
     asked = topic(ladder(clock.slow, 1, 6, 7, 8), ladder(exact))
     rungs = measure(asked).rungs
-    assert [one.status for one in rungs] == [DONE, DONE, NOT_RUN, NOT_RUN, DONE]
+    assert [one.status for one in rungs] == [
+        RUNG_DONE,
+        RUNG_DONE,
+        RUNG_NOT_RUN,
+        RUNG_NOT_RUN,
+        RUNG_DONE,
+    ]
     assert rungs[2].cause == "the setting before took longer than 5 s"
     assert [one.seconds for one in rungs] == [1.0, 6.0, 0.0, 0.0, 0.0]
 
@@ -165,7 +173,7 @@ def test_how_often_a_rung_is_repeated(
     seconds: float, runs: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     clock = Clock()
-    monkeypatch.setattr("vibecalc.accuracy.measure.time", clock)
+    monkeypatch.setattr("vibecalc.core.accuracy.measure.time", clock)
     measure(topic(ladder(clock.slow, seconds)))
     assert clock.now == pytest.approx(runs * seconds)
 

@@ -25,18 +25,16 @@ from vibecalc.absorber.accuracy.hardware import absorber_parts_topics as parts_t
 from vibecalc.absorber.accuracy.pendulum import absorber_pendulum_topics as pendulum_topics
 from vibecalc.absorber.accuracy.tuning import absorber_tuning_topics as tuning_topics
 from vibecalc.absorber.tuning.closed_forms import nishihara_asami
-from vibecalc.accuracy.front import extra_work
-from vibecalc.accuracy.measure import Timed, measure
-from vibecalc.accuracy.order import fitted
-from vibecalc.accuracy.rung import Measured, Rung
-from vibecalc.accuracy.topic import Topic
-from vibecalc.accuracy.topics import find
-from vibecalc.accuracy.topics.find import study_topics as find_study_topics
-from vibecalc.accuracy.topics.optimisation import study_topics as optimisation_study_topics
-from vibecalc.accuracy.yardsticks.searches import nelder_mead, within_budget
+from vibecalc.core.accuracy import frame_topics as find
+from vibecalc.core.accuracy.by_other_means.searches import nelder_mead, within_budget
+from vibecalc.core.accuracy.frame_topics import find_topics as find_study_topics
+from vibecalc.core.accuracy.frame_topics import optimisation_topics as optimisation_study_topics
+from vibecalc.core.accuracy.measure import Timed, measure
+from vibecalc.core.accuracy.record import extra_work, fitted
+from vibecalc.core.accuracy.topic import Measured, Rung, Topic
+from vibecalc.core.run.run import run_scene
+from vibecalc.core.study.execute import load_checked
 from vibecalc.errors import NumericalFailure
-from vibecalc.pipeline.run import run_scene
-from vibecalc.study.load import load_checked
 
 ONCE = Timed(longest=20.0, repeat=False)
 #: relative error that every default reaches, unless a test says otherwise

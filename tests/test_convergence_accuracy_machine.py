@@ -10,40 +10,38 @@ import numpy as np
 import pytest
 from shipped_cases import CASES
 
-from vibecalc.accuracy.front import extra_work
-from vibecalc.accuracy.measure import Timed, measure
-from vibecalc.accuracy.order import fitted
-from vibecalc.accuracy.rung import Measured
-from vibecalc.accuracy.topic import Topic
-from vibecalc.accuracy.yardsticks.cycle_peaks import peak_topic
-from vibecalc.accuracy.yardsticks.cycle_signals import Signal
-from vibecalc.accuracy.yardsticks.fourier_samples import (
+from vibecalc.core.accuracy.by_other_means.cycles import (
+    Signal,
     harmonics_of_samples,
+    peak_topic,
     samples_of_harmonics,
 )
-from vibecalc.accuracy.yardsticks.grids import (
+from vibecalc.core.accuracy.by_other_means.integrators import march_fixed, march_scipy
+from vibecalc.core.accuracy.by_other_means.searches import (
     chebyshev_maximum,
     golden_maximum,
     grid_maximum,
     parabola_maximum,
     places_of,
 )
-from vibecalc.accuracy.yardsticks.integrators import march_fixed, march_scipy
+from vibecalc.core.accuracy.measure import Timed, measure
+from vibecalc.core.accuracy.record import extra_work, fitted
+from vibecalc.core.accuracy.topic import Measured, Topic
+from vibecalc.core.results.layout import RUNG_FAILED
+from vibecalc.core.run.plan import plan_case
+from vibecalc.core.run.run import run_scene
+from vibecalc.core.run.stage import Scene
+from vibecalc.core.study.execute import load_checked
 from vibecalc.errors import NumericalFailure
 from vibecalc.excitation.accuracy import excitation_force_topics, motor_force_topics
 from vibecalc.isolation.accuracy.run_up import run_up_topics
 from vibecalc.isolation.accuracy.steady import isolation_steady_topics
 from vibecalc.isolation.adapters.common import LARGEST
 from vibecalc.kinematics.accuracy import kinematics_harmonics_topics, kinematics_motion_topics
-from vibecalc.pipeline.plan import plan_case
-from vibecalc.pipeline.run import run_scene
-from vibecalc.pipeline.scene import Scene
 from vibecalc.response.accuracy.forced import response_steady_topics
 from vibecalc.response.accuracy.modes import response_modes_topics
 from vibecalc.response.accuracy.operations import operations_topics
 from vibecalc.response.accuracy.switching import switching_topics
-from vibecalc.results.accuracy_layout import FAILED
-from vibecalc.study.load import load_checked
 
 #: module of topics, case that has its stage, and how well the truth is known
 MEASURED = (
@@ -118,7 +116,7 @@ def test_truths_are_known_and_the_default_is_worth_its_work(
             assert extra_work(each.topic, rungs) <= each.topic.default_extra, each.topic.name
         assert (each.topic.default_extra == 1.0) == (each.topic.default_why == "")
         for rung in each.rungs:
-            assert (rung.status == FAILED) == (rung.cause != "")
+            assert (rung.status == RUNG_FAILED) == (rung.cause != "")
             if rung.is_default:
                 assert rung.worst_relative <= max(1e-9, each.reference.agreement)
 
@@ -158,15 +156,15 @@ def test_series_and_samples_lose_what_the_closed_form_of_harmonics_keeps() -> No
     # rounding of the first harmonic buries the last, 1e-75 of it
     assert error["FFT of samples", 1280.0] > 1e40
     few = next(rung for rung in found.rungs if (rung.ladder, rung.setting) == ("FFT of samples", 8))
-    assert few.status == FAILED and "more than 160 are needed" in few.cause
+    assert few.status == RUNG_FAILED and "more than 160 are needed" in few.cause
 
 
 def test_a_start_off_the_summit_is_a_failure_with_its_cause() -> None:
     found = one("motor_force", "axial force peak")
-    causes = [rung.cause for rung in found.rungs if rung.status == FAILED]
+    causes = [rung.cause for rung in found.rungs if rung.status == RUNG_FAILED]
     assert any("leaves the summit" in cause for cause in causes)
     scan = one("response_modes", "natural frequencies")
-    causes = [rung.cause for rung in scan.rungs if rung.status == FAILED]
+    causes = [rung.cause for rung in scan.rungs if rung.status == RUNG_FAILED]
     assert any("changes of sign, not 6" in cause for cause in causes)
 
 
@@ -191,7 +189,7 @@ def test_a_circle_has_a_peak_and_no_place() -> None:
     topic = peak_topic("excitation", "circle", "", "excitation/force_peak", "N", circle)
     found = measure(topic, Timed(repeat=False))
     assert topic.position == "" and found.reference.position is None
-    assert all(rung.worst_relative < 1e-14 for rung in found.rungs if rung.status != FAILED)
+    assert all(rung.worst_relative < 1e-14 for rung in found.rungs if rung.status != RUNG_FAILED)
     two = Signal(np.array([[1.0 + 0.0j, 1.0]]), np.array([1, 3]))
     # cos a + cos 3a is largest, 2, at 0 and at half a turn, with the other sign
     known = peak_topic("excitation", "two", "", "excitation/force_peak", "N", two)

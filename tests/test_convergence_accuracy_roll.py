@@ -13,17 +13,16 @@ import numpy as np
 import pytest
 from shipped_cases import CASES
 
-from vibecalc.accuracy.front import extra_work
-from vibecalc.accuracy.measure import Timed, measure
-from vibecalc.accuracy.order import fitted
-from vibecalc.accuracy.rung import Measured
-from vibecalc.accuracy.topic import Topic
+from vibecalc.core.accuracy.measure import Timed, measure
+from vibecalc.core.accuracy.record import extra_work, fitted
+from vibecalc.core.accuracy.topic import Measured, Topic
+from vibecalc.core.run.stage import Scene
+from vibecalc.core.study.execute import load_checked
 from vibecalc.errors import NumericalFailure
 from vibecalc.measurement import accuracy as plate_levels
 from vibecalc.measurement.accuracy import measurement_topics
 from vibecalc.measurement.model import build_harmonics, reference_row
 from vibecalc.parts.machine import build_machine
-from vibecalc.pipeline.scene import Scene
 from vibecalc.roll.accuracy.by_other_means import (
     RollSetup,
     departure,
@@ -38,7 +37,6 @@ from vibecalc.roll.mechanism import inertia
 from vibecalc.roll.model import build_roll, roll_drive
 from vibecalc.roll.start_up_system import FULL_LOAD
 from vibecalc.roll.steady import steady_state
-from vibecalc.study.load import load_checked
 
 ONCE = Timed(repeat=False)
 EVERY = (control_topics, measurement_topics, roll_topics, start_up_topics)

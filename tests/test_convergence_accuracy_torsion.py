@@ -6,19 +6,17 @@ import numpy as np
 import pytest
 from shipped_cases import CASES
 
-from vibecalc.accuracy.front import extra_work
-from vibecalc.accuracy.measure import Timed, measure
-from vibecalc.accuracy.order import Fit, fitted
-from vibecalc.accuracy.rung import Measured, Rung
-from vibecalc.accuracy.table import TOPICS
-from vibecalc.accuracy.topic import Topic
+from vibecalc.core.accuracy.measure import Timed, measure
+from vibecalc.core.accuracy.record import Fit, extra_work, fitted
+from vibecalc.core.accuracy.run import TOPICS
+from vibecalc.core.accuracy.topic import Measured, Rung, Topic
+from vibecalc.core.results.catalogue import CATALOGUE
+from vibecalc.core.results.named import named
+from vibecalc.core.run.plan import plan_case
+from vibecalc.core.run.run import run_scene
+from vibecalc.core.run.stage import Scene
+from vibecalc.core.study.execute import load_checked
 from vibecalc.errors import NumericalFailure
-from vibecalc.pipeline.catalogue import CATALOGUE
-from vibecalc.pipeline.plan import plan_case
-from vibecalc.pipeline.run import run_scene
-from vibecalc.pipeline.scene import Scene
-from vibecalc.results.named import named
-from vibecalc.study.load import load_checked
 from vibecalc.torsion.accuracy.by_other_means import (
     dense_angles,
     exact_angles,

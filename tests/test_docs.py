@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from shipped_cases import ROOT, result_of, table_of
 
-from vibecalc.case.load import validate
-from vibecalc.pipeline.run import run_case
-from vibecalc.results.record import Record
-from vibecalc.results.select import scalar
+from vibecalc.core.case.load import validate
+from vibecalc.core.results.record import Record
+from vibecalc.core.results.select import scalar
+from vibecalc.core.run.run import run_case
 
 TEXT = (ROOT / "docs" / "validation.md").read_text(encoding="utf-8")
 QUANTITY = re.compile(r"^`([\w/]+)`((?: \w+=\w+)*)(?: with `([^`]+)`)?$")

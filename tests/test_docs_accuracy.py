@@ -8,8 +8,8 @@ import pytest
 from fuzzing import command
 from shipped_cases import ROOT
 
-from vibecalc.results.accuracy_layout import TARGETS
-from vibecalc.results.store import read_result
+from vibecalc.core.results.layout import TARGETS
+from vibecalc.core.results.store import read_result
 
 PAGE = (ROOT / "docs" / "accuracy.md").read_text(encoding="utf-8")
 
@@ -23,8 +23,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (block,) = re.findall(r"```sh\n(.*?)```", PAGE, re.S)
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(made)
-        patch.setattr("vibecalc.accuracy.measure._ENOUGH", 0.0)
-        patch.setattr("vibecalc.report.plots._RESOLUTION", 20)
+        patch.setattr("vibecalc.core.accuracy.measure._ENOUGH", 0.0)
+        patch.setattr("vibecalc.core.report.plots._RESOLUTION", 20)
         for line in block.splitlines():
             outcome = command(*shlex.split(line.split("#")[0])[1:], cap=60)
             assert outcome.code == 0, (line, outcome.err)

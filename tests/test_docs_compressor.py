@@ -24,7 +24,7 @@ from compressor_page import (
 )
 from shipped_cases import CASES, ROOT
 
-from vibecalc.results.select import scalar
+from vibecalc.core.results.select import scalar
 from vibecalc.units import convert
 
 

@@ -16,9 +16,9 @@ from compressor_page import (
 from ong_search import TARGET, corrective_energy, search
 from shipped_cases import result_of, table_of
 
-from vibecalc.case.load import validate
-from vibecalc.pipeline.run import run_case
-from vibecalc.results.record import Record
+from vibecalc.core.case.load import validate
+from vibecalc.core.results.record import Record
+from vibecalc.core.run.run import run_case
 
 
 def turning(angle: float, force: float, torque: float) -> np.ndarray:

@@ -7,8 +7,8 @@ import pytest
 from shipped_cases import CASES, ROOT, result_of
 from test_docs import rows, shows
 
-from vibecalc.case.load import load_case
-from vibecalc.results.select import scalar
+from vibecalc.core.case.load import load_case
+from vibecalc.core.results.select import scalar
 from vibecalc.units import convert
 
 PAGE = (ROOT / "docs" / "validation_roll_measured.md").read_text(encoding="utf-8")

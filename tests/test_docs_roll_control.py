@@ -15,8 +15,8 @@ from roll_control_cases import shipped, value_of
 from shipped_cases import CASES, ROOT
 from test_docs import rows
 
-from vibecalc.report.references import judge_references
-from vibecalc.results.select import scalar
+from vibecalc.core.report.verdicts import judge_references
+from vibecalc.core.results.select import scalar
 from vibecalc.units import convert
 
 PAGE = (ROOT / "docs" / "validation_roll_control.md").read_text(encoding="utf-8")

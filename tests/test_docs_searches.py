@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 from fuzzing import command
 
-from vibecalc.results.store import read_result
-from vibecalc.study.find_paths import find_entries
-from vibecalc.study.load import load_checked
+from vibecalc.core.results.store import read_result
+from vibecalc.core.study.execute import load_checked
+from vibecalc.core.study.planned import find_entries
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = (ROOT / "docs" / "searches.md").read_text(encoding="utf-8")

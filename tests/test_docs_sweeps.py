@@ -12,8 +12,8 @@ import pytest
 from fuzzing import command
 from sweep_runs import objects
 
-from vibecalc.results.sweep_file import open_sweep
-from vibecalc.results.sweep_layout import STATUS_WORDS
+from vibecalc.core.results.layout import STATUS_WORDS
+from vibecalc.core.results.sweep_file import open_sweep
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = (ROOT / "docs" / "sweeps.md").read_text(encoding="utf-8")

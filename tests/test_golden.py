@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
-from vibecalc.case.load import load_case
-from vibecalc.results.store import read_result
+from vibecalc.core.case.load import load_case
+from vibecalc.core.results.store import read_result
 
 ROOT = Path(__file__).resolve().parents[1]
 # of a sweep, the file of all its points is compared

@@ -8,11 +8,10 @@ import pytest
 from absorber_cases import TUNED
 from shipped_cases import CASES, result_of
 
-from vibecalc.report.numbers import show
-from vibecalc.report.plots import PICTURES, STYLE, make
-from vibecalc.report.text import render_report
-from vibecalc.study.execute import execute
-from vibecalc.study.load import load_checked
+from vibecalc.core.report.plots import PICTURES, STYLE, make
+from vibecalc.core.report.text import render_report
+from vibecalc.core.report.writing import show
+from vibecalc.core.study.execute import execute, load_checked
 
 NAMES = sorted(name for name in CASES if name.startswith("absorber"))
 DRAWN = {

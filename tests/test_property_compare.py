@@ -23,11 +23,11 @@ from sample_results import (
     with_quantities,
 )
 
+from vibecalc.core.report.differences import differences_object, render_differences, render_junit
+from vibecalc.core.results.compare import Comparison, Row, compare
+from vibecalc.core.results.compare_rules import Rule, Rules
+from vibecalc.core.results.record import Axis, Quantity, Result
 from vibecalc.errors import UsageError
-from vibecalc.report.differences import differences_object, render_differences, render_junit
-from vibecalc.results.compare import Comparison, Row, compare
-from vibecalc.results.record import Axis, Quantity, Result
-from vibecalc.results.rules import Rule, Rules
 
 INFINITY = math.inf
 

@@ -12,8 +12,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vibecalc.case.data_files import attach_files
-from vibecalc.case.load import load_case, validate
+from vibecalc.core.case.data_files import attach_files
+from vibecalc.core.case.load import load_case, validate
 from vibecalc.errors import CaseError, Problem
 from vibecalc.units import parse_quantity
 

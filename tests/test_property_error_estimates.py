@@ -11,9 +11,9 @@ import pytest
 from random_machines import Table, random_machine, without_damping
 from truth_report import Judged, judge
 
-from vibecalc.case.load import validate
-from vibecalc.pipeline.run import run_case
-from vibecalc.pipeline.tolerance import reached
+from vibecalc.core.case.load import validate
+from vibecalc.core.results.tolerance import reached
+from vibecalc.core.run.run import run_case
 
 MOST_TOO_LOW, MOST_TOO_HIGH = 0.01, 0.05
 #: a few machines of every kind: pitch and rigid body, then both without damping

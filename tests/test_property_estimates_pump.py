@@ -22,7 +22,7 @@ from pump_cases import FOUR, pump_with
 from random_pumps import random_pump
 from truth_pump import judge_pump
 
-from vibecalc.case.load import validate
+from vibecalc.core.case.load import validate
 from vibecalc.core.run.machine_checks import check_machine
 from vibecalc.errors import NumericalFailure
 

@@ -14,7 +14,7 @@ from exact_roll import exact_harmonics, exact_turn
 from random_rolls import random_roll
 from truth_roll import judge_roll, truth_of
 
-from vibecalc.case.load import validate
+from vibecalc.core.case.load import validate
 from vibecalc.roll.mechanism import as_batch
 from vibecalc.roll.model import build_roll, roll_drive
 

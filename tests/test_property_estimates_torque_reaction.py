@@ -21,11 +21,11 @@ from mpmath import mpc, mpf
 from random_machines import Table
 from truth_report import Judged, judge_rows
 
-from vibecalc.case.load import validate
-from vibecalc.case.schema import Case
-from vibecalc.pipeline.plan import planned_quantities
-from vibecalc.pipeline.run import run_case
-from vibecalc.results.record import Record
+from vibecalc.core.case.load import validate
+from vibecalc.core.results.record import Record
+from vibecalc.core.run.plan import planned_quantities
+from vibecalc.core.run.run import run_case
+from vibecalc.schema import Case
 
 ROOT = "isolation/torque_reaction/"
 DIGITS = 30

@@ -15,7 +15,7 @@ from study_inputs import StudyInputs
 from study_report import StudyReport, hold
 from truth_transient import judge_transient
 
-from vibecalc.case.load import validate
+from vibecalc.core.case.load import validate
 from vibecalc.errors import NumericalFailure
 
 #: a swing that is slower than a cycle and ends with the change; a step

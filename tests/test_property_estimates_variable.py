@@ -15,7 +15,7 @@ from study_inputs import StudyInputs
 from study_report import StudyReport, hold
 from truth_variable import judge_variable
 
-from vibecalc.case.load import validate
+from vibecalc.core.case.load import validate
 from vibecalc.errors import NumericalFailure
 
 #: with a range of speeds; one whose vibration turns as a whole for the most part

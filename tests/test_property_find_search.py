@@ -7,10 +7,8 @@ from collections.abc import Callable
 
 import pytest
 
+from vibecalc.core.study.find_solutions import Course, Level, Solution, extremes, roots
 from vibecalc.errors import NumericalFailure
-from vibecalc.study.find_course import Course, Solution
-from vibecalc.study.find_extremes import extremes
-from vibecalc.study.find_roots import Level, roots
 
 Curve = Callable[[float], float]
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from fuzzing import ALLOWED, MUTATORS, command, mutations
 
-from vibecalc.case.template import starter
+from vibecalc.starters import starter
 
 SEED = 20080319
 

@@ -18,9 +18,8 @@ sys.path.insert(0, str(ROOT / "tests" / "matrix"))
 import derive  # noqa: E402
 from conditioning import ROOM, Conditioning, measured  # noqa: E402
 
-from vibecalc.results.rules import read_rules  # noqa: E402
-from vibecalc.study.execute import execute  # noqa: E402
-from vibecalc.study.load import load_checked  # noqa: E402
+from vibecalc.core.results.compare_rules import read_rules  # noqa: E402
+from vibecalc.core.study.execute import execute, load_checked  # noqa: E402
 
 PROMISES = tomllib.loads(derive.PROMISES.read_text(encoding="utf-8"))
 LEFT_OUT = {entry["case"] for entry in PROMISES.get("not_measured", ())}

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from vibecalc.optimisation.least_norm import LeastNorm, least_norm
+from vibecalc.core.study.balancing import LeastNorm, least_norm
 
 Problem = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 

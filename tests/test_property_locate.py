@@ -15,7 +15,7 @@ import tomli_w
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vibecalc.case.locate import Overridden, find_spans, locate
+from vibecalc.core.case.locate import Overridden, find_spans, locate
 from vibecalc.errors import KeyPath
 
 keys = st.sampled_from(

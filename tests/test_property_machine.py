@@ -8,13 +8,13 @@ from crank_trains import generator
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vibecalc.case.schema import Case
 from vibecalc.core.run.machine_checks import check_machine
 from vibecalc.isolation.model import PitchParts, build_pitch
 from vibecalc.parts.body import build_body, build_frame
 from vibecalc.parts.crank_train import build_crank_train, build_rotating_masses
 from vibecalc.parts.machine import build_machine
 from vibecalc.parts.mounts import build_mounts, rotation
+from vibecalc.schema import Case
 
 places = st.tuples(*[st.floats(-1.0, 1.0)] * 3)
 angles = st.tuples(*[st.floats(-3.2, 3.2)] * 3)

@@ -14,10 +14,10 @@ import numpy as np
 import pytest
 from random_machines import Table, random_machine
 
-from vibecalc.case.load import validate
-from vibecalc.pipeline.plan import planned_quantities
-from vibecalc.pipeline.run import run_case
-from vibecalc.results.record import Quantity, Record
+from vibecalc.core.case.load import validate
+from vibecalc.core.results.record import Quantity, Record
+from vibecalc.core.run.plan import planned_quantities
+from vibecalc.core.run.run import run_case
 
 MODELS = ("pitch", "rigid_body")
 SEEDS = range(4)

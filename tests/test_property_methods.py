@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from test_property_optimum import valley
 
-from vibecalc.case.tables import SearchMethod
+from vibecalc.core.case.tables import SearchMethod
+from vibecalc.core.study.search.methods import METHODS, find
+from vibecalc.core.study.search.minimise import minimise
 from vibecalc.errors import NumericalFailure
-from vibecalc.optimisation.constrained import minimise
-from vibecalc.optimisation.methods import METHODS, find
 
 NAMES = sorted(METHODS)
 

@@ -5,7 +5,7 @@ import itertools
 import numpy as np
 import pytest
 
-from vibecalc.optimisation.constrained import minimise
+from vibecalc.core.study.search.minimise import minimise
 
 BOX3 = ([-2.0] * 3, [2.0] * 3)
 

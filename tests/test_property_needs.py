@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from needs_cases import Key, case_of, optional_keys, table_of, without
 
-from vibecalc.case.schema import Case
+from vibecalc.core.results.record import Quantity, Record
+from vibecalc.core.run.plan import planned_quantities
+from vibecalc.core.run.run import run_case
 from vibecalc.errors import NumericalFailure
-from vibecalc.pipeline.plan import planned_quantities
-from vibecalc.pipeline.run import run_case
-from vibecalc.results.record import Quantity, Record
+from vibecalc.schema import Case
 
 #: one of each kind that runs in some tens of milliseconds
 QUICK = ("generator", "compressor", "engine_v8", "absorber_curves")

@@ -5,9 +5,8 @@ estimates are honest on random problems whose optimum is known exactly.
 import numpy as np
 import pytest
 
-from vibecalc.optimisation.constrained import minimise
-from vibecalc.optimisation.starts import spread
-from vibecalc.optimisation.variables import Box
+from vibecalc.core.study.search.minimise import minimise
+from vibecalc.core.study.search.problem import Box, spread
 
 SCALES = [(1.0, 1e3), (1e-6, 1e6), (1e5, 1e-9)]
 

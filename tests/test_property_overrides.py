@@ -10,8 +10,8 @@ import tomli_w
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vibecalc.case.load import load_case, resolve, validate
-from vibecalc.case.overrides import (
+from vibecalc.core.case.load import load_case, resolve, validate
+from vibecalc.core.case.raw import (
     apply_overrides,
     field_unit,
     get_key,

@@ -15,12 +15,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 from report_samples import MOUNTS, ORDERS, generator, generator_case, quantity, result_of
 
+from vibecalc.core.report.pages import difference, known_notes
+from vibecalc.core.report.verdicts import (
+    LimitRow,
+    counted_misses,
+    judge_limits,
+    judge_references,
+    misses,
+)
+from vibecalc.core.report.writing import read_printed
+from vibecalc.core.results.record import Record, Result
 from vibecalc.errors import ResultError
-from vibecalc.report.limits import LimitRow
-from vibecalc.report.printed import read_printed
-from vibecalc.report.references import counted_misses, judge_limits, judge_references, misses
-from vibecalc.report.sections.summary import difference, known_notes
-from vibecalc.results.record import Record, Result
 
 PATH = "isolation/lever_force/steady_peak"
 

@@ -24,11 +24,10 @@ from report_samples import (
 )
 from rich.console import Console
 
-from vibecalc.report.numbers import show, show_percent, show_phase
-from vibecalc.report.tables import Column, fold, number, table
-from vibecalc.report.terminal import plain_summary, print_summary, summary
-from vibecalc.report.text import render_report, render_verdicts
-from vibecalc.results.record import Axis, Record
+from vibecalc.core.report.terminal import plain_summary, print_summary, summary
+from vibecalc.core.report.text import render_report, render_verdicts
+from vibecalc.core.report.writing import Column, fold, number, show, show_percent, show_phase, table
+from vibecalc.core.results.record import Axis, Record
 
 SAMPLES = {"generator": generator, "rigid_body": rigid_body, "optimised": optimised}
 

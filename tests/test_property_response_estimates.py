@@ -19,9 +19,9 @@ from random_machines import Table
 from response_machines import random_compressor
 from truth_report import DIGITS, UNIT, Judged
 
-from vibecalc.case.load import validate
+from vibecalc.core.case.load import validate
 from vibecalc.core.run.machine_checks import check_machine
-from vibecalc.pipeline.run import run_case
+from vibecalc.core.run.run import run_case
 
 MOST_TOO_LOW, MOST_TOO_HIGH = 0.01, 0.05
 #: of the range of a peak over the phases there is no truth here; numbers of modes are no estimates

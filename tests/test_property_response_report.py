@@ -21,11 +21,11 @@ from response_samples import (
     switching,
 )
 
+from vibecalc.core.report.terminal import plain_summary
+from vibecalc.core.report.text import render_report
+from vibecalc.core.results.record import Axis, Quantity, Result
 from vibecalc.impact.report import ranges
-from vibecalc.report.terminal import plain_summary
-from vibecalc.report.text import render_report
 from vibecalc.response.report import SMALLEST, last_normal, main_coordinates
-from vibecalc.results.record import Axis, Quantity, Result
 
 PARTS = {
     "Running gear": motion,

@@ -16,10 +16,10 @@ import tomli_w
 from random_machines import Table
 from response_machines import IMPERIAL, SI, bare, blocks, random_compressor, run, shipped, si_matrix
 
-from vibecalc.case.load import load_case
-from vibecalc.results.record import Quantity, Record
-from vibecalc.results.store import read_result, write_result
-from vibecalc.study.execute import execute
+from vibecalc.core.case.load import load_case
+from vibecalc.core.results.record import Quantity, Record
+from vibecalc.core.results.store import read_result, write_result
+from vibecalc.core.study.execute import execute
 
 CASES = Path(__file__).resolve().parents[1] / "cases"
 SEEDS = range(4)

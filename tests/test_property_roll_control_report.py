@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from roll_control_cases import PATH, record_of, shipped, value_of
 
-from vibecalc.report.text import render_report
-from vibecalc.results.record import Record, Result
+from vibecalc.core.report.text import render_report
+from vibecalc.core.results.record import Record, Result
 from vibecalc.roll.control import margins as count
 from vibecalc.roll.report.control import STATUS, in_decibels, in_phase, in_time
 
@@ -90,7 +90,7 @@ def test_pictures_show_the_numbers() -> None:
     pytest.importorskip("matplotlib")
     import matplotlib
 
-    from vibecalc.report.plots import STYLE, make
+    from vibecalc.core.report.plots import STYLE, make
 
     with matplotlib.rc_context(STYLE):
         grid, motors, locus = (

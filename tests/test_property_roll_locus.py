@@ -12,7 +12,7 @@ pytest.importorskip("matplotlib")
 import matplotlib
 from test_property_roll_control_report import result_of
 
-from vibecalc.report.plots import STYLE, make
+from vibecalc.core.report.plots import STYLE, make
 from vibecalc.roll.report.control import roll_control
 
 

@@ -30,9 +30,9 @@ from roll_samples import (
 )
 from shipped_cases import result_of
 
-from vibecalc.report.levels import decibels, lag_degrees
-from vibecalc.report.text import render_report
-from vibecalc.results.record import Axis, Result
+from vibecalc.core.report.text import render_report
+from vibecalc.core.results.record import Axis, Result
+from vibecalc.roll.printed_levels import decibels, lag_degrees
 from vibecalc.roll.report.advice import advice, joined, parameter_words
 
 TITLE = "Roll of the shell"

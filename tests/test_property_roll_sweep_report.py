@@ -11,12 +11,11 @@ from report_samples import quantity
 from roll_samples import LEVELS, roll, spectra, symmetrical
 from shipped_cases import CASES
 
-from vibecalc.report.pictures.sweep_labels import line_style, spread_out
-from vibecalc.report.sections.key_rows import key_rows
-from vibecalc.report.sweep.extremes import extreme_lines
-from vibecalc.report.sweep.opened import _short
-from vibecalc.report.sweep.view import GridAxis, Key, Stacked, SweepView
-from vibecalc.results.record import Axis, Record
+from vibecalc.core.report.sweep.picture_lines import line_style, spread_out
+from vibecalc.core.report.sweep.statistics import extreme_lines
+from vibecalc.core.report.sweep.view import GridAxis, Key, Stacked, SweepView, _short
+from vibecalc.core.report.terminal import key_rows
+from vibecalc.core.results.record import Axis, Record
 
 LEVEL = "response/roll/level/shell_acceleration"
 CASE = {"machine": {"crank_train": {"cylinders": [{"name": "first stage"}, {"name": "No. 2"}]}}}

@@ -9,9 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from sample_results import DIRECTION, MOUNT, ORDER, SPEED, quantity
 
+from vibecalc.core.results.record import Axis, Quantity
+from vibecalc.core.results.select import curving, scalar, select, worst
 from vibecalc.errors import ResultError
-from vibecalc.results.record import Axis, Quantity
-from vibecalc.results.select import curving, scalar, select, worst
 
 FORCE = quantity("isolation/force", (MOUNT, DIRECTION, ORDER), is_complex=True)
 CURVE = quantity("isolation/run_up", (SPEED,))

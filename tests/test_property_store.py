@@ -13,10 +13,9 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 from sample_results import DIRECTION, MODE, ORDER, SPEED, quantity, result_of, typical
 
-from vibecalc.results.accept import accept
-from vibecalc.results.record import Axis, Quantity, Result
-from vibecalc.results.store import read_result, write_result
-from vibecalc.results.store_write import file_image
+from vibecalc.core.results.compare import accept
+from vibecalc.core.results.record import Axis, Quantity, Result
+from vibecalc.core.results.store import file_image, read_result, write_result
 
 TEXTS = st.text(st.characters(exclude_characters="\0", exclude_categories=["Cs"]), max_size=30)
 NAMES = st.text("abcdefghij_", min_size=1, max_size=8)

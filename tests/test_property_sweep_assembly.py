@@ -27,14 +27,17 @@ from sweep_blocks import (
 )
 from sweep_samples import DAMPING, MODEL, SPEED, STIFFNESS, axis, design_of, scattered, spread
 
-from vibecalc.results.store import read_result
-from vibecalc.results.sweep_boxes import boxes, chunk_shape, read_points
-from vibecalc.results.sweep_file import is_sweep, open_sweep
-from vibecalc.results.sweep_head import text_checksum
-from vibecalc.results.sweep_layout import DONE, NOT_RUN, STATUS
-from vibecalc.results.trial import heap_checksum
-from vibecalc.study.sweep.assemble import assemble
-from vibecalc.study.sweep.merge import merge
+from vibecalc.core.results.layout import DONE, NOT_RUN, STATUS, heap_checksum
+from vibecalc.core.results.store import read_result
+from vibecalc.core.results.sweep_file import (
+    boxes,
+    chunk_shape,
+    is_sweep,
+    open_sweep,
+    read_points,
+    text_checksum,
+)
+from vibecalc.core.study.sweep.assemble import assemble, merge
 
 
 def written(folder: Path, sweep: Made, name: str = "sweep.h5") -> Path:
@@ -253,8 +256,8 @@ import resource, sys
 from pathlib import Path
 import numpy as np
 from sweep_blocks import grid_of, made
-from vibecalc.study.sweep.assemble import assemble
-from vibecalc.study.sweep.block import Block, BlockQuantity
+from vibecalc.core.study.sweep.assemble import assemble
+from vibecalc.core.study.sweep.blocks import Block, BlockQuantity
 
 folder, rows = Path(sys.argv[1]), int(sys.argv[2])
 kept = ("isolation/a", "isolation/b", "isolation/c")

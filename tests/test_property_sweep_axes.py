@@ -12,10 +12,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 from sweep_samples import DAMPING, MODEL, ORDERS, PHASE, SPEED, STIFFNESS, axis, design_of, spread
 
-from vibecalc.study.sweep.courses import Listed, Spread
-from vibecalc.study.sweep.distributions import Scatter
-from vibecalc.study.sweep.portable import exp, log, log_of_one_plus, normal_quantile
-from vibecalc.study.sweep.specs import axis_table, axis_tables, sampling_table
+from vibecalc.core.study.sweep.prepare import axis_table, axis_tables, sampling_table
+from vibecalc.core.study.sweep.values import (
+    Listed,
+    Scatter,
+    Spread,
+    exp,
+    log,
+    log_of_one_plus,
+    normal_quantile,
+)
 from vibecalc.units import parse_quantity
 
 UNIT_ROUNDOFF = 2.0**-53

@@ -13,10 +13,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from sweep_blocks import MASKED, Made, block_at, grid_of, made
 
+from vibecalc.core.study.sweep.blocks import Block, chunk_block, chunk_image
+from vibecalc.core.study.sweep.output import lock_path, locked
 from vibecalc.errors import ResultError, UsageError
-from vibecalc.study.sweep.block import Block
-from vibecalc.study.sweep.chunk_image import chunk_block, chunk_image
-from vibecalc.study.sweep.lock import lock_path, locked
 
 POINTS = np.arange(24)
 
@@ -165,7 +164,7 @@ def test_the_lock_of_a_dead_process_is_taken_over(tmp_path: Path) -> None:
     output = tmp_path / "o.h5"
     program = (
         "import os, signal, sys; from pathlib import Path\n"
-        "from vibecalc.study.sweep.lock import locked\n"
+        "from vibecalc.core.study.sweep.output import locked\n"
         "with locked(Path(sys.argv[1])):\n"
         "    os.kill(os.getpid(), signal.SIGKILL)\n"
     )
@@ -190,7 +189,7 @@ def test_of_many_who_find_a_dead_lock_one_gets_it(tmp_path: Path) -> None:
     lock_path(output).write_text(text)
     program = (
         "import sys; from pathlib import Path; from vibecalc.errors import UsageError\n"
-        "from vibecalc.study.sweep.lock import locked\n"
+        "from vibecalc.core.study.sweep.output import locked\n"
         "print('ready', flush=True); sys.stdin.readline()\n"
         "try:\n"
         "    with locked(Path(sys.argv[1])):\n"

@@ -27,13 +27,12 @@ from sweep_samples import (
     spread,
 )
 
-from vibecalc.case.load import validate
-from vibecalc.study.sweep.checks import check_design
-from vibecalc.study.sweep.design import size_words
-from vibecalc.study.sweep.identity import identify
-from vibecalc.study.sweep.keep import keep_problems, kept_paths
-from vibecalc.study.sweep.place import case_at
-from vibecalc.study.sweep.sequences import SEQUENCES, resample, sobol
+from vibecalc.core.case.load import validate
+from vibecalc.core.case.raw import case_at
+from vibecalc.core.study.sweep.checks import check_design, keep_problems, kept_paths
+from vibecalc.core.study.sweep.design import size_words
+from vibecalc.core.study.sweep.prepare import identify
+from vibecalc.core.study.sweep.sampling import SEQUENCES, resample, sobol
 
 SAMPLINGS = sorted(SEQUENCES)
 
@@ -216,7 +215,7 @@ def test_the_hash_knows_all_that_is_computed():
 
 _PRINT_HASHES = """
 from sweep_samples import ALL_KINDS, design_of, generator
-from vibecalc.study.sweep.identity import identify
+from vibecalc.core.study.sweep.prepare import identify
 design = design_of(*ALL_KINDS, sampling="sobol", points=9, indices=True)
 identity = identify(generator().resolved, design, ["x"])
 print(identity.sweep, *identity.points(design, range(54)))

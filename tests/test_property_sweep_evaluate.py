@@ -12,16 +12,16 @@ from hypothesis import strategies as st
 from shipped_cases import CASES
 from sweep_samples import MODEL, SPEED, STIFFNESS, axis, design_of, generator, spread
 
-from vibecalc.case.load import load_case, validate
-from vibecalc.case.sweep_tables import Sweep
-from vibecalc.pipeline.run import run_case
-from vibecalc.results.sweep_layout import BUG, DONE, FAILED, REFUSED
-from vibecalc.study.execute import execute
-from vibecalc.study.sweep import evaluate
-from vibecalc.study.sweep.design import Design, make_design
-from vibecalc.study.sweep.evaluate import Evaluator
-from vibecalc.study.sweep.place import case_at
-from vibecalc.study.sweep.strategy import choose, start
+from vibecalc.core.case.load import load_case, validate
+from vibecalc.core.case.raw import case_at
+from vibecalc.core.results.layout import BUG, DONE, FAILED, REFUSED
+from vibecalc.core.run.run import run_case
+from vibecalc.core.study.execute import execute
+from vibecalc.core.study.sweep import evaluate
+from vibecalc.core.study.sweep.design import Design, make_design
+from vibecalc.core.study.sweep.evaluate import Evaluator
+from vibecalc.core.study.sweep.strategy import choose, start
+from vibecalc.core.study.tables import Sweep
 
 ROD = "machine.crank_train.rod_length"
 KEEP = (

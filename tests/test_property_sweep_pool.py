@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from sweep_work import Start, dies_at_once
 
+from vibecalc.core.results.layout import DIED, TIMED_OUT
+from vibecalc.core.study.sweep.pool import Done, Lost, Piece, Pool, Work
 from vibecalc.errors import UsageError
-from vibecalc.results.sweep_layout import DIED, TIMED_OUT
-from vibecalc.study.sweep.pool import Done, Lost, Piece, Pool, Work
 
 CHUNKS = [Work(number, range(7 * number, 7 * number + 7)) for number in range(5)]
 
@@ -117,7 +117,7 @@ def test_processes_end_with_the_sweep_even_if_it_is_killed(tmp_path: Path) -> No
 import os, sys
 sys.path.insert(0, {str(Path(__file__).parent)!r})
 from sweep_work import Start
-from vibecalc.study.sweep.pool import Pool, Work
+from vibecalc.core.study.sweep.pool import Pool, Work
 pool = Pool(Start(hanging=frozenset({{7}})), jobs=1)
 for done in pool.run([Work(0, range(7)), Work(1, range(7, 9))]):
     print(done.pieces[0].block.process, flush=True)

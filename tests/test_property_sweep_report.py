@@ -29,23 +29,36 @@ from sweep_views import (
 )
 from sweep_views import SAG as DEFLECTION
 
+from vibecalc.core.report.sweep.limits import (
+    best,
+    case_values,
+    judge,
+    keeping_all,
+    kept_share,
+    least_broken,
+    limit_lines,
+    nearest,
+    ranges,
+)
+from vibecalc.core.report.sweep.statistics import (
+    entries,
+    extreme_lines,
+    first_of,
+    index_lines,
+    indices_of,
+    numeric,
+    sample_statistics,
+    worst,
+)
+from vibecalc.core.report.sweep.text import render_sweep, report_file
+from vibecalc.core.report.sweep.view import GridAxis, SweepView, causes, failure_lines, view_of
+from vibecalc.core.report.verdicts import judge_limits
+from vibecalc.core.report.writing import show
+from vibecalc.core.results.layout import DONE, FAILED, NOT_RUN, REFUSED
+from vibecalc.core.results.sweep_file import open_sweep
+from vibecalc.core.study.sweep.assemble import assemble
+from vibecalc.core.study.sweep.evaluate import Evaluator
 from vibecalc.errors import ResultError
-from vibecalc.report.limits import judge_limits
-from vibecalc.report.numbers import show
-from vibecalc.report.sweep.extremes import extreme_lines, first_of
-from vibecalc.report.sweep.failures import causes, failure_lines
-from vibecalc.report.sweep.limit_lines import kept_share, limit_lines
-from vibecalc.report.sweep.limits import best, judge, keeping_all, least_broken
-from vibecalc.report.sweep.nearest import case_values, nearest, ranges
-from vibecalc.report.sweep.opened import view_of
-from vibecalc.report.sweep.sampled import index_lines, indices_of, sample_statistics
-from vibecalc.report.sweep.text import render_sweep, report_file
-from vibecalc.report.sweep.view import GridAxis, SweepView
-from vibecalc.report.sweep.worst import entries, numeric, worst
-from vibecalc.results.sweep_file import open_sweep
-from vibecalc.results.sweep_layout import DONE, FAILED, NOT_RUN, REFUSED
-from vibecalc.study.sweep.assemble import assemble
-from vibecalc.study.sweep.evaluate import Evaluator
 
 VIEWS = {
     "grid": lambda: mounts(failed=FAILED_POINTS),

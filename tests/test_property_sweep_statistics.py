@@ -11,10 +11,18 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
+from vibecalc.core.study.sweep.sampling import (
+    FEWEST,
+    LEVELS,
+    SEQUENCES,
+    deviation,
+    fewest_samples,
+    mean,
+    monte_carlo,
+    quantiles,
+    sobol_indices,
+)
 from vibecalc.errors import NumericalFailure
-from vibecalc.study.sweep.indices import FEWEST, sobol_indices
-from vibecalc.study.sweep.sequences import SEQUENCES, monte_carlo
-from vibecalc.study.sweep.statistics import LEVELS, deviation, fewest_samples, mean, quantiles
 
 samples = arrays(float, st.integers(2, 60), elements=st.floats(-1e6, 1e6, allow_subnormal=False))
 

@@ -11,13 +11,11 @@ from typing import Any
 import pytest
 from sweep_runs import GENERATOR, GRID, chunk_files, killed, objects, started
 
-from vibecalc.results.sweep_file import open_sweep
-from vibecalc.study.load import load_checked
-from vibecalc.study.sweep import stacked_file
-from vibecalc.study.sweep.from_options import sweep_settings
-from vibecalc.study.sweep.options import Options
-from vibecalc.study.sweep.prepare import prepare
-from vibecalc.study.sweep.run import Interrupted, sweep
+from vibecalc.core.results.sweep_file import open_sweep
+from vibecalc.core.study.execute import load_checked
+from vibecalc.core.study.sweep import stacked_file
+from vibecalc.core.study.sweep.prepare import Options, prepare, sweep_settings
+from vibecalc.core.study.sweep.run import Interrupted, sweep
 
 POINTS = 96
 

@@ -12,12 +12,12 @@ from response_machines import run
 from switching_machines import ONLY_A, SPEED, compressor, compressor_loads
 from test_consistency_switching_stage import STEM, switching
 
+from vibecalc.core.results.record import Record
+from vibecalc.core.results.tolerance import tolerance_warning
 from vibecalc.errors import NumericalFailure
-from vibecalc.pipeline.tolerance import tolerance_warning
 from vibecalc.response.switching.follow import follow
 from vibecalc.response.switching.instant import instantaneous
 from vibecalc.response.switching.system import Piece
-from vibecalc.results.record import Record
 
 NAMES = ("kinetic_energy_peak", "translation_peak", "ground_force_peak", "settle_time",
          "kinetic_energy_high", "translation_high", "translation_low")  # fmt: skip

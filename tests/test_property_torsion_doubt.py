@@ -5,9 +5,9 @@ import mpmath
 import numpy as np
 from random_engines import random_engine
 
-from vibecalc.case.load import validate
+from vibecalc.core.case.load import validate
+from vibecalc.core.run.run import run_case
 from vibecalc.numerics.typing import FloatArray, IntArray
-from vibecalc.pipeline.run import run_case
 from vibecalc.torsion.adapters.maxima import largest
 from vibecalc.torsion.critical_speeds import Value
 from vibecalc.torsion.holzer import angle_doubt, doubt_of, shape_doubt

@@ -14,9 +14,9 @@ import pytest
 from report_samples import quantity
 from torsion_samples import ROOT, geared, ruled, six
 
-from vibecalc.report.sections.key_rows import key_rows
-from vibecalc.report.text import render_report
-from vibecalc.results.record import Axis, Record, Result
+from vibecalc.core.report.terminal import key_rows
+from vibecalc.core.report.text import render_report
+from vibecalc.core.results.record import Axis, Record, Result
 from vibecalc.torsion.report.first_page import conclusion
 from vibecalc.torsion.report.limits import verdicts
 from vibecalc.torsion.report.line import firing_words, within

@@ -119,7 +119,7 @@ def generator_run(tmp_path_factory: pytest.TempPathFactory) -> set[str]:
 
 def test_run_on_the_generator_needs_no_scipy_pint_or_pictures(generator_run: set[str]) -> None:
     modules = generator_run
-    assert {"vibecalc.isolation.rows", "vibecalc.results.store_write"} <= modules
+    assert {"vibecalc.isolation.rows", "vibecalc.core.results.store"} <= modules
     assert not roots(modules) & {"scipy", "pint", "matplotlib", "rich"}
     assert not modules & {"numpy.ma", "numpy.random", "numpy.fft", "numpy.polynomial"}
 

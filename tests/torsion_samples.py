@@ -6,9 +6,8 @@ from pathlib import Path
 
 from engine_cases import GEARED
 
-from vibecalc.results.record import Result
-from vibecalc.study.execute import execute
-from vibecalc.study.load import load_checked
+from vibecalc.core.results.record import Result
+from vibecalc.core.study.execute import execute, load_checked
 
 ROOT = "response/torsion/"
 SIX = """schema = 1

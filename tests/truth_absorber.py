@@ -19,10 +19,10 @@ from truth_absorber_tuning import tuning_truth
 from truth_report import flat
 
 from vibecalc.absorber.model import build_absorber
-from vibecalc.case.load import validate
+from vibecalc.core.case.load import validate
+from vibecalc.core.results.record import Record
 from vibecalc.core.run.machine_checks import check_machine
-from vibecalc.pipeline.run import run_case
-from vibecalc.results.record import Record
+from vibecalc.core.run.run import run_case
 
 DIGITS = 50
 

@@ -10,8 +10,8 @@ from truth_absorber_tuning import TRAVEL, NoTruth, Truth, alone, best_of
 
 from vibecalc.absorber.model import AbsorberParts
 from vibecalc.absorber.stage import asked_of
-from vibecalc.case.schema import Case
-from vibecalc.results.record import Record
+from vibecalc.core.results.record import Record
+from vibecalc.schema import Case
 
 
 def response_truth(case: Case, record: Record, parts: AbsorberParts) -> Iterator[Truth]:

@@ -13,8 +13,8 @@ from exact_tree import Held, Tree, peaks, polished, tree
 from mpmath import matrix, mp, mpf
 
 from vibecalc.absorber.model import AbsorberParts
-from vibecalc.case.schema import Case
-from vibecalc.results.record import Record
+from vibecalc.core.results.record import Record
+from vibecalc.schema import Case
 
 TRAVEL = "relative_displacement"
 SQUARES = {

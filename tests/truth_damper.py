@@ -11,9 +11,9 @@ from mpmath import mpf
 from random_machines import Table
 from truth_report import Judged, judge_rows
 
-from vibecalc.case.load import validate
-from vibecalc.pipeline.run import run_case
-from vibecalc.results.record import Quantity, Record
+from vibecalc.core.case.load import validate
+from vibecalc.core.results.record import Quantity, Record
+from vibecalc.core.run.run import run_case
 from vibecalc.torsion.adapters.damper_design import Asked, build_problem
 from vibecalc.torsion.adapters.setup import build_setup
 from vibecalc.torsion.damper_design.design import Design, Performance, design, performance

@@ -15,10 +15,10 @@ from estimate_counts import Doubted, Told
 from mpmath import matrix, mp, mpc, mpf
 from random_machines import Table
 
-from vibecalc.case.load import validate
+from vibecalc.core.case.load import validate
+from vibecalc.core.results.record import Record
 from vibecalc.core.run.machine_checks import check_machine
-from vibecalc.pipeline.run import run_case
-from vibecalc.results.record import Record
+from vibecalc.core.run.run import run_case
 
 DIGITS = 40
 ROOT = "measurement"

@@ -16,10 +16,10 @@ from mpmath import mpf
 from random_machines import Table
 from truth_report import judge_rows
 
-from vibecalc.case.load import validate
-from vibecalc.case.schema import Case
-from vibecalc.pipeline.run import run_case
-from vibecalc.results.record import Record
+from vibecalc.core.case.load import validate
+from vibecalc.core.results.record import Record
+from vibecalc.core.run.run import run_case
+from vibecalc.schema import Case
 
 DIGITS = 50
 #: results without a truth, and why

@@ -9,10 +9,10 @@ from exact_results import exact_results
 from mpmath import mpf
 from random_machines import Table
 
-from vibecalc.case.load import validate
-from vibecalc.case.schema import Case
-from vibecalc.pipeline.run import run_case
-from vibecalc.results.record import Record
+from vibecalc.core.case.load import validate
+from vibecalc.core.results.record import Record
+from vibecalc.core.run.run import run_case
+from vibecalc.schema import Case
 
 DIGITS = 50
 UNIT = 2.0**-52

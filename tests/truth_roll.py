@@ -12,10 +12,10 @@ import numpy as np
 from estimate_counts import Doubted, Told
 from random_machines import Table
 
-from vibecalc.case.load import validate
+from vibecalc.core.case.load import validate
+from vibecalc.core.results.record import Quantity, Record
 from vibecalc.core.run.machine_checks import check_machine
-from vibecalc.pipeline.run import run_case
-from vibecalc.results.record import Quantity, Record
+from vibecalc.core.run.run import run_case
 
 POINTS = (20, 24)
 #: counts and names of what was done: no estimates

@@ -8,10 +8,10 @@ from random_line_studies import Table
 from study_inputs import StudyInputs
 from study_report import StudyReport, Truth, report
 
-from vibecalc.case.load import validate
-from vibecalc.case.schema import Case
-from vibecalc.pipeline.run import run_case
-from vibecalc.results.record import Record
+from vibecalc.core.case.load import validate
+from vibecalc.core.results.record import Record
+from vibecalc.core.run.run import run_case
+from vibecalc.schema import Case
 
 ROOT = "response/torsion/variable_inertia/"
 #: beginnings of paths below the root, and why there is no truth for them

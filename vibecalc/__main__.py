@@ -43,7 +43,7 @@ def main() -> NoReturn:
             stream.reconfigure(errors="backslashreplace")
     as_json = "--json" in sys.argv[1:]
     try:
-        from vibecalc.cli import app
+        from vibecalc.cli.commands import app
 
         if not as_json:
             app(prog_name="vibecalc")

@@ -14,11 +14,11 @@ from typing import Any
 
 import numpy as np
 
-from vibecalc.case.load import LoadedCase, resolve, validate
-from vibecalc.results.compare import compare
-from vibecalc.results.record import Quantity, Record, Result
-from vibecalc.results.rules import Rule, Rules
-from vibecalc.study.execute import execute
+from vibecalc.core.case.load import LoadedCase, resolve, validate
+from vibecalc.core.results.compare import compare
+from vibecalc.core.results.compare_rules import Rule, Rules
+from vibecalc.core.results.record import Quantity, Record, Result
+from vibecalc.core.study.execute import execute
 
 #: relative sizes of the perturbations: one well above round-off, one of some last digits
 LARGE, SMALL = 1e-10, 1e-14

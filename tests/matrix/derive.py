@@ -18,9 +18,8 @@ from typing import Any
 
 from conditioning import Conditioning, measured
 
+from vibecalc.core.study.execute import execute, load_checked
 from vibecalc.errors import VibecalcError
-from vibecalc.study.execute import execute
-from vibecalc.study.load import load_checked
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]

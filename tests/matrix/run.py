@@ -23,10 +23,10 @@ from environments import (
 )
 from record import Line, record
 
+from vibecalc.core.results.compare import compare
+from vibecalc.core.results.compare_rules import Rules, read_rules
+from vibecalc.core.results.store import read_result
 from vibecalc.errors import VibecalcError
-from vibecalc.results.compare import compare
-from vibecalc.results.rules import Rules, read_rules
-from vibecalc.results.store import read_result
 
 #: files written and read back, estimates, round-off, one stage of each source
 QUICK = (

@@ -7,9 +7,9 @@ Combustion Engine in Theory and Practice, vol. 2, ch. 8 (V-twin and radial engin
 import numpy as np
 import pytest
 
-from vibecalc.case.load import validate
+from vibecalc.core.case.load import validate
+from vibecalc.core.run.run import run_case
 from vibecalc.excitation.balance import bank_sums
-from vibecalc.pipeline.run import run_case
 
 STROKE, ACROSS = np.array([0.0, 0.0, 1.0]), np.array([0.0, 1.0, 0.0])
 ORDERS = np.array([1, 2, 4, 6])

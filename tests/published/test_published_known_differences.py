@@ -12,9 +12,8 @@ from pathlib import Path
 import pytest
 from shipped_cases import CASES, ROOT, result_of, takes_long
 
-from vibecalc.case.load import load_case
-from vibecalc.report.limits import judge_limits
-from vibecalc.report.references import counted_misses, judge_references
+from vibecalc.core.case.load import load_case
+from vibecalc.core.report.verdicts import counted_misses, judge_limits, judge_references
 
 KNOWN = [
     (name, index)

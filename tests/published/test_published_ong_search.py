@@ -9,7 +9,7 @@ import pytest
 from ong_search import SIGNS, TARGET, corrective_energy, grid, objective, search
 from ong_tables import MASS, ORDERS, SPEED, STIFFNESS
 
-from vibecalc.optimisation.constrained import minimise
+from vibecalc.core.study.search.minimise import minimise
 
 #: start -> angle in rad, force in lbf, torque in lbf in, Delta KE in lbf in, rank, as printed
 TABLE_8_2 = {

@@ -10,11 +10,11 @@ from plate_readings import LEVELS, PLACES, apart, by_the_source, source_rows
 from scipy.optimize import linprog
 from shipped_cases import result_of, table_of
 
-from vibecalc.case.load import load_case
+from vibecalc.core.case.load import load_case
+from vibecalc.core.results.select import scalar
 from vibecalc.measurement.level_motions import level_motions
 from vibecalc.measurement.plate import PARTS, point_row
 from vibecalc.numerics.level import amplitude_of, level_of
-from vibecalc.results.select import scalar
 from vibecalc.units import convert
 
 REFERENCE = 1e-5

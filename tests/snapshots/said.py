@@ -16,14 +16,13 @@ from typing import TYPE_CHECKING, Any
 import matplotlib
 from matplotlib.figure import Figure
 
-from vibecalc.report import plots
-from vibecalc.report.plan import plan_object
-from vibecalc.report.sweep.opened import view_of
-from vibecalc.report.sweep.text import report_file
-from vibecalc.results.store import read_result
-from vibecalc.results.sweep_file import is_sweep, open_sweep
-from vibecalc.study.check_rows import check_rows
-from vibecalc.study.load import load_checked
+from vibecalc.core.report import plots
+from vibecalc.core.report.check import check_rows, plan_object
+from vibecalc.core.report.sweep.text import report_file
+from vibecalc.core.report.sweep.view import view_of
+from vibecalc.core.results.store import read_result
+from vibecalc.core.results.sweep_file import is_sweep, open_sweep
+from vibecalc.core.study.execute import load_checked
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

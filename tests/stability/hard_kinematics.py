@@ -12,11 +12,11 @@ import numpy as np
 from shipped_cases import CASES
 from stability.hard_case import HardCase, Way, condition_of, singular
 
+from vibecalc.core.study.execute import load_checked
 from vibecalc.kinematics.harmonics import harmonics_with_error
 from vibecalc.kinematics.slider_crank import piston_motion
 from vibecalc.kinematics.truncated_series import truncated_harmonics
 from vibecalc.numerics.rounding import WithError
-from vibecalc.study.load import load_checked
 
 ONG = 0.5 / 2.375
 

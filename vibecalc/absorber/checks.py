@@ -21,9 +21,9 @@ from vibecalc.absorber.model import (
     single_absorber,
 )
 from vibecalc.absorber.tables import ICE, Gap, Oil, Secondary
-from vibecalc.case.raw import listed, nearest
-from vibecalc.case.schema import Case
+from vibecalc.core.case.raw import listed, nearest
 from vibecalc.errors import KeyPath, NumericalFailure, Problem
+from vibecalc.schema import Case
 
 # ----------------------------------------------------------------------------
 # Are the ratios of an absorber those of a machine, and is there something to be tuned?

@@ -20,8 +20,8 @@ from vibecalc.absorber.hardware.rods_and_springs import (
     torsional_stiffness,
 )
 from vibecalc.absorber.tables import ICE, NamedSecondary, Primary, Secondary
-from vibecalc.case.schema import Case, Machine
 from vibecalc.numerics.typing import FloatArray
+from vibecalc.schema import Case, Machine
 
 if TYPE_CHECKING:
     from vibecalc.absorber.transfer import Absorber

@@ -12,7 +12,7 @@ from vibecalc.absorber.pendulum_order import (
     terms,
     tuning_order,
 )
-from vibecalc.case.schema import Case
+from vibecalc.schema import Case
 
 #: inertia of a solid roller over mass times squared diameter
 _SOLID = 0.125

@@ -6,11 +6,10 @@ import numpy as np
 
 from vibecalc.absorber.report.hardware import HARDWARE, ICE
 from vibecalc.absorber.report.tuning import ABSORBER, PENDULUM
-from vibecalc.report.lookup import having, labels, scalar_of, table_of
-from vibecalc.report.numbers import show
-from vibecalc.report.pictures.canvas import COLOURS, LIMIT, QUIET, TOTAL, canvas
-from vibecalc.report.pictures.scales import plain_ticks
-from vibecalc.results.record import Quantity, Record, Result
+from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, TOTAL, canvas, plain_ticks
+from vibecalc.core.report.sections import having, labels, scalar_of, table_of
+from vibecalc.core.report.writing import show
+from vibecalc.core.results.record import Quantity, Record, Result
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -147,9 +146,14 @@ def _dots(axes: "Axes", record: Record, names: list[str], scale: float) -> None:
         there = np.isfinite(tops) & (tops > 0.0)
         if name in _OWN and np.any(there):
             axes.plot(
-                scale * spots[there], tops[there], "o", color=TOTAL, ms=6, zorder=5,
+                scale * spots[there],
+                tops[there],
+                "o",
+                color=TOTAL,
+                ms=6,
+                zorder=5,
                 label="its maxima" if first else None,
-            )  # fmt: skip
+            )
             first = False
 
 
@@ -159,14 +163,26 @@ def _rings(axes: "Axes", record: Record, scale: float) -> None:
     if height is None or place is None:
         return
     axes.plot(
-        scale * np.asarray(place.values), np.asarray(height.values), "o", color=LIMIT, ms=9,
-        markerfacecolor="none", markeredgewidth=1.6, zorder=6, label="fixed points P, Q",
-    )  # fmt: skip
+        scale * np.asarray(place.values),
+        np.asarray(height.values),
+        "o",
+        color=LIMIT,
+        ms=9,
+        markerfacecolor="none",
+        markeredgewidth=1.6,
+        zorder=6,
+        label="fixed points P, Q",
+    )
     for name, x, y in zip(labels(height.axes[0]), place.values, height.values, strict=True):
         axes.annotate(
-            name, (scale * float(x), float(y)), xytext=(0, 9), textcoords="offset points",
-            ha="center", color=LIMIT, fontsize=9,
-        )  # fmt: skip
+            name,
+            (scale * float(x), float(y)),
+            xytext=(0, 9),
+            textcoords="offset points",
+            ha="center",
+            color=LIMIT,
+            fontsize=9,
+        )
 
 
 def _limits(record: Record, curve: Quantity) -> tuple[float, float]:
@@ -219,8 +235,14 @@ def draw_absorber_chart(result: Result) -> "Figure | None":
         pairs = ((mass, top), (mass, k), (mass, z), (z, top), (k, top), (k, z))
         for axes, (x, y) in zip(panels.flat, pairs, strict=True):
             axes.plot(x, y, color=tint, label=label if axes is panels.flat[0] else None)
-    names = ((_MASS, _PEAK), (_MASS, _STIFF), (_MASS, _DAMPING_LABEL), (_DAMPING_LABEL, _PEAK), (_STIFF, _PEAK),
-             (_STIFF, _DAMPING_LABEL))  # fmt: skip
+    names = (
+        (_MASS, _PEAK),
+        (_MASS, _STIFF),
+        (_MASS, _DAMPING_LABEL),
+        (_DAMPING_LABEL, _PEAK),
+        (_STIFF, _PEAK),
+        (_STIFF, _DAMPING_LABEL),
+    )
     for axes, (across, up) in zip(panels.flat, names, strict=True):
         _dress(axes, across, up, mass)
     figure.legend(title="damping of the primary", loc="outside lower center", ncols=10, fontsize=9)
@@ -271,15 +293,23 @@ def draw_absorber_map(result: Result) -> "Figure | None":
     axes.plot(
         [float(record["tuning/stiffness_ratio"].values)],
         [float(record["tuning/secondary_damping"].values)],
-        "*", color=LIMIT, ms=15, zorder=6,
+        "*",
+        color=LIMIT,
+        ms=15,
+        zorder=6,
         label=f"optimum{'' if free is None else ' within the bounds'}, peak {show(best, digits=4)}",
-    )  # fmt: skip
+    )
     if free is not None:
         axes.plot(
             [float(record["tuning/unbounded/stiffness_ratio"].values)],
             [float(record["tuning/unbounded/secondary_damping"].values)],
-            "*", color=LIMIT, ms=12, markerfacecolor="none", zorder=6, label="without the bounds",
-        )  # fmt: skip
+            "*",
+            color=LIMIT,
+            ms=12,
+            markerfacecolor="none",
+            zorder=6,
+            label="without the bounds",
+        )
     axes.set_yscale("log")
     plain_ticks(axes.yaxis)
     axes.set_xlim(k[0], k[-1])
@@ -302,14 +332,23 @@ def _methods(axes: "Axes", record: Record) -> None:
     z2 = having(record, "tuning/method/secondary_damping", "method")
     if k is None or z2 is None:
         return
-    others = [(n, x, y) for n, x, y in zip(k.axes[0].values, k.values, z2.values, strict=True)
-              if n != "numerical"]  # fmt: skip
+    others = [
+        (n, x, y)
+        for n, x, y in zip(k.axes[0].values, k.values, z2.values, strict=True)
+        if n != "numerical"
+    ]
     for place, (name, x, y) in enumerate(others):
         axes.plot(
-            [x], [y], _MARKS[place % 4], color=COLOURS[(place + 1) % 6], ms=7 + 3 * place,
-            label=str(name).replace("_", " "), zorder=5, markerfacecolor="none",
+            [x],
+            [y],
+            _MARKS[place % 4],
+            color=COLOURS[(place + 1) % 6],
+            ms=7 + 3 * place,
+            label=str(name).replace("_", " "),
+            zorder=5,
+            markerfacecolor="none",
             markeredgewidth=1.6,
-        )  # fmt: skip
+        )
 
 
 def _stock(
@@ -323,8 +362,16 @@ def _stock(
     x, y = (part.ravel() for part in np.meshgrid(k.values, z2.values))
     there = (across[0] < x) & (x < across[1]) & (along[0] < y) & (y < along[1])
     if np.any(there):
-        axes.plot(x[there], y[there], ".", color=COLOURS[4], ms=10, label="pairs in stock",
-                  markeredgecolor=TOTAL, markeredgewidth=0.5)  # fmt: skip
+        axes.plot(
+            x[there],
+            y[there],
+            ".",
+            color=COLOURS[4],
+            ms=10,
+            label="pairs in stock",
+            markeredgecolor=TOTAL,
+            markeredgewidth=0.5,
+        )
 
 
 # ----------------------------------------------------------------------------
@@ -345,8 +392,13 @@ def draw_absorber_warming(result: Result) -> "Figure | None":
     above.plot(warm, peak.values, color=COLOURS[0], label="springs kept")
     best = having(record, HARDWARE + "warming/best_peak", "temperature")
     if best is not None:
-        above.plot(warm, best.values, "--", color=COLOURS[2],
-                   label="springs that suit the damping of each temperature")  # fmt: skip
+        above.plot(
+            warm,
+            best.values,
+            "--",
+            color=COLOURS[2],
+            label="springs that suit the damping of each temperature",
+        )
     least = scalar_of(record, "tuning/peak")
     if least is not None:
         above.axhline(least, color=LIMIT, linestyle=":", label=f"tuning, {show(least, digits=4)}")
@@ -357,8 +409,15 @@ def draw_absorber_warming(result: Result) -> "Figure | None":
     wanted = scalar_of(record, "tuning/secondary_damping")
     if wanted is not None:
         below.axhline(wanted, color=QUIET, linestyle=":")
-        below.annotate("wanted", (warm[-1], wanted), xytext=(-2, 3), textcoords="offset points",
-                       ha="right", color=QUIET, fontsize=9)  # fmt: skip
+        below.annotate(
+            "wanted",
+            (warm[-1], wanted),
+            xytext=(-2, 3),
+            textcoords="offset points",
+            ha="right",
+            color=QUIET,
+            fontsize=9,
+        )
     plain_ticks(below.yaxis)
     below.set_ylabel(r"damping $c_2 / (2 \sqrt{K_1 J_1})$")
     below.set_xlabel("temperature of the oil in $\\degree$C")
@@ -409,12 +468,21 @@ def _torque(axes: "Axes", record: Record, applied: object) -> None:
     swing = np.degrees(np.asarray(record[PENDULUM + "steady/largest_swing"].values, dtype=float))
     size = np.asarray(torque.values, dtype=float)
     size = size * (np.sign(size[0]) if size.size else 1.0)
-    axes.plot(np.concatenate([[0.0], swing]), np.concatenate([[0.0], size]), color=COLOURS[0],
-              label="undamped, exact")  # fmt: skip
+    axes.plot(
+        np.concatenate([[0.0], swing]),
+        np.concatenate([[0.0], size]),
+        color=COLOURS[0],
+        label="undamped, exact",
+    )
     limit, place = (scalar_of(record, PENDULUM + f"jump/{x}") for x in ("torque", "swing"))
     if limit is not None and place is not None and np.isfinite(limit):
-        axes.plot([np.degrees(place)], [limit], "o", color=LIMIT,
-                  label=f"jump, {show(limit, digits=4)} N m")  # fmt: skip
+        axes.plot(
+            [np.degrees(place)],
+            [limit],
+            "o",
+            color=LIMIT,
+            label=f"jump, {show(limit, digits=4)} N m",
+        )
     if isinstance(applied, int | float):
         axes.axhline(applied, color=QUIET, linestyle="--", label="torque of the case")
     axes.set_xlabel("largest angle of swing in deg")
@@ -433,8 +501,9 @@ def _rotor(axes: "Axes", record: Record) -> None:
         if found is not None:
             ratio = np.asarray(found.axes[0].values, dtype=float)
             size = np.degrees(np.abs(np.asarray(found.values)))
-            axes.semilogy(ratio, np.where(np.isfinite(size), size, np.nan), color=colour,
-                          label=words)  # fmt: skip
+            axes.semilogy(
+                ratio, np.where(np.isfinite(size), size, np.nan), color=colour, label=words
+            )
     axes.set_xlabel("order of the torque over the wanted one")
     axes.set_ylabel("motion of the rotor in deg, zero-to-peak")
     axes.legend(fontsize=9)

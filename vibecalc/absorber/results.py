@@ -1,6 +1,6 @@
 """Results of absorbers: response, tuning, hardware, and pendulums on a rotor."""
 
-from vibecalc.pipeline.entries.entry import PEAK, entry
+from vibecalc.core.results.record import PEAK, entry
 
 # ----------------------------------------------------------------------------
 # Results of a primary system with its absorber: curves, peaks, fixed points, poles.
@@ -10,44 +10,87 @@ RESPONSE_ROOT = "response/absorber"
 
 RESPONSE_ENTRIES = (
     entry(
-        f"{RESPONSE_ROOT}/curve", "curve frequency_ratio", "",
-        "response of the primary as a ratio, complex", PEAK,
+        f"{RESPONSE_ROOT}/curve",
+        "curve frequency_ratio",
+        "",
+        "response of the primary as a ratio, complex",
+        PEAK,
     ),
     entry(
-        f"{RESPONSE_ROOT}/relative_curve", "curve frequency_ratio", "",
-        "motion of the absorber against the primary, as a ratio, complex", PEAK,
+        f"{RESPONSE_ROOT}/relative_curve",
+        "curve frequency_ratio",
+        "",
+        "motion of the absorber against the primary, as a ratio, complex",
+        PEAK,
     ),
     entry(
-        f"{RESPONSE_ROOT}/each/relative_curve", "curve absorber frequency_ratio", "",
-        "motion of each absorber against what carries it, as a ratio, complex", PEAK,
+        f"{RESPONSE_ROOT}/each/relative_curve",
+        "curve absorber frequency_ratio",
+        "",
+        "motion of each absorber against what carries it, as a ratio, complex",
+        PEAK,
     ),
     entry(f"{RESPONSE_ROOT}/frequency", "frequency_ratio", "rad/s", "frequency of the excitation"),
     entry(f"{RESPONSE_ROOT}/largest", "curve", "", "largest response at any frequency"),
     entry(
-        f"{RESPONSE_ROOT}/largest_frequency_ratio", "curve", "",
+        f"{RESPONSE_ROOT}/largest_frequency_ratio",
+        "curve",
+        "",
         "where that is, over the primary's own frequency; infinite for a limit at high frequency",
     ),
-    entry(f"{RESPONSE_ROOT}/summit/magnitude", "curve summit", "", "maxima of the response; 0: no such one"),
-    entry(f"{RESPONSE_ROOT}/summit/frequency_ratio", "curve summit", "", "where they are; 0: no such one"),
-    entry(f"{RESPONSE_ROOT}/largest_travel", "curve", "", "largest relative motion of the absorber"),
     entry(
-        f"{RESPONSE_ROOT}/each/largest_travel", "curve absorber", "",
+        f"{RESPONSE_ROOT}/summit/magnitude",
+        "curve summit",
+        "",
+        "maxima of the response; 0: no such one",
+    ),
+    entry(
+        f"{RESPONSE_ROOT}/summit/frequency_ratio",
+        "curve summit",
+        "",
+        "where they are; 0: no such one",
+    ),
+    entry(
+        f"{RESPONSE_ROOT}/largest_travel", "curve", "", "largest relative motion of the absorber"
+    ),
+    entry(
+        f"{RESPONSE_ROOT}/each/largest_travel",
+        "curve absorber",
+        "",
         "largest motion of each absorber against what carries it",
     ),
     entry(
-        f"{RESPONSE_ROOT}/fixed_point/frequency_ratio", "fixed_point", "",
+        f"{RESPONSE_ROOT}/fixed_point/frequency_ratio",
+        "fixed_point",
+        "",
         "frequency at which the absorber's damping does not matter",
     ),
     entry(f"{RESPONSE_ROOT}/fixed_point/magnitude", "fixed_point", "", "response there"),
     entry(
-        f"{RESPONSE_ROOT}/natural_frequency_ratio", "mode", "",
+        f"{RESPONSE_ROOT}/natural_frequency_ratio",
+        "mode",
+        "",
         "undamped natural frequencies over the primary's own; infinite where parts are locked",
     ),
-    entry(f"{RESPONSE_ROOT}/antiresonance", "", "", "frequency at which an undamped absorber holds still"),
-    entry(f"{RESPONSE_ROOT}/locked_frequency_ratio", "", "", "natural frequency with the absorber locked"),
-    entry(f"{RESPONSE_ROOT}/primary_frequency", "", "rad/s", "natural frequency of the primary alone"),
-    entry(f"{RESPONSE_ROOT}/pole", "pole", "", "damped pole over the primary's own frequency, complex"),
-)  # fmt: skip
+    entry(
+        f"{RESPONSE_ROOT}/antiresonance",
+        "",
+        "",
+        "frequency at which an undamped absorber holds still",
+    ),
+    entry(
+        f"{RESPONSE_ROOT}/locked_frequency_ratio",
+        "",
+        "",
+        "natural frequency with the absorber locked",
+    ),
+    entry(
+        f"{RESPONSE_ROOT}/primary_frequency", "", "rad/s", "natural frequency of the primary alone"
+    ),
+    entry(
+        f"{RESPONSE_ROOT}/pole", "pole", "", "damped pole over the primary's own frequency, complex"
+    ),
+)
 
 # ----------------------------------------------------------------------------
 # Results of a tuning: the optimum, what proves it, what errors cost, other methods, charts.
@@ -71,23 +114,37 @@ TUNING_ENTRIES = (
     *(entry(f"{TUNING_ROOT}/{name}", "", "", f"best {words}") for name, words in _OF_EACH),
     entry(f"{TUNING_ROOT}/peak", "", "", "largest response of the primary with this tuning"),
     entry(f"{TUNING_ROOT}/peak_less_one", "", "", "that less 1, to its own digits"),
-    entry(f"{TUNING_ROOT}/mean_square", "", "", "integral of the squared response over all frequencies"),
+    entry(
+        f"{TUNING_ROOT}/mean_square",
+        "",
+        "",
+        "integral of the squared response over all frequencies",
+    ),
     entry(f"{TUNING_ROOT}/mean_square_alone", "", "", "the same without an absorber"),
     entry(f"{TUNING_ROOT}/peak_alone", "", "", "largest response without an absorber"),
     entry(f"{TUNING_ROOT}/travel", "", "", "largest motion of the absorber against the primary"),
-    entry(f"{TUNING_ROOT}/active/frequency_ratio", "active", "", "frequencies of the peaks that hold it"),
+    entry(
+        f"{TUNING_ROOT}/active/frequency_ratio",
+        "active",
+        "",
+        "frequencies of the peaks that hold it",
+    ),
     entry(f"{TUNING_ROOT}/active/magnitude", "active", "", "their heights"),
     entry(f"{TUNING_ROOT}/active/weight", "active", "", "weights with which their slopes cancel"),
     entry(f"{TUNING_ROOT}/certificate", "", "", "what is left of the slopes: 0 for an optimum"),
     entry(f"{TUNING_ROOT}/helps", "", "", "1: a sprung or damped absorber helps, 0: none does"),
     entry(f"{TUNING_ROOT}/without_spring", "", "", "1: the best absorber has no spring"),
-    entry(f"{TUNING_ROOT}/threshold", "", "", "damping of the primary from which on no absorber helps"),
+    entry(
+        f"{TUNING_ROOT}/threshold", "", "", "damping of the primary from which on no absorber helps"
+    ),
     entry(f"{TUNING_ROOT}/evaluations", "", "", "evaluations of a peak that the search took"),
     entry(f"{TUNING_ROOT}/torsional_stiffness", "", "N*m/rad", "best stiffness of the absorber"),
     entry(f"{TUNING_ROOT}/torsional_damping", "", "N*m*s/rad", "best damping of the absorber"),
     entry(f"{TUNING_ROOT}/linear_stiffness", "", "N/m", "best stiffness of the absorber"),
     entry(f"{TUNING_ROOT}/linear_damping", "", "N*s/m", "best damping of the absorber"),
-    entry(f"{TUNING_ROOT}/secondary_frequency", "", "rad/s", "natural frequency of the absorber alone"),
+    entry(
+        f"{TUNING_ROOT}/secondary_frequency", "", "rad/s", "natural frequency of the absorber alone"
+    ),
     *(
         entry(f"{TUNING_ROOT}/each/{name}", "absorber", "", f"best {words}, of each absorber")
         for name, words in (("mass_ratio", "mass ratio"), *_OF_EACH)
@@ -105,35 +162,52 @@ TUNING_ENTRIES = (
     ),
     *(entry(f"{TUNING_ROOT}/method/{name}", "method", "", words) for name, words in _FOUND),
     entry(f"{TUNING_ROOT}/method/promised", "method", "", "peak that the formula itself promises"),
-    entry(f"{TUNING_ROOT}/method/loss", "method", "", "what is made small over the optimum, less 1"),
     entry(
-        f"{TUNING_ROOT}/mistuning/loss", "mistuned deviation", "",
+        f"{TUNING_ROOT}/method/loss", "method", "", "what is made small over the optimum, less 1"
+    ),
+    entry(
+        f"{TUNING_ROOT}/mistuning/loss",
+        "mistuned deviation",
+        "",
         "what a relative error of the part costs: what is made small over the optimum, less 1",
     ),
     entry(
-        f"{TUNING_ROOT}/mistuning/worst", "share", "",
+        f"{TUNING_ROOT}/mistuning/worst",
+        "share",
+        "",
         "the same with spring and damper off by such a share, the worse way",
     ),
     *(
-        entry(f"{TUNING_ROOT}/sensitivity/{name}", "ratio", "", f"slope of the best {words}, by a ratio")
+        entry(
+            f"{TUNING_ROOT}/sensitivity/{name}",
+            "ratio",
+            "",
+            f"slope of the best {words}, by a ratio",
+        )
         for name, words in _FOUND
     ),
     *(
         entry(f"{TUNING_ROOT}/unbounded/{name}", "", "", f"{words}, without the bounds")
         for name, words in _FOUND
     ),
-    entry(f"{TUNING_ROOT}/unbounded/travel", "", "", "largest relative motion of the absorber there"),
+    entry(
+        f"{TUNING_ROOT}/unbounded/travel", "", "", "largest relative motion of the absorber there"
+    ),
     entry(f"{TUNING_ROOT}/bounds/active", "tuning_bound", "", "1: this bound holds the tuning"),
-    entry(f"{TUNING_ROOT}/bounds/penalty", "", "", "peak within the bounds over that without, less 1"),
+    entry(
+        f"{TUNING_ROOT}/bounds/penalty", "", "", "peak within the bounds over that without, less 1"
+    ),
     *(
         entry(f"{TUNING_ROOT}/chart/{name}", "primary_damping mass_ratio", "", f"best {words}")
         for name, words in (*_OF_EACH, _FOUND[2])
     ),
     entry(
-        f"{TUNING_ROOT}/map/peak", "stiffness_ratio secondary_damping", "",
+        f"{TUNING_ROOT}/map/peak",
+        "stiffness_ratio secondary_damping",
+        "",
         "largest response around the optimum",
     ),
-)  # fmt: skip
+)
 
 # ----------------------------------------------------------------------------
 # Results of what a tuning is built of: rod, springs, ring, gap, oils, stock, bending.
@@ -146,10 +220,24 @@ _WITH_DAMPER = "stock_spring stock_damper"
 HARDWARE_ENTRIES = (
     entry(f"{HARDWARE_ROOT}/rod_stiffness", "", "N*m/rad", "torsional stiffness of the rod"),
     entry(f"{HARDWARE_ROOT}/ring_mass", "", "kg", "mass of the seismic ring"),
-    entry(f"{HARDWARE_ROOT}/ring_inertia", "", "kg*m^2", "inertia of the seismic ring about its axis"),
-    entry(f"{HARDWARE_ROOT}/primary_frequency", "", "rad/s", "natural frequency of the primary alone"),
-    entry(f"{HARDWARE_ROOT}/built/stiffness_ratio", "", "", "of the springs that are in, over the primary"),
-    entry(f"{HARDWARE_ROOT}/built/secondary_damping", "", "", "of the oil that is in, c2 / (2 sqrt(K1 J1))"),
+    entry(
+        f"{HARDWARE_ROOT}/ring_inertia", "", "kg*m^2", "inertia of the seismic ring about its axis"
+    ),
+    entry(
+        f"{HARDWARE_ROOT}/primary_frequency", "", "rad/s", "natural frequency of the primary alone"
+    ),
+    entry(
+        f"{HARDWARE_ROOT}/built/stiffness_ratio",
+        "",
+        "",
+        "of the springs that are in, over the primary",
+    ),
+    entry(
+        f"{HARDWARE_ROOT}/built/secondary_damping",
+        "",
+        "",
+        "of the oil that is in, c2 / (2 sqrt(K1 J1))",
+    ),
     entry(f"{HARDWARE_ROOT}/built/spring_rate", "", "N/m", "rate of each spring that is in"),
     entry(f"{HARDWARE_ROOT}/built/peak", "", "", "largest response of the primary as built"),
     entry(f"{HARDWARE_ROOT}/built/peak_frequency", "", "rad/s", "where that is"),
@@ -158,20 +246,58 @@ HARDWARE_ENTRIES = (
     entry(f"{HARDWARE_ROOT}/gap/rim", "", "m^3", "damping over dynamic viscosity: at the rim"),
     entry(f"{HARDWARE_ROOT}/gap/sides", "", "m^3", "at the sides"),
     entry(f"{HARDWARE_ROOT}/gap/bore", "", "m^3", "in the bore"),
-    entry(f"{HARDWARE_ROOT}/dynamic_viscosity", "", "Pa*s", "viscosity that the tuning wants in the gap"),
+    entry(
+        f"{HARDWARE_ROOT}/dynamic_viscosity",
+        "",
+        "Pa*s",
+        "viscosity that the tuning wants in the gap",
+    ),
     entry(f"{HARDWARE_ROOT}/spring/rate", "stock_spring", "N/m", "rate of each spring"),
     entry(f"{HARDWARE_ROOT}/spring/stiffness_ratio", "stock_spring", "", "what such springs give"),
-    entry(f"{HARDWARE_ROOT}/oil/kinematic_viscosity", "stock_oil", "m^2/s", "at the temperature of the gap"),
-    entry(f"{HARDWARE_ROOT}/oil/damping", "stock_oil", "N*m*s/rad", "what such an oil gives in the gap"),
-    entry(f"{HARDWARE_ROOT}/oil/secondary_damping", "stock_oil", "", "the same, c2 / (2 sqrt(K1 J1))"),
-    entry(f"{HARDWARE_ROOT}/oil/right_temperature", "stock_oil", "K",
-          "at which it is as thick as the tuning wants; 0: never"),
-    entry(f"{HARDWARE_ROOT}/pair/peak", _ON_PAIR, "", "largest response with these springs and this oil"),
-    entry(f"{HARDWARE_ROOT}/pair/penalty", _ON_PAIR, "", "that peak over the one of the tuning, less 1"),
+    entry(
+        f"{HARDWARE_ROOT}/oil/kinematic_viscosity",
+        "stock_oil",
+        "m^2/s",
+        "at the temperature of the gap",
+    ),
+    entry(
+        f"{HARDWARE_ROOT}/oil/damping",
+        "stock_oil",
+        "N*m*s/rad",
+        "what such an oil gives in the gap",
+    ),
+    entry(
+        f"{HARDWARE_ROOT}/oil/secondary_damping", "stock_oil", "", "the same, c2 / (2 sqrt(K1 J1))"
+    ),
+    entry(
+        f"{HARDWARE_ROOT}/oil/right_temperature",
+        "stock_oil",
+        "K",
+        "at which it is as thick as the tuning wants; 0: never",
+    ),
+    entry(
+        f"{HARDWARE_ROOT}/pair/peak",
+        _ON_PAIR,
+        "",
+        "largest response with these springs and this oil",
+    ),
+    entry(
+        f"{HARDWARE_ROOT}/pair/penalty",
+        _ON_PAIR,
+        "",
+        "that peak over the one of the tuning, less 1",
+    ),
     entry(f"{HARDWARE_ROOT}/pair/travel", _ON_PAIR, "", "largest relative motion of the absorber"),
     entry(f"{HARDWARE_ROOT}/pair/allowed", _ON_PAIR, "", "1: it keeps the bounds of the case"),
-    entry(f"{HARDWARE_ROOT}/damper/damping", "stock_damper", "N*s/m", "of all such dampers together"),
-    entry(f"{HARDWARE_ROOT}/damper/secondary_damping", "stock_damper", "", "the same, c2 / (2 sqrt(K1 M1))"),
+    entry(
+        f"{HARDWARE_ROOT}/damper/damping", "stock_damper", "N*s/m", "of all such dampers together"
+    ),
+    entry(
+        f"{HARDWARE_ROOT}/damper/secondary_damping",
+        "stock_damper",
+        "",
+        "the same, c2 / (2 sqrt(K1 M1))",
+    ),
     *(
         entry(f"{HARDWARE_ROOT}/damper_pair/{name}", _WITH_DAMPER, "", words)
         for name, words in (
@@ -181,19 +307,40 @@ HARDWARE_ENTRIES = (
             ("allowed", "1: it keeps the bounds of the case"),
         )
     ),
-    entry(f"{HARDWARE_ROOT}/buy/peak", "", "", "largest response with the best pair of stock parts"),
+    entry(
+        f"{HARDWARE_ROOT}/buy/peak", "", "", "largest response with the best pair of stock parts"
+    ),
     entry(f"{HARDWARE_ROOT}/buy/penalty", "", "", "that peak over the one of the tuning, less 1"),
-    entry(f"{HARDWARE_ROOT}/warming/damping", "temperature", "N*m*s/rad", "of the best oil as it warms"),
+    entry(
+        f"{HARDWARE_ROOT}/warming/damping",
+        "temperature",
+        "N*m*s/rad",
+        "of the best oil as it warms",
+    ),
     entry(f"{HARDWARE_ROOT}/warming/secondary_damping", "temperature", "", "c2 / (2 sqrt(K1 J1))"),
-    entry(f"{HARDWARE_ROOT}/warming/peak", "temperature", "", "largest response with springs and oil kept"),
-    entry(f"{HARDWARE_ROOT}/warming/best_stiffness_ratio", "temperature", "",
-          "stiffness that would be best for this damping"),
+    entry(
+        f"{HARDWARE_ROOT}/warming/peak",
+        "temperature",
+        "",
+        "largest response with springs and oil kept",
+    ),
+    entry(
+        f"{HARDWARE_ROOT}/warming/best_stiffness_ratio",
+        "temperature",
+        "",
+        "stiffness that would be best for this damping",
+    ),
     entry(f"{HARDWARE_ROOT}/warming/best_peak", "temperature", "", "peak with such springs"),
-    entry(f"{HARDWARE_ROOT}/bending/frequency", "mode", "rad/s", "bending of the rod with its flywheel"),
+    entry(
+        f"{HARDWARE_ROOT}/bending/frequency",
+        "mode",
+        "rad/s",
+        "bending of the rod with its flywheel",
+    ),
     entry(f"{HARDWARE_ROOT}/bending/forward", "mode", "rad/s", "whirl with the spin"),
     entry(f"{HARDWARE_ROOT}/bending/backward", "mode", "rad/s", "whirl against the spin"),
     entry(f"{HARDWARE_ROOT}/bending/rayleigh", "", "rad/s", "Rayleigh's quotient for half a sine"),
-)  # fmt: skip
+)
 
 # ----------------------------------------------------------------------------
 # Results of pendulums in the centrifugal field of a rotor.

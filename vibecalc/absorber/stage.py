@@ -3,11 +3,11 @@
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from vibecalc.pipeline.stage_plan import StagePlan, below
+from vibecalc.core.run.stage import StagePlan, below
 
 if TYPE_CHECKING:
     from vibecalc.absorber.tables import Tuning
-    from vibecalc.case.schema import Case, Machine
+    from vibecalc.schema import Case, Machine
 
 _NO_ORDERS = "none: over the frequency"
 #: responses to excitations that are 1 at rest, or at high frequency, whatever the absorber

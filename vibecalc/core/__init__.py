@@ -1,1 +1,1 @@
-"""TODO"""
+"""The frame: it knows no machine and no subject."""

@@ -2,10 +2,14 @@
 
 import numpy as np
 
-from vibecalc.accuracy.topic import NOTHING_TO_SET, Answer, Ladder, Reference, Topic
-from vibecalc.accuracy.yardsticks.cycle_peaks import peak_topic
-from vibecalc.accuracy.yardsticks.cycle_signals import Signal
-from vibecalc.accuracy.yardsticks.fourier_samples import harmonics_of_samples, transform_work
+from vibecalc.core.accuracy.by_other_means.cycles import (
+    Signal,
+    harmonics_of_samples,
+    peak_topic,
+    transform_work,
+)
+from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Ladder, Reference, Topic
+from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.adapter import DIRECTIONS, Forcing
 from vibecalc.excitation.axial_force import axial_force
 from vibecalc.excitation.cylinder_torque import CrankGeometry, gas_harmonics
@@ -17,7 +21,6 @@ from vibecalc.kinematics.slider_crank import piston_path
 from vibecalc.numerics.cycle_peak import cycle_peak
 from vibecalc.numerics.gauss import gauss_rule
 from vibecalc.numerics.typing import FloatArray
-from vibecalc.pipeline.scene import Scene
 
 # ----------------------------------------------------------------------------
 # Topics of the excitation: the largest force and couple on the body over a turn.

@@ -4,6 +4,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from vibecalc.core.results.catalogue import CATALOGUE
+from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.axial_force import axial_force
 from vibecalc.excitation.balance import balance_columns, residual
 from vibecalc.excitation.crank_forces import Turning, crank_forces, turning_forces
@@ -13,12 +15,10 @@ from vibecalc.numerics.cycle_peak import cycle_peak
 from vibecalc.numerics.rounding import EPSILON, WithError
 from vibecalc.parts.crank_train import CrankTrain, RotatingMasses
 from vibecalc.parts.firing import shakes_with_torque
-from vibecalc.pipeline.catalogue import CATALOGUE
-from vibecalc.pipeline.scene import Scene
 
 if TYPE_CHECKING:
-    from vibecalc.case.schema import Machine
     from vibecalc.parts import tables as parts
+    from vibecalc.schema import Machine
 
 # ----------------------------------------------------------------------------
 # Adapter: a crank train, what turns and a rod's moment to the forces of one way of running it.

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vibecalc.case.schema import Case, Machine
 from vibecalc.excitation import pressure_cycle as pump_cycle
 from vibecalc.excitation.cylinder_torque import CrankGeometry
 from vibecalc.excitation.gas_tables import GasCard, gas_card
 from vibecalc.excitation.pressure_cycle import Liquid
 from vibecalc.parts.firing import TURN, angles_in_order, cycle_angle
+from vibecalc.schema import Case, Machine
 
 if TYPE_CHECKING:
     from vibecalc.excitation.pressure_cycle import PressureCycle

@@ -4,9 +4,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vibecalc.report.lookup import along, scalar_of
-from vibecalc.report.numbers import show
-from vibecalc.report.pictures.canvas import (
+from vibecalc.core.report.canvas import (
     COLOURS,
     LIMIT,
     TOTAL,
@@ -15,7 +13,9 @@ from vibecalc.report.pictures.canvas import (
     limit_line,
     waves,
 )
-from vibecalc.results.record import Quantity, Record, Result
+from vibecalc.core.report.sections import along, scalar_of
+from vibecalc.core.report.writing import show
+from vibecalc.core.results.record import Quantity, Record, Result
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

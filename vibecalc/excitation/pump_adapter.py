@@ -2,13 +2,13 @@
 
 import numpy as np
 
+from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.cylinder_torque import gas_harmonics, phasor
 from vibecalc.excitation.model import crank_geometry, firing_angle, liquid_of, pump_card
 from vibecalc.excitation.pressure_cycle import cylinder_pressure, pump_turn
 from vibecalc.excitation.results import PUMP_ROOT
 from vibecalc.isolation.adapters.torque_couple import HIGHEST
 from vibecalc.numerics.rounding import EPSILON, WithError
-from vibecalc.pipeline.scene import Scene
 
 #: degrees of the pressure curve
 STEPS = 360

@@ -4,12 +4,19 @@ import math
 
 import numpy as np
 
-from vibecalc.report.lookup import START, along, having, labels, magnitudes, scalar_of
-from vibecalc.report.numbers import show, show_phase
-from vibecalc.report.sections.section import Section, scalars
-from vibecalc.report.tables import Column, number, paragraph, table
+from vibecalc.core.report.sections import (
+    START,
+    Section,
+    along,
+    having,
+    labels,
+    magnitudes,
+    scalar_of,
+    scalars,
+)
+from vibecalc.core.report.writing import Column, number, paragraph, show, show_phase, table
+from vibecalc.core.results.record import Quantity, Record, Result
 from vibecalc.response.report import FAINT
-from vibecalc.results.record import Quantity, Record, Result
 
 # ----------------------------------------------------------------------------
 # The balance table, as an engineer lays it out: a line for each cylinder and a total.

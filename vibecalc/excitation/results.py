@@ -1,6 +1,6 @@
 """Results of the forces and couples of the crank train, its motor, and a pump's cylinders."""
 
-from vibecalc.pipeline.entries.entry import PEAK, RMS, entry
+from vibecalc.core.results.record import PEAK, RMS, entry
 
 # ----------------------------------------------------------------------------
 # Results of the forces and couples of the crank train, and of its motor.
@@ -20,60 +20,91 @@ EXCITATION_ENTRIES = (
     entry("excitation/balance/total_position_sine", "order", "m", "sum of z sin(n a)"),
     entry("excitation/balance/total_position_cosine", "order", "m", "sum of z cos(n a)"),
     entry(
-        "excitation/balance/banks/sum", "order direction", "",
+        "excitation/balance/banks/sum",
+        "order direction",
+        "",
         "of several banks: sum of exp(i n a) along the axis of each cylinder",
     ),
     entry(
-        "excitation/balance/banks/position_sum", "order direction", "m", "sum of z exp(i n a) so",
+        "excitation/balance/banks/position_sum",
+        "order direction",
+        "m",
+        "sum of z exp(i n a) so",
     ),
     entry(
-        "excitation/balance/banks/rotating", "order", "",
+        "excitation/balance/banks/rotating",
+        "order",
+        "",
         "part of that sum that turns with the crank, n times as fast",
     ),
     entry(
-        "excitation/balance/banks/counter_rotating", "order", "", "part that turns against it",
+        "excitation/balance/banks/counter_rotating",
+        "order",
+        "",
+        "part that turns against it",
     ),
     entry(
-        "excitation/balance/banks/position_rotating", "order", "m",
+        "excitation/balance/banks/position_rotating",
+        "order",
+        "m",
         "part of the sum with z that turns with the crank",
     ),
     entry(
-        "excitation/balance/banks/position_counter_rotating", "order", "m",
+        "excitation/balance/banks/position_counter_rotating",
+        "order",
+        "m",
         "part that turns against it",
     ),
     entry("excitation/residual", "", "N", "weighted residual of forces and couples", PEAK),
     entry("excitation/mass/reciprocating", "cylinder", "kg", "mass that moves with a piston"),
     entry("excitation/mass/rotating", "cylinder", "kg", "mass at a crank pin"),
     entry(
-        "excitation/counterweight/force", "counterweight", "N",
-        "centrifugal force of a counterweight", PEAK,
+        "excitation/counterweight/force",
+        "counterweight",
+        "N",
+        "centrifugal force of a counterweight",
+        PEAK,
     ),
     entry(
-        "excitation/counterweight/couple", "counterweight", "N*m",
-        "its couple about the body's reference point", PEAK,
+        "excitation/counterweight/couple",
+        "counterweight",
+        "N*m",
+        "its couple about the body's reference point",
+        PEAK,
     ),
     entry(
-        "excitation/rod/split_inertia", "", "kg*m^2",
+        "excitation/rod/split_inertia",
+        "",
+        "kg*m^2",
         "moment of the rod's two point masses about its mass centre",
     ),
     entry(
-        "excitation/rod/couple_bound", "", "N*m",
-        "largest couple that the rod's true moment can add to that of its two point masses", PEAK,
+        "excitation/rod/couple_bound",
+        "",
+        "N*m",
+        "largest couple that the rod's true moment can add to that of its two point masses",
+        PEAK,
     ),
     entry(
-        "excitation/rod/couple", "order", "N*m",
-        "couple of one rod about the crankshaft beyond that of its two point masses", PEAK,
+        "excitation/rod/couple",
+        "order",
+        "N*m",
+        "couple of one rod about the crankshaft beyond that of its two point masses",
+        PEAK,
     ),
     entry("excitation/rod/couple_peak", "", "N*m", "largest over a turn", PEAK),
     entry("excitation/motor/axial_force", "order", "N", "axial force of skewed conductors", PEAK),
     entry("excitation/motor/mean_force", "", "N", "axial force of the mean torque"),
     entry(
-        "excitation/motor/sum_of_amplitudes", "", "N",
-        "sum of the amplitudes of all orders, a bound of the peak", PEAK,
+        "excitation/motor/sum_of_amplitudes",
+        "",
+        "N",
+        "sum of the amplitudes of all orders, a bound of the peak",
+        PEAK,
     ),
     entry("excitation/motor/peak", "", "N", "largest axial force over a turn, mean apart", PEAK),
     entry("excitation/motor/rms", "", "N", "axial force, mean apart", RMS),
-)  # fmt: skip
+)
 
 # ----------------------------------------------------------------------------
 # Results of the cylinders of a pump: valves, volumes, work, torque.
@@ -83,28 +114,41 @@ PUMP_ROOT = "excitation/pump"
 
 PUMP_ENTRIES = (
     entry(
-        f"{PUMP_ROOT}/suction_opens", "", "rad",
+        f"{PUMP_ROOT}/suction_opens",
+        "",
+        "rad",
         "crank angle from top dead centre at which the suction valve opens",
     ),
     entry(
-        f"{PUMP_ROOT}/discharge_opens", "", "rad",
+        f"{PUMP_ROOT}/discharge_opens",
+        "",
+        "rad",
         "crank angle from bottom dead centre at which the discharge valve opens",
     ),
     entry(f"{PUMP_ROOT}/swept_volume", "", "m^3", "of one cylinder"),
     entry(
-        f"{PUMP_ROOT}/volumetric_efficiency", "", "",
+        f"{PUMP_ROOT}/volumetric_efficiency",
+        "",
+        "",
         "volume drawn, at the suction pressure, over the swept volume",
     ),
     entry(f"{PUMP_ROOT}/flow", "", "m^3/s", "mean flow of all cylinders, at the suction pressure"),
     entry(f"{PUMP_ROOT}/work", "", "J", "work of one cylinder on its liquid in a turn"),
     entry(f"{PUMP_ROOT}/power", "", "W", "of all cylinders on the liquid"),
     entry(
-        f"{PUMP_ROOT}/mean_torque", "", "N*m",
+        f"{PUMP_ROOT}/mean_torque",
+        "",
+        "N*m",
         "mean torque of the liquid on the crankshaft, all cylinders, with its sign",
     ),
     entry(
-        f"{PUMP_ROOT}/torque", "order", "N*m",
-        "torque of the liquid on the crankshaft, all cylinders, complex", PEAK,
+        f"{PUMP_ROOT}/torque",
+        "order",
+        "N*m",
+        "torque of the liquid on the crankshaft, all cylinders, complex",
+        PEAK,
     ),
-    entry(f"{PUMP_ROOT}/pressure", "crank_angle", "Pa", "absolute, on one plunger over its own turn"),
-)  # fmt: skip
+    entry(
+        f"{PUMP_ROOT}/pressure", "crank_angle", "Pa", "absolute, on one plunger over its own turn"
+    ),
+)

@@ -3,10 +3,10 @@
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from vibecalc.pipeline.stage_plan import StagePlan, below
+from vibecalc.core.run.stage import StagePlan, below
 
 if TYPE_CHECKING:
-    from vibecalc.case.schema import Case
+    from vibecalc.schema import Case
 
 
 def plan_pump(case: "Case") -> Iterator[StagePlan]:

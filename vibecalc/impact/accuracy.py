@@ -6,15 +6,15 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from vibecalc.accuracy.topic import Answer, Ladder, Reference, Topic
-from vibecalc.accuracy.yardsticks.integrators import Rates, march_fixed, march_scipy
+from vibecalc.core.accuracy.by_other_means.integrators import Rates, march_fixed, march_scipy
+from vibecalc.core.accuracy.topic import Answer, Ladder, Reference, Topic
+from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
 from vibecalc.impact.linkage import Linkage, Starts, central_start, spread_starts
 from vibecalc.impact.model import build_joints
 from vibecalc.impact.runs import Study, follow_events, run_fixed_steps
 from vibecalc.impact.setup import DEGREE, REACH
 from vibecalc.impact.statistics import mean_over_runs
-from vibecalc.pipeline.scene import Scene
 
 if TYPE_CHECKING:
     from vibecalc.response.tables import Impact

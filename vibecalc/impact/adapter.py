@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
 from vibecalc.excitation.axial_force import axial_force
 from vibecalc.impact.linkage import Linkage
@@ -31,7 +32,6 @@ from vibecalc.impact.statistics import (
 )
 from vibecalc.kinematics.harmonics import harmonics_with_error
 from vibecalc.numerics.rounding import EPSILON, WithError
-from vibecalc.pipeline.scene import Scene
 
 if TYPE_CHECKING:
     from vibecalc.response.tables import Impact

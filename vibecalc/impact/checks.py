@@ -4,12 +4,12 @@ import math
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from vibecalc.case.kinds import has_crank_train
-from vibecalc.case.schema import Case
 from vibecalc.errors import KeyPath, Problem
+from vibecalc.kinds import has_crank_train
 from vibecalc.parts import tables as parts
 from vibecalc.parts.crank_train import build_crank_train, rod_share
 from vibecalc.parts.tables import Play
+from vibecalc.schema import Case
 
 # ----------------------------------------------------------------------------
 # The gaps of a cylinder with play in its joints, and the masses on their sides.

@@ -4,12 +4,21 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from vibecalc.core.report.canvas import (
+    COLOURS,
+    LIMIT,
+    QUIET,
+    TOTAL,
+    canvas,
+    clearance_names,
+    crank_angle_axis,
+    plain_ticks,
+    spread_out,
+)
+from vibecalc.core.report.sections import having
+from vibecalc.core.report.writing import show
+from vibecalc.core.results.record import Quantity, Record, Result
 from vibecalc.impact.report import standard_errors
-from vibecalc.report.lookup import having
-from vibecalc.report.numbers import show
-from vibecalc.report.pictures.canvas import COLOURS, LIMIT, QUIET, TOTAL, canvas, crank_angle_axis
-from vibecalc.report.pictures.scales import clearance_names, plain_ticks, spread_out
-from vibecalc.results.record import Quantity, Record, Result
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

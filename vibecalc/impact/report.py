@@ -5,11 +5,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from vibecalc.report.lookup import having, table_of
-from vibecalc.report.numbers import show, show_error
-from vibecalc.report.sections.section import Section
-from vibecalc.report.tables import Column, number, paragraph, table
-from vibecalc.results.record import Quantity, Record, Result
+from vibecalc.core.report.sections import Section, having, table_of
+from vibecalc.core.report.writing import Column, number, paragraph, show, show_error, table
+from vibecalc.core.results.record import Quantity, Record, Result
 
 _STEM = "response/impact/"
 #: of a statistic

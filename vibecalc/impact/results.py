@@ -1,6 +1,6 @@
 """Results of impacts in joints with play: statistics over members and revolutions."""
 
-from vibecalc.pipeline.entries.entry import PEAK, entry
+from vibecalc.core.results.record import PEAK, entry
 
 IMPACT_ENTRIES = (
     entry(

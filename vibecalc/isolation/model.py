@@ -5,11 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vibecalc.case.schema import Case
 from vibecalc.errors import KeyPath, Problem
 from vibecalc.parts import tables as parts
 from vibecalc.parts.body import DIRECTIONS, RigidBody, build_body, build_frame
 from vibecalc.parts.mounts import Mounts, build_mounts, free_motions
+from vibecalc.schema import Case
 
 # ----------------------------------------------------------------------------
 # What the pitch model needs of a machine: one rotation about the axis across the crankshaft.

@@ -6,11 +6,11 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from vibecalc.case.schema import Case, Machine
 from vibecalc.errors import KeyPath, Problem
 from vibecalc.isolation.rigid_body import assemble
 from vibecalc.parts.body import DIRECTIONS, build_body
 from vibecalc.parts.mounts import build_mounts, free_motions
+from vibecalc.schema import Case, Machine
 
 # ----------------------------------------------------------------------------
 # The motions that a model of isolation keeps of a rigid body, as indices into x y z rx ry rz.

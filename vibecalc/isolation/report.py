@@ -2,11 +2,27 @@
 
 import numpy as np
 
-from vibecalc.report.lookup import along, having, labels, magnitudes, table_of
-from vibecalc.report.numbers import hertz, rpm, show, show_percent, show_phase
-from vibecalc.report.sections.section import Section, scalars
-from vibecalc.report.tables import Column, number, paragraph, table
-from vibecalc.results.record import Quantity, Record, Result
+from vibecalc.core.report.sections import (
+    Section,
+    along,
+    having,
+    labels,
+    magnitudes,
+    scalars,
+    table_of,
+)
+from vibecalc.core.report.writing import (
+    Column,
+    hertz,
+    number,
+    paragraph,
+    rpm,
+    show,
+    show_percent,
+    show_phase,
+    table,
+)
+from vibecalc.core.results.record import Quantity, Record, Result
 
 # ----------------------------------------------------------------------------
 # What each mount carries and how far the body moves there: one line for each mount.

@@ -3,11 +3,11 @@
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
+from vibecalc.core.run.stage import StagePlan, below
 from vibecalc.parts.firing import is_separate, torque_reaches_mounts
-from vibecalc.pipeline.stage_plan import StagePlan, below
 
 if TYPE_CHECKING:
-    from vibecalc.case.schema import Case
+    from vibecalc.schema import Case
 
 ORDERS = "half ones of four strokes, else whole ones, and as many again for the error"
 

@@ -27,10 +27,10 @@ from vibecalc.torsion.synthesis import synthesis
 # - on the body, without a shaft line: a stator follows no pulsation and gives the mean back; -T
 #   remains without its mean. A rotor of finite inertia leaves a share of it
 #   (`excitation.inertia_torque.rotor_share`), wherever the driven machine stands.
-# - on the body, with a shaft line of finite inertia: the body gives the line all its torques (of the
-#   cylinders, of the loads, of what damps a station against the body), so that it feels minus the
-#   change of the line's angular momentum. With loads that do not alternate and no damping against
-#   the body that is -T again, however elastic the line: the torque goes into its speed. Gears turn
+# - on the body, with a shaft line of finite inertia: the body gives the line all its torques (of
+#   the cylinders, of the loads, of what damps a station against the body), so that it feels minus
+#   the change of the line's angular momentum. With loads that do not alternate and no damping
+#   against the body that is -T again, however elastic the line: the torque goes into its speed. Gears
 #   some of the inertia the other way round, or faster. There is no mean: the stator gives it back.
 # ----------------------------------------------------------------------------
 

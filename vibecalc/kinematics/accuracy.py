@@ -5,15 +5,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from vibecalc.accuracy.topic import NOTHING_TO_SET, Answer, Ladder, Reference, Topic
-from vibecalc.accuracy.yardsticks.fourier_samples import harmonics_of_samples, transform_work
+from vibecalc.core.accuracy.by_other_means.cycles import harmonics_of_samples, transform_work
+from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Ladder, Reference, Topic
+from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
 from vibecalc.kinematics.adapter import PistonMotion
 from vibecalc.kinematics.harmonics import dropped_acceleration, motion_harmonics, pole, series_terms
 from vibecalc.kinematics.slider_crank import piston_path
 from vibecalc.kinematics.truncated_series import truncated_harmonics, truncated_motion
 from vibecalc.parts.crank_train import CrankTrain
-from vibecalc.pipeline.scene import Scene
 
 # ----------------------------------------------------------------------------
 # Topic of the kinematics: the acceleration that the orders beyond the last one kept would add.

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from vibecalc.core.run.stage import Scene
 from vibecalc.kinematics.harmonics import (
     dropped_with_error,
     harmonics_with_error,
@@ -20,11 +21,10 @@ from vibecalc.kinematics.truncated_series import (
 )
 from vibecalc.numerics.rounding import EPSILON
 from vibecalc.parts.firing import shakes_with_torque
-from vibecalc.pipeline.scene import Scene
 
 if TYPE_CHECKING:
-    from vibecalc.case.schema import Case
     from vibecalc.parts.crank_train import CrankTrain
+    from vibecalc.schema import Case
 
 #: what is left after the guard orders, as a share of what was left before them
 BEYOND_GUARD = 1e-7

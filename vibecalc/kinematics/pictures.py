@@ -4,10 +4,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vibecalc.report.lookup import along
-from vibecalc.report.numbers import show
-from vibecalc.report.pictures.canvas import COLOURS, QUIET, TOTAL, canvas, crank_angle_axis, waves
-from vibecalc.results.record import Result
+from vibecalc.core.report.canvas import COLOURS, QUIET, TOTAL, canvas, crank_angle_axis, waves
+from vibecalc.core.report.sections import along
+from vibecalc.core.report.writing import show
+from vibecalc.core.results.record import Result
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

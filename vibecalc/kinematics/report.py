@@ -2,11 +2,9 @@
 
 import numpy as np
 
-from vibecalc.report.lookup import along
-from vibecalc.report.numbers import show, show_phase
-from vibecalc.report.sections.section import Section, scalars
-from vibecalc.report.tables import Column, number, paragraph, table
-from vibecalc.results.record import Quantity, Record, Result
+from vibecalc.core.report.sections import Section, along, scalars
+from vibecalc.core.report.writing import Column, number, paragraph, show, show_phase, table
+from vibecalc.core.results.record import Quantity, Record, Result
 
 _ROWS = 12
 _HARMONICS = ("kinematics/position_harmonics", "kinematics/acceleration_harmonics")

@@ -1,6 +1,6 @@
 """Results of the piston motion."""
 
-from vibecalc.pipeline.entries.entry import PEAK, entry
+from vibecalc.core.results.record import PEAK, entry
 
 ENTRIES = (
     entry("kinematics/position_harmonics", "order", "m", "harmonics of piston position", PEAK),

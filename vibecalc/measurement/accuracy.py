@@ -7,7 +7,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vibecalc.accuracy.topic import NOTHING_TO_SET, Answer, Ladder, Reference, Topic
+from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Ladder, Reference, Topic
+from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
 from vibecalc.measurement.choosing import choose
 from vibecalc.measurement.complex_motion import (
@@ -22,7 +23,6 @@ from vibecalc.measurement.plate import scaled, span_of
 from vibecalc.measurement.second_moments import counted_ends
 from vibecalc.numerics.rounding import EPSILON
 from vibecalc.numerics.typing import ComplexArray, FloatArray
-from vibecalc.pipeline.scene import Scene
 
 # ----------------------------------------------------------------------------
 # The motion of a plate from levels: second moments, least squares from anywhere, phases by hand.

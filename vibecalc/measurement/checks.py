@@ -3,10 +3,10 @@
 from collections.abc import Iterator
 from typing import Any
 
-from vibecalc.case.raw import listed, nearest
-from vibecalc.case.schema import Case
+from vibecalc.core.case.raw import listed, nearest
 from vibecalc.errors import KeyPath, Problem
 from vibecalc.measurement.tables import Measurement, Reading
+from vibecalc.schema import Case
 
 # ----------------------------------------------------------------------------
 # Are the numbers of a measurement within reason, and does it say what they count in?

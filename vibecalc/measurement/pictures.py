@@ -5,9 +5,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibecalc.report.lookup import entries, having, labels, scalar_of, table_of
-from vibecalc.report.pictures.canvas import COLOURS, LIMIT, TOTAL, canvas
-from vibecalc.results.record import Quantity, Record, Result
+from vibecalc.core.report.canvas import COLOURS, LIMIT, TOTAL, canvas
+from vibecalc.core.report.sections import entries, having, labels, scalar_of, table_of
+from vibecalc.core.results.record import Quantity, Record, Result
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

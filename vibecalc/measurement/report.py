@@ -4,11 +4,9 @@ import math
 
 import numpy as np
 
-from vibecalc.report.lookup import having, labels
-from vibecalc.report.numbers import hertz, show
-from vibecalc.report.sections.section import Section
-from vibecalc.report.tables import Column, number, paragraph, table
-from vibecalc.results.record import Quantity, Record, Result
+from vibecalc.core.report.sections import Section, having, labels
+from vibecalc.core.report.writing import Column, hertz, number, paragraph, show, table
+from vibecalc.core.results.record import Quantity, Record, Result
 
 # ----------------------------------------------------------------------------
 # Readings beside the motion found from them, and the motions that levels leave open.

@@ -1,6 +1,6 @@
 """Results of readings on a rigid plate: its motion, levels anywhere, and how sure they are."""
 
-from vibecalc.pipeline.entries.entry import PEAK, entry
+from vibecalc.core.results.record import PEAK, entry
 
 ROOT = "measurement"
 _RE = "dB re reference_level of the case"

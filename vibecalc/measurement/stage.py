@@ -3,11 +3,11 @@
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from vibecalc.pipeline.stage_plan import StagePlan, below
+from vibecalc.core.run.stage import StagePlan, below
 
 if TYPE_CHECKING:
-    from vibecalc.case.schema import Case
     from vibecalc.measurement.tables import Measurement
+    from vibecalc.schema import Case
 
 
 def plan_measurement(case: "Case") -> Iterator[StagePlan]:

@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from vibecalc.case.fields import (
+from vibecalc.core.case.fields import (
     Acceleration,
     Angle,
     AngularSpeed,

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vibecalc.case.schema import Case
 from vibecalc.errors import KeyPath, Problem
 from vibecalc.parts import tables as parts
+from vibecalc.schema import Case
 
 # ----------------------------------------------------------------------------
 # Directions of a crank train in the body's axes x, y, z.

@@ -7,8 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vibecalc.case.kinds import finds_speed, gas_turns, has_crank_train, has_speed
-from vibecalc.case.schema import Case, Machine
+from vibecalc.kinds import finds_speed, gas_turns, has_crank_train, has_speed
 from vibecalc.parts import tables as parts
 from vibecalc.parts.body import build_body, build_frame
 from vibecalc.parts.crank_train import build_crank_train, rod_share
@@ -16,6 +15,7 @@ from vibecalc.parts.firing import has_gas, torque_reaches_mounts
 from vibecalc.parts.mounts import Mounts, build_mounts
 from vibecalc.response.checks import has_loss_factor
 from vibecalc.roll.checks import asks_roll, roll_cautions
+from vibecalc.schema import Case, Machine
 from vibecalc.torsion.checks import torsion_cautions
 from vibecalc.torsion.model import throw_cautions
 

@@ -6,12 +6,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from vibecalc.case.kinds import has_crank_train
-from vibecalc.case.schema import Case
-from vibecalc.case.tables import Excitation
+from vibecalc.core.case.tables import Excitation
 from vibecalc.errors import KeyPath, Problem
+from vibecalc.kinds import has_crank_train
 from vibecalc.parts import tables as parts
 from vibecalc.parts.body import DIRECTIONS, build_frame
+from vibecalc.schema import Case
 
 # ----------------------------------------------------------------------------
 # The crank train as arrays: cylinders, and everything that turns.

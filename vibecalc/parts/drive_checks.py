@@ -4,11 +4,11 @@ import math
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
 
-from vibecalc.case.kinds import finds_speed, gas_turns, has_crank_train
-from vibecalc.case.schema import Case
 from vibecalc.errors import KeyPath, Problem
+from vibecalc.kinds import finds_speed, gas_turns, has_crank_train
 from vibecalc.parts.firing import cycle_angle
 from vibecalc.parts.tables import GasPressure
+from vibecalc.schema import Case
 
 # ----------------------------------------------------------------------------
 # Is a table over one turn of a cylinder a curve that closes?

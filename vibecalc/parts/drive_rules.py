@@ -3,11 +3,10 @@
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from vibecalc.case.diagnose import missing_key
-from vibecalc.case.kind_parts import TRAIN
-from vibecalc.case.kinds import HARMONICS, motor_kind
-from vibecalc.case.raw import Data, misspelt, read_number, table_at
+from vibecalc.core.case.diagnose import missing_key
+from vibecalc.core.case.raw import Data, misspelt, read_number, table_at
 from vibecalc.errors import KeyPath, Problem
+from vibecalc.kinds import HARMONICS, TRAIN, motor_kind
 
 # ----------------------------------------------------------------------------
 # Checks of form of the motor: each kind has its own keys.

@@ -5,11 +5,11 @@ from collections.abc import Mapping, Sequence
 from itertools import accumulate
 from typing import TYPE_CHECKING, Any
 
-from vibecalc.case.kinds import KINDS, gas_turns
-from vibecalc.case.raw import Data, read_number, table_at, tables_at
+from vibecalc.core.case.raw import Data, read_number, table_at, tables_at
+from vibecalc.kinds import KINDS, gas_turns
 
 if TYPE_CHECKING:
-    from vibecalc.case.schema import Case, Machine
+    from vibecalc.schema import Case, Machine
 
 # ----------------------------------------------------------------------------
 # When the cylinders of an engine fire, and how their throws have to stand for it.

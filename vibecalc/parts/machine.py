@@ -4,8 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from vibecalc.case.kinds import has_crank_train
-from vibecalc.case.schema import Case
+from vibecalc.kinds import has_crank_train
 from vibecalc.parts.body import RigidBody, build_body
 from vibecalc.parts.crank_train import (
     CrankTrain,
@@ -15,6 +14,7 @@ from vibecalc.parts.crank_train import (
     moving,
 )
 from vibecalc.parts.mounts import Mounts, build_mounts
+from vibecalc.schema import Case
 
 
 @dataclass(frozen=True, kw_only=True)

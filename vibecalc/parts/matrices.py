@@ -6,7 +6,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vibecalc.case.schema import Case, Machine
 from vibecalc.core.case.number_range import LARGEST, SMALLEST
 from vibecalc.errors import KeyPath, Problem
 from vibecalc.numerics.matrices import Matrices
@@ -15,6 +14,7 @@ from vibecalc.parts import tables as parts
 from vibecalc.parts.body import build_body
 from vibecalc.parts.mounts import build_mounts
 from vibecalc.parts.tables import BlockMatrix
+from vibecalc.schema import Case, Machine
 from vibecalc.units import convert
 
 # ----------------------------------------------------------------------------

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from typing import Any
 
-from vibecalc.case.raw import Data, either, misspelt, read_number, table_at, tables_at
+from vibecalc.core.case.raw import Data, either, misspelt, read_number, table_at, tables_at
 from vibecalc.errors import KeyPath, Problem, UnitError
 from vibecalc.parts.tables import BlockMatrix, DampingMatrix, MassMatrix, StiffnessMatrix
 from vibecalc.units import convert
@@ -172,7 +172,7 @@ def _columns(data: Data) -> Iterator[Problem]:
 
 def _too_short(path: KeyPath, lists: dict[str, list[Any]]) -> bool:
     """Whether the schema refuses one of these columns, whatever the others are."""
-    from vibecalc.case.walk import keys_of, shape_at
+    from vibecalc.core.case.walk import keys_of, shape_at
 
     shape = shape_at(path)
     fields = keys_of(shape.table) if shape is not None and shape.table is not None else {}

@@ -5,7 +5,7 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
 
-from vibecalc.case.fields import (
+from vibecalc.core.case.fields import (
     Angle,
     AngularDamping,
     AngularSpeed,

@@ -4,12 +4,12 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from vibecalc.case.kinds import has_crank_train
-from vibecalc.case.raw import listed, nearest
-from vibecalc.case.schema import Case
+from vibecalc.core.case.raw import listed, nearest
 from vibecalc.errors import KeyPath, Problem
+from vibecalc.kinds import has_crank_train
 from vibecalc.parts import tables as parts
 from vibecalc.parts.firing import driven_machine, shakes_with_torque
+from vibecalc.schema import Case
 
 SWITCHING: KeyPath = ("response", "switching")
 MOUNTS: KeyPath = ("machine", "mounts")

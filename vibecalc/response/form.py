@@ -3,9 +3,9 @@
 from collections.abc import Iterator
 from typing import Any
 
-from vibecalc.case.kinds import OF_THE_BODY, WITHOUT_A_BODY
-from vibecalc.case.raw import Data, listed, nearest, read_number, table_at, tables_at
+from vibecalc.core.case.raw import Data, listed, nearest, read_number, table_at, tables_at
 from vibecalc.errors import KeyPath, Problem, UnitError
+from vibecalc.kinds import OF_THE_BODY, WITHOUT_A_BODY
 from vibecalc.roll.form import check_roll
 from vibecalc.units import split_number
 

@@ -4,14 +4,21 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibecalc.report.lookup import along, having, labels, speed_of
-from vibecalc.report.numbers import rpm, show
-from vibecalc.report.pictures.canvas import COLOURS, QUIET, TOTAL, canvas
-from vibecalc.report.pictures.reference_points import draw_points
-from vibecalc.report.pictures.scales import factor_of, length_scale, plain_ticks
-from vibecalc.report.references import judge_references
+from vibecalc.core.report.canvas import (
+    COLOURS,
+    QUIET,
+    TOTAL,
+    canvas,
+    draw_points,
+    factor_of,
+    length_scale,
+    plain_ticks,
+)
+from vibecalc.core.report.sections import along, having, labels, speed_of
+from vibecalc.core.report.verdicts import judge_references
+from vibecalc.core.report.writing import rpm, show
+from vibecalc.core.results.record import Quantity, Record, Result
 from vibecalc.response.report import SMALLEST, last_normal
-from vibecalc.results.record import Quantity, Record, Result
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

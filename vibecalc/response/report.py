@@ -5,11 +5,26 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from vibecalc.report.lookup import along, having, labels, magnitudes, scalar_of, table_of
-from vibecalc.report.numbers import hertz, rpm, show, show_percent
-from vibecalc.report.sections.section import Section
-from vibecalc.report.tables import Column, number, paragraph, table
-from vibecalc.results.record import Quantity, Record, Result
+from vibecalc.core.report.sections import (
+    Section,
+    along,
+    having,
+    labels,
+    magnitudes,
+    scalar_of,
+    table_of,
+)
+from vibecalc.core.report.writing import (
+    Column,
+    hertz,
+    number,
+    paragraph,
+    rpm,
+    show,
+    show_percent,
+    table,
+)
+from vibecalc.core.results.record import Quantity, Record, Result
 
 # ----------------------------------------------------------------------------
 # The body on its suspension: modes, motion over one turn, force on the ground, energies.

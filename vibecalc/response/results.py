@@ -1,6 +1,6 @@
 """Results of the body on its suspension, and of the change between two operations."""
 
-from vibecalc.pipeline.entries.entry import PEAK, entry
+from vibecalc.core.results.record import PEAK, entry
 
 # ----------------------------------------------------------------------------
 # Results of the body on its suspension: modes, motion, energies.

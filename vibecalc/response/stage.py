@@ -3,10 +3,10 @@
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from vibecalc.pipeline.stage_plan import StagePlan, below, orders_words
+from vibecalc.core.run.stage import StagePlan, below, orders_words
 
 if TYPE_CHECKING:
-    from vibecalc.case.schema import Case
+    from vibecalc.schema import Case
 
 _APART = (
     *("_energy/", "/operations/", "/run_up/", "/masked/", "/switching/", "/impact/"),

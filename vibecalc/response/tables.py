@@ -5,8 +5,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from vibecalc.absorber.tables import AbsorberResponse
-from vibecalc.case.fields import Angle, Length, Name, Number, Table, Time
-from vibecalc.case.range_table import RunUp
+from vibecalc.core.case.fields import Angle, Length, Name, Number, RunUp, Table, Time
 from vibecalc.roll.tables import Control, Roll, StartUp
 from vibecalc.torsion.tables import Torsion
 

@@ -3,13 +3,13 @@
 import math
 from collections.abc import Iterator
 
-from vibecalc.case.kinds import finds_speed, has_crank_train
-from vibecalc.case.schema import Case
 from vibecalc.errors import KeyPath, Problem
+from vibecalc.kinds import finds_speed, has_crank_train
 from vibecalc.parts.crank_train import build_crank_train, rod_share, working_names
 from vibecalc.parts.firing import shakes_with_torque
 from vibecalc.roll.form import STEPPING
 from vibecalc.roll.tables import Load, Roll
+from vibecalc.schema import Case
 
 # ----------------------------------------------------------------------------
 # Can rotor, pistons and shell move like this, and can that motion be followed as asked?

@@ -2,9 +2,9 @@
 
 from collections.abc import Iterator
 
-from vibecalc.case.kinds import FINDING_MOTORS, ROLL, motor_kind
-from vibecalc.case.raw import Data, table_at, tables_at
+from vibecalc.core.case.raw import Data, table_at, tables_at
 from vibecalc.errors import KeyPath, Problem
+from vibecalc.kinds import FINDING_MOTORS, ROLL, motor_kind
 
 RESPONSE: KeyPath = ("response",)
 MACHINE: KeyPath = ("machine",)

@@ -7,7 +7,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vibecalc.case.schema import Case
 from vibecalc.errors import NumericalFailure
 from vibecalc.excitation.gas_tables import FORCE_INTERPOLATIONS, force_at, gas_force
 from vibecalc.excitation.induction_motor import InductionMotor
@@ -20,6 +19,7 @@ from vibecalc.parts.crank_train import build_crank_train, moving, rod_share, wor
 from vibecalc.parts.drive_checks import suits
 from vibecalc.parts.tables import Motor
 from vibecalc.roll.mechanism import RollDrive, RollMachine, roll_machine
+from vibecalc.schema import Case
 
 # ----------------------------------------------------------------------------
 # The motor of a validated case as a circuit with transients, fitted to its table of torques.

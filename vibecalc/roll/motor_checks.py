@@ -3,11 +3,11 @@
 import math
 from collections.abc import Iterator
 
-from vibecalc.case.kinds import finds_speed
-from vibecalc.case.schema import Case
 from vibecalc.errors import KeyPath, Problem
+from vibecalc.kinds import finds_speed
 from vibecalc.parts.tables import Motor, SlipTable
 from vibecalc.roll.tables import Control
+from vibecalc.schema import Case
 
 # ----------------------------------------------------------------------------
 # Is the motor that finds the speed a motor: its curve over the slip, its poles?

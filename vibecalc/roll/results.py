@@ -1,6 +1,6 @@
 """Results of a machine whose motor finds the speed: roll, motor, start-up, control."""
 
-from vibecalc.pipeline.entries.entry import PEAK, Entry, entry
+from vibecalc.core.results.record import PEAK, Entry, entry
 
 # ----------------------------------------------------------------------------
 # Results of rotor, pistons and shell in their periodic motion under a real motor.

@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from vibecalc.case.fields import (
+from vibecalc.core.case.fields import (
     Angle,
     AngularDamping,
     AngularSpeed,

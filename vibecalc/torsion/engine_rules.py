@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from vibecalc.case.raw import Data, either, misspelt, table_at, tables_at
+from vibecalc.core.case.raw import Data, either, misspelt, table_at, tables_at
 from vibecalc.errors import KeyPath, Problem
 from vibecalc.torsion.rules import check_shaft_line, check_torsion
 
@@ -16,7 +16,7 @@ def check_engine(data: Data) -> Iterator[Problem]:
     """Yield what an engine lacks or says twice."""
     machine = table_at(data, "machine")
     if "cycle" not in machine and not misspelt(machine, MACHINE, "cycle"):
-        from vibecalc.case.diagnose import missing_key
+        from vibecalc.core.case.diagnose import missing_key
 
         yield missing_key((*MACHINE, "cycle"))
     asked = [path for path in ASKED if path[-1] in table_at(data, *path[:-1])]

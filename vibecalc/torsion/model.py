@@ -8,10 +8,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vibecalc.case.schema import Case
 from vibecalc.numerics.rounding import EPSILON, WithError
 from vibecalc.parts import tables as train_parts
 from vibecalc.parts.crank_train import CrankTrain, build_crank_train
+from vibecalc.schema import Case
 from vibecalc.torsion.from_dimensions import Throw as Dimensions
 from vibecalc.torsion.from_dimensions import (
     disc_ended_web_inertia,

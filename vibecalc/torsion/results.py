@@ -1,6 +1,6 @@
 """Every result of a shaft line: path, unit, axes, long name."""
 
-from vibecalc.pipeline.entries.entry import PEAK, Entry, entry
+from vibecalc.core.results.record import PEAK, Entry, entry
 
 # ----------------------------------------------------------------------------
 # Results of a shaft line: modes, what the cylinders do to it, and its vibration at one speed.

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from vibecalc.case.raw import Data, either, misspelt, read_number, table_at, tables_at
+from vibecalc.core.case.raw import Data, either, misspelt, read_number, table_at, tables_at
 from vibecalc.errors import KeyPath, Problem
 
 # ----------------------------------------------------------------------------

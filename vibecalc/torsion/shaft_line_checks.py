@@ -2,10 +2,10 @@
 
 from collections.abc import Iterator, Sequence
 
-from vibecalc.case.raw import listed, nearest
-from vibecalc.case.schema import Case
+from vibecalc.core.case.raw import listed, nearest
 from vibecalc.errors import KeyPath, NumericalFailure, Problem
 from vibecalc.parts.crank_train import turns
+from vibecalc.schema import Case
 from vibecalc.torsion.shaft_line_tables import (
     Joined,
     Shaft,

@@ -6,7 +6,7 @@ from typing import Annotated, Literal, NamedTuple
 from pydantic import Field
 
 from vibecalc.absorber.tables import Density, Modulus
-from vibecalc.case.fields import (
+from vibecalc.core.case.fields import (
     AngularDamping,
     AngularStiffness,
     Inertia,

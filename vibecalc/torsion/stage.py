@@ -4,9 +4,9 @@ import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from vibecalc.case.schema import Case
+from vibecalc.core.run.stage import StagePlan, below
 from vibecalc.errors import KeyPath, Problem
-from vibecalc.pipeline.stage_plan import StagePlan, below
+from vibecalc.schema import Case
 from vibecalc.torsion.results import (
     DESIGN,
     OBJECTIVES,

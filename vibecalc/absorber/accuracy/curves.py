@@ -28,9 +28,9 @@ from vibecalc.absorber.squared_magnitude import (
 )
 from vibecalc.absorber.stage import asked_of
 from vibecalc.absorber.transfer import Absorber, Coupling, coupling, transfer_of
-from vibecalc.accuracy.topic import NOTHING_TO_SET, Answer, Ladder, Reference, Topic
-from vibecalc.accuracy.yardsticks.grids import grid_maximum, parabola_maximum
-from vibecalc.pipeline.scene import Scene
+from vibecalc.core.accuracy.by_other_means.searches import grid_maximum, parabola_maximum
+from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Ladder, Reference, Topic
+from vibecalc.core.run.stage import Scene
 
 # ----------------------------------------------------------------------------
 # What the peaks of absorbers take, counted in evaluations of |H| at one frequency.

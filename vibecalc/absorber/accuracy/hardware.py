@@ -15,10 +15,10 @@ from vibecalc.absorber.hardware.overhung import (
 )
 from vibecalc.absorber.hardware.rods_and_springs import EndBody, OverhungRod
 from vibecalc.absorber.model import build_absorber
-from vibecalc.accuracy.topic import NOTHING_TO_SET, Answer, Ladder, Reference, Topic
+from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Ladder, Reference, Topic
+from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import UNIT_ROUNDOFF
-from vibecalc.pipeline.scene import Scene
 
 # ----------------------------------------------------------------------------
 # Topics of the stage "hardware": lowest bending frequency of the rod, damping of the gap.

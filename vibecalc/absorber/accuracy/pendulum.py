@@ -15,11 +15,11 @@ from vibecalc.absorber.pendulum_order import (
     tuning_order,
 )
 from vibecalc.absorber.pendulum_steady import steady_motion
-from vibecalc.accuracy.topic import NOTHING_TO_SET, Answer, Ladder, Reference, Topic
-from vibecalc.accuracy.yardsticks.integrators import march_scipy
+from vibecalc.core.accuracy.by_other_means.integrators import march_scipy
+from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Ladder, Reference, Topic
+from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import UNIT_ROUNDOFF
-from vibecalc.pipeline.scene import Scene
 
 # ----------------------------------------------------------------------------
 # A pendulum on a rotor by time integration and by plain sums, as yardsticks of its kernels.

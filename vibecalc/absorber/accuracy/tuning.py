@@ -23,9 +23,14 @@ from vibecalc.absorber.tuning.closed_forms import METHODS
 from vibecalc.absorber.tuning.minimax import minimax
 from vibecalc.absorber.tuning.restricted import pure_viscous
 from vibecalc.absorber.tuning.several import several_tuning
-from vibecalc.accuracy.topic import NOTHING_TO_SET, Answer, Ladder, Reference, Topic
-from vibecalc.accuracy.yardsticks.searches import Searched, evolution, least_ceiling, nelder_mead
-from vibecalc.pipeline.scene import Scene
+from vibecalc.core.accuracy.by_other_means.searches import (
+    Searched,
+    evolution,
+    least_ceiling,
+    nelder_mead,
+)
+from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Ladder, Reference, Topic
+from vibecalc.core.run.stage import Scene
 
 # ----------------------------------------------------------------------------
 # Topics of the stage "tuning": the least highest peak, and the spring and damper that bring it.

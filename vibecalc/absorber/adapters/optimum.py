@@ -15,9 +15,9 @@ from vibecalc.absorber.tuning.mean_square import mean_square_tuning
 from vibecalc.absorber.tuning.minimax import BALANCED, NO_HELP, SET, UNBOUNDED, minimax
 from vibecalc.absorber.tuning.restricted import pure_viscous, undamped_spring
 from vibecalc.absorber.tuning.several import HELD_BY, BoundedTuning, bounded_tuning, keeps
+from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import EPSILON, WithError
-from vibecalc.pipeline.scene import Scene
 
 # ----------------------------------------------------------------------------
 # One tuning by the norm and kind that a case asks for.

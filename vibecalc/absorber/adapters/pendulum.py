@@ -17,9 +17,9 @@ from vibecalc.absorber.pendulum_steady import (
     steady_motion,
 )
 from vibecalc.absorber.results import PENDULUM_ROOT
+from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import EPSILON
-from vibecalc.pipeline.scene import Scene
 
 #: orders of the response curve, over the wanted one
 _RATIOS = (0.8, 1.2, 401)

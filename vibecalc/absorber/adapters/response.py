@@ -23,11 +23,11 @@ from vibecalc.absorber.transfer import (
     poles,
     transfer_of,
 )
-from vibecalc.case.schema import Case
+from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import EPSILON
 from vibecalc.numerics.typing import FloatArray
-from vibecalc.pipeline.scene import Scene
+from vibecalc.schema import Case
 
 # ----------------------------------------------------------------------------
 # The absorbers whose curves a case asks for: the one given or tuned, its limits, a family.

@@ -25,9 +25,9 @@ from vibecalc.absorber.tables import Tuning
 from vibecalc.absorber.transfer import Absorber, transfer_of
 from vibecalc.absorber.tuning.several import tuned as solved
 from vibecalc.absorber.tuning.several_search import Problem, Travel
+from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import EPSILON, WithError
-from vibecalc.pipeline.scene import Scene
 
 # ----------------------------------------------------------------------------
 # Adapter: several absorbers on one primary, beside each other or one on another.
@@ -125,9 +125,12 @@ def _emit_travels(
 
 
 def _emit_units(
-    scene: Scene, parts: AbsorberParts, system: Several, doubt: TuningError,
+    scene: Scene,
+    parts: AbsorberParts,
+    system: Several,
+    doubt: TuningError,
     names: dict[str, tuple[str, ...]],
-) -> None:  # fmt: skip
+) -> None:
     """Stiffness, damping and own frequency of each, where the primary has units."""
     scale = parts.scale
     if scale is None:
@@ -140,9 +143,11 @@ def _emit_units(
     ):
         error = unit * (off + 8.0 * EPSILON * ratio)
         scene.emit(
-            f"{TUNING_ROOT}/each/{kind}_{name}", unit * ratio, np.where(np.isfinite(ratio), error, 0.0),
+            f"{TUNING_ROOT}/each/{kind}_{name}",
+            unit * ratio,
+            np.where(np.isfinite(ratio), error, 0.0),
             names,
-        )  # fmt: skip
+        )
     own = scale.frequency * np.sqrt(k / m)
     share = doubt.stiffness / np.where((k > 0.0) & np.isfinite(k), k, 1.0) + 8.0 * EPSILON
     error = np.where(np.isfinite(own), own * share, 0.0)
@@ -168,16 +173,23 @@ def _problem(options: Tuning, parts: AbsorberParts, m: np.ndarray) -> Problem:
     travel: tuple[Travel, ...] = ()
     if bounds is not None:
         for given, place in (
-            (bounds.stiffness_ratio, slice(0, count)), (bounds.damping_ratio, slice(count, None)),
-        ):  # fmt: skip
+            (bounds.stiffness_ratio, slice(0, count)),
+            (bounds.damping_ratio, slice(count, None)),
+        ):
             if given is not None:
                 lower[place], upper[place] = given
         if bounds.travel is not None:
             travel = tuple(Travel(number, bounds.travel) for number in range(1, count + 1))
     return Problem(
-        parts.primary_damping, m, parents_of(parts), options.excitation, options.response,
-        lower, upper, travel,
-    )  # fmt: skip
+        parts.primary_damping,
+        m,
+        parents_of(parts),
+        options.excitation,
+        options.response,
+        lower,
+        upper,
+        travel,
+    )
 
 
 def parents_of(parts: AbsorberParts) -> tuple[int, ...]:
@@ -237,9 +249,13 @@ def peaks_of(system: Several, excitation: str, response: str, absorber: int = 1)
         none = np.zeros(0)
         return Peaks(none, none, none, np.inf, 0.0, np.inf)
     return Peaks(
-        found.frequency, found.magnitude, found.error,
-        found.largest, found.largest_error, found.where,
-    )  # fmt: skip
+        found.frequency,
+        found.magnitude,
+        found.error,
+        found.largest,
+        found.largest_error,
+        found.where,
+    )
 
 
 # ----------------------------------------------------------------------------
@@ -276,9 +292,11 @@ def run_several_response(scene: Scene, parts: AbsorberParts) -> None:
     values, error = (np.stack([one[i] for one in moves], axis=1) for i in range(2))
     absorbers = {"absorber": tuple(branch.name for branch in parts.branches)}
     scene.emit(
-        f"{RESPONSE}/each/relative_curve", values, error,
+        f"{RESPONSE}/each/relative_curve",
+        values,
+        error,
         {"curve": tuple(names), **absorbers, "frequency_ratio": ratios},
-    )  # fmt: skip
+    )
     _emit_peaks(scene, tuple(names), systems, pair, doubt, absorbers)
     scene.cite(
         "complex response of a tree of masses, exact peaks from the stationarity polynomial",
@@ -288,9 +306,13 @@ def run_several_response(scene: Scene, parts: AbsorberParts) -> None:
 
 
 def _curves(
-    systems: list[Several], ratios: np.ndarray, excitation: str, response: str, absorber: int,
+    systems: list[Several],
+    ratios: np.ndarray,
+    excitation: str,
+    response: str,
+    absorber: int,
     doubt: TuningError,
-) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
+) -> tuple[np.ndarray, np.ndarray]:
     """One response of all systems over the frequency, with errors; the first may be tuned."""
     none = np.zeros(len(ratios))
     each = [
@@ -325,9 +347,13 @@ def _given(parts: AbsorberParts) -> Several:
 
 
 def _emit_peaks(
-    scene: Scene, names: tuple[str, ...], systems: list[Several], pair: tuple[str, str],
-    doubt: TuningError, absorbers: dict[str, tuple[str, ...]],
-) -> None:  # fmt: skip
+    scene: Scene,
+    names: tuple[str, ...],
+    systems: list[Several],
+    pair: tuple[str, str],
+    doubt: TuningError,
+    absorbers: dict[str, tuple[str, ...]],
+) -> None:
     found = [
         _limit(name, one, pair[0], pair[1]) if name in _LIMITS else peaks_of(one, pair[0], pair[1])
         for name, one in zip(names, systems, strict=True)
@@ -372,6 +398,10 @@ def _limit(name: str, system: Several, excitation: str, response: str) -> Peaks:
     one = peaks(Absorber(system.primary_damping, mass, stiff, 0.0), excitation, response)
     there = one.found & np.isfinite(one.magnitude)  # an infinite one is told by the largest
     return Peaks(
-        one.frequency[there], one.magnitude[there], one.error[there],
-        float(one.largest), float(one.largest_error), float(one.where),
-    )  # fmt: skip
+        one.frequency[there],
+        one.magnitude[there],
+        one.error[there],
+        float(one.largest),
+        float(one.largest_error),
+        float(one.where),
+    )

@@ -27,10 +27,9 @@ from vibecalc.absorber.tuning import mean_square as least_squares
 from vibecalc.absorber.tuning.closed_forms import METHODS, closed_form, threshold
 from vibecalc.absorber.tuning.minimax_steps import VERDICTS, certify
 from vibecalc.absorber.tuning.mistuning import mistuning, sensitivity
+from vibecalc.core.run.stage import Scene, below
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import EPSILON, WithError
-from vibecalc.pipeline.scene import Scene
-from vibecalc.pipeline.stage_plan import below
 
 # ----------------------------------------------------------------------------
 # Adapter, continued: what a case may ask for beside a tuning of one absorber.

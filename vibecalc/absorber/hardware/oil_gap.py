@@ -18,7 +18,7 @@ from vibecalc.numerics.typing import FloatArray
 # Between two walls that slide past each other the film is sheared evenly, so that every part of the
 # ring adds dynamic viscosity times a length cubed. For radii Ro > Ri, width b, clearances h:
 #
-# - rim, between cylinders Ro and Ro + h: 4 pi b / (1/Ro^2 - 1/(Ro + h)^2), exact for any h (Couette);
+# - rim, between cylinders Ro and Ro + h: 4 pi b / (1/Ro^2 - 1/(Ro + h)^2), exact for any h;
 # - two sides: 2 * integral of 2 pi r^3 / h from Ri to Ro = pi (Ro^4 - Ri^4) / h;
 # - bore, between cylinders Ri - h and Ri: 4 pi b / (1/(Ri - h)^2 - 1/Ri^2).
 #

@@ -3,12 +3,17 @@
 import numpy as np
 
 from vibecalc.absorber.report.tuning import is_mean, no_help
-from vibecalc.report.lookup import having, labels, scalar_of, table_of
-from vibecalc.report.numbers import hertz, show
-from vibecalc.report.sections.by_axis import by_axis
-from vibecalc.report.sections.section import Section, scalars
-from vibecalc.report.tables import Column, number, paragraph, table
-from vibecalc.results.record import Quantity, Record, Result
+from vibecalc.core.report.sections import (
+    Section,
+    by_axis,
+    having,
+    labels,
+    scalar_of,
+    scalars,
+    table_of,
+)
+from vibecalc.core.report.writing import Column, hertz, number, paragraph, show, table
+from vibecalc.core.results.record import Quantity, Record, Result
 
 HARDWARE = "hardware/"
 ICE = 273.15

@@ -3,9 +3,9 @@
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from vibecalc.case.fields import Table
-from vibecalc.case.schema import Case
+from vibecalc.core.case.fields import Table
 from vibecalc.errors import KeyPath, Problem
+from vibecalc.schema import Case
 
 LARGEST = 1e20
 SMALLEST = 1e-20

@@ -3,7 +3,6 @@
 from collections.abc import Callable
 
 from vibecalc.absorber.checks import absorber_part_problems, absorber_problems, pendulum_problems
-from vibecalc.case.schema import Case
 from vibecalc.core.case.number_range import range_problems
 from vibecalc.errors import Problem
 from vibecalc.excitation.checks import engine_problems, pump_problems
@@ -17,6 +16,7 @@ from vibecalc.parts.drive_checks import drive_problems, gas_problems
 from vibecalc.response.checks import operation_problems
 from vibecalc.roll.checks import roll_problems
 from vibecalc.roll.motor_checks import control_problems, dynamic_problems, slip_problems
+from vibecalc.schema import Case
 from vibecalc.torsion.checks import torsion_problems
 from vibecalc.torsion.shaft_line_checks import shaft_line_problems
 from vibecalc.torsion.stage import transient_problems

@@ -4,8 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibecalc.accuracy.yardsticks.fourier_samples import harmonics_of_samples
-from vibecalc.accuracy.yardsticks.integrators import Rates, march_fixed, march_scipy
+from vibecalc.core.accuracy.by_other_means.cycles import harmonics_of_samples
+from vibecalc.core.accuracy.by_other_means.integrators import Rates, march_fixed, march_scipy
 from vibecalc.errors import NumericalFailure
 
 DIGITS = 34

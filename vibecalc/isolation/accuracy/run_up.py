@@ -5,8 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibecalc.accuracy.topic import NOTHING_TO_SET, Answer, Ladder, Reference, Topic
-from vibecalc.accuracy.yardsticks.grids import (
+from vibecalc.core.accuracy.by_other_means.searches import (
     Function,
     Highest,
     chebyshev_maximum,
@@ -14,6 +13,8 @@ from vibecalc.accuracy.yardsticks.grids import (
     grid_maximum,
     parabola_maximum,
 )
+from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Ladder, Reference, Topic
+from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
 from vibecalc.isolation.adapters.common import isolation_of
 from vibecalc.isolation.adapters.run_up import sections
@@ -21,7 +22,6 @@ from vibecalc.isolation.rows import HarmonicsAt, Jet
 from vibecalc.isolation.run_up import cycle_peaks, run_up, run_up_peak
 from vibecalc.isolation.run_up_grid import squares
 from vibecalc.numerics.typing import FloatArray, IntArray
-from vibecalc.pipeline.scene import Scene
 from vibecalc.response.resonances import Resonances, masked_speeds
 
 # ----------------------------------------------------------------------------

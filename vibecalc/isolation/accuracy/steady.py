@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from vibecalc.accuracy.topic import Answer, Ladder, Reference, Topic
+from vibecalc.core.accuracy.topic import Answer, Ladder, Reference, Topic
+from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.adapter import Forcing
 from vibecalc.excitation.inertia_forces import about_point, as_loads
 from vibecalc.isolation.accuracy.by_other_means import (
@@ -18,7 +19,6 @@ from vibecalc.isolation.model import pitch_parts
 from vibecalc.isolation.rigid_body import assemble, displacement_at
 from vibecalc.numerics.cycle_peak import vector_cycle_peak
 from vibecalc.numerics.matrices import Matrices
-from vibecalc.pipeline.scene import Scene
 from vibecalc.response.forced import dynamics, response
 
 # ----------------------------------------------------------------------------

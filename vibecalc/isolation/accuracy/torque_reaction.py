@@ -4,9 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibecalc.accuracy.topic import NOTHING_TO_SET, Answer, Ladder, Reference, Topic
-from vibecalc.accuracy.yardsticks.cycle_peaks import Signal, peak_topic
-from vibecalc.accuracy.yardsticks.fourier_samples import samples_of_harmonics
+from vibecalc.core.accuracy.by_other_means.cycles import Signal, peak_topic, samples_of_harmonics
+from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Ladder, Reference, Topic
+from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.cylinder_torque import gas_torque_at
 from vibecalc.excitation.gas_tables import card_weights
 from vibecalc.excitation.inertia_forces import at_speed
@@ -20,7 +20,6 @@ from vibecalc.numerics.matrices import Matrices
 from vibecalc.numerics.rounding import WithError
 from vibecalc.numerics.typing import ComplexArray, FloatArray
 from vibecalc.parts.firing import is_separate
-from vibecalc.pipeline.scene import Scene
 from vibecalc.response.forced import dynamics, response
 from vibecalc.torsion.accuracy.by_other_means import through_three
 from vibecalc.torsion.accuracy.steady import apart

@@ -5,16 +5,16 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.adapter import Forcing
 from vibecalc.excitation.inertia_forces import size_of_terms
 from vibecalc.isolation.rows import HarmonicsAt
 from vibecalc.numerics.cycle_peak import cycle_peak, vector_cycle_peak
 from vibecalc.numerics.rounding import EPSILON, WithError
-from vibecalc.pipeline.scene import Scene
 from vibecalc.response.resonances import Resonances
 
 if TYPE_CHECKING:
-    from vibecalc.case.tables import Isolation
+    from vibecalc.core.case.tables import Isolation
 
 LARGEST = "isolation/support_force/steady_peak"
 HEIGHTS = (

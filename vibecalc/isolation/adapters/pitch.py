@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from vibecalc.core.results.catalogue import CATALOGUE
+from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.adapter import Forcing
 from vibecalc.excitation.inertia_forces import about_point, at_speed, size_of_terms
 from vibecalc.isolation import pitch as model
@@ -17,8 +19,6 @@ from vibecalc.isolation.model import PitchParts, pitch_parts
 from vibecalc.isolation.pitch import pitch_resonances, pitch_static
 from vibecalc.isolation.rows import distinct, pitch_readout, pitch_rows, with_left_out
 from vibecalc.numerics.rounding import EPSILON, WithError
-from vibecalc.pipeline.catalogue import CATALOGUE
-from vibecalc.pipeline.scene import Scene
 from vibecalc.response.resonances import check_operating_point, idle_warnings, left_out
 
 LEVER_FORCES = tuple(path for path in CATALOGUE if path.startswith("isolation/lever_force/"))

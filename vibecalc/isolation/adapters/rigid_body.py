@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.adapter import Forcing
 from vibecalc.excitation.inertia_forces import Excitation, as_loads, at_speed, size_of_terms
 from vibecalc.isolation.adapters.common import (
@@ -29,7 +30,6 @@ from vibecalc.numerics.matrices import Matrices
 from vibecalc.numerics.rounding import WithError
 from vibecalc.parts.body import DIRECTIONS, RigidBody
 from vibecalc.parts.mounts import Mounts
-from vibecalc.pipeline.scene import Scene
 from vibecalc.response.forced import Undriven, dynamics, require_digits, response
 from vibecalc.response.modal_damping import (
     body_resonances,

@@ -5,11 +5,11 @@ from typing import Any
 
 import numpy as np
 
+from vibecalc.core.run.stage import Scene
 from vibecalc.isolation.adapters.common import RunUpSetup, Section, isolation_of
 from vibecalc.isolation.run_up import joined, run_up, run_up_peak
 from vibecalc.isolation.run_up_peaks import RunUpPeak, highest_of
 from vibecalc.parts.firing import torque_reaches_mounts
-from vibecalc.pipeline.scene import Scene
 
 
 def run_run_up(scene: Scene) -> None:

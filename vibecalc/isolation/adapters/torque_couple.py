@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.adapter import rod_difference
 from vibecalc.excitation.crank_forces import share_of_rotor
 from vibecalc.excitation.cylinder_torque import (
@@ -26,7 +27,6 @@ from vibecalc.excitation.model import (
 from vibecalc.isolation.torque_reaction import couple_on_body, line_transfer
 from vibecalc.numerics.rounding import EPSILON, WithError
 from vibecalc.parts.firing import TURN, cycle_angle, is_separate, shakes_with_torque
-from vibecalc.pipeline.scene import Scene
 
 #: highest order where the case does not say one; a gas torque has many
 HIGHEST = 24

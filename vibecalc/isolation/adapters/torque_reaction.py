@@ -4,6 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.adapter import Forcing
 from vibecalc.excitation.inertia_forces import as_loads, at_speed
 from vibecalc.isolation.adapters.common import RunUpSetup, Section, isolation_of
@@ -46,7 +47,6 @@ from vibecalc.numerics.rounding import UNIT_ROUNDOFF, WithError
 from vibecalc.parts.body import DIRECTIONS
 from vibecalc.parts.firing import TURN, cycle_angle, shakes_with_torque
 from vibecalc.parts.mounts import Mounts
-from vibecalc.pipeline.scene import Scene
 from vibecalc.response.forced import Undriven, dynamics, require_digits, response
 from vibecalc.response.modal_damping import body_resonances, damped_basis, with_damped_poles
 from vibecalc.response.modes import Modes, modes

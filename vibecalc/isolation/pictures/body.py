@@ -4,23 +4,27 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibecalc.report.lookup import along, having, labels, scalar_of, speed_of, table_of
-from vibecalc.report.numbers import hertz, show
-from vibecalc.report.pictures.canvas import (
+from vibecalc.core.report.canvas import (
     COLOURS,
+    EDGES,
     LIMIT,
     QUIET,
     TOTAL,
+    TRIAD,
+    arc_about,
     bounds_of,
     canvas,
+    corners,
     crank_angle_axis,
     limit_line,
     order_name,
+    project,
     waves,
 )
-from vibecalc.report.pictures.perspective import EDGES, TRIAD, arc_about, corners, project
+from vibecalc.core.report.sections import along, having, labels, scalar_of, speed_of, table_of
+from vibecalc.core.report.writing import hertz, show
+from vibecalc.core.results.record import Quantity, Record, Result
 from vibecalc.response.report import main_coordinates
-from vibecalc.results.record import Quantity, Record, Result
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

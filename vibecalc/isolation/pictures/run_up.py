@@ -4,22 +4,22 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibecalc.report.lookup import along, labels, speed_of
-from vibecalc.report.numbers import rpm, show
-from vibecalc.report.pictures.canvas import (
+from vibecalc.core.report.canvas import (
     COLOURS,
     LIMIT,
     QUIET,
     TOTAL,
     bounds_of,
     canvas,
+    draw_points,
     limit_line,
     natural_frequencies,
+    plain_ticks,
 )
-from vibecalc.report.pictures.reference_points import draw_points
-from vibecalc.report.pictures.scales import plain_ticks
-from vibecalc.report.references import judge_references
-from vibecalc.results.record import Quantity, Record, Result
+from vibecalc.core.report.sections import along, labels, speed_of
+from vibecalc.core.report.verdicts import judge_references
+from vibecalc.core.report.writing import rpm, show
+from vibecalc.core.results.record import Quantity, Record, Result
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

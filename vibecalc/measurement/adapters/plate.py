@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from vibecalc.core.run.stage import Scene
 from vibecalc.measurement.adapters.motion import (
     Solution,
     phase_between,
@@ -32,7 +33,6 @@ from vibecalc.measurement.plate import (
 from vibecalc.measurement.tables import Measurement
 from vibecalc.numerics.level import DECIBEL, level_of
 from vibecalc.numerics.rounding import EPSILON, WithError
-from vibecalc.pipeline.scene import Scene
 
 # ----------------------------------------------------------------------------
 # What instruments read beside what the motion found gives them.

@@ -4,9 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.inertia_forces import Excitation, as_loads, at_speed
 from vibecalc.numerics.rounding import WithError
-from vibecalc.pipeline.scene import Scene
 from vibecalc.response.adapters.operations import operation_loads
 from vibecalc.response.adapters.response import forcing_of, linear_system
 from vibecalc.response.energies import mass_of

@@ -5,7 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from vibecalc.accuracy.topic import NOTHING_TO_SET, Answer, Ladder, Reference, Topic
+from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Ladder, Reference, Topic
+from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.inertia_forces import as_loads, at_speed
 from vibecalc.isolation.accuracy.by_other_means import (
     Mounted,
@@ -14,7 +15,6 @@ from vibecalc.isolation.accuracy.by_other_means import (
     solved,
     solved_exactly,
 )
-from vibecalc.pipeline.scene import Scene
 from vibecalc.response.adapters.response import LinearSystem, forcing_of, linear_system
 from vibecalc.response.energies import energy_by_order, mass_of, velocity
 from vibecalc.response.forced import dynamics, modal_response, response

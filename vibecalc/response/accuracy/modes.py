@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from vibecalc.accuracy.topic import NOTHING_TO_SET, Answer, Ladder, Reference, Topic
+from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Ladder, Reference, Topic
+from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.matrices import Matrices
-from vibecalc.pipeline.scene import Scene
 from vibecalc.response.adapters.response import linear_system
 from vibecalc.response.modes import modes, refined_shapes
 

@@ -5,16 +5,16 @@ from typing import Any
 
 import numpy as np
 
-from vibecalc.accuracy.topic import NOTHING_TO_SET, Answer, Ladder, Reference, Topic
-from vibecalc.accuracy.yardsticks.grids import (
+from vibecalc.core.accuracy.by_other_means.searches import (
     Highest,
     cyclic_parabola_maximum,
     golden_maximum,
     grid_maximum,
 )
+from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Ladder, Reference, Topic
+from vibecalc.core.run.stage import Scene
 from vibecalc.numerics.cycle_peak import vector_cycle_peak
 from vibecalc.numerics.rounding import WithError
-from vibecalc.pipeline.scene import Scene
 from vibecalc.response.accuracy.combinations import Combination, strongest
 from vibecalc.response.energies import energy_by_order, energy_signal
 from vibecalc.response.operations import Rows, mean_energy_range, search_phases

@@ -6,10 +6,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from vibecalc.accuracy.topic import NOTHING_TO_SET, Answer, Ladder, Reference, Topic
-from vibecalc.accuracy.yardsticks.integrators import Marched, Rates, march_fixed, march_scipy
+from vibecalc.core.accuracy.by_other_means.integrators import (
+    Marched,
+    Rates,
+    march_fixed,
+    march_scipy,
+)
+from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Ladder, Reference, Topic
+from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.inertia_forces import add, as_loads
-from vibecalc.pipeline.scene import Scene
 from vibecalc.response.adapters.operations import operation_loads
 from vibecalc.response.adapters.response import LinearSystem, forcing_of, linear_system, ratios_of
 from vibecalc.response.switching.motion import PANEL_PHASE, driven_part, panel_grid, runs_of

@@ -5,6 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from vibecalc.core.results.catalogue import CATALOGUE
+from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.adapter import Forcing, rotating_part, train_excitation
 from vibecalc.excitation.inertia_forces import Excitation, as_loads, at_speed
 from vibecalc.kinematics.adapter import PistonMotion
@@ -18,8 +20,6 @@ from vibecalc.parts.crank_train import (
     weights_and_shafts,
 )
 from vibecalc.parts.firing import shakes_with_torque
-from vibecalc.pipeline.catalogue import CATALOGUE
-from vibecalc.pipeline.scene import Scene
 from vibecalc.response.adapters.response import (
     LinearSystem,
     forcing_of,

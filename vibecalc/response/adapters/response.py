@@ -4,13 +4,13 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.adapter import DIRECTIONS, Forcing
 from vibecalc.excitation.inertia_forces import as_loads, at_speed, size_of_terms
 from vibecalc.numerics.cycle_peak import cycle_peak
 from vibecalc.numerics.matrices import Matrices
 from vibecalc.numerics.rounding import DATA_ROUNDINGS, EPSILON, UNIT_ROUNDOFF, WithError
 from vibecalc.parts.matrices import build_system
-from vibecalc.pipeline.scene import Scene
 from vibecalc.response.energies import (
     dropped_mean,
     energies_over_cycle,
@@ -40,7 +40,7 @@ from vibecalc.response.resonances import (
 )
 
 if TYPE_CHECKING:
-    from vibecalc.case.schema import Case
+    from vibecalc.schema import Case
 
 # ----------------------------------------------------------------------------
 # The body on its suspension as a linear system that several stages of the response share.

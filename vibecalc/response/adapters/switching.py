@@ -5,12 +5,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from vibecalc.core.results.catalogue import CATALOGUE
+from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.adapter import DIRECTIONS
 from vibecalc.excitation.inertia_forces import add, as_loads
 from vibecalc.numerics.matrices import Matrices
 from vibecalc.numerics.rounding import EPSILON
-from vibecalc.pipeline.catalogue import CATALOGUE
-from vibecalc.pipeline.scene import Scene
 from vibecalc.response.adapters.operations import operation_loads
 from vibecalc.response.adapters.response import LinearSystem, forcing_of, linear_system, ratios_of
 from vibecalc.response.modes import Modes

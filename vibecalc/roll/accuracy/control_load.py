@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from vibecalc.accuracy.topic import NOTHING_TO_SET, Answer, Ladder, Reference, Topic
-from vibecalc.accuracy.yardsticks.fourier_samples import harmonics_of_samples
+from vibecalc.core.accuracy.by_other_means.cycles import harmonics_of_samples
+from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Ladder, Reference, Topic
 from vibecalc.numerics.gauss import gauss_rule
 from vibecalc.numerics.rounding import EPSILON
 from vibecalc.numerics.typing import ComplexArray

@@ -5,14 +5,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from vibecalc.case.schema import Case
+from vibecalc.core.run.stage import Scene, below
 from vibecalc.errors import NumericalFailure
 from vibecalc.excitation.slip_torque import breakdown
 from vibecalc.numerics.cycle_peak import cycle_peak
 from vibecalc.numerics.level import DECIBEL, level_of
 from vibecalc.numerics.rounding import EPSILON, WithError
-from vibecalc.pipeline.scene import Scene
-from vibecalc.pipeline.stage_plan import below
 from vibecalc.roll.control.full_model import Law, closed_loop
 from vibecalc.roll.control.gains import (
     BOUNDS,
@@ -46,6 +44,7 @@ from vibecalc.roll.results import CONTROL
 from vibecalc.roll.running import running_state
 from vibecalc.roll.tables import Control, Tune
 from vibecalc.roll.turn import harmonics, readings
+from vibecalc.schema import Case
 
 # ----------------------------------------------------------------------------
 # Adapter, before the control: the reduced model of a machine, its load and its target.

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
 from vibecalc.excitation.induction_motor import steady_torque, torque_curve
 from vibecalc.excitation.induction_motor_flux import (
@@ -18,7 +19,6 @@ from vibecalc.excitation.induction_motor_identify import Identifiability, identi
 from vibecalc.numerics.level import level_of
 from vibecalc.numerics.rounding import EPSILON, WithError
 from vibecalc.numerics.typing import FloatArray
-from vibecalc.pipeline.scene import Scene
 from vibecalc.roll.adapters.readings import Seen, course_of, seen_in, spectra_of
 from vibecalc.roll.mechanism import RollDrive, RollMachine
 from vibecalc.roll.model import FittedMotor

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.adapter import train_excitation
 from vibecalc.excitation.inertia_forces import size_of_terms
 from vibecalc.kinematics.adapter import exact_motion
@@ -9,7 +10,6 @@ from vibecalc.numerics.cycle_peak import cycle_peak
 from vibecalc.numerics.level import level_of
 from vibecalc.numerics.rounding import EPSILON
 from vibecalc.numerics.typing import FloatArray
-from vibecalc.pipeline.scene import Scene
 from vibecalc.roll.adapters.motor import doubted, emit_motor
 from vibecalc.roll.adapters.readings import (
     Looks,
@@ -88,7 +88,7 @@ def run_roll(scene: Scene) -> None:
 
 
 def _below(part: str) -> tuple[str, ...]:
-    from vibecalc.pipeline.stage_plan import below
+    from vibecalc.core.run.stage import below
 
     return below(f"{ROLL}/{part}/")
 

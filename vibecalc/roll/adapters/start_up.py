@@ -4,9 +4,8 @@ from typing import Any
 
 import numpy as np
 
+from vibecalc.core.run.stage import Scene, below
 from vibecalc.numerics.rounding import EPSILON
-from vibecalc.pipeline.scene import Scene
-from vibecalc.pipeline.stage_plan import below
 from vibecalc.roll.mechanism import RollDrive, RollMachine
 from vibecalc.roll.model import build_roll, roll_drive
 from vibecalc.roll.results import HISTORIES, PEAKS, START, STEPPED

@@ -4,11 +4,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibecalc.report.lookup import having, scalar_of, table_of
-from vibecalc.report.numbers import rpm, show
-from vibecalc.report.pictures.canvas import COLOURS, LIMIT, QUIET, TOTAL, canvas, order_name
-from vibecalc.report.references import judge_references
-from vibecalc.results.record import Quantity, Result
+from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, TOTAL, canvas, order_name
+from vibecalc.core.report.sections import having, scalar_of, table_of
+from vibecalc.core.report.verdicts import judge_references
+from vibecalc.core.report.writing import rpm, show
+from vibecalc.core.results.record import Quantity, Result
 from vibecalc.roll.report.control import CONTROL, in_time, status_words
 
 if TYPE_CHECKING:

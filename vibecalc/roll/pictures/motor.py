@@ -5,11 +5,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from vibecalc.report.levels import ROLL, shell_acts
-from vibecalc.report.lookup import along
-from vibecalc.report.numbers import rpm
-from vibecalc.report.pictures.canvas import COLOURS, QUIET, TOTAL, canvas
-from vibecalc.results.record import Record, Result
+from vibecalc.core.report.canvas import COLOURS, QUIET, TOTAL, canvas
+from vibecalc.core.report.sections import along
+from vibecalc.core.report.writing import rpm
+from vibecalc.core.results.record import Record, Result
+from vibecalc.roll.printed_levels import ROLL, shell_acts
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

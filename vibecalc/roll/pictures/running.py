@@ -5,13 +5,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibecalc.report.levels import ROLL, ZERO, oscillating, shell_acts
-from vibecalc.report.lookup import along, having, scalar_of, table_of
-from vibecalc.report.numbers import rpm, show
-from vibecalc.report.pictures.canvas import COLOURS, LIMIT, QUIET, TOTAL, canvas, crank_angle_axis
-from vibecalc.report.references import MEASURED, ReferenceRow, judge_references
-from vibecalc.results.record import Quantity, Record, Result
+from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, TOTAL, canvas, crank_angle_axis
+from vibecalc.core.report.sections import along, having, scalar_of, table_of
+from vibecalc.core.report.verdicts import MEASURED, ReferenceRow, judge_references
+from vibecalc.core.report.writing import rpm, show
+from vibecalc.core.results.record import Quantity, Record, Result
 from vibecalc.roll.pictures.motor import MotorCurve, motor_curve, rpm_of
+from vibecalc.roll.printed_levels import ROLL, ZERO, oscillating, shell_acts
 from vibecalc.roll.report.advice import PERCENT, Changes, changes
 
 if TYPE_CHECKING:

@@ -4,10 +4,10 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from vibecalc.report.lookup import along, scalar_of, table_of
-from vibecalc.report.numbers import rpm, show
-from vibecalc.report.pictures.canvas import COLOURS, LIMIT, QUIET, TOTAL, canvas
-from vibecalc.results.record import Record, Result
+from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, TOTAL, canvas
+from vibecalc.core.report.sections import along, scalar_of, table_of
+from vibecalc.core.report.writing import rpm, show
+from vibecalc.core.results.record import Record, Result
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

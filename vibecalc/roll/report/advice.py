@@ -5,10 +5,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibecalc.report.levels import ROLL, decibels, known_error, oscillating, shell_acts
-from vibecalc.report.lookup import having, labels
-from vibecalc.report.tables import Column, number, paragraph, table
-from vibecalc.results.record import Quantity, Record, Result
+from vibecalc.core.report.sections import having, labels
+from vibecalc.core.report.writing import Column, number, paragraph, table
+from vibecalc.core.results.record import Quantity, Record, Result
+from vibecalc.roll.printed_levels import ROLL, decibels, known_error, oscillating, shell_acts
 
 #: the machines of the result are changed by so many percent
 PERCENT = 10

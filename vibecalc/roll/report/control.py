@@ -5,12 +5,10 @@ from typing import Any
 
 import numpy as np
 
-from vibecalc.report.levels import decibels
-from vibecalc.report.lookup import having, scalar_of, table_of
-from vibecalc.report.numbers import hertz, rpm, show
-from vibecalc.report.sections.section import Section
-from vibecalc.report.tables import Column, number, pairs, paragraph, table
-from vibecalc.results.record import Quantity, Record, Result
+from vibecalc.core.report.sections import Section, having, scalar_of, table_of
+from vibecalc.core.report.writing import Column, hertz, number, pairs, paragraph, rpm, show, table
+from vibecalc.core.results.record import Quantity, Record, Result
+from vibecalc.roll.printed_levels import decibels
 
 # ----------------------------------------------------------------------------
 # Words for loops: what their status means, and what their margins come to.

@@ -2,12 +2,10 @@
 
 import numpy as np
 
-from vibecalc.report.levels import ROLL, decibels, oscillating, shell_acts
-from vibecalc.report.lookup import having, labels, scalar_of
-from vibecalc.report.numbers import hertz, rpm, show
-from vibecalc.report.sections.section import Section
-from vibecalc.report.tables import Column, number, paragraph, table
-from vibecalc.results.record import Quantity, Record, Result
+from vibecalc.core.report.sections import Section, having, labels, scalar_of
+from vibecalc.core.report.writing import Column, hertz, number, paragraph, rpm, show, table
+from vibecalc.core.results.record import Quantity, Record, Result
+from vibecalc.roll.printed_levels import ROLL, decibels, oscillating, shell_acts
 
 _MOTOR = ROLL + "motor/"
 _OF_ALL = (

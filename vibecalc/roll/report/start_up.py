@@ -4,11 +4,9 @@ import math
 
 import numpy as np
 
-from vibecalc.report.lookup import having, scalar_of, table_of
-from vibecalc.report.numbers import also, rpm, show
-from vibecalc.report.sections.section import Section
-from vibecalc.report.tables import Column, number, paragraph, table
-from vibecalc.results.record import Quantity, Record, Result
+from vibecalc.core.report.sections import Section, having, scalar_of, table_of
+from vibecalc.core.report.writing import Column, also, number, paragraph, rpm, show, table
+from vibecalc.core.results.record import Quantity, Record, Result
 
 _STEM = "response/start_up/"
 _PEAKS = (

@@ -4,18 +4,19 @@ from collections.abc import Callable
 
 import numpy as np
 
-from vibecalc.accuracy.topic import NOTHING_TO_SET, Answer, Ladder, Reference, Topic
-from vibecalc.accuracy.yardsticks.fourier_samples import samples_of_harmonics, transform_work
-from vibecalc.accuracy.yardsticks.grids import (
+from vibecalc.core.accuracy.by_other_means.cycles import samples_of_harmonics, transform_work
+from vibecalc.core.accuracy.by_other_means.searches import (
     Function,
+    evolution,
     golden_maximum,
     grid_maximum,
+    nelder_mead,
     parabola_maximum,
 )
-from vibecalc.accuracy.yardsticks.searches import evolution, nelder_mead
+from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Ladder, Reference, Topic
+from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.typing import ComplexArray, FloatArray, IntArray
-from vibecalc.pipeline.scene import Scene
 from vibecalc.torsion.accuracy.by_other_means import (
     dense_angles,
     exact_angles,

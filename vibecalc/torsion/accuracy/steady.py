@@ -2,18 +2,18 @@
 
 import numpy as np
 
-from vibecalc.accuracy.topic import NOTHING_TO_SET, Answer, Ladder, Reference, Topic
-from vibecalc.accuracy.yardsticks.fourier_samples import (
+from vibecalc.core.accuracy.by_other_means.cycles import (
     harmonics_of_samples,
     samples_of_harmonics,
     transform_work,
 )
+from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Ladder, Reference, Topic
+from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.cylinder_torque import _panels, gas_harmonics
 from vibecalc.excitation.gas_tables import GasCard
 from vibecalc.numerics.gauss import gauss_rule
 from vibecalc.numerics.rounding import UNIT_ROUNDOFF
 from vibecalc.numerics.typing import ComplexArray, FloatArray
-from vibecalc.pipeline.scene import Scene
 from vibecalc.torsion.accuracy.by_other_means import (
     cylinder_gas,
     dense_angles,

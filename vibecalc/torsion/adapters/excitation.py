@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.cylinder_torque import (
     bank_factor,
     gas_torque_at,
@@ -14,7 +15,6 @@ from vibecalc.excitation.cylinder_torque import (
 from vibecalc.excitation.gas_tables import pressure_at
 from vibecalc.numerics.rounding import EPSILON
 from vibecalc.numerics.typing import ComplexArray, FloatArray, IntArray
-from vibecalc.pipeline.scene import Scene
 from vibecalc.torsion.adapters.modes import natural_doubt
 from vibecalc.torsion.adapters.setup import Drive, Setup
 from vibecalc.torsion.holzer import ShapeDoubt, doubt_of

@@ -32,7 +32,7 @@ from vibecalc.torsion.stage import asked_orders
 from vibecalc.torsion.tables import Torsion
 
 if TYPE_CHECKING:
-    from vibecalc.case.schema import Case, Machine
+    from vibecalc.schema import Case, Machine
 
 # ----------------------------------------------------------------------------
 # What the cylinders do to the stations of a shaft line, ready for any crank speed.

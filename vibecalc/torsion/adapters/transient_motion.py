@@ -13,7 +13,7 @@ from vibecalc.torsion.tables import Transient
 from vibecalc.torsion.transient.motion import Stretch, stretch, time_of_speed
 
 if TYPE_CHECKING:
-    from vibecalc.case.schema import Machine
+    from vibecalc.schema import Machine
 
 #: share of the whole change of speed within which a card lies at the end of a stretch
 _CLOSE = 1e-9

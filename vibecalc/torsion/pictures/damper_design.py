@@ -4,10 +4,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vibecalc.report.lookup import having, scalar_of, speed_of, table_of
-from vibecalc.report.numbers import rpm, show
-from vibecalc.report.pictures.canvas import COLOURS, LIMIT, QUIET, TOTAL, canvas, plain_log
-from vibecalc.results.record import Record, Result
+from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, TOTAL, canvas, plain_log
+from vibecalc.core.report.sections import having, scalar_of, speed_of, table_of
+from vibecalc.core.report.writing import rpm, show
+from vibecalc.core.results.record import Record, Result
 from vibecalc.torsion.report.damper_design import DESIGN, OBJECTIVES, objective_of
 
 if TYPE_CHECKING:

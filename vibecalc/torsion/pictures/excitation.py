@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vibecalc.report.lookup import along, having, labels, scalar_of, speed_of, table_of
-from vibecalc.report.numbers import hertz, show
-from vibecalc.report.pictures.canvas import COLOURS, LIMIT, QUIET, TOTAL, canvas, waves
-from vibecalc.results.record import Result
+from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, TOTAL, canvas, waves
+from vibecalc.core.report.sections import along, having, labels, scalar_of, speed_of, table_of
+from vibecalc.core.report.writing import hertz, show
+from vibecalc.core.results.record import Result
 from vibecalc.torsion.report.line import (
     TORSION,
     asked,

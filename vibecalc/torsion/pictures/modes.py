@@ -4,10 +4,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibecalc.report.lookup import having, speed_of, table_of
-from vibecalc.report.numbers import hertz, rpm, show
-from vibecalc.report.pictures.canvas import COLOURS, LIMIT, QUIET, TOTAL, canvas
-from vibecalc.results.record import Result
+from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, TOTAL, canvas
+from vibecalc.core.report.sections import having, speed_of, table_of
+from vibecalc.core.report.writing import hertz, rpm, show
+from vibecalc.core.results.record import Result
 from vibecalc.torsion.report.line import (
     TORSION,
     elastic_modes,

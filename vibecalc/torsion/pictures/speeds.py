@@ -4,12 +4,11 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from vibecalc.report.lookup import having, labels, speed_of
-from vibecalc.report.numbers import rpm, show
-from vibecalc.report.pictures.canvas import COLOURS, LIMIT, QUIET, TOTAL, canvas, plain_log
-from vibecalc.report.pictures.reference_points import draw_points
-from vibecalc.report.references import ReferenceRow, judge_references
-from vibecalc.results.record import Quantity, Record, Result
+from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, TOTAL, canvas, draw_points, plain_log
+from vibecalc.core.report.sections import having, labels, speed_of
+from vibecalc.core.report.verdicts import ReferenceRow, judge_references
+from vibecalc.core.report.writing import rpm, show
+from vibecalc.core.results.record import Quantity, Record, Result
 from vibecalc.torsion.pictures.excitation import misfire_words
 from vibecalc.torsion.report.line import (
     MEGA,

@@ -5,10 +5,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vibecalc.report.lookup import along, having, labels, scalar_of, speed_of
-from vibecalc.report.numbers import hertz, rpm, show
-from vibecalc.report.pictures.canvas import COLOURS, LIMIT, QUIET, TOTAL, canvas
-from vibecalc.results.record import Quantity, Record, Result
+from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, TOTAL, canvas
+from vibecalc.core.report.sections import along, having, labels, scalar_of, speed_of
+from vibecalc.core.report.writing import hertz, rpm, show
+from vibecalc.core.results.record import Quantity, Record, Result
 from vibecalc.torsion.report.line import TORSION, place_of, turns
 from vibecalc.torsion.report.studies import TRANSIENT, change_in_words
 

@@ -2,12 +2,17 @@
 
 import numpy as np
 
-from vibecalc.report.lookup import having, scalar_of, speed_of, table_of
-from vibecalc.report.numbers import rpm, show
-from vibecalc.report.sections.by_axis import by_axis
-from vibecalc.report.sections.section import SCALARS, Section
-from vibecalc.report.tables import Column, number, paragraph, table
-from vibecalc.results.record import Record, Result
+from vibecalc.core.report.sections import (
+    SCALARS,
+    Section,
+    by_axis,
+    having,
+    scalar_of,
+    speed_of,
+    table_of,
+)
+from vibecalc.core.report.writing import Column, number, paragraph, rpm, show, table
+from vibecalc.core.results.record import Record, Result
 from vibecalc.torsion.report.line import turns
 
 DESIGN = "damper_design/"

@@ -4,11 +4,9 @@ import math
 
 import numpy as np
 
-from vibecalc.report.lookup import having, scalar_of
-from vibecalc.report.numbers import hertz, show, show_phase
-from vibecalc.report.sections.section import Section
-from vibecalc.report.tables import Column, number, paragraph, table
-from vibecalc.results.record import Quantity, Record, Result
+from vibecalc.core.report.sections import Section, having, scalar_of
+from vibecalc.core.report.writing import Column, hertz, number, paragraph, show, show_phase, table
+from vibecalc.core.results.record import Quantity, Record, Result
 from vibecalc.torsion.report.line import (
     MEGA,
     MOST_ORDERS,

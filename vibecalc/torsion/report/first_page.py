@@ -5,13 +5,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from vibecalc.report.limits import judge_limits
-from vibecalc.report.lookup import having, labels, table_of
-from vibecalc.report.numbers import hertz, rpm, show
-from vibecalc.report.sections.section import Section
-from vibecalc.report.sections.summary import limit_verdict
-from vibecalc.report.tables import Column, number, paragraph, table
-from vibecalc.results.record import Quantity, Record, Result
+from vibecalc.core.report.pages import limit_verdict
+from vibecalc.core.report.sections import Section, having, labels, table_of
+from vibecalc.core.report.verdicts import judge_limits
+from vibecalc.core.report.writing import Column, hertz, number, paragraph, rpm, show, table
+from vibecalc.core.results.record import Quantity, Record, Result
 from vibecalc.torsion.report.limits import (
     BROKEN,
     PASSING,

@@ -5,11 +5,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from vibecalc.report.lookup import having, labels, speed_of
-from vibecalc.report.numbers import show
-from vibecalc.report.sections.section import Section
-from vibecalc.report.tables import Column, number, pairs, paragraph, table
-from vibecalc.results.record import Record, Result
+from vibecalc.core.report.sections import Section, having, labels, speed_of
+from vibecalc.core.report.writing import Column, number, pairs, paragraph, show, table
+from vibecalc.core.results.record import Record, Result
 from vibecalc.torsion.report.line import MEGA, TORSION, asked, joined, short, turns, vector
 
 if TYPE_CHECKING:

@@ -6,11 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibecalc.report.lookup import having, labels, magnitudes, speed_of, table_of
-from vibecalc.report.numbers import rpm, show
-from vibecalc.report.sections.section import Section
-from vibecalc.report.tables import Column, number, pairs, paragraph, table
-from vibecalc.results.record import Quantity, Record, Result
+from vibecalc.core.report.sections import Section, having, labels, magnitudes, speed_of, table_of
+from vibecalc.core.report.writing import Column, number, pairs, paragraph, rpm, show, table
+from vibecalc.core.results.record import Quantity, Record, Result
 
 if TYPE_CHECKING:
     from vibecalc.torsion.model import ShaftLineModel
@@ -32,7 +30,7 @@ def line_of(result: Result) -> "ShaftLineModel | None":
     """The shaft line of the case with what its dimensions give; None if the case has none."""
     if not table_of(result.case, "machine", "shaft_line"):
         return None
-    from vibecalc.case.load import validate
+    from vibecalc.core.case.load import validate
     from vibecalc.torsion.model import build_shaft_line
 
     return build_shaft_line(validate(dict(result.case)))

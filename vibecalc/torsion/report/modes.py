@@ -4,12 +4,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from vibecalc.core.report.sections import Section, having, labels, magnitudes, speed_of
+from vibecalc.core.report.writing import Column, hertz, number, paragraph, rpm, show, table
+from vibecalc.core.results.record import Quantity, Record, Result
 from vibecalc.errors import NumericalFailure
-from vibecalc.report.lookup import having, labels, magnitudes, speed_of
-from vibecalc.report.numbers import hertz, rpm, show
-from vibecalc.report.sections.section import Section
-from vibecalc.report.tables import Column, number, paragraph, table
-from vibecalc.results.record import Quantity, Record, Result
 from vibecalc.torsion.report.first_page import CLOSE, separation_rule
 from vibecalc.torsion.report.line import (
     TORSION,

@@ -2,12 +2,9 @@
 
 import numpy as np
 
-from vibecalc.report.lookup import having, labels, scalar_of, table_of
-from vibecalc.report.numbers import rpm, show
-from vibecalc.report.sections.by_axis import by_axis
-from vibecalc.report.sections.section import Section
-from vibecalc.report.tables import Column, number, paragraph, table
-from vibecalc.results.record import Quantity, Record, Result
+from vibecalc.core.report.sections import Section, by_axis, having, labels, scalar_of, table_of
+from vibecalc.core.report.writing import Column, number, paragraph, rpm, show, table
+from vibecalc.core.results.record import Quantity, Record, Result
 from vibecalc.torsion.report.line import order_text, within
 
 # ----------------------------------------------------------------------------

@@ -2,11 +2,9 @@
 
 import numpy as np
 
-from vibecalc.report.lookup import having, labels, speed_of
-from vibecalc.report.numbers import show, show_phase
-from vibecalc.report.sections.section import Section
-from vibecalc.report.tables import Column, number, paragraph, table
-from vibecalc.results.record import Quantity, Record, Result
+from vibecalc.core.report.sections import Section, having, labels, speed_of
+from vibecalc.core.report.writing import Column, number, paragraph, show, show_phase, table
+from vibecalc.core.results.record import Quantity, Record, Result
 from vibecalc.torsion.report.line import (
     DEGREES,
     MEGA,

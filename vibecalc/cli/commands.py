@@ -1,0 +1,395 @@
+"""The command line: parse, call, print, exit code. Heavy imports stand inside the commands."""
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from vibecalc.cli.help_page import Command, Group
+from vibecalc.cli.sweep import Json, Quiet, Settings, Unset, merge, sweep
+from vibecalc.errors import EXIT_DIFFERS, EXIT_FINE, NumericalFailure, UsageError, VibecalcError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from vibecalc.core.case.load import LoadedCase
+    from vibecalc.core.results.record import Result
+
+# ----------------------------------------------------------------------------
+# The command `accuracy`: parse, call, print, exit code. Heavy imports stand inside it.
+# ----------------------------------------------------------------------------
+
+
+def accuracy(
+    case: Annotated[Path, typer.Argument(metavar="CASE", help="Case file (TOML).")],
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", help="File; default: outputs/<case>.accuracy.h5."),
+    ] = None,
+    stage: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NAME", help="Only this stage; may be repeated."),
+    ] = None,
+    topic: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NAME", help="Only this topic of it; may be repeated."),
+    ] = None,
+    longest: Annotated[
+        float,
+        typer.Option(metavar="S", help="Seconds after which a ladder of settings ends."),
+    ] = 5.0,
+    settings: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="KEY=VALUE", help="Change a key, the value read as TOML."),
+    ] = None,
+    unset: Annotated[
+        list[str] | None, typer.Option(metavar="KEY", help="Take a key out of the case.")
+    ] = None,
+    json: Annotated[
+        bool, typer.Option("--json", help="Print JSON on stdout and nothing else.")
+    ] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print no table.")] = False,
+) -> None:
+    """Measure every method of a case: seconds against error over a ladder of settings."""
+    from vibecalc.core.accuracy.environment import pin_threads
+
+    threads = pin_threads()
+    if not (math.isfinite(longest) and longest > 0.0):
+        raise UsageError(f"--longest needs a number of seconds above 0, found {longest:g}")
+    if output is not None and output.suffix not in (".h5", ".hdf5"):
+        raise UsageError(f"-o {output}: a result file ends in .h5")
+    from vibecalc.core.accuracy.measure import Timed
+    from vibecalc.core.accuracy.run import Asked, measure_case
+    from vibecalc.core.study.execute import load_checked
+
+    (loaded,) = load_checked([case], settings or (), unset or ())
+    path = output or Path("outputs") / f"{loaded.name}.accuracy.h5"
+    asked = Asked(
+        stages=stage or (),
+        topics=topic or (),
+        timed=Timed(longest=longest),
+        progress=not (quiet or json),
+        threads=threads,
+    )
+    _write_measured(measure_case(loaded, asked), path, json, quiet)
+
+
+def _write_measured(result: "Result", path: Path, json: bool, quiet: bool) -> None:
+    """Write the file, the table and, with matplotlib, the picture; print what is asked for."""
+    from vibecalc.cli.outputs import write_text
+    from vibecalc.core.report.accuracy import render_accuracy
+    from vibecalc.core.report.plots import draw_accuracy
+    from vibecalc.core.results.store import write_result
+
+    text = render_accuracy(result)
+    write_result(result, path)
+    write_text(text, path.with_suffix(".txt"))
+    try:
+        pictures = draw_accuracy(result, path.with_suffix(".png"))
+    except UsageError as error:
+        pictures = []
+        typer.echo(f"no picture: {error}", err=True)
+    if json:
+        import json as format_json
+
+        from vibecalc.core.report.accuracy import accuracy_object
+
+        found = accuracy_object(result, path)
+        typer.echo(format_json.dumps(found, indent=2, allow_nan=False))
+    elif not quiet:
+        names = [path.with_suffix(".txt").name, *(picture.name for picture in pictures)]
+        typer.echo(text, nl=False)
+        typer.echo(f"wrote {path}, {' and '.join(names)}")
+
+
+# ----------------------------------------------------------------------------
+# The command line: parse, call, print, exit code. Heavy imports stand inside the commands.
+# ----------------------------------------------------------------------------
+
+HELP = "Vibration of machines with pistons: a TOML case in, an HDF5 result and a report out."
+
+app = typer.Typer(
+    cls=Group,
+    help=HELP,
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    add_completion=False,
+    rich_markup_mode=None,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+Cases = Annotated[list[Path], typer.Argument(metavar="CASE", help="Case files (TOML).")]
+Results = Annotated[list[Path], typer.Argument(metavar="RESULT", help="Result files (HDF5).")]
+Full = Annotated[bool, typer.Option("--full", help="With --json: print the arrays, too.")]
+Output = Annotated[
+    Path | None, typer.Option("--output", "-o", help="New file to write, instead of stdout.")
+]
+Folder = Annotated[
+    Path | None, typer.Option("--output", "-o", help="Folder for the pictures; made if missing.")
+]
+
+
+def _show_version(asked: bool) -> None:
+    if asked:
+        from vibecalc import __version__
+
+        typer.echo(f"vibecalc {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    version: Annotated[
+        bool,
+        typer.Option("--version", callback=_show_version, is_eager=True, help="Show the version."),
+    ] = False,
+) -> None:
+    pass
+
+
+@app.command(cls=Command)
+def run(
+    cases: Cases,
+    output: Annotated[
+        str | None,
+        typer.Option("--output", "-o", help="File, or folder when it exists or ends with '/'."),
+    ] = None,
+    settings: Settings = None,
+    unset: Unset = None,
+    json: Json = False,
+    full: Full = False,
+    quiet: Quiet = False,
+) -> None:
+    """Run cases: write outputs/<case>.h5 and outputs/<case>.txt and print a summary."""
+    from vibecalc.cli.outputs import result_paths, write_outputs
+
+    loaded = _load(cases, settings, unset)
+    names = [case.name for case in loaded]
+    paths = dict(zip(names, result_paths(names, output), strict=True))
+    objects: list[dict[str, Any]] = []
+
+    def run_one(case: "LoadedCase") -> str:
+        result, path = _execute(case, quiet or json), paths[case.name]
+        write_outputs(result, path)
+        if json:
+            from vibecalc.core.report.text import as_json
+
+            objects.append(as_json(result, path, full=full))
+        elif not quiet:
+            from vibecalc.core.report.terminal import print_summary
+
+            print_summary(result, path)
+        return result.record.failure
+
+    worst = _for_each(loaded, run_one, objects if json else None)
+    if json:
+        _print_json(objects)
+    raise typer.Exit(worst)
+
+
+@app.command(cls=Command)
+def check(cases: Cases, settings: Settings = None, unset: Unset = None, json: Json = False) -> None:
+    """Validate cases and show what a run would do and why. Nothing is computed."""
+    from vibecalc.core.report.check import check_rows
+
+    plans = [(case, *check_rows(case.case)) for case in _load(cases, settings, unset)]
+    if json:
+        from vibecalc.core.report.check import plan_object
+
+        _print_json([plan_object(case, rows, total) for case, rows, total in plans])
+        return
+    from vibecalc.core.report.check import render_plan
+
+    shown = (render_plan(str(case.path), case.case, rows, total) for case, rows, total in plans)
+    typer.echo("\n\n".join(shown))
+
+
+@app.command(cls=Command)
+def verify(
+    cases: Cases,
+    settings: Settings = None,
+    unset: Unset = None,
+    json: Json = False,
+    full: Full = False,
+) -> None:
+    """Run cases, exit 1 if a counted reference or limit is missed or undecided; no files."""
+    from vibecalc.core.report.verdicts import counted_misses
+
+    objects: list[dict[str, Any]] = []
+    misses: list[int] = []
+    loaded = _load(cases, settings, unset)
+
+    def verify_one(case: "LoadedCase") -> str:
+        result = _execute(case, json)
+        misses.append(counted_misses(result))
+        if json:
+            from vibecalc.core.report.text import as_json
+
+            objects.append(as_json(result, None, full=full))
+        else:
+            from vibecalc.core.report.text import render_verdicts
+
+            typer.echo(render_verdicts(result))
+        return result.record.failure
+
+    worst = _for_each(loaded, verify_one, objects if json else None)
+    if json:
+        _print_json(objects)
+    raise typer.Exit(max(worst, EXIT_DIFFERS if any(misses) else EXIT_FINE))
+
+
+@app.command(cls=Command)
+def report(
+    results: Results,
+    full: Annotated[bool, typer.Option("--full", help="List every quantity.")] = False,
+) -> None:
+    """Print the text report of result files; nothing is recomputed."""
+    from vibecalc.core.report.sweep.text import report_file
+
+    for path in results:
+        typer.echo(report_file(path, full=full), nl=False)
+
+
+@app.command(cls=Command)
+def diff(
+    reference: Annotated[Path, typer.Argument(help="Golden result file.", show_default=False)],
+    candidate: Annotated[
+        Path, typer.Argument(help="Result file to hold against it.", show_default=False)
+    ],
+    rules: Annotated[Path | None, typer.Option(help="Tolerances per quantity (TOML).")] = None,
+    json: Json = False,
+    junit: Annotated[Path | None, typer.Option(help="Also write a JUnit XML file.")] = None,
+    accept: Annotated[
+        bool, typer.Option("--accept", help="Make the candidate's numbers the golden ones.")
+    ] = False,
+) -> None:
+    """Compare two results with tolerances that know physics: exit 0 same, 1 differ, 2 unusable."""
+    if accept:
+        from vibecalc.core.results.compare import accept as make_golden
+
+        for option, given in (("--rules", rules), ("--json", json), ("--junit", junit)):
+            if given:
+                raise UsageError(f"--accept compares nothing, leave {option} out")
+        make_golden(candidate, reference)
+        typer.echo(f"{reference} now holds the numbers of {candidate}")
+        return
+    from vibecalc.core.report.differences import (
+        differences_object,
+        render_differences,
+        render_junit,
+    )
+    from vibecalc.core.results.compare import compare
+    from vibecalc.core.results.compare_rules import read_rules
+    from vibecalc.core.results.store import read_result
+
+    tolerances = None if rules is None else read_rules(rules)
+    comparison = compare(read_result(reference), read_result(candidate), tolerances)
+    if junit is not None:
+        from vibecalc.cli.outputs import write_text
+
+        write_text(render_junit(comparison), junit)
+    if json:
+        _print_json(differences_object(comparison))
+    else:
+        typer.echo(render_differences(comparison))
+    raise typer.Exit(EXIT_FINE if comparison.same else EXIT_DIFFERS)
+
+
+@app.command(cls=Command)
+def plot(results: Results, output: Folder = None) -> None:
+    """Draw the pictures of result files beside them, or into a folder."""
+    from vibecalc.core.report.plots import draw_files
+
+    for path, pictures in draw_files(results, output):
+        for picture in pictures:
+            typer.echo(str(picture))
+        if not pictures:
+            typer.echo(f"{path}: nothing to draw, it holds no curve or map", err=True)
+
+
+@app.command(cls=Command)
+def new(
+    scene: Annotated[
+        str, typer.Argument(metavar="SCENE", help="Kind of scene; `list` names them.")
+    ] = "list",
+    output: Output = None,
+) -> None:
+    """Write a commented starter case to stdout or to a file."""
+    from vibecalc.starters import SCENES, starter
+
+    if scene == "list":
+        width = max(map(len, SCENES))
+        for name, what in SCENES.items():
+            about = str(getattr(what, "about", what)).splitlines()[0]
+            typer.echo(f"{name:<{width}}  {about}")
+        return
+    _write_text(starter(scene), output)
+
+
+@app.command(cls=Command)
+def schema(output: Output = None) -> None:
+    """Print the JSON schema of case files, for editors."""
+    import json
+
+    from vibecalc.starters import json_schema
+
+    _write_text(json.dumps(json_schema(), indent=2) + "\n", output)
+
+
+def _load(paths: list[Path], *changes: list[str] | None) -> "list[LoadedCase]":
+    from vibecalc.core.study.execute import load_checked
+
+    return load_checked(paths, *(change or () for change in changes))
+
+
+def _for_each(
+    cases: "list[LoadedCase]",
+    work: "Callable[[LoadedCase], str]",
+    objects: list[dict[str, Any]] | None,
+) -> int:
+    """Work on every case, which says why it failed, to `objects` too; the worst exit code."""
+    worst = EXIT_FINE
+    for case in cases:
+        try:
+            failure, code = work(case), NumericalFailure.exit_code
+        except VibecalcError as error:
+            if objects is not None:
+                objects.append({"case": case.name, "error": error.as_object()})
+            elif len(cases) == 1:
+                raise
+            failure, code = str(error), error.exit_code
+        if failure:
+            if objects is not None:
+                objects[-1].setdefault("error", NumericalFailure(failure).as_object())
+            typer.echo(f"error: {case.path}: {failure}", err=True)
+            worst = max(worst, code)
+    return worst
+
+
+def _execute(case: "LoadedCase", quiet: bool) -> "Result":
+    from vibecalc.core.study.execute import execute
+
+    return execute(case, progress=not quiet)
+
+
+def _print_json(found: Any) -> None:
+    import json
+
+    typer.echo(json.dumps(found, indent=2, allow_nan=False))
+
+
+def _write_text(text: str, output: Path | None) -> None:
+    if output is None:
+        typer.echo(text, nl=False)
+        return
+    from vibecalc.cli.outputs import write_text
+
+    if output.exists():
+        raise UsageError(f"{output} exists already; remove it or choose another name")
+    write_text(text, output)
+    typer.echo(f"wrote {output}")
+
+
+for command in (sweep, merge, accuracy):
+    app.command(cls=Command)(command)

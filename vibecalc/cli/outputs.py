@@ -1,0 +1,69 @@
+"""Where outputs go and how texts are written: beside their target, then renamed onto it."""
+
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+
+from vibecalc.core.results.record import Result
+from vibecalc.errors import ResultError, UsageError
+
+DEFAULT_FOLDER = "outputs"
+_SUFFIXES = (".h5", ".hdf5")
+
+
+def result_paths(names: Sequence[str], output: str | None) -> list[Path]:
+    """One result path per case name: `outputs/<name>.h5`, or as `output` says.
+
+    `output` is a folder if it ends with a slash, exists as one, or several cases share it; a
+    name like `one.h5` for several cases is taken for a slip.
+    """
+    doubled = [name for name, count in Counter(names).items() if count > 1]
+    if doubled:
+        raise UsageError(
+            f"two cases are named {doubled[0]!r}: their results would overwrite each other; "
+            "run them one by one, each with its own -o"
+        )
+    if output is None:
+        return [Path(DEFAULT_FOLDER) / f"{name}.h5" for name in names]
+    if not output:
+        raise UsageError("-o needs the name of a file or folder, found ''")
+    target = Path(output)
+    is_folder = output.endswith(("/", "\\")) or target.is_dir()
+    if len(names) > 1 and target.suffix in _SUFFIXES and not is_folder:
+        raise UsageError(
+            f"-o {output} is one result file, for {len(names)} cases name a folder: -o {output}/"
+        )
+    if is_folder or len(names) > 1:
+        return [target / f"{name}.h5" for name in names]
+    if target.suffix not in _SUFFIXES:
+        raise UsageError(f"-o {output}: a result file ends in .h5; a folder ends in '/'")
+    return [target]
+
+
+def write_outputs(result: Result, path: Path) -> None:
+    """Write the result file and, beside it, the text report: both in their places at once.
+
+    Raises
+    ------
+    ResultError
+        A row of the case names what the result does not have. The result is written all the same,
+        for it may have taken hours; a report of an earlier one is taken away.
+    """
+    from vibecalc.core.report.text import render_report
+    from vibecalc.core.results.files import write_together
+    from vibecalc.core.results.store import file_image, write_result
+
+    try:
+        text = render_report(result)
+    except ResultError as error:
+        write_result(result, path)
+        path.with_suffix(".txt").unlink(missing_ok=True)
+        raise ResultError(f"{error}; the result is written to {path}, without a report") from error
+    write_together([(path, file_image(result)), (path.with_suffix(".txt"), text.encode("utf-8"))])
+
+
+def write_text(text: str, path: Path) -> None:
+    """Write a text file so that a reader sees the old one or the new one, never half."""
+    from vibecalc.core.results.files import write_atomically
+
+    write_atomically(path, text.encode("utf-8"))

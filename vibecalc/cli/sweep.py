@@ -1,0 +1,218 @@
+"""The commands for sweeps: parse, call, print, exit code. Heavy imports stand inside them."""
+
+import math
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from vibecalc.errors import EXIT_FINE, UsageError
+
+if TYPE_CHECKING:
+    from vibecalc.core.study.sweep.prepare import Options, Outcome, Prepared
+
+#: some points of a sweep failed
+EXIT_POINTS_FAILED = 4
+
+Settings = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="KEY=VALUE", help="Change a key, the value read as TOML."),
+]
+Unset = Annotated[list[str] | None, typer.Option(metavar="KEY", help="Take a key out of the case.")]
+Json = Annotated[bool, typer.Option("--json", help="Print JSON on stdout and nothing else.")]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print no summary.")]
+
+
+def sweep(
+    case: Annotated[Path, typer.Argument(metavar="CASE", help="Case file (TOML).")],
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", help="File; default: outputs/<case>.sweep.h5."),
+    ] = None,
+    grid: Annotated[
+        list[str] | None,
+        typer.Option(metavar="KEY=SPEC", help="An axis: start:stop:n, start:stop:nlog or a,b,c."),
+    ] = None,
+    zipped: Annotated[
+        list[str] | None,
+        typer.Option("--zip", metavar="KEY=SPEC", help="Keys that vary together, as one axis."),
+    ] = None,
+    sample: Annotated[
+        str | None,
+        typer.Option(
+            metavar="METHOD:N[:SEED]", help="latin_hypercube, sobol or monte_carlo, N points."
+        ),
+    ] = None,
+    keep: Annotated[
+        list[str] | None, typer.Option(metavar="PATH", help="A result to keep; may be repeated.")
+    ] = None,
+    jobs: Annotated[
+        int | None, typer.Option("--jobs", "-j", metavar="N", min=1, help="Processes.")
+    ] = None,
+    timeout: Annotated[
+        float | None, typer.Option(metavar="S", help="Seconds that one point may take.")
+    ] = None,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Take up the chunks that are there.")
+    ] = False,
+    fresh: Annotated[
+        bool, typer.Option("--fresh", help="Throw away what is there and does not fit.")
+    ] = False,
+    shard: Annotated[
+        str | None, typer.Option(metavar="I/N", help="Only the I-th of N parts, from 1.")
+    ] = None,
+    cluster: Annotated[
+        str | None, typer.Option(metavar="ADDRESS", help="Scheduler of dask, address or file.")
+    ] = None,
+    dry_run: Annotated[
+        bool, typer.Option("--dry-run", help="Say what would be done, and how long it takes.")
+    ] = False,
+    settings: Settings = None,
+    unset: Unset = None,
+    json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Run a case at many points into one file; chunks are kept, and --resume goes on."""
+    from vibecalc.core.study.execute import load_checked
+    from vibecalc.core.study.sweep.prepare import Options, prepare, processors, sweep_settings
+
+    part = _shard(shard)
+    if timeout is not None and not (math.isfinite(timeout) and timeout > 0.0):
+        raise UsageError(f"--timeout needs a number of seconds above 0, found {timeout:g}")
+    asked = sweep_settings(grid or (), zipped or (), sample, keep or ())
+    (loaded,) = load_checked([case], [*(settings or ()), *asked], unset or ())
+    options = Options(
+        output=_output(output, loaded.name, part),
+        jobs=jobs,
+        timeout=timeout,
+        resume=resume,
+        fresh=fresh,
+        shard=part,
+        cluster=cluster,
+        progress=not (quiet or json),
+        note=_note,
+    )
+    prepared = prepare(loaded, jobs or processors())
+    if dry_run:
+        _forecast(prepared, options, json)
+        return
+    raise typer.Exit(_run(prepared, options, json, quiet))
+
+
+def merge(
+    parts: Annotated[
+        list[Path], typer.Argument(metavar="PART", help="Files of parts of one sweep.")
+    ],
+    output: Annotated[Path, typer.Option("--output", "-o", help="File to write.")],
+    json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Put the parts of a sweep together; exit 4 if points failed or are still missing."""
+    from vibecalc.core.report.sweep.text import missing_words
+    from vibecalc.core.results.layout import DONE, NOT_RUN
+    from vibecalc.core.study.execute import provenance
+    from vibecalc.core.study.sweep.assemble import merge as put_together
+
+    _check_suffix(output)
+    made = put_together(parts, output, provenance())
+    if made.missing:
+        _note(f"no part has the points {missing_words(made.missing)}")
+    _report(output, {**made.counts}, 0, 0.0, json, quiet)
+    bad = [many for status, many in made.counts.items() if status not in (DONE, NOT_RUN) and many]
+    raise typer.Exit(EXIT_POINTS_FAILED if bad or made.missing else EXIT_FINE)
+
+
+def _forecast(prepared: "Prepared", options: "Options", json: bool) -> None:
+    from vibecalc.core.report.sweep.text import forecast_object, render_forecast
+    from vibecalc.core.study.sweep.prepare import forecast, shard_chunks
+
+    chunks = len(shard_chunks(prepared.chunks(options.output).chunks, options.shard))
+    found = forecast(prepared, options.jobs)
+    if json:
+        _print_json(forecast_object(prepared, found, chunks))
+    else:
+        typer.echo(render_forecast(prepared, found, chunks, options.output))
+
+
+def _run(prepared: "Prepared", options: "Options", json: bool, quiet: bool) -> int:
+    import signal
+
+    from vibecalc.core.study.sweep.run import Interrupted
+    from vibecalc.core.study.sweep.run import sweep as compute
+
+    def stop(_signal: int, _frame: Any) -> None:
+        raise KeyboardInterrupt
+
+    # a batch system ends a job so: chunks and words as after Ctrl-C, and no lock left behind
+    before = signal.signal(signal.SIGTERM, stop)
+    try:
+        made: Outcome = compute(prepared, options)
+    except Interrupted as stopped:
+        _note(str(stopped))
+        return stopped.exit_code
+    finally:
+        signal.signal(signal.SIGTERM, before)
+    _report(options.output, made.counts, made.taken_up, made.seconds, json, quiet)
+    return EXIT_POINTS_FAILED if made.failed else EXIT_FINE
+
+
+def _report(
+    output: Path,
+    counts: dict[int, int] | Any,
+    taken_up: int,
+    seconds: float,
+    json: bool,
+    quiet: bool,
+) -> None:
+    """Write the report beside the file, print it or the object, and say on stderr what failed."""
+    from vibecalc.cli.outputs import write_text
+    from vibecalc.core.report.sweep.text import failure_words, outcome_object, render_sweep
+    from vibecalc.core.report.sweep.view import view_of
+    from vibecalc.core.results.sweep_file import open_sweep
+
+    with open_sweep(output) as opened:
+        view = view_of(opened)
+        text = render_sweep(view)
+        failed = failure_words(view)
+        found = outcome_object(view, output, counts, taken_up, seconds) if json else {}
+    write_text(text, output.with_suffix(".txt"))
+    for line in [f"some points of {output} have no result:", *failed] if failed else []:
+        _note(line)
+    if json:
+        _print_json(found)
+    elif not quiet:
+        typer.echo(text, nl=False)
+        typer.echo(f"wrote {output} and {output.with_suffix('.txt').name}")
+
+
+def _output(given: Path | None, name: str, shard: tuple[int, int]) -> Path:
+    if given is None:
+        part = f".{shard[0]}of{shard[1]}" if shard[1] > 1 else ""
+        return Path("outputs") / f"{name}.sweep{part}.h5"
+    _check_suffix(given)
+    return given
+
+
+def _check_suffix(path: Path) -> None:
+    if path.suffix not in (".h5", ".hdf5"):
+        raise UsageError(f"-o {path}: a result file ends in .h5")
+
+
+def _shard(text: str | None) -> tuple[int, int]:
+    if text is None:
+        return 1, 1
+    match = re.fullmatch(r"(\d{1,9})/(\d{1,9})", text.strip())
+    if match is None or not 1 <= int(match[1]) <= int(match[2]):
+        raise UsageError(f"--shard needs I/N with I from 1 to N, as in 2/8; found {text[:40]!r}")
+    return int(match[1]), int(match[2])
+
+
+def _note(text: str) -> None:
+    typer.echo(text, err=True)
+
+
+def _print_json(found: dict[str, Any]) -> None:
+    import json
+
+    typer.echo(json.dumps(found, indent=2, allow_nan=False))

@@ -1,0 +1,1 @@
+"""Plain methods that those of the package are held against."""

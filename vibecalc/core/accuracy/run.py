@@ -1,0 +1,273 @@
+"""A case to the finished measurement of all its methods."""
+
+import importlib.util
+import re
+import sys
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, NamedTuple
+
+from vibecalc.core.accuracy.environment import machine, versions
+from vibecalc.core.accuracy.measure import Timed, measure
+from vibecalc.core.accuracy.record import as_record, measured_text, plan_rows
+from vibecalc.core.accuracy.topic import Measured, Topic
+from vibecalc.core.results.layout import MEASURED
+from vibecalc.core.results.named import named
+from vibecalc.core.results.record import Result
+from vibecalc.core.run.plan import plan_case
+from vibecalc.core.run.run import run_scene
+from vibecalc.core.study.execute import as_result
+from vibecalc.errors import NumericalFailure, UsageError
+
+if TYPE_CHECKING:
+    from vibecalc.core.case.load import LoadedCase
+    from vibecalc.schema import Case
+
+# ----------------------------------------------------------------------------
+# Which functions give the topics of a stage; each is imported when it is asked for.
+# ----------------------------------------------------------------------------
+
+#: stage as the plan names it -> functions of a scene
+TOPICS: dict[str, tuple[str, ...]] = {
+    "kinematics": (
+        "vibecalc.kinematics.accuracy:kinematics_harmonics_topics",
+        "vibecalc.kinematics.accuracy:kinematics_motion_topics",
+    ),
+    "excitation": ("vibecalc.excitation.accuracy:excitation_force_topics",),
+    "motor": ("vibecalc.excitation.accuracy:motor_force_topics",),
+    "pump": ("vibecalc.excitation.accuracy:pump_torque_topics",),
+    "response": (
+        "vibecalc.response.accuracy.forced:response_steady_topics",
+        "vibecalc.response.accuracy.modes:response_modes_topics",
+    ),
+    "speeds": ("vibecalc.response.accuracy.forced:response_speeds_topics",),
+    "operations": ("vibecalc.response.accuracy.operations:operations_topics",),
+    "switching": ("vibecalc.response.accuracy.switching:switching_topics",),
+    "impact": ("vibecalc.impact.accuracy:impact_topics",),
+    "torsion": (
+        "vibecalc.torsion.accuracy.modes:torsion_modes_topics",
+        "vibecalc.torsion.accuracy.steady:torsion_forced_topics",
+        "vibecalc.torsion.accuracy.steady:torsion_cycle_topics",
+    ),
+    "torsion_speeds": ("vibecalc.torsion.accuracy.speeds:torsion_speeds_topics",),
+    "variable inertia": ("vibecalc.torsion.accuracy.studies:torsion_variable_topics",),
+    "transient": ("vibecalc.torsion.accuracy.studies:torsion_transient_topics",),
+    "modal route as published": ("vibecalc.torsion.accuracy.modes:torsion_modal_route_topics",),
+    "damper design": ("vibecalc.torsion.accuracy.speeds:damper_design_topics",),
+    "roll": ("vibecalc.roll.accuracy.running:roll_topics",),
+    "start-up": ("vibecalc.roll.accuracy.start_up:start_up_topics",),
+    "control": ("vibecalc.roll.accuracy.control:control_topics",),
+    "isolation": ("vibecalc.isolation.accuracy.steady:isolation_steady_topics",),
+    "run_up": (
+        "vibecalc.isolation.accuracy.run_up:run_up_topics",
+        "vibecalc.isolation.accuracy.run_up:run_up_curve_topics",
+    ),
+    "torque reaction": ("vibecalc.isolation.accuracy.torque_reaction:torque_reaction_topics",),
+    "measurement": ("vibecalc.measurement.accuracy:measurement_topics",),
+    "tuning": ("vibecalc.absorber.accuracy.tuning:absorber_tuning_topics",),
+    "absorber": ("vibecalc.absorber.accuracy.curves:absorber_curves_topics",),
+    "hardware": ("vibecalc.absorber.accuracy.hardware:absorber_parts_topics",),
+    "pendulum": ("vibecalc.absorber.accuracy.pendulum:absorber_pendulum_topics",),
+}
+
+#: studies above the pipeline -> functions of a loaded case
+STUDIES: dict[str, tuple[str, ...]] = {
+    "optimisation": ("vibecalc.core.accuracy.frame_topics:optimisation_topics",),
+    "find": ("vibecalc.core.accuracy.frame_topics:find_topics",),
+}
+
+#: what the tolerance of the case costs, asked of every case
+WHOLE_CASE = "whole case"
+OF_WHOLE_CASE = "vibecalc.core.accuracy.frame_topics:whole_case_topics"
+
+# ----------------------------------------------------------------------------
+# The topics of a case: those of every stage that it has, of its studies, and of its tolerance.
+# ----------------------------------------------------------------------------
+
+#: a run that takes longer [s] is not run again at other tolerances
+LONGEST_RUN = 5.0
+
+
+class Collected(NamedTuple):
+    """Topics in the order of the stages, what was left out and why, seconds of the run."""
+
+    topics: tuple[Topic, ...]
+    notes: tuple[str, ...]
+    timings: dict[str, float]
+
+
+def stages_of(case: "Case") -> tuple[str, ...]:
+    """What can be measured of `case`: its stages, its studies, and the whole of it."""
+    stages = [stage.stage for stage in plan_case(case)]
+    if case.optimisation is not None:
+        stages.append("optimisation")
+    if case.find:
+        stages.append("find")
+    return (*stages, WHOLE_CASE)
+
+
+def chosen_stages(case: "Case", asked: Sequence[str]) -> tuple[str, ...]:
+    """Those asked for, all without any; blanks, hyphens and underscores are the same.
+
+    Raises UsageError, with the list, for a stage that the case does not have.
+    """
+    stages = stages_of(case)
+    if not asked:
+        return stages
+    by_key = {_key(stage): stage for stage in stages}
+    unknown = [name for name in asked if _key(name) not in by_key]
+    if unknown:
+        raise UsageError(f"this case has no stage {unknown[0][:40]!r}; it has: {', '.join(stages)}")
+    wanted = {_key(name) for name in asked}
+    return tuple(stage for stage in stages if _key(stage) in wanted)
+
+
+def collect(loaded: "LoadedCase", stages: Sequence[str]) -> Collected:
+    """Run the case as written and ask every module of the table for its topics.
+
+    A case with an optimisation is measured as written, at the start of the search. Raises
+    NumericalFailure where the run fails. A module that cannot set up its topics leaves a note.
+    """
+    case = loaded.case
+    timings: dict[str, float] = {}
+    found: list[Topic] = []
+    notes: list[str] = []
+    if set(stages) - set(STUDIES):
+        scene = run_scene(case, timings=timings)
+        for stage in stages:
+            _add(found, notes, TOPICS.get(stage, ()), stage, scene)
+    for study in stages:
+        _add(found, notes, STUDIES.get(study, ()), study, loaded)
+    if WHOLE_CASE in stages:
+        if sum(timings.values()) > LONGEST_RUN:
+            notes.append(
+                f"what the tolerance costs is left out: a run takes more than {LONGEST_RUN:g} s"
+            )
+        else:
+            _add(found, notes, (OF_WHOLE_CASE,), WHOLE_CASE, case)
+    return Collected(tuple(found), tuple(notes), {"run": sum(timings.values())})
+
+
+def chosen_topics(topics: Sequence[Topic], asked: Sequence[str]) -> tuple[Topic, ...]:
+    """Those whose names were asked for, all without any; UsageError with the list."""
+    if not asked:
+        return tuple(topics)
+    names = {_key(topic.name): topic.name for topic in topics}
+    unknown = [name for name in asked if _key(name) not in names]
+    if unknown:
+        raise UsageError(
+            f"there is no topic {unknown[0][:60]!r}; there are: {', '.join(names.values())}"
+        )
+    wanted = {_key(name) for name in asked}
+    return tuple(topic for topic in topics if _key(topic.name) in wanted)
+
+
+def _add(
+    found: list[Topic], notes: list[str], topics: Iterable[str], stage: str, given: object
+) -> None:
+    for where in topics:
+        try:
+            found += named(where)(given)
+        except NumericalFailure as failure:
+            notes.append(f"topics of {stage} are left out: {failure}")
+
+
+def _key(name: str) -> str:
+    return re.sub(r"[\s_-]+", " ", name.strip().lower())
+
+
+# ----------------------------------------------------------------------------
+# How far the measurement is, on stderr and on a terminal only.
+# ----------------------------------------------------------------------------
+
+
+@contextmanager
+def shown(rungs: int, wanted: bool) -> Iterator[Callable[[], None]]:
+    """A bar over all rungs; what is yielded is called after each of them."""
+    if not (wanted and sys.stderr.isatty()):
+        yield lambda: None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+    columns = (TextColumn("measuring"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("", total=rungs)
+        yield lambda: bar.advance(task)
+
+
+# ----------------------------------------------------------------------------
+# A case to the finished measurement of all its methods.
+# ----------------------------------------------------------------------------
+
+
+class Asked(NamedTuple):
+    """What to measure (everything without names) and how; `threads` is what was found of them."""
+
+    stages: Sequence[str] = ()
+    topics: Sequence[str] = ()
+    timed: Timed = Timed()
+    progress: bool = False
+    threads: str = ""
+
+
+def check_installed() -> None:
+    """UsageError where the package of the references is missing."""
+    if importlib.util.find_spec("mpmath") is None:
+        raise UsageError(
+            "trusted references need mpmath, which is not installed; "
+            "install it with: pip install 'vibecalc[accuracy]'"
+        )
+
+
+def measure_case(loaded: "LoadedCase", asked: Asked | None = None) -> Result:
+    """Measure every method of the stages of a case over its ladder of settings.
+
+    Raises
+    ------
+    UsageError
+        mpmath is missing; the case lacks a stage or topic asked for; nothing is to be measured.
+    NumericalFailure
+        The run fails, or no topic has a reference.
+    """
+    asked = asked or Asked()
+    check_installed()
+    stages = chosen_stages(loaded.case, asked.stages)
+    found = collect(loaded, stages)
+    topics = chosen_topics(found.topics, asked.topics)
+    notes = list(found.notes)
+    if not topics:
+        why = "; ".join(notes) or f"no method has a ladder in {', '.join(stages)} of this case"
+        raise UsageError(f"nothing to measure: {why}")
+    done: list[Measured] = []
+    timings = dict(found.timings)
+    rungs = sum(len(ladder.settings) for topic in topics for ladder in topic.ladders)
+    with shown(rungs, asked.progress) as advance:
+        for topic in topics:
+            try:
+                measured = measure(topic, asked.timed, advance)
+            except NumericalFailure as failure:
+                notes.append(f"{topic.stage}, {topic.name}: no reference: {failure}")
+                continue
+            done.append(measured)
+            timings[f"{topic.stage}, {topic.name}"] = measured.seconds
+    if not done:
+        raise NumericalFailure("; ".join(notes))
+    result = as_result(loaded, as_record(done, notes), timings)
+    provenance = {
+        **result.provenance,
+        "machine": machine(),
+        "versions": versions(),
+        "threads": asked.threads or "as found",
+        "longest": asked.timed.longest,
+        MEASURED: measured_text(done),
+    }
+    return _with(result, plan_rows(done), provenance)
+
+
+def _with(
+    result: Result, plan: tuple[dict[str, str], ...], provenance: dict[str, str | int | float]
+) -> Result:
+    from dataclasses import replace
+
+    return replace(result, plan=plan, provenance=provenance)

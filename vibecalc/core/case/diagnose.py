@@ -1,0 +1,284 @@
+"""What pydantic found wrong, in an engineer's words."""
+
+import difflib
+from collections.abc import Iterable, Mapping
+from functools import cache
+from typing import Any
+
+from vibecalc.core.case.fields import UNION_TAGS, Table
+from vibecalc.core.case.raw import key_text
+from vibecalc.core.case.walk import Shape, bound_words, keys_of, shape_at, shape_of, words
+from vibecalc.errors import KeyPath, Problem, UnitError
+
+Error = Mapping[str, Any]
+
+#: pydantic's word for a key that the table does not have
+_UNKNOWN = "extra_forbidden"
+_MOST_SUGGESTED = 10
+
+
+def explain(errors: Iterable[Error]) -> list[Problem]:
+    """Turn the errors of a pydantic validation into problems, one for each place.
+
+    A key that is missing because it is misspelt is told once, and a list that pydantic calls too
+    short because of its faulty entries is not told. The nearest known key is looked for where the
+    first few keys are unknown: thousands of them are no slips of the keyboard.
+    """
+    found = [(_path(error["loc"]), error) for error in errors]
+    broken = {path[:size] for path, _ in found for size in range(len(path))}
+    unknown = [path for path, error in found if error["type"] == _UNKNOWN]
+    near = {path: _nearest_key(path) for path in unknown[:_MOST_SUGGESTED]}
+    misspelt = {(*path[:-1], key) for path, key in near.items() if key}
+    problems: dict[KeyPath, Problem] = {}
+    for path, error in found:
+        kind = error["type"]
+        above = {path[:size] for size in range(1, len(path) + 1)}
+        swallowed = kind == "missing" and not misspelt.isdisjoint(above)
+        follows = kind == "too_short" and path in broken
+        if not (swallowed or follows):
+            if kind == _UNKNOWN:
+                problem = _unknown(path, near.get(path, ""))
+            else:
+                problem = _EXPLAINERS.get(kind, _other)(path, error)
+            problems.setdefault(problem.path, problem)
+    return list(problems.values())
+
+
+def shown(value: Any) -> str:
+    """Return a value of a case in a few words."""
+    if isinstance(value, dict):
+        return "a table"
+    if isinstance(value, list | tuple):
+        return f"a list of {len(value)} entries" if len(value) != 1 else "a list of one entry"
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, int) and abs(value) >= 10**24:
+        return "a very large whole number"
+    text = repr(value) if isinstance(value, str) else str(value).removesuffix(".0")
+    return text if len(text) <= 60 else text[:57] + "..."
+
+
+def name_of(path: KeyPath) -> str:
+    """Return the last key of a path with the position in its list: `cylinders[1]`."""
+    text = ""
+    for part in reversed(path):
+        if isinstance(part, str):
+            return part + text
+        text = f"[{part}]" + text
+    return text or "the case"
+
+
+def _path(location: tuple[str | int, ...]) -> KeyPath:
+    return tuple(part for part in location if part not in UNION_TAGS)
+
+
+def _missing(path: KeyPath, error: Error) -> Problem:
+    if path and isinstance(path[-1], int):
+        whole = shape_at(path[:-1])
+        values = error["input"]
+        return Problem(
+            path=path[:-1],
+            message=f"{name_of(path[:-1])} is too short",
+            found=shown(values),
+            allowed="three numbers" if whole is None or whole.or_three else words(whole),
+        )
+    return missing_key(path)
+
+
+def missing_key(path: KeyPath) -> Problem:
+    """The problem of a key that has to be there and is not."""
+    shape = shape_at(path)
+    place = f" in [{key_text(path[:-1])}]" if len(path) > 1 else ""
+    return Problem(
+        path=path,
+        message=f"missing key {path[-1]!r}{place}",
+        allowed=words(shape) if shape else "",
+        hint=_description(path),
+    )
+
+
+def _unknown(path: KeyPath, near: str) -> Problem:
+    key = str(path[-1])
+    parent = shape_at(path[:-1])
+    elsewhere = () if near else _tables_with(key)
+    hint = ""
+    if near:
+        hint = f"did you mean {near!r}?"
+    elif elsewhere:
+        hint = f"{key} belongs to {', '.join(f'[{name}]' for name in elsewhere[:3])}"
+    keys = ", ".join(keys_of(parent.table)) if parent and parent.table and not near else ""
+    place = f" in [{key_text(path[:-1])}]" if len(path) > 1 else ""
+    return Problem(path=path, message=f"unknown key {shown(key)}{place}", allowed=keys, hint=hint)
+
+
+def _quantity(path: KeyPath, error: Error) -> Problem:
+    cause = error.get("ctx", {}).get("error")
+    shape = shape_at(path)
+    if not isinstance(cause, UnitError):
+        return _other(path, error)
+    bounds = f", {bound_words(shape)}" if shape and shape.bounds else ""
+    allowed = cause.allowed + bounds if cause.allowed else words(shape) if shape else ""
+    return Problem(
+        path=path,
+        message=f"{name_of(path)}: {cause.message}",
+        found=cause.found,
+        allowed=allowed,
+        hint=cause.hint,
+    )
+
+
+def _bound(path: KeyPath, error: Error) -> Problem:
+    shape = shape_at(path) or Shape(kind="number")
+    return Problem(
+        path=path,
+        message=f"{name_of(path)} is out of range",
+        found=_with_unit(error["input"], shape),
+        allowed=bound_words(shape),
+        hint=_description(path),
+    )
+
+
+def _wrong_type(path: KeyPath, error: Error) -> Problem:
+    shape = shape_at(path)
+    return Problem(
+        path=path,
+        message=f"{name_of(path)} cannot be {_type_words(error['input'])}",
+        found=shown(error["input"]),
+        allowed=words(shape) if shape else "",
+    )
+
+
+def _choice(path: KeyPath, error: Error) -> Problem:
+    shape = shape_at(path)
+    choices = [str(choice) for choice in shape.choices] if shape else []
+    near = difflib.get_close_matches(str(error["input"])[:60], choices, n=1)
+    hint = f"did you mean {near[0]!r}?" if near else ""
+    if path == ("schema",):
+        hint = "this version of vibecalc reads cases of schema 1"
+    return Problem(
+        path=path,
+        message=f"unknown {name_of(path)} {shown(error['input'])}",
+        found=shown(error["input"]),
+        allowed=words(shape) if shape else "",
+        hint=hint,
+    )
+
+
+def _not_finite(path: KeyPath, error: Error) -> Problem:
+    shape = shape_at(path)
+    return Problem(
+        path=path,
+        message=f"{name_of(path)} is not finite",
+        found=shown(error["input"]),
+        allowed=words(shape) if shape else "",
+    )
+
+
+def _size(path: KeyPath, error: Error) -> Problem:
+    size = "long" if error["type"].endswith("too_long") else "short"
+    shape = shape_at(path)
+    empty = size == "short" and not error["input"]
+    if shape is not None and shape.or_three:
+        allowed = "one number, or a list of three"
+    else:
+        allowed = words(shape) if shape else ""
+    return Problem(
+        path=path,
+        message=f"{name_of(path)} is empty" if empty else f"{name_of(path)} is too {size}",
+        found=shown(error["input"]),
+        allowed=allowed,
+        hint=_description(path),
+    )
+
+
+def _other(path: KeyPath, error: Error) -> Problem:
+    shape = shape_at(path)
+    return Problem(
+        path=path,
+        message=f"{name_of(path)} cannot be read",
+        found=shown(error["input"]),
+        allowed=words(shape) if shape else "",
+    )
+
+
+_EXPLAINERS = {
+    "missing": _missing,
+    "value_error": _quantity,
+    "greater_than": _bound,
+    "greater_than_equal": _bound,
+    "less_than": _bound,
+    "less_than_equal": _bound,
+    "finite_number": _not_finite,
+    "literal_error": _choice,
+    "too_short": _size,
+    "too_long": _size,
+    "string_too_short": _size,
+    "string_too_long": _size,
+    "float_type": _wrong_type,
+    "bool_type": _wrong_type,
+    "int_type": _wrong_type,
+    "int_from_float": _wrong_type,
+    "string_type": _wrong_type,
+    "tuple_type": _wrong_type,
+    "dict_type": _wrong_type,
+    "model_type": _wrong_type,
+}
+
+
+def _nearest_key(path: KeyPath) -> str:
+    parent = shape_at(path[:-1])
+    if parent is None or parent.table is None:
+        return ""
+    keys = {key.lower(): key for key in keys_of(parent.table)}
+    # A key that is right in another table is only taken for misspelt if it is nearly the same.
+    cutoff = 0.85 if _tables_with(str(path[-1])) else 0.6
+    near = difflib.get_close_matches(str(path[-1]).lower()[:60], keys, n=1, cutoff=cutoff)
+    return keys[near[0]] if near else ""
+
+
+def _tables_with(key: str) -> tuple[str, ...]:
+    return tuple(_tables_by_key().get(key, ()))
+
+
+@cache
+def _tables_by_key() -> dict[str, list[str]]:
+    """Key -> every table below the root of a case that has it."""
+    from vibecalc.schema import Case
+
+    found: dict[str, list[str]] = {}
+
+    def search(table: type[Table], above: str) -> None:
+        for name, field in keys_of(table).items():
+            if above:
+                found.setdefault(name, []).append(above)
+            shape = shape_of(field)
+            below = shape.table or (shape.item.table if shape.item else None)
+            if below is not None:
+                search(below, f"{above}.{name}" if above else name)
+
+    search(Case, "")
+    return found
+
+
+def _description(path: KeyPath) -> str:
+    """The key and what the schema says it is."""
+    parent = shape_at(path[:-1]) if path else None
+    if parent is None or parent.table is None:
+        return ""
+    field = keys_of(parent.table).get(str(path[-1]))
+    return f"{path[-1]}: {field.description}" if field and field.description else ""
+
+
+def _with_unit(value: Any, shape: Shape) -> str:
+    unit = f" {shape.unit}" if shape.unit and not isinstance(value, str) else ""
+    return shown(value) + unit
+
+
+def _type_words(value: Any) -> str:
+    if isinstance(value, dict | list):
+        return "a table" if isinstance(value, dict) else "a list"
+    if isinstance(value, bool):
+        return "true or false"
+    if isinstance(value, int | float):
+        return "a number"
+    return "a text" if isinstance(value, str) else "a date"

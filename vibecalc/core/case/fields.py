@@ -1,0 +1,175 @@
+"""The kinds of field a case is made of: numbers with units, points, names, ranges of speeds."""
+
+import math
+from dataclasses import dataclass
+from typing import Annotated, Any
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Discriminator, Field, Tag
+from pydantic_core import core_schema
+
+from vibecalc.errors import UnitError
+from vibecalc.units import parse_quantity, split_number
+
+# ----------------------------------------------------------------------------
+# The kinds of field a case is made of: a number with a unit, a point, a name.
+#
+# A value is a number in SI (radians for angles) or a string with a unit. The unit stands here and
+# in the catalogue of quantities, nowhere else: templates, messages, the JSON schema and resolved
+# cases read it from the field.
+# ----------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Unit:
+    """Marks a number with the unit that it has once it is read, and reads texts in any unit."""
+
+    symbol: str
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> core_schema.CoreSchema:
+        number = handler(source)  # a float schema with the bounds of the field
+        number.update(strict=True, allow_inf_nan=False)
+        return core_schema.no_info_before_validator_function(self._read, number)
+
+    def __get_pydantic_json_schema__(self, schema: Any, handler: Any) -> dict[str, Any]:
+        number = handler(schema["schema"])
+        return {"anyOf": [number, {"type": "string", "maxLength": 120}], "unit": self.symbol}
+
+    def _read(self, value: Any) -> Any:
+        if isinstance(value, str):
+            return parse_quantity(value, self.symbol)
+        return as_double(value)
+
+
+@dataclass(frozen=True)
+class Kind:
+    """Names a kind of field that its type alone does not tell."""
+
+    name: str
+
+
+class Table(BaseModel):
+    """A table of a case: unknown keys are errors, nothing changes after reading."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)
+
+
+def as_double(value: Any) -> Any:
+    """Turn a whole number into a double; UnitError where it is too large for one."""
+    if isinstance(value, int) and not isinstance(value, bool):
+        try:
+            return float(value)
+        except OverflowError:
+            raise UnitError("too large for a double", found="a huge whole number") from None
+    return value
+
+
+def _read_value(value: Any) -> Any:
+    if isinstance(value, str):
+        number, _ = split_number(value)
+        if not math.isfinite(float(number)):
+            raise UnitError("too large for a double", found=repr(value))
+        return value
+    return as_double(value)
+
+
+def _read_whole(value: Any) -> Any:
+    # 1.0 and true equal 1, but neither is what a person means who writes a whole number
+    if isinstance(value, bool) or not isinstance(value, int):
+        raise UnitError("not a whole number", found=str(value).lower()[:40])
+    return value
+
+
+def _read_labels(value: Any) -> Any:
+    for label in value.values() if isinstance(value, dict) else ():
+        small = isinstance(label, int | float) and abs(label) < 1e300  # false for nan, inf
+        if isinstance(label, bool) or not (isinstance(label, str) or small):
+            raise UnitError("not a label", found=str(label).lower()[:40])
+    return value
+
+
+def _read_label_list(value: Any) -> Any:
+    if isinstance(value, list | tuple):
+        _read_labels(dict(enumerate(value)))
+    return value
+
+
+def _one_or_three(value: Any) -> str:
+    return THREE_TAG if isinstance(value, list | tuple) else ONE_TAG
+
+
+def _number_or_text(value: Any) -> str:
+    return TEXT_TAG if isinstance(value, str) else ONE_TAG
+
+
+ONE_TAG, THREE_TAG, TEXT_TAG = "one-number", "three-numbers", "text"
+UNION_TAGS = frozenset({ONE_TAG, THREE_TAG, TEXT_TAG})
+
+Number = Annotated[float, Unit("")]
+Length = Annotated[float, Unit("m")]
+Mass = Annotated[float, Unit("kg")]
+Inertia = Annotated[float, Unit("kg*m^2")]
+Unbalance = Annotated[float, Unit("kg*m")]
+Angle = Annotated[float, Unit("rad")]
+AngularSpeed = Annotated[float, Unit("rad/s")]
+Acceleration = Annotated[float, Unit("m/s^2")]
+Moment = Annotated[float, Unit("N*m")]
+Pressure = Annotated[float, Unit("Pa")]
+Force = Annotated[float, Unit("N")]
+AngularStiffness = Annotated[float, Unit("N*m/rad")]
+AngularDamping = Annotated[float, Unit("N*m*s/rad")]
+Voltage = Annotated[float, Unit("V")]
+Resistance = Annotated[float, Unit("ohm")]
+Level = Annotated[float, Unit("dB")]
+Time = Annotated[float, Unit("s")]
+Stiffness = Annotated[float, Field(ge=0), Unit("N/m")]
+Damping = Annotated[float, Field(ge=0), Unit("N*s/m")]
+
+Whole = BeforeValidator(_read_whole)
+WholeNumber = Annotated[int, Field(strict=True, ge=0, le=2000)]
+Where = Annotated[
+    dict[str, int | float | str],
+    Field(max_length=8),
+    BeforeValidator(_read_labels),
+    Kind("labels"),
+]
+Labels = Annotated[
+    tuple[int | float | str, ...],
+    Field(max_length=20_000),
+    BeforeValidator(_read_label_list),
+    Kind("labels"),
+]
+Point = tuple[Length, Length, Length]
+Name = Annotated[str, Field(min_length=1, max_length=80)]
+
+#: one number for all directions, or three along the mount's own axes
+StiffnessOrThree = Annotated[
+    Annotated[Stiffness, Tag(ONE_TAG)]
+    | Annotated[tuple[Stiffness, Stiffness, Stiffness], Tag(THREE_TAG)],
+    Discriminator(_one_or_three),
+]
+DampingOrThree = Annotated[
+    Annotated[Damping, Tag(ONE_TAG)] | Annotated[tuple[Damping, Damping, Damping], Tag(THREE_TAG)],
+    Discriminator(_one_or_three),
+]
+
+#: a number or a text with a unit, kept as written: its unit is that of a result
+Value = Annotated[
+    Annotated[float, Field(strict=True, allow_inf_nan=False), Tag(ONE_TAG)]
+    | Annotated[str, Tag(TEXT_TAG)],
+    Discriminator(_number_or_text),
+    BeforeValidator(_read_value),
+    Kind("value"),
+]
+
+# ----------------------------------------------------------------------------
+# A range of crank speeds.
+# ----------------------------------------------------------------------------
+
+
+class RunUp(Table):
+    """A range of speeds passed slowly: at each speed the peak over the cycle."""
+
+    model_config = ConfigDict(validate_by_alias=True, validate_by_name=False)
+
+    start: AngularSpeed = Field(0.0, alias="from", ge=0, description="lowest speed")
+    stop: AngularSpeed = Field(alias="to", gt=0, description="highest speed")

@@ -1,0 +1,294 @@
+"""Read a case file: text, TOML, overrides, schema; all problems at once, or a validated case."""
+
+import hashlib
+import json
+import re
+import tomllib
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any, NoReturn
+
+from pydantic import ValidationError
+
+from vibecalc import __version__
+from vibecalc.core.case.data_files import attach_files
+from vibecalc.core.case.locate import Location, Overridden, at_line
+from vibecalc.core.case.raw import apply_overrides
+from vibecalc.core.case.tables import Reference
+from vibecalc.cross_checks import cross_check
+from vibecalc.errors import CaseError, KeyPath, Problem
+from vibecalc.schema import SCHEMA_VERSION, Case
+
+# ----------------------------------------------------------------------------
+# Rows of reference tables as single references.
+# ----------------------------------------------------------------------------
+
+
+def expand_references(case: Case) -> tuple[Case, dict[KeyPath, KeyPath]]:
+    """The case with one reference for each row of its tables, and where those rows stand.
+
+    The second result maps the key path of every reference made here to that of its table.
+    """
+    if not case.reference_table:
+        return case, {}
+    rows = list(case.reference)
+    origins: dict[KeyPath, KeyPath] = {}
+    for number, table in enumerate(case.reference_table):
+        for entry, value in zip(table.entry, table.value, strict=True):
+            origins["reference", len(rows)] = ("reference_table", number)
+            rows.append(
+                Reference(
+                    quantity=table.quantity,
+                    where={**table.where, table.axis: entry},
+                    value=value,
+                    unit=table.unit,
+                    rtol=table.rtol,
+                    digits=table.digits,
+                    source=table.source,
+                    kind=table.kind,
+                    known_difference=table.known_difference,
+                    shown_by=table.shown_by,
+                    at=table.at,
+                )
+            )
+    return case.model_copy(update={"reference": tuple(rows), "reference_table": ()}), origins
+
+
+# ----------------------------------------------------------------------------
+# Read a case file: text, TOML, overrides, schema; all problems at once, or a validated case.
+# ----------------------------------------------------------------------------
+
+EarlyChecks = Callable[[dict[str, Any]], list[Problem]]
+
+LARGEST_FILE = 1_000_000
+_AT_LINE = re.compile(r" \(at line (\d+), column (\d+)\)\Z")
+_MANY_DOTS = re.compile(r"""(?<![\w"'-])(?:[\w"'-]++[ \t]*+\.[ \t]*+){40}""")
+
+
+@dataclass(frozen=True, kw_only=True)
+class LoadedCase:
+    """A validated case with all that a result file keeps of it.
+
+    `text` is the file as written; `resolved` the same case as plain dicts and lists in SI with
+    every default filled in (values of references and limits stay as written, their unit is that of
+    a result), `resolved_toml` that as TOML; `sha256` covers the resolved values and the versions of
+    schema and program, not the comments of the file. `origins` maps the references that come from
+    a table to the place of that table.
+    """
+
+    case: Case
+    name: str
+    path: Path
+    text: str
+    overrides: tuple[Overridden, ...]
+    resolved: dict[str, Any]
+    resolved_toml: str
+    sha256: str
+    origins: dict[KeyPath, KeyPath] = field(default_factory=dict)
+
+
+def load_case(
+    path: str | Path,
+    overrides: Sequence[str] = (),
+    early: EarlyChecks | None = None,
+    unset: Sequence[str] = (),
+) -> LoadedCase:
+    """Read one case file, with `key=value` texts that replace or add keys; without those `unset`.
+
+    Where the form is wrong, `early` may add what later floors already find wrong with the case as
+    tomllib reads it, so that one message shows all.
+
+    CaseError, with all problems and their places, if there is no valid case in the file;
+    UsageError if an override cannot be applied.
+    """
+    path = Path(path)
+    text = _read_text(path)
+    data = _parse(text, str(path))
+    overridden = apply_overrides(data, overrides, unset)
+    files = attach_files(data, path.parent)
+    try:
+        case, origins = expand_references(validate(data, files))
+    except CaseError as error:
+        from vibecalc.core.case.locate import refused
+
+        taken = {problem.path for problem in error.problems}
+        later = [found for found in early(data) if found.path not in taken] if early else []
+        problems = [*error.problems, *later]
+        raise refused(problems, text, str(path), overridden) from None
+    resolved = resolve(case)
+    import tomli_w
+
+    return LoadedCase(
+        case=case,
+        name=path.stem,
+        path=path,
+        text=text,
+        overrides=overridden,
+        resolved=resolved,
+        resolved_toml=tomli_w.dumps(resolved),
+        sha256=case_hash(resolved),
+        origins=origins,
+    )
+
+
+def validate(data: dict[str, Any], known: Sequence[Problem] = ()) -> Case:
+    """Hold a case, as tomllib reads it, against the schema; CaseError with all problems.
+
+    `known` are problems found before, at whose places no others are told.
+    """
+    problems: list[Problem] = []
+    case: Case | None = None
+    try:
+        case = Case.model_validate(data)
+    except ValidationError as error:
+        from vibecalc.core.case.diagnose import explain
+
+        problems = explain(error.errors(include_url=False))
+    places = {problem.path for problem in known}
+    problems = [*known, *(problem for problem in problems if problem.path not in places)]
+    taken = {problem.path for problem in problems}
+    problems += [problem for problem in cross_check(data) if problem.path not in taken]
+    if problems or case is None:
+        raise CaseError(problems)
+    return case
+
+
+def resolve(case: Case) -> dict[str, Any]:
+    """Return a case as plain dicts and lists in SI, without what is absent or says nothing."""
+    resolved: dict[str, Any] = _plain(case.model_dump(by_alias=True, exclude_none=True))
+    return resolved
+
+
+def case_hash(resolved: dict[str, Any]) -> str:
+    """Hash (hexadecimal SHA-256) of resolved values, schema version and program version."""
+    content = {"case": resolved, "schema": SCHEMA_VERSION, "vibecalc": __version__}
+    canonical = json.dumps(content, sort_keys=True, separators=(",", ":"))
+    return hashlib.sha256(canonical.encode()).hexdigest()
+
+
+def raise_with_location(loaded: LoadedCase, problems: Sequence[Problem]) -> None:
+    """Raise a CaseError that shows problems of a later floor at their places; none: do nothing."""
+    if not problems:
+        return
+    from vibecalc.core.case.locate import refused
+
+    placed = [
+        replace(
+            problem,
+            path=(*loaded.origins.get(problem.path[:2], problem.path[:2]), *problem.path[2:]),
+        )
+        for problem in problems
+    ]
+    once = list({(problem.path, problem.message): problem for problem in placed}.values())
+    raise refused(once, loaded.text, str(loaded.path), loaded.overrides)
+
+
+def _read_text(path: Path) -> str:
+    try:
+        if path.is_dir():
+            _refuse(path, "is a folder, not a case file", "name a file in it")
+        size = path.stat().st_size
+        if size > LARGEST_FILE:
+            _refuse(
+                path,
+                f"is {size / 1e6:.3g} MB large, a case has at most {LARGEST_FILE / 1e6:g} MB",
+                "is this a case file?",
+            )
+        with path.open("rb") as file:
+            raw = file.read(LARGEST_FILE + 1)
+    except FileNotFoundError:
+        near = _similar_files(path)
+        _refuse(path, "does not exist", f"did you mean {near}?" if near else "")
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        _refuse(path, f"cannot be read: {reason.lower()}")
+    if len(raw) > LARGEST_FILE:
+        _refuse(path, f"is longer than {LARGEST_FILE / 1e6:g} MB", "is this a case file?")
+    try:
+        text = raw.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = raw.count(b"\n", 0, error.start) + 1
+        _refuse(path, f"is not a text in UTF-8 (line {line})", "is this a case file?")
+    if not text.strip():
+        _refuse(path, "is empty", "`vibecalc new generator` writes a case to start from")
+    return text
+
+
+def _parse(text: str, file_name: str) -> dict[str, Any]:
+    dotted = _MANY_DOTS.search(text)
+    if dotted is not None:
+        line = text.count("\n", 0, dotted.start()) + 1
+        _refuse_text(text, file_name, "not TOML: a key of more than 40 parts", line, 1)
+    try:
+        return tomllib.loads(text)
+    except RecursionError:
+        _refuse_text(text, file_name, "not TOML: lists or tables nested beyond reason", 1, 1)
+    except ValueError as error:
+        reason = str(error)
+        place = _AT_LINE.search(reason)
+        line, column = (int(place[1]), int(place[2])) if place else (len(text.split("\n")), 1)
+        if "integer string conversion" in reason:
+            reason, line = "a whole number of thousands of digits", 1
+        reason = _AT_LINE.sub("", reason).removesuffix(" (at end of document)")
+        told = next((words for part, words in _TOML_WORDS.items() if part in reason), reason)
+        _refuse_text(text, file_name, f"not TOML: {told[0].lower()}{told[1:]}", line, column)
+
+
+#: what tomllib says (a part of it) -> what a person understands
+_TOML_WORDS = {
+    "Cannot overwrite": "a key that stands twice in its table",
+    "Duplicate inline table key": "a key that stands twice in its table",
+    "Cannot declare": "a table that stands twice",
+    "Cannot mutate immutable": "a table that stands twice",
+    "Invalid value": "a value that cannot be read",
+}
+
+
+def _refuse_text(text: str, file_name: str, message: str, line: int, column: int) -> NoReturn:
+    from vibecalc.core.case.locate import closing_line, render_problem
+
+    unquoted = "cannot be read" in message or "expected newline" in message
+    hint = 'a text needs quotes, as in "4900 rpm"' if unquoted else ""
+    at = f"{file_name}:{line}:{column}"
+    problem = Problem(path=(), message=message, hint=hint, place=at)
+    place: Location = at_line(text, line, column)
+    rendered = render_problem(problem, place, file_name)
+    raise CaseError([problem], f"{rendered}\n{closing_line(1, file_name)}")
+
+
+def _refuse(path: Path, what: str, hint: str = "") -> NoReturn:
+    from vibecalc.core.case.locate import closing_line
+
+    message = f"{path} {what}"
+    problem = Problem(path=(), message=message, hint=hint, place=str(path))
+    help_line = f"\n  help: {hint}" if hint else ""
+    raise CaseError([problem], f"error: {message}{help_line}\n{closing_line(1, str(path))}")
+
+
+def _similar_files(path: Path) -> str:
+    from difflib import get_close_matches
+
+    try:
+        names = [entry.name for entry in path.parent.glob("*.toml")]
+    except OSError:
+        return ""
+    near = get_close_matches(path.name, names, n=1)
+    return str(path.with_name(near[0])) if near else ""
+
+
+#: lists that say something by being empty: no weights for any throw
+_MEANT_WHEN_EMPTY = ("balanced_for",)
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, dict):
+        plain = {key: _plain(entry) for key, entry in value.items()}
+        return {
+            key: entry
+            for key, entry in plain.items()
+            if entry not in ({}, []) or key in _MEANT_WHEN_EMPTY
+        }
+    if isinstance(value, list | tuple):
+        return [_plain(entry) for entry in value]
+    return value

@@ -1,0 +1,354 @@
+"""Checks of form of what a search may change and of what it looks for."""
+
+import difflib
+import math
+import re
+from collections.abc import Generator, Iterator
+from typing import Any
+
+from vibecalc.core.case.raw import Data, get_key, key_text, parse_key, read_number, tables_at
+from vibecalc.core.case.walk import Shape, bound_words, keys_of, shape_at, words
+from vibecalc.errors import KeyPath, Problem, UnitError, UsageError
+from vibecalc.units import parse_quantity
+
+# ----------------------------------------------------------------------------
+# Checks of what a search may change: a number of this case, between two readable bounds.
+# ----------------------------------------------------------------------------
+
+_CHANGEABLE = ("machine", "excitation", "isolation")
+
+
+def check_variables(data: dict[str, Any]) -> Iterator[Problem]:
+    """Yield the problems of [optimisation] variables: keys, bounds, units, doubled keys, ties."""
+    variables = data["optimisation"].get("variables")
+    seen: dict[str, KeyPath] = {}
+    for position, variable in enumerate(variables if isinstance(variables, list) else ()):
+        path: KeyPath = ("optimisation", "variables", position)
+        key = variable.get("key") if isinstance(variable, dict) else None
+        if not isinstance(key, str) or not key:
+            continue
+        shape = yield from _shape(data, key, (*path, "key"), seen)
+        if shape is None:
+            continue
+        yield from bound_problems(variable, path, shape)
+        ties = variable.get("with")
+        for place, tie in enumerate(ties if isinstance(ties, list) else ()):
+            if isinstance(tie, dict) and isinstance(tie.get("key"), str) and tie["key"]:
+                yield from _tie(data, variable, shape, tie, (*path, "with", place), seen)
+
+
+def _shape(
+    data: dict[str, Any], key: str, path: KeyPath, seen: dict[str, KeyPath]
+) -> Generator[Problem, None, Shape | None]:
+    """Yield the problems of a key that is changed; returns its shape, None where it has none."""
+    try:
+        shape = changeable(data, key, _CHANGEABLE)
+    except UsageError as error:
+        yield Problem(
+            path=path,
+            message="the optimiser cannot change this key",
+            found=key[:80],
+            allowed="the key of a number of this case, as in machine.mounts.each.stiffness",
+            hint=str(error),
+        )
+        return None
+    if key in seen:
+        yield Problem(path=path, message=f"two variables change {key}", also=seen[key])
+    seen.setdefault(key, path)
+    return shape
+
+
+def _tie(
+    data: dict[str, Any],
+    variable: dict[str, Any],
+    leads: Shape,
+    tie: dict[str, Any],
+    path: KeyPath,
+    seen: dict[str, KeyPath],
+) -> Iterator[Problem]:
+    """Problems of a key that follows a variable: its unit, and values it would take."""
+    shape = yield from _shape(data, tie["key"], (*path, "key"), seen)
+    if shape is None:
+        return
+    unit = shape.unit or ""
+    if unit != (leads.unit or ""):
+        yield Problem(
+            path=(*path, "key"),
+            message=f"{tie['key']} cannot follow {variable['key']}: they have other units",
+            found=f"{unit or 'no unit'} and {leads.unit or 'no unit'}",
+        )
+        return
+    factor, offset = tie.get("factor", 1.0), read_number(tie.get("offset", 0.0), unit)
+    if offset is None:
+        yield Problem(
+            path=(*path, "offset"),
+            message="no offset in the unit of the key",
+            found=str(tie["offset"])[:60],
+            allowed=unit or "a number",
+        )
+    elif isinstance(factor, int | float) and not isinstance(factor, bool):
+        bounds = (read_number(variable.get(side), unit) for side in ("lower", "upper"))
+        taken = [factor * bound + offset for bound in bounds if bound is not None]
+        wrong = [value for value in taken if not inside(value, shape)]
+        if wrong:
+            yield Problem(
+                path=path,
+                message=f"between the bounds {tie['key']} would take a value that it must not have",
+                found=f"{wrong[0]:.6g} {unit}".rstrip(),
+                allowed=bound_words(shape),
+            )
+
+
+def changeable(data: dict[str, Any], key: str, tables: tuple[str, ...]) -> Shape:
+    """Shape of a key of this case that a search may set; UsageError, with a hint, if it may not.
+
+    The key has to be a number below one of `tables`; a key that may be left out need not be there.
+    """
+    target = parse_key(key)
+    shape = _number_at(target, tables)
+    if not _has_default(data, target):
+        get_key(data, target)
+    return shape
+
+
+def _number_at(target: KeyPath, tables: tuple[str, ...]) -> Shape:
+    shape = shape_at(target)
+    if target[0] not in tables:
+        raise UsageError(f"only keys below {', '.join(tables)} can be changed")
+    if shape is None:
+        raise UsageError(_nearest(target))
+    if shape.kind != "number":
+        raise UsageError(f"{key_text(target)} is not a continuous number, but {words(shape)}")
+    return shape
+
+
+def _nearest(target: KeyPath) -> str:
+    for size in range(len(target)):
+        shape = shape_at(target[: size + 1])
+        if shape is None:
+            parent = shape_at(target[:size])
+            keys = list(keys_of(parent.table)) if parent and parent.table else []
+            near = difflib.get_close_matches(str(target[size]), keys, n=1)
+            hint = f"; did you mean {near[0]!r}?" if near else ""
+            return f"{key_text(target[:size]) or 'a case'} has no key {target[size]!r}{hint}"
+    return ""
+
+
+def _has_default(data: dict[str, Any], target: KeyPath) -> bool:
+    """Tell whether the table is written, so that its key may be left out: it need not be there."""
+    last = target[-1]
+    table = get_key(data, target[:-1])
+    parent = shape_at(target[:-1])
+    if isinstance(last, int) or not isinstance(table, dict) or parent is None:
+        return False
+    field = keys_of(parent.table).get(last) if parent.table else None
+    return field is not None and not field.is_required()
+
+
+def bound_problems(variable: dict[str, Any], path: KeyPath, shape: Shape) -> Iterator[Problem]:
+    """Problems of `lower` and `upper` of a table that changes `key`: unit, range, order."""
+    values: dict[str, float] = {}
+    for side in ("lower", "upper"):
+        written = variable.get(side)
+        if isinstance(written, bool) or not isinstance(written, str | int | float):
+            continue
+        try:
+            values[side] = parse_quantity(written, shape.unit or "")
+        except (UnitError, OverflowError) as error:
+            unit_error = error if isinstance(error, UnitError) else UnitError("too large")
+            yield Problem(
+                path=(*path, side),
+                message=f"{side}: {unit_error.message}",
+                found=unit_error.found,
+                allowed=unit_error.allowed,
+                hint=unit_error.hint,
+            )
+            continue
+        if not inside(values[side], shape):
+            yield Problem(
+                path=(*path, side),
+                message=f"{side} is a value that {variable['key']} must not have",
+                found=str(written)[:60],
+                allowed=bound_words(shape),
+            )
+    if len(values) == 2 and not values["lower"] < values["upper"]:
+        yield Problem(
+            path=(*path, "lower"),
+            message="the lower bound has to be below the upper one",
+            found=f"lower {variable['lower']} and upper {variable['upper']}",
+            allowed="lower < upper",
+            also=(*path, "upper"),
+        )
+
+
+def inside(value: float, shape: Shape) -> bool:
+    """Tell whether a number keeps the bounds of its key."""
+    tests = {
+        "gt": lambda bound: value > bound,
+        "ge": lambda bound: value >= bound,
+        "lt": lambda bound: value < bound,
+        "le": lambda bound: value <= bound,
+    }
+    return all(tests[name](bound) for name, bound in shape.bounds)
+
+
+# ----------------------------------------------------------------------------
+# Checks of [[find]]: names, keys of this case, bounds, and one thing that is wanted.
+# ----------------------------------------------------------------------------
+
+_FOUND_ALONG = ("machine", "excitation", "response", "isolation")
+_WANTED = ("target", "change", "seek")
+_NAME = re.compile(r"[A-Za-z0-9_]+\Z")
+
+
+def check_find(data: Data) -> Iterator[Problem]:
+    """Yield the problems of all [[find]] tables; what cannot be read is left to the schema."""
+    rows = tables_at(data, "find")
+    if rows and "optimisation" in data:
+        yield Problem(
+            path=("find", rows[0][0]),
+            message="a case with [optimisation] cannot have [[find]], too",
+            allowed="one or the other",
+            hint="search in a case of its own, with the optimum written into it",
+            also=("optimisation",),
+        )
+    seen: dict[str, int] = {}
+    for position, row in rows:
+        path: KeyPath = ("find", position)
+        yield from _name(row, path, seen)
+        yield from _wanted(row, path)
+        yield from _keys(data, row, path)
+
+
+def _name(row: Data, path: KeyPath, seen: dict[str, int]) -> Iterator[Problem]:
+    name = row.get("name")
+    if not isinstance(name, str) or not name:
+        return
+    if not _NAME.match(name):
+        yield Problem(
+            path=(*path, "name"),
+            message="a name that cannot stand in a result path",
+            found=repr(name[:60]),
+            allowed="letters, digits and _, as in rod_length_6_db",
+        )
+    if name in seen:
+        yield Problem(
+            path=(*path, "name"),
+            message=f"two searches are named {name[:60]!r}",
+            hint="give each its own name",
+            also=("find", seen[name], "name"),
+        )
+    seen.setdefault(name, int(path[1]))
+
+
+def _wanted(row: Data, path: KeyPath) -> Iterator[Problem]:
+    given = [key for key in _WANTED if key in row]
+    ways = "target (a value), change (from the case as written) or seek (an extreme)"
+    if not given:
+        yield Problem(path=path, message="this [[find]] does not say what is wanted", allowed=ways)
+    for further in given[1:]:
+        yield Problem(
+            path=(*path, further),
+            message=f"{further} and {given[0]} exclude each other",
+            allowed=f"one of {ways}",
+            also=(*path, given[0]),
+        )
+
+
+def _keys(data: Data, row: Data, path: KeyPath) -> Iterator[Problem]:
+    """Problems of key, bounds, and of the keys that follow it."""
+    key, also = row.get("key"), row.get("also")
+    found = yield from _number(data, key, (*path, "key"))
+    if found is not None and math.isnan(found[1]) and also:
+        yield Problem(
+            path=(*path, "also"),
+            message=f"keys cannot change in the ratio of {key}, which the case leaves out",
+            hint=f"write {key} into the case",
+        )
+    ratios: list[float] = []
+    if found is not None:
+        shape, written = found
+        yield from bound_problems(row, path, shape)
+        bounds = [read_number(row.get(side), shape.unit or "") for side in ("lower", "upper")]
+        if also and written == 0.0:
+            yield Problem(
+                path=(*path, "key"),
+                message="keys cannot change in the ratio of one that is zero as written",
+                found=f"{key} = 0",
+                also=(*path, "also"),
+            )
+        elif written and not math.isnan(written):
+            ratios = [bound / written for bound in bounds if bound is not None]
+    taken = [key]
+    for position, other in enumerate(also if isinstance(also, list) else ()):
+        place = (*path, "also", position)
+        if isinstance(other, str) and other in taken:
+            yield Problem(path=place, message=f"{other} is changed twice by this [[find]]")
+            continue
+        taken.append(other)
+        found = yield from _number(data, other, place)
+        if found is not None:
+            yield from _followed(str(other), *found, ratios, place)
+
+
+def _number(
+    data: Data, key: Any, place: KeyPath
+) -> Generator[Problem, None, tuple[Shape, float] | None]:
+    """Yield the problems of a key; returns its shape and its value in SI, nan if left out."""
+    if not isinstance(key, str) or not key:
+        return None
+    try:
+        shape = changeable(data, key, _FOUND_ALONG)
+        written = _written(data, key)
+    except UsageError as error:
+        yield Problem(
+            path=place,
+            message="a search cannot change this key",
+            found=key[:80],
+            allowed="the key of a number of this case, as in machine.crank_train.rod_length",
+            hint=str(error),
+        )
+        return None
+    if isinstance(written, list):
+        yield Problem(
+            path=place,
+            message=f"{key} is a list here",
+            found=f"a list of {len(written)} numbers",
+            allowed=f"one of them, as {key}[0]",
+        )
+        return None
+    if written is None:
+        return shape, math.nan
+    number = read_number(written, shape.unit or "")
+    return None if number is None else (shape, number)
+
+
+def _written(data: Data, key: str) -> Any:
+    """What stands at a key, or its default."""
+    path = parse_key(key)
+    table = get_key(data, path[:-1])
+    if isinstance(table, dict) and path[-1] not in table:
+        parent = shape_at(path[:-1])
+        assert parent is not None and parent.table is not None
+        return keys_of(parent.table)[str(path[-1])].default
+    return get_key(data, path)
+
+
+def _followed(
+    key: str, shape: Shape, written: float, ratios: list[float], place: KeyPath
+) -> Iterator[Problem]:
+    if written == 0.0:
+        yield Problem(
+            path=place,
+            message="a key that is zero does not change in any ratio",
+            found=f"{key} = 0",
+        )
+    wrong = [ratio * written for ratio in ratios if not inside(ratio * written, shape)]
+    if wrong:
+        unit = f" {shape.unit}" if shape.unit else ""
+        yield Problem(
+            path=place,
+            message=f"between the bounds {key} would take a value that it must not have",
+            found=f"{wrong[0]:.6g}{unit}",
+            allowed=bound_words(shape),
+        )

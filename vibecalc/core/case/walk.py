@@ -1,0 +1,155 @@
+"""The schema, asked by key path: what may stand at `machine.crank_train.cylinders[0].position`?
+
+Messages, the optimiser's variables, starter cases and the JSON schema all read it from here.
+"""
+
+import functools
+import types
+from dataclasses import dataclass, replace
+from typing import Annotated, Any, Literal, Union, get_args, get_origin
+
+from pydantic.fields import FieldInfo
+
+from vibecalc.core.case.fields import Kind, Table, Unit
+from vibecalc.errors import KeyPath
+from vibecalc.unit_table import WORDS
+from vibecalc.units import describe
+
+BOUND_SIGNS = {"gt": ">", "ge": ">=", "lt": "<", "le": "<="}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Shape:
+    """What a place in a case may hold.
+
+    `kind` is table, list, number, whole, flag, choice, text, value (a number, or a text with a
+    unit) or labels; `table` belongs to a table, `item` to a list, `unit` and `bounds` to a number;
+    `lengths` are the fewest and the most entries of a list or letters of a text. `or_three` marks
+    a number that may also be three.
+    """
+
+    kind: str
+    unit: str | None = None
+    bounds: tuple[tuple[str, float], ...] = ()
+    choices: tuple[Any, ...] = ()
+    table: type[Table] | None = None
+    item: "Shape | None" = None
+    lengths: tuple[int, int | None] = (0, None)
+    or_three: bool = False
+
+
+def keys_of(table: type[Table]) -> dict[str, FieldInfo]:
+    """Fields of a table under the keys that a case writes (`from`, not `start`)."""
+    return {field.alias or name: field for name, field in table.model_fields.items()}
+
+
+def shape_of(field: FieldInfo) -> Shape:
+    """Return the shape of one field."""
+    return _shape(field.annotation, tuple(field.metadata))
+
+
+@functools.lru_cache(maxsize=4096)
+def shape_at(path: KeyPath) -> Shape | None:
+    """Return what may stand at a key path, or None if the schema has no such place."""
+    from vibecalc.schema import Case
+
+    shape = Shape(kind="table", table=Case)
+    for part in path:
+        if shape.table is not None and isinstance(part, str):
+            field = keys_of(shape.table).get(part)
+            if field is None:
+                return None
+            shape = shape_of(field)
+        elif shape.item is not None and isinstance(part, int):
+            shape = shape.item
+        elif shape.or_three and isinstance(part, int):
+            shape = replace(shape, or_three=False)
+        else:
+            return None
+    return shape
+
+
+def words(shape: Shape) -> str:
+    """Say in a line what a place may hold: "a length > 0 m, e.g. '0.2 m' or '200 mm'"."""
+    fewest, most = shape.lengths
+    if shape.kind == "number":
+        unit = shape.unit or ""
+        bounds = bound_words(shape)
+        example = f", e.g. {WORDS[unit][1]}" if unit in WORDS else ""
+        three = ", or a list of three" if shape.or_three else ""
+        return " ".join(part for part in (describe(unit), bounds) if part) + three + example
+    if shape.kind == "whole":
+        return f"a whole number {bound_words(shape)}".strip()
+    if shape.kind == "choice":
+        listed = ", ".join(repr(choice) for choice in shape.choices)
+        return f"one of {listed}" if len(shape.choices) > 1 else listed
+    if shape.kind == "list":
+        size = f"{fewest} or more" if most is None else f"{fewest} to {most}"
+        entry = f", each {words(shape.item)}" if shape.item and shape.item.kind != "table" else ""
+        return f"a list of {fewest if fewest == most else size} entries{entry}"
+    if shape.kind == "text":
+        return "a text" if most is None else f"a text of {fewest} to {most} letters"
+    if shape.kind == "table":
+        return f"a table with {', '.join(keys_of(shape.table))}" if shape.table else "a table"
+    if shape.kind == "flag":
+        return "true or false"
+    if shape.kind == "labels":
+        return "up to 8 names of axes, each with one number or text"
+    return "a finite number, or a text with a unit such as '100 N'"
+
+
+def bound_words(shape: Shape) -> str:
+    """Say the bounds of a number: "> 0 m and <= 2 m", or nothing."""
+    unit = f" {shape.unit}" if shape.unit else ""
+    return " and ".join(f"{BOUND_SIGNS[name]} {bound:g}{unit}" for name, bound in shape.bounds)
+
+
+def _shape(annotation: Any, metadata: tuple[Any, ...]) -> Shape:
+    named = next((mark.name for mark in metadata if isinstance(mark, Kind)), None)
+    if named is not None:
+        return Shape(kind=named)
+    origin = get_origin(annotation)
+    if origin is Annotated:
+        inner, *marks = get_args(annotation)
+        return _shape(inner, (*_flat(marks), *metadata))
+    if origin in (Union, types.UnionType):
+        members = [member for member in get_args(annotation) if member is not type(None)]
+        first = _shape(members[0], metadata)
+        return replace(first, or_three=True) if len(members) > 1 else first
+    found = {name: value for mark in metadata for name, value in _marks(mark)}
+    lengths = (int(found.get("min_length", 0)), found.get("max_length"))
+    if origin is tuple:
+        members = [member for member in get_args(annotation) if member is not Ellipsis]
+        if get_args(annotation)[-1] is not Ellipsis:
+            lengths = (len(members), len(members))
+        return Shape(kind="list", item=_shape(members[0], ()), lengths=lengths)
+    if origin is Literal:
+        return Shape(kind="choice", choices=get_args(annotation))
+    if isinstance(annotation, type) and issubclass(annotation, Table):
+        return Shape(kind="table", table=annotation)
+    if annotation is str:
+        return Shape(kind="text", lengths=lengths)
+    if annotation is bool:
+        return Shape(kind="flag")
+    bounds = _stricter({name: float(found[name]) for name in BOUND_SIGNS if name in found})
+    unit = next((mark.symbol for mark in metadata if isinstance(mark, Unit)), "")
+    return Shape(kind="whole" if annotation is int else "number", unit=unit, bounds=bounds)
+
+
+def _stricter(found: dict[str, float]) -> tuple[tuple[str, float], ...]:
+    """One bound for each side: a field may sharpen that of its type, as in > 0 beside >= 0."""
+    for excluding, including, sharper in (("gt", "ge", 1.0), ("lt", "le", -1.0)):
+        if excluding in found and including in found:
+            excluded = sharper * (found[excluding] - found[including]) >= 0.0
+            del found[including if excluded else excluding]
+    return tuple(found.items())
+
+
+def _flat(marks: list[Any]) -> list[Any]:
+    nested = [mark.metadata if isinstance(mark, FieldInfo) else [mark] for mark in marks]
+    return [mark for group in nested for mark in group]
+
+
+def _marks(mark: Any) -> list[tuple[str, Any]]:
+    names = (*BOUND_SIGNS, "min_length", "max_length")
+    return [(name, getattr(mark, name)) for name in names if getattr(mark, name, None) is not None]

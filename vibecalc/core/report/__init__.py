@@ -1,0 +1,1 @@
+"""Reports: text, JSON and pictures from results, nothing recomputed."""

@@ -1,0 +1,426 @@
+"""The report of `vibecalc accuracy`: topics with their rungs, orders, cheapest and failures."""
+
+import json
+import math
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from vibecalc.core.report.pages import rerun, warnings
+from vibecalc.core.report.writing import Column, fold, number, pairs, paragraph, table
+from vibecalc.core.results.layout import (
+    ALGEBRAIC,
+    BETWEEN,
+    GEOMETRIC,
+    MEASURED,
+    RUNG_DONE,
+    RUNG_FAILED,
+    RUNG_STATUS_WORDS,
+    TARGETS,
+)
+from vibecalc.core.results.record import Result
+from vibecalc.errors import ResultError
+
+# ----------------------------------------------------------------------------
+# A result of `vibecalc accuracy` as its report reads it: topics with their rungs.
+# ----------------------------------------------------------------------------
+
+
+class RungView(NamedTuple):
+    """One method at one setting; `setting` is empty where there is nothing to set.
+
+    `seconds` is None where the rung was not run; errors are infinite where it was not measured,
+    and `position` also where the method gives none.
+    """
+
+    method: str
+    setting: str
+    status: int
+    cause: str
+    work: float
+    seconds: float | None
+    relative: float
+    level: float
+    position: float
+    is_default: bool
+    in_work: bool
+    in_seconds: bool
+
+    @property
+    def done(self) -> bool:
+        """Whether it has an error."""
+        return self.status == RUNG_DONE
+
+
+class MethodView(NamedTuple):
+    """A method: what it is, what it steps, the order it shows, empty if none, and the theory."""
+
+    name: str
+    words: str
+    setting: str
+    shown: str
+    theory: str
+
+
+class TopicView(NamedTuple):
+    """A topic. `cheapest_...` have the rung for each of `TARGETS`, None where none reaches it."""
+
+    folder: str
+    words: dict[str, str]
+    agreement: float
+    rungs: tuple[RungView, ...]
+    methods: tuple[MethodView, ...]
+    cheapest_in_work: tuple[RungView | None, ...]
+    cheapest_in_seconds: tuple[RungView | None, ...]
+    extra_work: float
+    extra_seconds: float
+
+    def of(self, method: str) -> list[RungView]:
+        """The rungs of one method, from coarse to fine."""
+        return [rung for rung in self.rungs if rung.method == method]
+
+    @property
+    def failed(self) -> list[RungView]:
+        """Rungs that failed or were not run."""
+        return [rung for rung in self.rungs if rung.status != RUNG_DONE]
+
+    @property
+    def failures(self) -> int:
+        """How many settings failed."""
+        return sum(rung.status == RUNG_FAILED for rung in self.rungs)
+
+
+def topics_of(result: Result) -> tuple[TopicView, ...]:
+    """All topics in the order they were measured; ResultError for a file that lacks parts."""
+    try:
+        measured = json.loads(str(result.provenance.get(MEASURED, "{}")))
+        return tuple(
+            _topic_view(result, row, dict(measured.get(row["folder"], {})))
+            for row in (dict(row) for row in result.plan)
+            if "method" not in row
+        )
+    except (KeyError, IndexError, ValueError, TypeError) as error:
+        raise ResultError(
+            f"the result of {result.name!r} lacks parts of its accuracy measurement: {error}"
+        ) from error
+
+
+def _topic_view(result: Result, words: dict[str, str], measured: dict[str, Any]) -> TopicView:
+    folder = words["folder"]
+    record = result.record
+    names = [str(name) for name in record[f"{folder}/work"].axes[0].values]
+    count = len(names)
+    seconds = measured.get("seconds", [None] * count)
+    in_seconds = measured.get("on_front", [0] * count)
+    column = {
+        name: record[f"{folder}/{name}"].values
+        for name in ("status", "cause", "work", "worst_relative", "worst_level", "is_default",
+                     "on_front")
+    }  # fmt: skip
+    away = record.quantities.get(f"{folder}/position_error")
+    position = np.full(count, math.inf) if away is None else away.values
+    rungs = tuple(
+        RungView(
+            method=names[i].partition(BETWEEN)[0],
+            setting=_shown_setting(names[i].partition(BETWEEN)[2]),
+            status=int(column["status"][i]),
+            cause=str(column["cause"][i]),
+            work=float(column["work"][i]),
+            seconds=None if seconds[i] is None else float(seconds[i]),
+            relative=float(column["worst_relative"][i]),
+            level=float(column["worst_level"][i]),
+            position=float(position[i]),
+            is_default=bool(column["is_default"][i]),
+            in_work=bool(column["on_front"][i]),
+            in_seconds=bool(in_seconds[i]),
+        )
+        for i in range(count)
+    )
+    extra = measured.get("extra")
+    return TopicView(
+        folder=folder,
+        words=words,
+        agreement=float(record[f"{folder}/agreement"].values),
+        rungs=rungs,
+        methods=_methods(result, folder),
+        cheapest_in_work=_picked(rungs, record[f"{folder}/cheapest_in_work"].values.tolist()),
+        cheapest_in_seconds=_picked(rungs, measured.get("cheapest", [0] * len(TARGETS))),
+        extra_work=float(record[f"{folder}/extra_work"].values),
+        extra_seconds=math.inf if extra is None else float(extra),
+    )
+
+
+def _methods(result: Result, folder: str) -> tuple[MethodView, ...]:
+    order = result.record[f"{folder}/order"]
+    kind = result.record[f"{folder}/order_kind"].values
+    rows = {
+        row["method"]: row for row in result.plan if "method" in row and row["folder"] == folder
+    }
+    found = []
+    for place, name in enumerate(str(label) for label in order.axes[0].values):
+        row, value = rows[name], float(order.values[place])
+        shown = {
+            ALGEBRAIC: f"order {value:.2f}",
+            GEOMETRIC: f"{value:.3g} digits per unit",
+        }.get(str(kind[place]), "")
+        found.append(MethodView(name, row["why"], row["setting"], shown, row["theory"]))
+    return tuple(found)
+
+
+def _picked(rungs: tuple[RungView, ...], numbers: list[int]) -> tuple[RungView | None, ...]:
+    return tuple(rungs[number - 1] if number else None for number in numbers)
+
+
+def _shown_setting(text: str) -> str:
+    return f"{float(text):.6g}" if text else ""
+
+
+# ----------------------------------------------------------------------------
+# The table of `vibecalc accuracy`: for each topic its rungs, orders, cheapest and failures.
+# ----------------------------------------------------------------------------
+
+_LEGEND = (
+    "Marks: * on the front between error and work, s on that between error and seconds (nothing "
+    "as accurate is cheaper), < what vibecalc takes. Work and errors are the same in every run, "
+    "seconds are those of this machine."
+)
+_NARROW = 25
+
+
+def render_accuracy(result: Result) -> str:
+    """The whole report of one measurement, at most 100 columns wide."""
+    topics = topics_of(result)
+    title = fold(f"Speed against error: {result.case.get('title') or result.name}", 98)
+    lines = [*title, "=" * max(len(line) for line in title)]
+    lines += pairs([("case", result.name), ("sha256 of the case", result.case_sha256)], 20)
+    lines += ["", *paragraph(_LEGEND), "", *_summary(topics)]
+    for topic in topics:
+        lines += _section(topic)
+    left_out = warnings(result)
+    if left_out is not None:
+        lines += _titled("Left out", left_out.lines)
+    lines += _titled("Machine (changes from run to run)", _machine(result))
+    return "\n".join(lines) + "\n"
+
+
+def _summary(topics: tuple[TopicView, ...]) -> list[str]:
+    """One row for each topic: what the default reaches and what it costs against the cheapest."""
+    columns = (
+        Column("stage", 15),
+        Column("topic", 28),
+        Column("default", _NARROW),
+        number("error", 8),
+        number("work x", 8),
+        number("time x", 8),
+    )
+    rows = []
+    for topic in topics:
+        default = next((rung for rung in topic.rungs if rung.is_default), None)
+        cells = [topic.words["stage"], topic.words["name"]]
+        if default is None:
+            rows.append([*cells, "-", "", "", ""])
+            continue
+        extra = [f"{x:.2f}" for x in (topic.extra_work, topic.extra_seconds)]
+        rows.append([*cells, _name(default), _error(default.relative), *extra])
+    return [
+        *table(columns, rows),
+        "",
+        *paragraph("work x, time x: what the default takes over the cheapest that is as accurate."),
+    ]
+
+
+def _section(topic: TopicView) -> list[str]:
+    words = topic.words
+    lines = ["", f"{words['stage']}: {words['name']}"]
+    lines.append("-" * len(lines[-1]))
+    lines += paragraph(words["why"])
+    about = [("stands for", words["quantity"])] if words["quantity"] else []
+    about.append(("reference", f"{words['reference']}; agreement {_error(topic.agreement)}"))
+    about.append(("work", words["work"]))
+    if words["position"]:
+        about.append(("position", words["position"]))
+    lines += [*pairs(about, 12), "", *_rungs(topic)]
+    lines += ["", *_orders(topic), "", *_cheapest(topic)]
+    if topic.failed:
+        lines += ["", *_failures(topic)]
+    if float(words["default_extra"]) > 1.0:
+        more = f"The default may take {words['default_extra']} times the least work: "
+        lines += ["", *paragraph(more + words["default_why"])]
+    return lines
+
+
+def _rungs(topic: TopicView) -> list[str]:
+    columns = [
+        Column("method", _NARROW + 4),
+        number("setting", 11),
+        number("work", 10),
+        number("seconds", 9),
+        number("relative", 9),
+        number("dB", 9),
+    ]
+    if topic.words["position"]:
+        columns.append(number("position", 9))
+    columns.append(Column("marks", 5))
+    rows = []
+    last = ""
+    for rung in topic.rungs:
+        cells = [rung.method if rung.method != last else "", rung.setting or "-"]
+        last = rung.method
+        cells += [_work(rung), _seconds(rung)]
+        if rung.done:
+            cells += [_error(rung.relative), _error(rung.level)]
+        else:
+            cells += [RUNG_STATUS_WORDS[rung.status], ""]
+        if topic.words["position"]:
+            cells.append(_error(rung.position) if math.isfinite(rung.position) else "-")
+        rows.append([*cells, _marks(rung)])
+    return table(columns, rows)
+
+
+def _orders(topic: TopicView) -> list[str]:
+    columns = (
+        Column("method", _NARROW + 4),
+        Column("steps", 21),
+        Column("convergence shown", 20),
+        Column("theory", 24),
+    )
+    rows = [
+        [method.name, method.setting or "nothing to set", method.shown or "-", method.theory or "-"]
+        for method in topic.methods
+    ]
+    return table(columns, rows)
+
+
+def _cheapest(topic: TopicView) -> list[str]:
+    columns = (number("error", 9), Column("cheapest in work", 42), Column("in seconds", 42))
+    picked = zip(TARGETS, topic.cheapest_in_work, topic.cheapest_in_seconds, strict=True)
+    rows = [
+        [f"{target:g}", _pick(work, by_work=True), _pick(seconds, by_work=False)]
+        for target, work, seconds in picked
+    ]
+    return table(columns, rows)
+
+
+def _pick(rung: RungView | None, by_work: bool) -> str:
+    if rung is None:
+        return "none reaches it"
+    return f"{_name(rung)}: " + (_work(rung) if by_work else f"{_seconds(rung)} s")
+
+
+def _failures(topic: TopicView) -> list[str]:
+    """Each cause once, with the settings that it befell."""
+    causes: dict[tuple[str, int, str], list[str]] = {}
+    for rung in topic.failed:
+        causes.setdefault((rung.method, rung.status, rung.cause), []).append(rung.setting)
+    lines = []
+    for (method, status, cause), settings in causes.items():
+        at = f" at {', '.join(settings)}" if any(settings) else ""
+        lines += paragraph(f"{method}{at}: {RUNG_STATUS_WORDS[status]}: {cause}", "-")
+    return lines
+
+
+def _machine(result: Result) -> list[str]:
+    found = result.provenance
+    names = ("machine", "versions", "threads", "platform", "time")
+    rows = [(name, str(found[name])) for name in names if name in found]
+    for name, seconds in result.timings.items():
+        rows.append((f"{name} s", f"{seconds:.2f}"))
+    return pairs([*rows, ("rerun", rerun(result))], 44)
+
+
+def _name(rung: RungView) -> str:
+    return f"{rung.method}, {rung.setting}" if rung.setting else rung.method
+
+
+def _marks(rung: RungView) -> str:
+    marks = ((rung.in_work, "*"), (rung.in_seconds, "s"), (rung.is_default, "<"))
+    return "".join(mark for there, mark in marks if there)
+
+
+def _error(value: float) -> str:
+    if value == 0.0:
+        return "0"
+    return f"{value:.1e}" if math.isfinite(value) else "unbounded"
+
+
+def _work(rung: RungView) -> str:
+    return f"{rung.work:.6g}" if rung.work else ""
+
+
+def _seconds(rung: RungView) -> str:
+    return "" if rung.seconds is None else f"{rung.seconds:.2e}"
+
+
+def _titled(title: str, lines: list[str]) -> list[str]:
+    return ["", title, "-" * len(title), *lines]
+
+
+# ----------------------------------------------------------------------------
+# The object that `vibecalc accuracy --json` prints.
+# ----------------------------------------------------------------------------
+
+
+def accuracy_object(result: Result, path: Path) -> dict[str, Any]:
+    """Topics with their rungs as plain objects; what is not finite is None."""
+    found = result.provenance
+    return {
+        "case": result.name,
+        "result": str(path),
+        "topics": [_topic(topic) for topic in topics_of(result)],
+        "left_out": list(result.record.warnings),
+        "machine": {name: found.get(name) for name in ("machine", "versions", "threads", "time")},
+        "rerun": rerun(result),
+    }
+
+
+def _topic(topic: TopicView) -> dict[str, Any]:
+    words = topic.words
+    return {
+        "stage": words["stage"],
+        "name": words["name"],
+        "words": words["why"],
+        "quantity": words["quantity"] or None,
+        "work": words["work"],
+        "reference": {"words": words["reference"], "agreement": _finite(topic.agreement)},
+        "rungs": [_rung(rung, bool(words["position"])) for rung in topic.rungs],
+        "methods": [
+            {"method": method.name, "shown": method.shown or None, "theory": method.theory or None}
+            for method in topic.methods
+        ],
+        "cheapest": [
+            {"error": target, "in_work": _place(topic, work), "in_seconds": _place(topic, seconds)}
+            for target, work, seconds in zip(
+                TARGETS, topic.cheapest_in_work, topic.cheapest_in_seconds, strict=True
+            )
+        ],
+        "extra_work": _finite(topic.extra_work),
+        "extra_seconds": _finite(topic.extra_seconds),
+    }
+
+
+def _rung(rung: RungView, with_position: bool) -> dict[str, Any]:
+    position = {"position_error": _finite(rung.position)} if with_position else {}
+    return {
+        "method": rung.method,
+        "setting": float(rung.setting) if rung.setting else None,
+        "status": RUNG_STATUS_WORDS[rung.status],
+        "cause": rung.cause or None,
+        "work": rung.work,
+        "seconds": rung.seconds,
+        "worst_relative": _finite(rung.relative),
+        "worst_level": _finite(rung.level),
+        **position,
+        "default": rung.is_default,
+        "front_in_work": rung.in_work,
+        "front_in_seconds": rung.in_seconds,
+    }
+
+
+def _place(topic: TopicView, rung: RungView | None) -> int | None:
+    """Place in the list of rungs."""
+    return None if rung is None else topic.rungs.index(rung)
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None

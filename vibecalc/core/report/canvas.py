@@ -1,0 +1,264 @@
+"""What pictures share: a figure without a window, colours, marks, units, perspective."""
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+
+from vibecalc.core.report.sections import scalar_of
+from vibecalc.core.report.verdicts import MEASURED, ReferenceRow
+from vibecalc.core.results.record import Axis, Quantity, Record, Result
+from vibecalc.units import convert, parse_quantity
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+# ----------------------------------------------------------------------------
+# What the pictures share: a figure without a window, colours, and marks.
+# ----------------------------------------------------------------------------
+
+#: Okabe and Ito's colours, which readers with a colour vision deficiency can tell apart.
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
+TOTAL = "#222222"
+LIMIT = "#B00020"
+QUIET = "#777777"
+#: ratio of the ends of a logarithmic axis up to which 2 and 5 have numbers as well
+_FEW = 150.0
+ORDER_NAMES: Mapping[int, str] = {1: "primary (order 1)", 2: "secondary (order 2)"}
+
+
+class Titled(Protocol):
+    """What a picture is titled with: a result, or a sweep."""
+
+    @property
+    def name(self) -> str:
+        """Name of the case."""
+
+    @property
+    def case(self) -> Mapping[str, Any]:
+        """The resolved case."""
+
+
+def canvas(result: Titled, subtitle: str, width: float, height: float) -> "Figure":
+    """A figure for files only, titled with the case and what is shown."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(width, height), layout="constrained")
+    FigureCanvasAgg(figure)
+    title = str(result.case.get("title") or result.name)
+    figure.suptitle(f"{title}\n{subtitle}".rstrip(), fontsize=12)
+    return figure
+
+
+def order_name(order: int) -> str:
+    """`primary (order 1)`, `secondary (order 2)`, `order 3`."""
+    return ORDER_NAMES.get(order, f"order {order}")
+
+
+def crank_angle_axis(axes: "Axes") -> None:
+    """Crank angle in degrees over one turn, marked at its eighths."""
+    axes.set_xlim(0.0, 360.0)
+    axes.set_xticks(range(0, 361, 45))
+    axes.set_xlabel("crank angle in deg")
+
+
+def waves(orders: np.ndarray, angle: np.ndarray) -> np.ndarray:
+    """exp(i n angle), shape (orders, angles); x = Re(X @ waves) is the signal of harmonics X."""
+    turned = np.multiply.outer(np.asarray(orders, dtype=float), angle)
+    return np.asarray(np.exp(1j * turned))
+
+
+def natural_frequencies(record: Record) -> np.ndarray:
+    """Natural frequencies in rad/s: the modes of the rigid body, else that of the pitch model."""
+    modes = record.quantities.get("isolation/modes/natural_frequency")
+    if modes is not None:
+        return np.atleast_1d(np.asarray(modes.values, dtype=float))
+    pitch = scalar_of(record, "isolation/pitch/natural_frequency")
+    return np.array([]) if pitch is None else np.array([pitch])
+
+
+def plain_log(axes: "Axes", low: float, high: float) -> None:
+    """A logarithmic axis from low to high with plain numbers, more of them over few decades."""
+    from matplotlib.ticker import LogLocator, NullFormatter
+
+    axes.set_yscale("log")
+    axes.set_ylim(low, high)
+    subs = (1.0, 2.0, 5.0) if high < _FEW * low else (1.0,)
+    axes.yaxis.set_major_locator(LogLocator(subs=subs, numticks=99))
+    axes.yaxis.set_major_formatter("{x:g}")
+    axes.yaxis.set_minor_formatter(NullFormatter())
+
+
+def limit_line(axes: "Axes", value: float, words: str) -> None:
+    """A horizontal limit with its words above the line, at the right."""
+    axes.axhline(value, color=LIMIT, linestyle="--", linewidth=1.3)
+    axes.annotate(
+        words,
+        (1.0, value),
+        xycoords=axes.get_yaxis_transform(),
+        xytext=(-4, 3),
+        textcoords="offset points",
+        ha="right",
+        va="bottom",
+        color=LIMIT,
+        fontsize=9,
+    )
+
+
+def bounds_of(result: Result, quantity: str) -> list[tuple[str, float]]:
+    """Upper bounds that the case puts on `quantity` at the optimum, in SI, with their words."""
+    from vibecalc.core.report.verdicts import judge_limits
+    from vibecalc.units import convert
+
+    found = []
+    for row in judge_limits(result):
+        if row.quantity == quantity and row.max is not None and row.at != "start":
+            unit: Any = result.record[quantity].unit
+            value = convert(row.max, row.unit, unit)
+            found.append((f"limit {row.max:g} {row.unit}".rstrip(), value))
+    return found
+
+
+# ----------------------------------------------------------------------------
+# Units and choices that suit a picture: lengths that are small, orders that are many.
+# ----------------------------------------------------------------------------
+
+_LENGTHS = ((1.0, "m"), (1e3, "mm"), (1e6, "\u00b5m"))
+
+
+def length_scale(largest: float) -> tuple[float, str]:
+    """Factor and unit that give a length in m at least one digit before the point."""
+    for factor, unit in _LENGTHS:
+        if factor * largest >= 1.0:
+            return factor, unit
+    return _LENGTHS[-1]
+
+
+def factor_of(unit: str) -> float:
+    """How many of a unit of length are a metre."""
+    return next(factor for factor, name in _LENGTHS if name == unit)
+
+
+def clearance_names(axis: Axis) -> list[str]:
+    """Clearances in mm, as legends name them."""
+    return [f"play {1e3 * float(value):.4g} mm" for value in axis.values]
+
+
+def plain_ticks(axis: Any) -> None:
+    """1, 2, 5, 10, 20, 50 ... in plain numbers on a logarithmic axis."""
+    from matplotlib.ticker import LogLocator, NullFormatter
+
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axis.set_major_formatter("{x:g}")
+    axis.set_minor_formatter(NullFormatter())
+
+
+def spread_out(count: int, most: int) -> list[int]:
+    """At most `most` of `count` places, the first and the last among them."""
+    if count <= most:
+        return list(range(count))
+    return sorted({round(float(place)) for place in np.linspace(0, count - 1, most)})
+
+
+# ----------------------------------------------------------------------------
+# Published and measured numbers of a case as points beside the curve that they belong to.
+# ----------------------------------------------------------------------------
+
+
+def draw_points(
+    rows: Sequence[ReferenceRow],
+    axes: "Axes",
+    quantity: Quantity,
+    *,
+    entry: str = "",
+    turning: float = 1.0,
+    factor: float = 1.0,
+    colour: Any = None,
+) -> np.ndarray:
+    """Draw the references of one curve over the crank speed; gives their heights as drawn.
+
+    Measured points are hollow circles, published ones crosses. `entry` is that of the quantity's
+    other axis, "" without one; `turning` and `factor` take rad/s and the quantity's unit to those
+    of the axes.
+    """
+    others = [axis.name for axis in quantity.axes if axis.name != "speed"]
+    points: dict[bool, list[tuple[float, float]]] = {True: [], False: []}
+    for row in rows:
+        own = [str(row.where.get(name, "")) for name in others]
+        if row.quantity != quantity.path or "speed" not in row.where or own != [entry][: len(own)]:
+            continue
+        speed = parse_quantity(row.where["speed"], "rad/s")
+        height = convert(row.value, row.unit, quantity.unit)
+        points[row.kind == MEASURED].append((turning * speed, factor * height))
+    for measured, found in points.items():
+        if found:
+            x, y = np.array(found).T
+            look: dict[str, Any] = {"marker": "x", "color": colour}
+            if measured:
+                look = {"marker": "o", "facecolors": "none", "edgecolors": colour}
+            label = f"{entry + ', ' if entry else ''}{'measured' if measured else 'published'}"
+            axes.scatter(x, y, s=28.0, linewidths=1.3, zorder=5, label=label, **look)
+    return np.array([y for found in points.values() for _, y in found])
+
+
+# ----------------------------------------------------------------------------
+# A box and arrows in perspective, as points of the page: enough to show how a body moves.
+# ----------------------------------------------------------------------------
+
+_HALF = np.array([0.62, 0.62, 0.5])
+_TURN, _LIFT = np.radians(-62.0), np.radians(24.0)
+_DISTANCE = 7.0
+
+#: corners of the box by number, joined along its edges
+EDGES = tuple((first, first | bit) for first in range(8) for bit in (1, 2, 4) if not first & bit)
+#: names and ends of the three axes
+TRIAD = tuple(zip("xyz", np.diag([1.55, 1.4, 1.35]), strict=True))
+
+
+def project(point: np.ndarray) -> np.ndarray:
+    """Place (2,) on the page of a point (3,); z goes up, nearer things are larger."""
+    turned = np.array(
+        [
+            np.cos(_TURN) * point[0] - np.sin(_TURN) * point[1],
+            np.sin(_TURN) * point[0] + np.cos(_TURN) * point[1],
+            point[2],
+        ]
+    )
+    away = np.cos(_LIFT) * turned[1] - np.sin(_LIFT) * turned[2]
+    height = np.sin(_LIFT) * turned[1] + np.cos(_LIFT) * turned[2]
+    return np.asarray(np.array([turned[0], height]) * _DISTANCE / (_DISTANCE + away))
+
+
+def corners(moved: np.ndarray | None = None, turned: np.ndarray | None = None) -> np.ndarray:
+    """The eight corners (8, 3), moved along and turned about vectors (3,), angles in rad."""
+    signs = np.array([[(number >> bit & 1) * 2 - 1 for bit in range(3)] for number in range(8)])
+    points = signs * _HALF
+    if turned is not None:
+        points = rotate(points, turned)
+    return np.asarray(points if moved is None else points + moved)
+
+
+def rotate(points: np.ndarray, vector: np.ndarray) -> np.ndarray:
+    """Points (n, 3) turned right-handed about a vector by its length (Rodrigues' formula)."""
+    angle = float(np.linalg.norm(vector))
+    if angle == 0.0:
+        return points
+    unit = vector / angle
+    along = np.outer(points @ unit, unit)
+    across = np.cross(np.broadcast_to(unit, points.shape), points)
+    turned = points * np.cos(angle) + across * np.sin(angle) + along * (1.0 - np.cos(angle))
+    return np.asarray(turned)
+
+
+def arc_about(vector: np.ndarray, radius: float) -> np.ndarray:
+    """Three quarters of a circle (n, 3) about the outer part of a vector, right-handed."""
+    unit = vector / np.linalg.norm(vector)
+    aside = np.eye(3)[int(np.argmin(np.abs(unit)))]
+    first = np.cross(unit, aside)
+    first /= np.linalg.norm(first)
+    second = np.cross(unit, first)
+    angle = np.linspace(0.0, 1.5 * np.pi, 46)
+    circle = np.outer(np.cos(angle), first) + np.outer(np.sin(angle), second)
+    return np.asarray(0.72 * vector + radius * circle)

@@ -1,0 +1,181 @@
+"""A comparison of two results in words, as JSON and as JUnit XML."""
+
+import json
+import math
+import re
+from xml.etree import ElementTree
+
+from vibecalc.core.report.writing import Column, number, table
+from vibecalc.core.results.compare import Comparison, Row
+
+_COLUMNS = (
+    Column("quantity", 42),
+    number("reference", 14),
+    number("value", 14),
+    number("off by", 8),
+    number("allowed", 8),
+    number("ratio", 7),
+)
+
+#: characters that XML 1.0 cannot hold, escaped or not
+_NOT_IN_XML = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+
+
+def render_differences(comparison: Comparison, count: int = 10) -> str:
+    """The worst offenders as a table of fixed columns, what else differs, and a verdict.
+
+    `count` rows at most are shown of those that differ; where all is the same, of those that
+    are not equal to the last bit, the ones that came closest to their tolerance.
+    """
+    differing = [row for row in comparison.rows if not row.same]
+    shown = [row for row in comparison.worst(len(comparison.rows)) if not row.same][:count]
+    lines: list[str] = []
+    close = [row for row in comparison.worst(count) if row.ratio > 0]
+    numbers = [row for row in shown or close if row.entries]
+    if numbers:
+        title = "Differences, the worst first" if differing else "Nearest to their tolerance"
+        lines += [title, "", *table(_COLUMNS, [_cells(row) for row in numbers]), ""]
+    for row in shown:
+        lines += [f"  {row.path}: {problem}" for problem in row.problems]
+    if len(differing) > len(shown):
+        more = _count(len(differing) - len(shown), "quantity differs", "quantities differ")
+        lines.append(f"  ... and {more}")
+    if lines and lines[-1]:
+        lines.append("")
+    if comparison.changes:
+        lines.append("The cases differ (not counted):")
+        lines += [
+            f"  {change.what}: {change.reference} became {change.value}"
+            for change in comparison.changes
+        ]
+        lines.append("")
+    if comparison.ignored:
+        named = ", ".join(comparison.ignored[:3])
+        rest = len(comparison.ignored) - 3
+        lines += [f"Ignored by the rules: {named}{f' and {rest} more' if rest > 0 else ''}", ""]
+    compared = f"{_count(len(comparison.rows), 'quantity', 'quantities')} compared"
+    verdict = _count(len(differing), "differs", "differ") if differing else "all the same"
+    return "\n".join([*lines, f"{compared}, {verdict}."]) + "\n"
+
+
+def differences_object(comparison: Comparison) -> dict[str, object]:
+    """The comparison for `--json`: plain lists, numbers and texts.
+
+    Complex numbers are [real, imaginary]; what is infinite or NaN is the text "inf", "-inf" or
+    "nan", and a ratio without a bound is null.
+    """
+    return {
+        "same": comparison.same,
+        "quantities": [_row_object(row) for row in comparison.rows],
+        "ignored": list(comparison.ignored),
+        "changes": [
+            {"what": change.what, "reference": change.reference, "value": change.value}
+            for change in comparison.changes
+        ],
+    }
+
+
+def render_junit(comparison: Comparison, name: str = "vibecalc diff") -> str:
+    """JUnit XML with one test case for each quantity, for continuous integration."""
+    failures = sum(not row.same for row in comparison.rows)
+    counts = {
+        "tests": str(len(comparison.rows) + len(comparison.ignored)),
+        "failures": str(failures),
+        "errors": "0",
+        "skipped": str(len(comparison.ignored)),
+    }
+    suites = ElementTree.Element("testsuites", counts)
+    suite = ElementTree.SubElement(suites, "testsuite", {"name": _xml(name), **counts})
+    for row in comparison.rows:
+        case = _test_case(suite, row.path)
+        if not row.same:
+            text = _sentence(row)
+            failure = ElementTree.SubElement(case, "failure", {"message": _xml(text)})
+            failure.text = _xml("\n".join([text, json.dumps(_row_object(row))]))
+    for path in comparison.ignored:
+        ElementTree.SubElement(
+            _test_case(suite, path), "skipped", {"message": "ignored by the rules"}
+        )
+    ElementTree.indent(suites)
+    body = ElementTree.tostring(suites, encoding="unicode")
+    return f'<?xml version="1.0" encoding="UTF-8"?>\n{body}\n'
+
+
+def _test_case(suite: ElementTree.Element, path: str) -> ElementTree.Element:
+    folder, _, name = path.rpartition("/")
+    place = _xml(folder.replace("/", ".")) or "vibecalc"
+    return ElementTree.SubElement(suite, "testcase", {"classname": place, "name": _xml(name)})
+
+
+def _count(number_of: int, one: str, many: str) -> str:
+    return f"{number_of} {one if number_of == 1 else many}"
+
+
+def _cells(row: Row) -> tuple[str, ...]:
+    where = f"\n  {row.entry}" if row.entry else ""
+    many = f"\n  {row.failed} of {row.entries} entries" if row.failed and row.entries > 1 else ""
+    return (
+        f"{row.path}{where}{many}",
+        _short(row.reference),
+        _short(row.value),
+        f"{row.difference:.2e}",
+        f"{row.allowed:.2e}",
+        _ratio(row.ratio),
+    )
+
+
+def _ratio(ratio: float) -> str:
+    """Three digits, or two with an exponent: a number folded in two reads as another one."""
+    return f"{ratio:.3g}" if 1e-3 <= ratio < 999.5 or ratio == 0.0 else f"{ratio:.1e}"
+
+
+def _sentence(row: Row) -> str:
+    parts = list(row.problems)
+    if row.failed:
+        where = f" at {row.entry}" if row.entry else ""
+        parts.append(
+            f"{row.failed} of {row.entries} entries differ; worst{where}: "
+            f"reference {_short(row.reference)}, value {_short(row.value)} {row.unit}".rstrip()
+            + f", difference {row.difference:.3e}, allowed {row.allowed:.3e}"
+        )
+    return f"{row.path}: {'; '.join(parts)}"
+
+
+def _short(entry: float | complex | str | None) -> str:
+    if entry is None:
+        return "-"
+    if isinstance(entry, str):
+        return entry
+    if isinstance(entry, complex):
+        return f"{entry.real:.8g}\n{entry.imag:+.8g}i"
+    return f"{entry:.8g}"
+
+
+def _row_object(row: Row) -> dict[str, object]:
+    return {
+        "quantity": row.path,
+        "same": row.same,
+        "compare": row.kind,
+        "unit": row.unit,
+        "entry": row.entry,
+        "reference": _json(row.reference),
+        "value": _json(row.value),
+        "difference": _json(row.difference),
+        "allowed": _json(row.allowed),
+        "ratio": row.ratio if math.isfinite(row.ratio) else None,
+        "failed": row.failed,
+        "entries": row.entries,
+        "problems": list(row.problems),
+    }
+
+
+def _json(entry: float | complex | str | None) -> object:
+    if isinstance(entry, complex):
+        return [_json(entry.real), _json(entry.imag)]
+    if isinstance(entry, float) and not math.isfinite(entry):
+        return str(entry)
+    return entry
+
+
+def _xml(text: str) -> str:
+    return _NOT_IN_XML.sub("\N{REPLACEMENT CHARACTER}", text)

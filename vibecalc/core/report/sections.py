@@ -1,0 +1,295 @@
+"""What a section is made of: quantities found in a result, and tables that fit any of them."""
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from vibecalc.core.report.writing import WIDTH, Column, also, number, paragraph, show, table
+from vibecalc.core.results.record import Axis, Quantity, Record, Result
+from vibecalc.core.results.tolerance import UNRESOLVED
+from vibecalc.errors import ResultError
+
+# ----------------------------------------------------------------------------
+# Finding things in a result: the quantity a row of the case asks for, labels of axes, pieces.
+# ----------------------------------------------------------------------------
+
+START = "optimisation/start/"
+
+
+def entries(result: Result, table: str) -> tuple[Mapping[str, Any], ...]:
+    """The rows of a list of tables of the case (`reference`, `limit`), none if it is absent."""
+    rows: Any = result.case.get(table) or ()
+    return tuple(rows)
+
+
+def asked(result: Result, entry: Mapping[str, Any], table: str) -> Quantity:
+    """The quantity that a row of the case names; `at = "start"` looks under `START`.
+
+    Raises
+    ------
+    ResultError
+        The result does not have it; the nearest path is named.
+    """
+    path = str(entry["quantity"])
+    if entry.get("at") == "start":
+        path = START + path
+    if path not in result.record:
+        from difflib import get_close_matches
+
+        near = get_close_matches(path, list(result.record), n=1, cutoff=0.5)
+        hint = f"; the nearest one is {near[0]}" if near else ""
+        raise ResultError(f"a [[{table}]] asks for {path}, which this result does not have{hint}")
+    return result.record[path]
+
+
+def not_found(result: Result, entry: Mapping[str, Any]) -> bool:
+    """Whether a row of the case names something of a [[find]] that found nothing."""
+    path = str(entry["quantity"])
+    names = {f"find/{search['name']}" for search in entries(result, "find")}
+    return path not in result.record and path.rsplit("/", 1)[0] in names
+
+
+@contextmanager
+def naming(table: str, entry: Mapping[str, Any]) -> Iterator[None]:
+    """Say in a ResultError which row of a list of tables asked for what is not there."""
+    try:
+        yield
+    except ResultError as error:
+        row = name_of(str(entry["quantity"]), dict(entry.get("where") or {}))
+        source = f" ({entry['source']})" if entry.get("source") else ""
+        raise ResultError(f"the [[{table}]] on {row}{source}: {error}") from error
+
+
+def name_of(quantity: str, where: Mapping[str, Any]) -> str:
+    """`path [axis=entry, ...]`, as messages and tables name an entry."""
+    picks = ", ".join(f"{axis}={entry}" for axis, entry in where.items())
+    return f"{quantity} [{picks}]" if picks else quantity
+
+
+def labels(axis: Axis) -> list[str]:
+    """The entries of an axis as words: names and whole numbers as they are, others shortened."""
+    if axis.values.dtype.kind in "iu":
+        return [str(int(value)) for value in axis.values]
+    if axis.values.dtype.kind == "f":
+        return [show(value) for value in axis.values]
+    return [str(value) for value in axis.values]
+
+
+def magnitudes(quantity: Quantity) -> np.ndarray:
+    """Real values: the magnitude of what is complex, else the values themselves."""
+    values = np.asarray(quantity.values)
+    return np.abs(values) if np.iscomplexobj(values) else values
+
+
+def scalar_of(record: Record, path: str) -> float | None:
+    """A scalar quantity as a float, None if the record does not have it as one."""
+    quantity = record.quantities.get(path)
+    if quantity is None or quantity.axes:
+        return None
+    return float(magnitudes(quantity))
+
+
+def along(record: Record, path: str, axis: str) -> tuple[Quantity, np.ndarray] | None:
+    """A quantity of the one axis `axis` and that axis' values; None if there is none such."""
+    quantity = record.quantities.get(path)
+    if quantity is None or [own.name for own in quantity.axes] != [axis]:
+        return None
+    return quantity, np.asarray(quantity.axes[0].values)
+
+
+def having(record: Record, path: str, *axes: str) -> Quantity | None:
+    """A quantity with just these axes, in this order, and an entry at least; else None."""
+    quantity = record.quantities.get(path)
+    if quantity is None or tuple(axis.name for axis in quantity.axes) != axes:
+        return None
+    return quantity if np.size(quantity.values) else None
+
+
+def speed_of(result: Result) -> float | None:
+    """Operating speed in rad/s: of the optimum if it was a variable, else of the case."""
+    found = scalar_of(result.record, "optimisation/variable/machine.speed")
+    given = table_of(result.case, "machine").get("speed")
+    if found is None and isinstance(given, int | float):
+        return float(given)
+    return found
+
+
+def table_of(case: Mapping[str, Any], *keys: str) -> Mapping[str, Any]:
+    """A table of the case by its keys, empty if it is absent."""
+    for key in keys:
+        found = case.get(key)
+        if not isinstance(found, Mapping):
+            return {}
+        case = found
+    return case
+
+
+# ----------------------------------------------------------------------------
+# What a section of the report is: a title, its lines, and the results it has shown.
+# ----------------------------------------------------------------------------
+
+
+class Section(NamedTuple):
+    """A titled part of the report; `shown` holds the paths that need no generic line any more."""
+
+    title: str
+    lines: list[str]
+    shown: frozenset[str]
+
+
+SCALARS = (Column("quantity", 40), number("value", 13), Column("unit", 10), Column("also", 32))
+
+
+def scalar_rows(quantities: Iterable[Quantity], prefix: str = "") -> list[list[str]]:
+    """Rows for `SCALARS`: path (without `prefix`), value, unit, and the same as rpm or Hz."""
+    rows = []
+    for quantity in quantities:
+        value = magnitudes(quantity)[()]
+        error = quantity.estimate
+        kind = f"{quantity.amplitude}  " if quantity.amplitude else ""
+        twin = also(quantity.path, float(value), quantity.unit, error)
+        if error.unresolved(float(value)):
+            twin = UNRESOLVED + (f", {twin}" if twin else "")
+        name = quantity.path.removeprefix(prefix)
+        rows.append([name, show(value, error), quantity.unit, kind + twin])
+    return rows
+
+
+def scalars(record: Record, paths: Iterable[str], prefix: str = "") -> tuple[list[str], set[str]]:
+    """A table of those of `paths` that the record has as scalars, and which those were."""
+    found = [record[path] for path in paths if path in record.quantities and not record[path].axes]
+    if not found:
+        return [], set()
+    return table(SCALARS, scalar_rows(found, prefix)), {quantity.path for quantity in found}
+
+
+# ----------------------------------------------------------------------------
+# Tables of quantities that share one axis: a row for each entry, a column for each quantity.
+# ----------------------------------------------------------------------------
+
+
+def by_axis(
+    record: Record, axis: str, title: str, names: Sequence[tuple[str, str]], width: int = 22,
+    each: int = 14, digits: int = 6, factors: Sequence[float] | None = None,
+    blank: str = "",
+) -> list[str]:  # fmt: skip
+    """Lines of a table of the quantities `names` (path, words) over `axis`; [] if there are none.
+
+    `factors` turn the SI of each into the unit that its words say. Of the quantity `blank` an
+    infinite entry is none, shown as "-".
+    """
+    scale = factors or [1.0] * len(names)
+    found = [
+        (quantity, words, factor)
+        for (path, words), factor in zip(names, scale, strict=True)
+        if (quantity := having(record, path, axis)) is not None
+    ]
+    if not found:
+        return []
+    columns = [Column(title, width), *(number(words, each) for _, words, _ in found)]
+    rows = []
+    for place, label in enumerate(labels(found[0][0].axes[0])):
+        row = [label]
+        for quantity, _, factor in found:
+            value = float(magnitudes(quantity)[place]) * factor
+            if quantity.path == blank and not np.isfinite(value):
+                row.append("-")
+                continue
+            row.append(show(value, factor * quantity.error_estimate, digits))
+        rows.append(row)
+    return table(columns, rows)
+
+
+def entry_of(record: Record, path: str, **where: str) -> float | None:
+    """One real entry by the labels of its axes; None if the record does not have it."""
+    quantity = record.quantities.get(path)
+    if quantity is None or set(where) != {axis.name for axis in quantity.axes}:
+        return None
+    places = []
+    for axis in quantity.axes:
+        hits = np.flatnonzero(np.array(labels(axis)) == where[axis.name])
+        if not hits.size:
+            return None
+        places.append(int(hits[0]))
+    return float(magnitudes(quantity)[tuple(places)])
+
+
+# ----------------------------------------------------------------------------
+# Tables for quantities that no section knows: new results show up without changes here.
+# ----------------------------------------------------------------------------
+
+#: Longer arrays belong into pictures and the result file.
+LONGEST = 24
+_COLUMN = 15
+_PER_TABLE = (WIDTH - 2 - 22) // (_COLUMN + 1)
+
+
+def grouped(quantities: Sequence[Quantity], prefix: str = "") -> list[str]:
+    """Scalars in one table, then one table for each axis that short vectors share.
+
+    What is longer than `LONGEST` or has more axes is left out; `prefix` is cut from the paths.
+    """
+    scalars = [quantity for quantity in quantities if not quantity.axes]
+    lines = table(SCALARS, scalar_rows(scalars, prefix)) if scalars else []
+    vectors: dict[tuple[str, tuple[str, ...]], list[Quantity]] = {}
+    for quantity in quantities:
+        if len(quantity.axes) == 1 and 0 < np.size(quantity.values) <= LONGEST:
+            axis = quantity.axes[0]
+            vectors.setdefault((axis.name, tuple(labels(axis))), []).append(quantity)
+    for members in vectors.values():
+        for first in range(0, len(members), _PER_TABLE):
+            lines += [""] if lines else []
+            lines += _vectors(members[0].axes[0], members[first : first + _PER_TABLE], prefix)
+    return lines
+
+
+def _vectors(axis: Axis, members: Sequence[Quantity], prefix: str) -> list[str]:
+    head = f"{axis.name} {axis.unit}".rstrip()
+    columns = [Column(head, 22)]
+    columns += [
+        number(f"{quantity.path.removeprefix(prefix)} {quantity.unit}".rstrip(), _COLUMN)
+        for quantity in members
+    ]
+    rows = []
+    for i, label in enumerate(labels(axis)):
+        cells = [_cell(quantity, i) for quantity in members]
+        rows.append([label, *cells])
+    return table(columns, rows)
+
+
+def _cell(quantity: Quantity, i: int) -> str:
+    values = magnitudes(quantity)
+    if values.dtype.kind not in "biuf":
+        return str(values[i])
+    return show(values[i], quantity.error_estimate)
+
+
+# ----------------------------------------------------------------------------
+# Whatever no other section has shown, so that a new stage is reported from its first day.
+# ----------------------------------------------------------------------------
+
+
+def other(result: Result, shown: Iterable[str]) -> Section | None:
+    """Scalars and short vectors left over, and the names of what only the file holds."""
+    done = set(shown)
+    left = [
+        quantity
+        for path, quantity in result.record.items()
+        if path not in done and not path.startswith(START)
+    ]
+    if not left:
+        return None
+    lines = grouped(left)
+    large = [
+        quantity.path
+        for quantity in left
+        if len(quantity.axes) > 1 or np.size(quantity.values) > LONGEST
+    ]
+    if large:
+        lines += [""] if lines else []
+        lines += paragraph("in the result file only: " + ", ".join(large))
+    if not lines:
+        return None
+    return Section("Further results", lines, frozenset(quantity.path for quantity in left))

@@ -1,0 +1,442 @@
+"""The optimum of a case with what to change for it, and the values that [[find]] brought."""
+
+from collections.abc import Mapping
+from typing import Any, Literal
+
+from vibecalc.core.report.searches import front, holding, optima, search_methods, searches, side_of
+from vibecalc.core.report.sections import (
+    START,
+    Section,
+    entries,
+    grouped,
+    labels,
+    name_of,
+    scalar_of,
+    table_of,
+)
+from vibecalc.core.report.writing import Column, number, paragraph, show, show_percent, table
+from vibecalc.core.results.record import Quantity, Record, Result
+from vibecalc.core.results.select import worst
+from vibecalc.errors import ResultError
+from vibecalc.units import convert, parse_quantity, split_number
+
+# ----------------------------------------------------------------------------
+# Where a variable of an optimisation started, and in which unit a case thinks of it.
+# ----------------------------------------------------------------------------
+
+VARIABLE = "optimisation/variable/"
+
+
+def bound_unit(table: Mapping[str, Any], unit: str) -> str:
+    """Unit of the bounds of a variable or a search, as the case writes it; `unit` without one."""
+    for side in ("upper", "lower"):
+        bound = table.get(side)
+        written = split_number(bound)[1] if isinstance(bound, str) else ""
+        if written:
+            return written
+    return unit
+
+
+def bound_units(case: Mapping[str, Any]) -> dict[str, str]:
+    """Paths of variables and of values found, with the unit of their bounds if these have one."""
+    study: Any = table_of(case, "optimisation").get("variables") or ()
+    found = {VARIABLE + str(one["key"]): bound_unit(one, "") for one in study}
+    searches: Any = case.get("find") or ()
+    found |= {f"find/{one['name']}/value": bound_unit(one, "") for one in searches}
+    return {path: unit for path, unit in found.items() if unit}
+
+
+def in_unit(quantity: Quantity, unit: str) -> tuple[float, float]:
+    """A scalar and its error in another unit."""
+    value = float(quantity.values)
+    return convert(value, quantity.unit, unit), convert(
+        quantity.error_estimate, quantity.unit, unit
+    )
+
+
+def start_of(result: Result, key: str) -> float | None:
+    """The start value of a variable: from the record, else as the case has it; None if neither."""
+    kept = scalar_of(result.record, START + VARIABLE + key)
+    if kept is not None:
+        return kept
+    found: Any = result.case
+    for name in key.replace("[", ".").replace("]", "").split("."):
+        try:
+            found = found[int(name)] if name.isdigit() else found[name]
+        except (KeyError, IndexError, TypeError):
+            return None
+    return float(found) if isinstance(found, int | float) else None
+
+
+# ----------------------------------------------------------------------------
+# What to change, from what to what, what that brings, and what a small error in it costs.
+# ----------------------------------------------------------------------------
+
+_PREFIX = "optimisation/"
+
+
+def advice(result: Result) -> list[str]:
+    """One paragraph for each variable and one for all; nothing without computed slopes.
+
+    Every number is a result or a value of the case.
+    """
+    record = result.record
+    study: Mapping[str, Any] = table_of(result.case, "optimisation")
+    keys = [str(variable["key"]) for variable in study.get("variables") or ()]
+    said = [(key, _words(result, key)) for key in keys]
+    lines = []
+    for key, words in said:
+        if words:
+            lines += paragraph(f"{key}: {words}", "-")
+    if not lines:
+        return []
+    return ["", *paragraph("advice:"), *lines, *_gain(record, study)]
+
+
+def _words(result: Result, key: str) -> str:
+    record = result.record
+    if not any(f"{_PREFIX}{part}/{key}" in record for part in ("sensitivity", "deviation/loss")):
+        return ""
+    optimum = record.quantities.get(f"{_PREFIX}variable/{key}")
+    if optimum is None:
+        return ""
+    start, end = start_of(result, key), float(optimum.values)
+    value = f"{show(end, optimum.error_estimate)} {optimum.unit}".rstrip()
+    if start is None:
+        parts = [f"{value} is best"]
+    elif abs(end - start) <= optimum.error_estimate:
+        parts = [f"leave it at {value}"]
+    else:
+        verb = "raise" if end > start else "lower"
+        parts = [f"{verb} it from {show(start)} to {value}"]
+    slope = record.quantities.get(f"{_PREFIX}sensitivity/{key}")
+    goal = record.quantities.get(_PREFIX + "objective")
+    if slope is not None:
+        for place, one in zip(labels(slope.axes[0]), slope.values, strict=True):
+            shown = show(one, slope.error_estimate, digits=4)
+            unit = goal.unit if goal is not None else ""
+            each = f" per {optimum.unit}" if optimum.unit else ""
+            parts.append(f"slope at the {place} {shown} {unit}".rstrip() + each)
+    return "; ".join([*parts, *_deviation(record, key)])
+
+
+def _deviation(record: Record, key: str) -> list[str]:
+    size = record.quantities.get(f"{_PREFIX}deviation/size/{key}")
+    loss = record.quantities.get(f"{_PREFIX}deviation/loss/{key}")
+    if size is None or loss is None:
+        return []
+    moved, lost = float(size.values), float(loss.values)
+    way = "more" if moved > 0 else "less"
+    amount = f"{show(abs(moved), digits=4)} {size.unit}".rstrip()
+    objective = scalar_of(record, _PREFIX + "objective")
+    if abs(lost) <= loss.error_estimate:
+        effect = "changes the objective by nothing that can be seen"
+    else:
+        share = f" ({show_percent(abs(lost / objective)).lstrip('+')})" if objective else ""
+        verb = "costs" if lost > 0 else "gains"
+        effect = f"{verb} {show(abs(lost), digits=4)} {loss.unit}".rstrip() + share
+    words = [f"at the optimum {amount} {way} {effect}"]
+    margin = record.quantities.get(f"{_PREFIX}deviation/margin/{key}")
+    if margin is not None and float(margin.values) < -margin.error_estimate:
+        broken = show_percent(-float(margin.values)).removeprefix("+")
+        words.append(f"a deviation of that size may break a limit by {broken} of its bound")
+    return words
+
+
+def _gain(record: Record, study: Mapping[str, Any]) -> list[str]:
+    gain = record.quantities.get(_PREFIX + "gain")
+    if gain is None:
+        return []
+    value = float(gain.values)
+    sense = "lower" if table_of(study, "objective").get("sense", "min") == "min" else "higher"
+    amount = f"{show(abs(value), gain.error_estimate)} {gain.unit}".rstrip()
+    if value < -gain.error_estimate:
+        sense = "higher" if sense == "lower" else "lower"
+        return paragraph(f"together: the objective becomes {sense} by {amount}, to keep the limits")
+    return paragraph(f"together: the objective becomes {sense} by {amount}")
+
+
+# ----------------------------------------------------------------------------
+# Found values: what was changed, to what, and the result that this brings.
+# ----------------------------------------------------------------------------
+
+FIND_PREFIX = "find/"
+_DIGITS = 5
+_COLUMNS = (
+    Column("name", 13),
+    Column("key", 23),
+    number("written", 10),
+    number("found", 10),
+    Column("unit", 6),
+    number("ratio", 8),
+    number("reached", 10),
+    number("wanted", 11),
+)
+_MOST = 8
+_MACHINE, _COUNTS = "machine/", "/evaluations"
+
+
+def find(result: Result) -> Section | None:
+    """The section, None if the case searches for nothing."""
+    own = [path for path in result.record if path.startswith(FIND_PREFIX)]
+    rows, below, missing = [], list[str](), list[str]()
+    machines: list[str] = []
+    for search in entries(result, "find"):
+        found = _found(result, search)
+        if "value" in found:
+            rows.append(_row(search, found))
+            below += paragraph(_find_words(result, search, found), "-")
+            machines += _machine(result, search, found)
+        else:
+            missing.append(str(search["name"]))
+    if not rows:
+        return None
+    if missing:
+        below += paragraph(f"nothing found for {', '.join(missing)}: see the warnings", "-")
+    below += paragraph("all other sections show the case as written", "-")
+    lines = [*table(_COLUMNS, rows), "", *below, *machines]
+    return Section("Found values", lines, frozenset(own))
+
+
+def _machine(result: Result, search: Mapping[str, Any], found: Mapping[str, Quantity]) -> list[str]:
+    """What else is not as written in the machine found, by its numbers."""
+    rows = []
+    for name, quantity in found.items():
+        path = name.removeprefix(_MACHINE)
+        before = result.record.quantities.get(path)
+        if path == name or before is None or before.axes or path.endswith(_COUNTS):
+            continue
+        written, error = before.values[()], quantity.error_estimate
+        if abs(quantity.values[()] - written) > error + before.error_estimate:
+            rows.append(
+                [
+                    path,
+                    show(written, before.error_estimate, _DIGITS),
+                    show(quantity.values[()], error, _DIGITS),
+                    quantity.unit,
+                ]
+            )
+    if not rows:
+        return []
+    head = Column(f"with {search['name']}", 50)
+    return ["", *table((head, number("written"), number("found"), Column("unit", 10)), rows)]
+
+
+def _found(result: Result, search: Mapping[str, Any]) -> dict[str, Quantity]:
+    """What was found, by the last part of its path."""
+    root = f"{FIND_PREFIX}{search['name']}/"
+    return {
+        path.removeprefix(root): quantity
+        for path, quantity in result.record.items()
+        if path.startswith(root)
+    }
+
+
+def _row(search: Mapping[str, Any], found: Mapping[str, Quantity]) -> list[str]:
+    unit = bound_unit(search, found["value"].unit)
+    return [
+        str(search["name"]),
+        str(search["key"]),
+        show(*in_unit(found["written"], unit), _DIGITS) if "written" in found else "-",
+        show(*in_unit(found["value"], unit), _DIGITS),
+        unit,
+        _number(found, "ratio"),
+        _number(found, "reached"),
+        str(search["seek"]) if search.get("seek") else _number(found, "wanted"),
+    ]
+
+
+def _find_words(result: Result, search: Mapping[str, Any], found: Mapping[str, Quantity]) -> str:
+    where = dict(search.get("where") or {})
+    path, key = str(search["quantity"]), str(search["key"])
+    words = name_of(path, where)
+    words += f": {_number(found, 'reached')} {found['reached'].unit}".rstrip()
+    unit = bound_unit(search, found["value"].unit)
+    words += f" with {key} = {show(*in_unit(found['value'], unit), _DIGITS)} {unit}".rstrip()
+    words += _written(result, path, where)
+    if search.get("change") is not None:
+        words += f"; wanted: a change of {search['change']}"
+    if search.get("also"):
+        also = (
+            f"{one} = {_number(found, f'also/{one}')} {found[f'also/{one}'].unit}"
+            for one in search["also"]
+        )
+        words += f"; in the same ratio: {', '.join(also)}"
+    others = found.get("others")
+    if others is not None and others.values.size:
+        values = (convert(float(other), others.unit, unit) for other in others.values[:_MOST])
+        shown = ", ".join(show(other, digits=_DIGITS) for other in values)
+        more = f" and {others.values.size - _MOST} more" if others.values.size > _MOST else ""
+        what = "further extremes" if search.get("seek") else "further solutions"
+        words += f"; {what} at {shown}{more} {unit}".rstrip()
+    return words
+
+
+def _written(result: Result, path: str, where: Mapping[str, Any]) -> str:
+    quantity = result.record.quantities.get(path)
+    if quantity is None:
+        return ""
+    try:
+        value, _ = worst(quantity, where, "max")
+    except ResultError:
+        return ""
+    shown = show(value, quantity.error_estimate, _DIGITS)
+    return f"; as written {shown} {quantity.unit}".rstrip()
+
+
+def _number(found: Mapping[str, Quantity], name: str) -> str:
+    quantity = found.get(name)
+    if quantity is None:
+        return "-"
+    return show(quantity.values[()], quantity.error_estimate, _DIGITS)
+
+
+# ----------------------------------------------------------------------------
+# The optimum: variables in their bounds, objective, what was held, start beside optimum.
+# ----------------------------------------------------------------------------
+
+PREFIX = "optimisation/"
+#: What the tables above the generic ones tell, or what belongs into the file alone.
+_TOLD = tuple(
+    PREFIX + name
+    for name in (
+        "variable/",
+        "active_bound/",
+        "history/",
+        "optima/",
+        "margin",
+        "multiplier",
+        "objective",
+        "sensitivity/",
+        "deviation/",
+        "gain",
+        "methods/",
+        "front/",
+    )
+)
+#: Of vectors with these endings the largest entry stands for the whole.
+_WORST = ("_peak", "/sag", "/excursion")
+
+
+def optimisation(result: Result) -> Section | None:
+    """The section, None if the case does not optimise."""
+    record = result.record
+    own = [path for path in record if path.startswith(PREFIX) and not path.startswith(START)]
+    if not own:
+        return None
+    lines = [*_variables(result), *_objective(result), *advice(result), *holding(record)]
+    lines += [*_beside(record), *front(result), *search_methods(result)]
+    lines += [*optima(record), *searches(record)]
+    rest = [record[path] for path in own if not path.startswith(_TOLD)]
+    tables = grouped(rest, PREFIX)
+    lines += ["", *tables] if tables and lines else tables
+    return Section("Optimisation", lines, frozenset(own)) if lines else None
+
+
+def _variables(result: Result) -> list[str]:
+    given: Any = table_of(result.case, "optimisation").get("variables") or ()
+    rows, ties = [], list[str]()
+    for variable in given:
+        key = str(variable["key"])
+        quantity = result.record.quantities.get(VARIABLE + key)
+        if quantity is None:
+            continue
+        start = start_of(result, key)
+        unit = bound_unit(variable, quantity.unit)
+        rows.append(
+            [
+                key,
+                "-" if start is None else show(convert(start, quantity.unit, unit)),
+                show(*in_unit(quantity, unit)),
+                unit,
+                _bound(variable["lower"], quantity.unit, unit),
+                _bound(variable["upper"], quantity.unit, unit),
+                side_of(result.record, key),
+            ]
+        )
+        ties += _ties(variable)
+    columns = (
+        Column("variable", 33),
+        number("start", 11),
+        number(_end(result.record), 11),
+        Column("unit", 7),
+        number("lower", 11),
+        number("upper", 11),
+        Column("", 8),
+    )
+    return [*table(columns, rows), *(["", *ties] if ties else [])] if rows else []
+
+
+def _end(record: Record) -> str:
+    """What the search ended in: an optimum, or the nearest to one where limits cannot be kept."""
+    return "optimum" if PREFIX + "objective" in record else "nearest"
+
+
+def _ties(variable: Mapping[str, Any]) -> list[str]:
+    """A sentence for each key that follows a variable."""
+    lines = []
+    for tie in variable.get("with") or ():
+        factor, offset = float(tie.get("factor", 1.0)), tie.get("offset")
+        words = f"{tie['key']} follows {'' if factor == 1.0 else f'{factor:g} times '}"
+        words += str(variable["key"]) + ("" if offset is None else f" + {offset}")
+        lines += paragraph(words, "-")
+    return lines
+
+
+def _bound(value: float | str, own: str, unit: str) -> str:
+    """A bound as a number in the unit that is shown."""
+    return show(convert(parse_quantity(value, own), own, unit))
+
+
+def _objective(result: Result) -> list[str]:
+    objective: Mapping[str, Any] = table_of(result.case, "optimisation", "objective")
+    path = str(objective.get("quantity") or "")
+    if path not in result.record:
+        return []
+    sense = "smallest" if objective.get("sense", "min") == "min" else "largest"
+    where = dict(objective.get("where") or {})
+    # The worst entry is the largest of what is made small, and the other way round.
+    side: Literal["max", "min"] = "max" if sense == "smallest" else "min"
+    found = _end(result.record) == "optimum"
+    words = f"objective: {sense} {path}" if found else f"objective: {path}"
+    try:
+        quantity = result.record[path]
+        value, label = worst(quantity, where, side)
+        words += f" = {show(value, quantity.error_estimate)} {quantity.unit}".rstrip()
+        words += f" at {label}" if label else ""
+        if START + path in result.record:
+            before, _ = worst(result.record[START + path], where, side)
+            words += f"; at the start {show(before)} {quantity.unit}".rstrip()
+    except ResultError as error:
+        words += f": {error}"
+    return ["", *paragraph(words)]
+
+
+def _beside(record: Record) -> list[str]:
+    rows = []
+    for path, quantity in record.items():
+        before = record.quantities.get(START + path)
+        peak = len(quantity.axes) == 1 and path.endswith(_WORST)
+        if before is None or path.startswith(PREFIX) or not (peak or not quantity.axes):
+            continue
+        start, end = (worst(each, {}, "max")[0] for each in (before, quantity))
+        if start == end:
+            continue
+        change = (end - start) / abs(start) if start else None
+        rows.append(
+            [
+                path + (" (worst)" if peak else ""),
+                show(start, before.error_estimate),
+                show(end, quantity.error_estimate),
+                quantity.unit,
+                show_percent(change),
+            ]
+        )
+    columns = (
+        Column(f"start beside {_end(record)}", 40),
+        number("start"),
+        number(_end(record)),
+        Column("unit", 10),
+        number("change"),
+    )
+    return ["", *table(columns, rows)] if rows else []

@@ -1,0 +1,349 @@
+"""Results of a sweep along one axis, a line for each value of a short second one."""
+
+import textwrap
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, canvas, plain_ticks
+from vibecalc.core.report.sweep.limits import Limit, best, case_values, judge
+from vibecalc.core.report.sweep.picture_parts import (
+    BEST,
+    FEW,
+    Mark,
+    Plane,
+    Shown,
+    along,
+    best_words,
+    entry_words,
+    failure_marks,
+    hatch_style,
+    is_map,
+    legend_below,
+    limit_words,
+    logarithmic,
+    name_axis,
+    panels,
+    plane,
+)
+from vibecalc.core.report.sweep.statistics import entries
+from vibecalc.core.report.sweep.view import SweepView
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+# ----------------------------------------------------------------------------
+# Names of many lines at their right ends, shifted apart where the lines come close.
+# ----------------------------------------------------------------------------
+
+#: least distance of two names, as a share of the height of a panel
+_APART = 0.042
+#: after each round of colours another line
+_STYLES: tuple[Any, ...] = ("-", (0, (5, 2)), (0, (1, 1.4)))
+
+
+def line_style(place: int) -> dict[str, Any]:
+    """Colour and dashes of the line with this number; 18 lines differ."""
+    return {
+        "color": COLOURS[place % len(COLOURS)],
+        "ls": _STYLES[place // len(COLOURS) % len(_STYLES)],
+    }
+
+
+def name_ends(axes: "Axes", x: np.ndarray, drawn: np.ndarray, names: tuple[str, ...]) -> None:
+    """Names behind the last finite value of each line (points, lines), in the order of these.
+
+    The scale of the panel must be final.
+    """
+    found: list[tuple[float, int, float]] = []
+    for i in range(drawn.shape[1]):
+        finite = np.flatnonzero(np.isfinite(drawn[:, i]))
+        if finite.size:
+            end = finite[-1]
+            pixel = axes.transData.transform((x[end], drawn[end, i]))
+            found.append((float(axes.transAxes.inverted().transform(pixel)[1]), i, x[end]))
+    found.sort()
+    heights = spread_out(np.array([height for height, _, _ in found]), _APART)
+    for height, (_, i, end) in zip(heights, found, strict=True):
+        axes.annotate(names[i].split("=")[-1], (end, height), xytext=(5, 0),
+                      xycoords=("data", "axes fraction"), textcoords="offset points",
+                      va="center", color=line_style(i)["color"], fontsize=9,
+                      annotation_clip=False)  # fmt: skip
+
+
+def spread_out(places: np.ndarray, apart: float) -> np.ndarray:
+    """Ascending places moved as little as need be (in squares) to be so far apart."""
+    # with the distances taken off, what is left need only ascend: means of pools that do not
+    steps = apart * np.arange(len(places))
+    pools: list[tuple[float, int]] = []
+    for value in places - steps:
+        mean, count = float(value), 1
+        while pools and pools[-1][0] > mean:
+            other, many = pools.pop()
+            mean = (mean * count + other * many) / (count + many)
+            count += many
+        pools.append((mean, count))
+    flat = [mean for mean, count in pools for _ in range(count)]
+    return np.asarray(np.array(flat) + steps)
+
+
+# ----------------------------------------------------------------------------
+# Where an order meets a natural frequency on a picture over the crank speed.
+# ----------------------------------------------------------------------------
+
+_SPEED = "machine.speed"
+_MODES = "modes/natural_frequency"
+_ORDERS = (1, 2)
+_PLATE = {"facecolor": "white", "edgecolor": "none", "pad": 0.5, "alpha": 0.85}
+
+
+def resonances(axes: "Axes", sweep: SweepView, part: Plane) -> None:
+    """Dotted lines, if x is the crank speed and the sweep keeps the natural frequencies."""
+    axis = sweep.grid[part.axes[0]]
+    path = next((path for path in sweep.kept if path.endswith(_MODES)), None)
+    if path is None or axis.keys[0].key != _SPEED:
+        return
+    natural, _ = entries(sweep, path)
+    known = natural[np.ravel(part.points)]
+    known = known[~np.isnan(known).any(axis=1)]
+    # a suspension that changes with what else is swept has no one place to mark
+    if not len(known) or np.any(np.ptp(known, axis=0) > 1e-6 * np.abs(known[0])):
+        return
+    x, factor = along(axis), axis.keys[0].factor
+    for order in _ORDERS:
+        at = np.sort(known[0]) / order * factor
+        inside = at[(at > x.min()) & (at < x.max())]
+        for place in inside:
+            axes.axvline(place, color=QUIET, linestyle=":", linewidth=0.9, zorder=0)
+        if inside.size:
+            count = "" if inside.size == 1 else f", {inside.size} modes"
+            axes.annotate(f"order {order}{count}", (inside[0], 0.98),
+                          xycoords=axes.get_xaxis_transform(), xytext=(-2, 0),
+                          textcoords="offset points", rotation=90, ha="right", va="top",
+                          fontsize=8, color=QUIET, bbox=_PLATE)  # fmt: skip
+
+
+# ----------------------------------------------------------------------------
+# Results of a sweep along one axis, a line for each value of a short second one.
+# ----------------------------------------------------------------------------
+
+_MOST = 6
+#: a limit further beyond the data than this is said, not drawn
+_FAR = 4.0
+#: entries of these axes are alike; those of others get a line each if they are few
+_ALIKE = ("order", "direction", "mount", "cylinder", "coordinate", "crank_angle", "mode")
+_ENTRIES = 4
+#: levels are not alike: one may fall by 10 dB below another; their names stand at the end
+_LEVELS = 12
+#: standard errors of more points than these are a band
+_DENSE = 30
+_BARS, _BAND = "bars: standard error", "band: standard error"
+
+
+def draw_sweep_line(sweep: SweepView) -> "Figure | None":
+    """A panel for each result that varies; None for samplings and for two long axes."""
+    if not sweep.grid or is_map(sweep):
+        return None
+    limits, _ = judge(sweep)
+    part = plane(sweep, limits, FEW)
+    chosen = panels(sweep, limits, part.points, _MOST)
+    if not chosen:
+        return None
+    axis = sweep.grid[part.axes[0]]
+    # a case that is a sweep says it in its title already
+    over = "" if " over " in str(sweep.case.get("title") or "") else f"over {axis.keys[0].words}"
+    subtitle = "; ".join(words for words in (over, part.held) if words)
+    columns = 1 if len(chosen) == 1 else 2
+    rows = -(-len(chosen) // columns)
+    figure = canvas(sweep, subtitle, 8.0 if columns == 1 else 10.0, 1.9 + 3.1 * rows)
+    grid = figure.subplots(rows, columns, squeeze=False, sharex=True).ravel().tolist()
+    marks = failure_marks(sweep, part.points)
+    for axes, one in zip(grid, chosen, strict=False):
+        _panel(axes, sweep, part, one, [limit for limit in limits if limit.quantity == one.path])
+        _failures(axes, sweep, part, marks)
+        name_axis(axes, axis, "x")
+        axes.xaxis.set_tick_params(labelbottom=True)
+    for axes in grid[len(chosen) :]:
+        axes.set_visible(False)
+    _star(grid[: len(chosen)], sweep, part, chosen, limits)
+    legend_below(figure, grid[: len(chosen)])
+    return figure
+
+
+def _panel(axes: "Axes", sweep: SweepView, part: Plane, one: Shown, own: Sequence[Limit]) -> None:
+    x = along(sweep.grid[part.axes[0]])
+    numbers = part.points if part.points.ndim == 2 else part.points[:, None]
+    separate = _separate(sweep, part, one)
+    line = "none" if sweep.grid[part.axes[0]].keys[0].names else "-"
+    style: dict[str, Any] = {"ls": line, "marker": "o" if x.size <= 40 else None, "ms": 4}
+    if separate is None:
+        drawn = one.values[numbers]
+        for i in range(numbers.shape[1]):
+            words = _series(sweep, part, i)
+            colour = COLOURS[i % len(COLOURS)]
+            spread = one.worst.spread
+            if spread is not None:
+                _spread(axes, x, _finite(drawn[:, i]), spread[numbers[:, i]] * one.factor, colour)
+            axes.plot(x, _finite(drawn[:, i]), color=colour, label=words, **style)
+        note = entry_words(one.worst, part.points)
+    else:
+        drawn, names = separate
+        at_end = len(names) > _ENTRIES
+        for i, name in enumerate(names):
+            look = style | line_style(i) | ({"ls": "none"} if line == "none" else {})
+            axes.plot(x, _finite(drawn[:, i]), label=None if at_end else name, **look)
+        note = f"{sweep.kept[one.path].axes[0].name} at the right" if at_end else ""
+    unbounded = np.isinf(drawn).any(axis=1)
+    if unbounded.any():
+        places = np.full(np.count_nonzero(unbounded), 0.97)
+        axes.plot(x[unbounded], places, "^", color=LIMIT, transform=axes.get_xaxis_transform(),
+                  label="unbounded", clip_on=False)  # fmt: skip
+    note += (
+        f"{'; ' if note else ''}{_BARS if x.size <= _DENSE else _BAND}"
+        if one.worst.spread is not None
+        else ""
+    )
+    axes.set_title(one.path + (f"\n{note}" if note else ""), fontsize=9.5)
+    axes.set_ylabel(one.unit or textwrap.fill(sweep.kept[one.path].long_name, 36))
+    _scale(axes, drawn, own, one)
+    _undecided(axes, x, one, own, numbers)
+    resonances(axes, sweep, part)
+    if separate is not None:
+        if at_end:
+            name_ends(axes, x, drawn, names)
+        _here(axes, sweep, part)
+
+
+def _undecided(
+    axes: "Axes", x: np.ndarray, one: Shown, own: Sequence[Limit], numbers: np.ndarray
+) -> None:
+    """Error bars where they reach over a limit."""
+    for limit in own:
+        rows, columns = np.nonzero(~(limit.kept | limit.broken | np.isnan(limit.margin))[numbers])
+        if rows.size:
+            points = numbers[rows, columns]
+            value, error = (one.factor * part[points] for part in limit.worst[:2])
+            axes.errorbar(x[rows], value, error, fmt="none", ecolor=QUIET, capsize=3,
+                          label="error where it reaches over a limit: undecided")  # fmt: skip
+            return
+
+
+def _here(axes: "Axes", sweep: SweepView, part: Plane) -> None:
+    """A line where the case itself stands, if it lies inside."""
+    found = case_values(sweep)
+    if found is None:
+        return
+    place, span = sweep.together[part.axes[0]][0], along(sweep.grid[part.axes[0]])
+    x = float(found[place]) * sweep.keys[place].factor
+    if span.min() <= x <= span.max():
+        axes.axvline(x, color="black", ls="--", lw=1.0, label="the case as written")
+
+
+def _spread(axes: "Axes", x: np.ndarray, y: np.ndarray, spread: np.ndarray, colour: str) -> None:
+    if x.size <= _DENSE:
+        axes.errorbar(x, y, spread, fmt="none", ecolor=colour, capsize=4)
+    else:
+        axes.fill_between(x, y - spread, y + spread, color=colour, alpha=0.2, linewidth=0.0)
+
+
+def _series(sweep: SweepView, part: Plane, place: int) -> str | None:
+    if len(part.axes) < 2:
+        return None
+    axis = sweep.grid[part.axes[1]]
+    key = axis.keys[0]
+    return f"{key.words} = {key.shown(axis.values[place, 0])}"
+
+
+def _separate(
+    sweep: SweepView, part: Plane, one: Shown
+) -> tuple[np.ndarray, tuple[str, ...]] | None:
+    """Entries that are unlike each other and few, where nothing else asks for several lines."""
+    own, levels = sweep.kept[one.path].axes, sweep.kept[one.path].unit == "dB"
+    if len(part.axes) > 1 or len(own) != 1 or (own[0].name in _ALIKE and not levels):
+        return None
+    if not 2 <= len(own[0].values) <= (_LEVELS if levels else _ENTRIES):
+        return None
+    values, names = entries(sweep, one.path)
+    return values[part.points] * one.factor, names
+
+
+def _scale(axes: "Axes", drawn: np.ndarray, own: Sequence[Limit], one: Shown) -> None:
+    finite = drawn[np.isfinite(drawn)]
+    low, high = float(finite.min()), float(finite.max())
+    near: list[tuple[Limit, float]] = []
+    far: list[tuple[Limit, float]] = []
+
+    def broken(limit: Limit) -> bool:
+        return bool(np.any(np.isfinite(limit.margin) & ~limit.kept))
+
+    for limit in own:
+        bound = limit.bound * one.factor
+        reach = _FAR * max(abs(low), abs(high))
+        (near if abs(bound) <= reach or broken(limit) else far).append((limit, bound))
+    bounds = [bound for _, bound in near]
+    if logarithmic(drawn) and all(bound > 0.0 for bound in bounds):
+        axes.set_yscale("log")
+        low, high = min([low, *bounds]), max([high, *bounds])
+        axes.set_ylim(low / 1.5, 1.8 * high)
+        if high < 1e4 * low:
+            plain_ticks(axes.yaxis)
+    elif bounds:
+        low, high = min([low, *bounds]), max([high, *bounds])
+        room = 0.12 * (high - low or abs(high) or 1.0)
+        axes.set_ylim(0.0 if 0.0 <= low < 0.5 * high else low - room, high + room)
+    else:
+        axes.margins(y=0.1)
+    bottom, top = axes.get_ylim()
+    for limit, bound in near:
+        axes.axhline(bound, color=LIMIT, linewidth=1.4)
+        ends = (bound, top) if limit.side == "max" else (bottom, bound)
+        axes.axhspan(*ends, zorder=0.5, **hatch_style())
+        end = _freer_end(drawn, bound)
+        axes.annotate(limit_words(limit), (end, bound), xycoords=axes.get_yaxis_transform(),
+                      xytext=(4 - 8 * end, -3 if limit.side == "max" else 3),
+                      textcoords="offset points", ha="right" if end else "left",
+                      va="top" if limit.side == "max" else "bottom", color=LIMIT, fontsize=9,
+                      zorder=7)  # fmt: skip
+    axes.set_ylim(bottom, top)
+    if far:
+        words = ", ".join(limit_words(limit) for limit, _ in far)
+        axes.annotate(f"limit {words}: kept everywhere", (0.02, 0.97), xycoords="axes fraction",
+                      va="top", color=LIMIT, fontsize=9)  # fmt: skip
+
+
+def _freer_end(drawn: np.ndarray, bound: float) -> int:
+    """0 for the left and 1 for the right, where lines leave more room at the height of a limit."""
+    away = np.abs(np.where(np.isfinite(drawn), drawn, np.inf) - bound)
+    third = max(1, len(away) // 3)
+    return int(away[-third:].min() >= away[:third].min())
+
+
+def _failures(axes: "Axes", sweep: SweepView, part: Plane, marks: Sequence[Mark]) -> None:
+    x = along(sweep.grid[part.axes[0]])
+    numbers = part.points if part.points.ndim == 2 else part.points[:, None]
+    for mark in marks:
+        rows, columns = np.nonzero(np.isin(numbers, mark.points))
+        # one row of crosses for each line
+        height = 0.04 + 0.05 * columns
+        axes.plot(x[rows], height, mark.marker, color=mark.colour, ms=8, mew=1.8,
+                  transform=axes.get_xaxis_transform(), label=mark.words, zorder=6)  # fmt: skip
+
+
+def _star(
+    grid: Any, sweep: SweepView, part: Plane, chosen: Sequence[Shown], limits: Sequence[Limit]
+) -> None:
+    found = best(sweep, limits)
+    if found is None or found[0] not in part.points:
+        return
+    point, limit = found
+    place = int(np.argwhere(part.points == point)[0][0])
+    x = along(sweep.grid[part.axes[0]])[place]
+    words = best_words(sweep, limit, point)
+    for axes, one in zip(grid, chosen, strict=True):
+        axes.plot([x], [one.values[point]], **BEST, label=words)
+
+
+def _finite(values: np.ndarray) -> np.ndarray:
+    return np.where(np.isfinite(values), values, np.nan)

@@ -1,0 +1,352 @@
+"""Results of a sweep over two axes as maps, of a sampling as histograms."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, TOTAL, canvas
+from vibecalc.core.report.sweep.limits import (
+    Limit,
+    best,
+    breaking_any,
+    case_values,
+    judge,
+    keeping_all,
+)
+from vibecalc.core.report.sweep.picture_parts import (
+    BEST,
+    Mark,
+    Plane,
+    Shown,
+    along,
+    best_words,
+    entry_words,
+    failure_marks,
+    hatch_style,
+    is_map,
+    legend_below,
+    limit_words,
+    logarithmic,
+    name_axis,
+    panels,
+    plane,
+)
+from vibecalc.core.report.sweep.statistics import axis_names, indices_of, sample_statistics
+from vibecalc.core.report.sweep.view import SweepView
+from vibecalc.core.report.writing import show
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+# ----------------------------------------------------------------------------
+# Results of a sweep over two axes as maps, and the region where all limits are kept.
+# ----------------------------------------------------------------------------
+
+_MOST = 5
+_LEVELS = 14
+#: axes from which on filled contours say more than cells
+_SMOOTH = 9
+_BROKEN, _UNDECIDED, _KEPT = "#f4d9dc", "#f2e6b8", "#cfe8cf"
+
+
+def draw_sweep_map(sweep: SweepView) -> "Figure | None":
+    """A map for each result that varies, and one of the limits; None without two long axes."""
+    if not sweep.grid or not is_map(sweep):
+        return None
+    limits, _ = judge(sweep)
+    part = plane(sweep, limits, max(sweep.shape))
+    chosen = panels(sweep, limits, part.points, _MOST)
+    if not chosen or len(part.axes) < 2:
+        return None
+    count = len(chosen) + bool(limits)
+    columns = min(2, count)
+    rows = -(-count // columns)
+    first, second = (sweep.grid[i].keys[0].words for i in part.axes)
+    subtitle = f"over {first} and {second}" + (f"; {part.held}" if part.held else "")
+    figure = canvas(sweep, subtitle, 5.0 * columns, 1.7 + 3.6 * rows)
+    grid = list(figure.subplots(rows, columns, squeeze=False).ravel())
+    for axes, one in zip(grid, chosen, strict=False):
+        _map(figure, axes, sweep, part, one, [x for x in limits if x.quantity == one.path])
+    if limits:
+        _region(grid[len(chosen)], sweep, part, limits)
+    marks = failure_marks(sweep, part.points)
+    found = best(sweep, limits)
+    for axes in grid[:count]:
+        _points(axes, sweep, part, marks)
+        _here(axes, sweep, part)
+        if found is not None and found[0] in part.points:
+            x, y = _place(sweep, part, found[0])
+            axes.plot([x], [y], **BEST, label=best_words(sweep, found[1], found[0]))
+        name_axis(axes, sweep.grid[part.axes[0]], "x")
+        name_axis(axes, sweep.grid[part.axes[1]], "y")
+        axes.grid(visible=False)
+    for axes in grid[count:]:
+        axes.set_visible(False)
+    legend_below(figure, grid[:count])
+    return figure
+
+
+def _map(
+    figure: "Figure", axes: "Axes", sweep: SweepView, part: Plane, one: Shown, own: Sequence[Limit]
+) -> None:
+    from matplotlib.colors import LogNorm, Normalize
+    from matplotlib.ticker import MaxNLocator
+
+    x, y = (along(sweep.grid[i]) for i in part.axes)
+    values = one.values[part.points].T
+    finite = values[np.isfinite(values)]
+    log = logarithmic(values)
+    ends = float(finite.min()), float(finite.max())
+    smooth = finite.size == values.size and min(values.shape) >= _SMOOTH and ends[0] < ends[1]
+    norm: Any = (LogNorm if log else Normalize)(*ends)
+    if smooth:
+        inner = MaxNLocator(_LEVELS).tick_values(*ends)
+        levels = np.geomspace(*ends, _LEVELS) if log else inner
+        drawn: Any = axes.contourf(x, y, values, levels=levels, norm=norm, cmap="viridis")
+    else:
+        cells = np.ma.masked_invalid(values)
+        drawn = axes.pcolormesh(x, y, cells, shading="nearest", norm=norm, cmap="viridis")
+    bar = figure.colorbar(drawn, ax=axes, pad=0.02)
+    bar.set_label(one.unit)
+    if log:
+        _ticks(bar, ends)
+    if np.isinf(values).any():
+        rows, columns = np.nonzero(np.isinf(values))
+        axes.plot(x[columns], y[rows], "^", color=LIMIT, ms=5, ls="none", label="unbounded")
+    for limit in own:
+        _boundary(axes, x, y, values, limit, limit.bound * one.factor, LIMIT, hatch=True)
+    words = ", ".join(limit_words(limit) for limit in own)
+    note = entry_words(one.worst, part.points)
+    below = "; ".join(text for text in (f"limit: {words}" if words else "", note) if text)
+    axes.set_title(one.path + (f"\n{below}" if below else ""), fontsize=9.5)
+
+
+def _ticks(bar: Any, ends: tuple[float, float]) -> None:
+    """1, 2, 5 in each decade, in plain numbers."""
+    from matplotlib.ticker import NullFormatter
+
+    low, high = (int(np.floor(np.log10(end))) for end in ends)
+    marks = [m * 10.0**k for k in range(low, high + 1) for m in (1.0, 2.0, 5.0)]
+    inside = [mark for mark in marks if ends[0] <= mark <= ends[1]]
+    if len(inside) > 9:
+        inside = [mark for mark in inside if np.isclose(np.log10(mark) % 1.0, 0.0)]
+    bar.set_ticks(inside, labels=[f"{mark:g}" for mark in inside])
+    bar.ax.yaxis.set_minor_formatter(NullFormatter())
+
+
+def _boundary(
+    axes: "Axes",
+    x: np.ndarray,
+    y: np.ndarray,
+    values: np.ndarray,
+    limit: Limit,
+    bound: float,
+    colour: str,
+    hatch: bool,
+) -> None:
+    """The line on which a limit is just kept, its far side hatched.
+
+    Between points that span decades it is drawn straight in the logarithm.
+    """
+    if bound > 0.0 and logarithmic(values):
+        values, bound = np.log(values), float(np.log(bound))
+    room = values - bound if limit.side == "max" else bound - values
+    beyond = float(np.max(np.abs(room[np.isfinite(room)]), initial=1.0))
+    room = np.ma.masked_invalid(np.where(np.isposinf(room), 2.0 * beyond, room))
+    if hatch and room.max() > 0.0:
+        import matplotlib
+
+        with matplotlib.rc_context({"hatch.color": colour, "hatch.linewidth": 0.6}):
+            axes.contourf(x, y, room, levels=[0.0, np.inf], colors="none", hatches=["//"])
+    if room.min() < 0.0 < room.max():
+        axes.contour(x, y, room, levels=[0.0], colors=[colour], linewidths=2.0)
+        axes.plot([], [], color=colour, linewidth=2.0, label=_line_words(limit, hatch))
+
+
+def _line_words(limit: Limit, hatch: bool) -> str:
+    return (
+        "limit, broken on the hatched side" if hatch else f"{limit.quantity} {limit_words(limit)}"
+    )
+
+
+def _region(axes: "Axes", sweep: SweepView, part: Plane, limits: Sequence[Limit]) -> None:
+    """Green where all limits are kept, red where one is broken, yellow where that is undecided.
+
+    A line for each limit.
+    """
+    from matplotlib.colors import ListedColormap
+
+    x, y = (along(sweep.grid[i]) for i in part.axes)
+    kept = keeping_all(sweep, limits)[part.points].T
+    broken = breaking_any(sweep, limits)[part.points].T
+    done = sweep.done[part.points].T
+    state = 1.0 + kept - broken
+    colours = ListedColormap([_BROKEN, _UNDECIDED, _KEPT])
+    shown = np.ma.masked_where(~done, state)
+    axes.pcolormesh(x, y, shown, shading="nearest", cmap=colours, vmin=0.0, vmax=2.0)
+    title = "limits: all are kept where it is green"
+    if np.any(done & (state == 1.0)):
+        title += ",\nundecided where it is yellow: the error reaches over a limit"
+    for i, limit in enumerate(limits):
+        values = limit.worst.values[part.points].T
+        colour = COLOURS[i % len(COLOURS)]
+        _boundary(axes, x, y, values, limit, limit.bound, colour, hatch=False)
+    axes.set_title(title, fontsize=9.5)
+
+
+def _points(axes: "Axes", sweep: SweepView, part: Plane, marks: Sequence[Mark]) -> None:
+    x, y = (along(sweep.grid[i]) for i in part.axes)
+    for mark in marks:
+        columns, rows = np.nonzero(np.isin(part.points, mark.points))
+        axes.plot(x[columns], y[rows], mark.marker, color=mark.colour, ms=6, mew=1.4, ls="none",
+                  label=mark.words, zorder=6)  # fmt: skip
+
+
+def _here(axes: "Axes", sweep: SweepView, part: Plane) -> None:
+    """The case itself, where it lies inside."""
+    found = case_values(sweep)
+    if found is None:
+        return
+    places = [sweep.together[i][0] for i in part.axes]
+    x, y = (float(found[place]) * sweep.keys[place].factor for place in places)
+    spans = [along(sweep.grid[i]) for i in part.axes]
+    inside = all(s.min() <= value <= s.max() for s, value in zip(spans, (x, y), strict=True))
+    if inside:
+        axes.plot([x], [y], "o", mfc="white", mec="black", ms=7, ls="none", zorder=7,
+                  clip_on=False, label="the case as written")  # fmt: skip
+
+
+def _place(sweep: SweepView, part: Plane, point: int) -> tuple[float, float]:
+    column, row = (int(place) for place in np.argwhere(part.points == point)[0])
+    x, y = (along(sweep.grid[i]) for i in part.axes)
+    return float(x[column]), float(y[row])
+
+
+# ----------------------------------------------------------------------------
+# Results of a sampling: how they scatter, and which keys bring the scatter about.
+# ----------------------------------------------------------------------------
+
+_BINS = (8, 60)
+
+
+def draw_sweep_sample(sweep: SweepView) -> "Figure | None":
+    """A histogram for each result, with its Sobol indices beside it; None for a grid."""
+    if sweep.grid:
+        return None
+    from matplotlib.lines import Line2D
+
+    limits, _ = judge(sweep)
+    everywhere = np.arange(sweep.count)
+    chosen = panels(sweep, limits, everywhere, _MOST if sweep.indices else 2 * _MOST)
+    if not chosen:
+        return None
+    columns = 1 if len(chosen) == 1 and not sweep.indices else 2
+    rows = len(chosen) if sweep.indices else -(-len(chosen) // columns)
+    method = sweep.sampling.replace("_", " ")
+    subtitle = f"{sweep.count} points, {method} sampling of " + ", ".join(axis_names(sweep))
+    figure = canvas(sweep, subtitle, 10.0 if columns == 2 else 7.4, 2.0 + 2.9 * rows)
+    grid = figure.subplots(rows, columns, squeeze=False)
+    left = list(grid[:, 0]) if sweep.indices else list(grid.ravel())
+    for axes, one in zip(left, chosen, strict=False):
+        _histogram(axes, sweep, one, [x for x in limits if x.quantity == one.path])
+    for axes in left[len(chosen) :]:
+        axes.set_visible(False)
+    if sweep.indices:
+        for axes, one in zip(grid[:, 1], chosen, strict=True):
+            _bars(axes, sweep, one)
+    marks = failure_marks(sweep, np.arange(sweep.count))
+    crosses = {
+        mark.words: Line2D([], [], color=mark.colour, marker=mark.marker, ls="none", mew=1.8)
+        for mark in marks
+    }
+    legend_below(figure, list(grid.ravel()), crosses)
+    return figure
+
+
+def _histogram(axes: "Axes", sweep: SweepView, one: Shown, own: Sequence[Limit]) -> None:
+    chosen = sweep.independent & np.isfinite(one.values)
+    values = one.values[chosen]
+    log = logarithmic(values)
+    count = int(np.clip(np.sqrt(values.size), *_BINS))
+    low, high = float(values.min()), float(values.max())
+    if low == high:
+        low, high = low - 0.5 * (abs(low) or 1.0), high + 0.5 * (abs(high) or 1.0)
+    edges = np.geomspace(low, high, count + 1) if log else np.linspace(low, high, count + 1)
+    axes.hist(
+        np.clip(values, low, high), edges.tolist(), color=COLOURS[0], alpha=0.75, label="samples"
+    )
+    if log:
+        from vibecalc.core.report.canvas import plain_ticks
+
+        axes.set_xscale("log")
+        if high < 1e4 * low:
+            plain_ticks(axes.xaxis)
+    found = sample_statistics(sweep, one.worst)
+    lines = [entry_words(one.worst, np.flatnonzero(chosen))]
+    if not isinstance(found, str):
+        centre, ranks = found
+        middle, spread = (
+            float(part) * one.factor for part in (centre.value, centre.standard_error)
+        )
+        axes.axvline(middle, color=TOTAL, linewidth=1.6, label="mean and its standard error")
+        axes.axvspan(middle - spread, middle + spread, color=TOTAL, alpha=0.25, linewidth=0.0)
+        quantile = np.ravel(ranks.value) * one.factor
+        words = "5, 25, 50, 75 and 95 % quantiles"
+        for place, value in enumerate(quantile):
+            axes.axvline(value, color=COLOURS[1], linestyle=":", linewidth=1.4,
+                         label=words if place == 0 else None)  # fmt: skip
+        lines.append(f"mean {show(middle, digits=4)} ± {show(spread, digits=2)} {one.unit}")
+    infinite = int(np.count_nonzero(np.isinf(one.values) & sweep.independent))
+    if infinite:
+        lines.append(f"{infinite} unbounded, not drawn")
+    for limit in own:
+        lines.append(_limit(axes, sweep, one, limit))
+    note = "; ".join(line.rstrip() for line in lines if line)
+    axes.set_title(f"{one.path}\n{note}", fontsize=9.5)
+    axes.set_xlabel(one.unit or sweep.kept[one.path].long_name)
+    axes.set_ylabel("samples")
+    axes.set_ylim(bottom=0.0)
+
+
+def _limit(axes: "Axes", sweep: SweepView, one: Shown, limit: Limit) -> str:
+    bound = limit.bound * one.factor
+    counted = sweep.independent & sweep.done
+    many = max(int(np.count_nonzero(counted)), 1)
+    broken, kept = (int(np.count_nonzero(counted & one)) for one in (limit.broken, limit.kept))
+    share, open_ = 100.0 * broken / many, 100.0 * (many - broken - kept) / many
+    left, right = axes.get_xlim()
+    reach = 0.6 * (right - left)
+    if left - reach <= bound <= right + reach and not (bound <= 0.0 and axes.get_xscale() == "log"):
+        left, right = min(left, bound - 0.03 * reach), max(right, bound + 0.1 * reach)
+        axes.axvline(bound, color=LIMIT, linewidth=1.6, label="limit, broken on the hatched side")
+        ends = (bound, right) if limit.side == "max" else (left, bound)
+        axes.axvspan(*ends, zorder=0.5, **hatch_style())
+        axes.set_xlim(left, right)
+    words = f", undecided by {open_:.3g} %" if open_ else ""
+    return f"{limit_words(limit)}: broken by {share:.3g} %{words}"
+
+
+def _bars(axes: "Axes", sweep: SweepView, one: Shown) -> None:
+    found = indices_of(sweep, one.worst)
+    names = axis_names(sweep)
+    if isinstance(found, str):
+        axes.set_axis_off()
+        axes.annotate(found, (0.5, 0.5), xycoords="axes fraction", ha="center", va="center",
+                      color=QUIET, wrap=True)  # fmt: skip
+        return
+    place = np.arange(len(names))
+    parts = (
+        ("first order (alone)", found.first, -0.2),
+        ("total (with interactions)", found.total, 0.2),
+    )
+    for i, (words, part, aside) in enumerate(parts):
+        axes.barh(place + aside, part.value, 0.36, color=COLOURS[2 + 2 * i], label=words,
+                  xerr=part.standard_error, ecolor=TOTAL, capsize=3)  # fmt: skip
+    axes.set_yticks(place, names)
+    axes.invert_yaxis()
+    axes.set_xlim(left=min(0.0, float(np.min(found.first.value)) - 0.05))
+    axes.axvline(0.0, color=QUIET, linewidth=0.8)
+    axes.set_xlabel("Sobol index, share of the variance")
+    axes.grid(visible=False, axis="y")

@@ -1,0 +1,351 @@
+"""Results of a sweep in numbers: worst entries, smallest and largest, quantiles, shares."""
+
+from collections.abc import Mapping
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+
+from vibecalc.core.report.sweep.view import SweepView
+from vibecalc.core.report.writing import Column, number, paragraph, show, show_error, table
+from vibecalc.core.results.record import Estimate, Quantity
+from vibecalc.core.results.select import select
+from vibecalc.core.study.sweep.sampling import (
+    LEVELS,
+    Indices,
+    Statistic,
+    mean,
+    quantiles,
+    sobol_indices,
+)
+from vibecalc.errors import NumericalFailure
+
+# ----------------------------------------------------------------------------
+# A result of many entries at each point of a sweep, reduced to its worst entry, which is named.
+# ----------------------------------------------------------------------------
+
+Side = Literal["max", "min"]
+
+
+class Worst(NamedTuple):
+    """One number for each point of a sweep, NaN where there is none, and which entry it is.
+
+    `errors` are absolute, `spread` is the standard error of a statistic or None. `labels` name
+    the entries, `entry` (points,) counts them.
+    """
+
+    values: np.ndarray
+    errors: np.ndarray
+    spread: np.ndarray | None
+    entry: np.ndarray
+    labels: tuple[str, ...]
+
+    def estimate(self, point: int) -> Estimate:
+        """The error at a point; the largest value of all points stands for its terms."""
+        size = np.abs(self.values)
+        largest = float(np.max(size, initial=0.0, where=np.isfinite(size)))
+        return Estimate(float(self.errors[point]), largest)
+
+    def label(self, point: int) -> str:
+        """Name of the entry that counts at a point, empty for a single number."""
+        return self.labels[int(self.entry[point])]
+
+
+def numeric(sweep: SweepView) -> list[str]:
+    """Paths of kept results that are numbers, those that the case asks to keep in its order."""
+    asked: Any = (sweep.case.get("sweep") or {}).get("keep") or ()
+    paths = [str(path) for path in asked if str(path) in sweep.kept]
+    paths += [path for path in sweep.kept if path not in paths]
+    spreads = {f"{path}_standard_error" for path in paths}
+    return [path for path in paths if path not in spreads and _is_number(sweep.kept[path])]
+
+
+def worst(
+    sweep: SweepView, path: str, where: Mapping[str, Any] | None = None, side: Side = "max"
+) -> Worst:
+    """The largest ("max") or smallest entry at each point that `where` leaves of a result.
+
+    Complex entries count by magnitude. Of entries that are the same within their errors the
+    first one counts, so that round-off does not choose the name. Raises ResultError where an axis
+    or entry does not exist.
+    """
+    quantity = sweep.kept[path]
+    places, labels = _places(quantity, where or {})
+    stacked = sweep.read(path)
+    values = _chosen(stacked.values, places)
+    errors = np.where(sweep.done, stacked.errors, np.nan)
+    reduced, entry = _reduced(values, stacked.errors, side)
+    reduced = np.where(sweep.done, reduced, np.nan)
+    spread = _spread(sweep, path, stacked.standard_errors, places, entry)
+    return Worst(reduced, errors, spread, entry, labels)
+
+
+def entries(sweep: SweepView, path: str) -> tuple[np.ndarray, tuple[str, ...]]:
+    """All entries of a result at each point, (points, entries), and their names."""
+    places, labels = _places(sweep.kept[path], {})
+    values = _chosen(sweep.read(path).values, places)
+    return np.where(sweep.done[:, None], values, np.nan), labels
+
+
+def _places(quantity: Quantity, where: Mapping[str, Any]) -> tuple[np.ndarray, tuple[str, ...]]:
+    shape = _shape(quantity)
+    count = int(np.prod(shape))
+    numbered = Quantity(
+        path=quantity.path,
+        values=np.arange(count).reshape(shape),
+        unit=quantity.unit,
+        long_name=quantity.long_name,
+        axes=quantity.axes,
+    )
+    chosen = select(numbered, where)
+    return np.ravel(chosen.values), chosen.labels
+
+
+def _chosen(values: np.ndarray, places: np.ndarray) -> np.ndarray:
+    flat = values.reshape(len(values), -1)[:, places]
+    return np.abs(flat) if np.iscomplexobj(flat) else flat.astype(float)
+
+
+def _reduced(values: np.ndarray, errors: np.ndarray, side: Side) -> tuple[np.ndarray, np.ndarray]:
+    if values.shape[1] == 1:
+        return values[:, 0], np.zeros(len(values), dtype=np.int64)
+    signed = values if side == "max" else -values
+    known = np.where(np.isnan(signed), -np.inf, signed)
+    largest = known.max(axis=1)
+    slack = np.where(np.isfinite(errors), 2.0 * errors, 0.0)
+    with np.errstate(invalid="ignore"):
+        level = np.where(np.isfinite(largest), largest - slack, largest)
+    entry = np.argmax(known >= level[:, None], axis=1)
+    return (largest if side == "max" else -largest), entry
+
+
+def _spread(
+    sweep: SweepView, path: str, own: np.ndarray | None, places: np.ndarray, entry: np.ndarray
+) -> np.ndarray | None:
+    """Standard error of the entry that counts: its own result if kept, else one for all."""
+    twin = f"{path}_standard_error"
+    if twin in sweep.kept and _shape(sweep.kept[twin]) == _shape(sweep.kept[path]):
+        values = _chosen(sweep.read(twin).values, places)
+        return np.asarray(np.where(sweep.done, values[np.arange(len(values)), entry], np.nan))
+    return None if own is None else np.where(sweep.done, own, np.nan)
+
+
+def _is_number(quantity: Quantity) -> bool:
+    return quantity.values.dtype.kind in "biufc" and all(len(a.values) for a in quantity.axes)
+
+
+def _shape(quantity: Quantity) -> tuple[int, ...]:
+    return tuple(len(axis.values) for axis in quantity.axes)
+
+
+# ----------------------------------------------------------------------------
+# Smallest and largest value of every result of a sweep, and where they are.
+# ----------------------------------------------------------------------------
+
+_COLUMNS = (
+    Column("quantity", 39),
+    Column("", 8),
+    number("value", 12),
+    Column("unit", 7),
+    Column("at", 28),
+)
+
+
+def extreme_lines(sweep: SweepView) -> list[str]:
+    """A table with two rows for each result: its smallest and its largest value.
+
+    Of several entries at a point the largest one counts, but each order of a level has rows of its
+    own. What is the same at all points has one
+    row; infinite values are counted below the table.
+    """
+    rows: list[list[str]] = []
+    unbounded: list[str] = []
+    for path in numeric(sweep):
+        counted = worst(sweep, path)
+        orders = _orders(sweep.kept[path])
+        for place, order in enumerate(orders):
+            name = f"  order={order}" if place else f"{path}\n  order={order}"
+            rows += _rows(sweep, path, worst(sweep, path, {"order": order}), name)
+        if not orders:
+            rows += _rows(sweep, path, counted, path)
+        infinite = int(np.count_nonzero(np.isinf(counted.values)))
+        if infinite:
+            finite = np.isfinite(counted.values)
+            most = show(np.max(counted.values[finite])) if finite.any() else "none"
+            unit = sweep.kept[path].unit
+            unbounded.append(
+                f"{path} is unbounded at {infinite} points; the largest finite value is "
+                f"{most} {unit}".rstrip()
+            )
+    if not rows:
+        return []
+    return [*table(_COLUMNS, rows), *(line for words in unbounded for line in paragraph(words))]
+
+
+def first_of(values: np.ndarray, errors: np.ndarray, side: str) -> int:
+    """The point of the largest ("max") or smallest value; of equal ones, within errors, the first.
+
+    NaN does not count; ValueError if there is nothing else.
+    """
+    known = ~np.isnan(values)
+    if not known.any():
+        raise ValueError("there is no value to choose from")
+    signed = np.where(known, values if side == "max" else -values, -np.inf)
+    top = signed.max()
+    if not np.isfinite(top):
+        return int(np.argmax(known & (signed == top)))
+    slack = np.where(np.isfinite(errors), errors, 0.0)
+    at = int(np.argmax(signed))
+    return int(np.argmax(known & (signed >= top - slack - slack[at])))
+
+
+def _orders(quantity: Quantity) -> list[int]:
+    """Orders of a level: one may fall far below another, and each has its own best place."""
+    if quantity.unit != "dB":
+        return []
+    return [int(n) for axis in quantity.axes if axis.name == "order" for n in axis.values]
+
+
+def _rows(sweep: SweepView, path: str, counted: Worst, name: str) -> list[list[str]]:
+    unit = sweep.kept[path].unit
+    if np.all(np.isnan(counted.values)):
+        return [[name, "", "none", unit, "no point was computed"]]
+    low, high = (first_of(counted.values, counted.errors, side) for side in ("min", "max"))
+    if low == high:
+        label = counted.label(low)
+        everywhere = "at all points" + (f"\n({label})" if label and label not in name else "")
+        return [[name, "constant", _value(counted, low), unit, everywhere]]
+    return [
+        [name, "smallest", _value(counted, low), unit, _place(sweep, counted, low, name)],
+        ["", "largest", _value(counted, high), unit, _place(sweep, counted, high, name)],
+    ]
+
+
+def _value(counted: Worst, point: int) -> str:
+    return show(counted.values[point], counted.estimate(point))
+
+
+def _place(sweep: SweepView, counted: Worst, point: int, name: str) -> str:
+    words = sweep.words_of(point).replace(", ", "\n")
+    label = counted.label(point)
+    return f"{words}\n({label})" if label and label not in name else words
+
+
+# ----------------------------------------------------------------------------
+# Statistics of a sampling: mean, quantiles, and the share of the variance each key brings.
+# ----------------------------------------------------------------------------
+
+_DIGITS = 4
+_STATISTICS = (
+    Column("quantity", 23),
+    number("mean", 10),
+    number("+-", 8),
+    *(number(f"{100 * level:g} %", 10) for level in LEVELS),
+)
+_INDICES = (
+    Column("quantity", 38),
+    Column("key", 21),
+    number("first", 9),
+    number("+-", 7),
+    number("total", 9),
+    number("+-", 7),
+)
+
+
+def statistic_lines(sweep: SweepView) -> list[str]:
+    """Mean with its standard error and quantiles of every result; empty for a grid."""
+    if sweep.grid:
+        return []
+    rows, notes = [], []
+    for path in numeric(sweep):
+        counted = worst(sweep, path)
+        name = f"{path} {sweep.kept[path].unit}".rstrip()
+        found = sample_statistics(sweep, counted)
+        if isinstance(found, str):
+            notes.append(f"{path}: {found}")
+            continue
+        centre, ranks = found
+        terms = counted.estimate(0).terms
+
+        def shown(value: Any, error: Any, terms: float = terms) -> str:
+            return show(float(value), Estimate(float(error), terms), _DIGITS)
+
+        cells = [shown(value, error) for value, error in _pairs(ranks)]
+        middle = shown(centre.value, centre.error)
+        rows.append([name, middle, show_error(float(centre.standard_error)), *cells])
+    lines = table(_STATISTICS, rows) if rows else []
+    if rows:
+        lines += paragraph(
+            "+-: standard error of the mean, as of independent samples; of several entries at a "
+            "point the largest one counts"
+        )
+    for note in notes:
+        lines += paragraph(note)
+    return lines
+
+
+def sample_statistics(sweep: SweepView, counted: Worst) -> tuple[Statistic, Statistic] | str:
+    """Mean and quantiles over the samples that were computed, or why there are none."""
+    chosen = sweep.independent & sweep.done
+    values, errors = counted.values[chosen], counted.errors[chosen]
+    try:
+        return mean(values, errors), quantiles(values, LEVELS, errors)
+    except NumericalFailure as failure:
+        return str(failure)
+
+
+def index_lines(sweep: SweepView) -> list[str]:
+    """First-order and total Sobol indices with standard errors; empty without them."""
+    if not sweep.indices:
+        return []
+    names = axis_names(sweep)
+    rows: list[list[str]] = []
+    notes: list[str] = []
+    samples = 0
+    for path in numeric(sweep):
+        found = indices_of(sweep, worst(sweep, path))
+        if isinstance(found, str):
+            notes.append(f"{path}: {found}")
+            continue
+        samples = found.samples
+        for place, name in enumerate(names):
+            cells = [path if place == 0 else "", name]
+            for part in (found.first, found.total):
+                cells.append(f"{float(part.value[place]):.3f}")
+                cells.append(f"{float(part.standard_error[place]):.3f}")
+            rows.append(cells)
+    lines = table(_INDICES, rows) if rows else []
+    if rows:
+        lines += paragraph(
+            "share of the variance that a key brings about, first: alone, total: with all its "
+            f"interactions; from {samples} sampled points with {len(names) + 2} runs each, +-: "
+            "standard error from resampling them"
+        )
+    for note in notes:
+        lines += paragraph(note)
+    return lines
+
+
+def indices_of(sweep: SweepView, counted: Worst) -> Indices | str:
+    """Sobol indices of one result, or why there are none."""
+    values = np.where(sweep.done, counted.values, 0.0)
+    errors = np.where(sweep.done, counted.errors, 0.0)
+    columns = len(sweep.together)
+    try:
+        found = sobol_indices(values[:, None], columns, errors[:, None], sweep.done)
+    except NumericalFailure as failure:
+        return str(failure)
+    first, total = (
+        Statistic(*(np.asarray(part).reshape(columns) for part in statistic))
+        for statistic in (found.first, found.total)
+    )
+    return Indices(first, total, found.samples)
+
+
+def axis_names(sweep: SweepView) -> list[str]:
+    """What is drawn together counts as one: the words of its first key."""
+    return [sweep.keys[places[0]].words for places in sweep.together]
+
+
+def _pairs(statistic: Statistic) -> list[tuple[float, float]]:
+    value, error = np.ravel(statistic.value), np.ravel(statistic.error)
+    return list(zip(value, error, strict=True))

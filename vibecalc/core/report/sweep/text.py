@@ -1,0 +1,308 @@
+"""What a sweep says: before it starts, after it ends, and its report of fixed columns."""
+
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vibecalc.core.report.sweep.limits import Limit, judge, kept_share, limit_lines
+from vibecalc.core.report.sweep.statistics import extreme_lines, index_lines, statistic_lines
+from vibecalc.core.report.sweep.view import SweepView, causes, example, failure_lines
+from vibecalc.core.report.writing import Column, fold, number, pairs, paragraph, table
+from vibecalc.core.results.layout import DONE, NOT_RUN, STATUS_WORDS
+
+if TYPE_CHECKING:
+    from vibecalc.core.study.sweep.prepare import Forecast, Kept, Prepared
+
+# ----------------------------------------------------------------------------
+# What `sweep` says before it starts and after it ends, in words and as plain objects.
+# ----------------------------------------------------------------------------
+
+_UNITS = ((86400.0, "d"), (3600.0, "h"), (60.0, "min"), (1.0, "s"))
+
+
+def forecast_object(prepared: "Prepared", found: "Forecast", chunks: int) -> dict[str, Any]:
+    """What `--dry-run --json` prints; seconds and bytes are estimates."""
+    design, strategy = prepared.design, prepared.strategy
+    return {
+        "case": prepared.loaded.name,
+        "points": design.count,
+        "shape": list(design.shape),
+        "sampling": design.sampling,
+        "axes": [{"name": axis.name, "keys": list(axis.keys)} for axis in design.axes],
+        "strategy": strategy.kind,
+        "reason": strategy.reason,
+        "chunks": chunks,
+        "chunk_size": strategy.chunk_size,
+        "kept": [
+            {
+                "quantity": one.path,
+                "unit": one.unit,
+                "axes": None if one.axes is None else dict(one.axes),
+                "reason": one.reason or None,
+            }
+            for one in found.kept
+        ],
+        "tried": found.tried,
+        "failed": len(found.failures),
+        "processes": found.jobs,
+        "seconds": found.seconds,
+        "bytes": found.size,
+        "identity": prepared.identity.sweep,
+    }
+
+
+def render_forecast(prepared: "Prepared", found: "Forecast", chunks: int, output: Path) -> str:
+    """The same as text."""
+    design, strategy = prepared.design, prepared.strategy
+    sizes = " x ".join(str(size) for size in design.shape)
+    shape = f", a grid of {sizes}" if design.sampling == "grid" else f", {design.sampling} sampling"
+    tried = (
+        f"from {_count(found.tried, 'point')} that {'was' if found.tried == 1 else 'were'} tried"
+    )
+    size = f"{strategy.chunk_size} points each" if chunks > 1 else "all points"
+    rows = [
+        ("points", f"{design.count}{shape}"),
+        ("strategy", f"{strategy.kind}: {strategy.reason}"),
+        ("chunks", f"{chunks}, {size}"),
+        ("time", f"about {duration(found.seconds)} with {_count(found.jobs, 'process', 'es')}, "
+                 f"{tried}"),
+        ("file", f"about {_bytes(found.size)}, {output}"),
+    ]  # fmt: skip
+    if found.failures:
+        rows.append(("failed", f"{len(found.failures)} of those tried: {found.failures[0]}"))
+    lines = [f"{prepared.loaded.path}: {prepared.loaded.case.title}", *pairs(rows, 10), "", "kept"]
+    lines += pairs([(one.path, _shape_words(one)) for one in found.kept], 48)
+    return "\n".join([*lines, "", "nothing was written"])
+
+
+def outcome_object(
+    sweep: SweepView, output: Path, counts: Mapping[int, int], taken_up: int, seconds: float
+) -> dict[str, Any]:
+    """What `--json` prints of a finished sweep."""
+    limits, _ = judge(sweep)
+    return {
+        "case": sweep.name,
+        "result": str(output),
+        "points": sweep.count,
+        "shape": list(sweep.shape),
+        "statuses": {STATUS_WORDS[status]: many for status, many in sorted(counts.items())},
+        "taken_up": taken_up,
+        "failures": [
+            {
+                "status": STATUS_WORDS[cause.status],
+                "message": cause.words,
+                "points": int(cause.points.size),
+                "example": int(cause.points[0]),
+            }
+            for cause in causes(sweep)
+        ],
+        "quantities": {
+            path: {"unit": one.unit, "axes": [axis.name for axis in one.axes]}
+            for path, one in sweep.kept.items()
+        },
+        "left_out": dict(sweep.left_out),
+        "limits": [
+            {
+                "quantity": limit.quantity,
+                "where": dict(limit.where),
+                limit.side: limit.bound,
+                "unit": limit.unit,
+                "kept": int(np.count_nonzero(limit.kept & sweep.done)),
+                "broken": int(np.count_nonzero(limit.broken)),
+                "undecided": int(np.count_nonzero(sweep.done & ~limit.kept & ~limit.broken)),
+            }
+            for limit in limits
+        ],
+        "seconds": seconds,
+    }
+
+
+def failure_words(sweep: SweepView, most: int = 5) -> list[str]:
+    """One line for each of the most frequent causes of failure, for stderr."""
+    found = causes(sweep)
+    lines = [
+        f"  {_count(cause.points.size, 'point')}: {cause.title}; as at "
+        + " ".join(example(sweep, int(cause.points[0]), 10_000).split())
+        for cause in found[:most]
+    ]
+    if len(found) > most:
+        lines.append(f"  and {len(found) - most} other causes, see the report")
+    return lines
+
+
+def duration(seconds: float) -> str:
+    """A time for a person: 0.3 s, 12 s, 2.5 h."""
+    if not math.isfinite(seconds):
+        return "unknown time"
+    size, name = next(((s, n) for s, n in _UNITS if seconds >= 1.5 * s), (1.0, "s"))
+    return f"{seconds / size:.2g} {name}"
+
+
+def _shape_words(one: "Kept") -> str:
+    if one.axes is None:
+        return one.reason
+    axes = " x ".join(f"{name} ({length})" for name, length in one.axes)
+    return f"{axes or 'one number'}{f', {one.unit}' if one.unit else ''}"
+
+
+def _bytes(size: int) -> str:
+    for power, name in ((9, "GB"), (6, "MB"), (3, "kB")):
+        if size >= 10**power:
+            return f"{size / 10**power:.3g} {name}"
+    return f"{size} bytes"
+
+
+def _count(number: int, what: str, plural: str = "s") -> str:
+    return f"{number} {what}" if number == 1 else f"{number} {what}{plural}"
+
+
+def missing_words(missing: Sequence[tuple[int, int]], most: int = 4) -> str:
+    """Gaps of a sweep in words: 12 to 40, 77."""
+    gaps = [str(first) if first == last else f"{first} to {last}" for first, last in missing[:most]]
+    more = f" and {len(missing) - most} other gaps" if len(missing) > most else ""
+    return ", ".join(gaps) + more
+
+
+# ----------------------------------------------------------------------------
+# The report of a sweep as text: fixed columns and stable digits, as that of a single run.
+# ----------------------------------------------------------------------------
+
+_AXES = (
+    Column("key", 42),
+    number("points", 9),
+    number("from", 12),
+    number("to", 12),
+    Column("unit", 10),
+    Column("spacing", 8),
+)
+
+
+def render_sweep(sweep: SweepView) -> str:
+    """The whole report of a sweep, at most 100 columns wide.
+
+    Raises
+    ------
+    ResultError
+        A limit of the case names an entry that the sweep does not have.
+    """
+    limits, missing = judge(sweep)
+    title = fold(str(sweep.case.get("title") or sweep.name), 98)
+    lines = [*title, "=" * max(len(line) for line in title), *_identity(sweep)]
+    lines += _titled("Summary", paragraph(conclusion(sweep, limits)))
+    sections = (
+        ("What varies", _varied(sweep)),
+        ("Limits", limit_lines(sweep, limits, missing)),
+        ("Smallest and largest values", extreme_lines(sweep)),
+        ("Statistics of the samples", statistic_lines(sweep)),
+        ("Sobol indices", index_lines(sweep)),
+        ("Points without a result", failure_lines(sweep)),
+        ("Not kept", _left_out(sweep)),
+        ("Provenance", pairs((name, str(text)) for name, text in sweep.provenance.items())),
+    )
+    for name, section in sections:
+        if section:
+            lines += _titled(name, section)
+    return "\n".join(lines) + "\n"
+
+
+def report_file(path: Path, *, full: bool = False) -> str:
+    """The report of a file, be it of a run, a sweep or a measurement of methods.
+
+    `full` lists the error estimates of a run; the others have none to list. Raises ResultError if
+    the file cannot be read.
+    """
+    from vibecalc.core.results.sweep_file import is_sweep, open_sweep
+
+    if is_sweep(path):
+        from vibecalc.core.report.sweep.view import view_of
+
+        with open_sweep(path) as opened:
+            return render_sweep(view_of(opened))
+    from vibecalc.core.results.layout import is_accuracy
+    from vibecalc.core.results.store import read_result
+
+    result = read_result(path)
+    if is_accuracy(result):
+        from vibecalc.core.report.accuracy import render_accuracy
+
+        return render_accuracy(result)
+    from vibecalc.core.report.text import render_report
+
+    return render_report(result, full=full)
+
+
+def conclusion(sweep: SweepView, limits: Sequence[Limit]) -> str:
+    """One sentence: how many points were computed, failed or are missing, and what they keep."""
+    count = {status: int(np.count_nonzero(sweep.status == status)) for status in (DONE, NOT_RUN)}
+    failed = sweep.count - sum(count.values())
+    clauses = [f"{count[DONE]} of {sweep.count} points are computed"]
+    if failed:
+        clauses.append(f"{failed} failed, see below")
+    if count[NOT_RUN]:
+        clauses.append(f"{count[NOT_RUN]} {'was' if count[NOT_RUN] == 1 else 'were'} not run")
+    if limits:
+        clauses.append(kept_share(sweep, limits))
+    return "; ".join(clauses) + "."
+
+
+def _identity(sweep: SweepView) -> list[str]:
+    rows = [("case", sweep.name)]
+    if sweep.case.get("source"):
+        rows.append(("source", str(sweep.case["source"])))
+    rows.append(("points", _points(sweep)))
+    return pairs([*rows, *sweep.facts], 20)
+
+
+def _points(sweep: SweepView) -> str:
+    if not sweep.grid:
+        method = sweep.sampling.replace("_", " ")
+        runs = ", in the order that Sobol indices need" if sweep.indices else ""
+        return f"{sweep.count}, {method} sampling{runs}"
+    sizes = " x ".join(str(size) for size in sweep.shape)
+    return f"{sweep.count}, a grid" + (f" of {sizes}" if len(sweep.shape) > 1 else "")
+
+
+def _varied(sweep: SweepView) -> list[str]:
+    rows = []
+    if sweep.grid:
+        for axis in sweep.grid:
+            spacing = "log" if axis.logarithmic else _steps(axis.values[:, 0])
+            for column, key in enumerate(axis.keys):
+                values = axis.values[:, column]
+                if key.names:
+                    names = ", ".join(key.names[round(float(value))] for value in values)
+                    rows.append([key.key, str(len(values)), "", "", "", "choice"])
+                    rows.append([f"  {names}", "", "", "", "", ""])
+                    continue
+                ends = [key.number(values[0]), key.number(values[-1])]
+                count = str(len(values)) if column == 0 else "in step"
+                rows.append([key.key, count, *ends, key.unit, spacing if column == 0 else ""])
+        return table(_AXES, rows)
+    drawn = sweep.values_of(np.arange(sweep.count))
+    for column, key in enumerate(sweep.keys):
+        if key.names:
+            rows.append([f"{key.key}: {', '.join(key.names)}", "", "", "", "", "drawn"])
+            continue
+        ends = [key.number(end) for end in (drawn[:, column].min(), drawn[:, column].max())]
+        rows.append([key.key, "", *ends, key.unit, "drawn"])
+    return table(_AXES, rows)
+
+
+def _steps(values: np.ndarray) -> str:
+    steps = np.diff(values)
+    even = steps.size and np.ptp(steps) <= 1e-6 * np.max(np.abs(steps))
+    return "linear" if even else "listed"
+
+
+def _left_out(sweep: SweepView) -> list[str]:
+    lines: list[str] = []
+    for path, reason in sweep.left_out.items():
+        lines += paragraph(f"{path}: {reason}")
+    return lines
+
+
+def _titled(title: str, lines: list[str]) -> list[str]:
+    return ["", title, "-" * len(title), *lines]

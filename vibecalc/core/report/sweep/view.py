@@ -1,0 +1,330 @@
+"""A sweep as the report reads it from its open file: keys, results, and points without any."""
+
+import math
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from itertools import pairwise
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from vibecalc.core.report.writing import Column, fold, number, table
+from vibecalc.core.results.layout import DONE, NOT_RUN, SAMPLE, STATUS_WORDS, TEXT_CHECKSUM
+from vibecalc.core.results.record import Quantity
+from vibecalc.core.results.sweep_file import StackedQuantity, SweepResult, SweptKey
+from vibecalc.errors import UnitError
+from vibecalc.units import convert
+
+# ----------------------------------------------------------------------------
+# A sweep as the report reads it: its keys in the units of the case, its results at all points.
+# ----------------------------------------------------------------------------
+
+_LOG_RTOL = 1e-6
+_DIGITS = 6
+
+
+class Key(NamedTuple):
+    """A key that varies; a value in SI times `factor` is in `unit`, a choice counts `names`."""
+
+    key: str
+    words: str
+    unit: str
+    factor: float
+    names: tuple[str, ...]
+
+    def shown(self, value: float) -> str:
+        """One value as a reader wants it: `12.5 N/mm`, or the name of a choice."""
+        if self.names:
+            return self.names[round(float(value))]
+        return f"{self.number(value)} {self.unit}".rstrip()
+
+    def number(self, value: float) -> str:
+        """The same without its unit."""
+        if self.names:
+            return self.names[round(float(value))]
+        return f"{float(value) * self.factor:.{_DIGITS}g}"
+
+    @property
+    def title(self) -> str:
+        """Words and unit for the axis of a picture."""
+        return f"{self.words} in {self.unit}" if self.unit else self.words
+
+
+class GridAxis(NamedTuple):
+    """One axis of a grid: its keys and their values (n, keys) in SI, or the number of a choice."""
+
+    keys: tuple[Key, ...]
+    values: np.ndarray
+
+    @property
+    def logarithmic(self) -> bool:
+        """Whether its first key goes up, or down, in equal ratios."""
+        first = self.values[:, 0]
+        if self.keys[0].names or first.size < 3 or np.min(first) <= 0.0:
+            return False
+        steps = np.diff(np.log(first))
+        return bool(np.ptp(steps) <= _LOG_RTOL * abs(steps[0]) and steps[0] != 0.0)
+
+
+class Stacked(NamedTuple):
+    """A result at all points: values (points, own axes), error (points,), perhaps spread."""
+
+    values: np.ndarray
+    errors: np.ndarray
+    standard_errors: np.ndarray | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class SweepView:
+    """A sweep. Points are counted in C order; `kept` describes each result without its values.
+
+    `read` gives the values of one path, so that no more than one result is in memory at a time.
+    `grid` is empty for a sampling, `drawn` (points, keys) is None for a grid; `together` has the
+    places of the keys of each axis. `left_out` says of each path that could not be kept why.
+    """
+
+    name: str
+    case: Mapping[str, Any]
+    sampling: str
+    keys: tuple[Key, ...]
+    grid: tuple[GridAxis, ...] = ()
+    drawn: np.ndarray | None = None
+    together: tuple[tuple[int, ...], ...]
+    indices: bool = False
+    status: np.ndarray
+    message: Callable[[int], str]
+    kept: Mapping[str, Quantity]
+    read: Callable[[str], Stacked]
+    facts: Sequence[tuple[str, str]] = ()
+    left_out: Mapping[str, str] = field(default_factory=dict)
+    provenance: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Lengths of the axes of the grid; of a sampling, how many points it has."""
+        return tuple(len(axis.values) for axis in self.grid) or (int(self.status.size),)
+
+    @property
+    def count(self) -> int:
+        """How many points there are."""
+        return math.prod(self.shape)
+
+    @cached_property
+    def done(self) -> np.ndarray:
+        """Which points were computed, (points,)."""
+        return np.asarray(self.status == DONE)
+
+    @cached_property
+    def independent(self) -> np.ndarray:
+        """Points that are samples on their own, (points,): for Sobol indices the two halves."""
+        if not self.indices:
+            return np.ones(self.count, dtype=bool)
+        return np.asarray(np.arange(self.count) % (len(self.together) + 2) < 2)
+
+    def values_of(self, points: np.ndarray) -> np.ndarray:
+        """What the keys are at some points, (len, keys) in SI."""
+        points = np.asarray(points)
+        if self.drawn is not None:
+            return np.asarray(self.drawn[points])
+        places = np.unravel_index(points, self.shape)
+        return np.concatenate(
+            [axis.values[place] for axis, place in zip(self.grid, places, strict=True)], axis=-1
+        )
+
+    def words_of(self, point: int) -> str:
+        """One point as a reader wants it: `stiffness = 12.5 N/mm, damping = 50 N*s/m`."""
+        row = self.values_of(np.array([point]))[0]
+        pairs = zip(self.keys, row, strict=True)
+        return ", ".join(f"{key.words} = {key.shown(value)}" for key, value in pairs)
+
+
+# ----------------------------------------------------------------------------
+# The open file of a sweep as what the report reads.
+# ----------------------------------------------------------------------------
+
+#: words that more than one table has, and the tables that say whose they are
+_SHARED = frozenset({"inertia", "stiffness", "damping", "torque", "gain"})
+_OWNERS = frozenset({"rotor", "shell", "motor", "friction", "control"})
+
+
+def view_of(result: SweepResult) -> SweepView:
+    """The view of a sweep; its results are read from the file one by one, when asked for."""
+    head = result.head
+    swept = [key for axis in head.axes for key in axis.keys]
+    words = _short([key.key for key in swept], head.result.case)
+    keys = tuple(_key(key, name) for key, name in zip(swept, words, strict=True))
+    sampled = [axis.name for axis in head.axes] == [SAMPLE]
+    columns = [np.stack(axis.read(0, axis.count), axis=1).astype(float) for axis in head.axes]
+    groups = _groups([1] * len(keys)) if sampled else _groups([len(a.keys) for a in head.axes])
+    if sampled:
+        groups = _groups([len(table) for table in head.design["axes"]])
+    grid = [
+        GridAxis(tuple(keys[place] for place in group), values)
+        for group, values in zip(groups, columns, strict=False)
+    ]
+    failures = result.failures()
+    reasons = {
+        int(point): failures.texts[int(cause)]
+        for point, cause in zip(failures.points, failures.causes, strict=True)
+    }
+    return SweepView(
+        name=head.result.name,
+        case=head.result.case,
+        sampling=head.sampling,
+        keys=keys,
+        grid=() if sampled else tuple(grid),
+        drawn=columns[0] if sampled else None,
+        together=groups,
+        indices=bool(head.design.get("indices")),
+        status=result.status().ravel(),
+        message=lambda point: reasons.get(point, ""),
+        kept={path: _described(quantity) for path, quantity in result.quantities.items()},
+        read=lambda path: _read(result.quantities[path], result.count),
+        facts=(
+            ("sha256 of the case", head.result.case_sha256),
+            ("sha256 of the sweep", head.identity),
+            ("vibecalc", head.result.version),
+        ),
+        left_out=result.left_out,
+        provenance=_provenance(head.result.provenance),
+    )
+
+
+def _groups(sizes: list[int]) -> tuple[tuple[int, ...], ...]:
+    ends = np.cumsum([0, *sizes]).tolist()
+    return tuple(tuple(range(start, stop)) for start, stop in pairwise(ends))
+
+
+def _key(key: SweptKey, words: str) -> Key:
+    if key.choices:
+        return Key(key.key, words, "", 1.0, key.choices)
+    try:
+        factor, unit = convert(1.0, key.unit, key.written_unit), key.written_unit
+    except UnitError:
+        factor, unit = 1.0, key.unit
+    return Key(key.key, words, unit, factor, ())
+
+
+def _short(keys: list[str], case: Mapping[str, Any]) -> list[str]:
+    """The shortest end of each key that no other key has, and whose it is where many have such."""
+    parts = [key.split(".") for key in keys]
+    names = []
+    for mine, own in enumerate(parts):
+        others = [other for place, other in enumerate(parts) if place != mine]
+        sizes = range(1, len(own) + 1)
+        size = next((n for n in sizes if all(o[-n:] != own[-n:] for o in others)), len(own))
+        if size == 1 and own[-1] in _SHARED and own[-2:-1] and own[-2] in _OWNERS:
+            size = 2
+        owner = _member(own[:-1], case) if size == 2 else ""
+        mark = " " if size == 2 and own[-2] in _OWNERS else "."
+        words = f"{own[-1]} of {owner}" if owner else mark.join(own[-size:])
+        names.append(words.replace("_", " "))
+    return names
+
+
+def _member(parts: Sequence[str], case: Mapping[str, Any]) -> str:
+    """The name that the case gives to a member of a list, `cylinders[0]`; empty if it has none."""
+    found: Any = case
+    for part in parts:
+        match = re.fullmatch(r"(\w+)(?:\[(\d+)\])?", part)
+        if match is None or not isinstance(found, Mapping):
+            return ""
+        found = found.get(match[1])
+        if match[2] is not None:
+            inside = isinstance(found, list | tuple) and int(match[2]) < len(found)
+            found = found[int(match[2])] if inside else None
+    indexed = bool(parts) and parts[-1].endswith("]")
+    return str(found.get("name") or "") if indexed and isinstance(found, Mapping) else ""
+
+
+def _described(quantity: StackedQuantity) -> Quantity:
+    """All but the values."""
+    return Quantity(
+        path=quantity.path,
+        values=np.empty(0),
+        unit=quantity.unit,
+        long_name=quantity.long_name,
+        axes=quantity.axes,
+        amplitude=quantity.amplitude,
+        error_estimate=quantity.error_estimate,
+        standard_error=quantity.standard_error,
+    )
+
+
+def _read(quantity: StackedQuantity, count: int) -> Stacked:
+    own = tuple(len(axis.values) for axis in quantity.axes)
+    spread = quantity.standard_errors()
+    return Stacked(
+        quantity.values().reshape(count, *own),
+        quantity.errors().reshape(count),
+        None if spread is None else spread.reshape(count),
+    )
+
+
+def _provenance(given: Any) -> dict[str, Any]:
+    return {name: value for name, value in given.items() if name != TEXT_CHECKSUM}
+
+
+# ----------------------------------------------------------------------------
+# Points of a sweep without a result, grouped by their cause.
+# ----------------------------------------------------------------------------
+
+_NUMBER = re.compile(r"(?<![A-Za-z_])[-+]?\d+(?:\.\d*)?(?:[eE][-+]?\d+)?")
+_COLUMNS = (Column("cause", 46), number("points", 9), number("share", 8), Column("example", 32))
+
+
+class Cause(NamedTuple):
+    """Points that came to nothing for one reason, with the words of the first.
+
+    `alike` says whether those of the others are the same to every digit.
+    """
+
+    status: int
+    words: str
+    points: np.ndarray
+    alike: bool
+
+    @property
+    def title(self) -> str:
+        """Kind of failure and its words, in one line."""
+        kind = STATUS_WORDS.get(self.status, f"status {self.status}")
+        first = self.words.strip().splitlines()[-1].strip() if self.words.strip() else ""
+        if not first:
+            return kind
+        return f"{kind}: {first}" if self.alike else f"{kind}, such as: {first}"
+
+
+def causes(sweep: SweepView) -> list[Cause]:
+    """Failures, most frequent first; messages that differ in their numbers only are one cause."""
+    groups: dict[tuple[int, str], tuple[list[int], dict[str, None]]] = {}
+    for point in np.flatnonzero((sweep.status != DONE) & (sweep.status != NOT_RUN)):
+        words = sweep.message(int(point))
+        key = (int(sweep.status[point]), _NUMBER.sub("#", words))
+        points, texts = groups.setdefault(key, ([], {}))
+        points.append(int(point))
+        texts.setdefault(words)
+    found = [
+        Cause(status, next(iter(texts)), np.array(points), len(texts) == 1)
+        for (status, _), (points, texts) in groups.items()
+    ]
+    return sorted(found, key=lambda cause: (-cause.points.size, int(cause.points[0])))
+
+
+def failure_lines(sweep: SweepView) -> list[str]:
+    """A table of the causes with counts, shares and an example; empty if nothing failed."""
+    rows = []
+    for cause in causes(sweep):
+        point = int(cause.points[0])
+        head = "\n  ".join(fold(cause.title, _COLUMNS[0].width - 2)[:8])
+        share = f"{100.0 * cause.points.size / sweep.count:.3g} %"
+        rows.append([head, str(cause.points.size), share, example(sweep, point, 32)])
+    return table(_COLUMNS, rows) if rows else []
+
+
+def example(sweep: SweepView, point: int, width: int) -> str:
+    """A point by number and values, one key on a line where they do not fit into one."""
+    words = sweep.words_of(point)
+    whole = f"point {point}: {words}"
+    return whole if len(whole) <= width else f"point {point}\n" + words.replace(", ", "\n")

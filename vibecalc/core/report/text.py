@@ -1,0 +1,291 @@
+"""The report of a result: as text of fixed columns, and as the object that `--json` prints."""
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vibecalc.absorber.report.hardware import absorber_parts
+from vibecalc.absorber.report.tuning import absorber, absorber_tuning, pendulum
+from vibecalc.core.report import pages as closing
+from vibecalc.core.report import pages as summary
+from vibecalc.core.report.pages import tolerance
+from vibecalc.core.report.sections import Section, magnitudes, other, speed_of, table_of
+from vibecalc.core.report.studies import find, optimisation
+from vibecalc.core.report.verdicts import (
+    LimitRow,
+    ReferenceRow,
+    judge_limits,
+    judge_references,
+    misses,
+)
+from vibecalc.core.report.writing import fold, pairs, paragraph, rpm, show
+from vibecalc.core.results.record import ROUNDING, Quantity, Result
+from vibecalc.excitation.report import excitation, motor, pump, rod
+from vibecalc.impact.report import impact
+from vibecalc.isolation.report import isolation, torque_reaction
+from vibecalc.kinematics.report import kinematics
+from vibecalc.measurement.report import measurement
+from vibecalc.response.report import operations, response, switching
+from vibecalc.roll.report.control import roll_control
+from vibecalc.roll.report.motor import roll_motor
+from vibecalc.roll.report.running import roll
+from vibecalc.roll.report.start_up import start_up
+from vibecalc.torsion.report.damper_design import damper_design
+from vibecalc.torsion.report.excitation import torsion_excitation
+from vibecalc.torsion.report.first_page import torsion
+from vibecalc.torsion.report.limits import has_limits, torsion_limits
+from vibecalc.torsion.report.line import torsion_line
+from vibecalc.torsion.report.modes import torsion_modes
+from vibecalc.torsion.report.studies import torsion_published, torsion_transient, torsion_variable
+from vibecalc.torsion.report.vibration import torsion_speeds, torsion_steady
+
+# ----------------------------------------------------------------------------
+# The report as text: fixed columns and stable digits, so that two reports can be diffed.
+# ----------------------------------------------------------------------------
+
+#: More references than these fill the first page: it shows some, and all stand further below.
+_MOST_ON_TOP, _BRIEF = 40, 10
+
+#: In the order of the pipeline, the optimum first since it is what the rest describes.
+_STAGES: tuple[Callable[[Result], Section | None], ...] = (
+    optimisation,
+    find,
+    torsion,
+    torsion_line,
+    torsion_modes,
+    torsion_excitation,
+    torsion_steady,
+    torsion_speeds,
+    torsion_limits,
+    torsion_variable,
+    torsion_transient,
+    torsion_published,
+    damper_design,
+    kinematics,
+    rod,
+    excitation,
+    motor,
+    pump,
+    response,
+    operations,
+    switching,
+    impact,
+    roll,
+    start_up,
+    roll_motor,
+    roll_control,
+    isolation,
+    torque_reaction,
+    measurement,
+    absorber_tuning,
+    absorber,
+    absorber_parts,
+    pendulum,
+)
+
+
+def render_report(result: Result, *, full: bool = False) -> str:
+    """The whole report of one result, at most 100 columns wide.
+
+    Sections appear only for what the result has; what no section knows is listed generically.
+    What changes from run to run stands at the end, so that all above it is the same text for the
+    same numbers. `full` lists the error estimate of every quantity instead of the worst few.
+
+    Raises
+    ------
+    ResultError
+        A reference or limit of the case names what the result does not have.
+    """
+    limits, references = judge_limits(result), judge_references(result)
+    lines = _identity(result)
+    words = summary.conclusion(references, limits)
+    if not limits and not references and has_limits(result.record):
+        words = "Limits of the stress in the shaft line stand beside the results below."
+    lines += _titled("Summary", paragraph(words))
+    many = len(references) > _MOST_ON_TOP
+    on_top = summary.references(references, _BRIEF if many else None)
+    for table in (summary.limits(limits), on_top):
+        if table:
+            lines += ["", *table]
+    shown: set[str] = set()
+    for stage in _STAGES:
+        section = stage(result)
+        if section is not None:
+            lines += _titled(section.title, section.lines)
+            shown |= section.shown
+    if many:
+        lines += _titled("Reference numbers, all", summary.references(references))
+    closings = (
+        other(result, shown),
+        closing.warnings(result),
+        tolerance(result),
+        closing.accuracy(result, full),
+        closing.methods_section(result),
+        closing.plan_section(result),
+        closing.provenance(result),
+    )
+    for section in closings:
+        if section is not None:
+            lines += _titled(section.title, section.lines)
+    return "\n".join(lines) + "\n"
+
+
+def render_verdicts(result: Result) -> str:
+    """Limits and references of one result, each miss in words, and the conclusion."""
+    limits, references = judge_limits(result), judge_references(result)
+    lines = _titled(str(result.case.get("title") or result.name), [])[1:]
+    for table in (summary.limits(limits), summary.references(references)):
+        lines += [*table, ""] if table else []
+    for miss in misses(references, limits):
+        lines += paragraph(miss, "MISSED")
+    return "\n".join([*lines, *paragraph(summary.conclusion(references, limits))]) + "\n"
+
+
+def _identity(result: Result) -> list[str]:
+    case = result.case
+    title = fold(str(case.get("title") or result.name), 98)
+    rows = [("case", result.name)]
+    if case.get("source"):
+        rows.append(("source", str(case["source"])))
+    machine = _machine(result)
+    if machine:
+        rows.append(("machine", machine))
+    rows += [("sha256 of the case", result.case_sha256), ("vibecalc", result.version)]
+    return [*title, "=" * max(len(line) for line in title), *pairs(rows, 20)]
+
+
+def _machine(result: Result) -> str:
+    machine = table_of(result.case, "machine")
+    words = [str(machine["kind"])] if machine.get("kind") else []
+    cylinders: Any = table_of(machine, "crank_train").get("cylinders") or ()
+    if cylinders:
+        words.append("1 cylinder" if len(cylinders) == 1 else f"{len(cylinders)} cylinders")
+    speed = speed_of(result)
+    if speed is not None:
+        words.append(f"{show(rpm(speed))} rpm ({show(speed)} rad/s)")
+    return ", ".join(words)
+
+
+def _titled(title: str, lines: list[str]) -> list[str]:
+    return ["", title, "-" * len(title), *lines]
+
+
+# ----------------------------------------------------------------------------
+# The object that `--json` prints. Its keys are a contract with scripts of others.
+# ----------------------------------------------------------------------------
+
+#: lists of numbers that a reader acts on, beside the scalars
+_LISTS = ("response/torsion/barred/from", "response/torsion/barred/to")
+
+
+def as_json(
+    result: Result, path: Path | str | None = None, *, full: bool = False
+) -> dict[str, Any]:
+    """The result as a plain object that `json.dumps(..., allow_nan=False)` takes.
+
+    `result` is the path of the result file. `quantities` has the scalars, a complex one as its
+    magnitude, and the barred ranges of a shaft line, with `full` all arrays: `value` as lists along
+    the `axes`, of what is complex `real` and `imaginary`. What is zero to rounding of its terms is
+    0; what is no larger than its `error` for another reason is not `resolved`. What is undefined is
+    None, and so is what is infinite, since JSON has no word for it; an infinite limit entry still
+    says `kept: false`. An undecided one has `kept: null` and says what would decide it.
+    """
+    return {
+        "case": result.name,
+        "result": None if path is None else str(path),
+        "quantities": {
+            quantity.path: _array(quantity) if quantity.axes else _number(quantity)
+            for quantity in result.record.values()
+            if full or not quantity.axes or quantity.path in _LISTS
+        },
+        "references": [_reference(row) for row in judge_references(result)],
+        "limits": [_limit(row) for row in judge_limits(result)],
+        "timings": {stage: float(seconds) for stage, seconds in result.timings.items()},
+    }
+
+
+def _reference(row: ReferenceRow) -> dict[str, Any]:
+    return {
+        "quantity": row.quantity,
+        "where": dict(row.where),
+        "source": row.source,
+        "value": row.value,
+        "computed": _finite(row.computed),
+        "error": _finite(row.error_estimate),
+        "resolved": row.resolved,
+        "unit": row.unit,
+        "relative_difference": row.relative_difference,
+        "within": row.within,
+        "kind": row.kind,
+        "known_difference": row.known_difference or None,
+    }
+
+
+def _limit(row: LimitRow) -> dict[str, Any]:
+    return {
+        "quantity": row.quantity,
+        "where": dict(row.where),
+        "min": row.min,
+        "max": row.max,
+        "unit": row.unit,
+        "computed": _finite(row.computed),
+        "error": _finite(row.error_estimate),
+        "margin": _finite(row.margin),
+        "kept": row.kept,
+        "verdict": row.state,
+        "decided_by": row.decided_by or None,
+    }
+
+
+def _number(quantity: Quantity) -> dict[str, Any]:
+    value = magnitudes(quantity)[()]
+    shown: float | int | str | None
+    if value.dtype.kind in "biu":
+        shown = int(value)
+    else:
+        shown = _finite(float(value)) if value.dtype.kind == "f" else str(value)
+    known = not isinstance(shown, int | float)
+    if not known and quantity.estimate.is_zero(float(value)):
+        shown = 0.0 if isinstance(shown, float) else shown
+    return {
+        "value": shown,
+        "unit": quantity.unit,
+        "error": _finite(quantity.error_estimate),
+        "resolved": known or not quantity.estimate.unresolved(float(value)),
+    }
+
+
+def _array(quantity: Quantity) -> dict[str, Any]:
+    values, error = np.asarray(quantity.values), quantity.estimate
+    if values.dtype.kind in "fc" and error <= ROUNDING * error.terms:
+        values = np.where(np.abs(values) <= error, 0.0, values)
+    parts = {"value": values}
+    if values.dtype.kind == "c":
+        parts = {"real": values.real, "imaginary": values.imag}
+    return {
+        **{name: _list(part) for name, part in parts.items()},
+        "unit": quantity.unit,
+        "error": _finite(quantity.error_estimate),
+        "axes": [
+            {"name": axis.name, "unit": axis.unit, "values": _list(axis.values)}
+            for axis in quantity.axes
+        ],
+    }
+
+
+def _list(values: np.ndarray) -> list[Any]:
+    """Nested lists of plain numbers and texts, None for what is not finite."""
+    if values.dtype.kind == "f" and not np.isfinite(values).all():
+        plain = values.astype(object)
+        plain[~np.isfinite(values)] = None
+        values = plain
+    elif values.dtype.kind not in "biuf":
+        values = np.vectorize(str, otypes=[object])(values) if values.size else values
+    return list(values.tolist())
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None

@@ -1,0 +1,332 @@
+"""Limits, published and measured numbers of a case, held against its result."""
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+from vibecalc.core.report.sections import asked, entries, name_of, naming, not_found
+from vibecalc.core.report.writing import Printed, read_printed
+from vibecalc.core.results.record import Estimate, Quantity, Result
+from vibecalc.core.results.select import curving, held, scalar, uncertainty, worst
+from vibecalc.core.results.tolerance import UNRESOLVED, remedy
+from vibecalc.errors import ResultError
+from vibecalc.numerics.rounding import EPSILON
+from vibecalc.units import convert
+
+# ----------------------------------------------------------------------------
+# Limits of a case, judged against its result.
+# ----------------------------------------------------------------------------
+
+KEPT, BROKEN, UNDECIDED = "kept", "broken", "undecided"
+_STATES = {1: KEPT, -1: BROKEN, 0: UNDECIDED}
+
+
+@dataclass(frozen=True, kw_only=True)
+class LimitRow:
+    """A bound and the worst entry it is held against; all numbers in `unit`.
+
+    `state` is KEPT where the whole interval of the value and its error lies inside, BROKEN where it
+    lies outside, else UNDECIDED; `decided_by` then says what would decide. The error is the same
+    for all entries of a quantity, so that the worst entry is also the one whose interval reaches
+    furthest. `label` names it.
+    """
+
+    quantity: str
+    where: Mapping[str, int | float | str] = field(default_factory=dict)
+    source: str
+    min: float | None
+    max: float | None
+    unit: str
+    computed: float
+    label: str
+    error_estimate: float
+    margin: float
+    state: str
+    decided_by: str = ""
+    expect: str = "kept"
+    at: str = "optimum"
+
+    @property
+    def kept(self) -> bool | None:
+        """None where that is undecided."""
+        return None if self.state == UNDECIDED else self.state == KEPT
+
+    @property
+    def satisfied(self) -> bool:
+        """Whether the limit does what the case expects of it."""
+        return self.state == self.expect
+
+
+def judge_limits(result: Result) -> list[LimitRow]:
+    """Judge every `[[limit]]` of the case, in its order; of an array the worst entry counts.
+
+    An infinite value breaks a `max` with a margin of minus infinity; what a [[find]] was to find
+    and did not is undecided. Numbers are in the unit of
+    the bound as written (of `max`, if the row has both).
+
+    Raises
+    ------
+    ResultError
+        A row names a quantity or an entry that the result does not have.
+    """
+    return [_judge(result, entry) for entry in entries(result, "limit")]
+
+
+def _nothing(entry: Mapping[str, Any]) -> LimitRow:
+    """A limit on what a [[find]] did not find: missed, whatever the case expects of it."""
+    both = {side: entry.get(side) for side in ("max", "min")}
+    bounds = {side: read_printed(bound) for side, bound in both.items() if bound is not None}
+    unit = next((bound.unit for bound in bounds.values()), "")
+    limits = {side: convert(bound.number, bound.unit, unit) for side, bound in bounds.items()}
+    expect = str(entry.get("expect") or "kept")
+    return LimitRow(
+        quantity=str(entry["quantity"]),
+        where=dict(entry.get("where") or {}),
+        source=str(entry.get("source") or ""),
+        min=limits.get("min"),
+        max=limits.get("max"),
+        unit=unit,
+        computed=math.nan,
+        label="",
+        error_estimate=math.nan,
+        margin=-math.inf,
+        state=UNDECIDED,
+        decided_by="a [[find]] that finds it",
+        expect=expect,
+        at=str(entry.get("at") or "optimum"),
+    )
+
+
+def _judge(result: Result, entry: Mapping[str, Any]) -> LimitRow:
+    if not_found(result, entry):
+        return _nothing(entry)
+    quantity = asked(result, entry, "limit")
+    where = dict(entry.get("where") or {})
+    sides: tuple[Literal["max"], Literal["min"]] = ("max", "min")
+    bounds = {
+        side: read_printed(entry[side], default_unit=quantity.unit)
+        for side in sides
+        if entry.get(side) is not None
+    }
+    if not bounds:
+        raise ResultError(f"a [[limit]] on {quantity.path} has neither max nor min")
+    unit = next(iter(bounds.values())).unit
+    limits = {side: convert(bound.number, bound.unit, unit) for side, bound in bounds.items()}
+    judged = []
+    for side, limit in limits.items():
+        with naming("limit", entry):
+            value, label = worst(quantity, where, side)
+        zero = quantity.estimate.is_zero(value)
+        computed = 0.0 if zero else convert(value, quantity.unit, unit)
+        margin = limit - computed if side == "max" else computed - limit
+        # A value that is not a number keeps no limit, whatever the side.
+        judged.append((-math.inf if math.isnan(margin) else margin, computed, label, limit, zero))
+    margin, computed, label, limit, zero = min(judged, key=lambda item: item[0])
+    error = 0.0 if zero else convert(uncertainty(quantity, where), quantity.unit, unit)
+    error = Estimate(error, 0.0)  # what is a zero has become one
+    state = _STATES[int(held(margin, error, limit))]
+    return LimitRow(
+        quantity=str(entry["quantity"]),
+        where=where,
+        source=str(entry.get("source") or ""),
+        min=limits.get("min"),
+        max=limits.get("max"),
+        unit=unit,
+        computed=computed,
+        label=label,
+        error_estimate=error,
+        margin=margin,
+        state=state,
+        decided_by=_decided_by(result, quantity, where) if state == UNDECIDED else "",
+        expect=str(entry.get("expect") or "kept"),
+        at=str(entry.get("at") or "optimum"),
+    )
+
+
+def _decided_by(result: Result, quantity: Quantity, where: Mapping[str, Any]) -> str:
+    if curving(quantity, where) > quantity.error_estimate:
+        return "more points of the curve, whose samples lie too far apart here"
+    return remedy(quantity, result.case)
+
+
+# ----------------------------------------------------------------------------
+# Published and measured numbers of a case, held against its result.
+# ----------------------------------------------------------------------------
+
+__all__ = [
+    "KNOWN",
+    "MEASURED",
+    "OUTSIDE",
+    "WITHIN",
+    "LimitRow",
+    "ReferenceRow",
+    "counted_misses",
+    "judge_limits",
+    "judge_references",
+    "misses",
+]
+
+WITHIN = "within"
+OUTSIDE = "outside"
+KNOWN = "known difference"
+MEASURED = "measured"
+
+#: Comparing at the very edge of a tolerance must not hang on the last bit of a subtraction.
+_ROUND_OFF = 4.0 * EPSILON
+#: paths of angles that say the same after a whole turn, but not their uncertainties
+_PHASE = re.compile(r"^(?!.*uncertainty)(.*[/_.])?(phase|phase_lag|lag)(/[^/]*)?$")
+
+
+@dataclass(frozen=True, kw_only=True)
+class ReferenceRow:
+    """A published or measured number beside ours; all numbers in `unit`, the one printed.
+
+    `difference` is computed less printed, of a phase the shortest way round (`cyclic`); the
+    relative one is that over the printed number.
+    `agrees` is the bare comparison, `within` the counted one: None for a row that is shown only.
+    `printed` is the value as the case writes it. A computed value that its error exceeds is not
+    `resolved`, and agrees only if that error is within the tolerance.
+    """
+
+    quantity: str
+    where: Mapping[str, int | float | str] = field(default_factory=dict)
+    source: str
+    value: float
+    printed: str
+    computed: float
+    unit: str
+    error_estimate: float
+    resolved: bool = True
+    tolerance: float
+    difference: float
+    relative_difference: float | None
+    agrees: bool
+    within: bool | None
+    verdict: str
+    kind: str
+    known_difference: str = ""
+    shown_by: str = ""
+    at: str = "optimum"
+    cyclic: bool = False
+
+
+def judge_references(result: Result) -> list[ReferenceRow]:
+    """Judge every `[[reference]]` of the case, in its order.
+
+    A complex quantity counts by its magnitude. The tolerance is `atol`, else `rtol` times the
+    printed value, else half a unit of the last printed digit, a whole one where the source cut
+    its digits off. What a [[find]] was to find and did not is undefined, outside every tolerance.
+    Phases agree whatever whole turns they differ by. At a speed between two samples of a curve the
+    computed number lies on the straight line between these, and its error says what that is off.
+
+    Raises
+    ------
+    ResultError
+        A row names a quantity or an entry that the result does not have.
+    """
+    return [_judge_reference(result, entry) for entry in entries(result, "reference")]
+
+
+def counted_misses(result: Result) -> int:
+    """How many counted references and limits the result misses; `verify` exits 1 on any."""
+    return len(misses(judge_references(result), judge_limits(result)))
+
+
+def misses(references: Sequence[ReferenceRow], limits: Sequence[LimitRow]) -> list[str]:
+    """One line of words for each counted reference outside its tolerance and each missed limit."""
+    found = [
+        f"{name_of(row.quantity, row.where)}: published {row.value:.10g} {row.unit}".rstrip()
+        + f", {_computed(row.computed, 10)}"
+        + ("" if row.resolved else f" +-{row.error_estimate:.3g}, unresolved")
+        + f", tolerance {row.tolerance:.2g} ({row.source})"
+        for row in references
+        if row.within is False
+    ]
+    for limit in limits:
+        if not limit.satisfied:
+            where = f" at {limit.label}" if limit.label else ""
+            fate = f"is {limit.state}"
+            if limit.expect != KEPT:
+                fate = f"was expected to be {limit.expect}, {fate}"
+            found.append(
+                f"limit on {name_of(limit.quantity, limit.where)} {fate}{where}: "
+                f"{_computed(limit.computed, 6, '')} {limit.unit}".rstrip()
+                + f", margin {limit.margin:.3g}"
+                + (f" +-{limit.error_estimate:.3g}" if limit.state == UNDECIDED else "")
+            )
+    return found
+
+
+def _computed(value: float, digits: int, lead: str = "computed ") -> str:
+    return "nothing found" if math.isnan(value) else f"{lead}{value:.{digits}g}"
+
+
+def _judge_reference(result: Result, entry: Mapping[str, Any]) -> ReferenceRow:
+    where = dict(entry.get("where") or {})
+    cyclic = False
+    resolved = True
+    if not_found(result, entry):
+        printed = read_printed(entry["value"], entry.get("unit") or "")
+        computed = error = math.nan
+    else:
+        quantity = asked(result, entry, "reference")
+        printed = read_printed(entry["value"], entry.get("unit") or "", quantity.unit)
+        with naming("reference", entry):
+            picked = scalar(quantity, where)
+        magnitude = abs(picked) if isinstance(picked, complex) else picked
+        computed = convert(float(magnitude), quantity.unit, printed.unit)
+        off = quantity.error_estimate + curving(quantity, where)
+        error = convert(off, quantity.unit, printed.unit)
+        resolved = not Estimate(off, quantity.estimate.terms).unresolved(abs(picked))
+        cyclic = quantity.unit == "rad" and bool(_PHASE.match(quantity.path))
+    tolerance = _tolerance(entry, printed)
+    slack = _ROUND_OFF * max(abs(printed.number), abs(computed)) if math.isfinite(computed) else 0.0
+    difference = computed - printed.number
+    if cyclic and math.isfinite(difference):
+        difference = math.remainder(difference, convert(2.0 * math.pi, "rad", printed.unit))
+    # what a wide error happens to hold agrees with nothing
+    agrees = bool(abs(difference) <= tolerance + slack) and (resolved or error <= tolerance)
+    kind = str(entry.get("kind") or "published")
+    known = str(entry.get("known_difference") or "")
+    counted = kind == "published" and not known
+    relative = None
+    if printed.number != 0.0 and math.isfinite(computed):
+        relative = difference / abs(printed.number)
+    verdict = WITHIN if agrees else OUTSIDE
+    if not counted:
+        verdict = MEASURED if kind == "measured" else KNOWN
+    elif not (agrees or resolved):
+        verdict = UNRESOLVED
+    return ReferenceRow(
+        quantity=str(entry["quantity"]),
+        where=where,
+        source=str(entry.get("source") or ""),
+        value=printed.number,
+        printed=printed.text,
+        computed=computed,
+        unit=printed.unit,
+        error_estimate=error,
+        resolved=resolved,
+        tolerance=tolerance,
+        difference=difference,
+        relative_difference=relative,
+        agrees=agrees,
+        within=agrees if counted else None,
+        verdict=verdict,
+        kind=kind,
+        known_difference=known,
+        shown_by=str(entry.get("shown_by") or ""),
+        at=str(entry.get("at") or "optimum"),
+        cyclic=cyclic,
+    )
+
+
+def _tolerance(entry: Mapping[str, Any], printed: Printed) -> float:
+    if entry.get("atol") is not None:
+        given = read_printed(entry["atol"], default_unit=printed.unit)
+        return convert(given.number, given.unit, printed.unit)
+    if entry.get("rtol") is not None:
+        return float(entry["rtol"]) * abs(printed.number)
+    return printed.half_unit * (2.0 if entry.get("digits") == "truncated" else 1.0)

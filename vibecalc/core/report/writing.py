@@ -1,0 +1,267 @@
+"""How a report writes: tables of fixed columns, numbers with stable digits."""
+
+import math
+import re
+from collections.abc import Iterable, Sequence
+from decimal import Decimal
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from vibecalc.core.results.record import Estimate
+from vibecalc.units import split_number
+
+# ----------------------------------------------------------------------------
+# Tables of fixed columns: widths never follow the values, so that plain `diff` works.
+# ----------------------------------------------------------------------------
+
+WIDTH = 100
+INDENT = "  "
+_GAP = " "
+
+
+class Column(NamedTuple):
+    """Title, width in characters, and whether it is set to the right (numbers)."""
+
+    title: str
+    width: int
+    right: bool = False
+
+
+def number(title: str, width: int = 12) -> Column:
+    """A column of numbers, set to the right."""
+    return Column(title, width, True)
+
+
+def fold(text: str, width: int) -> list[str]:
+    """Lines of at most `width` characters: broken at blanks; a longer word after `/`, else `_.,`.
+
+    A word without such a mark in it is cut where the line ends.
+    """
+    if len(text) <= width and "\n" not in text:  # nearly every cell of every table
+        return [text.rstrip()]
+    lines: list[str] = []
+    for paragraph_ in text.split("\n"):
+        line = ""
+        for word in re.findall(r"\s*\S+|\s+$", paragraph_):
+            if len(line + word) > width and line.strip():
+                lines.append(line.rstrip())
+                line = word.lstrip()
+            else:
+                line += word
+            while len(line) > width:
+                cut = line.rfind("/", 0, width) + 1
+                if cut <= width // 3:
+                    cut = max(line.rfind(mark, 0, width) for mark in "_.,") + 1
+                cut = cut if cut > width // 3 else width
+                lines.append(line[:cut])
+                line = line[cut:]
+        lines.append(line.rstrip())
+    return lines
+
+
+def table(
+    columns: Sequence[Column],
+    rows: Iterable[Sequence[str]],
+    totals: Iterable[Sequence[str]] = (),
+) -> list[str]:
+    """Lines of a table under its titles and a rule; `totals` stand below another rule.
+
+    A cell that is too wide goes on below. A column without an entry is left out.
+    """
+    used = len(INDENT) + sum(column.width for column in columns) + len(_GAP) * (len(columns) - 1)
+    if used > WIDTH:
+        raise ValueError(f"a table of {used} columns does not fit into {WIDTH}")
+    whole = [list(rows), list(totals)]
+    places = filled([row for part in whole for row in part], len(columns))
+    columns = [columns[place] for place in places]
+    body, below = ([[row[place] for place in places] for row in part] for part in whole)
+    lines = _row([column.title for column in columns], columns)
+    lines.append((INDENT + _GAP.join("-" * column.width for column in columns)).rstrip())
+    for row in body:
+        lines.extend(_row(row, columns))
+    if below:
+        across = sum(column.width + len(_GAP) for column in columns) - len(_GAP)
+        lines.append(INDENT + "-" * across)
+    for row in below:
+        lines.extend(_row(row, columns))
+    return lines
+
+
+def filled(rows: Sequence[Sequence[str]], count: int) -> list[int]:
+    """Places of those of `count` columns that have an entry in any row; all where none has."""
+    return [i for i in range(count) if any(row[i].strip() for row in rows)] or list(range(count))
+
+
+def _row(cells: Sequence[str], columns: Sequence[Column]) -> list[str]:
+    folded = [fold(cell, column.width) for cell, column in zip(cells, columns, strict=True)]
+    height = max(len(cell) for cell in folded)
+    lines = []
+    for i in range(height):
+        parts = []
+        for cell, column in zip(folded, columns, strict=True):
+            text = cell[i] if i < len(cell) else ""
+            parts.append(text.rjust(column.width) if column.right else text.ljust(column.width))
+        lines.append((INDENT + _GAP.join(parts)).rstrip())
+    return lines
+
+
+def pairs(rows: Iterable[tuple[str, str]], width: int = 24) -> list[str]:
+    """Lines of `name   value`, the value folded into what is left of the page."""
+    lines = []
+    for name, value in rows:
+        folded = fold(value, WIDTH - len(INDENT) - width - 1)
+        heads = fold(name, width)
+        for i in range(max(len(folded), len(heads))):
+            head = heads[i] if i < len(heads) else ""
+            tail = folded[i] if i < len(folded) else ""
+            lines.append(f"{INDENT}{head.ljust(width)} {tail}".rstrip())
+    return lines
+
+
+def paragraph(text: str, mark: str = "") -> list[str]:
+    """A folded, indented paragraph; `mark` (such as `[1]`) stands before its first line."""
+    lead = f"{mark} " if mark else ""
+    folded = fold(text, WIDTH - len(INDENT) - len(lead))
+    return [
+        (INDENT + (lead if i == 0 else " " * len(lead)) + line).rstrip()
+        for i, line in enumerate(folded)
+    ]
+
+
+# ----------------------------------------------------------------------------
+# Numbers as the report prints them: stable digits, 0 for zeros, the error where it is larger.
+# ----------------------------------------------------------------------------
+
+DIGITS = 6
+#: of a value that its error exceeds, and below which share of the error it says nothing
+_ROUGH, _LEAST_SHOWN = 3, 1e-3
+_LOWEST_FIXED = 1e-4
+_HIGHEST_FIXED = 1e7
+_TURN = 2.0 * math.pi
+
+
+def show(value: Any, error: float = 0.0, digits: int = DIGITS) -> str:
+    """One number with a fixed count of significant digits.
+
+    A complex number shows its magnitude, an integer all its digits. What is zero to rounding of
+    the terms it is summed from is `0`: its digits would change from machine to machine. What does
+    not exceed its `error` (absolute, same unit) for another reason is shown with it, `196 +-722`:
+    it is unresolved. An error without terms counts as rounding. An infinite value is
+    `unbounded`, an undefined one `undefined`.
+    """
+    if isinstance(value, bool | np.bool_):
+        return "yes" if value else "no"
+    if isinstance(value, int | np.integer):
+        return str(int(value))
+    number: float = abs(value) if np.iscomplexobj(value) else float(value)
+    if math.isnan(number):
+        return "undefined"
+    if math.isinf(number):
+        return "unbounded" if number > 0 else "-unbounded"
+    if isinstance(error, Estimate):
+        if error.unresolved(number):
+            least = number if abs(number) > _LEAST_SHOWN * error else 0.0
+            return f"{show(least, digits=_ROUGH)} +-{show(float(error), digits=_ROUGH)}"
+        if error.is_zero(number):
+            return "0"
+    # An error that is not known hides nothing: the accuracy section says so instead.
+    elif number == 0.0 or (abs(number) <= error and math.isfinite(error)):
+        return "0"
+    mantissa, exponent = f"{number:.{digits - 1}e}".split("e")
+    if _LOWEST_FIXED <= abs(float(f"{mantissa}e{exponent}")) < _HIGHEST_FIXED:
+        return f"{number:.{max(digits - 1 - int(exponent), 0)}f}"
+    return f"{mantissa}e{exponent}"
+
+
+def show_error(error: float) -> str:
+    """An error estimate with two digits; 0 is `exact`."""
+    return "exact" if error == 0.0 else f"{error:.1e}"
+
+
+def show_percent(fraction: float | None) -> str:
+    """A relative difference in percent with its sign, `-` where it is undefined."""
+    if fraction is None or math.isnan(fraction) or math.isinf(fraction):
+        return "-"
+    percent = 100.0 * fraction
+    if abs(percent) < 5e-5:
+        return "0.0000 %"
+    if abs(percent) >= 1e4:
+        return f"{percent:+.1e} %"
+    decimals = 4 if abs(percent) < 1.0 else 2
+    return f"{percent:+.{decimals}f} %"
+
+
+def show_phase(value: complex, error: float = 0.0) -> str:
+    """Phase of a complex amplitude in degrees, (-180, 180], `-` where the amplitude is zero.
+
+    A positive phase leads. The half turn is printed as +180, whichever side round-off put it on.
+    """
+    if not abs(value) > error or not math.isfinite(abs(value)):
+        return "-"
+    degrees = round(math.degrees(math.atan2(value.imag, value.real)), 2)
+    if degrees == -180.0:
+        degrees = 180.0
+    return f"{degrees + 0.0:.2f}"
+
+
+def rpm(speed: float) -> float:
+    """Turns per minute of a speed in rad/s."""
+    return speed * 60.0 / _TURN
+
+
+def hertz(frequency: float) -> float:
+    """Cycles per second of a frequency in rad/s."""
+    return frequency / _TURN
+
+
+def is_speed(path: str) -> bool:
+    """Whether a quantity in rad/s is a speed of rotation, told by its path."""
+    return path.rsplit("/", 1)[-1].endswith("speed")
+
+
+def also(path: str, value: float, unit: str, error: float = 0.0) -> str:
+    """The same value as an engineer may rather want it: rpm, Hz of a frequency, degrees."""
+    if unit == "rad" and math.isfinite(value):
+        return f"{show(math.degrees(value), error * (360.0 / _TURN))} deg"
+    if unit != "rad/s" or not math.isfinite(value):
+        return ""
+    if is_speed(path):
+        return f"{show(rpm(value), rpm(error))} rpm"
+    return f"{show(hertz(value), hertz(error))} Hz"
+
+
+# ----------------------------------------------------------------------------
+# Values as a source prints them: number, unit, and half a unit of the last printed digit.
+# ----------------------------------------------------------------------------
+
+
+class Printed(NamedTuple):
+    """A printed value: `number` and `half_unit` are in `unit`, `text` has the digits as written."""
+
+    number: float
+    unit: str
+    half_unit: float
+    text: str
+
+
+def read_printed(value: float | str, unit: str = "", default_unit: str = "") -> Printed:
+    """Read a reference value.
+
+    The unit is the one in the text, else `unit`, else `default_unit` (that of the quantity).
+    Half a unit of the last digit counts the digits of the text: "93 N" gives .5, "0.079" .0005,
+    "1e-3" .0005, "1.20e-3" 5e-6. A number that is not a text counts as Python prints it, without
+    the ".0" of a whole one; whoever means a zero after the point writes a text.
+    """
+    if isinstance(value, str):
+        digits, own_unit = split_number(value)
+        digits = digits.replace("_", "")
+        unit = own_unit or unit
+    else:
+        digits = repr(float(value)).removesuffix(".0")
+    unit = unit or default_unit
+    exponent = Decimal(digits).as_tuple().exponent
+    if not isinstance(exponent, int):
+        raise ValueError(f"not a finite number: {value!r}")
+    half_unit = float(Decimal((0, (5,), exponent - 1)))
+    return Printed(float(digits), unit, half_unit, digits)

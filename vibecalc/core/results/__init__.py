@@ -1,0 +1,1 @@
+"""Quantities and their one description, in memory and on disk, and their comparison."""

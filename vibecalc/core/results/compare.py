@@ -1,0 +1,337 @@
+"""Golden comparison of two results, aware of what the numbers mean."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from vibecalc.core.results.compare_matched import (
+    ModeMatch,
+    by_curve,
+    by_mode_shape,
+    by_spectrum,
+    match_modes,
+)
+from vibecalc.core.results.compare_rules import (
+    Entries,
+    Rule,
+    Rules,
+    align,
+    by_phase,
+    by_value,
+    by_vector,
+    completed,
+    last_digits,
+)
+from vibecalc.core.results.record import Quantity, Record, Result
+from vibecalc.core.results.store import read_result, write_result
+from vibecalc.errors import UsageError
+
+_PLAIN = {"value": by_value, "vector": by_vector, "phase": by_phase}
+_OVER_MODES = {"spectrum": by_spectrum, "mode_shape": by_mode_shape}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Row:
+    """The comparison of one quantity, shown by its worst entry.
+
+    `ratio` is difference over allowed, at most 1 where the entry is the same; `failed` of
+    `entries` entries are not. `problems` are differences without a number: a missing quantity,
+    another unit, another label on an axis. Any of them makes the quantity differ.
+    """
+
+    path: str
+    kind: str
+    unit: str = ""
+    entry: str = ""
+    reference: float | complex | str | None = None
+    value: float | complex | str | None = None
+    difference: float = 0.0
+    allowed: float = 0.0
+    ratio: float = 0.0
+    failed: int = 0
+    entries: int = 0
+    problems: tuple[str, ...] = ()
+
+    @property
+    def same(self) -> bool:
+        """Whether everything is within its tolerance."""
+        return not self.failed and not self.problems
+
+
+@dataclass(frozen=True, kw_only=True)
+class Change:
+    """Something that is not a result and differs: shown, not counted."""
+
+    what: str
+    reference: str
+    value: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class Comparison:
+    """All rows, in the order of the reference; quantities left out; changes of the case."""
+
+    rows: tuple[Row, ...]
+    ignored: tuple[str, ...] = ()
+    changes: tuple[Change, ...] = ()
+
+    @property
+    def same(self) -> bool:
+        """Whether every compared quantity is the same."""
+        return all(row.same for row in self.rows)
+
+    def worst(self, count: int = 10) -> tuple[Row, ...]:
+        """The rows that differ most: those with problems first, then by ratio."""
+        ordered = sorted(self.rows, key=lambda row: (not row.problems, -row.ratio))
+        return tuple(ordered[:count])
+
+
+def compare(reference: Result, value: Result, rules: Rules | None = None) -> Comparison:
+    """Compare `value` with the golden `reference`, quantity by quantity.
+
+    The tolerance of an entry is atol + rtol * max(|reference entry|, scale of the quantity), plus
+    both error estimates (that of `value` as far as `compare_kinds.doubt` lets it count) and of
+    what cancels the last digits of its `terms`, as the reference has them; see `rules.KINDS` for
+    what is compared. Quantities that only one result has, and units, amplitude
+    kinds or axes that differ, are differences. Provenance is left out, and changes of the case or
+    version are listed without counting. Raises UsageError where a rule does not fit a quantity.
+    """
+    chosen = rules or Rules()
+    rows: list[Row] = []
+    ignored: list[str] = []
+    lost = last_digits(reference.record)
+    matches: dict[tuple[str, float], ModeMatch | None] = {}
+    extra = [path for path in value.record if path not in reference.record]
+    for path in [*reference.record, *extra]:
+        rule = chosen.given(path)
+        if rule.compare == "ignore":
+            ignored.append(path)
+        elif path not in value.record:
+            rows.append(Row(path=path, kind="missing", problems=("is missing",)))
+        elif path not in reference.record:
+            rows.append(Row(path=path, kind="extra", problems=("is not in the reference",)))
+        else:
+            rows.append(_compared(reference.record, value.record, path, rule, lost, matches))
+    return Comparison(rows=tuple(rows), ignored=tuple(ignored), changes=_changes(reference, value))
+
+
+def _compared(
+    reference: Record,
+    value: Record,
+    path: str,
+    rule: Rule,
+    lost: float,
+    matches: dict[tuple[str, float], ModeMatch | None],
+) -> Row:
+    one, other = reference[path], value[path]
+    # what is left of terms that cancel has no scale of its own
+    one = replace(one, error_estimate=one.error_estimate + lost * one.terms)
+    kind = rule.compare or _natural_kind(one)
+    problems = _structure(one, other)
+    if problems:
+        return Row(path=path, kind=kind, unit=one.unit, problems=problems)
+    full = completed(rule, kind)
+    if kind == "curve":
+        axis = _curve_axis(one)
+        aligned = align(one, other, free=axis)
+        entries, more = by_curve(aligned, one, other, full, axis)
+        return _row(one, kind, entries, aligned.problems + more)
+    if kind in _OVER_MODES:
+        axes = {axis.name: axis for axis in one.axes}
+        if "mode" not in axes or (kind == "mode_shape" and len(axes) < 2):
+            raise UsageError(f"compare = {kind!r} does not fit {path}: it needs an axis `mode`")
+        match = _mode_match(reference, value, path, full, matches)
+        if match is not None:
+            aligned = align(one, other, free="mode")
+            entries = _OVER_MODES[kind](aligned, one, other, full, match, axes["mode"])
+            return _row(one, kind, entries, aligned.problems + _alone(one, other, match))
+        kind = "value"
+    aligned = align(one, other)
+    return _row(one, kind, _PLAIN[kind](aligned, one, other, full), aligned.problems)
+
+
+def _natural_kind(quantity: Quantity) -> str:
+    """How a quantity is compared if no rule says so."""
+    names = [axis.name for axis in quantity.axes]
+    if quantity.values.dtype.kind not in "biufc":
+        return "value"
+    if "mode" in names:
+        shape = quantity.path.rpartition("/")[2] == "shape" and len(names) > 1
+        return "mode_shape" if shape else "spectrum"
+    return "curve" if "speed" in names else "value"
+
+
+def _curve_axis(quantity: Quantity) -> str:
+    numeric = [axis.name for axis in quantity.axes if axis.values.dtype.kind in "biuf"]
+    if not numeric or quantity.values.dtype.kind not in "biufc":
+        raise UsageError(f"compare = 'curve' does not fit {quantity.path}: it needs a numeric axis")
+    return "speed" if "speed" in numeric else numeric[-1]
+
+
+def _structure(one: Quantity, other: Quantity) -> tuple[str, ...]:
+    pairs = {
+        "unit": (one.unit, other.unit),
+        "amplitude": (one.amplitude, other.amplitude),
+        "axes": ([axis.name for axis in one.axes], [axis.name for axis in other.axes]),
+        "values": (_sort(one), _sort(other)),
+    }
+    found = [f"{name}: {was!r} became {now!r}" for name, (was, now) in pairs.items() if was != now]
+    if not found:
+        found = [
+            f"unit of axis {first.name}: {first.unit!r} became {second.unit!r}"
+            for first, second in zip(one.axes, other.axes, strict=True)
+            if first.unit != second.unit
+        ]
+    return tuple(found)
+
+
+def _sort(quantity: Quantity) -> str:
+    return "numbers" if quantity.values.dtype.kind in "biufc" else "names"
+
+
+def _mode_match(
+    reference: Record,
+    value: Record,
+    path: str,
+    rule: Rule,
+    matches: dict[tuple[str, float], ModeMatch | None],
+) -> ModeMatch | None:
+    """The matching of modes for all quantities of one folder; None without frequencies there."""
+    folder = path.rpartition("/")[0]
+    repeated = rule.repeated or 0.0
+    if (folder, repeated) not in matches:
+        frequencies = [_over_modes(record, f"{folder}/natural_frequency") for record in
+                       (reference, value)]  # fmt: skip
+        shapes = [_over_modes(record, f"{folder}/shape") for record in (reference, value)]
+        match = None
+        if frequencies[0] is not None and frequencies[1] is not None:
+            left, right = _usable(shapes[0], shapes[1])
+            match = match_modes(
+                frequencies[0].ravel(), frequencies[1].ravel(), left, right, repeated
+            )
+        matches[folder, repeated] = match
+    return matches[folder, repeated]
+
+
+def _over_modes(record: Record, path: str) -> np.ndarray | None:
+    """Values (modes, entries) of a quantity whose axes begin with `mode`."""
+    if path not in record or [axis.name for axis in record[path].axes][:1] != ["mode"]:
+        return None
+    values = record[path].values
+    return np.asarray(values).reshape(values.shape[0], -1) if values.size else None
+
+
+def _usable(
+    left: np.ndarray | None, right: np.ndarray | None
+) -> tuple[np.ndarray | None, np.ndarray | None]:
+    """Shapes of both sides, if they can be compared for matching at all."""
+    if left is None or right is None or left.shape[1] != right.shape[1]:
+        return None, None
+    if not (np.isfinite(left).all() and np.isfinite(right).all()):
+        return None, None
+    return left, right
+
+
+def _alone(one: Quantity, other: Quantity, match: ModeMatch) -> tuple[str, ...]:
+    found = []
+    for quantity, positions, words in (
+        (one, match.missing, "is missing"),
+        (other, match.extra, "is not in the reference"),
+    ):
+        axis = next(axis for axis in quantity.axes if axis.name == "mode")
+        found += [f"mode={axis.values[position]} {words}" for position in positions]
+    return tuple(found)
+
+
+def _row(quantity: Quantity, kind: str, entries: Entries, problems: tuple[str, ...]) -> Row:
+    if not entries.labels:
+        return Row(path=quantity.path, kind=kind, unit=quantity.unit, problems=problems)
+    difference, allowed = entries.difference, entries.allowed
+    within = (difference <= allowed) & (difference < math.inf)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratio = np.where(difference == 0, 0.0, difference / allowed)
+    ratio = np.where(np.isnan(ratio), math.inf, ratio)
+    # Where numbers are equally far off, the one that is further apart is shown.
+    worst = int(np.lexsort((difference, ratio))[-1])
+    return Row(
+        path=quantity.path,
+        kind=kind,
+        unit=quantity.unit,
+        entry=entries.labels[worst],
+        reference=_plain(entries.reference[worst]),
+        value=_plain(entries.value[worst]),
+        difference=float(difference[worst]),
+        allowed=float(allowed[worst]),
+        ratio=float(ratio[worst]),
+        failed=int(np.count_nonzero(~within)),
+        entries=len(entries.labels),
+        problems=problems,
+    )
+
+
+def _plain(entry: object) -> float | complex | str:
+    if isinstance(entry, np.complexfloating):
+        return complex(entry)
+    return float(entry) if isinstance(entry, np.number | np.bool_) else str(entry)
+
+
+def _changes(reference: Result, value: Result) -> tuple[Change, ...]:
+    before, after = _flat(reference.case), _flat(value.case)
+    keys = [*before, *(key for key in after if key not in before)]
+    changes = [
+        Change(what=key, reference=before.get(key, "absent"), value=after.get(key, "absent"))
+        for key in keys
+        if before.get(key) != after.get(key)
+    ]
+    if reference.version != value.version:
+        changes.insert(0, Change(what="vibecalc", reference=reference.version, value=value.version))
+    return tuple(changes)
+
+
+def _flat(content: object, key: str = "") -> dict[str, str]:
+    """Key paths of a case and their values as text: `machine.mounts.positions[0][1]`."""
+    if isinstance(content, Mapping):
+        pairs = [(f"{key}.{name}" if key else str(name), item) for name, item in content.items()]
+    elif isinstance(content, list | tuple):
+        pairs = [(f"{key}[{position}]", item) for position, item in enumerate(content)]
+    else:
+        return {key: repr(content)}
+    flat: dict[str, str] = {}
+    for name, item in pairs:
+        flat |= _flat(item, name)
+    return flat
+
+
+# ----------------------------------------------------------------------------
+# Making a result the golden one.
+# ----------------------------------------------------------------------------
+
+_HDF5_BEGINS = b"\x89HDF\r\n\x1a\n"
+
+
+def accept(path: Path | str, golden: Path | str) -> Path:
+    """Write the result at `path` over `golden`, and return where that is.
+
+    Provenance (time, host, timings) is left out, so that a golden file changes only when the
+    case, the version or a result does. Raises ResultError where `path` is not a result, and
+    UsageError where `golden` cannot be written or holds something else than HDF5 (arguments the
+    wrong way round must not cost a case file); it is then as it was.
+    """
+    accepted = replace(read_result(path), provenance={}, timings={})
+    if _holds_something_else(Path(golden)):
+        raise UsageError(
+            f"{golden} is not a result file, so it is not overwritten; the golden file comes "
+            "first: vibecalc diff GOLDEN.h5 NEW.h5 --accept (or remove it)"
+        )
+    return write_result(accepted, golden)
+
+
+def _holds_something_else(path: Path) -> bool:
+    try:
+        with open(path, "rb") as stream:
+            return stream.read(len(_HDF5_BEGINS)) != _HDF5_BEGINS
+    except OSError:  # missing, a folder, unreadable: writing says what is wrong
+        return False

@@ -1,0 +1,328 @@
+"""Comparisons that need a matching: modes by frequency and shape, curves by place."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from vibecalc.core.results.compare_rules import (
+    Aligned,
+    Entries,
+    Rule,
+    apart,
+    doubt,
+    labels,
+    scale_of,
+    tolerance,
+)
+from vibecalc.core.results.record import Axis, Quantity
+
+# ----------------------------------------------------------------------------
+# Modes of two results matched by frequency and shape, and what is compared over them.
+#
+# Two computations may list modes in another order, flip the sign of a shape or scale it, and choose
+# any basis where frequencies coincide. So modes are matched, shapes are compared by direction (the
+# modal assurance criterion of Allemang and Brown 1982), coinciding modes as a subspace, and other
+# quantities over coinciding modes by their sum, which does not depend on the basis.
+# ----------------------------------------------------------------------------
+
+#: zero frequencies come out as the root of round-off, relative to the highest one
+_ZERO = 1e-7
+
+
+class ModeMatch(NamedTuple):
+    """Pairs of modes in groups of coinciding frequency, and who stayed alone.
+
+    `groups` are (positions in the reference, positions in the value), `gaps` the distance of each
+    group to the next frequency, relative to the larger of the two.
+    """
+
+    groups: tuple[tuple[tuple[int, ...], tuple[int, ...]], ...]
+    gaps: tuple[float, ...]
+    missing: tuple[int, ...]
+    extra: tuple[int, ...]
+
+
+def match_modes(
+    left: np.ndarray,
+    right: np.ndarray,
+    left_shapes: np.ndarray | None,
+    right_shapes: np.ndarray | None,
+    repeated: float,
+) -> ModeMatch:
+    """Match natural frequencies `left` (n,) and `right` (k,), with shapes (n, c), (k, c) if any.
+
+    The cheapest pair is taken first; its cost is the relative distance of the frequencies and
+    what the shape lacks of lying in the space of the reference's coinciding modes.
+    """
+    groups = _coinciding(left, repeated)
+    cost = np.empty((len(left), len(right)))
+    for group in groups:
+        members = list(group)
+        larger = np.maximum(np.abs(left[members, None]), np.abs(right[None, :]))
+        far = np.abs(left[members, None] - right[None, :]) / np.maximum(larger, 1e-300)
+        near_zero = larger <= _ZERO * max(scale_of(np.abs(left)), scale_of(np.abs(right)))
+        cost[members] = np.where(near_zero | ~np.isfinite(far), 0.0, far)
+        if left_shapes is not None and right_shapes is not None:
+            cost[members] += outside(left_shapes[members], right_shapes)[None, :] ** 2
+    partner: dict[int, int] = {}
+    for place in np.argsort(cost, axis=None, kind="stable"):
+        one, other = divmod(int(place), len(right))
+        if one not in partner and other not in partner.values():
+            partner[one] = other
+    pairs = []
+    for group in groups:
+        matched = tuple(one for one in group if one in partner)
+        if matched:
+            others = sorted((partner[one] for one in matched), key=lambda other: right[other])
+            pairs.append((matched, tuple(others)))
+    return ModeMatch(
+        groups=tuple(pairs),
+        gaps=tuple(_gap(left, members) for members, _ in pairs),
+        missing=tuple(sorted(set(range(len(left))) - set(partner))),
+        extra=tuple(sorted(set(range(len(right))) - set(partner.values()))),
+    )
+
+
+def by_spectrum(
+    aligned: Aligned, reference: Quantity, value: Quantity, rule: Rule, match: ModeMatch, axis: Axis
+) -> Entries:
+    """Entries over matched modes; sums over coinciding ones, except frequencies themselves."""
+    single = reference.path.rpartition("/")[2] == "natural_frequency"
+    left: list[np.ndarray] = []
+    right: list[np.ndarray] = []
+    spread: list[np.ndarray] = []
+    names: list[str] = []
+    for group in match.groups:
+        pairs = [((i,), (j,)) for i, j in zip(*group, strict=True)] if single else [group]
+        for members, others in pairs:
+            left.append(aligned.reference[list(members)].sum(axis=0).ravel())
+            right.append(aligned.value[list(others)].sum(axis=0).ravel())
+            names += labels(aligned.axes, _mode_label(axis, members))
+            spread.append(np.full(left[-1].shape, float(len(members))))
+    if not left:
+        return Entries((), np.empty(0), np.empty(0), np.empty(0), np.empty(0))
+    one, other = np.concatenate(left), np.concatenate(right)
+    factor = np.concatenate(spread)
+    allowed = np.empty(one.shape)
+    for count in np.unique(factor):
+        all_allowed = tolerance(np.abs(one), reference, value, rule, spread=float(count))
+        allowed[factor == count] = all_allowed[factor == count]
+    return Entries(tuple(names), one, other, apart(one, other, rule), allowed)
+
+
+def by_mode_shape(
+    aligned: Aligned, reference: Quantity, value: Quantity, rule: Rule, match: ModeMatch, axis: Axis
+) -> Entries:
+    """Sine of the angle between a shape and the space of the reference's shapes, per mode.
+
+    It is sqrt(1 - MAC), computed without that cancellation. A shape turns by what changed over
+    the relative gap to the next frequency, so the tolerance is divided by twice the gap.
+    """
+    left = aligned.reference.reshape(aligned.reference.shape[0], -1)
+    right = aligned.value.reshape(aligned.value.shape[0], -1)
+    names: list[str] = []
+    sines: list[float] = []
+    allowed: list[float] = []
+    for (members, others), gap in zip(match.groups, match.gaps, strict=True):
+        found = outside(left[list(members)], right[list(others)])
+        for position, other in enumerate(others):
+            names.append(_mode_label(axis, members[position : position + 1]))
+            sines.append(float(found[position]))
+            lengths = np.linalg.norm(left[members[position]]), np.linalg.norm(right[other])
+            known, own = (
+                quantity.error_estimate * math.sqrt(left.shape[1]) / max(float(length), 1e-300)
+                for quantity, length in zip((reference, value), lengths, strict=True)
+            )
+            rtol = rule.rtol or 0.0
+            margin = rtol + doubt(known, own, rtol)
+            allowed.append(margin / min(1.0, 2.0 * max(gap, rule.repeated or 0.0, 1e-15)))
+    difference = np.array(sines)
+    with np.errstate(invalid="ignore"):
+        cosines = np.sqrt(np.maximum(1.0 - difference**2, 0.0))
+    return Entries(
+        tuple(names), np.ones(len(names)), cosines, difference, np.minimum(np.array(allowed), 0.5)
+    )
+
+
+def outside(basis: np.ndarray, shapes: np.ndarray) -> np.ndarray:
+    """Share of each shape (k, c), by length, that lies outside the span of `basis` (m, c).
+
+    A zero shape, of a mode that moves nothing that is shown, lies outside unless one of the basis
+    is zero (or twice the same), too; shapes with NaN or infinities give infinity.
+    """
+    if not np.isfinite(basis).all():
+        return np.full(len(shapes), math.inf)
+    usable = np.isfinite(shapes).all(axis=1)
+    shapes = np.where(usable[:, None], shapes, 0.0)
+    lengths = np.linalg.norm(shapes, axis=1)
+    directions, sizes, _ = np.linalg.svd(basis.T, full_matrices=False)
+    directions = directions[:, sizes > 1e-12 * max(float(sizes.max(initial=0.0)), 1e-300)]
+    rest = shapes.T - directions @ (np.conj(directions.T) @ shapes.T)
+    rest -= directions @ (np.conj(directions.T) @ rest)  # once more: the first leaves round-off
+    share = np.linalg.norm(rest, axis=0) / np.where(lengths > 0, lengths, 1.0)
+    share = np.where(lengths > 0, share, float(directions.shape[1] >= len(basis)))
+    return np.where(usable, share, math.inf)
+
+
+def _coinciding(frequencies: np.ndarray, repeated: float) -> list[tuple[int, ...]]:
+    order = np.argsort(frequencies, kind="stable")
+    floor = _ZERO * scale_of(np.abs(frequencies))
+    groups: list[list[int]] = []
+    for position in order:
+        here = float(frequencies[position])
+        before = float(frequencies[groups[-1][-1]]) if groups else math.nan
+        if here - before <= max(repeated * abs(here), floor):
+            groups[-1].append(int(position))
+        else:
+            groups.append([int(position)])
+    return [tuple(group) for group in groups]
+
+
+def _gap(frequencies: np.ndarray, members: tuple[int, ...]) -> float:
+    others = np.delete(frequencies, list(members))
+    if not others.size:
+        return 1.0
+    mine = frequencies[list(members)][:, None]
+    larger = np.maximum(np.maximum(np.abs(mine), np.abs(others[None, :])), 1e-300)
+    return float((np.abs(mine - others[None, :]) / larger).min())
+
+
+def _mode_label(axis: Axis, members: tuple[int, ...]) -> str:
+    return f"{axis.name}=" + "+".join(str(axis.values[position]) for position in members)
+
+
+# ----------------------------------------------------------------------------
+# Curves over an axis whose samples may lie elsewhere in another run.
+# ----------------------------------------------------------------------------
+
+
+def by_curve(
+    aligned: Aligned, reference: Quantity, value: Quantity, rule: Rule, name: str
+) -> tuple[Entries, tuple[str, ...]]:
+    """Compare at the samples of both curves, straight between samples, within a tube.
+
+    `aligned` has the axis `name` first. A sample may be off by `rule.shift` times the highest
+    abscissa along the axis, and by the tolerance across it; so a resonance that one run sampled
+    a little beside another one's sample is no difference. Samples that are not finite have to
+    meet an equal one within the shift.
+
+    Returns the entries, samples of the reference first, and words on ranges that do not agree.
+    """
+    axis_left, axis_right = _axis(reference, name), _axis(value, name)
+    x_left, x_right = _abscissa(axis_left), _abscissa(axis_right)
+    y_left, y_right = _columns(aligned.reference), _columns(aligned.value)
+    if not x_left.size or not x_right.size:
+        problem = f"{name} has {x_left.size} samples in the reference, {x_right.size} in the value"
+        none = Entries((), np.empty(0), np.empty(0), np.empty(0), np.empty(0))
+        return none, () if x_left.size == x_right.size else (problem,)
+    shift = (rule.shift or 0.0) * max(np.abs(x_left).max(), np.abs(x_right).max())
+    ends = (max(x_left.min(), x_right.min()) - shift, min(x_left.max(), x_right.max()) + shift)
+    allowed = tolerance(np.abs(y_left), reference, value, rule)
+    names: list[str] = []
+    parts: list[tuple[np.ndarray, ...]] = []
+    for x, y, other_x, other_y, axis in (
+        (x_left, y_left, x_right, y_right, axis_left),
+        (x_right, y_right, x_left, y_left, axis_right),
+    ):
+        kept = np.flatnonzero((x >= ends[0]) & (x <= ends[1]))
+        limit = _interpolated(x[kept], x_left, allowed).real
+        met = _interpolated(x[kept], other_x, other_y)
+        difference = _distances(x[kept], y[kept], other_x, other_y, shift, limit, met, rule)
+        shown = (y[kept], met) if axis is axis_left else (met, y[kept])
+        names += _names(axis, kept, aligned.axes)
+        parts.append((*shown, difference, limit))
+    real = not np.iscomplexobj(aligned.reference) and not np.iscomplexobj(aligned.value)
+    flat = [np.concatenate([part[i].ravel() for part in parts]) for i in range(4)]
+    one, other = (flat[0].real, flat[1].real) if real else (flat[0], flat[1])
+    problems = _range_problems(name, axis_left.unit, x_left, x_right, shift)
+    return Entries(tuple(names), one, other, flat[2], flat[3]), problems
+
+
+def _distances(
+    x: np.ndarray,
+    y: np.ndarray,
+    other_x: np.ndarray,
+    other_y: np.ndarray,
+    shift: float,
+    limit: np.ndarray,
+    met: np.ndarray,
+    rule: Rule,
+) -> np.ndarray:
+    """Distance of samples (n, m) from the other curve within the tube.
+
+    Straight across the axis where that is already within the limit.
+    """
+    with np.errstate(invalid="ignore"):
+        difference = np.abs(y - met)
+    difference = np.where(np.isnan(difference), math.inf, difference)
+    order = np.argsort(other_x, kind="stable")
+    sorted_x, sorted_y = other_x[order], other_y[order]
+    for row in np.flatnonzero((difference > limit).any(axis=1)):
+        near = _from_polyline(x[row], y[row], sorted_x, sorted_y, shift, bool(rule.nan_equal))
+        difference[row] = np.minimum(difference[row], near)
+    return difference
+
+
+def _from_polyline(
+    x: float, y: np.ndarray, other_x: np.ndarray, other_y: np.ndarray, shift: float, nan_equal: bool
+) -> np.ndarray:
+    """Distance of values `y` (m,) at `x` from what the other curves pass within x +- shift."""
+    first = max(int(np.searchsorted(other_x, x - shift, "left")) - 1, 0)
+    last = min(int(np.searchsorted(other_x, x + shift, "right")), len(other_x) - 1)
+    nodes_x, nodes_y = other_x[first : last + 1], other_y[first : last + 1]
+    inside = np.abs(nodes_x - x) <= shift
+    same = nodes_y == y
+    if nan_equal:
+        same = same | (np.isnan(nodes_y) & np.isnan(y))
+    met = (same & inside[:, None]).any(axis=0)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        step, rise = np.diff(nodes_x)[:, None], np.diff(nodes_y, axis=0)
+        offset = x - nodes_x[:-1, None]
+        start = np.clip(np.where(step > 0, (offset - shift) / step, 0.0), 0.0, 1.0)
+        stop = np.clip(np.where(step > 0, (offset + shift) / step, 1.0), 0.0, 1.0)
+        along = (np.conj(rise) * (y - nodes_y[:-1])).real / np.abs(rise) ** 2
+        along = np.clip(np.where(np.isfinite(along), along, start), start, stop)
+        gaps = np.abs(y - (nodes_y[:-1] + along * rise))
+        points = np.where(inside[:, None], np.abs(y - nodes_y), math.inf)
+    gaps = np.concatenate([gaps, points])
+    gaps = np.where(np.isnan(gaps), math.inf, gaps)
+    return np.asarray(np.where(met, 0.0, gaps.min(axis=0)))
+
+
+def _interpolated(x: np.ndarray, other_x: np.ndarray, other_y: np.ndarray) -> np.ndarray:
+    """The other curves (n, m) at `x`, straight between samples, constant beyond the ends."""
+    order = np.argsort(other_x, kind="stable")
+    found = np.empty((len(x), other_y.shape[1]), dtype=complex)
+    with np.errstate(invalid="ignore"):
+        for column in range(other_y.shape[1]):
+            found[:, column] = np.interp(x, other_x[order], other_y[order, column])
+    return found
+
+
+def _axis(quantity: Quantity, name: str) -> Axis:
+    return next(axis for axis in quantity.axes if axis.name == name)
+
+
+def _abscissa(axis: Axis) -> np.ndarray:
+    return np.asarray(axis.values, dtype=float)
+
+
+def _columns(values: np.ndarray) -> np.ndarray:
+    """Samples by curves; always complex, so that real curves take the same way."""
+    return values.reshape(values.shape[0], -1).astype(complex)
+
+
+def _names(axis: Axis, kept: np.ndarray, others: tuple[Axis, ...]) -> tuple[str, ...]:
+    values = np.asarray(axis.values)[kept]
+    shown = Axis(name=axis.name, values=values, unit=axis.unit)
+    return labels((shown, *others))
+
+
+def _range_problems(
+    name: str, unit: str, left: np.ndarray, right: np.ndarray, shift: float
+) -> tuple[str, ...]:
+    if abs(left.min() - right.min()) <= shift and abs(left.max() - right.max()) <= shift:
+        return ()
+    ranges = " against ".join(f"{x.min():.9g} to {x.max():.9g}" for x in (left, right))
+    return (f"{name} covers {ranges} {unit}".rstrip(),)

@@ -1,0 +1,309 @@
+"""Output files: folders made on the way, and never half a file under the final name."""
+
+import io
+import os
+import stat
+import zlib
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Any
+
+from vibecalc.errors import UsageError
+
+
+def fresh_output(path: Path | str) -> Path:
+    """Make sure that a file can be put at `path`: missing parent folders are made.
+
+    Returns the path that a link points to, so that writing through it keeps the link. Raises
+    UsageError where a part of the path is a file, a folder cannot be made or written, or the
+    path itself is a folder or a device.
+    """
+    given = str(path)
+    if not given or "\0" in given:
+        raise UsageError(f"{given!r} cannot be the name of an output file")
+    target = Path(os.path.realpath(given))
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise UsageError(f"cannot make the output folder {target.parent}: {_why(error)}") from error
+    try:
+        status = target.stat()
+    except FileNotFoundError:
+        status = None
+    except OSError as error:
+        raise UsageError(f"cannot write {given}: {_why(error)}") from error
+    if status is not None and stat.S_ISDIR(status.st_mode):
+        raise UsageError(f"{given} is a folder: name a file in it")
+    if status is not None and not stat.S_ISREG(status.st_mode):
+        raise UsageError(f"{given} is not a regular file, and results replace what they overwrite")
+    if not os.access(target.parent, os.W_OK | os.X_OK):
+        raise UsageError(f"the output folder {target.parent} cannot be written")
+    return target
+
+
+def write_atomically(path: Path | str, content: bytes) -> Path:
+    """Put `content` at `path` in one step, and return where it is; see `write_together`."""
+    return write_together([(path, content)])[0]
+
+
+def write_together(files: Sequence[tuple[Path | str, bytes]]) -> list[Path]:
+    """Put each content at its path in one step, and return where they are.
+
+    The bytes go to temporary files in the same folders, reach the disk, and are renamed onto the
+    targets one right after the other, so a reader sees the old files or the new ones. Whatever goes
+    wrong on the way (full disk, Ctrl-C), the temporary files are removed and the old files stay as
+    they were; what a killed process has left of its own is removed now. Raises UsageError with the
+    reason; the files before the one that it is about are written all the same.
+    """
+    aside: list[tuple[Path, Path]] = []
+    failure: UsageError | None = None
+    try:
+        for path, content in files:
+            try:
+                aside.append(_written_aside(path, content))
+            except UsageError as error:
+                failure = error
+                break
+        for temporary, target in aside:
+            try:
+                os.replace(temporary, target)
+            except OSError as error:
+                raise _cannot(target, error) from error
+    finally:
+        for temporary, _ in aside:
+            _discard(temporary)
+    if failure is not None:
+        raise failure
+    return [target for _, target in aside]
+
+
+def temporary_name() -> str:
+    """A name nobody else takes; short, for file systems that end at 255 characters."""
+    return f".vibecalc-{_host()}-{os.getpid()}-{os.urandom(4).hex()}.tmp"
+
+
+def is_temporary(path: Path) -> bool:
+    """Whether this is a file that somebody has not finished writing."""
+    return path.name.startswith(".vibecalc-") and path.suffix == ".tmp"
+
+
+def clear_leftovers(folder: Path) -> None:
+    """Remove the temporary files of processes of this host that are no more."""
+    begin = f".vibecalc-{_host()}-"
+    for name in os.listdir(folder):
+        if name.startswith(begin) and name.endswith(".tmp"):
+            number = name.removeprefix(begin).partition("-")[0]
+            if number.isdigit() and not _is_there(int(number)):
+                _discard(folder / name)
+
+
+def _written_aside(path: Path | str, content: bytes) -> tuple[Path, Path]:
+    """A temporary file with the content, and where it is to go."""
+    target = fresh_output(path)
+    with suppress(OSError):  # a folder that cannot be listed can be written
+        clear_leftovers(target.parent)
+    temporary = target.parent / temporary_name()
+    try:
+        with open(temporary, "xb") as stream:
+            stream.write(content)
+            stream.flush()
+            os.fsync(stream.fileno())
+    except OSError as error:
+        _discard(temporary)
+        raise _cannot(target, error) from error
+    except BaseException:
+        _discard(temporary)
+        raise
+    return temporary, target
+
+
+def _cannot(target: Path, error: OSError) -> UsageError:
+    kept = ", the old one is untouched" if os.path.isfile(target) else ""
+    return UsageError(f"cannot write {target}: {_why(error)}{kept}")
+
+
+def _host() -> str:
+    return f"{zlib.crc32(os.uname().nodename.encode()):08x}"
+
+
+def _is_there(process: int) -> bool:
+    try:
+        os.kill(process, 0)
+    except (ProcessLookupError, OverflowError):
+        return False
+    except PermissionError:
+        return True
+    return True
+
+
+def _discard(temporary: Path) -> None:
+    try:
+        temporary.unlink(missing_ok=True)
+    except OSError:
+        return  # the first error says what is wrong with this folder
+
+
+def _why(error: OSError) -> str:
+    return (error.strerror or str(error)).lower()
+
+
+# ----------------------------------------------------------------------------
+# Large files, written piece by piece beside their place and put there when they are whole.
+# ----------------------------------------------------------------------------
+
+
+@contextmanager
+def written_aside(target: Path, check: Callable[[Path], None] | None = None) -> Iterator[Path]:
+    """Give the name of a temporary file in the folder of `target`, and rename it in the end.
+
+    On leaving, the file reaches the disk, `check` looks at it (and raises if it is not what it
+    should be), and it replaces `target` in one step. Whatever goes wrong before, the temporary
+    file is removed and an old `target` stays as it was. OSErrors, of the caller too, become
+    UsageError with the reason.
+    """
+    temporary = target.parent / temporary_name()
+    try:
+        yield temporary
+        _to_disk(temporary)
+        if check is not None:
+            check(temporary)
+        os.replace(temporary, target)
+        with suppress(OSError):  # the file is in its place, and some systems cannot do this
+            _to_disk(target.parent)
+    except OSError as error:
+        _discard(temporary)
+        raise UsageError(f"cannot write {target}: {_reason(error, target)}") from error
+    except BaseException:
+        _discard(temporary)
+        raise
+
+
+def _to_disk(path: Path) -> None:
+    """Wait until a file, or the names in a folder, are on the disk."""
+    number = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(number)
+    finally:
+        os.close(number)
+
+
+def _reason(error: OSError, target: Path) -> str:
+    """Why, in the words of the system; HDF5 hides them in a long text of its own."""
+    if not target.parent.is_dir():
+        return f"the folder {target.parent} is not there any more"
+    if error.errno is not None:
+        return os.strerror(error.errno).lower()
+    text = str(error)
+    _, found, rest = text.partition("error message = '")
+    return rest.partition("'")[0].lower() if found else text
+
+
+# ----------------------------------------------------------------------------
+# A file on disk as HDF5 may write it: a full disk is told to us, and HDF5 does not see it.
+#
+# HDF5 flushes what it holds when it closes a file; if that fails it loses track and crashes the
+# process (HDF5 1.14 and 2.0). So a write that fails is kept in memory, where it can be read back,
+# and the caller asks in between, and after closing, whether one did.
+# ----------------------------------------------------------------------------
+
+
+class PatientFile(io.RawIOBase):
+    """A new file, for reading and writing; once a write has failed, nothing more goes to disk."""
+
+    def __init__(self, path: Path) -> None:
+        self._number = os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o666)
+        self._position = self._size = 0
+        self._kept: list[tuple[int, bytes]] = []
+        self._failure: OSError | None = None
+
+    def check(self) -> None:
+        """Raise the error of the first write that failed, if one did."""
+        if self._failure is not None:
+            raise self._failure
+
+    def close(self) -> None:
+        """Close the file; it may be closed twice."""
+        if not self.closed:
+            os.close(self._number)
+        super().close()
+
+    def readable(self) -> bool:
+        """Yes."""
+        return True
+
+    def writable(self) -> bool:
+        """Yes."""
+        return True
+
+    def seekable(self) -> bool:
+        """Yes."""
+        return True
+
+    def tell(self) -> int:
+        """Where the next byte is read or written."""
+        return self._position
+
+    def seek(self, offset: int, whence: int = os.SEEK_SET, /) -> int:
+        """Go to a place in the file, and return it."""
+        origin = {os.SEEK_SET: 0, os.SEEK_CUR: self._position, os.SEEK_END: self._size}
+        self._position = origin[whence] + offset
+        return self._position
+
+    def readinto(self, buffer: Any, /) -> int:
+        """Read what was written, on disk or not; returns how many bytes there were."""
+        view = memoryview(buffer).cast("B")
+        start = self._position
+        wanted = max(0, min(len(view), self._size - start))
+        found = b""
+        while len(found) < wanted:
+            piece = os.pread(self._number, wanted - len(found), start + len(found))
+            if not piece:  # written, but not to the disk
+                break
+            found += piece
+        view[:wanted] = found.ljust(wanted, b"\0")
+        for place, content in self._kept:
+            first, last = max(start, place), min(start + wanted, place + len(content))
+            if first < last:
+                view[first - start : last - start] = content[first - place : last - place]
+        self._position += wanted
+        return wanted
+
+    def write(self, buffer: Any, /) -> int:
+        """Write everything, and return how much that was; never raises OSError."""
+        view = memoryview(buffer).cast("B")
+        done = 0
+        try:
+            while self._failure is None and done < len(view):
+                done += os.pwrite(self._number, view[done:], self._position + done)
+        except OSError as error:
+            self._failure = error
+        if done < len(view):
+            self._kept.append((self._position + done, bytes(view[done:])))
+        self._position += len(view)
+        self._size = max(self._size, self._position)
+        return len(view)
+
+    def truncate(self, size: int | None = None, /) -> int:
+        """Set the size of the file, and return it; never raises OSError."""
+        self._size = self._position if size is None else size
+        try:
+            if self._failure is None:
+                os.ftruncate(self._number, self._size)
+        except OSError as error:
+            self._failure = error
+        return self._size
+
+
+@contextmanager
+def new_hdf5(path: Path, cache: int) -> Iterator[tuple[Any, PatientFile]]:
+    """A new HDF5 file, in the format of results; OSError on leaving if it is not all on disk.
+
+    `cache` is in bytes for each open dataset.
+    """
+    import h5py
+
+    with PatientFile(path) as stream:
+        with h5py.File(stream, "w", libver=("v108", "v108"), rdcc_nbytes=cache) as file:
+            yield file, stream
+        stream.check()

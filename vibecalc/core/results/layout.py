@@ -1,0 +1,184 @@
+"""Names and versions in the files of runs, sweeps and accuracy tables: of writers and readers."""
+
+import zlib
+from collections.abc import Iterator
+from pathlib import Path
+
+from vibecalc.core.results.record import Result
+from vibecalc.errors import ResultError
+
+# ----------------------------------------------------------------------------
+# Names and versions in a result file, shared by its writer and its reader.
+#
+#     /                       attributes: vibecalc_version, schema_version, name, case_sha256,
+#                             case_toml (as written), case_toml_resolved, and as JSON texts:
+#                             quantities (paths in the order they were made), plan, warnings,
+#                             methods
+#     /<stage>/...            one dataset for each quantity, under its path; attributes units,
+#                             long_name, error_estimate, and amplitude, standard_error and
+#                             terms if any
+#     /<stage>/<axis>         dimension scales (`order`, `order_2`, ...), shared inside a stage
+#     /provenance             attributes that change from run to run (among them `libraries`,
+#                             what its process had imported), left out of comparisons,
+#                             and text_checksum, a CRC-32 of all texts in the file
+#     /provenance/timings     attributes: seconds per stage
+#
+# All texts are variable-length UTF-8, which HDF5 keeps outside the object header, so that a case of
+# more than 64 kB fits into an attribute. Complex numbers are compounds of `r` and `i`.
+# ----------------------------------------------------------------------------
+
+#: version of the layout of result files
+RESULT_SCHEMA_VERSION = 1
+
+TEXT_ATTRIBUTES = (
+    "vibecalc_version",
+    "name",
+    "case_sha256",
+    "case_toml",
+    "case_toml_resolved",
+)
+JSON_ATTRIBUTES = ("quantities", "plan", "warnings", "methods")
+
+PROVENANCE = "provenance"
+TIMINGS = "timings"
+TEXT_CHECKSUM = "text_checksum"
+
+# ----------------------------------------------------------------------------
+# Text heaps of a result file: their checksum, and whether HDF5 can walk them.
+#
+# Variable-length texts lie in global heap collections, the one part of a result file that HDF5
+# keeps without a checksum. On damaged ones the library has been seen to loop for ever and to crash
+# (HDF5 2.0). So a result file carries a checksum of its heaps, and in a file that does not match
+# it, edited since or damaged, each collection is walked here before HDF5 does.
+# ----------------------------------------------------------------------------
+
+#: signature and version of a global heap collection (HDF5 file format specification, III.E)
+_COLLECTION = b"GCOL\x01"
+#: bytes of the header of a collection, and of an object in it
+_HEADER = 16
+
+
+def heap_checksum(content: bytes) -> int:
+    """CRC-32 of all global heap collections in the bytes of an HDF5 file, in file order."""
+    checksum = 0
+    for start, size in _collections(content):
+        checksum = zlib.crc32(content[start : start + size], checksum)
+    return checksum
+
+
+def check_heaps(content: bytes, path: Path) -> None:
+    """ResultError unless the objects of each collection fill it, one after another."""
+    for start, size in _collections(content):
+        if not _is_whole(content[start : start + size], size):
+            raise ResultError(f"{path} is damaged: its texts are not where they should be")
+
+
+def _collections(content: bytes) -> Iterator[tuple[int, int]]:
+    """Where each collection begins, and the size that it says it has."""
+    start = content.find(_COLLECTION)
+    while start >= 0:
+        size = max(int.from_bytes(content[start + 8 : start + 16], "little"), len(_COLLECTION))
+        yield start, size
+        start = content.find(_COLLECTION, min(start + size, len(content)))
+
+
+def _is_whole(collection: bytes, size: int) -> bool:
+    if size < _HEADER or len(collection) < size:
+        return False
+    place, seen = _HEADER, set()
+    while size - place >= _HEADER:
+        index = int.from_bytes(collection[place : place + 2], "little")
+        length = int.from_bytes(collection[place + 8 : place + 16], "little")
+        if index == 0:  # free space, which counts its own header, up to the end
+            return length == size - place
+        if index in seen:
+            return False
+        seen.add(index)
+        place += _HEADER + -(-length // 8) * 8
+    return place <= size
+
+
+# ----------------------------------------------------------------------------
+# Names in the file of a sweep, shared by its writer and its reader.
+#
+# A sweep is stored as a result whose quantities have the axes of the sweep first and their own axes
+# after them. What it has on top of that:
+#
+#     /                       attribute sweep_schema_version; dimension scales of the axes of the
+#                             sweep: values of the first key of each, or numbers of samples
+#     /sweep                  attributes identity, base, sampling, and as JSON texts: design, axes
+#                             (name, keys, labels, written units), kept (paths asked for) and
+#                             left_out (path to the reason why it could not be stacked)
+#     /sweep/status           what became of each point (`STATUS_WORDS`)
+#     /sweep/values/<key>     values of each key along its axis
+#     /sweep/message          for points without a result: point (numbers, in C order), cause (rows
+#                             of text) and text
+#     /sweep/error_estimate/<path>, /sweep/standard_error/<path>
+#                             errors of each point; the attributes of a quantity are the largest
+#
+# Points without a quantity are NaN. Orders that a point does not have, where others do, are zero.
+# ----------------------------------------------------------------------------
+
+SWEEP_SCHEMA_VERSION = 1
+
+SWEEP = "sweep"
+VERSION_ATTRIBUTE = "sweep_schema_version"
+STATUS = "sweep/status"
+VALUES = "sweep/values"
+MESSAGE = "sweep/message"
+ERRORS = "sweep/error_estimate"
+STANDARD_ERRORS = "sweep/standard_error"
+
+NOT_RUN, DONE, REFUSED, FAILED, TIMED_OUT, DIED, BUG = range(-1, 6)
+
+#: what became of a point, in words
+STATUS_WORDS = {
+    NOT_RUN: "not run",
+    DONE: "done",
+    REFUSED: "input refused",
+    FAILED: "numerical failure",
+    TIMED_OUT: "timed out",
+    DIED: "process died",
+    BUG: "error in the program",
+}
+
+#: name of the one axis of a sampling
+SAMPLE = "sample"
+
+# ----------------------------------------------------------------------------
+# What a result of `vibecalc accuracy` holds, shared by its writer and its readers.
+#
+#     accuracy/<stage>/<topic>/worst_relative, worst_level, position_error, work, status, cause,
+#         setting, is_default, on_front         (rung)     one entry for each method and setting
+#     .../order, order_kind                     (method)   fitted order of convergence
+#     .../cheapest_in_work                      (target)   number of the rung from 1, 0: none
+#     .../agreement, extra_work                            of the reference; of the default
+#
+# All of these are the same from run to run on one machine. What is not is a JSON text in the
+# attribute `accuracy` of /provenance: seconds of each rung (null: not run), the front and the
+# cheapest rungs in seconds, by the folder of the topic. The words of topics and methods are rows of
+# `plan`, told apart by the key `method`.
+# ----------------------------------------------------------------------------
+
+ACCURACY = "accuracy"
+
+#: how a rung ended
+RUNG_DONE, RUNG_FAILED, RUNG_NOT_RUN = 0, 1, 2
+RUNG_STATUS_WORDS = {RUNG_DONE: "done", RUNG_FAILED: "failed", RUNG_NOT_RUN: "not run"}
+
+#: worst relative errors that users ask for
+TARGETS = (1e-3, 1e-6, 1e-9)
+
+#: kinds of a fitted order
+ALGEBRAIC, GEOMETRIC, NOT_FITTED = "order", "digits", "none"
+
+#: between the method and the setting in the name of a rung
+BETWEEN = " | "
+
+#: name in /provenance
+MEASURED = "accuracy"
+
+
+def is_accuracy(result: Result) -> bool:
+    """Whether a result is one of `vibecalc accuracy`."""
+    return any(path.startswith(f"{ACCURACY}/") for path in result.record)

@@ -1,0 +1,187 @@
+"""A quantity: what is known of it before it is computed, and the array with its error after it."""
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple, cast
+
+import numpy as np
+
+# ----------------------------------------------------------------------------
+# What is known of a quantity before it is computed.
+# ----------------------------------------------------------------------------
+
+PEAK = "0-pk"
+RMS = "rms"
+
+
+class Entry(NamedTuple):
+    """Path, axes, unit, long name and kind of amplitude of one quantity."""
+
+    path: str
+    axes: tuple[str, ...]
+    unit: str
+    long_name: str
+    amplitude: str | None = None
+
+
+def entry(path: str, axes: str, unit: str, long_name: str, amplitude: str | None = None) -> Entry:
+    """An entry whose axes are written as one text with blanks between."""
+    return Entry(path, tuple(axes.split()), unit, long_name, amplitude)
+
+
+# ----------------------------------------------------------------------------
+# What a run holds in memory: named arrays with unit, axes, amplitude kind and error estimate.
+# ----------------------------------------------------------------------------
+
+AMPLITUDES = ("0-pk", "pk-pk", "rms")
+
+#: an error of no more than this share of the terms that a value is summed from is rounding
+ROUNDING = 1e-10
+
+
+class Estimate(float):
+    """An absolute error that knows the size of the terms behind the value; a factor scales both.
+
+    `whole` says that nothing but the terms tells whether a value of exactly 0 is a zero: all
+    entries of its quantity are 0. Else such an entry has no terms.
+    """
+
+    terms: float
+    whole: bool
+
+    def __new__(cls, error: float, terms: float, whole: bool = False) -> "Estimate":
+        """`error` and `terms` in one unit."""
+        made = super().__new__(cls, error)
+        made.terms, made.whole = terms, whole
+        return made
+
+    def __getnewargs__(self) -> tuple[float, float, bool]:  # type: ignore[override]
+        return float(self), self.terms, self.whole
+
+    def __mul__(self, factor: Any) -> Any:
+        """The same in another unit; a plain product with what is not a plain number."""
+        if not isinstance(factor, int | float):
+            return float(self) * factor
+        return Estimate(float(self) * factor, self.terms * abs(factor), self.whole)
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, divisor: Any) -> Any:
+        """The same in another unit."""
+        return self * (1.0 / divisor)
+
+    def is_zero(self, value: float) -> bool:
+        """Whether a value is zero to rounding of its own terms, so that it is written as 0."""
+        if value == 0.0 and not self.whole:
+            return True
+        return abs(value) <= self <= ROUNDING * self.terms
+
+    def unresolved(self, value: float) -> bool:
+        """Whether a value is no larger than its error and yet not known to be zero."""
+        known = math.isfinite(value) and math.isfinite(self)
+        return known and abs(value) <= self and not self.is_zero(value)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Axis:
+    """One labelled axis: numbers with a unit, or names (`unit` is then empty)."""
+
+    name: str
+    values: np.ndarray
+    unit: str = ""
+    long_name: str = ""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Quantity:
+    """One result. `path` is its name everywhere: in the file, in references, limits and `diff`.
+
+    `values` has one dimension per axis, real or complex; `error_estimate` is absolute, in `unit`,
+    and bounds the error of every entry that the method expects of itself (round-off and
+    truncation, for the case as stored in double precision). A statistic carries its
+    `standard_error`, in `unit` too. `terms` is the size of the terms, in `unit`, that an entry is
+    the sum of, where these may cancel: what is left then has no scale of its own; zero elsewhere.
+    """
+
+    path: str
+    values: np.ndarray
+    unit: str
+    long_name: str
+    axes: tuple[Axis, ...] = ()
+    amplitude: str | None = None
+    error_estimate: float = 0.0
+    standard_error: float | None = None
+    terms: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Let the error know the size of the terms, which tells a zero from an unknown."""
+        size = np.abs(self.values) if self.values.dtype.kind in "biufc" else np.zeros(1)
+        largest = float(np.max(size, initial=0.0, where=np.isfinite(size)))
+        whole = self.terms > 0.0 and largest == 0.0
+        error = Estimate(self.error_estimate, max(largest, self.terms), whole)
+        object.__setattr__(self, "error_estimate", error)
+
+    @property
+    def estimate(self) -> Estimate:
+        """`error_estimate` as what it is."""
+        return cast(Estimate, self.error_estimate)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Method:
+    """A method that took part in a run: what it did and where it is published."""
+
+    name: str
+    purpose: str
+    citation: str
+
+
+@dataclass(kw_only=True)
+class Record(Mapping[str, Quantity]):
+    """All results of one run, in the order they were made, with warnings and methods used.
+
+    `failure` says, in a sentence, that what was asked for does not exist: the results then are of
+    what comes nearest to it, and one of the warnings says by how much. It is not kept in a file.
+    """
+
+    quantities: dict[str, Quantity] = field(default_factory=dict)
+    warnings: list[str] = field(default_factory=list)
+    methods: list[Method] = field(default_factory=list)
+    failure: str = ""
+
+    def add(self, quantity: Quantity) -> None:
+        """Take one result; a second one under the same path is a mistake of ours."""
+        if quantity.path in self.quantities:
+            raise ValueError(f"two results under one path: {quantity.path}")
+        self.quantities[quantity.path] = quantity
+
+    def __getitem__(self, path: str) -> Quantity:
+        return self.quantities[path]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.quantities)
+
+    def __len__(self) -> int:
+        return len(self.quantities)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Result:
+    """A finished run, as it is written to a file and read back.
+
+    `case` is the resolved case (plain dict in SI, as in the TOML of `case_toml_resolved`);
+    `plan` has one dict of short texts per stage (`stage`, `why`, ...). What changes from run to
+    run is in `provenance` (texts and numbers) and `timings` (seconds per stage).
+    """
+
+    name: str
+    case: Mapping[str, object]
+    case_toml: str
+    case_toml_resolved: str
+    case_sha256: str
+    record: Record
+    version: str
+    plan: tuple[Mapping[str, str], ...] = ()
+    provenance: Mapping[str, str | int | float] = field(default_factory=dict)
+    timings: Mapping[str, float] = field(default_factory=dict)

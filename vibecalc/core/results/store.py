@@ -1,0 +1,308 @@
+"""A result on disk: one HDF5 file, written here and read by `store_read`."""
+
+import io
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vibecalc.core.results.files import fresh_output, write_atomically
+from vibecalc.core.results.layout import (
+    PROVENANCE,
+    RESULT_SCHEMA_VERSION,
+    TEXT_CHECKSUM,
+    TIMINGS,
+    heap_checksum,
+)
+from vibecalc.core.results.record import AMPLITUDES, Axis, Quantity, Result
+from vibecalc.errors import UsageError
+
+# ----------------------------------------------------------------------------
+# A result as the bytes of an HDF5 file.
+#
+# The file is built in memory, so that a full disk or an interruption meets one plain write of
+# finished bytes. The low-level interface of h5py is used throughout: it is three times as fast on
+# files of many small datasets, and it lets creation times be left out, which makes equal results
+# equal files.
+# ----------------------------------------------------------------------------
+
+
+def file_image(result: Result) -> bytes:
+    """Bytes of the HDF5 file that holds `result`.
+
+    Raises UsageError for texts that HDF5 cannot hold, ValueError for a quantity whose axes do not
+    fit its values (a mistake of ours).
+    """
+    import h5py
+
+    stream = io.BytesIO()
+    with h5py.File(_new_file(stream)) as file:
+        writer = _Writer(file.id)
+        try:
+            writer.identity(result)
+            for quantity in result.record.values():
+                writer.quantity(quantity)
+            writer.provenance(result.provenance, result.timings)
+        except (UnicodeEncodeError, _NulError) as error:
+            raise UsageError(f"a text of this result cannot be stored in HDF5: {error}") from error
+        # HDF5 keeps no checksum of texts, so we do, once their bytes are final. They include
+        # those of provenance, so the checksum belongs there as well.
+        place = writer.group(PROVENANCE)
+        writer.number(place, TEXT_CHECKSUM, 0)
+        file.flush()
+        checksum = np.array(heap_checksum(stream.getvalue()))
+        h5py.h5a.open(place, TEXT_CHECKSUM.encode()).write(checksum)
+    return stream.getvalue()
+
+
+def _new_file(stream: io.BytesIO) -> Any:
+    """Identifier of a new HDF5 file in `stream`.
+
+    Not the image that HDF5 gives of an open file: 1.14.2 clears a flag in the first block of that
+    image and leaves the checksum of the block as it was, so nobody can open it.
+    """
+    from h5py import h5f, h5fd, h5p
+
+    created = h5p.create(h5p.FILE_CREATE)
+    created.set_obj_track_times(False)  # HDF5 1.14 keeps times of the root group otherwise
+    access = h5p.create(h5p.FILE_ACCESS)
+    access.set_fclose_degree(h5f.CLOSE_STRONG)
+    # Format of HDF5 1.8: every reader has it, and its headers carry checksums.
+    access.set_libver_bounds(h5f.LIBVER_V18, h5f.LIBVER_V18)
+    access.set_fileobj_driver(h5fd.fileobj_driver, stream)
+    return h5f.create(b"result", h5f.ACC_TRUNC, fcpl=created, fapl=access)
+
+
+class _NulError(ValueError):
+    """A text with a zero character, where HDF5 would end it."""
+
+
+class _Writer:
+    """The open file with its types, groups and the dimension scales written so far."""
+
+    def __init__(self, root: Any) -> None:
+        import h5py
+        from h5py import h5d, h5p, h5s, h5t
+
+        self.root = root
+        self.scalar = h5s.create(h5s.SCALAR)
+        self.text_dtype = h5py.string_dtype()
+        self.text_in_file = h5t.py_create(self.text_dtype, logical=True)
+        self.text_in_memory = h5t.py_create(self.text_dtype)
+        self.contiguous = h5p.create(h5p.DATASET_CREATE)
+        self.contiguous.set_obj_track_times(False)
+        self.compact = h5p.create(h5p.DATASET_CREATE)
+        self.compact.set_obj_track_times(False)
+        self.compact.set_layout(h5d.COMPACT)
+        self.groups: dict[str, Any] = {"": root}
+        self.scales: dict[tuple[str, str, str, str, bytes], Any] = {}
+        self.taken: set[str] = set()
+
+    def identity(self, result: Result) -> None:
+        """Root attributes: who wrote the file, for which case, what was done."""
+        self.taken = {
+            "/".join(parts[:depth])
+            for parts in (path.split("/") for path in (*result.record, PROVENANCE))
+            for depth in range(1, len(parts) + 1)
+        }
+        self.number(self.root, "schema_version", RESULT_SCHEMA_VERSION)
+        self.text(self.root, "vibecalc_version", result.version)
+        self.text(self.root, "name", result.name)
+        self.text(self.root, "case_sha256", result.case_sha256)
+        self.text(self.root, "case_toml", result.case_toml)
+        self.text(self.root, "case_toml_resolved", result.case_toml_resolved)
+        methods = [
+            {"name": method.name, "purpose": method.purpose, "citation": method.citation}
+            for method in result.record.methods
+        ]
+        self.text(self.root, "quantities", _json(list(result.record)))
+        self.text(self.root, "plan", _json([dict(stage) for stage in result.plan]))
+        self.text(self.root, "warnings", _json(result.record.warnings))
+        self.text(self.root, "methods", _json(methods))
+
+    def quantity(self, quantity: Quantity) -> None:
+        """One dataset with its attributes and axes."""
+        from h5py import h5ds
+
+        values = np.asarray(quantity.values)
+        _check(quantity, values)
+        folder, _, name = quantity.path.rpartition("/")
+        dataset = self.dataset(self.group(folder), name, values)
+        self.text(dataset, "units", quantity.unit)
+        self.text(dataset, "long_name", quantity.long_name)
+        if quantity.amplitude is not None:
+            self.text(dataset, "amplitude", quantity.amplitude)
+        self.number(dataset, "error_estimate", float(quantity.error_estimate))
+        if quantity.standard_error is not None:
+            self.number(dataset, "standard_error", float(quantity.standard_error))
+        if quantity.terms:
+            self.number(dataset, "terms", float(quantity.terms))
+        stage = quantity.path.partition("/")[0] if "/" in quantity.path else ""
+        for position, axis in enumerate(quantity.axes):
+            h5ds.attach_scale(dataset, self.scale(stage, axis), position)
+            h5ds.set_label(dataset, position, _encoded(axis.name))
+
+    def provenance(
+        self, texts: Mapping[str, str | int | float], times: Mapping[str, float]
+    ) -> None:
+        """What changes from run to run, last."""
+        group = self.group(PROVENANCE)
+        for name, value in texts.items():
+            if isinstance(value, str):
+                self.text(group, name, value)
+            else:
+                self.number(group, name, value)
+        timings = self.group(f"{PROVENANCE}/{TIMINGS}") if times else None
+        for name, seconds in times.items():
+            self.number(timings, name, float(seconds))
+
+    def group(self, path: str) -> Any:
+        """The group at `path`, made with its parents when first asked for."""
+        from h5py import h5g, h5p
+
+        if path not in self.groups:
+            folder, _, name = path.rpartition("/")
+            options = h5p.create(h5p.GROUP_CREATE)
+            options.set_obj_track_times(False)
+            options.set_attr_creation_order(h5p.CRT_ORDER_TRACKED | h5p.CRT_ORDER_INDEXED)
+            self.groups[path] = h5g.create(self.group(folder), _encoded(name), gcpl=options)
+        return self.groups[path]
+
+    def scale(self, stage: str, axis: Axis) -> Any:
+        """The dimension scale for an axis; equal axes of one stage share it."""
+        from h5py import h5ds
+
+        values = np.asarray(axis.values)
+        content = "\0".join(map(str, values)).encode() if _is_text(values) else values.tobytes()
+        key = (stage, axis.name, axis.unit, axis.long_name, values.dtype.str.encode() + content)
+        if key not in self.scales:
+            dataset = self.dataset(self.group(stage), self.free_name(stage, axis.name), values)
+            h5ds.set_scale(dataset, _encoded(axis.name))
+            self.text(dataset, "units", axis.unit)
+            self.text(dataset, "long_name", axis.long_name)
+            self.scales[key] = dataset
+        return self.scales[key]
+
+    def free_name(self, stage: str, name: str) -> str:
+        """`order`, or `order_2` and so on where the stage already has something of that name."""
+        number, candidate = 1, name
+        prefix = f"{stage}/" if stage else ""
+        while prefix + candidate in self.taken:
+            number += 1
+            candidate = f"{name}_{number}"
+        self.taken.add(prefix + candidate)
+        return candidate
+
+    def dataset(self, group: Any, name: str, values: np.ndarray) -> Any:
+        """A dataset of float64, complex128, int64 (flags are 0 and 1) or texts.
+
+        Small ones live in their object header, which has a checksum.
+        """
+        from h5py import h5d, h5s, h5t
+
+        if _is_text(values):
+            kept = np.array([_plain(str(text)) for text in values.ravel()], dtype=self.text_dtype)
+            kept = kept.reshape(values.shape)
+            in_file, in_memory = self.text_in_file, self.text_in_memory
+        else:
+            kept = np.array(values, dtype=_STORED[values.dtype.kind], order="C")
+            in_file = in_memory = h5t.py_create(kept.dtype, logical=True)
+        space = h5s.create_simple(kept.shape) if kept.ndim else self.scalar
+        options = self.compact if 0 < kept.size <= _COMPACT_ENTRIES else self.contiguous
+        dataset = h5d.create(group, _encoded(name), in_file, space, options)
+        if kept.size:
+            dataset.write(h5s.ALL, h5s.ALL, kept, mtype=in_memory)
+        return dataset
+
+    def text(self, place: Any, name: str, text: str) -> None:
+        """A text attribute."""
+        from h5py import h5a
+
+        value = np.array(_plain(text), dtype=self.text_dtype)
+        attribute = h5a.create(place, _encoded(name), self.text_in_file, self.scalar)
+        attribute.write(value, mtype=self.text_in_memory)
+
+    def number(self, place: Any, name: str, number: int | float) -> None:
+        """A number attribute: int64 or float64."""
+        from h5py import h5a, h5t
+
+        kind = h5t.STD_I64LE if isinstance(number, int) else h5t.IEEE_F64LE
+        value = np.array(number, dtype=np.int64 if isinstance(number, int) else np.float64)
+        h5a.create(place, _encoded(name), kind, self.scalar).write(value)
+
+
+#: 32 kB of complex numbers or texts; an object header takes 64 kB
+_COMPACT_ENTRIES = 2000
+
+_STORED = {
+    "f": np.dtype("<f8"),
+    "c": np.dtype("<c16"),
+    "i": np.dtype("<i8"),
+    "u": np.dtype("<i8"),
+    "b": np.dtype("<i8"),
+}
+
+
+def _check(quantity: Quantity, values: np.ndarray) -> None:
+    shape = tuple(len(axis.values) for axis in quantity.axes)
+    if values.shape != shape:
+        raise ValueError(f"{quantity.path}: values {values.shape}, axes {shape}")
+    if not _is_text(values) and values.dtype.kind not in _STORED:
+        raise ValueError(
+            f"{quantity.path}: values of type {values.dtype} have no place in a result"
+        )
+    if quantity.amplitude not in (None, *AMPLITUDES):
+        raise ValueError(f"{quantity.path}: amplitude {quantity.amplitude!r}, not in {AMPLITUDES}")
+    if not quantity.error_estimate >= 0.0:
+        raise ValueError(f"{quantity.path}: error estimate {quantity.error_estimate}")
+    if quantity.path.partition("/")[0] == PROVENANCE:
+        raise ValueError(f"{quantity.path}: nothing in {PROVENANCE} is a result")
+
+
+def _is_text(values: np.ndarray) -> bool:
+    return values.dtype.kind in "UOT"
+
+
+def _json(content: object) -> str:
+    return json.dumps(content, ensure_ascii=False, allow_nan=False)
+
+
+def _plain(text: str) -> str:
+    if "\0" in text:
+        raise _NulError(f"{text[:40]!r} contains a zero character")
+    text.encode()  # a lone surrogate is found here, with its position
+    return text
+
+
+def _encoded(name: str) -> bytes:
+    return _plain(name).encode()
+
+
+# ----------------------------------------------------------------------------
+# A result on disk: one HDF5 file, laid out as `vibecalc.core.results.layout` says.
+# ----------------------------------------------------------------------------
+
+
+def write_result(result: Result, path: Path | str) -> Path:
+    """Write `result` to `path` and return where it is.
+
+    The same result gives the same file, byte for byte; with other provenance, everything outside
+    `/provenance` is the same. A reader sees the old file or the whole new one. Raises UsageError
+    with the reason where the file cannot be written; an old result is then untouched.
+    """
+    target = fresh_output(path)
+    return write_atomically(target, file_image(result))
+
+
+def read_result(path: Path | str) -> Result:
+    """Read a result file.
+
+    Raises ResultError, in words, for a file that is missing, not a file, not HDF5, HDF5 of
+    another program, of a later layout, or damaged. The structure of the file is guarded by the
+    checksums of HDF5; the numbers themselves are not, comparing them is what `diff` is for.
+    """
+    from vibecalc.core.results.store_read import read_file  # a run only writes
+
+    return read_file(Path(path))

@@ -1,0 +1,245 @@
+"""An HDF5 file as a result again, or one sentence on what is wrong with it."""
+
+import json
+import stat
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vibecalc.core.results.layout import (
+    JSON_ATTRIBUTES,
+    PROVENANCE,
+    RESULT_SCHEMA_VERSION,
+    TEXT_ATTRIBUTES,
+    TEXT_CHECKSUM,
+    TIMINGS,
+    check_heaps,
+    heap_checksum,
+)
+from vibecalc.core.results.record import AMPLITUDES, Axis, Method, Quantity, Record, Result
+from vibecalc.errors import ResultError
+
+#: deflate, which a repacked file may use, packs a thousand to one at best
+_LARGEST_RATIO = 1100
+
+_SIGNATURE = b"\x89HDF\r\n\x1a\n"
+
+
+def read_file(path: Path) -> Result:
+    """Read a result file; everything that can be wrong with it becomes a ResultError."""
+    size = _checked_size(path)
+    if not _is_as_written(path):
+        check_heaps(path.read_bytes(), path)
+    return _read_here(path, size)
+
+
+def _is_as_written(path: Path) -> bool:
+    """Whether the texts are those that vibecalc wrote; raises ResultError for foreign files."""
+    import h5py
+
+    try:
+        with h5py.File(path, "r", locking=False) as file:
+            if not {"vibecalc_version", "schema_version"} & set(file.attrs):
+                raise ResultError(f"{path} is an HDF5 file, but not a result of vibecalc")
+            place = file.get(PROVENANCE)
+            if not isinstance(place, h5py.Group) or TEXT_CHECKSUM not in place.attrs:
+                return False
+            return _integer(place, path, TEXT_CHECKSUM) == heap_checksum(path.read_bytes())
+    except ResultError:
+        raise
+    except Exception as error:
+        raise _damaged(path, error) from error
+
+
+def _read_here(path: Path, size: int) -> Result:
+    import h5py
+
+    try:
+        with h5py.File(path, "r", locking=False) as file:
+            return _result(file, path, size)
+    except ResultError:
+        raise
+    except Exception as error:
+        raise _damaged(path, error) from error
+
+
+def _checked_size(path: Path) -> int:
+    try:
+        status = path.stat()
+        if stat.S_ISDIR(status.st_mode):
+            raise ResultError(f"{path} is a folder, not a result file")
+        if not stat.S_ISREG(status.st_mode):
+            raise ResultError(f"{path} is not a regular file")
+        with open(path, "rb") as stream:
+            start = stream.read(len(_SIGNATURE))
+    except FileNotFoundError:
+        raise ResultError(f"there is no result file {path}") from None
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise ResultError(f"cannot read {path}: {reason.lower()}") from error
+    if not start:
+        raise ResultError(f"{path} is empty")
+    if start != _SIGNATURE:
+        raise ResultError(f"{path} is not an HDF5 file (it begins with {start!r})")
+    return status.st_size
+
+
+def _result(file: Any, path: Path, size: int) -> Result:
+    version = _integer(file, path, "schema_version")
+    if version > RESULT_SCHEMA_VERSION:
+        raise ResultError(
+            f"{path} has layout {version}, this vibecalc reads up to {RESULT_SCHEMA_VERSION}: "
+            f"it was written by vibecalc {_text(file, path, 'vibecalc_version')}"
+        )
+    if version < 1:
+        raise ResultError(f"{path} is damaged: schema_version is {version}")
+    text = {name: _text(file, path, name) for name in TEXT_ATTRIBUTES}
+    lists = {name: _json_list(file, path, name) for name in JSON_ATTRIBUTES}
+    record = Record(warnings=[str(warning) for warning in lists["warnings"]])
+    record.methods.extend(Method(**method) for method in lists["methods"])
+    axes: dict[Any, Axis] = {}
+    for quantity_path in lists["quantities"]:
+        record.add(_quantity(file, path, size, str(quantity_path), axes))
+    provenance, timings = _provenance(file)
+    return Result(
+        name=text["name"],
+        case=tomllib.loads(text["case_toml_resolved"]),
+        case_toml=text["case_toml"],
+        case_toml_resolved=text["case_toml_resolved"],
+        case_sha256=text["case_sha256"],
+        record=record,
+        version=text["vibecalc_version"],
+        plan=tuple(
+            {str(key): str(value) for key, value in stage.items()} for stage in lists["plan"]
+        ),
+        provenance=provenance,
+        timings=timings,
+    )
+
+
+def _quantity(
+    file: Any, path: Path, size: int, quantity_path: str, known: dict[Any, Axis]
+) -> Quantity:
+    import h5py
+
+    dataset = file.get(quantity_path)
+    if not isinstance(dataset, h5py.Dataset):
+        raise ResultError(f"{path} is damaged: it lists {quantity_path} but does not have it")
+    amplitude = _text(dataset, path, "amplitude") if "amplitude" in dataset.attrs else None
+    if amplitude not in (None, *AMPLITUDES):
+        raise ResultError(f"{path} is damaged: {quantity_path} has amplitude {amplitude!r}")
+    error_estimate = _real(dataset, path, "error_estimate")
+    if not error_estimate >= 0.0:
+        raise ResultError(f"{path} is damaged: {quantity_path} has error {error_estimate}")
+    return Quantity(
+        path=quantity_path,
+        values=_values(dataset, path, size),
+        unit=_text(dataset, path, "units"),
+        long_name=_text(dataset, path, "long_name"),
+        axes=tuple(_axis(dataset, path, size, position, known) for position in range(dataset.ndim)),
+        amplitude=amplitude,
+        error_estimate=error_estimate,
+        standard_error=(
+            _real(dataset, path, "standard_error") if "standard_error" in dataset.attrs else None
+        ),
+        terms=_real(dataset, path, "terms") if "terms" in dataset.attrs else 0.0,
+    )
+
+
+def _axis(dataset: Any, path: Path, size: int, position: int, known: dict[Any, Axis]) -> Axis:
+    dimension = dataset.dims[position]
+    if len(dimension) != 1:
+        raise ResultError(
+            f"{path} is damaged: {dataset.name[1:]} has {len(dimension)} scales on axis {position}"
+        )
+    scale = dimension[0]
+    if scale.id not in known:
+        known[scale.id] = Axis(
+            name=dimension.label,
+            values=_values(scale, path, size),
+            unit=_text(scale, path, "units"),
+            long_name=_text(scale, path, "long_name"),
+        )
+    axis = known[scale.id]
+    if axis.values.shape != (dataset.shape[position],) or axis.name != dimension.label:
+        raise ResultError(
+            f"{path} is damaged: {dataset.name[1:]} and its axis {axis.name} do not fit together"
+        )
+    return axis
+
+
+def _values(dataset: Any, path: Path, size: int) -> np.ndarray:
+    import h5py
+
+    kind = dataset.dtype.kind
+    if dataset.size is None or dataset.size * 2 > _LARGEST_RATIO * size:
+        raise ResultError(
+            f"{path} is damaged: {dataset.name[1:]} says it has {dataset.size} entries"
+        )
+    if h5py.check_string_dtype(dataset.dtype) is not None:
+        texts = np.asarray(dataset.asstr()[()])
+        return texts.astype(np.str_) if texts.size else np.empty(texts.shape, dtype=np.str_)
+    if kind not in "fciu":
+        raise ResultError(
+            f"{path} is damaged: {dataset.name[1:]} holds values of type {dataset.dtype}"
+        )
+    plain = {"f": np.float64, "c": np.complex128, "i": np.int64, "u": np.int64}[kind]
+    return np.asarray(dataset[()], dtype=plain)
+
+
+def _provenance(file: Any) -> tuple[dict[str, str | int | float], dict[str, float]]:
+    if PROVENANCE not in file:
+        return {}, {}
+    group = file[PROVENANCE]
+    found: dict[str, str | int | float] = {
+        name: value if isinstance(value, str) else value.item()
+        for name, value in group.attrs.items()
+        if name != TEXT_CHECKSUM
+    }
+    times = group[TIMINGS].attrs if TIMINGS in group else {}
+    return found, {name: float(value) for name, value in times.items()}
+
+
+def _attribute(place: Any, path: Path, name: str) -> Any:
+    if name not in place.attrs:
+        where = "" if place.name == "/" else f" of {place.name[1:]}"
+        raise ResultError(f"{path} is damaged or foreign: the attribute {name}{where} is missing")
+    return place.attrs[name]
+
+
+def _text(place: Any, path: Path, name: str) -> str:
+    value = _attribute(place, path, name)
+    if not isinstance(value, str):
+        raise ResultError(f"{path} is damaged: {name} of {place.name} is not a text")
+    value.encode()  # text that is not UTF-8 arrives with lone surrogates
+    return value
+
+
+def _real(place: Any, path: Path, name: str) -> float:
+    value = _attribute(place, path, name)
+    if np.ndim(value) or np.asarray(value).dtype.kind not in "fiu":
+        raise ResultError(f"{path} is damaged: {name} of {place.name} is not a number")
+    return float(value)
+
+
+def _integer(place: Any, path: Path, name: str) -> int:
+    value = _attribute(place, path, name)
+    if np.ndim(value) or np.asarray(value).dtype.kind not in "iu":
+        raise ResultError(f"{path} is damaged: {name} of {place.name} is not a whole number")
+    return int(value)
+
+
+def _json_list(file: Any, path: Path, name: str) -> list[Any]:
+    content = json.loads(_text(file, path, name))
+    if not isinstance(content, list):
+        raise ResultError(f"{path} is damaged: {name} is not a list")
+    return content
+
+
+def _damaged(path: Path, error: Exception) -> ResultError:
+    """HDF5 reports damage as any of OSError, RuntimeError, KeyError, ValueError, TypeError ..."""
+    lines = str(error).strip().strip("'\"").splitlines()
+    reason = f"{type(error).__name__}: {lines[0]}" if lines else type(error).__name__
+    return ResultError(f"{path} is damaged: {reason}")

@@ -1,0 +1,465 @@
+"""The file of a sweep, opened to read from it what is asked for and no more."""
+
+import json
+import math
+import tomllib
+import zlib
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from types import MappingProxyType, TracebackType
+from typing import Any, NamedTuple, Self
+
+import numpy as np
+
+from vibecalc.core.results.layout import (
+    _COLLECTION,
+    ERRORS,
+    MESSAGE,
+    PROVENANCE,
+    STANDARD_ERRORS,
+    STATUS,
+    SWEEP,
+    SWEEP_SCHEMA_VERSION,
+    TEXT_ATTRIBUTES,
+    TEXT_CHECKSUM,
+    VALUES,
+    VERSION_ATTRIBUTE,
+)
+from vibecalc.core.results.record import Axis, Method, Record, Result
+from vibecalc.core.results.store_read import (
+    _axis,
+    _checked_size,
+    _damaged,
+    _integer,
+    _json_list,
+    _provenance,
+    _real,
+    _text,
+)
+from vibecalc.errors import ResultError
+
+# ----------------------------------------------------------------------------
+# What the file of a sweep says besides its numbers.
+# ----------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, kw_only=True)
+class SweptKey:
+    """A key of the case that varies; `choices` are the names its values count from 0."""
+
+    key: str
+    label: str
+    unit: str
+    written_unit: str
+    choices: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class SweptAxis:
+    """One axis of a sweep, with its keys.
+
+    A sampling has one axis, `sample`, with all keys. `read(first, last)` gives one array (last -
+    first,) for each key: doubles, whole numbers, or positions in the choices of the key.
+    """
+
+    name: str
+    count: int
+    keys: tuple[SweptKey, ...]
+    read: Callable[[int, int], list[np.ndarray]]
+
+    def values(self) -> list[np.ndarray]:
+        """All values of each key, choices by their names."""
+        return [
+            np.array(key.choices)[column] if key.choices else column
+            for key, column in zip(self.keys, self.read(0, self.count), strict=True)
+        ]
+
+
+@dataclass(frozen=True, kw_only=True)
+class SweepHead:
+    """Case, design and provenance of a sweep.
+
+    `result` has the case, plan, warnings and methods, and no quantities; `identity` and `base`
+    are the hashes of the sweep and of what its points share; `design` says in plain values how
+    the points were chosen; `kept` are the paths asked for.
+    """
+
+    result: Result
+    axes: tuple[SweptAxis, ...]
+    sampling: str
+    design: Mapping[str, Any]
+    kept: tuple[str, ...]
+    identity: str
+    base: str
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Number of points along each axis."""
+        return tuple(axis.count for axis in self.axes)
+
+
+# ----------------------------------------------------------------------------
+# Consecutive points of a grid, in C order, as boxes of the array that holds the grid.
+# ----------------------------------------------------------------------------
+
+_CHUNK_ENTRIES = 1 << 14
+
+Box = tuple[tuple[slice, ...], int, int]
+
+
+def boxes(first: int, last: int, shape: Sequence[int]) -> Iterator[Box]:
+    """Cut the points first to last - 1 into boxes, ascending.
+
+    Gives for each its place in the grid, its first point and the one after its last. There are at
+    most two for each axis but the first, and one more.
+    """
+    if first >= last:
+        return
+    if len(shape) == 1:
+        yield (slice(first, last),), first, last
+        return
+    row = math.prod(shape[1:])
+    start = min(last, -(-first // row) * row)
+    stop = max(start, last // row * row)
+    yield from _within(first, start, shape)
+    if stop > start:
+        full = (slice(0, size) for size in shape[1:])
+        yield (slice(start // row, stop // row), *full), start, stop
+    yield from _within(stop, last, shape)
+
+
+def _within(first: int, last: int, shape: Sequence[int]) -> Iterator[Box]:
+    """The same for points that share their place along the first axis."""
+    row = math.prod(shape[1:])
+    number = first // row
+    base = number * row
+    for place, start, stop in boxes(first - base, last - base, shape[1:]):
+        yield (slice(number, number + 1), *place), start + base, stop + base
+
+
+def read_points(dataset: Any, first: int, last: int, shape: Sequence[int]) -> np.ndarray:
+    """Rows (last - first, own axes...) of a dataset (grid..., own axes...)."""
+    own = dataset.shape[len(shape) :]
+    rows = np.empty((last - first, *own), dtype=dataset.dtype)
+    for place, start, stop in boxes(first, last, shape):
+        rows[start - first : stop - first] = dataset[place].reshape(stop - start, *own)
+    return rows
+
+
+def write_points(dataset: Any, values: np.ndarray, first: int, shape: Sequence[int]) -> None:
+    """Put rows (n, own axes...) at the points from `first` on."""
+    for place, start, stop in boxes(first, first + len(values), shape):
+        sizes = [part.stop - part.start for part in place]
+        rows = values[start - first : stop - first]
+        dataset[place] = rows.reshape(*sizes, *values.shape[1:])
+
+
+def chunk_shape(shape: Sequence[int]) -> tuple[int, ...]:
+    """Chunks of consecutive entries in C order, so that consecutive points touch few of them."""
+    sizes: list[int] = []
+    room = _CHUNK_ENTRIES
+    for size in reversed(shape):
+        sizes.append(min(size, max(room, 1)))
+        room //= size
+    return tuple(reversed(sizes))
+
+
+# ----------------------------------------------------------------------------
+# What the file of a sweep says of itself: whose it is, for which case and which points.
+# ----------------------------------------------------------------------------
+
+_PIECE = 1 << 20  # bytes
+
+
+def check_origin(file: Any, path: Path) -> None:
+    if VERSION_ATTRIBUTE not in file.attrs:
+        what = "the result of a single run" if "schema_version" in file.attrs else "an HDF5 file"
+        raise ResultError(f"{path} is {what}, not of a sweep")
+    version = _integer(file, path, VERSION_ATTRIBUTE)
+    if version > SWEEP_SCHEMA_VERSION:
+        raise ResultError(
+            f"{path} has layout {version} of a sweep, "
+            f"this vibecalc reads up to {SWEEP_SCHEMA_VERSION}"
+        )
+    # HDF5 has been seen to crash on damaged texts, so they are looked at before it sees them
+    if _integer(file[PROVENANCE], path, TEXT_CHECKSUM) != text_checksum(path):
+        raise ResultError(f"{path} was changed since it was written, or is damaged")
+
+
+def read_head(file: Any, path: Path) -> SweepHead:
+    place = file[SWEEP]
+    text = {name: _text(file, path, name) for name in TEXT_ATTRIBUTES}
+    record = Record(warnings=[str(warning) for warning in _json_list(file, path, "warnings")])
+    record.methods.extend(Method(**method) for method in _json_list(file, path, "methods"))
+    provenance, timings = _provenance(file)
+    result = Result(
+        name=text["name"],
+        case=tomllib.loads(text["case_toml_resolved"]),
+        case_toml=text["case_toml"],
+        case_toml_resolved=text["case_toml_resolved"],
+        case_sha256=text["case_sha256"],
+        record=record,
+        version=text["vibecalc_version"],
+        plan=tuple(_json_list(file, path, "plan")),
+        provenance=provenance,
+        timings=timings,
+    )
+    return SweepHead(
+        result=result,
+        axes=tuple(_swept(file, axis) for axis in _json_list(place, path, "axes")),
+        sampling=_text(place, path, "sampling"),
+        design=json_table(place, path, "design"),
+        kept=tuple(str(name) for name in _json_list(place, path, "kept")),
+        identity=_text(place, path, "identity"),
+        base=_text(place, path, "base"),
+    )
+
+
+def _swept(file: Any, axis: dict[str, Any]) -> SweptAxis:
+    keys = tuple(SweptKey(**{**key, "choices": tuple(key["choices"])}) for key in axis["keys"])
+    columns = [file[VALUES][key.key] for key in keys]
+
+    def read(first: int, last: int) -> list[np.ndarray]:
+        return [np.asarray(column[first:last]) for column in columns]
+
+    return SweptAxis(name=axis["name"], count=columns[0].shape[0], keys=keys, read=read)
+
+
+def listed(file: Any, path: Path) -> list[Any]:
+    return _json_list(file, path, "quantities")
+
+
+def json_table(place: Any, path: Path, name: str) -> dict[str, Any]:
+    content = json.loads(_text(place, path, name))
+    if not isinstance(content, dict):
+        raise ResultError(f"{path} is damaged: {name} is no table")
+    return content
+
+
+def text_checksum(path: Path) -> int:
+    """What `heap_checksum` gives for the bytes of a file, in little memory."""
+    checksum, address = 0, 0
+    with open(path, "rb") as stream:
+        while True:
+            stream.seek(address)
+            piece = stream.read(_PIECE)
+            found = piece.find(_COLLECTION)
+            if found >= 0:
+                address += found
+                stream.seek(address + 8)
+                size = max(int.from_bytes(stream.read(8), "little"), len(_COLLECTION))
+                stream.seek(address)
+                address += size
+                while size > 0 and (piece := stream.read(min(size, _PIECE))):
+                    checksum = zlib.crc32(piece, checksum)
+                    size -= len(piece)
+            elif len(piece) < _PIECE:
+                return checksum
+            else:
+                address += len(piece) - len(_COLLECTION) + 1
+
+
+# ----------------------------------------------------------------------------
+# The file of a sweep, opened to read from it what is asked for and no more.
+# ----------------------------------------------------------------------------
+
+
+class Failures(NamedTuple):
+    """Points without a result: their numbers (m,), ascending, and for each a row of `texts`."""
+
+    points: np.ndarray
+    causes: np.ndarray
+    texts: tuple[str, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class StackedQuantity:
+    """One quantity of a sweep; `axes` are its own, those of the sweep come before them.
+
+    `error_estimate` and `standard_error` are the largest of all points, in `unit`.
+    """
+
+    path: str
+    unit: str
+    long_name: str
+    amplitude: str | None
+    axes: tuple[Axis, ...]
+    error_estimate: float
+    standard_error: float | None
+    _data: "_Data"
+
+    def values(self) -> np.ndarray:
+        """Everything: (axes of the sweep..., own axes...); NaN at points without it."""
+        return self._data.whole(self.path)
+
+    def errors(self) -> np.ndarray:
+        """Error estimate of each point (axes of the sweep...)."""
+        return self._data.whole(f"{ERRORS}/{self.path}")
+
+    def standard_errors(self) -> np.ndarray | None:
+        """Standard error of each point (axes of the sweep...); None if it is no statistic."""
+        statistic = self.standard_error is not None
+        return self._data.whole(f"{STANDARD_ERRORS}/{self.path}") if statistic else None
+
+    def points(self, first: int, last: int) -> np.ndarray:
+        """Values (last - first, own axes...) at consecutive points."""
+        return self._data.points(self.path, first, last)
+
+    def errors_of(self, first: int, last: int) -> np.ndarray:
+        """Error estimates (last - first,) of consecutive points."""
+        return self._data.points(f"{ERRORS}/{self.path}", first, last)
+
+    def standard_errors_of(self, first: int, last: int) -> np.ndarray | None:
+        """Standard errors (last - first,) of consecutive points; None if it is no statistic."""
+        if self.standard_error is None:
+            return None
+        return self._data.points(f"{STANDARD_ERRORS}/{self.path}", first, last)
+
+
+@dataclass(frozen=True)
+class _Data:
+    """Datasets of an open file; ResultError where HDF5 finds their checksums wrong."""
+
+    file: Any
+    path: Path
+    shape: tuple[int, ...]
+
+    def whole(self, name: str) -> np.ndarray:
+        try:
+            return np.asarray(self.file[name][()])
+        except (OSError, KeyError) as error:
+            raise _damaged(self.path, error) from error
+
+    def points(self, name: str, first: int, last: int) -> np.ndarray:
+        try:
+            return read_points(self.file[name], first, last, self.shape)
+        except (OSError, KeyError) as error:
+            raise _damaged(self.path, error) from error
+
+
+class SweepResult:
+    """An open file of a sweep; close it, or use it in a `with`.
+
+    `head` has case, axes and design; `quantities` those that were stacked, `left_out` those that
+    could not be, each with its reason.
+    """
+
+    def __init__(self, file: Any, path: Path) -> None:
+        self._file, self.path = file, path
+        self.head = read_head(file, path)
+        self._data = _Data(file, path, self.head.shape)
+        place = file[SWEEP]
+        self.left_out: Mapping[str, str] = json_table(place, path, "left_out")
+        found = {str(name): _quantity(self._data, str(name)) for name in listed(file, path)}
+        self.quantities: Mapping[str, StackedQuantity] = MappingProxyType(found)
+        if file[STATUS].shape != self.head.shape:
+            raise ResultError(f"{path} is damaged: {STATUS} does not fit the axes")
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Number of points along each axis."""
+        return self.head.shape
+
+    @property
+    def count(self) -> int:
+        """Number of points."""
+        return int(np.prod(self.shape, dtype=np.int64))
+
+    @property
+    def case(self) -> Mapping[str, Any]:
+        """The case of the sweep in SI, with its limits and references."""
+        return self.head.result.case
+
+    def status(self) -> np.ndarray:
+        """What became of each point (axes of the sweep...)."""
+        return self._data.whole(STATUS)
+
+    def status_of(self, first: int, last: int) -> np.ndarray:
+        """What became of consecutive points (last - first,)."""
+        return self._data.points(STATUS, first, last)
+
+    def failures(self) -> Failures:
+        """Points that were run and have no result, with the reasons."""
+        return Failures(
+            points=self._data.whole(f"{MESSAGE}/point"),
+            causes=self._data.whole(f"{MESSAGE}/cause"),
+            texts=tuple(str(text) for text in self._file[MESSAGE]["text"].asstr()[()]),
+        )
+
+    def close(self) -> None:
+        """Close the file; nothing can be read any more."""
+        self._file.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+
+def open_sweep(path: Path | str) -> SweepResult:
+    """Open the file of a sweep.
+
+    Raises ResultError, in words, for a file that is missing, foreign, of a later layout, the
+    result of a single run, changed since it was written, or damaged.
+    """
+    import h5py
+
+    where = Path(path)
+    _checked_size(where)
+    try:
+        file = h5py.File(where, "r", locking=False)
+    except Exception as error:
+        raise _damaged(where, error) from error
+    try:
+        check_origin(file, where)
+        return SweepResult(file, where)
+    except ResultError:
+        file.close()
+        raise
+    except Exception as error:
+        file.close()
+        raise _damaged(where, error) from error
+
+
+def is_sweep(path: Path | str) -> bool:
+    """Whether this is the file of a sweep, as far as its first lines tell."""
+    import h5py
+
+    try:
+        with h5py.File(path, "r", locking=False) as file:
+            return VERSION_ATTRIBUTE in file.attrs
+    except Exception:  # whatever HDF5 makes of another file
+        return False
+
+
+def check_sweep(path: Path) -> None:
+    """Open a file and close it again; ResultError if it is not the whole file of a sweep."""
+    open_sweep(path).close()
+
+
+def _quantity(data: _Data, name: str) -> StackedQuantity:
+    file, path, shape = data.file, data.path, data.shape
+    dataset, errors = file[name], file[f"{ERRORS}/{name}"]
+    if dataset.shape[: len(shape)] != shape or errors.shape != shape:
+        raise ResultError(f"{path} is damaged: {name} does not fit the axes of the sweep")
+    statistic = "standard_error" in dataset.attrs
+    size = path.stat().st_size
+    return StackedQuantity(
+        path=name,
+        unit=_text(dataset, path, "units"),
+        long_name=_text(dataset, path, "long_name"),
+        amplitude=_text(dataset, path, "amplitude") if "amplitude" in dataset.attrs else None,
+        axes=tuple(
+            _axis(dataset, path, size, position, {}) for position in range(len(shape), dataset.ndim)
+        ),
+        error_estimate=_real(dataset, path, "error_estimate"),
+        standard_error=_real(dataset, path, "standard_error") if statistic else None,
+        _data=data,
+    )

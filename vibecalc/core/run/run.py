@@ -1,0 +1,348 @@
+"""One run: the planned stages in their order, each timed; what need not run again is kept."""
+
+import hashlib
+import time
+from collections import OrderedDict
+from collections.abc import Callable
+from dataclasses import dataclass, field, is_dataclass
+from functools import partial
+from typing import TYPE_CHECKING, Any, cast
+
+import numpy as np
+
+from vibecalc.core.case.number_range import present, range_problems
+from vibecalc.core.case.raw import key_text
+from vibecalc.core.results.named import named
+from vibecalc.core.results.record import Record
+from vibecalc.core.results.tolerance import tolerance_warning
+from vibecalc.core.run.machine_checks import CHECKS, check_machine, machine_warnings
+from vibecalc.core.run.plan import needed_stages
+from vibecalc.core.run.reads import Reads, TracedEntries, traced, written
+from vibecalc.core.run.stage import Scene, StagePlan
+from vibecalc.errors import NumericalFailure, Problem
+from vibecalc.parts.machine import PARTS, MachineParts, build_machine
+
+if TYPE_CHECKING:
+    from vibecalc.schema import Case
+
+# ----------------------------------------------------------------------------
+# Stages that need not run again, because nothing they read has changed.
+#
+# What a stage reads is recorded as it runs (`reads.py`). Its key is the content of what an earlier
+# run of it has read: exact to the last bit, with the keys of what was handed on to it. Where that
+# is the same, each step of the stage would be the same, and so is the result that is taken from
+# here.
+# ----------------------------------------------------------------------------
+
+MOST_BYTES = 256_000_000
+#: of an outcome beside its arrays
+OVERHEAD = 4096
+#: ways of reading of one stage that are looked up; what the oldest have made is made again
+MOST_WAYS = 8
+
+RunStage = Callable[[StagePlan, Scene], None]
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What one stage leaves: results, warnings, methods, what it hands on; or why it failed."""
+
+    record: Record
+    handed_on: dict[str, Any]
+    failure: str | None = None
+
+
+@dataclass
+class StageCache:
+    """Outcomes of stages by the content of what they read; the oldest ones go first.
+
+    What a stage reads may hang on what it finds: each way of reading that was met is kept.
+
+    `ran` and `reused` count, by the module of a stage, how often it ran and how often it did not
+    have to. One cache serves any number of cases.
+    """
+
+    most_bytes: int = MOST_BYTES
+    ran: dict[str, int] = field(default_factory=dict)
+    reused: dict[str, int] = field(default_factory=dict)
+    _kept: "OrderedDict[bytes, tuple[Any, int]]" = field(default_factory=OrderedDict)
+    _ways: dict[Any, dict[bytes, Reads]] = field(default_factory=dict)
+    _size: int = 0
+    _last: "tuple[Case, dict[int, Any]] | None" = None
+
+    def at(self, case: "Case", wanted: frozenset[str] | None) -> "CachedRun":
+        """One run of `case` in which stages are looked up before they run."""
+        if self._last is None or self._last[0] is not case:
+            self._last = (case, {})
+        return CachedRun(self, case, wanted, self._last[1])
+
+    def find(self, key: bytes) -> Any:
+        """What is kept under a key, or None; it counts as the youngest then."""
+        found = self._kept.get(key)
+        if found is None:
+            return None
+        self._kept.move_to_end(key)
+        return found[0]
+
+    def keep(self, key: bytes, value: Any) -> None:
+        """Keep a value, its arrays closed to writing; forget the oldest beyond `most_bytes`."""
+        size = OVERHEAD
+        for array in _arrays(value):
+            array.flags.writeable = False
+            size += array.nbytes
+        self._size += size - self._kept.pop(key, (None, 0))[1]
+        self._kept[key] = (value, size)
+        while self._size > self.most_bytes and len(self._kept) > 1:
+            self._size -= self._kept.popitem(last=False)[1][1]
+
+    def ways(self, what: Any) -> dict[bytes, Reads]:
+        """The ways of reading known of something that is made, the latest last."""
+        return self._ways.setdefault(what, {})
+
+
+class CachedRun:
+    """The keys of one run, made as its stages come.
+
+    `known` is what has been looked up of the case, see `Reads.contents`.
+    """
+
+    def __init__(
+        self,
+        cache: StageCache,
+        case: "Case",
+        wanted: frozenset[str] | None,
+        known: dict[int, Any],
+    ):
+        self._cache = cache
+        self._case = case
+        self._known = known
+        self._wanted = None if wanted is None else tuple(sorted(wanted))
+        #: what stages have handed on in this run -> key of the stage that did
+        self._handed: dict[str, bytes] = {}
+        #: what was made once in this run -> its key
+        self._once: dict[str, bytes] = {}
+
+    def parts(self) -> MachineParts:
+        """The parts of the machine, each built when it is asked for."""
+        return self._parts(Reads())
+
+    def run(self, stage: StagePlan, scene: Scene, run_stage: RunStage) -> None:
+        """Add the outcome of a stage to `scene`; `run_stage` makes it where it is not known.
+
+        Raises NumericalFailure as the stage does.
+        """
+        what = (stage.adapter, self._wanted)
+        key, counts = self._find(what), self._cache.reused
+        if key is None:
+            counts = self._cache.ran
+            reads = Reads()
+            outcome = self._made(stage, scene, run_stage, reads)
+            key = self._keep(what, reads, outcome, outcome.handed_on)
+        outcome = self._cache.find(key)
+        counts[stage.stage] = counts.get(stage.stage, 0) + 1
+        if outcome.failure is not None:
+            raise NumericalFailure(outcome.failure)
+        scene.handed_on.update(outcome.handed_on)
+        self._handed |= dict.fromkeys(outcome.handed_on, key)
+        for quantity in outcome.record.values():
+            scene.record.add(quantity)
+        for warning in outcome.record.warnings:
+            scene.warn(warning)
+        for method in outcome.record.methods:
+            scene.cite(method.name, method.purpose, method.citation)
+
+    def once(self, name: str, make: "Callable[[Case], Any]") -> Any:
+        """What `make` makes of the case, or has made of one that is the same to it."""
+        key = self._find(name)
+        if key is None:
+            reads = Reads()
+            made = make(traced(self._case, reads))
+            key = self._keep(name, reads, made, made)
+        self._once[name] = key
+        return self._cache.find(key)
+
+    def _made(self, stage: StagePlan, scene: Scene, run_stage: RunStage, reads: Reads) -> Outcome:
+        """Run a stage with a record of its own, so that what it leaves stands apart."""
+
+        def once(name: str, make: "Callable[[Case], Any]") -> Any:
+            reads.made.add(name)
+            return self.once(name, make)
+
+        entries = TracedEntries(scene.handed_on, reads)
+        own = Scene(
+            case=traced(scene.case, reads),
+            parts=self._parts(reads),
+            wanted=scene.wanted,
+            handed_on=entries,
+            maker=once,
+        )
+        try:
+            run_stage(stage, own)
+        except NumericalFailure as failure:
+            return Outcome(Record(), {}, str(failure))
+        return Outcome(own.record, entries.left)
+
+    def _parts(self, reads: Reads) -> MachineParts:
+        return cast(MachineParts, _Parts(self, reads))
+
+    def _find(self, what: Any) -> bytes | None:
+        """Key of what is known to be the same, None where nothing is."""
+        ways = self._cache.ways(what)
+        for way in reversed(ways):
+            key = self._key(what, way, ways[way])
+            if key is not None and self._cache.find(key) is not None:
+                ways[way] = ways.pop(way)
+                return key
+        return None
+
+    def _keep(self, what: Any, reads: Reads, value: Any, handed_on: Any) -> bytes:
+        way = reads.close(handed_on)
+        ways = self._cache.ways(what)
+        ways[way] = ways.pop(way, reads)
+        if len(ways) > MOST_WAYS:
+            del ways[next(iter(ways))]
+        key = self._key(what, way, reads)
+        assert key is not None  # all that was read is there
+        self._cache.keep(key, value)
+        return key
+
+    def _key(self, what: Any, way: bytes, reads: Reads) -> bytes | None:
+        """Key of what is made by reading that; None where a part of that is not made yet."""
+        found = reads.contents(self._case, self._known)
+        if found is None:
+            return None
+        # what was made in this run counts, even if it is forgotten by now
+        made = [self._once.get(name) or self._find(name) for name in sorted(reads.made)]
+        if None in made:
+            return None
+        handed = [self._handed.get(name) for name in sorted(reads.handed)]
+        content = written((what, way, found, handed, made))
+        return hashlib.blake2b(content, digest_size=20).digest()
+
+
+class _Parts:
+    """The parts of a machine, each made when it is read, and noted then."""
+
+    def __init__(self, run: CachedRun, reads: Reads):
+        self.__dict__["_run"] = (run, reads)
+
+    def __getattr__(self, name: str) -> Any:
+        run, reads = self.__dict__["_run"]
+        part = f"parts.{name}"
+        reads.made.add(part)
+        self.__dict__[name] = run.once(part, PARTS[name])
+        return self.__dict__[name]
+
+
+def _arrays(value: Any) -> list[np.ndarray]:
+    """All arrays in tuples, lists, dicts and dataclasses."""
+    found, left = [], [value]
+    while left:
+        one = left.pop()
+        if isinstance(one, np.ndarray):
+            found.append(one)
+        elif isinstance(one, tuple | list):
+            left += one
+        elif isinstance(one, dict):
+            left += one.values()
+        elif is_dataclass(one):
+            left += vars(one).values()
+    return found
+
+
+# ----------------------------------------------------------------------------
+# The checks of physics for studies that change a case thousands of times, a little each time.
+#
+# A check that found nothing finds nothing again where all that it read is the same. As soon as one
+# finds something, all of them run, so that the problems are those of `machine.checks`, every time.
+# ----------------------------------------------------------------------------
+
+
+def check_again(case: "Case", cache: StageCache) -> list[Problem]:
+    """`machine.checks.check_machine` with what `cache` knows of earlier cases."""
+    now = cache.at(case, None)
+    for place in present(case):
+        if now.once(f"range of {key_text(place)}", partial(range_problems, places=(place,))):
+            return check_machine(case)
+    for check in CHECKS:
+        if now.once(check.__name__, check):
+            return check_machine(case)
+    return []
+
+
+# ----------------------------------------------------------------------------
+# One run: the planned stages in their order, each timed, into one record.
+# ----------------------------------------------------------------------------
+
+
+def run_case(
+    case: "Case",
+    *,
+    timings: dict[str, float] | None = None,
+    wanted: frozenset[str] | None = None,
+    cache: StageCache | None = None,
+    tell: Callable[[str], None] | None = None,
+) -> Record:
+    """Run the stages that `case` asks for and keep their results; see `run_scene`."""
+    return run_scene(case, timings=timings, wanted=wanted, cache=cache, tell=tell).record
+
+
+def run_scene(
+    case: "Case",
+    *,
+    timings: dict[str, float] | None = None,
+    wanted: frozenset[str] | None = None,
+    cache: StageCache | None = None,
+    tell: Callable[[str], None] | None = None,
+) -> Scene:
+    """Run the stages that `case` asks for, with what they handed on to each other.
+
+    Parameters
+    ----------
+    case : a case whose form, physics and targets have been checked.
+    timings : filled with seconds per stage.
+    wanted : result paths to compute, for studies that run a case many times; None is all.
+    cache : outcomes of stages of earlier runs, taken where nothing that a stage reads has changed;
+        the results are the same to the last bit.
+    tell : called with the name of each stage as it begins.
+
+    Raises
+    ------
+    NumericalFailure : when a quantity has no trustworthy value.
+    """
+    started = time.perf_counter()
+    cached = None if cache is None else cache.at(case, wanted)
+    parts = cached.parts() if cached else build_machine(case)
+    scene = Scene(case=case, parts=parts, wanted=wanted)
+    clock = timings if timings is not None else {}
+    if wanted is None:
+        for warning in machine_warnings(case):
+            scene.warn(warning)
+    clock["machine"] = time.perf_counter() - started
+    for stage in needed_stages(case, wanted):
+        started = time.perf_counter()
+        if tell is not None:
+            tell(stage.stage)
+        if cached is None:
+            _run_stage(stage, scene)
+        else:
+            cached.run(stage, scene, _run_stage)
+        clock[stage.stage] = time.perf_counter() - started
+    if wanted is None:
+        missed = tolerance_warning(scene.record, case.accuracy.rtol)
+        if missed is not None:
+            scene.warn(missed)
+    return scene
+
+
+def _run_stage(stage: StagePlan, scene: Scene) -> None:
+    """Run one adapter; an overflow or an undefined operation on the way is a failure, not a NaN."""
+    adapter = named(stage.adapter)
+    try:
+        with np.errstate(over="raise", divide="raise", invalid="raise", under="ignore"):
+            adapter(scene)
+    except (FloatingPointError, OverflowError) as error:
+        raise NumericalFailure(
+            f"the stage {stage.stage!r} left the range of double precision ({error}): "
+            "some masses, lengths, stiffnesses or speeds of the case are too far apart"
+        ) from error

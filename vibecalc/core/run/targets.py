@@ -1,0 +1,386 @@
+"""References, limits and objectives against the plan: do the results they name exist?"""
+
+import difflib
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any
+
+from vibecalc.core.results.catalogue import AXES, CATALOGUE
+from vibecalc.core.results.record import Entry
+from vibecalc.core.run.plan import planned_quantities
+from vibecalc.errors import KeyPath, Problem, UnitError
+from vibecalc.kinds import has_crank_train
+
+if TYPE_CHECKING:
+    from vibecalc.schema import Case
+
+# ----------------------------------------------------------------------------
+# Entries of numbered axes that a run will have, as far as the case tells before it.
+# ----------------------------------------------------------------------------
+
+#: result paths of this beginning have the orders of the crank train, these apart
+_OF_THE_TRAIN = ("kinematics/", "excitation/", "response/", "isolation/")
+_OWN_ORDERS = (
+    "excitation/motor/",
+    "excitation/balance/",
+    "response/impact/",
+    "response/roll/",
+    "response/start_up/",
+    "response/control/",
+)
+#: and those that begin with order 0
+_FROM_ZERO = ("kinematics/", "excitation/rod/")
+_OWN_CLEARANCE = "machine.joints.wrist_pin.clearance"
+#: as in `results/select.py`: two numbers this close, relatively, are the same entry
+_SAME = 1e-9
+_SHOWN = 12
+#: axes whose entries are numbered 1, 2, 3, ...
+_NUMBERED = (
+    *("mode", "other_mode", "damped_mode", "bare_mode", "elastic_mode", "pole", "multiplier"),
+    *("summit", "passage", "contact", "turn", "cage", "hammering", "barred", "limit", "wedge"),
+    *("unstable", "basin"),
+)
+
+
+def missing_entries(
+    path: KeyPath, quantity: str, where: Mapping[str, int | float | str], case: "Case"
+) -> Iterator[Problem]:
+    """Problems of a `where` that picks a clearance, an order or a mode that no run will have."""
+    for axis, wanted in where.items():
+        span = _speeds(quantity, case) if axis == "speed" else None
+        known = span or _known(quantity, axis, case)
+        if known is None and axis not in _NUMBERED:
+            continue
+        try:
+            value = _number(wanted, AXES[axis][0])
+        except UnitError as error:
+            yield Problem(
+                path=(*path, "where"),
+                message=f"{axis} of {quantity} cannot be read: {error.message}",
+                found=f"{axis} = {wanted!r}",
+                allowed=error.allowed,
+                hint=error.hint,
+            )
+            continue
+        if known is None:
+            there = value >= 1.0 and abs(value - round(value)) <= _SAME * value
+            allowed, because = "1, 2, 3, ...", ""
+        else:
+            entries, because = known
+            # a curve has a value at every speed between its ends
+            there = span is not None and entries[0] <= value <= entries[-1]
+            there = there or any(
+                abs(value - one) <= _SAME * max(abs(value), abs(one)) for one in entries
+            )
+            allowed = _listed(entries, wanted, axis)
+            allowed = allowed if span is None else allowed.replace(", ", " to ")
+        if not there:
+            article = "an" if axis[0] in "aeiou" else "a"
+            yield Problem(
+                path=(*path, "where"),
+                message=f"this {_row(path)} asks for {article} {axis} that {quantity} lacks",
+                found=f"{axis} = {wanted!r}",
+                allowed=allowed,
+                hint=because,
+            )
+
+
+def _row(path: KeyPath) -> str:
+    return f"[[{path[0]}]]" if isinstance(path[1], int) else str(path[1])
+
+
+def _speeds(quantity: str, case: "Case") -> tuple[tuple[float, ...], str] | None:
+    """Ends of the speeds over which a curve is computed, and where they come from."""
+    response, design = case.response, case.damper_design
+    torsion = None if response is None else response.torsion
+    asked: Any = None
+    words = "[response.torsion.speeds]"
+    if quantity.startswith("isolation/"):
+        asked, words = case.isolation and case.isolation.run_up, "[isolation.run_up]"
+    elif quantity.startswith("response/run_up/"):
+        asked, words = response and response.run_up, "[response.run_up]"
+    elif quantity.startswith("damper_design/") and design is not None and design.speeds is not None:
+        asked, words = design.speeds, "[damper_design.speeds]"
+    elif torsion is not None:
+        asked = torsion.speeds
+    return None if not asked else ((asked.start, asked.stop), f"{words} says from where to where")
+
+
+def _known(quantity: str, axis: str, case: "Case") -> tuple[tuple[float, ...], str] | None:
+    """The entries of an axis and where they come from; None where only the run can tell."""
+    if axis == "clearance":
+        return _clearances(case)
+    if axis == "half_order" and quantity.startswith("response/torsion/"):
+        return _half_orders(case)
+    if axis in ("mode", "other_mode"):
+        return _modes(quantity, case)
+    if axis != "order":
+        return None
+    impact = None if case.response is None else case.response.impact
+    if quantity.startswith("response/impact/") and impact is not None:
+        return tuple(range(1, impact.orders + 1)), "orders of [response.impact] is the highest"
+    roll = None if case.response is None else case.response.roll
+    if quantity.startswith("response/roll/") and roll is not None:
+        return tuple(range(1, roll.orders + 1)), "orders of [response.roll] is the highest"
+    control = None if case.response is None else case.response.control
+    if quantity.startswith("response/control/") and control is not None:
+        return tuple(range(1, control.orders + 1)), "orders of [response.control] is the highest"
+    options = case.excitation
+    if options is None:
+        return None
+    if quantity.startswith("excitation/balance/") and options.balance is not None:
+        return options.balance.orders, "orders of [excitation.balance] are those tabulated"
+    if quantity.startswith(_OWN_ORDERS) or not quantity.startswith(_OF_THE_TRAIN):
+        return None
+    if options.orders is None:
+        return None  # the tolerance decides
+    first = 0 if quantity.startswith(_FROM_ZERO) else 1
+    return tuple(range(first, options.orders + 1)), "orders of [excitation] is the highest one kept"
+
+
+def _modes(quantity: str, case: "Case") -> tuple[tuple[float, ...], str] | None:
+    line = case.machine.shaft_line
+    if quantity.startswith(("isolation/modes/", "isolation/torque_reaction/")):
+        planar = case.isolation is not None and case.isolation.model == "planar"
+        most, because = (3, "a body in the plane") if planar else (6, "a rigid body")
+        because += f" has {most} degrees of freedom"
+    elif quantity.startswith("response/modes/"):
+        most, because = 6, "a rigid body has 6 degrees of freedom"
+    elif quantity.startswith("response/torsion/") and line is not None:
+        most = len(line.stations) + len(line.dampers)
+        because = "a shaft line has at most one mode for each station and each damper"
+    else:
+        return None
+    return tuple(range(1, most + 1)), because
+
+
+def _half_orders(case: "Case") -> tuple[tuple[float, ...], str]:
+    from vibecalc.torsion.stage import asked_orders
+
+    highest, step = asked_orders(case)
+    entries = tuple(step * number for number in range(1, round(highest / step) + 1))
+    return entries, "orders of [response.torsion] says their step and the highest"
+
+
+def _clearances(case: "Case") -> tuple[tuple[float, ...], str] | None:
+    impact = None if case.response is None else case.response.impact
+    joints = case.machine.joints
+    if impact is None or joints is None:
+        return None
+    if impact.clearances:
+        return impact.clearances, "clearances of [response.impact] takes more of them"
+    study = case.optimisation
+    if study is not None and any(one.key == _OWN_CLEARANCE for one in study.variables):
+        return None
+    return (joints.wrist_pin.clearance,), "clearances of [response.impact] takes others, or more"
+
+
+def _number(wanted: int | float | str, unit: str) -> float:
+    from vibecalc.units import parse_quantity
+
+    return parse_quantity(wanted, unit)
+
+
+def _listed(entries: tuple[float, ...], wanted: int | float | str, axis: str) -> str:
+    """The entries in the unit that the case writes, the first and the last of many."""
+    from vibecalc.units import convert, split_number
+
+    unit = AXES[axis][0]
+    written = split_number(wanted)[1] if isinstance(wanted, str) else ""
+    values = [convert(one, unit, written) if written else one for one in entries]
+    texts = [f"{value:.9g} {written or unit}".rstrip() for value in values]
+    if len(texts) > _SHOWN:
+        short = axis != "clearance"
+        return f"{texts[0]} to {texts[-1]}" if short else ", ".join(texts[:_SHOWN])
+    return ", ".join(texts)
+
+
+# ----------------------------------------------------------------------------
+# References, limits and objectives against the plan: do the results they name exist?
+# ----------------------------------------------------------------------------
+
+
+def check_targets(case: "Case", extra: Mapping[str, Entry] | None = None) -> list[Problem]:
+    """Problems of every quantity, axis, entry and unit that the case names.
+
+    `extra` holds paths beside the stages' own (what a study adds).
+    """
+    planned = planned_quantities(case)
+    known = {**planned, **(extra or {})}
+    problems: list[Problem] = []
+    for index, reference in enumerate(case.reference):
+        path: KeyPath = ("reference", index)
+        problems += _check_name(path, reference.quantity, reference.where, known, case)
+        for key, value in (("value", reference.value), ("atol", reference.atol)):
+            problems += _check_unit((*path, key), value, reference.quantity, known, reference.unit)
+    for index, limit in enumerate(case.limit):
+        path = ("limit", index)
+        problems += _check_name(path, limit.quantity, limit.where, known, case)
+        for key, value in (("max", limit.max), ("min", limit.min)):
+            problems += _check_unit((*path, key), value, limit.quantity, known)
+    for index, search in enumerate(case.find):
+        path = ("find", index)
+        problems += _check_name(path, search.quantity, search.where, planned, case)
+        for key, value in (("target", search.target), ("change", search.change)):
+            problems += _check_unit((*path, key), value, search.quantity, planned)
+    if case.optimisation:
+        goal = case.optimisation.objective
+        problems += _check_name(
+            ("optimisation", "objective"), goal.quantity, goal.where, known, case
+        )
+    return problems
+
+
+def _check_name(
+    path: KeyPath,
+    quantity: str,
+    where: Mapping[str, int | float | str],
+    known: Mapping[str, Entry],
+    case: "Case",
+) -> Iterator[Problem]:
+    entry = known.get(quantity)
+    if entry is None:
+        yield unknown_quantity(path, quantity, known)
+        return
+    names = _names(case)
+    for axis, value in where.items():
+        if axis not in entry.axes:
+            allowed = ", ".join(entry.axes) or "no axes: it is one number"
+            yield Problem(
+                path=(*path, "where"),
+                message=f"{quantity} has no axis {axis!r}",
+                found=axis,
+                allowed=allowed,
+                hint=_nearest(axis, entry.axes),
+            )
+        elif axis in names and str(value) not in names[axis]:  # a CSV file has 3 for "3"
+            yield Problem(
+                path=(*path, "where"),
+                message=f"there is no {axis} named {value!r}",
+                found=repr(value),
+                allowed=", ".join(repr(name) for name in names[axis]),
+                hint=_nearest(str(value), names[axis]),
+            )
+    if case.sweep is None:  # which may change them, and computes no references
+        own = {axis: value for axis, value in where.items() if axis in entry.axes}
+        yield from missing_entries(path, quantity, own, case)
+
+
+def unknown_quantity(path: KeyPath, quantity: str, known: Mapping[str, Entry]) -> Problem:
+    """The problem of a table at `path` that names none of the `known` quantities."""
+    if quantity in CATALOGUE:
+        hint = "vibecalc can compute it, but no table of this case asks for it"
+        if "run_up" in quantity:
+            hint += "; add run_up to [isolation]"
+    else:
+        hint = _nearest(quantity, tuple(known))
+    return Problem(
+        path=(*path, "quantity"),
+        message="this case does not compute such a quantity",
+        found=quantity,
+        allowed="a path that `vibecalc check` lists",
+        hint=hint,
+    )
+
+
+def _check_unit(
+    path: KeyPath,
+    value: float | str | None,
+    quantity: str,
+    known: Mapping[str, Entry],
+    unit: str = "",
+) -> Iterator[Problem]:
+    from vibecalc.units import parse_quantity
+
+    entry = known.get(quantity)
+    if entry is None or value is None:
+        return
+    try:
+        parse_quantity(f"{value} {unit}" if unit else str(value), entry.unit)
+    except UnitError as error:
+        yield Problem(
+            path=path,
+            message=f"does not fit {quantity}",
+            found=f"{value} {unit}".strip(),
+            allowed=error.allowed or f"a value in {entry.unit or 'plain numbers'}",
+            hint=error.hint,
+        )
+
+
+def _names(case: "Case") -> dict[str, tuple[str, ...]]:
+    mounts = case.machine.mounts
+    turns = has_crank_train(case.machine)
+    train = case.machine.crank_train
+    names = {
+        "cylinder": tuple(cylinder.name for cylinder in train.cylinders) if turns else (),
+        "counterweight": tuple(w.name for w in train.counterweights) if turns else (),
+        "direction": ("x", "y", "z"),
+        "coordinate": ("x", "y", "z", "rx", "ry", "rz"),
+    }
+    names |= _names_of_response(case)
+    names |= _names_of_absorber(case)
+    names |= _names_of_shaft_line(case)
+    if case.measurement is not None:
+        names["position"] = tuple(position.name for position in case.measurement.positions)
+    if case.response is not None and case.response.roll is not None and turns:
+        from vibecalc.roll.model import gas_tables, interpolations
+
+        names["interpolant"] = interpolations(gas_tables(case))
+    if mounts is not None:
+        named = tuple(mount.name for mount in mounts.individual or ())
+        names["mount"] = named or tuple(str(i + 1) for i in range(len(mounts.positions or ())))
+    return {axis: entries for axis, entries in names.items() if axis in AXES}
+
+
+def _names_of_response(case: "Case") -> dict[str, tuple[str, ...]]:
+    response = case.response
+    if response is None:
+        return {}
+    operations = tuple(operation.name for operation in response.operations)
+    balances = tuple(balance.name for balance in response.balances)
+    names = {"operation": operations, "balance": balances or ("as in the case",)}
+    if response.switching is not None:
+        there, back = response.switching.between
+        names["change"] = (f"{there} to {back}", f"{back} to {there}")
+    if response.roll is not None:
+        names["method"] = tuple(dict.fromkeys((response.roll.method, *response.roll.compare)))
+    return names
+
+
+def _names_of_absorber(case: "Case") -> dict[str, tuple[str, ...]]:
+    machine = case.machine
+    if machine.primary is None:
+        return {}
+    from vibecalc.absorber.model import stock
+
+    known = stock(machine)
+    return {
+        "absorber": tuple(one.name for one in machine.secondaries),
+        "stock_spring": known.spring_names,
+        "stock_oil": tuple(oil.name for oil in known.oils),
+        "stock_damper": known.damper_names,
+    }
+
+
+def _names_of_shaft_line(case: "Case") -> dict[str, tuple[str, ...]]:
+    line = case.machine.shaft_line
+    if line is None:
+        return {}
+    from vibecalc.torsion.shaft_line_tables import section_names
+
+    gears = tuple(one.name or " - ".join(one.between) for one in line.gears)
+    elastic = [
+        n for n, one in zip(gears, line.gears, strict=True) if one.mesh_stiffness is not None
+    ]
+    dampers = tuple(one.name for one in line.dampers)
+    return {
+        "station": tuple(one.name for one in line.stations),
+        "section": (*section_names(line), *elastic, *dampers),
+        "damper": dampers,
+        "gear": gears,
+        "order_class": ("major", "other"),
+    }
+
+
+def _nearest(word: str, allowed: tuple[str, ...]) -> str:
+    close = difflib.get_close_matches(word, allowed, n=1, cutoff=0.5)
+    return f"did you mean {close[0]!r}?" if close else ""

@@ -1,0 +1,269 @@
+"""A case from its file to its result: all checked that can be, then run, optimised or searched."""
+
+import platform
+import shlex
+import socket
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from vibecalc import __version__
+from vibecalc.core.case.load import LoadedCase, load_case, raise_with_location
+from vibecalc.core.results.record import Record, Result
+from vibecalc.errors import CaseError, KeyPath, Problem, UnitError
+from vibecalc.units import parse_quantity
+
+if TYPE_CHECKING:
+    from vibecalc.core.results.record import Entry
+    from vibecalc.schema import Case
+
+# ----------------------------------------------------------------------------
+# What physics and plan find wrong with a case whose form is still wrong.
+#
+# They work on the case as tomllib reads it: what they cannot read they leave to the schema.
+# ----------------------------------------------------------------------------
+
+#: result paths that a study adds, known once the whole case can be read
+_OF_STUDIES = ("optimisation/", "find/")
+
+
+def early_problems(data: dict[str, Any]) -> list[Problem]:
+    """A rod that is too short, and quantities that no case computes; never raises on nonsense."""
+    return [*_rod(data), *_quantities(data)]
+
+
+def _rod(data: dict[str, Any]) -> list[Problem]:
+    from vibecalc.parts.crank_train import rod_problems
+
+    train = _table(_table(data, "machine"), "crank_train")
+    radius, rod_length = _length(train, "crank_radius"), _length(train, "rod_length")
+    offset = _length(train, "wrist_pin_offset") if "wrist_pin_offset" in train else 0.0
+    if radius is None or rod_length is None or offset is None or min(radius, rod_length) <= 0.0:
+        return []
+    return rod_problems(radius, rod_length, abs(offset))
+
+
+def _quantities(data: dict[str, Any]) -> Iterator[Problem]:
+    from vibecalc.core.results.catalogue import CATALOGUE
+    from vibecalc.core.run.targets import unknown_quantity
+
+    for path, quantity in _named(data):
+        if quantity and quantity not in CATALOGUE and not quantity.startswith(_OF_STUDIES):
+            yield unknown_quantity(path, quantity, CATALOGUE)
+
+
+def _named(data: dict[str, Any]) -> Iterator[tuple[KeyPath, str]]:
+    for name in ("reference", "limit", "find"):
+        rows = data.get(name)
+        for index, row in enumerate(rows if isinstance(rows, list) else ()):
+            if isinstance(row, dict) and isinstance(row.get("quantity"), str):
+                yield (name, index), row["quantity"]
+    for name in ("objective", "second_objective"):
+        goal = _table(_table(data, "optimisation"), name).get("quantity")
+        if isinstance(goal, str):
+            yield ("optimisation", name), goal
+
+
+def _table(data: dict[str, Any], key: str) -> dict[str, Any]:
+    found = data.get(key)
+    return found if isinstance(found, dict) else {}
+
+
+def _length(table: dict[str, Any], key: str) -> float | None:
+    value = table.get(key)
+    if isinstance(value, bool) or not isinstance(value, str | int | float):
+        return None
+    try:
+        return parse_quantity(value, "m")
+    except (UnitError, OverflowError):
+        return None
+
+
+# ----------------------------------------------------------------------------
+# Cases from disk with everything checked that can be without computing: form, physics, targets.
+# ----------------------------------------------------------------------------
+
+
+def load_checked(
+    paths: Sequence[Path], settings: Sequence[str] = (), unset: Sequence[str] = ()
+) -> list[LoadedCase]:
+    """Read every case, or raise one CaseError whose text shows all problems of all files."""
+    loaded: list[LoadedCase] = []
+    problems: list[Problem] = []
+    texts: list[str] = []
+    for path in paths:
+        try:
+            case = load_case(path, settings, early_problems, unset)
+            raise_with_location(case, physics_problems(case))
+            loaded.append(case)
+        except CaseError as error:
+            problems += error.problems
+            texts.append(str(error))
+    if texts:
+        raise CaseError(problems, "\n\n".join(texts))
+    return loaded
+
+
+def physics_problems(loaded: LoadedCase) -> list[Problem]:
+    """What the machine, the plan and a study find wrong with a case of good form."""
+    from vibecalc.core.run.machine_checks import check_machine
+    from vibecalc.core.run.targets import check_targets
+
+    case = loaded.case
+    extra: dict[str, Entry] = {}
+    problems: list[Problem] = []
+    if case.optimisation is not None:
+        from vibecalc.core.study.planned import optimisation_entries
+        from vibecalc.core.study.variables import study_problems
+
+        extra = optimisation_entries(case)
+        problems = study_problems(case)
+    if case.find:
+        from vibecalc.core.study.planned import find_entries
+
+        extra = {**extra, **find_entries(case)}
+    if case.sweep is not None and case.sweep.axes:
+        from vibecalc.core.study.sweep.checks import sweep_problems
+
+        problems = [*problems, *sweep_problems(loaded)]
+    return check_machine(case) + check_targets(case, extra) + problems
+
+
+# ----------------------------------------------------------------------------
+# What a long run is busy with, on stderr while it lasts, on a terminal only.
+# ----------------------------------------------------------------------------
+
+#: seconds before anything is said, and between two changes of it
+_QUIET, _STEP = 2.0, 0.5
+_WIDTH = 78
+
+
+@contextmanager
+def telling(wanted: bool) -> Iterator[Callable[[str], None]]:
+    """Give a function that takes the name of each stage as it begins.
+
+    A run of less than two seconds says nothing; of a longer one the line names the stage and
+    counts its seconds, and is wiped out at the end. It needs no library, so that a short run is no
+    slower for it.
+    """
+    if not (wanted and sys.stderr.isatty()):
+        yield lambda stage: None
+        return
+    busy, done = [("", time.monotonic())], threading.Event()
+
+    def begin(stage: str) -> None:
+        busy[0] = (stage, time.monotonic())
+
+    def tell() -> None:
+        wait = _QUIET
+        while not done.wait(wait):
+            stage, since = busy[0]
+            words = f"computing: {stage}, {time.monotonic() - since:.0f} s"
+            sys.stderr.write(f"\r{words[:_WIDTH]:<{_WIDTH}}")
+            sys.stderr.flush()
+            wait = _STEP
+        if wait == _STEP:
+            sys.stderr.write(f"\r{'':<{_WIDTH}}\r")
+            sys.stderr.flush()
+
+    teller = threading.Thread(target=tell, daemon=True)
+    teller.start()
+    try:
+        yield begin
+    finally:
+        done.set()
+        teller.join()
+
+
+# ----------------------------------------------------------------------------
+# A checked case to a finished result: one run, a run to the optimum, or one with searches.
+# ----------------------------------------------------------------------------
+
+#: packages whose import costs something, and the parts of scipy
+LIBRARIES = ("numpy", "h5py", "pint", "rich", "matplotlib", "mpmath")
+SCIPY = ("fft", "integrate", "interpolate", "linalg", "optimize", "sparse", "special", "stats")
+
+
+def execute(loaded: LoadedCase, progress: bool = False) -> Result:
+    """Run a case as it asks to be run.
+
+    `progress` says on stderr what long work is at, on a terminal only. Raises NumericalFailure.
+    """
+    timings: dict[str, float] = {}
+    if loaded.case.optimisation is None:
+        from vibecalc.core.run.run import run_case
+
+        with telling(progress) as tell:
+            record = run_case(loaded.case, timings=timings, tell=tell)
+        if loaded.case.find:
+            from vibecalc.core.study.find import add_found
+
+            add_found(record, loaded, timings=timings, progress=progress)
+    else:
+        from vibecalc.core.study.optimise import optimise
+
+        record = optimise(loaded, timings=timings, progress=progress)
+    return as_result(loaded, record, timings)
+
+
+def plan_texts(case: "Case") -> list[dict[str, str]]:
+    """What a run of `case` does and why, one row of short texts per stage."""
+    from vibecalc.core.run.plan import plan_case
+
+    rows = [stage.as_texts() for stage in plan_case(case)]
+    if case.optimisation is not None:
+        from vibecalc.core.study.planned import describe_study
+
+        rows.append(describe_study(case))
+    if case.find:
+        from vibecalc.core.study.planned import describe_find
+
+        rows.append(describe_find(case))
+    return rows
+
+
+def as_result(loaded: LoadedCase, record: Record, timings: dict[str, float]) -> Result:
+    """Put a record together with its case and where it comes from."""
+    return Result(
+        name=loaded.name,
+        case=loaded.resolved,
+        case_toml=loaded.text,
+        case_toml_resolved=loaded.resolved_toml,
+        case_sha256=loaded.sha256,
+        record=record,
+        version=__version__,
+        plan=tuple(plan_texts(loaded.case)),
+        provenance=provenance(),
+        timings=timings,
+    )
+
+
+def provenance() -> dict[str, str | int | float]:
+    """Where and with what this process runs; the part of a result that differs from run to run."""
+    versions: dict[str, str | int | float] = {
+        name: str(getattr(sys.modules[name], "__version__", ""))
+        for name in ("numpy", "scipy", "h5py")
+        if name in sys.modules
+    }
+    return {
+        "command": shlex.join(["vibecalc", *sys.argv[1:]]),
+        "time": time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime()),
+        "host": socket.gethostname(),
+        "platform": f"{platform.system()} {platform.machine()}",
+        "python": platform.python_version(),
+        **versions,
+        "vibecalc_version": __version__,
+        "libraries": " ".join(_libraries()),
+    }
+
+
+def _libraries() -> list[str]:
+    """Packages from elsewhere; of scipy, whose parts are imported one by one, the parts."""
+    roots = {name.partition(".")[0] for name in sys.modules if not name.startswith("_")}
+    found = roots & set(LIBRARIES)
+    parts = {name.split(".")[1] for name in sys.modules if name.startswith("scipy.")}
+    return sorted(found | {f"scipy.{part}" for part in parts & set(SCIPY)})

@@ -1,0 +1,389 @@
+"""Solve for the changes that bring wanted results: what [[find]] in a case asks for."""
+
+import math
+import sys
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from vibecalc.core.case.raw import NOT_COMPUTED, field_unit, get_key, number_at
+from vibecalc.core.results.record import Axis, Method, Quantity, Record
+from vibecalc.core.results.select import worst
+from vibecalc.core.run.run import StageCache, run_case
+from vibecalc.core.study.binding import checked_case
+from vibecalc.core.study.find_solutions import Course, Level, Sample, Solution, extremes, roots
+from vibecalc.core.study.planned import FIND, MACHINE, find_entries, machine_paths
+from vibecalc.core.study.variables import period_of
+from vibecalc.errors import NumericalFailure, ResultError
+from vibecalc.units import parse_quantity
+
+if TYPE_CHECKING:
+    from vibecalc.core.case.load import LoadedCase
+    from vibecalc.core.study.tables import Find
+
+# ----------------------------------------------------------------------------
+# A case along one of its keys, as a function that a search can call.
+# ----------------------------------------------------------------------------
+
+
+class Along:
+    """One [[find]] on its case: the result for a value of the key, in SI.
+
+    Keys of `also` keep their ratio to it. `written` is the value of the key in the case. `turn` is
+    the whole turn in rad that the bounds of an angle hold, whose ends are then one; else 0.
+    """
+
+    def __init__(
+        self,
+        search: "Find",
+        resolved: Mapping[str, Any],
+        cache: StageCache,
+        count: Callable[[], None],
+        period: float = 0.0,
+    ):
+        self.search = search
+        self.unit = field_unit(search.key)
+        self.lower = parse_quantity(search.lower, self.unit)
+        self.upper = parse_quantity(search.upper, self.unit)
+        # nan of a key that the case leaves out; solutions are then ordered from the middle
+        self.written = number_at(resolved, search.key, math.nan)
+        self.near = number_at(resolved, search.key, 0.5 * (self.lower + self.upper))
+        whole = abs(self.upper - self.lower - period) <= 1e-9 * period and not search.also
+        self.turn = period if whole else 0.0
+        self._also = {key: float(get_key(resolved, key)) for key in search.also}
+        self._resolved, self._cache, self._count = resolved, cache, count
+
+    def evaluate(self, value: float) -> tuple[float, float]:
+        """The result and its absolute error; NumericalFailure where there is none."""
+        self._count()
+        record = self.results(value, frozenset({self.search.quantity}))
+        try:
+            return self.read(record)
+        except ResultError as error:  # an order that this point does not keep, say
+            raise NumericalFailure(str(error)) from error
+
+    def changed(self, value: float) -> dict[str, float]:
+        """All keys that the search changes, with what it sets them to."""
+        settings = {self.search.key: value}
+        if self._also:
+            ratio = value / self.written
+            settings |= {key: ratio * written for key, written in self._also.items()}
+        return settings
+
+    def results(self, value: float, wanted: frozenset[str]) -> "Record":
+        """Some results of the case with its keys changed; NumericalFailure as in a run."""
+        case = checked_case(self._resolved, self.changed(value), self._cache)
+        return run_case(case, wanted=wanted, cache=self._cache)
+
+    def read(self, record: "Record") -> tuple[float, float]:
+        """The result and its error from a run; of several entries the largest counts."""
+        quantity = record[self.search.quantity]
+        value, _ = worst(quantity, self.search.where, "max")
+        return value, quantity.error_estimate
+
+
+# ----------------------------------------------------------------------------
+# Of all solutions along a key the one to name, and what has to be said beside it.
+# ----------------------------------------------------------------------------
+
+_REASONS = 3
+
+
+class Choice(NamedTuple):
+    """The solution that is named, the others, and the course they stand on.
+
+    `level` is what was wanted, None for an extreme.
+    """
+
+    solution: Solution
+    others: list[Solution]
+    course: Course
+    level: Level | None
+    notes: list[str]
+
+
+def choose(along: Along, as_written: tuple[float, float], unit: str) -> Choice:
+    """Search between the bounds; `as_written` is the result of the case and its error, in `unit`.
+
+    A wanted value: the solution nearest to the key as written, by ratio where both are positive.
+    An extreme: the lowest minimum or the highest maximum. NumericalFailure, with what was seen,
+    where there is none.
+    """
+    search = along.search
+    # around a turn and two steps on, so that what lies where its ends meet has neighbours
+    step = along.turn / (search.points - 1)
+    course = Course(along.evaluate, along.lower, along.upper + 2.0 * step)
+    if math.isfinite(as_written[0]) and math.isfinite(along.written):
+        course.know(along.written, *as_written)
+    course.look(search.points + (2 if along.turn else 0))
+    seen = [sample for stretch in course.stretches() for sample in stretch]
+    if not seen:
+        raise NumericalFailure(
+            f"none of {len(course.samples)} points could be computed: {_reasons(course)}"
+        )
+    if _constant(seen):
+        raise NumericalFailure(
+            f"{search.quantity} does not change between the bounds of {search.key}: it is "
+            f"{_shown(seen[0].value, unit)} at all of {len(seen)} points"
+        )
+    if search.seek is not None:
+        sign = 1.0 if search.seek == "minimum" else -1.0
+        found = _around(along, extremes(course, sign))
+        notes = [] if along.turn else list(_beyond(along, course, found, sign, unit))
+        level = None
+    else:
+        level = _level(along, as_written, unit)
+        found, jumps = roots(course, level)
+        found = _around(along, found)
+        found.sort(key=lambda solution: _distance(along, solution.sample))
+        notes = [
+            f"{search.quantity} jumps past the wanted value at {_shown(one.key, along.unit)}: "
+            "that is no solution"
+            for one in jumps
+        ]
+    if not found:
+        raise NumericalFailure(_nothing(along, course, level, unit, notes))
+    return Choice(found[0], found[1:], course, level, [*notes, *_skipped(along, course)])
+
+
+def _around(along: Along, found: list[Solution]) -> list[Solution]:
+    """Solutions on a whole turn, from its lower end on; what was met on both turns counts once."""
+    if not along.turn:
+        return found
+    once: list[Solution] = []
+    for one in found:
+        on = (one.sample.key - along.lower) % along.turn
+        on -= along.turn if along.turn - on <= one.error else 0.0
+        moved = Solution(one.sample._replace(key=along.lower + max(on, 0.0)), one.error)
+        near = (abs(moved.sample.key - other.sample.key) - other.error for other in once)
+        if all(gap > one.error for gap in near):
+            once.append(moved)
+    return once
+
+
+def _level(along: Along, as_written: tuple[float, float], unit: str) -> Level:
+    search = along.search
+    if search.target is not None:
+        return Level(parse_quantity(search.target, unit), 0.0)
+    if search.change is None:
+        raise ValueError("the search does not say what is wanted")
+    value, error = as_written
+    if not math.isfinite(value):
+        raise NumericalFailure(f"{search.quantity} of the case as written is no finite number")
+    return Level(value + parse_quantity(search.change, unit), error)
+
+
+def _distance(along: Along, sample: Sample) -> float:
+    if along.near > 0.0 and sample.key > 0.0:
+        return abs(math.log(sample.key / along.near))
+    return abs(sample.key - along.near)
+
+
+def _constant(seen: list[Sample]) -> bool:
+    """Whether all samples are the same within their errors: three at least, to mean something."""
+    values = [sample.value for sample in seen]
+    return len(seen) > 2 and max(values) - min(values) <= 2.0 * min(one.error for one in seen)
+
+
+def _beyond(
+    along: Along, course: Course, found: list[Solution], sign: float, unit: str
+) -> Iterator[str]:
+    """Say where a bound, or the end of what can be computed, is better than every extreme."""
+    ends = [one for stretch in course.stretches() for one in (stretch[0], stretch[-1])]
+    best = min(ends, key=lambda one: sign * one.value)
+    if found and sign * (best.value - found[0].sample.value) < 0.0:
+        yield (
+            f"the {along.search.seek} is that between the bounds; {along.search.quantity} is "
+            f"{'lower' if sign > 0.0 else 'higher'} still, {_shown(best.value, unit)}, "
+            f"{_place(along, course, best)}"
+        )
+
+
+def _place(along: Along, course: Course, sample: Sample) -> str:
+    at_bound = sample.place in (course.first, course.last)
+    where = "at the bound" if at_bound else "beside what cannot be computed, at"
+    return f"{where} {_shown(sample.key, along.unit)}"
+
+
+def _nothing(along: Along, course: Course, level: Level | None, unit: str, notes: list[str]) -> str:
+    search = along.search
+    seen = [sample for stretch in course.stretches() for sample in stretch]
+    low, high = (pick(seen, key=lambda one: one.value) for pick in (min, max))
+    bounds = f"{_shown(along.lower, along.unit)} and {_shown(along.upper, along.unit)}"
+    if level is None:
+        best = low if search.seek == "minimum" else high
+        words = (
+            f"no {search.seek} of {search.quantity} for {search.key} between {bounds}: "
+            f"its {'lowest' if best is low else 'highest'} value, {_shown(best.value, unit)}, is "
+            f"{_place(along, course, best)}"
+        )
+    else:
+        nearest = min(seen, key=lambda one: abs(level.off(one)))
+        words = (
+            f"no {search.key} between {bounds} brings {search.quantity} to "
+            f"{_shown(level.wanted, unit)}: it goes from {_shown(low.value, unit)} at "
+            f"{_shown(low.key, along.unit)} to {_shown(high.value, unit)} at "
+            f"{_shown(high.key, along.unit)}, and is nearest at {_shown(nearest.key, along.unit)} "
+            f"with {_shown(nearest.value, unit)}"
+        )
+    return "; ".join([words, *notes, *_skipped(along, course)])
+
+
+def _skipped(along: Along, course: Course) -> Iterator[str]:
+    failed = course.failed()
+    if failed:
+        first, last = (_shown(one.key, along.unit) for one in (failed[0], failed[-1]))
+        between = f"at {first}" if first == last else f"between {first} and {last}"
+        yield (
+            f"{len(failed)} of {len(course.samples)} points could not be computed, {between}, "
+            f"and no solution beside or between them is claimed: {_reasons(course)}"
+        )
+
+
+def _reasons(course: Course) -> str:
+    reasons = list(dict.fromkeys(sample.failure for sample in course.failed()))
+    more = f"; and {len(reasons) - _REASONS} more" if len(reasons) > _REASONS else ""
+    return "; ".join(reasons[:_REASONS]) + more
+
+
+def _shown(value: float, unit: str) -> str:
+    return f"{value:.6g} {unit}".rstrip()
+
+
+# ----------------------------------------------------------------------------
+# Solve for the changes that bring wanted results: what [[find]] in a case asks for.
+# ----------------------------------------------------------------------------
+
+#: of the way to the farther bound, for slopes at the key found
+_STEP = 1e-4
+_CITATION = "Brent, Algorithms for Minimization without Derivatives, 1973, ch. "
+
+
+def add_found(
+    record: Record, loaded: "LoadedCase", *, timings: dict[str, float], progress: bool = False
+) -> None:
+    """Add `find/...` of all searches to the record of the case as written.
+
+    A search that fails, where nothing between the bounds brings what is wanted or no point can be
+    computed, leaves a warning, and what the others found stands. Raises NumericalFailure, with all
+    of them, where none found anything.
+    """
+    started = time.perf_counter()
+    resolved = {k: v for k, v in loaded.resolved.items() if k not in NOT_COMPUTED}
+    cache = StageCache()  # searches along different keys share the stages that these do not touch
+    chosen: list[tuple[Along, Choice]] = []
+    failures: list[str] = []
+    with _counted(progress) as count:
+        for search in loaded.case.find:
+            period = period_of(search.key, loaded.case.machine)
+            along = Along(search, resolved, cache, count, period)
+            try:
+                choice = choose(along, along.read(record), record[search.quantity].unit)
+            except NumericalFailure as failure:
+                failures.append(f"find {search.name!r}: {failure}")
+            else:
+                chosen.append((along, choice))
+    if not chosen:
+        raise NumericalFailure("; ".join(failures))
+    record.warnings += failures
+    entries = find_entries(loaded.case)
+    for along, choice in chosen:
+        name = along.search.name
+        for path, (value, error) in _numbers(along, choice).items():
+            entry = entries[f"{FIND}/{name}/{path}"]
+            solutions = np.arange(1, len(choice.others) + 1)
+            record.add(
+                Quantity(
+                    path=entry.path,
+                    values=np.asarray(value),
+                    unit=entry.unit,
+                    long_name=entry.long_name,
+                    axes=tuple(Axis(name=axis, values=solutions) for axis in entry.axes),
+                    amplitude=entry.amplitude,
+                    error_estimate=error,
+                )
+            )
+        _add_machine(record, along, choice, machine_paths(loaded.case, along.search))
+        record.warnings += [f"find {name!r}: {note}" for note in choice.notes]
+    seeks = [along.search.seek is not None for along, _ in chosen]
+    if not all(seeks):
+        record.methods.append(_method("root finding", "values that bring a wanted result", "4"))
+    if any(seeks):
+        record.methods.append(_method("minimisation", "extremes along a key", "5"))
+    timings[FIND] = time.perf_counter() - started
+
+
+def _add_machine(record: Record, along: Along, choice: Choice, paths: tuple[str, ...]) -> None:
+    """Results of the machine that was found, beside those of the case as written.
+
+    Their errors count that of the key, by the slope towards the farther bound.
+    """
+    root, wanted = f"{FIND}/{along.search.name}/{MACHINE}", frozenset(paths)
+    key, error = choice.solution.sample.key, choice.solution.error
+    far = along.upper if along.upper - key > key - along.lower else along.lower
+    step = _STEP * (far - key)
+    try:
+        found, beside = along.results(key, wanted), along.results(key + step, wanted)
+    except NumericalFailure as failure:  # of what was not sought
+        record.warnings.append(f"{root} is left out: {failure}")
+        return
+    for path, quantity in found.items():
+        moved = abs(beside[path].values - quantity.values) if path in beside else 0.0
+        doubt = quantity.error_estimate + float(moved) * abs(error / step)
+        record.add(replace(quantity, path=f"{root}/{path}", error_estimate=doubt))
+
+
+def _numbers(along: Along, choice: Choice) -> dict[str, tuple[Any, float]]:
+    """Names below `find/<name>/` with value and absolute error."""
+    (sample, error), others = choice.solution, choice.others
+    numbers: dict[str, tuple[Any, float]] = {"value": (sample.key, error)}
+    is_written = math.isfinite(along.written)
+    if is_written and along.written != 0.0:
+        numbers["ratio"] = (sample.key / along.written, error / abs(along.written))
+    numbers["reached"] = (sample.value, sample.error)
+    if choice.level is not None:
+        numbers["wanted"] = (choice.level.wanted, choice.level.doubt)
+    if is_written:
+        numbers["written"] = (along.written, 0.0)
+    numbers["others"] = (
+        np.array([other.sample.key for other in others], dtype=float),
+        max((other.error for other in others), default=0.0),
+    )
+    numbers["others_reached"] = (
+        np.array([other.sample.value for other in others], dtype=float),
+        max((other.sample.error for other in others), default=0.0),
+    )
+    for key, value in along.changed(sample.key).items():
+        if key != along.search.key:
+            numbers[f"also/{key}"] = (value, error * abs(value / sample.key))
+    numbers["evaluations"] = (choice.course.evaluations, 0.0)
+    numbers["failures"] = (len(choice.course.failed()), 0.0)
+    return numbers
+
+
+def _method(what: str, purpose: str, chapter: str) -> Method:
+    name = f"Brent's {what} on brackets between samples along a key"
+    return Method(name=name, purpose=purpose, citation=_CITATION + chapter)
+
+
+@contextmanager
+def _counted(wanted: bool) -> Iterator[Callable[[], None]]:
+    """Count runs on stderr while the searches go on, on a terminal only."""
+    if not (wanted and sys.stderr.isatty()):
+        yield lambda: None
+        return
+    from rich.console import Console
+    from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+
+    columns = (
+        SpinnerColumn(),
+        TextColumn("finding: {task.completed:.0f} runs"),
+        TimeElapsedColumn(),
+    )
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("", total=None)
+        yield lambda: bar.advance(task)

@@ -1,0 +1,205 @@
+"""Run a case to its optimum: the stage groups hold the optimum, `optimisation/start` the start."""
+
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from vibecalc.core.results.record import Method, Record
+from vibecalc.core.run.run import run_case
+from vibecalc.core.study.balancing import Balanced, balance, balances
+from vibecalc.core.study.binding import Binding
+from vibecalc.core.study.planned import ROOT
+from vibecalc.core.study.record import (
+    add_front,
+    add_nearest,
+    add_numbers,
+    add_optimum,
+    add_sensitivity,
+    compare_methods,
+)
+from vibecalc.core.study.search.problem import Infeasible
+from vibecalc.errors import NumericalFailure
+
+if TYPE_CHECKING:
+    from vibecalc.core.case.load import LoadedCase
+    from vibecalc.core.study.search.problem import Optimum
+    from vibecalc.schema import Case
+
+#: the method of a case that names none
+STANDARD = "sequential_quadratic"
+
+Evaluate = Callable[[np.ndarray], tuple[float, np.ndarray]]
+
+
+def optimise(loaded: "LoadedCase", *, timings: dict[str, float], progress: bool = False) -> Record:
+    """Search from the case as written and from starts spread over the bounds.
+
+    Returns the record of the optimum with `optimisation/...` added. Where no point keeps the
+    limits it is that of the point that comes nearest, and says so as its `failure`. Raises
+    NumericalFailure if no search ends in a point that can be shown to be an optimum.
+    """
+    study = loaded.case.optimisation
+    if study is None:
+        raise ValueError("the case has no [optimisation]")
+    binding = Binding(loaded)
+    started = time.perf_counter()
+    balanced: Balanced | None = None
+    with _shown(binding, progress) as evaluate:
+        with suppress(NumericalFailure):
+            binding.evaluate(binding.first)
+        if balances(loaded.case):
+            balanced = balance(binding, loaded.case)
+        try:
+            if balanced is not None and balanced.allowed:
+                found = balanced.optimum
+            else:
+                found = _searched(binding, loaded.case, evaluate, balanced)
+        except Infeasible as nearest:
+            timings["optimisation"] = time.perf_counter() - started
+            return _nearest(loaded.case, binding, nearest, timings)
+        except NumericalFailure as error:
+            raise NumericalFailure(f"{error} {_legend(binding)}") from error
+    seconds = time.perf_counter() - started
+    record = run_case(binding.case_at(found.variables), timings=timings)
+    timings["optimisation"] = seconds
+    add_optimum(record, loaded.case, binding, found)
+    if balanced is not None:
+        bound = {"lower_bound": (balanced.lower_bound, 0.0)}
+        add_numbers(record, loaded.case, bound, {})
+    if found.failures:
+        why = "; ".join(found.failure_messages[:3])
+        record.warnings.append(
+            f"{found.failures} of {found.evaluations} points could not be evaluated: {why}"
+        )
+    record.warnings += [note for note in found.notes if note not in record.warnings]
+    _add_start(record, binding)
+    record.methods.append(_CONVEX if found.method == "convex" else _method(study.method))
+    for asked, part in (
+        (study.compare, compare_methods),
+        (study.sensitivity, add_sensitivity),
+        (study.second_objective, add_front),
+    ):
+        if asked:
+            part(record, loaded.case, binding, found, timings)
+    return record
+
+
+def _searched(
+    binding: Binding, case: "Case", evaluate: Evaluate, balanced: Balanced | None
+) -> "Optimum":
+    """The search from many starts; one more at the optimum without limits, where that is known."""
+    from vibecalc.core.study.search.minimise import minimise
+    from vibecalc.core.study.search.problem import Box, spread
+
+    study = case.optimisation
+    assert study is not None
+    starts: int | np.ndarray = study.starts
+    if balanced is not None:
+        box = Box(binding.lower, binding.upper, binding.period)
+        places = box.values(box.start(spread(study.starts, binding.lower.size)))
+        starts = np.vstack([balanced.optimum.variables, places])
+    return minimise(
+        evaluate,
+        binding.lower,
+        binding.upper,
+        first=binding.first,
+        starts=starts,
+        rtol=case.accuracy.rtol,
+        accuracy=binding.accuracy,
+        period=binding.period,
+        method=study.method or STANDARD,
+    )
+
+
+def _nearest(
+    case: "Case", binding: Binding, nearest: Infeasible, timings: dict[str, float]
+) -> Record:
+    """The record of the point that comes nearest to keeping the limits, and what it breaks."""
+    record = run_case(binding.case_at(nearest.variables), timings=timings)
+    words, margins = binding.broken(nearest.variables)
+    add_nearest(record, case, binding, nearest.variables, margins, nearest.evaluations)
+    record.warnings.insert(
+        0,
+        "no values of the variables between their bounds keep all limits; these come nearest, and "
+        f"all results are theirs: {binding.words(nearest.variables)}. {words}. Widen the bounds of "
+        "the variables or relax these limits.",
+    )
+    _add_start(record, binding)
+    record.failure = "no values of the variables between their bounds keep all limits"
+    return record
+
+
+_CONVEX = Method(
+    name="linear least squares within bounds, by Newton's method along a barrier",
+    purpose="optimum, proven by its dual",
+    citation="Boyd and Vandenberghe, Convex Optimization, 2004, ch. 5 and 11",
+)
+
+
+def _method(name: str | None) -> Method:
+    from vibecalc.core.study.search.methods import METHODS
+
+    method = METHODS[name or STANDARD]
+    starts = "" if method.everywhere else " from many starts"
+    refined = "" if name in (None, STANDARD) else "; refined: Nocedal and Wright 2006, ch. 12, 18"
+    citation = "Nocedal and Wright, Numerical Optimization, 2nd ed. 2006, ch. 12 and 18"
+    return Method(
+        name=f"{method.words}{starts}, refined by Newton's method",
+        purpose="constrained optimum",
+        citation=method.citation + refined if refined else citation,
+    )
+
+
+def _add_start(record: Record, binding: Binding) -> None:
+    """What the case as written gives; a start that has no result is said, not fatal."""
+    try:
+        start = run_case(binding.case_at(binding.first))
+    except NumericalFailure as error:
+        record.warnings.append(f"{ROOT}/start is left out, the case as written fails: {error}")
+        return
+    for path, quantity in start.items():
+        record.add(replace(quantity, path=f"{ROOT}/start/{path}"))
+    warnings = [f"at the start: {text}" for text in start.warnings]
+    record.warnings += [text for text in warnings if text not in record.warnings]
+
+
+def _legend(binding: Binding) -> str:
+    """What the numbers in a message of the search stand for."""
+    parts = [f"variables: {', '.join(binding.keys)} (SI)"]
+    parts += [f"margin {i}: {name}" for i, name in enumerate(binding.margin_names())]
+    return f"Here {'; '.join(parts)}."
+
+
+@contextmanager
+def _shown(binding: Binding, wanted: bool) -> Iterator[Evaluate]:
+    """Count evaluations on stderr while they run, on a terminal only."""
+    if not (wanted and sys.stderr.isatty()):
+        yield binding.evaluate
+        return
+    from rich.console import Console
+    from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+
+    columns = (
+        SpinnerColumn(),
+        TextColumn("optimising: {task.completed:.0f} runs, best {task.fields[best]}"),
+        TimeElapsedColumn(),
+    )
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("", total=None, best="none yet")
+        best = np.inf
+
+        def counted(variables: np.ndarray) -> tuple[float, np.ndarray]:
+            nonlocal best
+            objective, margins = binding.evaluate(variables)
+            if objective < best and (margins >= 0.0).all():
+                best = objective
+            shown = f"{abs(best):.6g}" if np.isfinite(best) else "none yet"
+            bar.update(task, advance=1, best=shown)
+            return objective, margins
+
+        yield counted

@@ -1,0 +1,256 @@
+"""What a run to an optimum or to a wanted value adds to those of the stages: its result paths."""
+
+import math
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING
+
+from vibecalc.core.case.load import resolve
+from vibecalc.core.case.raw import field_unit, number_at
+from vibecalc.core.results.catalogue import CATALOGUE
+from vibecalc.core.results.record import Entry
+from vibecalc.core.run.plan import needed_stages, planned_quantities
+from vibecalc.core.study.balancing import balances
+
+if TYPE_CHECKING:
+    from vibecalc.core.case.tables import Optimisation
+    from vibecalc.core.study.tables import Find
+    from vibecalc.schema import Case
+
+# ----------------------------------------------------------------------------
+# Result paths that [[find]] adds to those of the stages, and its row of the plan.
+# ----------------------------------------------------------------------------
+
+FIND = "find"
+#: below it the results of the machine that a search found
+MACHINE = "machine"
+
+
+def find_entries(case: "Case") -> dict[str, Entry]:
+    """Catalogue entries of everything under `find/` for a case that searches."""
+    if not case.find:
+        return {}
+    planned, resolved = planned_quantities(case), resolve(case)
+    found: dict[str, Entry] = {}
+    for search in case.find:
+        goal = planned.get(search.quantity)
+        unit, kind = (goal.unit, goal.amplitude) if goal else ("", None)
+        written = number_at(resolved, search.key, math.nan)
+        found |= {entry.path: entry for entry in _find_entries(search, written, unit, kind)}
+        for path in machine_paths(case, search):
+            entry = planned[path]._replace(path=f"{FIND}/{search.name}/{MACHINE}/{path}")
+            found[entry.path] = entry
+    return found
+
+
+def machine_paths(case: "Case", search: "Find") -> tuple[str, ...]:
+    """Results without axes of the stages that a search runs: of the machine found, too."""
+    stages = needed_stages(case, frozenset({search.quantity}))
+    paths = (path for stage in stages for path in stage.quantities)
+    return tuple(path for path in paths if not CATALOGUE[path].axes)
+
+
+def _find_entries(search: "Find", written: float, unit: str, kind: str | None) -> Iterator[Entry]:
+    root, key, own = f"{FIND}/{search.name}", search.key, field_unit(search.key)
+    yield Entry(f"{root}/value", (), own, f"{key} that brings what is wanted")
+    is_written = math.isfinite(written)
+    if is_written and written != 0.0:
+        yield Entry(f"{root}/ratio", (), "", "that value over the one written")
+    yield Entry(f"{root}/reached", (), unit, f"{search.quantity} there", kind)
+    if search.seek is None:
+        yield Entry(f"{root}/wanted", (), unit, f"{search.quantity} that is wanted", kind)
+    if is_written:
+        yield Entry(f"{root}/written", (), own, f"{key} as written")
+    yield Entry(f"{root}/others", ("solution",), own, f"further values of {key} between the bounds")
+    yield Entry(
+        f"{root}/others_reached", ("solution",), unit, f"{search.quantity} with these", kind
+    )
+    for other in search.also:
+        yield Entry(f"{root}/also/{other}", (), field_unit(other), f"{other} with that value")
+    yield Entry(f"{root}/evaluations", (), "", "points evaluated")
+    yield Entry(f"{root}/failures", (), "", "points that could not be evaluated")
+
+
+def describe_find(case: "Case") -> dict[str, str]:
+    """The row of the plan that the searches add."""
+    keys = (key for search in case.find for key in (search.key, *search.also))
+    runs = " + ".join(str(search.points) for search in case.find)
+    return {
+        "stage": "find",
+        "why": "[[find]] is in the case",
+        "parts": ", ".join(dict.fromkeys(keys)),
+        "orders": "",
+        "modules": ", ".join(f"study.{name}" for name in _modules_of_find(case)),
+        "cost": f"{runs} runs, and some 15 for each solution, of the stages that make "
+        + ", ".join(dict.fromkeys(search.quantity for search in case.find)),
+        "quantities": ", ".join(find_entries(case)),
+    }
+
+
+def _modules_of_find(case: "Case") -> Iterator[str]:
+    if any(search.seek is None for search in case.find):
+        yield "find_roots"
+    if any(search.seek is not None for search in case.find):
+        yield "find_extremes"
+
+
+# ----------------------------------------------------------------------------
+# Result paths of what an optimisation adds only if it is asked to: methods, front, slopes.
+# ----------------------------------------------------------------------------
+
+#: most runs of the stages that one compared method may spend
+COMPARE_BUDGET = 5000
+_FRONT_POINTS = 15
+
+
+def front_points(study: "Optimisation") -> int:
+    """Points of the front that are asked for."""
+    return _FRONT_POINTS if study.front_points is None else study.front_points
+
+
+def further_entries(study: "Optimisation", planned: Mapping[str, Entry]) -> Iterator[Entry]:
+    """Catalogue entries of the parts that `study` asks for."""
+    goal = planned.get(study.objective.quantity)
+    unit, kind = (goal.unit, goal.amplitude) if goal else ("", None)
+    keys = [variable.key for variable in study.variables]
+    if study.sensitivity:
+        yield Entry(f"{ROOT}/gain", (), unit, "how much better the optimum is than the start", kind)
+        for key in keys:
+            yield from _sensitivity(key, unit)
+    if study.compare:
+        yield from _methods(unit, kind)
+    if study.second_objective:
+        second = planned.get(study.second_objective.quantity)
+        own, own_kind = (second.unit, second.amplitude) if second else ("", None)
+        axes = ("front_point",)
+        yield Entry(f"{ROOT}/front/objective", axes, unit, "objective along the front", kind)
+        yield Entry(f"{ROOT}/front/second_objective", axes, own, "second objective there", own_kind)
+        for key in keys:
+            yield Entry(f"{ROOT}/front/variable/{key}", axes, field_unit(key), f"{key} there")
+        yield Entry(f"{ROOT}/front/evaluations", (), "", "points evaluated for the front")
+
+
+def _sensitivity(key: str, unit: str) -> Iterator[Entry]:
+    own = field_unit(key)
+    yield Entry(
+        f"{ROOT}/sensitivity/{key}",
+        ("point",),
+        _over(unit, own),
+        f"objective per unit of {key}",
+    )
+    cost = f"{ROOT}/deviation"
+    yield Entry(f"{cost}/size/{key}", (), own, f"1 % of the bounds of {key}, the worse way")
+    yield Entry(f"{cost}/loss/{key}", (), unit, "objective lost by it at the optimum")
+    yield Entry(f"{cost}/margin/{key}", (), "", "least margin of all limits there")
+
+
+def _methods(unit: str, kind: str | None) -> Iterator[Entry]:
+    axes = ("method",)
+    for name, own, words, amplitude in (
+        ("objective", unit, "objective where the method ended", kind),
+        ("shortfall", unit, "how much worse it is than the optimum", None),
+        ("distance", "", "largest distance of a variable from the optimum, over its bounds", None),
+        ("violation", "", "most negative margin, as a positive number", None),
+        ("kkt_residual", "", "what is left of the gradients; infinite on a kink", None),
+        ("converged", "", "1 where the method says that it has converged", None),
+        ("evaluations", "", "points evaluated", None),
+        ("failures", "", "points that could not be evaluated", None),
+    ):
+        yield Entry(f"{ROOT}/methods/{name}", axes, own, words, amplitude)
+
+
+def _over(unit: str, own: str) -> str:
+    """Unit of a slope."""
+    if not own:
+        return unit
+    bottom = f"({own})" if any(mark in own for mark in "*/") else own
+    return f"{unit or '1'}/{bottom}"
+
+
+# ----------------------------------------------------------------------------
+# Result paths that an optimisation adds to those of its stages.
+# ----------------------------------------------------------------------------
+
+ROOT = "optimisation"
+
+
+def optimisation_entries(case: "Case") -> dict[str, Entry]:
+    """Catalogue entries of everything under `optimisation/` for a case that optimises."""
+    return {entry.path: entry for entry in _entries(case)}
+
+
+def _entries(case: "Case") -> Iterator[Entry]:
+    study = case.optimisation
+    if study is None:
+        return
+    planned = planned_quantities(case)
+    goal = planned.get(study.objective.quantity)
+    unit, kind = (goal.unit, goal.amplitude) if goal else ("", None)
+    for variable in study.variables:
+        key = variable.key
+        own = field_unit(key)
+        yield Entry(f"{ROOT}/variable/{key}", (), own, f"{key} at the optimum")
+        yield Entry(
+            f"{ROOT}/active_bound/{key}", (), "", "-1 at lower bound, 1 at upper, 0 between"
+        )
+        yield Entry(f"{ROOT}/history/start/{key}", ("search",), own, f"{key} where searches began")
+        yield Entry(f"{ROOT}/history/end/{key}", ("search",), own, f"{key} where searches ended")
+    yield Entry(f"{ROOT}/objective", (), unit, "objective at the optimum", kind)
+    if balances(case):
+        yield Entry(f"{ROOT}/lower_bound", (), unit, "no values within the bounds give less", kind)
+    yield Entry(f"{ROOT}/margin", ("limit",), "", "distance to a limit over the limit")
+    yield Entry(f"{ROOT}/multiplier", ("limit",), unit, "rise of the objective per unit of margin")
+    yield Entry(f"{ROOT}/kkt_residual", (), "", "what is left of the gradients that should balance")
+    yield Entry(f"{ROOT}/evaluations", (), "", "points evaluated")
+    yield Entry(f"{ROOT}/failures", (), "", "points that could not be evaluated")
+    yield Entry(
+        f"{ROOT}/history/objective", ("search",), unit, "objective where searches ended", kind
+    )
+    yield Entry(f"{ROOT}/history/feasible", ("search",), "", "1 where a search kept all limits")
+    yield Entry(f"{ROOT}/history/evaluations", ("search",), "", "points a search evaluated")
+    yield Entry(f"{ROOT}/optima/objective", ("optimum",), unit, "distinct optima, best first", kind)
+    yield Entry(f"{ROOT}/optima/found_by", ("optimum",), "", "searches that ended there")
+    yield from further_entries(study, planned)
+    for path, entry in planned.items():
+        yield entry._replace(path=f"{ROOT}/start/{path}")
+
+
+def describe_study(case: "Case") -> dict[str, str]:
+    """The row of the plan that an optimisation adds."""
+    study = case.optimisation
+    if study is None:
+        raise ValueError("the case has no [optimisation]")
+    return {
+        "stage": "optimisation",
+        "why": "[optimisation] is in the case",
+        "parts": ", ".join(variable.key for variable in study.variables),
+        "orders": "",
+        "modules": ", ".join(_modules(study)),
+        "cost": (
+            "solved as linear least squares within bounds"
+            if balances(case)
+            else f"{study.starts + 1} searches of some 50 runs each of the stages above"
+        )
+        + _further_cost(study),
+        "quantities": ", ".join(
+            path for path in optimisation_entries(case) if not path.startswith(f"{ROOT}/start/")
+        ),
+    }
+
+
+def _modules(study: "Optimisation") -> Iterator[str]:
+    yield "optimisation.constrained"
+    if study.compare or study.method:
+        yield "optimisation.methods"
+    if study.sensitivity:
+        yield "optimisation.sensitivity"
+    if study.second_objective:
+        yield "optimisation.pareto"
+
+
+def _further_cost(study: "Optimisation") -> str:
+    words = ""
+    if study.compare:
+        words += f", {len(study.compare)} methods beside it with up to {COMPARE_BUDGET} runs each"
+    if study.second_objective:
+        words += f", some 100 runs for each of {front_points(study)} points of the front"
+    return words

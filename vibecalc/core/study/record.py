@@ -1,0 +1,352 @@
+"""What an optimisation puts into its record: optimum, methods side by side, front, slopes."""
+
+import time
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vibecalc.core.results.record import Axis, Method, Quantity, Record
+from vibecalc.core.study.binding import sign_of
+from vibecalc.core.study.planned import COMPARE_BUDGET, ROOT, front_points, optimisation_entries
+from vibecalc.errors import NumericalFailure
+from vibecalc.units import parse_quantity
+
+if TYPE_CHECKING:
+    from vibecalc.core.study.binding import Binding
+    from vibecalc.core.study.search.methods import Found
+    from vibecalc.core.study.search.problem import Optimum
+    from vibecalc.schema import Case
+
+# ----------------------------------------------------------------------------
+# Numbers of a study into its record, under the entries of its paths.
+# ----------------------------------------------------------------------------
+
+#: name below `optimisation/` -> value and absolute error
+Numbers = dict[str, tuple[Any, float]]
+#: names of shares of a bound, which are what is left of 1
+SHARES = ("margin",)
+
+
+def add_numbers(
+    record: Record, case: "Case", numbers: Numbers, axes: Mapping[str, np.ndarray]
+) -> None:
+    """Add one quantity for each name; units, words and axes come from the catalogue."""
+    entries = optimisation_entries(case)
+    study = case.optimisation
+    spans = {f"variable/{one.key}": one for one in (study.variables if study else ())}
+    goal = None if study is None else record.quantities.get(study.objective.quantity)
+    for name, (value, error) in numbers.items():
+        entry = entries[f"{ROOT}/{name}"]
+        terms = 1.0 if name in SHARES else 0.0
+        if goal is not None and name.endswith("objective") and entry.unit == goal.unit:
+            terms = goal.terms
+        if name in spans:
+            ends = (spans[name].lower, spans[name].upper)
+            terms = max(abs(parse_quantity(str(end), entry.unit)) for end in ends)
+        record.add(
+            Quantity(
+                path=entry.path,
+                values=np.asarray(value),
+                unit=entry.unit,
+                long_name=entry.long_name,
+                axes=tuple(Axis(name=axis, values=axes[axis]) for axis in entry.axes),
+                amplitude=entry.amplitude,
+                error_estimate=error,
+                terms=terms,
+            )
+        )
+
+
+def add_optimum(record: Record, case: "Case", binding: "Binding", found: "Optimum") -> None:
+    """The optimum, what holds it, and how the searches ended."""
+    searches, optima = found.history, found.optima
+    axes = {
+        "search": np.arange(1, len(searches) + 1),
+        "optimum": np.arange(1, len(optima) + 1),
+        "limit": np.array(binding.margin_names(), dtype=object),
+    }
+    # the objective is a result too, and as uncertain as that
+    goal = record[binding.goal.quantity]
+    off = max(found.objective_error, float(goal.error_estimate))
+    values: Numbers = {
+        "objective": (binding.sign * found.objective, off),
+        "kkt_residual": (found.kkt_residual, 0.0),
+        "evaluations": (found.evaluations, 0.0),
+        "failures": (found.failures, 0.0),
+        "history/objective": (
+            [_known(binding.sign * s.objective) for s in searches],
+            off,
+        ),
+        "history/feasible": ([int(s.feasible) for s in searches], 0.0),
+        "history/evaluations": ([s.evaluations for s in searches], 0.0),
+        "optima/objective": ([binding.sign * o.objective for o in optima], off),
+        "optima/found_by": ([o.found_by for o in optima], 0.0),
+    }
+    if binding.limits:
+        values["margin"] = (found.margins, binding.accuracy)
+        values["multiplier"] = (found.margin_multipliers, _price_error(found))
+    for i, key in enumerate(binding.keys):
+        values[f"variable/{key}"] = (found.variables[i], float(found.variables_error[i]))
+        values[f"active_bound/{key}"] = (int(found.active_bounds[i]), 0.0)
+        values[f"history/start/{key}"] = ([s.start[i] for s in searches], 0.0)
+        values[f"history/end/{key}"] = ([s.end[i] for s in searches], 0.0)
+    add_numbers(record, case, values, axes)
+
+
+def add_nearest(
+    record: Record,
+    case: "Case",
+    binding: "Binding",
+    variables: np.ndarray,
+    margins: np.ndarray,
+    evaluations: int,
+) -> None:
+    """The point that comes nearest to keeping all limits: its variables and how far it is off."""
+    values: Numbers = {"margin": (margins, binding.accuracy), "evaluations": (evaluations, 0.0)}
+    for key, value in zip(binding.keys, variables, strict=True):
+        values[f"variable/{key}"] = (value, 0.0)
+    add_numbers(record, case, values, {"limit": np.array(binding.margin_names(), dtype=object)})
+
+
+def _price_error(found: "Optimum") -> float:
+    """Error of the multipliers: slopes known ten times worse, relatively, than the variables."""
+    size = np.abs(found.variables)
+    doubt = np.max(found.variables_error[size > 0.0] / size[size > 0.0], initial=0.0)
+    largest = np.max(np.abs(found.margin_multipliers), initial=0.0)
+    return float(largest * (found.kkt_residual + 10.0 * doubt))
+
+
+def _known(objective: float) -> float:
+    """A start that could not be evaluated has no objective: infinitely bad, never NaN."""
+    return objective if np.isfinite(objective) else np.inf
+
+
+# ----------------------------------------------------------------------------
+# Search methods side by side: each alone from the case as written, its end taken as it is.
+# ----------------------------------------------------------------------------
+
+#: name of the seconds of one method in the timings of a result
+TIMING = "method {}"
+
+
+def compare_methods(
+    record: Record,
+    case: "Case",
+    binding: "Binding",
+    optimum: "Optimum",
+    timings: dict[str, float],
+) -> None:
+    """Run the methods that the case names and add `optimisation/methods/...`.
+
+    Nothing helps them: no further starts, no refinement. Seconds go into `timings`, as they
+    change from run to run. A method that does not converge is said in a warning.
+    """
+    from vibecalc.core.study.search.methods import METHODS, find
+
+    study = case.optimisation
+    assert study is not None
+    names = list(study.compare)
+    ends: list[Found] = []
+    for name in names:
+        started = time.perf_counter()
+        try:
+            end = find(
+                name,
+                binding.evaluate,
+                binding.lower,
+                binding.upper,
+                first=binding.first,
+                budget=COMPARE_BUDGET,
+                period=binding.period,
+            )
+        except NumericalFailure as failure:
+            record.warnings.append(f"no methods are compared: {failure}")
+            return
+        timings[TIMING.format(name)] = time.perf_counter() - started
+        ends.append(end)
+        if not end.converged:
+            record.warnings.append(f"{name} has not converged: {end.reason}")
+        method = METHODS[name]
+        record.methods.append(
+            Method(name=method.words, purpose="compared", citation=method.citation)
+        )
+    sizes = [abs(end.objective) for end in ends]
+    error = binding.accuracy * max(sizes)
+    width = binding.upper - binding.lower
+    ways = [np.abs(binding.apart(optimum.variables, end.variables)) for end in ends]
+    away = [float(np.max(way / width)) for way in ways]
+    reach = float(np.max(optimum.variables_error / width))
+    add_numbers(
+        record,
+        case,
+        {
+            "methods/objective": ([binding.sign * end.objective for end in ends], error),
+            "methods/shortfall": (
+                [end.objective - optimum.objective for end in ends],
+                error + optimum.objective_error,
+            ),
+            "methods/distance": (away, reach),
+            "methods/violation": ([end.violation for end in ends], binding.accuracy),
+            "methods/kkt_residual": ([end.residual for end in ends], 0.0),
+            "methods/converged": ([int(end.converged) for end in ends], 0.0),
+            "methods/evaluations": ([end.evaluations for end in ends], 0.0),
+            "methods/failures": ([end.failures for end in ends], 0.0),
+        },
+        {"method": np.array(names, dtype=object)},
+    )
+
+
+# ----------------------------------------------------------------------------
+# The front between the objective of a case and its second one.
+# ----------------------------------------------------------------------------
+
+
+def add_front(
+    record: Record,
+    case: "Case",
+    binding: "Binding",
+    optimum: "Optimum",
+    timings: dict[str, float],
+) -> None:
+    """Trace the front from the optimum on and add `optimisation/front/...`.
+
+    Raises NumericalFailure if an end of the front has no optimum.
+    """
+    from vibecalc.core.study.search.trade_offs import front
+
+    study = case.optimisation
+    assert study is not None
+    second = study.second_objective
+    assert second is not None
+    started = time.perf_counter()
+    binding.evaluate_both(optimum.variables, second)  # how accurate the second objective is
+    try:
+        found = front(
+            lambda variables: binding.evaluate_both(variables, second),
+            binding.lower,
+            binding.upper,
+            first=optimum.variables,
+            points=front_points(study),
+            starts=study.starts,
+            rtol=case.accuracy.rtol,
+            accuracy=binding.accuracy,
+            period=binding.period,
+        )
+    except NumericalFailure as failure:
+        raise NumericalFailure(f"the front cannot be traced: {failure}") from failure
+    timings["front"] = time.perf_counter() - started
+    numbers: Numbers = {
+        "front/objective": (binding.sign * found.objective, float(np.max(found.objective_error))),
+        "front/second_objective": (
+            sign_of(second) * found.second_objective,
+            float(np.max(found.second_objective_error)),
+        ),
+        "front/evaluations": (found.evaluations, 0.0),
+    }
+    for i, key in enumerate(binding.keys):
+        error = float(np.max(found.variables_error[:, i]))
+        numbers[f"front/variable/{key}"] = (found.variables[:, i], error)
+    axis = np.arange(1, found.objective.size + 1)
+    add_numbers(record, case, numbers, {"front_point": axis})
+    record.warnings += [f"front: {note}" for note in found.notes]
+    record.methods.append(
+        Method(
+            name="epsilon-constraint method",
+            purpose="front between two objectives",
+            citation="Haimes, Lasdon and Wismer 1971, IEEE Trans. SMC-1, 296-297",
+        )
+    )
+
+
+# ----------------------------------------------------------------------------
+# Slopes of the objective at the start and at the optimum, and what small deviations cost.
+# ----------------------------------------------------------------------------
+
+
+def add_sensitivity(
+    record: Record,
+    case: "Case",
+    binding: "Binding",
+    optimum: "Optimum",
+    timings: dict[str, float],
+) -> None:
+    """Add `optimisation/sensitivity/<key>`, `optimisation/deviation/...` and the gain.
+
+    What has no value, as a slope on a kink, is left out and said.
+    """
+    study = case.optimisation
+    assert study is not None
+    started = time.perf_counter()
+    places = {"start": binding.first, "optimum": optimum.variables}
+    if study.sensitivity in places:
+        places = {study.sensitivity: places[study.sensitivity]}
+    _slopes(record, case, binding, places)
+    if "optimum" in places:
+        _deviations(record, case, binding, optimum)
+    try:
+        start, _ = binding.evaluate(binding.first)
+    except NumericalFailure:
+        pass  # said with `optimisation/start`
+    else:
+        gain = start - optimum.objective
+        error = optimum.objective_error + binding.accuracy * abs(start)
+        add_numbers(record, case, {"gain": (gain, error)}, {})
+    timings["sensitivity"] = time.perf_counter() - started
+
+
+def _slopes(
+    record: Record, case: "Case", binding: "Binding", places: dict[str, np.ndarray]
+) -> None:
+    from vibecalc.core.study.search.trade_offs import slopes_at
+
+    found = {}
+    for name, point in places.items():
+        try:
+            found[name] = slopes_at(
+                binding.evaluate, binding.lower, binding.upper, point, binding.accuracy
+            )
+        except NumericalFailure as failure:
+            record.warnings.append(f"no slopes of the objective at the {name}: {failure}")
+    for i, key in enumerate(binding.keys):
+        known = [name for name, slopes in found.items() if slopes.known[i]]
+        lost = [name for name in found if name not in known]
+        if lost:
+            places_lost = " and the ".join(lost)
+            record.warnings.append(
+                f"the slope of the objective by {key} is undefined at the {places_lost}: "
+                "a kink, or no values beside it"
+            )
+        if known:
+            values = [binding.sign * found[name].slope[i] for name in known]
+            error = max(float(found[name].error[i]) for name in known)
+            add_numbers(
+                record,
+                case,
+                {f"sensitivity/{key}": (values, error)},
+                {"point": np.array(known, dtype=object)},
+            )
+
+
+def _deviations(record: Record, case: "Case", binding: "Binding", optimum: "Optimum") -> None:
+    from vibecalc.core.study.search.trade_offs import cost_of_deviation
+
+    cost = cost_of_deviation(
+        binding.evaluate,
+        binding.lower,
+        binding.upper,
+        optimum.variables,
+        accuracy=binding.accuracy,
+        period=binding.period,
+    )
+    numbers: Numbers = {}
+    for i, key in enumerate(binding.keys):
+        if not cost.known[i]:
+            record.warnings.append(f"1 % more or less of {key} has no result at the optimum")
+            continue
+        loss_error = float(cost.rise_error[i]) + optimum.objective_error
+        numbers[f"deviation/size/{key}"] = (cost.deviation[i], 0.0)
+        numbers[f"deviation/loss/{key}"] = (cost.rise[i], loss_error)
+        if binding.limits:
+            numbers[f"deviation/margin/{key}"] = (cost.margin[i], binding.accuracy)
+    add_numbers(record, case, numbers, {})

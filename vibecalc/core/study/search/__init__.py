@@ -1,0 +1,1 @@
+"""Searches for the minimum of a function of bounded variables under limits."""

@@ -1,0 +1,316 @@
+"""The conditions that hold an optimum: derivatives from values, and what pulls on a point."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from vibecalc.core.study.search.problem import Values
+from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.nonnegative import nonnegative_least_squares
+from vibecalc.numerics.rounding import EPSILON
+
+# ----------------------------------------------------------------------------
+# Derivatives from values, with the error they carry.
+# ----------------------------------------------------------------------------
+
+#: spacings on the unit cube that are tried in turn, until truncation is below the noise
+SPACINGS = (2e-3, 2e-4, 2e-5, 2e-6)
+#: jump of a derivative, in scaled units, that counts as one
+KINK = 1e-5
+
+
+class Slope(NamedTuple):
+    """First and second derivative along a direction, (p + m,) each, with their errors.
+
+    `kinked` marks values whose derivative jumps here.
+    """
+
+    first: np.ndarray
+    second: np.ndarray
+    error: np.ndarray
+    second_error: np.ndarray
+    kinked: np.ndarray
+
+
+class Gradient(NamedTuple):
+    """Derivatives by the coordinates of the unit cube, (p + m, n), their errors, and kinks."""
+
+    first: np.ndarray
+    error: np.ndarray
+    kinked: np.ndarray
+
+
+def slope(sampler: Values, unit: np.ndarray, direction: np.ndarray, noise: np.ndarray) -> Slope:
+    """Differentiate along a unit direction through five equispaced points inside the unit cube.
+
+    Parameters
+    ----------
+    unit, direction : (n,) arrays
+        Point of the unit cube and direction.
+    noise : (p + m,) array
+        Absolute noise of the values.
+
+    Notes
+    -----
+    Near a wall the five points shift inwards. Truncation is judged from the difference to the
+    formula through the three nearest of them; where it exceeds the noise the spacing shrinks.
+    """
+    best: Slope | None = None
+    for spacing in SPACINGS:
+        found = _at_spacing(sampler, unit, direction, noise, spacing)
+        if found is None:
+            continue
+        candidate, truncation = found
+        if best is None:
+            best = candidate
+        else:
+            better = (best.kinked & ~candidate.kinked) | (
+                (best.kinked == candidate.kinked) & (candidate.error < best.error)
+            )
+            best = Slope(*(np.where(better, n, o) for n, o in zip(candidate, best, strict=True)))
+        if not np.any(best.kinked) and np.all(
+            truncation <= np.maximum(candidate.error - truncation, 1e-9)
+        ):
+            break
+    if best is None:
+        raise NumericalFailure(
+            f"no derivative at {sampler.box.values(unit).tolist()}: its surroundings cannot be "
+            "evaluated"
+        )
+    return best
+
+
+def gradient(sampler: Values, unit: np.ndarray, noise: np.ndarray) -> Gradient:
+    """Derivatives of all entries and margins by all coordinates, with `slope`."""
+    slopes = [slope(sampler, unit, direction, noise) for direction in np.eye(unit.size)]
+    return Gradient(
+        first=np.stack([one.first for one in slopes], axis=1),
+        error=np.stack([one.error for one in slopes], axis=1),
+        kinked=np.any([one.kinked for one in slopes], axis=0),
+    )
+
+
+def measured_noise(sampler: Values, unit: np.ndarray) -> np.ndarray:
+    """Absolute noise of the values, (p + m,), from high differences of nine close points.
+
+    Round-off of the values is the floor. J. J. More and S. M. Wild, Estimating computational
+    noise, SIAM J. Sci. Comput. 33 (2011), 1292-1314.
+    """
+    direction = np.where(unit < 0.5, 1.0, -1.0) / np.sqrt(unit.size)
+    values = [sampler(unit + 1e-7 * step * direction) for step in range(9)]
+    known = np.array([value for value in values if value is not None])
+    floor: np.ndarray = EPSILON * np.max(np.abs(known), axis=0)
+    if len(known) < 9:
+        return np.asarray(4.0 * floor)
+    noise = floor
+    for order in (4, 5, 6):
+        difference = np.diff(known, n=order, axis=0)
+        gain = float(np.prod(np.arange(order + 1, 2 * order + 1) / np.arange(1, order + 1)))
+        noise = np.maximum(noise, np.sqrt(np.mean(difference**2, axis=0) / gain))
+    return np.asarray(3.0 * noise)
+
+
+def _at_spacing(
+    sampler: Values, unit: np.ndarray, direction: np.ndarray, noise: np.ndarray, spacing: float
+) -> tuple[Slope, np.ndarray] | None:
+    speed = np.where(direction == 0, 1.0, np.abs(direction))
+    upwards = np.where(direction >= 0, 1.0 - unit, unit)
+    downwards = np.where(direction >= 0, unit, 1.0 - unit)
+    moves = direction != 0
+    ahead = float(np.min(np.where(moves, upwards / speed, np.inf))) / spacing
+    behind = float(np.min(np.where(moves, downwards / speed, np.inf))) / spacing
+    first_node = (
+        -2
+        if min(ahead, behind) >= 2
+        else (-min(int(behind), 2) if ahead > behind else min(int(ahead), 2) - 4)
+    )
+    nodes = np.arange(first_node, first_node + 5.0)
+    values = [sampler(np.clip(unit + spacing * node * direction, 0, 1)) for node in nodes]
+    if any(value is None for value in values):
+        return None
+    table = np.array(values)
+    weights = _weights(nodes, 1) / spacing
+    nearest = np.sort(np.argsort(np.abs(nodes), kind="stable")[:3])
+    rough = _weights(nodes[nearest], 1) @ table[nearest] / spacing
+    first = weights @ table
+    bend = _weights(nodes, 2) / spacing**2
+    second = bend @ table
+    rough_second = _weights(nodes[nearest], 2) @ table[nearest] / spacing**2
+    gap = np.abs(first - rough)
+    size = np.abs(first) + spacing * np.abs(second) + gap
+    truncation = gap * np.minimum(1.0, 6.0 * gap / np.where(size > 0, size, 1.0))
+    scatter = np.maximum(noise, 2 * EPSILON * np.max(np.abs(table), axis=0))
+    error = truncation + np.sum(np.abs(weights)) * scatter
+    second_error = np.sum(np.abs(bend)) * scatter
+    # a kink bends by its jump over the spacing, however small that is, and by 5 points unlike 3
+    unlike = np.abs(second - rough_second)
+    kinked = (unlike > 0.04 * np.abs(second) + 4 * second_error) & (unlike * spacing > KINK)
+    return Slope(first, second, error, second_error, kinked), truncation
+
+
+def _weights(nodes: np.ndarray, derivative: int) -> np.ndarray:
+    """Weights on the nodes that give a derivative at 0 exactly for polynomials."""
+    powers = nodes[None, :] ** np.arange(nodes.size)[:, None]
+    target = np.zeros(nodes.size)
+    target[derivative] = float(derivative)  # 1! and 2!
+    return np.linalg.solve(powers, target)
+
+
+# ----------------------------------------------------------------------------
+# Which entries, limits and bounds hold a point in place, and how hard each of them pulls.
+# ----------------------------------------------------------------------------
+
+
+class Active(NamedTuple):
+    """What is taken to hold with equality: indices of entries and margins, and bound sides (n,)."""
+
+    entries: tuple[int, ...]
+    margins: tuple[int, ...]
+    sides: np.ndarray
+
+
+class Pulls(NamedTuple):
+    """Weights of the entries (sum 1) and multipliers of margins (m,) and bounds (n,).
+
+    `left` (n,) is what remains of the sum of gradients, `residual` its size relative to the sum
+    of magnitudes or to 1, the usual slope of a scaled objective, whichever is larger.
+    """
+
+    entries: np.ndarray
+    margins: np.ndarray
+    bounds: np.ndarray
+    left: np.ndarray
+    residual: float
+
+    @property
+    def weights(self) -> np.ndarray:
+        """Weights of entries and margins in the Lagrangian, (p + m,)."""
+        return np.concatenate([self.entries, -self.margins])
+
+
+def identify(
+    vector: np.ndarray, first: np.ndarray, entries: int, unit: np.ndarray, closeness: float
+) -> tuple[Active, Pulls]:
+    """Find the smallest set of near-active conditions whose gradients balance.
+
+    Parameters
+    ----------
+    vector : (p + m,) array
+        Entries and margins at the point.
+    first : (p + m, n) array
+        Their gradients on the unit cube.
+    entries : int
+        p.
+    unit : (n,) array
+        The point.
+    closeness : float
+        Distance on the unit cube within which a condition counts as a candidate.
+
+    Notes
+    -----
+    Non-negative least squares over the candidates (Lawson and Hanson, 1974): it picks linearly
+    independent ones, so that equal mounts or repeated limits do no harm.
+    """
+    reach = closeness * (np.linalg.norm(first, axis=1) + 1e-12)
+    top = np.max(vector[:entries])
+    near_entries = np.flatnonzero(vector[:entries] >= top - 2 * reach[:entries])
+    near_margins = np.flatnonzero(vector[entries:] <= reach[entries:])
+    lower = np.flatnonzero(unit <= closeness)
+    upper = np.flatnonzero(unit >= 1 - closeness)
+    axes = np.eye(unit.size)
+    columns = np.concatenate(
+        [first[near_entries], -first[entries + near_margins], -axes[lower], axes[upper]]
+    ).T
+    length = np.linalg.norm(columns, axis=0)
+    length = np.where(length > 0, length, 1.0)
+    size = max(float(np.max(length[: near_entries.size])), 1e-300)
+    lengths = np.concatenate([np.full(near_entries.size, size), length[near_entries.size :]])
+    is_entry = np.arange(lengths.size) < near_entries.size
+    # a heavy last row makes the weights of the entries add up to one
+    table = np.vstack([columns / lengths, 1e3 * is_entry])
+    goal = np.append(np.zeros(unit.size), 1e3)
+    weights = nonnegative_least_squares(table, goal)
+    chosen = weights > 1e-9
+    split = np.cumsum([near_entries.size, near_margins.size, lower.size])
+    pick_entry, pick_margin, pick_lower, pick_upper = np.split(chosen, split)
+    sides = np.zeros(unit.size, dtype=int)
+    sides[lower[pick_lower]] = -1
+    sides[upper[pick_upper]] = 1
+    active = Active(
+        tuple(int(i) for i in near_entries[pick_entry]),
+        tuple(int(i) for i in near_margins[pick_margin]),
+        sides,
+    )
+    return active, balance(first, entries, active)
+
+
+def balance(first: np.ndarray, entries: int, active: Active) -> Pulls:
+    """Multipliers of a given active set: least squares, signs as they come out.
+
+    Parameters
+    ----------
+    first : (p + m, n) array
+        Gradients of entries and margins.
+    entries : int
+        p.
+    active : Active
+    """
+    size = first.shape[1]
+    free = active.sides == 0
+    base, others = active.entries[0], active.entries[1:]
+    spread = first[list(others)] - first[base] if others else np.zeros((0, size))
+    holding = -first[[entries + index for index in active.margins]]
+    columns = np.concatenate([spread, holding.reshape(-1, size)])[:, free].T
+    length = np.linalg.norm(columns, axis=0)
+    length = np.where(length > 0, length, 1.0)
+    solved = np.linalg.lstsq(columns / length, -first[base][free], rcond=1e-10)[0] / length
+    weights = np.zeros(entries)
+    weights[list(others)] = solved[: len(others)]
+    weights[base] = 1.0 - np.sum(solved[: len(others)])
+    margins = np.zeros(first.shape[0] - entries)
+    margins[list(active.margins)] = solved[len(others) :]
+    total = weights @ first[:entries] - margins @ first[entries:]
+    bounds = np.where(free, 0.0, total)
+    left = np.where(free, total, 0.0)
+    pull = np.linalg.norm(np.abs(weights) @ np.abs(first[:entries]))
+    hold = np.linalg.norm(np.abs(margins) @ np.abs(first[entries:]))
+    residual = float(np.linalg.norm(left) / max(1.0, float(pull + hold)))
+    return Pulls(weights, margins, bounds, left, residual)
+
+
+# ----------------------------------------------------------------------------
+# How far a point is from a stationary one, whoever found it.
+# ----------------------------------------------------------------------------
+
+#: distances on the unit cube within which a limit, a bound or an entry may count as holding
+CLOSENESS = (1e-6, 1e-4, 3e-3)
+
+
+def stationarity(sampler: Values, unit: np.ndarray) -> float:
+    """What is left of the gradients that should balance, relative to their magnitudes.
+
+    Parameters
+    ----------
+    sampler : Values
+    unit : (n,) array
+        Point of the unit cube at which the sampler gives values.
+
+    Returns
+    -------
+    residual : float
+        0 at a point that satisfies the first-order conditions, 1 or so far from any; infinity
+        where they cannot be formed, as on a kink or beside points that cannot be evaluated.
+    """
+    try:
+        noise = measured_noise(sampler, unit)
+        slopes = gradient(sampler, unit, noise)
+    except NumericalFailure:
+        return np.inf
+    vector = sampler(unit)
+    assert vector is not None
+    residual = np.inf
+    for closeness in CLOSENESS:
+        _, pulls = identify(vector, slopes.first, sampler.entries, unit, closeness)
+        if not np.any(slopes.kinked & (np.abs(pulls.weights) > 1e-9)):
+            residual = min(residual, pulls.residual)
+    return residual

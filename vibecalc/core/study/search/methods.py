@@ -1,0 +1,491 @@
+"""All search methods under one signature, so that they can stand side by side."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from vibecalc.core.study.search.conditions import stationarity
+from vibecalc.core.study.search.local_search import local_search, set_scale
+from vibecalc.core.study.search.problem import Box, BudgetSpent, Evaluate, Sampler, Values
+from vibecalc.errors import NumericalFailure
+
+# ----------------------------------------------------------------------------
+# Direct search with exploratory and pattern moves.
+# ----------------------------------------------------------------------------
+
+Scalar = Callable[[np.ndarray], float]
+
+#: points are multiples of its inverse: sums of such numbers within the unit cube are exact
+_FINEST = 2.0**52
+
+
+class Descent(NamedTuple):
+    """Where a direct search stopped: point (n,) of the unit cube, value, points evaluated.
+
+    `converged` says that the steps have become as small as was asked for.
+    """
+
+    point: np.ndarray
+    value: float
+    evaluations: int
+    converged: bool
+
+
+def hooke_jeeves(function: Scalar, start: np.ndarray, step: float, tolerance: float) -> Descent:
+    """Search the unit cube for a low value without derivatives.
+
+    Parameters
+    ----------
+    function : callable
+        `function(unit (n,)) -> float`; infinity where there is no value. It is called once for
+        each point.
+    start : (n,) array
+        First base point.
+    step, tolerance : float
+        First step of the exploratory moves, in units of the cube, and largest last one.
+
+    Returns
+    -------
+    descent : Descent
+        No point beside the last base, by the last step along an axis, is lower. On a
+        smooth function that makes it nearly stationary; at a kink it may not even be that.
+
+    Notes
+    -----
+    An exploratory move tries a step up and down each axis, the direction that helped last first,
+    and keeps what is lower. While it helps, the pattern move goes on from the new base point by
+    as much as it has moved, and explores there before it judges. Where nothing around the base
+    is lower the step is halved. Steps that leave the cube end on its wall. All steps are powers
+    of two and all points multiples of the smallest, so that a way back ends where it began, to
+    the last bit: sums that round would let the search creep without end. R. Hooke and T. A.
+    Jeeves, "Direct search" solution of numerical and statistical problems, J. ACM 8 (1961), 212.
+    """
+    step = float(2.0 ** np.round(np.log2(step)))
+    start = np.round(start * _FINEST) / _FINEST
+    seen: dict[bytes, float] = {}
+
+    def value_at(point: np.ndarray) -> float:
+        key = (point + 0.0).tobytes()
+        if key not in seen:
+            seen[key] = function(point)
+        return seen[key]
+
+    signs = np.ones(start.size)
+
+    def explore(point: np.ndarray) -> tuple[np.ndarray, float]:
+        best, lowest = point, value_at(point)
+        for axis in range(start.size):
+            for side in (signs[axis], -signs[axis]):
+                trial = best.copy()
+                trial[axis] = min(1.0, max(0.0, best[axis] + side * step))
+                if trial[axis] != best[axis] and value_at(trial) < lowest:
+                    best, lowest = trial, value_at(trial)
+                    signs[axis] = side
+                    break
+        return best, lowest
+
+    base, value = start, value_at(start)
+    while True:
+        found, lowest = explore(base)
+        while lowest < value:
+            before, base, value = base, found, lowest
+            found, lowest = explore(np.clip(2.0 * base - before, 0.0, 1.0))
+        if explore(base)[1] < value:
+            continue
+        if step <= tolerance:
+            return Descent(base, value, len(seen), True)
+        step = 0.5 * step
+
+
+# ----------------------------------------------------------------------------
+# Direct search with a simplex that crawls downhill.
+# ----------------------------------------------------------------------------
+
+MOST_RESTARTS = 20
+MOST_MOVES = 400
+
+
+def nelder_mead(function: Scalar, start: np.ndarray, step: float, tolerance: float) -> Descent:
+    """Search the unit cube for a low value without derivatives.
+
+    Parameters and result as of `hooke_jeeves`; `step` is the first edge of the simplex and
+    `tolerance` the last one.
+
+    Notes
+    -----
+    Factors of reflection, expansion, contraction and shrinking follow the dimension (F. Gao and
+    L. Han, Comput. Optim. Appl. 51 (2012), 259-277). Corners that leave the cube are moved onto
+    its wall, which may flatten the simplex: a search is begun again with a fresh, smaller one
+    around its best corner until that gains nothing. J. A. Nelder and R. Mead, A simplex method
+    for function minimization, Computer Journal 7 (1965), 308-313.
+    """
+    evaluations = 0
+
+    def counted(point: np.ndarray) -> float:
+        nonlocal evaluations
+        evaluations += 1
+        return function(point)
+
+    point, value = start, counted(start)
+    edge = step
+    for _ in range(MOST_RESTARTS):
+        found, lowest, settled = _crawl(counted, point, value, edge, tolerance)
+        gained = lowest < value
+        point, value = found, lowest
+        if not gained and settled and edge <= 10.0 * tolerance:
+            return Descent(point, value, evaluations, True)
+        edge = max(10.0 * tolerance, edge if not settled else 0.1 * edge)
+    return Descent(point, value, evaluations, False)
+
+
+def _crawl(
+    function: Scalar, start: np.ndarray, value: float, edge: float, tolerance: float
+) -> tuple[np.ndarray, float, bool]:
+    """Best corner, its value, and whether the simplex shrank below the tolerance."""
+    size = start.size
+    corners = np.tile(start, (size + 1, 1))
+    for axis in range(size):
+        corners[axis + 1, axis] += edge if start[axis] + edge <= 1.0 else -edge
+    corners = np.clip(corners, 0.0, 1.0)
+    values = np.array([value, *(function(corner) for corner in corners[1:])])
+    several = max(2, size)
+    expand, contract, shrink = 1 + 2 / several, 0.75 - 0.5 / several, 1 - 1 / several
+
+    for _ in range(MOST_MOVES * size):
+        order = np.argsort(values, kind="stable")
+        corners, values = corners[order], values[order]
+        if np.max(np.abs(corners[1:] - corners[0])) <= tolerance:
+            return corners[0], float(values[0]), True
+        middle = np.mean(corners[:-1], axis=0)
+
+        def at(
+            factor: float, middle: np.ndarray = middle, last: np.ndarray = corners[-1]
+        ) -> tuple[np.ndarray, float]:
+            point = np.clip(middle + factor * (middle - last), 0.0, 1.0)
+            return point, function(point)
+
+        best, value_best = at(1.0)
+        if value_best < values[0]:
+            further, value_further = at(expand)
+            if value_further < value_best:
+                best, value_best = further, value_further
+        elif not value_best < values[-2]:
+            best, value_best = at(contract if value_best < values[-1] else -contract)
+        if value_best < values[-2] or (value_best < values[-1] and size > 1):
+            corners[-1], values[-1] = best, value_best
+        else:
+            corners[1:] = corners[0] + shrink * (corners[1:] - corners[0])
+            values[1:] = [function(corner) for corner in corners[1:]]
+    best_one = int(np.argmin(values))
+    return corners[best_one], float(values[best_one]), False
+
+
+# ----------------------------------------------------------------------------
+# Limits for searches that know none: an augmented Lagrangian around a direct search.
+# ----------------------------------------------------------------------------
+
+FIRST_STEP = 0.125
+FIRST_TOLERANCE = 1e-2
+TOLERANCE = 1e-8
+FIRST_WEIGHT = 1.0
+LARGEST_WEIGHT = 1e4
+MOST_ROUNDS = 60
+#: violation, or slack of a margin that has a price, that counts as none
+SETTLED = 1e-7
+
+Inner = Callable[[Scalar, np.ndarray, float, float], Descent]
+
+
+class Walk(NamedTuple):
+    """Where one search stopped on the unit cube, in words why, and whether it had converged."""
+
+    unit: np.ndarray
+    reason: str
+    converged: bool
+
+
+def augmented(sampler: Values, start: np.ndarray, inner: Inner) -> Walk:
+    """Search downhill from a start with a direct search, and keep all margins in the end.
+
+    Parameters
+    ----------
+    sampler : Values
+    start : (n,) array
+        Point of the unit cube at which the sampler gives values.
+    inner : callable
+        The direct search, as `hooke_jeeves`.
+
+    Notes
+    -----
+    A wall or an exact penalty would put a crease along each limit, on which a search along the
+    axes stands still far from the optimum. Here the objective gains, for each margin, the smooth
+    term w/2 max(0, p/w - margin)^2, whose price p is corrected after each round and becomes the
+    multiplier. Steps shrink from round to round; the weight w grows only where the violation
+    does not fall. R. M. Lewis and V. Torczon, SIAM J. Optim. 12 (2002), 1075-1089.
+    """
+    first = sampler(start)
+    assert first is not None
+    entries = sampler.entries
+    price = np.zeros(first.size - entries)
+    weight = FIRST_WEIGHT
+
+    def merit(unit: np.ndarray) -> float:
+        vector = sampler(unit)
+        if vector is None:
+            return np.inf
+        short = np.maximum(0.0, price / weight - vector[entries:])
+        return float(np.max(vector[:entries]) + 0.5 * weight * np.sum(short**2))
+
+    if price.size == 0:
+        found = inner(merit, start, FIRST_STEP, TOLERANCE)
+        return Walk(found.point, _words(found.converged), found.converged)
+    point, step, tolerance, before = start, FIRST_STEP, FIRST_TOLERANCE, np.inf
+    for _ in range(MOST_ROUNDS):
+        found = inner(merit, point, step, tolerance)
+        point = found.point
+        vector = sampler(point)
+        assert vector is not None
+        unsettled = float(np.max(np.abs(np.minimum(vector[entries:], price / weight))))
+        if unsettled <= SETTLED and tolerance <= TOLERANCE:
+            return Walk(point, _words(found.converged), found.converged)
+        price = np.maximum(0.0, price - weight * vector[entries:])
+        if unsettled > 0.25 * before and weight < LARGEST_WEIGHT:
+            weight *= 4.0
+        before = unsettled
+        tolerance = max(TOLERANCE, 0.1 * tolerance)
+        step = max(10.0 * tolerance, 0.2 * step)
+    return Walk(point, "the limits did not settle", False)
+
+
+def _words(converged: bool) -> str:
+    return "converged" if converged else "stopped before its steps were small"
+
+
+# ----------------------------------------------------------------------------
+# A population that breeds: differential evolution, for objectives with many valleys.
+# ----------------------------------------------------------------------------
+
+#: fixed, so that a case gives the same result every day
+SEED = 20000301
+MOST_GENERATIONS = 1000
+#: spread of the objective over the population, relative to its mean or in scaled units
+SPREAD = 1e-9
+
+
+def differential_evolution(sampler: Values, start: np.ndarray) -> Walk:
+    """Let a population spread over the whole unit cube evolve; the start is one of its members.
+
+    Points that break a limit lose against any that keep all of them, and among themselves by how
+    far they break it. R. Storn and K. Price, J. Global Optim. 11 (1997), 341-359, as in scipy.
+    """
+    from scipy.optimize import NonlinearConstraint
+    from scipy.optimize import differential_evolution as evolve
+
+    first = sampler(start)
+    assert first is not None
+    entries = sampler.entries
+    margins = first.size - entries
+
+    def objective(unit: np.ndarray) -> float:
+        vector = sampler(np.clip(unit, 0.0, 1.0))
+        return np.inf if vector is None else float(np.max(vector[:entries]))
+
+    def kept(unit: np.ndarray) -> np.ndarray:
+        vector = sampler(np.clip(unit, 0.0, 1.0))
+        return np.full(margins, -1e6) if vector is None else vector[entries:]
+
+    found = evolve(
+        objective,
+        [(0.0, 1.0)] * start.size,
+        constraints=(NonlinearConstraint(kept, 0.0, np.inf),) if margins else (),
+        seed=np.random.default_rng(SEED),
+        x0=start,
+        polish=False,
+        tol=SPREAD,
+        atol=SPREAD,
+        maxiter=MOST_GENERATIONS,
+    )
+    reason = "converged" if found.success else f"stopped after {MOST_GENERATIONS} generations"
+    return Walk(np.clip(found.x, 0.0, 1.0), reason, bool(found.success))
+
+
+# ----------------------------------------------------------------------------
+# All search methods under one signature, so that they can stand side by side.
+# ----------------------------------------------------------------------------
+
+#: evaluations kept back for the residual at the end, for each variable
+_RESERVE = 40
+
+Searcher = Callable[[Values, np.ndarray], Walk]
+
+
+class Method(NamedTuple):
+    """A search from one start, its name in words and where it is published.
+
+    `everywhere` marks one that searches the whole cube whatever its start.
+    """
+
+    search: Searcher
+    words: str
+    citation: str
+    everywhere: bool = False
+
+
+class Found(NamedTuple):
+    """Where one method ended, without any help, and what it cost.
+
+    `variables` (n,), `objective` (its largest entry) and `margins` (m,) as `evaluate` gives them;
+    `violation` is the most negative margin as a positive number, or 0; `residual` is the distance
+    from a stationary point (`stationarity`); `evaluations` counts the points of the search itself
+    and `failures` those of them that have no value. `reason` says why it stopped.
+    """
+
+    variables: np.ndarray
+    objective: float
+    margins: np.ndarray
+    violation: float
+    residual: float
+    evaluations: int
+    failures: int
+    converged: bool
+    reason: str
+
+
+def find(
+    name: str,
+    evaluate: Evaluate,
+    lower: ArrayLike,
+    upper: ArrayLike,
+    *,
+    first: ArrayLike | None = None,
+    budget: int = 20000,
+    period: ArrayLike = 0.0,
+) -> Found:
+    """Search with one method of `METHODS` from one start, and take its end as it is.
+
+    Parameters
+    ----------
+    name : str
+        Key of `METHODS`.
+    evaluate, lower, upper, first, period
+        As of `constrained.minimise`; lower < upper.
+    budget : int
+        Most evaluations; a method that spends them gives its best point and has not converged.
+
+    Raises
+    ------
+    NumericalFailure
+        If the start cannot be evaluated.
+    """
+    low, high = (np.atleast_1d(np.asarray(side, dtype=float)) for side in (lower, upper))
+    box = Box(low, high, np.broadcast_to(np.asarray(period, dtype=float), low.shape))
+    size = box.lower.size
+    start = np.full(size, 0.5) if first is None else box.unit(np.asarray(first, float))
+    sampler = Sampler(evaluate, box, budget + _RESERVE * (size + 1))
+    vectors, _ = set_scale(sampler, start[None, :])
+    if vectors[0] is None:
+        why = next(iter(sampler.failures.values()))
+        raise NumericalFailure(f"the start of the search cannot be evaluated: {why}")
+    watched = _Watched(sampler, budget)
+    watched(start)
+    try:
+        walk = METHODS[name].search(watched, start)
+    except BudgetSpent:
+        walk = Walk(watched.best, f"spent its {budget} evaluations", False)
+    evaluations, failures = sampler.count, len(sampler.failures)
+    vector = sampler(walk.unit)
+    assert vector is not None
+    margins = vector[sampler.entries :]
+    return Found(
+        variables=box.values(walk.unit),
+        objective=float(np.max(vector[: sampler.entries])) * sampler.scale,
+        margins=margins,
+        violation=float(np.max(-margins, initial=0.0)),
+        residual=_residual(sampler, walk.unit),
+        evaluations=evaluations,
+        failures=failures,
+        converged=walk.converged,
+        reason=walk.reason,
+    )
+
+
+def _residual(sampler: Sampler, unit: np.ndarray) -> float:
+    try:
+        return stationarity(sampler, unit)
+    except BudgetSpent:
+        return np.inf
+
+
+class _Watched:
+    """The sampler with an end to its evaluations and a memory for the best point met."""
+
+    def __init__(self, sampler: Sampler, budget: int):
+        self._sampler = sampler
+        self._budget = budget
+        self.best = np.empty(0)
+        self._rank = (np.inf, np.inf)
+
+    @property
+    def box(self) -> Box:
+        return self._sampler.box
+
+    @property
+    def entries(self) -> int:
+        return self._sampler.entries
+
+    @property
+    def smallest(self) -> float:
+        return self._sampler.smallest
+
+    def __call__(self, unit: np.ndarray) -> np.ndarray | None:
+        if self._sampler.count >= self._budget and not self._sampler.knows(unit):
+            raise BudgetSpent
+        vector = self._sampler(unit)
+        if vector is not None:
+            broken = max(0.0, float(np.max(-vector[self.entries :], initial=0.0)) - 1e-6)
+            rank = (broken, float(np.max(vector[: self.entries])))
+            if rank < self._rank:
+                self.best, self._rank = unit.copy(), rank
+        return vector
+
+
+def _sequential_quadratic(sampler: Values, start: np.ndarray) -> Walk:
+    end = local_search(sampler, start, to_the_end=True)
+    return Walk(end.unit, end.reason, end.reason == "converged")
+
+
+def _hooke_jeeves(sampler: Values, start: np.ndarray) -> Walk:
+    return augmented(sampler, start, hooke_jeeves)
+
+
+def _nelder_mead(sampler: Values, start: np.ndarray) -> Walk:
+    return augmented(sampler, start, nelder_mead)
+
+
+METHODS: dict[str, Method] = {
+    "sequential_quadratic": Method(
+        _sequential_quadratic,
+        "sequential quadratic programming",
+        "Kraft 1988, DFVLR-FB 88-28; Nocedal and Wright, Numerical Optimization, 2nd ed. 2006, "
+        "ch. 12 and 18",
+    ),
+    "hooke_jeeves": Method(
+        _hooke_jeeves,
+        "Hooke and Jeeves' pattern search",
+        "Hooke and Jeeves 1961, J. ACM 8, 212; limits: Lewis and Torczon 2002, SIAM J. Optim. 12",
+    ),
+    "nelder_mead": Method(
+        _nelder_mead,
+        "Nelder and Mead's simplex search",
+        "Nelder and Mead 1965, Computer Journal 7, 308; limits: Lewis and Torczon 2002, "
+        "SIAM J. Optim. 12",
+    ),
+    "differential_evolution": Method(
+        differential_evolution,
+        "differential evolution",
+        "Storn and Price 1997, J. Global Optim. 11, 341",
+        everywhere=True,
+    ),
+}

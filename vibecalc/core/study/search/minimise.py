@@ -1,0 +1,473 @@
+"""Minimise a function of bounded variables while margins are kept, from many starts."""
+
+from typing import NamedTuple, Protocol, TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from vibecalc.core.study.search.local_search import (
+    NEARLY_KEPT,
+    VANISHING,
+    End,
+    Ends,
+    local_search,
+    search_all,
+)
+from vibecalc.core.study.search.methods import METHODS
+from vibecalc.core.study.search.problem import (
+    Box,
+    BudgetSpent,
+    Evaluate,
+    Infeasible,
+    LocalOptimum,
+    Optimum,
+    Sampler,
+    Search,
+    spread,
+)
+from vibecalc.core.study.search.refine import Refined, keeps, refine
+from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.rounding import EPSILON
+
+# ----------------------------------------------------------------------------
+# Equally good end points that are one: what differs between them has no effect there.
+# ----------------------------------------------------------------------------
+
+#: objectives this close, in scaled units, are equal
+EQUAL = 1e-9
+#: places between two ends, spaced so that no even wave passes through all of them
+_BETWEEN = (0.137, 0.381, 0.529, 0.734)
+
+
+class EndPoint(Protocol):
+    """What is joined: a place on the unit cube and its objective in scaled units."""
+
+    @property
+    def unit(self) -> np.ndarray: ...
+
+    @property
+    def objective(self) -> float: ...
+
+
+Point = TypeVar("Point", bound=EndPoint)
+
+
+def groups(sampler: Sampler, points: list[Point]) -> list[list[Point]]:
+    """Group the points between which the objective does not change; the order is kept.
+
+    A weight of zero has no angle: searches that end there with different angles found the same
+    thing. Two points are one if their objectives are equal, and stay so, with all limits kept,
+    on the straight line between them. Where no evaluations are left, points stay apart.
+    """
+    found: list[list[Point]] = []
+    for point in points:
+        for group in found:
+            if _same(sampler, group[0], point):
+                group.append(point)
+                break
+        else:
+            found.append([point])
+    return found
+
+
+def _same(sampler: Sampler, one: EndPoint, other: EndPoint) -> bool:
+    if abs(one.objective - other.objective) > EQUAL:
+        return False
+    try:
+        way = sampler.box.apart(one.unit, other.unit)
+        vectors = [sampler(one.unit + part * way) for part in _BETWEEN]
+    except BudgetSpent:
+        return False
+    return all(
+        vector is not None
+        and abs(float(np.max(vector[: sampler.entries])) - one.objective) <= EQUAL
+        and bool(np.all(vector[sampler.entries :] >= -NEARLY_KEPT))
+        for vector in vectors
+    )
+
+
+# ----------------------------------------------------------------------------
+# From the ends of all searches to one optimum, known to its last digits.
+# ----------------------------------------------------------------------------
+
+#: end points closer than this on the unit cube are one optimum
+SAME = 1e-3
+#: end points whose objectives are this close, in scaled units, compete for the last digits
+RIVALS = 1e-2
+#: and those this close to a refined optimum that is lower have stopped short of it
+SHORT_OF = 3e-2
+MOST_RIVALS = 4
+
+
+class Distinct(NamedTuple):
+    """An end point apart from all others, and how many searches ended there."""
+
+    unit: np.ndarray
+    objective: float
+    found_by: int
+
+
+class Choice(NamedTuple):
+    """The optimum, refined, and all distinct ends that keep the limits, lowest first."""
+
+    best: Refined
+    distinct: tuple[Distinct, ...]
+
+
+def choose(sampler: Sampler, ends: list[End], begin: np.ndarray, accuracy: float) -> Choice:
+    """Refine the ends that compete and take the lowest; of equally low ones the nearest to begin.
+
+    Raises
+    ------
+    NumericalFailure
+        If none of them can be shown to be a local optimum.
+    """
+    distinct = _distinct(sampler.box, ends)
+    lowest = distinct[0].objective
+    # searches for a zero stop early: their ends are equal before they are refined
+    vanishes = sampler.smallest >= 0 and lowest < VANISHING
+    equal = VANISHING if vanishes else 1e-6
+
+    def rank(one: Distinct) -> tuple[float, ...]:
+        away = round(float(np.linalg.norm(sampler.box.apart(begin, one.unit))), 6)
+        return (away, *np.round(one.unit, 6))
+
+    level = sorted((one for one in distinct if one.objective <= lowest + equal), key=rank)
+    rivals = [one for one in distinct if lowest + equal < one.objective <= lowest + RIVALS]
+    half = MOST_RIVALS // 2
+    refined: list[Refined] = []
+    final = {id(one): one for one in distinct}
+    for one in level[:half] + rivals[:half] + level[half:] + rivals[half:]:
+        if len(refined) == MOST_RIVALS:
+            break
+        if any(_covers(sampler.box, done, one) for done in refined):
+            continue
+        below = min((done.objective for done in refined), default=np.inf)
+        found = refine(sampler, one.unit, accuracy, below)
+        if found is not None and keeps(sampler, found.unit):
+            found = found._replace(unit=sampler.box.fold(found.unit))
+            refined.append(found)
+            final[id(one)] = one._replace(unit=found.unit, objective=found.objective)
+    if not refined:
+        raise NumericalFailure(
+            "no search ended in a point that can be shown to be an optimum; the lowest end is at "
+            f"{sampler.box.values(distinct[0].unit).tolist()} with the objective "
+            f"{lowest * sampler.scale:.9g}. Ask for more starts or narrow the bounds."
+        )
+    least = min(one.objective + one.rise for one in refined)
+    lowest_ones = [one for one in refined if one.objective - one.rise <= least]
+    best = min(lowest_ones, key=lambda one: rank(Distinct(one.unit, one.objective, 1)))
+    ordered = sorted(final.values(), key=lambda one: (one.objective, *one.unit))
+    joined = [
+        group[0]._replace(found_by=sum(one.found_by for one in group))
+        for group in groups(sampler, ordered)
+    ]
+    return Choice(best, tuple(joined))
+
+
+def anywhere(sampler: Sampler, ends: list[End]) -> Choice:
+    """The choice where the objective is the same everywhere: the first end that keeps all limits.
+
+    It counts as the same where its change is below `search.UNRESOLVED` of its magnitude.
+    """
+    distinct = _distinct(sampler.box, ends)
+    end = next(end for end in ends if end.violation <= NEARLY_KEPT)
+    vector = sampler(end.unit)
+    assert vector is not None
+    margins = np.maximum(0.0, -vector[sampler.entries :])
+    best = Refined(
+        unit=end.unit,
+        error=np.full(end.unit.size, float(np.max(margins, initial=0.0))),
+        rise=2.0,  # the scale is the largest change seen, rounded to a power of two
+        objective=end.objective,
+        margins=np.zeros(margins.size),
+        bounds=np.zeros(end.unit.size),
+        sides=np.where(end.unit <= 0, -1, np.where(end.unit >= 1, 1, 0)),
+        active_margins=(),
+        active_entries=tuple(range(sampler.entries)),
+        residual=0.0,
+        free_directions=end.unit.size,
+        method="flat",
+    )
+    return Choice(best, distinct)
+
+
+def only_point(sampler: Sampler) -> tuple[Ends, Choice]:
+    """The answer where all variables are held: one evaluation.
+
+    Raises
+    ------
+    NumericalFailure
+        If it cannot be evaluated or breaks a limit.
+    """
+    nowhere = np.empty(0)
+    vector = sampler(nowhere)
+    if vector is None:
+        raise NumericalFailure(
+            "all variables are held by equal bounds, and that point cannot be evaluated: "
+            f"{next(iter(sampler.failures.values()))}"
+        )
+    margins = vector[sampler.entries :]
+    if np.any(margins < 0):
+        raise Infeasible(
+            "all variables are held by equal bounds, and that point breaks a limit: margin "
+            f"{int(np.argmin(margins))} is {float(np.min(margins)):.6g}",
+            nowhere,
+            sampler.count,
+        )
+    objective = float(np.max(vector[: sampler.entries]))
+    floor = EPSILON * abs(objective)
+    best = Refined(
+        unit=nowhere,
+        error=nowhere,
+        rise=floor,
+        objective=objective,
+        margins=np.zeros(margins.size),
+        bounds=nowhere,
+        sides=np.empty(0, dtype=int),
+        active_margins=(),
+        active_entries=(int(np.argmax(vector[: sampler.entries])),),
+        residual=0.0,
+        free_directions=0,
+        method="fixed",
+    )
+    end = End(nowhere, nowhere, objective, 0.0, "all variables are held", 1)
+    return Ends([end], ()), Choice(best, (Distinct(nowhere, objective, 1),))
+
+
+def _distinct(box: Box, ends: list[End]) -> tuple[Distinct, ...]:
+    kept = [end for end in ends if end.violation <= NEARLY_KEPT]
+    found: list[Distinct] = []
+    for end in sorted(kept, key=lambda end: (end.objective, *end.unit)):
+        for index, one in enumerate(found):
+            if np.max(np.abs(box.apart(one.unit, end.unit)), initial=0.0) < SAME:
+                found[index] = one._replace(found_by=one.found_by + 1)
+                break
+        else:
+            found.append(Distinct(end.unit, end.objective, 1))
+    return tuple(found)
+
+
+def _covers(box: Box, done: Refined, end: Distinct) -> bool:
+    """Whether an end is nearby and no lower: a search that stopped short of the same optimum."""
+    near = np.max(np.abs(box.apart(done.unit, end.unit)), initial=0.0) < SHORT_OF
+    return bool(near) and done.objective <= end.objective
+
+
+# ----------------------------------------------------------------------------
+# From the unit cube back to variables, units and words.
+# ----------------------------------------------------------------------------
+
+
+def summary(
+    sampler: Sampler,
+    whole: Box,
+    moving: np.ndarray,
+    search: Ends,
+    choice: Choice,
+    rtol: float,
+) -> Optimum:
+    """Put the choice into the units of the caller.
+
+    Parameters
+    ----------
+    sampler : Sampler
+    whole : Box
+        Bounds of all n variables.
+    moving : (n,) array
+        Which of them are not held by equal bounds.
+    search, choice : Ends, Choice
+    rtol : float
+        As in `minimise`.
+    """
+    best = choice.best
+    scale = sampler.scale
+
+    def spread_out(part: np.ndarray, held: np.ndarray) -> np.ndarray:
+        full = held.copy()
+        full[moving] = part
+        return full
+
+    def variables(unit: np.ndarray) -> np.ndarray:
+        return spread_out(sampler.box.values(unit), whole.lower)
+
+    vector = sampler(best.unit)
+    assert vector is not None
+    optimum = variables(best.unit)
+    inner = sampler.box.slope(optimum[moving])
+    nothing = np.zeros(whole.lower.size)
+    objective = float(np.max(vector[: sampler.entries])) * scale
+    objective_error = best.rise * scale + 2 * EPSILON * abs(objective)
+    return Optimum(
+        variables=optimum,
+        variables_error=spread_out(
+            inner * best.error
+            + np.where(best.sides == 0, 2 * EPSILON, 0.0) * np.abs(optimum[moving]),
+            nothing,
+        ),
+        objective=objective,
+        objective_error=objective_error,
+        margins=vector[sampler.entries :],
+        active_margins=best.active_margins,
+        margin_multipliers=best.margins * scale,
+        active_bounds=spread_out(best.sides, np.zeros(whole.lower.size, dtype=int)),
+        bound_multipliers=spread_out(best.bounds * scale / inner, nothing),
+        active_entries=best.active_entries,
+        kkt_residual=best.residual,
+        free_directions=best.free_directions,
+        method=best.method,
+        evaluations=sampler.count,
+        failures=len(sampler.failures),
+        failure_messages=tuple(dict.fromkeys(sampler.failures.values())),
+        history=tuple(
+            Search(
+                start=variables(end.start),
+                end=variables(end.unit),
+                objective=end.objective * scale,
+                violation=end.violation,
+                feasible=end.violation <= NEARLY_KEPT,
+                reason=end.reason,
+                evaluations=end.evaluations,
+            )
+            for end in search.ends
+        ),
+        optima=tuple(
+            LocalOptimum(
+                variables=variables(one.unit),
+                objective=one.objective * scale,
+                found_by=one.found_by,
+            )
+            for one in choice.distinct
+        ),
+        notes=search.notes
+        + _notes(
+            best.free_directions, best.unit.size, objective_error, rtol * max(abs(objective), scale)
+        ),
+    )
+
+
+def _notes(free_directions: int, size: int, error: float, tolerance: float) -> tuple[str, ...]:
+    notes = []
+    if size and free_directions == size:
+        notes.append("the objective does not change with the variables here")
+    elif free_directions:
+        notes.append(
+            f"equally good optima form a continuum with {free_directions} free direction"
+            f"{'s' if free_directions > 1 else ''}; one of them is given"
+        )
+    if error > tolerance:
+        notes.append(f"the objective is known to {error:.2g} only, {tolerance:.2g} was asked for")
+    return tuple(notes)
+
+
+# ----------------------------------------------------------------------------
+# Minimise a function of bounded variables while margins are kept, from many starts.
+# ----------------------------------------------------------------------------
+
+
+def minimise(
+    evaluate: Evaluate,
+    lower: ArrayLike,
+    upper: ArrayLike,
+    *,
+    first: ArrayLike | None = None,
+    starts: int | np.ndarray = 8,
+    rtol: float = 1e-9,
+    budget: int = 20000,
+    accuracy: float = 0.0,
+    method: str = "sequential_quadratic",
+    period: ArrayLike = 0.0,
+) -> Optimum:
+    """Find the smallest objective within bounds whose margins are all at least zero.
+
+    Parameters
+    ----------
+    evaluate : callable
+        `evaluate(variables (n,)) -> (objective, margins (m,))`. The objective is a number or an
+        array, whose largest entry counts. A margin, made dimensionless by its limit, is kept
+        where it is >= 0. A point that raises NumericalFailure or gives NaN or an infinity is
+        counted and the search goes around it. Values have to be repeatable.
+    lower, upper : (n,) arrays
+        Bounds. A variable whose bounds are equal is held there.
+    first : (n,) array, optional
+        The first start; the middle of the bounds without it. Of equally good ends of
+        searches, the nearest to it is returned.
+    starts : int or (k, n) array
+        How many further starts of a fixed low-discrepancy sequence, or the starts themselves.
+    rtol : float
+        Error of the objective, relative to its magnitude or to its change over the bounds, above
+        which a note says so.
+    budget : int
+        Most evaluations.
+    accuracy : float
+        Relative accuracy of the values themselves, where known; round-off is always counted and
+        noise is measured.
+    method : str
+        Key of `methods.METHODS`: what searches from each start. The end is refined the same way
+        whatever it is.
+    period : (n,) array
+        After how much a variable repeats itself, as an angle does; 0 where it does not. One whose
+        bounds hold a whole period has no bounds, and is told from its lower bound on.
+
+    Returns
+    -------
+    optimum : Optimum
+
+    Raises
+    ------
+    Infeasible
+        If no point keeps all margins.
+    NumericalFailure
+        If no start can be evaluated, the objective has no lower bound, or no search ends in a
+        point that can be shown to be an optimum.
+
+    Notes
+    -----
+    Local searches run from all starts. The best of their ends are refined by Newton's method on
+    the conditions that hold them, or, on a kink, by sampled planes; that step is also what shows
+    the point to be a local optimum and how well it is known. That it is the global one rests on
+    the starts.
+    """
+    low = np.atleast_1d(np.asarray(lower, dtype=float))
+    high = np.atleast_1d(np.asarray(upper, dtype=float))
+    moving = high > low
+    whole = Box(low, high, np.broadcast_to(np.asarray(period, dtype=float), low.shape))
+
+    def of_moving(part: np.ndarray) -> tuple[ArrayLike, ArrayLike]:
+        variables = low.copy()
+        variables[moving] = part
+        return evaluate(variables)
+
+    sampler = Sampler(of_moving, whole.only(moving), budget)
+    begin = np.full(low.size, 0.5) if first is None else whole.unit(np.asarray(first, dtype=float))
+    if isinstance(starts, int):
+        further = whole.start(spread(starts, low.size))
+    else:
+        further = whole.unit(starts)
+    points = np.vstack([begin[None, :], further.reshape(-1, low.size)])[:, moving]
+    try:
+        if not np.any(moving):
+            search, choice = only_point(sampler)
+        else:
+            chosen = METHODS[method]
+            search = search_all(
+                sampler,
+                points,
+                local_search if method == "sequential_quadratic" else chosen.search,
+                most=1 if chosen.everywhere else None,
+            )
+            choice = (
+                anywhere(sampler, search.ends)
+                if search.flat
+                else choose(sampler, search.ends, points[0], accuracy)
+            )
+    except Infeasible as failure:
+        nearest = low.copy()
+        nearest[moving] = failure.variables
+        raise Infeasible(str(failure), nearest, failure.evaluations) from None
+    except BudgetSpent:
+        raise NumericalFailure(
+            f"the search had spent its {budget} evaluations before an optimum was pinned down; "
+            f"{sampler.lowest_kept()}. Allow more evaluations or ask for fewer starts."
+        ) from None
+    return summary(sampler, whole, moving, search, choice, rtol)

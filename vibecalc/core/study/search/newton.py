@@ -1,0 +1,346 @@
+"""The last digits of a smooth optimum: Newton's method on the conditions that hold it."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from vibecalc.core.study.search.conditions import (
+    Active,
+    Gradient,
+    Pulls,
+    balance,
+    gradient,
+    identify,
+    measured_noise,
+    slope,
+)
+from vibecalc.core.study.search.problem import Values
+from vibecalc.errors import NumericalFailure
+
+# ----------------------------------------------------------------------------
+# One Newton step to the conditions that hold an optimum and along what they leave free.
+# ----------------------------------------------------------------------------
+
+#: a curvature below this share of the steepest rise, or of its own noise, is none
+FLAT = 1e-7
+
+
+class Step(NamedTuple):
+    """The point after a step, its error (n,), and by how much the objective may be too high.
+
+    `length` is the largest change of a coordinate; `least_curvature` that of the directions
+    which are not free, infinite without any.
+    """
+
+    unit: np.ndarray
+    error: np.ndarray
+    rise: float
+    free_directions: int
+    length: float
+    least_curvature: float
+
+
+def newton_step(
+    sampler: Values,
+    unit: np.ndarray,
+    slopes: Gradient,
+    noise: np.ndarray,
+    bias: np.ndarray,
+    active: Active,
+    pulls: Pulls,
+) -> Step | None:
+    """Step to the conditions and down the curvature of the Lagrangian; None where that fails.
+
+    Parameters
+    ----------
+    sampler : Values
+    unit : (n,) array
+        Point of the unit cube, with derivatives `slopes`.
+    noise, bias : (p + m,) arrays
+        Noise of the values, and a systematic error that a smooth method cannot see.
+    active, pulls : Active, Pulls
+        What is taken to hold, and the multipliers at the point.
+
+    Notes
+    -----
+    None is returned at a saddle, on a slope without curvature, and where the step leaves the
+    points that can be evaluated.
+    """
+    entries = sampler.entries
+    free = active.sides == 0
+    size = int(np.sum(free))
+    unit = np.where(active.sides < 0, 0.0, np.where(active.sides > 0, 1.0, unit))
+    rows = [*active.entries[1:], *(entries + index for index in active.margins)]
+    base = active.entries[0]
+    equal = len(active.entries) - 1
+    jacobian = slopes.first[rows][:, free]
+    jacobian[:equal] -= slopes.first[base, free]
+    scatter = noise[rows].copy()
+    scatter[:equal] += noise[base]
+    unseen = bias[rows]
+    unseen[:equal] += bias[base]
+    left, singular, right = np.linalg.svd(jacobian, full_matrices=True)
+    rank = int(np.sum(singular > 1e-8 * max(float(np.max(singular, initial=0.0)), 1e-300)))
+    inverse = right[:rank].T @ (left[:, :rank] / singular[:rank]).T
+    along = np.zeros((unit.size, size - rank))
+    along[free] = right[rank:].T
+    weights = pulls.weights
+
+    step = np.zeros(unit.size)
+    error = np.zeros(unit.size)
+    rise = 0.0
+    free_directions = 0
+    least_curvature = np.inf
+    if along.shape[1]:
+        curvature, unsure = _curvature(sampler, unit, along, weights, noise)
+        steepness = along.T @ pulls.left
+        blur = np.abs(along).T @ (np.abs(weights) @ slopes.error + np.abs(weights) @ bias)
+        values, vectors = np.linalg.eigh(curvature)
+        scale = max(
+            float(np.max(np.abs(values), initial=0.0)),
+            float(np.abs(weights) @ np.linalg.norm(slopes.first, axis=1)),
+        )
+        bent = values > FLAT * scale + 2 * unsure
+        if np.any(values < -(1e-4 * scale + 2 * unsure)):
+            return None  # a saddle
+        free_directions = int(np.sum(~bent))
+        least_curvature = float(np.min(values[bent], initial=np.inf))
+        soft = vectors[:, bent] / np.where(bent, values, 1.0)[bent]
+        move = -soft @ (vectors[:, bent].T @ steepness)
+        if np.max(np.abs(vectors[:, ~bent].T @ steepness), initial=0.0) > (
+            1e-5 * scale + 4 * float(np.max(blur))
+        ):
+            return None  # still falling in a direction without curvature
+        spread = np.abs(soft) @ (np.abs(vectors[:, bent]).T @ blur)
+        limit = 0.1 / max(0.1, float(np.max(np.abs(move))))
+        step = along @ (move * limit)
+        error = np.abs(along) @ spread
+        rise = float(spread @ np.abs(curvature) @ spread)
+    moved = np.clip(unit + step, 0, 1)
+    vector = sampler(moved)
+    if vector is None:
+        return None
+    kept = _conditions(vector, entries, active)
+    for _ in range(6):  # chords: the inverse stays, one evaluation each
+        if not kept.size or np.all(np.abs(kept) <= scatter):
+            break
+        trial = moved.copy()
+        trial[free] -= inverse @ kept
+        trial = np.clip(trial, 0, 1)
+        there = sampler(trial)
+        if there is None:
+            return None
+        next_kept = _conditions(there, entries, active)
+        if np.max(np.abs(next_kept)) >= 0.9 * np.max(np.abs(kept)):
+            break
+        moved, vector, kept = trial, there, next_kept
+    doubt = scatter + unseen + np.abs(kept)
+    error[free] += np.abs(inverse) @ doubt
+    pull = np.abs(
+        np.concatenate(
+            [pulls.entries[list(active.entries[1:])], pulls.margins[list(active.margins)]]
+        )
+    )
+    rise += float(pull @ doubt) + float(np.max((noise + bias)[list(active.entries)]))
+    length = float(np.max(np.abs(moved - unit), initial=0.0))
+    return Step(moved, error, rise, free_directions, length, least_curvature)
+
+
+def _curvature(
+    sampler: Values,
+    unit: np.ndarray,
+    along: np.ndarray,
+    weights: np.ndarray,
+    noise: np.ndarray,
+) -> tuple[np.ndarray, float]:
+    """Second derivatives of the Lagrangian along the columns of `along`, and their error."""
+    count = along.shape[1]
+    table = np.zeros((count, count))
+    unsure = 0.0
+    for row in range(count):
+        for column in range(row + 1):  # mixed ones by polarisation, from the direction between
+            between = along[:, row] + along[:, column]
+            found = slope(sampler, unit, between / np.linalg.norm(between), noise)
+            table[row, column] = table[column, row] = weights @ found.second
+            unsure = max(unsure, float(np.abs(weights) @ found.second_error))
+    own = np.diag(table)
+    mixed = table - 0.5 * (own[:, None] + own[None, :])
+    return np.where(np.eye(count, dtype=bool), table, mixed), unsure
+
+
+def _conditions(vector: np.ndarray, entries: int, active: Active) -> np.ndarray:
+    base = vector[active.entries[0]]
+    equal = [vector[index] - base for index in active.entries[1:]]
+    return np.array(equal + [vector[entries + index] for index in active.margins])
+
+
+# ----------------------------------------------------------------------------
+# The last digits of a smooth optimum: Newton's method on the conditions that hold it.
+# ----------------------------------------------------------------------------
+
+CLOSENESS = (1e-6, 1e-4, 3e-3)
+ROUNDS = 12
+#: sum of gradients, in scaled units, that counts as none
+BALANCED = 1e-5
+#: share of the last step that may still be missing after it
+_SLACK = 1e-2
+
+
+class Polished(NamedTuple):
+    """An optimum on the unit cube, in scaled units; `error` (n,) is of `unit`."""
+
+    unit: np.ndarray
+    error: np.ndarray
+    rise: float
+    active: Active
+    pulls: Pulls
+    free_directions: int
+    least_curvature: float
+
+
+def polish(sampler: Values, start: np.ndarray, accuracy: float) -> Polished | None:
+    """Refine the end of a local search; None where no smooth optimum is found nearby.
+
+    Parameters
+    ----------
+    sampler : Values
+    start : (n,) array
+        Point of the unit cube close to a local optimum.
+    accuracy : float
+        Relative error of the objective, and absolute error of margins, where the caller knows.
+
+    Returns
+    -------
+    polished : Polished or None
+        `rise` bounds the distance of the objective from that of the exact optimum.
+
+    Notes
+    -----
+    Conditions that hold (entries equal to the largest, margins at zero, variables on bounds) are
+    met by Newton's method with their pseudo-inverse; along the directions they leave, by Newton's
+    method with the curvature of the Lagrangian (null-space method: J. Nocedal and S. J. Wright,
+    Numerical Optimization, 2nd ed. 2006, sec. 18.3). A condition with a multiplier of the wrong
+    sign is dropped, one that is violated is added.
+    """
+    try:
+        noise = measured_noise(sampler, start)
+        slopes = gradient(sampler, start, noise)
+        vector = sampler(start)
+        assert vector is not None
+        is_entry = np.arange(vector.size) < sampler.entries
+        bias = accuracy * np.where(is_entry, np.abs(vector), np.maximum(1.0, np.abs(vector)))
+        tried: list[tuple[object, ...]] = []
+        for closeness in CLOSENESS:
+            active, pulls = identify(vector, slopes.first, sampler.entries, start, closeness)
+            key = (active.entries, active.margins, *active.sides.tolist())
+            if pulls.residual <= 0.3 and key not in tried:
+                tried.append(key)
+                polished = _from(sampler, start, noise, bias, slopes, active, pulls)
+                if polished is not None:
+                    return polished
+    except NumericalFailure:
+        pass
+    return None
+
+
+def _from(
+    sampler: Values,
+    start: np.ndarray,
+    noise: np.ndarray,
+    bias: np.ndarray,
+    slopes: Gradient,
+    active: Active,
+    pulls: Pulls,
+) -> Polished | None:
+    """Newton steps and changes of the active set until nothing moves."""
+    unit = start
+    last = np.inf
+    for _ in range(ROUNDS):
+        if np.any(slopes.kinked & (np.abs(pulls.weights) > 1e-9)):
+            return None
+        step = newton_step(sampler, unit, slopes, noise, bias, active, pulls)
+        if step is None or np.max(np.abs(step.unit - start)) > 0.1:
+            return None
+        unit = step.unit
+        adjusted = _adjust(sampler, unit, noise, active)
+        if adjusted is None and step.length < 1e-4:
+            ratio = min(0.95, step.length / last)  # near zero, but where the optimum is singular
+            if _SLACK * step.length <= np.max(step.error) or ratio > 0.3:
+                dropped = _wrong_sign(pulls, slopes, active)
+                if dropped is None:
+                    missing = max(_SLACK, ratio / (1 - ratio)) * step.length
+                    return _accepted(step, missing, slopes, active, pulls)
+                active, last = dropped, np.inf
+            else:
+                last = step.length
+        elif adjusted is not None:
+            active, last = adjusted, np.inf
+        slopes = gradient(sampler, unit, noise)
+        pulls = balance(slopes.first, sampler.entries, active)
+    return None
+
+
+def _accepted(
+    step: Step, missing: float, slopes: Gradient, active: Active, pulls: Pulls
+) -> Polished | None:
+    """The end of the iteration with all its errors, or None if the gradients do not balance."""
+    blur = np.abs(pulls.weights) @ slopes.error
+    if pulls.residual > BALANCED or np.max(blur) > 1e2 * BALANCED:
+        return None
+    # a bound that hardly pulls may be a little off the exact optimum
+    weak = (active.sides != 0) & (np.abs(pulls.bounds) <= 10 * blur)
+    far = np.where(active.sides == 0, missing, 0.0)
+    return Polished(
+        unit=step.unit,
+        error=step.error + far + np.where(weak, 10 * blur, 0.0),
+        rise=step.rise + float(np.abs(pulls.left) @ far),
+        active=active,
+        pulls=pulls,
+        free_directions=step.free_directions,
+        least_curvature=step.least_curvature,
+    )
+
+
+def _adjust(sampler: Values, unit: np.ndarray, noise: np.ndarray, active: Active) -> Active | None:
+    """The active set with the worst violated condition added, or None if there is none."""
+    vector = sampler(unit)
+    assert vector is not None
+    entries = sampler.entries
+    margins = vector[entries:]
+    top = vector[active.entries[0]]
+    over = np.concatenate([vector[:entries] - top, -margins]) - 10 * noise
+    over[list(active.entries)] = -1.0
+    over[[entries + index for index in active.margins]] = -1.0
+    if np.max(over) <= 1e-12:
+        walls = (active.sides == 0) & ((unit <= 0) | (unit >= 1))
+        if np.any(walls):
+            sides = np.where(walls, np.where(unit <= 0, -1, 1), active.sides)
+            return active._replace(sides=sides)
+        return None
+    worst = int(np.argmax(over))
+    if worst < entries:
+        return active._replace(entries=(*active.entries, worst))
+    return active._replace(margins=(*active.margins, worst - entries))
+
+
+def _wrong_sign(pulls: Pulls, slopes: Gradient, active: Active) -> Active | None:
+    """The active set without its most wrongly pulling condition, or None if all pull rightly."""
+    size = float(np.linalg.norm(np.abs(pulls.entries) @ np.abs(slopes.first[: pulls.entries.size])))
+    tolerance = 1e-7 * max(size, 1e-300)
+    lengths = np.linalg.norm(slopes.first[pulls.entries.size :], axis=1)
+    bad: list[tuple[float, str, int]] = []
+    bad += [(pulls.entries[i] * size, "entry", i) for i in active.entries]
+    bad += [(pulls.margins[j] * lengths[j], "margin", j) for j in active.margins]
+    bad += [
+        (-side * pulls.bounds[i], "bound", i) for i, side in enumerate(active.sides) if side != 0
+    ]
+    value, kind, index = min(bad)
+    if value >= -tolerance:
+        return None
+    if kind == "entry":
+        return active._replace(entries=tuple(i for i in active.entries if i != index))
+    if kind == "margin":
+        return active._replace(margins=tuple(j for j in active.margins if j != index))
+    sides = active.sides.copy()
+    sides[index] = 0
+    return active._replace(sides=sides)

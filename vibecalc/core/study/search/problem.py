@@ -1,0 +1,390 @@
+"""What all searches share: variables, counted evaluations, starting points, what they return."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.rounding import EPSILON
+
+# ----------------------------------------------------------------------------
+# Variables between bounds, scaled to the unit cube; angles that go all the way around.
+# ----------------------------------------------------------------------------
+
+#: share of a period that bounds may fall short of it and still hold all of it
+_WHOLE = 1e-9
+#: a variable whose positive bounds are further apart than this ratio is scaled by its logarithm
+LOGARITHMIC_RATIO = 10.0
+
+
+@dataclass(frozen=True)
+class Box:
+    """Bounds of n variables and the map between them and the unit cube.
+
+    A stiffness between 1e3 and 1e6 N/m is as likely to be wanted near either end: variables with
+    positive bounds a factor of 10 or more apart run logarithmically, all others linearly. Both
+    ends of the unit interval give the bounds themselves, to the last bit.
+
+    A variable that repeats itself after `period` (n,; 0: it does not) and whose bounds hold all of
+    one has no bounds: the unit interval then runs through three periods, of which the middle one,
+    from `lower` on, is where points are told (`fold`). A search that leaves it by one side goes on.
+    """
+
+    lower: np.ndarray
+    upper: np.ndarray
+    period: np.ndarray | None = None
+
+    @property
+    def around(self) -> np.ndarray:
+        """(n,) whether a variable goes all the way around."""
+        if self.period is None:
+            return np.zeros(self.lower.size, dtype=bool)
+        whole = self.upper - self.lower >= (1.0 - _WHOLE) * self.period
+        return np.asarray((self.period > 0.0) & whole)
+
+    def only(self, chosen: np.ndarray) -> "Box":
+        """The box of some of the variables."""
+        period = None if self.period is None else self.period[chosen]
+        return Box(self.lower[chosen], self.upper[chosen], period)
+
+    def start(self, unit: np.ndarray) -> np.ndarray:
+        """Points spread over the unit cube as such that are spread over the bounds."""
+        return np.where(self.around, (1.0 + unit) / 3.0, unit)
+
+    def fold(self, unit: np.ndarray) -> np.ndarray:
+        """The same points, with angles in the middle one of their three periods."""
+        around = self.around
+        if not np.any(around):
+            return unit
+        return np.where(around, (1.0 + self._turned(unit)) / 3.0, unit)
+
+    def apart(self, one: np.ndarray, other: np.ndarray) -> np.ndarray:
+        """The shortest way from one point of the unit cube to the other, whole periods dropped."""
+        way = np.asarray(other - one)
+        return np.where(self.around, way - np.round(3.0 * way) / 3.0, way)
+
+    @staticmethod
+    def _turned(unit: np.ndarray) -> np.ndarray:
+        """Share of a period; what rounding leaves just below a whole one is none."""
+        share = (3.0 * unit) % 1.0
+        return np.where(1.0 - share < 16.0 * EPSILON, 0.0, share)
+
+    @property
+    def logarithmic(self) -> np.ndarray:
+        """(n,) whether a variable is scaled by its logarithm."""
+        wide = (self.lower > 0) & (self.upper >= LOGARITHMIC_RATIO * self.lower)
+        return np.asarray(wide & ~self.around)
+
+    def values(self, unit: np.ndarray) -> np.ndarray:
+        """Variables, (..., n), at points of the unit cube, (..., n)."""
+        log = self.logarithmic
+        lower = np.where(log, self.lower, 1.0)
+        ratio = np.where(log, self.upper, 1.0) / lower
+        linear = self.lower + (self.upper - self.lower) * unit
+        inside = np.clip(np.where(log, lower * ratio**unit, linear), self.lower, self.upper)
+        ends = np.where(unit <= 0, self.lower, np.where(unit >= 1, self.upper, inside))
+        around = self.around
+        if self.period is None or not np.any(around):
+            return ends
+        return np.where(around, self.lower + self.period * self._turned(unit), ends)
+
+    def unit(self, values: np.ndarray) -> np.ndarray:
+        """Points of the unit cube at the given variables; a variable without room gives 0."""
+        width = self.upper - self.lower
+        linear = np.where(width > 0, (values - self.lower) / np.where(width > 0, width, 1.0), 0.0)
+        if self.period is not None:
+            period = np.where(self.around, self.period, 1.0)
+            turned = (1.0 + (values - self.lower) / period % 1.0) / 3.0
+            linear = np.where(self.around, turned, linear)
+        if not np.any(self.logarithmic):
+            return np.clip(linear, 0.0, 1.0)
+        log = self.logarithmic
+        lower = np.where(log, self.lower, 1.0)
+        ratio = np.where(log, self.upper, 2.0) / lower
+        scaled = np.log(np.where(log, np.maximum(values, lower), lower) / lower) / np.log(ratio)
+        return np.clip(np.where(log, scaled, linear), 0.0, 1.0)
+
+    def slope(self, values: np.ndarray) -> np.ndarray:
+        """Derivative of the variables by the coordinates of the unit cube, (n,)."""
+        log = self.logarithmic
+        ratio = np.where(log, self.upper, 1.0) / np.where(log, self.lower, 1.0)
+        linear = self.upper - self.lower
+        if self.period is not None:
+            linear = np.where(self.around, 3.0 * self.period, linear)
+        return np.where(log, values * np.log(ratio), linear)
+
+
+# ----------------------------------------------------------------------------
+# Evaluations: counted, remembered, and with points that cannot be evaluated kept apart.
+# ----------------------------------------------------------------------------
+
+Evaluate = Callable[[np.ndarray], tuple[ArrayLike, ArrayLike]]
+
+#: a margin beyond this is as good as infinitely well kept
+AMPLE_MARGIN = 1e6
+
+
+class BudgetSpent(Exception):
+    """No evaluations are left; whoever catches it works with what has been found."""
+
+
+class Values(Protocol):
+    """What searches and derivatives need: a vector (entries, margins) at points of the cube."""
+
+    @property
+    def box(self) -> Box: ...
+
+    @property
+    def entries(self) -> int: ...
+
+    def __call__(self, unit: np.ndarray) -> np.ndarray | None: ...
+
+
+class Sampler:
+    """The function that is searched, on the unit cube.
+
+    A call gives the vector (entries of the objective / `scale`, margins), or None where the
+    function raises NumericalFailure or gives NaN or an infinity. `count` counts true evaluations
+    only: a point met again is looked up.
+    """
+
+    def __init__(self, evaluate: Evaluate, box: Box, budget: int):
+        self.box = box
+        self.scale = 1.0
+        self.entries = 0
+        self.count = 0
+        self.failures: dict[bytes, str] = {}
+        self.smallest = np.inf
+        self.largest = 0.0
+        self._evaluate = evaluate
+        self._budget = budget
+        self._size = 0
+        self._lowest: tuple[float, np.ndarray | None] = (np.inf, None)
+        self._known: dict[bytes, np.ndarray | None] = {}
+
+    def __call__(self, unit: np.ndarray) -> np.ndarray | None:
+        key = (unit + 0.0).tobytes()
+        if key not in self._known:
+            if self.count >= self._budget:
+                raise BudgetSpent
+            self.count += 1
+            self._known[key] = self._fresh(key, unit)
+        raw = self._known[key]
+        if raw is None:
+            return None
+        scaled = raw.copy()
+        scaled[: self.entries] /= self.scale
+        return scaled
+
+    def knows(self, unit: np.ndarray) -> bool:
+        """Whether a point has been evaluated already."""
+        return (unit + 0.0).tobytes() in self._known
+
+    def lowest_kept(self) -> str:
+        """In words, the lowest point met that keeps all limits."""
+        lowest, where = self._lowest
+        if where is None:
+            return "no point that keeps all limits was met"
+        return f"the lowest point met is {where.tolist()} with the objective {lowest:.9g}"
+
+    @property
+    def left(self) -> int:
+        """Evaluations that may still be made."""
+        return self._budget - self.count
+
+    @property
+    def reserve(self) -> int:
+        """Evaluations that are kept back for refining what the searches find."""
+        return min(self._budget // 3, 100 + 50 * self.box.lower.size)
+
+    def _fresh(self, key: bytes, unit: np.ndarray) -> np.ndarray | None:
+        variables = self.box.values(unit)
+        try:
+            objective, margins = self._evaluate(variables)
+        except NumericalFailure as failure:
+            self.failures[key] = str(failure)
+            return None
+        entries = np.atleast_1d(np.asarray(objective, dtype=float)).ravel()
+        kept = np.atleast_1d(np.asarray(margins, dtype=float)).ravel()
+        if np.max(entries) == -np.inf:
+            raise NumericalFailure(
+                f"the objective is minus infinity at {variables.tolist()}: there is no smallest "
+                "value. Narrow the bounds of the variables or choose another objective."
+            )
+        vector = np.concatenate([entries, np.where(kept == np.inf, AMPLE_MARGIN, kept)])
+        if not np.all(np.isfinite(vector)):
+            what = "objective" if not np.all(np.isfinite(entries)) else "margin of a limit"
+            self.failures[key] = f"the {what} is not a finite number"
+            return None
+        if self.entries == 0:
+            self.entries = entries.size
+            self._size = vector.size
+        elif entries.size != self.entries or vector.size != self._size:
+            raise ValueError("the number of objective entries or margins changes between points")
+        if np.all(kept >= 0) and np.max(entries) < self._lowest[0]:
+            self._lowest = (float(np.max(entries)), variables)
+        self.smallest = min(self.smallest, float(np.max(entries)))
+        self.largest = max(self.largest, float(np.max(np.abs(entries))))
+        return vector
+
+
+class SumOfSquares:
+    """The same search with the sum of squares of the entries: smooth where a norm is zero."""
+
+    entries = 1
+
+    def __init__(self, values: Values):
+        self.box = values.box
+        self._values = values
+
+    def __call__(self, unit: np.ndarray) -> np.ndarray | None:
+        vector = self._values(unit)
+        if vector is None:
+            return None
+        entries = self._values.entries
+        return np.append(np.sum(vector[:entries] ** 2), vector[entries:])
+
+
+class Violations:
+    """The search for the point whose worst margin is best: margins turned into the objective."""
+
+    def __init__(self, values: Values, margins: int):
+        self.box = values.box
+        self.entries = margins
+        self._values = values
+
+    def __call__(self, unit: np.ndarray) -> np.ndarray | None:
+        vector = self._values(unit)
+        return None if vector is None else -vector[self._values.entries :]
+
+
+# ----------------------------------------------------------------------------
+# Starting points: a low-discrepancy sequence that is fixed here, so that it never changes.
+# ----------------------------------------------------------------------------
+
+
+def spread(count: int, dimension: int) -> np.ndarray:
+    """Spread points evenly over the unit cube, each prefix of the sequence as well as possible.
+
+    Parameters
+    ----------
+    count : int
+        Number of points.
+    dimension : int
+        Number of coordinates.
+
+    Returns
+    -------
+    points : (count, dimension) array in (0, 1)
+
+    Notes
+    -----
+    Additive recurrence with the generalised golden ratio, the root of g^(d+1) = g + 1:
+    point k is the fractional part of 1/2 + k (1/g, 1/g^2, ..., 1/g^d), k = 1, 2, ...
+    (M. Roberts, The unreasonable effectiveness of quasirandom sequences, 2018).
+    """
+    ratio = 2.0
+    for _ in range(64):  # a contraction with a factor below 1/3
+        ratio = (1.0 + ratio) ** (1.0 / (dimension + 1))
+    steps = ratio ** -np.arange(1.0, dimension + 1)
+    return (0.5 + np.arange(1.0, count + 1)[:, None] * steps) % 1.0
+
+
+# ----------------------------------------------------------------------------
+# What a search returns.
+# ----------------------------------------------------------------------------
+
+
+class Infeasible(NumericalFailure):
+    """No point within the bounds keeps all limits; `variables` (n,) come nearest, of those met."""
+
+    def __init__(self, message: str, variables: np.ndarray, evaluations: int):
+        self.variables, self.evaluations = variables, evaluations
+        super().__init__(message)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Search:
+    """One local search: where it began, where it ended and why it stopped there.
+
+    `objective` is NaN only where the start itself could not be evaluated, and `end` then is the
+    start. `violation` is the most negative margin at the end, as a positive number, or 0.
+    """
+
+    start: np.ndarray
+    end: np.ndarray
+    objective: float
+    violation: float
+    feasible: bool
+    reason: str
+    evaluations: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class LocalOptimum:
+    """A distinct end point that keeps all limits, with the number of searches that ended there."""
+
+    variables: np.ndarray
+    objective: float
+    found_by: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class Optimum:
+    """The best point found, how well it is known and how it was reached.
+
+    Attributes
+    ----------
+    variables, variables_error : (n,) arrays
+        The optimum and the absolute error of each variable. Where a continuum of points is
+        equally good the error is the distance to the nearest of them.
+    objective, objective_error : float
+        The objective (its largest entry) and its absolute error.
+    margins : (m,) array
+        As `evaluate` gave them at the optimum; those of active limits are zero to round-off.
+    active_margins : tuple of int
+        Margins that hold the optimum where it is.
+    margin_multipliers : (m,) array
+        Rise of the objective for each unit by which a margin is asked to be larger, >= 0.
+    active_bounds : (n,) array
+        -1 at its lower bound, +1 at its upper bound, 0 in between.
+    bound_multipliers : (n,) array
+        Derivative of the objective by that bound, in the units of objective and variable; 0 in
+        between. It is >= 0 at a lower and <= 0 at an upper bound.
+    active_entries : tuple of int
+        Entries of the objective that are largest together.
+    kkt_residual : float
+        What is left of the sum of gradients that should vanish, relative to their magnitudes.
+    free_directions : int
+        Number of directions in which the objective does not change to second order.
+    method : str
+        How the last digits were found: "newton", "zero", "sampled planes", "flat", "fixed" or
+        "convex".
+    evaluations, failures : int
+        Points evaluated, and how many of them could not be.
+    failure_messages : tuple of str
+        The distinct messages of those, in the order met.
+    """
+
+    variables: np.ndarray
+    variables_error: np.ndarray
+    objective: float
+    objective_error: float
+    margins: np.ndarray
+    active_margins: tuple[int, ...]
+    margin_multipliers: np.ndarray
+    active_bounds: np.ndarray
+    bound_multipliers: np.ndarray
+    active_entries: tuple[int, ...]
+    kkt_residual: float
+    free_directions: int
+    method: str
+    evaluations: int
+    failures: int
+    failure_messages: tuple[str, ...]
+    history: tuple[Search, ...]
+    optima: tuple[LocalOptimum, ...]
+    notes: tuple[str, ...] = ()

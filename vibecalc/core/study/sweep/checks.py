@@ -1,0 +1,299 @@
+"""What can be found wrong with a sweep before its first run."""
+
+import difflib
+from bisect import bisect_left
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from itertools import islice, product
+from typing import Any
+
+import numpy as np
+
+from vibecalc.core.case.load import LoadedCase, validate
+from vibecalc.core.case.raw import case_at
+from vibecalc.core.case.walk import Shape, bound_words
+from vibecalc.core.results.record import Entry
+from vibecalc.core.run.plan import planned_quantities
+from vibecalc.core.run.targets import unknown_quantity
+from vibecalc.core.study.sweep.design import Design, SweepAxis, make_design, size_words
+from vibecalc.core.study.sweep.values import Course, Drawn, Spread
+from vibecalc.errors import CaseError, KeyPath, Problem
+from vibecalc.schema import Case
+
+# ----------------------------------------------------------------------------
+# Values of a sweep that the schema forbids: which, how many, at how many points.
+# ----------------------------------------------------------------------------
+
+_BLOCK = 1 << 18  # values looked through at a time
+_SHOWN = 3
+_COMPARE = {"gt": np.greater, "ge": np.greater_equal, "lt": np.less, "le": np.less_equal}
+
+
+def forbidden_values(design: Design) -> Iterator[Problem]:
+    """One problem for each key with values outside its bounds; no run is needed for it."""
+    column = 0
+    for axis in design.axes:
+        for index, (shape, course) in enumerate(zip(axis.shapes, axis.courses, strict=True)):
+            if not course.names and not np.all(allowed_by(shape, np.array(course.ends))):
+                yield from _of_key(design, axis, index, column)
+            column += 1
+
+
+def allowed_by(shape: Shape, values: np.ndarray) -> np.ndarray:
+    """Whether each value is finite and within the bounds of its place in a case."""
+    allowed = np.isfinite(values)
+    for name, bound in shape.bounds:
+        allowed &= _COMPARE[name](values, bound)
+    return np.asarray(allowed)
+
+
+def _of_key(design: Design, axis: SweepAxis, index: int, column: int) -> Iterator[Problem]:
+    course, shape = axis.courses[index], axis.shapes[index]
+    total = course.count if course.count is not None else design.count
+    if isinstance(course, Spread) and course.count is not None:
+        count, values = _on_spread(course, shape)
+    else:
+        count, values = _looked_through(design, course, shape, column, total)
+    if not count:
+        return
+    many = f"{count} of {size_words(total)} {'points' if course.count is None else 'values'}"
+    if design.sampling == "grid" and len(design.axes) > 1:
+        points = count * (design.count // total)
+        many += f", {size_words(points)} of {size_words(design.count)} points"
+    shown = ", ".join(f"{value:.6g}" for value in values) + (", ..." if count > _SHOWN else "")
+    one_sided = isinstance(course, Drawn) and course.scatter.kind == "normal"
+    yield Problem(
+        path=axis.places[index],
+        message=f"{axis.keys[index]} takes values that it must not have",
+        found=f"{shown} {shape.unit or ''}".strip() + f" ({many})",
+        allowed=bound_words(shape) or "a finite number",
+        hint="lognormal and triangular distributions have an end" if one_sided else "",
+    )
+
+
+def _looked_through(
+    design: Design, course: Course, shape: Shape, column: int, total: int
+) -> tuple[int, np.ndarray]:
+    """How many values are forbidden, and the first of them."""
+    count, first = 0, np.empty(0)
+    for start in range(0, total, _BLOCK):
+        numbers = np.arange(start, min(start + _BLOCK, total))
+        drawn = course.count is None
+        values = design.value_of(numbers)[:, column] if drawn else course.at(numbers)
+        wrong = values[~allowed_by(shape, values)]
+        count += wrong.size
+        first = np.concatenate([first, wrong[:_SHOWN]])[:_SHOWN]
+    return count, first
+
+
+def _on_spread(course: Spread, shape: Shape) -> tuple[int, np.ndarray]:
+    """The same for values that only rise or only fall, without looking at all of them."""
+    total = course.count or 0
+    runs: list[range] = []
+    for side in (("gt", "ge"), ("lt", "le")):
+        bounds = tuple(bound for bound in shape.bounds if bound[0] in side)
+        one_sided = replace(shape, bounds=bounds)
+
+        def kept(position: int, one_sided: Shape = one_sided) -> bool:
+            return bool(allowed_by(one_sided, course.at(np.array([position])))[0])
+
+        if not kept(0):
+            runs.append(range(bisect_left(range(total), True, key=kept)))
+        elif not kept(total - 1):
+            first = bisect_left(range(total), True, key=lambda position: not kept(position))
+            runs.append(range(first, total))
+    wrong = [position for run in runs for position in run[:_SHOWN]][:_SHOWN]
+    return sum(len(run) for run in runs), course.at(np.array(wrong, dtype=np.int64))
+
+
+# ----------------------------------------------------------------------------
+# What can be found wrong with a sweep before its first run.
+# ----------------------------------------------------------------------------
+
+Settings = dict[str, float | int | str]
+
+_PROBED = 16
+_COMBINATIONS = 64
+
+
+def check_design(design: Design, resolved: Mapping[str, Any]) -> list[Problem]:
+    """Values that the schema forbids, and a sweep of which no point is a case.
+
+    `resolved` is the case in SI with its defaults. Physics is left to the single points: there a
+    case that cannot be is one failed point of many.
+    """
+    return list(forbidden_values(design)) or list(_no_point(design, resolved))
+
+
+def choice_cases(design: Design, resolved: Mapping[str, Any]) -> Iterator[tuple[Settings, "Case"]]:
+    """One case for each combination of choices that the sweep varies, with what they are.
+
+    Stages and results hang on choices alone. Without choices there is one case, the first point.
+    Points that are no case are left out, and so are combinations after the first 64.
+    """
+    names = dict(zip(design.keys, design.choices, strict=True))
+    for settings in islice(_combinations(design), _COMBINATIONS):
+        try:
+            case = validate(case_at(resolved, settings))
+        except CaseError:
+            continue
+        yield {key: value for key, value in settings.items() if names[key]}, case
+
+
+def _combinations(design: Design) -> Iterator[Settings]:
+    first = design.settings(0)
+    steps: list[list[Settings]] = []
+    for axis in design.axes:
+        if axis.count is None or not any(axis.choices):
+            steps.append([{key: first[key] for key in axis.keys}])
+        else:
+            alone = Design(axes=(axis,))
+            steps.append([alone.settings(n) for n in range(min(axis.count, _COMBINATIONS))])
+    for parts in product(*steps):
+        yield {key: value for part in parts for key, value in part.items()}
+
+
+def _no_point(design: Design, resolved: Mapping[str, Any]) -> Iterator[Problem]:
+    """Problems of the first point if none of some points spread over the design is a case."""
+    numbers = np.unique(np.linspace(0, design.count - 1, _PROBED).astype(np.int64))
+    found: list[Problem] = []
+    for number in numbers:
+        try:
+            validate(case_at(resolved, design.settings(int(number))))
+        except CaseError as error:
+            found = found or list(error.problems)
+        else:
+            return
+    places = {
+        path: place
+        for axis in design.axes
+        for path, place in zip(axis.paths, axis.places, strict=True)
+    }
+    for problem in found[:_SHOWN]:
+        place: KeyPath = places.get(problem.path, ("sweep",))
+        yield Problem(
+            path=place,
+            message=f"no point of the sweep is a case: {problem.message}",
+            found=problem.found,
+            allowed=problem.allowed,
+            hint=problem.hint,
+            also=problem.path if problem.path not in places else None,
+        )
+
+
+# ----------------------------------------------------------------------------
+# Which results a sweep keeps, and whether every point will have them.
+# ----------------------------------------------------------------------------
+
+#: axes whose entries are chosen while a point is computed, so that no two points share them
+OWN_AXES = ("speed", "masked", "instant_time", "reversal_time", "passage", "contact")
+
+
+def kept_paths(
+    keep: Sequence[str], case: "Case", design: Design, resolved: Mapping[str, Any]
+) -> tuple[str, ...]:
+    """Result paths that a sweep keeps, sorted.
+
+    Those that `keep` names; by default all single numbers of the stages that every point runs,
+    and of the same stages what limits and references name.
+    """
+    if keep:
+        return tuple(sorted(set(keep)))
+    planned = planned_quantities(case)
+    for _, plan in _plans(design, resolved):
+        planned = {path: entry for path, entry in planned.items() if path in plan}
+    named = {limit.quantity for limit in case.limit}
+    named |= {reference.quantity for reference in case.reference}
+    wanted = {path for path in planned if not planned[path].axes or path in named}
+    return tuple(sorted(path for path in wanted if not _own_axis(planned[path])))
+
+
+def keep_problems(
+    keep: Sequence[str], case: "Case", design: Design, resolved: Mapping[str, Any]
+) -> list[Problem]:
+    """Problems of the paths that `keep` names: unknown, twice, or not the same at all points."""
+    problems = []
+    plans = _plans(design, resolved)
+    everywhere = planned_quantities(case)
+    for _, plan in plans:
+        everywhere |= plan
+    for position, path in enumerate(keep):
+        place = ("sweep", "keep", position)
+        if path in keep[:position]:
+            problems.append(Problem(path=place, message=f"{path} is kept twice"))
+        elif path not in everywhere:
+            problems.append(replace(unknown_quantity(place, path, everywhere), path=place))
+        elif missing := [settings for settings, plan in plans if path not in plan]:
+            problems.append(
+                Problem(
+                    path=place,
+                    message="not every point of the sweep has this quantity",
+                    found=f"{path}, without it: {_said(missing[0])}",
+                    hint="keep what all points have, or sweep the choices one by one",
+                )
+            )
+        elif axis := _own_axis(everywhere[path]):
+            problems.append(
+                Problem(
+                    path=place,
+                    message=f"its axis {axis!r} is chosen anew at every point",
+                    found=path,
+                    allowed="a quantity whose axes all points share",
+                    hint=_instead(path, everywhere),
+                )
+            )
+    return problems
+
+
+def _plans(design: Design, resolved: Mapping[str, Any]) -> list[tuple[Settings, dict[str, Entry]]]:
+    return [
+        (settings, planned_quantities(case)) for settings, case in choice_cases(design, resolved)
+    ]
+
+
+def _own_axis(entry: Entry) -> str:
+    return next((axis for axis in entry.axes if axis in OWN_AXES), "")
+
+
+def _instead(path: str, known: Mapping[str, Entry]) -> str:
+    peak = f"{path}_peak"
+    if peak in known:
+        return f"keep {peak} instead"
+    shared = [other for other, entry in known.items() if not _own_axis(entry)]
+    near = difflib.get_close_matches(path, shared, n=1, cutoff=0.7)
+    return f"keep {near[0]} instead" if near else ""
+
+
+def _said(settings: Settings) -> str:
+    return ", ".join(f"{key} = {value}" for key, value in settings.items()) or "the first point"
+
+
+# ----------------------------------------------------------------------------
+# What `check` says of a case with [sweep], before anything is computed.
+# ----------------------------------------------------------------------------
+
+
+def sweep_problems(loaded: LoadedCase) -> list[Problem]:
+    """Problems of axes, sampling, values and kept results; none without a sweep."""
+    case, resolved = loaded.case, loaded.resolved
+    if case.sweep is None or not case.sweep.axes:
+        return []
+    try:
+        design = make_design(case.sweep, resolved)
+    except CaseError as error:
+        return list(error.problems)
+    problems = [*_optimised_too(case, design), *check_design(design, resolved)]
+    return problems or keep_problems(case.sweep.keep, case, design, resolved)
+
+
+def _optimised_too(case: Case, design: Design) -> Iterator[Problem]:
+    searched = () if case.optimisation is None else case.optimisation.variables
+    for index, variable in enumerate(searched):
+        if variable.key in design.keys:
+            yield Problem(
+                path=("optimisation", "variables", index, "key"),
+                message="a key that the sweep sets cannot be searched for as well",
+                found=variable.key,
+                allowed="one or the other",
+                also=("sweep", "axes"),
+            )

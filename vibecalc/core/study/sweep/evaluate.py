@@ -1,0 +1,138 @@
+"""Points of a sweep one by one: each a case that is checked, run, and told in words if it fails."""
+
+import traceback
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vibecalc.core.case.load import LoadedCase, resolve, validate
+from vibecalc.core.case.raw import NOT_COMPUTED, case_at, key_text
+from vibecalc.core.results.layout import BUG, DONE, FAILED, REFUSED
+from vibecalc.core.results.record import Quantity
+from vibecalc.core.run.run import StageCache, check_again, run_case
+from vibecalc.core.study.sweep.blocks import Block, make_block
+from vibecalc.core.study.sweep.design import Design
+from vibecalc.errors import CaseError, NumericalFailure, Problem, UsageError
+
+if TYPE_CHECKING:
+    from vibecalc.schema import Case
+
+Found = Mapping[str, Quantity]
+
+#: axis of results -> key of a case that is its one entry, unless the case lists several
+REPEATS = {"clearance": "machine.joints.wrist_pin.clearance"}
+
+
+class Evaluator:
+    """From point numbers to results; what one point shares with another is computed once.
+
+    A case with [optimisation] is optimised at each point. Limits are not looked at: a limit that
+    is broken is a result.
+    """
+
+    def __init__(self, loaded: LoadedCase, design: Design, keep: Sequence[str]):
+        self._loaded, self._design = loaded, design
+        self._keep = tuple(keep)
+        self._varied = frozenset(design.keys)
+        self._cache = StageCache()
+
+    def __call__(self, indices: np.ndarray) -> Block:
+        """Results at some points; as `run_points`."""
+        return self.run_points(indices)
+
+    def run_points(self, indices: np.ndarray) -> Block:
+        """Results, or why there are none, at points (n,) in ascending order; never raises for one.
+
+        The statuses are those of `vibecalc.core.results.layout`: done, input refused, numerical
+        failure, or an error in the program, whose message is its traceback.
+        """
+        numbers = np.asarray(indices, dtype=np.int64)
+        columns = {key: column.tolist() for key, column in self._design.columns(numbers).items()}
+        outcomes = [
+            self.run_point({key: column[row] for key, column in columns.items()})
+            for row in range(len(numbers))
+        ]
+        statuses, messages, found = zip(*outcomes, strict=True) if outcomes else ((), (), ())
+        return make_block(numbers, statuses, messages, found, self._keep)
+
+    def run_point(self, settings: Mapping[str, Any]) -> tuple[int, str, Found]:
+        """Status, message and the kept results with some keys of the case set."""
+        try:
+            found = self._computed(settings)
+        except CaseError as error:
+            return REFUSED, refusal(error.problems), {}
+        except UsageError as error:
+            return REFUSED, str(error), {}
+        except NumericalFailure as failure:
+            return FAILED, str(failure), {}
+        except Exception:
+            return BUG, traceback.format_exc(), {}
+        return DONE, "", found
+
+    def _computed(self, settings: Mapping[str, Any]) -> Found:
+        if self._loaded.case.optimisation is not None:
+            return self._optimised(settings)
+        case = validate(case_at(self._loaded.resolved, settings))
+        _refuse(check_again(case, self._cache))
+        record = run_case(case, wanted=frozenset(self._keep), cache=self._cache)
+        return {path: self._stackable(record[path]) for path in self._keep if path in record}
+
+    def _stackable(self, quantity: Quantity) -> Quantity:
+        """A result without the axis of one entry that repeats a key of this sweep."""
+        repeated = [
+            place
+            for place, axis in enumerate(quantity.axes)
+            if len(axis.values) == 1 and REPEATS.get(axis.name) in self._varied
+        ]
+        if not repeated:
+            return quantity
+        axes = tuple(axis for place, axis in enumerate(quantity.axes) if place not in repeated)
+        return replace(quantity, values=quantity.values.squeeze(tuple(repeated)), axes=axes)
+
+    def _optimised(self, settings: Mapping[str, Any]) -> Found:
+        from vibecalc.core.study.execute import physics_problems
+        from vibecalc.core.study.optimise import optimise
+
+        without = [name for name in NOT_COMPUTED if name not in ("optimisation", "limit")]
+        loaded = self._at(validate(case_at(self._loaded.resolved, settings, without)))
+        _refuse(physics_problems(loaded))
+        record = optimise(loaded, timings={})
+        if record.failure:
+            raise NumericalFailure("; ".join((record.failure, *record.warnings[:1])))
+        return {path: record[path] for path in self._keep if path in record}
+
+    def _at(self, case: "Case") -> LoadedCase:
+        """The case of one point in place of the one that was read; it has no text of its own."""
+        written = self._loaded
+        return LoadedCase(
+            case=case,
+            name=written.name,
+            path=written.path,
+            text="",
+            overrides=(),
+            resolved=resolve(case),
+            resolved_toml="",
+            sha256="",
+        )
+
+
+def refusal(problems: Sequence[Problem]) -> str:
+    """All problems of one input in one line."""
+    return "; ".join(_in_words(problem) for problem in problems)
+
+
+def _in_words(problem: Problem) -> str:
+    place = f"{key_text(problem.path)}: " if problem.path else ""
+    parts = (
+        problem.message,
+        f"found {problem.found}" if problem.found else "",
+        f"allowed: {problem.allowed}" if problem.allowed else "",
+    )
+    return place + ", ".join(part for part in parts if part)
+
+
+def _refuse(problems: Sequence[Problem]) -> None:
+    if problems:
+        raise CaseError(problems)

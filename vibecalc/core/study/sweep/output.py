@@ -1,0 +1,273 @@
+"""The output of a sweep before it starts: held by one sweep alone, taken up or thrown away."""
+
+import json
+import os
+import socket
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vibecalc import __version__
+from vibecalc.core.results.files import temporary_name
+from vibecalc.core.results.layout import DIED, NOT_RUN, TIMED_OUT
+from vibecalc.core.results.sweep_file import SweepResult, is_sweep, open_sweep
+from vibecalc.core.study.sweep.blocks import ChunkFolder, Survey
+from vibecalc.core.study.sweep.prepare import Identity
+from vibecalc.errors import ResultError, UsageError
+
+# ----------------------------------------------------------------------------
+# One sweep for each output: a lock file that names who holds it.
+# ----------------------------------------------------------------------------
+
+
+def lock_path(output: Path) -> Path:
+    """The lock file of an output."""
+    return output.with_name(f"{output.name}.lock")
+
+
+@contextmanager
+def locked(output: Path) -> Iterator[str]:
+    """Hold the lock of `output`, whose folder is there; the lock is removed on leaving.
+
+    Gives a note to show if the lock of a dead process was taken over, otherwise "". UsageError if
+    another sweep holds it, if nobody can tell (another host), or if it cannot be made.
+    """
+    path = lock_path(output)
+    try:
+        note, mine = _take(path, output)
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        raise UsageError(f"cannot make the lock file {path}: {reason}") from error
+    try:
+        yield note
+    finally:
+        _release(path, mine)
+
+
+def _take(path: Path, output: Path) -> tuple[str, int]:
+    """Make the lock; returns a note and the inode of our lock file."""
+    while True:
+        # written first and linked then, so that no lock is ever seen without its content
+        temporary = path.parent / temporary_name()
+        temporary.write_text(json.dumps(_ourselves()), encoding="utf-8")
+        try:
+            inode = temporary.stat().st_ino
+            try:
+                os.link(temporary, path)
+                return "", inode
+            except FileExistsError:
+                holder = _holder(path, output)
+            if holder is not None and _take_over(path, temporary, holder):
+                gone = f"process {holder['pid']} that was writing {output} is no more"
+                return f"{gone}, its lock is taken over", inode
+        finally:
+            temporary.unlink(missing_ok=True)
+
+
+def _holder(path: Path, output: Path) -> dict[str, Any] | None:
+    """The dead process that left the lock, None if the lock is gone; UsageError if it is held."""
+    try:
+        text = path.read_text(encoding="utf-8", errors="replace")
+    except FileNotFoundError:
+        return None
+    try:
+        holder = json.loads(text)
+        pid, host, started = int(holder["pid"]), str(holder["host"]), str(holder["started"])
+        if pid < 1:
+            raise ValueError(pid)
+    except (ValueError, KeyError, TypeError):
+        raise UsageError(
+            f"{path} does not say who holds it: remove it if no sweep writes {output}"
+        ) from None
+    if host != socket.gethostname():
+        raise UsageError(
+            f"{output} is locked by process {pid} on the host {host}, "
+            f"from here nobody can tell if it still runs: remove {path} if it does not"
+        )
+    if _is_alive(pid, started):
+        raise UsageError(f"another sweep, process {pid}, is writing {output}")
+    return {"pid": pid, "text": text}
+
+
+def _take_over(path: Path, temporary: Path, holder: dict[str, Any]) -> bool:
+    """Put our lock in the place of a dead one; False if somebody else was faster."""
+    import fcntl
+
+    try:
+        stream = open(path, encoding="utf-8", errors="replace")  # noqa: SIM115
+    except FileNotFoundError:
+        return False
+    with stream:
+        # of all who found the same dead lock, one at a time gets on
+        fcntl.flock(stream, fcntl.LOCK_EX)
+        try:
+            same = os.fstat(stream.fileno()).st_ino == path.stat().st_ino
+        except FileNotFoundError:
+            return False
+        if not same or stream.read() != holder["text"]:
+            return False
+        os.replace(temporary, path)
+    return True
+
+
+def _release(path: Path, inode: int) -> None:
+    try:
+        if path.stat().st_ino == inode:
+            path.unlink()
+    except OSError:
+        return  # the folder is gone, and the lock with it
+
+
+def _ourselves() -> dict[str, Any]:
+    pid = os.getpid()
+    return {"pid": pid, "host": socket.gethostname(), "started": _started(pid)}
+
+
+def _is_alive(pid: int, started: str) -> bool:
+    """Whether the process that made the lock still runs; its number may have been given again."""
+    try:
+        os.kill(pid, 0)
+    except (ProcessLookupError, OverflowError):
+        return False
+    except PermissionError:
+        pass  # it is there, and somebody else's
+    now = _started(pid)
+    return not (started and now and now != started)
+
+
+def _started(pid: int) -> str:
+    """When a process started, in the kernel's own count; "" where there is no telling."""
+    try:
+        boot = Path("/proc/sys/kernel/random/boot_id").read_text(encoding="ascii").strip()
+        fields = Path(f"/proc/{pid}/stat").read_text(errors="replace").rpartition(")")[2].split()
+    except OSError:
+        return ""
+    return "ended" if fields[0] in "ZX" else f"{boot} {fields[19]}"
+
+
+# ----------------------------------------------------------------------------
+# What is there from before: whether it may be used, thrown away, or has to be asked about.
+# ----------------------------------------------------------------------------
+
+#: what another try, with more time or on another machine, may change
+UNLUCKY = (TIMED_OUT, DIED)
+
+#: name of the file that is put together from the chunks, before it is in its place
+ASSEMBLED = "assembled.h5"
+
+_AT_ONCE = 1 << 16
+
+
+def check_output(output: Path, identity: Identity, resolved: Mapping[str, Any]) -> None:
+    """Refuse, as a UsageError, to replace a file that this sweep did not make.
+
+    `resolved` is the case in SI, for words on what is different.
+    """
+    if not output.exists():
+        return
+    if not is_sweep(output):
+        raise UsageError(f"{output} is no sweep; --fresh replaces it, -o names another file")
+    try:
+        with open_sweep(output) as found:
+            head = found.head
+    except ResultError as error:
+        raise UsageError(f"{error}; --fresh replaces it") from error
+    if head.identity == identity.sweep:
+        return
+    if head.result.version != __version__:
+        why = f"of vibecalc {head.result.version}"
+    elif _without_sweep(head.result.case) != _without_sweep(resolved):
+        why = "of another case"
+    else:
+        why = "over other points, or of other quantities"
+    raise UsageError(f"{output} is a sweep {why}; --fresh replaces it, -o names another file")
+
+
+def complete(
+    output: Path, identity: Identity, chunks: ChunkFolder, mine: Iterable[int]
+) -> Counter[int] | None:
+    """Points by status, if the output is this sweep and has all points of the chunks `mine`.
+
+    None if it is not, or if some points hung or died, which another try may change.
+    """
+    if not is_sweep(output):
+        return None
+    counts: Counter[int] = Counter()
+    try:
+        with open_sweep(output) as found:
+            if found.head.identity != identity.sweep or found.count != chunks.count:
+                return None
+            for number in mine:
+                points = chunks.points(number)
+                _count(found, int(points[0]), int(points[-1]) + 1, counts)
+    except ResultError:
+        return None
+    return None if any(counts[status] for status in (NOT_RUN, *UNLUCKY)) else counts
+
+
+def take_up(
+    chunks: ChunkFolder, resume: bool, fresh: bool, note: Callable[[str], None]
+) -> frozenset[int]:
+    """Numbers of the chunks that need not be computed again, and the folder put in order.
+
+    Chunks with a point that hung or died are computed again. UsageError if there are chunks
+    and neither `resume` nor `fresh`, or chunks of another sweep and not `fresh`.
+    """
+    survey = chunks.survey()
+    _remove(chunks.folder / ASSEMBLED)
+    if not resume:
+        if not fresh:
+            _refuse(survey, chunks)
+        chunks.clear()
+        return frozenset()
+    if survey.foreign and not fresh:
+        raise UsageError(
+            f"{len(survey.foreign)} chunks in {chunks.folder} are of another sweep; --resume "
+            "--fresh takes up what fits and throws the rest away, -o names another file"
+        )
+    for path, reason in survey.damaged:
+        note(f"{reason}; it is computed again")
+        _remove(path)
+    for path in (*survey.foreign, *survey.unfinished):
+        _remove(path)
+    return frozenset(number for number in survey.finished if not _unlucky(chunks, number))
+
+
+def _without_sweep(case: Mapping[str, Any]) -> dict[str, Any]:
+    return {name: table for name, table in case.items() if name != "sweep"}
+
+
+def _refuse(survey: Survey, chunks: ChunkFolder) -> None:
+    if survey.foreign:
+        raise UsageError(
+            f"{chunks.folder} holds {len(survey.foreign)} chunks of another sweep; "
+            "--fresh throws them away, -o names another file"
+        )
+    if survey.finished or survey.damaged:
+        raise UsageError(
+            f"{len(survey.finished)} of {chunks.chunks} chunks of this sweep are there from "
+            f"before, in {chunks.folder}; --resume goes on with them, --fresh starts anew"
+        )
+
+
+def _unlucky(chunks: ChunkFolder, number: int) -> bool:
+    return bool(np.isin(chunks.read(number).status, UNLUCKY).any())
+
+
+def _count(found: SweepResult, first: int, last: int, counts: Counter[int]) -> None:
+    for start in range(first, last, _AT_ONCE):
+        statuses = found.status_of(start, min(start + _AT_ONCE, last))
+        for status, many in zip(*np.unique(statuses, return_counts=True), strict=True):
+            counts[int(status)] += int(many)
+
+
+def _remove(path: Path) -> None:
+    try:
+        path.unlink(missing_ok=True)
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        raise UsageError(f"cannot remove {path}: {reason}") from error

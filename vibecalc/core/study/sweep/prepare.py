@@ -1,0 +1,408 @@
+"""A sweep from what is asked for to one made ready: its points, identity, time and size."""
+
+import difflib
+import hashlib
+import json
+import math
+import os
+import re
+import time
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+from typing import Any, get_args
+
+import numpy as np
+
+from vibecalc import __version__
+from vibecalc.core.case.load import LoadedCase, raise_with_location
+from vibecalc.core.case.raw import NOT_COMPUTED, case_at, key_text, parse_key
+from vibecalc.core.results.layout import DONE
+from vibecalc.core.study.sweep.blocks import ChunkFolder, parts_folder
+from vibecalc.core.study.sweep.checks import kept_paths, sweep_problems
+from vibecalc.core.study.sweep.design import Design, make_design
+from vibecalc.core.study.sweep.strategy import Strategy, choose, start
+from vibecalc.core.study.tables import Sweep
+from vibecalc.errors import UnitError, UsageError
+from vibecalc.schema import SCHEMA_VERSION
+from vibecalc.units import split_number
+
+# ----------------------------------------------------------------------------
+# How a sweep is asked for, and what is said of it in the end.
+# ----------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, kw_only=True)
+class Options:
+    """How a sweep is computed; none of it changes a number of the result.
+
+    jobs
+        Processes; None leaves it to the strategy.
+    timeout
+        Seconds that one point may take.
+    resume, fresh
+        Take up the chunks that are there; throw away what is there and does not fit.
+    shard
+        (i, n): only the i-th of n parts, from 1.
+    cluster
+        Scheduler of a dask cluster, address or file.
+    note
+        Told what a person should know on the way.
+    """
+
+    output: Path
+    jobs: int | None = None
+    timeout: float | None = None
+    resume: bool = False
+    fresh: bool = False
+    shard: tuple[int, int] = (1, 1)
+    cluster: str | None = None
+    progress: bool = False
+    note: Callable[[str], None] = field(default=lambda _: None)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Outcome:
+    """What came of a sweep: points by status, and how many of them were there from before."""
+
+    output: Path
+    counts: Mapping[int, int]
+    taken_up: int
+    left_out: Mapping[str, str]
+    seconds: float
+
+    @property
+    def failed(self) -> int:
+        """Points that were run and have no result."""
+        return sum(many for status, many in self.counts.items() if status > DONE)
+
+
+def shard_chunks(chunks: int, shard: tuple[int, int]) -> range:
+    """Numbers of the chunks of one part: every n-th, so that no part has all the slow ones."""
+    part, parts = shard
+    return range(part - 1, chunks, parts)
+
+
+def processors() -> int:
+    """How many processors this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+# ----------------------------------------------------------------------------
+# Axes and samplings written on the command line, turned into the tables of `[sweep]`.
+#
+# machine.speed=2000 rpm:4000 rpm:21        21 values in equal steps
+# machine.mounts.each.stiffness=5 N/mm:50 N/mm:21log   in equal ratios
+# machine.mounts.each.stiffness=5 N/mm:50 N/mm         a range to draw from
+# response.method=modal,direct              these values
+# ----------------------------------------------------------------------------
+
+_POINTS = re.compile(r"\s*(\d{1,18})?\s*(log|linear)?\s*\Z")
+_LONGEST = 2000
+_EXAMPLES = "key=5 N/mm:50 N/mm:21, key=5 N/mm:50 N/mm:21log or key=2 kg,3 kg,5 kg"
+
+
+def axis_table(text: str, option: str = "--grid") -> dict[str, Any]:
+    """Read `key=SPEC` as one table of `sweep.axes`; UsageError if it is not of that form."""
+    key, sign, spec = text.partition("=")
+    if not sign or not spec.strip() or len(text) > _LONGEST or not text.isprintable():
+        raise UsageError(f"{option} needs {_EXAMPLES}; found {text[:80]!r}")
+    table: dict[str, Any] = {"key": key_text(parse_key(key.strip()))}
+    said = f"{option} {text[:80]}"
+    if ":" not in spec:
+        values = [value.strip() for value in spec.split(",")]
+        _refuse_gaps(values, said)
+        _refuse_mixed_units(values, said)
+        return {**table, "values": values}
+    ends = [part.strip() for part in spec.split(":")]
+    match = _POINTS.match(ends[2]) if len(ends) == 3 else None
+    if len(ends) not in (2, 3) or (len(ends) == 3 and (match is None or not ends[2])):
+        raise UsageError(f"{said}: expected start:stop:points, as in {_EXAMPLES}")
+    _refuse_gaps(ends[:2], said)
+    _refuse_mixed_units(ends[:2], said)
+    table |= {"from": ends[0], "to": ends[1]}
+    if match is not None and match[1]:
+        table["points"] = int(match[1])
+    if match is not None and match[2]:
+        table["spacing"] = match[2]
+    return table
+
+
+def axis_tables(grid: Sequence[str], zipped: Sequence[str] = ()) -> list[dict[str, Any]]:
+    """Tables of `sweep.axes`: one for each text of `grid`, then one with all of `zipped`."""
+    tables = [axis_table(text) for text in grid]
+    if zipped:
+        first, *others = (axis_table(text, "--zip") for text in zipped)
+        tables.append({**first, "with": others} if others else first)
+    return tables
+
+
+def sampling_table(text: str) -> dict[str, Any]:
+    """Read `METHOD:N` or `METHOD:N:SEED` as keys of `[sweep]`; UsageError if it is not that."""
+    method, *numbers = (part.strip() for part in text.split(":"))
+    known = [name for name in get_args(Sweep.model_fields["sampling"].annotation) if name != "grid"]
+    if method not in known:
+        near = difflib.get_close_matches(method, known, n=1)
+        hint = f"; did you mean {near[0]}?" if near else ""
+        raise UsageError(f"--sample {text[:80]}: no sampling {method[:40]!r}{hint} "
+                         f"(there are {', '.join(known)})")  # fmt: skip
+    if len(numbers) not in (1, 2) or not all(re.fullmatch(r"[0-9]{1,18}", n) for n in numbers):
+        raise UsageError(f"--sample {text[:80]}: expected METHOD:POINTS or METHOD:POINTS:SEED")
+    table: dict[str, Any] = {"sampling": method, "points": int(numbers[0])}
+    if len(numbers) == 2:
+        table["seed"] = int(numbers[1])
+    return table
+
+
+def _refuse_gaps(values: Sequence[str], said: str) -> None:
+    if not all(values):
+        raise UsageError(f"{said}: a value is missing, expected {_EXAMPLES}")
+
+
+def _refuse_mixed_units(values: Sequence[str], said: str) -> None:
+    """A bare number is in SI; beside one with a unit it was hardly meant so."""
+    units = set()
+    for value in values:
+        try:
+            number, unit = split_number(value)
+        except UnitError:
+            return
+        if unit or re.search("[1-9]", number):
+            units.add(bool(unit))
+    if len(units) > 1:
+        example = next(value for value in values if split_number(value)[1])
+        raise UsageError(f"{said}: give every value its unit, as in {example!r}")
+
+
+# ----------------------------------------------------------------------------
+# What the command line says of a sweep, as overrides of the table `[sweep]` of a case.
+# ----------------------------------------------------------------------------
+
+
+def sweep_settings(
+    grid: Sequence[str], zipped: Sequence[str], sample: str | None, keep: Sequence[str]
+) -> list[str]:
+    """Texts `key=value`, as `--set` takes them; UsageError for one that cannot be read.
+
+    Axes on the command line take the place of those of the case, and so do kept quantities.
+    """
+    settings = []
+    tables = axis_tables(grid, zipped)
+    if tables:
+        # one by one, since each text of an override has its longest length
+        settings.append(f"sweep.axes=[{', '.join(['{}'] * len(tables))}]")
+        settings += [f"sweep.axes[{i}]={_toml(table)}" for i, table in enumerate(tables)]
+    if sample is not None:
+        settings += [f"sweep.{key}={_toml(value)}" for key, value in sampling_table(sample).items()]
+    if keep:
+        settings.append(f"sweep.keep={_toml(list(keep))}")
+    return settings
+
+
+def _toml(value: Any) -> str:
+    if isinstance(value, Mapping):
+        return f"{{ {', '.join(f'{key} = {_toml(one)}' for key, one in value.items())} }}"
+    if isinstance(value, Sequence) and not isinstance(value, str):
+        return f"[{', '.join(map(_toml, value))}]"
+    return json.dumps(value, ensure_ascii=False)
+
+
+# ----------------------------------------------------------------------------
+# Hashes that name a sweep and its points: the same input, the same hash, on every machine.
+# ----------------------------------------------------------------------------
+
+_BLOCK = 1 << 14
+
+
+@dataclass(frozen=True, kw_only=True)
+class Identity:
+    """Hashes (hexadecimal SHA-256) of a sweep.
+
+    `base` covers what all its points share: the case but for the keys that vary and the tables
+    that no point reads, and the versions of schema and program. `sweep` covers the whole case,
+    the design and what is kept.
+    """
+
+    base: str
+    sweep: str
+
+    def point(self, design: Design, number: int) -> str:
+        """Hash of the input of one point; equal in any sweep that comes to the same input."""
+        return _sha256({"base": self.base, "settings": design.settings(number)})
+
+    def points(self, design: Design, numbers: Iterable[int]) -> list[str]:
+        """Hashes of the inputs of several points."""
+        wanted = np.fromiter(numbers, dtype=np.int64)
+        hashes = []
+        for first in range(0, wanted.size, _BLOCK):
+            columns = design.columns(wanted[first : first + _BLOCK])
+            rows = zip(*(column.tolist() for column in columns.values()), strict=True)
+            hashes += [
+                _sha256({"base": self.base, "settings": dict(zip(columns, row, strict=True))})
+                for row in rows
+            ]
+        return hashes
+
+
+def identify(resolved: Mapping[str, Any], design: Design, keep: Sequence[str]) -> Identity:
+    """Hashes of a sweep over a case in SI with its defaults; the order of `keep` is no matter."""
+    versions = {"schema": SCHEMA_VERSION, "vibecalc": __version__}
+    # a key that varies counts with its values only, whatever the case says
+    without = (*NOT_COMPUTED, "title", "source")
+    fixed = case_at(resolved, dict.fromkeys(design.keys), without)
+    whole = {name: table for name, table in resolved.items() if name != "sweep"}
+    base = _sha256({"case": fixed, **versions})
+    content = {"case": whole, "design": design.description(), "keep": sorted(set(keep))}
+    return Identity(base=base, sweep=_sha256({**content, **versions}))
+
+
+def _sha256(content: Any) -> str:
+    """Hash of plain values as JSON with sorted keys; a double is its shortest decimal form."""
+    text = json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+# ----------------------------------------------------------------------------
+# A case with `[sweep]` made ready: its points, what is kept, how it is computed, what it is.
+# ----------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, kw_only=True)
+class Prepared:
+    """A sweep that can start."""
+
+    loaded: LoadedCase
+    design: Design
+    keep: tuple[str, ...]
+    identity: Identity
+    strategy: Strategy
+
+    def chunks(self, output: Path) -> ChunkFolder:
+        """The folder for the chunks of the sweep that becomes `output`."""
+        return ChunkFolder(
+            folder=parts_folder(output),
+            identity=self.identity.sweep,
+            count=self.design.count,
+            size=self.strategy.chunk_size,
+        )
+
+    def start(self) -> Callable[[], Callable[[Any], Any]]:
+        """What a process starts with."""
+        return partial(start, self.loaded, self.design, self.keep, self.strategy.kind)
+
+    @property
+    def is_short(self) -> bool:
+        """Whether it is over before processes have started."""
+        return choose(self.loaded.case, self.design, self.keep).kind != "pool"
+
+    @property
+    def step(self) -> int:
+        """Points in one call."""
+        return self.strategy.chunk_size if self.strategy.kind == "array" else 1
+
+
+def prepare(loaded: LoadedCase, jobs: int) -> Prepared:
+    """Check the sweep of a case that may use so many processes.
+
+    CaseError, with the places in the file, for all problems found.
+    """
+    case, resolved = loaded.case, loaded.resolved
+    if case.sweep is None or not case.sweep.axes:
+        raise UsageError(
+            f"{loaded.path} says not what to vary: it needs a table [sweep] with axes, or give "
+            "them here, as in --grid 'machine.speed=2000 rpm:4000 rpm:21'"
+        )
+    raise_with_location(loaded, sweep_problems(loaded))
+    design = make_design(case.sweep, resolved)
+    keep = kept_paths(case.sweep.keep, case, design, resolved)
+    return Prepared(
+        loaded=loaded,
+        design=design,
+        keep=keep,
+        identity=identify(resolved, design, keep),
+        strategy=choose(case, design, keep, jobs),
+    )
+
+
+# ----------------------------------------------------------------------------
+# What a sweep will be, before it is: points tried, shapes, time and size.
+# ----------------------------------------------------------------------------
+
+_PATIENCE = 2.0  # seconds for points that are only tried
+_TRIED = 5
+
+
+@dataclass(frozen=True, kw_only=True)
+class Kept:
+    """A kept quantity: its own axes, each with its length; no axes are known if no point has it."""
+
+    path: str
+    unit: str
+    axes: tuple[tuple[str, int], ...] | None
+    reason: str = ""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Forecast:
+    """Size, kept quantities, and time (s, with `jobs` processes) and size (bytes) as estimated.
+
+    `failures` are the words of those of the `tried` points that came to nothing.
+    """
+
+    kept: tuple[Kept, ...]
+    tried: int
+    failures: tuple[str, ...]
+    jobs: int
+    seconds: float
+    size: int
+
+
+def forecast(prepared: Prepared, jobs: int | None) -> Forecast:
+    """Compute a few points, spread over the sweep, and multiply."""
+    design = prepared.design
+    evaluate = prepared.start()()
+    numbers = np.unique(np.linspace(0, design.count - 1, _TRIED).astype(np.int64))
+    evaluate(numbers[:1])  # imports, and what all points share
+    many = prepared.strategy.kind == "array"
+    if many:
+        numbers = np.arange(min(design.count, prepared.strategy.chunk_size))
+    started = time.perf_counter()
+    blocks, tried = [], 0
+    for some in [numbers] if many else np.split(numbers, len(numbers)):
+        blocks.append(evaluate(some))
+        tried += len(some)
+        if time.perf_counter() - started > _PATIENCE:
+            break
+    each = (time.perf_counter() - started) / tried
+    busy = jobs or (1 if prepared.is_short else processors())
+    kept = []
+    size = 1  # the status
+    for path in prepared.keep:
+        reasons = [block.left_out[path] for block in blocks if path in block.left_out]
+        found = [block.quantities[path] for block in blocks if path in block.quantities]
+        if reasons or not found:
+            reason = reasons[0] if reasons else "no point that was tried has it"
+            kept.append(Kept(path=path, unit="", axes=None, reason=reason))
+            continue
+        largest = max(found, key=lambda one: one.values[0].size)
+        axes = tuple((axis.name, len(axis.values)) for axis in largest.axes)
+        kept.append(Kept(path=path, unit=largest.unit, axes=axes))
+        own = math.prod(length for _, length in axes)
+        size += own * largest.values.itemsize + (16 if largest.standard_errors is not None else 8)
+    failures = [
+        words
+        for block in blocks
+        for status, words in zip(block.status, block.message, strict=True)
+        if status != DONE
+    ]
+    return Forecast(
+        kept=tuple(kept),
+        tried=tried,
+        failures=tuple(failures),
+        jobs=busy,
+        seconds=each * design.count / busy,
+        size=size * design.count,
+    )

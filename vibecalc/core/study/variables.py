@@ -1,0 +1,125 @@
+"""Keys that a search changes, and what is wrong with an [optimisation] as a whole."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from vibecalc.core.case.load import resolve
+from vibecalc.core.case.raw import field_unit, number_at
+from vibecalc.core.run.targets import check_targets
+from vibecalc.errors import Problem
+from vibecalc.parts.firing import cycle_angle
+from vibecalc.units import convert, parse_quantity, split_number
+
+if TYPE_CHECKING:
+    from vibecalc.schema import Case, Machine
+
+# ----------------------------------------------------------------------------
+# Keys that a search changes: after how much they repeat, and values of them in words.
+# ----------------------------------------------------------------------------
+
+
+def shown_as(value: float, unit: str, written: float | str) -> str:
+    """A value of the SI unit `unit` as a text in the unit that `written` carries, if it does."""
+    own = split_number(written)[1] if isinstance(written, str) else ""
+    return f"{convert(value, unit, own):.6g} {own}" if own else f"{value:.6g} {unit}".rstrip()
+
+
+def period_of(key: str, machine: "Machine") -> float:
+    """After how much in rad a key repeats itself: an angle of the crank train; 0 for all others.
+
+    The throw of a cylinder stands for its firing, too, and that repeats itself with the cycle.
+    """
+    name = key.rpartition(".")[2]
+    if not key.startswith("machine.crank_train."):
+        return 0.0
+    if name in ("crank_phase", "bank_angle", "firing_angle"):
+        return cycle_angle(machine)
+    return 2.0 * math.pi if name == "phase" else 0.0
+
+
+# ----------------------------------------------------------------------------
+# What is wrong with an [optimisation] as a whole: where it starts, the front and the methods.
+# ----------------------------------------------------------------------------
+
+#: of the distance between bounds, what rounding of units may miss one by
+_ROUNDING = 1e-9
+
+
+def study_problems(case: "Case") -> list[Problem]:
+    """Problems of start, second_objective, front_points, compare; none without [optimisation]."""
+    study = case.optimisation
+    if study is None:
+        return []
+    problems = list(_start(case))
+    second = study.second_objective
+    if second is None:
+        if study.front_points is not None:
+            problems.append(
+                Problem(
+                    path=("optimisation", "front_points"),
+                    message="a front needs a second objective",
+                    allowed="second_objective = { quantity = ... }",
+                )
+            )
+    else:
+        if second == study.objective:
+            problems.append(
+                Problem(
+                    path=("optimisation", "second_objective"),
+                    message="the second objective is the same as the first one",
+                    hint="a front shows what one costs in the other",
+                )
+            )
+        # the same checks as for the objective, under its own name
+        swapped = study.model_copy(update={"objective": second})
+        alone = case.model_copy(update={"optimisation": swapped, "reference": (), "limit": ()})
+        problems += [
+            replace(found, path=("optimisation", "second_objective", *found.path[2:]))
+            for found in check_targets(alone)
+            if found.path[:2] == ("optimisation", "objective")
+        ]
+    doubled = [name for name in dict.fromkeys(study.compare) if study.compare.count(name) > 1]
+    problems += [
+        Problem(path=("optimisation", "compare"), message=f"{name} is compared twice")
+        for name in doubled
+    ]
+    return problems
+
+
+def _start(case: "Case") -> Iterator[Problem]:
+    """Variables that the case writes outside their bounds, and keys off what they follow."""
+    study, resolved = case.optimisation, resolve(case)
+    assert study is not None
+    for position, variable in enumerate(study.variables):
+        path = ("optimisation", "variables", position)
+        unit = field_unit(variable.key)
+        lower, upper = (parse_quantity(one, unit) for one in (variable.lower, variable.upper))
+        written = number_at(resolved, variable.key, 0.5 * (lower + upper))
+        period = period_of(variable.key, case.machine)
+        around = 0.0 < period <= (upper - lower) * (1.0 + _ROUNDING)
+        slack = _ROUNDING * (upper - lower)
+        if not (around or lower - slack <= written <= upper + slack):
+            yield Problem(
+                path=path,
+                message=f"the search starts outside the bounds of {variable.key}",
+                found=shown_as(written, unit, variable.upper),
+                allowed=f"{variable.lower} to {variable.upper}",
+                hint="widen the bounds, or write a value between them into the case",
+            )
+        for place, tie in enumerate(variable.follow):
+            offset = 0.0 if tie.offset is None else parse_quantity(tie.offset, unit)
+            wanted = tie.factor * written + offset
+            found = number_at(resolved, tie.key, wanted)
+            off = found - wanted
+            period = period_of(tie.key, case.machine)
+            off -= period * round(off / period) if period else 0.0
+            if abs(off) > 1e-6 * max(abs(wanted), abs(found), abs(offset), upper - lower):
+                yield Problem(
+                    path=(*path, "with", place),
+                    message=f"{tie.key} as written is not what it is to follow {variable.key} by",
+                    found=shown_as(found, unit, variable.upper),
+                    allowed=shown_as(wanted, unit, variable.upper),
+                    hint="write that into the case: the search starts from it",
+                )

@@ -1,0 +1,352 @@
+"""The kinds of machine: which parts each needs and has, and what finds its speed."""
+
+import difflib
+from collections.abc import Iterator, Mapping
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+
+from vibecalc.core.case.raw import Data, misspelt, nearest, table_at, tables_at
+from vibecalc.core.results.named import named
+from vibecalc.errors import KeyPath, Problem
+
+if TYPE_CHECKING:
+    from vibecalc.schema import Machine
+
+# ----------------------------------------------------------------------------
+# The kinds of machine: which parts each needs and has, and what finds its speed.
+#
+# The parts of a machine are shared, so a kind is a name in `KindName` and a row of `KINDS`; what it
+# alone has, or does not have, is a row of `kind_parts.py`. `Machine` gives its crank train and its
+# speed a default of None for the kinds that have none; every other kind is refused without them
+# here, before anything reads them.
+# ----------------------------------------------------------------------------
+
+MACHINE: KeyPath = ("machine",)
+
+
+class Kind(NamedTuple):
+    """What a kind of machine needs, and what may be asked of it.
+
+    `driven`: a motor may find its speed. `form`: the module of `case/` whose `check_kind(data)`
+    yields the problems that this kind alone has. `gas`: the torque of what is in its cylinders
+    counts, so that it may reach the mounts; its cycle is said by `machine.cycle`, or is one turn.
+    """
+
+    needs: tuple[str, ...] = ()
+    driven: bool = False
+    form: str = ""
+    gas: Literal["", "said", "turn"] = ""
+
+
+KindName = Literal["generator", "compressor", "plate", "absorber", "engine", "pump"]
+KINDS: dict[str, Kind] = {
+    "generator": Kind(needs=("crank_train", "speed")),
+    "compressor": Kind(needs=("crank_train", "speed"), driven=True),
+    "plate": Kind(),
+    "absorber": Kind(form="vibecalc.absorber.rules:check_absorber"),
+    "engine": Kind(
+        needs=("crank_train", "speed"),
+        form="vibecalc.torsion.engine_rules:check_engine",
+        gas="said",
+    ),
+    "pump": Kind(
+        needs=("crank_train", "speed"), form="vibecalc.parts.drive_rules:check_pump", gas="turn"
+    ),
+}
+#: motors whose speed is a result
+FINDING_MOTORS = ("slip_table", "linear", "dynamic")
+HARMONICS = "torque_harmonics"
+MOTORS = (HARMONICS, *FINDING_MOTORS)
+#: kind of motor -> keys that tell it, where no kind is said
+_TELLING = {
+    HARMONICS: {"torque", "rotor_diameter", "skew_angle"},
+    "dynamic": {"poles", "voltage", "stator_resistance", "cages"},
+    "slip_table": {"slip_table"},
+    "linear": {"gain"},
+}
+#: tables that ask for results at a given speed of a crank train
+_ASKED = ("kinematics", "excitation", "response", "isolation")
+#: tables of [response] whose speed the motor finds
+ROLL = ("roll", "start_up", "control")
+#: tables of [response] that need no body on mounts
+WITHOUT_A_BODY = ("impact", *ROLL, "absorber", "torsion")
+#: keys of [response] that ask for the motion of the body
+OF_THE_BODY = ("energies", "operations", "balances", "run_up", "switching")
+
+
+def has_crank_train(machine: "Machine") -> bool:
+    """Whether there is a crank train; only some kinds can do without."""
+    return machine.crank_train is not None
+
+
+def has_speed(machine: "Machine") -> bool:
+    """Whether the case gives the speed; otherwise a motor finds it, or nothing turns."""
+    return machine.speed is not None
+
+
+def finds_speed(machine: "Machine") -> bool:
+    """Whether the speed of the machine is a result of its motor."""
+    return machine.motor is not None and machine.motor.kind in FINDING_MOTORS
+
+
+def gas_turns(machine: "Machine") -> bool:
+    """Whether the torque of what is in the cylinders of such a machine counts."""
+    return bool(KINDS[machine.kind].gas)
+
+
+def motor_kind(machine: Data) -> str:
+    """The kind of motor of a machine as tomllib reads it, said or to be guessed; "" for none."""
+    motor = machine.get("motor")
+    if not isinstance(motor, dict):
+        return ""
+    kind = motor.get("kind")
+    if isinstance(kind, str):
+        near = difflib.get_close_matches(kind[:60], MOTORS, n=1)
+        return near[0] if near and kind not in MOTORS else kind
+    return next((kind for kind, keys in _TELLING.items() if keys & motor.keys()), HARMONICS)
+
+
+def check_kinds(data: Data) -> Iterator[Problem]:
+    """Yield the parts that the kind of machine or a stage needs and that are not there."""
+    machine = data.get("machine")
+    if not isinstance(machine, dict):
+        return
+    name = str(machine.get("kind", ""))
+    kind = KINDS.get(name) or _meant(name)
+    motor = motor_kind(machine)
+    finds = motor in FINDING_MOTORS
+    if finds and not kind.driven and name in KINDS:
+        yield Problem(
+            path=(*MACHINE, "motor", "kind"),
+            message=f"no motor finds the speed of a machine of kind {name!r}",
+            found=f"motor kind {motor!r}",
+            allowed="kind = 'compressor', or a motor of kind 'torque_harmonics'",
+            also=(*MACHINE, "kind"),
+        )
+    elif finds and "speed" in machine:
+        yield Problem(
+            path=(*MACHINE, "speed"),
+            message=f"the speed stands twice: a motor of kind {motor!r} finds it",
+            allowed="no speed beside such a motor, or a motor of kind 'torque_harmonics'",
+            hint="the motor brings the machine to the speed at which its torque meets the demand",
+            also=(*MACHINE, "motor", "kind"),
+        )
+    for part in kind.needs:
+        found_elsewhere = part == "speed" and finds
+        if part not in machine and not found_elsewhere and not misspelt(machine, MACHINE, part):
+            yield _missing(part)
+    yield from _stages(data, machine, kind, finds)
+    if name in KINDS:
+        yield from check_parts_of_kind(data, name)
+        if kind.form:
+            yield from named(kind.form)(data)
+
+
+def _meant(name: str) -> Kind:
+    """The kind that a misspelt name may mean; of a name like no other, the parts most need."""
+    hint = nearest(name, list(KINDS))
+    return next((kind for known, kind in KINDS.items() if repr(known) in hint), KINDS["generator"])
+
+
+def _missing(part: str) -> Problem:
+    from vibecalc.core.case.diagnose import missing_key
+
+    return missing_key((*MACHINE, part))
+
+
+def _stages(data: Data, machine: Data, kind: Kind, finds: bool) -> Iterator[Problem]:
+    """What the first table that asks for something lacks, in one problem."""
+    asking = list(_asking(data))
+    absent = [
+        part
+        for part in ("crank_train", "speed")
+        if part not in machine and not misspelt(machine, MACHINE, part)
+    ]
+    if finds and "speed" in absent:
+        others = [path for path in asking if path[-1] not in ROLL]
+        others = [path for path in others if path != ("excitation",) or not _runs(data)]
+        if others:
+            yield _found_elsewhere(others)
+        absent.remove("speed")
+    lacking = [part for part in absent if part not in kind.needs]
+    if lacking and asking:
+        names = " and ".join(f"machine.{part}" for part in lacking)
+        yield Problem(
+            path=asking[0],
+            message=f"{_listed(asking)} {names}",
+            allowed=f"{' and '.join(lacking)} in [machine]",
+            hint="this kind of machine can do without, but not what is asked of it here",
+            also=(*MACHINE, "kind"),
+        )
+
+
+def _asking(data: Data) -> Iterator[KeyPath]:
+    """Tables of the case that need a crank train and a speed, those of [response] one by one."""
+    for table in _ASKED:
+        given = data.get(table)
+        if not isinstance(given, dict):
+            continue
+        below = [name for name in WITHOUT_A_BODY if isinstance(given.get(name), dict)]
+        if table != "response" or not below or any(given.get(key) for key in OF_THE_BODY):
+            yield (table,)
+        if table == "response":  # an absorber turns with nothing, an engine needs both anyway
+            yield from ((table, name) for name in below if name not in ("absorber", "torsion"))
+    if table_at(data, "machine", "joints"):
+        yield (*MACHINE, "joints")
+
+
+def _runs(data: Data) -> bool:
+    """Whether [excitation] only says which cylinders work, which needs no speed."""
+    given = table_at(data, "excitation")
+    others = given.keys() - {"working", "idle"}
+    by_default = others == {"driven_machine"} and given["driven_machine"] == "on_body"
+    return "working" in given and (not others or by_default)
+
+
+def _found_elsewhere(asking: list[KeyPath]) -> Problem:
+    running = (
+        "beside such a motor [excitation] may say which cylinders work, with working and idle alone"
+    )
+    return Problem(
+        path=asking[0],
+        message=f"{_listed(asking)} machine.speed, which the motor of this machine finds",
+        allowed=", ".join(f"[response.{name}]" for name in ROLL) + " with such a motor",
+        hint=running
+        if asking[0] == ("excitation",)
+        else "what is computed at a given speed is a case of its own, with machine.speed",
+        also=(*MACHINE, "motor", "kind"),
+    )
+
+
+def _listed(asking: list[KeyPath]) -> str:
+    names = [f"[{'.'.join(map(str, path))}]" for path in asking]
+    listed = " and ".join(filter(None, (", ".join(names[:-1]), names[-1])))
+    return f"{listed} {'needs' if len(names) == 1 else 'need'}"
+
+
+# ----------------------------------------------------------------------------
+# Places of a case that only one kind of machine has, and those that a kind does without.
+#
+# One row for each kind that differs from the others; what a kind has in common with the rest stands
+# nowhere here.
+# ----------------------------------------------------------------------------
+
+TRAIN: KeyPath = ("machine", "crank_train")
+#: in a path: every entry of the list
+EACH = "*"
+
+
+class PartsOfKind(NamedTuple):
+    """`own` has no other kind, `foreign` has not this one; `instead` says what it has.
+
+    `hints` are words for some of the foreign ones.
+    """
+
+    own: tuple[KeyPath, ...] = ()
+    foreign: tuple[KeyPath, ...] = ()
+    instead: str = ""
+    hints: Mapping[KeyPath, str] = MappingProxyType({})
+
+
+_ABSORBER = (
+    *("primary", "secondary", "secondaries", "rod", "flywheel", "springs", "ring", "gap", "oil"),
+    *("stock_springs", "stock_oils", "stock_dampers"),
+    *("spring_catalogue", "oil_catalogue", "pendulum"),
+)
+#: of machines whose gas works once a turn, or whose motor finds the speed
+_OF_COMPRESSORS: tuple[KeyPath, ...] = (
+    *((*MACHINE, part) for part in ("motor", "joints", "shell", "friction")),
+    *(("response", name) for name in ("impact", "roll", "start_up", "control")),
+)
+PARTS_OF_KIND: dict[str, PartsOfKind] = {
+    "absorber": PartsOfKind(
+        own=(
+            *((*MACHINE, part) for part in _ABSORBER),
+            ("tuning",),
+            ("response", "absorber"),
+        ),
+        foreign=tuple(
+            (*MACHINE, part)
+            for part in (
+                *("speed", "crank_train", "body", "mounts"),
+                *("motor", "joints", "rotor", "shell", "friction"),
+            )
+        ),
+        instead=", ".join(_ABSORBER),
+        hints={(*MACHINE, "speed"): "its pendulums turn at machine.pendulum.speed"},
+    ),
+    "engine": PartsOfKind(
+        own=(
+            (*MACHINE, "cycle"),
+            (*MACHINE, "shaft_line"),
+            *((*TRAIN, k) for k in ("firing_order", "firing_intervals", "gas_cards", "gas_cycle")),
+            ("response", "torsion"),
+            ("damper_design",),
+            *((*TRAIN, "cylinders", EACH, key) for key in ("firing_angle", "pressure_scale")),
+        ),
+        foreign=_OF_COMPRESSORS,
+        instead="shaft_line, body and mounts beside the crank_train; [response.torsion]",
+    ),
+    "pump": PartsOfKind(
+        own=((*TRAIN, "pump_cycle"),),
+        foreign=(
+            *_OF_COMPRESSORS,
+            *((*TRAIN, key) for key in ("gas_pressure", "gas_interpolation")),
+            (*TRAIN, "cylinders", EACH, "gas_force"),
+        ),
+        instead="pump_cycle with the bore in the crank_train; body and mounts",
+    ),
+}
+
+
+def check_parts_of_kind(data: Data, kind: str) -> Iterator[Problem]:
+    """Yield what a machine of this kind does not have, and what is for another kind."""
+    for other, parts in PARTS_OF_KIND.items():
+        if other == kind:
+            yield from _foreign(data, kind, parts)
+        else:
+            yield from _strangers(data, kind, other, parts)
+
+
+def _foreign(data: Data, kind: str, parts: PartsOfKind) -> Iterator[Problem]:
+    finds = motor_kind(table_at(data, "machine")) in FINDING_MOTORS  # told elsewhere
+    for place in parts.foreign:
+        for path, value in _found_at(data, place):
+            if not (finds and path == (*MACHINE, "motor")):
+                yield Problem(
+                    path=path,
+                    message=f"a machine of kind {kind!r} has no {_shown(path, value)}",
+                    allowed=parts.instead,
+                    hint=parts.hints.get(place, ""),
+                    also=(*MACHINE, "kind"),
+                )
+
+
+def _strangers(data: Data, kind: str, other: str, parts: PartsOfKind) -> Iterator[Problem]:
+    for place in parts.own:
+        for path, value in _found_at(data, place):
+            yield Problem(
+                path=path,
+                message=f"{_shown(path, value)} is for a machine of kind {other!r}",
+                found=f"kind = {kind!r}",
+                allowed=f"kind = {other!r}",
+                also=(*MACHINE, "kind"),
+            )
+
+
+def _found_at(data: Data, place: KeyPath) -> Iterator[tuple[KeyPath, Any]]:
+    """The place with what stands there, or every entry of a list that has it."""
+    if EACH in place:
+        at = place.index(EACH)
+        for number, entry in tables_at(data, *map(str, place[:at])):
+            if place[-1] in entry:
+                yield (*place[:at], number, place[-1]), entry[place[-1]]
+    else:
+        table = table_at(data, *map(str, place[:-1]))
+        if place[-1] in table:
+            yield place, table[place[-1]]
+
+
+def _shown(path: KeyPath, value: Any) -> str:
+    """A table by its header, a key by its name."""
+    return f"[{'.'.join(map(str, path))}]" if isinstance(value, dict) else str(path[-1])

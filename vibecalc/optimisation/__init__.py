@@ -1,1 +1,0 @@
-"""Search: the best values of some variables within bounds, with limits kept."""

@@ -1,1 +1,0 @@
-"""One run: what is planned, why, and the stages in their order."""

@@ -1,1 +1,0 @@
-"""Result paths, one file for each stage or group of stages."""

@@ -1,1 +1,0 @@
-"""From a result to words, tables, machine-readable objects and pictures. No physics here."""

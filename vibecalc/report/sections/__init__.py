@@ -1,1 +1,0 @@
-"""The sections of the text report, one file each."""

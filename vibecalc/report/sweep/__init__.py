@@ -1,1 +1,0 @@
-"""From a sweep to words and tables: extremes, limits, failures, statistics. No physics here."""

@@ -1,1 +1,0 @@
-"""What a run leaves behind: named quantities, their file, their comparison."""

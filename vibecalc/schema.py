@@ -1,0 +1,129 @@
+"""A whole case: the machine, the stages asked for, the numbers it is held against."""
+
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, model_validator
+
+from vibecalc.absorber.tables import (
+    Flywheel,
+    Gap,
+    Oil,
+    OilCatalogue,
+    Pendulum,
+    Primary,
+    Ring,
+    Rod,
+    Secondaries,
+    Secondary,
+    SpringCatalogue,
+    Springs,
+    StockDampers,
+    StockOils,
+    StockSprings,
+    Tuning,
+)
+from vibecalc.core.case.fields import AngularSpeed, Table, Whole
+from vibecalc.core.case.tables import (
+    Accuracy,
+    Excitation,
+    Isolation,
+    Kinematics,
+    Limit,
+    Optimisation,
+    Reference,
+    ReferenceTable,
+)
+from vibecalc.core.study.tables import Find, Sweep
+from vibecalc.kinds import KindName
+from vibecalc.measurement.tables import Measurement
+from vibecalc.parts.tables import NEEDED_BY_KIND, Body, CrankTrain, Cycle, Joints, Motor, Mounts
+from vibecalc.response.tables import Response
+from vibecalc.roll.tables import Friction, Rotor, Shell
+from vibecalc.torsion.shaft_line_tables import ShaftLine
+from vibecalc.torsion.tables import DamperDesign
+
+SCHEMA_VERSION = 1
+
+
+class Machine(Table):
+    """A machine: its kind says which parts it needs, and nothing else."""
+
+    kind: KindName = Field(description="kind of machine")
+    cycle: Cycle | None = Field(None, description="of an engine: 720 or 360 degrees")
+    # None stands for a part that the kind does without (case/kinds.py); ask has_crank_train and
+    # has_speed there before reading one of these two where that may be.
+    speed: AngularSpeed = Field(
+        NEEDED_BY_KIND,
+        gt=0,
+        description="operating speed of the crankshaft; not where the motor finds it",
+    )
+    crank_train: CrankTrain = Field(NEEDED_BY_KIND, description="cylinders, rods and cranks")
+    body: Body | None = Field(None, description="the rigid machine")
+    mounts: Mounts | None = Field(None, description="what the body stands on")
+    motor: Motor | None = Field(None, description="the motor on the crankshaft")
+    joints: Joints | None = Field(None, description="bearings with play")
+    rotor: Rotor | None = Field(
+        None,
+        description="all that turns with the crankshaft; without it the crank turns steadily",
+    )
+    shell: Shell | None = Field(None, description="what turns about the crank axis, as one body")
+    friction: Friction | None = Field(None, description="between shell, crankshaft and pistons")
+    primary: Primary | None = Field(None, description="a system that an absorber is to keep still")
+    secondary: Secondary | None = Field(None, description="the absorber on the primary")
+    secondaries: Secondaries = Field((), description="several absorbers, instead of one")
+    rod: Rod | None = Field(None, description="the rod that is the primary's spring")
+    flywheel: Flywheel | None = Field(None, description="on the end of the rod, for its bending")
+    springs: Springs | None = Field(None, description="helical springs of the absorber")
+    ring: Ring | None = Field(None, description="the seismic mass of the absorber")
+    gap: Gap | None = Field(None, description="full of oil, around the seismic mass")
+    oil: Oil | None = Field(None, description="in the gap, as built")
+    stock_springs: StockSprings = Field((), description="that can be bought")
+    stock_oils: StockOils = Field((), description="that can be bought")
+    stock_dampers: StockDampers = Field((), description="that can be bought, in translation")
+    spring_catalogue: SpringCatalogue | None = Field(
+        None, description="springs that can be bought, also as a file"
+    )
+    oil_catalogue: OilCatalogue | None = Field(
+        None, description="oils that can be bought, also as a file"
+    )
+    pendulum: Pendulum | None = Field(None, description="pendulums on a rotor")
+    shaft_line: ShaftLine | None = Field(None, description="of an engine: what turns and twists")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _phases(cls, data: Any) -> Any:
+        """Where no throw of an engine says its phase, the order of firing does."""
+        if isinstance(data, dict) and data.get("kind") == "engine":
+            from vibecalc.parts.firing import with_phases
+
+            return with_phases(data)
+        return data
+
+
+class Case(Table):
+    """One scene. A table that is absent is a stage that is not planned, imported or run."""
+
+    schema_: Annotated[Literal[1], Whole] = Field(
+        alias="schema", description="version of the case format"
+    )
+    title: str = Field(min_length=1, max_length=200, description="one line for reports and plots")
+    source: str = Field("", description="where the machine is described")
+    machine: Machine = Field(description="the machine and its parts")
+    kinematics: Kinematics | None = Field(None, description="motion of the pistons")
+    excitation: Excitation | None = Field(None, description="forces and couples on the body")
+    response: Response | None = Field(None, description="motion of the body, energies, impacts")
+    isolation: Isolation | None = Field(None, description="the body on its mounts")
+    measurement: Measurement | None = Field(None, description="readings on a rigid plate")
+    tuning: Tuning | None = Field(None, description="the best spring and damper of an absorber")
+    damper_design: DamperDesign | None = Field(None, description="the best damper of an engine")
+    optimisation: Optimisation | None = Field(None, description="a search over keys of this case")
+    sweep: Sweep | None = Field(None, description="the same case at many points; `sweep` reads it")
+    find: tuple[Find, ...] = Field((), description="searches for what brings a wanted result")
+    accuracy: Accuracy = Field(
+        default_factory=Accuracy.model_construct, description="tolerance of the results"
+    )
+    reference: tuple[Reference, ...] = Field((), description="published and measured numbers")
+    reference_table: tuple[ReferenceTable, ...] = Field(
+        (), description="published numbers in tables"
+    )
+    limit: tuple[Limit, ...] = Field((), description="bounds that results have to keep")

@@ -1,1 +1,0 @@
-"""The same case at many points: a grid over some of its keys, or samples of them."""
