@@ -54,7 +54,7 @@ outputs/%.sweep.h5: cases/%.toml $(READY)
 	@touch $@
 
 test: $(READY) ## run the tests
-	$(BIN)/python -m pytest -n $(WORKERS) -m "not long"
+	$(BIN)/python -m pytest -n $(WORKERS) --dist worksteal -m "not long"
 
 check: lint types test golden ## lint, types, tests, golden files
 

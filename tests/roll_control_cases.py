@@ -4,7 +4,7 @@ from copy import deepcopy
 from functools import cache
 from typing import Any
 
-from shipped_cases import CASES
+from shipped_cases import CASES, result_of
 
 from vibecalc.core.case.load import validate
 from vibecalc.core.case.raw import case_at
@@ -62,6 +62,8 @@ def value_of(record: Record, name: str) -> Any:
 
 @cache
 def shipped(*settings: str) -> Result:
-    """The shipped case with all its studies, run once."""
-    (loaded,) = load_checked([CASES["roll_control"]], (*BARE, *settings) if settings else ())
+    """The shipped case with all its studies; with settings, a run of it without them."""
+    if not settings:
+        return result_of("roll_control")
+    (loaded,) = load_checked([CASES["roll_control"]], (*BARE, *settings))
     return execute(loaded)

@@ -555,7 +555,7 @@ def test_definite_as_exact_arithmetic_says() -> None:
     """Small whole numbers: any negative energy is far above round-off."""
     rng = np.random.default_rng(7)
     seen = set()
-    for number in range(400):
+    for number in range(100):
         rank = int(rng.integers(4, 8))
         factor = rng.integers(-2, 3, size=(6, rank))
         matrix = factor @ factor.T - int(number % 3 == 0) * np.eye(6, dtype=int)
@@ -673,7 +673,7 @@ def test_extreme_numbers_are_refused_in_words_or_allowed() -> None:
     rng = np.random.default_rng(5)
     verdicts = [0, 0]
     with np.errstate(all="raise", under="ignore"):
-        for _ in range(600):
+        for _ in range(200):
             data = data_of(machine__crank_train__rod__inertia=1e-5, machine__joints__bore=PLAY)
             # most changes of one entry of a matrix only break its symmetry
             paths = [path for path in leaves(data) if "values" not in path or rng.random() < 0.1]
@@ -694,7 +694,7 @@ def test_extreme_numbers_are_refused_in_words_or_allowed() -> None:
                 assert all(isinstance(text, str) for text in machine_warnings(case))
                 system = build_system(case.machine)
                 assert np.isfinite(system.mass).all() and np.isfinite(system.stiffness).all()
-    assert min(verdicts) > 50
+    assert min(verdicts) > 16
 
 
 NONSENSE: list[Any] = [None, True, 3, -1.5, "", "x.csv", "3 kg", [], [1], ["A"], {}, {"a": 1}, [[]]]

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from roll_control_cases import PATH, case_of, record_of, value_of
 
+from vibecalc.core.results.record import Record
 from vibecalc.core.study.execute import execute, load_checked
 from vibecalc.errors import CaseError, NumericalFailure
 from vibecalc.roll.motor_checks import control_problems
@@ -97,13 +98,21 @@ def test_a_full_model_with_transients_of_the_motor_is_refused() -> None:
     assert "transients of the motor's fluxes" in problem.message
 
 
+def unstable(full_model: bool) -> Record:
+    record = record_of(gain=10.0, acceleration_feedback=1.0, full_model=full_model)
+    assert value_of(record, "status") == 3 and np.all(np.isposinf(value_of(record, "level")))
+    assert any("the loop is unstable" in text for text in record.warnings)
+    return record
+
+
+def test_an_unstable_loop_is_called_so() -> None:
+    assert PATH + "range/level" in unstable(full_model=False)
+
+
+@pytest.mark.long
 def test_an_unstable_loop_is_called_so_with_the_full_model_too() -> None:
     """The full model has no motion to look at there; the reduced results stand all the same."""
-    found = record_of(gain=10.0, acceleration_feedback=1.0, full_model=True)
-    alone = record_of(gain=10.0, acceleration_feedback=1.0, full_model=False)
-    for record in (found, alone):
-        assert value_of(record, "status") == 3 and np.all(np.isposinf(value_of(record, "level")))
-        assert any("the loop is unstable" in text for text in record.warnings)
+    found, alone = unstable(full_model=True), unstable(full_model=False)
     (words,) = [text for text in found.warnings if "full model under control is left out" in text]
     assert "the loop is unstable in the reduced model" in words
     assert PATH + "full/level" not in found and PATH + "range/level" in found

@@ -110,7 +110,8 @@ def test_a_key_with_a_letter_too_few_is_told_with_the_right_one() -> None:
 
 
 @pytest.mark.parametrize(
-    ("scale", "least"), [(0.0, 20), (-1.0, 30), (1e-30, 20), (1e30, 80), (1e3, 20)]
+    ("scale", "least"),
+    [(0.0, 20), (-1.0, 30), (1e-30, 20), (1e30, 80), pytest.param(1e3, 20, marks=pytest.mark.long)],
 )
 def test_scaled_numbers_are_refused_or_stand(scale: float, least: int) -> None:
     refused = 0
@@ -135,9 +136,9 @@ def test_scaled_numbers_are_refused_or_stand(scale: float, least: int) -> None:
 
 @pytest.mark.parametrize("scene", ["roll", "roll_control", "plate"])
 def test_broken_starters_end_in_words(scene: str, tmp_path: Path) -> None:
-    codes = check_broken_starters(scene, 120, tmp_path / "mutated.toml")
+    codes = check_broken_starters(scene, 40, tmp_path / "mutated.toml")
     assert set(codes) <= {0, 2}
-    assert codes[2] > 40
+    assert codes[2] > 13
 
 
 @pytest.mark.parametrize("key", ["gas_force", "slip_table", "load"])

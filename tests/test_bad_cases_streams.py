@@ -12,11 +12,11 @@ GENERATOR = str(CASES / "generator.toml")
 PROGRAM = [sys.executable, "-m", "vibecalc"]
 
 PRINTING = [
-    ["check", GENERATOR],
     ["verify", GENERATOR, "--json"],
-    ["schema"],
     ["--help"],
-    ["run", "--help"],
+    pytest.param(["check", GENERATOR], marks=pytest.mark.long),
+    pytest.param(["schema"], marks=pytest.mark.long),
+    pytest.param(["run", "--help"], marks=pytest.mark.long),
 ]
 
 # Ctrl-C arrives in the middle of the command: when it first asks for the tables of a case

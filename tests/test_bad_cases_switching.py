@@ -189,8 +189,8 @@ def test_strong_and_weak_damping_side_by_side() -> None:
 
 def test_worst_instant_of_a_change_that_is_hardly_felt() -> None:
     """A relative change of 1e-9: at most a bound of that size above the steady motion."""
-    one = compressor_loads(12).per_speed_squared[BOTH]
-    loads = Loads(np.arange(1, 13), np.stack([one, one * (1.0 + 1e-9)]), np.zeros((2, 6)))
+    one = compressor_loads(6).per_speed_squared[BOTH]
+    loads = Loads(np.arange(1, 7), np.stack([one, one * (1.0 + 1e-9)]), np.zeros((2, 6)))
     worst = worst_instant(compressor(), loads, 0, 1, SPEED)
     steady = worst_instant(compressor(), loads, 1, 1, SPEED)
     assert np.all(worst.value >= steady.value - steady.error)
@@ -200,7 +200,7 @@ def test_worst_instant_of_a_change_that_is_hardly_felt() -> None:
 def test_worst_instant_with_hardly_any_damping_says_how_little_it_knows() -> None:
     system, loads = compressor(1e-5), compressor_loads(6)
     worst = worst_instant(system, loads, BOTH, ONLY_A, SPEED)
-    for angle in np.linspace(0.0, 6.0, 5).tolist():
+    for angle in np.linspace(0.0, 6.0, 3).tolist():
         done = instantaneous(system, loads, BOTH, ONLY_A, SPEED, angle=angle, duration=8.0)
         assert np.all(done.peaks.value <= worst.value + worst.error + done.peaks.error)
     assert np.all(worst.error < 0.3 * worst.value)

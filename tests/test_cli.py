@@ -244,6 +244,7 @@ def test_same_case_twice_gives_the_same_objects_outside_provenance(
 
 #: starter cases whose run takes seconds
 SLOW_STARTERS = ("impact", "mount_design", "switching")
+QUICK_STARTERS = ("generator", "rigid_body", "balance", "compressor", "plate", "absorber")
 
 
 @pytest.mark.long
@@ -255,7 +256,11 @@ def test_slow_starter_cases_run(scene: str, tmp_path: Path) -> None:
     assert outcome.code == 0, outcome.err
 
 
-def test_starter_cases_pass_check_and_run(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    "running", [QUICK_STARTERS, pytest.param((), marks=pytest.mark.long)], ids=["quick", "all"]
+)
+def test_starter_cases_pass_check_and_run(running: tuple[str, ...], tmp_path: Path) -> None:
+    """All that are not slow run in the long tests."""
     listed = command("new", "list").out.split("\n")
     scenes = [line.split()[0] for line in listed if line.strip()]
     assert {"generator", "rigid_body"} <= set(scenes)
@@ -263,7 +268,7 @@ def test_starter_cases_pass_check_and_run(tmp_path: Path) -> None:
         path = tmp_path / f"{scene}.toml"
         assert command("new", scene, "-o", str(path)).code == 0
         assert command("check", str(path)).code == 0
-        if scene in SLOW_STARTERS:
+        if scene not in running if running else scene in SLOW_STARTERS:
             continue
         outcome = command("run", str(path), "-q", cap=120)
         assert outcome.code == 0, (scene, outcome.err)

@@ -107,7 +107,7 @@ def undamped(tmp_path: Path) -> Path:
     return path
 
 
-@pytest.mark.parametrize("keep", [PEAK, RUN_UP])
+@pytest.mark.parametrize("keep", [PEAK, pytest.param(RUN_UP, marks=pytest.mark.long)])
 def test_failed_points_are_counted_by_cause_and_the_exit_code_is_4(
     tmp_path: Path, keep: str
 ) -> None:
@@ -215,6 +215,7 @@ def test_two_sweeps_into_one_file_are_refused() -> None:
     assert first.returncode == 130
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("bytes_free", [600, pytest.param(20_000, marks=pytest.mark.long)])
 def test_a_full_disk_is_said_and_what_is_finished_is_used_later(
     bytes_free: int, tmp_path: Path
@@ -251,6 +252,7 @@ def test_a_disk_that_fills_up_while_it_is_written_leaves_nothing_half(
     assert not [path for path in tmp_path.rglob("*") if path.is_file()]
 
 
+@pytest.mark.long
 def test_a_folder_that_is_removed_in_the_middle_is_said(tmp_path: Path) -> None:
     output = tmp_path / "below" / "one.h5"
     running = started(CASE, *GRID, "-j", 1, "-q", "-o", output)

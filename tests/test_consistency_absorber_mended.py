@@ -21,7 +21,14 @@ def number(record: Record, path: str) -> float:
     return float(record[path].values)
 
 
-@pytest.mark.parametrize("damping", [0.7071, 0.707106, 0.7071067])
+@pytest.mark.parametrize(
+    "damping",
+    [
+        pytest.param(0.7071, marks=pytest.mark.long),
+        pytest.param(0.707106, marks=pytest.mark.long),
+        0.7071067,
+    ],
+)
 def test_a_run_beside_the_threshold_keeps_its_tuning(damping: float) -> None:
     setting = (f"machine.primary.damping_ratio={damping}", "tuning.bounds={travel=11.1}")
     record, best = run("absorber", *setting), minimax(damping, 0.1)

@@ -58,14 +58,14 @@ def held_against_many_digits(kind, z1, m):
 
 
 def test_force_and_displacement_holds_against_forty_digits():
-    assert held_against_many_digits(("force", "displacement"), *sample(20)) == 20
+    assert held_against_many_digits(("force", "displacement"), *sample(8)) == 8
 
 
 @pytest.mark.parametrize("kind", BOUNDED[1:], ids="-".join)
 def test_other_responses_hold_against_forty_digits(kind):
-    z1, m = sample(8, seed=len(kind[1]))
+    z1, m = sample(4, seed=len(kind[1]))
     m = np.minimum(m, 0.05) if kind not in ALWAYS else m  # heavy ones reach the floor
-    assert held_against_many_digits(kind, z1, m) >= 3
+    assert held_against_many_digits(kind, z1, m) >= 2
 
 
 def test_base_and_transmitted_force_holds_for_an_undamped_primary():
@@ -206,7 +206,7 @@ def test_the_certificate_refuses_what_is_not_optimal():
     assert BOUNDARY not in certify(Absorber(0.1, 0.1, 0.0, [0.01, 0.1, 1.0])).verdict
 
 
-@pytest.mark.parametrize("pair", [(0.1, 0.01), (0.35, 3.0)])
+@pytest.mark.parametrize("pair", [(0.1, 0.01), pytest.param((0.35, 3.0), marks=pytest.mark.long)])
 def test_a_grid_around_and_a_global_search_find_nothing_lower(pair):
     from scipy.optimize import differential_evolution
 

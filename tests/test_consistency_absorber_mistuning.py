@@ -4,6 +4,7 @@ mistuning is the difference of peaks, first order in stiffness where the peaks p
 
 import numpy as np
 import pytest
+from long_but import long_but
 
 from vibecalc.absorber.peaks import peaks
 from vibecalc.absorber.transfer import Absorber
@@ -22,8 +23,18 @@ def optimum(z1, m, kind):
                      float(found.secondary_damping)])  # fmt: skip
 
 
-@pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize(("z1", "m"), [(0.1, 0.01), (0.05, 0.5), (0.3, 0.2), (0.5, 0.05)])
+@pytest.mark.parametrize(
+    "kind", long_but(KINDS, ("force", "displacement"), ("base", "displacement"))
+)
+@pytest.mark.parametrize(
+    ("z1", "m"),
+    [
+        (0.1, 0.01),
+        pytest.param(0.05, 0.5, marks=pytest.mark.long),
+        (0.3, 0.2),
+        pytest.param(0.5, 0.05, marks=pytest.mark.long),
+    ],
+)
 def test_derivatives_against_differences(kind, z1, m):
     _, k, z = optimum(z1, m, kind)
     found = sensitivity(z1, m, k, z, (0,), *kind)

@@ -116,6 +116,7 @@ def test_shafts_that_are_too_light_end_at_their_bounds_and_at_the_lower_bound(
     assert objective == pytest.approx(math.sqrt(2.0) * couple / 0.340, rel=1e-9)
 
 
+@pytest.mark.long
 def test_the_search_from_many_starts_finds_no_less(tmp_path: Path) -> None:
     variables = _both(WEIGHT, 0, "0.02 kg*m")
     solved = _run(tmp_path, variables)

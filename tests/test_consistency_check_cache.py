@@ -62,7 +62,15 @@ def test_bad_cases_have_the_same_problems() -> None:
     assert refused >= 20
 
 
-@pytest.mark.parametrize("name", ["generator", "compressor", "compressor_impact", "four_cylinder"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "generator",
+        pytest.param("compressor", marks=pytest.mark.long),
+        pytest.param("compressor_impact", marks=pytest.mark.long),
+        "four_cylinder",
+    ],
+)
 def test_changed_numbers_have_the_same_problems(name: str) -> None:
     tables, cache, draw = resolved(name), StageCache(), random.Random(name)
     paths = leaves(tables)

@@ -93,8 +93,16 @@ def test_rates_and_jacobian(kind: str, cages: int) -> None:
         np.testing.assert_allclose(found.value[0, place_], wanted, rtol=1e-11, atol=1e-12)
 
 
-@pytest.mark.parametrize("kind", ["free", "mounted"])
-@pytest.mark.parametrize("cages", [1, 3])
+@pytest.mark.parametrize(
+    ("kind", "cages"),
+    [
+        ("mounted", 3),
+        *(
+            pytest.param(*one, marks=pytest.mark.long)
+            for one in (("free", 1), ("free", 3), ("mounted", 1))
+        ),
+    ],
+)
 def test_a_turn_in_time_comes_back(kind: str, cages: int) -> None:
     machine, drive = machine_of(**KINDS[kind]), drive_of(cages)
     found = run(machine, drive)
@@ -144,7 +152,7 @@ def test_a_march_in_time_ends_in_it() -> None:
     np.testing.assert_allclose(ends[-1][4:], start[4:], atol=1e-7 + left)
 
 
-@pytest.mark.parametrize("kind", ["free", "mounted"])
+@pytest.mark.parametrize("kind", [pytest.param("free", marks=pytest.mark.long), "mounted"])
 def test_fast_fluxes_are_the_steady_curve(kind: str) -> None:
     """The torque's lag, and with it the difference of the spectra, goes with the pace."""
     machine = machine_of(**KINDS[kind])
@@ -174,7 +182,10 @@ def test_power_over_a_turn(kind: str) -> None:
     assert abs(own.residual[0]) < 1e-10 * own.motor[0]
 
 
-@pytest.mark.parametrize(("kind", "cages"), [("free", 1), ("free", 2), ("mounted", 2)])
+@pytest.mark.parametrize(
+    ("kind", "cages"),
+    [("free", 1), pytest.param("free", 2, marks=pytest.mark.long), ("mounted", 2)],
+)
 def test_multipliers_of_the_monodromy_matrix(kind: str, cages: int) -> None:
     machine, drive = machine_of(**KINDS[kind]), drive_of(cages)
     found = run(machine, drive)

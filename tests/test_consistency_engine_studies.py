@@ -139,7 +139,9 @@ def test_a_sweep_over_a_damper_is_its_single_runs(
     ("key", "values"),
     [
         ("machine.speed", (150.0, 170.0)),
-        ("machine.crank_train.cylinders[1].pressure_scale", (1.0, 0.5)),
+        pytest.param(
+            "machine.crank_train.cylinders[1].pressure_scale", (1.0, 0.5), marks=pytest.mark.long
+        ),
         ("response.torsion.transient.torque", (9.0, 90.0)),
     ],
 )

@@ -187,6 +187,7 @@ def test_paths_units_report_and_file_say_the_same(tmp_path: Path) -> None:
     assert "Brent" in text
 
 
+@pytest.mark.long
 def test_the_same_numbers_in_any_order_and_twice(tmp_path: Path) -> None:
     one = row("ten", STIFFNESS, "1 N/mm", "1 kN/mm", FREQUENCY, 'target = "10 Hz"')
     other = row("rod", ROD, "61 mm", "2 m", RIGID, 'change = "-300 N"')

@@ -66,7 +66,15 @@ def exact_determinant(rod, body, spin, w):
         EndBody(0.01, 1e-7),
     ],
 )
-@pytest.mark.parametrize("overhang", [0.0, 1e-4, 0.1, 1.3])
+@pytest.mark.parametrize(
+    "overhang",
+    [
+        pytest.param(0.0, marks=pytest.mark.long),
+        1e-4,
+        pytest.param(0.1, marks=pytest.mark.long),
+        1.3,
+    ],
+)
 def test_frequencies_against_forty_digits(body, overhang):
     rod = ROD._replace(overhang=overhang)
     found = bending_frequencies(rod, body, 4)

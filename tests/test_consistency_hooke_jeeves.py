@@ -91,7 +91,9 @@ def test_infinite_values_are_gone_around():
     assert found.point == pytest.approx([0.7, 0.7], abs=1e-6)
 
 
-@pytest.mark.parametrize("name", ["hooke_jeeves", "nelder_mead"])
+@pytest.mark.parametrize(
+    "name", ["hooke_jeeves", pytest.param("nelder_mead", marks=pytest.mark.long)]
+)
 @pytest.mark.parametrize("number", KNOWN)
 def test_limits_are_kept_without_standing_still_at_them(name, number):
     evaluate, lower, upper, objective, variables = KNOWN[number]

@@ -223,26 +223,27 @@ def test_crank_pin_and_bore_have_results_of_their_own():
 
 
 def test_a_fixed_step_method_is_measured_by_exact_contacts(exact):
-    record = record_of("response.impact.method='rk4'", "response.impact.steps=1024")
+    record = record_of("response.impact.method='rk4'", "response.impact.steps=512")
     linkage = build_joints(case_of().machine, None).linkage
     study = Study(np.array([CLEARANCE]), members=3, discard=0, revolutions=2, orders=6)
-    own = mean_over_runs(run_fixed_steps(linkage, study, "rk4", 1024).wrist_pin.force)
+    own = mean_over_runs(run_fixed_steps(linkage, study, "rk4", 512).wrist_pin.force)
     quantity = record["response/impact/mean_force"]
     np.testing.assert_allclose(quantity.values, own.value, rtol=1e-9)
     difference = np.abs(value(record, "mean_force") - value(exact, "mean_force"))
     assert quantity.error_estimate > difference[0]
     for name in ("first_contacts", "parting", "dissipated", "shaking"):
         np.testing.assert_allclose(value(record, name), value(exact, name), rtol=1e-9)
-    assert any("rk4 with 1024 steps" in warning for warning in record.warnings)
+    assert any("rk4 with 512 steps" in warning for warning in record.warnings)
     assert any("rk4" in method.name for method in record.methods)
     assert not any("rk4" in method.name for method in exact.methods)
 
 
+@pytest.mark.long
 def test_a_start_that_is_not_forgotten_is_said():
     # nothing is discarded, and the first revolution has the energy of the start
     record = record_of(
         "response.impact.clearances=['1e-4 in']",
-        "response.impact.members=12",
+        "response.impact.members=6",
         "response.impact.orders=2",
         wanted=("mean_force",),
     )

@@ -56,8 +56,8 @@ COMPRESSOR = Linkage(compressor_drive(), gas_towards("crank"), MASS, source_join
 
 @pytest.fixture(scope="module")
 def ensemble():
-    """64 members of the compressor over one revolution, after four that are forgotten."""
-    study = Study(np.array([CLEARANCE]), members=64, discard=4, revolutions=1, orders=6)
+    """16 members of the compressor over one revolution, after four that are forgotten."""
+    study = Study(np.array([CLEARANCE]), members=16, discard=4, revolutions=1, orders=6)
     return run_ensemble(COMPRESSOR, study, perturbation=2.54e-11)
 
 
@@ -258,7 +258,7 @@ def test_fixed_steps_converge_to_the_first_contacts():
     start = central_start(COMPRESSOR, clearance)
     truth = first_motion(COMPRESSOR, clearance).contacts[0, :4]
     errors = []
-    for steps in (512, 1024, 2048):
+    for steps in (512, 2048):
         run = simulate_fixed_steps(
             COMPRESSOR.drive, COMPRESSOR.gas, MASS, COMPRESSOR.wrist_pin, start.gap,
             start.velocity, method="rk4", steps=steps, revolutions=1, orders_kept=1,
@@ -269,8 +269,8 @@ def test_fixed_steps_converge_to_the_first_contacts():
         face = np.where(gap[made + 1] < 0.0, 0.0, CLEARANCE)
         part = (face - gap[made]) / (gap[made + 1] - gap[made])
         errors.append(np.max(np.abs(run.angle[made] + part * run.angle[1] - truth)))
-    assert errors[2] < 0.3 * errors[0]
-    assert errors[2] < 2e-3
+    assert errors[1] < 0.3 * errors[0]
+    assert errors[1] < 2e-3
 
 
 def test_fixed_steps_start_where_the_event_exact_members_do():

@@ -116,7 +116,7 @@ def test_spread_is_that_of_fits_to_tables_with_errors():
     table = steady_torque(TWO_CAGES, MADE).value
     base = fit_induction_motor(MADE, table, **GIVEN, stator_inductance=0.028)
     found = []
-    for _ in range(60):
+    for _ in range(24):
         shaken = table * (1.0 + 1e-3 * rng.normal(size=table.size))
         fit = fit_induction_motor(MADE, shaken, **GIVEN, stator_inductance=0.028)
         motor = fit.motor

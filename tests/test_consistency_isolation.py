@@ -215,7 +215,7 @@ def test_static_deflection_of_both_models_agrees() -> None:
 
 @pytest.mark.parametrize(
     ("damping", "count"),
-    [(50.0, 180_000), (50.0 * 1.26e-3, 180_000), (2.0, 20_000), (400.0, 20_000)],
+    [(50.0, 60_000), (50.0 * 1.26e-3, 60_000), (2.0, 20_000), (400.0, 20_000)],
 )
 def test_run_up_maximum_holds_against_a_dense_sweep(damping: float, count: int) -> None:
     """The sweep never lies above the maximum, nor farther below than its own spacing allows."""

@@ -191,7 +191,7 @@ def test_harmonics_add_up_to_the_motion(rod_ratio, offset_ratio):
 
 
 def test_dropped_orders_against_the_closed_form_at_ninety_degrees():
-    for rod_ratio in (0.1, 0.3, 0.9, 0.999, 0.999999):
+    for rod_ratio in (0.1, 0.9, 0.999999):
         digits = 110 if rod_ratio < 0.5 else 40
         values = closed_form(rod_ratio, 60, digits)
         with mp.workdps(digits):

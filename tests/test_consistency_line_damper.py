@@ -6,6 +6,7 @@ absorber, a brute force that is refined round its best point, differential evolu
 
 import mpmath
 import numpy as np
+import pytest
 from line_damper_samples import RING, TABLE_VALUE, branched, direct, engine, torque_of_parts
 
 from vibecalc.absorber.tuning.minimax import minimax
@@ -138,6 +139,7 @@ def test_brute_force_on_the_engine_finds_the_same_damper() -> None:
     assert found.worst * (1.0 - 2e-4) < fine <= found.worst + found.worst_error
 
 
+@pytest.mark.long
 def test_an_optimum_where_two_crests_of_one_cycle_change_places() -> None:
     from scipy.optimize import minimize
 
@@ -170,6 +172,7 @@ def test_an_optimum_where_two_crests_of_one_cycle_change_places() -> None:
         assert found.worst * (1.0 - 2e-3) < other.fun < found.worst * (1.0 + 1e-3)
 
 
+@pytest.mark.long
 def test_differential_evolution_on_a_branched_line_finds_nothing_better() -> None:
     from scipy.optimize import differential_evolution
 

@@ -6,6 +6,7 @@ Truth: motions drawn at random and read; scipy's least squares from many starts;
 import mpmath
 import numpy as np
 import pytest
+from long_but import long_but
 from plate_readings import LEVELS, apart, by_the_source, random_plate, source_rows
 from scipy.optimize import least_squares
 
@@ -58,9 +59,9 @@ def test_the_source_s_instruments_at_any_angle(seed):
     assert signs == {-1.0, 1.0}
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", long_but(range(4), 0))
 def test_no_motion_is_overlooked(seed):
-    """Least squares of scipy from 60 random starts end at no further motion."""
+    """Least squares of scipy from 30 random starts end at no further motion."""
     plate = random_plate(100 + seed, 4, 1)
     found = motions_of(plate)
     random = np.random.default_rng(seed)
@@ -70,11 +71,11 @@ def test_no_motion_is_overlooked(seed):
         return np.abs(signal) ** 2 - plate.amplitudes**2
 
     met = []
-    for _ in range(60):
+    for _ in range(30):
         end = least_squares(misses, random.normal(size=6), xtol=1e-15, ftol=1e-15, gtol=1e-15)
         if np.max(np.abs(end.fun)) < 1e-9:
             met.append(min(apart(end.x[:3] + 1j * end.x[3:], one.motion) for one in found))
-    assert len(met) >= 10
+    assert len(met) >= 5
     assert max(met) < 1e-4
 
 

@@ -19,13 +19,13 @@ CASE = Path(__file__).resolve().parents[1] / "cases" / "generator_mount_design.t
 ROOT = "optimisation"
 STIFFNESS = "machine.mounts.each.stiffness"
 DAMPING = "machine.mounts.each.damping"
-METHODS = ["sequential_quadratic", "hooke_jeeves", "nelder_mead"]
+METHODS = ["sequential_quadratic", "hooke_jeeves"]
 ASKED = f"""
-starts = 2
+starts = 1
 compare = {METHODS}
 sensitivity = "both"
 second_objective = {{ quantity = "isolation/support_force/steady_peak" }}
-front_points = 5
+front_points = 3
 """
 
 
@@ -63,12 +63,14 @@ def test_methods_end_at_the_optimum_and_cost_what_they_cost(study: Result) -> No
     names = record[f"{ROOT}/methods/objective"].axes[0].values
     assert list(names) == METHODS
     best = float(record[f"{ROOT}/objective"].values)
-    assert record[f"{ROOT}/methods/objective"].values == pytest.approx(np.full(3, best), rel=1e-5)
+    assert record[f"{ROOT}/methods/objective"].values == pytest.approx(
+        np.full(len(METHODS), best), rel=1e-5
+    )
     assert np.all(np.abs(record[f"{ROOT}/methods/shortfall"].values) <= 1e-5 * best)
     assert np.all(record[f"{ROOT}/methods/distance"].values < 1e-3)
     evaluations = record[f"{ROOT}/methods/evaluations"].values
     assert evaluations[1] > 2 * evaluations[0]
-    assert list(record[f"{ROOT}/methods/converged"].values) == [1, 1, 1]
+    assert list(record[f"{ROOT}/methods/converged"].values) == [1] * len(METHODS)
 
 
 def test_seconds_stay_out_of_what_is_compared(study: Result, tmp_path: Path) -> None:
@@ -115,7 +117,7 @@ def test_front_begins_at_the_optimum(study: Result) -> None:
     first, second = (
         record[f"{ROOT}/front/{name}"].values for name in ("objective", "second_objective")
     )
-    assert first.size == 5
+    assert first.size == 3
     assert first[0] == pytest.approx(float(record[f"{ROOT}/objective"].values), rel=1e-9)
     assert second[0] == pytest.approx(100.0, rel=1e-9)
     assert np.all(np.diff(first) > 0) and np.all(np.diff(second) < 0)

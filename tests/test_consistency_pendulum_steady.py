@@ -38,9 +38,22 @@ def one_cycle(pendulum, order, torque, speed, slope):
 
 
 @pytest.mark.parametrize(
-    "pendulum", [POINT, on("epicycloidal"), on("cycloidal"), on("epicycloidal", ROLLERS)]
+    ("pendulum", "order"),
+    [
+        (POINT, 1.03 * ORDER),
+        (on("epicycloidal", ROLLERS), ORDER),
+        *(
+            pytest.param(pendulum, order, marks=pytest.mark.long)
+            for pendulum in (
+                POINT,
+                on("epicycloidal"),
+                on("cycloidal"),
+                on("epicycloidal", ROLLERS),
+            )
+            for order in (ORDER, 1.03 * ORDER)
+        ),
+    ],
 )
-@pytest.mark.parametrize("order", [ORDER, 1.03 * ORDER])
 def test_a_steady_motion_repeats(pendulum, order):
     found = steady_motion(pendulum, ROTOR, order, 0.6)
     sines = found.swing.value
@@ -126,6 +139,7 @@ def test_the_swing_of_a_jump_is_the_largest_angle_in_time():
     assert float(found.first_sine.value) - float(found.swing.value) > 2e-3
 
 
+@pytest.mark.long
 def test_overtuning_buys_torque_and_heavier_pendulums_too():
     """Tuned 3 per cent above the order the jump comes later, as every designer of circles knows."""
     plain = jump(POINT, ROTOR, ORDER).torque.value

@@ -63,6 +63,7 @@ def test_planar_motion_is_that_of_the_whole_body() -> None:
     assert shape.shape == (3, 6) and not shape[:, [0, 4, 5]].any()
 
 
+@pytest.mark.long
 def test_crank_planes_of_other_axes_move_alike() -> None:
     def turned(axis: str, stroke: str) -> Record:
         place = {axis: 0, stroke: 2}

@@ -278,6 +278,7 @@ def test_many_clearances_are_thinned_to_what_a_page_holds() -> None:
     assert length_scale(0.0)[1] == "\u00b5m"
 
 
+@pytest.mark.long
 def test_equal_results_give_equal_bytes(tmp_path: Path) -> None:
     first = draw(compressor(modes()), tmp_path / "a")
     second = draw(compressor(modes()), tmp_path / "b")

@@ -89,7 +89,15 @@ def by_hand(table: Table, angle: float, moving: set[str], balanced: set[str]) ->
 
 @pytest.mark.parametrize("idle", ["stopped", "unloaded"])
 @pytest.mark.parametrize("working", [("A", "B"), ("A",), ("B",)])
-@pytest.mark.parametrize("balanced", [(), ("A",), ("B",), ("A", "B")])
+@pytest.mark.parametrize(
+    "balanced",
+    [
+        (),
+        pytest.param(("A",), marks=pytest.mark.long),
+        pytest.param(("B",), marks=pytest.mark.long),
+        ("A", "B"),
+    ],
+)
 def test_forces_are_the_sum_over_what_moves(
     working: tuple[str, ...], balanced: tuple[str, ...], idle: str
 ) -> None:
@@ -457,7 +465,7 @@ def test_an_order_on_an_undamped_natural_frequency_is_refused_by_name(method: st
 
 
 @pytest.mark.parametrize("method", ["modal", "direct"])
-@pytest.mark.parametrize("away", [1e-7, -1e-7, 1e-9])
+@pytest.mark.parametrize("away", [1e-7, pytest.param(-1e-7, marks=pytest.mark.long), 1e-9])
 def test_next_to_it_the_error_estimates_hold(method: str, away: float) -> None:
     table = diagonal(2, 1, away, method=method)
     case = validate(copy.deepcopy(table))
@@ -570,6 +578,7 @@ def test_orders_that_are_not_kept_are_in_the_error_of_a_run_up() -> None:
     assert 0.5 * lacking < cut.error_estimate < 5.0 * lacking
 
 
+@pytest.mark.long
 def test_a_weak_order_costs_no_points() -> None:
     """Each order has six resonances; a curve shows those of the few that can be seen."""
     few, many = (

@@ -10,6 +10,7 @@ from functools import cache
 import numpy as np
 import pytest
 from fuzzing import command
+from long_but import long_but
 from shipped_cases import CASES
 
 from vibecalc.array_path import ROLL_KEYS, ROLL_PATHS, pattern, unsupported
@@ -142,7 +143,7 @@ def test_the_cases_have_every_key_and_every_result() -> None:
     assert set(known_paths("free")) == set(ROLL_PATHS)
 
 
-@pytest.mark.parametrize("name", FULL)
+@pytest.mark.parametrize("name", long_but(FULL, "free"))
 def test_each_key_alone(name: str) -> None:
     before = [] if name == "free" else known_keys("free")
     for key in known_keys(name):
@@ -157,22 +158,22 @@ def test_each_key_alone(name: str) -> None:
         same(name, design(name, [axis]), KEEP, alone=2 if held or turns else 0)
 
 
-@pytest.mark.parametrize("name", FULL)
+@pytest.mark.parametrize("name", long_but(FULL, "dressed"))
 def test_all_keys_at_once_and_every_result(name: str) -> None:
     axes = []
     for key in known_keys(name):
         value = get_key(machine(name).resolved, key)
         if value and (name == "free" or key[-1] not in GEOMETRY):
             axes.append({"key": key_text(key), "from": 0.98 * value, "to": 1.02 * value})
-    points = design(name, axes, sampling="latin_hypercube", points=12)
+    points = design(name, axes, sampling="latin_hypercube", points=6)
     same(name, points, known_paths(name))
 
 
 def test_points_without_a_running_state_get_the_words_of_a_single_run() -> None:
-    axis = {"key": "machine.rotor.inertia", "values": [0.03, 0.04, 0.5, 2.0]}
-    found = same("free", design("free", [axis]), KEEP, alone=4)
-    assert found.status.tolist() == [FAILED, FAILED, DONE, DONE]
-    assert all("comes to a standstill" in found.message[place] for place in (0, 1))
+    axis = {"key": "machine.rotor.inertia", "values": [0.03, 2.0]}
+    found = same("free", design("free", [axis]), KEEP, alone=2)
+    assert found.status.tolist() == [FAILED, DONE]
+    assert "comes to a standstill" in found.message[0]
 
 
 def test_slip_beyond_the_table_is_said_at_its_point() -> None:

@@ -150,9 +150,13 @@ def test_an_unstable_motion_of_the_full_model_has_no_levels():
     assert "full model is unstable" in said and "has no mounts" in said
 
 
-def test_gains_beyond_the_motor_are_refused_in_words():
+@pytest.mark.long
+def test_swings_beyond_the_table_of_the_motor_are_refused_in_words():
     with pytest.raises(NumericalFailure, match="beyond the motor's table"):
         record_of(gain=10.0, acceleration_feedback=-10.0, actuator_lag=1e-3, full_model=True)
+
+
+def test_gains_beyond_the_motor_are_refused_in_words():
     with pytest.raises(NumericalFailure, match="does not carry the mean torque"):
         record_of(motor_gain=3.0)
     with pytest.raises(NumericalFailure, match="no mean speed balances"):

@@ -89,6 +89,7 @@ def test_no_grid_beats_tuned_gains(name):
         assert {BOUNDS[i] for i in np.flatnonzero(proof.active)} == binding
 
 
+@pytest.mark.long
 def test_the_same_question_has_the_same_answer():
     controller = Controller(1.0, 0.0, 0.0, 1e-3, 0.0)
     one, two = tuned_with_lag(), tune(SOURCE, controller, LOAD, TARGET, WIDE)

@@ -45,8 +45,15 @@ def test_without_feedback_it_is_the_running_state(lag):
     assert found.speed.value == pytest.approx(2.0 * np.pi / float(running.turn.period[0]), 1e-12)
 
 
-@pytest.mark.parametrize("machine", [FREE, MOUNTED], ids=["free", "mounted"])
-@pytest.mark.parametrize("drive", [TABLE, LINE], ids=["table", "line"])
+@pytest.mark.parametrize(
+    ("drive", "machine"),
+    [
+        pytest.param(LINE, FREE, id="line-free"),
+        pytest.param(TABLE, MOUNTED, id="table-mounted"),
+        pytest.param(TABLE, FREE, id="table-free", marks=pytest.mark.long),
+        pytest.param(LINE, MOUNTED, id="line-mounted", marks=pytest.mark.long),
+    ],
+)
 def test_marching_leads_to_it(machine, drive):
     """Three turns from its start displaced: what is left of that is what the multipliers say."""
     law = Law(2.0, 0.508, -0.1, SYNCHRONOUS, 3e-3)
@@ -72,6 +79,7 @@ def test_marching_leads_to_it(machine, drive):
         assert left < 2e-3 * 20.0 * np.max(np.abs(found.multiplier)) ** 2 + 2e-8
 
 
+@pytest.mark.long
 def test_multipliers_are_those_of_the_marched_turn_and_mounts_can_make_them_unstable():
     """Feedback that the reduced model calls stable excites the roll on the mounts."""
     law = Law(1.0, 0.0, -1.0, SYNCHRONOUS, 2e-3)

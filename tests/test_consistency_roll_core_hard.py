@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from exact_roll import exact_levels, exact_turn
 from exact_roll_model import Model, Stall
+from long_but import long_but
 from roll_machines import LENGTH, RADIUS, ROTOR, SYNCHRONOUS, source_drive, source_machine
 
 from vibecalc.kinematics.slider_crank import piston_path
@@ -28,11 +29,7 @@ CASES = {
     "rod of 1.1 radii": ({"rod_length": RADIUS / 0.9}, {}, 14),
     "trigonometric": ({}, {"gas": "trigonometric", "motor": "monotone"}, 10),
 }
-QUICK = 7
-MARKED = [
-    name if place < QUICK else pytest.param(name, marks=pytest.mark.long)
-    for place, name in enumerate(CASES)
-]
+MARKED = long_but(CASES, "shell of 0.001", "friction")
 
 
 def boxed(fields: dict[str, object], curves: dict[str, str]) -> tuple[RollMachine, RollDrive]:

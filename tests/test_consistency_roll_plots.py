@@ -42,7 +42,7 @@ def test_a_picture_needs_its_own_numbers_only(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", OWN)
-@pytest.mark.parametrize("made_of", [roll, symmetrical])
+@pytest.mark.parametrize("made_of", [roll, pytest.param(symmetrical, marks=pytest.mark.long)])
 def test_letters_and_axes_stay_apart(name: str, made_of: Any) -> None:
     assert_apart(figure(made_of(), name))
 

@@ -11,7 +11,7 @@ from vibecalc.core.results.record import Quantity, Record
 from vibecalc.core.results.tolerance import reached, tolerance_warning
 
 
-@pytest.mark.parametrize("orders", [150, 400])
+@pytest.mark.parametrize("orders", [150, pytest.param(400, marks=pytest.mark.long)])
 def test_many_orders_are_those_of_few(tmp_path: Path, orders: int) -> None:
     few = solved(tmp_path, "orders = 100").record
     many = solved(tmp_path, f"orders = {orders}", "[accuracy]", "rtol = 1e-9").record
@@ -24,9 +24,10 @@ def test_many_orders_are_those_of_few(tmp_path: Path, orders: int) -> None:
     assert np.all(np.isfinite(many[f"{ROOT}/level/shell_acceleration"].values))
 
 
+@pytest.mark.long
 def test_the_highest_order_is_right(tmp_path: Path) -> None:
     few, many = (
-        solved(tmp_path, "orders = 400", "[accuracy]", f"rtol = {rtol}").record
+        solved(tmp_path, "orders = 200", "[accuracy]", f"rtol = {rtol}").record
         for rtol in (1e-6, 1e-11)
     )
     name = f"{ROOT}/rotor_acceleration"

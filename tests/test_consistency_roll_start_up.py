@@ -52,8 +52,8 @@ def test_constant_torque_turns_rotor_and_shell_apart_evenly() -> None:
 
 def test_a_linear_motor_approaches_its_speed_exponentially() -> None:
     drive = without_gas()._replace(motor=linear_motor(5.0))
-    found = start_up(bare(), drive, duration=2.0, running_speed=80.0)
-    late = np.exp(-5.0 * 2.0 / REDUCED)
+    found = start_up(bare(), drive, duration=0.8, running_speed=80.0)
+    late = np.exp(-5.0 * 0.8 / REDUCED)
     assert found.final[1] == pytest.approx(100.0 * (1.0 - late), abs=found.final_error[1] + 1e-9)
     reached = -np.log(0.2) * REDUCED / 5.0
     assert found.time_to_speed is not None
@@ -108,10 +108,15 @@ def test_a_load_that_comes_off_lets_friction_go() -> None:
     assert found.final[1] == pytest.approx(0.5 * 200.0 / REDUCED, rel=1e-9)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "changes",
-    [{}, {"shell_stiffness": 3e5, "shell_damping": 500.0, "piston_friction": 60.0}],
-    ids=["free", "mounted"],
+    [
+        pytest.param({}, id="free", marks=pytest.mark.long),
+        pytest.param(
+            {"shell_stiffness": 3e5, "shell_damping": 500.0, "piston_friction": 60.0}, id="mounted"
+        ),
+    ],
 )
 def test_the_source_machine_keeps_its_energy(changes: dict[str, float]) -> None:
     machine = source_machine(friction_torque=3.0, friction_damping=0.05, **changes)
@@ -124,7 +129,7 @@ def test_the_source_machine_keeps_its_energy(changes: dict[str, float]) -> None:
     assert abs(energies.residual) < found.error["residual"]
 
 
-@pytest.mark.parametrize("mounted", [False, True])
+@pytest.mark.parametrize("mounted", [pytest.param(False, marks=pytest.mark.long), True])
 def test_a_running_machine_agrees_with_scipy_between_the_kinks(mounted: bool) -> None:
     changes = {"shell_stiffness": 3e5, "shell_damping": 500.0} if mounted else {}
     machine, drive = source_machine(**changes), source_drive("parabola")

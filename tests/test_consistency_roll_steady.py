@@ -9,6 +9,7 @@ from functools import cache
 import numpy as np
 import pytest
 from exact_roll import exact_levels, exact_turn
+from long_but import long_but
 from roll_machines import FIRST_MASS, SHELL, SYNCHRONOUS, source_drive, source_machine
 from scipy.integrate import solve_ivp
 
@@ -62,8 +63,19 @@ def test_a_machine_of_equal_halves_has_no_odd_harmonics() -> None:
         assert np.all(np.isfinite(shown[1::2]))
 
 
-@pytest.mark.parametrize("gas", ["linear", "parabola", "cubic", "trigonometric"])
-@pytest.mark.parametrize("motor", ["linear", "parabola", "monotone"])
+READ = [
+    (gas, motor)
+    for gas in ("linear", "parabola", "cubic", "trigonometric")
+    for motor in ("linear", "parabola", "monotone")
+]
+EACH_ONCE = (("linear", "monotone"), ("parabola", "parabola"), ("cubic", "linear"),
+             ("trigonometric", "linear"))  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("gas", "motor"),
+    [one if one in EACH_ONCE else pytest.param(*one, marks=pytest.mark.long) for one in READ],
+)
 def test_every_way_to_read_the_tables_has_its_state(gas: str, motor: str) -> None:
     drive = source_drive(gas, motor)
     state = found(source_machine(), drive, started_at=SYNCHRONOUS).state
@@ -83,7 +95,12 @@ HARD = {
 }
 
 
-@pytest.mark.parametrize("name", HARD)
+@pytest.mark.parametrize(
+    "name",
+    long_but(
+        HARD, "rod of 1.001 radii", "rotor of 0.1", "offset and sticking pistons", "friction torque"
+    ),
+)
 def test_a_turn_in_time_comes_back_to_where_it_began(name: str) -> None:
     machine = source_machine(**HARD[name])
     drive = DRIVE._replace(holds=True)
@@ -102,7 +119,7 @@ MOUNTS = {
 }
 
 
-@pytest.mark.parametrize("name", MOUNTS)
+@pytest.mark.parametrize("name", long_but(MOUNTS, "firm", "between, undamped", "on order 2"))
 def test_on_mounts_too_however_near_its_multipliers_are_to_one(name: str) -> None:
     stiffness, damping = MOUNTS[name]
     machine = source_machine(shell_stiffness=stiffness, shell_damping=damping)
@@ -161,7 +178,11 @@ def integrated(
     ("fields", "trivial"),
     [
         ({"rotor_inertia": 20.0}, 3),
-        ({"shell_stiffness": 2e5, "shell_damping": 2e3, "rotor_inertia": 10.0}, 1),
+        pytest.param(
+            {"shell_stiffness": 2e5, "shell_damping": 2e3, "rotor_inertia": 10.0},
+            1,
+            marks=pytest.mark.long,
+        ),
         ({"shell_stiffness": 2e5, "shell_damping": 60.0, "rotor_inertia": 10.0}, 1),
     ],
 )
@@ -186,9 +207,10 @@ def test_multipliers_are_those_of_all_four_states_in_time(fields: dict, trivial:
     assert len(running_.multiplier[0]) == 4 - trivial
 
 
-def test_ten_machines_on_mounts_are_where_long_marches_end() -> None:
+@pytest.mark.parametrize("count", [3, pytest.param(10, marks=pytest.mark.long)])
+def test_machines_on_mounts_are_where_long_marches_end(count: int) -> None:
     random = np.random.default_rng(5)
-    for _ in range(10):
+    for _ in range(count):
         machine = source_machine(
             shell_stiffness=10.0 ** random.uniform(4.0, 6.0),
             shell_damping=10.0 ** random.uniform(3.7, 4.3),

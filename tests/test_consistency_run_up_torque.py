@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from engine_cases import replaced
 from engine_mounted import COUNTER, ON_BODY, SEPARATE, mounted
+from long_but import long_but
 
 from vibecalc.core.run.run import run_case
 from vibecalc.schema import Case
@@ -48,7 +49,9 @@ def at_speed(case: Case, speed: float) -> Case:
     )
 
 
-@pytest.mark.parametrize("name", TEXTS)
+@pytest.mark.parametrize(
+    "name", long_but(TEXTS, "geared line, no momentum", "on the body, small rotor")
+)
 def test_plain_runs_at_speeds_of_the_run_up_agree(name: str) -> None:
     case = mounted(TEXTS[name])
     record = run_case(case)

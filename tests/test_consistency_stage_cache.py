@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from long_but import long_but
 from shipped_cases import CASES
 
 from vibecalc.core.case.load import validate
@@ -231,7 +232,7 @@ def test_no_change_of_any_key_is_overlooked(name: str) -> None:
     assert used > 0 or len(plan_case(case_of(name))) == 1
 
 
-@pytest.mark.parametrize("name", QUICK)
+@pytest.mark.parametrize("name", long_but(QUICK, "generator", "compressor_motor"))
 def test_no_change_of_some_keys_is_overlooked(name: str) -> None:
     ran, used = overlooked(name, random.Random(name), 20)
     assert ran == 20 and used > 4

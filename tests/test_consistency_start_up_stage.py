@@ -181,6 +181,7 @@ def test_the_shipped_start_settles_where_the_periodic_motion_is() -> None:
     assert value(record, "turns_to_steady") == since
 
 
+@pytest.mark.long
 def test_a_load_that_comes_on_lowers_the_speed_by_what_the_motor_slips() -> None:
     # late enough that the unloaded crank has come to the synchronous speed
     speed = value(run(table(duration=1.2, load={"time": [0.0, 0.5], "factor": [0.0, 1.0]})),

@@ -1,10 +1,12 @@
 """Claim: pictures of a sweep show its numbers: lines, maps, samples, limits, failures, the best."""
 
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from long_but import long_but
 from sweep_blocks import made
 from sweep_views import (
     BOTH,
@@ -45,14 +47,24 @@ MORE = {
 }
 
 
-def figure(sweep: SweepView, name: str) -> Any:
+def figure(sweep: SweepView, name: str, dpi: float | None = None) -> Any:
     import matplotlib
 
     with matplotlib.rc_context(STYLE):
         made = make_sweep(sweep, name)
         assert made is not None
+        if dpi is not None:
+            made.set_dpi(dpi)
         made.canvas.draw()
     return made
+
+
+@cache
+def own(name: str) -> tuple[SweepView, Any]:
+    """The sweep that a picture suits and its figure, for tests that look and change nothing."""
+    picture, build = MORE.get(name) or (name, OWN[name])
+    sweep = build()
+    return sweep, figure(sweep, picture, 130)
 
 
 def panel(made: Any, title: str) -> Any:
@@ -94,12 +106,9 @@ def test_a_sweep_has_the_picture_that_suits_it_and_no_other(name: str) -> None:
     assert found == [name]
 
 
-@pytest.mark.parametrize("name", [*OWN, *MORE])
+@pytest.mark.parametrize("name", long_but([*OWN, *MORE], *OWN, "speed"))
 def test_letters_and_axes_stay_apart(name: str) -> None:
-    picture, build = MORE.get(name) or (name, OWN[name])
-    made = figure(build(), picture)
-    made.set_dpi(130)
-    made.canvas.draw()
+    made = own(name)[1]
     renderer = made.canvas.get_renderer()
     width = made.bbox.width
     assert 1000.0 <= width <= 1301.0
@@ -114,8 +123,7 @@ def test_letters_and_axes_stay_apart(name: str) -> None:
 
 
 def test_lines_are_the_results_one_for_each_value_of_the_short_axis() -> None:
-    sweep = OWN["sweep_line"]()
-    made = figure(sweep, "sweep_line")
+    sweep, made = own("sweep_line")
     axes = panel(made, PEAK)
     lines = labelled(axes)
     values = np.where(sweep.done, sweep.read(PEAK).values, np.nan).reshape(21, 4)
@@ -130,7 +138,7 @@ def test_lines_are_the_results_one_for_each_value_of_the_short_axis() -> None:
 
 
 def test_a_limit_is_a_line_with_its_far_side_hatched() -> None:
-    axes = panel(figure(OWN["sweep_line"](), "sweep_line"), SAG)
+    axes = panel(own("sweep_line")[1], SAG)
     (level,) = {float(line.get_ydata()[0]) for line in axes.get_lines()
                 if len(set(line.get_ydata())) == 1 and line.get_color() == "#B00020"}  # fmt: skip
     assert level == pytest.approx(30.0)
@@ -139,15 +147,14 @@ def test_a_limit_is_a_line_with_its_far_side_hatched() -> None:
     assert hatched.get_y() + hatched.get_height() == pytest.approx(axes.get_ylim()[1])
     assert "max 30 mm" in [text.get_text() for text in axes.texts]
     # one that is far off is said, and leaves the lines their room
-    axes = panel(figure(OWN["sweep_line"](), "sweep_line"), BOTH)
+    axes = panel(own("sweep_line")[1], BOTH)
     assert axes.get_ylim()[1] < 20.0
     assert "limit max 400 N: kept everywhere" in [text.get_text() for text in axes.texts]
 
 
 @pytest.mark.parametrize("name", ["sweep_line", "sweep_map"])
 def test_failed_points_are_marks_with_their_cause(name: str) -> None:
-    sweep = OWN[name]()
-    made = figure(sweep, name)
+    sweep, made = own(name)
     words = legend(made)
     assert "2 points: numerical failure, such as: order 2 meets mode 1 at 31.5 rad/s" in words
     axes = panel(made, PEAK)
@@ -160,11 +167,11 @@ def test_failed_points_are_marks_with_their_cause(name: str) -> None:
 
 @pytest.mark.parametrize("name", ["sweep_line", "sweep_map"])
 def test_the_best_point_within_all_limits_is_marked(name: str) -> None:
-    sweep = OWN[name]()
+    sweep, made = own(name)
     found = best(sweep, judge(sweep)[0])
     assert found is not None
     stiffness, damping = sweep.values_of(np.array([found[0]]))[0]
-    axes = panel(figure(sweep, name), SAG)
+    axes = panel(made, SAG)
     (star,) = (line for line in axes.get_lines() if line.get_marker() == "*")
     assert star.get_xdata()[0] == pytest.approx(1e-3 * stiffness)
     value = 1e3 * sweep.read(SAG).values[found[0]]
@@ -243,8 +250,7 @@ def test_unbounded_points_are_triangles() -> None:
 
 
 def test_a_map_has_its_values_with_a_bar_in_their_unit() -> None:
-    sweep = OWN["sweep_map"]()
-    made = figure(sweep, "sweep_map")
+    sweep, made = own("sweep_map")
     axes = panel(made, PEAK)
     (cells,) = (part for part in axes.collections if hasattr(part, "get_coordinates"))
     drawn = np.ma.filled(cells.get_array().astype(float), np.nan).reshape(15, 21)
@@ -271,8 +277,8 @@ def test_the_line_of_a_limit_runs_where_it_is_just_kept() -> None:
 
 
 def test_the_region_is_green_where_all_limits_are_kept() -> None:
-    sweep = OWN["sweep_map"]()
-    axes = panel(figure(sweep, "sweep_map"), "limits")
+    sweep, made = own("sweep_map")
+    axes = panel(made, "limits")
     (cells,) = (part for part in axes.collections if hasattr(part, "get_coordinates"))
     drawn = np.ma.filled(cells.get_array().astype(float), -1.0).reshape(15, 21)
     kept = keeping_all(sweep, judge(sweep)[0])

@@ -36,8 +36,19 @@ def body_motion(
     return result
 
 
-@pytest.mark.parametrize("pieces", [REVERSAL, THROUGH_ZERO], ids=["stand", "through zero"])
-@pytest.mark.parametrize("ratio", [0.03, np.array([0.3, 1.0, 1.3, 0.05, 5.0, 0.999])])
+#: damping ratios of the six modes
+UNLIKE = np.array([0.3, 1.0, 1.3, 0.05, 5.0, 0.999])
+
+
+@pytest.mark.parametrize(
+    ("ratio", "pieces"),
+    [
+        pytest.param(0.03, REVERSAL, id="0.03-stand"),
+        pytest.param(UNLIKE, THROUGH_ZERO, id="unlike-through zero"),
+        pytest.param(0.03, THROUGH_ZERO, id="0.03-through zero", marks=pytest.mark.long),
+        pytest.param(UNLIKE, REVERSAL, id="unlike-stand", marks=pytest.mark.long),
+    ],
+)
 def test_reversal_agrees_with_a_general_integrator(
     pieces: list[Piece], ratio: float | np.ndarray
 ) -> None:
@@ -88,7 +99,10 @@ def exact_chirp(
         return float(place), float(total.real - z * w * place)
 
 
-@pytest.mark.parametrize("ratio", [0.02, 1e-6, 0.7])
+@pytest.mark.parametrize(
+    "ratio",
+    [pytest.param(0.02, marks=pytest.mark.long), 1e-6, pytest.param(0.7, marks=pytest.mark.long)],
+)
 def test_one_mode_under_a_chirp_agrees_to_its_error(ratio: float) -> None:
     orders, loads = [1, 2, 5], np.array([1.0 + 0.5j, 0.3 - 0.2j, 0.05j])
     system, train = one_mode(80.0, ratio, orders, loads[None])

@@ -74,7 +74,14 @@ def test_body_brought_to_rest_settles_by_its_largest_energy() -> None:
     assert np.sqrt(left[0, energy]) == pytest.approx(0.05 * np.sqrt(done.peaks.value[energy]))
 
 
-@pytest.mark.parametrize(("before", "after"), [(BOTH, ONLY_A), (ONLY_A, BOTH), (IDLE, ONLY_A)])
+@pytest.mark.parametrize(
+    ("before", "after"),
+    [
+        (BOTH, ONLY_A),
+        pytest.param(ONLY_A, BOTH, marks=pytest.mark.long),
+        pytest.param(IDLE, ONLY_A, marks=pytest.mark.long),
+    ],
+)
 def test_worst_instant_is_the_largest_over_the_angles(before: int, after: int) -> None:
     system, loads = compressor(), compressor_loads(12)
     worst = worst_instant(system, loads, before, after, SPEED)

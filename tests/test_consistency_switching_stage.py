@@ -182,7 +182,8 @@ WAYS = {"A+B": ["A", "B"], "A": ["A"]}
 
 
 @pytest.mark.parametrize(
-    ("reverses", "angle", "unbalanced"), [(True, 0.0, False), (False, 2.3, True)]
+    ("reverses", "angle", "unbalanced"),
+    [(True, 0.0, False), pytest.param(False, 2.3, True, marks=pytest.mark.long)],
 )
 def test_peaks_of_the_real_change(reverses: bool, angle: float, unbalanced: bool) -> None:
     table = case_of(reverses, angle, unbalanced)
@@ -198,7 +199,9 @@ def test_peaks_of_the_real_change(reverses: bool, angle: float, unbalanced: bool
     assert last == pytest.approx(-361.0 if reverses else 361.0, rel=1e-12)
 
 
-@pytest.mark.parametrize(("angle", "unbalanced"), [(0.0, False), (2.3, True)])
+@pytest.mark.parametrize(
+    ("angle", "unbalanced"), [(0.0, False), pytest.param(2.3, True, marks=pytest.mark.long)]
+)
 def test_peaks_of_the_change_at_once(angle: float, unbalanced: bool) -> None:
     table = case_of(angle == 0.0, angle, unbalanced)
     record, machine = found(angle == 0.0, angle, unbalanced), Machine(table)
@@ -210,6 +213,7 @@ def test_peaks_of_the_change_at_once(angle: float, unbalanced: bool) -> None:
         assert worst >= record[f"{STEM}/instant/kinetic_energy_peak"].values[change] * (1 - 1e-9)
 
 
+@pytest.mark.long
 def test_the_worst_angle_is_the_worst() -> None:
     record = found()
     for change in (0, 1):

@@ -139,6 +139,7 @@ def test_frequencies_of_the_v8() -> None:
         assert ratio is None or shows(ratio, -float(pole.real) / own)
 
 
+@pytest.mark.long
 def test_run_up_stated_in_the_case() -> None:
     time, speed, torque = run_up(65.0, 120.0, 15.0, after=0.5, orders=16, step=5e-5)
     printed = stated("engine_run_up.toml")

@@ -98,6 +98,7 @@ def test_ranges_in_which_gears_hammer_end_where_their_least_torque_is_zero() -> 
             assert got == pytest.approx(value(text, f"gear/{path}")[0], rel=1e-7)
 
 
+@pytest.mark.long
 def test_pendulums_let_natural_frequencies_follow_the_speed() -> None:
     ring = next(line for line in ENGINE.splitlines() if line.startswith("dampers"))
     few = 'speeds = { from = "800 rpm", to = "2000 rpm", points = 61 }'

@@ -11,6 +11,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 import pytest
+from long_but import long_but
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
@@ -192,7 +193,7 @@ class Motion:
         return np.asarray(torque.T)
 
 
-@pytest.mark.parametrize("kind", RUNS)
+@pytest.mark.parametrize("kind", long_but(RUNS, "run_up"))
 def test_a_run_over_several_cards_is_that_of_the_equations(kind: str) -> None:
     with TemporaryDirectory() as folder:
         path = Path(folder) / "engine.toml"

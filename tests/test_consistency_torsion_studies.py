@@ -8,6 +8,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 import pytest
 from engine_cases import ENGINE, GEARED, replaced
+from shipped_cases import result_of
 
 from vibecalc.core.report.plots import make
 from vibecalc.core.report.text import render_report
@@ -116,6 +117,7 @@ def test_mean_inertias_give_the_steady_response() -> None:
     assert value(record, "variable_inertia/growth") < 0.0
 
 
+@pytest.mark.long
 def test_unstable_operating_point_is_refused() -> None:
     # without damping, the second order of the inertia near the sum of two natural frequencies
     bare = replaced(
@@ -173,17 +175,18 @@ def test_design_put_into_the_line_bears_what_was_promised() -> None:
 
 
 def test_pictures_and_report_of_studies() -> None:
+    transient, design = result_of("engine_two_stroke"), result_of("engine_damper_design")
     for result, names in (
-        (misfire(), ("torsion_transient", "torsion_waterfall")),
-        (design(), ("damper_map", "damper_response")),
+        (transient, ("torsion_transient", "torsion_waterfall")),
+        (design, ("damper_map", "damper_response")),
     ):
         for name in names:
             assert make(result, name) is not None
         text = render_report(result)
         assert max(map(len, text.splitlines())) <= 100
     assert "Design of the damper" in text
-    assert "Change in time" in render_report(misfire())
-    assert "Inertia that changes" in render_report(variable())
+    assert "Change in time" in render_report(transient)
+    assert "Inertia that changes" in render_report(result_of("engine_variable_inertia"))
 
 
 def geared_ring(inertia: float) -> str:

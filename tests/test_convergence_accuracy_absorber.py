@@ -9,6 +9,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from long_but import long_but
 from shipped_cases import CASES
 
 from vibecalc.absorber.accuracy.by_other_means import (
@@ -109,7 +110,7 @@ def order_of(found: Measured, start: str) -> float:
     return fit.value
 
 
-@pytest.mark.parametrize("case", SCENES)
+@pytest.mark.parametrize("case", long_but(SCENES, "absorber_rig_a"))
 def test_default_methods_are_accurate_and_on_the_front(case: str) -> None:
     for found in measured_of(case).values():
         holds(found)
@@ -254,6 +255,7 @@ def some_of(topic: Topic, *starts: str) -> Topic:
     )
 
 
+@pytest.mark.long
 def test_an_optimum_with_fewer_starts() -> None:
     (loaded,) = load_checked([CASES["four_cylinder"]], ["optimisation.starts=1"])
     (topic,) = optimisation_study_topics(loaded)
@@ -267,6 +269,7 @@ def test_an_optimum_with_fewer_starts() -> None:
     assert alone.worst_relative < 1e-9 and alone.work < default_of(found).work
 
 
+@pytest.mark.long
 def test_a_search_along_a_key_with_a_coarser_look() -> None:
     (loaded,) = load_checked([CASES["roll_design"]], ["find[0].points=5"])
     (topic,) = find_study_topics(loaded)

@@ -102,7 +102,13 @@ def order_of(found: Measured, ladder: str) -> float:
     return fit.value
 
 
-@pytest.mark.parametrize(("module", "case", "bound"), MEASURED)
+@pytest.mark.parametrize(
+    ("module", "case", "bound"),
+    [
+        pytest.param(*one, marks=[pytest.mark.long] if one[0] == "switching" else [])
+        for one in MEASURED
+    ],
+)
 def test_truths_are_known_and_the_default_is_worth_its_work(
     module: str, case: str, bound: float
 ) -> None:
@@ -128,17 +134,19 @@ def test_truths_are_known_and_the_default_is_worth_its_work(
         ("excitation_force", "force peak", "grid", 2.0),
         ("excitation_force", "couple peak", "grid with parabola", 4.0),
         ("motor_force", "axial force peak", "grid", 2.0),
-        ("isolation_steady", "largest support force", "RK4 shooting", 4.0),
+        pytest.param(
+            "isolation_steady", "largest support force", "RK4 shooting", 4.0, marks=pytest.mark.long
+        ),
         ("run_up", "largest forces of the run-up", "grid", 2.0),
         ("response_steady", "translations by order", "RK4 shooting", 4.0),
         ("response_modes", "natural frequencies", "scan of the determinant", 2.0),
         ("operations", "range of the mean energy", "grid", 2.0),
         ("operations", "range of the mean energy", "grid with parabola", 4.0),
-        ("switching", "change at once", "Euler", 1.0),
-        ("switching", "change at once", "RK4", 4.0),
-        ("switching", "run-down", "Euler", 1.0),
-        ("switching", "run-down", "RK4", 4.0),
-        ("switching", "run-down", "DOP853", 1.0),
+        pytest.param("switching", "change at once", "Euler", 1.0, marks=pytest.mark.long),
+        pytest.param("switching", "change at once", "RK4", 4.0, marks=pytest.mark.long),
+        pytest.param("switching", "run-down", "Euler", 1.0, marks=pytest.mark.long),
+        pytest.param("switching", "run-down", "RK4", 4.0, marks=pytest.mark.long),
+        pytest.param("switching", "run-down", "DOP853", 1.0, marks=pytest.mark.long),
     ],
 )
 def test_ladders_show_the_order_of_their_theory(

@@ -154,6 +154,7 @@ def test_steps_of_all_panels_tell_a_wrong_state() -> None:
     assert departure(setup, moved) > 1e-9
 
 
+@pytest.mark.long
 def test_start_up() -> None:
     found = held(topic_named(start_up_topics(scene_of("roll_startup")), "motion"), 1e-11)
     # a change of load within a step leaves the order one to methods that do not look
@@ -203,6 +204,7 @@ def test_a_crank_with_friction_that_comes_to_rest_is_not_followed() -> None:
         follow(plan)
 
 
+@pytest.mark.long
 def test_control() -> None:
     every = control_topics(scene_of("roll_control"))
     assert [topic.name for topic in every] == ["load", "closed loop", "delay margin", "poles"]

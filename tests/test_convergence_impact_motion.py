@@ -10,7 +10,7 @@ from test_consistency_impact_motion import always_in_contact
 from vibecalc.impact.fixed_step import METHODS, simulate_fixed_steps
 from vibecalc.impact.simulate import simulate
 
-FEW = {"euler": 2000, "heun": 2000, "rk4": 1600, "dormand_prince": 800}
+FEW = {"euler": 1000, "heun": 1000, "rk4": 1600, "dormand_prince": 800}
 
 
 @pytest.mark.parametrize("method", METHODS)

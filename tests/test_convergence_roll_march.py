@@ -100,6 +100,7 @@ def test_scipy_and_small_steps_agree_where_euler_does_not() -> None:
     assert 1e-8 < off < 1e-6
 
 
+@pytest.mark.long
 def test_fine_steps_agree_with_the_march_that_ends_its_steps_on_the_kinks() -> None:
     machine, drive = source_machine(), source_drive("parabola")
     system = StartUpSystem(machine, drive, FULL_LOAD, 1e-10)

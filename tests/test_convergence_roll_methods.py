@@ -45,7 +45,7 @@ def off(turn: Turn, mounted: bool = False, smooth: bool = False) -> float:
     return float(np.abs(spectrum(turn, mounted, smooth) - exact).max() / np.abs(exact).max())
 
 
-@pytest.mark.parametrize("mounted", [False, True])
+@pytest.mark.parametrize("mounted", [False, pytest.param(True, marks=pytest.mark.long)])
 def test_collocation_gains_with_every_point(mounted: bool) -> None:
     machine, drive = parts(mounted)
     started_at = None if mounted else SYNCHRONOUS
@@ -58,7 +58,10 @@ def test_collocation_gains_with_every_point(mounted: bool) -> None:
     assert errors[-1] < 1e-11
 
 
-@pytest.mark.parametrize("mounted", [False, True])
+@pytest.mark.parametrize(
+    "mounted",
+    [pytest.param(False, marks=pytest.mark.long), pytest.param(True, marks=pytest.mark.long)],
+)
 def test_without_splitting_kinks_cost_the_order(mounted: bool) -> None:
     """With curves that are smooth but at a few nodes of the motor's, Fourier's points gain more."""
     machine, drive = parts(mounted, smooth=False)
@@ -74,7 +77,7 @@ def test_without_splitting_kinks_cost_the_order(mounted: bool) -> None:
     assert smooth[1] < 0.05 * rough[1]
 
 
-@pytest.mark.parametrize("mounted", [False, True])
+@pytest.mark.parametrize("mounted", [False, pytest.param(True, marks=pytest.mark.long)])
 def test_shooting_is_of_second_order_past_kinks(mounted: bool) -> None:
     machine, drive = parts(mounted)
     momentum = truth(mounted).momentum
@@ -94,8 +97,26 @@ def test_marches_gain_with_the_step(
     assert gain[0] < off(found.turn) / off(found.finer) < gain[1]
 
 
-@pytest.mark.parametrize("method", ["fourier", "shooting", "dop853", "rk4", "euler"])
-@pytest.mark.parametrize("mounted", [False, True])
+@pytest.mark.parametrize(
+    ("mounted", "method"),
+    [
+        (False, "fourier"),
+        (False, "shooting"),
+        (False, "rk4"),
+        (False, "euler"),
+        (True, "fourier"),
+        *(
+            pytest.param(*one, marks=pytest.mark.long)
+            for one in (
+                (False, "dop853"),
+                (True, "shooting"),
+                (True, "dop853"),
+                (True, "rk4"),
+                (True, "euler"),
+            )
+        ),
+    ],
+)
 def test_every_way_says_how_far_it_is_off(method: str, mounted: bool) -> None:
     started_at = None if mounted else SYNCHRONOUS
     points = 121 if method == "fourier" else None

@@ -31,6 +31,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return made
 
 
+@pytest.mark.long
 def test_commands_write_what_the_page_says(folder: Path) -> None:
     for suffix in ("h5", "txt", "png"):
         assert (folder / "outputs" / f"generator.accuracy.{suffix}").is_file()

@@ -153,7 +153,9 @@ def test_no_neighbour_of_the_first_counterweight_is_better(place: int, share: fl
     assert readings(design(*numbers))[0] > least
 
 
-@pytest.mark.parametrize("row", [3, 4, 5, 6])
+@pytest.mark.parametrize(
+    "row", [3, pytest.param(4, marks=pytest.mark.long), 5, pytest.param(6, marks=pytest.mark.long)]
+)
 def test_on_the_front_one_goal_falls_only_as_the_other_rises(row: int) -> None:
     """Both goals have opposite slopes there; alike needs the signed difference, which is smooth."""
     point = np.array([float(one) for one in table("counterweight")[row][1:4]])

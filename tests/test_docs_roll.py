@@ -168,6 +168,7 @@ def test_words_on_appendix_a() -> None:
     shown("0.046", 2.0 * np.pi * 0.0005 * running_numbers()["frequency"])
 
 
+@pytest.mark.long
 def test_shorter_steps_lead_to_the_computed_levels() -> None:
     """Two thousandths of his step: what remains is mostly the first interval of the gas tables."""
     fine = simulate(source_machine(), open_tables(source_drive()), step=1e-5)
@@ -261,6 +262,7 @@ def test_table_8() -> None:
     shown("472.2", running_numbers()["d, harmonic 2"])
 
 
+@pytest.mark.long
 def test_the_independent_integration_gives_the_same_spectrum() -> None:
     exact = exact_turn(source_machine(), source_drive(), started_at=SYNCHRONOUS)
     truth = exact_harmonics(exact, exact.shell_acceleration, ORDERS)
@@ -275,6 +277,7 @@ def test_the_independent_integration_gives_the_same_spectrum() -> None:
     )
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "fields",
     [{"rod_length": 3.302}, {"rotor_inertia": SIX_POUNDS}, pistons(4.574, SECOND)],

@@ -25,6 +25,13 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
+def test_the_case_is_checked_as_printed(folder: Path) -> None:
+    line = BLOCKS["sh"].splitlines()[0]
+    assert line == "vibecalc check finds.toml"
+    assert command(*shlex.split(line)[1:]).code == 0
+
+
+@pytest.mark.long
 def test_commands_work_in_the_order_printed(folder: Path) -> None:
     for line in BLOCKS["sh"].splitlines():
         outcome = command(*shlex.split(line)[1:], cap=120)

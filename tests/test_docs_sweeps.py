@@ -47,9 +47,12 @@ def shell(script: str, **environment: str) -> None:
     assert done.returncode == 0, done.stderr
 
 
-def test_commands_work_in_the_order_printed(folder: Path) -> None:
+@pytest.mark.parametrize("points", ["3log", pytest.param("21log", marks=pytest.mark.long)])
+def test_commands_work_in_the_order_printed(folder: Path, points: str) -> None:
+    """As printed, and with fewer points."""
     pytest.importorskip("matplotlib")
-    for line in block("sh", "--dry-run").splitlines():
+    assert "21log" in block("sh", "--dry-run")
+    for line in block("sh", "--dry-run").replace("21log", points).splitlines():
         outcome = command(*shlex.split(line)[1:], cap=60)
         assert outcome.code == 0, (line, outcome.err)
     assert (folder / "outputs" / "generator.sweep.txt").is_file()
@@ -61,6 +64,7 @@ def test_every_status_is_explained_with_its_words() -> None:
     assert rows == {str(status): words for status, words in STATUS_WORDS.items()}
 
 
+@pytest.mark.long
 def test_make_computes_what_is_out_of_date_and_nothing_else(folder: Path) -> None:
     (folder / "cases").unlink()
     (folder / "cases").mkdir()

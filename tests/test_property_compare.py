@@ -364,7 +364,7 @@ def refined(generator: np.random.Generator, tolerance: float) -> np.ndarray:
         speed = np.sort(np.concatenate([speed, middle[coarse | (np.diff(speed) >= 40)]]))
 
 
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=3, deadline=None)
 @given(seed=st.integers(0, 2**32), finer=st.floats(1.0, 4.0))
 def test_curves_may_be_sampled_elsewhere(seed: int, finer: float) -> None:
     generator = np.random.default_rng(seed)

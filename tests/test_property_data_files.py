@@ -148,7 +148,7 @@ def test_rows_of_references_keep_their_digits_and_blank_ones_go(
         st.text(max_size=60).map(lambda text: text.encode("utf-8", "surrogatepass")),
     )
 )
-@settings(max_examples=400, deadline=None, derandomize=True)
+@settings(max_examples=100, deadline=None, derandomize=True)
 def test_any_bytes_are_a_table_or_one_problem(content: bytes) -> None:
     found, problems = of_pressure(content)
     if problems:
@@ -167,7 +167,7 @@ def test_any_bytes_are_a_table_or_one_problem(content: bytes) -> None:
     st.text(max_size=12).map(lambda text: text + ".csv"),
     st.sampled_from(["gas_pressure", "rod", "axis", "bore"]),
 )
-@settings(max_examples=150, deadline=None, derandomize=True)
+@settings(max_examples=40, deadline=None, derandomize=True)
 def test_any_name_is_no_file_or_left_to_the_schema(name: str, key: str) -> None:
     data: dict[str, Any] = {"machine": {"crank_train": {key: name}}}
     with tempfile.TemporaryDirectory() as folder:

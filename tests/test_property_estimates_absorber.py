@@ -11,7 +11,7 @@ from estimate_counts import Told, broken_promises, hold, told_or_refused
 from random_absorbers import random_absorber
 from truth_absorber import judge_absorber
 
-FEW = (1, 3)
+FEW = (3,)
 
 
 def told_of(seeds: range | tuple[int, ...]) -> list[Told]:

@@ -17,6 +17,7 @@ from vibecalc.errors import NumericalFailure
 FEW = (2,)
 
 
+@pytest.mark.long
 def test_estimates_of_a_small_design() -> None:
     judged = [one for seed in FEW for one in judge_damper(random_damper_case(seed), charted=False)]
     assert len(judged) >= 25 * len(FEW)

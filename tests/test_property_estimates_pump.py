@@ -27,7 +27,7 @@ from vibecalc.core.run.machine_checks import check_machine
 from vibecalc.errors import NumericalFailure
 
 #: planar, rigid body and pitch
-FEW = (121, 142, 111)
+FEW = (111,)
 MANY = range(100, 400)
 
 
@@ -38,10 +38,10 @@ def few() -> list[Told]:
 
 def test_estimates_against_truth(few: list[Told]) -> None:
     judged = [one for told in few for one in told.judged]
-    assert len(judged) > 150
+    assert len(judged) > 50 * len(FEW)
     assert sum(one.error > 0.0 for one in judged) > 0.5 * len(judged)
     hold(judged, "pump")
-    assert [broken_promises(told) for told in few] == [[], [], []]
+    assert [broken_promises(told) for told in few] == [[]] * len(FEW)
 
 
 @pytest.mark.parametrize("seed", [*FEW, 107])

@@ -18,7 +18,7 @@ from vibecalc.core.case.load import validate
 from vibecalc.roll.mechanism import as_batch
 from vibecalc.roll.model import build_roll, roll_drive
 
-FEW = (0, 14)
+FEW = (14,)
 
 
 def told_of(seeds: range | tuple[int, ...]) -> list[Told]:
@@ -33,7 +33,7 @@ def test_estimates_of_a_few_machines() -> None:
     told = told_of(FEW)
     judged = [one for each in told for one in each.judged]
     assert len(told) == len(FEW)
-    assert len(judged) > 100
+    assert len(judged) > 50 * len(FEW)
     # the truth tells: its own noise is far below most estimates, but of what cancels to zero
     assert sum(one.noise < 0.1 * one.estimate for one in judged) > 0.7 * len(judged)
     hold(judged, "roll")

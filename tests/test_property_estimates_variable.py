@@ -19,7 +19,7 @@ from vibecalc.core.case.load import validate
 from vibecalc.errors import NumericalFailure
 
 #: with a range of speeds; one whose vibration turns as a whole for the most part
-FEW = (3, 106)
+FEW = (3,)
 MANY = range(100, 400)
 
 
@@ -29,8 +29,8 @@ def few() -> list[StudyReport]:
 
 
 def test_estimates_against_truth(few: list[StudyReport]) -> None:
-    assert sum(len(report.judged) for report in few) > 20
-    assert [report.missing for report in few] == [[], []]
+    assert sum(len(report.judged) for report in few) > 10 * len(FEW)
+    assert [report.missing for report in few] == [[]] * len(FEW)
     hold(few)
 
 

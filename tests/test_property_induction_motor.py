@@ -60,7 +60,7 @@ def test_steady_rotor_heat_is_torque_times_slip(seed, cages):
     assert torque.value * slip >= 0.0
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(seeds, st.integers(1, 3))
 def test_curve_has_no_higher_point_than_its_breakdown(seed, cages):
     rng = np.random.default_rng(seed)

@@ -35,6 +35,7 @@ def proves(found: Design, sections: int) -> None:
     np.testing.assert_allclose(found.value[section], found.worst, rtol=1e-11)
 
 
+@pytest.mark.long
 def test_the_speeds_that_guide_the_search_do_not_show_in_the_answer(tuned: Design) -> None:
     other = design(branched(), FREE, map_points=8, speeds=67, starts=1)
     proves(tuned, 3)
@@ -96,6 +97,7 @@ def test_viscous_damper_is_worse_and_gains_and_errors_are_those_of_performance(
     np.testing.assert_allclose(seen.rise[0, 2] * tuned.worst, dense, rtol=1e-3)
 
 
+@pytest.mark.long
 def test_the_table_value_of_the_source_is_far_from_the_best_of_its_engine() -> None:
     problem = engine(orders=12)
     seen = performance(problem, TABLE_VALUE)

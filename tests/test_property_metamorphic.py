@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from long_but import long_but
 from random_machines import Table, random_machine
 
 from vibecalc.core.case.load import validate
@@ -20,7 +21,8 @@ from vibecalc.core.run.plan import planned_quantities
 from vibecalc.core.run.run import run_case
 
 MODELS = ("pitch", "rigid_body")
-SEEDS = range(4)
+#: two machines; two more with the long tests
+SEEDS = long_but(range(4), 1, 2)
 XYZ = ("x", "y", "z")
 CURVES = ("isolation/lever_force/run_up", "isolation/support_force/run_up")
 #: exponents of length, mass and time

@@ -45,7 +45,7 @@ CASES = {
 }
 
 
-@pytest.mark.parametrize("starts", [0, 3])
+@pytest.mark.parametrize("starts", [0, pytest.param(3, marks=pytest.mark.long)])
 @pytest.mark.parametrize("name", CASES)
 def test_zero_is_reached_and_its_freedom_counted(name, starts):
     evaluate, lower, upper, first, free = CASES[name]

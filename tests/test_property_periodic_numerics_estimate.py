@@ -20,7 +20,7 @@ from vibecalc.numerics.periodic.tolerance import estimate_error, solve_to
 def test_estimates_hold_on_random_problems(make):
     x = np.linspace(0.0, TURN, 701)
     shares, kinks = [], 0
-    for seed in range(50):
+    for seed in range(20):
         rng = np.random.default_rng(seed)
         problem, points = make(rng), int(rng.integers(1, 9))
         found = solve_periodic(problem, points, [0.0])
@@ -41,7 +41,7 @@ def test_estimates_hold_on_random_problems(make):
     assert np.all(np.median(shares, axis=0) > 0.3)
     assert np.all(shares[:, 0] > 0.05)
     if make is random_kinked:
-        assert kinks > 80
+        assert kinks > 32
 
 
 @pytest.mark.parametrize("points", [1, 2, 4])

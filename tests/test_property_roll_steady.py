@@ -78,6 +78,7 @@ def some(count: int, seed: int) -> set[str]:
     return {compare(*random_machine(random)) for _ in range(count)}
 
 
+@pytest.mark.long
 def test_the_state_is_where_a_march_from_above_ends() -> None:
     assert some(6, 4) == {"runs", "stalls", "demand"}
 

@@ -79,9 +79,9 @@ def check(seeds: range, light: float) -> tuple[float, float]:
     return tuple(np.mean(counts, axis=0))
 
 
-@pytest.mark.parametrize("light", [1.0, 1e-3])
+@pytest.mark.parametrize("light", [pytest.param(1.0, marks=pytest.mark.long), 1e-3])
 def test_summits_alone_are_those_of_the_curve(light: float) -> None:
-    curve, alone = check(range(15), light)
+    curve, alone = check(range(6), light)
     assert alone < 0.5 * curve
 
 
@@ -135,13 +135,18 @@ def wave(seed: int, kind: str) -> Callable[[np.ndarray], np.ndarray]:
 
 
 @pytest.mark.parametrize(
-    ("kind", "looks", "close"), [("smooth", 60, 1e-14), ("kinks", 250, 1e-12), ("jumps", 600, 1e-6)]
+    ("kind", "looks", "close"),
+    [
+        pytest.param("smooth", 60, 1e-14, marks=pytest.mark.long),
+        ("kinks", 250, 1e-12),
+        ("jumps", 600, 1e-6),
+    ],
 )
 def test_summit_of_a_turn_is_no_lower_than_dense_samples(
     kind: str, looks: int, close: float
 ) -> None:
     dense = np.linspace(0.0, FULL, 40_001)
-    for seed in range(40):
+    for seed in range(10):
         function, count = wave(seed, kind), [0]
 
         def counted(at: np.ndarray, function=function, count=count) -> np.ndarray:

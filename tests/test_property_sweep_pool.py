@@ -46,7 +46,7 @@ def test_all_points_come_back_from_other_processes_with_one_thread(step: int) ->
     assert not lost(done)
 
 
-@pytest.mark.parametrize("step", [1, 7])
+@pytest.mark.parametrize("step", [1, pytest.param(7, marks=pytest.mark.long)])
 def test_points_that_kill_their_process_are_told_and_the_rest_is_computed(step: int) -> None:
     start = Start(killing=frozenset({3, 13}), leaving=frozenset({20}))
     found = lost(run(start, step=step))

@@ -185,7 +185,10 @@ def test_indices_of_known_functions(function, axes, exact, sampling):
     assert found.samples == 4096
 
 
-@pytest.mark.parametrize(("function", "axes", "exact"), FUNCTIONS)
+@pytest.mark.parametrize(
+    ("function", "axes", "exact"),
+    [one if one[1] == 3 else pytest.param(*one, marks=pytest.mark.long) for one in FUNCTIONS],
+)
 def test_indices_come_closer_with_sobol_points(function, axes, exact):
     errors = {}
     for sampling in ("sobol", "monte_carlo"):
@@ -198,7 +201,7 @@ def test_indices_come_closer_with_sobol_points(function, axes, exact):
 
 
 def test_standard_errors_of_indices_are_the_scatter_between_samplings():
-    found = [sobol_indices(runs_of(ishigami, "monte_carlo", 256, 3, seed), 3) for seed in range(60)]
+    found = [sobol_indices(runs_of(ishigami, "monte_carlo", 256, 3, seed), 3) for seed in range(30)]
     for part, truth in enumerate(exact_ishigami()):
         value = np.stack([one[part].value for one in found])
         stated = np.sqrt(

@@ -63,18 +63,33 @@ def survives(output: Path, whole: Path, seconds: float, moments: int, seed: int)
     assert names == {output.name, output.with_suffix(".txt").name}
 
 
-def test_a_sweep_killed_at_three_moments_ends_as_if_never_killed(
-    uninterrupted: tuple[Path, float], tmp_path: Path
-) -> None:
-    survives(tmp_path / "killed.h5", *uninterrupted, moments=3, seed=1)
-
-
 @pytest.mark.long
 @pytest.mark.timeout(3600)
-def test_a_sweep_killed_at_two_hundred_moments_ends_as_if_never_killed(
-    uninterrupted: tuple[Path, float], tmp_path: Path
+@pytest.mark.parametrize(("moments", "seed"), [(3, 1), (200, 2)])
+def test_a_sweep_killed_at_many_moments_ends_as_if_never_killed(
+    uninterrupted: tuple[Path, float], tmp_path: Path, moments: int, seed: int
 ) -> None:
-    survives(tmp_path / "killed.h5", *uninterrupted, moments=200, seed=2)
+    survives(tmp_path / "killed.h5", *uninterrupted, moments, seed)
+
+
+def test_a_sweep_killed_after_its_first_chunk_ends_as_if_never_killed(tmp_path: Path) -> None:
+    output, whole = tmp_path / "killed.h5", tmp_path / "whole" / "whole.h5"
+    grid = (*(axis.replace("16log", "8log").replace(":6", ":3") for axis in GRID),)
+    running = started(GENERATOR, *grid, "-j", 2, "-q", "-o", output)
+    while not chunk_files(output):
+        assert running.poll() is None
+        time.sleep(0.002)
+    assert "Traceback" not in killed(running)
+    kept = chunk_files(output)
+    assert kept and not output.exists()
+    (loaded,) = load_checked([GENERATOR], sweep_settings(grid[1:4:2], (), None, grid[5::2]))
+    options = Options(output=output, jobs=1, resume=True, note=lambda text: None)
+    done = sweep(prepare(loaded, 1), options)
+    assert 0 < done.taken_up < 24
+    assert not done.failed and not chunk_files(output)
+    whole.parent.mkdir()
+    sweep(prepare(loaded, 1), replace(options, output=whole, resume=False))
+    assert objects(output) == objects(whole)
 
 
 @pytest.mark.long

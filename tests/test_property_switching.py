@@ -33,7 +33,7 @@ def assert_same(other: Transient, scale: float | np.ndarray = 1.0) -> None:
 
 
 @given(st.lists(st.sampled_from([-1.0, 1.0]), min_size=6, max_size=6), st.permutations(range(6)))
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=3, deadline=None)
 def test_sign_and_sequence_of_the_modes_do_not_matter(
     signs: list[float], sequence: list[int]
 ) -> None:
@@ -54,7 +54,7 @@ def test_unit_of_a_coordinate_does_not_matter() -> None:
 
 
 @given(st.floats(1e-6, 1e6))
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=3, deadline=None)
 def test_response_is_proportional_to_the_loads(size: float) -> None:
     loads = Loads(LOADS.orders, size * LOADS.per_speed_squared, size * LOADS.per_acceleration)
     scale = np.concatenate([np.full(12, size), np.full(3, size**2)])
@@ -75,7 +75,7 @@ def test_a_clock_twice_as_fast_makes_everything_faster() -> None:
 
 
 @given(st.floats(0.05, 0.95), st.integers(0, 3))
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=3, deadline=None)
 def test_a_piece_may_be_cut_in_two(share: float, number: int) -> None:
     piece = REVERSAL[number]
     middle = piece.start_speed + share * (piece.end_speed - piece.start_speed)

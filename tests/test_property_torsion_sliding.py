@@ -44,7 +44,10 @@ def test_a_steady_motion_has_a_flat_envelope() -> None:
     assert np.all(np.abs(found.low - whole.low[0]) <= found.error + whole.error[0])
 
 
-@pytest.mark.parametrize("acceleration", [0.0, 40.0, -40.0])
+@pytest.mark.parametrize(
+    "acceleration",
+    [0.0, pytest.param(40.0, marks=pytest.mark.long), pytest.param(-40.0, marks=pytest.mark.long)],
+)
 def test_windows_hold_the_extremes_of_a_finer_look(acceleration: float) -> None:
     if acceleration:
         part = stretch(1.0, acceleration, gas())

@@ -96,7 +96,7 @@ def test_drift_of_an_exact_motion_has_the_multiplier_one_and_does_not_count() ->
 def test_error_of_truncation_is_honest() -> None:
     system, torque = ship_engine(), ship_torque()
     true = steady_response(system, [60.0, 200.0], torque, 40)
-    for highest in (14, 18, 22):
+    for highest in (14, 22):
         found = steady_response(system, [60.0, 200.0], torque, highest)
         gap = np.abs(found.angle - true.angle[:, : 2 * highest + 1]).max(axis=(1, 2))
         error = found.error.max(axis=(1, 2))

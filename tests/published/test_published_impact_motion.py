@@ -44,7 +44,9 @@ def ensemble(clearance, law="full_deflection", sense="head", method="rk4"):
 
 
 @pytest.mark.parametrize("method", ["rk4", pytest.param("dormand_prince", marks=pytest.mark.long)])
-@pytest.mark.parametrize(("clearance", "printed"), [(1.5e-3, 21.11), (1e-4, 3.16)])
+@pytest.mark.parametrize(
+    ("clearance", "printed"), [(1.5e-3, 21.11), pytest.param(1e-4, 3.16, marks=pytest.mark.long)]
+)
 def test_published_averages_are_members_of_the_ensemble(clearance, printed, method):
     values = ensemble(clearance, method=method)
     low, high = np.quantile(values, [0.01, 0.99])
@@ -53,7 +55,7 @@ def test_published_averages_are_members_of_the_ensemble(clearance, printed, meth
     assert low < printed < high
 
 
-@pytest.mark.parametrize("sense", ["head", "crank"])
+@pytest.mark.parametrize("sense", [pytest.param("head", marks=pytest.mark.long), "crank"])
 def test_the_continuous_spring_does_not_give_the_published_averages(sense):
     assert np.max(ensemble(1.5e-3, "continuous", sense)) < 0.5 * 21.11
 
@@ -67,6 +69,7 @@ def test_third_published_average_is_out_of_reach(law, sense):
     assert np.median(values) < 0.3 * 546.26
 
 
+@pytest.mark.long
 def test_event_exact_runs_are_near_the_published_average():
     members = 12
     run = simulate(

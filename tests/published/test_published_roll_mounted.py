@@ -65,6 +65,7 @@ def test_twenty_to_thirty_turns_until_the_levels_are_valid() -> None:
     assert 20 <= float(record["response/start_up/turns_to_steady"].values) <= 30
 
 
+@pytest.mark.long
 def test_the_period_of_the_crank_is_steady_long_before() -> None:
     """The source's criterion, one per cent of the period of a turn, is met at once."""
     machine = source_machine(shell_stiffness=389780.0, shell_damping=769.05)
