@@ -13,7 +13,8 @@ from shipped_cases import CASES
 from vibecalc.core.case.load import load_case, validate
 from vibecalc.core.case.raw import set_key
 from vibecalc.core.report.check import check_rows, plan_object, render_plan
-from vibecalc.parts.cautions import RULES, implausible, machine_warnings
+from vibecalc.core.run.machine_checks import machine_warnings
+from vibecalc.parts.cautions import RULES, implausible
 from vibecalc.schema import Case
 
 TRAIN = "machine.crank_train"

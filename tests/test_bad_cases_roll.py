@@ -432,7 +432,7 @@ def test_a_misspelt_part_is_told_once() -> None:
 def test_nothing_is_planned_that_needs_a_speed() -> None:
 
     case: Case = validate(data_of(excitation={"working": ["1"]}))
-    assert not {"kinematics", "excitation", "motor"} & {plan.stage for plan in plan_case(case)}
+    assert not {"kinematics", "excitation", "motor"} & {plan.name for plan in plan_case(case)}
 
 
 JUDGE = jsonschema.Draft202012Validator(json_schema())

@@ -13,9 +13,10 @@ from test_consistency_stage_cache import leaves
 
 from vibecalc.core.case.load import load_case, validate
 from vibecalc.core.case.raw import NOT_COMPUTED, case_at, key_text
-from vibecalc.core.run import machine_checks as checks
-from vibecalc.core.run.machine_checks import CHECKS, check_machine
+from vibecalc.core.run import machine_checks
+from vibecalc.core.run.machine_checks import OF_PARTS, check_machine
 from vibecalc.core.run.run import StageCache, check_again
+from vibecalc.core.run.stage import subjects
 from vibecalc.errors import CaseError
 from vibecalc.schema import Case
 
@@ -28,19 +29,24 @@ def resolved(name: str) -> dict[str, Any]:
     return {k: v for k, v in tables.items() if k not in NOT_COMPUTED}
 
 
+#: these are called by others of them
+WITHIN = {"matrix_problems", "planar_problems", "shaft_part_problems", "study_problems"}
+
+
 def test_all_checks_take_part() -> None:
-    """Every module of checks that problems come from is imported by the table of checks."""
-    named = {check.__module__.rpartition(".")[2] for check in CHECKS}
-    folder = Path(checks.__file__).parent
+    """Every function of a case that gives problems is a check of the parts or of a subject."""
+    named = {check.__name__ for check in OF_PARTS} - {"matrices"}
+    for subject in subjects().values():
+        named |= {one.partition(":")[2] for one in (*subject.checks, *subject.last_checks)}
+    pattern = r"^def (\w+_problems)\(case: \"?Case\"?\) -> list"
+    package = Path(machine_checks.__file__).parents[2]
     offers = {
-        path.stem
-        for path in folder.glob("*_checks.py")
-        if re.search(r"^def \w+_problems\(case: Case\) -> list", path.read_text(), re.M)
+        name
+        for path in package.rglob("*.py")
+        for name in re.findall(pattern, path.read_text(encoding="utf-8"), re.M)
     }
-    # these are called by others of them
-    within = {"matrix_checks", "planar_checks", "shaft_part_checks"}
-    assert offers - within == named - {"checks"}
-    assert "isolation_checks" in named and within <= offers
+    assert offers - WITHIN == named
+    assert offers >= WITHIN
 
 
 def read_bad(path: Path) -> Case | None:

@@ -14,9 +14,9 @@ from engine_cases import CARD, ENGINE, GEARED, cards, replaced
 from scipy.linalg import eigh
 
 from vibecalc.core.case.load import load_case, resolve, validate
+from vibecalc.core.run.machine_checks import machine_warnings
 from vibecalc.excitation.gas_tables import pressure_at
 from vibecalc.excitation.model import build_firing, firing_angle, gas_cards
-from vibecalc.parts.cautions import machine_warnings
 from vibecalc.schema import Case
 from vibecalc.starters import SCENES
 from vibecalc.torsion.line import damping_matrix, stiffness_matrix

@@ -88,7 +88,7 @@ def alone(damping: float) -> Record:
 def test_the_plan_says_how_many_solves(tmp_path: Path) -> None:
     path = tmp_path / "line.toml"
     path.write_text(SHORT, encoding="utf-8")
-    cost = {stage.stage: stage.cost for stage in plan_case(load_checked([path])[0].case)}
+    cost = {stage.name: stage.cost for stage in plan_case(load_checked([path])[0].case)}
     wanted = "modes of 4 stations; 6 solves, one per order, at 157.08 "
     assert cost["torsion.stage"].startswith(wanted)
     assert cost["torsion.speeds"].startswith("30 solves, one per order at 5 speeds from 83.7758 ")

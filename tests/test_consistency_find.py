@@ -219,7 +219,7 @@ def test_a_search_runs_the_stages_that_it_needs(tmp_path: Path) -> None:
     case = load_checked([path])[0].case
 
     def needed(path: str) -> list[str]:
-        return [stage.stage for stage in needed_stages(case, frozenset({path}))]
+        return [stage.name for stage in needed_stages(case, frozenset({path}))]
 
     assert needed_stages(case, None) == plan_case(case)
     assert needed("excitation/force_peak") == ["kinematics", "excitation"]

@@ -300,7 +300,7 @@ def test_catalogue_and_axes() -> None:
 
 def test_the_stage_comes_last(tmp_path: Path) -> None:
     (stage,) = plan_case(load(tmp_path, PLATE).case)
-    assert (stage.stage, stage.is_last) == ("measurement", True)
+    assert (stage.name, stage.is_last) == ("measurement", True)
 
 
 def test_a_node_has_no_level(tmp_path: Path) -> None:

@@ -139,17 +139,17 @@ def test_three_cylinders_smooth_the_torque_and_idle_ones_do_nothing() -> None:
 
 def test_stages_follow_the_tables() -> None:
     def stages(**settings: Any) -> list[str]:
-        return [stage.stage for stage in plan_case(pump_with(**settings))]
+        return [stage.name for stage in plan_case(pump_with(**settings))]
 
     reaction = "torque reaction"
     all_of_it = ["kinematics", "excitation", "pump", "isolation", "run_up", reaction]
     assert stages() == all_of_it
     still = pump_with(excitation__driven_machine="cancels_torque")
-    assert [stage.stage for stage in plan_case(still)] == all_of_it[:-1]
+    assert [stage.name for stage in plan_case(still)] == all_of_it[:-1]
     assert any("the gas has no effect" in words for words in machine_warnings(still))
     assert not any("no effect" in words for words in machine_warnings(pump_with()))
     table = pump_with().model_copy(update={"isolation": None, "excitation": None})
-    assert [stage.stage for stage in plan_case(table)] == ["pump"]
+    assert [stage.name for stage in plan_case(table)] == ["pump"]
 
 
 def test_report_and_picture_tell_all_of_it() -> None:

@@ -29,7 +29,7 @@ from vibecalc.core.report.canvas import (
     rotate,
     spread_out,
 )
-from vibecalc.core.report.plots import PICTURES, draw, make
+from vibecalc.core.report.plots import draw, every_picture, make
 from vibecalc.core.results.record import Axis
 from vibecalc.impact.pictures import broken
 from vibecalc.response.pictures import envelope
@@ -284,4 +284,4 @@ def test_equal_results_give_equal_bytes(tmp_path: Path) -> None:
     second = draw(compressor(modes()), tmp_path / "b")
     assert [path.name for path in first] == [path.name for path in second]
     assert all(a.read_bytes() == b.read_bytes() for a, b in zip(first, second, strict=True))
-    assert set(OWN) <= set(PICTURES)
+    assert set(OWN) <= set(every_picture())

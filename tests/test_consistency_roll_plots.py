@@ -27,7 +27,7 @@ pytest.importorskip("matplotlib")
 
 from drawn import assert_apart, figure, lines, words
 
-from vibecalc.core.report.plots import PICTURES, draw, make
+from vibecalc.core.report.plots import draw, every_picture, make
 from vibecalc.core.results.record import Axis
 from vibecalc.roll.pictures.motor import motor_curve
 
@@ -185,7 +185,7 @@ def test_equal_results_give_equal_bytes(tmp_path: Path) -> None:
     second = draw(roll(), tmp_path / "b")
     assert len(first) == len(OWN)
     assert all(a.read_bytes() == b.read_bytes() for a, b in zip(first, second, strict=True))
-    assert set(OWN) <= set(PICTURES)
+    assert set(OWN) <= set(every_picture())
 
 
 def test_a_motor_with_fluxes_has_the_summit_of_its_fit() -> None:

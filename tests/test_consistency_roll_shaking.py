@@ -11,7 +11,7 @@ from shipped_cases import result_of
 from vibecalc.core.case.load import validate
 from vibecalc.core.report.verdicts import judge_limits
 from vibecalc.core.results.record import Record
-from vibecalc.parts.cautions import machine_warnings
+from vibecalc.core.run.machine_checks import machine_warnings
 from vibecalc.roll.report.running import shaking
 
 SHAKING = "response/roll/shaking/"

@@ -86,7 +86,7 @@ def test_results_are_the_same_to_the_last_bit(name: str) -> None:
     plain = run_case(case)
     assert equal_bits(plain, run_case(case, cache=cache))
     assert equal_bits(plain, run_case(case, cache=cache))
-    stages = {stage.stage for stage in plan_case(case)}
+    stages = {stage.name for stage in plan_case(case)}
     assert cache.ran == cache.reused == dict.fromkeys(stages, 1)
 
 
@@ -115,7 +115,7 @@ def test_only_stages_with_changed_input_run_again(
     cache = StageCache()
     for case in (*cases, *cases):
         assert equal_bits(run_case(case), run_case(case, cache=cache))
-    stages = {stage.stage for stage in plan_case(cases[0])}
+    stages = {stage.name for stage in plan_case(cases[0])}
     assert cache.ran == {module: 1 + (module in again) for module in stages}
 
 

@@ -227,11 +227,11 @@ def test_half_order_on_an_undamped_mode_is_refused_and_named() -> None:
 
 def test_planned_where_it_has_something_to_say() -> None:
     for text in (SEPARATE, ON_BODY):
-        assert any(stage.stage == "torque reaction" for stage in plan_case(mounted(text)))
+        assert any(stage.name == "torque reaction" for stage in plan_case(mounted(text)))
     for change in (
         ('model = "rigid_body"', 'model = "pitch"\nlever = 0.5'),
         ('"separate"', '"cancels_torque"'),
         ('firing_order = ["2", "3", "1"]', ""),
     ):
         case = mounted(replaced(SEPARATE, change))
-        assert all(stage.stage != "torque reaction" for stage in plan_case(case))
+        assert all(stage.name != "torque reaction" for stage in plan_case(case))

@@ -14,7 +14,7 @@ from test_consistency_torsion_stage import ROOT, SPEED, record, value
 
 from vibecalc.core.case.load import resolve, validate
 from vibecalc.core.report.text import as_json
-from vibecalc.parts.cautions import machine_warnings
+from vibecalc.core.run.machine_checks import machine_warnings
 from vibecalc.torsion.adapters.exceeded import united
 from vibecalc.torsion.report.first_page import conclusion
 

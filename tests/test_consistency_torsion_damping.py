@@ -12,9 +12,9 @@ from engine_cases import ENGINE, GEARED, replaced
 
 from vibecalc.core.case.load import validate
 from vibecalc.core.results.record import Record
+from vibecalc.core.run.machine_checks import machine_warnings
 from vibecalc.core.run.run import run_case
 from vibecalc.errors import NumericalFailure
-from vibecalc.parts.cautions import machine_warnings
 
 ROOT = "response/torsion"
 ENGINE = replaced(ENGINE, ('speeds = { from = "800 rpm", to = "2000 rpm" }', ""))

@@ -9,7 +9,7 @@ from torsion_samples import ROOT, geared, six
 
 pytest.importorskip("matplotlib")
 
-from vibecalc.core.report.plots import PICTURES, STYLE, make
+from vibecalc.core.report.plots import STYLE, every_picture, make
 from vibecalc.core.report.verdicts import judge_references
 from vibecalc.core.results.record import Result
 from vibecalc.torsion.model import build_shaft_line
@@ -18,7 +18,7 @@ from vibecalc.torsion.pictures.modes import strands
 from vibecalc.torsion.pictures.speeds import spread
 
 RPM = 30.0 / np.pi
-OWN = [*[name for name in PICTURES if name.startswith("torsion_")][:6], "torsion_dampers"]
+OWN = [*[name for name in every_picture() if name.startswith("torsion_")][:6], "torsion_dampers"]
 
 
 def values(result: Result, path: str) -> Any:

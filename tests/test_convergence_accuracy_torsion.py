@@ -8,7 +8,6 @@ from shipped_cases import CASES
 
 from vibecalc.core.accuracy.measure import Timed, measure
 from vibecalc.core.accuracy.record import Fit, extra_work, fitted
-from vibecalc.core.accuracy.run import TOPICS
 from vibecalc.core.accuracy.topic import Measured, Rung, Topic
 from vibecalc.core.results.catalogue import CATALOGUE
 from vibecalc.core.results.named import named
@@ -62,7 +61,9 @@ def scene_of(case: str) -> Scene:
 
 
 def topics_of(stage: str, case: str) -> list[Topic]:
-    return [topic for where in TOPICS[stage] for topic in named(where)(scene_of(case))]
+    scene = scene_of(case)
+    (planned,) = (one for one in plan_case(scene.case) if one.name == stage)
+    return [topic for where in planned.topics for topic in named(where)(scene)]
 
 
 @cache
@@ -277,7 +278,7 @@ def test_steps_over_a_cycle_give_the_steady_vibration() -> None:
 @pytest.mark.long
 @pytest.mark.parametrize("case", sorted(name for name in CASES if name.startswith("engine")))
 def test_every_engine_has_its_defaults_on_the_front(case: str) -> None:
-    stages = [one.stage for one in plan_case(scene_of(case).case) if one.stage in STAGES]
+    stages = [one.name for one in plan_case(scene_of(case).case) if one.name in STAGES]
     assert stages
     for stage in stages:
         check(stage, measured(stage, case))

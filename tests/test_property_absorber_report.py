@@ -8,7 +8,7 @@ import pytest
 from absorber_cases import TUNED
 from shipped_cases import CASES, result_of
 
-from vibecalc.core.report.plots import PICTURES, STYLE, make
+from vibecalc.core.report.plots import STYLE, every_picture, make
 from vibecalc.core.report.text import render_report
 from vibecalc.core.report.writing import show
 from vibecalc.core.study.execute import execute, load_checked
@@ -37,7 +37,9 @@ def test_nothing_is_left_to_the_generic_section(name: str) -> None:
 @pytest.mark.parametrize("name", NAMES)
 def test_pictures_for_what_a_result_has(name: str) -> None:
     with matplotlib.rc_context(STYLE):
-        drawn = {picture for picture in PICTURES if make(result_of(name), picture) is not None}
+        drawn = {
+            picture for picture in every_picture() if make(result_of(name), picture) is not None
+        }
     assert drawn == DRAWN[name]
 
 

@@ -10,7 +10,7 @@ from vibecalc.core.results.named import named
 from vibecalc.errors import KeyPath, Problem
 
 if TYPE_CHECKING:
-    from vibecalc.schema import Machine
+    from vibecalc.schema import Case, Machine
 
 # ----------------------------------------------------------------------------
 # The kinds of machine: which parts each needs and has, and what finds its speed.
@@ -38,7 +38,6 @@ class Kind(NamedTuple):
     gas: Literal["", "said", "turn"] = ""
 
 
-KindName = Literal["generator", "compressor", "plate", "absorber", "engine", "pump"]
 KINDS: dict[str, Kind] = {
     "generator": Kind(needs=("crank_train", "speed")),
     "compressor": Kind(needs=("crank_train", "speed"), driven=True),
@@ -350,3 +349,12 @@ def _found_at(data: Data, place: KeyPath) -> Iterator[tuple[KeyPath, Any]]:
 def _shown(path: KeyPath, value: Any) -> str:
     """A table by its header, a key by its name."""
     return f"[{'.'.join(map(str, path))}]" if isinstance(value, dict) else str(path[-1])
+
+
+def asks_roll(case: "Case") -> bool:
+    """Whether anything is asked that the motor finds the speed of."""
+    response = case.response
+    if response is None:
+        return False
+    asked = (response.roll, response.start_up, response.control)
+    return any(table is not None for table in asked)

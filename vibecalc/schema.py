@@ -33,8 +33,8 @@ from vibecalc.core.case.tables import (
     Reference,
     ReferenceTable,
 )
+from vibecalc.core.results.named import named
 from vibecalc.core.study.tables import Find, Sweep
-from vibecalc.kinds import KindName
 from vibecalc.measurement.tables import Measurement
 from vibecalc.parts.tables import NEEDED_BY_KIND, Body, CrankTrain, Cycle, Joints, Motor, Mounts
 from vibecalc.response.tables import Response
@@ -45,12 +45,16 @@ from vibecalc.torsion.tables import DamperDesign
 SCHEMA_VERSION = 1
 
 
+#: each has a row in `kinds.KINDS`, which says what parts it needs
+KindName = Literal["generator", "compressor", "plate", "absorber", "engine", "pump"]
+
+
 class Machine(Table):
     """A machine: its kind says which parts it needs, and nothing else."""
 
     kind: KindName = Field(description="kind of machine")
     cycle: Cycle | None = Field(None, description="of an engine: 720 or 360 degrees")
-    # None stands for a part that the kind does without (case/kinds.py); ask has_crank_train and
+    # None stands for a part that the kind does without (kinds.py); ask has_crank_train and
     # has_speed there before reading one of these two where that may be.
     speed: AngularSpeed = Field(
         NEEDED_BY_KIND,
@@ -94,9 +98,7 @@ class Machine(Table):
     def _phases(cls, data: Any) -> Any:
         """Where no throw of an engine says its phase, the order of firing does."""
         if isinstance(data, dict) and data.get("kind") == "engine":
-            from vibecalc.parts.firing import with_phases
-
-            return with_phases(data)
+            return named("vibecalc.parts.firing:with_phases")(data)
         return data
 
 

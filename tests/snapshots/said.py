@@ -68,7 +68,7 @@ def _pictures(path: Path) -> Iterator[str]:
                 yield from _picture(name, plots.make_sweep(view, name))
         return
     result = read_result(path)
-    for name in plots.PICTURES:
+    for name in plots.pictures_of(result):
         yield from _picture(name, plots.make(result, name))
 
 

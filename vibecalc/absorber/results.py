@@ -424,3 +424,10 @@ PENDULUM_ENTRIES = (
     ),
     entry(f"{PENDULUM_ROOT}/jump/swing", "", "rad", "largest angle of swing, from which it jumps"),
 )
+
+ENTRIES = (
+    *TUNING_ENTRIES,
+    *RESPONSE_ENTRIES,
+    *HARDWARE_ENTRIES,
+    *PENDULUM_ENTRIES,
+)

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from vibecalc.core.run.stage import StagePlan, below
+from vibecalc.core.run.stage import Harmonics, Stage, Subject, Unit, Work, below
 
 if TYPE_CHECKING:
     from vibecalc.absorber.tables import Tuning
@@ -17,7 +17,7 @@ _OVER_ONE = (
 )  # fmt: skip
 
 
-def plan_absorber(case: "Case") -> Iterator[StagePlan]:
+def plan_absorber(case: "Case") -> Iterator[Stage]:
     """Tuning, the response with it or as given, its parts, pendulums; each where asked for."""
     machine = case.machine
     if machine.primary is not None:
@@ -72,7 +72,7 @@ def has_units(machine: "Machine") -> bool:
     return primary is not None and (primary.inertia is not None or primary.mass is not None)
 
 
-def _tuning(case: "Case") -> StagePlan:
+def _tuning(case: "Case") -> Stage:
     options, machine = case.tuning, case.machine
     assert options is not None
     several = bool(machine.secondaries)
@@ -118,18 +118,22 @@ def _tuning(case: "Case") -> StagePlan:
     elif options.chart is not None:
         points = len(options.chart.primary_damping) * options.chart.mass_ratio.points
         cost += f"; the same for {points} points of the chart at once"
-    return StagePlan(
-        stage="tuning",
-        adapter="vibecalc.absorber.adapters.tuning:run_absorber_tuning",
+    return Stage(
+        name="tuning",
+        adapter="vibecalc.absorber.adapters.several:run_several_tuning"
+        if case.machine.secondaries
+        else "vibecalc.absorber.adapters.tuning:run_absorber_tuning",
         why=f'[tuning] is in the case, norm = "{options.norm}"',
         parts=("primary", "secondaries" if several else "secondary"),
         orders=_NO_ORDERS,
         cost=cost,
         quantities=_kept("tuning/", there),
+        work=_work_of_tuning,
+        topics=("vibecalc.absorber.accuracy.tuning:absorber_tuning_topics",),
     )
 
 
-def _response(case: "Case") -> StagePlan:
+def _response(case: "Case") -> Stage:
     several = bool(case.machine.secondaries)
     response = case.response
     assert response is not None and response.absorber is not None
@@ -145,15 +149,19 @@ def _response(case: "Case") -> StagePlan:
         "response/absorber/pole": not several,
         "response/absorber/primary_frequency": has_units(case.machine),
     }
-    return StagePlan(
-        stage="absorber",
-        adapter="vibecalc.absorber.adapters.response:run_absorber",
+    return Stage(
+        name="absorber",
+        adapter="vibecalc.absorber.adapters.several:run_several_response"
+        if case.machine.secondaries
+        else "vibecalc.absorber.adapters.response:run_absorber",
         why="[response.absorber] is in the case",
         parts=("primary", "secondaries" if several else "secondary"),
         orders=_NO_ORDERS,
         cost="one pass over the frequencies for each curve; peaks from a polynomial",
         quantities=_kept("response/absorber/", there),
         is_last=True,
+        work=_work_of_absorber,
+        topics=("vibecalc.absorber.accuracy.curves:absorber_curves_topics",),
     )
 
 
@@ -203,9 +211,9 @@ def _hardware_quantities(case: "Case") -> tuple[str, ...]:
     return _kept("hardware/", there)
 
 
-def _hardware(quantities: tuple[str, ...]) -> StagePlan:
-    return StagePlan(
-        stage="hardware",
+def _hardware(quantities: tuple[str, ...]) -> Stage:
+    return Stage(
+        name="hardware",
         adapter="vibecalc.absorber.adapters.hardware:run_absorber_parts",
         why="the case has parts: rod, springs, ring, gap, oils or stock",
         parts=("rod", "springs", "ring", "gap", "oil", "stock"),
@@ -213,10 +221,12 @@ def _hardware(quantities: tuple[str, ...]) -> StagePlan:
         cost="closed forms, and the peaks of every pair of stock parts",
         quantities=quantities,
         is_last=True,
+        work=_work_of_hardware,
+        topics=("vibecalc.absorber.accuracy.hardware:absorber_parts_topics",),
     )
 
 
-def _pendulum(case: "Case") -> StagePlan:
+def _pendulum(case: "Case") -> Stage:
     given = case.machine.pendulum
     assert given is not None
     driven = given.torque is not None
@@ -227,8 +237,8 @@ def _pendulum(case: "Case") -> StagePlan:
         "pendulum/steady/": given.swings is not None and given.rotor_stiffness == 0.0,
         "pendulum/jump/": given.path == "circular" and given.rotor_stiffness == 0.0,
     }
-    return StagePlan(
-        stage="pendulum",
+    return Stage(
+        name="pendulum",
         adapter="vibecalc.absorber.adapters.pendulum:run_absorber_pendulum",
         why="[machine.pendulum] is in the case",
         parts=("pendulum",),
@@ -236,6 +246,9 @@ def _pendulum(case: "Case") -> StagePlan:
         cost="closed forms; quadrature and Newton's method for each swing",
         quantities=_kept("pendulum/", there),
         is_last=True,
+        harmonics=_orders_of_pendulum,
+        work=_work_of_pendulum,
+        topics=("vibecalc.absorber.accuracy.pendulum:absorber_pendulum_topics",),
     )
 
 
@@ -247,3 +260,83 @@ def _kept(root: str, there: dict[str, bool]) -> tuple[str, ...]:
         if not fitting or there[max(fitting, key=len)]:
             kept.append(path)
     return tuple(kept)
+
+
+# ----------------------------------------------------------------------------
+# Harmonics and counted work of each stage, read from the case: nothing is solved.
+# ----------------------------------------------------------------------------
+
+
+def _orders_of_pendulum(case: "Case") -> Harmonics:
+    assert case.machine.pendulum is not None
+    order = case.machine.pendulum.order
+    return Harmonics(1, order, order, "of the speed of the rotor")
+
+
+def _work_of_tuning(case: "Case", orders: int) -> Work:
+    options = case.tuning
+    assert options is not None
+    if case.machine.secondaries:
+        return ((1, "several"), (len(options.mistuning) / 3.0, "peak_search"))
+    chart = options.chart
+    points = 0 if chart is None else len(chart.primary_damping) * chart.mass_ratio.points
+    searches = 1.0 + 0.8 * len(options.compare) + len(options.mistuning) / 3.0
+    searches += bool(options.sensitivity) + (options.bounds is not None)
+    return ((round(searches, 1), "peak_search"), (points, "chart_point"))
+
+
+def _work_of_absorber(case: "Case", orders: int) -> Work:
+    assert case.response is not None and case.response.absorber is not None
+    options = case.response.absorber
+    swept = options.frequency_ratios or options.frequencies
+    vary = options.vary
+    curves = 1 if vary is None else 1 + max(len(values) for _, values in vary)
+    points = 400 if swept is None else swept.points
+    return ((curves * points, "curve_point"), (1 + options.limits, "peaks"))
+
+
+def _work_of_hardware(case: "Case", orders: int) -> Work:
+    machine = case.machine
+    springs = bool(machine.stock_springs or machine.spring_catalogue)
+    oils = bool(machine.stock_oils or machine.oil_catalogue)
+    return ((1 + springs if oils else 0, "parts"),)
+
+
+def _work_of_pendulum(case: "Case", orders: int) -> Work:
+    given = case.machine.pendulum
+    assert given is not None
+    return ((1 if given.swings is None else given.swings.points, "swing"),)
+
+
+SUBJECT = Subject(
+    stages=(plan_absorber,),
+    concerns=lambda case: case.machine.kind == "absorber",
+    units={
+        "peak_search": Unit(1.0e-1, "searches for the lowest peak", "scipy.optimize"),
+        "chart_point": Unit(3.0e-4, "points of the chart"),
+        "several": Unit(3.0e-1, "searches over several absorbers", "scipy.optimize"),
+        "curve_point": Unit(1.5e-6, "points of the curves"),
+        "peaks": Unit(2.5e-2, "sets of peaks, poles and limits"),
+        "parts": Unit(1.0e-1, "sets of stock parts held against the tuning"),
+        "swing": Unit(4.5e-2, "swings of a pendulum"),
+    },
+    checks=(
+        "vibecalc.absorber.checks:absorber_problems",
+        "vibecalc.absorber.checks:absorber_part_problems",
+        "vibecalc.absorber.checks:pendulum_problems",
+    ),
+    sections=(
+        "vibecalc.absorber.report.tuning:absorber_tuning",
+        "vibecalc.absorber.report.tuning:absorber",
+        "vibecalc.absorber.report.hardware:absorber_parts",
+        "vibecalc.absorber.report.tuning:pendulum",
+    ),
+    pictures={
+        "absorber_curves": "vibecalc.absorber.pictures:draw_absorber_curves",
+        "absorber_surface": "vibecalc.absorber.pictures:draw_absorber_surface",
+        "absorber_map": "vibecalc.absorber.pictures:draw_absorber_map",
+        "absorber_chart": "vibecalc.absorber.pictures:draw_absorber_chart",
+        "absorber_warming": "vibecalc.absorber.pictures:draw_absorber_warming",
+        "pendulum": "vibecalc.absorber.pictures:draw_pendulum",
+    },
+)

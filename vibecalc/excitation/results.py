@@ -152,3 +152,8 @@ PUMP_ENTRIES = (
         f"{PUMP_ROOT}/pressure", "crank_angle", "Pa", "absolute, on one plunger over its own turn"
     ),
 )
+
+ENTRIES = (
+    *EXCITATION_ENTRIES,
+    *PUMP_ENTRIES,
+)

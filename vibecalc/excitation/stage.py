@@ -1,21 +1,23 @@
-"""The stage of the cylinders of a pump."""
+"""The stages of forces and couples: of the crank train, of a motor, of the cylinders of a pump."""
 
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from vibecalc.core.run.stage import StagePlan, below
+from vibecalc.core.run.stage import Harmonics, Stage, Subject, Unit, Work, below, first_orders
+from vibecalc.kinds import finds_speed, has_crank_train
+from vibecalc.kinematics.stage import needs_excitation, orders_of_motion, orders_words
 
 if TYPE_CHECKING:
     from vibecalc.schema import Case
 
 
-def plan_pump(case: "Case") -> Iterator[StagePlan]:
+def plan_pump(case: "Case") -> Iterator[Stage]:
     """Planned for every machine of kind "pump": its pressures stand in the case."""
     if case.machine.kind != "pump":
         return
     own = None if case.excitation is None else case.excitation.orders
-    yield StagePlan(
-        stage="pump",
+    yield Stage(
+        name="pump",
         adapter="vibecalc.excitation.pump_adapter:run_pump",
         why="[machine.crank_train.pump_cycle] is in the case",
         parts=("crank_train",),
@@ -23,4 +25,124 @@ def plan_pump(case: "Case") -> Iterator[StagePlan]:
         cost="one fit of the pressure, one quadrature per order",
         quantities=below("excitation/pump/"),
         is_last=True,
+        harmonics=_orders_of_pump,
+        work=_work_of_pump,
+        topics=("vibecalc.excitation.accuracy:pump_torque_topics",),
     )
+
+
+def plan_excitation(case: "Case") -> Iterator[Stage]:
+    if not needs_excitation(case):
+        return
+    options = case.excitation
+    user = "response" if case.isolation is None else "isolation"
+    other = "/balance/total_" if case.machine.crank_train.has_banks else "/balance/banks/"
+    balance = below("excitation/balance/", (other,)) if options and options.balance else ()
+    residual = ("excitation/residual",) if options and options.residual else ()
+    train = case.machine.crank_train
+    rotating = len(train.counterweights) + len(train.balance_shafts)
+    yield Stage(
+        name="excitation",
+        adapter="vibecalc.excitation.adapter:run_excitation",
+        why="[excitation] is in the case" if options else f"the {user} needs the forces",
+        parts=("crank_train", "rotating_masses") if rotating else ("crank_train",),
+        orders=orders_words(case),
+        cost=f"cylinders and weights summed per order: {len(train.cylinders)} and {rotating}",
+        quantities=(
+            *below("excitation/", without=_EXCITATION_EXTRAS),
+            *_rod(case),
+            *(below("excitation/counterweight/") if train.counterweights else ()),
+            *balance,
+            *residual,
+        ),
+        harmonics=orders_of_motion,
+        work=_work_of_forces,
+        topics=("vibecalc.excitation.accuracy:excitation_force_topics",),
+    )
+
+
+_EXCITATION_EXTRAS = ("/balance/", "/residual", "/rod/", "/motor/", "/counterweight/", "/pump/")
+
+
+def _rod(case: "Case") -> tuple[str, ...]:
+    """Results of the rod as a body: of its own moment where the case gives it, else a bound."""
+    rod = case.machine.crank_train.rod
+    if rod is None or rod.crank_pin_to_mass_centre is None:
+        return ()
+    if rod.inertia is None:
+        return ("excitation/rod/split_inertia", "excitation/rod/couple_bound")
+    return below("excitation/rod/", without=("bound",))
+
+
+def plan_motor(case: "Case") -> Iterator[Stage]:
+    if case.machine.motor is None or case.excitation is None or finds_speed(case.machine):
+        return
+    yield Stage(
+        name="motor",
+        adapter="vibecalc.excitation.adapter:run_motor",
+        why="[machine.motor] and [excitation] are in the case",
+        parts=("motor",),
+        orders=f"the {len(case.machine.motor.torque.order)} of its torque",
+        cost="one pass over the orders",
+        quantities=below("excitation/motor/"),
+        is_last=case.response is None or case.response.impact is None,
+        harmonics=_orders_of_motor,
+        topics=("vibecalc.excitation.accuracy:motor_force_topics",),
+    )
+
+
+#: highest order of a torque where the case says none
+USUAL_ORDERS = 24
+
+
+# ----------------------------------------------------------------------------
+# Harmonics and counted work of each stage, read from the case: nothing is solved.
+# ----------------------------------------------------------------------------
+
+
+def _work_of_pump(case: "Case", orders: int) -> Work:
+    return ((1, "closed_forms"),)
+
+
+def _orders_of_pump(case: "Case") -> Harmonics:
+    """Orders of the torque of a liquid."""
+    own = None if case.excitation is None else case.excitation.orders
+    return first_orders(own or USUAL_ORDERS, "[excitation] orders" if own else "the usual ones")
+
+
+def _orders_of_motor(case: "Case") -> Harmonics:
+    motor = case.machine.motor
+    assert motor is not None
+    orders = [order for order in motor.torque.order if order]  # the mean is no harmonic
+    return Harmonics(len(orders), min(orders), max(orders), "those of its torque")
+
+
+def _work_of_forces(case: "Case", orders: int) -> Work:
+    return ((orders, "order"),)
+
+
+SUBJECT = Subject(
+    stages=(
+        plan_excitation,
+        plan_motor,
+        plan_pump,
+    ),
+    concerns=lambda case: has_crank_train(case.machine),
+    units={
+        "order": Unit(1.0e-4, "orders summed"),
+        "closed_forms": Unit(1.2e-2, "sets of closed forms"),
+    },
+    checks=(
+        "vibecalc.excitation.checks:pump_problems",
+        "vibecalc.excitation.checks:engine_problems",
+    ),
+    sections=(
+        "vibecalc.excitation.report:rod",
+        "vibecalc.excitation.report:excitation",
+        "vibecalc.excitation.report:motor",
+        "vibecalc.excitation.report:pump",
+    ),
+    pictures={
+        "motor_force": "vibecalc.excitation.pictures:draw_motor_force",
+    },
+)

@@ -2,7 +2,7 @@
 
 from vibecalc.core.results.record import PEAK, entry
 
-IMPACT_ENTRIES = (
+ENTRIES = (
     entry(
         "response/impact/mean_force", "clearance", "N",
         "mean magnitude of the joint force, over members and revolutions",

@@ -235,3 +235,8 @@ TORQUE_REACTION_ENTRIES = (
         "frequency of that order over the natural frequency, less 1",
     ),
 )
+
+ENTRIES = (
+    *ISOLATION_ENTRIES,
+    *TORQUE_REACTION_ENTRIES,
+)

@@ -1,10 +1,18 @@
-"""The stage of an engine or a pump on its mounts under the torque of its cylinders."""
+"""The stages of a body on its mounts: steady, in run-up, under the torque of the cylinders."""
 
+import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from vibecalc.core.run.stage import StagePlan, below
-from vibecalc.parts.firing import is_separate, torque_reaches_mounts
+from vibecalc.core.run.stage import Harmonics, Stage, Subject, Unit, Work, below
+from vibecalc.excitation.stage import USUAL_ORDERS
+from vibecalc.kinematics.stage import orders_of_motion, orders_words
+from vibecalc.parts.firing import (
+    TURN,
+    cycle_angle,
+    is_separate,
+    torque_reaches_mounts,
+)
 
 if TYPE_CHECKING:
     from vibecalc.schema import Case
@@ -12,15 +20,15 @@ if TYPE_CHECKING:
 ORDERS = "half ones of four strokes, else whole ones, and as many again for the error"
 
 
-def plan_torque_reaction(case: "Case") -> Iterator[StagePlan]:
+def plan_torque_reaction(case: "Case") -> Iterator[Stage]:
     """Planned where the torque of the cylinders reaches the mounts."""
     if not torque_reaches_mounts(case):
         return
     separate = is_separate(case)
     line = case.machine.shaft_line is not None and not separate
     where = "elsewhere" if separate else "on the body" + ", with a shaft line" * line
-    yield StagePlan(
-        stage="torque reaction",
+    yield Stage(
+        name="torque reaction",
         adapter="vibecalc.isolation.adapters.torque_reaction:run_torque_reaction",
         why=f"[isolation] is in the case, torque in the cylinders of the {case.machine.kind}, "
         f"its driven machine {where}",
@@ -29,4 +37,136 @@ def plan_torque_reaction(case: "Case") -> Iterator[StagePlan]:
         cost=f"one solve per order at {case.machine.speed:.6g} rad/s",
         quantities=below("isolation/torque_reaction/"),
         is_last=True,
+        harmonics=_orders_of_reaction,
+        work=_work_of_reaction,
+        topics=("vibecalc.isolation.accuracy.torque_reaction:torque_reaction_topics",),
     )
+
+
+_PITCH_ONLY = ("isolation/pitch/", "isolation/lever_force/", "support_force/rigid_peak")
+_BODY_ONLY = ("isolation/modes/", "isolation/body/")
+#: of the stages beside it
+_OTHERS = ("run_up", "masked", "torque_reaction")
+
+
+def plan_isolation(case: "Case") -> Iterator[Stage]:
+    options = case.isolation
+    if options is None:
+        return
+    pitch = options.model == "pitch"
+    speed = f"{case.machine.speed:.6g} rad/s"
+    yield Stage(
+        name="isolation",
+        adapter="vibecalc.isolation.adapters.pitch:run_isolation_pitch"
+        if pitch
+        else "vibecalc.isolation.adapters.rigid_body:run_isolation_rigid_body",
+        why=f'[isolation] is in the case, model = "{options.model}"',
+        parts=("body", "mounts"),
+        orders=orders_words(case),
+        cost="one solve per order at " + speed,
+        quantities=below(
+            "isolation/",
+            without=(*_OTHERS, *(_BODY_ONLY if pitch else _PITCH_ONLY)),
+        ),
+        harmonics=orders_of_motion,
+        work=_work_of_isolation,
+        topics=("vibecalc.isolation.accuracy.steady:isolation_steady_topics",),
+    )
+    if options.run_up is None:
+        return
+    first, last = options.run_up.start, options.run_up.stop
+    torque = torque_reaches_mounts(case)
+    yield Stage(
+        name="run_up",
+        adapter="vibecalc.isolation.adapters.run_up:run_run_up",
+        why="[isolation] run_up is in the case" + ", with the torque of the cylinders" * torque,
+        parts=("body", "mounts", *(("crank_train",) if torque else ())),
+        orders=ORDERS if torque else orders_words(case),
+        cost=f"one solve per order at some hundred speeds from {first:.6g} to {last:.6g} rad/s",
+        quantities=tuple(
+            path
+            for path in below("isolation/", without=() if pitch else ("lever_force",))
+            if "run_up" in path or "masked" in path
+        ),
+        is_last=True,
+        harmonics=_orders_of_run_up,
+        work=_work_of_run_up,
+        topics=(
+            "vibecalc.isolation.accuracy.run_up:run_up_topics",
+            "vibecalc.isolation.accuracy.run_up:run_up_curve_topics",
+        ),
+    )
+
+
+# ----------------------------------------------------------------------------
+# Harmonics and counted work of each stage, read from the case: nothing is solved.
+# ----------------------------------------------------------------------------
+
+#: speeds that a run-up takes, refined where its curves bend
+_RUN_UP = 300
+
+
+def _orders_of_run_up(case: "Case") -> Harmonics:
+    return (_orders_of_reaction if torque_reaches_mounts(case) else orders_of_motion)(case)
+
+
+def _orders_of_reaction(case: "Case") -> Harmonics:
+    """Half orders of a torque reaction; as many again are solved for the error."""
+    step = TURN / cycle_angle(case.machine)
+    torsion = None if case.response is None else case.response.torsion
+    given = None if torsion is None else torsion.orders
+    said = 0.0
+    if given is not None:
+        said = given.highest or (given.count or 0) * (given.step or step)
+    own = None if case.excitation is None else case.excitation.orders
+    usual = USUAL_ORDERS if own is None and not said else 0
+    shaking = orders_of_motion(case).number
+    highest = max(said, shaking, usual)
+    rule = "[response.torsion] orders" if highest == said else "of the shaking"
+    count = math.ceil(highest / step)
+    rule = "the usual ones" if highest == usual else rule
+    return Harmonics(count, step, count * step, f"{rule}; as many again for the error")
+
+
+def _work_of_isolation(case: "Case", orders: int) -> Work:
+    assert case.isolation is not None
+    if case.isolation.model == "pitch":
+        return ((orders, "pitch_solve"), (1, "modes"))
+    return ((orders, "body_solve"), (1, "modes"))
+
+
+def _work_of_run_up(case: "Case", orders: int) -> Work:
+    assert case.isolation is not None
+    pitch = case.isolation.model == "pitch"
+    return ((orders * _RUN_UP, "pitch_solve" if pitch else "body_solve"),)
+
+
+def _work_of_reaction(case: "Case", orders: int) -> Work:
+    return ((4 * orders, "body_solve"), (2, "modes"), (2 * orders, "order"))
+
+
+SUBJECT = Subject(
+    stages=(
+        plan_isolation,
+        plan_torque_reaction,
+    ),
+    concerns=lambda case: case.isolation is not None,
+    units={
+        "body_solve": Unit(2.5e-5, "solves of 6 x 6"),
+        "pitch_solve": Unit(1.0e-5, "solves of the pitch model"),
+        "modes": Unit(3.0e-3, "sets of modes"),
+    },
+    last_checks=("vibecalc.isolation.model:isolation_problems",),
+    sections=(
+        "vibecalc.isolation.report:isolation",
+        "vibecalc.isolation.report:torque_reaction",
+    ),
+    pictures={
+        "force_over_cycle": "vibecalc.isolation.pictures.body:draw_force_over_cycle",
+        "run_up": "vibecalc.isolation.pictures.run_up:draw_run_up",
+        "transmissibility": "vibecalc.isolation.pictures.body:draw_transmissibility",
+        "modal_energy": "vibecalc.isolation.pictures.body:draw_modal_energy",
+        "mode_shapes": "vibecalc.isolation.pictures.body:draw_mode_shapes",
+        "engine_mounts": "vibecalc.isolation.pictures.body:draw_engine_mounts",
+    },
+)

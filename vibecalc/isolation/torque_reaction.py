@@ -31,7 +31,8 @@ from vibecalc.torsion.synthesis import synthesis
 #   the cylinders, of the loads, of what damps a station against the body), so that it feels minus
 #   the change of the line's angular momentum. With loads that do not alternate and no damping
 #   against the body that is -T again, however elastic the line: the torque goes into its speed.
-#   Gears turn some of the inertia the other way round, or faster. There is no mean: the stator gives it back.
+#   Gears turn some of the inertia the other way round, or faster. There is no mean: the stator
+#   gives it back.
 # ----------------------------------------------------------------------------
 
 #: orders beyond twice the highest against those up to there: forces that fall as order^-2 or faster

@@ -3,14 +3,14 @@
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from vibecalc.core.run.stage import StagePlan, below
+from vibecalc.core.run.stage import Harmonics, Stage, Subject, Unit, Work, below
 
 if TYPE_CHECKING:
     from vibecalc.measurement.tables import Measurement
     from vibecalc.schema import Case
 
 
-def plan_measurement(case: "Case") -> Iterator[StagePlan]:
+def plan_measurement(case: "Case") -> Iterator[Stage]:
     """The motion of a plate from its readings; it stands alone, or beside a machine."""
     table = case.measurement
     if table is None:
@@ -31,8 +31,8 @@ def plan_measurement(case: "Case") -> Iterator[StagePlan]:
     )
     positions = () if table.positions else _OF_POSITIONS
     ways = "levels: all motions that they allow" if by_levels else "least squares"
-    yield StagePlan(
-        stage="measurement",
+    yield Stage(
+        name="measurement",
         adapter="vibecalc.measurement.adapters.plate:run_measurement",
         why="[measurement] is in the case",
         parts=(),
@@ -40,6 +40,9 @@ def plan_measurement(case: "Case") -> Iterator[StagePlan]:
         cost=f"{_count(table)} readings, {len(table.orders)} harmonics one by one; {ways}",
         quantities=below("measurement/", without=(*left_out, *positions)),
         is_last=True,
+        harmonics=_orders_of_measurement,
+        work=_work_of_measurement,
+        topics=("vibecalc.measurement.accuracy:measurement_topics",),
     )
 
 
@@ -79,4 +82,39 @@ def _count(table: "Measurement") -> int:
 _OF_POSITIONS = (
     *("measurement/acceleration", "measurement/level/", "measurement/candidate/level"),
     *("measurement/uncertainty/level", "measurement/further/"),
+)
+
+
+# ----------------------------------------------------------------------------
+# Harmonics and counted work of each stage, read from the case: nothing is solved.
+# ----------------------------------------------------------------------------
+
+
+def _orders_of_measurement(case: "Case") -> Harmonics:
+    assert case.measurement is not None
+    orders = case.measurement.orders
+    return Harmonics(len(orders), min(orders), max(orders), "[measurement] orders")
+
+
+def _work_of_measurement(case: "Case", orders: int) -> Work:
+    table = case.measurement
+    assert table is not None
+    phases = any(reading.phase for reading in table.readings)
+    phases = phases or (table.scan is not None and bool(table.scan.phase))
+    return ((orders, "least_squares" if phases else "level_motions"),)
+
+
+SUBJECT = Subject(
+    stages=(plan_measurement,),
+    concerns=lambda case: case.measurement is not None,
+    units={
+        "least_squares": Unit(1.0e-2, "harmonics by least squares"),
+        "level_motions": Unit(1.5e-2, "harmonics by all motions that levels allow"),
+    },
+    checks=("vibecalc.measurement.checks:measurement_problems",),
+    sections=("vibecalc.measurement.report:measurement",),
+    pictures={
+        "measured_levels": "vibecalc.measurement.pictures:draw_measured_levels",
+        "plate_map": "vibecalc.measurement.pictures:draw_plate_map",
+    },
 )

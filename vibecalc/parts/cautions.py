@@ -7,17 +7,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vibecalc.kinds import finds_speed, gas_turns, has_crank_train, has_speed
+from vibecalc.kinds import asks_roll, finds_speed, gas_turns, has_crank_train, has_speed
 from vibecalc.parts import tables as parts
 from vibecalc.parts.body import build_body, build_frame
 from vibecalc.parts.crank_train import build_crank_train, rod_share
 from vibecalc.parts.firing import has_gas, torque_reaches_mounts
-from vibecalc.parts.mounts import Mounts, build_mounts
-from vibecalc.response.checks import has_loss_factor
-from vibecalc.roll.checks import asks_roll, roll_cautions
+from vibecalc.parts.mounts import Mounts, build_mounts, has_loss_factor
 from vibecalc.schema import Case, Machine
-from vibecalc.torsion.checks import torsion_cautions
-from vibecalc.torsion.model import throw_cautions
 
 # ----------------------------------------------------------------------------
 # Numbers of a case that are possible and most unlikely: each with the slip that makes them.
@@ -247,10 +243,10 @@ NOTICEABLE = 1e-6
 SHAKING = ("isolation/support_force/", "isolation/support_displacement/", "isolation/body/")
 
 
-def machine_warnings(case: Case) -> list[str]:
+def part_warnings(case: Case) -> list[str]:
     """Sentences for the report, on a case without problems."""
     if not has_crank_train(case.machine):
-        return [*implausible(case), *_without_effect(case), *roll_cautions(case)]
+        return [*implausible(case), *_without_effect(case)]
     return [
         *implausible(case),
         *_places(case),
@@ -259,9 +255,6 @@ def machine_warnings(case: Case) -> list[str]:
         *_without_effect(case),
         *_rod(case),
         *_shaking_alone(case),
-        *throw_cautions(case),
-        *roll_cautions(case),
-        *torsion_cautions(case),
     ]
 
 

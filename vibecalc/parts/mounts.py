@@ -190,3 +190,14 @@ def _words(turn: Array, shift: Array, distance: float) -> str:
     if np.linalg.norm(point) > 1e-9 * distance:
         words += f" through {_triple(point)} m"
     return words
+
+
+def has_loss_factor(mounts: parts.Mounts) -> bool:
+    """Tell whether any stiffness is complex."""
+    own = any(properties.loss_factor for properties in mount_properties(mounts))
+    return own or bool(mounts.loss_factor)
+
+
+def mount_properties(mounts: parts.Mounts) -> list[parts.MountProperties]:
+    each = [] if mounts.each is None else [mounts.each]
+    return [*each, *(mounts.individual or ())]

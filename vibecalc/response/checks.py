@@ -9,6 +9,7 @@ from vibecalc.errors import KeyPath, Problem
 from vibecalc.kinds import has_crank_train
 from vibecalc.parts import tables as parts
 from vibecalc.parts.firing import driven_machine, shakes_with_torque
+from vibecalc.parts.mounts import has_loss_factor, mount_properties
 from vibecalc.schema import Case
 
 SWITCHING: KeyPath = ("response", "switching")
@@ -111,17 +112,6 @@ def _switching(case: Case) -> Iterator[Problem]:
     )
 
 
-def _properties(mounts: parts.Mounts) -> list[parts.MountProperties]:
-    each = [] if mounts.each is None else [mounts.each]
-    return [*each, *(mounts.individual or ())]
-
-
-def has_loss_factor(mounts: parts.Mounts) -> bool:
-    """Tell whether any stiffness is complex."""
-    own = any(properties.loss_factor for properties in _properties(mounts))
-    return own or bool(mounts.loss_factor)
-
-
 def _decays(mounts: parts.Mounts) -> bool:
     """Tell whether anything viscous damps the body."""
     if mounts.modal_damping:
@@ -130,5 +120,5 @@ def _decays(mounts: parts.Mounts) -> bool:
         return True
     return any(
         properties.damping is not None and np.any(properties.damping)
-        for properties in _properties(mounts)
+        for properties in mount_properties(mounts)
     )

@@ -199,3 +199,8 @@ SWITCHING_ENTRIES = (
         "largest kinetic energy over all crank angles of the change",
     ),
 )  # fmt: skip
+
+ENTRIES = (
+    *RESPONSE_ENTRIES,
+    *SWITCHING_ENTRIES,
+)

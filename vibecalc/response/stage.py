@@ -1,9 +1,11 @@
 """The stages that [response] asks for."""
 
+import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from vibecalc.core.run.stage import StagePlan, below, orders_words
+from vibecalc.core.run.stage import Stage, Subject, Unit, Work, below
+from vibecalc.kinematics.stage import orders_of_motion, orders_words
 
 if TYPE_CHECKING:
     from vibecalc.schema import Case
@@ -14,8 +16,8 @@ _APART = (
 )
 
 
-def plan_response(case: "Case") -> Iterator[StagePlan]:
-    """Motion of the body, then what is made from it: operations, run-up, switching, impacts."""
+def plan_response(case: "Case") -> Iterator[Stage]:
+    """Motion of the body, then what is made from it: operations, run-up, switching."""
     options = case.response
     if options is None:
         return
@@ -27,11 +29,9 @@ def plan_response(case: "Case") -> Iterator[StagePlan]:
             yield _run_up(case)
         if options.switching is not None:
             yield _switching(case)
-    if options.impact is not None:
-        yield _impact(case)
 
 
-def _motion(case: "Case") -> StagePlan:
+def _motion(case: "Case") -> Stage:
     options = case.response
     assert options is not None
     energies = below("response/", without=("/operations/", "/run_up/"))
@@ -40,8 +40,8 @@ def _motion(case: "Case") -> StagePlan:
         for path in energies
         if path.startswith(("response/kinetic_energy/", "response/potential_energy/"))
     )
-    return StagePlan(
-        stage="response",
+    return Stage(
+        name="response",
         adapter="vibecalc.response.adapters.response:run_response",
         why=f'[response] is in the case, method = "{options.method}"',
         parts=("body", "mounts"),
@@ -49,15 +49,21 @@ def _motion(case: "Case") -> StagePlan:
         cost=f"one solve per order at {case.machine.speed:.6g} rad/s",
         quantities=(*below("response/", without=_APART), *(energies if options.energies else ())),
         is_last=True,
+        harmonics=orders_of_motion,
+        work=_work_of_response,
+        topics=(
+            "vibecalc.response.accuracy.forced:response_steady_topics",
+            "vibecalc.response.accuracy.modes:response_modes_topics",
+        ),
     )
 
 
-def _operations(case: "Case") -> StagePlan:
+def _operations(case: "Case") -> Stage:
     options = case.response
     assert options is not None
     balances = max(len(options.balances), 1)
-    return StagePlan(
-        stage="operations",
+    return Stage(
+        name="operations",
         adapter="vibecalc.response.adapters.operations:run_operations",
         why="[response] operations are in the case",
         parts=("crank_train", "body", "mounts"),
@@ -65,15 +71,18 @@ def _operations(case: "Case") -> StagePlan:
         cost=f"{len(options.operations)} operations x {balances} balances in one batch",
         quantities=below("response/operations/"),
         is_last=True,
+        harmonics=orders_of_motion,
+        work=_work_of_operations,
+        topics=("vibecalc.response.accuracy.operations:operations_topics",),
     )
 
 
-def _run_up(case: "Case") -> StagePlan:
+def _run_up(case: "Case") -> Stage:
     options = case.response
     assert options is not None and options.run_up is not None
     first, last = options.run_up.start, options.run_up.stop
-    return StagePlan(
-        stage="speeds",
+    return Stage(
+        name="speeds",
         adapter="vibecalc.response.adapters.response:run_speeds",
         why="[response] run_up is in the case",
         parts=("body", "mounts"),
@@ -81,15 +90,18 @@ def _run_up(case: "Case") -> StagePlan:
         cost=f"one solve per order at some hundred speeds from {first:.6g} to {last:.6g} rad/s",
         quantities=below("response/run_up/") + below("response/masked/"),
         is_last=True,
+        harmonics=orders_of_motion,
+        work=_work_of_speeds,
+        topics=("vibecalc.response.accuracy.forced:response_speeds_topics",),
     )
 
 
-def _switching(case: "Case") -> StagePlan:
+def _switching(case: "Case") -> Stage:
     options = case.response
     assert options is not None and options.switching is not None
     there, back = options.switching.between
-    return StagePlan(
-        stage="switching",
+    return Stage(
+        name="switching",
         adapter="vibecalc.response.adapters.switching:run_switching",
         why="[response.switching] is in the case",
         parts=("crank_train", "body", "mounts"),
@@ -97,35 +109,60 @@ def _switching(case: "Case") -> StagePlan:
         cost=f"exact modal motion from {there} to {back} and back, at once and by reversal",
         quantities=below("response/switching/"),
         is_last=True,
+        harmonics=orders_of_motion,
+        work=_work_of_switching,
+        topics=("vibecalc.response.accuracy.switching:switching_topics",),
     )
 
 
-def _impact(case: "Case") -> StagePlan:
-    options, machine = case.response, case.machine
-    assert options is not None and options.impact is not None
-    study, joints = options.impact, machine.joints
-    left_out = tuple(
-        f"/impact/{part}"
-        for part, given in (
-            ("crank_pin/", joints is not None and joints.crank_pin is not None),
-            ("bore/", joints is not None and joints.bore is not None),
-            ("motor", machine.motor is not None and case.excitation is not None),
-        )
-        if not given
-    )
-    from vibecalc.impact.checks import impact_work  # loads what follows the contacts
+# ----------------------------------------------------------------------------
+# Harmonics and counted work of each stage, read from the case: nothing is solved.
+# ----------------------------------------------------------------------------
 
-    work = impact_work(case)
-    steps = "" if work is None else f", about {work.steps:.2g} steps per turn"
-    turns = study.discard + study.revolutions
-    runs = study.members * max(len(study.clearances), 1)
-    return StagePlan(
-        stage="impact",
-        adapter="vibecalc.impact.adapter:run_impact",
-        why="[response.impact] is in the case",
-        parts=("crank_train", "joints"),
-        orders=f"1 to {study.orders} of the joint force",
-        cost=f"{runs} runs of {turns} turns in one batch{steps}",
-        quantities=below("response/impact/", without=left_out),
-        is_last=True,
-    )
+#: speeds that a run-up takes, refined where its curves bend
+_RUN_UP = 300
+_TURN = 2.0 * math.pi
+
+
+def _work_of_response(case: "Case", orders: int) -> Work:
+    return ((2 * orders, "body_solve"), (1, "modes"))
+
+
+def _work_of_speeds(case: "Case", orders: int) -> Work:
+    return ((orders * _RUN_UP, "body_solve"), (1, "modes"))
+
+
+def _work_of_operations(case: "Case", orders: int) -> Work:
+    assert case.response is not None
+    ways = len(case.response.operations) * max(len(case.response.balances), 1)
+    return ((10, "modes"), (orders * ways, "way_order"))
+
+
+def _work_of_switching(case: "Case", orders: int) -> Work:
+    assert case.response is not None and case.response.switching is not None
+    change = case.response.switching
+    seconds = change.run_down + change.stand + change.run_up + change.after
+    return ((math.ceil(seconds * (case.machine.speed or 0.0) / _TURN), "turn_of_change"),)
+
+
+SUBJECT = Subject(
+    stages=(plan_response,),
+    concerns=lambda case: case.response is not None or case.machine.mounts is not None,
+    units={
+        "ways": Unit(3.0e-3, "ways of running, each a range over the angle of the weights"),
+        "way_order": Unit(2.5e-5, "orders combined"),
+        "turn_of_change": Unit(9.0e-3, "turns during the change"),
+    },
+    checks=("vibecalc.response.checks:operation_problems",),
+    sections=(
+        "vibecalc.response.report:response",
+        "vibecalc.response.report:operations",
+        "vibecalc.response.report:switching",
+    ),
+    pictures={
+        "energy_by_order": "vibecalc.response.pictures:draw_energy_by_order",
+        "operations": "vibecalc.response.pictures:draw_operations",
+        "response_run_up": "vibecalc.response.pictures:draw_response_run_up",
+        "switching": "vibecalc.response.pictures:draw_switching",
+    },
+)

@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator
 
 from vibecalc.errors import KeyPath, Problem
-from vibecalc.kinds import finds_speed, has_crank_train
+from vibecalc.kinds import asks_roll, finds_speed, has_crank_train
 from vibecalc.parts.crank_train import build_crank_train, rod_share, working_names
 from vibecalc.parts.firing import shakes_with_torque
 from vibecalc.roll.form import STEPPING
@@ -173,15 +173,6 @@ def _load(load: Load) -> Iterator[Problem]:
 # ----------------------------------------------------------------------------
 
 SENTENCE = "only the roll of the machine uses it: [response.roll], start_up or control"
-
-
-def asks_roll(case: Case) -> bool:
-    """Whether anything is asked that the motor finds the speed of."""
-    response = case.response
-    if response is None:
-        return False
-    asked = (response.roll, response.start_up, response.control)
-    return any(table is not None for table in asked)
 
 
 def roll_cautions(case: Case) -> list[str]:

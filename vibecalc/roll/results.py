@@ -436,3 +436,10 @@ CONTROL_ENTRIES = (
     entry(f"{CONTROL}/range/linear_difference", "order", "dB", "the same, the full model with the "
           "straight motor curve of the reduced one"),
 )  # fmt: skip
+
+ENTRIES = (
+    *ROLL_ENTRIES,
+    *START_UP_ENTRIES,
+    *MOTOR_ENTRIES,
+    *CONTROL_ENTRIES,
+)

@@ -1,9 +1,11 @@
 """The stages of a machine whose motor finds its speed: roll, start-up, control."""
 
+import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from vibecalc.core.run.stage import StagePlan, below
+from vibecalc.core.run.stage import Harmonics, Stage, Subject, Unit, Work, below, first_orders
+from vibecalc.kinds import has_crank_train
 
 if TYPE_CHECKING:
     from vibecalc.schema import Case
@@ -26,7 +28,7 @@ _WAYS = {
 }
 
 
-def plan_roll(case: "Case") -> Iterator[StagePlan]:
+def plan_roll(case: "Case") -> Iterator[Stage]:
     """Steady motion, then start-up, then control; each only where the case asks for it."""
     options = case.response
     if options is None:
@@ -39,7 +41,7 @@ def plan_roll(case: "Case") -> Iterator[StagePlan]:
         yield _control(case)
 
 
-def _roll(case: "Case") -> StagePlan:
+def _roll(case: "Case") -> Stage:
     assert case.response is not None and case.response.roll is not None
     options = case.response.roll
     left_out = [path for key, path in _OPTIONAL.items() if not getattr(options, key)]
@@ -49,8 +51,8 @@ def _roll(case: "Case") -> StagePlan:
     left_out += [] if dynamic else ["response/roll/motor/"]
     runs = 1 + 4 * options.interpolations + len(options.compare) + 2 * options.sensitivity
     runs += 2 * dynamic
-    return StagePlan(
-        stage="roll",
+    return Stage(
+        name="roll",
         adapter="vibecalc.roll.adapters.running:run_roll",
         why=f'[response.roll] is in the case, method = "{options.method}"',
         parts=_PARTS,
@@ -58,10 +60,13 @@ def _roll(case: "Case") -> StagePlan:
         cost=_WAYS[options.method] + (f", {runs} such problems" if runs > 1 else ""),
         quantities=below("response/roll/", without=tuple(left_out)),
         is_last=True,
+        harmonics=_orders_of_roll,
+        work=_work_of_roll,
+        topics=("vibecalc.roll.accuracy.running:roll_topics",),
     )
 
 
-def _start_up(case: "Case") -> StagePlan:
+def _start_up(case: "Case") -> Stage:
     assert case.response is not None and case.response.start_up is not None
     options = case.response.start_up
     left_out: tuple[str, ...] = () if options.load is not None else ("/load/",)
@@ -70,8 +75,8 @@ def _start_up(case: "Case") -> StagePlan:
         left_out = (*left_out, "/start_angles/")
     else:
         cost += f"; starts from {options.angles} angles, and more towards each border"
-    return StagePlan(
-        stage="start-up",
+    return Stage(
+        name="start-up",
         adapter="vibecalc.roll.adapters.start_up:run_start_up",
         why="[response.start_up] is in the case",
         parts=_PARTS,
@@ -79,10 +84,12 @@ def _start_up(case: "Case") -> StagePlan:
         cost=cost,
         quantities=below("response/start_up/", without=left_out),
         is_last=True,
+        work=_work_of_start_up,
+        topics=("vibecalc.roll.accuracy.start_up:start_up_topics",),
     )
 
 
-def _control(case: "Case") -> StagePlan:
+def _control(case: "Case") -> Stage:
     assert case.response is not None and case.response.control is not None
     options = case.response.control
     parts = {
@@ -95,8 +102,8 @@ def _control(case: "Case") -> StagePlan:
     cost = f"closed forms for {loops} pairs of gain and feedback; two periodic problems"
     cost += ", one more under control" if options.full_model else ""
     cost += ", a search of some 40,000 loops" if options.tune is not None else ""
-    return StagePlan(
-        stage="control",
+    return Stage(
+        name="control",
         adapter="vibecalc.roll.adapters.control:run_control",
         why="[response.control] is in the case",
         parts=_PARTS,
@@ -107,4 +114,95 @@ def _control(case: "Case") -> StagePlan:
             without=tuple(f"/control/{name}/" for name, there in parts.items() if not there),
         ),
         is_last=True,
+        harmonics=_orders_of_control,
+        work=_work_of_control,
+        topics=("vibecalc.roll.accuracy.control:control_topics",),
     )
+
+
+# ----------------------------------------------------------------------------
+# Harmonics and counted work of each stage, read from the case: nothing is solved.
+# ----------------------------------------------------------------------------
+
+_TURN = 2.0 * math.pi
+
+
+def _orders_of_roll(case: "Case") -> Harmonics:
+    assert case.response is not None and case.response.roll is not None
+    return first_orders(case.response.roll.orders, "[response.roll] orders, of the steady motion")
+
+
+def _orders_of_control(case: "Case") -> Harmonics:
+    assert case.response is not None and case.response.control is not None
+    return first_orders(case.response.control.orders, "[response.control] orders")
+
+
+def _work_of_roll(case: "Case", orders: int) -> Work:
+    assert case.response is not None and case.response.roll is not None
+    options, motor = case.response.roll, case.machine.motor
+    dynamic = motor is not None and motor.kind == "dynamic"
+    problems = 2 + 1 + 4 * options.interpolations + 2 * options.sensitivity + 2 * dynamic
+    marches = len(options.compare) + (options.method not in ("collocation", "fourier"))
+    return (
+        (problems, "periodic_motor" if dynamic else "periodic"),
+        (marches, "march"),
+    )
+
+
+def _work_of_start_up(case: "Case", orders: int) -> Work:
+    assert case.response is not None and case.response.start_up is not None
+    options, motor = case.response.start_up, case.machine.motor
+    speed = (motor.synchronous_speed if motor is not None else None) or 100.0
+    turns = math.ceil(options.duration * speed / _TURN)
+    return ((turns, "turn_of_start"), (options.angles or 0, "start_angle"))
+
+
+def _work_of_control(case: "Case", orders: int) -> Work:
+    assert case.response is not None and case.response.control is not None
+    options = case.response.control
+    loops = (len(options.gains) or 1) * (len(options.feedbacks) or 1) + len(options.motor_gains)
+    return (
+        (2 + options.full_model, "periodic"),
+        (loops, "loop"),
+        (options.tune is not None, "tuning_loops"),
+    )
+
+
+SUBJECT = Subject(
+    stages=(plan_roll,),
+    concerns=lambda case: has_crank_train(case.machine),
+    units={
+        "periodic": Unit(5.0e-2, "periodic problems"),
+        "periodic_motor": Unit(
+            2.5e-1, "periodic problems with a motor's currents", "scipy.interpolate", holds=80.0
+        ),
+        "march": Unit(1.0e-1, "marches until the turns repeat"),
+        "turn_of_start": Unit(8.0e-2, "turns followed"),
+        "start_angle": Unit(1.0e-1, "starts from other angles"),
+        "loop": Unit(1.0e-3, "loops closed"),
+        "tuning_loops": Unit(2.0e-1, "searches over loops", "scipy.optimize"),
+    },
+    checks=(
+        "vibecalc.roll.motor_checks:slip_problems",
+        "vibecalc.roll.checks:roll_problems",
+        "vibecalc.roll.motor_checks:control_problems",
+        "vibecalc.roll.motor_checks:dynamic_problems",
+    ),
+    cautions=("vibecalc.roll.checks:roll_cautions",),
+    sections=(
+        "vibecalc.roll.report.running:roll",
+        "vibecalc.roll.report.start_up:start_up",
+        "vibecalc.roll.report.motor:roll_motor",
+        "vibecalc.roll.report.control:roll_control",
+    ),
+    pictures={
+        "roll_levels": "vibecalc.roll.pictures.running:draw_roll_levels",
+        "roll_cycle": "vibecalc.roll.pictures.running:draw_roll_cycle",
+        "roll_sensitivity": "vibecalc.roll.pictures.running:draw_roll_sensitivity",
+        "roll_control": "vibecalc.roll.pictures.control:draw_roll_control",
+        "roll_motor_gain": "vibecalc.roll.pictures.control:draw_roll_motor_gain",
+        "roll_locus": "vibecalc.roll.pictures.control:draw_roll_locus",
+        "roll_start_up": "vibecalc.roll.pictures.start_up:draw_roll_start_up",
+        "motor_curve": "vibecalc.roll.pictures.motor:draw_dynamic_motor",
+    },
+)

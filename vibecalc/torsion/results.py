@@ -460,3 +460,12 @@ DAMPER_DESIGN_ENTRIES = (
     *_by_objective("curve/", "damper_curve speed",
                    "half range of the section that is largest at this speed"),
 )  # fmt: skip
+
+ENTRIES = (
+    *TORSION_ENTRIES,
+    *TORSION_SPEEDS_ENTRIES,
+    *TORSION_LIMITS_ENTRIES,
+    *TORSION_VARIANTS_ENTRIES,
+    *TORSION_STUDIES_ENTRIES,
+    *DAMPER_DESIGN_ENTRIES,
+)

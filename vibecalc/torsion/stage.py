@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from vibecalc.core.run.stage import StagePlan, below
+from vibecalc.core.run.stage import Harmonics, Stage, Subject, Unit, Work, below
 from vibecalc.errors import KeyPath, Problem
 from vibecalc.schema import Case
 from vibecalc.torsion.results import (
@@ -47,15 +47,15 @@ _HIGHEST_ORDER = 12.0
 _LONGEST_HOLZER = 100
 
 
-def plan_torsion(case: "Case") -> Iterator[StagePlan]:
+def plan_torsion(case: "Case") -> Iterator[Stage]:
     """Modes, excitation and vibration at the operating speed; curves where speeds are given."""
     torsion = asked(case)
     if torsion is None or case.machine.shaft_line is None:
         return
     line = case.machine.shaft_line
     stations = len(line.stations)
-    yield StagePlan(
-        stage="torsion",
+    yield Stage(
+        name="torsion",
         adapter="vibecalc.torsion.adapters.steady:run_torsion",
         why="[response.torsion] is in the case",
         parts=("crank_train", "shaft_line"),
@@ -63,12 +63,19 @@ def plan_torsion(case: "Case") -> Iterator[StagePlan]:
         cost=f"modes of {stations} stations; {solves(case)} solves, one per order, at "
         f"{case.machine.speed:.6g} rad/s",
         quantities=_picked(case, _STEADY),
+        harmonics=_half_orders,
+        work=_work_of_torsion,
+        topics=(
+            "vibecalc.torsion.accuracy.modes:torsion_modes_topics",
+            "vibecalc.torsion.accuracy.steady:torsion_forced_topics",
+            "vibecalc.torsion.accuracy.steady:torsion_cycle_topics",
+        ),
     )
     if torsion.speeds is None:
         return
     speeds = torsion.speeds
-    yield StagePlan(
-        stage="torsion_speeds",
+    yield Stage(
+        name="torsion_speeds",
         adapter="vibecalc.torsion.adapters.speeds:run_torsion_speeds",
         why="[response.torsion] speeds are in the case",
         parts=("crank_train", "shaft_line"),
@@ -76,6 +83,9 @@ def plan_torsion(case: "Case") -> Iterator[StagePlan]:
         cost=_range_cost(case, speeds),
         quantities=_picked(case, _RANGE),
         is_last=True,
+        harmonics=_half_orders,
+        work=_work_of_speeds,
+        topics=("vibecalc.torsion.accuracy.speeds:torsion_speeds_topics",),
     )
 
 
@@ -198,7 +208,7 @@ PARTS = ("crank_train", "shaft_line")
 _STEPS = ("load_step", "misfire_onset")
 
 
-def plan_torsion_studies(case: "Case") -> Iterator[StagePlan]:
+def plan_torsion_studies(case: "Case") -> Iterator[Stage]:
     """The modal route as published, the variable inertia and the transient, where asked for."""
     torsion = None if case.response is None else case.response.torsion
     if torsion is None or case.machine.shaft_line is None:
@@ -229,7 +239,7 @@ def has_loss(case: "Case") -> bool:
     return any(one.loss_factor for one in shafts) or any(one.loss_factor for one in dampers)
 
 
-def _published(case: "Case") -> StagePlan:
+def _published(case: "Case") -> Stage:
     torsion = _torsion(case)
     options = torsion.as_published
     assert options is not None
@@ -240,8 +250,8 @@ def _published(case: "Case") -> StagePlan:
         paths += (f"{PUBLISHED}largest_twist_order",)
     if options.magnifier == "undamped":
         paths = tuple(p for p in paths if "critical" not in p and "largest_twist" not in p)
-    return StagePlan(
-        stage="modal route as published",
+    return Stage(
+        name="modal route as published",
         adapter="vibecalc.torsion.adapters.as_published:run_torsion_as_published",
         why="[response.torsion.as_published] is in the case",
         parts=PARTS,
@@ -250,10 +260,13 @@ def _published(case: "Case") -> StagePlan:
         + ("" if torsion.speeds is None else f" and each of {torsion.speeds.points} speeds"),
         quantities=paths,
         is_last=True,
+        harmonics=_half_orders,
+        work=_work_of_closed_forms,
+        topics=("vibecalc.torsion.accuracy.modes:torsion_modal_route_topics",),
     )
 
 
-def _variable(case: "Case") -> StagePlan:
+def _variable(case: "Case") -> Stage:
     torsion = _torsion(case)
     there = list(below(VARIABLE))
     if torsion.speeds is None:
@@ -262,8 +275,8 @@ def _variable(case: "Case") -> StagePlan:
     if has_loss(case):
         timed = (f"{VARIABLE}growth", f"{VARIABLE}unstable/")
         there = [path for path in there if not path.startswith(timed)]
-    return StagePlan(
-        stage="variable inertia",
+    return Stage(
+        name="variable inertia",
         adapter="vibecalc.torsion.adapters.variable_inertia:run_torsion_variable_inertia",
         why="[response.torsion.variable_inertia] is in the case",
         parts=PARTS,
@@ -271,16 +284,19 @@ def _variable(case: "Case") -> StagePlan:
         cost=_all_orders(torsion.speeds.points if torsion.speeds is not None else 0),
         quantities=tuple(there),
         is_last=True,
+        harmonics=_orders_of_variable,
+        work=_work_of_variable,
+        topics=("vibecalc.torsion.accuracy.studies:torsion_variable_topics",),
     )
 
 
-def _transient(case: "Case") -> StagePlan:
+def _transient(case: "Case") -> Stage:
     change = _torsion(case).transient
     assert change is not None
     steps = change.kind in _STEPS
     left_out = OF_PASSAGES if steps else OF_STEPS
-    return StagePlan(
-        stage="transient",
+    return Stage(
+        name="transient",
         adapter="vibecalc.torsion.adapters.transient:run_torsion_transient",
         why=f'[response.torsion.transient] is in the case, kind = "{change.kind}"',
         parts=PARTS,
@@ -289,6 +305,9 @@ def _transient(case: "Case") -> StagePlan:
         "order's period, or more",
         quantities=tuple(path for path in below(TRANSIENT) if path not in left_out),
         is_last=True,
+        harmonics=_half_orders,
+        work=_work_of_transient,
+        topics=("vibecalc.torsion.accuracy.studies:torsion_transient_topics",),
     )
 
 
@@ -383,7 +402,7 @@ def _angles(case: Case, change: Transient) -> dict[str, float]:
 # ----------------------------------------------------------------------------
 
 
-def plan_damper(case: "Case") -> Iterator[StagePlan]:
+def plan_damper(case: "Case") -> Iterator[Stage]:
     """Planned where [damper_design] is in the case."""
     options = case.damper_design
     if options is None or case.machine.shaft_line is None:
@@ -400,8 +419,8 @@ def plan_damper(case: "Case") -> Iterator[StagePlan]:
         left_out.append(f"{DESIGN}ring/")
     count = 1 + len(options.rings)
     searches = f"{count} searches, one for each ring: " if options.rings else ""
-    yield StagePlan(
-        stage="damper design",
+    yield Stage(
+        name="damper design",
         adapter="vibecalc.torsion.adapters.damper_design:run_damper_design",
         why="[damper_design] is in the case",
         parts=PARTS,
@@ -410,4 +429,139 @@ def plan_damper(case: "Case") -> Iterator[StagePlan]:
         "method",
         quantities=below(DESIGN, without=tuple(left_out)),
         is_last=True,
+        harmonics=_half_orders,
+        work=_work_of_damper,
+        topics=("vibecalc.torsion.accuracy.speeds:damper_design_topics",),
     )
+
+
+# ----------------------------------------------------------------------------
+# Harmonics and counted work of each stage, read from the case: nothing is solved.
+# ----------------------------------------------------------------------------
+
+
+def _work_of_closed_forms(case: "Case", orders: int) -> Work:
+    return ((1, "closed_forms"),)
+
+
+def _half_orders(case: "Case") -> Harmonics:
+    highest, step = asked_orders(case)
+    given = (
+        None
+        if case.response is None or case.response.torsion is None
+        else (case.response.torsion.orders)
+    )
+    rule = "the usual ones" if given is None else "[response.torsion] orders"
+    return Harmonics(round(highest / step), step, highest, rule)
+
+
+def _orders_of_variable(case: "Case") -> Harmonics:
+    """The motion has more orders than its excitation; so many are tried first."""
+    found = _half_orders(case)
+    return found._replace(is_least=True, rule="of the excitation; more of the motion")
+
+
+def _work_of_torsion(case: "Case", orders: int) -> Work:
+    return ((1, "line"), (orders, "line_order"))
+
+
+def _work_of_speeds(case: "Case", orders: int) -> Work:
+    torsion, freedoms = _line(case)
+    assert torsion.speeds is not None and case.machine.shaft_line is not None
+    bare = bool(case.machine.shaft_line.dampers)
+    lines = 1 + bare + bool(torsion.misfire)
+    solved = solves(case, torsion.speeds.points) * freedoms * lines
+    return ((1 + bare, "line"), (solved, "line_solve"), (len(torsion.limits), "limit"))
+
+
+def _work_of_variable(case: "Case", orders: int) -> Work:
+    torsion, _ = _line(case)
+    speeds = 0 if torsion.speeds is None else torsion.speeds.points
+    return ((5 + speeds, "variable_solve"),)
+
+
+def _work_of_transient(case: "Case", orders: int) -> Work:
+    from vibecalc.torsion.stage import least_steps
+
+    return ((math.ceil(least_steps(case)), "time_step"), (6, "line"))
+
+
+def _work_of_damper(case: "Case", orders: int) -> Work:
+    options = case.damper_design
+    line = case.machine.shaft_line
+    assert options is not None and line is not None
+    freedoms = len(line.stations) + len(line.dampers)
+    rings = 1 + len(options.rings)
+    torsion = None if case.response is None else case.response.torsion
+    speeds = options.speeds or (None if torsion is None else torsion.speeds)
+    points = 100 if speeds is None else speeds.points
+    return ((rings, "damper_map"), (rings * orders * points * freedoms, "damper_solve"))
+
+
+def _line(case: "Case") -> tuple["Torsion", int]:
+    line = case.machine.shaft_line
+    assert line is not None and case.response is not None and case.response.torsion is not None
+    return case.response.torsion, len(line.stations) + len(line.dampers)
+
+
+SUBJECT = Subject(
+    stages=(
+        plan_torsion,
+        plan_torsion_studies,
+        plan_damper,
+    ),
+    concerns=lambda case: (
+        case.machine.kind == "engine"
+        or case.machine.shaft_line is not None
+        or case.damper_design is not None
+        or (case.response is not None and case.response.torsion is not None)
+    ),
+    units={
+        "line": Unit(4.0e-2, "shaft lines set up with their modes"),
+        "line_order": Unit(6.0e-4, "orders of a shaft line summed"),
+        "line_solve": Unit(4.8e-7, "solves times freedoms", megabytes=3.0e-5),
+        "limit": Unit(1.0e-1, "limits followed over the range"),
+        "time_step": Unit(6.0e-4, "steps in time", "scipy.sparse"),
+        "variable_solve": Unit(1.5e-2, "solves of all orders at once", "scipy.linalg"),
+        "damper_map": Unit(1.0, "maps of dampers with descents", holds=50.0),
+        "damper_solve": Unit(1.0e-4, "solves times freedoms of the map"),
+    },
+    checks=(
+        "vibecalc.torsion.shaft_line_checks:shaft_line_problems",
+        "vibecalc.torsion.stage:transient_problems",
+        "vibecalc.torsion.checks:torsion_problems",
+    ),
+    cautions=(
+        "vibecalc.torsion.model:throw_cautions",
+        "vibecalc.torsion.checks:torsion_cautions",
+    ),
+    sections=(
+        "vibecalc.torsion.report.first_page:torsion",
+        "vibecalc.torsion.report.line:torsion_line",
+        "vibecalc.torsion.report.modes:torsion_modes",
+        "vibecalc.torsion.report.excitation:torsion_excitation",
+        "vibecalc.torsion.report.vibration:torsion_steady",
+        "vibecalc.torsion.report.vibration:torsion_speeds",
+        "vibecalc.torsion.report.limits:torsion_limits",
+        "vibecalc.torsion.report.studies:torsion_variable",
+        "vibecalc.torsion.report.studies:torsion_transient",
+        "vibecalc.torsion.report.studies:torsion_published",
+        "vibecalc.torsion.report.damper_design:damper_design",
+    ),
+    pictures={
+        "torsion_excitation": "vibecalc.torsion.pictures.excitation:draw_torsion_excitation",
+        "torsion_shapes": "vibecalc.torsion.pictures.modes:draw_torsion_shapes",
+        "torsion_campbell": "vibecalc.torsion.pictures.modes:draw_torsion_campbell",
+        "torsion_speeds": "vibecalc.torsion.pictures.speeds:draw_torsion_speeds",
+        "torsion_orders": "vibecalc.torsion.pictures.excitation:draw_torsion_orders",
+        "torsion_vectors": "vibecalc.torsion.pictures.excitation:draw_torsion_vectors",
+        "torsion_transient": "vibecalc.torsion.pictures.studies:draw_torsion_transient",
+        "torsion_waterfall": "vibecalc.torsion.pictures.studies:draw_torsion_waterfall",
+        "torsion_dampers": "vibecalc.torsion.pictures.speeds:draw_torsion_dampers",
+        "torsion_variable_inertia": "vibecalc.torsion.pictures.studies:draw_variable_inertia",
+        "damper_map": "vibecalc.torsion.pictures.damper_design:draw_damper_map",
+        "damper_response": "vibecalc.torsion.pictures.damper_design:draw_damper_response",
+    },
+    leads=True,
+    remark="vibecalc.torsion.report.limits:remark",
+)

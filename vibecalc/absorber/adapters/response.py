@@ -191,16 +191,11 @@ _MOST = 4
 
 
 def run_absorber(scene: Scene) -> None:
-    """Emit everything for [response.absorber]; at the optimum where [tuning] found one."""
+    """Emit everything for [response.absorber], one absorber; at the optimum of [tuning], if any."""
     case = scene.case
     if case.response is None or case.response.absorber is None:
         raise ValueError("the case has no [response.absorber]")
     parts = build_absorber(case)
-    if parts.branches:
-        from vibecalc.absorber.adapters.several import run_several_response as run_response
-
-        run_response(scene, parts)
-        return
     options, pair = case.response.absorber, asked_of(case)
     curves = _told(scene, family(case, options, parts, scene.handed_on.get("tuned")), pair)
     ratios = frequency_ratios(options, parts)

@@ -14,7 +14,7 @@ from vibecalc.absorber.adapters.response import (
     tuning_error,
     weight_error,
 )
-from vibecalc.absorber.model import AbsorberParts
+from vibecalc.absorber.model import AbsorberParts, build_absorber
 from vibecalc.absorber.peaks import peaks
 from vibecalc.absorber.results import RESPONSE_ROOT as RESPONSE
 from vibecalc.absorber.results import TUNING_ROOT
@@ -51,8 +51,10 @@ class Peaks(NamedTuple):
     where: float
 
 
-def run_several_tuning(scene: Scene, options: Tuning, parts: AbsorberParts) -> None:
+def run_several_tuning(scene: Scene) -> None:
     """Emit the tuning of all absorbers together; hand on the system."""
+    options, parts = scene.case.tuning, build_absorber(scene.case)
+    assert options is not None
     z1, pair = parts.primary_damping, (options.excitation, options.response)
     m = np.array([branch.mass_ratio for branch in parts.branches])
     found = solved(_problem(options, parts, m), STARTS)
@@ -266,9 +268,9 @@ def peaks_of(system: Several, excitation: str, response: str, absorber: int = 1)
 _LIMITS = ("locked", "free")
 
 
-def run_several_response(scene: Scene, parts: AbsorberParts) -> None:
+def run_several_response(scene: Scene) -> None:
     """Emit the curves of several absorbers: as given or tuned, and over the primary damping."""
-    case = scene.case
+    case, parts = scene.case, build_absorber(scene.case)
     assert case.response is not None and case.response.absorber is not None
     options, pair = case.response.absorber, asked_of(case)
     system, first = scene.handed_on.get("several"), "tuned"

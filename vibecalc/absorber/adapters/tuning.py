@@ -227,11 +227,6 @@ def run_absorber_tuning(scene: Scene) -> None:
     options, parts = case.tuning, build_absorber(case)
     if options is None:
         raise ValueError("the case has no [tuning]")
-    if parts.branches:
-        from vibecalc.absorber.adapters.several import run_several_tuning as run_tuning
-
-        run_tuning(scene, options, parts)
-        return
     if parts.absorber is None:
         raise ValueError("the case has no absorber to tune")
     z1, m = parts.primary_damping, float(np.asarray(parts.absorber.mass_ratio))

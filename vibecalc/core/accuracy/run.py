@@ -27,49 +27,6 @@ if TYPE_CHECKING:
 # Which functions give the topics of a stage; each is imported when it is asked for.
 # ----------------------------------------------------------------------------
 
-#: stage as the plan names it -> functions of a scene
-TOPICS: dict[str, tuple[str, ...]] = {
-    "kinematics": (
-        "vibecalc.kinematics.accuracy:kinematics_harmonics_topics",
-        "vibecalc.kinematics.accuracy:kinematics_motion_topics",
-    ),
-    "excitation": ("vibecalc.excitation.accuracy:excitation_force_topics",),
-    "motor": ("vibecalc.excitation.accuracy:motor_force_topics",),
-    "pump": ("vibecalc.excitation.accuracy:pump_torque_topics",),
-    "response": (
-        "vibecalc.response.accuracy.forced:response_steady_topics",
-        "vibecalc.response.accuracy.modes:response_modes_topics",
-    ),
-    "speeds": ("vibecalc.response.accuracy.forced:response_speeds_topics",),
-    "operations": ("vibecalc.response.accuracy.operations:operations_topics",),
-    "switching": ("vibecalc.response.accuracy.switching:switching_topics",),
-    "impact": ("vibecalc.impact.accuracy:impact_topics",),
-    "torsion": (
-        "vibecalc.torsion.accuracy.modes:torsion_modes_topics",
-        "vibecalc.torsion.accuracy.steady:torsion_forced_topics",
-        "vibecalc.torsion.accuracy.steady:torsion_cycle_topics",
-    ),
-    "torsion_speeds": ("vibecalc.torsion.accuracy.speeds:torsion_speeds_topics",),
-    "variable inertia": ("vibecalc.torsion.accuracy.studies:torsion_variable_topics",),
-    "transient": ("vibecalc.torsion.accuracy.studies:torsion_transient_topics",),
-    "modal route as published": ("vibecalc.torsion.accuracy.modes:torsion_modal_route_topics",),
-    "damper design": ("vibecalc.torsion.accuracy.speeds:damper_design_topics",),
-    "roll": ("vibecalc.roll.accuracy.running:roll_topics",),
-    "start-up": ("vibecalc.roll.accuracy.start_up:start_up_topics",),
-    "control": ("vibecalc.roll.accuracy.control:control_topics",),
-    "isolation": ("vibecalc.isolation.accuracy.steady:isolation_steady_topics",),
-    "run_up": (
-        "vibecalc.isolation.accuracy.run_up:run_up_topics",
-        "vibecalc.isolation.accuracy.run_up:run_up_curve_topics",
-    ),
-    "torque reaction": ("vibecalc.isolation.accuracy.torque_reaction:torque_reaction_topics",),
-    "measurement": ("vibecalc.measurement.accuracy:measurement_topics",),
-    "tuning": ("vibecalc.absorber.accuracy.tuning:absorber_tuning_topics",),
-    "absorber": ("vibecalc.absorber.accuracy.curves:absorber_curves_topics",),
-    "hardware": ("vibecalc.absorber.accuracy.hardware:absorber_parts_topics",),
-    "pendulum": ("vibecalc.absorber.accuracy.pendulum:absorber_pendulum_topics",),
-}
-
 #: studies above the pipeline -> functions of a loaded case
 STUDIES: dict[str, tuple[str, ...]] = {
     "optimisation": ("vibecalc.core.accuracy.frame_topics:optimisation_topics",),
@@ -98,7 +55,7 @@ class Collected(NamedTuple):
 
 def stages_of(case: "Case") -> tuple[str, ...]:
     """What can be measured of `case`: its stages, its studies, and the whole of it."""
-    stages = [stage.stage for stage in plan_case(case)]
+    stages = [stage.name for stage in plan_case(case)]
     if case.optimisation is not None:
         stages.append("optimisation")
     if case.find:
@@ -134,8 +91,9 @@ def collect(loaded: "LoadedCase", stages: Sequence[str]) -> Collected:
     notes: list[str] = []
     if set(stages) - set(STUDIES):
         scene = run_scene(case, timings=timings)
+        topics = {stage.name: stage.topics for stage in plan_case(case)}
         for stage in stages:
-            _add(found, notes, TOPICS.get(stage, ()), stage, scene)
+            _add(found, notes, topics.get(stage, ()), stage, scene)
     for study in stages:
         _add(found, notes, STUDIES.get(study, ()), study, loaded)
     if WHOLE_CASE in stages:

@@ -8,6 +8,7 @@ from typing import Any
 from vibecalc.core.case.fields import UNION_TAGS, Table
 from vibecalc.core.case.raw import key_text
 from vibecalc.core.case.walk import Shape, bound_words, keys_of, shape_at, shape_of, words
+from vibecalc.core.results.named import named
 from vibecalc.errors import KeyPath, Problem, UnitError
 
 Error = Mapping[str, Any]
@@ -243,8 +244,6 @@ def _tables_with(key: str) -> tuple[str, ...]:
 @cache
 def _tables_by_key() -> dict[str, list[str]]:
     """Key -> every table below the root of a case that has it."""
-    from vibecalc.schema import Case
-
     found: dict[str, list[str]] = {}
 
     def search(table: type[Table], above: str) -> None:
@@ -256,7 +255,7 @@ def _tables_by_key() -> dict[str, list[str]]:
             if below is not None:
                 search(below, f"{above}.{name}" if above else name)
 
-    search(Case, "")
+    search(named("vibecalc.schema:Case"), "")
     return found
 
 

@@ -11,6 +11,7 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 from pydantic.fields import FieldInfo
 
 from vibecalc.core.case.fields import Kind, Table, Unit
+from vibecalc.core.results.named import named
 from vibecalc.errors import KeyPath
 from vibecalc.unit_table import WORDS
 from vibecalc.units import describe
@@ -51,9 +52,7 @@ def shape_of(field: FieldInfo) -> Shape:
 @functools.lru_cache(maxsize=4096)
 def shape_at(path: KeyPath) -> Shape | None:
     """Return what may stand at a key path, or None if the schema has no such place."""
-    from vibecalc.schema import Case
-
-    shape = Shape(kind="table", table=Case)
+    shape = Shape(kind="table", table=named("vibecalc.schema:Case"))
     for part in path:
         if shape.table is not None and isinstance(part, str):
             field = keys_of(shape.table).get(part)

@@ -7,10 +7,10 @@ from vibecalc.core.report.writing import pairs, paragraph
 from vibecalc.core.run.needs import (
     FURTHER_RUN,
     LIBRARIES,
-    UNITS,
     Needs,
     StageNeeds,
     needs_of,
+    units,
     work_seconds,
 )
 from vibecalc.core.run.plan import needed_stages
@@ -68,7 +68,7 @@ def rough_megabytes(megabytes: float) -> str:
 def _row(stage: StageNeeds) -> dict[str, Any]:
     harmonics = stage.harmonics
     texts = stage.plan.as_texts()
-    counted = [f"{number:,.6g} {UNITS[unit].words}" for number, unit in stage.work[:-1]]
+    counted = [f"{number:,.6g} {units()[unit].words}" for number, unit in stage.work[:-1]]
     return texts | {
         "orders": texts["orders"] if harmonics is None else harmonics.words(),
         "cost": f"{texts['cost']}\n"
@@ -109,8 +109,8 @@ def _studies(case: "Case", needs: Needs) -> Iterator[dict[str, Any]]:
 
 def _each(case: "Case", needs: Needs, wanted: frozenset[str]) -> float:
     """Seconds of one further run for some results: of the stages that bring them, all imported."""
-    names = {stage.stage for stage in needed_stages(case, wanted)}
-    work = sum(work_seconds(stage.work) for stage in needs.stages if stage.plan.stage in names)
+    names = {stage.name for stage in needed_stages(case, wanted)}
+    work = sum(work_seconds(stage.work) for stage in needs.stages if stage.plan.name in names)
     return FURTHER_RUN[0] * work + FURTHER_RUN[1]
 
 
@@ -153,7 +153,7 @@ def plan_object(
     loaded: "LoadedCase", plan: Sequence[Mapping[str, Any]], total: Mapping[str, Any]
 ) -> dict[str, Any]:
     """What `check --json` prints of one case; `plan` and `total` as for `render_plan`."""
-    from vibecalc.parts.cautions import machine_warnings
+    from vibecalc.core.run.machine_checks import machine_warnings
 
     return {
         "case": str(loaded.path),
@@ -172,7 +172,7 @@ def render_plan(
 
     `plan` and `total` are those of `study.check_rows`.
     """
-    from vibecalc.parts.cautions import machine_warnings
+    from vibecalc.core.run.machine_checks import machine_warnings
 
     lines = [f"{path}: {case.title}", f"no problems; accuracy rtol = {case.accuracy.rtol:g}"]
     for words in machine_warnings(case):

@@ -8,58 +8,14 @@ from typing import TYPE_CHECKING, Any
 from vibecalc.core.report.sweep.view import SweepView
 from vibecalc.core.results.named import named
 from vibecalc.core.results.record import Result
+from vibecalc.core.run.stage import subjects, subjects_of
 from vibecalc.errors import UsageError
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-#: File name -> module of `pictures/`; each has `picture(result) -> Figure | None`.
-PICTURES: dict[str, str] = {
-    "force_over_cycle": "vibecalc.isolation.pictures.body:draw_force_over_cycle",
-    "run_up": "vibecalc.isolation.pictures.run_up:draw_run_up",
-    "transmissibility": "vibecalc.isolation.pictures.body:draw_transmissibility",
-    "modal_energy": "vibecalc.isolation.pictures.body:draw_modal_energy",
-    "piston_motion": "vibecalc.kinematics.pictures:draw_piston_motion",
-    "piston_acceleration": "vibecalc.kinematics.pictures:draw_piston_acceleration",
-    "mode_shapes": "vibecalc.isolation.pictures.body:draw_mode_shapes",
-    "energy_by_order": "vibecalc.response.pictures:draw_energy_by_order",
-    "operations": "vibecalc.response.pictures:draw_operations",
-    "response_run_up": "vibecalc.response.pictures:draw_response_run_up",
-    "switching": "vibecalc.response.pictures:draw_switching",
-    "impact_clearance": "vibecalc.impact.pictures:draw_impact_clearance",
-    "impact_time": "vibecalc.impact.pictures:draw_impact_time",
-    "impact_spectrum": "vibecalc.impact.pictures:draw_impact_spectrum",
-    "dominance": "vibecalc.impact.pictures:draw_dominance",
-    "motor_force": "vibecalc.excitation.pictures:draw_motor_force",
-    "roll_levels": "vibecalc.roll.pictures.running:draw_roll_levels",
-    "roll_cycle": "vibecalc.roll.pictures.running:draw_roll_cycle",
-    "roll_sensitivity": "vibecalc.roll.pictures.running:draw_roll_sensitivity",
-    "roll_control": "vibecalc.roll.pictures.control:draw_roll_control",
-    "roll_motor_gain": "vibecalc.roll.pictures.control:draw_roll_motor_gain",
-    "roll_locus": "vibecalc.roll.pictures.control:draw_roll_locus",
-    "roll_start_up": "vibecalc.roll.pictures.start_up:draw_roll_start_up",
-    "motor_curve": "vibecalc.roll.pictures.motor:draw_dynamic_motor",
-    "engine_mounts": "vibecalc.isolation.pictures.body:draw_engine_mounts",
-    "measured_levels": "vibecalc.measurement.pictures:draw_measured_levels",
-    "plate_map": "vibecalc.measurement.pictures:draw_plate_map",
-    "absorber_curves": "vibecalc.absorber.pictures:draw_absorber_curves",
-    "absorber_surface": "vibecalc.absorber.pictures:draw_absorber_surface",
-    "absorber_map": "vibecalc.absorber.pictures:draw_absorber_map",
-    "absorber_chart": "vibecalc.absorber.pictures:draw_absorber_chart",
-    "absorber_warming": "vibecalc.absorber.pictures:draw_absorber_warming",
-    "pendulum": "vibecalc.absorber.pictures:draw_pendulum",
-    "torsion_excitation": "vibecalc.torsion.pictures.excitation:draw_torsion_excitation",
-    "torsion_shapes": "vibecalc.torsion.pictures.modes:draw_torsion_shapes",
-    "torsion_campbell": "vibecalc.torsion.pictures.modes:draw_torsion_campbell",
-    "torsion_speeds": "vibecalc.torsion.pictures.speeds:draw_torsion_speeds",
-    "torsion_orders": "vibecalc.torsion.pictures.excitation:draw_torsion_orders",
-    "torsion_vectors": "vibecalc.torsion.pictures.excitation:draw_torsion_vectors",
-    "torsion_transient": "vibecalc.torsion.pictures.studies:draw_torsion_transient",
-    "torsion_waterfall": "vibecalc.torsion.pictures.studies:draw_torsion_waterfall",
-    "torsion_dampers": "vibecalc.torsion.pictures.speeds:draw_torsion_dampers",
-    "torsion_variable_inertia": "vibecalc.torsion.pictures.studies:draw_torsion_variable_inertia",
-    "damper_map": "vibecalc.torsion.pictures.damper_design:draw_damper_map",
-    "damper_response": "vibecalc.torsion.pictures.damper_design:draw_damper_response",
+#: Pictures of studies; each subject names its own. A picture is `draw(result) -> Figure | None`.
+OF_STUDIES: dict[str, str] = {
     "pareto": "vibecalc.core.report.pictures:draw_pareto",
     "optimisation": "vibecalc.core.report.pictures:draw_start_and_optimum",
 }
@@ -102,7 +58,7 @@ def draw(result: Result, folder: Path, stem: str = "") -> list[Path]:
         matplotlib is not installed, or the folder cannot be written.
     """
     stem = stem or result.name
-    return _drawn(stem, ((name, make(result, name)) for name in PICTURES), folder)
+    return _drawn(stem, ((name, make(result, name)) for name in pictures_of(result)), folder)
 
 
 def draw_sweep(sweep: SweepView, folder: Path, stem: str = "") -> list[Path]:
@@ -182,9 +138,25 @@ def _save(figure: "Figure", path: Path) -> None:
     write_atomically(path, image.getvalue())
 
 
+def every_picture() -> dict[str, str]:
+    """Pictures of all subjects and of studies by name."""
+    found: dict[str, str] = {}
+    for subject in subjects().values():
+        found |= subject.pictures
+    return found | OF_STUDIES
+
+
+def pictures_of(result: Result) -> dict[str, str]:
+    """Pictures by name of the subjects that a result has quantities of, and of studies."""
+    found: dict[str, str] = {}
+    for subject in subjects_of(result.record):
+        found |= subject.pictures
+    return found | OF_STUDIES
+
+
 def make(result: Result, name: str) -> "Figure | None":
-    """One figure by its name in `PICTURES`, None if the result lacks the numbers for it."""
-    picture: Callable[[Result], Figure | None] = named(PICTURES[name])
+    """One figure by its name in `every_picture`, None if the result lacks the numbers for it."""
+    picture: Callable[[Result], Figure | None] = named(every_picture()[name])
     return picture(result)
 
 

@@ -7,8 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from vibecalc.absorber.report.hardware import absorber_parts
-from vibecalc.absorber.report.tuning import absorber, absorber_tuning, pendulum
 from vibecalc.core.report import pages as closing
 from vibecalc.core.report import pages as summary
 from vibecalc.core.report.pages import tolerance
@@ -22,25 +20,9 @@ from vibecalc.core.report.verdicts import (
     misses,
 )
 from vibecalc.core.report.writing import fold, pairs, paragraph, rpm, show
-from vibecalc.core.results.record import ROUNDING, Quantity, Result
-from vibecalc.excitation.report import excitation, motor, pump, rod
-from vibecalc.impact.report import impact
-from vibecalc.isolation.report import isolation, torque_reaction
-from vibecalc.kinematics.report import kinematics
-from vibecalc.measurement.report import measurement
-from vibecalc.response.report import operations, response, switching
-from vibecalc.roll.report.control import roll_control
-from vibecalc.roll.report.motor import roll_motor
-from vibecalc.roll.report.running import roll
-from vibecalc.roll.report.start_up import start_up
-from vibecalc.torsion.report.damper_design import damper_design
-from vibecalc.torsion.report.excitation import torsion_excitation
-from vibecalc.torsion.report.first_page import torsion
-from vibecalc.torsion.report.limits import has_limits, torsion_limits
-from vibecalc.torsion.report.line import torsion_line
-from vibecalc.torsion.report.modes import torsion_modes
-from vibecalc.torsion.report.studies import torsion_published, torsion_transient, torsion_variable
-from vibecalc.torsion.report.vibration import torsion_speeds, torsion_steady
+from vibecalc.core.results.named import named
+from vibecalc.core.results.record import ROUNDING, Quantity, Record, Result
+from vibecalc.core.run.stage import subjects_of
 
 # ----------------------------------------------------------------------------
 # The report as text: fixed columns and stable digits, so that two reports can be diffed.
@@ -49,42 +31,11 @@ from vibecalc.torsion.report.vibration import torsion_speeds, torsion_steady
 #: More references than these fill the first page: it shows some, and all stand further below.
 _MOST_ON_TOP, _BRIEF = 40, 10
 
-#: In the order of the pipeline, the optimum first since it is what the rest describes.
-_STAGES: tuple[Callable[[Result], Section | None], ...] = (
-    optimisation,
-    find,
-    torsion,
-    torsion_line,
-    torsion_modes,
-    torsion_excitation,
-    torsion_steady,
-    torsion_speeds,
-    torsion_limits,
-    torsion_variable,
-    torsion_transient,
-    torsion_published,
-    damper_design,
-    kinematics,
-    rod,
-    excitation,
-    motor,
-    pump,
-    response,
-    operations,
-    switching,
-    impact,
-    roll,
-    start_up,
-    roll_motor,
-    roll_control,
-    isolation,
-    torque_reaction,
-    measurement,
-    absorber_tuning,
-    absorber,
-    absorber_parts,
-    pendulum,
-)
+
+def _sections(record: Record) -> list[Callable[[Result], Section | None]]:
+    """Sections of the subjects that a record has quantities of, in the order of the report."""
+    there = sorted(subjects_of(record), key=lambda subject: not subject.leads)
+    return [named(where) for subject in there for where in subject.sections]
 
 
 def render_report(result: Result, *, full: bool = False) -> str:
@@ -102,8 +53,11 @@ def render_report(result: Result, *, full: bool = False) -> str:
     limits, references = judge_limits(result), judge_references(result)
     lines = _identity(result)
     words = summary.conclusion(references, limits)
-    if not limits and not references and has_limits(result.record):
-        words = "Limits of the stress in the shaft line stand beside the results below."
+    if not limits and not references:
+        remarks = (
+            named(one.remark)(result.record) for one in subjects_of(result.record) if one.remark
+        )
+        words = next((remark for remark in remarks if remark), words)
     lines += _titled("Summary", paragraph(words))
     many = len(references) > _MOST_ON_TOP
     on_top = summary.references(references, _BRIEF if many else None)
@@ -111,7 +65,7 @@ def render_report(result: Result, *, full: bool = False) -> str:
         if table:
             lines += ["", *table]
     shown: set[str] = set()
-    for stage in _STAGES:
+    for stage in (optimisation, find, *_sections(result.record)):
         section = stage(result)
         if section is not None:
             lines += _titled(section.title, section.lines)

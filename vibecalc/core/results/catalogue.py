@@ -1,33 +1,12 @@
 """Every result path with its unit, axes, amplitude kind and long name: said once, here.
 
 Adapters hand over arrays and errors under these paths; the file, the report, references, limits
-and `check` read the rest from this table. The entries stand in `entries/`, a file for each group.
+and `check` read the rest from this table. The entries stand in `results.py` of each subject.
 """
 
-from vibecalc.absorber.results import HARDWARE_ENTRIES as absorber_parts_entries
-from vibecalc.absorber.results import PENDULUM_ENTRIES as pendulum_entries
-from vibecalc.absorber.results import RESPONSE_ENTRIES as absorber_entries
-from vibecalc.absorber.results import TUNING_ENTRIES as tuning_entries
+from vibecalc.core.results.named import named
 from vibecalc.core.results.record import Entry
-from vibecalc.excitation.results import EXCITATION_ENTRIES as excitation_entries
-from vibecalc.excitation.results import PUMP_ENTRIES as pump_entries
-from vibecalc.impact.results import IMPACT_ENTRIES as impact_entries
-from vibecalc.isolation.results import ISOLATION_ENTRIES as isolation_entries
-from vibecalc.isolation.results import TORQUE_REACTION_ENTRIES as torque_reaction_entries
-from vibecalc.kinematics.results import ENTRIES as kinematics_entries
-from vibecalc.measurement.results import ENTRIES as measurement_entries
-from vibecalc.response.results import RESPONSE_ENTRIES as response_entries
-from vibecalc.response.results import SWITCHING_ENTRIES as switching_entries
-from vibecalc.roll.results import CONTROL_ENTRIES as roll_control_entries
-from vibecalc.roll.results import MOTOR_ENTRIES as roll_motor_entries
-from vibecalc.roll.results import ROLL_ENTRIES as roll_entries
-from vibecalc.roll.results import START_UP_ENTRIES as start_up_entries
-from vibecalc.torsion.results import DAMPER_DESIGN_ENTRIES as damper_design_entries
-from vibecalc.torsion.results import TORSION_ENTRIES as torsion_entries
-from vibecalc.torsion.results import TORSION_LIMITS_ENTRIES as torsion_limits_entries
-from vibecalc.torsion.results import TORSION_SPEEDS_ENTRIES as torsion_speeds_entries
-from vibecalc.torsion.results import TORSION_STUDIES_ENTRIES as torsion_studies_entries
-from vibecalc.torsion.results import TORSION_VARIANTS_ENTRIES as torsion_beside_entries
+from vibecalc.subjects import SUBJECTS
 
 #: axis name -> (unit, long name)
 AXES: dict[str, tuple[str, str]] = {
@@ -130,29 +109,10 @@ AXES: dict[str, tuple[str, str]] = {
     "plate_y": ("m", "place on the plate across the crankshaft"),
 }
 
-_GROUPS = (
-    kinematics_entries,
-    excitation_entries,
-    response_entries,
-    switching_entries,
-    impact_entries,
-    roll_entries,
-    start_up_entries,
-    roll_motor_entries,
-    roll_control_entries,
-    isolation_entries,
-    measurement_entries,
-    tuning_entries,
-    absorber_entries,
-    absorber_parts_entries,
-    pendulum_entries,
-    torsion_entries,
-    torsion_speeds_entries,
-    torsion_limits_entries,
-    torsion_beside_entries,
-    torsion_studies_entries,
-    damper_design_entries,
-    torque_reaction_entries,
-    pump_entries,
-)
-CATALOGUE: dict[str, Entry] = {entry.path: entry for group in _GROUPS for entry in group}
+#: path -> subject that it belongs to
+OWNER: dict[str, str] = {}
+CATALOGUE: dict[str, Entry] = {}
+for _subject in SUBJECTS:
+    for _entry in named(f"vibecalc.{_subject}.results:ENTRIES"):
+        CATALOGUE[_entry.path] = _entry
+        OWNER[_entry.path] = _subject

@@ -1,10 +1,10 @@
 """What a run of a case will take: stages, harmonics, counted work, time and memory."""
 
+from functools import lru_cache
 from typing import TYPE_CHECKING, NamedTuple
 
 from vibecalc.core.run.plan import plan_case
-from vibecalc.core.run.stage import StagePlan
-from vibecalc.work import Harmonics, Work, harmonics_of, work_of
+from vibecalc.core.run.stage import Harmonics, Stage, Unit, Work, harmonics_of, subjects, work_of
 
 if TYPE_CHECKING:
     from vibecalc.schema import Case
@@ -18,53 +18,14 @@ if TYPE_CHECKING:
 # ----------------------------------------------------------------------------
 
 
-class Unit(NamedTuple):
-    """Seconds of one piece of work, its name when there are many, the heavy library it takes."""
+@lru_cache(maxsize=1)
+def units() -> dict[str, Unit]:
+    """Pieces of work of all subjects, and what every stage takes to set up."""
+    found = {"stage": Unit(1.5e-3, "stages set up")}
+    for subject in subjects().values():
+        found |= subject.units
+    return found
 
-    seconds: float
-    words: str
-    library: str = ""
-
-
-UNITS: dict[str, Unit] = {
-    "stage": Unit(1.5e-3, "stages set up"),
-    "motion": Unit(1.0e-3, "passes over the motion of the pistons"),
-    "order": Unit(1.0e-4, "orders summed"),
-    "body_solve": Unit(2.5e-5, "solves of 6 x 6"),
-    "pitch_solve": Unit(1.0e-5, "solves of the pitch model"),
-    "modes": Unit(3.0e-3, "sets of modes"),
-    "ways": Unit(3.0e-3, "ways of running, each a range over the angle of the weights"),
-    "way_order": Unit(2.5e-5, "orders combined"),
-    "turn_of_change": Unit(9.0e-3, "turns during the change"),
-    "contact_step": Unit(1.0e-3, "batched steps from contact to contact"),
-    "line": Unit(4.0e-2, "shaft lines set up with their modes"),
-    "line_order": Unit(6.0e-4, "orders of a shaft line summed"),
-    "line_solve": Unit(4.8e-7, "solves times freedoms"),
-    "limit": Unit(1.0e-1, "limits followed over the range"),
-    "time_step": Unit(6.0e-4, "steps in time", "scipy.sparse"),
-    "variable_solve": Unit(1.5e-2, "solves of all orders at once", "scipy.linalg"),
-    "damper_map": Unit(1.0, "maps of dampers with descents"),
-    "damper_solve": Unit(1.0e-4, "solves times freedoms of the map"),
-    "closed_forms": Unit(1.2e-2, "sets of closed forms"),
-    "periodic": Unit(5.0e-2, "periodic problems"),
-    "periodic_motor": Unit(
-        2.5e-1, "periodic problems with a motor's currents", "scipy.interpolate"
-    ),
-    "march": Unit(1.0e-1, "marches until the turns repeat"),
-    "turn_of_start": Unit(8.0e-2, "turns followed"),
-    "start_angle": Unit(1.0e-1, "starts from other angles"),
-    "loop": Unit(1.0e-3, "loops closed"),
-    "tuning_loops": Unit(2.0e-1, "searches over loops", "scipy.optimize"),
-    "least_squares": Unit(1.0e-2, "harmonics by least squares"),
-    "level_motions": Unit(1.5e-2, "harmonics by all motions that levels allow"),
-    "peak_search": Unit(1.0e-1, "searches for the lowest peak", "scipy.optimize"),
-    "chart_point": Unit(3.0e-4, "points of the chart"),
-    "several": Unit(3.0e-1, "searches over several absorbers", "scipy.optimize"),
-    "curve_point": Unit(1.5e-6, "points of the curves"),
-    "peaks": Unit(2.5e-2, "sets of peaks, poles and limits"),
-    "parts": Unit(1.0e-1, "sets of stock parts held against the tuning"),
-    "swing": Unit(4.5e-2, "swings of a pendulum"),
-}
 
 #: library -> (seconds of its import, MB that it holds); shared parts are loaded once
 LIBRARIES: dict[str, tuple[float, float]] = {
@@ -91,9 +52,6 @@ FURTHER_RUN = (0.33, 3.0e-3)
 # Everything is read from the case; nothing is computed and no solver imported.
 # ----------------------------------------------------------------------------
 
-#: MB for each solve times freedom kept as a curve; of a damper's map and a motor's currents
-_CURVE_MB, _MAP_MB, _MOTOR_MB = 3.0e-5, 50.0, 80.0
-
 
 class StageNeeds(NamedTuple):
     """What one stage takes.
@@ -101,7 +59,7 @@ class StageNeeds(NamedTuple):
     `seconds` is the estimate for one thread, imports included; `megabytes` what the stage holds.
     """
 
-    plan: StagePlan
+    plan: Stage
     harmonics: Harmonics | None
     work: Work
     seconds: float
@@ -138,16 +96,14 @@ def needs_of(case: "Case") -> Needs:
 
 def work_seconds(work: Work) -> float:
     """Seconds of counted work."""
-    return sum(number * UNITS[unit].seconds for number, unit in work)
+    return sum(number * units()[unit].seconds for number, unit in work)
 
 
 def libraries_of(work: Work) -> set[str]:
     """Heavy libraries that some work is done with."""
-    return {UNITS[unit].library for _, unit in work} - {""}
+    return {units()[unit].library for _, unit in work} - {""}
 
 
 def _held(work: Work) -> float:
-    counted = {unit: number for number, unit in work}
-    held = _CURVE_MB * counted.get("line_solve", 0.0)
-    held += _MAP_MB * ("damper_map" in counted) + _MOTOR_MB * ("periodic_motor" in counted)
-    return 1.0 + held
+    known = [(number, units()[unit]) for number, unit in work]
+    return 1.0 + sum(number * unit.megabytes + unit.holds for number, unit in known)

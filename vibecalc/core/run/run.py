@@ -15,10 +15,10 @@ from vibecalc.core.case.raw import key_text
 from vibecalc.core.results.named import named
 from vibecalc.core.results.record import Record
 from vibecalc.core.results.tolerance import tolerance_warning
-from vibecalc.core.run.machine_checks import CHECKS, check_machine, machine_warnings
+from vibecalc.core.run.machine_checks import check_machine, checks_of, machine_warnings
 from vibecalc.core.run.plan import needed_stages
 from vibecalc.core.run.reads import Reads, TracedEntries, traced, written
-from vibecalc.core.run.stage import Scene, StagePlan
+from vibecalc.core.run.stage import Scene, Stage
 from vibecalc.errors import NumericalFailure, Problem
 from vibecalc.parts.machine import PARTS, MachineParts, build_machine
 
@@ -40,7 +40,7 @@ OVERHEAD = 4096
 #: ways of reading of one stage that are looked up; what the oldest have made is made again
 MOST_WAYS = 8
 
-RunStage = Callable[[StagePlan, Scene], None]
+RunStage = Callable[[Stage, Scene], None]
 
 
 @dataclass(frozen=True)
@@ -126,7 +126,7 @@ class CachedRun:
         """The parts of the machine, each built when it is asked for."""
         return self._parts(Reads())
 
-    def run(self, stage: StagePlan, scene: Scene, run_stage: RunStage) -> None:
+    def run(self, stage: Stage, scene: Scene, run_stage: RunStage) -> None:
         """Add the outcome of a stage to `scene`; `run_stage` makes it where it is not known.
 
         Raises NumericalFailure as the stage does.
@@ -139,7 +139,7 @@ class CachedRun:
             outcome = self._made(stage, scene, run_stage, reads)
             key = self._keep(what, reads, outcome, outcome.handed_on)
         outcome = self._cache.find(key)
-        counts[stage.stage] = counts.get(stage.stage, 0) + 1
+        counts[stage.name] = counts.get(stage.name, 0) + 1
         if outcome.failure is not None:
             raise NumericalFailure(outcome.failure)
         scene.handed_on.update(outcome.handed_on)
@@ -161,7 +161,7 @@ class CachedRun:
         self._once[name] = key
         return self._cache.find(key)
 
-    def _made(self, stage: StagePlan, scene: Scene, run_stage: RunStage, reads: Reads) -> Outcome:
+    def _made(self, stage: Stage, scene: Scene, run_stage: RunStage, reads: Reads) -> Outcome:
         """Run a stage with a record of its own, so that what it leaves stands apart."""
 
         def once(name: str, make: "Callable[[Case], Any]") -> Any:
@@ -254,17 +254,18 @@ def _arrays(value: Any) -> list[np.ndarray]:
 # The checks of physics for studies that change a case thousands of times, a little each time.
 #
 # A check that found nothing finds nothing again where all that it read is the same. As soon as one
-# finds something, all of them run, so that the problems are those of `machine.checks`, every time.
+# finds something, all of them run, so that the problems are those of `check_machine`, every time.
 # ----------------------------------------------------------------------------
 
 
 def check_again(case: "Case", cache: StageCache) -> list[Problem]:
-    """`machine.checks.check_machine` with what `cache` knows of earlier cases."""
+    """`check_machine` with what `cache` knows of earlier cases."""
     now = cache.at(case, None)
     for place in present(case):
         if now.once(f"range of {key_text(place)}", partial(range_problems, places=(place,))):
             return check_machine(case)
-    for check in CHECKS:
+    first, last = checks_of(case)
+    for check in (*first, *last):
         if now.once(check.__name__, check):
             return check_machine(case)
     return []
@@ -322,12 +323,12 @@ def run_scene(
     for stage in needed_stages(case, wanted):
         started = time.perf_counter()
         if tell is not None:
-            tell(stage.stage)
+            tell(stage.name)
         if cached is None:
             _run_stage(stage, scene)
         else:
             cached.run(stage, scene, _run_stage)
-        clock[stage.stage] = time.perf_counter() - started
+        clock[stage.name] = time.perf_counter() - started
     if wanted is None:
         missed = tolerance_warning(scene.record, case.accuracy.rtol)
         if missed is not None:
@@ -335,7 +336,7 @@ def run_scene(
     return scene
 
 
-def _run_stage(stage: StagePlan, scene: Scene) -> None:
+def _run_stage(stage: Stage, scene: Scene) -> None:
     """Run one adapter; an overflow or an undefined operation on the way is a failure, not a NaN."""
     adapter = named(stage.adapter)
     try:
@@ -343,6 +344,6 @@ def _run_stage(stage: StagePlan, scene: Scene) -> None:
             adapter(scene)
     except (FloatingPointError, OverflowError) as error:
         raise NumericalFailure(
-            f"the stage {stage.stage!r} left the range of double precision ({error}): "
+            f"the stage {stage.name!r} left the range of double precision ({error}): "
             "some masses, lengths, stiffnesses or speeds of the case are too far apart"
         ) from error

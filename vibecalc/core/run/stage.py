@@ -1,16 +1,17 @@
 """What the frame and a stage agree on: its row of the plan, and the run in progress."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from vibecalc.core.results.catalogue import AXES, CATALOGUE
+from vibecalc.core.results.catalogue import AXES, CATALOGUE, OWNER
+from vibecalc.core.results.named import named
 from vibecalc.core.results.record import Axis, Method, Quantity, Record
 from vibecalc.errors import NumericalFailure
-from vibecalc.parts.firing import shakes_with_torque
+from vibecalc.subjects import SUBJECTS
 
 if TYPE_CHECKING:
     from vibecalc.parts.machine import MachineParts
@@ -21,14 +22,42 @@ if TYPE_CHECKING:
 # ----------------------------------------------------------------------------
 
 
-class StagePlan(NamedTuple):
-    """One stage of a run: its adapter, why it is there, what it reads and what it will make.
+#: (how many, name of the unit of work)
+Work = tuple[tuple[float, str], ...]
 
-    `adapter` names the function that runs it as `package.module:function`; `is_last` marks a stage
-    that no later one reads from.
+
+class Harmonics(NamedTuple):
+    """Orders lowest, lowest + step .. highest, `number` of them, and the rule that fixed them.
+
+    `is_least`: the stage goes on to more where the tolerance is not met with these.
     """
 
-    stage: str
+    number: int
+    lowest: float
+    highest: float
+    rule: str
+    is_least: bool = False
+
+    def words(self) -> str:
+        """`12: 0.5 to 6 by 0.5 (the case asks)`."""
+        if self.number <= 1:
+            return f"{self.number}: {self.highest:g} ({self.rule})"
+        step = (self.highest - self.lowest) / (self.number - 1)
+        by = "" if step == 1.0 else f" by {step:.6g}"
+        at_least = "at least " if self.is_least else ""
+        return f"{at_least}{self.number}: {self.lowest:g} to {self.highest:g}{by} ({self.rule})"
+
+
+class Stage(NamedTuple):
+    """One stage of a run as its case asks for it.
+
+    `adapter` names the function that runs it as `package.module:function`, `topics` those that
+    measure its methods; `why` is the reason shown, `parts` what it reads of the machine, `cost` its
+    work in words, `quantities` the paths that it makes. `harmonics` and `work` count, from the case
+    alone. `is_last` marks a stage that no later one reads from.
+    """
+
+    name: str
     adapter: str
     why: str
     parts: tuple[str, ...]
@@ -36,17 +65,40 @@ class StagePlan(NamedTuple):
     cost: str
     quantities: tuple[str, ...]
     is_last: bool = False
+    harmonics: "Callable[[Case], Harmonics] | None" = None
+    work: "Callable[[Case, int], Work] | None" = None
+    topics: tuple[str, ...] = ()
 
     def as_texts(self) -> dict[str, str]:
         """The plan of this stage as short texts, for reports."""
         return {
-            "stage": self.stage,
+            "stage": self.name,
             "why": self.why,
             "parts": ", ".join(self.parts),
             "orders": self.orders,
             "cost": self.cost,
             "quantities": ", ".join(self.quantities),
         }
+
+
+def first_orders(number: int, rule: str) -> Harmonics:
+    """The orders 1 to `number`."""
+    return Harmonics(number, 1, number, rule)
+
+
+def harmonics_of(case: "Case", stage: Stage) -> Harmonics | None:
+    """Harmonics that a stage of `case` will compute; None for a stage without any.
+
+    Raises NumericalFailure where no number of harmonics meets the tolerance, as the run will.
+    """
+    return None if stage.harmonics is None else stage.harmonics(case)
+
+
+def work_of(case: "Case", stage: Stage) -> Work:
+    """The work of one stage; entries of zero are left out."""
+    found = harmonics_of(case, stage)
+    counted = () if stage.work is None else stage.work(case, 0 if found is None else found.number)
+    return (*((number, unit) for number, unit in counted if number), (1, "stage"))
 
 
 @lru_cache(maxsize=64)
@@ -58,13 +110,59 @@ def below(prefix: str, without: tuple[str, ...] = ()) -> tuple[str, ...]:
     )
 
 
-def orders_words(case: "Case") -> str:
-    if case.excitation and case.excitation.orders:
-        return f"1 to {case.excitation.orders}, as the case asks"
-    if case.kinematics and case.kinematics.series == "truncated":
-        last = (4 if shakes_with_torque(case) else 2) * (case.kinematics.terms or 1)
-        return f"1 to {last}, all of the truncated series"
-    return f"until the rest is below rtol = {case.accuracy.rtol:g}"
+# ----------------------------------------------------------------------------
+# What a subject says of itself: its folder has a `stage.py` with one `SUBJECT`.
+# ----------------------------------------------------------------------------
+
+
+class Unit(NamedTuple):
+    """What a piece of work costs: seconds of one thread, its name when there are many.
+
+    `library` is the heavy one that it takes, `megabytes` what each piece keeps and `holds` what the
+    first one needs on top.
+    """
+
+    seconds: float
+    words: str
+    library: str = ""
+    megabytes: float = 0.0
+    holds: float = 0.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Subject:
+    """One subject: what it can do for a case. Functions are named as `package.module:function`.
+
+    `stages` are makers of the stages that a case asks for, in the order in which they run.
+    `concerns` says whether a case has anything of the subject: only then are `checks` (problems)
+    and `cautions` (warnings) looked at; `last_checks` want a machine without other problems.
+    `units` are the pieces of work of its stages. `sections` of the report and `pictures` by their
+    names are made where a result has quantities of the subject; those of a subject that `leads`
+    stand first in the report. `remark` is a sentence on the first page where there is no verdict.
+    """
+
+    stages: "tuple[Callable[[Case], Iterator[Stage]], ...]"
+    concerns: "Callable[[Case], bool]"
+    units: Mapping[str, Unit]
+    checks: tuple[str, ...] = ()
+    last_checks: tuple[str, ...] = ()
+    cautions: tuple[str, ...] = ()
+    sections: tuple[str, ...] = ()
+    pictures: Mapping[str, str] = field(default_factory=dict)
+    leads: bool = False
+    remark: str = ""
+
+
+@lru_cache(maxsize=1)
+def subjects() -> dict[str, Subject]:
+    """Every subject by its name, in the order in which their stages run."""
+    return {name: named(f"vibecalc.{name}.stage:SUBJECT") for name in SUBJECTS}
+
+
+def subjects_of(record: Record) -> list[Subject]:
+    """The subjects that a record has quantities of."""
+    there = {OWNER[path] for path in record if path in OWNER}
+    return [subject for name, subject in subjects().items() if name in there]
 
 
 # ----------------------------------------------------------------------------

@@ -79,18 +79,10 @@ def describe_find(case: "Case") -> dict[str, str]:
         "why": "[[find]] is in the case",
         "parts": ", ".join(dict.fromkeys(keys)),
         "orders": "",
-        "modules": ", ".join(f"study.{name}" for name in _modules_of_find(case)),
         "cost": f"{runs} runs, and some 15 for each solution, of the stages that make "
         + ", ".join(dict.fromkeys(search.quantity for search in case.find)),
         "quantities": ", ".join(find_entries(case)),
     }
-
-
-def _modules_of_find(case: "Case") -> Iterator[str]:
-    if any(search.seek is None for search in case.find):
-        yield "find_roots"
-    if any(search.seek is not None for search in case.find):
-        yield "find_extremes"
 
 
 # ----------------------------------------------------------------------------
@@ -224,7 +216,6 @@ def describe_study(case: "Case") -> dict[str, str]:
         "why": "[optimisation] is in the case",
         "parts": ", ".join(variable.key for variable in study.variables),
         "orders": "",
-        "modules": ", ".join(_modules(study)),
         "cost": (
             "solved as linear least squares within bounds"
             if balances(case)

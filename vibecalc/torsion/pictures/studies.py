@@ -247,7 +247,7 @@ def _natural(axes: "Axes", record: Record, top: float) -> None:
 _ROOT = TORSION + "variable_inertia/"
 
 
-def draw_torsion_variable_inertia(result: Result) -> "Figure | None":
+def draw_variable_inertia(result: Result) -> "Figure | None":
     """The section that changes most; None if no inertia changes."""
     record = result.record
     change = having(record, _ROOT + "change", "section")

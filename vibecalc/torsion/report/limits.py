@@ -161,6 +161,15 @@ def has_limits(record: Record) -> bool:
     return f"{TORSION}limit/largest_use" in record
 
 
+def remark(record: Record) -> str:
+    """The sentence of the first page where a case states no limits of its own."""
+    return (
+        "Limits of the stress in the shaft line stand beside the results below."
+        if has_limits(record)
+        else ""
+    )
+
+
 # ----------------------------------------------------------------------------
 # What each section of a shaft line bears, and may bear, by each limit of the stress.
 # ----------------------------------------------------------------------------

@@ -1,0 +1,96 @@
+"""The stage of the motion of the pistons."""
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from vibecalc.core.run.stage import Harmonics, Stage, Subject, Unit, Work, below, first_orders
+from vibecalc.kinds import has_crank_train, has_speed
+from vibecalc.parts.firing import shakes_with_torque
+
+if TYPE_CHECKING:
+    from vibecalc.schema import Case
+
+
+def plan_kinematics(case: "Case") -> Iterator[Stage]:
+    asked = case.kinematics is not None
+    if not (asked or needs_excitation(case)):
+        return
+    curves = () if asked else ("/position", "/velocity", "/acceleration")
+    paths = tuple(path for path in below("kinematics/") if not path.endswith(curves or ("//",)))
+    yield Stage(
+        name="kinematics",
+        adapter="vibecalc.kinematics.adapter:run_kinematics",
+        why="[kinematics] is in the case" if asked else "the excitation needs the piston motion",
+        parts=("crank_train",),
+        orders=orders_words(case),
+        cost="one pass over the orders" + (", 361 crank angles" if asked else ""),
+        quantities=paths,
+        harmonics=orders_of_motion,
+        work=_work_of_motion,
+        topics=(
+            "vibecalc.kinematics.accuracy:kinematics_harmonics_topics",
+            "vibecalc.kinematics.accuracy:kinematics_motion_topics",
+        ),
+    )
+
+
+def needs_excitation(case: "Case") -> bool:
+    if not has_speed(case.machine):  # [excitation] then says at most which cylinders work
+        return False
+    if case.machine.kind == "engine" and (case.machine.body is None or case.machine.mounts is None):
+        return case.excitation is not None  # a shaft line has an excitation of its own
+    return any(table is not None for table in (case.excitation, case.response, case.isolation))
+
+
+def orders_words(case: "Case") -> str:
+    if case.excitation and case.excitation.orders:
+        return f"1 to {case.excitation.orders}, as the case asks"
+    if case.kinematics and case.kinematics.series == "truncated":
+        last = (4 if shakes_with_torque(case) else 2) * (case.kinematics.terms or 1)
+        return f"1 to {last}, all of the truncated series"
+    return f"until the rest is below rtol = {case.accuracy.rtol:g}"
+
+
+# ----------------------------------------------------------------------------
+# Harmonics and counted work of each stage, read from the case: nothing is solved.
+# ----------------------------------------------------------------------------
+
+
+def _work_of_motion(case: "Case", orders: int) -> Work:
+    return ((1, "motion"),)
+
+
+def orders_of_motion(case: "Case") -> Harmonics:
+    """Orders of the piston motion, and so of all forces that come from it."""
+    train, options = case.machine.crank_train, case.excitation
+    if options is not None and options.orders is not None:
+        return first_orders(options.orders, "[excitation] orders")
+    if case.kinematics is not None and case.kinematics.series == "truncated":
+        terms = case.kinematics.terms or 1
+        enough = (4 if shakes_with_torque(case) else 2) * terms
+        rule = "all of the truncated series"
+    else:
+        from vibecalc.kinematics.harmonics import order_for_tolerance
+
+        ratio = train.crank_radius / train.rod_length
+        offset = (train.wrist_pin_offset or 0.0) / train.crank_radius
+        enough = order_for_tolerance(ratio, case.accuracy.rtol, offset)
+        rule = f"R/L = {ratio:.4g}, the rest below rtol = {case.accuracy.rtol:g}"
+    turning = max((abs(shaft.speed_ratio) for shaft in train.balance_shafts), default=1)
+    if turning > enough:
+        return first_orders(turning, "the fastest balance shaft")
+    return first_orders(max(enough, 1), rule)
+
+
+SUBJECT = Subject(
+    stages=(plan_kinematics,),
+    concerns=lambda case: has_crank_train(case.machine),
+    units={
+        "motion": Unit(1.0e-3, "passes over the motion of the pistons"),
+    },
+    sections=("vibecalc.kinematics.report:kinematics",),
+    pictures={
+        "piston_motion": "vibecalc.kinematics.pictures:draw_piston_motion",
+        "piston_acceleration": "vibecalc.kinematics.pictures:draw_piston_acceleration",
+    },
+)
