@@ -28,7 +28,7 @@ from torsion import ORDERS, SPEEDS, engine, hard_line
 
 from vibecalc.absorber.transfer import Absorber, amplitude
 from vibecalc.absorber.tuning.minimax import minimax
-from vibecalc.isolation.rigid_body import assemble
+from vibecalc.parts.assembly import (assemble)
 from vibecalc.kinematics.harmonics import motion_harmonics, series_terms
 from vibecalc.numerics import cycle_peak as cycle
 from vibecalc.response.forced import dynamics, response

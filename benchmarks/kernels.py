@@ -15,7 +15,7 @@ from rows import Report, Row, seconds, told
 from timing import in_turns
 
 from vibecalc.isolation.pitch import pitch_model, pitch_resonances
-from vibecalc.isolation.rigid_body import assemble
+from vibecalc.parts.assembly import (assemble)
 from vibecalc.isolation.rows import pitch_readout, pitch_rows
 from vibecalc.isolation.run_up import cycle_peaks, run_up_peak
 from vibecalc.kinematics.harmonics import motion_harmonics

@@ -17,8 +17,8 @@ from exact_rod import fourier
 from exact_train import Shaking, Vector, frame_of, masses_of, shaking_of
 from mpmath import mpc, mpf
 
-from vibecalc.core.case.tables import Isolation
 from vibecalc.core.results.record import Record
+from vibecalc.isolation.tables import Isolation
 from vibecalc.parts.tables import Counterweight
 from vibecalc.schema import Case
 

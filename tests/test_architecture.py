@@ -1,82 +1,145 @@
-"""Claim: imports go down the floors of docs/architecture.md, and files keep their size."""
+"""Claim: imports go as docs/architecture.md says, in no circle; the frame names no subject."""
 
 import ast
+import re
+from collections.abc import Iterator
 from pathlib import Path
 
-import pytest
+from vibecalc.subjects import SUBJECTS
 
 PACKAGE = Path(__file__).resolve().parents[1] / "vibecalc"
-
-FLOORS = {
-    "errors": 0, "units": 0, "unit_table": 0, "numerics": 0,
-    "case": 1, "kinematics": 1, "excitation": 1, "response": 1, "isolation": 1, "optimisation": 1,
-    "measurement": 1, "hardware": 1,
-    "machine": 2, "results": 2,
-    "pipeline": 3,
-    "study": 4,
-    "report": 5, "accuracy": 5,
-    "cli": 6, "cli_sweep": 6, "cli_accuracy": 6, "__main__": 6,
-}  # fmt: skip
-STAGES = (
-    "kinematics", "excitation", "response", "isolation", "optimisation", "measurement", "hardware",
-)  # fmt: skip
 FILES = sorted(PACKAGE.rglob("*.py"))
+#: what each room may import besides itself; "subjects" are the folders of SUBJECTS
+LOW = {"errors", "units", "unit_table", "numerics", "subjects.py"}
+FRAME = LOW | {"core/case", "core/results", "core/run"}
+CASE = {"schema", "kinds"}  # the root tables of a case and the kinds of machine
+ALLOWED = {
+    "errors": set(), "unit_table": set(), "units": {"errors", "unit_table"},
+    "numerics": {"errors"}, "subjects.py": set(),
+    "core/results": LOW,
+    "core/case": FRAME | CASE | {"cross_checks"},
+    "core/run": FRAME | CASE | {"parts"},
+    "parts": FRAME | CASE,
+    "kinds": FRAME | CASE,
+    "schema": FRAME | {"parts", "core/study", "subjects"},
+    "cross_checks": FRAME | CASE | {"parts", "subjects"},
+    "starters": FRAME | CASE | {"parts", "subjects"},
+    "array_path": FRAME | CASE | {"parts", "subjects"},
+    "core/report": FRAME | CASE | {"core/study"},
+    "core/study": FRAME | CASE | {"parts", "array_path"},
+    "core/accuracy": FRAME | CASE | {"core/study"},
+    "cli": FRAME | {"core/report", "core/study", "core/accuracy", "starters"},
+    "__main__": {"errors", "cli"},
+}  # fmt: skip
+#: of a subject: the frame with its views, the parts, and the subjects that its physics stands on
+OF_A_SUBJECT = FRAME | CASE | {"parts", "core/report", "core/accuracy"}
+STANDS_ON = {
+    "kinematics": set(),
+    "absorber": set(),
+    "measurement": set(),
+    "excitation": {"kinematics"},
+    "impact": {"kinematics", "excitation", "response"},
+    "roll": {"kinematics", "excitation"},
+    "torsion": {"kinematics", "excitation", "absorber"},
+    # [response] holds the tables of roll, absorber and shaft line
+    "response": {"kinematics", "excitation", "roll", "absorber", "torsion"},
+    "isolation": {"kinematics", "excitation", "response", "torsion"},
+}
 HEAVY = {"numpy", "scipy", "h5py", "pint", "matplotlib", "pydantic", "rich"}
+#: a chapter can be read in one sitting
+LONGEST = 700
 
 
-def room_of(path: Path) -> str:
-    relative = path.relative_to(PACKAGE)
-    return relative.parts[0].removesuffix(".py")
+def room_of(module: str) -> str:
+    parts = module.split(".")[1:] or ["errors"]
+    if parts[0] == "core":
+        return "/".join(parts[:2]) if len(parts) > 1 else "errors"
+    return "subjects.py" if parts[0] == "subjects" else parts[0]
 
 
-def imported_modules(path: Path, top_level_only: bool = False) -> set[str]:
+def imported(path: Path, top_level_only: bool = False) -> Iterator[str]:
+    """Modules that a file imports, also those for type checkers; packages only by name."""
     tree = ast.parse(path.read_text(encoding="utf-8"))
-    nodes = tree.body if top_level_only else ast.walk(tree)
-    names: set[str] = set()
-    for node in nodes:
+    for node in tree.body if top_level_only else ast.walk(tree):
         if isinstance(node, ast.Import):
-            names |= {alias.name for alias in node.names}
+            yield from (alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
             assert node.level == 0, f"{path}: relative import"
-            names |= {node.module} | {f"{node.module}.{alias.name}" for alias in node.names}
-    return names
+            inside = [f"{node.module}.{alias.name}" for alias in node.names]
+            yield from (one if one in MODULES else str(node.module) for one in inside)
 
 
-def rooms_imported(path: Path) -> set[str]:
-    parts = (name.split(".") for name in imported_modules(path))
-    return {p[1] for p in parts if p[0] == "vibecalc" and len(p) > 1 and p[1] in FLOORS}
+def module_of(path: Path) -> str:
+    parts = path.relative_to(PACKAGE.parent).with_suffix("").parts
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
 
 
-def allowed(room: str, other: str) -> bool:
-    if room == other:
-        return True
-    if FLOORS[other] != FLOORS[room]:
-        return FLOORS[other] < FLOORS[room]
-    if room in STAGES and other in STAGES:
-        return STAGES.index(other) < STAGES.index(room)
-    # floor 2 and 5 do not look sideways; the door of floor 6 opens on its commands
-    commands = (("cli", "cli_sweep"), ("cli", "cli_accuracy"))
-    return FLOORS[room] == 0 or room == "__main__" or (room, other) in commands
+MODULES = {module_of(path): path for path in FILES}
+EDGES = {name: {one for one in imported(path) if one in MODULES} for name, path in MODULES.items()}
 
 
-def test_every_room_has_a_floor() -> None:
-    rooms = {room_of(path) for path in FILES} - {"__init__"}
-    assert rooms == set(FLOORS)
+def test_rooms_import_what_they_may() -> None:
+    wrong = []
+    for name, others in EDGES.items():
+        room = room_of(name)
+        if room in SUBJECTS:
+            allowed = OF_A_SUBJECT | STANDS_ON[room]
+        else:
+            allowed = set(ALLOWED[room])
+            if "subjects" in allowed:
+                allowed |= set(SUBJECTS)
+        for other in others - {"vibecalc"}:
+            if room_of(other) not in allowed | {room}:
+                wrong.append(f"{name} imports {other}")
+    assert not wrong, "\n".join(wrong)
 
 
-@pytest.mark.parametrize("path", FILES, ids=lambda p: str(p.relative_to(PACKAGE)))
-def test_imports_go_down_only(path: Path) -> None:
-    room = room_of(path)
-    if room == "__init__":
-        assert not imported_modules(path)
-        return
-    wrong = sorted(other for other in rooms_imported(path) if not allowed(room, other))
-    assert not wrong, f"{path.relative_to(PACKAGE)} (floor {FLOORS[room]}) imports {wrong}"
+def test_nothing_is_imported_in_a_circle() -> None:
+    left = {name: set(others) - {name} for name, others in EDGES.items()}
+    while True:
+        ends = {name for name, others in left.items() if not others}
+        if not ends:
+            break
+        left = {name: others - ends for name, others in left.items() if name not in ends}
+    assert not left, sorted(left)
 
 
-@pytest.mark.parametrize("path", FILES, ids=lambda p: str(p.relative_to(PACKAGE)))
-def test_files_stay_small(path: Path) -> None:
-    assert len(path.read_text(encoding="utf-8").splitlines()) <= 300
+def test_subjects_stand_on_each_other_in_no_circle() -> None:
+    assert set(STANDS_ON) == set(SUBJECTS)
+    placed: set[str] = set()
+    while len(placed) < len(STANDS_ON):
+        fresh = {name for name, others in STANDS_ON.items() if others <= placed} - placed
+        assert fresh, set(STANDS_ON) - placed
+        placed |= fresh
+
+
+def test_the_frame_names_no_subject() -> None:
+    """Its only list is `subjects.py`; what a case may be is said by the root tables."""
+    word = re.compile(rf"vibecalc[./]({'|'.join(SUBJECTS)})\b")
+    for path in (PACKAGE / "core").rglob("*.py"):
+        assert not word.search(path.read_text(encoding="utf-8")), path
+
+
+def test_kernels_import_no_case_no_scene_and_no_report() -> None:
+    for name, others in EDGES.items():
+        parts = name.split(".")[1:] or [""]
+        if parts[0] == "numerics" or (parts[0] in SUBJECTS and parts[-1] in KERNELS):
+            assert not {
+                one for one in others if one.startswith(("vibecalc.core", "vibecalc.schema"))
+            }
+
+
+#: kernels: arrays in, arrays out
+KERNELS = {
+    "forced", "modes", "elimination", "holzer", "damped_modes", "slider_crank", "harmonics",
+    "minimax", "peaks", "transfer", "squared_magnitude", "rigid_body", "rows", "gas_force",
+    "rod_angle", "truncated_series", "closed_forms", "several_peaks", "synthesis",
+}  # fmt: skip
+
+
+def test_chapters_can_be_read_in_one_sitting() -> None:
+    for path in FILES:
+        assert len(path.read_text(encoding="utf-8").splitlines()) <= LONGEST, path
 
 
 def test_package_inits_hold_a_docstring_only() -> None:
@@ -86,17 +149,16 @@ def test_package_inits_hold_a_docstring_only() -> None:
         assert all(isinstance(node, ast.Assign) for node in body[1:]), path
 
 
-def test_heavy_modules_are_not_imported_at_the_top_of_light_rooms() -> None:
+def test_heavy_libraries_are_imported_where_they_are_used() -> None:
     for path in FILES:
-        if room_of(path) in ("errors", "units", "cli", "cli_sweep", "cli_accuracy", "__main__"):
-            roots = {name.split(".")[0] for name in imported_modules(path, top_level_only=True)}
-            assert not roots & HEAVY, path
-    for path in FILES:
-        roots = {name.split(".")[0] for name in imported_modules(path, top_level_only=True)}
+        roots = {name.split(".")[0] for name in imported(path, top_level_only=True)}
         assert not roots & {"scipy", "pint", "matplotlib"}, path
+        if room_of(module_of(path)) in ("errors", "units", "cli", "__main__"):
+            assert not roots & HEAVY, path
 
 
-def test_architecture_document_names_every_room() -> None:
+def test_the_document_names_every_room() -> None:
     text = (PACKAGE.parent / "docs" / "architecture.md").read_text(encoding="utf-8")
-    missing = [room for room in FLOORS if f"`{room}/`" not in text and f"`{room}.py`" not in text]
+    rooms = {room_of(name) for name in MODULES} - {"__main__", "__init__"}
+    missing = [room for room in rooms if room.removesuffix(".py").split("/")[-1] not in text]
     assert not missing

@@ -5,10 +5,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from fuzzing import command
-from test_consistency_roll_ways import ROOT, solved
+from test_consistency_roll_ways import solved
 
 from vibecalc.core.results.record import Quantity, Record
 from vibecalc.core.results.tolerance import reached, tolerance_warning
+from vibecalc.roll.results import ROLL as ROOT
 
 
 @pytest.mark.parametrize("orders", [150, pytest.param(400, marks=pytest.mark.long)])

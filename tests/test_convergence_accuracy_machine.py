@@ -34,7 +34,7 @@ from vibecalc.core.run.stage import Scene
 from vibecalc.core.study.execute import load_checked
 from vibecalc.errors import NumericalFailure
 from vibecalc.excitation.accuracy import excitation_force_topics, motor_force_topics
-from vibecalc.isolation.accuracy.run_up import run_up_topics
+from vibecalc.isolation.accuracy.run_up import run_up_curve_topics, run_up_topics
 from vibecalc.isolation.accuracy.steady import isolation_steady_topics
 from vibecalc.isolation.adapters.common import LARGEST
 from vibecalc.kinematics.accuracy import kinematics_harmonics_topics, kinematics_motion_topics
@@ -67,6 +67,7 @@ TOPICS_OF = {
     "operations": operations_topics,
     "motor_force": motor_force_topics,
     "switching": switching_topics,
+    "run_up_curve": run_up_curve_topics,
 }
 BY_MODULE = {module: case for module, case, _ in MEASURED}
 

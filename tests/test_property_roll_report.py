@@ -31,8 +31,9 @@ from roll_samples import (
 from shipped_cases import result_of
 
 from vibecalc.core.report.text import render_report
+from vibecalc.core.report.writing import decibels
 from vibecalc.core.results.record import Axis, Result
-from vibecalc.roll.printed_levels import decibels, lag_degrees
+from vibecalc.roll.printed_levels import lag_degrees
 from vibecalc.roll.report.advice import advice, joined, parameter_words
 
 TITLE = "Roll of the shell"

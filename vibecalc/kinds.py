@@ -358,3 +358,8 @@ def asks_roll(case: "Case") -> bool:
         return False
     asked = (response.roll, response.start_up, response.control)
     return any(table is not None for table in asked)
+
+
+def working(case: "Case") -> tuple[str, ...] | None:
+    """Names of the cylinders that work; None where the case does not say."""
+    return None if case.excitation is None else case.excitation.working

@@ -23,18 +23,12 @@ from vibecalc.absorber.tables import (
     Tuning,
 )
 from vibecalc.core.case.fields import AngularSpeed, Table, Whole
-from vibecalc.core.case.tables import (
-    Accuracy,
-    Excitation,
-    Isolation,
-    Kinematics,
-    Limit,
-    Optimisation,
-    Reference,
-    ReferenceTable,
-)
+from vibecalc.core.case.tables import Accuracy, Limit, Optimisation, Reference, ReferenceTable
 from vibecalc.core.results.named import named
 from vibecalc.core.study.tables import Find, Sweep
+from vibecalc.excitation.tables import Excitation
+from vibecalc.isolation.tables import Isolation
+from vibecalc.kinematics.tables import Kinematics
 from vibecalc.measurement.tables import Measurement
 from vibecalc.parts.tables import NEEDED_BY_KIND, Body, CrankTrain, Cycle, Joints, Motor, Mounts
 from vibecalc.response.tables import Response

@@ -308,8 +308,25 @@ def _work_of_pendulum(case: "Case", orders: int) -> Work:
     return ((1 if given.swings is None else given.swings.points, "swing"),)
 
 
+def names_of(case: "Case") -> dict[str, tuple[str, ...]]:
+    """Entries of the axes that the case names."""
+    machine = case.machine
+    if machine.primary is None:
+        return {}
+    from vibecalc.absorber.model import stock
+
+    known = stock(machine)
+    return {
+        "absorber": tuple(one.name for one in machine.secondaries),
+        "stock_spring": known.spring_names,
+        "stock_oil": tuple(oil.name for oil in known.oils),
+        "stock_damper": known.damper_names,
+    }
+
+
 SUBJECT = Subject(
     stages=(plan_absorber,),
+    names=names_of,
     concerns=lambda case: case.machine.kind == "absorber",
     units={
         "peak_search": Unit(1.0e-1, "searches for the lowest peak", "scipy.optimize"),

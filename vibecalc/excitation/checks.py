@@ -3,14 +3,13 @@
 import math
 from collections.abc import Iterator, Sequence
 
-from vibecalc.core.case.raw import listed
+from vibecalc.core.case.raw import listed, unknown
 from vibecalc.errors import KeyPath, NumericalFailure, Problem
 from vibecalc.parts.crank_train import turns
 from vibecalc.parts.drive_checks import degrees, pressure_problems
 from vibecalc.parts.firing import CYCLES, TURN
 from vibecalc.parts.tables import CrankTrain
 from vibecalc.schema import Case
-from vibecalc.torsion.shaft_line_checks import unknown
 
 # ----------------------------------------------------------------------------
 # Does a pump draw anything?

@@ -7,7 +7,7 @@ from vibecalc.excitation.cylinder_torque import gas_harmonics, phasor
 from vibecalc.excitation.model import crank_geometry, firing_angle, liquid_of, pump_card
 from vibecalc.excitation.pressure_cycle import cylinder_pressure, pump_turn
 from vibecalc.excitation.results import PUMP_ROOT
-from vibecalc.isolation.adapters.torque_couple import HIGHEST
+from vibecalc.excitation.stage import USUAL_ORDERS
 from vibecalc.numerics.rounding import EPSILON, WithError
 
 #: degrees of the pressure curve
@@ -53,7 +53,7 @@ def run_pump(scene: Scene) -> None:
 def _torque(scene: Scene, works: np.ndarray, angle: np.ndarray) -> None:
     """By order, each cylinder turned to its own place; the mean by the same panels."""
     own = None if scene.case.excitation is None else scene.case.excitation.orders
-    order = np.arange(1, (own or HIGHEST) + 1)
+    order = np.arange(1, (own or USUAL_ORDERS) + 1)
     card, geometry = pump_card(scene.case.machine), crank_geometry(scene.case.machine)
     one, mean = gas_harmonics(card, geometry, order)
     turned = phasor(order, angle)[:, works]

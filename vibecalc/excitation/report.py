@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from vibecalc.core.report.sections import (
+    FAINT,
     START,
     Section,
     along,
@@ -16,7 +17,6 @@ from vibecalc.core.report.sections import (
 )
 from vibecalc.core.report.writing import Column, number, paragraph, show, show_phase, table
 from vibecalc.core.results.record import Quantity, Record, Result
-from vibecalc.response.report import FAINT
 
 # ----------------------------------------------------------------------------
 # The balance table, as an engineer lays it out: a line for each cylinder and a total.

@@ -104,8 +104,16 @@ def _work_of_measurement(case: "Case", orders: int) -> Work:
     return ((orders, "least_squares" if phases else "level_motions"),)
 
 
+def names_of(case: "Case") -> dict[str, tuple[str, ...]]:
+    """Entries of the axes that the case names."""
+    if case.measurement is None:
+        return {}
+    return {"position": tuple(position.name for position in case.measurement.positions)}
+
+
 SUBJECT = Subject(
     stages=(plan_measurement,),
+    names=names_of,
     concerns=lambda case: case.measurement is not None,
     units={
         "least_squares": Unit(1.0e-2, "harmonics by least squares"),

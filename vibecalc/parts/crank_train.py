@@ -2,11 +2,11 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Literal, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vibecalc.core.case.tables import Excitation
 from vibecalc.errors import KeyPath, Problem
 from vibecalc.kinds import has_crank_train
 from vibecalc.parts import tables as parts
@@ -83,10 +83,9 @@ def reciprocating_mass(train: parts.CrankTrain) -> float | None:
     return float((train.piston_mass or 0.0) + (train.pin_mass or 0.0) + rod)
 
 
-def working_names(train: parts.CrankTrain, options: Excitation | None) -> tuple[str, ...]:
-    """Names of the cylinders that work, in their order."""
+def working_names(train: parts.CrankTrain, works: Sequence[str] | None) -> tuple[str, ...]:
+    """Names of the cylinders that work, in their order; `works` None is all of them."""
     names = tuple(cylinder.name for cylinder in train.cylinders)
-    works = None if options is None else options.working
     return names if works is None else tuple(name for name in names if name in works)
 
 
@@ -187,8 +186,21 @@ def rotating_masses(rows: Sequence[Row]) -> RotatingMasses:
     )
 
 
+class Running(Protocol):
+    """What [excitation] says of the cylinders: which work, what the others do, what is balanced."""
+
+    @property
+    def working(self) -> tuple[str, ...] | None: ...
+
+    @property
+    def idle(self) -> Literal["stopped", "unloaded"]: ...
+
+    @property
+    def balanced_for(self) -> tuple[str, ...] | None: ...
+
+
 def build_rotating_masses(
-    train: parts.CrankTrain, options: Excitation | None = None
+    train: parts.CrankTrain, options: Running | None = None
 ) -> RotatingMasses:
     """All that turns: throws with a rotating mass, then weights, then balance shafts.
 

@@ -64,7 +64,7 @@ def build_system(machine: Machine) -> Matrices:
 
 def _with_mounts(mass: np.ndarray, mounts: parts.Mounts) -> Matrices:
     if mounts.stiffness_matrix is None:
-        from vibecalc.isolation.rigid_body import assemble
+        from vibecalc.parts.assembly import assemble
 
         built = build_mounts(mounts)
         return assemble(mass, built.position, built.stiffness, built.damping, built.structural)

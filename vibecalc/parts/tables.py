@@ -522,3 +522,13 @@ class Motor(Table):
     cages: Literal["single", "double", "triple"] | None = Field(
         None, description="of the rotor, fitted to the slip table (dynamic), double if not said"
     )
+
+
+Names = Annotated[tuple[Name, ...], Field(min_length=1, max_length=64)]
+
+
+#: of throws that weights cancel; an empty list is no weights at all
+Throws = Annotated[tuple[Name, ...], Field(max_length=64)]
+
+
+Idle = Literal["stopped", "unloaded"]

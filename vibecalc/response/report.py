@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from vibecalc.core.report.sections import (
+    FAINT,
     Section,
     along,
     having,
@@ -201,8 +202,6 @@ _FIELDS = (
     ("potential", "mean"),
     ("potential", "peak"),
 )
-#: orders below this share of the largest are counted instead of shown
-FAINT = 1e-6
 _ROWS = 16
 #: energies that end below this end because smaller numbers do not exist
 _NEAR_UNDERFLOW = 1e-280

@@ -145,8 +145,23 @@ def _work_of_switching(case: "Case", orders: int) -> Work:
     return ((math.ceil(seconds * (case.machine.speed or 0.0) / _TURN), "turn_of_change"),)
 
 
+def names_of(case: "Case") -> dict[str, tuple[str, ...]]:
+    """Entries of the axes that the case names."""
+    response = case.response
+    if response is None:
+        return {}
+    operations = tuple(operation.name for operation in response.operations)
+    balances = tuple(balance.name for balance in response.balances)
+    names = {"operation": operations, "balance": balances or ("as in the case",)}
+    if response.switching is not None:
+        there, back = response.switching.between
+        names["change"] = (f"{there} to {back}", f"{back} to {there}")
+    return names
+
+
 SUBJECT = Subject(
     stages=(plan_response,),
+    names=names_of,
     concerns=lambda case: case.response is not None or case.machine.mounts is not None,
     units={
         "ways": Unit(3.0e-3, "ways of running, each a range over the angle of the weights"),

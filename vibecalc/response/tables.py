@@ -6,13 +6,9 @@ from pydantic import Field
 
 from vibecalc.absorber.tables import AbsorberResponse
 from vibecalc.core.case.fields import Angle, Length, Name, Number, RunUp, Table, Time
+from vibecalc.parts.tables import Names, Throws
 from vibecalc.roll.tables import Control, Roll, StartUp
 from vibecalc.torsion.tables import Torsion
-
-Names = Annotated[tuple[Name, ...], Field(min_length=1, max_length=64)]
-#: of throws that weights cancel; an empty list is no weights at all
-Throws = Annotated[tuple[Name, ...], Field(max_length=64)]
-Idle = Literal["stopped", "unloaded"]
 
 
 class Operation(Table):

@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator
 
 from vibecalc.errors import KeyPath, Problem
-from vibecalc.kinds import asks_roll, finds_speed, has_crank_train
+from vibecalc.kinds import asks_roll, finds_speed, has_crank_train, working
 from vibecalc.parts.crank_train import build_crank_train, rod_share, working_names
 from vibecalc.parts.firing import shakes_with_torque
 from vibecalc.roll.form import STEPPING
@@ -41,7 +41,7 @@ def roll_problems(case: Case) -> list[Problem]:
 def _pistons(case: Case) -> Iterator[Problem]:
     """Of a mass that has the rod's share in it, something has to be left for the piston."""
     train = case.machine.crank_train
-    works = working_names(train, case.excitation)
+    works = working_names(train, working(case))
     share = 0.0 if train.rod is None else train.rod.mass * rod_share(train)
     for place, cylinder in enumerate(train.cylinders):
         mass = cylinder.reciprocating_mass
@@ -228,7 +228,7 @@ def _unlikely_pistons(case: Case) -> Iterator[str]:
     from vibecalc.roll.model import gas_tables
 
     train = build_crank_train(case.machine.crank_train)
-    works, tables = working_names(case.machine.crank_train, case.excitation), gas_tables(case)
+    works, tables = working_names(case.machine.crank_train, working(case)), gas_tables(case)
     loaded = {name for name, table in zip(train.names, tables, strict=True) if table is not None}
     without = [repr(name) for name in works if name not in loaded]
     if loaded and without:

@@ -14,6 +14,7 @@ from vibecalc.excitation.induction_motor_fit import MotorFit, fit_induction_moto
 from vibecalc.excitation.induction_motor_flux import CircuitMotor, circuit_motor
 from vibecalc.excitation.induction_motor_identify import transient_inductance, with_stator_leakage
 from vibecalc.excitation.slip_torque import SlipCurve, linear_motor, slip_curve
+from vibecalc.kinds import working
 from vibecalc.kinematics.slider_crank import piston_path
 from vibecalc.parts.crank_train import build_crank_train, moving, rod_share, working_names
 from vibecalc.parts.drive_checks import suits
@@ -183,7 +184,7 @@ def motor_curve(motor: Motor) -> SlipCurve:
 def gas_tables(case: Case) -> tuple[GasTable | None, ...]:
     """Gas force of every cylinder: its own table, or pressure times the area of the bore."""
     train = case.machine.crank_train
-    works = working_names(train, case.excitation)
+    works = working_names(train, working(case))
     tables: list[GasTable | None] = []
     for cylinder in train.cylinders:
         own, pressure = cylinder.gas_force, train.gas_pressure
@@ -241,5 +242,5 @@ def _rod_difference(case: Case) -> Array:
     difference = rod.inertia - rod.mass * train.rod_length**2 * share * (1.0 - share)
     if options is None or options.idle == "unloaded":
         return np.full(count, difference)
-    works = working_names(case.machine.crank_train, case.excitation)
+    works = working_names(case.machine.crank_train, working(case))
     return np.array([difference if c.name in works else 0.0 for c in train.cylinders])

@@ -5,10 +5,8 @@ import math
 import numpy as np
 
 from vibecalc.core.report.sections import having
-from vibecalc.core.report.writing import show
 from vibecalc.core.results.record import Quantity, Record
 
-ZERO = "zero"
 ROLL = "response/roll/"
 SHELL = ROLL + "shell_acceleration"
 
@@ -36,13 +34,6 @@ def shell_acts(record: Record, orders: np.ndarray) -> np.ndarray:
         return np.ones(orders.shape, dtype=bool)
     known = dict(zip(harmonics.axes[0].values.tolist(), acting(harmonics).tolist(), strict=True))
     return np.array([known.get(int(order), True) for order in orders], dtype=bool)
-
-
-def decibels(level: float, acts: bool | np.bool_ = True, digits: int = 2) -> str:
-    """A level with a fixed count of decimals, `zero` for that of nothing."""
-    if not acts or not math.isfinite(level):
-        return ZERO if not acts or level < 0 else show(level)
-    return f"{round(level, digits) + 0.0:.{digits}f}"
 
 
 def lag_degrees(lag: float, acts: bool | np.bool_ = True) -> str:

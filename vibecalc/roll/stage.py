@@ -168,8 +168,22 @@ def _work_of_control(case: "Case", orders: int) -> Work:
     )
 
 
+def names_of(case: "Case") -> dict[str, tuple[str, ...]]:
+    """Entries of the axes that the case names."""
+    if case.response is None or case.response.roll is None or not has_crank_train(case.machine):
+        return {}
+    from vibecalc.roll.model import gas_tables, interpolations
+
+    options = case.response.roll
+    return {
+        "method": tuple(dict.fromkeys((options.method, *options.compare))),
+        "interpolant": interpolations(gas_tables(case)),
+    }
+
+
 SUBJECT = Subject(
     stages=(plan_roll,),
+    names=names_of,
     concerns=lambda case: has_crank_train(case.machine),
     units={
         "periodic": Unit(5.0e-2, "periodic problems"),

@@ -4,10 +4,10 @@ from collections.abc import Iterator
 from itertools import pairwise
 
 from vibecalc.core.case.fields import RunUp
+from vibecalc.core.case.raw import unknown
 from vibecalc.errors import KeyPath, Problem
 from vibecalc.parts.firing import is_separate, torque_reaches_mounts
 from vibecalc.schema import Case
-from vibecalc.torsion.shaft_line_checks import unknown
 from vibecalc.torsion.shaft_line_tables import (
     Joined,
     ShaftLine,

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 
-from vibecalc.core.case.raw import listed, nearest
+from vibecalc.core.case.raw import listed, unknown
 from vibecalc.errors import KeyPath, NumericalFailure, Problem
 from vibecalc.parts.crank_train import turns
 from vibecalc.schema import Case
@@ -58,16 +58,6 @@ def _count(line: ShaftLine) -> Iterator[Problem]:
             allowed="between = ['first', 'second'] for every shaft",
             also=(*LINE, "gears", 0),
         )
-
-
-def unknown(path: KeyPath, what: str, name: str, known: Sequence[str]) -> Problem:
-    """The problem of a name at `path` that no `what` (a station, a cylinder) has."""
-    return Problem(
-        path=path,
-        message=f"no {what} is named {name[:60]!r}",
-        allowed=listed(list(known)),
-        hint=nearest(name, list(known)),
-    )
 
 
 def _ends(line: ShaftLine) -> Iterator[Problem]:

@@ -504,7 +504,29 @@ def _line(case: "Case") -> tuple["Torsion", int]:
     return case.response.torsion, len(line.stations) + len(line.dampers)
 
 
+def names_of(case: "Case") -> dict[str, tuple[str, ...]]:
+    """Entries of the axes that the case names."""
+    line = case.machine.shaft_line
+    if line is None:
+        return {}
+    from vibecalc.torsion.shaft_line_tables import section_names
+
+    gears = tuple(one.name or " - ".join(one.between) for one in line.gears)
+    elastic = [
+        n for n, one in zip(gears, line.gears, strict=True) if one.mesh_stiffness is not None
+    ]
+    dampers = tuple(one.name for one in line.dampers)
+    return {
+        "station": tuple(one.name for one in line.stations),
+        "section": (*section_names(line), *elastic, *dampers),
+        "damper": dampers,
+        "gear": gears,
+        "order_class": ("major", "other"),
+    }
+
+
 SUBJECT = Subject(
+    names=names_of,
     stages=(
         plan_torsion,
         plan_torsion_studies,

@@ -273,3 +273,13 @@ def _replaced(place: Any, path: KeyPath, value: Any) -> Any:
         entries[first : first + 1] = [_replaced(old, rest, value)]
         return entries
     return {**place, first: _replaced(place.get(first, {}), rest, value)}
+
+
+def unknown(path: KeyPath, what: str, name: str, known: Sequence[str]) -> Problem:
+    """The problem of a name at `path` that no `what` (a station, a cylinder) has."""
+    return Problem(
+        path=path,
+        message=f"no {what} is named {name[:60]!r}",
+        allowed=listed(list(known)),
+        hint=nearest(name, list(known)),
+    )

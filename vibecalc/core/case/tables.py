@@ -5,87 +5,13 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from vibecalc.core.case.fields import (
-    Acceleration,
     Labels,
-    Length,
     Name,
     Number,
-    RunUp,
     Table,
     Value,
     Where,
 )
-from vibecalc.response.tables import Idle, Names, Throws
-
-Order = Annotated[int, Field(strict=True, ge=1, le=400)]
-
-
-class Kinematics(Table):
-    """Motion of the pistons; present, it also puts the motion over one turn into the result."""
-
-    series: Literal["exact", "truncated"] = Field(
-        "exact", description="exact motion, or the binomial series in (R/L)^2 cut after `terms`"
-    )
-    terms: Annotated[int, Field(strict=True, ge=1, le=400)] | None = Field(
-        None, description="terms of a truncated series; 1 is the classic first and second order"
-    )
-
-
-class Balance(Table):
-    """The balance table: sums of sin, cos, z sin and z cos over the cylinders."""
-
-    orders: tuple[Order, ...] = Field(
-        (1, 2), min_length=1, max_length=64, description="orders to tabulate"
-    )
-
-
-class Residual(Table):
-    """One number for what is left unbalanced, for comparing and optimising crank trains."""
-
-    force_weight: Number = Field(1.0, ge=0, description="weight of the forces")
-    couple_weight: Number = Field(1.0, ge=0, description="weight of the couples")
-    reference_length: Length = Field(gt=0, description="couples are divided by it")
-
-
-class Excitation(Table):
-    """Forces and couples of the crank train on the body."""
-
-    orders: Order | None = Field(
-        None, description="highest order kept; without it the tolerance decides"
-    )
-    working: Names | None = Field(
-        None, description="names of the cylinders that work; default: all"
-    )
-    idle: Idle = Field(
-        "stopped", description="the others: stopped, or moving without gas force (unloaded)"
-    )
-    balanced_for: Throws | None = Field(
-        None, description="throws whose rotating mass is cancelled by weights in their own plane"
-    )
-    driven_machine: Literal["on_body", "separate", "cancels_torque"] = Field(
-        "on_body",
-        description="on_body: its stator gives the body the mean torque back, what alternates acts "
-        "on the body; separate: the mean acts, too; cancels_torque: none of it acts, as if the "
-        "stator followed every pulsation",
-    )
-    balance: Balance | None = Field(None, description="print the balance table")
-    residual: Residual | None = Field(None, description="weighted residual of forces and couples")
-
-
-class Isolation(Table):
-    """The body on its mounts: what reaches the ground."""
-
-    model: Literal["pitch", "rigid_body", "planar"] = Field(
-        description="pitch about the axis across the crankshaft, all six freedoms, or the three in "
-        "the plane of the crank"
-    )
-    up: Literal["x", "y", "z"] = Field("z", description="gravity acts against this direction")
-    gravity: Acceleration = Field(9.80665, ge=0, description="acceleration of free fall")
-    lever: Length | None = Field(
-        None, gt=0, description="couple over this lever is `lever_force`; default: of the mounts"
-    )
-    run_up: RunUp | None = Field(None, description="also pass a range of speeds")
-
 
 SearchMethod = Literal[
     "sequential_quadratic", "hooke_jeeves", "nelder_mead", "differential_evolution"

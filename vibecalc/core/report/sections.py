@@ -6,7 +6,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from vibecalc.core.report.writing import WIDTH, Column, also, number, paragraph, show, table
+from vibecalc.core.report.writing import (
+    WIDTH,
+    Column,
+    also,
+    number,
+    paragraph,
+    show,
+    table,
+)
 from vibecalc.core.results.record import Axis, Quantity, Record, Result
 from vibecalc.core.results.tolerance import UNRESOLVED
 from vibecalc.errors import ResultError
@@ -293,3 +301,7 @@ def other(result: Result, shown: Iterable[str]) -> Section | None:
     if not lines:
         return None
     return Section("Further results", lines, frozenset(quantity.path for quantity in left))
+
+
+#: orders below this share of the largest are counted instead of shown
+FAINT = 1e-6

@@ -24,12 +24,21 @@ from vibecalc.core.report.pages import references as reference_table
 from vibecalc.core.report.sections import SCALARS, START, labels, magnitudes, scalar_of, scalar_rows
 from vibecalc.core.report.studies import bound_units, in_unit
 from vibecalc.core.report.verdicts import OUTSIDE, WITHIN, judge_limits, judge_references
-from vibecalc.core.report.writing import WIDTH, also, filled, fold, hertz, paragraph, rpm, show
+from vibecalc.core.report.writing import (
+    WIDTH,
+    also,
+    decibels,
+    filled,
+    fold,
+    hertz,
+    paragraph,
+    rpm,
+    show,
+)
 from vibecalc.core.report.writing import table as fixed_table
 from vibecalc.core.results.record import Quantity, Record, Result
 from vibecalc.core.results.select import select
 from vibecalc.core.results.tolerance import UNRESOLVED
-from vibecalc.roll.printed_levels import decibels
 
 if TYPE_CHECKING:
     from rich.console import Console

@@ -265,3 +265,14 @@ def read_printed(value: float | str, unit: str = "", default_unit: str = "") -> 
         raise ValueError(f"not a finite number: {value!r}")
     half_unit = float(Decimal((0, (5,), exponent - 1)))
     return Printed(float(digits), unit, half_unit, digits)
+
+
+#: what a level or a lag of nothing is called
+ZERO = "zero"
+
+
+def decibels(level: float, acts: bool | np.bool_ = True, digits: int = 2) -> str:
+    """A level with a fixed count of decimals, `zero` for that of nothing."""
+    if not acts or not math.isfinite(level):
+        return ZERO if not acts or level < 0 else show(level)
+    return f"{round(level, digits) + 0.0:.{digits}f}"

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 from vibecalc.core.results.catalogue import AXES, CATALOGUE
 from vibecalc.core.results.record import Entry
-from vibecalc.core.run.plan import planned_quantities
+from vibecalc.core.run.plan import plan_case, planned_quantities
+from vibecalc.core.run.stage import harmonics_of, subjects
 from vibecalc.errors import KeyPath, Problem, UnitError
 from vibecalc.kinds import has_crank_train
 
@@ -110,7 +111,7 @@ def _known(quantity: str, axis: str, case: "Case") -> tuple[tuple[float, ...], s
     if axis == "clearance":
         return _clearances(case)
     if axis == "half_order" and quantity.startswith("response/torsion/"):
-        return _half_orders(case)
+        return _half_orders(quantity, case)
     if axis in ("mode", "other_mode"):
         return _modes(quantity, case)
     if axis != "order":
@@ -153,11 +154,12 @@ def _modes(quantity: str, case: "Case") -> tuple[tuple[float, ...], str] | None:
     return tuple(range(1, most + 1)), because
 
 
-def _half_orders(case: "Case") -> tuple[tuple[float, ...], str]:
-    from vibecalc.torsion.stage import asked_orders
-
-    highest, step = asked_orders(case)
-    entries = tuple(step * number for number in range(1, round(highest / step) + 1))
+def _half_orders(quantity: str, case: "Case") -> tuple[tuple[float, ...], str] | None:
+    stage = next((one for one in plan_case(case) if quantity in one.quantities), None)
+    said = None if stage is None else harmonics_of(case, stage)
+    if said is None:
+        return None
+    entries = tuple(said.lowest * number for number in range(1, said.number + 1))
     return entries, "orders of [response.torsion] says their step and the highest"
 
 
@@ -316,69 +318,12 @@ def _names(case: "Case") -> dict[str, tuple[str, ...]]:
         "direction": ("x", "y", "z"),
         "coordinate": ("x", "y", "z", "rx", "ry", "rz"),
     }
-    names |= _names_of_response(case)
-    names |= _names_of_absorber(case)
-    names |= _names_of_shaft_line(case)
-    if case.measurement is not None:
-        names["position"] = tuple(position.name for position in case.measurement.positions)
-    if case.response is not None and case.response.roll is not None and turns:
-        from vibecalc.roll.model import gas_tables, interpolations
-
-        names["interpolant"] = interpolations(gas_tables(case))
+    for subject in subjects().values():
+        names |= subject.names(case)
     if mounts is not None:
         named = tuple(mount.name for mount in mounts.individual or ())
         names["mount"] = named or tuple(str(i + 1) for i in range(len(mounts.positions or ())))
     return {axis: entries for axis, entries in names.items() if axis in AXES}
-
-
-def _names_of_response(case: "Case") -> dict[str, tuple[str, ...]]:
-    response = case.response
-    if response is None:
-        return {}
-    operations = tuple(operation.name for operation in response.operations)
-    balances = tuple(balance.name for balance in response.balances)
-    names = {"operation": operations, "balance": balances or ("as in the case",)}
-    if response.switching is not None:
-        there, back = response.switching.between
-        names["change"] = (f"{there} to {back}", f"{back} to {there}")
-    if response.roll is not None:
-        names["method"] = tuple(dict.fromkeys((response.roll.method, *response.roll.compare)))
-    return names
-
-
-def _names_of_absorber(case: "Case") -> dict[str, tuple[str, ...]]:
-    machine = case.machine
-    if machine.primary is None:
-        return {}
-    from vibecalc.absorber.model import stock
-
-    known = stock(machine)
-    return {
-        "absorber": tuple(one.name for one in machine.secondaries),
-        "stock_spring": known.spring_names,
-        "stock_oil": tuple(oil.name for oil in known.oils),
-        "stock_damper": known.damper_names,
-    }
-
-
-def _names_of_shaft_line(case: "Case") -> dict[str, tuple[str, ...]]:
-    line = case.machine.shaft_line
-    if line is None:
-        return {}
-    from vibecalc.torsion.shaft_line_tables import section_names
-
-    gears = tuple(one.name or " - ".join(one.between) for one in line.gears)
-    elastic = [
-        n for n, one in zip(gears, line.gears, strict=True) if one.mesh_stiffness is not None
-    ]
-    dampers = tuple(one.name for one in line.dampers)
-    return {
-        "station": tuple(one.name for one in line.stations),
-        "section": (*section_names(line), *elastic, *dampers),
-        "damper": dampers,
-        "gear": gears,
-        "order_class": ("major", "other"),
-    }
 
 
 def _nearest(word: str, allowed: tuple[str, ...]) -> str:

@@ -6,7 +6,12 @@ from vibecalc.core.accuracy.topic import Answer, Ladder, Reference, Topic
 from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.adapter import Forcing
 from vibecalc.excitation.inertia_forces import about_point, as_loads
-from vibecalc.isolation.accuracy.by_other_means import (
+from vibecalc.isolation.adapters.common import LARGEST, isolation_of
+from vibecalc.isolation.model import pitch_parts
+from vibecalc.numerics.cycle_peak import vector_cycle_peak
+from vibecalc.numerics.matrices import Matrices
+from vibecalc.parts.assembly import assemble, displacement_at
+from vibecalc.response.accuracy.by_other_means import (
     Mounted,
     by_shooting,
     from_rest,
@@ -14,11 +19,6 @@ from vibecalc.isolation.accuracy.by_other_means import (
     solved,
     solved_exactly,
 )
-from vibecalc.isolation.adapters.common import LARGEST, isolation_of
-from vibecalc.isolation.model import pitch_parts
-from vibecalc.isolation.rigid_body import assemble, displacement_at
-from vibecalc.numerics.cycle_peak import vector_cycle_peak
-from vibecalc.numerics.matrices import Matrices
 from vibecalc.response.forced import dynamics, response
 
 # ----------------------------------------------------------------------------

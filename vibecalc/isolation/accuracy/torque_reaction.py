@@ -13,12 +13,13 @@ from vibecalc.excitation.inertia_forces import at_speed
 from vibecalc.excitation.model import build_firing, crank_geometry, firing_angle, gas_cards
 from vibecalc.isolation.adapters.torque_couple import couples_of
 from vibecalc.isolation.results import TORQUE_REACTION_ROOT
-from vibecalc.isolation.rigid_body import assemble, displacement, mount_force
+from vibecalc.isolation.rigid_body import displacement, mount_force
 from vibecalc.isolation.torque_reaction import with_shaking
 from vibecalc.numerics.cycle_peak import vector_cycle_peak
 from vibecalc.numerics.matrices import Matrices
 from vibecalc.numerics.rounding import WithError
 from vibecalc.numerics.typing import ComplexArray, FloatArray
+from vibecalc.parts.assembly import assemble
 from vibecalc.parts.firing import is_separate
 from vibecalc.response.forced import dynamics, response
 from vibecalc.torsion.accuracy.by_other_means import through_three

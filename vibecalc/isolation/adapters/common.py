@@ -14,7 +14,7 @@ from vibecalc.numerics.rounding import EPSILON, WithError
 from vibecalc.response.resonances import Resonances
 
 if TYPE_CHECKING:
-    from vibecalc.core.case.tables import Isolation
+    from vibecalc.isolation.tables import Isolation
 
 LARGEST = "isolation/support_force/steady_peak"
 HEIGHTS = (

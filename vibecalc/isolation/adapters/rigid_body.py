@@ -16,9 +16,7 @@ from vibecalc.isolation.adapters.common import (
 from vibecalc.isolation.planar import kept_freedoms
 from vibecalc.isolation.rigid_body import (
     all_six,
-    assemble,
     displacement,
-    displacement_at,
     held,
     mount_force,
     mount_readout,
@@ -28,6 +26,7 @@ from vibecalc.isolation.rigid_body import (
 from vibecalc.isolation.rows import Readout, body_rows, with_left_out
 from vibecalc.numerics.matrices import Matrices
 from vibecalc.numerics.rounding import WithError
+from vibecalc.parts.assembly import assemble, displacement_at
 from vibecalc.parts.body import DIRECTIONS, RigidBody
 from vibecalc.parts.mounts import Mounts
 from vibecalc.response.forced import Undriven, dynamics, require_digits, response

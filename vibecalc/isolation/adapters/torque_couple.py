@@ -24,12 +24,12 @@ from vibecalc.excitation.model import (
     firing_angle,
     gas_cards,
 )
+from vibecalc.excitation.stage import USUAL_ORDERS
 from vibecalc.isolation.torque_reaction import couple_on_body, line_transfer
 from vibecalc.numerics.rounding import EPSILON, WithError
 from vibecalc.parts.firing import TURN, cycle_angle, is_separate, shakes_with_torque
 
 #: highest order where the case does not say one; a gas torque has many
-HIGHEST = 24
 
 
 #: orders (m,) and crank speeds (...) to the couple on the body (..., m, c) for a unit torque
@@ -133,7 +133,7 @@ def _highest(scene: Scene, shaking_orders: int) -> float:
         step = orders.step or TURN / cycle_angle(case.machine)
         said = orders.highest or (orders.count or 0) * step
     own = None if case.excitation is None else case.excitation.orders
-    return max(said, shaking_orders, HIGHEST if own is None and not said else 0)
+    return max(said, shaking_orders, USUAL_ORDERS if own is None and not said else 0)
 
 
 def _torques(scene: Scene, order: np.ndarray) -> tuple[np.ndarray, WithError, WithError, WithError]:

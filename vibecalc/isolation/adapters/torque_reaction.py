@@ -22,7 +22,6 @@ from vibecalc.isolation.planar import kept_freedoms
 from vibecalc.isolation.results import TORQUE_REACTION_ROOT
 from vibecalc.isolation.rigid_body import (
     all_six,
-    assemble,
     displacement,
     held,
     mount_force,
@@ -44,6 +43,7 @@ from vibecalc.isolation.torque_reaction import (
 from vibecalc.numerics.cycle_peak import cycle_peak
 from vibecalc.numerics.matrices import Matrices
 from vibecalc.numerics.rounding import UNIT_ROUNDOFF, WithError
+from vibecalc.parts.assembly import assemble
 from vibecalc.parts.body import DIRECTIONS
 from vibecalc.parts.firing import TURN, cycle_angle, shakes_with_torque
 from vibecalc.parts.mounts import Mounts

@@ -8,7 +8,7 @@ import numpy as np
 from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Ladder, Reference, Topic
 from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.inertia_forces import as_loads, at_speed
-from vibecalc.isolation.accuracy.by_other_means import (
+from vibecalc.response.accuracy.by_other_means import (
     Mounted,
     by_shooting,
     from_rest,

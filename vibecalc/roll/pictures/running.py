@@ -8,10 +8,10 @@ import numpy as np
 from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, TOTAL, canvas, crank_angle_axis
 from vibecalc.core.report.sections import along, having, scalar_of, table_of
 from vibecalc.core.report.verdicts import MEASURED, ReferenceRow, judge_references
-from vibecalc.core.report.writing import rpm, show
+from vibecalc.core.report.writing import ZERO, rpm, show
 from vibecalc.core.results.record import Quantity, Record, Result
 from vibecalc.roll.pictures.motor import MotorCurve, motor_curve, rpm_of
-from vibecalc.roll.printed_levels import ROLL, ZERO, oscillating, shell_acts
+from vibecalc.roll.printed_levels import ROLL, oscillating, shell_acts
 from vibecalc.roll.report.advice import PERCENT, Changes, changes
 
 if TYPE_CHECKING:

@@ -6,9 +6,9 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.core.report.sections import having, labels
-from vibecalc.core.report.writing import Column, number, paragraph, table
+from vibecalc.core.report.writing import Column, decibels, number, paragraph, table
 from vibecalc.core.results.record import Quantity, Record, Result
-from vibecalc.roll.printed_levels import ROLL, decibels, known_error, oscillating, shell_acts
+from vibecalc.roll.printed_levels import ROLL, known_error, oscillating, shell_acts
 
 #: the machines of the result are changed by so many percent
 PERCENT = 10

@@ -6,9 +6,18 @@ from typing import Any
 import numpy as np
 
 from vibecalc.core.report.sections import Section, having, scalar_of, table_of
-from vibecalc.core.report.writing import Column, hertz, number, pairs, paragraph, rpm, show, table
+from vibecalc.core.report.writing import (
+    Column,
+    decibels,
+    hertz,
+    number,
+    pairs,
+    paragraph,
+    rpm,
+    show,
+    table,
+)
 from vibecalc.core.results.record import Quantity, Record, Result
-from vibecalc.roll.printed_levels import decibels
 
 # ----------------------------------------------------------------------------
 # Words for loops: what their status means, and what their margins come to.

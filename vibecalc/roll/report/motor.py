@@ -3,9 +3,18 @@
 import numpy as np
 
 from vibecalc.core.report.sections import Section, having, labels, scalar_of
-from vibecalc.core.report.writing import Column, hertz, number, paragraph, rpm, show, table
+from vibecalc.core.report.writing import (
+    Column,
+    decibels,
+    hertz,
+    number,
+    paragraph,
+    rpm,
+    show,
+    table,
+)
 from vibecalc.core.results.record import Quantity, Record, Result
-from vibecalc.roll.printed_levels import ROLL, decibels, oscillating, shell_acts
+from vibecalc.roll.printed_levels import ROLL, oscillating, shell_acts
 
 _MOTOR = ROLL + "motor/"
 _OF_ALL = (

@@ -6,16 +6,18 @@ from collections.abc import Sequence
 import numpy as np
 
 from vibecalc.core.report.sections import Section, having, labels, scalar_of, table_of
-from vibecalc.core.report.writing import Column, hertz, number, paragraph, rpm, show, table
-from vibecalc.core.results.record import Quantity, Record, Result
-from vibecalc.roll.printed_levels import (
-    ROLL,
-    acting,
+from vibecalc.core.report.writing import (
+    Column,
     decibels,
-    lag_degrees,
-    oscillating,
-    shell_acts,
+    hertz,
+    number,
+    paragraph,
+    rpm,
+    show,
+    table,
 )
+from vibecalc.core.results.record import Quantity, Record, Result
+from vibecalc.roll.printed_levels import ROLL, acting, lag_degrees, oscillating, shell_acts
 from vibecalc.roll.report.advice import advice
 
 # ----------------------------------------------------------------------------

@@ -1,0 +1,20 @@
+"""The table [kinematics] of a case."""
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from vibecalc.core.case.fields import (
+    Table,
+)
+
+
+class Kinematics(Table):
+    """Motion of the pistons; present, it also puts the motion over one turn into the result."""
+
+    series: Literal["exact", "truncated"] = Field(
+        "exact", description="exact motion, or the binomial series in (R/L)^2 cut after `terms`"
+    )
+    terms: Annotated[int, Field(strict=True, ge=1, le=400)] | None = Field(
+        None, description="terms of a truncated series; 1 is the classic first and second order"
+    )
