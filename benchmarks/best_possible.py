@@ -28,9 +28,9 @@ from torsion import ORDERS, SPEEDS, engine, hard_line
 
 from vibecalc.absorber.transfer import Absorber, amplitude
 from vibecalc.absorber.tuning.minimax import minimax
-from vibecalc.parts.assembly import (assemble)
 from vibecalc.kinematics.harmonics import motion_harmonics, series_terms
 from vibecalc.numerics import cycle_peak as cycle
+from vibecalc.parts.matrices import assemble
 from vibecalc.response.forced import dynamics, response
 from vibecalc.roll.mechanism import as_batch
 from vibecalc.roll.steady import steady_state

@@ -15,12 +15,12 @@ from rows import Report, Row, seconds, told
 from timing import in_turns
 
 from vibecalc.isolation.pitch import pitch_model, pitch_resonances
-from vibecalc.parts.assembly import (assemble)
 from vibecalc.isolation.rows import pitch_readout, pitch_rows
 from vibecalc.isolation.run_up import cycle_peaks, run_up_peak
 from vibecalc.kinematics.harmonics import motion_harmonics
 from vibecalc.numerics.cycle_peak import cycle_peak
 from vibecalc.numerics.rounding import WithError
+from vibecalc.parts.matrices import assemble
 from vibecalc.response.forced import dynamics, response
 
 SPEED = 4900.0 * np.pi / 30.0

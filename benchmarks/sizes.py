@@ -22,10 +22,10 @@ from rows import Report, Table, digits, seconds, told
 from timing import Work, each_of
 
 from vibecalc.absorber.tuning.minimax import minimax
+from vibecalc.core.case.tables import Sweep
 from vibecalc.core.study.execute import load_checked
 from vibecalc.core.study.sweep.arrays import ArrayEvaluator
 from vibecalc.core.study.sweep.design import make_design
-from vibecalc.core.study.tables import Sweep
 from vibecalc.excitation.inertia_forces import reciprocating_excitation
 from vibecalc.kinematics.harmonics import motion_harmonics
 from vibecalc.numerics.cycle_peak import cycle_peak

@@ -21,13 +21,13 @@ from rows import Report, Row, Table, told
 
 from vibecalc.core.case.load import LoadedCase, validate
 from vibecalc.core.case.raw import case_at
+from vibecalc.core.case.tables import Sweep
 from vibecalc.core.run.machine_checks import check_machine
 from vibecalc.core.run.run import run_case
 from vibecalc.core.study.execute import load_checked
 from vibecalc.core.study.sweep.arrays import ArrayEvaluator
 from vibecalc.core.study.sweep.design import Design, make_design
 from vibecalc.core.study.sweep.evaluate import Evaluator
-from vibecalc.core.study.tables import Sweep
 
 CASES = Path(__file__).resolve().parents[1] / "cases"
 TURNS = 2

@@ -8,7 +8,7 @@ from roll_machines import RPM, SYNCHRONOUS, columns, source_drive, source_machin
 from vibecalc.excitation.induction_motor import InductionMotor
 from vibecalc.excitation.induction_motor_fit import MotorFit, fit_induction_motor
 from vibecalc.excitation.induction_motor_flux import CircuitMotor, circuit_motor
-from vibecalc.numerics.typing import FloatArray
+from vibecalc.numerics.rounding import FloatArray
 from vibecalc.roll.mechanism import (
     RollDrive,
     RollMachine,

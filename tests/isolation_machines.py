@@ -9,7 +9,7 @@ from vibecalc.isolation.pitch import Pitch, pitch_model
 from vibecalc.isolation.rows import Readout, pitch_readout
 from vibecalc.numerics.matrices import Matrices
 from vibecalc.numerics.rounding import WithError
-from vibecalc.parts.assembly import assemble
+from vibecalc.parts.matrices import assemble
 
 SPEED = 4900.0 * np.pi / 30.0
 LEVER = 0.4

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.measurement.plate import difference_row, point_row
-from vibecalc.numerics.typing import ComplexArray, FloatArray
+from vibecalc.numerics.rounding import ComplexArray, FloatArray
 
 #: positions of Herold (1977) in m; the corners are where the source takes 5 and 6 to be
 PLACES = {

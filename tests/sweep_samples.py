@@ -6,8 +6,8 @@ from typing import Any
 from shipped_cases import CASES
 
 from vibecalc.core.case.load import LoadedCase, load_case
+from vibecalc.core.case.tables import Sweep
 from vibecalc.core.study.sweep.design import Design, make_design
-from vibecalc.core.study.tables import Sweep
 
 STIFFNESS = "machine.mounts.each.stiffness"
 DAMPING = "machine.mounts.each.damping"

@@ -21,7 +21,7 @@ ALLOWED = {
     "core/run": FRAME | CASE | {"parts"},
     "parts": FRAME | CASE,
     "kinds": FRAME | CASE,
-    "schema": FRAME | {"parts", "core/study", "subjects"},
+    "schema": FRAME | {"parts", "subjects"},
     "cross_checks": FRAME | CASE | {"parts", "subjects"},
     "starters": FRAME | CASE | {"parts", "subjects"},
     "array_path": FRAME | CASE | {"parts", "subjects"},

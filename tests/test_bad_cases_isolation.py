@@ -23,7 +23,7 @@ from vibecalc.isolation.rigid_body import mount_readout, static_deflection
 from vibecalc.isolation.rows import body_rows, pitch_rows, shows
 from vibecalc.isolation.run_up import RunUp, run_up
 from vibecalc.numerics.rounding import SINGULAR, WithError
-from vibecalc.parts.assembly import assemble
+from vibecalc.parts.matrices import assemble
 from vibecalc.response.forced import Undriven, dynamics, response
 from vibecalc.response.modal_damping import body_resonances, damping_ratio
 from vibecalc.response.modes import modes

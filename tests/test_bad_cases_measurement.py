@@ -157,7 +157,7 @@ def test_a_phase_against_a_point_that_stands_still(tmp_path: Path) -> None:
 def test_the_stage_says_what_it_needs() -> None:
     from types import SimpleNamespace
 
-    from vibecalc.measurement.adapters import plate as measurement
+    from vibecalc.measurement import adapter as measurement
 
     scene: Scene = SimpleNamespace(case=SimpleNamespace(measurement=None))  # type: ignore[assignment]
     with pytest.raises(ValueError, match=r"no \[measurement\]"):

@@ -17,7 +17,7 @@ from scipy.integrate import solve_ivp
 from vibecalc.errors import NumericalFailure
 from vibecalc.excitation.induction_motor_flux import power_flow
 from vibecalc.numerics.periodic.panels import evaluate
-from vibecalc.numerics.typing import FloatArray
+from vibecalc.numerics.rounding import FloatArray
 from vibecalc.roll.mechanism import RollDrive, RollMachine, is_mounted
 from vibecalc.roll.rates import driven_rates, place_at, roll_problem, with_steady_flux
 from vibecalc.roll.running import Running, running_state, steady_drive

@@ -8,7 +8,7 @@ from vibecalc.core.report.text import render_report
 from vibecalc.core.run.machine_checks import machine_warnings
 from vibecalc.core.run.run import run_case
 from vibecalc.core.study.execute import as_result
-from vibecalc.isolation.pictures import body as engine_mounts
+from vibecalc.isolation import pictures as engine_mounts
 
 PHASED = (
     ('crank_phase = "50 deg", ', ""),

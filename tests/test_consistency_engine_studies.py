@@ -128,8 +128,8 @@ def test_no_stage_is_taken_over_whose_input_has_changed(
     key: str, values: tuple[float, ...], tmp_path: Path
 ) -> None:
     from vibecalc.core.case.raw import case_at
+    from vibecalc.core.case.tables import Sweep
     from vibecalc.core.study.sweep.design import make_design
-    from vibecalc.core.study.tables import Sweep
 
     path = tmp_path / "line.toml"
     path.write_text(SHORT, encoding="utf-8")

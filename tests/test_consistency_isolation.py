@@ -39,7 +39,7 @@ from vibecalc.isolation.rows import HarmonicsAt, body_rows, pitch_rows, shows
 from vibecalc.isolation.run_up import RunUpPeak, cycle_peaks, run_up, run_up_peak
 from vibecalc.numerics.cycle_peak import cycle_peak
 from vibecalc.numerics.rounding import WithError
-from vibecalc.parts.assembly import displacement_at
+from vibecalc.parts.matrices import displacement_at
 from vibecalc.response.forced import dynamics, response
 from vibecalc.response.modal_damping import body_resonances
 from vibecalc.response.modes import modes

@@ -16,8 +16,7 @@ from test_start_up import computing, modules_after, roots
 from vibecalc.core.report.check import check_rows
 from vibecalc.core.results.record import Result
 from vibecalc.core.results.store import read_result
-from vibecalc.core.run.needs import Needs, StageNeeds, needs_of, units, work_seconds
-from vibecalc.core.run.plan import plan_case
+from vibecalc.core.run.plan import Needs, StageNeeds, needs_of, plan_case, units, work_seconds
 from vibecalc.schema import Case
 from vibecalc.subjects import SUBJECTS
 

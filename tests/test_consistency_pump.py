@@ -17,7 +17,7 @@ from vibecalc.core.results.record import Quantity, Record
 from vibecalc.core.run.machine_checks import check_machine, machine_warnings
 from vibecalc.core.run.plan import plan_case
 from vibecalc.core.run.run import run_case
-from vibecalc.isolation.pictures import body as engine_mounts
+from vibecalc.isolation import pictures as engine_mounts
 from vibecalc.kinds import KINDS, PARTS_OF_KIND, KindName
 
 REACTION = "isolation/torque_reaction/"

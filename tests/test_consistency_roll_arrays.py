@@ -16,13 +16,13 @@ from shipped_cases import CASES
 from vibecalc.array_path import ROLL_KEYS, ROLL_PATHS, pattern, unsupported
 from vibecalc.core.case.load import LoadedCase, load_case, resolve, validate
 from vibecalc.core.case.raw import NOT_COMPUTED, get_key, key_text, parse_key, set_key
+from vibecalc.core.case.tables import Sweep
 from vibecalc.core.results.layout import DONE, FAILED
 from vibecalc.core.run.plan import planned_quantities
 from vibecalc.core.study.sweep.arrays import ArrayEvaluator
 from vibecalc.core.study.sweep.blocks import Block
 from vibecalc.core.study.sweep.design import Design, make_design
 from vibecalc.core.study.sweep.evaluate import Evaluator
-from vibecalc.core.study.tables import Sweep
 
 LEVEL = "response/roll/level/shell_acceleration"
 KEEP = (LEVEL, "response/roll/speed", "response/roll/largest_multiplier")

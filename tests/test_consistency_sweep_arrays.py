@@ -17,6 +17,7 @@ from vibecalc.absorber.arrays import TUNING_PATHS as TUNING
 from vibecalc.array_path import ROLL_PATHS as ROLL
 from vibecalc.array_path import SUPPORTED, pattern, unsupported
 from vibecalc.core.case.raw import get_key, key_text
+from vibecalc.core.case.tables import Sweep
 from vibecalc.core.results.layout import DONE, FAILED, REFUSED
 from vibecalc.core.run.plan import planned_quantities
 from vibecalc.core.study.sweep.arrays import ArrayEvaluator
@@ -24,7 +25,6 @@ from vibecalc.core.study.sweep.blocks import Block
 from vibecalc.core.study.sweep.design import Design, make_design
 from vibecalc.core.study.sweep.evaluate import Evaluator, Found
 from vibecalc.core.study.sweep.strategy import choose
-from vibecalc.core.study.tables import Sweep
 from vibecalc.errors import KeyPath
 
 PEAK = "isolation/support_force/steady_peak"

@@ -10,21 +10,22 @@ import numpy as np
 import pytest
 from shipped_cases import CASES
 
-from vibecalc.core.accuracy.by_other_means.cycles import (
+from vibecalc.core.accuracy.measure import Timed, measure
+from vibecalc.core.accuracy.other_integrators import (
     Signal,
     harmonics_of_samples,
+    march_fixed,
+    march_scipy,
     peak_topic,
     samples_of_harmonics,
 )
-from vibecalc.core.accuracy.by_other_means.integrators import march_fixed, march_scipy
-from vibecalc.core.accuracy.by_other_means.searches import (
+from vibecalc.core.accuracy.other_searches import (
     chebyshev_maximum,
     golden_maximum,
     grid_maximum,
     parabola_maximum,
     places_of,
 )
-from vibecalc.core.accuracy.measure import Timed, measure
 from vibecalc.core.accuracy.record import extra_work, fitted
 from vibecalc.core.accuracy.topic import Measured, Topic
 from vibecalc.core.results.layout import RUNG_FAILED

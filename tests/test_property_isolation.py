@@ -25,7 +25,7 @@ from vibecalc.isolation.pitch import (
 )
 from vibecalc.isolation.pitch import support_displacement as pitch_displacement
 from vibecalc.isolation.rigid_body import displacement, mount_force, static_deflection
-from vibecalc.parts.assembly import assemble
+from vibecalc.parts.matrices import assemble
 from vibecalc.response.forced import dynamics, response
 from vibecalc.response.modal_damping import damping_ratio, energy_fraction
 from vibecalc.response.modes import Modes, modes

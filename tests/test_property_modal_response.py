@@ -12,7 +12,7 @@ from isolation_machines import exact, exact_matrices, exact_response, random_bod
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.matrices import Matrices
 from vibecalc.numerics.rounding import UNIT_ROUNDOFF, WithError
-from vibecalc.parts.assembly import assemble
+from vibecalc.parts.matrices import assemble
 from vibecalc.response.forced import Undriven, dynamics, modal_response, response
 from vibecalc.response.modal_damping import (
     body_resonances,

@@ -18,7 +18,7 @@ from vibecalc.isolation.rows import HarmonicsAt, Jet, body_rows, shows
 from vibecalc.isolation.run_up import RunUp, RunUpPeak, run_up, run_up_peak
 from vibecalc.isolation.run_up_grid import Looked
 from vibecalc.numerics.rounding import WithError
-from vibecalc.parts.assembly import assemble
+from vibecalc.parts.matrices import assemble
 from vibecalc.response.modal_damping import body_resonances
 from vibecalc.response.modes import modes
 from vibecalc.roll.turn import summit

@@ -14,6 +14,7 @@ from sweep_samples import MODEL, SPEED, STIFFNESS, axis, design_of, generator, s
 
 from vibecalc.core.case.load import load_case, validate
 from vibecalc.core.case.raw import case_at
+from vibecalc.core.case.tables import Sweep
 from vibecalc.core.results.layout import BUG, DONE, FAILED, REFUSED
 from vibecalc.core.run.run import run_case
 from vibecalc.core.study.execute import execute
@@ -21,7 +22,6 @@ from vibecalc.core.study.sweep import evaluate
 from vibecalc.core.study.sweep.design import Design, make_design
 from vibecalc.core.study.sweep.evaluate import Evaluator
 from vibecalc.core.study.sweep.strategy import choose, start
-from vibecalc.core.study.tables import Sweep
 
 ROD = "machine.crank_train.rod_length"
 KEEP = (

@@ -7,7 +7,7 @@ from random_engines import random_engine
 
 from vibecalc.core.case.load import validate
 from vibecalc.core.run.run import run_case
-from vibecalc.numerics.typing import FloatArray, IntArray
+from vibecalc.numerics.rounding import FloatArray, IntArray
 from vibecalc.torsion.adapters.maxima import largest
 from vibecalc.torsion.critical_speeds import Value
 from vibecalc.torsion.holzer import angle_doubt, doubt_of, shape_doubt

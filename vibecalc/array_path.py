@@ -35,7 +35,7 @@ from vibecalc.isolation.arrays import (
 )
 from vibecalc.isolation.arrays import PITCH_PATHS as PITCH
 from vibecalc.kinds import has_crank_train
-from vibecalc.numerics.typing import BoolArray, IntArray
+from vibecalc.numerics.rounding import BoolArray, IntArray
 from vibecalc.roll.results import FORCES, ROLL, VARIABLES
 
 if TYPE_CHECKING:

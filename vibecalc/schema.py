@@ -23,9 +23,16 @@ from vibecalc.absorber.tables import (
     Tuning,
 )
 from vibecalc.core.case.fields import AngularSpeed, Table, Whole
-from vibecalc.core.case.tables import Accuracy, Limit, Optimisation, Reference, ReferenceTable
+from vibecalc.core.case.tables import (
+    Accuracy,
+    Find,
+    Limit,
+    Optimisation,
+    Reference,
+    ReferenceTable,
+    Sweep,
+)
 from vibecalc.core.results.named import named
-from vibecalc.core.study.tables import Find, Sweep
 from vibecalc.excitation.tables import Excitation
 from vibecalc.isolation.tables import Isolation
 from vibecalc.kinematics.tables import Kinematics

@@ -7,8 +7,7 @@ import numpy as np
 
 from vibecalc.core.run.columns import Column, Sheet
 from vibecalc.errors import KeyPath, NumericalFailure
-from vibecalc.numerics.rounding import EPSILON, WithError
-from vibecalc.numerics.typing import IntArray
+from vibecalc.numerics.rounding import EPSILON, IntArray, WithError
 
 if TYPE_CHECKING:
     from vibecalc.schema import Case

@@ -20,7 +20,7 @@ from vibecalc.absorber.hardware.rods_and_springs import (
     torsional_stiffness,
 )
 from vibecalc.absorber.tables import ICE, NamedSecondary, Primary, Secondary
-from vibecalc.numerics.typing import FloatArray
+from vibecalc.numerics.rounding import FloatArray
 from vibecalc.schema import Case, Machine
 
 if TYPE_CHECKING:

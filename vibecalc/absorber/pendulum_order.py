@@ -8,8 +8,7 @@ from numpy.typing import ArrayLike
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.gauss import gauss_rule
-from vibecalc.numerics.rounding import UNIT_ROUNDOFF, WithError, closed_form, floats
-from vibecalc.numerics.typing import FloatArray
+from vibecalc.numerics.rounding import UNIT_ROUNDOFF, FloatArray, WithError, closed_form, floats
 
 # ----------------------------------------------------------------------------
 # A mass that a rotor carries along a path: geometry, kinetic energy, equations of motion.

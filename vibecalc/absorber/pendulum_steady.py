@@ -8,8 +8,7 @@ from numpy.typing import ArrayLike
 from vibecalc.absorber.pendulum_order import Pendulum, largest_swing, terms, tuning_order
 from vibecalc.absorber.transfer import Absorber
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.rounding import UNIT_ROUNDOFF, WithError, floats
-from vibecalc.numerics.typing import ComplexArray, FloatArray
+from vibecalc.numerics.rounding import UNIT_ROUNDOFF, ComplexArray, FloatArray, WithError, floats
 
 # ----------------------------------------------------------------------------
 # A pendulum, for small swings, as a secondary system on the rotor.

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from vibecalc.core.accuracy.by_other_means.cycles import (
+from vibecalc.core.accuracy.other_integrators import (
     Signal,
     harmonics_of_samples,
     peak_topic,
@@ -20,7 +20,7 @@ from vibecalc.excitation.results import PUMP_ROOT
 from vibecalc.kinematics.slider_crank import piston_path
 from vibecalc.numerics.cycle_peak import cycle_peak
 from vibecalc.numerics.gauss import gauss_rule
-from vibecalc.numerics.typing import FloatArray
+from vibecalc.numerics.rounding import FloatArray
 
 # ----------------------------------------------------------------------------
 # Topics of the excitation: the largest force and couple on the body over a turn.

@@ -19,8 +19,7 @@ from vibecalc.kinematics.truncated_series import (
     truncated_harmonics,
 )
 from vibecalc.numerics.cycle_peak import cycle_peak
-from vibecalc.numerics.rounding import EPSILON, WithError
-from vibecalc.numerics.typing import FloatArray, IntArray
+from vibecalc.numerics.rounding import EPSILON, FloatArray, IntArray, WithError
 from vibecalc.parts.body import Frame, build_frame
 from vibecalc.parts.firing import shakes_with_torque
 

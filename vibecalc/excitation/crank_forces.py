@@ -15,8 +15,7 @@ from vibecalc.excitation.inertia_forces import (
     reciprocating_excitation,
     rotating_excitation,
 )
-from vibecalc.numerics.rounding import EPSILON, WithError
-from vibecalc.numerics.typing import FloatArray
+from vibecalc.numerics.rounding import EPSILON, FloatArray, WithError
 
 
 class Turning(NamedTuple):

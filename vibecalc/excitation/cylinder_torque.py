@@ -17,8 +17,15 @@ from vibecalc.kinematics.harmonics import (
 from vibecalc.kinematics.rod_angle import rod_angle_harmonics
 from vibecalc.kinematics.slider_crank import piston_path, top_dead_centre
 from vibecalc.numerics.gauss import gauss_rule
-from vibecalc.numerics.rounding import EPSILON, WithError, two_product
-from vibecalc.numerics.typing import BoolArray, ComplexArray, FloatArray, IntArray
+from vibecalc.numerics.rounding import (
+    EPSILON,
+    BoolArray,
+    ComplexArray,
+    FloatArray,
+    IntArray,
+    WithError,
+    two_product,
+)
 
 # ----------------------------------------------------------------------------
 # Torque of one cylinder on the crankshaft, as harmonics of its cycle: gas and inertia.

@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.rounding import EPSILON
-from vibecalc.numerics.typing import ComplexArray, FloatArray
+from vibecalc.numerics.rounding import EPSILON, ComplexArray, FloatArray
 
 # ----------------------------------------------------------------------------
 # Pressure cards: the gas pressure in a cylinder against its own crank angle, over one cycle.

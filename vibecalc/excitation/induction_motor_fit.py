@@ -16,8 +16,7 @@ from vibecalc.excitation.induction_motor_identify import (
     transient_inductance,
     with_stator_leakage,
 )
-from vibecalc.numerics.rounding import EPSILON, WithError
-from vibecalc.numerics.typing import BoolArray, FloatArray
+from vibecalc.numerics.rounding import EPSILON, BoolArray, FloatArray, WithError
 
 # ----------------------------------------------------------------------------
 # Least squares of a motor's rotor against a table, from many starts, ended by Newton steps.

@@ -14,8 +14,7 @@ from vibecalc.excitation.induction_motor import (
     torque_slope,
 )
 from vibecalc.excitation.slip_torque import Torque
-from vibecalc.numerics.rounding import EPSILON, SINGULAR, WithError
-from vibecalc.numerics.typing import ComplexArray, FloatArray
+from vibecalc.numerics.rounding import EPSILON, SINGULAR, ComplexArray, FloatArray, WithError
 
 # ----------------------------------------------------------------------------
 # Induction motor in time: flux linkages as states, torque, and where the power goes.

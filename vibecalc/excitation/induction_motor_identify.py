@@ -13,7 +13,7 @@ from vibecalc.excitation.induction_motor import (
     change_of_torque,
     steady_torque,
 )
-from vibecalc.numerics.typing import BoolArray, FloatArray
+from vibecalc.numerics.rounding import BoolArray, FloatArray
 
 # ----------------------------------------------------------------------------
 # How the steady torque of an induction motor follows its parameters.

@@ -16,8 +16,7 @@ from vibecalc.kinematics.slider_crank import (
     stroke,
     top_dead_centre,
 )
-from vibecalc.numerics.rounding import EPSILON, WithError
-from vibecalc.numerics.typing import FloatArray
+from vibecalc.numerics.rounding import EPSILON, FloatArray, WithError
 
 # ----------------------------------------------------------------------------
 # Computed pressure cards, for an engine whose pressure nobody has measured.

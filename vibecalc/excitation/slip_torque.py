@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vibecalc.numerics.typing import FloatArray, IntArray
+from vibecalc.numerics.rounding import FloatArray, IntArray
 
 
 class SlipCurve(NamedTuple):

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from vibecalc.core.accuracy.by_other_means.integrators import Rates, march_fixed, march_scipy
+from vibecalc.core.accuracy.other_integrators import Rates, march_fixed, march_scipy
 from vibecalc.core.accuracy.topic import Answer, Ladder, Reference, Topic
 from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure

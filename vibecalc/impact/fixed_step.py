@@ -18,7 +18,7 @@ from vibecalc.impact.linkage import (
     starts,
 )
 from vibecalc.impact.setup import gas_force
-from vibecalc.numerics.typing import ComplexArray, FloatArray, IntArray
+from vibecalc.numerics.rounding import ComplexArray, FloatArray, IntArray
 
 # ----------------------------------------------------------------------------
 # Explicit one-step methods of fixed step, as their tables.

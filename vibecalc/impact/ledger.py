@@ -7,7 +7,7 @@ import numpy as np
 from vibecalc.impact.linkage import FREE, Law, Train, spring_energy
 from vibecalc.impact.roots import bernstein, evaluate, halves, sign_changes, single_root
 from vibecalc.impact.setup import DEGREE, MOMENTS, Setup, harmonics, moments
-from vibecalc.numerics.typing import FloatArray, IntArray
+from vibecalc.numerics.rounding import FloatArray, IntArray
 
 # ----------------------------------------------------------------------------
 # Integrals and the highest force of one smooth piece of motion, from its power series.

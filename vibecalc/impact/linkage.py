@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 from vibecalc.errors import NumericalFailure, UsageError
 from vibecalc.kinematics.harmonics import motion_harmonics
 from vibecalc.kinematics.rod_angle import rod_angle_harmonics
-from vibecalc.numerics.typing import ComplexArray, FloatArray, IntArray
+from vibecalc.numerics.rounding import ComplexArray, FloatArray, IntArray
 
 # ----------------------------------------------------------------------------
 # What a run with play in its joints is given: pin motion, gas force, joints.

@@ -7,8 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.impact.linkage import Law
-from vibecalc.numerics.rounding import EPSILON, UNIT_ROUNDOFF
-from vibecalc.numerics.typing import BoolArray, FloatArray, IntArray
+from vibecalc.numerics.rounding import EPSILON, UNIT_ROUNDOFF, BoolArray, FloatArray, IntArray
 
 # ----------------------------------------------------------------------------
 # Roots of batches of polynomials on [0, 1], with a certificate of how many there are.

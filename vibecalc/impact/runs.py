@@ -22,8 +22,7 @@ from vibecalc.impact.linkage import (
     velocity_scale,
 )
 from vibecalc.impact.simulate import GapRecord, Revolutions, simulate
-from vibecalc.numerics.rounding import EPSILON
-from vibecalc.numerics.typing import ComplexArray, FloatArray
+from vibecalc.numerics.rounding import EPSILON, ComplexArray, FloatArray
 
 # ----------------------------------------------------------------------------
 # How fast two runs part company that start next to each other.

@@ -8,8 +8,7 @@ import numpy as np
 from vibecalc.errors import NumericalFailure, UsageError
 from vibecalc.impact.linkage import Drive, GasForce, Law, Train
 from vibecalc.impact.roots import in_order
-from vibecalc.numerics.rounding import UNIT_ROUNDOFF
-from vibecalc.numerics.typing import ComplexArray, FloatArray, IntArray
+from vibecalc.numerics.rounding import UNIT_ROUNDOFF, ComplexArray, FloatArray, IntArray
 
 # ----------------------------------------------------------------------------
 # Panels of crank angle: on each one the gas force is a straight line and the drive is smooth.

@@ -42,8 +42,7 @@ from vibecalc.impact.setup import (
     make_setup,
     motion_series,
 )
-from vibecalc.numerics.rounding import EPSILON
-from vibecalc.numerics.typing import ComplexArray, FloatArray, IntArray
+from vibecalc.numerics.rounding import EPSILON, ComplexArray, FloatArray, IntArray
 
 # ----------------------------------------------------------------------------
 # One sweep: every run of a batch takes its own step, to its next event or its panel's end.

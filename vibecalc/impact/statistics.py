@@ -6,7 +6,7 @@ import numpy as np
 
 from vibecalc.impact.linkage import Drive, GasForce, Linkage
 from vibecalc.impact.runs import Forces
-from vibecalc.numerics.typing import ComplexArray, FloatArray, IntArray
+from vibecalc.numerics.rounding import ComplexArray, FloatArray, IntArray
 
 # ----------------------------------------------------------------------------
 # Statistics of an ensemble: C clearances, M members each, R revolutions of each member.

@@ -10,8 +10,14 @@ from vibecalc.excitation.arrays import Forces, Train, peak_with_tail
 from vibecalc.excitation.inertia_forces import about_point
 from vibecalc.isolation import pitch as model
 from vibecalc.isolation.pitch import pitch_static
-from vibecalc.numerics.rounding import EPSILON, SINGULAR, UNIT_ROUNDOFF, WithError
-from vibecalc.numerics.typing import BoolArray, FloatArray
+from vibecalc.numerics.rounding import (
+    EPSILON,
+    SINGULAR,
+    UNIT_ROUNDOFF,
+    BoolArray,
+    FloatArray,
+    WithError,
+)
 from vibecalc.parts import tables as parts
 from vibecalc.parts.mounts import rotation
 

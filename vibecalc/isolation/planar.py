@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibecalc.errors import KeyPath, Problem
-from vibecalc.parts.assembly import assemble
 from vibecalc.parts.body import DIRECTIONS, build_body
+from vibecalc.parts.matrices import assemble
 from vibecalc.parts.mounts import build_mounts, free_motions
 from vibecalc.schema import Case, Machine
 

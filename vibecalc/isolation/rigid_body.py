@@ -8,7 +8,7 @@ from vibecalc.errors import NumericalFailure
 from vibecalc.isolation.rows import Readout
 from vibecalc.numerics.matrices import Matrices
 from vibecalc.numerics.rounding import DATA_ROUNDINGS, SINGULAR, UNIT_ROUNDOFF, WithError
-from vibecalc.parts.assembly import displacement_at
+from vibecalc.parts.matrices import displacement_at
 
 # ----------------------------------------------------------------------------
 # A rigid body on mounts as 6x6 matrices, in the order x y z rx ry rz about its reference point.

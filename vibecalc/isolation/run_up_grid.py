@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibecalc.numerics.typing import FloatArray
+from vibecalc.numerics.rounding import FloatArray
 from vibecalc.response.resonances import Masked, Resonances, outside
 
 # ----------------------------------------------------------------------------

@@ -162,11 +162,11 @@ SUBJECT = Subject(
         "vibecalc.isolation.report:torque_reaction",
     ),
     pictures={
-        "force_over_cycle": "vibecalc.isolation.pictures.body:draw_force_over_cycle",
-        "run_up": "vibecalc.isolation.pictures.run_up:draw_run_up",
-        "transmissibility": "vibecalc.isolation.pictures.body:draw_transmissibility",
-        "modal_energy": "vibecalc.isolation.pictures.body:draw_modal_energy",
-        "mode_shapes": "vibecalc.isolation.pictures.body:draw_mode_shapes",
-        "engine_mounts": "vibecalc.isolation.pictures.body:draw_engine_mounts",
+        "force_over_cycle": "vibecalc.isolation.pictures:draw_force_over_cycle",
+        "run_up": "vibecalc.isolation.pictures:draw_run_up",
+        "transmissibility": "vibecalc.isolation.pictures:draw_transmissibility",
+        "modal_energy": "vibecalc.isolation.pictures:draw_modal_energy",
+        "mode_shapes": "vibecalc.isolation.pictures:draw_mode_shapes",
+        "engine_mounts": "vibecalc.isolation.pictures:draw_engine_mounts",
     },
 )

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from vibecalc.core.accuracy.by_other_means.cycles import harmonics_of_samples, transform_work
+from vibecalc.core.accuracy.other_integrators import harmonics_of_samples, transform_work
 from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Ladder, Reference, Topic
 from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure

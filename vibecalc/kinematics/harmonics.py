@@ -7,8 +7,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.rounding import EPSILON, compensated_sum, two_product, two_sum
-from vibecalc.numerics.typing import ComplexArray, FloatArray
+from vibecalc.numerics.rounding import (
+    EPSILON,
+    ComplexArray,
+    FloatArray,
+    compensated_sum,
+    two_product,
+    two_sum,
+)
 
 # ----------------------------------------------------------------------------
 # The complex poles that decide how fast the harmonics of a slider-crank fall off.

@@ -18,8 +18,7 @@ from numpy.typing import ArrayLike
 from vibecalc.errors import NumericalFailure
 from vibecalc.kinematics.harmonics import pole, series_terms
 from vibecalc.kinematics.slider_crank import rod_projection
-from vibecalc.numerics.rounding import EPSILON, WithError, two_sum
-from vibecalc.numerics.typing import FloatArray
+from vibecalc.numerics.rounding import EPSILON, FloatArray, WithError, two_sum
 
 MOST_SAMPLES = 1 << 20
 #: relative rounding of a sample that is a product or quotient of some ten factors

@@ -16,8 +16,7 @@ from numpy.typing import ArrayLike
 
 from vibecalc.kinematics.harmonics import pole, series_terms
 from vibecalc.kinematics.slider_crank import Motion
-from vibecalc.numerics.rounding import EPSILON
-from vibecalc.numerics.typing import ComplexArray, FloatArray
+from vibecalc.numerics.rounding import EPSILON, ComplexArray, FloatArray
 
 SMALLEST_NORMAL = float(np.finfo(np.float64).tiny)
 #: of every harmonic, absolute error over its magnitude

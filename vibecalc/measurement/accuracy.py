@@ -21,8 +21,7 @@ from vibecalc.measurement.level_motions import NEEDED, level_motions, lines, ref
 from vibecalc.measurement.model import Harmonic, build_harmonics, position_rows, reference_row
 from vibecalc.measurement.plate import scaled, span_of
 from vibecalc.measurement.second_moments import counted_ends
-from vibecalc.numerics.rounding import EPSILON
-from vibecalc.numerics.typing import ComplexArray, FloatArray
+from vibecalc.numerics.rounding import EPSILON, ComplexArray, FloatArray
 
 # ----------------------------------------------------------------------------
 # The motion of a plate from levels: second moments, least squares from anywhere, phases by hand.

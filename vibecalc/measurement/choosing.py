@@ -16,7 +16,7 @@ from vibecalc.measurement.second_moments import (
     symmetric,
 )
 from vibecalc.numerics.level import DECIBEL
-from vibecalc.numerics.typing import ComplexArray, FloatArray
+from vibecalc.numerics.rounding import ComplexArray, FloatArray
 
 # ----------------------------------------------------------------------------
 # All motions within the rounding of their levels at once: how loud and how quiet a place can be.

@@ -9,8 +9,7 @@ from vibecalc.errors import NumericalFailure
 from vibecalc.measurement.level_motions import Spread
 from vibecalc.measurement.plate import scaled, span_of
 from vibecalc.measurement.second_moments import NO_RANK
-from vibecalc.numerics.rounding import EPSILON
-from vibecalc.numerics.typing import ComplexArray, FloatArray
+from vibecalc.numerics.rounding import EPSILON, ComplexArray, FloatArray
 
 #: degrees of freedom from which on amplitudes and phases each have a growth of their own
 _SPARE = 6

@@ -17,8 +17,7 @@ from vibecalc.measurement.second_moments import (
     quadratic_rank,
 )
 from vibecalc.numerics.level import DECIBEL
-from vibecalc.numerics.rounding import EPSILON
-from vibecalc.numerics.typing import ComplexArray, FloatArray
+from vibecalc.numerics.rounding import EPSILON, ComplexArray, FloatArray
 
 # ----------------------------------------------------------------------------
 # Least squares in dB: the motion whose levels are nearest to those read, from a start.

@@ -12,7 +12,7 @@ from vibecalc.measurement.level_motions import NEEDED, Observable, helpful, obse
 from vibecalc.measurement.plate import difference_row, point_row, rotation_row
 from vibecalc.measurement.tables import Measurement, Reading
 from vibecalc.numerics.level import DECIBEL, amplitude_of
-from vibecalc.numerics.typing import FloatArray
+from vibecalc.numerics.rounding import FloatArray
 
 # ----------------------------------------------------------------------------
 # Readings of a case as rows, amplitudes and how far each may be off, harmonic by harmonic.

@@ -5,8 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibecalc.numerics.rounding import UNIT_ROUNDOFF
-from vibecalc.numerics.typing import ComplexArray, FloatArray
+from vibecalc.numerics.rounding import UNIT_ROUNDOFF, ComplexArray, FloatArray
 
 # ----------------------------------------------------------------------------
 # Levels as linear readings of a matrix: what they determine, and the two motions they leave.

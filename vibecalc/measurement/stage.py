@@ -33,7 +33,7 @@ def plan_measurement(case: "Case") -> Iterator[Stage]:
     ways = "levels: all motions that they allow" if by_levels else "least squares"
     yield Stage(
         name="measurement",
-        adapter="vibecalc.measurement.adapters.plate:run_measurement",
+        adapter="vibecalc.measurement.adapter:run_measurement",
         why="[measurement] is in the case",
         parts=(),
         orders=", ".join(map(str, table.orders)),

@@ -7,8 +7,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.rounding import EPSILON, UNIT_ROUNDOFF
-from vibecalc.numerics.typing import BoolArray, ComplexArray, FloatArray, IntArray
+from vibecalc.numerics.rounding import (
+    EPSILON,
+    UNIT_ROUNDOFF,
+    BoolArray,
+    ComplexArray,
+    FloatArray,
+    IntArray,
+)
 
 # ----------------------------------------------------------------------------
 # Which orders of a periodic signal its peak cannot tell from rounding.

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibecalc.numerics.typing import FloatArray
+from vibecalc.numerics.rounding import FloatArray
 
 #: stands for a distance of zero in the barycentric formula, where it lets one term win exactly
 _HIT = 1e-150

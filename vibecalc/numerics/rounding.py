@@ -1,12 +1,23 @@
-"""Values with their errors: rounding of sums and closed formulas, error-free transformations."""
+"""Types of arrays, and what rounding does to the numbers in them."""
 
 from collections.abc import Iterable
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
-from vibecalc.numerics.typing import FloatArray
+# ----------------------------------------------------------------------------
+# Names for the arrays that numerical functions take and return.
+# ----------------------------------------------------------------------------
+
+FloatArray: TypeAlias = NDArray[np.float64]
+ComplexArray: TypeAlias = NDArray[np.complex128]
+IntArray: TypeAlias = NDArray[np.int64]
+BoolArray: TypeAlias = NDArray[np.bool_]
+
+# ----------------------------------------------------------------------------
+# Values with their errors: rounding of sums and closed formulas, error-free transformations.
+# ----------------------------------------------------------------------------
 
 # ----------------------------------------------------------------------------
 # Values with their errors, how much a double-precision sum may be off, and what is too much.

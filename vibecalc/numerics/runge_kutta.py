@@ -5,7 +5,7 @@ from typing import NamedTuple, Protocol, TypeAlias
 
 import numpy as np
 
-from vibecalc.numerics.typing import BoolArray, FloatArray, IntArray
+from vibecalc.numerics.rounding import BoolArray, FloatArray, IntArray
 
 # ----------------------------------------------------------------------------
 # What `runge_kutta_march` integrates: rates that change form where watched values meet borders.

@@ -5,7 +5,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.rounding import EPSILON
+from vibecalc.numerics.rounding import EPSILON, BoolArray, FloatArray, IntArray
 from vibecalc.numerics.runge_kutta import (
     AT_ONCE,
     HALVE,
@@ -20,7 +20,6 @@ from vibecalc.numerics.runge_kutta import (
     predict,
     step,
 )
-from vibecalc.numerics.typing import BoolArray, FloatArray, IntArray
 
 # ----------------------------------------------------------------------------
 # Every step of a march, kept, and the states between them.

@@ -176,7 +176,7 @@ SUBJECT = Subject(
     ),
     pictures={
         "energy_by_order": "vibecalc.response.pictures:draw_energy_by_order",
-        "mode_shapes": "vibecalc.isolation.pictures.body:draw_mode_shapes",
+        "mode_shapes": "vibecalc.isolation.pictures:draw_mode_shapes",
         "operations": "vibecalc.response.pictures:draw_operations",
         "response_run_up": "vibecalc.response.pictures:draw_response_run_up",
         "switching": "vibecalc.response.pictures:draw_switching",

@@ -9,8 +9,7 @@ from vibecalc.core.run.columns import Columns, Sheet, together
 from vibecalc.errors import NumericalFailure
 from vibecalc.excitation.arrays import TRAIN, Train, build_train
 from vibecalc.numerics.level import level_of
-from vibecalc.numerics.rounding import EPSILON, WithError
-from vibecalc.numerics.typing import BoolArray, FloatArray
+from vibecalc.numerics.rounding import EPSILON, BoolArray, FloatArray, WithError
 from vibecalc.roll.adapters.readings import lags_of
 from vibecalc.roll.mechanism import (
     RollDrive,

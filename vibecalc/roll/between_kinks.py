@@ -10,7 +10,7 @@ import numpy as np
 from vibecalc.errors import NumericalFailure
 from vibecalc.excitation.gas_tables import TURN
 from vibecalc.kinematics.slider_crank import bottom_dead_centre, piston_path, top_dead_centre
-from vibecalc.numerics.typing import FloatArray, IntArray
+from vibecalc.numerics.rounding import FloatArray, IntArray
 from vibecalc.roll.mechanism import RollDrive, RollMachine, gas_forces, smooth_angles
 
 # ----------------------------------------------------------------------------

@@ -7,7 +7,7 @@ import numpy as np
 
 from vibecalc.errors import NumericalFailure, UsageError
 from vibecalc.excitation.gas_tables import TURN
-from vibecalc.numerics.typing import FloatArray
+from vibecalc.numerics.rounding import FloatArray
 from vibecalc.roll.between_kinks import running
 from vibecalc.roll.mechanism import RollDrive, RollMachine, is_mounted
 from vibecalc.roll.turn import Turn

@@ -8,7 +8,7 @@ from vibecalc.excitation.gas_tables import TURN, GasForce, force_at
 from vibecalc.excitation.induction_motor_flux import CircuitMotor, circuit_torque
 from vibecalc.excitation.slip_torque import SlipCurve, Torque, slip_torque
 from vibecalc.kinematics.slider_crank import piston_path
-from vibecalc.numerics.typing import FloatArray, IntArray
+from vibecalc.numerics.rounding import FloatArray, IntArray
 
 # ----------------------------------------------------------------------------
 # The roll machine as plain arrays: what turns, what slides, and what holds the shell.

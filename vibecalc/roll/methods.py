@@ -6,8 +6,8 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.periodic.fourier import solve_fourier
-from vibecalc.numerics.typing import FloatArray
+from vibecalc.numerics.periodic.other_ways import solve_fourier
+from vibecalc.numerics.rounding import FloatArray
 from vibecalc.roll.march import march_to_repeat
 from vibecalc.roll.mechanism import (
     Inertia,

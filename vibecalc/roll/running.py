@@ -6,14 +6,14 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.periodic.march import March, march_turns
+from vibecalc.numerics.periodic.other_ways import March, march_turns
 from vibecalc.numerics.periodic.panels import (
     PeriodicSolution,
     constant_start,
     evaluate,
     running_integral,
 )
-from vibecalc.numerics.typing import BoolArray, ComplexArray, FloatArray
+from vibecalc.numerics.rounding import BoolArray, ComplexArray, FloatArray
 from vibecalc.roll.mechanism import RollDrive, RollMachine, inertia, is_mounted, widest_panel
 from vibecalc.roll.rates import (
     Demand,

@@ -6,8 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.rounding import EPSILON
-from vibecalc.numerics.typing import BoolArray, FloatArray
+from vibecalc.numerics.rounding import EPSILON, BoolArray, FloatArray
 from vibecalc.roll.mechanism import PER_CYLINDER, RollDrive, RollMachine, member
 from vibecalc.roll.rates import surely_fastest
 from vibecalc.roll.running import running_state

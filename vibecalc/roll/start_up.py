@@ -6,9 +6,8 @@ import numpy as np
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.excitation.gas_tables import TURN
-from vibecalc.numerics.rounding import EPSILON
+from vibecalc.numerics.rounding import EPSILON, BoolArray, FloatArray
 from vibecalc.numerics.runge_kutta_march import march
-from vibecalc.numerics.typing import BoolArray, FloatArray
 from vibecalc.roll.mechanism import RollDrive, RollMachine, inertia
 from vibecalc.roll.start_up_readings import (
     Envelope,

@@ -7,8 +7,8 @@ import numpy as np
 
 from vibecalc.excitation.gas_tables import TURN
 from vibecalc.excitation.slip_torque import breakdown
+from vibecalc.numerics.rounding import FloatArray
 from vibecalc.numerics.runge_kutta_march import Marched, Record, fine
-from vibecalc.numerics.typing import FloatArray
 from vibecalc.roll.mechanism import RollDrive, accelerations, inertia
 from vibecalc.roll.start_up_system import (
     ANGLE,

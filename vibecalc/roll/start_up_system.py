@@ -7,8 +7,8 @@ import numpy as np
 from vibecalc.errors import NumericalFailure
 from vibecalc.excitation.gas_tables import TURN
 from vibecalc.excitation.slip_torque import slip_torque
+from vibecalc.numerics.rounding import BoolArray, FloatArray, IntArray
 from vibecalc.numerics.runge_kutta import Change
-from vibecalc.numerics.typing import BoolArray, FloatArray, IntArray
 from vibecalc.roll.between_kinks import edges_around, forces_in, in_pieces, slot_at, slots_of
 from vibecalc.roll.mechanism import (
     Inertia,

@@ -13,7 +13,7 @@ from vibecalc.numerics.periodic.panels import (
     constant_start,
     running_integral,
 )
-from vibecalc.numerics.typing import BoolArray, ComplexArray, FloatArray
+from vibecalc.numerics.rounding import BoolArray, ComplexArray, FloatArray
 from vibecalc.roll.mechanism import (
     WIDEST,
     RollDrive,

@@ -5,8 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibecalc.numerics.rounding import EPSILON
-from vibecalc.numerics.typing import BoolArray, ComplexArray, FloatArray
+from vibecalc.numerics.rounding import EPSILON, BoolArray, ComplexArray, FloatArray
 from vibecalc.roll.mechanism import (
     Inertia,
     RollDrive,

@@ -6,8 +6,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.rounding import EPSILON, SINGULAR, UNIT_ROUNDOFF, WithError, floats
-from vibecalc.numerics.typing import ComplexArray, FloatArray
+from vibecalc.numerics.rounding import (
+    EPSILON,
+    SINGULAR,
+    UNIT_ROUNDOFF,
+    ComplexArray,
+    FloatArray,
+    WithError,
+    floats,
+)
 
 # ----------------------------------------------------------------------------
 # Modal twist of a shaft line at chosen speeds, as Baca (2007, chapter 4) looks at an engine.

@@ -7,8 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.rounding import EPSILON
-from vibecalc.numerics.typing import BoolArray, FloatArray, IntArray
+from vibecalc.numerics.rounding import EPSILON, BoolArray, FloatArray, IntArray
 
 # ----------------------------------------------------------------------------
 # Critical speeds: where an order of excitation meets a natural frequency.

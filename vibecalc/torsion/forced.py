@@ -9,8 +9,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.rounding import EPSILON, SINGULAR
-from vibecalc.numerics.typing import BoolArray, ComplexArray, FloatArray, IntArray
+from vibecalc.numerics.rounding import (
+    EPSILON,
+    SINGULAR,
+    BoolArray,
+    ComplexArray,
+    FloatArray,
+    IntArray,
+)
 from vibecalc.torsion.elimination import (
     Solution,
     dense_solution,

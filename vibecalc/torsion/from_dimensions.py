@@ -8,8 +8,7 @@ from numpy.typing import ArrayLike
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.gauss import gauss_rule
-from vibecalc.numerics.rounding import UNIT_ROUNDOFF, WithError, closed_form, floats
-from vibecalc.numerics.typing import FloatArray
+from vibecalc.numerics.rounding import UNIT_ROUNDOFF, FloatArray, WithError, closed_form, floats
 
 # ----------------------------------------------------------------------------
 # Stiffness and section modulus of round shafts in torsion: plain, hollow, tapered.

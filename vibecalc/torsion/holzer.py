@@ -6,8 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.rounding import EPSILON
-from vibecalc.numerics.typing import BoolArray, ComplexArray, FloatArray, IntArray
+from vibecalc.numerics.rounding import EPSILON, BoolArray, ComplexArray, FloatArray, IntArray
 from vibecalc.torsion.damped_modes import LineModes
 from vibecalc.torsion.line import Line, network_matrix, pieces, stiffness_matrix, walk
 from vibecalc.torsion.modes import Modes

@@ -5,7 +5,7 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.typing import ComplexArray, FloatArray, IntArray
+from vibecalc.numerics.rounding import ComplexArray, FloatArray, IntArray
 
 # ----------------------------------------------------------------------------
 # A shaft line as freedoms and the elastic elements between them.

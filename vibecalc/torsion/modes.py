@@ -9,8 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.rounding import EPSILON
-from vibecalc.numerics.typing import FloatArray, IntArray
+from vibecalc.numerics.rounding import EPSILON, FloatArray, IntArray
 from vibecalc.torsion.line import Line, Piece, angles_of_condensed, condense, path_order, pieces
 from vibecalc.torsion.modes_of_tree import (
     clusters,

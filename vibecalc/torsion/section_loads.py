@@ -6,8 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vibecalc.numerics.rounding import EPSILON
-from vibecalc.numerics.typing import BoolArray, ComplexArray, FloatArray
+from vibecalc.numerics.rounding import EPSILON, BoolArray, ComplexArray, FloatArray
 from vibecalc.torsion.forced import forced_masked
 from vibecalc.torsion.line import Line, Values, stiffness_matrix
 from vibecalc.torsion.synthesis import Synthesis, synthesis

@@ -6,8 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.rounding import closed_form, floats
-from vibecalc.numerics.typing import BoolArray, FloatArray
+from vibecalc.numerics.rounding import BoolArray, FloatArray, closed_form, floats
 
 # ----------------------------------------------------------------------------
 # Rules for torsional vibration of shafts, as data: edition, scope and numbers, all informative.

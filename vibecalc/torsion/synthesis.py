@@ -9,8 +9,7 @@ from numpy.typing import ArrayLike
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.cycle_peak import Cells, search
-from vibecalc.numerics.rounding import EPSILON
-from vibecalc.numerics.typing import BoolArray, ComplexArray, FloatArray, IntArray
+from vibecalc.numerics.rounding import EPSILON, BoolArray, ComplexArray, FloatArray, IntArray
 
 # ----------------------------------------------------------------------------
 # Sum of all orders with their phases over one cycle: highest and lowest value, exact to rounding.

@@ -28,7 +28,7 @@ from vibecalc.absorber.squared_magnitude import (
 )
 from vibecalc.absorber.stage import asked_of
 from vibecalc.absorber.transfer import Absorber, Coupling, coupling, transfer_of
-from vibecalc.core.accuracy.by_other_means.searches import grid_maximum, parabola_maximum
+from vibecalc.core.accuracy.other_searches import grid_maximum, parabola_maximum
 from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Ladder, Reference, Topic
 from vibecalc.core.run.stage import Scene
 

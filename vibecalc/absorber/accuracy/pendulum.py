@@ -15,7 +15,7 @@ from vibecalc.absorber.pendulum_order import (
     tuning_order,
 )
 from vibecalc.absorber.pendulum_steady import steady_motion
-from vibecalc.core.accuracy.by_other_means.integrators import march_scipy
+from vibecalc.core.accuracy.other_integrators import march_scipy
 from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Ladder, Reference, Topic
 from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure

@@ -23,12 +23,7 @@ from vibecalc.absorber.tuning.closed_forms import METHODS
 from vibecalc.absorber.tuning.minimax import minimax
 from vibecalc.absorber.tuning.restricted import pure_viscous
 from vibecalc.absorber.tuning.several import several_tuning
-from vibecalc.core.accuracy.by_other_means.searches import (
-    Searched,
-    evolution,
-    least_ceiling,
-    nelder_mead,
-)
+from vibecalc.core.accuracy.other_searches import Searched, evolution, least_ceiling, nelder_mead
 from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Ladder, Reference, Topic
 from vibecalc.core.run.stage import Scene
 

@@ -34,8 +34,7 @@ from vibecalc.absorber.transfer import Absorber
 from vibecalc.absorber.tuning.restricted import given_damping, stock_choice
 from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.rounding import EPSILON, WithError
-from vibecalc.numerics.typing import FloatArray
+from vibecalc.numerics.rounding import EPSILON, FloatArray, WithError
 
 # ----------------------------------------------------------------------------
 # Adapter, continued: what springs and oils in stock give, and the pair with the lowest peak.

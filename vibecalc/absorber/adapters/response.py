@@ -25,8 +25,7 @@ from vibecalc.absorber.transfer import (
 )
 from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.rounding import EPSILON
-from vibecalc.numerics.typing import FloatArray
+from vibecalc.numerics.rounding import EPSILON, FloatArray
 from vibecalc.schema import Case
 
 # ----------------------------------------------------------------------------

@@ -9,8 +9,7 @@ from numpy.typing import ArrayLike
 
 from vibecalc.absorber.hardware.rods_and_springs import Ranking, rank
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.rounding import UNIT_ROUNDOFF, WithError, closed_form, floats
-from vibecalc.numerics.typing import FloatArray
+from vibecalc.numerics.rounding import UNIT_ROUNDOFF, FloatArray, WithError, closed_form, floats
 
 # ----------------------------------------------------------------------------
 # Viscous damping of a ring that turns in a casing, from the gaps around it.

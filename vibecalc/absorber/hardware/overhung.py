@@ -9,8 +9,7 @@ from numpy.typing import ArrayLike
 
 from vibecalc.absorber.hardware.rods_and_springs import EndBody, OverhungRod
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.rounding import UNIT_ROUNDOFF, WithError, closed_form, floats
-from vibecalc.numerics.typing import FloatArray
+from vibecalc.numerics.rounding import UNIT_ROUNDOFF, FloatArray, WithError, closed_form, floats
 
 # ----------------------------------------------------------------------------
 # What an overhung rod and the body on its end ask of a frequency.

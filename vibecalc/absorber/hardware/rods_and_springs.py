@@ -7,8 +7,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.rounding import UNIT_ROUNDOFF, WithError, closed_form, floats
-from vibecalc.numerics.typing import FloatArray, IntArray
+from vibecalc.numerics.rounding import (
+    UNIT_ROUNDOFF,
+    FloatArray,
+    IntArray,
+    WithError,
+    closed_form,
+    floats,
+)
 
 # ----------------------------------------------------------------------------
 # Torsional stiffness, mass and bending stiffness of a round rod.

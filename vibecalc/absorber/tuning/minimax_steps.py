@@ -7,7 +7,7 @@ import numpy as np
 from vibecalc.absorber.peaks import Peaks, maxima, peaks
 from vibecalc.absorber.squared_magnitude import ALL, Measure, excess, measure
 from vibecalc.absorber.transfer import Absorber, Coupling, Transfer, transfer_of
-from vibecalc.numerics.nonnegative import nonnegative_least_squares
+from vibecalc.numerics.matrices import nonnegative_least_squares
 from vibecalc.numerics.rounding import UNIT_ROUNDOFF
 
 # ----------------------------------------------------------------------------

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from vibecalc.core.accuracy.by_other_means.searches import NEARLY_KEPT, within_budget
+from vibecalc.core.accuracy.other_searches import NEARLY_KEPT, within_budget
 from vibecalc.core.accuracy.run import WHOLE_CASE
 from vibecalc.core.accuracy.topic import Answer, Ladder, Reference, Topic
 from vibecalc.core.case.raw import NOT_COMPUTED
@@ -24,8 +24,8 @@ from vibecalc.units import parse_quantity
 
 if TYPE_CHECKING:
     from vibecalc.core.case.load import LoadedCase
+    from vibecalc.core.case.tables import Find
     from vibecalc.core.results.record import Quantity, Record
-    from vibecalc.core.study.tables import Find
     from vibecalc.schema import Case
 
 # ----------------------------------------------------------------------------

@@ -4,16 +4,16 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from vibecalc.core.report.writing import pairs, paragraph
-from vibecalc.core.run.needs import (
+from vibecalc.core.run.plan import (
     FURTHER_RUN,
     LIBRARIES,
     Needs,
     StageNeeds,
+    needed_stages,
     needs_of,
     units,
     work_seconds,
 )
-from vibecalc.core.run.plan import needed_stages
 
 if TYPE_CHECKING:
     from vibecalc.core.case.load import LoadedCase

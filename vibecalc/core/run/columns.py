@@ -8,8 +8,7 @@ import numpy as np
 from vibecalc.core.results.catalogue import AXES, CATALOGUE
 from vibecalc.core.results.record import Axis
 from vibecalc.errors import KeyPath, NumericalFailure
-from vibecalc.numerics.rounding import WithError
-from vibecalc.numerics.typing import FloatArray
+from vibecalc.numerics.rounding import FloatArray, WithError
 
 if TYPE_CHECKING:
     from vibecalc.schema import Case

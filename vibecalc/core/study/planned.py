@@ -12,8 +12,7 @@ from vibecalc.core.run.plan import needed_stages, planned_quantities
 from vibecalc.core.study.balancing import balances
 
 if TYPE_CHECKING:
-    from vibecalc.core.case.tables import Optimisation
-    from vibecalc.core.study.tables import Find
+    from vibecalc.core.case.tables import Find, Optimisation
     from vibecalc.schema import Case
 
 # ----------------------------------------------------------------------------

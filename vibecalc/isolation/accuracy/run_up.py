@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibecalc.core.accuracy.by_other_means.searches import (
+from vibecalc.core.accuracy.other_searches import (
     Function,
     Highest,
     chebyshev_maximum,
@@ -21,7 +21,7 @@ from vibecalc.isolation.adapters.run_up import sections
 from vibecalc.isolation.rows import HarmonicsAt, Jet
 from vibecalc.isolation.run_up import cycle_peaks, run_up, run_up_peak
 from vibecalc.isolation.run_up_grid import squares
-from vibecalc.numerics.typing import FloatArray, IntArray
+from vibecalc.numerics.rounding import FloatArray, IntArray
 from vibecalc.response.resonances import Resonances, masked_speeds
 
 # ----------------------------------------------------------------------------

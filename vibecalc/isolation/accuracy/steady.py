@@ -10,7 +10,7 @@ from vibecalc.isolation.adapters.common import LARGEST, isolation_of
 from vibecalc.isolation.model import pitch_parts
 from vibecalc.numerics.cycle_peak import vector_cycle_peak
 from vibecalc.numerics.matrices import Matrices
-from vibecalc.parts.assembly import assemble, displacement_at
+from vibecalc.parts.matrices import assemble, displacement_at
 from vibecalc.response.accuracy.by_other_means import (
     Mounted,
     by_shooting,

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibecalc.core.accuracy.by_other_means.cycles import Signal, peak_topic, samples_of_harmonics
+from vibecalc.core.accuracy.other_integrators import Signal, peak_topic, samples_of_harmonics
 from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Ladder, Reference, Topic
 from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.cylinder_torque import gas_torque_at
@@ -17,10 +17,9 @@ from vibecalc.isolation.rigid_body import displacement, mount_force
 from vibecalc.isolation.torque_reaction import with_shaking
 from vibecalc.numerics.cycle_peak import vector_cycle_peak
 from vibecalc.numerics.matrices import Matrices
-from vibecalc.numerics.rounding import WithError
-from vibecalc.numerics.typing import ComplexArray, FloatArray
-from vibecalc.parts.assembly import assemble
+from vibecalc.numerics.rounding import ComplexArray, FloatArray, WithError
 from vibecalc.parts.firing import is_separate
+from vibecalc.parts.matrices import assemble
 from vibecalc.response.forced import dynamics, response
 from vibecalc.torsion.accuracy.by_other_means import through_three
 from vibecalc.torsion.accuracy.steady import apart

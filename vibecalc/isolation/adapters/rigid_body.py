@@ -26,8 +26,8 @@ from vibecalc.isolation.rigid_body import (
 from vibecalc.isolation.rows import Readout, body_rows, with_left_out
 from vibecalc.numerics.matrices import Matrices
 from vibecalc.numerics.rounding import WithError
-from vibecalc.parts.assembly import assemble, displacement_at
 from vibecalc.parts.body import DIRECTIONS, RigidBody
+from vibecalc.parts.matrices import assemble, displacement_at
 from vibecalc.parts.mounts import Mounts
 from vibecalc.response.forced import Undriven, dynamics, require_digits, response
 from vibecalc.response.modal_damping import (

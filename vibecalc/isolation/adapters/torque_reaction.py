@@ -43,9 +43,9 @@ from vibecalc.isolation.torque_reaction import (
 from vibecalc.numerics.cycle_peak import cycle_peak
 from vibecalc.numerics.matrices import Matrices
 from vibecalc.numerics.rounding import UNIT_ROUNDOFF, WithError
-from vibecalc.parts.assembly import assemble
 from vibecalc.parts.body import DIRECTIONS
 from vibecalc.parts.firing import TURN, cycle_angle, shakes_with_torque
+from vibecalc.parts.matrices import assemble
 from vibecalc.parts.mounts import Mounts
 from vibecalc.response.forced import Undriven, dynamics, require_digits, response
 from vibecalc.response.modal_damping import body_resonances, damped_basis, with_damped_poles

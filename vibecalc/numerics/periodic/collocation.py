@@ -23,8 +23,7 @@ from vibecalc.numerics.periodic.panels import (
     newton_step,
     panel_nodes,
 )
-from vibecalc.numerics.rounding import EPSILON
-from vibecalc.numerics.typing import BoolArray, FloatArray, IntArray
+from vibecalc.numerics.rounding import EPSILON, BoolArray, FloatArray, IntArray
 
 # ----------------------------------------------------------------------------
 # Damped Newton iteration for the collocation equations of a periodic problem, panels fixed.

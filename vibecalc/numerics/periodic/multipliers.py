@@ -13,8 +13,7 @@ from vibecalc.numerics.periodic.panels import (
     panel_nodes,
     solve_or_nan,
 )
-from vibecalc.numerics.rounding import EPSILON
-from vibecalc.numerics.typing import ComplexArray, FloatArray
+from vibecalc.numerics.rounding import EPSILON, ComplexArray, FloatArray
 
 # ----------------------------------------------------------------------------
 # How far rounding moves the eigenvalues of a product of matrices that is kept as triangles.

@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.gauss import GaussRule, gauss_rule, interpolation_rows
-from vibecalc.numerics.typing import BoolArray, FloatArray, IntArray
+from vibecalc.numerics.rounding import BoolArray, FloatArray, IntArray
 
 # ----------------------------------------------------------------------------
 # Periodic problems y' = f(x, y) on panels: what is given, what is found, values in between.

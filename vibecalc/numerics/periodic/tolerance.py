@@ -19,8 +19,7 @@ from vibecalc.numerics.periodic.panels import (
     require_converged,
     scalar_condition,
 )
-from vibecalc.numerics.rounding import UNIT_ROUNDOFF
-from vibecalc.numerics.typing import FloatArray
+from vibecalc.numerics.rounding import UNIT_ROUNDOFF, FloatArray
 
 # ----------------------------------------------------------------------------
 # Error estimate of a collocation solution: one Newton step from it with one more Gauss point.

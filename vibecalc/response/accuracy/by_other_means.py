@@ -4,8 +4,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibecalc.core.accuracy.by_other_means.cycles import harmonics_of_samples
-from vibecalc.core.accuracy.by_other_means.integrators import Rates, march_fixed, march_scipy
+from vibecalc.core.accuracy.other_integrators import (
+    Rates,
+    harmonics_of_samples,
+    march_fixed,
+    march_scipy,
+)
 from vibecalc.errors import NumericalFailure
 
 DIGITS = 34

@@ -6,12 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from vibecalc.core.accuracy.by_other_means.integrators import (
-    Marched,
-    Rates,
-    march_fixed,
-    march_scipy,
-)
+from vibecalc.core.accuracy.other_integrators import Marched, Rates, march_fixed, march_scipy
 from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Ladder, Reference, Topic
 from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.inertia_forces import add, as_loads

@@ -5,14 +5,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibecalc.core.accuracy.by_other_means.integrators import march_scipy
+from vibecalc.core.accuracy.other_integrators import march_scipy
 from vibecalc.core.accuracy.topic import Answer
 from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.gauss import gauss_rule
 from vibecalc.numerics.periodic.collocation import solve_periodic
 from vibecalc.numerics.periodic.panels import running_integral
-from vibecalc.numerics.typing import ComplexArray, FloatArray
+from vibecalc.numerics.rounding import ComplexArray, FloatArray
 from vibecalc.roll.between_kinks import running
 from vibecalc.roll.march import march_to_repeat
 from vibecalc.roll.mechanism import RollDrive, RollMachine, as_batch, is_mounted, smooth_angles

@@ -4,12 +4,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from vibecalc.core.accuracy.by_other_means.integrators import march_fixed, march_scipy
+from vibecalc.core.accuracy.other_integrators import march_fixed, march_scipy
 from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Ladder, Reference, Topic
 from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.rounding import EPSILON
-from vibecalc.numerics.typing import ComplexArray, FloatArray
+from vibecalc.numerics.rounding import EPSILON, ComplexArray, FloatArray
 from vibecalc.roll.accuracy.control_load import load_topic
 from vibecalc.roll.adapters.control import Setup, setup
 from vibecalc.roll.control.gains import Load, evaluate, evaluate_at_speed

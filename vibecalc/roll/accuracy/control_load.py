@@ -6,11 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from vibecalc.core.accuracy.by_other_means.cycles import harmonics_of_samples
+from vibecalc.core.accuracy.other_integrators import harmonics_of_samples
 from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Ladder, Reference, Topic
 from vibecalc.numerics.gauss import gauss_rule
-from vibecalc.numerics.rounding import EPSILON
-from vibecalc.numerics.typing import ComplexArray
+from vibecalc.numerics.rounding import EPSILON, ComplexArray
 from vibecalc.roll.adapters.control import Setup
 from vibecalc.roll.between_kinks import Slots, slots_of
 from vibecalc.roll.control.loop import disturbance

@@ -2,14 +2,13 @@
 
 import numpy as np
 
-from vibecalc.core.accuracy.by_other_means.searches import cyclic_parabola_maximum
+from vibecalc.core.accuracy.other_searches import cyclic_parabola_maximum
 from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Ladder, Reference, Topic
 from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.gauss import gauss_rule
 from vibecalc.numerics.periodic.panels import evaluate
-from vibecalc.numerics.rounding import EPSILON
-from vibecalc.numerics.typing import FloatArray
+from vibecalc.numerics.rounding import EPSILON, FloatArray
 from vibecalc.roll.accuracy import by_other_means as marches
 from vibecalc.roll.accuracy import by_other_means as ways
 from vibecalc.roll.accuracy.by_other_means import (

@@ -5,13 +5,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from vibecalc.core.accuracy.by_other_means.integrators import march_fixed, march_scipy
+from vibecalc.core.accuracy.other_integrators import march_fixed, march_scipy
 from vibecalc.core.accuracy.topic import Answer, Ladder, Reference, Topic
 from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.rounding import EPSILON
+from vibecalc.numerics.rounding import EPSILON, FloatArray
 from vibecalc.numerics.runge_kutta_march import march
-from vibecalc.numerics.typing import FloatArray
 from vibecalc.roll.adapters.start_up import BUCKETS, COARSEST, FINEST, SHARE, load_of
 from vibecalc.roll.between_kinks import Acting, edges_around, in_pieces, slot_at, slots_of
 from vibecalc.roll.mechanism import RollDrive, RollMachine

@@ -17,8 +17,7 @@ from vibecalc.excitation.induction_motor_flux import (
 )
 from vibecalc.excitation.induction_motor_identify import Identifiability, identifiability
 from vibecalc.numerics.level import level_of
-from vibecalc.numerics.rounding import EPSILON, WithError
-from vibecalc.numerics.typing import FloatArray
+from vibecalc.numerics.rounding import EPSILON, FloatArray, WithError
 from vibecalc.roll.adapters.readings import Seen, course_of, seen_in, spectra_of
 from vibecalc.roll.mechanism import RollDrive, RollMachine
 from vibecalc.roll.model import FittedMotor

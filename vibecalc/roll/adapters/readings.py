@@ -6,8 +6,7 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vibecalc.numerics.rounding import EPSILON
-from vibecalc.numerics.typing import FloatArray
+from vibecalc.numerics.rounding import EPSILON, FloatArray
 from vibecalc.roll.mechanism import RollDrive, RollMachine
 from vibecalc.roll.rates import demand
 from vibecalc.roll.results import FORCES, VARIABLES

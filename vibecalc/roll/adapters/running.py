@@ -8,8 +8,7 @@ from vibecalc.excitation.inertia_forces import size_of_terms
 from vibecalc.kinematics.adapter import exact_motion
 from vibecalc.numerics.cycle_peak import cycle_peak
 from vibecalc.numerics.level import level_of
-from vibecalc.numerics.rounding import EPSILON
-from vibecalc.numerics.typing import FloatArray
+from vibecalc.numerics.rounding import EPSILON, FloatArray
 from vibecalc.roll.adapters.motor import doubted, emit_motor
 from vibecalc.roll.adapters.readings import (
     Looks,

@@ -14,8 +14,7 @@ from vibecalc.numerics.periodic.panels import (
     evaluate,
     running_integral,
 )
-from vibecalc.numerics.rounding import WithError
-from vibecalc.numerics.typing import ComplexArray, FloatArray, IntArray
+from vibecalc.numerics.rounding import ComplexArray, FloatArray, IntArray, WithError
 from vibecalc.roll.mechanism import RollDrive, RollMachine, inertia, is_mounted, smooth_angles
 from vibecalc.roll.rates import Place, demand, mounted_scale, place_at, shell_speed
 from vibecalc.roll.turn import Turn, harmonics, readings

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.nonnegative import nonnegative_least_squares
+from vibecalc.numerics.matrices import nonnegative_least_squares
 from vibecalc.numerics.rounding import UNIT_ROUNDOFF, WithError
 from vibecalc.roll.control.loop import (
     Controller,

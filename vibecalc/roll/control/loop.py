@@ -9,8 +9,7 @@ from numpy.typing import ArrayLike
 from vibecalc.errors import NumericalFailure
 from vibecalc.excitation.slip_torque import SlipCurve, slip_torque
 from vibecalc.numerics.gauss import gauss_rule
-from vibecalc.numerics.rounding import EPSILON, UNIT_ROUNDOFF, WithError
-from vibecalc.numerics.typing import FloatArray
+from vibecalc.numerics.rounding import EPSILON, UNIT_ROUNDOFF, FloatArray, WithError
 from vibecalc.roll.mechanism import RollDrive, RollMachine, motor_torque, smooth_angles
 from vibecalc.roll.rates import Place, demand, place_at
 

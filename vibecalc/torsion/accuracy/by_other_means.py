@@ -5,11 +5,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from vibecalc.core.accuracy.by_other_means.cycles import samples_of_harmonics
+from vibecalc.core.accuracy.other_integrators import samples_of_harmonics
 from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
 from vibecalc.excitation.cylinder_torque import gas_torque_at, inertia_torque_at
-from vibecalc.numerics.typing import ComplexArray, FloatArray
+from vibecalc.numerics.rounding import ComplexArray, FloatArray
 from vibecalc.torsion.adapters.setup import Drive, Setup
 from vibecalc.torsion.line import (
     Line,

@@ -7,8 +7,7 @@ import numpy as np
 from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Ladder, Reference, Topic
 from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.rounding import EPSILON, UNIT_ROUNDOFF
-from vibecalc.numerics.typing import ComplexArray, FloatArray
+from vibecalc.numerics.rounding import EPSILON, UNIT_ROUNDOFF, ComplexArray, FloatArray
 from vibecalc.torsion.accuracy.by_other_means import as_shown, exact_modes
 from vibecalc.torsion.accuracy.steady import orders_and_torque
 from vibecalc.torsion.adapters.setup import Setup, build_setup

@@ -4,8 +4,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from vibecalc.core.accuracy.by_other_means.cycles import samples_of_harmonics, transform_work
-from vibecalc.core.accuracy.by_other_means.searches import (
+from vibecalc.core.accuracy.other_integrators import samples_of_harmonics, transform_work
+from vibecalc.core.accuracy.other_searches import (
     Function,
     evolution,
     golden_maximum,
@@ -16,7 +16,7 @@ from vibecalc.core.accuracy.by_other_means.searches import (
 from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Ladder, Reference, Topic
 from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.typing import ComplexArray, FloatArray, IntArray
+from vibecalc.numerics.rounding import ComplexArray, FloatArray, IntArray
 from vibecalc.torsion.accuracy.by_other_means import (
     dense_angles,
     exact_angles,

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from vibecalc.core.accuracy.by_other_means.cycles import (
+from vibecalc.core.accuracy.other_integrators import (
     harmonics_of_samples,
     samples_of_harmonics,
     transform_work,
@@ -12,8 +12,7 @@ from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.cylinder_torque import _panels, gas_harmonics
 from vibecalc.excitation.gas_tables import GasCard
 from vibecalc.numerics.gauss import gauss_rule
-from vibecalc.numerics.rounding import UNIT_ROUNDOFF
-from vibecalc.numerics.typing import ComplexArray, FloatArray
+from vibecalc.numerics.rounding import UNIT_ROUNDOFF, ComplexArray, FloatArray
 from vibecalc.torsion.accuracy.by_other_means import (
     cylinder_gas,
     dense_angles,

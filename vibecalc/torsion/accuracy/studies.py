@@ -6,11 +6,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibecalc.core.accuracy.by_other_means.integrators import Rates, march_fixed, march_scipy
+from vibecalc.core.accuracy.other_integrators import Rates, march_fixed, march_scipy
 from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Ladder, Reference, Topic
 from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.typing import ComplexArray, FloatArray
+from vibecalc.numerics.rounding import ComplexArray, FloatArray
 from vibecalc.torsion.accuracy.by_other_means import half_ranges_of_samples
 from vibecalc.torsion.accuracy.steady import apart
 from vibecalc.torsion.adapters.setup import build_setup

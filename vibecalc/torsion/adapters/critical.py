@@ -7,8 +7,7 @@ import numpy as np
 from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
 from vibecalc.excitation.cylinder_torque import major_orders
-from vibecalc.numerics.rounding import EPSILON, SINGULAR
-from vibecalc.numerics.typing import BoolArray, FloatArray, IntArray
+from vibecalc.numerics.rounding import EPSILON, SINGULAR, BoolArray, FloatArray, IntArray
 from vibecalc.torsion.adapters.curves import ROWS, solved
 from vibecalc.torsion.adapters.setup import Setup
 from vibecalc.torsion.damped_modes import NO_PEAK, mode_number, own_pole, vibrating_guesses

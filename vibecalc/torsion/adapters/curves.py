@@ -5,8 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.rounding import EPSILON
-from vibecalc.numerics.typing import BoolArray, ComplexArray, FloatArray, IntArray
+from vibecalc.numerics.rounding import EPSILON, BoolArray, ComplexArray, FloatArray, IntArray
 from vibecalc.torsion.adapters.setup import Drive, Model, Setup
 from vibecalc.torsion.line import Line
 from vibecalc.torsion.model import Gearing, ShaftLineModel

@@ -7,8 +7,7 @@ import numpy as np
 
 from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.rounding import EPSILON
-from vibecalc.numerics.typing import FloatArray
+from vibecalc.numerics.rounding import EPSILON, FloatArray
 from vibecalc.torsion.adapters.setup import Setup, build_setup
 from vibecalc.torsion.damper_design.descend import chart
 from vibecalc.torsion.damper_design.design import (

@@ -13,8 +13,7 @@ from vibecalc.excitation.cylinder_torque import (
     phasor,
 )
 from vibecalc.excitation.gas_tables import pressure_at
-from vibecalc.numerics.rounding import EPSILON
-from vibecalc.numerics.typing import ComplexArray, FloatArray, IntArray
+from vibecalc.numerics.rounding import EPSILON, ComplexArray, FloatArray, IntArray
 from vibecalc.torsion.adapters.modes import natural_doubt
 from vibecalc.torsion.adapters.setup import Drive, Setup
 from vibecalc.torsion.holzer import ShapeDoubt, doubt_of

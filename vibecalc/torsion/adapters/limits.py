@@ -6,8 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.core.run.stage import Scene
-from vibecalc.numerics.rounding import EPSILON
-from vibecalc.numerics.typing import FloatArray, IntArray
+from vibecalc.numerics.rounding import EPSILON, FloatArray, IntArray
 from vibecalc.torsion.adapters.critical import Undamped
 from vibecalc.torsion.adapters.curves import own_doubt
 from vibecalc.torsion.adapters.exceeded import Bound, bounds, emit_barred, exceeded_of

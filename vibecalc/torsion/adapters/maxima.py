@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibecalc.numerics.typing import ComplexArray, FloatArray, IntArray
+from vibecalc.numerics.rounding import ComplexArray, FloatArray, IntArray
 from vibecalc.torsion.adapters.critical import Undamped
 from vibecalc.torsion.adapters.curves import ROWS, solved, stiffness_of
 from vibecalc.torsion.adapters.setup import Drive, Model, Setup

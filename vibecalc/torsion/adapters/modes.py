@@ -4,8 +4,7 @@ import numpy as np
 
 from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.rounding import EPSILON
-from vibecalc.numerics.typing import BoolArray, ComplexArray, FloatArray
+from vibecalc.numerics.rounding import EPSILON, BoolArray, ComplexArray, FloatArray
 from vibecalc.torsion.adapters.setup import Setup, line_modes
 from vibecalc.torsion.damped_modes import LineModes, equivalent_modes
 from vibecalc.torsion.holzer import (

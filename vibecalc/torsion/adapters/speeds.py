@@ -5,8 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.core.run.stage import Scene
-from vibecalc.numerics.rounding import EPSILON
-from vibecalc.numerics.typing import BoolArray, FloatArray
+from vibecalc.numerics.rounding import EPSILON, BoolArray, FloatArray
 from vibecalc.torsion.adapters.critical import (
     Meeting,
     Undamped,

@@ -4,8 +4,7 @@ import numpy as np
 
 from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.rounding import EPSILON
-from vibecalc.numerics.typing import BoolArray, FloatArray
+from vibecalc.numerics.rounding import EPSILON, BoolArray, FloatArray
 from vibecalc.torsion.adapters.critical import beyond, emit_critical, emit_separation
 from vibecalc.torsion.adapters.curves import (
     Solved,

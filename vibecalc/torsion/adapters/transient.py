@@ -6,8 +6,7 @@ import numpy as np
 
 from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.rounding import EPSILON
-from vibecalc.numerics.typing import FloatArray
+from vibecalc.numerics.rounding import EPSILON, FloatArray
 from vibecalc.torsion.adapters.curves import sweep
 from vibecalc.torsion.adapters.setup import Setup, build_setup
 from vibecalc.torsion.adapters.transient_motion import STEPS, Journey, journey

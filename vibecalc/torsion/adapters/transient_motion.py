@@ -6,7 +6,7 @@ import numpy as np
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.excitation.cylinder_torque import cylinder_torque, phasor, weighted
-from vibecalc.numerics.typing import ComplexArray, FloatArray
+from vibecalc.numerics.rounding import ComplexArray, FloatArray
 from vibecalc.torsion.adapters.setup import Setup, motored_cylinder
 from vibecalc.torsion.line import Line
 from vibecalc.torsion.tables import Transient

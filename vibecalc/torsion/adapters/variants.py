@@ -5,8 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.core.run.stage import Scene
-from vibecalc.numerics.rounding import EPSILON
-from vibecalc.numerics.typing import FloatArray, IntArray
+from vibecalc.numerics.rounding import EPSILON, FloatArray, IntArray
 from vibecalc.torsion.adapters.critical import Undamped, undamped_speeds
 from vibecalc.torsion.adapters.curves import (
     CurveDoubt,

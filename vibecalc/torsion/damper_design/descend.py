@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.typing import FloatArray
+from vibecalc.numerics.rounding import FloatArray
 from vibecalc.torsion.damper_design.peaks import LEVEL, Summits, Survey, survey, worst_section
 from vibecalc.torsion.damper_design.problem import Limits, Problem
 from vibecalc.torsion.damper_design.readings import map_readings

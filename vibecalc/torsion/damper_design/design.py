@@ -5,8 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.rounding import EPSILON
-from vibecalc.numerics.typing import FloatArray, IntArray
+from vibecalc.numerics.rounding import EPSILON, FloatArray, IntArray
 from vibecalc.torsion.damper_design.descend import (
     BROKEN,
     Chart,

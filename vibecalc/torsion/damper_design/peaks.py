@@ -5,8 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.rounding import EPSILON
-from vibecalc.numerics.typing import BoolArray, FloatArray, IntArray
+from vibecalc.numerics.rounding import EPSILON, BoolArray, FloatArray, IntArray
 from vibecalc.torsion.damper_design.problem import Damper, Limits, Problem, System, check, system_of
 from vibecalc.torsion.damper_design.readings import (
     Table,

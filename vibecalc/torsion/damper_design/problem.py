@@ -5,8 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.rounding import UNIT_ROUNDOFF
-from vibecalc.numerics.typing import ComplexArray, FloatArray, IntArray
+from vibecalc.numerics.rounding import UNIT_ROUNDOFF, ComplexArray, FloatArray, IntArray
 from vibecalc.torsion.line import Line
 
 # ----------------------------------------------------------------------------

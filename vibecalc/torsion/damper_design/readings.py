@@ -4,8 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibecalc.numerics.rounding import UNIT_ROUNDOFF
-from vibecalc.numerics.typing import ComplexArray, FloatArray, IntArray
+from vibecalc.numerics.rounding import UNIT_ROUNDOFF, ComplexArray, FloatArray, IntArray
 from vibecalc.torsion.damper_design.problem import (
     Damper,
     System,

@@ -4,8 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibecalc.numerics.nonnegative import nonnegative_least_squares
-from vibecalc.numerics.typing import BoolArray, FloatArray
+from vibecalc.numerics.matrices import nonnegative_least_squares
+from vibecalc.numerics.rounding import BoolArray, FloatArray
 from vibecalc.torsion.damper_design.descend import BROKEN, Place, foreseen
 from vibecalc.torsion.damper_design.peaks import (
     Summits,

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.typing import FloatArray, IntArray
+from vibecalc.numerics.rounding import FloatArray, IntArray
 from vibecalc.torsion.transient.march import TransientRun
 from vibecalc.torsion.transient.motion import angle_at, speed_at
 from vibecalc.torsion.transient.peaks import (

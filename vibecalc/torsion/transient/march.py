@@ -8,8 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.rounding import SINGULAR, UNIT_ROUNDOFF
-from vibecalc.numerics.typing import BoolArray, FloatArray, IntArray
+from vibecalc.numerics.rounding import SINGULAR, UNIT_ROUNDOFF, BoolArray, FloatArray, IntArray
 from vibecalc.torsion.line import Line, damping_matrix
 from vibecalc.torsion.transient.motion import (
     CYCLE,

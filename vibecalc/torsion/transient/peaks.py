@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.typing import ComplexArray, FloatArray, IntArray
+from vibecalc.numerics.rounding import ComplexArray, FloatArray, IntArray
 from vibecalc.torsion.transient.march import Propagator, TransientRun, inside, propagator
 from vibecalc.torsion.transient.motion import speed_at, turned_after
 

@@ -8,8 +8,7 @@ from numpy.typing import ArrayLike
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.gauss import GaussRule, gauss_rule
-from vibecalc.numerics.rounding import EPSILON
-from vibecalc.numerics.typing import ComplexArray, FloatArray, IntArray
+from vibecalc.numerics.rounding import EPSILON, ComplexArray, FloatArray, IntArray
 from vibecalc.torsion.line import damping_matrix, stiffness_matrix
 from vibecalc.torsion.variable_inertia.motion import VariableLine, free_pieces, terms
 

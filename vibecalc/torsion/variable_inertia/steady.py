@@ -6,8 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.rounding import EPSILON, SINGULAR
-from vibecalc.numerics.typing import ComplexArray, FloatArray
+from vibecalc.numerics.rounding import EPSILON, SINGULAR, ComplexArray, FloatArray
 from vibecalc.torsion.line import Line
 from vibecalc.torsion.variable_inertia.motion import (
     Solved,

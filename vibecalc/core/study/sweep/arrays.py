@@ -14,7 +14,7 @@ from vibecalc.core.run.columns import Column
 from vibecalc.core.study.sweep.blocks import Block, BlockQuantity, joined_axes, make_block, padded
 from vibecalc.core.study.sweep.design import Design
 from vibecalc.core.study.sweep.evaluate import Evaluator, Found
-from vibecalc.numerics.typing import IntArray
+from vibecalc.numerics.rounding import IntArray
 
 
 class ArrayEvaluator(Evaluator):

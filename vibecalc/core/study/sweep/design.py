@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 
 from vibecalc.core.case.raw import key_text
+from vibecalc.core.case.tables import Along, Axis, Sweep
 from vibecalc.core.case.walk import Shape
 from vibecalc.core.results.catalogue import AXES
 from vibecalc.core.study.sweep.keys import Place, label, read_course, target
 from vibecalc.core.study.sweep.sampling import SEQUENCES
 from vibecalc.core.study.sweep.values import Course, Listed
-from vibecalc.core.study.tables import Along, Axis, Sweep
 from vibecalc.errors import CaseError, KeyPath, Problem, UnitError, UsageError
 from vibecalc.units import split_number
 

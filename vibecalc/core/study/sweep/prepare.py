@@ -18,12 +18,12 @@ import numpy as np
 from vibecalc import __version__
 from vibecalc.core.case.load import LoadedCase, raise_with_location
 from vibecalc.core.case.raw import NOT_COMPUTED, case_at, key_text, parse_key
+from vibecalc.core.case.tables import Sweep
 from vibecalc.core.results.layout import DONE
 from vibecalc.core.study.sweep.blocks import ChunkFolder, parts_folder
 from vibecalc.core.study.sweep.checks import kept_paths, sweep_problems
 from vibecalc.core.study.sweep.design import Design, make_design
 from vibecalc.core.study.sweep.strategy import Strategy, choose, start
-from vibecalc.core.study.tables import Sweep
 from vibecalc.errors import UnitError, UsageError
 from vibecalc.schema import SCHEMA_VERSION
 from vibecalc.units import split_number

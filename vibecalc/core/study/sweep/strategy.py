@@ -7,8 +7,7 @@ import numpy as np
 
 from vibecalc.core.case.load import LoadedCase
 from vibecalc.core.case.raw import parse_key
-from vibecalc.core.run.needs import work_seconds
-from vibecalc.core.run.plan import needed_stages
+from vibecalc.core.run.plan import needed_stages, work_seconds
 from vibecalc.core.run.stage import work_of
 from vibecalc.core.study.sweep.blocks import Block
 from vibecalc.core.study.sweep.design import Design

@@ -1,4 +1,4 @@
-"""Maxima on grids and minima by the searches of scipy, with what they evaluate counted."""
+"""Plain searches that several subjects hold their methods against."""
 
 import warnings
 from collections.abc import Callable

@@ -1,1 +1,0 @@
-"""Plain methods that those of the package are held against."""

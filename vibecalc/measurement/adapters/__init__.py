@@ -1,1 +1,0 @@
-"""From readings of a case to the motion of the plate and to results."""
