@@ -44,6 +44,7 @@ STANDS_ON = {
     # [response] holds the tables of roll, absorber and shaft line
     "response": {"kinematics", "excitation", "roll", "absorber", "torsion"},
     "isolation": {"kinematics", "excitation", "response", "torsion"},
+    "foundation": {"kinematics", "excitation"},
 }
 HEAVY = {"numpy", "scipy", "h5py", "pint", "matplotlib", "pydantic", "rich"}
 #: a chapter can be read in one sitting

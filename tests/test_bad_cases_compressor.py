@@ -654,7 +654,7 @@ def test_all_problems_come_at_once() -> None:
         )
     )
     assert [problem.path[1] for problem in problems] == [
-        "body", "mounts", "working", "motor", "joints",
+        "body", "mounts", "motor", "working", "joints",
     ]  # fmt: skip
 
 

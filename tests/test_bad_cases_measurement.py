@@ -161,4 +161,4 @@ def test_the_stage_says_what_it_needs() -> None:
 
     scene: Scene = SimpleNamespace(case=SimpleNamespace(measurement=None))  # type: ignore[assignment]
     with pytest.raises(ValueError, match=r"no \[measurement\]"):
-        measurement.run(scene)
+        measurement.run_measurement(scene)

@@ -223,7 +223,7 @@ def test_what_a_killed_process_left_is_cleared_by_the_next(written: Path) -> Non
     """Killed when result and report are both on the disk, before the first has its place."""
     old = leftovers(written.parent)
     code = (
-        "import os, signal, sys; from vibecalc.results import files\n"
+        "import os, signal, sys; from vibecalc.core.results import files\n"
         "files.os.replace = lambda *_: os.kill(os.getpid(), signal.SIGKILL)\n"
         "files.write_together([(sys.argv[1], b'new'), (sys.argv[2], b'text')])"
     )

@@ -18,7 +18,8 @@ from vibecalc.core.run.machine_checks import check_machine, machine_warnings
 from vibecalc.core.run.plan import plan_case
 from vibecalc.core.run.run import run_case
 from vibecalc.isolation import pictures as engine_mounts
-from vibecalc.kinds import KINDS, PARTS_OF_KIND, KindName
+from vibecalc.kinds import KINDS, PARTS_OF_KIND
+from vibecalc.schema import KindName
 
 REACTION = "isolation/torque_reaction/"
 

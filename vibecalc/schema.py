@@ -34,6 +34,7 @@ from vibecalc.core.case.tables import (
 )
 from vibecalc.core.results.named import named
 from vibecalc.excitation.tables import Excitation
+from vibecalc.foundation.tables import Foundation
 from vibecalc.isolation.tables import Isolation
 from vibecalc.kinematics.tables import Kinematics
 from vibecalc.measurement.tables import Measurement
@@ -116,6 +117,7 @@ class Case(Table):
     excitation: Excitation | None = Field(None, description="forces and couples on the body")
     response: Response | None = Field(None, description="motion of the body, energies, impacts")
     isolation: Isolation | None = Field(None, description="the body on its mounts")
+    foundation: Foundation | None = Field(None, description="what the mounts stand on, if it moves")
     measurement: Measurement | None = Field(None, description="readings on a rigid plate")
     tuning: Tuning | None = Field(None, description="the best spring and damper of an absorber")
     damper_design: DamperDesign | None = Field(None, description="the best damper of an engine")

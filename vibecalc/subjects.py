@@ -8,6 +8,7 @@ SUBJECTS = (
     "torsion",
     "roll",
     "isolation",
+    "foundation",
     "measurement",
     "absorber",
 )

@@ -425,6 +425,28 @@ PENDULUM_ENTRIES = (
     entry(f"{PENDULUM_ROOT}/jump/swing", "", "rad", "largest angle of swing, from which it jumps"),
 )
 
+#: axis name -> (unit, long name)
+AXES = {
+    "tuning_bound": ("", "what may hold a tuning"),
+    "curve": ("", "absorber that the curve is of"),
+    "fixed_point": ("", "point that all curves pass"),
+    "absorber": ("", "absorber"),
+    "mistuned": ("", "part with an error"),
+    "deviation": ("", "relative error of the part"),
+    "share": ("", "relative error, of either sign"),
+    "ratio": ("", "given ratio"),
+    "primary_damping": ("", "damping of the primary, c1 / (2 sqrt(K1 J1))"),
+    "mass_ratio": ("", "inertia of the absorber over that of the primary"),
+    "stiffness_ratio": ("", "stiffness of the absorber over that of the primary"),
+    "secondary_damping": ("", "damping of the absorber, c2 / (2 sqrt(K1 J1))"),
+    "stock_spring": ("", "spring that can be bought"),
+    "stock_oil": ("", "oil that can be bought"),
+    "stock_damper": ("", "damper that can be bought"),
+    "temperature": ("K", "temperature of the oil"),
+    "swing": ("rad", "angle of swing"),
+    "steady_swing": ("rad", "first sine of the swing"),
+    "order_ratio": ("", "order of the excitation over the wanted one"),
+}
 ENTRIES = (
     *TUNING_ENTRIES,
     *RESPONSE_ENTRIES,

@@ -153,6 +153,10 @@ PUMP_ENTRIES = (
     ),
 )
 
+#: axis name -> (unit, long name)
+AXES = {
+    "counterweight": ("", "counterweight"),
+}
 ENTRIES = (
     *EXCITATION_ENTRIES,
     *PUMP_ENTRIES,

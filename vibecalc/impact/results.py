@@ -2,6 +2,11 @@
 
 from vibecalc.core.results.record import PEAK, entry
 
+#: axis name -> (unit, long name)
+AXES = {
+    "clearance": ("m", "clearance of the joint"),
+    "contact": ("", "contact, the first is 1"),
+}
 ENTRIES = (
     entry(
         "response/impact/mean_force", "clearance", "N",

@@ -236,6 +236,10 @@ TORQUE_REACTION_ENTRIES = (
     ),
 )
 
+#: axis name -> (unit, long name)
+AXES = {
+    "mount": ("", "mount"),
+}
 ENTRIES = (
     *ISOLATION_ENTRIES,
     *TORQUE_REACTION_ENTRIES,

@@ -14,6 +14,16 @@ _PARTS = {
     "only_translation": "level of the translation alone",
 }
 
+#: axis name -> (unit, long name)
+AXES = {
+    "position": ("", "point of the plate"),
+    "reading": ("", "harmonic and instrument"),
+    "signal": ("", "harmonic and instrument"),
+    "candidate": ("", "harmonic, and signs of the phases of roll and pitch"),
+    "further": ("", "harmonic, and a reading that would tell motions apart"),
+    "plate_x": ("m", "place on the plate along the crankshaft"),
+    "plate_y": ("m", "place on the plate across the crankshaft"),
+}
 ENTRIES = (
     entry(f"{ROOT}/frequency", "order", "rad/s", "frequency of the harmonics"),
     entry(f"{ROOT}/translation", "order", "m/s^2", "acceleration of the origin along z", PEAK),

@@ -114,7 +114,7 @@ def names_of(case: "Case") -> dict[str, tuple[str, ...]]:
 SUBJECT = Subject(
     stages=(plan_measurement,),
     names=names_of,
-    concerns=lambda case: case.measurement is not None,
+    concerns=lambda case: case.measurement is not None or case.machine.kind == "plate",
     units={
         "least_squares": Unit(1.0e-2, "harmonics by least squares"),
         "level_motions": Unit(1.5e-2, "harmonics by all motions that levels allow"),

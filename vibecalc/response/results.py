@@ -200,6 +200,16 @@ SWITCHING_ENTRIES = (
     ),
 )  # fmt: skip
 
+#: axis name -> (unit, long name)
+AXES = {
+    "other_mode": ("", "mode it is held against"),
+    "operation": ("", "cylinders that work"),
+    "balance": ("", "throws that weights cancel"),
+    "change": ("", "from one operation to the other"),
+    "instant_time": ("s", "end of an interval of time"),
+    "reversal_time": ("s", "end of an interval of time"),
+    "passage": ("", "meeting of an order and a mode, the first is 1"),
+}
 ENTRIES = (
     *RESPONSE_ENTRIES,
     *SWITCHING_ENTRIES,

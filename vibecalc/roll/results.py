@@ -437,6 +437,28 @@ CONTROL_ENTRIES = (
           "straight motor curve of the reduced one"),
 )  # fmt: skip
 
+#: axis name -> (unit, long name)
+AXES = {
+    "multiplier": ("", "Floquet multiplier, largest first"),
+    "interpolant": ("", "way to read the gas tables"),
+    "parameter": ("", "parameter of the machine"),
+    "start_time": ("s", "end of an interval of time"),
+    "turn": ("", "whole turn of the crank, the first is 1"),
+    "load_step": ("s", "time from which on the load is constant"),
+    "start_angle": ("rad", "crank angle of a start from rest"),
+    "start_interval": ("", "interval of crank angles, ascending"),
+    "slip": ("rad/s", "slip speed"),
+    "cage": ("", "cage of the rotor"),
+    "motor_parameter": ("", "parameter of the motor"),
+    "combination": ("", "product of powers of the motor's parameters, best told first"),
+    "transient": ("", "electrical transient, least damped first"),
+    "motor_gain": ("N*m*s/rad", "torque of the motor for each unit of slip"),
+    "gain": ("", "gain of the controller"),
+    "feedback": ("s", "feedback of the shell's acceleration"),
+    "locus_gain": ("", "gain of the controller"),
+    "branch": ("", "pole that is followed"),
+    "bound": ("", "what holds the gains"),
+}
 ENTRIES = (
     *ROLL_ENTRIES,
     *START_UP_ENTRIES,

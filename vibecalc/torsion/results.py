@@ -461,6 +461,36 @@ DAMPER_DESIGN_ENTRIES = (
                    "half range of the section that is largest at this speed"),
 )  # fmt: skip
 
+#: axis name -> (unit, long name)
+AXES = {
+    "station": ("", "station of the shaft line"),
+    "section": ("", "shaft, elastic gear or damper of the line"),
+    "freedom": ("", "stations that turn together, or a ring, along the line"),
+    "damper": ("", "damper of the line"),
+    "gear": ("", "gear of the line"),
+    "hammering": ("", "range of speeds in which a gear hammers"),
+    "order_class": ("", "major: the cylinders of each bank in phase; other: not"),
+    "bare_mode": ("", "mode of the line without dampers, lowest first"),
+    "limit": ("", "limit of the case, the first is 1"),
+    "barred": ("", "range of speeds to be passed through, ascending"),
+    "exceeded": ("", "range of speeds above a limit, by limit, ascending"),
+    "elastic_mode": ("", "number of the mode, the rigid one is 1"),
+    "variable_speed": ("rad/s", "crank speed, criticals among the steps"),
+    "wedge": ("", "sum resonance of the inertia, widest first"),
+    "unstable": ("", "range of speeds in which vibration grows, ascending"),
+    "transient_time": ("s", "middle of a whole cycle of the machine"),
+    "course_time": ("s", "time"),
+    "waterfall_time": ("s", "middle of a window of time"),
+    "waterfall_frequency": ("rad/s", "frequency"),
+    "design_value": ("", "value of the damper"),
+    "basin": ("", "end of a search, the best first"),
+    "stiffness_factor": ("", "stiffness over that of the damper found"),
+    "damping_factor": ("", "damping over that of the damper found"),
+    "chart_stiffness": ("N*m/rad", "stiffness of the damper's springs"),
+    "chart_damping": ("N*m*s/rad", "damping of the damper"),
+    "ring_inertia": ("kg*m^2", "inertia of the ring"),
+    "damper_curve": ("", "damper that the curve is of"),
+}
 ENTRIES = (
     *TORSION_ENTRIES,
     *TORSION_SPEEDS_ENTRIES,
