@@ -239,6 +239,8 @@ def _front(points: list[_Point], evaluations: int, notes: tuple[str, ...]) -> Fr
 # What each variable does to the objective at a point, and what a small error in it costs.
 # ----------------------------------------------------------------------------
 
+#: costs of both directions that agree to this share are the same
+_TIE = 1e-6
 #: deviation that is tried at an optimum, as a share of the distance between the bounds
 DEVIATION = 0.01
 
@@ -354,7 +356,9 @@ def cost_of_deviation(
                 continue
             known[axis] = True
             margin[axis] = min(margin[axis], float(np.min(margins, initial=np.inf)))
-            if there - here > rise[axis]:
+            # where both directions cost the same, rounding would choose: the first counts
+            tie = error[axis] + _TIE * abs(rise[axis]) if np.isfinite(rise[axis]) else 0.0
+            if there - here > rise[axis] + tie:
                 deviation[axis], rise[axis] = moved[axis] - point[axis], there - here
                 error[axis] = (accuracy + 4.0 * EPSILON) * (abs(there) + abs(here))
     return Cost(deviation, np.where(known, rise, 0.0), error, margin, known)
