@@ -7,8 +7,8 @@ from shipped_cases import table_of
 
 from vibecalc.core.case.load import validate
 from vibecalc.core.case.raw import set_key
-from vibecalc.excitation.cylinder_torque import CrankGeometry
 from vibecalc.excitation.pressure_cycle import Liquid
+from vibecalc.parts.geometry import CrankGeometry
 from vibecalc.schema import Case
 
 GEOMETRY = CrankGeometry(0.025, 0.125, 0.04)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.excitation.cylinder_torque import CrankGeometry, gas_harmonics, inertia_harmonics
+from vibecalc.excitation.cylinder_torque import gas_harmonics, inertia_harmonics
 from vibecalc.excitation.gas_tables import (
     FOUR_STROKE,
     card_weights,
@@ -18,6 +18,7 @@ from vibecalc.excitation.pressure_cycle import (
     motored_cycle,
     spark_cycle,
 )
+from vibecalc.parts.geometry import CrankGeometry
 
 CAR = CrankGeometry(0.035, 0.123, 0.076)
 

@@ -11,7 +11,6 @@ from exact_rod import fourier
 from mpmath import mpf
 
 from vibecalc.excitation.cylinder_torque import (
-    CrankGeometry,
     cylinder_torque,
     gas_harmonics,
     gas_torque_at,
@@ -21,6 +20,7 @@ from vibecalc.excitation.cylinder_torque import (
     weighted,
 )
 from vibecalc.excitation.gas_tables import FOUR_STROKE, TWO_STROKE, card_weights, gas_card
+from vibecalc.parts.geometry import CrankGeometry
 
 CAR = CrankGeometry(0.035, 0.123, 0.076)
 #: crank pin nearly as long as the rod, wrist pin beside it

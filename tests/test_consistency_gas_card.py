@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from vibecalc.excitation.cylinder_torque import CrankGeometry, gas_harmonics, motored_card
+from vibecalc.excitation.cylinder_torque import gas_harmonics, motored_card
 from vibecalc.excitation.gas_tables import (
     CARD_INTERPOLATIONS,
     FOUR_STROKE,
@@ -21,6 +21,7 @@ from vibecalc.excitation.pressure_cycle import (
     motored_cycle,
     spark_cycle,
 )
+from vibecalc.parts.geometry import CrankGeometry
 
 CAR = CrankGeometry(0.035, 0.123, 0.076)
 OFFSET = CrankGeometry(0.05, 0.16, 0.09, wrist_pin_offset=0.006)

@@ -10,10 +10,11 @@ import pytest
 from pump_cases import GEOMETRY, LIQUID
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.excitation.cylinder_torque import CrankGeometry, gas_harmonics
+from vibecalc.excitation.cylinder_torque import gas_harmonics
 from vibecalc.excitation.gas_tables import pressure_at
 from vibecalc.excitation.pressure_cycle import Liquid, cylinder_pressure, pump_card, pump_turn
 from vibecalc.numerics.rounding import WithError
+from vibecalc.parts.geometry import CrankGeometry
 
 #: a common one, an offset one either way, a long-stroke stiff one, a soft one with much dead volume
 PUMPS = (

@@ -17,8 +17,9 @@ from engine_as_published import (
     piston_acceleration,
 )
 
-from vibecalc.excitation.cylinder_torque import CrankGeometry, cylinder_torque
+from vibecalc.excitation.cylinder_torque import cylinder_torque
 from vibecalc.excitation.gas_tables import FOUR_STROKE, gas_card
+from vibecalc.parts.geometry import CrankGeometry
 from vibecalc.torsion.as_published import modal_excitation, modal_twist, twist_on_criticals
 from vibecalc.torsion.from_dimensions import reciprocating_inertia
 

@@ -3,14 +3,10 @@
 import numpy as np
 import pytest
 
-from vibecalc.excitation.cylinder_torque import (
-    CrankGeometry,
-    cylinder_torque,
-    gas_torque_at,
-    inertia_torque_at,
-)
+from vibecalc.excitation.cylinder_torque import cylinder_torque, gas_torque_at, inertia_torque_at
 from vibecalc.excitation.gas_tables import FOUR_STROKE, gas_card
 from vibecalc.parts.firing import angles_in_order
+from vibecalc.parts.geometry import CrankGeometry
 
 ENGINE = CrankGeometry(0.035, 0.123, 0.076)
 MASS = 0.363 + 2.0 * 0.096 / 3.0

@@ -12,7 +12,7 @@ from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Ladder, Referen
 from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.adapter import DIRECTIONS, Forcing
 from vibecalc.excitation.axial_force import axial_force
-from vibecalc.excitation.cylinder_torque import CrankGeometry, gas_harmonics
+from vibecalc.excitation.cylinder_torque import gas_harmonics
 from vibecalc.excitation.inertia_forces import at_speed
 from vibecalc.excitation.model import crank_geometry, liquid_of
 from vibecalc.excitation.pressure_cycle import Liquid, cylinder_pressure, pump_card, pump_turn
@@ -21,6 +21,7 @@ from vibecalc.kinematics.slider_crank import piston_path
 from vibecalc.numerics.cycle_peak import cycle_peak
 from vibecalc.numerics.gauss import gauss_rule
 from vibecalc.numerics.rounding import FloatArray
+from vibecalc.parts.geometry import CrankGeometry
 
 # ----------------------------------------------------------------------------
 # Topics of the excitation: the largest force and couple on the body over a turn.

@@ -22,6 +22,7 @@ from vibecalc.numerics.cycle_peak import cycle_peak
 from vibecalc.numerics.rounding import EPSILON, FloatArray, IntArray, WithError
 from vibecalc.parts.body import Frame, build_frame
 from vibecalc.parts.firing import shakes_with_torque
+from vibecalc.parts.geometry import CrankGeometry
 
 # ----------------------------------------------------------------------------
 # A crank train at many points: as `machine.crank_train`, each number with a leading axis.
@@ -37,9 +38,7 @@ class Train(NamedTuple):
     cylinders that move. `rod_share` is the share of the rod's mass that moves with the piston.
     """
 
-    crank_radius: FloatArray
-    rod_length: FloatArray
-    wrist_pin_offset: FloatArray
+    geometry: CrankGeometry
     position: FloatArray
     crank_phase: FloatArray
     bank_angle: FloatArray
@@ -51,6 +50,18 @@ class Train(NamedTuple):
     rod_share: FloatArray
     origin: FloatArray
     frame: Frame
+
+    @property
+    def crank_radius(self) -> FloatArray:
+        return np.asarray(self.geometry.crank_radius)
+
+    @property
+    def rod_length(self) -> FloatArray:
+        return np.asarray(self.geometry.rod_length)
+
+    @property
+    def wrist_pin_offset(self) -> FloatArray:
+        return np.asarray(self.geometry.wrist_pin_offset)
 
     @property
     def axis(self) -> FloatArray:
@@ -93,9 +104,11 @@ def build_train(columns: Columns) -> Train:
         for name in ("position", "crank_phase", "bank_angle")
     )
     return Train(
-        crank_radius=columns.number(*TRAIN, "crank_radius"),
-        rod_length=columns.number(*TRAIN, "rod_length"),
-        wrist_pin_offset=columns.number(*TRAIN, "wrist_pin_offset"),
+        geometry=CrankGeometry(
+            crank_radius=columns.number(*TRAIN, "crank_radius"),
+            rod_length=columns.number(*TRAIN, "rod_length"),
+            wrist_pin_offset=columns.number(*TRAIN, "wrist_pin_offset"),
+        ),
         position=position,
         crank_phase=phase,
         bank_angle=bank,

@@ -26,6 +26,7 @@ from vibecalc.numerics.rounding import (
     WithError,
     two_product,
 )
+from vibecalc.parts.geometry import CrankGeometry
 
 # ----------------------------------------------------------------------------
 # Torque of one cylinder on the crankshaft, as harmonics of its cycle: gas and inertia.
@@ -50,20 +51,6 @@ SAMPLE_ROUNDINGS = 12.0
 #: errors without a common sign add as their squares do; this many times the root is not exceeded
 INDEPENDENT = 4.0
 PARTS = WithError._fields
-
-
-class CrankGeometry(NamedTuple):
-    """Lengths of one cylinder in m: crank radius, rod between centres, wrist pin offset, bore."""
-
-    crank_radius: float
-    rod_length: float
-    bore: float
-    wrist_pin_offset: float = 0.0
-
-    @property
-    def piston_area(self) -> float:
-        """Area of the piston, m^2."""
-        return 0.25 * float(np.pi) * self.bore**2
 
 
 class CylinderTorque(NamedTuple):

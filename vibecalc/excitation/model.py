@@ -8,10 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibecalc.excitation import pressure_cycle as pump_cycle
-from vibecalc.excitation.cylinder_torque import CrankGeometry
 from vibecalc.excitation.gas_tables import GasCard, gas_card
 from vibecalc.excitation.pressure_cycle import Liquid
+from vibecalc.parts.crank_train import crank_geometry as train_geometry
 from vibecalc.parts.firing import TURN, angles_in_order, cycle_angle
+from vibecalc.parts.geometry import CrankGeometry
 from vibecalc.schema import Case, Machine
 
 if TYPE_CHECKING:
@@ -92,11 +93,8 @@ def build_firing(case: Case) -> Firing:
 
 
 def crank_geometry(machine: Machine) -> CrankGeometry:
-    """Lengths of one cylinder; an engine without gas may have no bore, which counts as zero."""
-    train = machine.crank_train
-    return CrankGeometry(
-        train.crank_radius, train.rod_length, train.bore or 0.0, train.wrist_pin_offset
-    )
+    """Lengths of one cylinder of a machine."""
+    return train_geometry(machine.crank_train)
 
 
 def gas_cards(machine: Machine) -> tuple[Array, tuple[GasCard, ...]]:

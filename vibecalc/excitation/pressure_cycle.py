@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.excitation.cylinder_torque import CrankGeometry, gas_harmonics
+from vibecalc.excitation.cylinder_torque import gas_harmonics
 from vibecalc.excitation.gas_tables import FOUR_STROKE, TWO_STROKE, GasCard, fitted_card
 from vibecalc.kinematics.slider_crank import (
     bottom_dead_centre,
@@ -17,6 +17,7 @@ from vibecalc.kinematics.slider_crank import (
     top_dead_centre,
 )
 from vibecalc.numerics.rounding import EPSILON, FloatArray, WithError
+from vibecalc.parts.geometry import CrankGeometry
 
 # ----------------------------------------------------------------------------
 # Computed pressure cards, for an engine whose pressure nobody has measured.

@@ -11,6 +11,7 @@ from vibecalc.errors import KeyPath, Problem
 from vibecalc.kinds import has_crank_train
 from vibecalc.parts import tables as parts
 from vibecalc.parts.body import DIRECTIONS, build_frame
+from vibecalc.parts.geometry import CrankGeometry
 from vibecalc.schema import Case
 
 # ----------------------------------------------------------------------------
@@ -31,9 +32,7 @@ class CrankTrain:
     inertia is then that of the two points, the usual approximation).
     """
 
-    crank_radius: float
-    rod_length: float
-    wrist_pin_offset: float
+    geometry: CrankGeometry
     names: tuple[str, ...]
     position: Array
     crank_phase: Array
@@ -44,6 +43,18 @@ class CrankTrain:
     axis: Array
     stroke: Array
     across: Array
+
+    @property
+    def crank_radius(self) -> float:
+        return float(self.geometry.crank_radius)
+
+    @property
+    def rod_length(self) -> float:
+        return float(self.geometry.rod_length)
+
+    @property
+    def wrist_pin_offset(self) -> float:
+        return float(self.geometry.wrist_pin_offset)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -102,9 +113,7 @@ def build_crank_train(train: parts.CrankTrain) -> CrankTrain:
     own = [c.reciprocating_mass for c in cylinders]
     pins = [train.rotating_mass if c.rotating_mass is None else c.rotating_mass for c in cylinders]
     return CrankTrain(
-        crank_radius=train.crank_radius,
-        rod_length=train.rod_length,
-        wrist_pin_offset=train.wrist_pin_offset,
+        geometry=crank_geometry(train),
         names=tuple(c.name for c in cylinders),
         position=np.array([c.position for c in cylinders]),
         crank_phase=np.array([c.crank_phase for c in cylinders]),
@@ -115,6 +124,13 @@ def build_crank_train(train: parts.CrankTrain) -> CrankTrain:
         axis=frame.axis,
         stroke=frame.stroke,
         across=frame.across,
+    )
+
+
+def crank_geometry(train: parts.CrankTrain) -> CrankGeometry:
+    """Lengths of one cylinder; without gas there may be no bore, which counts as zero."""
+    return CrankGeometry(
+        train.crank_radius, train.rod_length, train.bore or 0.0, train.wrist_pin_offset
     )
 
 

@@ -9,7 +9,6 @@ import numpy as np
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.excitation.cylinder_torque import (
-    CrankGeometry,
     CylinderTorque,
     cylinder_gas,
     cylinder_torque,
@@ -22,6 +21,7 @@ from vibecalc.excitation.gas_tables import GasCard, card_weights, gas_card
 from vibecalc.excitation.model import Firing, build_firing, crank_geometry, cycle_of, gas_cards
 from vibecalc.numerics.rounding import EPSILON, ComplexArray, FloatArray, IntArray
 from vibecalc.parts.crank_train import build_crank_train
+from vibecalc.parts.geometry import CrankGeometry
 from vibecalc.torsion.damped_modes import LineModes, damped_line_modes, undamped_line_modes
 from vibecalc.torsion.forced import Masked, ModalLine, forced_masked, modal_line, ratio_response
 from vibecalc.torsion.line import Line
