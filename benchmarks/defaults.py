@@ -12,11 +12,10 @@ from typing import NamedTuple
 
 from rows import Report, Table, digits, seconds, told
 
-from vibecalc.core.accuracy.measure import Timed
-from vibecalc.core.accuracy.measure import measure as measure_topic
 from vibecalc.core.accuracy.record import extra_work
 from vibecalc.core.accuracy.run import collect
-from vibecalc.core.accuracy.topic import Measured, Rung, Topic
+from vibecalc.core.accuracy.topic import Measured, Rung, Timed, Topic
+from vibecalc.core.accuracy.topic import measure as measure_topic
 from vibecalc.core.study.execute import load_checked
 
 CASES = Path(__file__).resolve().parents[1] / "cases"

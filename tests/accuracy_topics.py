@@ -5,8 +5,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from vibecalc.core.accuracy.measure import Timed
-from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Ladder, Reference, Topic
+from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Ladder, Reference, Timed, Topic
 from vibecalc.errors import NumericalFailure
 
 Solve = Callable[[float], Answer]

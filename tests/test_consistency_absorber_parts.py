@@ -11,8 +11,7 @@ from absorber_cases import PENDULUM, RATIOS, RIG, SEVERAL
 from vibecalc.absorber.hardware.oil_gap import oil_damping
 from vibecalc.absorber.hardware.overhung import bending_frequencies
 from vibecalc.absorber.model import AbsorberParts, Branch, build_absorber
-from vibecalc.absorber.pendulum_model import PendulumParts, build_pendulum
-from vibecalc.absorber.pendulum_order import rates, tuning_order
+from vibecalc.absorber.pendulum_order import PendulumParts, build_pendulum, rates, tuning_order
 from vibecalc.absorber.transfer import amplitude
 from vibecalc.core.case.load import resolve, validate
 from vibecalc.core.case.raw import set_key

@@ -10,8 +10,8 @@ from fuzzing import command
 from shipped_cases import CASES
 
 from vibecalc.core.accuracy import run as collect
-from vibecalc.core.accuracy.measure import Timed, measure
 from vibecalc.core.accuracy.run import stages_of
+from vibecalc.core.accuracy.topic import Timed, measure
 from vibecalc.core.results.store import read_result
 from vibecalc.core.study.execute import load_checked
 from vibecalc.errors import EXIT_FINE, EXIT_USAGE, NumericalFailure, UsageError
@@ -24,8 +24,8 @@ QUICK = ("--stage", "kinematics", "--stage", "excitation")
 def _in_empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     # repeats give better seconds and nothing else
-    monkeypatch.setattr("vibecalc.core.accuracy.measure._ENOUGH", 0.0)
-    monkeypatch.setattr("vibecalc.core.report.plots.draw_accuracy", _without_matplotlib)
+    monkeypatch.setattr("vibecalc.core.accuracy.topic._ENOUGH", 0.0)
+    monkeypatch.setattr("vibecalc.core.report.plots.draw_accuracy_file", _without_matplotlib)
 
 
 def _without_matplotlib(result: object, path: Path) -> Path:

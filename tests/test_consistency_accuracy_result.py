@@ -9,8 +9,8 @@ import pytest
 from accuracy_topics import FULL, ONCE, euler, ladder, topic
 from shipped_cases import CASES
 
-from vibecalc.core.accuracy.measure import measure
 from vibecalc.core.accuracy.record import as_record, folder_of, measured_text, plan_rows
+from vibecalc.core.accuracy.topic import measure
 from vibecalc.core.report.accuracy import accuracy_object, render_accuracy, topics_of
 from vibecalc.core.report.sweep.text import report_file
 from vibecalc.core.results.compare import compare
@@ -112,7 +112,7 @@ def test_the_view_and_the_object_agree(result: Result) -> None:
 
 def test_a_picture_has_a_panel_for_each_topic(result: Result, tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
-    from vibecalc.core.report.pictures import draw_accuracy as picture
+    from vibecalc.core.report.plots import draw_accuracy as picture
     from vibecalc.core.report.plots import draw_file
 
     path = write_result(result, tmp_path / "one.accuracy.h5")
@@ -127,7 +127,7 @@ def test_a_picture_has_a_panel_for_each_topic(result: Result, tmp_path: Path) ->
 
 
 def test_a_result_of_another_kind_has_no_such_picture() -> None:
-    from vibecalc.core.report.pictures import draw_accuracy as picture
+    from vibecalc.core.report.plots import draw_accuracy as picture
 
     (loaded,) = load_checked([CASES["generator"]])
     from vibecalc.core.results.record import Record

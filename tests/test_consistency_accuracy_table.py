@@ -6,10 +6,9 @@ from functools import cache
 import pytest
 from shipped_cases import CASES, SLOW, table_of
 
-from vibecalc.core.accuracy.measure import Timed, measure
 from vibecalc.core.accuracy.record import extra_work
 from vibecalc.core.accuracy.run import STUDIES, WHOLE_CASE, Collected, collect, stages_of
-from vibecalc.core.accuracy.topic import Topic
+from vibecalc.core.accuracy.topic import Timed, Topic, measure
 from vibecalc.core.case.load import validate
 from vibecalc.core.results.named import named
 from vibecalc.core.run.plan import plan_case

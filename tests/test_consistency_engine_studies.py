@@ -18,7 +18,7 @@ from vibecalc.core.results.sweep_file import open_sweep
 from vibecalc.core.run.plan import plan_case
 from vibecalc.core.run.run import run_case
 from vibecalc.core.study.execute import execute, load_checked
-from vibecalc.core.study.sweep import strategy
+from vibecalc.core.study.sweep import prepare as strategy
 from vibecalc.core.study.sweep.evaluate import Evaluator
 
 RING = "machine.shaft_line.dampers[0].damping"

@@ -24,7 +24,7 @@ from vibecalc.core.study.sweep.arrays import ArrayEvaluator
 from vibecalc.core.study.sweep.blocks import Block
 from vibecalc.core.study.sweep.design import Design, make_design
 from vibecalc.core.study.sweep.evaluate import Evaluator, Found
-from vibecalc.core.study.sweep.strategy import choose
+from vibecalc.core.study.sweep.prepare import choose
 from vibecalc.errors import KeyPath
 
 PEAK = "isolation/support_force/steady_peak"

@@ -20,9 +20,8 @@ from accuracy_topics import (
     unstable,
 )
 
-from vibecalc.core.accuracy.measure import errors_of, measure
 from vibecalc.core.accuracy.record import cheapest_in_work, extra_work, fitted, front, front_in_work
-from vibecalc.core.accuracy.topic import Answer, Ladder, Reference, Rung
+from vibecalc.core.accuracy.topic import Answer, Ladder, Reference, Rung, errors_of, measure
 from vibecalc.core.results.layout import ALGEBRAIC, GEOMETRIC, RUNG_DONE, RUNG_FAILED, RUNG_NOT_RUN
 from vibecalc.errors import NumericalFailure
 
@@ -152,7 +151,7 @@ def test_an_overflow_is_a_failure_and_no_warning() -> None:
 
 def test_a_slow_rung_ends_its_ladder_and_no_other(monkeypatch: pytest.MonkeyPatch) -> None:
     clock = Clock()
-    monkeypatch.setattr("vibecalc.core.accuracy.measure.time", clock)
+    monkeypatch.setattr("vibecalc.core.accuracy.topic.time", clock)
     asked = topic(ladder(clock.slow, 1, 6, 7, 8), ladder(exact))
     rungs = measure(asked).rungs
     assert [one.status for one in rungs] == [
@@ -173,7 +172,7 @@ def test_how_often_a_rung_is_repeated(
     seconds: float, runs: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     clock = Clock()
-    monkeypatch.setattr("vibecalc.core.accuracy.measure.time", clock)
+    monkeypatch.setattr("vibecalc.core.accuracy.topic.time", clock)
     measure(topic(ladder(clock.slow, seconds)))
     assert clock.now == pytest.approx(runs * seconds)
 

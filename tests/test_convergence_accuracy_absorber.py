@@ -29,10 +29,9 @@ from vibecalc.absorber.tuning.closed_forms import nishihara_asami
 from vibecalc.core.accuracy import frame_topics as find
 from vibecalc.core.accuracy.frame_topics import find_topics as find_study_topics
 from vibecalc.core.accuracy.frame_topics import optimisation_topics as optimisation_study_topics
-from vibecalc.core.accuracy.measure import Timed, measure
 from vibecalc.core.accuracy.other_searches import nelder_mead, within_budget
 from vibecalc.core.accuracy.record import extra_work, fitted
-from vibecalc.core.accuracy.topic import Measured, Rung, Topic
+from vibecalc.core.accuracy.topic import Measured, Rung, Timed, Topic, measure
 from vibecalc.core.run.run import run_scene
 from vibecalc.core.study.execute import load_checked
 from vibecalc.errors import NumericalFailure

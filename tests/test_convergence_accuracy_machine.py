@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from shipped_cases import CASES
 
-from vibecalc.core.accuracy.measure import Timed, measure
 from vibecalc.core.accuracy.other_integrators import (
     Signal,
     harmonics_of_samples,
@@ -27,7 +26,7 @@ from vibecalc.core.accuracy.other_searches import (
     places_of,
 )
 from vibecalc.core.accuracy.record import extra_work, fitted
-from vibecalc.core.accuracy.topic import Measured, Topic
+from vibecalc.core.accuracy.topic import Measured, Timed, Topic, measure
 from vibecalc.core.results.layout import RUNG_FAILED
 from vibecalc.core.run.plan import plan_case
 from vibecalc.core.run.run import run_scene

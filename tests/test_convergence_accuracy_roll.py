@@ -13,9 +13,8 @@ import numpy as np
 import pytest
 from shipped_cases import CASES
 
-from vibecalc.core.accuracy.measure import Timed, measure
 from vibecalc.core.accuracy.record import extra_work, fitted
-from vibecalc.core.accuracy.topic import Measured, Topic
+from vibecalc.core.accuracy.topic import Measured, Timed, Topic, measure
 from vibecalc.core.run.stage import Scene
 from vibecalc.core.study.execute import load_checked
 from vibecalc.errors import NumericalFailure

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 from shipped_cases import CASES
 
-from vibecalc.core.accuracy.measure import Timed, measure
 from vibecalc.core.accuracy.record import Fit, extra_work, fitted
-from vibecalc.core.accuracy.topic import Measured, Rung, Topic
+from vibecalc.core.accuracy.topic import Measured, Rung, Timed, Topic, measure
 from vibecalc.core.results.catalogue import CATALOGUE
 from vibecalc.core.results.named import named
 from vibecalc.core.run.plan import plan_case

@@ -23,7 +23,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (block,) = re.findall(r"```sh\n(.*?)```", PAGE, re.S)
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(made)
-        patch.setattr("vibecalc.core.accuracy.measure._ENOUGH", 0.0)
+        patch.setattr("vibecalc.core.accuracy.topic._ENOUGH", 0.0)
         patch.setattr("vibecalc.core.report.plots._RESOLUTION", 20)
         for line in block.splitlines():
             outcome = command(*shlex.split(line.split("#")[0])[1:], cap=60)

@@ -33,8 +33,8 @@ from shipped_cases import result_of
 from vibecalc.core.report.text import render_report
 from vibecalc.core.report.writing import decibels
 from vibecalc.core.results.record import Axis, Result
-from vibecalc.roll.printed_levels import lag_degrees
 from vibecalc.roll.report.advice import advice, joined, parameter_words
+from vibecalc.roll.report.running import lag_degrees
 
 TITLE = "Roll of the shell"
 PARTS = (running, spectra, forces, spreads, sensitivities)

@@ -21,7 +21,7 @@ from vibecalc.core.study.execute import execute
 from vibecalc.core.study.sweep import evaluate
 from vibecalc.core.study.sweep.design import Design, make_design
 from vibecalc.core.study.sweep.evaluate import Evaluator
-from vibecalc.core.study.sweep.strategy import choose, start
+from vibecalc.core.study.sweep.prepare import choose, start
 
 ROD = "machine.crank_train.rod_length"
 KEEP = (

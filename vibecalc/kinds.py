@@ -45,7 +45,7 @@ KINDS: dict[str, Kind] = {
     "absorber": Kind(form="vibecalc.absorber.rules:check_absorber"),
     "engine": Kind(
         needs=("crank_train", "speed"),
-        form="vibecalc.torsion.engine_rules:check_engine",
+        form="vibecalc.torsion.rules:check_engine",
         gas="said",
     ),
     "pump": Kind(

@@ -455,8 +455,7 @@ def pendulum_problems(case: Case) -> list[Problem]:
     if given is None:
         return []
     # these load what solves the motion
-    from vibecalc.absorber.pendulum_model import placed
-    from vibecalc.absorber.pendulum_order import largest_swing
+    from vibecalc.absorber.pendulum_order import largest_swing, placed
 
     problems = []
     if given.damping_ratio >= 1.0:

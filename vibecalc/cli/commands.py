@@ -59,8 +59,8 @@ def accuracy(
         raise UsageError(f"--longest needs a number of seconds above 0, found {longest:g}")
     if output is not None and output.suffix not in (".h5", ".hdf5"):
         raise UsageError(f"-o {output}: a result file ends in .h5")
-    from vibecalc.core.accuracy.measure import Timed
     from vibecalc.core.accuracy.run import Asked, measure_case
+    from vibecalc.core.accuracy.topic import Timed
     from vibecalc.core.study.execute import load_checked
 
     (loaded,) = load_checked([case], settings or (), unset or ())
@@ -79,14 +79,14 @@ def _write_measured(result: "Result", path: Path, json: bool, quiet: bool) -> No
     """Write the file, the table and, with matplotlib, the picture; print what is asked for."""
     from vibecalc.cli.outputs import write_text
     from vibecalc.core.report.accuracy import render_accuracy
-    from vibecalc.core.report.plots import draw_accuracy
+    from vibecalc.core.report.plots import draw_accuracy_file
     from vibecalc.core.results.store import write_result
 
     text = render_accuracy(result)
     write_result(result, path)
     write_text(text, path.with_suffix(".txt"))
     try:
-        pictures = draw_accuracy(result, path.with_suffix(".png"))
+        pictures = draw_accuracy_file(result, path.with_suffix(".png"))
     except UsageError as error:
         pictures = []
         typer.echo(f"no picture: {error}", err=True)

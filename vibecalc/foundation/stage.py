@@ -26,6 +26,7 @@ def plan_foundation(case: "Case") -> Iterator[Stage]:
         is_last=True,
         harmonics=orders_of_motion,
         work=_work,
+        topics=("vibecalc.foundation.accuracy:foundation_topics",),
     )
 
 

@@ -6,9 +6,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from vibecalc.absorber.pendulum_model import PendulumParts, build_pendulum
 from vibecalc.absorber.pendulum_order import (
     Pendulum,
+    PendulumParts,
+    build_pendulum,
     detuning_coefficient,
     order_of_swing,
     terms,

@@ -2,8 +2,9 @@
 
 import numpy as np
 
-from vibecalc.absorber.pendulum_model import PendulumParts, build_pendulum
 from vibecalc.absorber.pendulum_order import (
+    PendulumParts,
+    build_pendulum,
     detuning_coefficient,
     largest_swing,
     order_of_swing,

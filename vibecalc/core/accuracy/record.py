@@ -8,8 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from vibecalc.core.accuracy.measure import LEAST_SHARE
-from vibecalc.core.accuracy.topic import Ladder, Measured, Rung, Topic
+from vibecalc.core.accuracy.topic import LEAST_SHARE, Ladder, Measured, Rung, Topic
 from vibecalc.core.results.layout import (
     ACCURACY,
     ALGEBRAIC,

@@ -8,9 +8,8 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, NamedTuple
 
 from vibecalc.core.accuracy.environment import machine, versions
-from vibecalc.core.accuracy.measure import Timed, measure
 from vibecalc.core.accuracy.record import as_record, measured_text, plan_rows
-from vibecalc.core.accuracy.topic import Measured, Topic
+from vibecalc.core.accuracy.topic import Measured, Timed, Topic, measure
 from vibecalc.core.results.layout import MEASURED
 from vibecalc.core.results.named import named
 from vibecalc.core.results.record import Result

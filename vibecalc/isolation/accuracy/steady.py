@@ -11,7 +11,7 @@ from vibecalc.isolation.model import pitch_parts
 from vibecalc.numerics.cycle_peak import vector_cycle_peak
 from vibecalc.numerics.matrices import Matrices
 from vibecalc.parts.matrices import assemble, displacement_at
-from vibecalc.response.accuracy.by_other_means import (
+from vibecalc.response.accuracy.forced import (
     Mounted,
     by_shooting,
     from_rest,

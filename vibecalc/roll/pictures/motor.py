@@ -9,7 +9,7 @@ from vibecalc.core.report.canvas import COLOURS, QUIET, TOTAL, canvas
 from vibecalc.core.report.sections import along
 from vibecalc.core.report.writing import rpm
 from vibecalc.core.results.record import Record, Result
-from vibecalc.roll.printed_levels import ROLL, shell_acts
+from vibecalc.roll.report.advice import ROLL, shell_acts
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -11,8 +11,7 @@ from vibecalc.core.report.verdicts import MEASURED, ReferenceRow, judge_referenc
 from vibecalc.core.report.writing import ZERO, rpm, show
 from vibecalc.core.results.record import Quantity, Record, Result
 from vibecalc.roll.pictures.motor import MotorCurve, motor_curve, rpm_of
-from vibecalc.roll.printed_levels import ROLL, oscillating, shell_acts
-from vibecalc.roll.report.advice import PERCENT, Changes, changes
+from vibecalc.roll.report.advice import PERCENT, ROLL, Changes, changes, oscillating, shell_acts
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -1,14 +1,20 @@
 """What to change on the machine to lower each harmonic of the shell, from machines so changed."""
 
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from vibecalc.core.report.sections import having, labels
-from vibecalc.core.report.writing import Column, decibels, number, paragraph, table
+from vibecalc.core.report.writing import (
+    Column,
+    decibels,
+    number,
+    paragraph,
+    table,
+)
 from vibecalc.core.results.record import Quantity, Record, Result
-from vibecalc.roll.printed_levels import ROLL, known_error, oscillating, shell_acts
 
 #: the machines of the result are changed by so many percent
 PERCENT = 10
@@ -212,3 +218,34 @@ def _at(level: Quantity, order: int) -> float:
     orders = np.asarray(level.axes[0].values)
     hit = np.flatnonzero(orders == order)
     return float(level.values[hit[0]]) if hit.size else float("nan")
+
+
+ROLL = "response/roll/"
+
+
+SHELL = ROLL + "shell_acceleration"
+
+
+def oscillating(quantity: Quantity) -> np.ndarray:
+    """Places along a last axis `order` that are no mean."""
+    return np.flatnonzero(np.asarray(quantity.axes[-1].values) != 0)
+
+
+def acting(harmonics: Quantity) -> np.ndarray:
+    """Which harmonics exceed their error estimate; what does not is zero to round-off."""
+    return np.asarray(np.abs(harmonics.values) > known_error(harmonics))
+
+
+def known_error(quantity: Quantity) -> float:
+    """The error estimate; 0 where it is not known, since that hides nothing."""
+    error = quantity.error_estimate
+    return error if math.isfinite(error) else 0.0
+
+
+def shell_acts(record: Record, orders: np.ndarray) -> np.ndarray:
+    """Whether the shell's acceleration has each of the orders; yes where that is not known."""
+    harmonics = having(record, SHELL, "order")
+    if harmonics is None:
+        return np.ones(orders.shape, dtype=bool)
+    known = dict(zip(harmonics.axes[0].values.tolist(), acting(harmonics).tolist(), strict=True))
+    return np.array([known.get(int(order), True) for order in orders], dtype=bool)

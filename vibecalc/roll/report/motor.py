@@ -14,7 +14,7 @@ from vibecalc.core.report.writing import (
     table,
 )
 from vibecalc.core.results.record import Quantity, Record, Result
-from vibecalc.roll.printed_levels import ROLL, oscillating, shell_acts
+from vibecalc.roll.report.advice import ROLL, oscillating, shell_acts
 
 _MOTOR = ROLL + "motor/"
 _OF_ALL = (

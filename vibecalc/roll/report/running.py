@@ -1,4 +1,4 @@
-"""Report of the roll: the running state, its forces, and what its levels depend on."""
+"""The section of the running state: levels and lags by order, works, what moves them."""
 
 import math
 from collections.abc import Sequence
@@ -17,8 +17,23 @@ from vibecalc.core.report.writing import (
     table,
 )
 from vibecalc.core.results.record import Quantity, Record, Result
-from vibecalc.roll.printed_levels import ROLL, acting, lag_degrees, oscillating, shell_acts
-from vibecalc.roll.report.advice import advice
+from vibecalc.roll.report.advice import ROLL, acting, advice, oscillating, shell_acts
+
+# ----------------------------------------------------------------------------
+# Levels and lags as the report prints them; what is zero to round-off has neither.
+# ----------------------------------------------------------------------------
+
+
+def lag_degrees(lag: float, acts: bool | np.bool_ = True) -> str:
+    """An angle of lag in degrees, [0, 360), `-` where nothing lags."""
+    if not acts or not math.isfinite(lag):
+        return "-"
+    return f"{round(math.degrees(lag), 2) % 360.0:.2f}"
+
+
+# ----------------------------------------------------------------------------
+# Report of the roll: the running state, its forces, and what its levels depend on.
+# ----------------------------------------------------------------------------
 
 # ----------------------------------------------------------------------------
 # Roll of the shell: the running state, its balances, and what moves at each order.
