@@ -8,6 +8,7 @@ a value like any other. A list counts as read whole, and so does a table that is
 import marshal
 from collections.abc import Callable, Iterator
 from dataclasses import is_dataclass
+from functools import cache
 from operator import attrgetter
 from types import FunctionType
 from typing import Any, TypeVar, cast
@@ -69,6 +70,11 @@ class Reads:
         return plain, [type(one).__name__ for one in tables], [known[id(one)] for one in others]
 
 
+@cache
+def _fields_of(kind: type[Table]) -> frozenset[str]:
+    return frozenset(kind.model_fields)
+
+
 class Traced:
     """Stands for a table; see `traced`."""
 
@@ -82,7 +88,7 @@ class Traced:
     def __getattr__(self, name: str) -> Any:
         table, node, reads = self.__dict__["_traced"]
         kind = type(table)
-        if name in kind.__pydantic_fields__ or name == "model_fields_set":
+        if name in _fields_of(kind) or name == "model_fields_set":
             value = getattr(table, name)
             if isinstance(value, Table):
                 below = _note(node, name, {}, reads)
