@@ -87,7 +87,7 @@ class Traced:
 
     def __getattr__(self, name: str) -> Any:
         table, node, reads = self.__dict__["_traced"]
-        kind = type(table)
+        kind: Any = type(table)
         if name in _fields_of(kind) or name == "model_fields_set":
             value = getattr(table, name)
             if isinstance(value, Table):
