@@ -6,7 +6,7 @@ from periodic_problems import TURN, linear_rhs
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.periodic.collocation import solve_periodic
-from vibecalc.numerics.periodic.other_ways import march_turns, solve_fourier
+from vibecalc.numerics.periodic.other_methods import march_turns, solve_fourier
 from vibecalc.numerics.periodic.panels import PeriodicProblem, require_converged
 from vibecalc.numerics.periodic.tolerance import estimate_error, solve_to
 

@@ -8,6 +8,7 @@ from vibecalc.core.case.load import validate
 from vibecalc.core.run.machine_checks import check_machine
 from vibecalc.core.run.run import run_case
 from vibecalc.core.study.execute import load_checked
+from vibecalc.errors import CaseError, NumericalFailure
 from vibecalc.foundation.two_masses import TwoMasses, motion, natural_frequencies
 
 ORDERS = np.arange(1.0, 9.0)
@@ -91,5 +92,20 @@ def test_what_it_needs_is_said() -> None:
     (problem,) = check_machine(validate({key: table[key] for key in table if key != "limit"}))
     assert "needs [isolation]" in problem.message
     table = {**loaded.resolved, "foundation": {"mass": -1.0, "stiffness": 1e7}}
-    with pytest.raises(Exception, match="mass"):
+    with pytest.raises(CaseError, match="mass"):
         validate(table)
+
+
+def test_an_undamped_resonance_is_refused_and_an_undriven_one_is_nothing() -> None:
+    zero = np.asarray(0.0)
+    free = system(5)._replace(
+        mount_damping=zero, mount_structural=zero, damping=zero, structural=zero
+    )
+    lower = natural_frequencies(free)[:1]
+    with pytest.raises(NumericalFailure, match=f"natural frequency, {lower[0]:.6g} rad/s"):
+        motion(free, np.ones(1, dtype=complex), np.zeros(1), lower)
+    still = motion(free, np.zeros(1, dtype=complex), np.zeros(1), lower)
+    assert still.ground_force.value == still.ground_force.error == 0.0
+    alone = np.sqrt(free.mount_stiffness / free.machine_mass)[None]
+    with pytest.raises(NumericalFailure, match="rigid foundation"):
+        motion(free, np.ones(1, dtype=complex), np.zeros(1), alone)

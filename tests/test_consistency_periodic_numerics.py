@@ -8,7 +8,7 @@ from scipy.integrate import solve_ivp
 
 from vibecalc.numerics.periodic.collocation import solve_periodic
 from vibecalc.numerics.periodic.multipliers import floquet_multipliers
-from vibecalc.numerics.periodic.other_ways import solve_fourier
+from vibecalc.numerics.periodic.other_methods import solve_fourier
 from vibecalc.numerics.periodic.panels import PeriodicProblem, evaluate, running_integral
 from vibecalc.numerics.periodic.tolerance import estimate_error, solve_to
 

@@ -7,7 +7,7 @@ import pytest
 from periodic_problems import TURN, end_values, friction_problem, halved, linear_rhs
 
 from vibecalc.numerics.periodic.collocation import _carried, newton, solve_periodic, split
-from vibecalc.numerics.periodic.other_ways import solve_fourier
+from vibecalc.numerics.periodic.other_methods import solve_fourier
 from vibecalc.numerics.periodic.panels import PeriodicProblem, evaluate
 
 

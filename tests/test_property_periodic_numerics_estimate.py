@@ -11,7 +11,7 @@ from periodic_problems import (
 )
 
 from vibecalc.numerics.periodic.collocation import solve_periodic
-from vibecalc.numerics.periodic.other_ways import march_turns
+from vibecalc.numerics.periodic.other_methods import march_turns
 from vibecalc.numerics.periodic.panels import evaluate
 from vibecalc.numerics.periodic.tolerance import estimate_error, solve_to
 

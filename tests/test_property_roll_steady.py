@@ -11,7 +11,7 @@ from roll_machines import RADIUS, ROTOR, RPM, SYNCHRONOUS, source_drive, source_
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.excitation.slip_torque import breakdown, linear_motor, rising_branch, slip_curve
-from vibecalc.numerics.periodic.other_ways import march_turns
+from vibecalc.numerics.periodic.other_methods import march_turns
 from vibecalc.numerics.periodic.panels import constant_start
 from vibecalc.roll.mechanism import RollDrive, RollMachine, as_batch
 from vibecalc.roll.rates import roll_problem, surely_fastest

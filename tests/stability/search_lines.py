@@ -9,7 +9,7 @@ from torsion_lines import network
 
 from vibecalc.numerics.periodic.collocation import solve_periodic
 from vibecalc.numerics.periodic.multipliers import product_multipliers
-from vibecalc.numerics.periodic.other_ways import march_turns
+from vibecalc.numerics.periodic.other_methods import march_turns
 from vibecalc.numerics.periodic.panels import evaluate
 from vibecalc.numerics.periodic.tolerance import estimate_error
 from vibecalc.torsion.forced import forced_masked

@@ -15,7 +15,7 @@ from vibecalc.absorber.several_peaks import several_peaks
 from vibecalc.absorber.transfer import Absorber
 from vibecalc.numerics.periodic.collocation import solve_periodic
 from vibecalc.numerics.periodic.multipliers import product_condition, product_multipliers
-from vibecalc.numerics.periodic.other_ways import march_turns
+from vibecalc.numerics.periodic.other_methods import march_turns
 from vibecalc.numerics.periodic.tolerance import estimate_error
 from vibecalc.numerics.rounding import EPSILON
 

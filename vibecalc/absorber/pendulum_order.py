@@ -14,10 +14,6 @@ from vibecalc.numerics.rounding import UNIT_ROUNDOFF, FloatArray, WithError, clo
 from vibecalc.schema import Case
 
 # ----------------------------------------------------------------------------
-# A pendulum on a rotor: its path, equations of motion, and order at small and large swings.
-# ----------------------------------------------------------------------------
-
-# ----------------------------------------------------------------------------
 # A mass that a rotor carries along a path: geometry, kinetic energy, equations of motion.
 #
 # Seen from the rotor, the mass centre runs on a path that crosses a radius at right angles, at the

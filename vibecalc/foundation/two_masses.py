@@ -8,11 +8,20 @@ so that with p = K1 - w^2 m1 and q = K2 - w^2 m2 the determinant is p q - w^2 m1
 foundation v = 0 and the force K1 u on it is F K1 / p.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from vibecalc.numerics.rounding import EPSILON, ComplexArray, FloatArray, WithError
+from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.rounding import (
+    EPSILON,
+    SINGULAR,
+    BoolArray,
+    ComplexArray,
+    FloatArray,
+    WithError,
+)
 
 #: roundings of a few products and one difference
 _ROUNDINGS = 8.0
@@ -50,8 +59,13 @@ class Motion(NamedTuple):
 def motion(
     system: TwoMasses, force: ComplexArray, force_error: FloatArray, frequency: FloatArray
 ) -> Motion:
-    """Steady motion under a force (..., orders) in N at `frequency` (..., orders) in rad/s."""
+    """Steady motion under a force (..., orders) in N at `frequency` (..., orders) in rad/s.
+
+    Raises NumericalFailure where a force acts at an undamped natural frequency, of both masses or
+    of the machine on a rigid foundation.
+    """
     w, one = frequency, system
+    acts = np.abs(force) > 0.0
     mounts = one.mount_stiffness + 1j * (one.mount_structural + w * one.mount_damping)
     below = one.stiffness + 1j * (one.structural + w * one.damping)
     inertia = w**2 * one.machine_mass
@@ -59,8 +73,10 @@ def motion(
     whole = p * q - inertia * mounts
     # a difference loses the digits that its terms have in common
     terms = (np.abs(mounts) + inertia) * (np.abs(below) + w**2 * one.foundation_mass)
-    lost = _ROUNDINGS * EPSILON * (terms + inertia * np.abs(mounts)) / np.abs(whole)
-    lost_rigid = _ROUNDINGS * EPSILON * (np.abs(mounts) + inertia) / np.abs(p)
+    terms = terms + inertia * np.abs(mounts)
+    lost = _lost(whole, terms, acts, w, "machine and foundation")
+    lost_rigid = _lost(p, np.abs(mounts) + inertia, acts, w, "the machine on a rigid foundation")
+    whole, p = np.where(acts, whole, 1.0), np.where(acts, p, 1.0)
 
     def answer(factor: ComplexArray, share: FloatArray) -> WithError:
         value = factor * force
@@ -72,6 +88,21 @@ def motion(
         ground_force=answer(np.asarray(mounts * below / whole), lost),
         rigid_force=answer(np.asarray(mounts / p), lost_rigid),
     )
+
+
+def _lost(
+    rest: NDArray[Any], terms: FloatArray, acts: BoolArray, frequency: FloatArray, what: str
+) -> FloatArray:
+    """Relative rounding of a difference `rest` of `terms`; 0 where no force acts."""
+    rounding = _ROUNDINGS * EPSILON * terms
+    lost = acts & (SINGULAR * np.abs(rest) <= rounding)
+    if lost.any():
+        at = float(np.broadcast_to(frequency, lost.shape)[lost][0])
+        raise NumericalFailure(
+            f"{what}: a force acts at an undamped natural frequency, {at:.6g} rad/s; give mounts "
+            "or foundation some damping, or another speed"
+        )
+    return np.asarray(np.where(acts, rounding / np.where(acts, np.abs(rest), 1.0), 0.0))
 
 
 def natural_frequencies(system: TwoMasses) -> FloatArray:

@@ -35,10 +35,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 # ----------------------------------------------------------------------------
-# Pictures of the body on its mounts: loads over the cycle, transmissibility, modes.
-# ----------------------------------------------------------------------------
-
-# ----------------------------------------------------------------------------
 # The couple over the lever during one turn, body held still and on its mounts.
 # ----------------------------------------------------------------------------
 
@@ -391,10 +387,6 @@ def _legend(figure: "Figure") -> None:
     ]
     figure.legend(handles=handles, loc="outside lower center", ncols=4, fontsize=9)
 
-
-# ----------------------------------------------------------------------------
-# Picture of a run-up: largest force over the cycle by speed, with limits and resonances.
-# ----------------------------------------------------------------------------
 
 # ----------------------------------------------------------------------------
 # Marks of a run-up: orders on natural frequencies, speeds left out, where the axis begins.

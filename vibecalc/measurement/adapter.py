@@ -44,10 +44,6 @@ from vibecalc.numerics.level import DECIBEL, level_of
 from vibecalc.numerics.rounding import EPSILON, ComplexArray, FloatArray, WithError
 
 # ----------------------------------------------------------------------------
-# Adapter: the motion of each harmonic from its readings, with all that levels leave open.
-# ----------------------------------------------------------------------------
-
-# ----------------------------------------------------------------------------
 # The motion of each harmonic from its readings, with all that levels leave open.
 # ----------------------------------------------------------------------------
 
@@ -245,10 +241,6 @@ def phase_of(
         phase += 2.0 * math.pi
     return WithError(np.array(phase), np.array(error))
 
-
-# ----------------------------------------------------------------------------
-# Adapter: a measurement to its results: motion, levels anywhere, readings, other motions.
-# ----------------------------------------------------------------------------
 
 # ----------------------------------------------------------------------------
 # What instruments read beside what the motion found gives them.

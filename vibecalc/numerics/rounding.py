@@ -16,10 +16,6 @@ IntArray: TypeAlias = NDArray[np.int64]
 BoolArray: TypeAlias = NDArray[np.bool_]
 
 # ----------------------------------------------------------------------------
-# Values with their errors: rounding of sums and closed formulas, error-free transformations.
-# ----------------------------------------------------------------------------
-
-# ----------------------------------------------------------------------------
 # Values with their errors, how much a double-precision sum may be off, and what is too much.
 # ----------------------------------------------------------------------------
 

@@ -6,7 +6,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.periodic.other_ways import solve_fourier
+from vibecalc.numerics.periodic.other_methods import solve_fourier
 from vibecalc.numerics.rounding import FloatArray
 from vibecalc.roll.march import march_to_repeat
 from vibecalc.roll.mechanism import (

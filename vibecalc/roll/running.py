@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.periodic.other_ways import March, march_turns
+from vibecalc.numerics.periodic.other_methods import March, march_turns
 from vibecalc.numerics.periodic.panels import (
     PeriodicSolution,
     constant_start,

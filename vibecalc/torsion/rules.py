@@ -6,10 +6,6 @@ from vibecalc.core.case.raw import Data, either, misspelt, read_number, table_at
 from vibecalc.errors import KeyPath, Problem
 
 # ----------------------------------------------------------------------------
-# Rules of form of a shaft line in a case, and of what is asked of it.
-# ----------------------------------------------------------------------------
-
-# ----------------------------------------------------------------------------
 # Checks of form of a shaft line: each number said once, shafts from station to station.
 # ----------------------------------------------------------------------------
 

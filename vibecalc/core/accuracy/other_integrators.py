@@ -131,10 +131,6 @@ def march_scipy(
 
 
 # ----------------------------------------------------------------------------
-# Periodic signals by other means: plain Fourier transforms, peaks over a cycle.
-# ----------------------------------------------------------------------------
-
-# ----------------------------------------------------------------------------
 # Harmonics from samples of a cycle and samples from harmonics, by the plain Fourier transform.
 # ----------------------------------------------------------------------------
 

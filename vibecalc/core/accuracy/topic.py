@@ -15,10 +15,6 @@ from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import EPSILON
 
 # ----------------------------------------------------------------------------
-# A topic: one question, its methods, the truth they are held to, and what measuring it gives.
-# ----------------------------------------------------------------------------
-
-# ----------------------------------------------------------------------------
 # A topic: one question of a stage, the methods that answer it, and the truth they are held to.
 # ----------------------------------------------------------------------------
 
@@ -148,10 +144,6 @@ def noise_of(reference: Reference) -> float:
     """Relative error below which rungs count as equally accurate."""
     return max(reference.agreement, _LEAST_ROUNDINGS * EPSILON)
 
-
-# ----------------------------------------------------------------------------
-# Run every rung of a topic: its error against the truth, its work, its seconds, or its failure.
-# ----------------------------------------------------------------------------
 
 # ----------------------------------------------------------------------------
 # The distance of an answer from the truth, in the three norms that an engineer reads.

@@ -24,10 +24,6 @@ from vibecalc.errors import ResultError
 from vibecalc.units import convert, parse_quantity, split_number
 
 # ----------------------------------------------------------------------------
-# The optimum of a case with what to change for it, and the values that [[find]] brought.
-# ----------------------------------------------------------------------------
-
-# ----------------------------------------------------------------------------
 # Where a variable of an optimisation started, and in which unit a case thinks of it.
 # ----------------------------------------------------------------------------
 
@@ -448,10 +444,6 @@ def _beside(record: Record) -> list[str]:
     )
     return ["", *table(columns, rows)] if rows else []
 
-
-# ----------------------------------------------------------------------------
-# How an optimum was found: what holds it; searches, methods and points of a front in rows.
-# ----------------------------------------------------------------------------
 
 # ----------------------------------------------------------------------------
 # How an optimum was found: what holds it, distinct optima, one line for each search.

@@ -44,10 +44,6 @@ def planned_quantities(case: "Case") -> dict[str, Entry]:
 
 
 # ----------------------------------------------------------------------------
-# What a run of a case will take: stages, harmonics, counted work, time and memory.
-# ----------------------------------------------------------------------------
-
-# ----------------------------------------------------------------------------
 # What a piece of work costs: seconds of one thread of a common machine, counted once by running.
 #
 # The figures come from runs of the shipped cases on a 2.1 GHz server core with BLAS on one thread;

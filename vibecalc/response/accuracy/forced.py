@@ -182,10 +182,6 @@ def _amplitudes(samples: np.ndarray, orders: np.ndarray) -> np.ndarray:
 
 
 # ----------------------------------------------------------------------------
-# Accuracy of the forced response: translations by order, and energies over the speed range.
-# ----------------------------------------------------------------------------
-
-# ----------------------------------------------------------------------------
 # Topics of the response: translations of the body by order at operating speed.
 # ----------------------------------------------------------------------------
 

@@ -90,10 +90,6 @@ def strongest(scene: Scene) -> Combination | None:
 
 
 # ----------------------------------------------------------------------------
-# Accuracy of the operations: ranges of their energies over all angles of a balance weight.
-# ----------------------------------------------------------------------------
-
-# ----------------------------------------------------------------------------
 # Both ends of a curve over all angles of a balance weight, by grids.
 # ----------------------------------------------------------------------------
 

@@ -32,10 +32,6 @@ def lag_degrees(lag: float, acts: bool | np.bool_ = True) -> str:
 
 
 # ----------------------------------------------------------------------------
-# Report of the roll: the running state, its forces, and what its levels depend on.
-# ----------------------------------------------------------------------------
-
-# ----------------------------------------------------------------------------
 # Roll of the shell: the running state, its balances, and what moves at each order.
 # ----------------------------------------------------------------------------
 

@@ -23,10 +23,6 @@ from vibecalc.core.results.layout import DIED, TIMED_OUT
 from vibecalc.errors import UsageError
 
 # ----------------------------------------------------------------------------
-# Chunks of points handed to processes of this machine; hung and dead ones are replaced.
-# ----------------------------------------------------------------------------
-
-# ----------------------------------------------------------------------------
 # The handle on one working process: start it, give it points, hear it, end it.
 # ----------------------------------------------------------------------------
 
@@ -381,10 +377,6 @@ class Here:
                 tell(pieces[-1])
             yield Done(work, pieces, [])
 
-
-# ----------------------------------------------------------------------------
-# One process that works for a sweep, and the messages between both.
-# ----------------------------------------------------------------------------
 
 # ----------------------------------------------------------------------------
 # Messages between a sweep and the processes that work for it: pickles, each with its length.

@@ -1,4 +1,4 @@
-"""Periodic solutions by harmonic balance and by marching, beside collocation."""
+"""Periodic solutions by other methods than collocation: harmonic balance, marching in time."""
 
 from functools import lru_cache
 from typing import NamedTuple
