@@ -1,48 +1,72 @@
 """A whole case: the machine, the stages asked for, the numbers it is held against."""
 
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
-from vibecalc.absorber.tables import (
-    Flywheel,
-    Gap,
-    Oil,
-    OilCatalogue,
-    Pendulum,
-    Primary,
-    Ring,
-    Rod,
-    Secondaries,
-    Secondary,
-    SpringCatalogue,
-    Springs,
-    StockDampers,
-    StockOils,
-    StockSprings,
-    Tuning,
-)
-from vibecalc.core.case.fields import AngularSpeed, Table, Whole
-from vibecalc.core.case.tables import (
-    Accuracy,
-    Find,
-    Limit,
-    Optimisation,
-    Reference,
-    ReferenceTable,
-    Sweep,
-)
+from vibecalc.core.case.fields import AngularSpeed, Number, Table, Whole, later
 from vibecalc.core.results.named import named
-from vibecalc.excitation.tables import Excitation
-from vibecalc.foundation.tables import Foundation
-from vibecalc.isolation.tables import Isolation
-from vibecalc.kinematics.tables import Kinematics
-from vibecalc.measurement.tables import Measurement
-from vibecalc.parts.tables import NEEDED_BY_KIND, Body, CrankTrain, Cycle, Joints, Motor, Mounts
-from vibecalc.response.tables import Response
-from vibecalc.roll.tables import Friction, Rotor, Shell
-from vibecalc.torsion.shaft_line_tables import ShaftLine
-from vibecalc.torsion.tables import DamperDesign
+from vibecalc.parts.tables import NEEDED_BY_KIND, Body, CrankTrain, Cycle, Mounts
+
+if TYPE_CHECKING:
+    from vibecalc.absorber.tables import (
+        Flywheel,
+        Gap,
+        Oil,
+        OilCatalogue,
+        Pendulum,
+        Primary,
+        Ring,
+        Rod,
+        Secondaries,
+        Secondary,
+        SpringCatalogue,
+        Springs,
+        StockDampers,
+        StockOils,
+        StockSprings,
+        Tuning,
+    )
+    from vibecalc.core.case.tables import (
+        Find,
+        Limit,
+        Optimisation,
+        Reference,
+        ReferenceTable,
+        Sweep,
+    )
+    from vibecalc.excitation.tables import Excitation
+    from vibecalc.foundation.tables import Foundation
+    from vibecalc.isolation.tables import Isolation
+    from vibecalc.kinematics.tables import Kinematics
+    from vibecalc.measurement.tables import Measurement
+    from vibecalc.parts.tables import Joints, Motor
+    from vibecalc.response.tables import Response
+    from vibecalc.roll.tables import Friction, Rotor, Shell
+    from vibecalc.torsion.shaft_line_tables import ShaftLine
+    from vibecalc.torsion.tables import DamperDesign
+else:
+    globals().update(
+        later(
+            {
+                "vibecalc.absorber.tables": "Flywheel Gap Oil OilCatalogue Pendulum Primary Ring "
+                "Rod Secondaries Secondary SpringCatalogue Springs StockDampers StockOils "
+                "StockSprings Tuning",
+                "vibecalc.core.case.tables": "Find Limit Optimisation Reference "
+                "ReferenceTable Sweep",
+                "vibecalc.excitation.tables": "Excitation",
+                "vibecalc.foundation.tables": "Foundation",
+                "vibecalc.isolation.tables": "Isolation",
+                "vibecalc.kinematics.tables": "Kinematics",
+                "vibecalc.measurement.tables": "Measurement",
+                "vibecalc.parts.tables": "Joints Motor",
+                "vibecalc.response.tables": "Response",
+                "vibecalc.roll.tables": "Friction Rotor Shell",
+                "vibecalc.torsion.shaft_line_tables": "ShaftLine",
+                "vibecalc.torsion.tables": "DamperDesign",
+            }
+        )
+    )
 
 SCHEMA_VERSION = 1
 
@@ -102,6 +126,14 @@ class Machine(Table):
         if isinstance(data, dict) and data.get("kind") == "engine":
             return named("vibecalc.parts.firing:with_phases")(data)
         return data
+
+
+class Accuracy(Table):
+    """The one dial between speed and accuracy."""
+
+    rtol: Number = Field(
+        1e-9, ge=1e-14, le=0.1, description="of the largest magnitude of each quantity"
+    )
 
 
 class Case(Table):

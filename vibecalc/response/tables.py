@@ -1,14 +1,26 @@
 """What is asked of the response of a machine on its suspension."""
 
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import Field
 
-from vibecalc.absorber.tables import AbsorberResponse
-from vibecalc.core.case.fields import Angle, Length, Name, Number, RunUp, Table, Time
+from vibecalc.core.case.fields import Angle, Length, Name, Number, RunUp, Table, Time, later
 from vibecalc.parts.tables import Names, Throws
-from vibecalc.roll.tables import Control, Roll, StartUp
-from vibecalc.torsion.tables import Torsion
+
+if TYPE_CHECKING:
+    from vibecalc.absorber.tables import AbsorberResponse
+    from vibecalc.roll.tables import Control, Roll, StartUp
+    from vibecalc.torsion.tables import Torsion
+else:
+    globals().update(
+        later(
+            {
+                "vibecalc.absorber.tables": "AbsorberResponse",
+                "vibecalc.roll.tables": "Control Roll StartUp",
+                "vibecalc.torsion.tables": "Torsion",
+            }
+        )
+    )
 
 
 class Operation(Table):

@@ -2,14 +2,17 @@
 
 import math
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 from vibecalc.errors import KeyPath, Problem
 from vibecalc.kinds import asks_roll, finds_speed, has_crank_train, working
 from vibecalc.parts.crank_train import build_crank_train, rod_share, working_names
 from vibecalc.parts.firing import shakes_with_torque
 from vibecalc.roll.form import STEPPING
-from vibecalc.roll.tables import Load, Roll
 from vibecalc.schema import Case
+
+if TYPE_CHECKING:
+    from vibecalc.roll.tables import Load, Roll
 
 # ----------------------------------------------------------------------------
 # Can rotor, pistons and shell move like this, and can that motion be followed as asked?
@@ -74,7 +77,7 @@ def _drifting(case: Case) -> Iterator[Problem]:
         )
 
 
-def _start(case: Case, roll: Roll) -> Iterator[Problem]:
+def _start(case: Case, roll: "Roll") -> Iterator[Problem]:
     shell, motor = case.machine.shell, case.machine.motor
     if roll.started_at is None or shell is None or motor is None:
         return
@@ -98,7 +101,7 @@ def _start(case: Case, roll: Roll) -> Iterator[Problem]:
         )
 
 
-def _work(case: Case, roll: Roll) -> Iterator[Problem]:
+def _work(case: Case, roll: "Roll") -> Iterator[Problem]:
     """Points and steps against the highest order."""
     motor, methods = case.machine.motor, (roll.method, *roll.compare)
     # the points are those of the first method that has any
@@ -140,7 +143,7 @@ def _work(case: Case, roll: Roll) -> Iterator[Problem]:
         )
 
 
-def _load(load: Load) -> Iterator[Problem]:
+def _load(load: "Load") -> Iterator[Problem]:
     time, factor = load.time, load.factor
     back = [n for n in range(1, len(time)) if not time[n] > time[n - 1]]
     if time[0] != 0.0:

@@ -2,12 +2,15 @@
 
 import math
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 from vibecalc.errors import KeyPath, Problem
 from vibecalc.kinds import finds_speed
-from vibecalc.parts.tables import Motor, SlipTable
-from vibecalc.roll.tables import Control
-from vibecalc.schema import Case
+
+if TYPE_CHECKING:
+    from vibecalc.parts.tables import Motor, SlipTable
+    from vibecalc.roll.tables import Control
+    from vibecalc.schema import Case
 
 # ----------------------------------------------------------------------------
 # Is the motor that finds the speed a motor: its curve over the slip, its poles?
@@ -18,7 +21,7 @@ TABLE: KeyPath = (*MOTOR, "slip_table")
 START: KeyPath = ("response", "start_up")
 
 
-def slip_problems(case: Case) -> list[Problem]:
+def slip_problems(case: "Case") -> list[Problem]:
     """Problems of the slip table, of the number of poles, and of a start beyond the table."""
     motor = case.machine.motor
     if motor is None or not finds_speed(case.machine):
@@ -30,7 +33,7 @@ def slip_problems(case: Case) -> list[Problem]:
     return problems or [*_start(case, motor)]
 
 
-def _poles(motor: Motor) -> Iterator[Problem]:
+def _poles(motor: "Motor") -> Iterator[Problem]:
     if motor.kind == "dynamic" and motor.poles % 2:
         yield Problem(
             path=(*MOTOR, "poles"),
@@ -40,7 +43,7 @@ def _poles(motor: Motor) -> Iterator[Problem]:
         )
 
 
-def _table(table: SlipTable) -> Iterator[Problem]:
+def _table(table: "SlipTable") -> Iterator[Problem]:
     """One problem of the slips, or else one for each torque that cannot be."""
     slip, torque = table.slip, table.torque
     back = [n for n in range(1, len(slip)) if not slip[n] > slip[n - 1]]
@@ -93,7 +96,7 @@ def _backwards(torque: tuple[float, ...]) -> Iterator[Problem]:
         )
 
 
-def _start(case: Case, motor: Motor) -> Iterator[Problem]:
+def _start(case: "Case", motor: "Motor") -> Iterator[Problem]:
     """A start at a slip that the table does not reach cannot be followed."""
     study = None if case.response is None else case.response.start_up
     if study is None or motor.kind != "slip_table" or motor.beyond == "hold":
@@ -118,7 +121,7 @@ ROLL: KeyPath = ("response", "roll")
 LINES = (50.0, 60.0)
 
 
-def dynamic_problems(case: Case) -> list[Problem]:
+def dynamic_problems(case: "Case") -> list[Problem]:
     """Problems of a dynamic motor: rows and resistance against its fit, methods that lack it."""
     motor = case.machine.motor
     if motor is None or not finds_speed(case.machine) or motor.kind != "dynamic":
@@ -129,7 +132,7 @@ def dynamic_problems(case: Case) -> list[Problem]:
     return problems
 
 
-def dynamic_cautions(motor: Motor) -> Iterator[str]:
+def dynamic_cautions(motor: "Motor") -> Iterator[str]:
     """A sentence where speed and poles do not go with a line."""
     line = 0.5 * motor.poles * motor.synchronous_speed / (2.0 * math.pi)
     if min(abs(line - usual) / usual for usual in LINES) > 0.01:
@@ -140,7 +143,7 @@ def dynamic_cautions(motor: Motor) -> Iterator[str]:
         )
 
 
-def _methods(case: Case) -> Iterator[Problem]:
+def _methods(case: "Case") -> Iterator[Problem]:
     roll = None if case.response is None else case.response.roll
     if roll is None:
         return
@@ -162,7 +165,7 @@ def _refused(what: str, path: KeyPath, name: str) -> Problem:
     )
 
 
-def _start_with_transients(case: Case) -> Iterator[Problem]:
+def _start_with_transients(case: "Case") -> Iterator[Problem]:
     if case.response is not None and case.response.start_up is not None:
         yield Problem(
             path=START,
@@ -175,7 +178,7 @@ def _start_with_transients(case: Case) -> Iterator[Problem]:
         )
 
 
-def _rows(motor: Motor) -> Iterator[Problem]:
+def _rows(motor: "Motor") -> Iterator[Problem]:
     """Every cage takes two rows, and relative differences need torques above zero."""
     from vibecalc.roll.model import CAGES, DEFAULT
 
@@ -207,7 +210,7 @@ def _rows(motor: Motor) -> Iterator[Problem]:
         )
 
 
-def _resistance(motor: Motor) -> Iterator[Problem]:
+def _resistance(motor: "Motor") -> Iterator[Problem]:
     """Behind a resistance R a line gives V^2 / (4 R) in each phase at most."""
     most = motor.voltage**2 / (4.0 * motor.stator_resistance * motor.synchronous_speed)
     largest = max(motor.slip_table.torque)
@@ -232,7 +235,7 @@ def _resistance(motor: Motor) -> Iterator[Problem]:
 CONTROL: KeyPath = ("response", "control")
 
 
-def control_problems(case: Case) -> list[Problem]:
+def control_problems(case: "Case") -> list[Problem]:
     """Problems of target speed, lists of gains, and bounds of the tuning."""
     control = None if case.response is None else case.response.control
     if control is None or not finds_speed(case.machine):
@@ -241,7 +244,7 @@ def control_problems(case: Case) -> list[Problem]:
     return [*found, *_full_model(case, control)]
 
 
-def _target(case: Case, control: Control) -> Iterator[Problem]:
+def _target(case: "Case", control: "Control") -> Iterator[Problem]:
     """The loop runs slower than gain times reference, unless speed were fed back positively."""
     motor, target = case.machine.motor, control.target_speed
     if target is None or motor is None:
@@ -260,7 +263,7 @@ def _target(case: Case, control: Control) -> Iterator[Problem]:
         )
 
 
-def _full_model(case: Case, control: Control) -> Iterator[Problem]:
+def _full_model(case: "Case", control: "Control") -> Iterator[Problem]:
     """The full model has a state for the lag of the actuator, and none for a delay."""
     motor = case.machine.motor
     if not control.full_model or motor is None:
@@ -285,7 +288,7 @@ def _full_model(case: Case, control: Control) -> Iterator[Problem]:
         )
 
 
-def _lists(control: Control) -> Iterator[Problem]:
+def _lists(control: "Control") -> Iterator[Problem]:
     for key, positive in (("motor_gains", True), ("gains", True), ("feedbacks", False)):
         values: tuple[float, ...] = getattr(control, key)
         for place, value in enumerate(values):
@@ -306,7 +309,7 @@ def _lists(control: Control) -> Iterator[Problem]:
                 )
 
 
-def _tune(control: Control) -> Iterator[Problem]:
+def _tune(control: "Control") -> Iterator[Problem]:
     tune = control.tune
     if tune is None:
         return

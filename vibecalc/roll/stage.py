@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from vibecalc.core.run.stage import Harmonics, Stage, Subject, Unit, Work, below, first_orders
-from vibecalc.kinds import has_crank_train
+from vibecalc.kinds import asks_roll, finds_speed, has_crank_train
 
 if TYPE_CHECKING:
     from vibecalc.schema import Case
@@ -181,10 +181,25 @@ def names_of(case: "Case") -> dict[str, tuple[str, ...]]:
     }
 
 
+def concerns(case: "Case") -> bool:
+    """Whether a case asks for the roll of its machine, or has parts that serve nothing else."""
+    machine = case.machine
+    parts = (machine.rotor, machine.shell, machine.friction)
+    return (
+        asks_roll(case)
+        or finds_speed(machine)
+        or any(part is not None for part in parts)
+        or (
+            has_crank_train(machine)
+            and any(cylinder.gas_force for cylinder in machine.crank_train.cylinders)
+        )
+    )
+
+
 SUBJECT = Subject(
     stages=(plan_roll,),
     names=names_of,
-    concerns=lambda case: has_crank_train(case.machine),
+    concerns=concerns,
     units={
         "periodic": Unit(5.0e-2, "periodic problems"),
         "periodic_motor": Unit(

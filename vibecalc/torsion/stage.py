@@ -17,11 +17,9 @@ from vibecalc.torsion.results import (
     TRANSIENT,
     VARIABLE,
 )
-from vibecalc.torsion.shaft_line_tables import has_stress
-from vibecalc.torsion.tables import Transient
 
 if TYPE_CHECKING:
-    from vibecalc.torsion.tables import LineSpeeds, Torsion
+    from vibecalc.torsion.tables import LineSpeeds, Torsion, Transient
 
 # ----------------------------------------------------------------------------
 # The stages that [response.torsion] asks for: the shaft line at one speed and over a range.
@@ -126,6 +124,8 @@ def has_damped_rings(case: "Case") -> bool:
 
 def _picked(case: "Case", starts: tuple[str, ...]) -> tuple[str, ...]:
     """Paths of these beginnings that the case has something for."""
+    from vibecalc.torsion.shaft_line_tables import has_stress
+
     line, torsion = case.machine.shaft_line, asked(case)
     assert line is not None and torsion is not None
     train = case.machine.crank_train
@@ -379,7 +379,7 @@ def _step(case: Case) -> float:
     return 1.0 if case.machine.cycle == "two_stroke" else 0.5
 
 
-def _angles(case: Case, change: Transient) -> dict[str, float]:
+def _angles(case: Case, change: "Transient") -> dict[str, float]:
     """Angle in rad that the crank turns through before, during and after the change."""
     if change.kind in ("load_step", "misfire_onset"):
         speed = case.machine.speed

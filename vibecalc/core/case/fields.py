@@ -1,12 +1,22 @@
 """The kinds of field a case is made of: numbers with units, points, names, ranges of speeds."""
 
+import functools
 import math
 from dataclasses import dataclass
 from typing import Annotated, Any
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Discriminator, Field, Tag
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Discriminator,
+    Field,
+    Tag,
+    TypeAdapter,
+)
 from pydantic_core import core_schema
 
+from vibecalc.core.results.named import named
 from vibecalc.errors import UnitError
 from vibecalc.units import parse_quantity, split_number
 
@@ -51,6 +61,47 @@ class Table(BaseModel):
     """A table of a case: unknown keys are errors, nothing changes after reading."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)
+
+
+@dataclass(frozen=True)
+class Later:
+    """A table that is imported, and its schema built, where a case has it: `later` names it."""
+
+    where: str
+
+    @functools.cached_property
+    def target(self) -> Any:
+        """The annotation that stands at `module:name`."""
+        return named(self.where)
+
+    @functools.cached_property
+    def adapter(self) -> "TypeAdapter[Any]":
+        """What validates it."""
+        return TypeAdapter(self.target)
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> core_schema.CoreSchema:
+        return core_schema.no_info_plain_validator_function(self._read)
+
+    def __get_pydantic_json_schema__(self, schema: Any, handler: Any) -> dict[str, Any]:
+        whole: Any = self.adapter.core_schema
+        ends = whole["type"] == "definitions"
+        inner, others = (whole["schema"], whole["definitions"]) if ends else (whole, [])
+        if isinstance(self.target, type):  # a definition of its own, as where it is not put off
+            inner = {**inner, "ref": f"{self.where.replace(':', '.')}:{id(self.target)}"}
+        found: dict[str, Any] = handler(core_schema.definitions_schema(inner, others))
+        return found
+
+    def _read(self, value: Any) -> Any:
+        return self.adapter.validate_python(value)
+
+
+def later(names: dict[str, str]) -> dict[str, Any]:
+    """Stand-ins for tables in annotations, by their name; `names` lists them for each module."""
+    return {
+        name: Annotated[Any, Later(f"{module}:{name}")]
+        for module, listed in names.items()
+        for name in listed.split()
+    }
 
 
 def as_double(value: Any) -> Any:

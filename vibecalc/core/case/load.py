@@ -15,7 +15,6 @@ from vibecalc import __version__
 from vibecalc.core.case.data_files import attach_files
 from vibecalc.core.case.locate import Location, Overridden, at_line
 from vibecalc.core.case.raw import apply_overrides
-from vibecalc.core.case.tables import Reference
 from vibecalc.cross_checks import cross_check
 from vibecalc.errors import CaseError, KeyPath, Problem
 from vibecalc.schema import SCHEMA_VERSION, Case
@@ -32,6 +31,8 @@ def expand_references(case: Case) -> tuple[Case, dict[KeyPath, KeyPath]]:
     """
     if not case.reference_table:
         return case, {}
+    from vibecalc.core.case.tables import Reference
+
     rows = list(case.reference)
     origins: dict[KeyPath, KeyPath] = {}
     for number, table in enumerate(case.reference_table):

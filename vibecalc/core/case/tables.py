@@ -76,14 +76,6 @@ class Optimisation(Table):
     )
 
 
-class Accuracy(Table):
-    """The one dial between speed and accuracy."""
-
-    rtol: Number = Field(
-        1e-9, ge=1e-14, le=0.1, description="of the largest magnitude of each quantity"
-    )
-
-
 class Reference(Table):
     """A published or measured number for this machine, shown beside ours."""
 
