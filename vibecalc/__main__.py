@@ -10,6 +10,7 @@ if __name__ == "__main__" and not sys.flags.safe_path:
 
 import atexit
 import contextlib
+import copy
 import gc
 import io
 from typing import Any, NoReturn
@@ -43,8 +44,12 @@ def main() -> NoReturn:
             stream.reconfigure(errors="backslashreplace")
     as_json = "--json" in sys.argv[1:]
     try:
-        from vibecalc.cli.commands import app
+        from vibecalc.cli.commands import app as every_command
 
+        # the parameters of ten other commands need not be looked at to run the one that is named
+        app = copy.copy(every_command)
+        named = [one for one in app.registered_commands if sys.argv[1:2] == [_name(one)]]
+        app.registered_commands = named or app.registered_commands
         if not as_json:
             app(prog_name="vibecalc")
         else:
@@ -67,6 +72,10 @@ def main() -> NoReturn:
         _say(REPORT_BUGS)
         sys.exit(EXIT_BUG)
     sys.exit(0)
+
+
+def _name(command: Any) -> str:
+    return str(command.name or command.callback.__name__)
 
 
 def _with_objects(app: Any) -> int:

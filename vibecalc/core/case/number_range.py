@@ -47,11 +47,18 @@ def _numbers(value: Any, path: KeyPath) -> Iterator[tuple[KeyPath, float]]:
         yield path, value
 
 
+def _at(value: Any, place: KeyPath) -> Any:
+    for name in place:
+        value = value[name] if isinstance(value, dict) else getattr(value, str(name))
+    return value
+
+
 def range_problems(case: Case, places: Sequence[KeyPath] | None = None) -> list[Problem]:
     """One problem for each number at some places of a case (None: at all) that is out of range."""
     problems = []
+    whole = case.model_dump(by_alias=True, exclude_none=True) if places is None else case
     places = present(case) if places is None else places
-    for path, value in (number for place in places for number in _numbers_at(case, place)):
+    for path, value in (found for place in places for found in _numbers(_at(whole, place), place)):
         key = next(str(part) for part in reversed(path) if isinstance(part, str))
         size = abs(value)
         if key in ANGLES:
@@ -84,10 +91,3 @@ def range_problems(case: Case, places: Sequence[KeyPath] | None = None) -> list[
                 )
             )
     return problems
-
-
-def _numbers_at(case: Case, place: KeyPath) -> Iterator[tuple[KeyPath, float]]:
-    found: Any = case
-    for name in place:
-        found = getattr(found, str(name))
-    return _numbers(found, place)
