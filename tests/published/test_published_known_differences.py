@@ -21,12 +21,6 @@ from vibecalc.core.report.verdicts import (
     judge_references,
 )
 
-KNOWN = [
-    (name, index)
-    for name in CASES
-    for index, row in enumerate(load_case(CASES[name]).case.reference)
-    if row.known_difference
-]
 #: the base of the sweep is the case compressor_impact; its points are golden
 JUDGED = [
     pytest.param(name, marks=pytest.mark.long) if name.endswith("_sweep") else name
@@ -60,16 +54,14 @@ def judged(name: str) -> Sequence[ReferenceRow]:
     return judge_references(result_of(name))
 
 
-@pytest.mark.parametrize(("name", "index"), KNOWN)
-def test_known_difference_is_shown_by_a_test_and_is_there(name: str, index: int) -> None:
-    row = judged(name)[index]
-    assert row.known_difference
-    assert complaint(row.shown_by) == "", row.shown_by
-    assert not row.agrees, f"{row.quantity} {row.where} agrees after all: count it"
-
-
-def test_there_are_known_differences_to_look_at() -> None:
-    assert len(KNOWN) >= 8
+@pytest.mark.parametrize("name", CASES)
+def test_known_differences_are_shown_by_a_test_and_are_there(name: str) -> None:
+    if not any(row.known_difference for row in load_case(CASES[name]).case.reference):
+        return
+    for row in judged(name):
+        if row.known_difference:
+            assert complaint(row.shown_by) == "", row.shown_by
+            assert not row.agrees, f"{row.quantity} {row.where} agrees after all: count it"
 
 
 @pytest.mark.parametrize(
