@@ -96,10 +96,10 @@ def test_rates_and_jacobian(kind: str, cages: int) -> None:
 @pytest.mark.parametrize(
     ("kind", "cages"),
     [
-        ("mounted", 3),
+        ("mounted", 1),
         *(
             pytest.param(*one, marks=pytest.mark.long)
-            for one in (("free", 1), ("free", 3), ("mounted", 1))
+            for one in (("free", 1), ("free", 3), ("mounted", 3))
         ),
     ],
 )
@@ -184,7 +184,11 @@ def test_power_over_a_turn(kind: str) -> None:
 
 @pytest.mark.parametrize(
     ("kind", "cages"),
-    [("free", 1), pytest.param("free", 2, marks=pytest.mark.long), ("mounted", 2)],
+    [
+        ("free", 1),
+        pytest.param("free", 2, marks=pytest.mark.long),
+        pytest.param("mounted", 2, marks=pytest.mark.long),
+    ],
 )
 def test_multipliers_of_the_monodromy_matrix(kind: str, cages: int) -> None:
     machine, drive = machine_of(**KINDS[kind]), drive_of(cages)
@@ -253,10 +257,8 @@ def test_a_state_that_the_steady_curve_lacks() -> None:
     machine, drive = machine_of(gas_scale=[2.8, 2.8]), drive_of(1)
     with pytest.raises(NumericalFailure, match="no running state exists"):
         run(machine, steady_drive(drive))
-    found = run(machine, drive)
+    found = run(machine, drive, 1e-8)
     assert 0.5 < np.abs(found.multiplier[0]).max() < 0.8
-    heavier = run(machine_of(gas_scale=[2.8, 2.8], rotor_inertia=2.2), drive)
-    assert heavier.state.turn.period[0] < found.state.turn.period[0]
 
 
 @pytest.mark.long

@@ -171,7 +171,7 @@ def designed(reading):
     )
 
 
-@pytest.mark.parametrize("reading", long_but(MOUNT_DESIGNS, "couple over lever"))
+@pytest.mark.parametrize("reading", long_but(MOUNT_DESIGNS, "one of four supports"))
 def test_mount_design_by_bisection(reading):
     _, _, stiffest, block = MOUNT_DESIGNS[reading]
     study, found = designed(reading)

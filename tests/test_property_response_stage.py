@@ -22,7 +22,7 @@ from vibecalc.core.results.store import read_result, write_result
 from vibecalc.core.study.execute import execute
 
 CASES = Path(__file__).resolve().parents[1] / "cases"
-SEEDS = range(4)
+SEEDS = range(2)
 CURVES = ("response/run_up", "response/masked")
 MATRICES = (
     ("body", "mass_matrix"),
