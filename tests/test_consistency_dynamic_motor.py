@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from dynamic_machines import FRICTION, MOTORS, MOUNTS, InTime, drive_of, machine_of
+from long_but import long_but
 from roll_machines import SYNCHRONOUS
 from scipy.integrate import solve_ivp
 
@@ -165,7 +166,7 @@ def test_fast_fluxes_are_the_steady_curve(kind: str) -> None:
     assert 9.8 < away[0] / away[1] < 10.2
 
 
-@pytest.mark.parametrize("kind", list(KINDS))
+@pytest.mark.parametrize("kind", long_but(KINDS, "rubbing"))
 def test_power_over_a_turn(kind: str) -> None:
     machine, drive = machine_of(**KINDS[kind]), drive_of(3)
     found = run(machine, drive)

@@ -242,6 +242,7 @@ def test_speeds_of_a_shaft_line_are_those_of_each_point() -> None:
     """The keys whose first value once served all points."""
     place, path = "response.torsion.speeds", "response/torsion/speeds/torque_half_range"
     first = {f"{place}.from": 50.0, f"{place}.to": 100.0, f"{place}.points": 3}
+    first["response.torsion.orders.count"] = 6
     cache, axes = StageCache(), set()
     for change in ({}, {"from": 60.0}, {"to": 110.0}, {"points": 4}):
         settings = first | {f"{place}.{key}": value for key, value in change.items()}

@@ -153,7 +153,7 @@ def first_of_the_front() -> float:
 
 
 @pytest.mark.parametrize("place", [0, 1, 2])
-@pytest.mark.parametrize("share", [-0.02, 0.02])
+@pytest.mark.parametrize("share", long_but([-0.02, 0.02], 0.02))
 def test_no_neighbour_of_the_first_counterweight_is_better(place: int, share: float) -> None:
     numbers = [float(one) for one in table("counterweight")[2][1:4]]
     least = first_of_the_front()
