@@ -94,15 +94,9 @@ def test_rates_and_jacobian(kind: str, cages: int) -> None:
         np.testing.assert_allclose(found.value[0, place_], wanted, rtol=1e-11, atol=1e-12)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
-    ("kind", "cages"),
-    [
-        ("mounted", 1),
-        *(
-            pytest.param(*one, marks=pytest.mark.long)
-            for one in (("free", 1), ("free", 3), ("mounted", 3))
-        ),
-    ],
+    ("kind", "cages"), [("mounted", 1), ("mounted", 3), ("free", 1), ("free", 3)]
 )
 def test_a_turn_in_time_comes_back(kind: str, cages: int) -> None:
     machine, drive = machine_of(**KINDS[kind]), drive_of(cages)

@@ -1,9 +1,8 @@
 """Claim: a pressure card says what its table or its cycle says, and closes on itself."""
 
-from itertools import product
-
 import numpy as np
 import pytest
+from long_but import long_but
 
 from vibecalc.excitation.cylinder_torque import gas_harmonics, motored_card
 from vibecalc.excitation.gas_tables import (
@@ -84,18 +83,8 @@ CYCLES = {
 }
 
 
-@pytest.mark.parametrize(
-    ("name", "geometry"),
-    [
-        ("spark", OFFSET),
-        ("diesel_two_stroke", CAR),
-        *(
-            pytest.param(*one, marks=pytest.mark.long)
-            for one in product(CYCLES, (CAR, OFFSET))
-            if one not in (("spark", OFFSET), ("diesel_two_stroke", CAR))
-        ),
-    ],
-)
+@pytest.mark.parametrize("name", long_but(CYCLES, "spark", "diesel_two_stroke"))
+@pytest.mark.parametrize("geometry", long_but([CAR, OFFSET], OFFSET))
 def test_computed_cards_have_the_peak_or_the_work_asked_for(
     name: str, geometry: CrankGeometry
 ) -> None:

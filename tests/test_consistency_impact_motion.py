@@ -89,11 +89,11 @@ def bounces(mass, joint, force, gap, velocity, count):
 def test_bounces_of_a_damped_mass_against_fifty_digits(law):
     joint = Joint(1e-3, 1e5, 6.0, 0.4, law)
     force, start = 0.03, (2.5e-4, 0.012)
-    truth = bounces(1.3, joint, force, *start, 6)
+    truth = bounces(1.3, joint, force, *start, 4)
     still = Drive(3.0, np.array([0]), np.array([0.0 + 0j]))
     gas = GasForce(np.array([0.0, np.pi]), np.array([force, force]))
     run = simulate(still, gas, 1.3, joint, start[:1], start[1:], revolutions=1, orders_kept=2)
-    ours = run.wrist_pin.first_contacts[0, :6]
+    ours = run.wrist_pin.first_contacts[0, :4]
     np.testing.assert_allclose(ours, truth, rtol=2e-14)
 
 

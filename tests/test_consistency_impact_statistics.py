@@ -130,7 +130,7 @@ def test_ensemble_holds_the_single_revolutions(ensemble):
         (ensemble.dissipated, own.contact_dissipation + own.film_dissipation),
     ):
         np.testing.assert_allclose(found[0, :3], expected, rtol=1e-10)
-    assert ensemble.distances.shape == (1, 64, 6)
+    assert ensemble.distances.shape == (1, 16, 6)
     np.testing.assert_allclose(ensemble.distances[..., 0], 2.54e-11 / CLEARANCE, rtol=1e-6)
 
 

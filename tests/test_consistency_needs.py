@@ -85,13 +85,7 @@ def test_check_of_every_kind_imports_no_stage_and_no_library(tmp_path: Path) -> 
     ("name", "others"),
     [
         ("generator", {"torsion", "roll", "absorber", "impact", "measurement"}),
-        pytest.param(
-            "engine_undamped",
-            {"roll", "absorber", "impact", "measurement", "isolation"},
-            marks=pytest.mark.long,
-        ),
         ("absorber_curves", set(SUBJECTS) - {"absorber"}),
-        pytest.param("roll_measured", set(SUBJECTS) - {"measurement"}, marks=pytest.mark.long),
     ],
 )
 def test_a_stage_whose_table_is_absent_is_not_imported(

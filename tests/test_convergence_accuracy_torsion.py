@@ -47,7 +47,7 @@ SHORT = {
     ("variable inertia", "engine_variable_inertia"): {"half ranges": 2e-6},
     ("modal route as published", "engine_as_published"): {"twist on critical speeds": 1e-14},
 }
-TAKES_LONG = ("variable inertia", "damper design", "transient")
+TAKES_LONG = ("variable inertia", "damper design", "transient", "torque reaction")
 STAGES = sorted({stage for stage, _ in SHORT})
 
 

@@ -24,7 +24,11 @@ FOUND = [
     for case in all_cases()
 ]
 #: rows as long as others that are kept
-MORE_ROWS = ("200 inertias, stiffness 1 and 1e6 in turn", "two rows of 100 joined by 1e-6")
+MORE_ROWS = (
+    "200 inertias, stiffness 1 and 1e6 in turn",
+    "200 inertias and stiffnesses graded 1 to 1e6",
+    "two rows of 100 joined by 1e-6",
+)
 MARKED = [
     pytest.param(
         case, id=case.name, marks=pytest.mark.long if case.long or case.name in MORE_ROWS else ()
