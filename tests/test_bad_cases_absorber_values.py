@@ -11,6 +11,7 @@ from typing import Any
 
 import pytest
 from absorber_cases import PENDULUM, RATIOS, RIG, SEVERAL, TUNED
+from long_but import long_but
 from test_property_fuzz import check_broken_starters
 
 from vibecalc.core.case.load import resolve, validate
@@ -134,7 +135,9 @@ def test_scaled_numbers_are_refused_or_stand(name: str) -> None:
     assert refused > 10
 
 
-@pytest.mark.parametrize("scene", ["absorber", "absorber_rig", "pendulum"])
+@pytest.mark.parametrize(
+    "scene", long_but(["absorber", "absorber_rig", "pendulum"], "absorber_rig")
+)
 def test_broken_starters_end_in_words(scene: str, tmp_path: Path) -> None:
     codes = check_broken_starters(scene, 33, tmp_path / "mutated.toml")
     assert set(codes) <= {0, 2}

@@ -77,7 +77,10 @@ def test_one_file_for_two_cases_is_refused() -> None:
     assert command("run", "one.toml", "-q", "-o", "").code == 2
 
 
-@pytest.mark.parametrize("arguments", [("run", "one.toml"), ("check", "one.toml")])
+@pytest.mark.parametrize(
+    "arguments",
+    [pytest.param(("run", "one.toml"), marks=pytest.mark.long), ("check", "one.toml")],
+)
 def test_a_reader_that_goes_away_is_said_and_is_no_difference(arguments: tuple[str, ...]) -> None:
     process = start(*arguments)
     assert process.stdout is not None and process.stderr is not None
@@ -97,8 +100,8 @@ def test_letters_that_the_terminal_lacks_are_escaped() -> None:
 
 def test_rerun_can_be_pasted_into_a_shell() -> None:
     Path("my case.toml").write_text(SMALL, encoding="utf-8")
-    process = start("run", "my case.toml", "-q", "--set", 'title="it\'s"')
-    assert process.communicate() == (b"", b"")
+    done = command("run", "my case.toml", "-q", "--set", 'title="it\'s"')
+    assert (done.code, done.out, done.err) == (0, "", "")
     report = Path("outputs/my case.txt").read_text(encoding="utf-8")
     (line,) = [line for line in report.splitlines() if "rerun" in line]
     words = subprocess.run(

@@ -24,6 +24,11 @@ def test_matplotlib_missing(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> 
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.fixture(autouse=True)
+def _coarse(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("vibecalc.core.report.plots._RESOLUTION", 20)
+
+
 def few() -> Result:
     """The generator with the numbers of one picture."""
     record = Record()

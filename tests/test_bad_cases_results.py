@@ -161,7 +161,7 @@ def test_flipped_bytes_never_escape(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     generator = random.Random(20081)
     path = tmp_path / "flipped.h5"
     noticed = 0
-    for _ in range(300):
+    for _ in range(100):
         damaged = bytearray(content)
         for _ in range(generator.randint(1, 4)):
             damaged[generator.randrange(len(damaged))] ^= 1 << generator.randrange(8)
@@ -172,7 +172,7 @@ def test_flipped_bytes_never_escape(tmp_path: Path, monkeypatch: pytest.MonkeyPa
             noticed += 1
         else:
             assert file_image(found) == content
-    assert noticed > 200
+    assert noticed > 66
 
 
 def refuse(content: bytes, path: Path) -> None:
@@ -194,7 +194,7 @@ def test_damaged_heaps_neither_crash_nor_hang(tmp_path: Path) -> None:
     content, draw = file_image(small()), random.Random(3)
     heap, path = content.index(b"GCOL"), tmp_path / "r.h5"
     refused = 0
-    for _ in range(150):
+    for _ in range(60):
         damaged = bytearray(content)
         for _ in range(draw.randint(1, 3)):
             damaged[heap + draw.randrange(draw.choice([16, 64, 4096]))] = draw.choice([0, 255, 7])
@@ -203,7 +203,7 @@ def test_damaged_heaps_neither_crash_nor_hang(tmp_path: Path) -> None:
             read_result(path)
         except ResultError:
             refused += 1
-    assert 75 < refused < 150
+    assert 30 < refused < 60
 
 
 def test_modules_in_the_current_folder_are_not_run(written: Path) -> None:

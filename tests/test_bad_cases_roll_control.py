@@ -6,6 +6,7 @@ import itertools
 
 import numpy as np
 import pytest
+from long_but import long_but
 from roll_control_loops import SOURCE, TARGET, source_load
 
 from vibecalc.errors import NumericalFailure
@@ -64,7 +65,7 @@ def test_a_pole_that_has_left_is_infinite():
     assert np.isinf(poles(loop).value[0]) and poles(loop).error[0] == 0.0
 
 
-@pytest.mark.parametrize("delay", [1e-9, 1e-5, 1e-2, 1.0])
+@pytest.mark.parametrize("delay", long_but([1e-9, 1e-5, 1e-2, 1.0], 1e-5, 1.0))
 @pytest.mark.parametrize("lag", [0.0, 1e-9, 1e-3, 1.0])
 def test_poles_are_found_or_refused_in_words(lag, delay):
     loop = loop_of(SOURCE, Controller(10.0, 0.9, np.array([-10.0, -0.05, 0.0]), lag, delay))
@@ -81,7 +82,7 @@ def test_poles_are_found_or_refused_in_words(lag, delay):
 
 def test_a_lag_with_most_delays_has_its_poles():
     """The refusal above is for corners: in the range of real actuators the poles are found."""
-    lag, delay = (a.ravel() for a in np.meshgrid(np.geomspace(1e-4, 3e-2, 5), [1e-5, 1e-4, 3e-3]))
+    lag, delay = (a.ravel() for a in np.meshgrid(np.geomspace(1e-4, 3e-2, 3), [1e-5, 1e-4, 3e-3]))
     for one, late in zip(lag, delay, strict=True):
         loop = loop_of(SOURCE, Controller(10.0, 0.9, np.array([-1.0, -0.05, 0.0, 0.05]), one, late))
         assert poles(loop, 4).complete.all()

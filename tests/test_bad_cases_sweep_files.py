@@ -11,6 +11,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
+from long_but import long_but
 from sample_results import result_of
 from sweep_blocks import FORCE, SAG, Made, block_at, grid_of, made
 
@@ -48,7 +49,7 @@ def refused(error: pytest.ExceptionInfo[BaseException]) -> str:
     return str(error.value)
 
 
-@pytest.mark.parametrize("share", [0.0, 0.01, 0.2, 0.5, 0.9, 0.999])
+@pytest.mark.parametrize("share", long_but([0.0, 0.01, 0.2, 0.5, 0.9, 0.999], 0.01, 0.9))
 def test_a_full_disk_leaves_the_old_file(sweep: Made, tmp_path: Path, share: float) -> None:
     """HDF5 flushes at many moments, and none of them may end the process."""
     output = assemble(tmp_path / "sweep.h5", sweep.head, sweep.chunks).path

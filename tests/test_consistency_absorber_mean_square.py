@@ -35,7 +35,13 @@ ALL = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize(("excitation", "response", "white"), ALL)
+@pytest.mark.parametrize(
+    ("excitation", "response", "white"),
+    [
+        *ALL[::4],
+        *(pytest.param(*one, marks=pytest.mark.long) for k, one in enumerate(ALL) if k % 4),
+    ],
+)
 def test_mean_square_is_the_integral(excitation, response, white):
     rng = np.random.default_rng(3)
     absorber = Absorber(*np.exp(rng.uniform(-2.0, 1.0, 4)))
@@ -180,10 +186,10 @@ def test_tuning_against_newton_with_many_digits(kind):
      ("base", "transmitted_force")],
 )  # fmt: skip
 def test_no_grid_finds_less(excitation, response):
-    z1, m = np.meshgrid([0.0, 0.01, 0.3, 0.6, 2.0], [1e-4, 0.1, 1.0, 2.1, 10.0], indexing="ij")
+    z1, m = np.meshgrid([0.0, 0.3, 0.6, 2.0], [1e-4, 0.1, 2.1], indexing="ij")
     found = mean_square_tuning(z1, m, excitation, response)
-    k = np.concatenate([[0.0], np.logspace(-4, 3, 120)])[:, None]
-    z = np.logspace(-6, 3, 160)
+    k = np.concatenate([[0.0], np.logspace(-4, 3, 80)])[:, None]
+    z = np.logspace(-6, 3, 100)
     for place in np.ndindex(m.shape):
         one = Absorber(z1[place], m[place], m[place] * k, m[place] * z)
         grid = float(np.min(mean_square(one, excitation, response).value))
@@ -192,10 +198,9 @@ def test_no_grid_finds_less(excitation, response):
 
 def test_a_batch_is_its_points_one_by_one():
     z1, m = np.array([[0.05], [0.9]]), np.array([0.01, 3.0])
-    for response in ("displacement", "velocity"):
-        whole = mean_square_tuning(z1, m, "force", response)
-        assert whole.value.shape == (2, 2)
-        for i, j in np.ndindex(2, 2):
-            one = mean_square_tuning(z1[i, 0], m[j], "force", response)
-            assert one.value == pytest.approx(whole.value[i, j], rel=1e-14)
-            assert one.locked == whole.locked[i, j]
+    whole = mean_square_tuning(z1, m, "force", "velocity")
+    assert whole.value.shape == (2, 2)
+    for i, j in np.ndindex(2, 2):
+        one = mean_square_tuning(z1[i, 0], m[j], "force", "velocity")
+        assert one.value == pytest.approx(whole.value[i, j], rel=1e-14)
+        assert one.locked == whole.locked[i, j]

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from shipped_cases import CASES
+from shipped_cases import CASES, result_of
 
 from vibecalc.absorber.tuning.minimax import minimax
 from vibecalc.absorber.tuning.several import bounded_tuning
@@ -97,7 +97,7 @@ def test_an_oil_out_of_its_model_is_left_out() -> None:
 
 
 def test_two_absorbers_locked_and_free_are_one_mass() -> None:
-    record = run("absorber_two")
+    record = result_of("absorber_two").record
     where = record["response/absorber/largest_frequency_ratio"]
     at = dict(zip(where.axes[0].values, where.values, strict=True))
     mass = float(np.sum(record["tuning/each/mass_ratio"].values))

@@ -180,7 +180,7 @@ def test_peaks_are_those_with_many_digits_within_their_errors():
     rng = np.random.default_rng(12)
     seen = 0
     for kind in KINDS:
-        for _ in range(4):
+        for _ in range(2):
             z1 = float(rng.choice([0.0, 0.01, 0.3, 1.2]))
             m = 10 ** rng.uniform(-4, 1)
             a = Absorber(z1, m, m * 10 ** rng.uniform(-1.5, 1), m * 10 ** rng.uniform(-2, 1))
@@ -194,7 +194,7 @@ def test_peaks_are_those_with_many_digits_within_their_errors():
             got = amplitude_with_error(a, x, *kind)
             exact = mp.sqrt(squared(kind, *(mpf(v) for v in a), mpf(x) ** 2))
             assert abs(abs(got.value) - exact) <= got.error < 1e-11 * exact
-    assert seen > 30
+    assert seen > 15
 
 
 def test_the_oracle_solves_the_matrix_of_the_motion():

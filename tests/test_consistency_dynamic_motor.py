@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from dynamic_machines import FRICTION, MOTORS, MOUNTS, InTime, drive_of, machine_of
+from long_but import long_but
 from roll_machines import SYNCHRONOUS
 from scipy.integrate import solve_ivp
 
@@ -93,15 +94,9 @@ def test_rates_and_jacobian(kind: str, cages: int) -> None:
         np.testing.assert_allclose(found.value[0, place_], wanted, rtol=1e-11, atol=1e-12)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
-    ("kind", "cages"),
-    [
-        ("mounted", 3),
-        *(
-            pytest.param(*one, marks=pytest.mark.long)
-            for one in (("free", 1), ("free", 3), ("mounted", 1))
-        ),
-    ],
+    ("kind", "cages"), [("mounted", 1), ("mounted", 3), ("free", 1), ("free", 3)]
 )
 def test_a_turn_in_time_comes_back(kind: str, cages: int) -> None:
     machine, drive = machine_of(**KINDS[kind]), drive_of(cages)
@@ -165,7 +160,7 @@ def test_fast_fluxes_are_the_steady_curve(kind: str) -> None:
     assert 9.8 < away[0] / away[1] < 10.2
 
 
-@pytest.mark.parametrize("kind", list(KINDS))
+@pytest.mark.parametrize("kind", long_but(KINDS, "rubbing"))
 def test_power_over_a_turn(kind: str) -> None:
     machine, drive = machine_of(**KINDS[kind]), drive_of(3)
     found = run(machine, drive)
@@ -184,7 +179,11 @@ def test_power_over_a_turn(kind: str) -> None:
 
 @pytest.mark.parametrize(
     ("kind", "cages"),
-    [("free", 1), pytest.param("free", 2, marks=pytest.mark.long), ("mounted", 2)],
+    [
+        ("free", 1),
+        pytest.param("free", 2, marks=pytest.mark.long),
+        pytest.param("mounted", 2, marks=pytest.mark.long),
+    ],
 )
 def test_multipliers_of_the_monodromy_matrix(kind: str, cages: int) -> None:
     machine, drive = machine_of(**KINDS[kind]), drive_of(cages)
@@ -253,10 +252,8 @@ def test_a_state_that_the_steady_curve_lacks() -> None:
     machine, drive = machine_of(gas_scale=[2.8, 2.8]), drive_of(1)
     with pytest.raises(NumericalFailure, match="no running state exists"):
         run(machine, steady_drive(drive))
-    found = run(machine, drive)
+    found = run(machine, drive, 1e-8)
     assert 0.5 < np.abs(found.multiplier[0]).max() < 0.8
-    heavier = run(machine_of(gas_scale=[2.8, 2.8], rotor_inertia=2.2), drive)
-    assert heavier.state.turn.period[0] < found.state.turn.period[0]
 
 
 @pytest.mark.long

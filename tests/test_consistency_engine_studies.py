@@ -117,7 +117,7 @@ def test_a_sweep_over_a_damper_is_its_single_runs(
 @pytest.mark.parametrize(
     ("key", "values"),
     [
-        ("machine.speed", (150.0, 170.0)),
+        pytest.param("machine.speed", (150.0, 170.0), marks=pytest.mark.long),
         pytest.param(
             "machine.crank_train.cylinders[1].pressure_scale", (1.0, 0.5), marks=pytest.mark.long
         ),

@@ -70,7 +70,9 @@ def leggauss(points: int) -> tuple[list[mpf], list[mpf]]:
     return nodes, weights
 
 
-@pytest.mark.parametrize("geometry", [CAR, STEEP], ids=["car", "steep"])
+@pytest.mark.parametrize(
+    "geometry", [pytest.param(CAR, marks=pytest.mark.long), STEEP], ids=["car", "steep"]
+)
 def test_gas_harmonics_agree_with_quadrature_in_many_digits(geometry: CrankGeometry) -> None:
     card = gas_card(ANGLE, PRESSURE, cycle=FOUR_STROKE)
     orders = [0.5, 1.0, 3.0, 14.5, 60.0]

@@ -187,18 +187,18 @@ def assert_honest(pairs: list[tuple[float, float]], typical: float = 50.0) -> No
     assert np.mean(estimate[wrong] > 1000 * true[wrong]) < 0.05
 
 
-def test_error_estimates_of_200_random_trains() -> None:
+def test_error_estimates_of_60_random_trains() -> None:
     rng = np.random.default_rng(20080319)
     forces, couples = [], []
     with mp.workdps(40):
-        for _ in range(200):
+        for _ in range(60):
             data = random_train(rng)
             harmonics = np.array([0, 1, *(0.1 ** np.arange(1, 4) * rng.standard_normal(3))])
             found = reciprocating_excitation(harmonics, **data)  # type: ignore[arg-type]
             force, couple = exact_piston_excitation(harmonics, data)
             forces += compare(found.force, force, found.force_error)
             couples += compare(found.couple, couple, found.couple_error)
-    assert min(len(forces), len(couples)) > 1000
+    assert min(len(forces), len(couples)) > 300
     assert_honest(forces)
     assert_honest(couples)
 

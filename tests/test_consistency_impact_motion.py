@@ -22,6 +22,7 @@ from impact_machines import (
     source_joint,
 )
 from impact_reference import Reference
+from long_but import long_but
 
 from vibecalc.impact.linkage import Drive, GasForce, Joint
 from vibecalc.impact.simulate import simulate
@@ -88,11 +89,11 @@ def bounces(mass, joint, force, gap, velocity, count):
 def test_bounces_of_a_damped_mass_against_fifty_digits(law):
     joint = Joint(1e-3, 1e5, 6.0, 0.4, law)
     force, start = 0.03, (2.5e-4, 0.012)
-    truth = bounces(1.3, joint, force, *start, 6)
+    truth = bounces(1.3, joint, force, *start, 4)
     still = Drive(3.0, np.array([0]), np.array([0.0 + 0j]))
     gas = GasForce(np.array([0.0, np.pi]), np.array([force, force]))
     run = simulate(still, gas, 1.3, joint, start[:1], start[1:], revolutions=1, orders_kept=2)
-    ours = run.wrist_pin.first_contacts[0, :6]
+    ours = run.wrist_pin.first_contacts[0, :4]
     np.testing.assert_allclose(ours, truth, rtol=2e-14)
 
 
@@ -112,9 +113,7 @@ def always_in_contact(damping):
     return drive, gas, joint, start, force
 
 
-@pytest.mark.parametrize(
-    "damping", [0.0, DAMPING, pytest.param(40 * DAMPING, marks=pytest.mark.long)]
-)
+@pytest.mark.parametrize("damping", long_but([0.0, DAMPING, 40 * DAMPING], DAMPING))
 def test_permanent_contact_is_the_harmonic_response(damping):
     drive, gas, joint, start, force = always_in_contact(damping)
     run = simulate(drive, gas, MASS, joint, start[:1], start[1:], revolutions=2, orders_kept=100)
@@ -141,7 +140,7 @@ def test_permanent_contact_is_the_harmonic_response(damping):
 
 
 SINGLE = [
-    ("crank", source_joint(), None, None, 0.3),
+    ("crank", source_joint(), None, None, 0.15),
     ("crank", source_joint("full_deflection"), None, None, 0.3),
     ("head", source_joint(film_damping=20 * DAMPING), None, None, 0.1),
     ("head", source_joint("full_deflection"), None, None, 0.1),
@@ -212,7 +211,10 @@ def energy_and_momentum(revolutions, sense, law, **parts):
     np.testing.assert_allclose(mean + mean_gas, change, atol=1e-12 * run.wrist_pin.peak_force.max())
 
 
-@pytest.mark.parametrize(("sense", "law"), [("crank", "continuous"), ("head", "full_deflection")])
+@pytest.mark.parametrize(
+    ("sense", "law"),
+    [("crank", "continuous"), pytest.param("head", "full_deflection", marks=pytest.mark.long)],
+)
 def test_energy_and_momentum_balance(sense, law):
     energy_and_momentum(2, sense, law)
 
@@ -233,8 +235,8 @@ def test_energy_and_momentum_balance_over_fifty_revolutions(sense, law):
 
 
 def test_statistics_of_a_revolution_against_dense_samples():
-    samples = 1 << 15
-    joint = source_joint(film_damping=5 * DAMPING)
+    samples = 1 << 13
+    joint = source_joint(contact_damping=DAMPING / 8, film_damping=5 * DAMPING)
     run = simulate(
         compressor_drive(), gas_towards("crank"), MASS, joint, near(1), [0.0],
         revolutions=1, orders_kept=100, samples=samples,
@@ -258,13 +260,14 @@ def test_statistics_of_a_revolution_against_dense_samples():
 
 
 def test_no_gas_table_is_a_gas_without_pressure():
+    wide = source_joint(clearance=6 * CLEARANCE)
     empty = simulate(
-        compressor_drive(), no_gas(), MASS, source_joint(), near(2), [0.0, 0.0],
+        compressor_drive(), no_gas(), MASS, wide, near(2), [0.0, 0.0],
         revolutions=1, orders_kept=3,
     )  # fmt: skip
     zero = gas_towards("crank")._replace(force=np.zeros(37))
     other = simulate(
-        compressor_drive(), zero, MASS, source_joint(), near(2), [0.0, 0.0],
+        compressor_drive(), zero, MASS, wide, near(2), [0.0, 0.0],
         revolutions=1, orders_kept=3,
     )  # fmt: skip
     # other panels, so equal to rounding only

@@ -1,6 +1,7 @@
 """Claim: statistics of impacts are what the single revolutions say, their standard errors what
 disjoint ensembles scatter by, and a motion without chaos has its closed form and no scatter."""
 
+from functools import cache
 from itertools import pairwise
 
 import numpy as np
@@ -33,7 +34,7 @@ from vibecalc.impact.linkage import (
     velocity_scale,
 )
 from vibecalc.impact.runs import (
-    ANGLES,
+    FirstMotion,
     Study,
     first_motion,
     follow_events,
@@ -54,10 +55,15 @@ from vibecalc.impact.statistics import (
 COMPRESSOR = Linkage(compressor_drive(), gas_towards("crank"), MASS, source_joint())
 
 
+@cache
+def first_of_compressor() -> FirstMotion:
+    return first_motion(COMPRESSOR, np.array([CLEARANCE]))
+
+
 @pytest.fixture(scope="module")
 def ensemble():
-    """16 members of the compressor over one revolution, after four that are forgotten."""
-    study = Study(np.array([CLEARANCE]), members=16, discard=4, revolutions=1, orders=6)
+    """64 members of the compressor over one revolution, after four that are forgotten."""
+    study = Study(np.array([CLEARANCE]), members=64, discard=4, revolutions=1, orders=6)
     return run_ensemble(COMPRESSOR, study, perturbation=2.54e-11)
 
 
@@ -170,6 +176,7 @@ def test_a_damped_gap_has_its_closed_form_and_no_scatter():
     assert np.all(found.forces.wrist_pin.contacts == 0.0)
 
 
+@pytest.mark.long
 def test_neighbours_of_the_compressor_part(ensemble):
     apart = parting(ensemble.distances)
     parted = np.isfinite(apart.revolutions)
@@ -209,9 +216,10 @@ def test_inertia_of_the_pin_is_that_of_the_slider_crank():
     assert np.sum(signs * found.real) == pytest.approx(-unit * (1.0 - RADIUS / LENGTH), rel=1e-12)
 
 
+@pytest.mark.long
 def test_first_contacts_against_another_integrator():
     start = central_start(COMPRESSOR, np.array([CLEARANCE]))
-    found = first_motion(COMPRESSOR, np.array([CLEARANCE]))
+    found = first_of_compressor()
     other = Reference(
         RADIUS, LENGTH, SPEED, COMPRESSOR.gas, MASS, (COMPRESSOR.wrist_pin, None, None)
     )
@@ -238,13 +246,14 @@ def test_errors_of_the_first_motion_bound_what_rounding_does():
 
 def test_first_turn_ends_where_the_second_begins():
     clearance = np.array([CLEARANCE])
-    first = first_motion(COMPRESSOR, clearance)
+    first = first_of_compressor()
     start = central_start(COMPRESSOR, clearance)
-    both = follow_events(COMPRESSOR, clearance, start, 2, 1, samples=ANGLES - 1)
+    both = follow_events(COMPRESSOR, clearance, start, 2, 1, samples=8)
     assert first.angle[-1] == pytest.approx(2.0 * np.pi)
     assert abs(first.force[0, -1] - both.wrist_pin.force[0, 0]) < first.force_error[0, -1]
 
 
+@pytest.mark.long
 def test_a_piston_that_never_touches_has_no_first_contacts():
     joint = source_joint(clearance=2.54e-3, film_damping=4e3)
     found = first_motion(Linkage(compressor_drive(), no_gas(), MASS, joint), np.array([2.54e-3]))
@@ -256,9 +265,9 @@ def test_a_piston_that_never_touches_has_no_first_contacts():
 def test_fixed_steps_converge_to_the_first_contacts():
     clearance = np.array([CLEARANCE])
     start = central_start(COMPRESSOR, clearance)
-    truth = first_motion(COMPRESSOR, clearance).contacts[0, :4]
+    truth = first_of_compressor().contacts[0, :4]
     errors = []
-    for steps in (512, 2048):
+    for steps in (256, 1024):
         run = simulate_fixed_steps(
             COMPRESSOR.drive, COMPRESSOR.gas, MASS, COMPRESSOR.wrist_pin, start.gap,
             start.velocity, method="rk4", steps=steps, revolutions=1, orders_kept=1,
@@ -274,9 +283,9 @@ def test_fixed_steps_converge_to_the_first_contacts():
 
 
 def test_fixed_steps_start_where_the_event_exact_members_do():
-    study = Study(np.array([CLEARANCE]), members=4, discard=0, revolutions=1, orders=3)
+    study = Study(np.array([CLEARANCE]), members=2, discard=0, revolutions=1, orders=3)
     exact = run_ensemble(COMPRESSOR, study, 1e-11).forces.wrist_pin
-    fixed = run_fixed_steps(COMPRESSOR, study, "dormand_prince", 2048).wrist_pin
+    fixed = run_fixed_steps(COMPRESSOR, study, "dormand_prince", 1024).wrist_pin
     for one, two in zip(exact, fixed, strict=True):
         assert one.shape == two.shape
     # one revolution is mostly the carried load, which all of them have in common

@@ -7,6 +7,7 @@ an offset, and the error estimates are neither too small nor absurdly large.
 import mpmath as mp
 import numpy as np
 import pytest
+from long_but import long_but
 
 from vibecalc.kinematics.harmonics import dropped_with_error, harmonics_with_error, motion_harmonics
 from vibecalc.kinematics.slider_crank import (
@@ -61,7 +62,7 @@ def assert_honest(estimates, errors):
     assert np.median(estimates) <= 1000 * np.max(errors)
 
 
-@pytest.mark.parametrize("rod_ratio", RATIOS)
+@pytest.mark.parametrize("rod_ratio", long_but(RATIOS, 1e-3, 0.2105, 0.99))
 @pytest.mark.parametrize("derivative", [0, 2])
 def test_harmonics_hold_fourteen_digits_at_every_order(rod_ratio, derivative):
     ours = harmonics_with_error(rod_ratio, 200, derivative=derivative)
@@ -86,7 +87,13 @@ def test_the_closed_form_is_the_motion():
             assert abs(value - series[n]) < mp.mpf("1e-37") * max(abs(series[n]), mp.mpf("1e-5"))
 
 
-@pytest.mark.parametrize(("rod_ratio", "offset_ratio"), OFFSETS)
+@pytest.mark.parametrize(
+    ("rod_ratio", "offset_ratio"),
+    [
+        one if place % 3 == 0 else pytest.param(*one, marks=pytest.mark.long)
+        for place, one in enumerate(OFFSETS)
+    ],
+)
 def test_harmonics_with_an_offset_hold_fourteen_digits(rod_ratio, offset_ratio):
     orders = (0, 1, 2, 3, 4, 7, 30, 51, 100, 149, 200)
     ours = harmonics_with_error(rod_ratio, 200, offset_ratio)
@@ -191,9 +198,9 @@ def test_harmonics_add_up_to_the_motion(rod_ratio, offset_ratio):
 
 
 def test_dropped_orders_against_the_closed_form_at_ninety_degrees():
-    for rod_ratio in (0.1, 0.9, 0.999999):
+    for rod_ratio in (0.1, 0.999999):
         digits = 110 if rod_ratio < 0.5 else 40
-        values = closed_form(rod_ratio, 60, digits)
+        values = closed_form(rod_ratio, 40, digits)
         with mp.workdps(digits):
             lam = mp.mpf(rod_ratio)
             total = 1 + lam / mp.sqrt(1 - lam**2)

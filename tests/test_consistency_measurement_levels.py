@@ -79,7 +79,7 @@ def test_no_motion_is_overlooked(seed):
     assert max(met) < 1e-4
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", long_but(range(6), 0, 5))
 def test_a_sixth_level_singles_out_the_motion(seed):
     plate = random_plate(200 + seed, 6, 0)
     best = motions_of(plate)[0]
@@ -90,7 +90,7 @@ def test_a_sixth_level_singles_out_the_motion(seed):
     assert all(other.misfit > 1e-6 for other in others)
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", long_but(range(4), 0))
 def test_redundant_levels_with_scatter_are_least_squares(seed):
     """Against scipy from the true motion; no local minimum of it has a lower cost."""
     plate = random_plate(300 + seed, 6, 3)

@@ -23,7 +23,7 @@ def riccati(x, y, piece):
 def test_riccati_against_a_taylor_series():
     problem = PeriodicProblem(riccati, EDGES)
     found, error = solve_to(problem, 1e-12, [1.0])
-    with mpmath.workdps(25):
+    with mpmath.workdps(20):
         # shooting with a Newton step whose slope is the multiplier
         multiplier = floquet_multipliers(problem, found)
         start = mpmath.mpf(float(found.left[0, 0, 0]))
@@ -37,7 +37,7 @@ def test_riccati_against_a_taylor_series():
     assert multiplier.value[0, 0].real == pytest.approx(np.exp(-2.0 * integral), rel=1e-11)
 
 
-@pytest.mark.parametrize("start", [[0.0, 0.0], [2.0, 0.0]])
+@pytest.mark.parametrize("start", [pytest.param([0.0, 0.0], marks=pytest.mark.long), [2.0, 0.0]])
 def test_duffing_against_shooting(start):
     rhs = duffing_rhs(0.2, 0.5)
     problem = PeriodicProblem(rhs, EDGES)

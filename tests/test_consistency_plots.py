@@ -163,7 +163,8 @@ def test_each_picture_is_drawn_where_its_numbers_are(
     assert {name for name in every_picture() if make(result, name) is not None} == names
 
 
-def test_equal_results_give_equal_bytes(tmp_path: Path) -> None:
+def test_equal_results_give_equal_bytes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("vibecalc.core.report.plots._RESOLUTION", 20)
     first = draw(rigid_body(), tmp_path / "a" / "deep")
     second = draw(rigid_body(), tmp_path / "b")
     assert [path.name for path in first] == ["body_modal_energy.png"]

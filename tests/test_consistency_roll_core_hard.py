@@ -29,7 +29,7 @@ CASES = {
     "rod of 1.1 radii": ({"rod_length": RADIUS / 0.9}, {}, 14),
     "trigonometric": ({}, {"gas": "trigonometric", "motor": "monotone"}, 10),
 }
-MARKED = long_but(CASES, "shell of 0.001", "friction")
+MARKED = long_but(CASES, "friction")
 
 
 def boxed(fields: dict[str, object], curves: dict[str, str]) -> tuple[RollMachine, RollDrive]:
@@ -55,6 +55,7 @@ def test_levels_are_those_of_an_independent_integration(name: str) -> None:
     assert abs(value[0, 0] - exact.multiplier) <= float(error[0, 0]) + 1e-9 * exact.multiplier
 
 
+@pytest.mark.long
 def test_no_running_state_under_three_and_a_half_times_the_gas() -> None:
     fields = {"gas_scale": [3.5, 3.5]}
     assert not steady_state(*boxed(fields, {}), 8, started_at=SYNCHRONOUS).found[0]

@@ -88,8 +88,8 @@ def random_machine(random: np.random.Generator) -> tuple[RollMachine, RollDrive]
 @pytest.mark.parametrize(
     ("rtol", "count"),
     [
-        (1e-4, 3),
-        (1e-10, 3),
+        (1e-4, 2),
+        (1e-10, 2),
         pytest.param(1e-4, 10, marks=pytest.mark.long),
         pytest.param(1e-10, 20, marks=pytest.mark.long),
     ],
@@ -126,7 +126,7 @@ def test_estimates_bound_the_error_of_random_machines(rtol: float, count: int) -
 
 def test_peaks_are_no_lower_than_any_value_of_the_turn() -> None:
     random = np.random.default_rng(8)
-    for _ in range(3):
+    for _ in range(2):
         machine, drive = random_machine(random)
         running = running_state(machine, drive, rtol=1e-8, orders=10)
         seen = seen_of(machine, drive, running.state)

@@ -68,8 +68,7 @@ READ = [
     for gas in ("linear", "parabola", "cubic", "trigonometric")
     for motor in ("linear", "parabola", "monotone")
 ]
-EACH_ONCE = (("linear", "monotone"), ("parabola", "parabola"), ("cubic", "linear"),
-             ("trigonometric", "linear"))  # fmt: skip
+EACH_ONCE = (("linear", "monotone"), ("parabola", "parabola"), ("trigonometric", "linear"))
 
 
 @pytest.mark.parametrize(
@@ -97,9 +96,7 @@ HARD = {
 
 @pytest.mark.parametrize(
     "name",
-    long_but(
-        HARD, "rod of 1.001 radii", "rotor of 0.1", "offset and sticking pistons", "friction torque"
-    ),
+    long_but(HARD, "rotor of 0.1", "offset and sticking pistons"),
 )
 def test_a_turn_in_time_comes_back_to_where_it_began(name: str) -> None:
     machine = source_machine(**HARD[name])
@@ -119,7 +116,7 @@ MOUNTS = {
 }
 
 
-@pytest.mark.parametrize("name", long_but(MOUNTS, "firm", "between, undamped", "on order 2"))
+@pytest.mark.parametrize("name", long_but(MOUNTS, "between, undamped"))
 def test_on_mounts_too_however_near_its_multipliers_are_to_one(name: str) -> None:
     stiffness, damping = MOUNTS[name]
     machine = source_machine(shell_stiffness=stiffness, shell_damping=damping)
@@ -183,7 +180,11 @@ def integrated(
             1,
             marks=pytest.mark.long,
         ),
-        ({"shell_stiffness": 2e5, "shell_damping": 60.0, "rotor_inertia": 10.0}, 1),
+        pytest.param(
+            {"shell_stiffness": 2e5, "shell_damping": 60.0, "rotor_inertia": 10.0},
+            1,
+            marks=pytest.mark.long,
+        ),
     ],
 )
 def test_multipliers_are_those_of_all_four_states_in_time(fields: dict, trivial: int) -> None:
@@ -207,7 +208,7 @@ def test_multipliers_are_those_of_all_four_states_in_time(fields: dict, trivial:
     assert len(running_.multiplier[0]) == 4 - trivial
 
 
-@pytest.mark.parametrize("count", [3, pytest.param(10, marks=pytest.mark.long)])
+@pytest.mark.parametrize("count", [1, pytest.param(10, marks=pytest.mark.long)])
 def test_machines_on_mounts_are_where_long_marches_end(count: int) -> None:
     random = np.random.default_rng(5)
     for _ in range(count):
@@ -259,6 +260,7 @@ def test_with_a_heavy_rotor_speed_and_multiplier_are_those_of_a_flywheel() -> No
     np.testing.assert_allclose(constant, np.tile(constant[0], (3, 1)), rtol=0.03)
 
 
+@pytest.mark.long
 def test_a_linear_motor_gives_a_smooth_problem() -> None:
     drive = DRIVE._replace(motor=linear_motor(30.0))
     state = found(source_machine(), drive, started_at=SYNCHRONOUS).state

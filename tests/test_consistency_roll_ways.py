@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from long_but import long_but
 from shipped_cases import CASES
 
 from vibecalc.core.results.record import Result
@@ -65,13 +66,15 @@ def comparable(result: Result) -> list[str]:
 
 
 #: ten seconds and more on mounts, where what fades takes many turns or unknowns
-SLOW = ("fourier", "dop853")
+KEPT = (("fourier", True), ("shooting", True), ("rk4", False), ("euler", True))
 CHOSEN = [
     pytest.param(
         method,
         mounts,
         id=f"{method}-{name}",
-        marks=[pytest.mark.long] if mounts and method in (*SLOW, "shooting", "euler") else [],
+        marks=[]
+        if method != "dop853" and (mounts is None or method == "rk4")
+        else pytest.mark.long,
     )
     for method in METHODS
     for name, mounts in (("free", None), ("mounted", MOUNTS))
@@ -93,7 +96,7 @@ def test_a_method_gives_what_collocation_gives(
             assert missed <= CLOSE[method] * size, (path, missed / size)
 
 
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("method", long_but(METHODS, *(method for method, _ in KEPT)))
 def test_levels_and_lags_are_within_what_a_method_says(tmp_path: Path, method: str) -> None:
     truth = solved(tmp_path).record
     found = solved(tmp_path, f'method = "{method}"', *STEP.get(method, ())).record
@@ -107,7 +110,7 @@ def test_levels_and_lags_are_within_what_a_method_says(tmp_path: Path, method: s
 
 
 def test_compared_methods_say_no_less_than_they_differ(tmp_path: Path) -> None:
-    found = solved(tmp_path, 'compare = ["dop853", "fourier", "shooting"]').record
+    found = solved(tmp_path, 'compare = ["fourier", "shooting"]').record
     difference = found[f"{ROLL}/method/difference"]
     assert np.max(np.abs(difference.values)) <= difference.error_estimate
 
@@ -144,8 +147,15 @@ def test_few_points_of_the_case_say_how_few(
 LINEAR = 'kind = "linear"\nsynchronous_speed = "900 rpm"\ngain = "203 N*m*s/rad"'
 
 
-@pytest.mark.parametrize("mounts", [None, MOUNTS], ids=["free", "mounted"])
-@pytest.mark.parametrize("gas", [True, False], ids=["gas", "no gas"])
+@pytest.mark.parametrize(
+    ("mounts", "gas"),
+    [
+        (None, True),
+        (MOUNTS, False),
+        pytest.param(MOUNTS, True, marks=pytest.mark.long),
+        pytest.param(None, False, marks=pytest.mark.long),
+    ],
+)
 def test_a_linear_motor_runs(tmp_path: Path, mounts: dict[str, float] | None, gas: bool) -> None:
     case = CASES["roll"].read_text(encoding="utf-8")
     assert "gas_force" in case

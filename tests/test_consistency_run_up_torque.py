@@ -49,9 +49,7 @@ def at_speed(case: Case, speed: float) -> Case:
     )
 
 
-@pytest.mark.parametrize(
-    "name", long_but(TEXTS, "geared line, no momentum", "on the body, small rotor")
-)
+@pytest.mark.parametrize("name", long_but(TEXTS, "on the body, small rotor"))
 def test_plain_runs_at_speeds_of_the_run_up_agree(name: str) -> None:
     case = mounted(TEXTS[name])
     record = run_case(case)

@@ -234,14 +234,15 @@ def test_no_change_of_any_key_is_overlooked(name: str) -> None:
 
 @pytest.mark.parametrize("name", long_but(QUICK, "generator", "compressor_motor"))
 def test_no_change_of_some_keys_is_overlooked(name: str) -> None:
-    ran, used = overlooked(name, random.Random(name), 20)
-    assert ran == 20 and used > 4
+    ran, used = overlooked(name, random.Random(name), 8)
+    assert ran == 8 and used > 2
 
 
 def test_speeds_of_a_shaft_line_are_those_of_each_point() -> None:
     """The keys whose first value once served all points."""
     place, path = "response.torsion.speeds", "response/torsion/speeds/torque_half_range"
     first = {f"{place}.from": 50.0, f"{place}.to": 100.0, f"{place}.points": 3}
+    first["response.torsion.orders.count"] = 6
     cache, axes = StageCache(), set()
     for change in ({}, {"from": 60.0}, {"to": 110.0}, {"points": 4}):
         settings = first | {f"{place}.{key}": value for key, value in change.items()}

@@ -5,14 +5,14 @@ from pathlib import Path
 import pytest
 
 from vibecalc.core.report.text import render_report
+from vibecalc.core.results.store import read_result
 from vibecalc.core.study.execute import execute, load_checked
 
 CASES = Path(__file__).resolve().parents[1] / "cases"
 
 
 def test_balance_of_start_and_optimum_stand_in_one_report() -> None:
-    loaded = load_checked([CASES / "four_cylinder.toml"], ["optimisation.starts=1"])[0]
-    result = execute(loaded)
+    result = read_result(CASES.parent / "tests" / "golden" / "four_cylinder.h5")
     record = result.record
     start = record["optimisation/start/excitation/balance/total_position_sine"].values
     assert start[0] == pytest.approx(-0.6, abs=1e-12)

@@ -96,7 +96,7 @@ def test_leaving_early_ends_the_processes_on_the_workers(cluster: Any) -> None:
 
 
 def test_a_scheduler_that_is_not_there_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("vibecalc.core.study.sweep.cluster._ANSWER_WITHIN", 1)
+    monkeypatch.setattr("vibecalc.core.study.sweep.cluster._ANSWER_WITHIN", 0.2)
     with pytest.raises(UsageError, match="no dask scheduler answers at tcp:"):
         Cluster(Start(), address="tcp://127.0.0.1:9")
     with pytest.raises(UsageError, match=r"there is no scheduler file nowhere\.json"):

@@ -8,6 +8,7 @@ from typing import Any
 
 import jsonschema
 import pytest
+from long_but import long_but
 
 from vibecalc.core.case.load import case_hash, load_case, resolve, validate
 from vibecalc.core.case.raw import get_key, set_key
@@ -100,6 +101,7 @@ def test_an_unknown_scene_gets_the_list() -> None:
         starter("genrator")
 
 
+@pytest.mark.long
 def test_json_schema_is_a_schema() -> None:
     jsonschema.Draft202012Validator.check_schema(SCHEMA)
     assert SCHEMA["$schema"].endswith("2020-12/schema")
@@ -109,7 +111,10 @@ def test_json_schema_takes_the_starters(text: str) -> None:
     JUDGE.validate(tomllib.loads(text))
 
 
-@pytest.mark.parametrize("path", CASES, ids=lambda path: path.stem)
+KEPT = (path for path in CASES if "_" not in path.stem or path.stem.endswith("_sweep"))
+
+
+@pytest.mark.parametrize("path", long_but(CASES, *KEPT), ids=lambda path: path.stem)
 def test_shipped_cases_survive_being_resolved(path: Path) -> None:
     loaded = load_case(path)
     JUDGE.validate(tomllib.loads(loaded.text))

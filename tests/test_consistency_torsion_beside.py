@@ -18,7 +18,7 @@ from vibecalc.core.run.machine_checks import machine_warnings
 from vibecalc.torsion.adapters.exceeded import united
 from vibecalc.torsion.report.first_page import conclusion
 
-POINTS = "speeds = { from = '800 rpm', to = '2000 rpm', points = 61 }"
+POINTS = "speeds = { from = '800 rpm', to = '2000 rpm', points = 31 }"
 ENGINE = replaced(ENGINE, ('speeds = { from = "800 rpm", to = "2000 rpm" }', POINTS))
 RULE = 'limits = [{ rule = "iacs_m68", tensile_strength = "700 MPa", design_factor = 0.6 }]\n'
 HALVES = [f"{kind}_half_range" for kind in ("torque", "twist", "stress")]

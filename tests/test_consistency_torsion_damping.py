@@ -9,6 +9,7 @@ from functools import cache
 import numpy as np
 import pytest
 from engine_cases import ENGINE, GEARED, replaced
+from long_but import long_but
 
 from vibecalc.core.case.load import validate
 from vibecalc.core.results.record import Record
@@ -41,7 +42,12 @@ def value(text: str, path: str) -> np.ndarray:
 
 @pytest.mark.parametrize(
     "text",
-    [BRAKED, LOSSY, BRAKED + RAYLEIGH, BRAKED + MODAL, GEARED + OF_GEARED],
+    long_but(
+        [BRAKED, LOSSY, BRAKED + RAYLEIGH, BRAKED + MODAL, GEARED + OF_GEARED],
+        LOSSY,
+        BRAKED + MODAL,
+        GEARED + OF_GEARED,
+    ),
     ids=["dashpots", "loss", "rayleigh", "modal", "rayleigh_geared"],
 )
 def test_all_heat_is_the_power_of_the_torques(text: str) -> None:

@@ -18,8 +18,8 @@ from vibecalc.core.run.run import run_case
 ROOT = "response/torsion"
 RPM = np.pi / 30.0
 RANGE = 'speeds = { from = "800 rpm", to = "2000 rpm" }'
-WIDE = replaced(ENGINE, (RANGE, 'speeds = { from = "1500 rpm", to = "9000 rpm", points = 301 }'))
-HAMMERS = GEARED + 'speeds = { from = "300 rpm", to = "2400 rpm", points = 141 }\n'
+WIDE = replaced(ENGINE, (RANGE, 'speeds = { from = "1500 rpm", to = "9000 rpm", points = 201 }'))
+HAMMERS = GEARED + 'speeds = { from = "300 rpm", to = "2400 rpm", points = 71 }\n'
 PENDULUM = (
     'dampers = [{ name = "ring", on = "a", kind = "pendulum", order = 1.5, mass = "0.6 kg", '
     'arm_radius = "90 mm", count = 4 }]'
@@ -45,7 +45,7 @@ def test_the_order_of_a_maximum_is_highest_near_there_and_its_mode_is_met() -> N
     order = record(WIDE)[f"{ROOT}/torque"].axes[1].values
     critical = value(WIDE, "critical/speed")
     top = value(WIDE, "summit/torque_half_range")
-    strong = np.flatnonzero(top > 0.3 * top.max())
+    strong = np.flatnonzero(top > 0.3 * top.max())[:4]
     assert len(strong) >= 3
     misled = 0
     for i in strong:
@@ -91,7 +91,7 @@ def test_ranges_in_which_gears_hammer_end_where_their_least_torque_is_zero() -> 
     for end in inner[:2]:
         least = value(at_speed(HAMMERS, float(end)), "gear/least_torque")[0]
         assert abs(least) < 1e-6 * np.abs(value(HAMMERS, "gear/mean_torque")[0])
-    for place in (0, 70, 140):
+    for place in (0, 35, 70):
         text = at_speed(HAMMERS, float(speed[place]))
         for path in ("hammers", "least_torque"):
             got = value(HAMMERS, f"speeds/gear_{path}")[0, place]
@@ -115,7 +115,11 @@ def test_pendulums_let_natural_frequencies_follow_the_speed() -> None:
 
 def test_separation_is_the_least_distance_to_orders_of_each_class() -> None:
     plain = (Path(__file__).parent.parent / "cases" / "engine_v8.toml").read_text(encoding="utf-8")
-    text = replaced(plain, ("[response.torsion]\n", '[response.torsion]\nseparation = "api_618"\n'))
+    text = replaced(
+        plain,
+        ("[response.torsion]\n", '[response.torsion]\nseparation = "api_618"\n'),
+        ("points = 241", "points = 21"),
+    )
     speeds = record(text)[f"{ROOT}/speeds/mean_torque"].axes[0].values
     order = np.asarray(record(text)[f"{ROOT}/critical/speed"].axes[1].values)
     major = value(text, "excitation/major") == 1

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from long_but import long_but
 from torsion_lines import HARD, assert_every_mode, engine, hard_chain, network, star
 
 from vibecalc.torsion.holzer import holzer_table
@@ -26,7 +27,7 @@ def assert_sound(line: Line, found: Modes, orthogonality: float) -> None:
     assert np.all(np.abs(strain - kinetic) <= 1e-11 * kinetic)
 
 
-@pytest.mark.parametrize("count", [50, 100, 200])
+@pytest.mark.parametrize("count", long_but([50, 100, 200], 100))
 @pytest.mark.parametrize("name", HARD)
 def test_hard_rows_agree_with_the_transfer_matrix(name: str, count: int) -> None:
     if count == 100 and name not in ("weak_link", "graded"):
@@ -41,7 +42,9 @@ def test_hard_rows_agree_with_the_transfer_matrix(name: str, count: int) -> None
         assert np.all(np.abs(other - found.frequency) <= found.frequency_error)
 
 
-@pytest.mark.parametrize("name", [name for name in HARD if name != "two_pieces"])
+@pytest.mark.parametrize(
+    "name", long_but([name for name in HARD if name != "two_pieces"], "graded", "held")
+)
 def test_every_mode_of_a_hard_row_against_forty_digits(name: str) -> None:
     line = hard_chain(name, 50)
     found = natural_modes(line)

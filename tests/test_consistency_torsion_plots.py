@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from long_but import long_but
 from torsion_samples import ROOT, geared, six
 
 pytest.importorskip("matplotlib")
@@ -43,33 +44,36 @@ def at(line: Any, grid: Any) -> Any:
 
 @pytest.fixture(scope="module")
 def made() -> dict[str, Any]:
-    """Every picture of the six cylinders, laid out once."""
+    """Every picture of the six cylinders, made once."""
     import matplotlib
 
     with matplotlib.rc_context(dict[Any, Any](STYLE)):
         found = {name: make(six(), name) for name in OWN}
         for figure in found.values():
             assert figure is not None
-            figure.draw_without_rendering()
     return found
 
 
-def test_words_do_not_collide(made: dict[str, Any]) -> None:
-    for name, figure in made.items():
-        renderer = figure.canvas.get_renderer()
-        page = figure.bbox
-        boxes = []
-        for axes in figure.axes:
-            for text in [*axes.texts, axes.title, axes._left_title, axes._right_title]:
-                if text.get_text().strip() and text.get_visible():
-                    box = text.get_window_extent(renderer)
-                    assert page.x0 <= box.x0 and box.x1 <= page.x1, (name, text.get_text())
-                    boxes.append((box, text.get_text()))
-        for i, (one, word) in enumerate(boxes):
-            for other, second in boxes[:i]:
-                shared = min(one.x1, other.x1) - max(one.x0, other.x0)
-                height = min(one.y1, other.y1) - max(one.y0, other.y0)
-                assert shared < 2.0 or height < 2.0, (name, word, second)
+@pytest.mark.parametrize("name", long_but(OWN, "torsion_speeds", "torsion_orders"))
+def test_words_do_not_collide(made: dict[str, Any], name: str) -> None:
+    import matplotlib
+
+    figure = made[name]
+    with matplotlib.rc_context(dict[Any, Any](STYLE)):
+        figure.draw_without_rendering()
+    renderer, page = figure.canvas.get_renderer(), figure.bbox
+    boxes = []
+    for axes in figure.axes:
+        for text in [*axes.texts, axes.title, axes._left_title, axes._right_title]:
+            if text.get_text().strip() and text.get_visible():
+                box = text.get_window_extent(renderer)
+                assert page.x0 <= box.x0 and box.x1 <= page.x1, text.get_text()
+                boxes.append((box, text.get_text()))
+    for i, (one, word) in enumerate(boxes):
+        for other, second in boxes[:i]:
+            shared = min(one.x1, other.x1) - max(one.x0, other.x0)
+            height = min(one.y1, other.y1) - max(one.y0, other.y0)
+            assert shared < 2.0 or height < 2.0, (word, second)
 
 
 def test_torques_over_the_cycle_are_those_of_the_result(made: dict[str, Any]) -> None:

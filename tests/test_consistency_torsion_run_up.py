@@ -27,7 +27,7 @@ HIGHEST, SPEED, TAKEN, POWER = 6, 40.0, 900.0, 2.3
 ORDER = np.arange(1, HIGHEST + 1)
 FIRING = np.array([0.0, np.pi])
 #: from and to in rad/s, seconds of the change, of the time after it
-RUNS = {"run_up": (20.0, 40.0, 1.0, 0.05), "run_down": (39.0, 22.0, 0.7, 0.05)}
+RUNS = {"run_up": (20.0, 40.0, 0.4, 0.05), "run_down": (39.0, 22.0, 0.7, 0.05)}
 
 
 def case(kind: str) -> str:

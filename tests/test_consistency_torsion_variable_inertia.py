@@ -64,6 +64,7 @@ def test_undamped_unforced_motion_keeps_its_energy() -> None:
     assert after == pytest.approx(before, rel=1e-9)
 
 
+@pytest.mark.long
 def test_exact_steady_motion_returns_to_itself_in_time() -> None:
     """One cycle of DOP853 from the harmonic balance, with dJ / J = .4 and twists of .05 rad."""
     system, torque, speed = ship_engine(), ship_torque(), 90.0
@@ -95,7 +96,7 @@ def test_linear_response_is_the_exact_one_to_the_third_power_of_the_variation() 
     gaps = []
     for scale in (0.1, 0.05):
         system = ship_engine(scale)
-        both = [steady_response(system, 90.0, np.zeros((1, 4)), 14, exact=e) for e in (0, 1)]
+        both = [steady_response(system, 90.0, np.zeros((1, 4)), 8, exact=e) for e in (0, 1)]
         gaps.append(np.abs(both[0].angle - both[1].angle).max())
     assert gaps[0] / gaps[1] == pytest.approx(8.0, rel=0.1)
 
@@ -160,8 +161,8 @@ def test_published_engine_hardly_feels_it() -> None:
     assert share == pytest.approx(1.4e-5, rel=0.01)
     torque = np.zeros((13, 7), dtype=complex)
     torque[1:, :6] = 40.0
-    plain = constant_response(system, [190.0, 400.0], torque, 12)
-    full = steady_response(system, [190.0, 400.0], torque, 12)
+    plain = constant_response(system, [400.0], torque, 12)
+    full = steady_response(system, [400.0], torque, 12)
     twist, other = (section_twist(system.line, one.angle) for one in (plain, full))
     change = np.abs(other - twist).max(axis=(1, 2)) / np.abs(twist).max(axis=(1, 2))
     assert np.all(change < 40.0 * share) and np.all(change > 0.1 * share)

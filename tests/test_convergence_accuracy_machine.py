@@ -56,6 +56,7 @@ MEASURED = (
     ("motor_force", "compressor_motor", 1e-14),
     ("switching", "compressor_switching", 3e-13),
 )
+TAKES_LONG = ("switching", "isolation_steady")
 TOPICS_OF = {
     "kinematics_harmonics": kinematics_harmonics_topics,
     "kinematics_motion": kinematics_motion_topics,
@@ -106,7 +107,7 @@ def order_of(found: Measured, ladder: str) -> float:
 @pytest.mark.parametrize(
     ("module", "case", "bound"),
     [
-        pytest.param(*one, marks=[pytest.mark.long] if one[0] == "switching" else [])
+        pytest.param(*one, marks=[pytest.mark.long] if one[0] in TAKES_LONG else [])
         for one in MEASURED
     ],
 )

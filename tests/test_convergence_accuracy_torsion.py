@@ -47,7 +47,7 @@ SHORT = {
     ("variable inertia", "engine_variable_inertia"): {"half ranges": 2e-6},
     ("modal route as published", "engine_as_published"): {"twist on critical speeds": 1e-14},
 }
-TAKES_LONG = ("variable inertia", "damper design")
+TAKES_LONG = ("variable inertia", "damper design", "transient", "torque reaction")
 STAGES = sorted({stage for stage, _ in SHORT})
 
 
@@ -122,7 +122,7 @@ def test_truths_agree_and_defaults_are_on_the_front(stage: str, case: str) -> No
         ("torsion", "engine_damped", "half ranges over the cycle"),
         ("torsion_speeds", "engine_variable_inertia", "curve against speed"),
         ("torsion_speeds", "engine_variable_inertia", "largest torque"),
-        ("transient", "engine_two_stroke", "torques in time"),
+        pytest.param("transient", "engine_two_stroke", "torques in time", marks=pytest.mark.long),
         ("modal route as published", "engine_as_published", "twist on critical speeds"),
     ],
 )
@@ -179,6 +179,7 @@ def test_harmonic_balance_converges_geometrically() -> None:
     assert balance.value > 0.15
 
 
+@pytest.mark.long
 def test_fourth_order_steps_converge_until_they_are_unstable() -> None:
     rungs = rungs_of("transient", "engine_two_stroke", "torques in time", "Runge-Kutta")
     assert "unstable" in rungs[0].cause

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from long_but import long_but
 from switching_machines import BOTH, ONLY_A, SPEED, compressor, compressor_loads, one_mode
 
 from vibecalc.response.switching.follow import follow, slow_peaks
@@ -65,7 +66,7 @@ def test_ever_slower_ramps_approach_the_steady_resonance() -> None:
     assert steady.speed[0] == pytest.approx(60.0 / np.sqrt(1.0 - 2.0 * 0.05**2), rel=1e-4)
 
 
-@pytest.mark.parametrize("step", [1e-4, 1e-7, 1e-10, 1e-14])
+@pytest.mark.parametrize("step", long_but([1e-4, 1e-7, 1e-10, 1e-14], 1e-4, 1e-10))
 def test_damping_passes_critical_smoothly(step: float) -> None:
     loads = compressor_loads(6)
     pieces = [Piece(0.1, SPEED, 0.2 * SPEED, BOTH), Piece(0.1, 72.2, 72.2, ONLY_A)]

@@ -1,5 +1,7 @@
 """Claim: docs/validation_compressor.md shows searches, changes and counterweights as they are."""
 
+from functools import cache
+
 import numpy as np
 import ong_tables as ong
 import pytest
@@ -13,6 +15,7 @@ from compressor_page import (
     shown,
     table,
 )
+from long_but import long_but
 from ong_search import TARGET, corrective_energy, search
 from shipped_cases import result_of, table_of
 
@@ -144,18 +147,21 @@ def test_counterweights_from_their_variables() -> None:
     assert float(alike[7]) / float(none[7]) == pytest.approx(0.5, abs=0.05)
 
 
+@cache
+def first_of_the_front() -> float:
+    return readings(design(*(float(one) for one in table("counterweight")[2][1:4])))[0]
+
+
 @pytest.mark.parametrize("place", [0, 1, 2])
-@pytest.mark.parametrize("share", [-0.02, 0.02])
+@pytest.mark.parametrize("share", long_but([-0.02, 0.02], 0.02))
 def test_no_neighbour_of_the_first_counterweight_is_better(place: int, share: float) -> None:
     numbers = [float(one) for one in table("counterweight")[2][1:4]]
-    least = readings(design(*numbers))[0]
+    least = first_of_the_front()
     numbers[place] *= 1.0 + share
     assert readings(design(*numbers))[0] > least
 
 
-@pytest.mark.parametrize(
-    "row", [3, pytest.param(4, marks=pytest.mark.long), 5, pytest.param(6, marks=pytest.mark.long)]
-)
+@pytest.mark.parametrize("row", long_but([3, 4, 5, 6], 5))
 def test_on_the_front_one_goal_falls_only_as_the_other_rises(row: int) -> None:
     """Both goals have opposite slopes there; alike needs the signed difference, which is smooth."""
     point = np.array([float(one) for one in table("counterweight")[row][1:4]])

@@ -48,8 +48,11 @@ def shell(script: str, **environment: str) -> None:
 
 
 @pytest.mark.parametrize("points", ["3log", pytest.param("21log", marks=pytest.mark.long)])
-def test_commands_work_in_the_order_printed(folder: Path, points: str) -> None:
+def test_commands_work_in_the_order_printed(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, points: str
+) -> None:
     """As printed, and with fewer points."""
+    monkeypatch.setattr("vibecalc.core.report.plots._RESOLUTION", 20)
     pytest.importorskip("matplotlib")
     assert "21log" in block("sh", "--dry-run")
     for line in block("sh", "--dry-run").replace("21log", points).splitlines():

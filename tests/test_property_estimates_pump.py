@@ -44,7 +44,7 @@ def test_estimates_against_truth(few: list[Told]) -> None:
     assert [broken_promises(told) for told in few] == [[]] * len(FEW)
 
 
-@pytest.mark.parametrize("seed", [*FEW, 107])
+@pytest.mark.parametrize("seed", [*FEW, pytest.param(107, marks=pytest.mark.long)])
 def test_truth_of_the_cylinders(seed: int) -> None:
     """Work by its closed form, mass in and out, a whole turn of torque anew, and the doubles."""
     with mpmath.workdps(40):

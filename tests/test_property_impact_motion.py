@@ -81,7 +81,7 @@ def test_a_run_is_the_same_bit_for_bit_in_any_company():
     ("sense", "law"),
     [
         ("crank", "continuous"),
-        ("head", "full_deflection"),
+        pytest.param("head", "full_deflection", marks=pytest.mark.long),
         pytest.param("crank", "full_deflection", marks=pytest.mark.long),
         pytest.param("head", "continuous", marks=pytest.mark.long),
     ],

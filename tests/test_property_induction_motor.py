@@ -19,7 +19,7 @@ from vibecalc.excitation.induction_motor_flux import (
 seeds = st.integers(0, 2**32 - 1)
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=50, deadline=None)
 @given(seeds, st.integers(1, 3))
 def test_power_in_is_heat_work_and_field(seed, cages):
     rng = np.random.default_rng(seed)

@@ -18,7 +18,7 @@ from vibecalc.torsion.damper_design.problem import Damper, Limits, Problem
 from vibecalc.torsion.line import chain
 
 FREE = Limits((0.5, 0.5), (50.0, 2e4), (0.3, 300.0))
-QUICK = {"map_points": 7, "speeds": 41, "starts": 1}
+QUICK = {"map_points": 5, "speeds": 25, "starts": 1}
 
 
 @pytest.fixture(scope="module")

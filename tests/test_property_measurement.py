@@ -187,7 +187,7 @@ def _noisy_sets(plate, noise, stated, harmonics, sets=200):
 @pytest.mark.parametrize(
     "noise",
     [
-        (0.0345, 0.0344),
+        pytest.param((0.0345, 0.0344), marks=pytest.mark.long),
         # amplitudes known ten times as well as phases, and the other way round
         (0.004, 0.04),
         (0.04, 0.004),

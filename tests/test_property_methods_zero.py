@@ -4,6 +4,7 @@ import itertools
 
 import numpy as np
 import pytest
+from long_but import long_but
 
 from vibecalc.core.study.search.minimise import minimise
 
@@ -46,7 +47,7 @@ CASES = {
 
 
 @pytest.mark.parametrize("starts", [0, pytest.param(3, marks=pytest.mark.long)])
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("name", long_but(CASES, *list(CASES)[::3]))
 def test_zero_is_reached_and_its_freedom_counted(name, starts):
     evaluate, lower, upper, first, free = CASES[name]
     found = minimise(evaluate, lower, upper, first=first, starts=starts)

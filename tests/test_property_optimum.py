@@ -99,7 +99,7 @@ def random_problem(rng):
     return evaluate, optimum, float(np.sum(weight))
 
 
-@pytest.mark.parametrize("trials", [40, pytest.param(150, marks=pytest.mark.long)])
+@pytest.mark.parametrize("trials", [15, pytest.param(150, marks=pytest.mark.long)])
 def test_errors_are_honest(trials):
     rng = np.random.default_rng(20080319)
     ratios, too_small = [], 0

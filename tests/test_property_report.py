@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from long_but import long_but
 from report_samples import (
     generator,
     generator_case,
@@ -256,7 +257,7 @@ def test_the_terminal_names_the_worst_entry_of_arrays() -> None:
     assert (row[1], row[-1]) == (show(float(frequencies.min())), "mode=1")
 
 
-@pytest.mark.parametrize("width", [60, 80, 100])
+@pytest.mark.parametrize("width", long_but([60, 80, 100], 60))
 def test_a_narrow_terminal_cuts_no_number_and_no_name(width: int) -> None:
     output = io.StringIO()
     summary(generator(), Console(file=output, width=width, highlight=False))

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from long_but import long_but
 from sweep_runs import GENERATOR, GRID, chunk_files, killed, objects, started
 
 from vibecalc.core.results.sweep_file import open_sweep
@@ -121,7 +122,7 @@ def test_an_interrupted_sweep_says_how_to_go_on(
     assert objects(output) == objects(uninterrupted[0])
 
 
-@pytest.mark.parametrize("moment", [0, 1, 2, 3])
+@pytest.mark.parametrize("moment", long_but(range(4), 0, 3))
 def test_ctrl_c_while_the_file_is_put_together(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, moment: int
 ) -> None:

@@ -18,6 +18,7 @@ LINES = [line.split("#")[0].strip() for block in BLOCKS for line in block.splitl
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     (tmp_path / "cases").symlink_to(ROOT / "cases")
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("vibecalc.core.report.plots._RESOLUTION", 20)
     return tmp_path
 
 

@@ -55,7 +55,8 @@ def test_published_averages_are_members_of_the_ensemble(clearance, printed, meth
     assert low < printed < high
 
 
-@pytest.mark.parametrize("sense", [pytest.param("head", marks=pytest.mark.long), "crank"])
+@pytest.mark.long
+@pytest.mark.parametrize("sense", ["head", "crank"])
 def test_the_continuous_spring_does_not_give_the_published_averages(sense):
     assert np.max(ensemble(1.5e-3, "continuous", sense)) < 0.5 * 21.11
 

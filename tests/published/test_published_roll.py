@@ -327,11 +327,16 @@ def test_a_longer_rod_lowers_all_but_the_fifth_harmonic() -> None:
 
 
 @pytest.mark.parametrize(
-    ("factors", "least"), [((1.0, 1.0), 2.0), ((1.0, 0.0), 4.0), ((0.0, 1.0), 4.0)]
+    ("factors", "least"),
+    [
+        ((1.0, 1.0), 2.0),
+        ((1.0, 0.0), 4.0),
+        pytest.param((0.0, 1.0), 4.0, marks=pytest.mark.long),
+    ],
 )
 def test_mass_of_least_vibration(factors: tuple[float, float], least: float) -> None:
-    """ "About 2" for both pistons, "about 4" for one: the least of 1/4, 1/2, 1, 2, 4, 8."""
-    tried = np.array([0.25, 0.5, 1.0, 2.0, 4.0, 8.0])
+    """ "About 2" for both pistons, "about 4" for one: the least of 1, 2, 4, 8."""
+    tried = np.array([1.0, 2.0, 4.0, 8.0])
     mass = np.array([FIRST_MASS, SECOND_MASS])
     levels = np.array([
         changed(reciprocating_mass=mass * (1.0 + np.array(factors) * (f - 1.0))) for f in tried
