@@ -14,6 +14,7 @@ SWEEPS := $(filter %_sweep.toml,$(SHIPPED))
 CASES := $(filter-out %_sweep.toml,$(SHIPPED))
 NAMES := $(basename $(notdir $(CASES)))
 SWEPT := $(SWEEPS:cases/%.toml=%.sweep)
+RESULTS = $(NAMES:%=outputs/golden/%.h5) $(SWEPT:%=outputs/golden/%.h5)
 WORKERS ?= 2
 # what `make least` runs: cases and tests of a second or two that hang on the kernels of BLAS
 LEAST := four_cylinder generator generator_180 compressor compressor_switching pump \
@@ -66,14 +67,13 @@ types: $(READY) ## mypy
 	$(BIN)/mypy
 
 golden: $(READY) golden-results ## run every case, compare with tests/golden
-	@printf '%s\n' $(NAMES) $(SWEPT) | xargs -P $(WORKERS) -I {} sh -c 'said=$$($(BIN)/vibecalc diff \
-	  tests/golden/{}.h5 outputs/golden/{}.h5 --rules tests/golden/rules.toml 2>&1); code=$$?; \
-	  printf "%s: %s\n" {} "$$said"; exit $$code'
+	@printf '%s\n' $(RESULTS) | xargs -P $(WORKERS) -n 14 $(BIN)/vibecalc diff \
+	  --rules tests/golden/rules.toml tests/golden/
 
-# One process for each case, WORKERS at a time.
+# WORKERS processes at a time, a few cases in each.
 golden-results: $(READY)
 	@mkdir -p outputs/golden
-	@printf '%s\n' $(CASES) | xargs -P $(WORKERS) -I {} $(BIN)/vibecalc run {} -q -o outputs/golden/
+	@printf '%s\n' $(CASES) | xargs -P $(WORKERS) -n 5 $(BIN)/vibecalc run -q -o outputs/golden/
 	@printf '%s\n' $(SWEPT:%.sweep=%) | xargs -P $(WORKERS) -I {} $(BIN)/vibecalc sweep cases/{}.toml -q \
 	  --fresh -j 1 -o outputs/golden/{}.sweep.h5
 
@@ -84,8 +84,7 @@ least-tests: $(READY)
 	$(BIN)/python -m pytest -n $(WORKERS) -m "not long" $(KERNELS:%=tests/test_%.py)
 
 accept-golden: $(READY) golden-results ## make the numbers of this checkout the golden ones
-	@set -e; for name in $(NAMES) $(SWEPT); do \
-	  $(BIN)/vibecalc diff tests/golden/$$name.h5 outputs/golden/$$name.h5 --accept; done
+	@$(BIN)/vibecalc diff --accept tests/golden/ $(RESULTS)
 
 accept-snapshots: $(READY) ## make the reports, checks and words of pictures of the golden files those to hold
 	$(BIN)/python tests/snapshots/said.py

@@ -208,6 +208,33 @@ def test_accept_makes_the_candidate_golden(result: Path, tmp_path: Path) -> None
     assert golden.read_bytes() == before
 
 
+def test_diff_of_several_results_takes_the_golden_files_of_their_names(
+    result: Path, tmp_path: Path
+) -> None:
+    golden, new = tmp_path / "golden", tmp_path / "new"
+    for folder in (golden, new):
+        folder.mkdir()
+        for name in ("one.h5", "two.h5"):
+            shutil.copyfile(result, folder / name)
+    with h5py.File(new / "two.h5", "r+") as file:
+        file["isolation/lever_force/steady_peak"][()] *= 1 + 1e-5
+    both = [str(new / "one.h5"), str(new / "two.h5")]
+    outcome = command("diff", str(golden), *both, "--junit", "junit.xml")
+    assert outcome.code == 1
+    same, other = outcome.out.split("\n", 1)
+    assert same.startswith("one.h5: ") and same.endswith("all the same.")
+    assert other.startswith("two.h5: Differences") and "1 differs" in other
+    assert Path("junit.xml").read_text(encoding="utf-8").count("<testsuite ") == 2
+    found = json.loads(command("diff", str(golden), *both, "--json").out)
+    assert {one["result"]: one["same"] for one in found} == {"one.h5": True, "two.h5": False}
+    assert command("diff", str(golden), *both, "--accept").code == 0
+    assert command("diff", str(golden), *both).code == 0
+    (golden / "one.h5").unlink()
+    assert "one.h5" in command("diff", str(golden), *both).err
+    assert command("diff", both[0], *both).code == 2
+    assert command("diff", str(golden), both[0], str(tmp_path / "one.h5")).code == 2
+
+
 def test_same_case_twice_gives_the_same_objects_outside_provenance(
     result: Path, tmp_path: Path
 ) -> None:

@@ -457,7 +457,7 @@ def test_the_words_table_json_and_junit_agree() -> None:
     assert [entry["same"] for entry in found["quantities"]] == [False, True, False]
     assert found["quantities"][0]["value"] == ["nan", "inf"]
     assert found["quantities"][0]["ratio"] is None
-    suite = ElementTree.fromstring(render_junit(comparison)).find("testsuite")
+    suite = ElementTree.fromstring(render_junit({"one.h5": comparison})).find("testsuite")
     assert suite is not None
     assert (suite.get("tests"), suite.get("failures"), suite.get("skipped")) == ("4", "2", "1")
     cases = suite.findall("testcase")

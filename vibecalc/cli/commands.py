@@ -253,9 +253,12 @@ def report(
 
 @app.command(cls=Command)
 def diff(
-    reference: Annotated[Path, typer.Argument(help="Golden result file.", show_default=False)],
-    candidate: Annotated[
-        Path, typer.Argument(help="Result file to hold against it.", show_default=False)
+    reference: Annotated[
+        Path, typer.Argument(metavar="REFERENCE", help="Golden result file, or folder of them.")
+    ],
+    candidates: Annotated[
+        list[Path],
+        typer.Argument(metavar="RESULT", help="Held against it, or the golden file of its name."),
     ],
     rules: Annotated[Path | None, typer.Option(help="Tolerances per quantity (TOML).")] = None,
     json: Json = False,
@@ -264,15 +267,19 @@ def diff(
         bool, typer.Option("--accept", help="Make the candidate's numbers the golden ones.")
     ] = False,
 ) -> None:
-    """Compare two results with tolerances that know physics: exit 0 same, 1 differ, 2 unusable."""
+    """Compare results with tolerances that know physics: exit 0 same, 1 differ, 2 unusable."""
+    pairs = {path.name: (_golden(reference, path), path) for path in candidates}
+    if len(candidates) > len(pairs) or (len(pairs) > 1 and not reference.is_dir()):
+        raise UsageError("several results need a folder of golden files, and a name for each")
     if accept:
         from vibecalc.core.results.compare import accept as make_golden
 
         for option, given in (("--rules", rules), ("--json", json), ("--junit", junit)):
             if given:
                 raise UsageError(f"--accept compares nothing, leave {option} out")
-        make_golden(candidate, reference)
-        typer.echo(f"{reference} now holds the numbers of {candidate}")
+        for golden, candidate in pairs.values():
+            make_golden(candidate, golden)
+            typer.echo(f"{golden} now holds the numbers of {candidate}")
         return
     from vibecalc.core.report.differences import (
         differences_object,
@@ -284,16 +291,30 @@ def diff(
     from vibecalc.core.results.store import read_result
 
     tolerances = None if rules is None else read_rules(rules)
-    comparison = compare(read_result(reference), read_result(candidate), tolerances)
+    found = {
+        name: compare(read_result(golden), read_result(candidate), tolerances)
+        for name, (golden, candidate) in pairs.items()
+    }
     if junit is not None:
         from vibecalc.cli.outputs import write_text
 
-        write_text(render_junit(comparison), junit)
+        write_text(render_junit(found), junit)
     if json:
-        _print_json(differences_object(comparison))
+        objects = [differences_object(one) for one in found.values()]
+        named = [{"result": name, **one} for name, one in zip(found, objects, strict=True)]
+        _print_json(named if reference.is_dir() else objects[0])
     else:
-        typer.echo(render_differences(comparison))
-    raise typer.Exit(EXIT_FINE if comparison.same else EXIT_DIFFERS)
+        for name, one in found.items():
+            text = render_differences(one).rstrip("\n")
+            if reference.is_dir():  # of what is the same, the verdict alone
+                text = f"{name}: {text.splitlines()[-1] if one.same else text}"
+            typer.echo(text)
+    raise typer.Exit(EXIT_FINE if all(one.same for one in found.values()) else EXIT_DIFFERS)
+
+
+def _golden(reference: Path, candidate: Path) -> Path:
+    """The file that a result is held against."""
+    return reference / candidate.name if reference.is_dir() else reference
 
 
 @app.command(cls=Command)

@@ -3,6 +3,7 @@
 import json
 import math
 import re
+from collections.abc import Mapping
 from xml.etree import ElementTree
 
 from vibecalc.core.report.writing import Column, number, table
@@ -75,30 +76,35 @@ def differences_object(comparison: Comparison) -> dict[str, object]:
     }
 
 
-def render_junit(comparison: Comparison, name: str = "vibecalc diff") -> str:
-    """JUnit XML with one test case for each quantity, for continuous integration."""
-    failures = sum(not row.same for row in comparison.rows)
-    counts = {
-        "tests": str(len(comparison.rows) + len(comparison.ignored)),
-        "failures": str(failures),
-        "errors": "0",
-        "skipped": str(len(comparison.ignored)),
-    }
-    suites = ElementTree.Element("testsuites", counts)
-    suite = ElementTree.SubElement(suites, "testsuite", {"name": _xml(name), **counts})
-    for row in comparison.rows:
-        case = _test_case(suite, row.path)
-        if not row.same:
-            text = _sentence(row)
-            failure = ElementTree.SubElement(case, "failure", {"message": _xml(text)})
-            failure.text = _xml("\n".join([text, json.dumps(_row_object(row))]))
-    for path in comparison.ignored:
-        ElementTree.SubElement(
-            _test_case(suite, path), "skipped", {"message": "ignored by the rules"}
-        )
+def render_junit(comparisons: Mapping[str, Comparison]) -> str:
+    """JUnit XML: a suite for each comparison by its name, a test case for each quantity."""
+    suites = ElementTree.Element("testsuites", _counts(*comparisons.values()))
+    for name, comparison in comparisons.items():
+        attributes = {"name": _xml(name), **_counts(comparison)}
+        suite = ElementTree.SubElement(suites, "testsuite", attributes)
+        for row in comparison.rows:
+            case = _test_case(suite, row.path)
+            if not row.same:
+                text = _sentence(row)
+                failure = ElementTree.SubElement(case, "failure", {"message": _xml(text)})
+                failure.text = _xml("\n".join([text, json.dumps(_row_object(row))]))
+        for path in comparison.ignored:
+            ElementTree.SubElement(
+                _test_case(suite, path), "skipped", {"message": "ignored by the rules"}
+            )
     ElementTree.indent(suites)
     body = ElementTree.tostring(suites, encoding="unicode")
     return f'<?xml version="1.0" encoding="UTF-8"?>\n{body}\n'
+
+
+def _counts(*comparisons: Comparison) -> dict[str, str]:
+    ignored = sum(len(one.ignored) for one in comparisons)
+    return {
+        "tests": str(sum(len(one.rows) for one in comparisons) + ignored),
+        "failures": str(sum(not row.same for one in comparisons for row in one.rows)),
+        "errors": "0",
+        "skipped": str(ignored),
+    }
 
 
 def _test_case(suite: ElementTree.Element, path: str) -> ElementTree.Element:
