@@ -194,14 +194,14 @@ def test_indices_come_closer_with_sobol_points(function, axes, exact):
     for sampling in ("sobol", "monte_carlo"):
         missed = []
         for seed in range(2):
-            found = sobol_indices(runs_of(function, sampling, 8192, axes, seed), axes)
+            found = sobol_indices(runs_of(function, sampling, 4096, axes, seed), axes)
             missed += [found.first.value - exact()[0], found.total.value - exact()[1]]
         errors[sampling] = np.sqrt(np.mean(np.square(missed)))
     assert errors["sobol"] < 0.2 * errors["monte_carlo"]
 
 
 def test_standard_errors_of_indices_are_the_scatter_between_samplings():
-    found = [sobol_indices(runs_of(ishigami, "monte_carlo", 256, 3, seed), 3) for seed in range(30)]
+    found = [sobol_indices(runs_of(ishigami, "monte_carlo", 128, 3, seed), 3) for seed in range(30)]
     for part, truth in enumerate(exact_ishigami()):
         value = np.stack([one[part].value for one in found])
         stated = np.sqrt(
