@@ -29,7 +29,6 @@ from vibecalc.core.run.plan import needed_stages, plan_case
 from vibecalc.core.study.execute import execute, load_checked
 from vibecalc.core.study.planned import find_entries
 
-
 #: the generator without its run-up
 PLAIN = HEAD.split("run_up =")[0] + "\n"
 
