@@ -196,7 +196,7 @@ def test_two_in_parallel_have_three_equal_peaks():
     system = Several(0.0, found.mass_ratio, found.stiffness_ratio, found.secondary_damping, (0, 0))
     peaks = several_peaks(system)
     assert peaks.magnitude == pytest.approx(np.full(3, found.peak), rel=1e-10)
-    assert found.peak < 4.589
+    assert found.peak < 4.589 and not found.no_help
 
 
 @pytest.mark.long
@@ -242,8 +242,6 @@ def test_derivatives_beside_a_fastened_absorber_are_those_of_the_smaller_system(
 def test_damped_primary_beyond_the_threshold_has_a_set_of_optima():
     found = several_tuning(0.8, [0.05, 0.05], parallel(2))
     assert found.is_set and found.no_help and found.peak == 1.0
-    below = several_tuning(0.3, [2.0, 2.0], parallel(2))
-    assert not below.no_help
 
 
 def _peak_on_grid(masses, parent):

@@ -106,6 +106,7 @@ def test_harmonics_of_any_function_of_time() -> None:
     assert mean(turn, signal) == pytest.approx(0.7, abs=1e-13)
 
 
+@pytest.mark.long
 def test_shell_and_rotor_swing_against_each_other() -> None:
     """Without pistons that matter, the shell's harmonics are those of the rotor, by inertia."""
     light = source_machine(reciprocating_mass=[1e-9, 1e-9])

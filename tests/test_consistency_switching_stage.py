@@ -31,7 +31,7 @@ Course = list[tuple[float, float, float, list[str]]]
 def switching(**options: Any) -> Table:
     """The shipped change, shortened; options of the table beside."""
     table = shipped("compressor_switching")
-    table["accuracy"] = {"rtol": 1e-6}
+    table["accuracy"] = {"rtol": 1e-9}
     table["response"]["energies"] = False
     times = {"run_down": "0.3 s", "stand": "0.05 s", "run_up": "0.2 s", "after": "0.5 s"}
     table["response"]["switching"] |= times | options
@@ -51,6 +51,7 @@ TOP = f"{STEM}/instant/kinetic_energy_peak"
 
 def case_of(reverses: bool, angle: float, unbalanced: bool) -> Table:
     table = switching(reverses=reverses, crank_angle=angle)
+    table["accuracy"]["rtol"] = 1e-6
     if unbalanced:
         del table["excitation"]["balanced_for"]
     return table

@@ -46,7 +46,7 @@ def written(folder: Path, sweep: Made, name: str = "sweep.h5") -> Path:
 
 
 @given(data=st.data(), shape=st.lists(st.integers(1, 6), min_size=1, max_size=4))
-@settings(deadline=None)
+@settings(max_examples=30, deadline=None)
 def test_boxes_hold_each_point_once_and_are_few(data: st.DataObject, shape: list[int]) -> None:
     count = int(np.prod(shape))
     first = data.draw(st.integers(0, count))

@@ -7,7 +7,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
@@ -27,6 +27,7 @@ from vibecalc.errors import NumericalFailure
 samples = arrays(float, st.integers(2, 60), elements=st.floats(-1e6, 1e6, allow_subnormal=False))
 
 
+@settings(max_examples=30)
 @given(samples)
 def test_mean_is_exact_within_its_error(values):
     exact = sum(map(Fraction, values.tolist())) / len(values)
@@ -35,6 +36,7 @@ def test_mean_is_exact_within_its_error(values):
     assert found.error <= 1e-15 * np.max(np.abs(values)) * len(values)
 
 
+@settings(max_examples=30)
 @given(samples, st.floats(0.0, 10.0))
 def test_errors_of_the_samples_reach_the_statistics(values, size):
     values = np.concatenate([values, values + 1.0, values - 1.0])
