@@ -142,7 +142,6 @@ def test_a_linear_motor_has_a_curve_without_summit_and_another_has_none() -> Non
     for given in (motor, {}):
         made = figure(roll(machine={"motor": given}), "roll_cycle")
         assert "breakdown" not in words(made.axes[1])
-        made.canvas.draw()
 
 
 def test_slopes_are_a_map_with_what_does_most_on_top() -> None:

@@ -55,7 +55,9 @@ def test_a_response_unbounded_with_damping_is_bounded_without_where_the_words_sa
         assert np.isinf(undamped.largest) == (words == "damped or not")
 
 
-@pytest.mark.parametrize("response", ["velocity", "transmitted_force"])
+@pytest.mark.parametrize(
+    "response", ["velocity", pytest.param("transmitted_force", marks=pytest.mark.long)]
+)
 def test_beyond_the_threshold_a_locked_mass_has_the_least_mean_square(response):
     m = np.array([1e-3, 0.1, 0.5, 1.0, 10.0])
     found = mean_square_threshold(m, "force", response)

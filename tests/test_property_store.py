@@ -107,7 +107,7 @@ def assert_same_array(left: np.ndarray, right: np.ndarray) -> None:
         assert left.tobytes() == right.tobytes()
 
 
-@settings(max_examples=20, deadline=None, suppress_health_check=list(HealthCheck))
+@settings(max_examples=10, deadline=None, suppress_health_check=list(HealthCheck))
 @given(results())
 def test_what_is_written_is_read_back(
     tmp_path_factory: pytest.TempPathFactory, made: Result
