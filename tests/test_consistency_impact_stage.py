@@ -16,13 +16,13 @@ from vibecalc.impact.checks import impact_work
 from vibecalc.impact.model import build_joints
 from vibecalc.impact.runs import Study, run_ensemble, run_fixed_steps
 from vibecalc.impact.simulate import sweep
+from vibecalc.impact.stage import plan_impact
 from vibecalc.impact.statistics import (
     carried_force,
     gas_harmonics,
     mean_over_runs,
     pin_acceleration,
 )
-from vibecalc.response.stage import plan_response
 
 SMALL = (
     "response.impact.clearances=['1e-2 in']",
@@ -118,7 +118,7 @@ def test_the_estimated_steps_bound_those_that_are_taken(monkeypatch):
         study = Study(np.array([CLEARANCE]), members=2, discard=0, revolutions=2, orders=6)
         run_ensemble(build_joints(case.machine, None).linkage, study, 2.54e-11)
         assert 0.5 * work.steps < len(taken) / 2 < 1.5 * work.steps
-        (plan,) = (each for each in plan_response(case) if each.stage == "impact")
+        (plan,) = plan_impact(case)
         assert f"about {work.steps:.2g} steps per turn" in plan.cost
 
 
