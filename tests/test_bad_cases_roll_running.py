@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from fuzzing import command
+from long_but import long_but
 from roll_machines import RPM, SYNCHRONOUS, source_drive, source_machine
 from shipped_cases import CASES
 
@@ -56,7 +57,7 @@ def test_demand_beyond_breakdown(case: Path) -> None:
     assert "more than the motor gives (1009 N*m at breakdown)" in words
 
 
-@pytest.mark.parametrize("hold", [False, True])
+@pytest.mark.parametrize("hold", long_but([False, True], False))
 def test_a_stall_below_breakdown(case: Path, hold: bool) -> None:
     scaled(case, 3.2)
     words = said(case, *(["machine.motor.beyond=hold"] if hold else []))

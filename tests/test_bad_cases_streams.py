@@ -67,16 +67,21 @@ def test_a_full_stderr_changes_no_exit_code() -> None:
     ("module", "arguments"),
     [
         ("vibecalc.schema", ["run", GENERATOR]),
-        ("vibecalc.schema", ["check", GENERATOR]),
-        ("vibecalc.schema", ["verify", GENERATOR]),
         ("vibecalc.schema", ["sweep", GENERATOR, "--dry-run"]),
-        ("vibecalc.schema", ["accuracy", GENERATOR]),
-        ("vibecalc.starters", ["schema"]),
         ("vibecalc.starters", ["new", "generator"]),
         ("vibecalc.core.report.plots", ["plot", "a.h5"]),
-        ("vibecalc.core.results.compare", ["diff", "a.h5", "b.h5"]),
-        ("vibecalc.core.report.sweep.text", ["report", "a.h5"]),
         ("vibecalc.core.study.sweep.assemble", ["merge", "a.h5", "b.h5", "-o", "c.h5"]),
+        *(
+            pytest.param(*one, marks=pytest.mark.long)
+            for one in (
+                ("vibecalc.schema", ["check", GENERATOR]),
+                ("vibecalc.schema", ["verify", GENERATOR]),
+                ("vibecalc.schema", ["accuracy", GENERATOR]),
+                ("vibecalc.starters", ["schema"]),
+                ("vibecalc.core.results.compare", ["diff", "a.h5", "b.h5"]),
+                ("vibecalc.core.report.sweep.text", ["report", "a.h5"]),
+            )
+        ),
     ],
     ids=lambda value: value[0] if isinstance(value, list) else "",
 )

@@ -84,7 +84,7 @@ def test_too_long_a_course_is_refused() -> None:
 
 
 def test_nearly_undamped_change_asks_for_a_duration_and_then_settles_far_away() -> None:
-    system, loads = compressor(1e-6), compressor_loads(6)
+    system, loads = compressor(1e-6), compressor_loads(3)
     with pytest.raises(NumericalFailure, match="give the duration"):
         instantaneous(system, loads, BOTH, ONLY_A, SPEED)
     done = instantaneous(system, loads, BOTH, ONLY_A, SPEED, duration=0.5)
@@ -171,7 +171,7 @@ def test_cutting_out_leaves_free_motion_that_settles_by_the_largest_on_the_way()
 
 def test_strong_and_weak_damping_side_by_side() -> None:
     ratios = np.array([300.0, 1e-6, 1.0, 0.03, 2.0, 0.9])
-    system, loads = compressor(ratios), compressor_loads(8)
+    system, loads = compressor(ratios), compressor_loads(4)
     pieces = [Piece(0.05, SPEED, 0.0, BOTH), Piece(0.02, 0.0, 0.0, BOTH)]
     done = follow(system, loads, pieces, tolerance=1e-3)
     assert np.all(done.peaks.error < 1e-8 * done.peaks.value)
@@ -189,8 +189,8 @@ def test_strong_and_weak_damping_side_by_side() -> None:
 
 def test_worst_instant_of_a_change_that_is_hardly_felt() -> None:
     """A relative change of 1e-9: at most a bound of that size above the steady motion."""
-    one = compressor_loads(6).per_speed_squared[BOTH]
-    loads = Loads(np.arange(1, 7), np.stack([one, one * (1.0 + 1e-9)]), np.zeros((2, 6)))
+    one = compressor_loads(3).per_speed_squared[BOTH]
+    loads = Loads(np.arange(1, 4), np.stack([one, one * (1.0 + 1e-9)]), np.zeros((2, 6)))
     worst = worst_instant(compressor(), loads, 0, 1, SPEED)
     steady = worst_instant(compressor(), loads, 1, 1, SPEED)
     assert np.all(worst.value >= steady.value - steady.error)
@@ -198,9 +198,9 @@ def test_worst_instant_of_a_change_that_is_hardly_felt() -> None:
 
 
 def test_worst_instant_with_hardly_any_damping_says_how_little_it_knows() -> None:
-    system, loads = compressor(1e-5), compressor_loads(6)
+    system, loads = compressor(1e-5), compressor_loads(3)
     worst = worst_instant(system, loads, BOTH, ONLY_A, SPEED)
-    for angle in np.linspace(0.0, 6.0, 3).tolist():
+    for angle in (0.0, 3.0):
         done = instantaneous(system, loads, BOTH, ONLY_A, SPEED, angle=angle, duration=8.0)
         assert np.all(done.peaks.value <= worst.value + worst.error + done.peaks.error)
     assert np.all(worst.error < 0.3 * worst.value)

@@ -4,6 +4,7 @@ by tens of evaluations, and what is said of it (balanced, set, no help, unbounde
 import numpy as np
 import pytest
 from exact_absorber import KINDS, optimum
+from long_but import long_but
 from mpmath import mp, mpf
 
 from vibecalc.absorber.peaks import peaks
@@ -23,6 +24,8 @@ from vibecalc.absorber.tuning.restricted import pure_viscous
 #: responses whose optimum is balanced for every primary damping
 ALWAYS = (("force", "velocity"), ("base", "displacement"), ("force", "transmitted_force"))
 BOUNDED = [kind for kind in KINDS if kind != ("base", "transmitted_force")]
+#: one of every sort in CI: always balanced, with a set of optima, of the ground
+QUICK = (("force", "velocity"), ("force", "acceleration"), ("base", "velocity"))
 THRESHOLD = 2**-0.5
 
 
@@ -58,12 +61,12 @@ def held_against_many_digits(kind, z1, m):
 
 
 def test_force_and_displacement_holds_against_forty_digits():
-    assert held_against_many_digits(("force", "displacement"), *sample(8)) == 8
+    assert held_against_many_digits(("force", "displacement"), *sample(4)) == 4
 
 
-@pytest.mark.parametrize("kind", BOUNDED[1:], ids="-".join)
+@pytest.mark.parametrize("kind", QUICK, ids="-".join)
 def test_other_responses_hold_against_forty_digits(kind):
-    z1, m = sample(4, seed=len(kind[1]))
+    z1, m = sample(3, seed=len(kind[1]))
     m = np.minimum(m, 0.05) if kind not in ALWAYS else m  # heavy ones reach the floor
     assert held_against_many_digits(kind, z1, m) >= 2
 
@@ -127,7 +130,7 @@ def test_small_damping_and_a_light_absorber_do_not_end_in_a_negative_damper():
 def test_the_threshold_of_force_and_displacement_is_met_from_both_sides():
     """4 z1^2 = 2: below it the excess falls with the square of the distance, above none is left."""
     away = 10.0 ** -np.arange(2.0, 16.0)
-    for m in (1e-4, 0.1, 10.0):
+    for m in (1e-4, 10.0):
         found = minimax(THRESHOLD - away, m)
         assert np.all(found.outcome == BALANCED)
         shrink = found.above_floor[4:10] / found.above_floor[5:11]
@@ -165,7 +168,7 @@ def test_outcomes_without_an_optimum_are_said():
     assert minimax(0.75, 3.0, "base", "velocity").outcome == SET
 
 
-@pytest.mark.parametrize("kind", [*BOUNDED, ("base", "transmitted_force")], ids="-".join)
+@pytest.mark.parametrize("kind", long_but([*BOUNDED, ("base", "transmitted_force")], *QUICK))
 def test_every_optimum_is_certified(kind):
     rng = np.random.default_rng(7)
     z1 = rng.uniform(0.0, 2.0 if kind in ALWAYS else 0.7, 40)
@@ -214,7 +217,7 @@ def test_a_grid_around_and_a_global_search_find_nothing_lower(pair):
     found = minimax(z1, m)
     centre = np.log([float(found.stiffness_ratio), float(found.secondary_damping)])
     for width in (2.0, 0.1, 0.005, 2e-4):
-        k, z2 = np.exp(centre[:, None] + np.linspace(-width, width, 31))
+        k, z2 = np.exp(centre[:, None] + np.linspace(-width, width, 15))
         grid = peaks(Absorber(z1, m, k[:, None], z2)).largest
         assert np.min(grid) >= found.largest * (1.0 - 1e-13)
         assert np.min(grid) < found.largest * (1.0 + 0.2 * width * m**-0.5)
@@ -245,24 +248,24 @@ def test_a_global_search_finds_nothing_lower_for_any_response(kind):
 
 def test_tens_of_evaluations_are_enough():
     rng = np.random.default_rng(3)
-    m = 10.0 ** rng.uniform(-4.0, 1.0, 300)
+    m = 10.0 ** rng.uniform(-4.0, 1.0, 60)
     for kind in (*ALWAYS, ("force", "displacement")):
-        z1 = rng.uniform(0.0, 2.0 if kind in ALWAYS else 0.69, 300)
+        z1 = rng.uniform(0.0, 2.0 if kind in ALWAYS else 0.69, 60)
         used = minimax(z1, m, *kind).evaluations
         assert np.median(used) < 60 and np.max(used) < 200
     assert minimax(0.5, 0.5).evaluations < 60 and minimax(0.0, 0.1).evaluations < 10
 
 
 def test_a_batch_is_the_same_as_its_points():
-    z1, m = sample(12, seed=9)
+    z1, m = sample(6, seed=9)
     kind = ("force", "acceleration")
     together = minimax(z1, m, *kind)
-    for i in range(12):
+    for i in range(6):
         alone = minimax(z1[i], m[i], *kind)
         assert alone.outcome == together.outcome[i]
         assert alone.largest == pytest.approx(together.largest[i], rel=1e-14)
         assert together.outcome[i] == SET or alone.stiffness_ratio == pytest.approx(
             together.stiffness_ratio[i], rel=1e-11
         )
-    square = minimax(z1.reshape(3, 4), m.reshape(3, 4), *kind)
-    assert square.largest.shape == (3, 4) and square.frequency.shape == (3, 4, 2)
+    square = minimax(z1.reshape(2, 3), m.reshape(2, 3), *kind)
+    assert square.largest.shape == (2, 3) and square.frequency.shape == (2, 3, 2)

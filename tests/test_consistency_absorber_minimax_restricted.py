@@ -49,10 +49,10 @@ def test_without_a_damper_no_spring_helps_against_a_force():
 
 
 def test_nor_does_one_where_that_bound_says_nothing():
-    """z1^2 >= m / (1 + m): held against 300 springs for each pair, from 1e-4 to 1e4 times m."""
+    """z1^2 >= m / (1 + m): held against 100 springs for each pair, from 1e-4 to 1e4 times m."""
     z1, m = np.array([0.3, 0.45, 0.6, 0.7])[:, None], np.array([0.001, 0.01, 0.05, 0.09])
     assert np.all(z1**2 > m / (1.0 + m))
     assert np.all(undamped_spring(z1, m).value == 0.0)
     bare = 1.0 / (2.0 * z1 * np.sqrt(1.0 - z1**2))
-    k = m * np.geomspace(1e-4, 1e4, 300)[:, None, None]
+    k = m * np.geomspace(1e-4, 1e4, 100)[:, None, None]
     assert np.all(peaks(Absorber(z1, m, k, 0.0)).largest >= bare * (1.0 - 1e-12))

@@ -97,7 +97,7 @@ def test_an_undamped_absorber_stops_the_primary_at_its_own_frequency():
     assert np.isfinite(several_amplitude(system, 0.9, "force", "relative_displacement", 1))
 
 
-@pytest.mark.parametrize("parent", long_but(TREES, (0,), (0, 1)))
+@pytest.mark.parametrize("parent", long_but(TREES, (0, 1)))
 def test_peaks_and_derivatives(parent):
     rng = np.random.default_rng(6)
     x = np.linspace(0.0, 3.0, 60001)
@@ -157,7 +157,6 @@ def test_one_absorber_has_its_known_optimum():
 @pytest.mark.parametrize(
     ("kind", "machines"),
     [
-        (("force", "displacement"), [(0.1, 0.01)]),
         (("base", "velocity"), [(0.6, 0.2)]),
         *(
             pytest.param(
@@ -197,18 +196,19 @@ def test_two_in_parallel_have_three_equal_peaks():
     system = Several(0.0, found.mass_ratio, found.stiffness_ratio, found.secondary_damping, (0, 0))
     peaks = several_peaks(system)
     assert peaks.magnitude == pytest.approx(np.full(3, found.peak), rel=1e-10)
-    shared = several_tuning(0.0, [0.05, 0.05], parallel(2), share_masses=True)
-    assert shared.peak < found.peak < 4.589
-    assert np.sum(shared.mass_ratio) == pytest.approx(0.1, rel=1e-14)
+    assert found.peak < 4.589 and not found.no_help
 
 
 @pytest.mark.long
 def test_two_in_series_need_no_damper_on_the_first():
-    parallel_peak = several_tuning(0.0, [0.05, 0.05], parallel(2), share_masses=True).peak
+    equal = several_tuning(0.0, [0.05, 0.05], parallel(2))
+    shared = several_tuning(0.0, [0.05, 0.05], parallel(2), share_masses=True)
+    assert shared.peak < equal.peak
+    assert np.sum(shared.mass_ratio) == pytest.approx(0.1, rel=1e-14)
     found = several_tuning(0.0, [0.09, 0.01], series(2), share_masses=True)
     certified(found, 3)
     assert found.secondary_damping[0] == 0.0 and found.on_lower[2]
-    assert found.peak < parallel_peak
+    assert found.peak < shared.peak
 
 
 @pytest.mark.long
@@ -242,8 +242,6 @@ def test_derivatives_beside_a_fastened_absorber_are_those_of_the_smaller_system(
 def test_damped_primary_beyond_the_threshold_has_a_set_of_optima():
     found = several_tuning(0.8, [0.05, 0.05], parallel(2))
     assert found.is_set and found.no_help and found.peak == 1.0
-    below = several_tuning(0.3, [2.0, 2.0], parallel(2))
-    assert not below.no_help
 
 
 def _peak_on_grid(masses, parent):

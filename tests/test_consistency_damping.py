@@ -133,7 +133,7 @@ def strongly_damped(seed: int) -> Table:
 def test_a_search_finds_what_the_whole_curve_shows() -> None:
     """Also where the highest point is far from every order resonance of the undamped machine."""
     far = 0
-    for seed in range(10):
+    for seed in range(5):
         case = strongly_damped(seed)
         whole = run(case)
         alone = run(case, wanted=frozenset({PEAK, SPEED}))
@@ -146,4 +146,4 @@ def test_a_search_finds_what_the_whole_curve_shows() -> None:
         away = np.abs(whole[SPEED].values[:, None, None] / met - 1.0).min(axis=(1, 2))
         inside = whole[SPEED].values < case["isolation"]["run_up"]["to"]
         far += int(np.any(inside & (away > 0.02)))
-    assert far >= 3
+    assert far >= 2

@@ -188,7 +188,9 @@ def test_options_beside_it() -> None:
     np.testing.assert_allclose(np.asarray(slopes.values)[place], change, rtol=0.02, atol=1e-4)
 
 
-@pytest.mark.parametrize("lost", ["steady torque of its motor", "slip table"])
+@pytest.mark.parametrize(
+    "lost", ["steady torque of its motor", pytest.param("slip table", marks=pytest.mark.long)]
+)
 def test_what_only_transients_carry(lost: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """What the machine would do without them is left out where it does nothing, and that is said.
 

@@ -59,7 +59,7 @@ def test_damper_that_keeps_its_heat() -> None:
     assert shows(printed["damper_design/worst_torque",], worst)
     assert shows(printed["damper_design/heat",], heat)
     # whatever lies about it breaks the limit or bears more torque
-    for factor in 1.0 + 0.04 * np.exp(2j * np.pi * np.arange(12) / 12):
+    for factor in 1.0 + 0.04 * np.exp(2j * np.pi * np.arange(6) / 6):
         torque, power = seen(best[0] * factor.real, best[1] * (1.0 + factor.imag))
         assert torque > 1.001 * worst or power > 1.001 * heat
     # without a limit the best one is lower and hotter

@@ -1,9 +1,12 @@
 """Claim: a fit finds the curve it was given, and says what no torque table can tell."""
 
+from functools import cache
+
 import mpmath
 import numpy as np
 import pytest
 from induction_motors import GIVEN, ONE_CAGE, RPM, TABLE_SLIP, TABLE_TORQUE, TWO_CAGES
+from long_but import long_but
 from scipy.optimize import differential_evolution
 
 from vibecalc.excitation.induction_motor import (
@@ -17,6 +20,11 @@ from vibecalc.excitation.induction_motor_flux import eigenvalues, torque_answer
 from vibecalc.excitation.induction_motor_identify import transient_inductance
 
 MADE = TABLE_SLIP[1:]
+
+
+@cache
+def source_fit(cages=2):
+    return fit_induction_motor(TABLE_SLIP, TABLE_TORQUE, **GIVEN, cages=cages)
 
 
 def stator_inductance(motor):
@@ -54,23 +62,23 @@ def test_one_cage_is_found_again_from_the_rows_up_to_breakdown():
     assert any("beyond the largest torque are not fitted" in text for text in fit.warnings)
 
 
-@pytest.mark.parametrize("cages", [1, 2])
+@pytest.mark.parametrize("cages", long_but([1, 2], 2))
 def test_stator_inductance_is_not_told_by_any_torque(cages):
     fits = [
         fit_induction_motor(TABLE_SLIP, TABLE_TORQUE, **GIVEN, cages=cages, stator_inductance=size)
-        for size in (0.01, 0.027, 0.2)
+        for size in (0.01, 0.2)
     ]
     slips = np.array([-80.0, -2.0, 0.01, 1.0, 9.0, 50.0, 94.0, 300.0])
     curves = np.array([steady_torque(fit.motor, slips).value for fit in fits])
     assert np.max(np.abs(curves / curves[0] - 1.0)) < 1e-9
-    assert fits[0].worst_relative == pytest.approx(fits[2].worst_relative, rel=1e-9)
+    assert fits[0].worst_relative == pytest.approx(fits[1].worst_relative, rel=1e-9)
     # its transients depend on it, though: the flux of the stator decays otherwise
     slow = [eigenvalues(fit.motor, 0.9).value[1 if cages == 2 else 0].real for fit in fits]
-    assert abs(slow[0] - slow[2]) > 0.02 * abs(slow[0])
+    assert abs(slow[0] - slow[1]) > 0.02 * abs(slow[0])
 
 
 def test_what_the_table_does_not_tell_is_named():
-    fit = fit_induction_motor(TABLE_SLIP, TABLE_TORQUE, **GIVEN)
+    fit = source_fit()
     told = fit.identifiability
     assert told.names == (
         "stator_leakage", "magnetising_inductance", "rotor_resistance 1", "rotor_resistance 2",
@@ -93,7 +101,7 @@ def test_what_the_table_does_not_tell_is_named():
 
 
 def test_moving_along_a_product_that_is_not_told_moves_no_torque():
-    fit = fit_induction_motor(TABLE_SLIP, TABLE_TORQUE, **GIVEN)
+    fit = source_fit()
     told, step = fit.identifiability, 1e-4
 
     def moved(exponents):
@@ -111,6 +119,7 @@ def test_moving_along_a_product_that_is_not_told_moves_no_torque():
         assert np.linalg.norm(change) == pytest.approx(value * step, rel=1e-3, abs=1e-2 * step**1.5)
 
 
+@pytest.mark.long
 def test_spread_is_that_of_fits_to_tables_with_errors():
     rng = np.random.default_rng(11)
     table = steady_torque(TWO_CAGES, MADE).value
@@ -132,7 +141,7 @@ def test_spread_is_that_of_fits_to_tables_with_errors():
 
 
 def test_source_table_is_met_as_well_as_two_cages_can():
-    fit = fit_induction_motor(TABLE_SLIP, TABLE_TORQUE, **GIVEN)
+    fit = source_fit()
     off = 100.0 * fit.residual / fit.table
     # no circuit with two cages holds 542 N m at standstill beside 1009 N m at breakdown
     assert np.allclose(off[[0, 1, 8, 10]], [-5.5, 2.3, 17.6, -30.1], atol=0.05)
@@ -142,10 +151,10 @@ def test_source_table_is_met_as_well_as_two_cages_can():
     curve = torque_curve(fit.motor)
     assert curve.breakdown_torque.value == pytest.approx(1036.7, abs=0.1)
     assert curve.breakdown_slip.value / RPM == pytest.approx(158.8, abs=0.1)
-    three = fit_induction_motor(TABLE_SLIP, TABLE_TORQUE, **GIVEN, cages=3)
+    three = source_fit(3)
     assert three.worst_relative == pytest.approx(0.0529, abs=5e-5)
     assert three.agreeing == three.starts
-    one = fit_induction_motor(TABLE_SLIP, TABLE_TORQUE, **GIVEN, cages=1)
+    one = source_fit(1)
     assert one.worst_relative == pytest.approx(0.2933, abs=5e-5)
     assert np.min(one.residual / one.table) == pytest.approx(-0.722, abs=5e-4)
 
@@ -184,7 +193,7 @@ def test_minimum_is_as_close_as_its_error_says():
 
 
 def test_no_other_minimum_is_lower():
-    fit = fit_induction_motor(TABLE_SLIP, TABLE_TORQUE, **GIVEN)
+    fit = source_fit()
     total = stator_inductance(fit.motor)
 
     def squares(logarithms):
@@ -210,7 +219,7 @@ def test_no_other_minimum_is_lower():
 
 def test_weights_pull_the_fit():
     running = np.where(TABLE_SLIP < 3.0, 100.0, 1.0)
-    even = fit_induction_motor(TABLE_SLIP, TABLE_TORQUE, **GIVEN)
+    even = source_fit()
     pulled = fit_induction_motor(TABLE_SLIP, TABLE_TORQUE, **GIVEN, weight=running)
     rows = slice(0, 3)
     assert np.max(np.abs(pulled.residual[rows] / pulled.table[rows])) < 0.02
@@ -219,7 +228,7 @@ def test_weights_pull_the_fit():
 
 
 def test_assumed_inductance_is_the_ratio_of_the_breakdown_leakage():
-    fit = fit_induction_motor(TABLE_SLIP, TABLE_TORQUE, **GIVEN)
+    fit = source_fit()
     p, voltage, line = GIVEN["pole_pairs"], GIVEN["phase_voltage"], GIVEN["line_frequency"]
     # the largest torque of a motor without stator resistance and with this leakage is 1009 N m
     leakage = stator_inductance(fit.motor) / NO_LOAD_RATIO

@@ -123,7 +123,7 @@ def test_brute_force_on_the_engine_finds_the_same_damper() -> None:
     found = design(problem, ENGINE_LIMITS, **QUICK)
     centre, width = np.log([8e5, 4e3]), np.array([1.2, 1.2])
     speed = np.linspace(*problem.speed, 321)
-    for _ in range(5):
+    for _ in range(4):
         best = (np.inf, centre)
         for a in np.linspace(-1.0, 1.0, 5):
             for b in np.linspace(-1.0, 1.0, 5):
@@ -135,7 +135,7 @@ def test_brute_force_on_the_engine_finds_the_same_damper() -> None:
     # coarse samples and speeds read up to 1 % low, and the valley is flat along one direction
     assert found.worst * (1.0 - 0.012) < best[0] < found.worst * 1.005
     np.testing.assert_allclose(np.log(found.damper[1:]), centre, atol=0.15)
-    fine = direct(problem, found.damper, speed, 2000)[:, :-2].max()
+    fine = direct(problem, found.damper, speed, 1000)[:, :-2].max()
     assert found.worst * (1.0 - 2e-4) < fine <= found.worst + found.worst_error
 
 

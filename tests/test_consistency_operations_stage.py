@@ -10,6 +10,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from long_but import long_but
 from random_machines import Table
 from response_machines import bare, run, shipped
 from scipy.optimize import minimize_scalar
@@ -48,7 +49,7 @@ def single(idle: str, working: list[str], balanced_for: list[str] | None) -> Rec
     return run(table)
 
 
-@pytest.mark.parametrize("idle", ["stopped", "unloaded"])
+@pytest.mark.parametrize("idle", long_but(["stopped", "unloaded"], "stopped"))
 def test_each_cell_is_a_run_of_its_own(idle: str) -> None:
     record = combined(idle)
     for row, working in enumerate(OPERATIONS.values()):
@@ -130,7 +131,9 @@ def written_out(working: list[str], balanced: list[str]) -> Callable[[float], Re
     return at
 
 
-@pytest.mark.parametrize(("working", "balanced"), [("A+B", "A"), ("A", "B")])
+@pytest.mark.parametrize(
+    ("working", "balanced"), [("A+B", "A"), pytest.param("A", "B", marks=pytest.mark.long)]
+)
 def test_ranges_are_those_of_a_scan_over_the_phase(working: str, balanced: str) -> None:
     at = written_out(OPERATIONS[working], OPERATIONS[balanced])
     phases = np.arange(16) * (2.0 * np.pi / 16)

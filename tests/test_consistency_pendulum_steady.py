@@ -32,7 +32,7 @@ def one_cycle(pendulum, order, torque, speed, slope):
     found = solve_ivp(
         lambda t, y: rates(pendulum, ROTOR, y, torque * np.sin(order * y[0])),
         [0.0, 60.0], [0.0, 0.0, speed, slope * speed],
-        method="DOP853", rtol=1e-12, atol=1e-14, events=through, max_step=0.02,
+        method="DOP853", rtol=1e-12, atol=1e-14, events=through, max_step=0.04,
     )  # fmt: skip
     return found.y[:, -1], found.t[-1], np.max(np.abs(found.y[1]))
 
@@ -40,7 +40,6 @@ def one_cycle(pendulum, order, torque, speed, slope):
 @pytest.mark.parametrize(
     ("pendulum", "order"),
     [
-        (POINT, 1.03 * ORDER),
         (on("epicycloidal", ROLLERS), ORDER),
         *(
             pytest.param(pendulum, order, marks=pytest.mark.long)
@@ -114,8 +113,11 @@ def test_a_circle_jumps_where_its_torque_is_greatest():
     shift = 0.5e-3 * (after - before) / (2.0 * top - before - after)
     assert abs(shift) < 1e-5
     assert found.torque.value == pytest.approx(0.0063953, abs=1e-7)
+    # the largest angle is less than the first sine, by what the other sines take away
+    assert float(found.first_sine.value) - float(found.swing.value) > 2e-3
 
 
+@pytest.mark.long
 def test_the_swing_of_a_jump_is_the_largest_angle_in_time():
     """Dense output of the exact equations over a cycle at the fold, not the first sine of it."""
     found = jump(POINT, ROTOR, ORDER)
@@ -136,7 +138,6 @@ def test_the_swing_of_a_jump_is_the_largest_angle_in_time():
     # at the fold itself the motion drifts away slowly, as the square root of its rounding
     assert float(found.swing.value) == pytest.approx(largest, abs=2e-6)
     assert float(found.swing.error) < 1e-6
-    assert float(found.first_sine.value) - float(found.swing.value) > 2e-3
 
 
 @pytest.mark.long

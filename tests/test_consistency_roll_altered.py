@@ -92,21 +92,21 @@ def test_the_same_changes_written_into_the_case_bring_the_same() -> None:
     base = result_of("roll", *ONLY)
     train = base.case["machine"]["crank_train"]  # type: ignore[index]
     rotor = base.case["machine"]["rotor"]["inertia"]  # type: ignore[index]
-    for word, factor in (("more", 1.1), ("less", 0.9)):
+    radius = train["crank_radius"]
+    for word, factor, name, key, value in (
+        ("more", 1.1, "crank_radius", "machine.crank_train.crank_radius", radius),
+        ("less", 0.9, "rotor_inertia", "machine.rotor.inertia", rotor),
+    ):
         found = base.record[f"response/roll/sensitivity/ten_percent_{word}"]
         assert found.error_estimate < 1e-6
         rows = [str(name) for name in found.axes[0].values]
-        for name, key, value in (
-            ("crank_radius", "machine.crank_train.crank_radius", train["crank_radius"]),
-            ("rotor_inertia", "machine.rotor.inertia", rotor),
-        ):
-            quiet = (*ONLY, "response.roll.sensitivity=false")
-            moved = result_of("roll", *quiet, f"{key}={factor * value!r}")
-            np.testing.assert_allclose(
-                moved.record[level].values - base.record[level].values,
-                found.values[rows.index(name)],
-                atol=found.error_estimate + 1e-7,
-            )
+        quiet = (*ONLY, "response.roll.sensitivity=false")
+        moved = result_of("roll", *quiet, f"{key}={factor * value!r}")
+        np.testing.assert_allclose(
+            moved.record[level].values - base.record[level].values,
+            found.values[rows.index(name)],
+            atol=found.error_estimate + 1e-7,
+        )
 
 
 def test_the_stated_error_bounds_the_true_one() -> None:

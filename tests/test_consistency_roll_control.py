@@ -201,7 +201,7 @@ def test_stiffer_motors_shake_less_and_run_faster():
     assert found.speed.value[-1] == pytest.approx(94.25, abs=1e-3)
 
 
-@pytest.mark.parametrize("delay", [0.0, 3e-4])
+@pytest.mark.parametrize("delay", [pytest.param(0.0, marks=pytest.mark.long), 3e-4])
 def test_a_locus_follows_its_poles(delay):
     gains = np.geomspace(0.5, 60.0, 120)
     controller = Controller(1.0, 0.9, -0.02, 2e-3, delay)

@@ -48,7 +48,7 @@ def test_without_feedback_it_is_the_running_state(lag):
 @pytest.mark.parametrize(
     ("drive", "machine"),
     [
-        pytest.param(LINE, FREE, id="line-free"),
+        pytest.param(LINE, FREE, id="line-free", marks=pytest.mark.long),
         pytest.param(TABLE, MOUNTED, id="table-mounted"),
         pytest.param(TABLE, FREE, id="table-free", marks=pytest.mark.long),
         pytest.param(LINE, MOUNTED, id="line-mounted", marks=pytest.mark.long),

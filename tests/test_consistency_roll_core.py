@@ -98,7 +98,7 @@ def slopes(beta: float):
         return [(a - b) / (2 * step) for a, b in zip(up, down, strict=True)]
 
 
-@pytest.mark.parametrize("beta", [0.0, 0.7, 1.9, 3.3, 5.8])
+@pytest.mark.parametrize("beta", [0.7, 3.3])
 def test_inertia_is_that_of_the_parts(beta: float) -> None:
     found = inertia(machine(), np.array([beta]))
     with mp.workdps(60):
@@ -115,7 +115,7 @@ def test_inertia_is_that_of_the_parts(beta: float) -> None:
     assert found.crank_slope[0] == pytest.approx(q1, abs=1e-13 * scale)
 
 
-@pytest.mark.parametrize(("beta", "w", "s"), STATES)
+@pytest.mark.parametrize(("beta", "w", "s"), STATES[1::2])
 def test_accelerations_are_those_of_lagrange(beta: float, w: float, s: float) -> None:
     outer, inner = -35.0, 410.0
     with mp.workdps(60):

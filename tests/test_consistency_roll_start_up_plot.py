@@ -37,7 +37,7 @@ def test_each_result_alone_is_no_reason_to_fail() -> None:
     assert len(drawn) < len(start_up())
 
 
-@pytest.mark.parametrize("started", [True, False])
+@pytest.mark.parametrize("started", [True, pytest.param(False, marks=pytest.mark.long)])
 def test_letters_and_axes_stay_apart(started: bool) -> None:
     assert_apart(figure(roll(start_up(started)), NAME))
 

@@ -207,7 +207,9 @@ def test_start_angles_part_what_starts_from_what_does_not() -> None:
     assert len(lower) == 2
 
 
-@pytest.mark.parametrize(("angle", "starts"), [(3.0, 1), (2.85, 0)])
+@pytest.mark.parametrize(
+    ("angle", "starts"), [pytest.param(3.0, 1, marks=pytest.mark.long), (2.85, 0)]
+)
 def test_a_start_within_such_an_interval_starts(angle: float, starts: int) -> None:
     """On both sides of its lower end, 2.922 rad, under load from the start on."""
     record = run(table(duration=0.8, crank_angle=angle, load=None))

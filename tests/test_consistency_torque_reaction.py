@@ -112,7 +112,7 @@ def supports(load: np.ndarray) -> np.ndarray:
 
 def largest(force: np.ndarray) -> np.ndarray:
     """Longest vector (mounts,) in steps of the cycle."""
-    angle = np.linspace(0.0, 4.0 * np.pi, 20_001)
+    angle = np.linspace(0.0, 4.0 * np.pi, 8_001)
     number = 0.5 * np.arange(1, force.shape[-1] + 1)
     course = (force @ np.exp(1j * np.outer(number, angle))).real
     return np.asarray(np.sqrt(np.square(course).sum(1)).max(-1))

@@ -8,6 +8,7 @@ import mpmath
 import numpy as np
 import pytest
 import scipy.linalg
+from long_but import long_but
 from torsion_lines import engine, network, star
 
 from vibecalc.errors import NumericalFailure
@@ -86,7 +87,7 @@ def swinging(line: Line) -> LineModes:
     return damped_line_modes(line, 0)
 
 
-@pytest.mark.parametrize("name", LINES)
+@pytest.mark.parametrize("name", long_but(LINES, *list(LINES)[::2]))
 def test_poles_against_forty_digits(name: str) -> None:
     line = LINES[name]
     found = swinging(line)

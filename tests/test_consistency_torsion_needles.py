@@ -33,7 +33,7 @@ def at_points(text: str, points: int) -> str:
 
 
 def fine(setup: Setup) -> tuple[np.ndarray, np.ndarray]:
-    speed = np.linspace(LOW, HIGH, 8001)
+    speed = np.linspace(LOW, HIGH, 4001)
     return speed, sweep(setup.model, setup.drive, speed, None, angles=False).torque
 
 
@@ -53,7 +53,7 @@ def test_what_a_coarse_sweep_steps_over_is_found(text: str) -> None:
     allowed = 0.9 * float(value(text, "largest/stress_half_range")[0])
     curve = f'speed = ["1000 rpm", "9000 rpm"], stress = ["{allowed!r} Pa", "{allowed / 15!r} Pa"]'
     limited = text + f"limits = [{{ curve = {{ {curve} }} }}]"
-    coarse, other = at_points(limited, 23), at_points(limited, 1201)
+    coarse, other = at_points(limited, 23), at_points(limited, 241)
     for name in ("limit/largest_use", "exceeded/from", "exceeded/to", "exceeded/peak_speed"):
         assert value(coarse, name) == pytest.approx(value(other, name), rel=1e-7)
     start, end = value(coarse, "exceeded/from"), value(coarse, "exceeded/to")

@@ -247,7 +247,9 @@ def test_phases_that_are_given_change_no_number_and_no_word() -> None:
         f'{{ name = "{k}", crank_phase = "{phase} deg" }}'
         for k, phase in ((1, 90), (2, 330), (3, 210))
     )
-    plain, turned = (run_text(text) for text in (ENGINE, replaced(ENGINE, (names, phased))))
+    plain, turned = (
+        run_text(replaced(ENGINE, (SPEEDS, ""), *change)) for change in ((), ((names, phased),))
+    )
     for path, quantity in plain.record.quantities.items():
         np.testing.assert_array_equal(turned.record[path].values, quantity.values, path)
     words = [

@@ -54,10 +54,8 @@ def test_impact_statistics() -> None:
     assert leader == [2, 2]
 
 
-@pytest.mark.parametrize(
-    "row",
-    [0, pytest.param(1, marks=pytest.mark.long), pytest.param(2, marks=pytest.mark.long)],
-)
+@pytest.mark.long
+@pytest.mark.parametrize("row", range(3))
 def test_averages_with_the_options_of_the_source(row: int) -> None:
     """Within four standard errors; the quantiles within what the printed digits say."""
     (block,) = (one for one in BLOCKS if one.startswith("| clearance, in | printed"))

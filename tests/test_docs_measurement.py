@@ -1,6 +1,7 @@
 """Claim: docs/validation_roll_measured.md shows what the case gives and what the source prints."""
 
 import re
+from functools import cache
 
 import numpy as np
 import pytest
@@ -37,6 +38,7 @@ def computed(path: str, where: dict[str, object], unit: str, *settings: str) -> 
     return convert(float(scalar(quantity, where)), quantity.unit, unit)  # type: ignore[arg-type]
 
 
+@cache
 def printed() -> dict[tuple[str, str], tuple[str, str]]:
     """(quantity, picks) -> digits and whether the case knows a difference or a reading."""
     found = {}

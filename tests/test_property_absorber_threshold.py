@@ -14,11 +14,12 @@ PAIRS = [
     for excitation in EXCITATIONS
     for response in ("displacement", "velocity", "acceleration", "transmitted_force")
 ]
+QUICK = (("force", "displacement"), ("base", "velocity"))
 
 
 @pytest.mark.parametrize(
     ("excitation", "response"),
-    PAIRS[::3] + [pytest.param(*one, marks=pytest.mark.long) for one in PAIRS[1::3] + PAIRS[2::3]],
+    [one if one in QUICK else pytest.param(*one, marks=pytest.mark.long) for one in PAIRS],
 )
 def test_the_largest_response_against_its_threshold(excitation, response):
     found = threshold(excitation, response)
@@ -54,7 +55,9 @@ def test_a_response_unbounded_with_damping_is_bounded_without_where_the_words_sa
         assert np.isinf(undamped.largest) == (words == "damped or not")
 
 
-@pytest.mark.parametrize("response", ["velocity", "transmitted_force"])
+@pytest.mark.parametrize(
+    "response", ["velocity", pytest.param("transmitted_force", marks=pytest.mark.long)]
+)
 def test_beyond_the_threshold_a_locked_mass_has_the_least_mean_square(response):
     m = np.array([1e-3, 0.1, 0.5, 1.0, 10.0])
     found = mean_square_threshold(m, "force", response)
@@ -66,8 +69,8 @@ def test_beyond_the_threshold_a_locked_mass_has_the_least_mean_square(response):
         assert np.all(tuned.locked == (factor > 1.0))
         if factor < 1.0:
             assert np.all(tuned.value < locked)
-        k = np.logspace(-3, 6, 90)[:, None, None] * m
-        z = np.logspace(-4, 6, 100)[:, None] * m
+        k = np.logspace(-3, 6, 45)[:, None, None] * m
+        z = np.logspace(-4, 6, 50)[:, None] * m
         grid = mean_square(Absorber(z1, m, k, z), "force", response).value
         assert np.all(np.min(grid, axis=(0, 1)) >= tuned.value * (1.0 - 1e-13))
 
@@ -93,8 +96,8 @@ def test_ground_acceleration_has_a_threshold_that_depends_on_the_mass():
     for factor in (0.999, 1.001):
         tuned = mean_square_tuning(factor * found.primary_damping, m, "base", "transmitted_force")
         assert np.all(tuned.no_help == (factor > 1.0))
-        k = np.concatenate([[0.0], np.logspace(-3, 2, 80)])[:, None, None] * m
-        z = np.logspace(-7, 2, 130)[:, None] * m
+        k = np.concatenate([[0.0], np.logspace(-3, 2, 40)])[:, None, None] * m
+        z = np.logspace(-7, 2, 65)[:, None] * m
         one = Absorber(factor * found.primary_damping, m, k, z)
         grid = np.min(mean_square(one, "base", "transmitted_force").value, axis=(0, 1))
         assert np.all(grid >= tuned.value * (1.0 - 1e-13))

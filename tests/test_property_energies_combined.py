@@ -88,7 +88,7 @@ def weights_and_states(
     ]
 
 
-@pytest.mark.parametrize("seed", long_but(SEEDS, 0, 1, 2))
+@pytest.mark.parametrize("seed", long_but(SEEDS, 0))
 def test_ranges_hold_a_dense_scan_and_are_reached(seed: int) -> None:
     matrices, speed, shaking, residual = machine(seed)
     parts = superpose(matrices, ORDERS, speed, shaking, residual)
@@ -118,7 +118,7 @@ def test_ranges_hold_a_dense_scan_and_are_reached(seed: int) -> None:
         np.testing.assert_allclose(both, scan.mean[:-1].mean(axis=0), rtol=1e-12)
 
 
-@pytest.mark.parametrize("seed", long_but(SEEDS, 0, 1, 2))
+@pytest.mark.parametrize("seed", long_but(SEEDS, 0))
 def test_guard_orders_enter_the_errors_of_the_ranges_only(seed: int) -> None:
     matrices, speed, shaking, residual = machine(seed)
     parts = superpose(matrices, ORDERS, speed, shaking, residual)
@@ -155,7 +155,7 @@ def exact_peak_at(rows: list[list[mpmath.mpc]], turned: list[mpmath.mpc], phase:
     return exact_peak(shifted, ORDERS.tolist())[0] ** 2 / 2
 
 
-@pytest.mark.parametrize("seed", long_but(range(4), 0, 1))
+@pytest.mark.parametrize("seed", long_but(range(4), 0))
 def test_lowest_and_highest_peak_in_many_digits(seed: int) -> None:
     """Golden section about the phases found, in 30 digits: nothing better is near."""
     generator = np.random.default_rng(seed)

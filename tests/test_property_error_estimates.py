@@ -16,11 +16,10 @@ from vibecalc.core.results.tolerance import reached
 from vibecalc.core.run.run import run_case
 
 MOST_TOO_LOW, MOST_TOO_HIGH = 0.01, 0.05
-#: one machine of every kind: pitch and rigid body, then one without damping
+#: a rigid body, and a pitching one without damping; one with damping is held further down
 FEW = {
-    "pitch": [random_machine(1, "pitch")],
-    "rigid_body": [random_machine(2, "rigid_body")],
-    "undamped": [without_damping(random_machine(21, "pitch"))],
+    "rigid_body": [random_machine(1, "rigid_body")],
+    "undamped": [without_damping(random_machine(22, "pitch"))],
 }
 
 
@@ -97,7 +96,7 @@ def test_peaks_count_what_a_cut_leaves_out(orders: int, seed: int, model: str) -
 @pytest.mark.parametrize(
     ("rtol", "count"),
     [
-        (1e-6, 6),
+        (1e-6, 4),
         *(pytest.param(rtol, 20, marks=pytest.mark.long) for rtol in (1e-3, 1e-6, 1e-9)),
     ],
 )
@@ -133,7 +132,9 @@ def test_true_error_of_the_default_orders_is_within_the_tolerance(seeds: tuple[i
         table = random_machine(seed, "pitch")
         table["accuracy"]["rtol"] = 1e-3
         table["excitation"] = {"driven_machine": "on_body"}
-        errors += [one.error / one.size for one in judge(table) if one.path.endswith("steady_peak")]
+        judged = judge(table)
+        hold(judged)
+        errors += [one.error / one.size for one in judged if one.path.endswith("steady_peak")]
     assert len(errors) == 2 * len(seeds)
     assert 1e-12 < max(errors) < 1e-3
 

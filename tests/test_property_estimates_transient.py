@@ -39,7 +39,7 @@ def test_truth_is_that_of_a_march() -> None:
     inputs = StudyInputs(validate(random_transient(5)))
     motion = ExactMotion(inputs)
     stiffness, damping = inputs.matrices()
-    n, end = len(inputs.inertia), 0.06 * motion.end
+    n, end = len(inputs.inertia), 0.02 * motion.end
     # the state of the truth has no angles: its twists and speeds begin the march
     springs = np.flatnonzero(inputs.stiffness > 0.0)
     begin = motion.state[0]

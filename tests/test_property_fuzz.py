@@ -63,16 +63,15 @@ def run_many(count: int, path: Path, seed: int = SEED + 1) -> dict[int, int]:
 
 @pytest.mark.timeout(280)
 def test_mutations_through_check(tmp_path: Path) -> None:
-    codes = check_many(60, tmp_path / "mutated.toml")
+    codes = check_many(30, tmp_path / "mutated.toml")
     assert set(codes) == {0, 2}
-    assert codes[2] > 51 and codes[0] > 1
+    assert codes[2] > 24 and codes[0] > 0
 
 
 @pytest.mark.timeout(280)
 def test_mutations_through_run(tmp_path: Path) -> None:
-    codes = run_many(2, tmp_path / "mutated.toml")
-    assert sum(codes.values()) == 2
-    assert codes[0] > 0
+    codes = run_many(3, tmp_path / "mutated.toml", seed=SEED + 4)
+    assert codes == {0: 3}
 
 
 @pytest.mark.long

@@ -2,7 +2,7 @@
 is read off as a plain count would."""
 
 import numpy as np
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
@@ -20,6 +20,7 @@ from vibecalc.impact.statistics import (
 sizes = st.floats(0.0, 1e6)
 
 
+@settings(max_examples=30)
 @given(
     arrays(np.float64, (2, 6, 4), elements=st.floats(-1e6, 1e6)),
     st.permutations(range(6)),
@@ -64,6 +65,7 @@ def test_leads_from_is_a_count_from_the_end(leading):
     assert leads_from(leading) == expected
 
 
+@settings(max_examples=30)
 @given(
     arrays(np.float64, (2, 8), elements=sizes),
     arrays(np.float64, (2, 8), elements=st.floats(0.0, 10.0)),

@@ -127,7 +127,7 @@ def test_the_family_is_no_larger_than_it_is(gap):
     widths = np.full(5, HALF)
     found = extremes(rows, sizes, widths, POINTS[3:4])
     assert found is not None
-    steps = np.linspace(-1.0, 1.0, 9) * HALF / DECIBEL
+    steps = np.linspace(-1.0, 1.0, 5) * HALF / DECIBEL
     seen = [
         size for move in product(steps, repeat=5) for size in fourth(sizes * np.exp(np.array(move)))
     ]

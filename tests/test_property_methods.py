@@ -85,7 +85,7 @@ def test_refined_it_is_the_same_optimum(name):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_same_bytes_twice(name):
-    one, two = (find(name, valley, [-2, -2], [2, 2], first=[1, 1]) for _ in range(2))
+    one, two = (find(name, valley, [-2, -2], [2, 2], first=[1, 1], budget=300) for _ in range(2))
     assert one.variables.tobytes() == two.variables.tobytes()
     assert one.evaluations == two.evaluations
 

@@ -48,7 +48,10 @@ def off_truth(found: WithError, truth: np.ndarray) -> np.ndarray:
     return np.array([float(abs(a - b)) for a, b in pairs]).reshape(found.value.shape)
 
 
-@pytest.mark.parametrize("proportional", [True, False], ids=["apart", "coupled"])
+@pytest.mark.parametrize(
+    "proportional",
+    [pytest.param(True, marks=pytest.mark.long, id="apart"), pytest.param(False, id="coupled")],
+)
 def test_truth_lies_within_the_errors(proportional: bool) -> None:
     ratios = []
     for seed in SEEDS:

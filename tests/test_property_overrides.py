@@ -29,6 +29,7 @@ paths = st.builds(
 )
 
 
+@settings(max_examples=30)
 @given(paths)
 def test_keys_are_read_as_they_are_written(path: KeyPath) -> None:
     assert parse_key(key_text(path)) == path

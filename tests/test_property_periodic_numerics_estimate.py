@@ -44,7 +44,7 @@ def test_estimates_hold_on_random_problems(make):
         assert kinks > 32
 
 
-@pytest.mark.parametrize("points", [1, 2, 4])
+@pytest.mark.parametrize("points", [1, 4])
 def test_the_estimate_sees_kinks_inside_panels(points):
     # without a switch the panels are not split
     ratios = []

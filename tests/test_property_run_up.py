@@ -147,7 +147,7 @@ def test_summit_of_a_turn_is_no_lower_than_dense_samples(
     kind: str, looks: int, close: float
 ) -> None:
     dense = np.linspace(0.0, FULL, 40_001)
-    for seed in range(10):
+    for seed in range(5):
         function, count = wave(seed, kind), [0]
 
         def counted(at: np.ndarray, function=function, count=count) -> np.ndarray:

@@ -107,7 +107,7 @@ def assert_same_array(left: np.ndarray, right: np.ndarray) -> None:
         assert left.tobytes() == right.tobytes()
 
 
-@settings(max_examples=20, deadline=None, suppress_health_check=list(HealthCheck))
+@settings(max_examples=10, deadline=None, suppress_health_check=list(HealthCheck))
 @given(results())
 def test_what_is_written_is_read_back(
     tmp_path_factory: pytest.TempPathFactory, made: Result
@@ -139,7 +139,8 @@ def test_large_arrays_and_many_names(tmp_path: Path) -> None:
 def test_the_same_result_gives_the_same_bytes() -> None:
     made = typical()
     first = file_image(made)
-    time.sleep(1.1)  # creation times in HDF5 have a resolution of a second
+    # creation times in HDF5 have a resolution of a second
+    time.sleep(1.01 - time.time() % 1.0)
     assert file_image(made) == first
 
 

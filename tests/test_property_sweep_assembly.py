@@ -46,7 +46,7 @@ def written(folder: Path, sweep: Made, name: str = "sweep.h5") -> Path:
 
 
 @given(data=st.data(), shape=st.lists(st.integers(1, 6), min_size=1, max_size=4))
-@settings(deadline=None)
+@settings(max_examples=30, deadline=None)
 def test_boxes_hold_each_point_once_and_are_few(data: st.DataObject, shape: list[int]) -> None:
     count = int(np.prod(shape))
     first = data.draw(st.integers(0, count))
@@ -67,8 +67,7 @@ def test_chunks_of_a_dataset_are_bounded(shape: list[int]) -> None:
     assert np.prod(sizes, dtype=float) <= 1 << 14
 
 
-@pytest.mark.parametrize("sizes", [(24,), (4, 6), (4, 3, 2)])
-@pytest.mark.parametrize("size", [1, 5, 24])
+@pytest.mark.parametrize(("sizes", "size"), [((24,), 5), ((4, 6), 1), ((4, 3, 2), 24)])
 def test_every_point_is_where_it_belongs(tmp_path: Path, sizes: tuple[int, ...], size: int) -> None:
     sweep = made(tmp_path, grid_of(*sizes), size)
     path = written(tmp_path, sweep)
