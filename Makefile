@@ -38,8 +38,9 @@ help: ## print this list
 $(READY): pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt --upgrade pip
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[plot,accuracy]' --group test
-	$(BIN)/python -m compileall -q vibecalc
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile -c constraints.txt \
+	  -e '.[plot,accuracy]' --group test
+	$(BIN)/python -m compileall -q -j $(WORKERS) -x '/tests?/' $(VENV)/lib vibecalc
 	@touch $@
 
 run: $(READY) ## run the three-cylinder generator and print its report
