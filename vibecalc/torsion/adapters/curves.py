@@ -218,8 +218,14 @@ def _leaving(shaft: ShaftLineModel, side: BoolArray) -> FloatArray:
 # order, so that one sum over the orders serves both.
 # ----------------------------------------------------------------------------
 
-#: speeds of one block
-ROWS = 128
+#: speeds of one block at least, and numbers (speeds times orders times freedoms) up to which it
+#: may have more: short blocks cost as many calls as long ones
+ROWS, ENTRIES = 128, 1 << 17
+
+
+def speeds_at_once(model: Model, drive: Drive) -> int:
+    """Speeds of one block of a sweep."""
+    return max(ROWS, ENTRIES // (len(drive.order) * len(model.line.inertia)))
 
 
 class Curves(NamedTuple):
@@ -289,9 +295,12 @@ def sweep(
     model: Model, drive: Drive, speed: FloatArray, shaft: ShaftLineModel | None, angles: bool = True
 ) -> Curves:
     """The curves at speeds (s,); gears are those of `shaft`, none without it."""
+    size = speeds_at_once(model, drive)
+    # blocks of one length, as a short last one would cost as many calls as the others
+    size = max(1, -(-len(speed) // max(1, -(-len(speed) // size))))
     parts = []
-    for start in range(0, len(speed), ROWS):
-        parts.append(_block(model, drive, speed[start : start + ROWS], shaft, angles))
+    for start in range(0, len(speed), size):
+        parts.append(_block(model, drive, speed[start : start + size], shaft, angles))
     return Curves(*(np.concatenate(each) for each in zip(*parts, strict=True)))
 
 

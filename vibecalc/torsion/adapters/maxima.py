@@ -7,7 +7,7 @@ import numpy as np
 
 from vibecalc.numerics.rounding import ComplexArray, FloatArray, IntArray
 from vibecalc.torsion.adapters.critical import Undamped
-from vibecalc.torsion.adapters.curves import ROWS, solved, stiffness_of
+from vibecalc.torsion.adapters.curves import ROWS, solved, speeds_at_once, stiffness_of
 from vibecalc.torsion.adapters.setup import Drive, Model, Setup
 from vibecalc.torsion.critical_speeds import CORNER, Value, highest, refined
 from vibecalc.torsion.line import damping_matrix, network_matrix, stiffness_matrix
@@ -50,9 +50,10 @@ def torque_value(model: Model, drive: Drive, section: IntArray) -> Value:
         flat, place = np.unique(speed, return_inverse=True)
         place, own = place.ravel(), np.repeat(section, speed.shape[1])
         torque = np.empty((len(place), len(drive.order)), dtype=np.complex128)
-        for start in range(0, len(flat), ROWS):
-            found = solved(model, drive, flat[start : start + ROWS])
-            held = np.flatnonzero((place >= start) & (place < start + ROWS))
+        size = speeds_at_once(model, drive)
+        for start in range(0, len(flat), size):
+            found = solved(model, drive, flat[start : start + size])
+            held = np.flatnonzero((place >= start) & (place < start + size))
             torque[held] = found.torque[place[held] - start, :, own[held]]
         half = synthesis(drive.order, torque).half_range
         return np.asarray(half.reshape(speed.shape))
