@@ -54,6 +54,8 @@ def critical_speeds(
 #: derivative by six values about the speed, exact for polynomials of degree 6
 PLACES = np.array([-3.0, -2.0, -1.0, 1.0, 2.0, 3.0])
 WEIGHTS = np.array([-1.0, 9.0, -45.0, 45.0, -9.0, 1.0]) / 60.0
+#: parts of a bracket at which it is looked at
+NARROWING = np.arange(9) / 8.0
 #: their distance over the width of the resonance: truncation and round-off about alike
 DISTANCE = 0.02
 #: change of a speed, relative, at which it counts as found
@@ -122,12 +124,16 @@ def refined(
     distance = DISTANCE * (high - low)
     for _ in range(3):
         # width of the resonance from its curvature
-        about = value(at[:, None] + np.array([-1.0, 0.0, 1.0]) * distance[:, None])
+        near = at[:, None] + np.array([-1.0, 0.0, 1.0]) * distance[:, None]
+        where = low[:, None] + (high - low)[:, None] * NARROWING
+        about, seen = np.split(value(np.concatenate([near, where], axis=1)), [3], axis=1)
         bend = np.abs(about[:, 0] - 2.0 * about[:, 1] + about[:, 2])
         bend = np.maximum(bend, 1e-10 * about[:, 1]) / distance**2
         distance = np.minimum(DISTANCE * np.sqrt(about[:, 1] / bend), (high - low) / 8.0)
         distance = np.minimum(distance, low / 4.0 + np.where(low > 0.0, 0.0, distance))
-        low, at, high = _narrowed(value, low, at, high)
+        # a quarter of what was between them
+        best, row = np.clip(np.argmax(seen, axis=1), 1, len(NARROWING) - 2), np.arange(len(at))
+        low, at, high = where[row, best - 1], where[row, best], where[row, best + 1]
     at, moved = _zero_slope(value, low, high, distance)
     return at, np.minimum(moved + _missed(value, at, distance), high - low) + 8.0 * EPSILON * at
 
@@ -147,17 +153,6 @@ def _missed(
     return np.asarray(MISSED * share * distance + SHIFT * EPSILON * width)
 
 
-def _narrowed(
-    value: Callable[[FloatArray], FloatArray], low: FloatArray, at: FloatArray, high: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Bracket of each maximum, a quarter as wide."""
-    share = np.arange(9) / 8.0
-    where = low[:, None] + (high - low)[:, None] * share
-    best = np.clip(np.argmax(value(where), axis=1), 1, 7)
-    row = np.arange(len(at))
-    return where[row, best - 1], where[row, best], where[row, best + 1]
-
-
 def _zero_slope(
     value: Callable[[FloatArray], FloatArray],
     low: FloatArray,
@@ -167,10 +162,12 @@ def _zero_slope(
     """Bracketed secant on the slope; the end that stays has its slope halved (Illinois)."""
 
     def slope(where: FloatArray) -> FloatArray:
-        return np.asarray(value(where[:, None] + PLACES * distance[:, None]) @ WEIGHTS)
+        return np.asarray(value(where[:, None] + steps) @ WEIGHTS)
 
+    steps = PLACES * distance[:, None]
     low, high = low.copy(), high.copy()
-    left, right = slope(low), slope(high)
+    ends = value(np.concatenate([low[:, None] + steps, high[:, None] + steps], axis=1))
+    left, right = ends[:, : len(PLACES)] @ WEIGHTS, ends[:, len(PLACES) :] @ WEIGHTS
     at, side = 0.5 * (low + high), np.zeros(len(low))
     for _ in range(STEPS):
         between = (left > 0.0) & (right < 0.0)

@@ -105,7 +105,9 @@ def synthesis(order: ArrayLike, amplitude: ArrayLike, error: ArrayLike = 0.0) ->
     if not top:
         highest = lowest = np.sum(rows.real, axis=-1)
     peak = np.maximum(np.abs(highest), np.abs(lowest))
-    doubt = np.broadcast_to(error, values.shape).sum(axis=-1).reshape(-1)
+    doubt = (
+        np.sum(np.broadcast_to(error, values.shape), axis=-1).reshape(-1) if np.any(error) else 0.0
+    )
     parts = (
         peak, 0.5 * (highest - lowest), highest, at_highest, lowest, at_lowest, bound,
         doubt + 8.0 * EPSILON * bound,
