@@ -350,8 +350,8 @@ def _summits(
     bend = before - 2.0 * here + after
     vertex = 0.5 * (before - after) / np.where(bend < 0.0, bend, -np.inf)
     least = bound[down[top], row[top]]
-    ends = (np.where(one >= least, 1.5, 0.5) for one in (before, after))
-    return _Summits(row[top] + start, sample[top], sign[top], vertex, *ends, alone)
+    to_left, to_right = (np.where(one >= least, 1.5, 0.5) for one in (before, after))
+    return _Summits(row[top] + start, sample[top], sign[top], vertex, to_left, to_right, alone)
 
 
 def _about(rows: ComplexArray, cycle: Cycle, summits: _Summits, left_out: FloatArray) -> Settled:
@@ -402,8 +402,8 @@ def _about(rows: ComplexArray, cycle: Cycle, summits: _Summits, left_out: FloatA
     if len(first):
         spot = np.where(reached, np.maximum(spot, 0.0), np.inf)
         nearest[group[first]] = np.minimum.reduceat(spot, first)
-    whole_set = (highest, nearest / cycle.top, certain)
-    return Settled(*(one.reshape(2, -1) for one in whole_set))
+    nearest /= cycle.top
+    return Settled(highest.reshape(2, -1), nearest.reshape(2, -1), certain.reshape(2, -1))
 
 
 def _tops(
@@ -450,7 +450,7 @@ def _newton(
     slope = taylor[1:] * power
     bend = slope[1:] * power[:-1]
     falls = np.where(bend[0] < 0.0, bend[0], -1.0)
-    at = -slope[0] / falls
+    at = np.clip(-slope[0] / falls, low, high)
     at = np.clip(at - at * at * (slope[2] + at * slope[3]) / falls, low, high)
     moved = np.full(at.shape, np.inf)
     for _ in range(steps):
