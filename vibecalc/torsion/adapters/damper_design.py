@@ -22,7 +22,7 @@ from vibecalc.torsion.damper_design.design import (
 )
 from vibecalc.torsion.damper_design.problem import Damper, Limits, Problem, SpeedTorque
 from vibecalc.torsion.forced import forced_masked
-from vibecalc.torsion.line import Line
+from vibecalc.torsion.line import Line, with_ring, without_freedom
 from vibecalc.torsion.modes import natural_modes
 from vibecalc.torsion.results import DESIGN
 from vibecalc.torsion.section_loads import section_torque
@@ -103,18 +103,7 @@ def _without_ring(setup: Setup, name: str) -> tuple[Line, np.ndarray, np.ndarray
     n, e = line.inertia.size, line.stiffness.size
     if replaced is None:
         return line, np.arange(e), np.arange(n)
-    freedom = np.flatnonzero(np.arange(n) != replaced.ring)
-    element = np.flatnonzero(np.arange(e) != replaced.element)
-    number = np.cumsum(np.arange(n) != replaced.ring) - 1
-    return (
-        Line(
-            line.inertia[freedom], line.absolute_damping[freedom], line.ground_stiffness[freedom],
-            number[line.first[element]], number[line.second[element]], line.stiffness[element],
-            line.damping[element], line.loss_factor[element],
-        ),
-        element,
-        freedom,
-    )  # fmt: skip
+    return without_freedom(line, replaced.ring, replaced.element)
 
 
 def _weights(setup: Setup, options: DamperDesign, element: np.ndarray) -> FloatArray:
@@ -467,23 +456,12 @@ def _of_tuning(
     return error
 
 
-def with_ring(line: Line, station: int, damper: Damper) -> Line:
-    """The line with a ring as its last freedom and its damper as its last element."""
-    n = line.inertia.size
-    return Line(
-        np.append(line.inertia, damper.inertia), np.append(line.absolute_damping, 0.0),
-        np.append(line.ground_stiffness, 0.0), np.append(line.first, station),
-        np.append(line.second, n), np.append(line.stiffness, damper.stiffness),
-        np.append(line.damping, damper.damping), np.append(line.loss_factor, 0.0),
-    )  # fmt: skip
-
-
 def largest_section(
     setup: Setup, asked: Asked, damper: Damper | None, speeds: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Largest weighted half range (s,) at speeds (s,), infinite where nothing damps; its error."""
     problem, drive = asked.problem, setup.drive
-    line = problem.line if damper is None else with_ring(problem.line, problem.station, damper)
+    line = problem.line if damper is None else with_ring(problem.line, problem.station, *damper)
     counts = np.flatnonzero(problem.weight > 0.0)
     number = {int(old): new for new, old in enumerate(_freedoms(setup, asked))}
     stations = [number[int(place)] for place in drive.freedom]
