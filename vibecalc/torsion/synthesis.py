@@ -347,8 +347,10 @@ def _summits(
     far = rest[~beside]
     alone[down[far], row[far]] = False
     here, before, after = here[top], before[top], after[top]
-    bend = before - 2.0 * here + after
+    bend = (before - here) + (after - here)
     vertex = 0.5 * (before - after) / np.where(bend < 0.0, bend, -np.inf)
+    # rounding may put it further away where the samples are nearly alike
+    vertex = np.clip(vertex, -0.5, 0.5)
     least = bound[down[top], row[top]]
     to_left, to_right = (np.where(one >= least, 1.5, 0.5) for one in (before, after))
     return _Summits(row[top] + start, sample[top], sign[top], vertex, to_left, to_right, alone)
