@@ -70,7 +70,7 @@ def synthesis(order: ArrayLike, amplitude: ArrayLike, error: ArrayLike = 0.0) ->
     shape = values.shape[:-1]
     if not np.all(doubled):
         values = np.where(doubled == 0, values.real, values)
-    rows = values.reshape(-1, len(orders))
+    rows = np.ascontiguousarray(values.reshape(-1, len(orders)))
     turns = 2 if np.any(doubled % 2) else 1
     number = doubled * turns // 2
     size = np.abs(rows)
@@ -86,7 +86,9 @@ def synthesis(order: ArrayLike, amplitude: ArrayLike, error: ArrayLike = 0.0) ->
         cycle = cycle_of(tuple(number.tolist()))
         certain = np.ones((2, len(rows)), dtype=bool)
         for start in range(0, len(left), ROWS):
-            part = left[start : start + ROWS]
+            # without a row that is zero, none has to be copied
+            every = len(left) == len(rows)
+            part = slice(start, start + ROWS) if every else left[start : start + ROWS]
             # a power of two: its reciprocal is exact
             less = 1.0 / scale[part, None]
             found = settled(rows[part] * less, size[part] * less, cycle)
@@ -327,12 +329,10 @@ def _summits(
     down = np.zeros(len(chosen), dtype=np.int64)
     down[len(high) :] = 1
     sign = (1 - 2 * down).astype(sampled.dtype)
-    flat = sampled.reshape(-1)
+    flat, round_about = sampled.reshape(-1), np.arange(-2, samples + 2) % samples
 
     def seen(which: IntArray | slice, steps: int) -> FloatArray:
-        at = sample[which] + steps
-        at += np.where(at < 0, samples, 0)
-        at -= np.where(at >= samples, samples, 0)
+        at = round_about[sample[which] + (steps + 2)]
         at += begin[which]
         return np.asarray(flat[at] * sign[which])
 
