@@ -8,8 +8,7 @@ from random_engines import random_engine
 from vibecalc.core.case.load import validate
 from vibecalc.core.run.run import run_case
 from vibecalc.numerics.rounding import FloatArray, IntArray
-from vibecalc.torsion.adapters.maxima import largest
-from vibecalc.torsion.critical_speeds import Value
+from vibecalc.torsion.critical_speeds import Value, largest
 from vibecalc.torsion.holzer import angle_doubt, doubt_of, shape_doubt
 from vibecalc.torsion.line import chain, stiffness_matrix
 from vibecalc.torsion.modes import natural_modes

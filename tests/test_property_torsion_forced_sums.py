@@ -43,6 +43,28 @@ def test_both_ends_of_half_order_sums_are_found_and_attained():
     assert np.all(found.peak <= found.upper_bound * (1 + 1e-15))
 
 
+@pytest.mark.parametrize("orders", [np.arange(1.0, 31.0), np.arange(1, 49) / 2, [0, 2, 5.5, 60]])
+def test_both_ends_of_sums_whose_summits_are_hard_to_tell(orders):
+    # all at the angle zero, saw teeth, few orders, alike summits, far below the first order
+    generator, order = np.random.default_rng(7), np.asarray(orders, dtype=float)
+    shape = (40, len(order))
+    size = generator.uniform(0.5, 1.0, shape)
+    few = size * (generator.uniform(size=shape) < 0.2)
+    faint = np.where(np.arange(len(order)) > 0, 1e-7 * size, 1.0)
+    kinds = [size, 1j * size / (1.0 + order), few * np.exp(1j * few), np.round(3.0 * few), faint]
+    amplitude = np.concatenate(kinds).astype(complex)
+    found = synthesis(order, amplitude)
+    number = (2 * order).astype(int)
+    mean = np.where(order == 0.0, amplitude.real, amplitude)
+    raised = np.concatenate([mean, found.upper_bound[:, None]], axis=1)
+    for sign, end in ((1.0, found.highest), (-1.0, -found.lowest)):
+        # a mean as large as all the rest makes the highest value the peak
+        raised[:, :-1] = sign * mean
+        other = cycle_peak(raised, np.append(number, 0))
+        allowed = found.error + other.error
+        assert np.all(np.abs(end + found.upper_bound - other.value) <= allowed)
+
+
 def test_sums_of_known_ends():
     # cos a + cos 2 a: 2 at 0, -9/8 at cos a = -1/4; alone, a half order has the cycle of two turns
     found = synthesis([1.0, 2.0], [[1.0, 1.0], [0.0, 0.0]])

@@ -1,13 +1,14 @@
 """Torque of cylinders on the crankshaft: of one, of unequal ones, summed by order."""
 
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from vibecalc.excitation.gas_tables import GasCard, fitted_card, pressure_at
-from vibecalc.excitation.inertia_forces import inertia_torque
+from vibecalc.excitation.inertia_forces import TorqueHarmonics, inertia_torque
 from vibecalc.kinematics.harmonics import (
     dropped_acceleration,
     harmonics_with_error,
@@ -166,18 +167,9 @@ def inertia_harmonics(
     """
     orders = np.asarray(order, dtype=float)
     radius, length, offset = geometry.crank_radius, geometry.rod_length, geometry.wrist_pin_offset
-    ratio, shift = radius / length, offset / radius
     highest = max(1, int(np.floor(orders.max(initial=1.0))))
-    kept = max(highest, order_for_tolerance(ratio, 0.125 * EPSILON, shift)) + 4
-    motion = harmonics_with_error(ratio, kept, shift)
-    torque = inertia_torque(
-        motion.values,
-        highest,
-        dropped_acceleration=dropped_acceleration(ratio, kept, shift),
-        motion_error=motion.error,
-    )
+    torque, rod = _of_unit_masses(float(radius), float(length), float(offset), highest)
     mass = reciprocating_mass * radius**2
-    rod = rod_angle_harmonics(radius, length, offset, highest_order=highest).product
     value = mass * torque.harmonics - rod_inertia_difference * rod.value
     error = mass * torque.error + np.abs(rod_inertia_difference) * rod.error
     error = error + 4.0 * EPSILON * (
@@ -186,6 +178,26 @@ def inertia_harmonics(
     whole = orders == np.floor(orders)
     index = np.where(whole, orders, 0.0).astype(int)
     return WithError(np.where(whole, value[index], 0.0), np.where(whole, error[index], 0.0))
+
+
+@lru_cache(maxsize=16)
+def _of_unit_masses(
+    radius: float, length: float, offset: float, highest: int
+) -> tuple[TorqueHarmonics, WithError]:
+    """Torque of a piston over m R^2 w^2, and what a rod's moment of inertia is multiplied with.
+
+    A machine asks for the same crank drive with several masses.
+    """
+    ratio, shift = radius / length, offset / radius
+    kept = max(highest, order_for_tolerance(ratio, 0.125 * EPSILON, shift)) + 4
+    motion = harmonics_with_error(ratio, kept, shift)
+    torque = inertia_torque(
+        motion.values,
+        highest,
+        dropped_acceleration=dropped_acceleration(ratio, kept, shift),
+        motion_error=motion.error,
+    )
+    return torque, rod_angle_harmonics(radius, length, offset, highest_order=highest).product
 
 
 def gas_torque_at(card: GasCard, geometry: CrankGeometry, angle: ArrayLike) -> FloatArray:

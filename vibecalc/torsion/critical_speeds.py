@@ -62,6 +62,8 @@ FOUND = 1e-11
 MISSED = 4.0
 #: roundings, as shares of the width, by which a slope of these values shifts a place
 SHIFT = 100.0
+#: parts of a bracket at which it is looked at
+NARROWING = np.arange(9) / 8.0
 STEPS = 80
 
 
@@ -122,12 +124,16 @@ def refined(
     distance = DISTANCE * (high - low)
     for _ in range(3):
         # width of the resonance from its curvature
-        about = value(at[:, None] + np.array([-1.0, 0.0, 1.0]) * distance[:, None])
+        near = at[:, None] + np.array([-1.0, 0.0, 1.0]) * distance[:, None]
+        where = low[:, None] + (high - low)[:, None] * NARROWING
+        about, seen = np.split(value(np.concatenate([near, where], axis=1)), [3], axis=1)
         bend = np.abs(about[:, 0] - 2.0 * about[:, 1] + about[:, 2])
         bend = np.maximum(bend, 1e-10 * about[:, 1]) / distance**2
         distance = np.minimum(DISTANCE * np.sqrt(about[:, 1] / bend), (high - low) / 8.0)
         distance = np.minimum(distance, low / 4.0 + np.where(low > 0.0, 0.0, distance))
-        low, at, high = _narrowed(value, low, at, high)
+        # a quarter of what was between them
+        best, row = np.clip(np.argmax(seen, axis=1), 1, len(NARROWING) - 2), np.arange(len(at))
+        low, at, high = where[row, best - 1], where[row, best], where[row, best + 1]
     at, moved = _zero_slope(value, low, high, distance)
     return at, np.minimum(moved + _missed(value, at, distance), high - low) + 8.0 * EPSILON * at
 
@@ -147,17 +153,6 @@ def _missed(
     return np.asarray(MISSED * share * distance + SHIFT * EPSILON * width)
 
 
-def _narrowed(
-    value: Callable[[FloatArray], FloatArray], low: FloatArray, at: FloatArray, high: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Bracket of each maximum, a quarter as wide."""
-    share = np.arange(9) / 8.0
-    where = low[:, None] + (high - low)[:, None] * share
-    best = np.clip(np.argmax(value(where), axis=1), 1, 7)
-    row = np.arange(len(at))
-    return where[row, best - 1], where[row, best], where[row, best + 1]
-
-
 def _zero_slope(
     value: Callable[[FloatArray], FloatArray],
     low: FloatArray,
@@ -167,10 +162,12 @@ def _zero_slope(
     """Bracketed secant on the slope; the end that stays has its slope halved (Illinois)."""
 
     def slope(where: FloatArray) -> FloatArray:
-        return np.asarray(value(where[:, None] + PLACES * distance[:, None]) @ WEIGHTS)
+        return np.asarray(value(where[:, None] + steps) @ WEIGHTS)
 
+    steps = PLACES * distance[:, None]
     low, high = low.copy(), high.copy()
-    left, right = slope(low), slope(high)
+    ends = value(np.concatenate([low[:, None] + steps, high[:, None] + steps], axis=1))
+    left, right = ends[:, : len(PLACES)] @ WEIGHTS, ends[:, len(PLACES) :] @ WEIGHTS
     at, side = 0.5 * (low + high), np.zeros(len(low))
     for _ in range(STEPS):
         between = (left > 0.0) & (right < 0.0)
@@ -282,6 +279,276 @@ def _climbed(
     at, error = at.copy(), error.copy()
     at[off], error[off] = middle, right - left + 1e-8 * middle
     return at, error
+
+
+# ----------------------------------------------------------------------------
+# The largest values of many curves over a range of speeds, found between the speeds of a sweep.
+# ----------------------------------------------------------------------------
+
+#: maxima of one curve that are told
+MOST = 12
+
+#: curves whose largest value is looked for between the speeds of the sweep, highest first
+REFINED = 32
+
+#: part of the largest value among the speeds that a maximum there has at least, to be looked at
+#: closer (and `EQUAL` of it then, to be refined as well); how many of a curve
+RIVAL, FEW = 0.7, 4
+#: places between a side and the middle where a maximum is looked at
+QUARTERS = np.array([0.0, 0.25, 0.5, 0.75])
+
+#: parts of the first and last step at which a curve that is highest at an end is looked at
+INWARDS = np.array([0.0, 1e-6, 1e-4, 1e-3, 0.01, 0.03, 0.1, 0.2, 0.35, 0.5, 0.75, 1.0])
+
+
+class Maxima(NamedTuple):
+    """By section (r,): speed in rad/s with its error, and value; infinite where undamped."""
+
+    section: IntArray
+    speed: FloatArray
+    speed_error: FloatArray
+    value: FloatArray
+
+
+def maxima(
+    make: Callable[[IntArray], Value],
+    curve: FloatArray,
+    speed: FloatArray,
+    section: IntArray,
+    place: IntArray,
+    undamped: FloatArray,
+) -> Maxima:
+    """Refine the values of `curve` (s, e) at (place, section) of the speeds (s,) in rad/s.
+
+    What is no maximum, as at an end of the range, stays; so does what stands beside one of the
+    speeds `undamped` (u,), towards which a curve grows without end.
+    """
+    values = curve[place, section]
+    at, error = speed[place].copy(), np.zeros(len(place))
+    inner = (place > 0) & (place < len(speed) - 1) & np.isfinite(values) & (values > 0.0)
+    sides = np.clip(place[:, None] + np.array([-1, 1]), 0, len(speed) - 1)
+    inner &= np.all(np.isfinite(curve[sides, section[:, None]]), axis=1)
+    inner &= np.all(curve[sides, section[:, None]] <= values[:, None], axis=1)
+    # where a limit begins to say something, a use drops to nothing
+    inner &= np.all(curve[sides, section[:, None]] > 0.0, axis=1)
+    between = (undamped >= speed[sides[:, :1]]) & (undamped <= speed[sides[:, 1:]])
+    inner &= ~np.any(between, axis=1)
+    if np.any(inner):
+        own = make(section[inner])
+        low, high = speed[place[inner] - 1], speed[place[inner] + 1]
+        at[inner], error[inner] = highest(make, section[inner], low, at[inner], high)
+        there, seen = own(at[inner][:, None])[:, 0], values[inner]
+        # beside a corner the slope says nothing: what was seen stays
+        corner = there < seen * (1.0 - CORNER)
+        known = speed[place[inner]]
+        error[inner] = np.where(corner, np.abs(at[inner] - known), error[inner])
+        at[inner] = np.where(corner, known, at[inner])
+        values[inner] = np.maximum(there, seen)
+    return Maxima(section, at, error, values)
+
+
+def largest(
+    make: Callable[[IntArray], Value],
+    curve: FloatArray,
+    speed: FloatArray,
+    undamped: FloatArray,
+    endless: FloatArray,
+) -> Maxima:
+    """The largest of each section's curve (s, e), (e,); past `REFINED` of them that of the sweep.
+
+    Every maximum among the speeds that may be the highest is refined. `endless` (e,) is the speed
+    in the range at which a section's curve has no end, NaN for none.
+    """
+    place = np.argmax(curve, axis=0)
+    value = curve[place, np.arange(curve.shape[1])]
+    at, doubt = speed[place].copy(), np.zeros(len(place))
+    section = np.sort(np.argsort(-value, kind="stable")[:REFINED])
+    rivals, owner = _rivals(make, curve, speed, section, value)
+    near = maxima(
+        make,
+        curve,
+        speed,
+        np.concatenate([section, owner]),
+        np.concatenate([place[section], rivals]),
+        undamped,
+    )
+    ends = _beside_ends(make, curve, speed, section, value, undamped)
+    near = Maxima(*(np.concatenate(part) for part in zip(near, ends, strict=True)))
+    # what comes first is kept where two are alike
+    for k in np.lexsort((np.arange(len(near.value)), -near.value))[::-1].tolist():
+        own = near.section[k]
+        if near.value[k] >= value[own]:
+            at[own], doubt[own], value[own] = near.speed[k], near.speed_error[k], near.value[k]
+    found = Maxima(np.arange(len(place)), at, doubt, value)
+    no_end = ~np.isnan(endless)
+    at, value = np.where(no_end, endless, found.speed), np.where(no_end, np.inf, found.value)
+    return Maxima(found.section, at, np.where(no_end, 1e-10 * at, found.speed_error), value)
+
+
+def _rivals(
+    make: Callable[[IntArray], Value],
+    curve: FloatArray,
+    speed: FloatArray,
+    section: IntArray,
+    best: FloatArray,
+) -> tuple[IntArray, IntArray]:
+    """Places and sections (r,) of maxima but the highest that may be the highest between speeds."""
+    own = curve[:, section]
+    inside = own[1:-1]
+    high = (inside > own[:-2]) & (inside >= own[2:]) & np.isfinite(own[:-2] + own[2:])
+    high &= (inside >= RIVAL * best[section]) & (inside < best[section]) & (inside > 0.0)
+    place, column = np.nonzero(high)
+    place, owner = place + 1, section[column]
+    if not len(place):
+        return place, owner
+    seen = narrowed(make(owner), speed[place - 1], speed[place], speed[place + 1])
+    # of each section no more than the first few
+    rise = np.lexsort((-seen, owner))
+    rank = np.arange(len(rise)) - np.searchsorted(owner[rise], owner[rise])
+    kept = rise[(seen[rise] >= EQUAL * best[owner[rise]]) & (rank < FEW)]
+    return place[kept], owner[kept]
+
+
+def _beside_ends(
+    make: Callable[[IntArray], Value],
+    curve: FloatArray,
+    speed: FloatArray,
+    section: IntArray,
+    best: FloatArray,
+    undamped: FloatArray,
+) -> Maxima:
+    """Maxima (r,) inside the first and the last step, where a curve falls towards its high end."""
+    parts = []
+    for end, beside in ((0, 1), (-1, -2)) if len(speed) > 1 else ():
+        top, inner = curve[end, section], curve[beside, section]
+        high = np.isfinite(top) & (top > 0.0) & (top >= RIVAL * best[section])
+        own = section[high & np.isfinite(inner) & (inner > 0.0) & (inner < top)]
+        low, far = sorted((speed[end], speed[beside]))
+        if np.any((undamped >= low) & (undamped <= far)):
+            continue
+        where = speed[end] + (speed[beside] - speed[end]) * np.tile(INWARDS[:2], (len(own), 1))
+        if not len(own):
+            continue
+        seen = make(own)(where)
+        own = own[seen[:, 1] > seen[:, 0]]
+        if not len(own):
+            continue
+        where = speed[end] + (speed[beside] - speed[end]) * np.tile(INWARDS, (len(own), 1))
+        row, made = np.arange(len(own)), make(own)
+        place = np.clip(np.argmax(made(where), axis=1), 1, len(INWARDS) - 2)
+        sides = np.sort(np.stack([where[row, place - 1], where[row, place + 1]]), axis=0)
+        at, error = refined(made, sides[0], where[row, place], sides[1])
+        at = np.clip(at, *sides)
+        parts.append(Maxima(own, at, error, made(at[:, None])[:, 0]))
+    if not parts:
+        return Maxima(np.zeros(0, dtype=np.int64), *np.zeros((3, 0)))
+    return Maxima(*(np.concatenate(part) for part in zip(*parts, strict=True)))
+
+
+def narrowed(value: Value, low: FloatArray, at: FloatArray, high: FloatArray) -> FloatArray:
+    """Heights (r,) of maxima between `low` and `high`, to about a hundredth from below."""
+    best, row = np.zeros(len(at)), np.arange(len(at))
+    for _ in range(2):
+        # both sides of the middle are divided alike, for a side may be far away
+        where = np.concatenate(
+            [low[:, None] + (at - low)[:, None] * QUARTERS, at[:, None],
+             high[:, None] + (at - high)[:, None] * QUARTERS[::-1]], axis=1,
+        )  # fmt: skip
+        found = value(where)
+        top = np.clip(np.argmax(found, axis=1), 1, where.shape[1] - 2)
+        best = np.maximum(best, found.max(axis=1))
+        low, at, high = where[row, top - 1], where[row, top], where[row, top + 1]
+    return best
+
+
+def summits(
+    make: Callable[[IntArray], Value],
+    curve: FloatArray,
+    speed: FloatArray,
+    section: int,
+    undamped: FloatArray,
+) -> Maxima:
+    """The highest maxima of one section inside the range, by rising speed, without endless ones."""
+    own = curve[:, section]
+    inside = own[1:-1]
+    place = np.flatnonzero((inside > own[:-2]) & (inside >= own[2:])) + 1
+    near = (undamped >= speed[place - 1, None]) & (undamped <= speed[place + 1, None])
+    place = place[~np.any(near, axis=1)]
+    place = np.sort(place[np.argsort(-own[place], kind="stable")][:MOST])
+    return maxima(make, curve, speed, np.full(len(place), section), place, undamped)
+
+
+def highest_maxima(curve: FloatArray, count: int) -> float:
+    """Height (of a curve (s,)) of that many of its maxima; 0 where it has fewer."""
+    inside = curve[1:-1]
+    high = inside[(inside > curve[:-2]) & (inside >= curve[2:]) & np.isfinite(inside)]
+    return float(np.sort(high)[-count]) if len(high) >= count else 0.0
+
+
+def telling_speeds(speed: FloatArray, curve: FloatArray, undamped: FloatArray) -> FloatArray:
+    """Speeds (r,), of those (s,) of a curve (s, e), at which its errors are largest.
+
+    Those of the largest finite values, and of each of the speeds `undamped` (u,), at which the line
+    has no bound, the nearest on both sides.
+    """
+    clear = np.all(np.isfinite(curve), axis=1)
+    beside = speed[clear]
+    if not len(beside):
+        return beside
+    parts = [beside[np.argmax(curve[clear], axis=0)]]
+    if len(undamped):
+        place = np.searchsorted(beside, undamped)[:, None] + np.array([-1, 0])
+        parts.append(beside[np.clip(place, 0, len(beside) - 1)].ravel())
+    return np.unique(np.concatenate(parts))
+
+
+# ----------------------------------------------------------------------------
+# Speeds between those of a sweep at which a resonance too narrow for its steps may stand.
+# ----------------------------------------------------------------------------
+
+#: steps of the sweep that half a resonance is wide when its points show it
+SHOWN = 1.5
+#: places about a resonance, in half its width
+BESIDE_NEEDLE = np.array([-3.0, -1.0, 0.0, 1.0, 3.0])
+#: what orders near by may add to the height of a resonance
+MARGIN = 2.0
+#: part of a curve below which a resonance on it is nothing
+FAINT = 1e-9
+
+
+class Needles(NamedTuple):
+    """Resonances (r,): speed and half the width at half the power, rad/s; heights (r, e) alone."""
+
+    speed: FloatArray
+    width: FloatArray
+    height: FloatArray
+
+
+def needle_speeds(
+    speed: FloatArray, curve: FloatArray, found: Needles, levels: tuple[FloatArray, ...] = ()
+) -> FloatArray:
+    """Speeds (k,) in rad/s, beside those of a sweep (s,) of curves (s, e), to look at as well.
+
+    Those about a resonance that is narrower than the steps and may reach, on what the curve is
+    beside it, the largest value of some curve or one of the `levels`, each (e,) or (s, e).
+    """
+    step = np.diff(speed)
+    place = np.clip(np.searchsorted(speed, found.speed) - 1, 0, len(step) - 1)
+    beside = np.maximum(curve[:-1], curve[1:])
+    reach = np.zeros_like(beside)
+    np.add.at(reach, place, found.height)
+    reach = beside + MARGIN * reach
+    best = np.max(curve, axis=0, initial=0.0, where=np.isfinite(curve))
+    near = np.any(reach >= best, axis=1)
+    for level in levels:
+        least = np.minimum(level[:-1], level[1:]) if level.ndim > 1 else level
+        near |= np.any(reach >= least, axis=1)
+    counts = np.any(MARGIN * found.height >= FAINT * beside[place], axis=1)
+    chosen = near[place] & (found.width < SHOWN * step[place]) & counts
+    if not np.any(chosen):
+        return np.zeros(0)
+    extra = found.speed[chosen, None] + found.width[chosen, None] * BESIDE_NEEDLE
+    return np.setdiff1d(extra, speed)
 
 
 # ----------------------------------------------------------------------------

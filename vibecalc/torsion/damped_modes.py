@@ -524,3 +524,86 @@ def _alike(line: Line, one: ComplexArray, other: ComplexArray) -> float:
     joint = np.abs(np.vdot(one, line.inertia * other)) ** 2
     sizes = [float(np.vdot(v, line.inertia * v).real) for v in (one, other)]
     return float(joint / (sizes[0] * sizes[1]))
+
+
+# ----------------------------------------------------------------------------
+# All poles of a damped line at once, and at each order of its excitation.
+# ----------------------------------------------------------------------------
+
+
+class Poles(NamedTuple):
+    """Poles (r,) in rad/s with vectors (r, n) and `scale` (r,) = x^T (2 s J + C) x.
+
+    `order` (r,) is the place of the order of the excitation that they are met by.
+    """
+
+    pole: ComplexArray
+    shape: ComplexArray
+    scale: ComplexArray
+    order: IntArray
+
+
+def poles_at_orders(
+    pole: ComplexArray, shape: ComplexArray, scale: ComplexArray, count: int
+) -> Poles:
+    """The same poles (r,) at each of so many orders."""
+    each = np.tile(np.arange(len(pole)), count)
+    order = np.repeat(np.arange(count), len(pole))
+    return Poles(pole[each], shape[each], scale[each], order)
+
+
+def all_poles(line: Line, unit: float) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
+    """Poles (r,) in rad/s above the real axis, vectors (r, n), x^T (2 s J + C) x (r,).
+
+    Eigenvalues of the state matrix, in units of `unit` in rad/s (the stiffest mode, or the digits
+    of the soft ones are lost), each bettered by one step of Newton's method; a loss factor counts
+    as a complex stiffness.
+    """
+    return _all_poles(line, np.diag(line.inertia), unit)
+
+
+def all_poles_by_order(
+    line: Line, speed_stiffness: FloatArray, order: FloatArray, unit: float
+) -> Poles:
+    """The same at each order (m,) of a line whose stiffness grows with the square of the speed.
+
+    By `speed_stiffness` (e,) in N m/rad per (rad/s)^2; at a pole s of an order the speed is
+    s / (i order), so that it counts as an inertia.
+    """
+    sets = []
+    for one in order.tolist():
+        nothing = np.zeros_like(line.inertia)
+        tied = network_matrix(line, speed_stiffness, nothing)
+        sets.append(_all_poles(line, np.diag(line.inertia) - tied / one**2, unit))
+    counts = [len(one[0]) for one in sets]
+    pole, shape, scale = (np.concatenate(part) for part in zip(*sets, strict=True))
+    scale = np.asarray(scale, dtype=np.complex128)
+    return Poles(pole, shape, scale, np.repeat(np.arange(len(order)), counts))
+
+
+def _all_poles(
+    line: Line, mass: FloatArray, unit: float
+) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
+    """Of the line with this inertia (n, n)."""
+    count = len(line.inertia)
+    stiffness, damping = stiffness_matrix(line), damping_matrix(line)
+    if np.any(line.loss_factor):
+        loss = network_matrix(line, line.stiffness * line.loss_factor, np.zeros(count))
+        stiffness = stiffness + 1j * loss
+    try:
+        moved = np.linalg.solve(mass, np.hstack([-stiffness / unit**2, -damping / unit]))
+    except np.linalg.LinAlgError:
+        none = np.zeros(0, dtype=np.complex128)
+        return none, np.zeros((0, count), dtype=np.complex128), none
+    whole = np.vstack([np.eye(count, 2 * count, count), moved])
+    pole, vector = np.linalg.eig(whole)
+    pole = pole * unit
+    up = pole.imag > 1e-9 * unit
+    pole, shape = pole[up], vector[:count, up].T
+    a, b, c = (np.sum((shape @ part) * shape, axis=1) for part in (mass, damping, stiffness))
+    # one step of Newton with the quotient of the vector: errors of the vector count squared
+    slope = 2.0 * pole * a + b
+    with np.errstate(divide="ignore", invalid="ignore"):
+        better = pole - (pole * (pole * a + b) + c) / slope
+    pole = np.where(np.abs(better - pole) <= 1e-6 * np.abs(pole), better, pole)
+    return pole, shape, 2.0 * pole * a + b

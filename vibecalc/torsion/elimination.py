@@ -1,7 +1,8 @@
 """Elimination in the equations of a shaft line at many frequencies: along a tree, or dense."""
 
 from collections.abc import Callable
-from typing import NamedTuple, TypeAlias
+from functools import lru_cache
+from typing import NamedTuple, TypeAlias, cast
 
 import numpy as np
 
@@ -31,12 +32,18 @@ def tree_of(line: Line, root: int) -> Tree | None:
 
     Elements without stiffness and damping are no connection.
     """
-    n = line.inertia.shape[-1]
-    parallel: dict[tuple[int, int], list[int]] = {}
     joined = (line.stiffness != 0.0) | (line.damping != 0.0)
     joins = np.any(joined, axis=tuple(range(joined.ndim - 1))).tolist()
-    for e, (a, b) in enumerate(zip(line.first.tolist(), line.second.tolist(), strict=True)):
-        if a != b and joins[e]:
+    ends = zip(line.first.tolist(), line.second.tolist(), joins, strict=True)
+    return _tree(line.inertia.shape[-1], tuple(ends), root)
+
+
+@lru_cache(maxsize=64)
+def _tree(n: int, ends: tuple[tuple[int, int, bool], ...], root: int) -> Tree | None:
+    """The same of n stations and elements between them, that join them or not."""
+    parallel: dict[tuple[int, int], list[int]] = {}
+    for e, (a, b, joins) in enumerate(ends):
+        if a != b and joins:
             parallel.setdefault((min(a, b), max(a, b)), []).append(e)
     near: list[list[tuple[int, tuple[int, ...]]]] = [[] for _ in range(n)]
     for (a, b), group in parallel.items():
@@ -91,16 +98,22 @@ def plan_of(line: Line, root: int) -> Plan | None:
     if tree is None:
         return None
 
-    def value(values: FloatArray) -> Value:
-        if values.ndim == 0:
-            return float(values) or None
-        return values if np.any(values) else None
+    def parts(values: FloatArray) -> list[float] | list[FloatArray]:
+        if values.ndim == 1:
+            return cast("list[float]", values.tolist())
+        return [values[..., i] for i in range(values.shape[-1])]
+
+    def value(one: float | FloatArray) -> Value:
+        if isinstance(one, np.ndarray):
+            return one if np.any(one) else None
+        return one or None
 
     def branches(values: FloatArray) -> list[Value]:
-        return [value(sum((values[..., e] for e in one), np.zeros(()))) for one in tree.elements]
+        each = parts(values)
+        return [value(sum((each[e] for e in one), 0.0)) for one in tree.elements]
 
     own = (line.inertia, line.ground_stiffness, line.absolute_damping)
-    stations = [[value(one[..., i]) for i in range(line.inertia.shape[-1])] for one in own]
+    stations = [[value(part) for part in parts(one)] for one in own]
     between = [
         branches(one) for one in (line.stiffness, line.stiffness * line.loss_factor, line.damping)
     ]

@@ -127,12 +127,18 @@ def forced_masked(
     flat = _flat_line(line, shape)
     flat_w = np.broadcast_to(w, shape).reshape(count)
     loads: list[ComplexArray | None] = [None] * n
-    for place_of, i in enumerate(range(n) if stations is None else stations):
-        loads[i] = _flat_load(load[..., place_of], several, shape)
+    flat_load, sizes = _flat_loads(load, several, shape)
+    heaviest = np.zeros(n)
+    for one, size_of, i in zip(
+        flat_load, sizes.tolist(), range(n) if stations is None else stations, strict=True
+    ):
+        if size_of or np.any(one):
+            loads[i], heaviest[i] = one, size_of
     angle = np.empty((n, copies, count), dtype=np.complex128)
     error, largest = np.zeros((copies, count)), np.zeros((copies, count))
     growth = np.zeros(count, dtype=bool)
-    root = _most_loaded(loads)
+    # as the root it needs no torque carried down to it; which one it is need not be known exactly
+    root = int(np.argmax(heaviest))
     plan = None if dense else plan_of(flat, root)
     estimated = estimate or plan is None
     size = max(1, (min(LONGEST, BLOCK // n) if plan else BLOCK // (4 * n * n)) // copies)
@@ -209,32 +215,18 @@ def _flat_line(line: Line, shape: tuple[int, ...]) -> Line:
     return mapped(line, flat)
 
 
-def _flat_load(
+def _flat_loads(
     load: ComplexArray, several: tuple[int, ...], shape: tuple[int, ...]
-) -> ComplexArray | None:
-    """One station's torque as (r, f) or (r, 1), None where it is zero."""
-    if not np.any(_some(load)) and not np.any(load):
-        return None
-    copies = math.prod(several)
-    if load.size == copies and load.shape[: len(several)] == several:
-        return load.reshape(copies, 1)
-    return np.broadcast_to(load, (*several, *shape)).reshape(copies, -1)
-
-
-def _most_loaded(loads: list[ComplexArray | None]) -> int:
-    """Station with the largest torque: as the root it needs no torque carried down to it."""
-    sizes = [0.0 if one is None else _size(one) for one in loads]
-    return int(np.argmax(np.array(sizes) * (1.0 + 4.0 * EPSILON)))
-
-
-def _size(load: ComplexArray) -> float:
-    return float(np.max(np.abs(_some(load))))
-
-
-def _some(load: ComplexArray) -> ComplexArray:
-    """A torque at some of its places: which station bears most need not be known exactly."""
-    some: ComplexArray = load[tuple(slice(None, None, 1 + size // LOOKS) for size in load.shape)]
-    return some
+) -> tuple[ComplexArray, FloatArray]:
+    """Torques (..., k) as (k, r, f) or (k, r, 1), and the largest of each among some of them."""
+    copies, count = math.prod(several), load.shape[-1]
+    if load.size == copies * count and load.shape[: len(several)] == several:
+        whole = load
+    else:
+        whole = np.broadcast_to(load, (*several, *shape, count))
+    flat = np.moveaxis(whole, -1, 0).reshape(count, copies, -1)
+    _, across, along = (1 + size // LOOKS for size in flat.shape)
+    return flat, np.max(np.abs(flat[:, ::across, ::along]), axis=(1, 2), initial=0.0)
 
 
 # ----------------------------------------------------------------------------

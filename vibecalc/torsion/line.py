@@ -78,6 +78,58 @@ def dynamic_stiffness(line: Line, frequency: FloatArray) -> ComplexArray:
     return network_matrix(line, element, ground)
 
 
+def complex_stiffness(line: Line, frequency: FloatArray) -> ComplexArray:
+    """k (1 + i eta) + i w c of the elements (..., e), N m/rad, at frequencies (...) in rad/s.
+
+    Of torques over twists for x(t) = Re(X exp(i w t)): what damps has a positive imaginary part.
+    """
+    lossy = loss_stiffness(line, frequency)
+    value: ComplexArray = np.empty(np.broadcast_shapes(lossy.shape, line.stiffness.shape), complex)
+    value.real, value.imag = line.stiffness, lossy
+    return value
+
+
+def loss_stiffness(line: Line, frequency: FloatArray) -> FloatArray:
+    """Imaginary part (..., e) of `complex_stiffness`, N m/rad."""
+    loss = line.stiffness * line.loss_factor
+    return np.asarray(loss + frequency[..., None] * line.damping)
+
+
+def damped_elements(line: Line) -> IntArray:
+    """Places (k,) of elements whose torque is not in phase with their twist at every order."""
+    return np.flatnonzero((line.damping != 0.0) | (line.loss_factor != 0.0))
+
+
+def with_ring(line: Line, station: int, inertia: float, stiffness: float, damping: float) -> Line:
+    """The line with a ring, in kg m^2, as its last freedom and its damper as its last element.
+
+    On a station, with N m/rad and N m s/rad.
+    """
+    n = line.inertia.size
+    return Line(
+        np.append(line.inertia, inertia), np.append(line.absolute_damping, 0.0),
+        np.append(line.ground_stiffness, 0.0), np.append(line.first, station),
+        np.append(line.second, n), np.append(line.stiffness, stiffness),
+        np.append(line.damping, damping), np.append(line.loss_factor, 0.0),
+    )  # fmt: skip
+
+
+def without_freedom(line: Line, freedom: int, element: int) -> tuple[Line, IntArray, IntArray]:
+    """The line without a freedom and the one element that holds it.
+
+    With the places of the elements (e,) and of the freedoms (n,) that it still has.
+    """
+    n, e = line.inertia.size, line.stiffness.size
+    kept, between = np.flatnonzero(np.arange(n) != freedom), np.flatnonzero(np.arange(e) != element)
+    number = np.cumsum(np.arange(n) != freedom) - 1
+    left = Line(
+        line.inertia[kept], line.absolute_damping[kept], line.ground_stiffness[kept],
+        number[line.first[between]], number[line.second[between]], line.stiffness[between],
+        line.damping[between], line.loss_factor[between],
+    )  # fmt: skip
+    return left, between, kept
+
+
 # ----------------------------------------------------------------------------
 # The network of a shaft line: connected pieces, paths and trees, massless stations.
 #

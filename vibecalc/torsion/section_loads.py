@@ -1,6 +1,6 @@
 """What sections, gears and dampers of a shaft line carry: torque, stress, heat."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -102,6 +102,51 @@ def section_peaks(
         masks.append(masked)
     parts = zip(*found, strict=True)
     return SectionPeaks(Synthesis(*(np.concatenate(one) for one in parts)), np.concatenate(masks))
+
+
+#: speeds of one block of `largest_half_range`
+ROWS = 64
+
+
+def largest_half_range(
+    line: Line,
+    order: FloatArray,
+    torque: Callable[[FloatArray], ComplexArray],
+    stations: Sequence[int],
+    weight: FloatArray,
+    speed: FloatArray,
+    *,
+    of_twist: bool = False,
+) -> tuple[FloatArray, FloatArray]:
+    """Largest weighted half range (s,) of torque or twist at speeds (s,) in rad/s, and its error.
+
+    `torque` gives for speeds (s,) the torques (s, m, k) in N m of the orders (m,) on k `stations`;
+    elements whose `weight` (e,) is zero do not count. Infinite where nothing damps an order.
+    """
+    counts = np.flatnonzero(weight > 0.0)
+    value, error = np.empty(len(speed)), np.zeros(len(speed))
+    for start in range(0, len(speed), ROWS):
+        part = slice(start, start + ROWS)
+        frequency = speed[part, None] * order
+        solved = forced_masked(line, frequency, torque(speed[part]), stations=stations)
+        doubt = np.where(solved.masked, 0.0, solved.error)
+        seen = section_torque(line, frequency, solved.angle, doubt)
+        wave, wave_error = seen.total, seen.error
+        if of_twist:
+            wave = seen.twist
+            wave_error = np.broadcast_to(2.0 * doubt[..., None], wave.shape)
+        whole = synthesis(
+            order,
+            np.moveaxis(wave[..., counts], 1, -1),
+            np.moveaxis(wave_error[..., counts], 1, -1),
+        )
+        masked = np.any(solved.masked, axis=-1)
+        value[part] = np.where(masked, np.inf, np.max(weight[counts] * whole.half_range, axis=-1))
+        # of orders the squares add: each is a solution of its own
+        own = np.sqrt(np.sum(np.square(wave_error[..., counts]), axis=1))
+        bound = np.minimum(whole.error, own + 8.0 * EPSILON * whole.half_range)
+        error[part] = np.where(masked, 0.0, np.max(weight[counts] * bound, axis=-1))
+    return value, error
 
 
 # ----------------------------------------------------------------------------

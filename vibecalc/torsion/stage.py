@@ -156,11 +156,9 @@ def _picked(case: "Case", starts: tuple[str, ...]) -> tuple[str, ...]:
         "/exceeded/": bool(torsion.limits),
     }
     left_out = tuple(word for word, has in there.items() if not has)
-    return tuple(
-        path
-        for path in below(f"{ROOT}/", without=left_out)
-        if path.startswith(tuple(ROOT + start for start in starts))
-    )
+    begins = tuple(ROOT + start for start in starts)
+    there_are = below(f"{ROOT}/", without=left_out)
+    return tuple(path for path in there_are if path.startswith(begins))
 
 
 def asked_orders(case: "Case") -> tuple[float, float]:

@@ -22,8 +22,8 @@ from vibecalc.numerics.rounding import EPSILON, BoolArray, ComplexArray, FloatAr
 
 #: least number of samples in a period of the highest order, for branch and bound
 SAMPLES_PER_ORDER = 16
-#: samples of one block of rows
-BLOCK = 1 << 18
+#: rows that are worked on at once, and samples of them: these stay in the cache
+ROWS, BLOCK = 1 << 12, 1 << 17
 
 
 class Synthesis(NamedTuple):
@@ -70,7 +70,7 @@ def synthesis(order: ArrayLike, amplitude: ArrayLike, error: ArrayLike = 0.0) ->
     shape = values.shape[:-1]
     if not np.all(doubled):
         values = np.where(doubled == 0, values.real, values)
-    rows = values.reshape(-1, len(orders))
+    rows = np.ascontiguousarray(values.reshape(-1, len(orders)))
     turns = 2 if np.any(doubled % 2) else 1
     number = doubled * turns // 2
     size = np.abs(rows)
@@ -78,50 +78,51 @@ def synthesis(order: ArrayLike, amplitude: ArrayLike, error: ArrayLike = 0.0) ->
     if not np.all(np.isfinite(bound)):
         raise NumericalFailure("sum over orders: an amplitude is not a finite number")
     scale = np.where(bound > 0.0, np.ldexp(1.0, np.clip(np.frexp(bound)[1], -1000, 1000)), 1.0)
-    highest, lowest = np.zeros(len(rows)), np.zeros(len(rows))
-    at_highest, at_lowest = np.zeros(len(rows)), np.zeros(len(rows))
     top = int(number.max(initial=0))
-    moving = np.flatnonzero(bound > 0.0) if top else np.zeros(0, dtype=np.int64)
-    if len(moving):
+    # of the signals and of their negatives
+    value, place = np.zeros((2, len(rows))), np.zeros((2, len(rows)))
+    left = np.flatnonzero(bound > 0.0) if top else np.zeros(0, dtype=np.int64)
+    if len(left):
         cycle = cycle_of(tuple(number.tolist()))
-        block = max(1, BLOCK // cycle.samples)
-        open_rows: dict[float, list[IntArray]] = {1.0: [], -1.0: []}
-        for start in range(0, len(moving), block):
-            part = moving[start : start + block]
+        certain = np.ones((2, len(rows)), dtype=bool)
+        for start in range(0, len(left), ROWS):
+            # without a row that is zero, none has to be copied
+            every = len(left) == len(rows)
+            part = slice(start, start + ROWS) if every else left[start : start + ROWS]
             # a power of two: its reciprocal is exact
             less = 1.0 / scale[part, None]
-            scaled = rows[part] * less
-            up, down = settled(scaled, size[part] * less, cycle)
-            for one, sign, value, place in (
-                (up, 1.0, highest, at_highest),
-                (down, -1.0, lowest, at_lowest),
-            ):
-                value[part], place[part] = one.value, one.place
-                rest = np.flatnonzero(~one.certain)
-                if len(rest):
-                    open_rows[sign].append(part[rest])
-        for sign, value, place in ((1.0, highest, at_highest), (-1.0, lowest, at_lowest)):
-            if open_rows[sign]:
-                rest = np.concatenate(open_rows[sign])
-                scaled = sign * rows[rest] / scale[rest, None]
-                value[rest], place[rest] = _searched(scaled, number, top)
-    if top:
-        highest, lowest = highest * scale, -lowest * scale
-    else:
+            found = settled(rows[part] * less, size[part] * less, cycle)
+            value[:, part], place[:, part], certain[:, part] = found
+        block = max(1, BLOCK // cycle.samples)
+        for way in (settled_by_cells, _searched):
+            side, rest = np.nonzero(~certain)
+            for start in range(0, len(rest), block):
+                own, part = side[start : start + block], rest[start : start + block]
+                less = (1.0 - 2.0 * own[:, None]) / scale[part, None]
+                found = way(rows[part] * less, size[part] * np.abs(less), cycle)
+                value[own, part], place[own, part], certain[own, part] = found
+    highest, lowest = value * scale
+    at_highest, at_lowest = place * turns
+    lowest = -lowest
+    if not top:
         highest = lowest = np.sum(rows.real, axis=-1)
     peak = np.maximum(np.abs(highest), np.abs(lowest))
-    doubt = np.broadcast_to(error, values.shape).reshape(rows.shape).sum(axis=-1)
+    doubt = (
+        np.sum(np.broadcast_to(error, values.shape), axis=-1).reshape(-1) if np.any(error) else 0.0
+    )
     parts = (
-        peak, 0.5 * (highest - lowest), highest, at_highest * turns, lowest, at_lowest * turns,
-        bound, doubt + 8.0 * EPSILON * bound,
+        peak, 0.5 * (highest - lowest), highest, at_highest, lowest, at_lowest, bound,
+        doubt + 8.0 * EPSILON * bound,
     )  # fmt: skip
     return Synthesis(*(np.reshape(one, shape) for one in parts))
 
 
-def _searched(rows: ComplexArray, number: IntArray, top: int) -> tuple[FloatArray, FloatArray]:
+def _searched(rows: ComplexArray, size: FloatArray, cycle: "Cycle") -> "Settled":
     """Highest values by branch and bound, where a look at the cells does not settle them."""
-    samples = 1 << math.ceil(math.log2(SAMPLES_PER_ORDER * top))
-    return _highest(rows, number, top, _sampled(rows, number, top, samples))
+    samples = 1 << math.ceil(math.log2(SAMPLES_PER_ORDER * cycle.top))
+    sampled = _sampled(rows, cycle.number, cycle.top, samples)
+    found = _highest(rows, cycle.number, cycle.top, sampled)
+    return Settled(*found, np.ones(len(rows), dtype=bool))
 
 
 def _sampled(rows: ComplexArray, number: IntArray, top: int, samples: int) -> FloatArray:
@@ -157,21 +158,32 @@ def _highest(
 # Highest values of many signals over a cycle, where a look at few places settles it.
 #
 # Signals are sampled in single precision: that tells which samples can be next to the maximum.
-# About those the signal is a Taylor polynomial in double precision. Where its second derivative is
-# below zero all over the cell, Newton's method on the slope finds the one maximum that the cell
-# has. Rows in which some cell is not so simple are named, for a search by branch and bound.
+# Where these stand about one that is higher than its neighbours, a Taylor polynomial in double
+# precision, about a place next to that summit, tells it; where that does not settle it, polynomials
+# about each of the samples do. Where the second derivative is below zero all over what is looked
+# at, Newton's method on the slope finds the one maximum that it has. Rows that are not so simple
+# are named, for a search by branch and bound.
 # ----------------------------------------------------------------------------
 
 #: least number of samples in a period of the highest order, and degree that is exact within a cell
 CELL_SAMPLES_PER_ORDER = 8
 DEGREE = 14
+#: degree of polynomials about places next to a summit, and number of these in a step of the samples
+SUMMIT_DEGREE, PLACES = 7, 32
+#: harmonics times samples up to which a product with a matrix takes less time than a transform
+WAVES = 1 << 14
 #: rounding of a sample in single precision, for a signal whose amplitudes sum up to 1
 SINGLE = 1e-5
-NEWTON, ENOUGH = 12, 1e-8
+NEWTON, SUMMIT_NEWTON, ENOUGH = 12, 2, 1e-8
+#: distance below zero, of the highest order's angle, at which a summit counts as at zero
+HARDLY = 1e-7
 
 
 class Settled(NamedTuple):
-    """Of rows (r,): highest value, its place in [0, 2 pi), and whether that is certain."""
+    """Of signals (..., r): highest value, its place in [0, 2 pi), and whether that is certain.
+
+    The axis in front, where there is one, is that of the signals and of their negatives.
+    """
 
     value: FloatArray
     place: FloatArray
@@ -182,17 +194,24 @@ class Cycle(NamedTuple):
     """Harmonics (m,) of a cycle of 2 pi, the highest of them, the number of samples.
 
     `in_sequence`: each harmonic is one above the one before it.
+    `waves` (2 m, samples) makes samples in single precision from real and imaginary parts; None
+    where a Fourier transform does it in less time.
 
     `turned` (samples, m) brings a sample to the angle zero, `powers` (2 m, degree + 1) makes Taylor
-    coefficients there from real and imaginary parts.
+    coefficients there from real and imaginary parts. `nearby` (`PLACES` + 1, m) brings places about
+    a sample, from half a step before it on, to it; `moments` (m, 2) are the harmonics, over the
+    highest, to the power of two and of the first degree that is left out about summits.
     """
 
     number: IntArray
     top: int
     samples: int
     in_sequence: bool
+    waves: FloatArray | None
     turned: ComplexArray
     powers: FloatArray
+    nearby: ComplexArray
+    moments: FloatArray
 
 
 @lru_cache(maxsize=8)
@@ -204,10 +223,18 @@ def cycle_of(number: tuple[int, ...]) -> Cycle:
     turned = roots[(np.arange(samples)[:, None] * numbers) % samples]
     power = np.arange(DEGREE + 1)
     factorial = np.array([float(math.factorial(m)) for m in power.tolist()])
-    weight = (1j ** (power % 4) / factorial) * (numbers / top)[:, None] ** power
+    scaled = numbers / top
+    weight = (1j ** (power % 4) / factorial) * scaled[:, None] ** power
     powers = np.stack([weight.real, -weight.imag], axis=1).reshape(2 * len(numbers), -1)
     in_sequence = bool(np.all(np.diff(numbers) == 1))
-    return Cycle(numbers, top, samples, in_sequence, turned, powers)
+    waves = None
+    if len(numbers) * samples <= WAVES:
+        waves = np.stack([turned.real.T, -turned.imag.T], axis=1).reshape(-1, samples)
+        waves = waves.astype(np.float32)
+    offset = (np.arange(PLACES + 1) / PLACES - 0.5) * (2.0 * math.pi / samples)
+    nearby = np.exp(1j * offset[:, None] * numbers)
+    moments = np.stack([scaled**2, scaled ** (SUMMIT_DEGREE + 1)], axis=1)
+    return Cycle(numbers, top, samples, in_sequence, waves, turned, powers, nearby, moments)
 
 
 def even_smooth(least: int) -> int:
@@ -223,31 +250,162 @@ def even_smooth(least: int) -> int:
         count += 2
 
 
-def settled(rows: ComplexArray, size: FloatArray, cycle: Cycle) -> tuple[Settled, Settled]:
-    """Highest values of the signals (r, m) and of their negatives.
+def settled(rows: ComplexArray, size: FloatArray, cycle: Cycle) -> Settled:
+    """Highest values of the signals (r, m) and of their negatives, from the summits of samples.
 
     `size` (r, m) are the magnitudes, which sum up to below 1.
     """
-    spectrum = np.zeros((len(rows), cycle.top + 1), dtype=np.complex64)
-    if cycle.in_sequence:
-        first = int(cycle.number[0])
-        np.multiply(rows, 0.5 * cycle.samples, out=spectrum[:, first:], casting="same_kind")
+    bend, beyond = (size @ cycle.moments).T
+    block = max(1, BLOCK // cycle.samples)
+    parts = []
+    for start in range(0, len(rows), block):
+        part = slice(start, start + block)
+        parts.append(_summits(start, *_single(rows[part], bend[part], cycle)))
+    summits = _Summits(*(np.concatenate(one, axis=-1) for one in zip(*parts, strict=True)))
+    return _about(rows, cycle, summits, beyond)
+
+
+def settled_by_cells(rows: ComplexArray, size: FloatArray, cycle: Cycle) -> Settled:
+    """Highest values of the signals alone, from the cells about the samples next to the maxima."""
+    _, _, high, _ = _single(rows, (size @ cycle.moments)[:, 0], cycle)
+    return _tops(rows, cycle, high, math.pi * cycle.top / cycle.samples)
+
+
+def _single(
+    rows: ComplexArray, bend: FloatArray, cycle: Cycle
+) -> tuple[FloatArray, FloatArray, IntArray, IntArray]:
+    """Samples (r, s) in single precision, and next to which of them the extremes can be.
+
+    `bend` (r,) bounds the second derivatives. Values (2, r) of signals and of negatives that those
+    samples are not below, and the places of both kinds in the flat samples.
+    """
+    if cycle.waves is not None:
+        sampled = rows.astype(np.complex64).view(np.float32) @ cycle.waves
     else:
-        for place, one in enumerate(cycle.number.tolist()):
-            spectrum[:, one] += rows[:, place] * (0.5 * cycle.samples)
-    spectrum[:, 0] *= 2.0
-    sampled = np.fft.irfft(spectrum, cycle.samples, axis=-1)
-    scaled = cycle.number / cycle.top
+        spectrum = np.zeros((len(rows), cycle.top + 1), dtype=np.complex64)
+        if cycle.in_sequence:
+            part = spectrum[:, int(cycle.number[0]) :]
+            np.multiply(rows, 0.5 * cycle.samples, out=part, casting="same_kind")
+        else:
+            for place, one in enumerate(cycle.number.tolist()):
+                spectrum[:, one] += rows[:, place] * (0.5 * cycle.samples)
+        spectrum[:, 0] *= 2.0
+        sampled = np.fft.irfft(spectrum, cycle.samples, axis=-1)
     # of the variable top times angle: derivatives have about the size of the signal
-    bend = size @ scaled**2
     half = math.pi * cycle.top / cycle.samples
-    slack = 0.5 * half**2 * bend + 2.0 * SINGLE
-    high = sampled >= (sampled.max(axis=1) - slack)[:, None]
-    low = sampled <= (sampled.min(axis=1) + slack)[:, None]
-    return (
-        _tops(rows, cycle, np.flatnonzero(high), half, 1.0),
-        _tops(rows, cycle, np.flatnonzero(low), half, -1.0),
-    )
+    slack = (0.5 * half**2 * bend + 2.0 * SINGLE).astype(sampled.dtype)
+    least, most = sampled.max(axis=1) - slack, sampled.min(axis=1) + slack
+    high = np.flatnonzero(sampled >= least[:, None])
+    low = np.flatnonzero(sampled <= most[:, None])
+    return sampled, np.stack([least, -most]), high, low
+
+
+class _Summits(NamedTuple):
+    """Samples (k,) that are higher than their neighbours, of signals and of their negatives.
+
+    Row, number in it, 1 or -1 for a negative, vertex of the parabola through the sample and its
+    neighbours, in steps; steps that have to be looked at on both sides. `alone` (2, r): no sample
+    of the signal, or of its negative, matters that is not within those.
+    """
+
+    row: IntArray
+    sample: IntArray
+    sign: FloatArray
+    vertex: FloatArray
+    before: FloatArray
+    after: FloatArray
+    alone: BoolArray
+
+
+def _summits(
+    start: int, sampled: FloatArray, bound: FloatArray, high: IntArray, low: IntArray
+) -> _Summits:
+    """Of samples (r, s) of rows from `start` on; the others are those of `_single`."""
+    count, samples = sampled.shape
+    chosen = np.concatenate([high, low])
+    row = chosen // samples
+    begin = row * samples
+    sample = chosen - begin
+    down = np.zeros(len(chosen), dtype=np.int64)
+    down[len(high) :] = 1
+    sign = (1 - 2 * down).astype(sampled.dtype)
+    flat, round_about = sampled.reshape(-1), np.arange(-2, samples + 2) % samples
+
+    def seen(which: IntArray | slice, steps: int) -> FloatArray:
+        at = round_about[sample[which] + (steps + 2)]
+        at += begin[which]
+        return np.asarray(flat[at] * sign[which])
+
+    here, before, after = flat[chosen] * sign, seen(np.s_[:], -1), seen(np.s_[:], 1)
+    is_summit = (here > before) & (here >= after)
+    top, rest = np.flatnonzero(is_summit), np.flatnonzero(~is_summit)
+    alone = np.zeros((2, count), dtype=bool)
+    alone[down[top], row[top]] = True
+    # what is no summit itself is beside one, and so within what is looked at there
+    beside = (before[rest] > seen(rest, -2)) & (before[rest] >= here[rest])
+    beside |= (after[rest] > here[rest]) & (after[rest] >= seen(rest, 2))
+    far = rest[~beside]
+    alone[down[far], row[far]] = False
+    here, before, after = here[top], before[top], after[top]
+    bend = (before - here) + (after - here)
+    vertex = 0.5 * (before - after) / np.where(bend < 0.0, bend, -np.inf)
+    # rounding may put it further away where the samples are nearly alike
+    vertex = np.clip(vertex, -0.5, 0.5)
+    least = bound[down[top], row[top]]
+    to_left, to_right = (np.where(one >= least, 1.5, 0.5) for one in (before, after))
+    return _Summits(row[top] + start, sample[top], sign[top], vertex, to_left, to_right, alone)
+
+
+def _about(rows: ComplexArray, cycle: Cycle, summits: _Summits, left_out: FloatArray) -> Settled:
+    """Highest values of signals (r, m) and of their negatives, where their summits settle them.
+
+    `left_out` (r,) bounds the first derivative that the polynomials have no more.
+    """
+    row, whole = summits.row, 2.0 * math.pi * cycle.top
+    # signals of a block, then their negatives, and so on: of each all summits in sequence
+    group = np.where(summits.sign < 0.0, row + len(rows), row)
+    place = np.rint((summits.vertex + 0.5) * PLACES).astype(np.int64)
+    powers = np.ascontiguousarray(cycle.powers[:, : SUMMIT_DEGREE + 1].T)
+    taylor = np.empty((SUMMIT_DEGREE + 1, len(row)))
+    block = max(1, BLOCK // cycle.powers.size)
+    for start in range(0, len(row), block):
+        part = slice(start, start + block)
+        local = rows[row[part]]
+        local *= cycle.turned[summits.sample[part]]
+        local *= cycle.nearby[place[part]]
+        np.matmul(powers, local.view(np.float64).T, out=taylor[:, part])
+    taylor *= summits.sign
+    step = whole / cycle.samples
+    offset = (place / PLACES - 0.5) * step
+    begin, end = -summits.before * step - offset, summits.after * step - offset
+    at, found = _newton(taylor, begin, end, SUMMIT_NEWTON)
+    value = _at(taylor, at)
+    power = np.arange(2, SUMMIT_DEGREE + 2)
+    tail = left_out[row] / math.factorial(SUMMIT_DEGREE + 1)
+    far = np.maximum(-begin, end)
+    size = np.concatenate([taylor[2:3], np.abs(taylor[3:]), tail[None]])
+    found &= tail * np.abs(at) ** (SUMMIT_DEGREE + 1) <= 0.25 * EPSILON
+    found &= _at(size * (power * (power - 1))[:, None], far) < 0.0
+    first = np.flatnonzero(np.diff(group, prepend=-1))
+    value = np.where(found, value, -np.inf)
+    highest = np.full(2 * len(rows), -np.inf)
+    highest[group[first]] = np.maximum.reduceat(value, first) if len(first) else 0.0
+    certain = summits.alone.reshape(-1) & np.isfinite(highest)
+    rest = np.flatnonzero(~found)
+    size[0] = np.maximum(size[0], 0.0)
+    reach = np.abs(taylor[1, rest]) + far[rest] * _at(size[:, rest], far[rest])
+    reach = taylor[0, rest] + far[rest] * reach
+    certain[group[rest[reach >= highest[group[rest]] - 4.0 * EPSILON]]] = False
+    spot = summits.sample * step + (offset + at)
+    spot += np.where(spot < -HARDLY, whole, 0.0)
+    spot -= np.where(spot >= whole - HARDLY, whole, 0.0)
+    reached = value >= highest[group] - 8.0 * EPSILON
+    nearest = np.zeros(len(highest))
+    if len(first):
+        spot = np.where(reached, np.maximum(spot, 0.0), np.inf)
+        nearest[group[first]] = np.minimum.reduceat(spot, first)
+    nearest /= cycle.top
+    return Settled(highest.reshape(2, -1), nearest.reshape(2, -1), certain.reshape(2, -1))
 
 
 def _tops(
@@ -255,13 +413,12 @@ def _tops(
     cycle: Cycle,
     chosen: IntArray,
     half: float,
-    sign: float,
 ) -> Settled:
     """Highest values from the cells about `chosen` samples, in the sequence of the rows."""
     row, sample = np.divmod(chosen, cycle.samples)
     local = rows[row]
     local *= cycle.turned[sample]
-    taylor = (sign * cycle.powers).T @ local.view(np.float64).T
+    taylor = cycle.powers.T @ local.view(np.float64).T
     start = np.searchsorted(row, np.arange(len(rows)))
     best = np.maximum.reduceat(taylor[0], start)
     power = np.arange(3, DEGREE + 1)
@@ -270,7 +427,7 @@ def _tops(
     taylor, row, sample = taylor[:, possible], row[possible], sample[possible]
     bend = (power * (power - 1) * half ** (power - 2)) @ np.abs(taylor[3:])
     concave = 2.0 * taylor[2] + bend < 0.0
-    at, found = _newton(taylor, half)
+    at, found = _newton(taylor, -half, half, NEWTON)
     simple = concave & found
     certain = np.ones(len(rows), dtype=bool)
     certain[row[~simple]] = False
@@ -280,25 +437,28 @@ def _tops(
     centre = sample * (2.0 * math.pi * cycle.top / cycle.samples)
     place = centre + at
     # a summit at zero may come out as a rounding below it
-    place = np.where((place < 0.0) & (place > -1e-7), 0.0, place)
+    place = np.where((place < 0.0) & (place > -HARDLY), 0.0, place)
     place = np.where(place < 0.0, place + 2.0 * math.pi * cycle.top, place)
     reached = value >= highest[row] - 8.0 * EPSILON
     first = np.minimum.reduceat(np.where(reached, place, np.inf), start)
     return Settled(highest, first / cycle.top, certain)
 
 
-def _newton(taylor: FloatArray, half: float) -> tuple[FloatArray, BoolArray]:
+def _newton(
+    taylor: FloatArray, low: FloatArray | float, high: FloatArray | float, steps: int
+) -> tuple[FloatArray, BoolArray]:
     """Where the slopes (k,) of concave polynomials vanish, or the end to which they rise."""
-    power = np.arange(1, DEGREE + 1)[:, None]
+    power = np.arange(1, len(taylor))[:, None]
     slope = taylor[1:] * power
     bend = slope[1:] * power[:-1]
     falls = np.where(bend[0] < 0.0, bend[0], -1.0)
-    at = np.clip(-slope[0] / falls, -half, half)
+    at = np.clip(-slope[0] / falls, low, high)
+    at = np.clip(at - at * at * (slope[2] + at * slope[3]) / falls, low, high)
     moved = np.full(at.shape, np.inf)
-    for _ in range(NEWTON):
+    for _ in range(steps):
         curvature = _at(bend, at)
         step = _at(slope, at) / np.where(curvature < 0.0, curvature, -1.0)
-        target = np.clip(at - step, -half, half)
+        target = np.clip(at - step, low, high)
         moved, at = np.abs(target - at), target
         # the next step would be of the square of this one
         if float(np.max(moved, initial=0.0)) <= ENOUGH:

@@ -26,17 +26,17 @@ from vibecalc.torsion.accuracy.by_other_means import (
 )
 from vibecalc.torsion.accuracy.steady import apart, by_modes_refused
 from vibecalc.torsion.adapters.critical import undamped_speeds
-from vibecalc.torsion.adapters.curves import solved, stiffness_of, sweep
+from vibecalc.torsion.adapters.curves import solved, sweep
 from vibecalc.torsion.adapters.damper_design import build_problem
-from vibecalc.torsion.adapters.maxima import largest, torque_value, with_needles
+from vibecalc.torsion.adapters.maxima import torque_value, with_needles
 from vibecalc.torsion.adapters.setup import Setup, build_setup
 from vibecalc.torsion.adapters.speeds import chosen
-from vibecalc.torsion.critical_speeds import Value
+from vibecalc.torsion.critical_speeds import Value, largest
 from vibecalc.torsion.damper_design.descend import chart_of, valleys
 from vibecalc.torsion.damper_design.design import design_from
 from vibecalc.torsion.damper_design.peaks import LEVEL, Summits, Survey, survey
 from vibecalc.torsion.damper_design.problem import Damper, Limits, Problem, torque_at
-from vibecalc.torsion.line import Line
+from vibecalc.torsion.line import Line, complex_stiffness
 from vibecalc.torsion.synthesis import synthesis
 
 # ----------------------------------------------------------------------------
@@ -86,7 +86,7 @@ def _curve(setup: Setup, speed: FloatArray, section: int) -> Topic:
             line, w = setup.model.at(one), one * order
             angle = way(line, w, torque[k])
             twist = angle[:, line.first[section]] - angle[:, line.second[section]]
-            found[k] = stiffness_of(line, w)[:, section] * twist
+            found[k] = complex_stiffness(line, w)[:, section] * twist
         return found
 
     def kernel(_: float) -> Answer:
@@ -277,7 +277,7 @@ def _by_matrices(setup: Setup, section: int, speed: float) -> float:
     w = speed * drive.order
     angle = dense_angles(line, w, on_freedoms(setup, drive.torque(np.array([speed]))[0]))
     twist = angle[:, line.first[section]] - angle[:, line.second[section]]
-    row = (stiffness_of(line, w)[:, section] * twist)[None]
+    row = (complex_stiffness(line, w)[:, section] * twist)[None]
     place = _places(setup)
     high, low = (exact_highest(sign * row, place)[0][0] for sign in (1.0, -1.0))
     return float(0.5 * (high + low))
@@ -447,7 +447,7 @@ def worst_of(problem: Problem, damper: Damper, speeds: int) -> float:
         angle = dense_angles(line, w, load)
         seen = angle[:, line.first] - angle[:, line.second]
         if problem.quantity == "torque":
-            seen = stiffness_of(line, w) * seen
+            seen = complex_stiffness(line, w) * seen
         return np.asarray(np.abs(seen[:, :sections]) * problem.weight)
 
     whole = curves(np.linspace(*problem.speed, speeds))

@@ -30,10 +30,9 @@ from vibecalc.torsion.accuracy.by_other_means import (
     through_three,
     transfer_angles,
 )
-from vibecalc.torsion.adapters.curves import stiffness_of
 from vibecalc.torsion.adapters.setup import Setup, build_drive, build_setup
 from vibecalc.torsion.forced import forced_masked
-from vibecalc.torsion.line import Line
+from vibecalc.torsion.line import Line, complex_stiffness
 from vibecalc.torsion.synthesis import DEGREE, cycle_of, synthesis
 
 # ----------------------------------------------------------------------------
@@ -94,7 +93,7 @@ def orders_and_torque(setup: Setup, count: int | None = None) -> tuple[FloatArra
 
 def section_torques(line: Line, w: FloatArray, angle: ComplexArray) -> ComplexArray:
     """Torques (m, e) of the elements from angles (m, n)."""
-    return np.asarray(stiffness_of(line, w) * (angle[:, line.first] - angle[:, line.second]))
+    return np.asarray(complex_stiffness(line, w) * (angle[:, line.first] - angle[:, line.second]))
 
 
 def _by_matrices(
@@ -358,7 +357,7 @@ def orders_left_out(scene: Scene, setup: Setup) -> list[Topic]:
         w = setup.speed * order
         angle = forced_masked(line, w, torque, estimate=False).angle
         twist = angle[:, line.first] - angle[:, line.second]
-        return synthesis(order, (stiffness_of(line, w) * twist).T).half_range
+        return synthesis(order, (complex_stiffness(line, w) * twist).T).half_range
 
     def orders(count: float) -> Answer:
         return Answer(summed(*loads(int(count))), _work(n, int(count)))
@@ -380,7 +379,7 @@ def orders_left_out(scene: Scene, setup: Setup) -> list[Topic]:
         order, torque = order[: 2 * MANY], torque[: 2 * MANY]
         w = setup.speed * order
         angle = dense_angles(line, w, torque)
-        rows = stiffness_of(line, w) * (angle[:, line.first] - angle[:, line.second])
+        rows = complex_stiffness(line, w) * (angle[:, line.first] - angle[:, line.second])
         values = samples_of_harmonics(rows.T, np.arange(1, len(order) + 1), FINEST)
         other = half_ranges_of_samples(values)
         away = float(np.max(np.abs(many - other)) / np.max(np.abs(many)))

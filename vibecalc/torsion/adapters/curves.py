@@ -7,7 +7,7 @@ import numpy as np
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import EPSILON, BoolArray, ComplexArray, FloatArray, IntArray
 from vibecalc.torsion.adapters.setup import Drive, Model, Setup
-from vibecalc.torsion.line import Line
+from vibecalc.torsion.line import complex_stiffness, damped_elements, loss_stiffness
 from vibecalc.torsion.model import Gearing, ShaftLineModel
 from vibecalc.torsion.synthesis import Synthesis, synthesis
 
@@ -218,8 +218,14 @@ def _leaving(shaft: ShaftLineModel, side: BoolArray) -> FloatArray:
 # order, so that one sum over the orders serves both.
 # ----------------------------------------------------------------------------
 
-#: speeds of one block
-ROWS = 128
+#: speeds of one block at least, and numbers (speeds times orders times freedoms) up to which it
+#: may have more: short blocks cost as many calls as long ones
+ROWS, ENTRIES = 128, 1 << 17
+
+
+def speeds_at_once(model: Model, drive: Drive) -> int:
+    """Speeds of one block of a sweep."""
+    return max(ROWS, ENTRIES // (len(drive.order) * len(model.line.inertia)))
 
 
 class Curves(NamedTuple):
@@ -262,36 +268,20 @@ def solved(model: Model, drive: Drive, speed: FloatArray, estimate: bool = False
     line = model.at(speed[:, None])
     w = speed[:, None] * drive.order
     twist = found.angle[..., line.first] - found.angle[..., line.second]
-    torque = stiffness_of(line, w) * twist
+    torque = complex_stiffness(line, w) * twist
     return Solved(w, found.angle, twist, torque, load, found.error, found.masked)
-
-
-def stiffness_of(line: Line, frequency: FloatArray) -> ComplexArray:
-    """Complex stiffness (..., e) of the elements at frequencies (...)."""
-    lossy = lossy_of(line, frequency)
-    value: ComplexArray = np.empty(np.broadcast_shapes(lossy.shape, line.stiffness.shape), complex)
-    value.real, value.imag = line.stiffness, lossy
-    return value
-
-
-def lossy_of(line: Line, frequency: FloatArray) -> FloatArray:
-    """Imaginary part of `stiffness_of`."""
-    loss = line.stiffness * line.loss_factor
-    return np.asarray(loss + frequency[..., None] * line.damping)
-
-
-def is_damped(line: Line) -> IntArray:
-    """Elements whose torque is not in phase with their twist at every order."""
-    return np.flatnonzero((line.damping != 0.0) | (line.loss_factor != 0.0))
 
 
 def sweep(
     model: Model, drive: Drive, speed: FloatArray, shaft: ShaftLineModel | None, angles: bool = True
 ) -> Curves:
     """The curves at speeds (s,); gears are those of `shaft`, none without it."""
+    size = speeds_at_once(model, drive)
+    # blocks of one length, as a short last one would cost as many calls as the others
+    size = max(1, -(-len(speed) // max(1, -(-len(speed) // size))))
     parts = []
-    for start in range(0, len(speed), ROWS):
-        parts.append(_block(model, drive, speed[start : start + ROWS], shaft, angles))
+    for start in range(0, len(speed), size):
+        parts.append(_block(model, drive, speed[start : start + size], shaft, angles))
     return Curves(*(np.concatenate(each) for each in zip(*parts, strict=True)))
 
 
@@ -299,7 +289,7 @@ def _block(
     model: Model, drive: Drive, speed: FloatArray, shaft: ShaftLineModel | None, angles: bool
 ) -> Curves:
     found = solved(model, drive, speed)
-    damped = is_damped(model.line)
+    damped = damped_elements(model.line)
     signals = [found.twist, found.torque[..., damped]]
     if angles:
         signals.append(found.angle)
@@ -327,7 +317,7 @@ def _block(
     heat = np.zeros((len(speed), len(line.first)))
     if len(damped):
         twisted = found.twist[..., damped]
-        factor = found.frequency[..., None] * lossy_of(line, found.frequency)[..., damped]
+        factor = found.frequency[..., None] * loss_stiffness(line, found.frequency)[..., damped]
         square = np.square(twisted.real) + np.square(twisted.imag)
         heat[:, damped] = 0.5 * np.sum(factor * square, axis=1)
     curves = (
@@ -374,7 +364,7 @@ def _correction(setup: Setup, speed: FloatArray, found: Solved) -> ComplexArray:
     left = -own * found.angle
     if setup.model.modal is not None:
         left -= line.inertia * modal_braking(setup.model, found.frequency, found.angle)
-    torque = stiffness_of(line, found.frequency) * found.twist
+    torque = complex_stiffness(line, found.frequency) * found.twist
     for e, (first, second) in enumerate(zip(line.first, line.second, strict=True)):
         left[..., first] -= torque[..., e]
         left[..., second] += torque[..., e]
@@ -443,23 +433,6 @@ class OwnDoubt(NamedTuple):
     torque: FloatArray
 
 
-def telling_speeds(speed: FloatArray, curve: FloatArray, undamped: FloatArray) -> FloatArray:
-    """Speeds (r,), of those (s,) of a curve (s, e), at which its errors are largest.
-
-    Those of the largest finite values, and of each of the speeds `undamped` (u,), at which the line
-    has no bound, the nearest on both sides.
-    """
-    clear = np.all(np.isfinite(curve), axis=1)
-    beside = speed[clear]
-    if not len(beside):
-        return beside
-    parts = [beside[np.argmax(curve[clear], axis=0)]]
-    if len(undamped):
-        place = np.searchsorted(beside, undamped)[:, None] + np.array([-1, 0])
-        parts.append(beside[np.clip(place, 0, len(beside) - 1)].ravel())
-    return np.unique(np.concatenate(parts))
-
-
 def curve_doubt(setup: Setup, speed: FloatArray, telling: FloatArray) -> CurveDoubt:
     """Largest errors of sums over orders at some of the speeds (s,) and at those that tell (r,)."""
     some = speed[np.linspace(0, len(speed) - 1, min(SAMPLES, len(speed))).astype(int)]
@@ -490,7 +463,7 @@ def _errors(setup: Setup, at: FloatArray) -> CurveDoubt:
     angle = angle + own_angle
     twist = twist + own_twist
     line = setup.model.at(at[:, None])
-    torque = np.abs(stiffness_of(line, found.frequency)) * twist
+    torque = np.abs(complex_stiffness(line, found.frequency)) * twist
     torque = torque + 4.0 * EPSILON * np.abs(found.torque)
     sums = [(twist, found.twist), (torque, found.torque), (angle, found.angle)]
     if len(line.first) == len(setup.shaft.section_names):  # else the line without dampers

@@ -20,13 +20,17 @@ from vibecalc.torsion.damper_design.design import (
     performance_of,
     relative_error,
 )
-from vibecalc.torsion.damper_design.problem import Damper, Limits, Problem, SpeedTorque
-from vibecalc.torsion.forced import forced_masked
-from vibecalc.torsion.line import Line
+from vibecalc.torsion.damper_design.problem import (
+    Damper,
+    Limits,
+    Problem,
+    SpeedTorque,
+    speed_torque,
+)
+from vibecalc.torsion.line import Line, with_ring, without_freedom
 from vibecalc.torsion.modes import natural_modes
 from vibecalc.torsion.results import DESIGN
-from vibecalc.torsion.section_loads import section_torque
-from vibecalc.torsion.synthesis import synthesis
+from vibecalc.torsion.section_loads import largest_half_range
 from vibecalc.torsion.tables import DamperDesign
 
 # ----------------------------------------------------------------------------
@@ -103,18 +107,7 @@ def _without_ring(setup: Setup, name: str) -> tuple[Line, np.ndarray, np.ndarray
     n, e = line.inertia.size, line.stiffness.size
     if replaced is None:
         return line, np.arange(e), np.arange(n)
-    freedom = np.flatnonzero(np.arange(n) != replaced.ring)
-    element = np.flatnonzero(np.arange(e) != replaced.element)
-    number = np.cumsum(np.arange(n) != replaced.ring) - 1
-    return (
-        Line(
-            line.inertia[freedom], line.absolute_damping[freedom], line.ground_stiffness[freedom],
-            number[line.first[element]], number[line.second[element]], line.stiffness[element],
-            line.damping[element], line.loss_factor[element],
-        ),
-        element,
-        freedom,
-    )  # fmt: skip
+    return without_freedom(line, replaced.ring, replaced.element)
 
 
 def _weights(setup: Setup, options: DamperDesign, element: np.ndarray) -> FloatArray:
@@ -142,24 +135,12 @@ def _weights(setup: Setup, options: DamperDesign, element: np.ndarray) -> FloatA
 
 
 def _torque(setup: Setup, freedom: np.ndarray) -> SpeedTorque:
-    """Gas along straight lines between cards, inertia with the square of the speed."""
+    """The torques of the cylinders on the freedoms that are left."""
     drive, n = setup.drive, setup.model.line.inertia.size
     gas = np.zeros((len(drive.gas), len(drive.order), n), dtype=complex)
     inertia = np.zeros((len(drive.order), n), dtype=complex)
     gas[..., drive.freedom], inertia[:, drive.freedom] = drive.gas, drive.inertia
-    gas, inertia = gas[..., freedom], inertia[:, freedom]
-    if len(drive.card_speed) < 2:
-        parts = np.stack([gas[0], np.zeros_like(inertia), inertia])
-        return SpeedTorque(np.array([0.0, np.inf]), parts[None])
-    knot = drive.card_speed
-    slope = np.diff(gas, axis=0) / np.diff(knot)[:, None, None]
-    begin = knot[:-1, None, None]
-    pieces = np.stack(
-        [gas[:-1] + begin**2 * inertia, slope + 2.0 * begin * inertia,
-         np.broadcast_to(inertia, slope.shape)],
-        axis=1,
-    )  # fmt: skip
-    return SpeedTorque(knot, pieces)
+    return speed_torque(gas[..., freedom], inertia[:, freedom], drive.card_speed)
 
 
 def _limits(
@@ -351,7 +332,6 @@ def referred(damper: Damper, ratio: float) -> Damper:
 
 #: points of the map each way, speeds of each, how far it reaches around the optimum at least
 _MAP, _MAP_SPEEDS, _AROUND = 31, 121, 12.0
-_ROWS = 64
 #: share by which values of the damper are moved to see what the curve makes of their errors
 _MOVED = 1e-6
 
@@ -467,50 +447,18 @@ def _of_tuning(
     return error
 
 
-def with_ring(line: Line, station: int, damper: Damper) -> Line:
-    """The line with a ring as its last freedom and its damper as its last element."""
-    n = line.inertia.size
-    return Line(
-        np.append(line.inertia, damper.inertia), np.append(line.absolute_damping, 0.0),
-        np.append(line.ground_stiffness, 0.0), np.append(line.first, station),
-        np.append(line.second, n), np.append(line.stiffness, damper.stiffness),
-        np.append(line.damping, damper.damping), np.append(line.loss_factor, 0.0),
-    )  # fmt: skip
-
-
 def largest_section(
     setup: Setup, asked: Asked, damper: Damper | None, speeds: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Largest weighted half range (s,) at speeds (s,), infinite where nothing damps; its error."""
     problem, drive = asked.problem, setup.drive
-    line = problem.line if damper is None else with_ring(problem.line, problem.station, damper)
-    counts = np.flatnonzero(problem.weight > 0.0)
+    line = problem.line if damper is None else with_ring(problem.line, problem.station, *damper)
     number = {int(old): new for new, old in enumerate(_freedoms(setup, asked))}
     stations = [number[int(place)] for place in drive.freedom]
-    value, error = np.empty(len(speeds)), np.zeros(len(speeds))
-    for start in range(0, len(speeds), _ROWS):
-        part = slice(start, start + _ROWS)
-        frequency = speeds[part, None] * drive.order
-        solved = forced_masked(line, frequency, drive.torque(speeds[part]), stations=stations)
-        doubt = np.where(solved.masked, 0.0, solved.error)
-        seen = section_torque(line, frequency, solved.angle, doubt)
-        wave, wave_error = seen.total, seen.error
-        if problem.quantity == "twist":
-            wave = seen.twist
-            wave_error = np.broadcast_to(2.0 * doubt[..., None], wave.shape)
-        whole = synthesis(
-            drive.order,
-            np.moveaxis(wave[..., counts], 1, -1),
-            np.moveaxis(wave_error[..., counts], 1, -1),
-        )
-        weight = problem.weight[counts]
-        masked = np.any(solved.masked, axis=-1)
-        value[part] = np.where(masked, np.inf, np.max(weight * whole.half_range, axis=-1))
-        # of orders the squares add: each is a solution of its own
-        own = np.sqrt(np.sum(np.square(wave_error[..., counts]), axis=1))
-        bound = np.minimum(whole.error, own + 8.0 * EPSILON * whole.half_range)
-        error[part] = np.where(masked, 0.0, np.max(weight * bound, axis=-1))
-    return value, error
+    of_twist = problem.quantity == "twist"
+    return largest_half_range(
+        line, drive.order, drive.torque, stations, problem.weight, speeds, of_twist=of_twist
+    )
 
 
 def _freedoms(setup: Setup, asked: Asked) -> np.ndarray:

@@ -8,9 +8,16 @@ import numpy as np
 from vibecalc.core.run.stage import Scene
 from vibecalc.numerics.rounding import EPSILON, FloatArray, IntArray
 from vibecalc.torsion.adapters.curves import own_doubt, solved
-from vibecalc.torsion.adapters.maxima import EQUAL, RIVAL, Maxima, maxima, narrowed
 from vibecalc.torsion.adapters.setup import Setup
-from vibecalc.torsion.critical_speeds import Value, barred_ranges
+from vibecalc.torsion.critical_speeds import (
+    EQUAL,
+    RIVAL,
+    Maxima,
+    Value,
+    barred_ranges,
+    maxima,
+    narrowed,
+)
 from vibecalc.torsion.model import ShaftLineModel
 from vibecalc.torsion.results import ROOT
 from vibecalc.torsion.stress_limits import (

@@ -10,9 +10,9 @@ from vibecalc.numerics.rounding import EPSILON, FloatArray, IntArray
 from vibecalc.torsion.adapters.critical import Undamped
 from vibecalc.torsion.adapters.curves import own_doubt
 from vibecalc.torsion.adapters.exceeded import Bound, bounds, emit_barred, exceeded_of
-from vibecalc.torsion.adapters.maxima import Dense, Maxima, largest, torque_value
+from vibecalc.torsion.adapters.maxima import Dense, torque_value
 from vibecalc.torsion.adapters.setup import Setup
-from vibecalc.torsion.critical_speeds import Value
+from vibecalc.torsion.critical_speeds import Maxima, Value, largest
 from vibecalc.torsion.results import ROOT
 
 # ----------------------------------------------------------------------------

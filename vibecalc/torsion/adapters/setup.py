@@ -19,6 +19,7 @@ from vibecalc.excitation.cylinder_torque import (
 )
 from vibecalc.excitation.gas_tables import GasCard, card_weights, gas_card
 from vibecalc.excitation.model import Firing, build_firing, crank_geometry, cycle_of, gas_cards
+from vibecalc.numerics.memory import keep_freed_memory
 from vibecalc.numerics.rounding import EPSILON, ComplexArray, FloatArray, IntArray
 from vibecalc.parts.crank_train import build_crank_train
 from vibecalc.parts.geometry import CrankGeometry
@@ -280,6 +281,7 @@ class Setup(NamedTuple):
 
 def build_setup(case: "Case") -> Setup:
     """All of it from a validated case."""
+    keep_freed_memory()
     assert case.response is not None and case.response.torsion is not None
     torsion, speed, shaft = case.response.torsion, case.machine.speed, build_shaft_line(case)
     stations = len(shaft.freedom_names) - len(shaft.dampers)

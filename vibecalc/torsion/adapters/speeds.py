@@ -25,26 +25,23 @@ from vibecalc.torsion.adapters.curves import (
     steady_doubts,
     steady_gears,
     sweep,
-    telling_speeds,
 )
 from vibecalc.torsion.adapters.limits import emit_limits, limit_corners, limit_levels
-from vibecalc.torsion.adapters.maxima import (
-    MOST,
-    REFINED,
-    Dense,
-    Maxima,
-    added,
-    highest_maxima,
-    largest,
-    summits,
-    torque_value,
-    with_needles,
-)
+from vibecalc.torsion.adapters.maxima import Dense, added, torque_value, with_needles
 from vibecalc.torsion.adapters.modes import emit_campbell
 from vibecalc.torsion.adapters.setup import Setup
 from vibecalc.torsion.adapters.steady import setup_of
 from vibecalc.torsion.adapters.variants import emit_bare, emit_healthy_range
-from vibecalc.torsion.critical_speeds import barred_ranges
+from vibecalc.torsion.critical_speeds import (
+    MOST,
+    REFINED,
+    Maxima,
+    barred_ranges,
+    highest_maxima,
+    largest,
+    summits,
+    telling_speeds,
+)
 from vibecalc.torsion.model import ShaftLineModel
 from vibecalc.torsion.results import ROOT
 from vibecalc.torsion.section_loads import steady_shares

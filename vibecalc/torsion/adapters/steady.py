@@ -18,14 +18,13 @@ from vibecalc.torsion.adapters.curves import (
     station_means,
     steady_doubts,
     steady_gears,
-    stiffness_of,
     summed,
 )
 from vibecalc.torsion.adapters.excitation import emit_excitation
 from vibecalc.torsion.adapters.modes import emit_modes
 from vibecalc.torsion.adapters.setup import Setup, build_drive, build_setup
 from vibecalc.torsion.adapters.variants import emit_healthy
-from vibecalc.torsion.line import Line
+from vibecalc.torsion.line import Line, complex_stiffness
 from vibecalc.torsion.results import ROOT
 from vibecalc.torsion.section_loads import heat, mesh_torque, steady_shares
 from vibecalc.torsion.synthesis import synthesis
@@ -75,7 +74,7 @@ class _Doubt:
         own_angle, own_twist = rounding_doubt(setup, at, found)
         self.angle = (angle + own_angle)[0]
         self.twist = (twist + own_twist)[0]
-        size = np.abs(stiffness_of(line, found.frequency[0]))
+        size = np.abs(complex_stiffness(line, found.frequency[0]))
         self.torque = size * self.twist + 4.0 * EPSILON * np.abs(found.torque[0])
 
 
@@ -212,7 +211,7 @@ def _heat(
     w = found.frequency[0]
     by_order = heat(line, w, found.angle[0])
     element = by_order.element.sum(axis=0)
-    share = w[:, None] * stiffness_of(line, w).imag * doubt.twist
+    share = w[:, None] * complex_stiffness(line, w).imag * doubt.twist
     error = np.sum(share * (np.abs(found.twist[0]) + doubt.twist), axis=0)
     error = np.abs(error) + 16.0 * EPSILON * np.abs(element)
     moved = doubt.angle * (np.abs(found.angle[0]) + doubt.angle)

@@ -14,9 +14,7 @@ from vibecalc.torsion.adapters.curves import (
     own_doubt,
     shifted_twist,
     solved,
-    stiffness_of,
     sweep,
-    telling_speeds,
     twist_doubt,
 )
 from vibecalc.torsion.adapters.exceeded import bounds
@@ -27,15 +25,10 @@ from vibecalc.torsion.adapters.limits import (
     stress_doubt,
     uses_of,
 )
-from vibecalc.torsion.adapters.maxima import (
-    Dense,
-    Maxima,
-    added,
-    largest,
-    torque_value,
-    with_needles,
-)
+from vibecalc.torsion.adapters.maxima import Dense, added, torque_value, with_needles
 from vibecalc.torsion.adapters.setup import Setup, build_drive, build_model, natural_of
+from vibecalc.torsion.critical_speeds import Maxima, largest, telling_speeds
+from vibecalc.torsion.line import complex_stiffness
 from vibecalc.torsion.results import ROOT
 from vibecalc.torsion.synthesis import synthesis
 
@@ -253,7 +246,7 @@ def _dampers(scene: Scene, setup: Setup) -> None:
     masked = bool(found.masked.any())
     twist = found.twist[0][:, rings]
     line, w = setup.model.at(setup.speed), found.frequency[0]
-    power = 0.5 * w[:, None] * stiffness_of(line, w).imag[:, rings]
+    power = 0.5 * w[:, None] * complex_stiffness(line, w).imag[:, rings]
     heat = np.sum(power * np.abs(twist) ** 2, axis=0)
     error = twist_doubt(setup, at)[0][:, rings]
     heat_error = np.sum(power * (2.0 * np.abs(twist) + error) * error, axis=0)

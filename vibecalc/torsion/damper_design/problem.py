@@ -42,6 +42,25 @@ def torque_at(torque: SpeedTorque, speed: FloatArray) -> tuple[ComplexArray, Com
 # ----------------------------------------------------------------------------
 
 
+def speed_torque(gas: ComplexArray, inertia: ComplexArray, card_speed: FloatArray) -> SpeedTorque:
+    """Torques from gas (c, m, n) in N m of cards at speeds (c,), and inertia (m, n).
+
+    Gas along straight lines between the cards, inertia, in N m per (rad/s)^2, with the square of
+    the speed; one card holds at every speed.
+    """
+    if len(card_speed) < 2:
+        parts = np.stack([gas[0], np.zeros_like(inertia), inertia])
+        return SpeedTorque(np.array([0.0, np.inf]), parts[None])
+    slope = np.diff(gas, axis=0) / np.diff(card_speed)[:, None, None]
+    begin = card_speed[:-1, None, None]
+    pieces = np.stack(
+        [gas[:-1] + begin**2 * inertia, slope + 2.0 * begin * inertia,
+         np.broadcast_to(inertia, slope.shape)],
+        axis=1,
+    )  # fmt: skip
+    return SpeedTorque(card_speed, pieces)
+
+
 class Damper(NamedTuple):
     """Ring inertia in kg m^2, spring in N m/rad, dashpot in N m s/rad, all referred."""
 
