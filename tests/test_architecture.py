@@ -41,7 +41,7 @@ STANDS_ON = {
     "excitation": {"kinematics"},
     "impact": {"kinematics", "excitation", "response"},
     "roll": {"kinematics", "excitation"},
-    "torsion": {"kinematics", "excitation", "absorber"},
+    "torsion": {"kinematics", "excitation"},
     # [response] holds the tables of roll, absorber and shaft line
     "response": {"kinematics", "excitation", "roll", "absorber", "torsion"},
     "isolation": {"kinematics", "excitation", "response", "torsion"},

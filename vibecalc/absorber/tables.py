@@ -9,10 +9,12 @@ from vibecalc.core.case.fields import (
     AngularDamping,
     AngularSpeed,
     AngularStiffness,
+    Density,
     Force,
     Inertia,
     Length,
     Mass,
+    Modulus,
     Moment,
     Name,
     Table,
@@ -28,9 +30,7 @@ ICE = 273.15
 Temperature = Annotated[float, Field(gt=0), Unit("K")]
 LinearStiffness = Annotated[float, Unit("N/m")]
 LinearDamping = Annotated[float, Unit("N*s/m")]
-Modulus = Annotated[float, Field(gt=0), Unit("Pa")]
 KinematicViscosity = Annotated[float, Field(gt=0), Unit("m^2/s")]
-Density = Annotated[float, Field(gt=0), Unit("kg/m^3")]
 #: zero is a limit: no spring, no damper
 Share = Annotated[float, Field(ge=0), Unit("")]
 Positive = Annotated[float, Field(gt=0), Unit("")]

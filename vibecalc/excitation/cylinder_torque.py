@@ -427,7 +427,7 @@ def major_orders(firing_angle: ArrayLike, order: ArrayLike, bank: ArrayLike = 0.
     six cylinders in four-stroke, but for those that the bank angle cancels (`bank_factor` 0).
     """
     banks = np.broadcast_to(np.asarray(bank, dtype=float), np.shape(firing_angle))
-    count = np.array([np.count_nonzero(banks == one) for one in np.unique(banks)])
+    count = np.array([np.count_nonzero(banks == one) for one in sorted(set(banks.tolist()))])
     sums = np.abs(bank_sums(firing_angle, order, banks))
     in_phase = np.all(sums > (1.0 - IN_LINE) * count[:, None], axis=0)
     return np.asarray(in_phase & (bank_factor(firing_angle, order, banks)[0] > IN_LINE))

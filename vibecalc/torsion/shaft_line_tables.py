@@ -5,13 +5,14 @@ from typing import Annotated, Literal, NamedTuple
 
 from pydantic import Field
 
-from vibecalc.absorber.tables import Density, Modulus
 from vibecalc.core.case.fields import (
     AngularDamping,
     AngularStiffness,
+    Density,
     Inertia,
     Length,
     Mass,
+    Modulus,
     Moment,
     Name,
     Number,

@@ -19,7 +19,6 @@ from vibecalc.excitation.cylinder_torque import (
 )
 from vibecalc.excitation.gas_tables import GasCard, card_weights, gas_card
 from vibecalc.excitation.model import Firing, build_firing, crank_geometry, cycle_of, gas_cards
-from vibecalc.numerics.memory import keep_freed_memory
 from vibecalc.numerics.rounding import EPSILON, ComplexArray, FloatArray, IntArray
 from vibecalc.parts.crank_train import build_crank_train
 from vibecalc.parts.geometry import CrankGeometry
@@ -279,9 +278,23 @@ class Setup(NamedTuple):
     natural: Callable[[], LineModes]
 
 
+#: bytes of an array from which on memory is still taken from the system and handed back
+_KEPT = 1 << 24
+
+
+def _keep_freed_memory() -> None:
+    """Let arrays of up to 16 MB be made in memory that arrays before them have left.
+
+    A page that the system hands out anew costs more than the arithmetic on the numbers in it.
+    glibc keeps what is freed up to twice the size of the largest piece that was ever handed back,
+    which this makes and frees without touching it; other allocators take no notice.
+    """
+    np.empty(_KEPT, dtype=np.uint8)
+
+
 def build_setup(case: "Case") -> Setup:
     """All of it from a validated case."""
-    keep_freed_memory()
+    _keep_freed_memory()
     assert case.response is not None and case.response.torsion is not None
     torsion, speed, shaft = case.response.torsion, case.machine.speed, build_shaft_line(case)
     stations = len(shaft.freedom_names) - len(shaft.dampers)
