@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from shipped_cases import CASES, result_of
+from shipped_cases import CASES, fresh, result_of
 
 from vibecalc.absorber.hardware.rods_and_springs import torsional_stiffness
 from vibecalc.absorber.mean_square import mean_square
@@ -63,7 +63,7 @@ def test_tuning_is_that_of_the_kernel() -> None:
 
 
 def test_curves_are_those_of_the_kernel() -> None:
-    record = result_of("absorber_curves").record
+    record = fresh("absorber_curves").record
     found = record["response/absorber/curve"]
     x = found.axes[1].values
     for name, k, own in (("as given", 0.0826, 0.185), ("own damping 0.3", 0.0826, 0.3)):
@@ -144,7 +144,7 @@ def test_the_wanted_spring_and_oil_give_the_tuning() -> None:
 
 
 def test_chart_is_that_of_the_kernel_and_of_single_tunings() -> None:
-    record = result_of("absorber_design_chart").record
+    record = fresh("absorber_design_chart").record
     chart = record["tuning/chart/peak"]
     z1, m = (axis.values for axis in chart.axes)
     assert chart.values.shape == (10, 100)
