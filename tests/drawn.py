@@ -2,8 +2,17 @@
 
 from typing import Any
 
+import pytest
+
 from vibecalc.core.report.plots import STYLE, make
 from vibecalc.core.results.record import Result
+
+
+def coarse(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where it is not their looks: pictures of few points, with no room made for their words."""
+    monkeypatch.setattr("vibecalc.core.report.plots._RESOLUTION", 20)
+    room = "matplotlib.layout_engine.ConstrainedLayoutEngine.execute"
+    monkeypatch.setattr(room, lambda _engine, _figure: None)
 
 
 def figure(result: Result, name: str) -> Any:

@@ -18,6 +18,8 @@ CASES = {path.stem: path for path in sorted((ROOT / "cases").glob("*.toml"))}
 SLOW = frozenset(
     {
         "absorber",
+        "absorber_curves",
+        "absorber_design_chart",
         "absorber_pendulum",
         "absorber_rig_a",
         "absorber_rig_b",
@@ -37,8 +39,10 @@ SLOW = frozenset(
         "engine_undamped",
         "engine_v8",
         "engine_variable_inertia",
+        "four_cylinder",
         "generator_mount_design",
         "generator_mount_design_lever",
+        "generator_on_floor",
         "pump",
         "roll",
         "roll_balanced",
@@ -46,6 +50,7 @@ SLOW = frozenset(
         "roll_design",
         "roll_dynamic_motor",
         "roll_equal_pressure",
+        "roll_measured",
         "roll_mounted",
         "roll_startup",
     }

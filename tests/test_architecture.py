@@ -3,8 +3,11 @@
 import ast
 import re
 from collections.abc import Iterator
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
+
+import pytest
 
 from vibecalc.subjects import SUBJECTS
 
@@ -59,10 +62,25 @@ def room_of(module: str) -> str:
     return "subjects.py" if parts[0] == "subjects" else parts[0]
 
 
+#: a line that may begin an import, with what stands in its brackets; words in a text do not parse
+IMPORT = re.compile(r"^([ \t]*)((?:import|from) [^\n(#]*(?:\([^)]*\))?)", re.MULTILINE)
+
+
+@cache
+def import_statements(path: Path) -> list[tuple[bool, ast.stmt]]:
+    """Imports of a file, and whether each stands at its top level; a tree of it all takes long."""
+    found = []
+    for indent, words in IMPORT.findall(path.read_text(encoding="utf-8")):
+        with suppress(SyntaxError):
+            found.append((not indent, ast.parse(words).body[0]))
+    return found
+
+
 def imported(path: Path, top_level_only: bool = False) -> Iterator[str]:
     """Modules that a file imports, also those for type checkers; packages only by name."""
-    tree = ast.parse(path.read_text(encoding="utf-8"))
-    for node in tree.body if top_level_only else ast.walk(tree):
+    for top_level, node in import_statements(path):
+        if top_level_only and not top_level:
+            continue
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
@@ -85,6 +103,15 @@ def edges() -> dict[str, set[str]]:
     return {
         name: {one for one in imported(path) if one in MODULES} for name, path in MODULES.items()
     }
+
+
+@pytest.mark.long
+def test_imports_are_those_of_whole_syntax_trees() -> None:
+    for path in FILES:
+        every = ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        whole = [ast.dump(one) for one in every if isinstance(one, ast.Import | ast.ImportFrom)]
+        found = [ast.dump(one) for _, one in import_statements(path)]
+        assert sorted(found) == sorted(whole), path
 
 
 def test_rooms_import_what_they_may() -> None:

@@ -6,18 +6,19 @@ import sys
 from pathlib import Path
 
 import pytest
+from long_but import long_but
 
 CASES = Path(__file__).parents[1] / "cases"
 GENERATOR = str(CASES / "generator.toml")
 PROGRAM = [sys.executable, "-m", "vibecalc"]
 
-PRINTING = [
+PRINTING = (
     ["verify", GENERATOR, "--json"],
     ["--help"],
-    pytest.param(["check", GENERATOR], marks=pytest.mark.long),
-    pytest.param(["schema"], marks=pytest.mark.long),
-    pytest.param(["run", "--help"], marks=pytest.mark.long),
-]
+    ["check", GENERATOR],
+    ["schema"],
+    ["run", "--help"],
+)
 
 # Ctrl-C arrives in the middle of the command: when it first asks for the tables of a case
 INTERRUPTED = """
@@ -35,7 +36,7 @@ main()
 """
 
 
-@pytest.mark.parametrize("arguments", PRINTING, ids=" ".join)
+@pytest.mark.parametrize("arguments", long_but(PRINTING, ["check", GENERATOR]), ids=" ".join)
 def test_a_full_device(arguments: list[str]) -> None:
     with open("/dev/full", "w") as full:
         ended = subprocess.run(
@@ -45,7 +46,7 @@ def test_a_full_device(arguments: list[str]) -> None:
     assert ended.stderr == "error: cannot write to standard output: no space left on device\n"
 
 
-@pytest.mark.parametrize("arguments", PRINTING, ids=" ".join)
+@pytest.mark.parametrize("arguments", long_but(PRINTING, ["--help"]), ids=" ".join)
 def test_a_closed_pipe(arguments: list[str]) -> None:
     reading, writing = os.pipe()
     os.close(reading)
@@ -67,16 +68,16 @@ def test_a_full_stderr_changes_no_exit_code() -> None:
     ("module", "arguments"),
     [
         ("vibecalc.schema", ["run", GENERATOR]),
-        ("vibecalc.schema", ["sweep", GENERATOR, "--dry-run"]),
-        ("vibecalc.starters", ["new", "generator"]),
         ("vibecalc.core.report.plots", ["plot", "a.h5"]),
-        ("vibecalc.core.study.sweep.assemble", ["merge", "a.h5", "b.h5", "-o", "c.h5"]),
         *(
             pytest.param(*one, marks=pytest.mark.long)
             for one in (
+                ("vibecalc.schema", ["sweep", GENERATOR, "--dry-run"]),
                 ("vibecalc.schema", ["check", GENERATOR]),
                 ("vibecalc.schema", ["verify", GENERATOR]),
                 ("vibecalc.schema", ["accuracy", GENERATOR]),
+                ("vibecalc.core.study.sweep.assemble", ["merge", "a.h5", "b.h5", "-o", "c.h5"]),
+                ("vibecalc.starters", ["new", "generator"]),
                 ("vibecalc.starters", ["schema"]),
                 ("vibecalc.core.results.compare", ["diff", "a.h5", "b.h5"]),
                 ("vibecalc.core.report.sweep.text", ["report", "a.h5"]),

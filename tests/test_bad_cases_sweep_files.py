@@ -49,7 +49,7 @@ def refused(error: pytest.ExceptionInfo[BaseException]) -> str:
     return str(error.value)
 
 
-@pytest.mark.parametrize("share", long_but([0.0, 0.01, 0.2, 0.5, 0.9, 0.999], 0.01, 0.9))
+@pytest.mark.parametrize("share", long_but([0.0, 0.01, 0.2, 0.5, 0.9, 0.999], 0.9))
 def test_a_full_disk_leaves_the_old_file(sweep: Made, tmp_path: Path, share: float) -> None:
     """HDF5 flushes at many moments, and none of them may end the process."""
     output = assemble(tmp_path / "sweep.h5", sweep.head, sweep.chunks).path
@@ -132,13 +132,13 @@ def test_a_block_of_other_points_is_our_mistake(sweep: Made) -> None:
         sweep.chunks.write(0, block_at(sweep.chunks.points(1)))
 
 
-@pytest.mark.parametrize("share", [0.0, 0.3, 0.8, 0.999])
-def test_a_truncated_file_is_refused(sweep: Made, tmp_path: Path, share: float) -> None:
+def test_a_truncated_file_is_refused(sweep: Made, tmp_path: Path) -> None:
     output = assemble(tmp_path / "sweep.h5", sweep.head, sweep.chunks).path
     content = output.read_bytes()
-    output.write_bytes(content[: int(share * len(content))])
-    with pytest.raises(ResultError, match=r"empty|damaged"):
-        open_sweep(output)
+    for share in (0.0, 0.3, 0.8, 0.999):
+        output.write_bytes(content[: int(share * len(content))])
+        with pytest.raises(ResultError, match=r"empty|damaged"):
+            open_sweep(output)
 
 
 def test_changed_texts_and_numbers_are_found(sweep: Made, tmp_path: Path) -> None:

@@ -87,13 +87,13 @@ def test_nearly_undamped_change_asks_for_a_duration_and_then_settles_far_away() 
     system, loads = compressor(1e-6), compressor_loads(3)
     with pytest.raises(NumericalFailure, match="give the duration"):
         instantaneous(system, loads, BOTH, ONLY_A, SPEED)
-    done = instantaneous(system, loads, BOTH, ONLY_A, SPEED, duration=0.5)
+    done = instantaneous(system, loads, BOTH, ONLY_A, SPEED, duration=0.1)
     assert done.settling.time > 1e4
     # nothing has decayed: the bound on what is still to come says so
     assert np.all(done.later > done.peaks.value * (1.0 - 1e-4))
     assert np.all(done.peaks.error < 1e-9 * done.peaks.value)
-    times = np.linspace(0.0, 0.5, 201)
-    truth = integrate(system, loads, [Piece(0.5, SPEED, SPEED, ONLY_A)], times, before=BOTH)
+    times = np.linspace(0.0, 0.1, 81)
+    truth = integrate(system, loads, [Piece(0.1, SPEED, SPEED, ONLY_A)], times, before=BOTH)
     assert np.all(np.max(np.abs(truth[:, :6]), axis=0) <= done.peaks.value[:6] * (1.0 + 1e-9))
 
 
@@ -171,12 +171,12 @@ def test_cutting_out_leaves_free_motion_that_settles_by_the_largest_on_the_way()
 
 def test_strong_and_weak_damping_side_by_side() -> None:
     ratios = np.array([300.0, 1e-6, 1.0, 0.03, 2.0, 0.9])
-    system, loads = compressor(ratios), compressor_loads(4)
-    pieces = [Piece(0.05, SPEED, 0.0, BOTH), Piece(0.02, 0.0, 0.0, BOTH)]
+    system, loads = compressor(ratios), compressor_loads(2)
+    pieces = [Piece(0.03, SPEED, 0.0, BOTH), Piece(0.01, 0.0, 0.0, BOTH)]
     done = follow(system, loads, pieces, tolerance=1e-3)
     assert np.all(done.peaks.error < 1e-8 * done.peaks.value)
     # the weakly damped mode is all that is left in the end
-    times = np.array([0.0, *np.linspace(0.05, 0.0699, 50)])
+    times = np.array([0.0, *np.linspace(0.03, 0.0399, 30)])
     truth = integrate(system, loads, pieces, times)
     assert np.all(np.max(np.abs(truth[:, :6]), axis=0) <= done.peaks.value[:6] * (1.0 + 1e-9))
     weak = modal_loads(system, loads)
@@ -189,8 +189,8 @@ def test_strong_and_weak_damping_side_by_side() -> None:
 
 def test_worst_instant_of_a_change_that_is_hardly_felt() -> None:
     """A relative change of 1e-9: at most a bound of that size above the steady motion."""
-    one = compressor_loads(3).per_speed_squared[BOTH]
-    loads = Loads(np.arange(1, 4), np.stack([one, one * (1.0 + 1e-9)]), np.zeros((2, 6)))
+    one = compressor_loads(2).per_speed_squared[BOTH]
+    loads = Loads(np.arange(1, 3), np.stack([one, one * (1.0 + 1e-9)]), np.zeros((2, 6)))
     worst = worst_instant(compressor(), loads, 0, 1, SPEED)
     steady = worst_instant(compressor(), loads, 1, 1, SPEED)
     assert np.all(worst.value >= steady.value - steady.error)
@@ -198,7 +198,7 @@ def test_worst_instant_of_a_change_that_is_hardly_felt() -> None:
 
 
 def test_worst_instant_with_hardly_any_damping_says_how_little_it_knows() -> None:
-    system, loads = compressor(1e-5), compressor_loads(3)
+    system, loads = compressor(1e-5), compressor_loads(2)
     worst = worst_instant(system, loads, BOTH, ONLY_A, SPEED)
     for angle in (0.0, 3.0):
         done = instantaneous(system, loads, BOTH, ONLY_A, SPEED, angle=angle, duration=8.0)

@@ -61,7 +61,7 @@ def held_against_many_digits(kind, z1, m):
 
 
 def test_force_and_displacement_holds_against_forty_digits():
-    assert held_against_many_digits(("force", "displacement"), *sample(4)) == 4
+    assert held_against_many_digits(("force", "displacement"), *sample(3)) == 3
 
 
 @pytest.mark.parametrize("kind", QUICK, ids="-".join)
@@ -72,8 +72,8 @@ def test_other_responses_hold_against_forty_digits(kind):
 
 
 def test_base_and_transmitted_force_holds_for_an_undamped_primary():
-    m = 10.0 ** np.array([-4.0, -2.0, -1.0, 0.0, 1.0])
-    assert held_against_many_digits(("base", "transmitted_force"), 0.0 * m, m) == 5
+    m = 10.0 ** np.array([-4.0, -1.0, 1.0])
+    assert held_against_many_digits(("base", "transmitted_force"), 0.0 * m, m) == 3
 
 
 @pytest.mark.long
@@ -209,10 +209,8 @@ def test_the_certificate_refuses_what_is_not_optimal():
     assert BOUNDARY not in certify(Absorber(0.1, 0.1, 0.0, [0.01, 0.1, 1.0])).verdict
 
 
-@pytest.mark.parametrize("pair", [(0.1, 0.01), pytest.param((0.35, 3.0), marks=pytest.mark.long)])
-def test_a_grid_around_and_a_global_search_find_nothing_lower(pair):
-    from scipy.optimize import differential_evolution
-
+@pytest.mark.parametrize("pair", [(0.1, 0.01), (0.35, 3.0)])
+def test_a_grid_around_finds_nothing_lower(pair):
     z1, m = pair
     found = minimax(z1, m)
     centre = np.log([float(found.stiffness_ratio), float(found.secondary_damping)])
@@ -221,13 +219,6 @@ def test_a_grid_around_and_a_global_search_find_nothing_lower(pair):
         grid = peaks(Absorber(z1, m, k[:, None], z2)).largest
         assert np.min(grid) >= found.largest * (1.0 - 1e-13)
         assert np.min(grid) < found.largest * (1.0 + 0.2 * width * m**-0.5)
-    searched = differential_evolution(
-        lambda place: peaks(Absorber(z1, m, *np.exp(place))).largest,
-        [(np.log(m) - 9.0, np.log(m) + 4.0)] * 2, seed=1, vectorized=True, updating="deferred",
-        popsize=12, maxiter=70, tol=0.0, polish=False,
-    )  # fmt: skip
-    assert found.largest * (1.0 - 1e-13) <= searched.fun < found.largest * (1.0 + 1e-6)
-    np.testing.assert_allclose(searched.x, centre, atol=2e-2)
 
 
 @pytest.mark.long
@@ -248,24 +239,24 @@ def test_a_global_search_finds_nothing_lower_for_any_response(kind):
 
 def test_tens_of_evaluations_are_enough():
     rng = np.random.default_rng(3)
-    m = 10.0 ** rng.uniform(-4.0, 1.0, 60)
+    m = 10.0 ** rng.uniform(-4.0, 1.0, 20)
     for kind in (*ALWAYS, ("force", "displacement")):
-        z1 = rng.uniform(0.0, 2.0 if kind in ALWAYS else 0.69, 60)
+        z1 = rng.uniform(0.0, 2.0 if kind in ALWAYS else 0.69, 20)
         used = minimax(z1, m, *kind).evaluations
         assert np.median(used) < 60 and np.max(used) < 200
     assert minimax(0.5, 0.5).evaluations < 60 and minimax(0.0, 0.1).evaluations < 10
 
 
 def test_a_batch_is_the_same_as_its_points():
-    z1, m = sample(6, seed=9)
+    z1, m = sample(4, seed=9)
     kind = ("force", "acceleration")
     together = minimax(z1, m, *kind)
-    for i in range(6):
+    for i in range(4):
         alone = minimax(z1[i], m[i], *kind)
         assert alone.outcome == together.outcome[i]
         assert alone.largest == pytest.approx(together.largest[i], rel=1e-14)
         assert together.outcome[i] == SET or alone.stiffness_ratio == pytest.approx(
             together.stiffness_ratio[i], rel=1e-11
         )
-    square = minimax(z1.reshape(2, 3), m.reshape(2, 3), *kind)
-    assert square.largest.shape == (2, 3) and square.frequency.shape == (2, 3, 2)
+    square = minimax(z1.reshape(2, 2), m.reshape(2, 2), *kind)
+    assert square.largest.shape == (2, 2) and square.frequency.shape == (2, 2, 2)

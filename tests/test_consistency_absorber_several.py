@@ -2,9 +2,10 @@
 differences; tunings agree with closed forms, with one absorber's own solver and with global search.
 """
 
+from itertools import product
+
 import numpy as np
 import pytest
-from long_but import long_but
 from scipy.optimize import differential_evolution
 
 from vibecalc.absorber.several import Several, parallel, series, several_amplitude
@@ -97,25 +98,25 @@ def test_an_undamped_absorber_stops_the_primary_at_its_own_frequency():
     assert np.isfinite(several_amplitude(system, 0.9, "force", "relative_displacement", 1))
 
 
-@pytest.mark.parametrize("parent", long_but(TREES, (0, 1)))
-def test_peaks_and_derivatives(parent):
+@pytest.mark.parametrize(
+    ("parent", "step"),
+    [((0, 1), 4), *(pytest.param(parent, 1, marks=pytest.mark.long) for parent in TREES)],
+)
+def test_peaks_and_derivatives(parent, step):
     rng = np.random.default_rng(6)
     x = np.linspace(0.0, 3.0, 60001)
-    for excitation in EXCITATIONS:
-        for response in RESPONSES:
-            if (excitation, response) in UNBOUND:
-                continue
-            system = random_system(rng, parent)
-            which = int(rng.integers(1, len(parent) + 1))
-            kind = (excitation, response, which)
-            found = several_peaks(system, *kind)
-            curve = np.abs(several_amplitude(system, x, *kind))
-            tops = (curve[1:-1] > curve[:-2]) & (curve[1:-1] >= curve[2:])
-            inside = found.frequency < 3.0
-            assert found.frequency[inside] == pytest.approx(x[1:-1][tops], abs=2e-4)
-            assert np.max(curve) <= found.largest + found.largest_error
-            assert np.max(curve) >= found.largest * (1.0 - 1e-5)
-            _against_differences(system, found, kind)
+    pairs = [pair for pair in product(EXCITATIONS, RESPONSES) if pair not in UNBOUND]
+    for pair in pairs[::step]:
+        system = random_system(rng, parent)
+        kind = (*pair, int(rng.integers(1, len(parent) + 1)))
+        found = several_peaks(system, *kind)
+        curve = np.abs(several_amplitude(system, x, *kind))
+        tops = (curve[1:-1] > curve[:-2]) & (curve[1:-1] >= curve[2:])
+        inside = found.frequency < 3.0
+        assert found.frequency[inside] == pytest.approx(x[1:-1][tops], abs=2e-4)
+        assert np.max(curve) <= found.largest + found.largest_error
+        assert np.max(curve) >= found.largest * (1.0 - 1e-5)
+        _against_differences(system, found, kind)
 
 
 def _against_differences(system, found, kind):
@@ -144,39 +145,26 @@ def _against_differences(system, found, kind):
 
 
 def test_one_absorber_has_its_known_optimum():
-    found = several_tuning(0.0, [0.1], (0,))
-    exact = minimax(0.0, 0.1)
-    assert found.peak == pytest.approx(float(exact.largest), abs=1e-12)
-    assert found.peak == pytest.approx(4.58916556605692, abs=1e-12)  # Nishihara and Asami
     half = several_tuning(0.5, [0.5], (0,))
     assert half.peak == pytest.approx(1.5 / np.sqrt(2.0), rel=1e-13)
     assert half.stiffness_ratio[0] == pytest.approx(1.0 / 27.0, rel=1e-10)
     assert half.secondary_damping[0] / np.sqrt(0.5 / 27.0) == pytest.approx(1 / np.sqrt(6), 1e-10)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
-    ("kind", "machines"),
+    "kind",
     [
-        (("base", "velocity"), [(0.6, 0.2)]),
-        *(
-            pytest.param(
-                kind,
-                [(0.0, 1e-4), (0.1, 0.01), (0.3, 10.0), (0.6, 0.2)],
-                id="-".join(kind),
-                marks=pytest.mark.long,
-            )
-            for kind in (
-                ("force", "displacement"),
-                ("base", "velocity"),
-                ("force", "velocity"),
-                ("unbalance", "displacement"),
-                ("base", "displacement"),
-            )
-        ),
+        ("force", "displacement"),
+        ("base", "velocity"),
+        ("force", "velocity"),
+        ("unbalance", "displacement"),
+        ("base", "displacement"),
     ],
+    ids="-".join,
 )
-def test_one_absorber_by_both_solvers(kind, machines):
-    for z1, m in machines:
+def test_one_absorber_by_both_solvers(kind):
+    for z1, m in ((0.0, 1e-4), (0.0, 0.1), (0.1, 0.01), (0.3, 10.0), (0.6, 0.2)):
         exact = minimax(z1, m, *kind)
         found = several_tuning(z1, [m], (0,), *kind)
         assert found.peak == pytest.approx(float(exact.largest), rel=1e-10)

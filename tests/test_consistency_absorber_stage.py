@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from shipped_cases import CASES, result_of
+from shipped_cases import CASES, fresh, result_of
 
 from vibecalc.absorber.hardware.rods_and_springs import torsional_stiffness
 from vibecalc.absorber.mean_square import mean_square
@@ -29,9 +29,9 @@ from vibecalc.errors import CaseError, NumericalFailure
 NAMES = sorted(name for name in CASES if name.startswith("absorber"))
 
 
-def run(name: str, *settings: str) -> Record:
+def run(name: str, *settings: str, wanted: frozenset[str] | None = None) -> Record:
     (loaded,) = load_checked([CASES[name]], (*settings, "reference=[]", "limit=[]"))
-    return run_case(loaded.case)
+    return run_case(loaded.case, wanted=wanted)
 
 
 def value(record: Record, path: str) -> Any:
@@ -63,7 +63,7 @@ def test_tuning_is_that_of_the_kernel() -> None:
 
 
 def test_curves_are_those_of_the_kernel() -> None:
-    record = result_of("absorber_curves").record
+    record = fresh("absorber_curves").record
     found = record["response/absorber/curve"]
     x = found.axes[1].values
     for name, k, own in (("as given", 0.0826, 0.185), ("own damping 0.3", 0.0826, 0.3)):
@@ -144,7 +144,7 @@ def test_the_wanted_spring_and_oil_give_the_tuning() -> None:
 
 
 def test_chart_is_that_of_the_kernel_and_of_single_tunings() -> None:
-    record = result_of("absorber_design_chart").record
+    record = fresh("absorber_design_chart").record
     chart = record["tuning/chart/peak"]
     z1, m = (axis.values for axis in chart.axes)
     assert chart.values.shape == (10, 100)
@@ -292,7 +292,7 @@ def test_the_bounded_tuning_is_the_answer_everywhere(tmp_path: Path) -> None:
     """Beside a search on a grid with the peaks and travels of plain complex responses."""
     result = floor(tmp_path)
     record = result.record
-    k, z = np.linspace(0.043, 0.046, 31)[:, None], np.linspace(0.0170, 0.0178, 21)
+    k, z = np.linspace(0.043, 0.046, 16)[:, None], np.linspace(0.0170, 0.0178, 11)
 
     def response(k, z, points):
         # over T0 / K1, in time of the primary
@@ -391,7 +391,10 @@ def test_masses_beside_which_no_tuning_is_found_are_refused(tmp_path: Path) -> N
 
 
 def test_a_peak_just_above_one_keeps_the_digits_of_what_is_above() -> None:
-    record = run("absorber", "machine.primary.damping_ratio=0.7071", "tuning={}")
+    record = run(
+        "absorber", "machine.primary.damping_ratio=0.7071", "tuning={}",
+        wanted=frozenset({"tuning/peak", "tuning/peak_less_one"}),
+    )  # fmt: skip
     less, error = record["tuning/peak_less_one"], record["tuning/peak_less_one"].error_estimate
     best = minimax(0.7071, 0.1)
     assert float(less.values) == float(best.above_floor)

@@ -34,8 +34,8 @@ PLAIN = HEAD.split("run_up =")[0] + "\n"
 
 
 def few(row: str) -> str:
-    """A search that first looks at nine places."""
-    return row.replace("[[find]]\n", "[[find]]\npoints = 9\n")
+    """A search that first looks at five places."""
+    return row.replace("[[find]]\n", "[[find]]\npoints = 5\n")
 
 
 def run(folder: Path, *rows: str, head: str = PLAIN, settings: tuple[str, ...] = ()) -> Result:
@@ -191,7 +191,7 @@ def test_paths_units_report_and_file_say_the_same(tmp_path: Path) -> None:
     assert "1 of 1 counted reference" in text
     assert max(map(len, text.splitlines())) <= 100
     plan = command("check", str(path)).out
-    assert "9 + 9 + 9 runs" in plan and "find/phase: value, reached, written" in plan
+    assert "5 + 5 + 5 runs" in plan and "find/phase: value, reached, written" in plan
     assert "Brent" in text
 
 

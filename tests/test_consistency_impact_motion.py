@@ -62,7 +62,7 @@ def bounces(mass, joint, force, gap, velocity, count):
                 horizon = mpmath.mpf(4)
             # scan for the first change, then bisect: no derivative, no guess
             faces = [face] if side else [mpmath.mpf(0), c]
-            steps = 4000
+            steps = 400
             early = horizon / steps / 1000
             last, found = early, None
             for j in range(1, steps + 1):
@@ -116,7 +116,7 @@ def always_in_contact(damping):
 @pytest.mark.parametrize("damping", long_but([0.0, DAMPING, 40 * DAMPING], DAMPING))
 def test_permanent_contact_is_the_harmonic_response(damping):
     drive, gas, joint, start, force = always_in_contact(damping)
-    run = simulate(drive, gas, MASS, joint, start[:1], start[1:], revolutions=2, orders_kept=100)
+    run = simulate(drive, gas, MASS, joint, start[:1], start[1:], revolutions=1, orders_kept=100)
     wrist = run.wrist_pin
     truth = np.zeros(101, dtype=complex)
     truth[drive.orders] = force
@@ -159,7 +159,7 @@ SINGLE = [
 @pytest.mark.parametrize(
     ("sense", "joint", "crank", "wall", "until"),
     [
-        row if place in (0, 3) else pytest.param(*row, marks=pytest.mark.long)
+        row if place == 3 else pytest.param(*row, marks=pytest.mark.long)
         for place, row in enumerate(SINGLE)
     ],
 )
@@ -236,7 +236,8 @@ def test_energy_and_momentum_balance_over_fifty_revolutions(sense, law):
 
 def test_statistics_of_a_revolution_against_dense_samples():
     samples = 1 << 13
-    joint = source_joint(contact_damping=DAMPING / 8, film_damping=5 * DAMPING)
+    wide = 4 * CLEARANCE
+    joint = source_joint(clearance=wide, contact_damping=DAMPING / 8, film_damping=5 * DAMPING)
     run = simulate(
         compressor_drive(), gas_towards("crank"), MASS, joint, near(1), [0.0],
         revolutions=1, orders_kept=100, samples=samples,
@@ -251,7 +252,7 @@ def test_statistics_of_a_revolution_against_dense_samples():
     assert abs(wrist.mean_absolute_force[0, 0] - np.mean(np.abs(force))) < coarse
     assert peak * (1 - 1e-3) < np.max(np.abs(force)) <= peak * (1 + 1e-13)
     gap = wrist.gap[0]
-    touching = (gap < 0.0) | (gap > CLEARANCE)
+    touching = (gap < 0.0) | (gap > wide)
     assert abs(wrist.contact_time[0, 0] / TURN - np.mean(touching)) < 1e-3
     assert wrist.impact_count[0, 0] == np.count_nonzero(touching[1:] & ~touching[:-1])
     # Parseval: what the kept orders hold cannot exceed the mean square

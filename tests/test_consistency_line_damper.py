@@ -121,15 +121,15 @@ def test_two_inertias_and_one_order_are_the_classical_absorber() -> None:
 def test_brute_force_on_the_engine_finds_the_same_damper() -> None:
     problem = engine(orders=12)
     found = design(problem, ENGINE_LIMITS, **QUICK)
-    centre, width = np.log([8e5, 4e3]), np.array([1.2, 1.2])
+    centre, width = np.log([8e5, 4e3]), np.array([0.6, 0.6])
     speed = np.linspace(*problem.speed, 321)
-    for _ in range(4):
+    for _ in range(3):
         best = (np.inf, centre)
         for a in np.linspace(-1.0, 1.0, 5):
             for b in np.linspace(-1.0, 1.0, 5):
                 at = centre + width * [a, b]
                 damper = Damper(RING, *np.exp(at))
-                worst = float(direct(problem, damper, speed[::5], 96)[:, :-2].max())
+                worst = float(direct(problem, damper, speed[::8], 96)[:, :-2].max())
                 best = min(best, (worst, at), key=lambda pair: pair[0])
         centre, width = best[1], 0.5 * width
     # coarse samples and speeds read up to 1 % low, and the valley is flat along one direction

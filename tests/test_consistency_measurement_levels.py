@@ -61,7 +61,7 @@ def test_the_source_s_instruments_at_any_angle(seed):
 
 @pytest.mark.parametrize("seed", long_but(range(4), 0))
 def test_no_motion_is_overlooked(seed):
-    """Least squares of scipy from 30 random starts end at no further motion."""
+    """Least squares of scipy from 12 random starts end at no further motion."""
     plate = random_plate(100 + seed, 4, 1)
     found = motions_of(plate)
     random = np.random.default_rng(seed)
@@ -71,11 +71,11 @@ def test_no_motion_is_overlooked(seed):
         return np.abs(signal) ** 2 - plate.amplitudes**2
 
     met = []
-    for _ in range(30):
+    for _ in range(12):
         end = least_squares(misses, random.normal(size=6), xtol=1e-15, ftol=1e-15, gtol=1e-15)
         if np.max(np.abs(end.fun)) < 1e-9:
             met.append(min(apart(end.x[:3] + 1j * end.x[3:], one.motion) for one in found))
-    assert len(met) >= 5
+    assert len(met) >= 3
     assert max(met) < 1e-4
 
 
@@ -103,7 +103,7 @@ def test_redundant_levels_with_scatter_are_least_squares(seed):
         signal = np.abs(plate.rows @ (parts[:3] + 1j * parts[3:]))
         return DECIBEL * np.log(signal / read) / HALF
 
-    for start in (plate.motion, *(random.normal(size=(6, 3)) + 1j * random.normal(size=(6, 3)))):
+    for start in (plate.motion, *(random.normal(size=(3, 3)) + 1j * random.normal(size=(3, 3)))):
         end = least_squares(residuals, np.concatenate([start.real, start.imag]), xtol=1e-14)
         assert 2.0 * end.cost >= best.cost * (1.0 - 1e-9)
     true = least_squares(residuals, np.concatenate([plate.motion.real, plate.motion.imag]))

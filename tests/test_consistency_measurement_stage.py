@@ -255,11 +255,10 @@ def test_the_plan_promises_what_the_run_makes(tmp_path: Path, text: str) -> None
 
 def test_what_would_help_is_planned_and_empty_where_one_motion_is_left(tmp_path: Path) -> None:
     """A sixth level leaves one motion; its next reading is a list without entries."""
-    case = load(tmp_path, named_levels(FIVE | SIXTH)).case
-    made = run_case(case)
-    assert set(planned_quantities(case)) == set(made)
+    loaded = load(tmp_path, named_levels(FIVE | SIXTH))
+    result = execute(loaded)
+    assert set(planned_quantities(loaded.case)) == set(result.record)
     path = tmp_path / "plate.h5"
-    result = execute(load(tmp_path, named_levels(FIVE | SIXTH)))
     write_result(result, path)
     assert render_report(read_result(path)) == render_report(result)
 

@@ -84,7 +84,10 @@ def test_check_of_every_kind_imports_no_stage_and_no_library(tmp_path: Path) -> 
 @pytest.mark.parametrize(
     ("name", "others"),
     [
-        ("generator", {"torsion", "roll", "absorber", "impact", "measurement"}),
+        pytest.param(
+            *("generator", {"torsion", "roll", "absorber", "impact", "measurement"}),
+            marks=pytest.mark.long,
+        ),
         ("absorber_curves", set(SUBJECTS) - {"absorber"}),
     ],
 )

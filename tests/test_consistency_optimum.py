@@ -243,7 +243,7 @@ def test_four_cylinders_are_not_set_at_90_degrees():
         starts=8,
     )
     other = differential_evolution(
-        train, [(0, 2 * np.pi)] * 3, rng=np.random.default_rng(1), tol=1e-10, popsize=20
+        train, [(0, 2 * np.pi)] * 3, rng=np.random.default_rng(1), tol=1e-10, popsize=10
     )
     assert found.objective == pytest.approx(other.fun, rel=1e-8)
     assert found.objective < 0.84 * flat_crank

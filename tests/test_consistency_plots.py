@@ -9,7 +9,7 @@ from report_samples import NATURAL, SPEED, generator, optimised, quantity, rigid
 
 pytest.importorskip("matplotlib")
 
-from drawn import figure, lines, words
+from drawn import coarse, figure, lines, words
 
 from vibecalc.core.report.plots import draw, every_picture, make
 from vibecalc.core.results.record import Axis, Result
@@ -164,7 +164,7 @@ def test_each_picture_is_drawn_where_its_numbers_are(
 
 
 def test_equal_results_give_equal_bytes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("vibecalc.core.report.plots._RESOLUTION", 20)
+    coarse(monkeypatch)
     first = draw(rigid_body(), tmp_path / "a" / "deep")
     second = draw(rigid_body(), tmp_path / "b")
     assert [path.name for path in first] == ["body_modal_energy.png"]

@@ -133,7 +133,7 @@ def test_the_source_machine_keeps_its_energy(changes: dict[str, float]) -> None:
 def test_a_running_machine_agrees_with_scipy_between_the_kinks(mounted: bool) -> None:
     changes = {"shell_stiffness": 3e5, "shell_damping": 500.0} if mounted else {}
     machine, drive = source_machine(**changes), source_drive("parabola")
-    found = start_up(machine, drive, duration=0.1, speed=90.0, tolerance=1e-9)
+    found = start_up(machine, drive, duration=0.05, speed=90.0, tolerance=1e-9)
     rates = running(machine, drive)
 
     def equations(time: float, y: np.ndarray) -> list[float]:
@@ -141,7 +141,7 @@ def test_a_running_machine_agrees_with_scipy_between_the_kinks(mounted: bool) ->
         return [y[1], crank, y[3], shell]
 
     truth = solve_ivp(
-        equations, (0.0, 0.1), [0.0, 90.0, 0.0, 0.0], method="DOP853", rtol=1e-12, atol=1e-14,
+        equations, (0.0, 0.05), [0.0, 90.0, 0.0, 0.0], method="DOP853", rtol=1e-12, atol=1e-14,
         max_step=1e-4,
     ).y[:, -1]  # fmt: skip
     assert np.all(np.abs(found.final[:4] - truth) < found.final_error[:4] + 1e-9)

@@ -49,9 +49,14 @@ def check(done: list[Done], lost: dict[int, int]) -> set[int]:
     return processes
 
 
-def test_points_are_shared_out_hung_ones_given_up_and_fatal_ones_told(cluster: Any) -> None:
+def test_points_are_shared_out_hung_ones_given_up_and_fatal_ones_told(
+    cluster: Any, tmp_path: Path
+) -> None:
     start = Start(hanging=frozenset({4}), killing=frozenset({33}))
-    with Cluster(start, address=cluster.scheduler_address, timeout=1.0) as workers:
+    file = tmp_path / "scheduler.json"
+    # the part of such a file that a client reads
+    file.write_text(json.dumps({"address": cluster.scheduler_address}), encoding="utf-8")
+    with Cluster(start, address=str(file), timeout=0.5) as workers:
         assert workers.workers() == 2
         done = list(workers.run(CHUNKS))
     assert len(check(done, {4: TIMED_OUT, 33: DIED})) >= 2
@@ -67,14 +72,6 @@ def test_a_worker_killed_in_the_middle_costs_no_point(cluster: Any) -> None:
             if len(done) == 3:
                 os.kill(victim, signal.SIGKILL)
     check(done, {})
-
-
-def test_a_scheduler_file_leads_to_the_cluster(cluster: Any, tmp_path: Path) -> None:
-    file = tmp_path / "scheduler.json"
-    # the part of such a file that a client reads
-    file.write_text(json.dumps({"address": cluster.scheduler_address}), encoding="utf-8")
-    with Cluster(Start(), address=str(file)) as workers:
-        check(list(workers.run(CHUNKS)), {})
 
 
 def test_a_mistake_on_a_worker_is_raised_here(cluster: Any) -> None:

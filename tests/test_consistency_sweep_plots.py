@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from drawn import coarse
 from long_but import long_but
 from sweep_blocks import made
 from sweep_views import (
@@ -55,7 +56,7 @@ def figure(sweep: SweepView, name: str, dpi: float | None = None) -> Any:
         assert made is not None
         if dpi is not None:
             made.set_dpi(dpi)
-            made.canvas.draw()
+            made.draw_without_rendering()
     return made
 
 
@@ -364,7 +365,10 @@ def test_nothing_computed_has_no_picture() -> None:
     assert [make_sweep(sweep, name) for name in SWEEP_PICTURES] == [None] * 3
 
 
-def test_a_file_is_drawn_by_its_own_name_and_equal_ones_alike(tmp_path: Path) -> None:
+def test_a_file_is_drawn_by_its_own_name_and_equal_ones_alike(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    coarse(monkeypatch)
     sweep = made(tmp_path)
     sweep.fill()
     target = tmp_path / "stiff.sweep.h5"

@@ -23,7 +23,7 @@ from vibecalc.response.switching.system import ModalSystem, Piece, modal_loads
 
 
 def test_peaks_are_those_of_a_dense_search() -> None:
-    system, loads = compressor(), compressor_loads(8)
+    system, loads = compressor(), compressor_loads(4)
     modal = modal_loads(system, loads)
     found = follow(system, loads, REVERSAL, angle=0.4)
     best, when, speed = np.zeros((3, 15))
@@ -83,7 +83,7 @@ def test_body_brought_to_rest_settles_by_its_largest_energy() -> None:
     ],
 )
 def test_worst_instant_is_the_largest_over_the_angles(before: int, after: int) -> None:
-    system, loads = compressor(), compressor_loads(6)
+    system, loads = compressor(), compressor_loads(3)
     worst = worst_instant(system, loads, before, after, SPEED)
     assert np.all(worst.error <= 1e-4 * worst.value)
     angles = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
@@ -94,7 +94,7 @@ def test_worst_instant_is_the_largest_over_the_angles(before: int, after: int) -
     largest = np.max(peaks, axis=0)
     assert np.all(largest <= worst.value + worst.error)
     assert np.all(largest >= 0.97 * worst.value)
-    for column in (1, 3, 7, columns().energy):
+    for column in (1, 7, columns().energy):
         there = instantaneous(
             system, loads, before, after, SPEED, angle=float(worst.angle[column]), duration=0.5
         ).peaks
@@ -104,7 +104,7 @@ def test_worst_instant_is_the_largest_over_the_angles(before: int, after: int) -
 
 
 def test_slow_peaks_are_those_of_a_dense_scan_of_speeds() -> None:
-    system, loads = compressor(), compressor_loads(6)
+    system, loads = compressor(), compressor_loads(4)
     slow = slow_peaks(system, loads, [Piece(1.0, 0.0, SPEED, ONLY_A)])
     modal = modal_loads(system, loads)
     scanned = np.zeros(15)

@@ -241,7 +241,7 @@ def test_settled_where_the_energy_of_the_deviation_has_fallen() -> None:
     table = case_of(True, 0.0, False)
     record, machine = found(), Machine(table)
     old, new = (steady_start(machine, WAYS[name], 0.0) for name in ("A+B", "A"))
-    turns = np.linspace(0.0, 2.0 * np.pi, 721)
+    turns = np.linspace(0.0, 2.0 * np.pi, 181)
     final = np.array([steady_start(machine, WAYS["A"], a) for a in turns[::4]])
     weight = np.block([[machine.stiffness, np.zeros((6, 6))], [np.zeros((6, 6)), machine.mass]])
     whole = np.sqrt(np.einsum("ti,ij,tj->t", final, weight, final).max())

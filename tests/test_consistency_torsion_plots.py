@@ -44,14 +44,17 @@ def at(line: Any, grid: Any) -> Any:
 
 @pytest.fixture(scope="module")
 def made() -> dict[str, Any]:
-    """Every picture of the six cylinders, made once."""
+    """Pictures of the six cylinders, each made once, when it is asked for."""
     import matplotlib
 
-    with matplotlib.rc_context(dict[Any, Any](STYLE)):
-        found = {name: make(six(), name) for name in OWN}
-        for figure in found.values():
-            assert figure is not None
-    return found
+    class Made(dict[str, Any]):
+        def __missing__(self, name: str) -> Any:
+            with matplotlib.rc_context(dict[Any, Any](STYLE)):
+                self[name] = make(six(), name)
+            assert self[name] is not None
+            return self[name]
+
+    return Made()
 
 
 @pytest.mark.parametrize("name", long_but(OWN, "torsion_speeds", "torsion_orders"))

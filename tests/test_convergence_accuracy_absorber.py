@@ -191,7 +191,7 @@ def tops_of(system: System) -> list[float]:
 
 
 def test_many_digits_agree_with_closed_forms() -> None:
-    for mass in (0.01, 0.1, 1.0):
+    for mass in (0.01, 1.0):
         k, z2, peak = (float(part) for part in nishihara_asami(np.asarray(mass)))
         start = System(0.0, (mass,), (float(f"{k:.3e}"),), (float(f"{z2:.3e}"),), (0,))
         found = least_highest_peak(start, True, tops_of(start), (0.5, 0.5))

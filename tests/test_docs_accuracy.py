@@ -5,6 +5,7 @@ import shlex
 from pathlib import Path
 
 import pytest
+from drawn import coarse
 from fuzzing import command
 from shipped_cases import ROOT
 
@@ -24,7 +25,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(made)
         patch.setattr("vibecalc.core.accuracy.topic._ENOUGH", 0.0)
-        patch.setattr("vibecalc.core.report.plots._RESOLUTION", 20)
+        coarse(patch)
         for line in block.splitlines():
             outcome = command(*shlex.split(line.split("#")[0])[1:], cap=60)
             assert outcome.code == 0, (line, outcome.err)

@@ -9,6 +9,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from drawn import coarse
 from fuzzing import command
 from sweep_runs import objects
 
@@ -52,7 +53,7 @@ def test_commands_work_in_the_order_printed(
     folder: Path, monkeypatch: pytest.MonkeyPatch, points: str
 ) -> None:
     """As printed, and with fewer points."""
-    monkeypatch.setattr("vibecalc.core.report.plots._RESOLUTION", 20)
+    coarse(monkeypatch)
     pytest.importorskip("matplotlib")
     assert "21log" in block("sh", "--dry-run")
     for line in block("sh", "--dry-run").replace("21log", points).splitlines():

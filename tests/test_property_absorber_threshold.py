@@ -24,7 +24,7 @@ QUICK = (("force", "displacement"), ("base", "velocity"))
 def test_the_largest_response_against_its_threshold(excitation, response):
     found = threshold(excitation, response)
     limit = found.primary_damping
-    k, z = np.logspace(-3, 1, 14)[:, None], np.logspace(-4, 1, 15)
+    k, z = np.logspace(-3, 1, 10)[:, None], np.logspace(-4, 1, 11)
 
     def best_and_bare(z1, m):
         bare = float(peaks(Absorber(z1, m, 0.0, 0.0), excitation, response).largest)
@@ -62,15 +62,15 @@ def test_beyond_the_threshold_a_locked_mass_has_the_least_mean_square(response):
     m = np.array([1e-3, 0.1, 0.5, 1.0, 10.0])
     found = mean_square_threshold(m, "force", response)
     assert found.kind == "locked"
-    for factor in (0.9, 0.99, 0.999, 1.001, 1.01, 2.0):
+    for factor in (0.9, 0.999, 1.001, 2.0):
         z1 = factor * found.primary_damping
         tuned = mean_square_tuning(z1, m, "force", response)
         locked = mean_square(Absorber(z1, m, np.inf, 0.0), "force", response).value
         assert np.all(tuned.locked == (factor > 1.0))
         if factor < 1.0:
             assert np.all(tuned.value < locked)
-        k = np.logspace(-3, 6, 45)[:, None, None] * m
-        z = np.logspace(-4, 6, 50)[:, None] * m
+        k = np.logspace(-3, 6, 28)[:, None, None] * m
+        z = np.logspace(-4, 6, 31)[:, None] * m
         grid = mean_square(Absorber(z1, m, k, z), "force", response).value
         assert np.all(np.min(grid, axis=(0, 1)) >= tuned.value * (1.0 - 1e-13))
 
@@ -96,8 +96,8 @@ def test_ground_acceleration_has_a_threshold_that_depends_on_the_mass():
     for factor in (0.999, 1.001):
         tuned = mean_square_tuning(factor * found.primary_damping, m, "base", "transmitted_force")
         assert np.all(tuned.no_help == (factor > 1.0))
-        k = np.concatenate([[0.0], np.logspace(-3, 2, 40)])[:, None, None] * m
-        z = np.logspace(-7, 2, 65)[:, None] * m
+        k = np.concatenate([[0.0], np.logspace(-3, 2, 26)])[:, None, None] * m
+        z = np.logspace(-7, 2, 37)[:, None] * m
         one = Absorber(factor * found.primary_damping, m, k, z)
         grid = np.min(mean_square(one, "base", "transmitted_force").value, axis=(0, 1))
         assert np.all(grid >= tuned.value * (1.0 - 1e-13))

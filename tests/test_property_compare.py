@@ -364,7 +364,7 @@ def refined(generator: np.random.Generator, tolerance: float) -> np.ndarray:
         speed = np.sort(np.concatenate([speed, middle[coarse | (np.diff(speed) >= 40)]]))
 
 
-@settings(max_examples=3, deadline=None)
+@settings(max_examples=2, deadline=None)
 @given(seed=st.integers(0, 2**32), finer=st.floats(1.0, 4.0))
 def test_curves_may_be_sampled_elsewhere(seed: int, finer: float) -> None:
     generator = np.random.default_rng(seed)
@@ -397,17 +397,17 @@ def test_a_steep_flank_beside_its_sample_is_no_difference() -> None:
 
 
 def test_complex_curves_and_several_at_once() -> None:
-    speed = np.linspace(0.0, 10.0, 2001)
+    speed = np.linspace(0.0, 2.5, 501)
     axis = Axis(name="speed", values=speed, unit="rad/s")
     values = np.exp(1j * speed)[None, :] * np.array([1.0, 2.0, 3.0])[:, None]
     one = replace(quantity("a/b", (MOUNT, axis)), values=values)
-    finer = np.linspace(0.0, 10.0, 3001)
+    finer = np.linspace(0.0, 2.5, 751)
     values = np.exp(1j * finer)[None, :] * np.array([1.0, 2.0, 3.0])[:, None]
     other = replace(one, axes=(MOUNT, replace(axis, values=finer)), values=values)
     assert compare(result_of(one), result_of(other)).same
     values = values * np.exp(1j * np.array([0.0, 0.01, 0.0]))[:, None]
     row = only(compare(result_of(one), result_of(replace(other, values=values))))
-    assert 0 < row.failed <= 5002
+    assert 0 < row.failed <= 1252
     assert "mount=höger" in row.entry
     assert isinstance(row.value, complex)
 

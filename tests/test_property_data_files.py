@@ -145,7 +145,7 @@ def test_rows_of_references_keep_their_digits_and_blank_ones_go(
     st.one_of(
         st.binary(max_size=60),
         st.text('crank_angle,pressure[]deg"\n\r\t;# 0123.e-nanif\x00', max_size=80).map(str.encode),
-        st.text(max_size=60).map(lambda text: text.encode("utf-8", "surrogatepass")),
+        st.text("aB1,[] é\xa0\u2028\ufeff\U0001f600\x7f", max_size=60).map(str.encode),
     )
 )
 @settings(max_examples=100, deadline=None, derandomize=True)
@@ -164,7 +164,10 @@ def test_any_bytes_are_a_table_or_one_problem(content: bytes) -> None:
 
 
 @given(
-    st.text(max_size=12).map(lambda text: text + ".csv"),
+    # of some letters: the table of all that Unicode has takes seconds to make
+    st.text("aB1 ./\\~*#,;'\"\n\r\t\0é\u2028\U0001f600", max_size=12).map(
+        lambda text: text + ".csv"
+    ),
     st.sampled_from(["gas_pressure", "rod", "axis", "bore"]),
 )
 @settings(max_examples=40, deadline=None, derandomize=True)

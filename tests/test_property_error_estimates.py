@@ -62,26 +62,31 @@ def test_estimates_of_three_hundred_machines(model: str) -> None:
     hold(judged)
 
 
-def cut_machine(seed: int, model: str, orders: int) -> Table:
+def cut_machine(seed: int, model: str, orders: int, run_up: bool = True) -> Table:
     """A random machine with R/L = .4, of which only a few orders are kept."""
     table = random_machine(seed, model)
     train = table["machine"]["crank_train"]
     train["rod_length"] = train["crank_radius"] / 0.4
     table.pop("kinematics", None)
     table["excitation"]["orders"] = orders
+    if not run_up:
+        del table["isolation"]["run_up"]
     return table
 
 
 @pytest.mark.parametrize(
-    ("orders", "seed", "model"),
+    ("orders", "seed", "model", "run_up"),
     [
-        (2, 2, "pitch"),
-        pytest.param(3, 3, "rigid_body", marks=pytest.mark.long),
-        pytest.param(4, 2, "pitch", marks=pytest.mark.long),
+        (2, 2, "pitch", False),
+        pytest.param(2, 2, "pitch", True, marks=pytest.mark.long),
+        pytest.param(3, 3, "rigid_body", True, marks=pytest.mark.long),
+        pytest.param(4, 2, "pitch", True, marks=pytest.mark.long),
     ],
 )
-def test_peaks_count_what_a_cut_leaves_out(orders: int, seed: int, model: str) -> None:
-    judged = judge(cut_machine(seed, model, orders))
+def test_peaks_count_what_a_cut_leaves_out(
+    orders: int, seed: int, model: str, run_up: bool
+) -> None:
+    judged = judge(cut_machine(seed, model, orders, run_up))
     peaks = [one for one in judged if "peak" in one.path or one.path.endswith("residual")]
     cut = [one for one in peaks if one.error > 1e-9 * one.size]
     assert len(cut) > 0.6 * len(peaks)
@@ -132,6 +137,7 @@ def test_true_error_of_the_default_orders_is_within_the_tolerance(seeds: tuple[i
         table = random_machine(seed, "pitch")
         table["accuracy"]["rtol"] = 1e-3
         table["excitation"] = {"driven_machine": "on_body"}
+        del table["isolation"]["run_up"]  # whose peaks the machines above have
         judged = judge(table)
         hold(judged)
         errors += [one.error / one.size for one in judged if one.path.endswith("steady_peak")]

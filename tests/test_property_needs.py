@@ -6,6 +6,7 @@ Kept results may differ by what both runs state as their error, and by the toler
 
 import numpy as np
 import pytest
+from long_but import long_but
 from needs_cases import Key, case_of, optional_keys, table_of, without
 
 from vibecalc.core.results.record import Quantity, Record
@@ -103,7 +104,7 @@ def hold_tables(name: str) -> int:
     return compared
 
 
-@pytest.mark.parametrize("name", QUICK)
+@pytest.mark.parametrize("name", long_but(QUICK, "generator", "compressor"))
 def test_a_table_less_changes_nothing_else(name: str) -> None:
     assert hold_tables(name) > 10
 
@@ -139,7 +140,7 @@ def hold_wanted(name: str, draws: int, seed: int = 0) -> None:
             )
 
 
-@pytest.mark.parametrize("name", QUICK)
+@pytest.mark.parametrize("name", long_but(QUICK, "generator", "absorber_curves"))
 def test_results_that_nobody_wants_change_nothing(name: str) -> None:
     hold_wanted(name, 3)
 

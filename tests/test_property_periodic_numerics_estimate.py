@@ -20,7 +20,7 @@ from vibecalc.numerics.periodic.tolerance import estimate_error, solve_to
 def test_estimates_hold_on_random_problems(make):
     x = np.linspace(0.0, TURN, 701)
     shares, kinks = [], 0
-    for seed in range(20):
+    for seed in range(10):
         rng = np.random.default_rng(seed)
         problem, points = make(rng), int(rng.integers(1, 9))
         found = solve_periodic(problem, points, [0.0])
@@ -41,14 +41,14 @@ def test_estimates_hold_on_random_problems(make):
     assert np.all(np.median(shares, axis=0) > 0.3)
     assert np.all(shares[:, 0] > 0.05)
     if make is random_kinked:
-        assert kinks > 32
+        assert kinks > 16
 
 
 @pytest.mark.parametrize("points", [1, 4])
 def test_the_estimate_sees_kinks_inside_panels(points):
     # without a switch the panels are not split
     ratios = []
-    for seed in range(25):
+    for seed in range(12):
         problem = random_kinked(np.random.default_rng(1000 + seed))
         whole = problem._replace(switch=None)
         found = solve_periodic(whole, points, [0.0])

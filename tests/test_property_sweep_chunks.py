@@ -80,7 +80,7 @@ def test_all_whole_chunks_are_finished_and_others_are_not(tmp_path: Path) -> Non
 
 
 @given(where=st.floats(0.0, 1.0, exclude_max=True), bit=st.integers(0, 7))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=40, deadline=None)
 def test_no_flipped_bit_goes_unseen(where: float, bit: int) -> None:
     content = bytearray(chunk_image(block_at(POINTS[:3]), "id"))
     content[int(where * len(content))] ^= 1 << bit
@@ -198,7 +198,7 @@ def test_of_many_who_find_a_dead_lock_one_gets_it(tmp_path: Path) -> None:
     )
     command = [sys.executable, "-c", program, str(output)]
     pipe = subprocess.PIPE
-    racers = [subprocess.Popen(command, stdin=pipe, stdout=pipe, text=True) for _ in range(3)]
+    racers = [subprocess.Popen(command, stdin=pipe, stdout=pipe, text=True) for _ in range(2)]
     said = []
     for racer in racers:
         assert racer.stdout is not None and racer.stdout.readline() == "ready\n"
@@ -212,4 +212,4 @@ def test_of_many_who_find_a_dead_lock_one_gets_it(tmp_path: Path) -> None:
     for racer in racers:
         racer.communicate("end\n")
     assert said.count("mine\n") == 1
-    assert sum("is writing" in words for words in said) == 2
+    assert sum("is writing" in words for words in said) == 1

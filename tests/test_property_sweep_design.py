@@ -60,7 +60,7 @@ def test_a_grid_of_a_thousand_million_points_takes_no_memory():
     assert peak < 1_000_000
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(st.sampled_from(["grid", *SAMPLINGS]), st.data())
 def test_a_point_hangs_on_its_number_alone(sampling, data):
     if sampling == "grid":
@@ -90,6 +90,7 @@ def test_shares_are_uniform_and_differ_with_the_seed(sampling):
     assert np.max(np.abs(together)) < 4.0 / np.sqrt(1000)
 
 
+@settings(max_examples=30)
 @given(st.integers(2, 300), st.integers(1, 5), st.integers(0, 2**32 - 1))
 def test_latin_hypercube_has_one_point_in_each_slice(size, dimensions, seed):
     shares = SEQUENCES["latin_hypercube"](np.arange(size), dimensions, size, seed)
@@ -97,9 +98,9 @@ def test_latin_hypercube_has_one_point_in_each_slice(size, dimensions, seed):
     assert all(sorted(slices[:, column]) == list(range(size)) for column in range(dimensions))
 
 
-@pytest.mark.parametrize("size", long_but([2, 3, 5, 6], 2, 3))
+@pytest.mark.parametrize("size", long_but([2, 3, 5, 6], 3))
 def test_latin_hypercube_orders_its_slices_in_every_way_alike(size):
-    trials = 600
+    trials = 300
     counts = np.zeros((size, size))
     for seed in range(trials):
         shares = SEQUENCES["latin_hypercube"](np.arange(size), 1, size, seed)[:, 0]
@@ -120,6 +121,7 @@ def test_sobol_points_are_the_published_ones_with_their_digits_shifted(dimension
     assert np.array_equal(digits ^ digits[0], truth ^ truth[0])
 
 
+@settings(max_examples=30)
 @given(st.integers(0, 2**32 - 1))
 def test_sobol_points_stay_a_net(seed):
     """256 points in two dimensions: one in each of 16 x 16 cells, in each of 256 x 1 slices."""

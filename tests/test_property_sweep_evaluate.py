@@ -51,7 +51,7 @@ def test_points_are_the_runs_of_their_cases_to_the_last_bit() -> None:
 
 
 @given(st.data())
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=6, deadline=None)
 def test_a_point_does_not_depend_on_its_neighbours(data: st.DataObject) -> None:
     design = design_of(
         axis(ROD, 0.05, 0.15, 0.3),

@@ -35,7 +35,7 @@ def lost(done: list[Done]) -> dict[int, Lost]:
     return {one.point: one for chunk in done for one in chunk.lost}
 
 
-@pytest.mark.parametrize("step", [3, 100])
+@pytest.mark.parametrize("step", [3, pytest.param(100, marks=pytest.mark.long)])
 def test_all_points_come_back_from_other_processes_with_one_thread(step: int) -> None:
     done = run(Start(), step=step)
     blocks = [piece.block for one in done for piece in one.pieces]

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from shipped_cases import result_of as result_at
 from sweep_blocks import FORCE, KEPT, SAG, SPREAD, expected, made, outcome
@@ -100,6 +100,7 @@ def test_extremes_are_those_of_the_array_with_their_points() -> None:
         assert float(row[2]) == pytest.approx(damping, rel=1e-5)
 
 
+@settings(max_examples=50)
 @given(st.lists(st.floats(-1e3, 1e3), min_size=1, max_size=30), st.floats(0.0, 10.0))
 def test_of_values_that_are_the_same_within_errors_the_first_counts(
     values: list[float], error: float
@@ -216,6 +217,7 @@ def test_the_region_is_the_box_around_all_points_that_keep_the_limits() -> None:
     assert row.endswith("<>")
 
 
+@settings(max_examples=30)
 @given(st.lists(st.booleans(), min_size=35, max_size=35).filter(any))
 def test_the_nearest_point_has_no_nearer_one(chosen: list[bool]) -> None:
     sweep = mounts(7, 5)
@@ -347,7 +349,7 @@ def test_a_file_is_read_as_it_was_written(tmp_path: Path) -> None:
 def test_limits_of_a_sweep_are_those_of_single_runs(tmp_path: Path) -> None:
     case = generator()
     design = design_of(
-        spread(STIFFNESS[0], "10 N/mm", "100 N/mm", 3, spacing="log"),
+        spread(STIFFNESS[0], "10 N/mm", "100 N/mm", 2, spacing="log"),
         axis(DAMPING[0], "0 N*s/m", "200 N*s/m"),
     )
     paths = tuple(sorted({limit.quantity for limit in case.case.limit}))
@@ -363,11 +365,11 @@ def test_limits_of_a_sweep_are_those_of_single_runs(tmp_path: Path) -> None:
         judged, missing = judge(found)
         assert not missing and len(judged) == 4
         for point in range(design.count):
-            settings = design.settings(point)
-            single = result_at("generator", *(f"{key}={value}" for key, value in settings.items()))
+            chosen = design.settings(point)
+            single = result_at("generator", *(f"{key}={value}" for key, value in chosen.items()))
             for ours, row in zip(judged, judge_limits(single), strict=True):
                 assert (ours.quantity, ours.kept[point]) == (row.quantity, row.kept)
                 assert ours.margin[point] == pytest.approx(row.margin, rel=1e-12)
                 assert ours.worst.errors[point] == pytest.approx(row.error_estimate, rel=1e-12)
         # without damping the run-up passes a resonance without bound
-        assert np.isinf(judged[1].margin).tolist() == [True, False] * 3
+        assert np.isinf(judged[1].margin).tolist() == [True, False] * 2

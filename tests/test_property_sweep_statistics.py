@@ -175,8 +175,14 @@ FUNCTIONS = [
 ]
 
 
-@pytest.mark.parametrize("sampling", ["sobol", "monte_carlo"])
-@pytest.mark.parametrize(("function", "axes", "exact"), FUNCTIONS)
+@pytest.mark.parametrize(
+    ("function", "axes", "exact", "sampling"),
+    [
+        *((*one, "sobol") for one in FUNCTIONS),
+        (*FUNCTIONS[2], "monte_carlo"),
+        *(pytest.param(*one, "monte_carlo", marks=pytest.mark.long) for one in FUNCTIONS[:2]),
+    ],
+)
 def test_indices_of_known_functions(function, axes, exact, sampling):
     found = sobol_indices(runs_of(function, sampling, 4096, axes), axes)
     for part, truth in zip((found.first, found.total), exact(), strict=True):

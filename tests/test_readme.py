@@ -6,6 +6,7 @@ import subprocess
 from pathlib import Path
 
 import pytest
+from drawn import coarse
 from fuzzing import command
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -18,7 +19,7 @@ LINES = [line.split("#")[0].strip() for block in BLOCKS for line in block.splitl
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     (tmp_path / "cases").symlink_to(ROOT / "cases")
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("vibecalc.core.report.plots._RESOLUTION", 20)
+    coarse(monkeypatch)
     return tmp_path
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 import tomli_w
+from long_but import long_but
 from response_machines import shipped
 
 from vibecalc.subjects import SUBJECTS
@@ -41,18 +42,15 @@ def roots(modules: set[str]) -> set[str]:
     return {name.split(".")[0] for name in modules}
 
 
-@pytest.mark.parametrize("command", [["--help"], ["run", "--help"], ["diff", "--help"]])
-def test_help_needs_no_numbers_and_no_models(command: list[str], tmp_path: Path) -> None:
-    modules = modules_after(*command, cwd=tmp_path)
-    assert not roots(modules) & {"numpy", "scipy", "h5py", "pint", "matplotlib"}
-    assert "vibecalc.schema" not in modules
-
-
-@pytest.mark.parametrize("command", [["--help"], ["run", "--help"]])
-def test_a_help_page_is_drawn_without_what_no_page_shows(
+@pytest.mark.parametrize(
+    "command", long_but([["--help"], ["run", "--help"], ["diff", "--help"]], ["run", "--help"])
+)
+def test_help_needs_no_numbers_no_models_and_nothing_that_no_page_shows(
     command: list[str], tmp_path: Path
 ) -> None:
     modules = modules_after(*command, cwd=tmp_path)
+    assert not roots(modules) & {"numpy", "scipy", "h5py", "pint", "matplotlib"}
+    assert "vibecalc.schema" not in modules
     assert "rich.panel" in modules
     assert not modules & {"typer.rich_utils", "rich.markdown", "rich.traceback", "rich.syntax"}
     assert not roots(modules) & {"markdown_it", "pygments"}
@@ -148,6 +146,7 @@ def test_the_rigid_body_needs_no_pitch_rows(tmp_path: Path) -> None:
     assert "vibecalc.isolation.adapters.pitch" not in modules
 
 
+@pytest.mark.long
 def test_a_table_that_is_absent_costs_no_import(generator_run: set[str], tmp_path: Path) -> None:
     text = (CASES / "generator.toml").read_text(encoding="utf-8")
     shorter = tmp_path / "shorter.toml"

@@ -13,7 +13,6 @@ from pathlib import Path
 import pytest
 from shipped_cases import CASES, ROOT, result_of, takes_long
 
-from vibecalc.core.case.load import load_case
 from vibecalc.core.report.verdicts import (
     ReferenceRow,
     counted_misses,
@@ -27,6 +26,9 @@ JUDGED = [
     for name in CASES
     if not takes_long(name)
 ]
+
+
+DIFFERING = [name for name, path in CASES.items() if "known_difference" in path.read_text("utf-8")]
 
 
 @cache
@@ -54,10 +56,9 @@ def judged(name: str) -> Sequence[ReferenceRow]:
     return judge_references(result_of(name))
 
 
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("name", DIFFERING)
 def test_known_differences_are_shown_by_a_test_and_are_there(name: str) -> None:
-    if not any(row.known_difference for row in load_case(CASES[name]).case.reference):
-        return
+    assert any(row.known_difference for row in judged(name))
     for row in judged(name):
         if row.known_difference:
             assert complaint(row.shown_by) == "", row.shown_by
