@@ -14,7 +14,6 @@ from vibecalc.core.report.verdicts import (
     MEASURED,
     OUTSIDE,
     UNDECIDED,
-    WITHIN,
     LimitRow,
     ReferenceRow,
 )
@@ -103,16 +102,11 @@ def limit_verdict(row: LimitRow) -> str:
     return f"{row.state.upper()}, not broken as expected"
 
 
-def references(rows: Sequence[ReferenceRow], most: int | None = None) -> list[str]:
-    """The table of references with notes below, numbered where a source is known to differ.
-
-    With `most`, only so many of those that come out are shown, and of those that are known to
-    differ the first for each reason; the others are counted.
-    """
-    shown = brief(rows, most)
+def references(rows: Sequence[ReferenceRow]) -> list[str]:
+    """The table of references with notes below, numbered where a source is known to differ."""
     cells: list[list[str]] = []
-    notes = known_notes(shown)
-    for row in shown:
+    notes = known_notes(rows)
+    for row in rows:
         verdict = row.verdict.upper() if row.verdict in (OUTSIDE, UNRESOLVED) else row.verdict
         if row.verdict == KNOWN:
             verdict = f"known [{notes.index(_note(row)) + 1}]"
@@ -129,12 +123,14 @@ def references(rows: Sequence[ReferenceRow], most: int | None = None) -> list[st
     if not cells:
         return []
     lines = table(_REFERENCES, cells)
-    hidden = not_shown(rows, shown)
-    if hidden:
-        lines += paragraph(hidden)
     for i, note in enumerate(notes):
         lines += paragraph(note, f"[{i + 1}]")
     return lines
+
+
+def missed(rows: Sequence[ReferenceRow]) -> list[ReferenceRow]:
+    """Reference numbers that ours is not within tolerance of, or too uncertain to be held to."""
+    return [row for row in rows if row.verdict in (OUTSIDE, UNRESOLVED)]
 
 
 def difference(row: ReferenceRow) -> str:
@@ -159,17 +155,6 @@ def computed(row: ReferenceRow) -> str:
     if row.value:
         error = min(error, abs(row.value) / _COMPARABLE)
     return _fit(row.computed, error, _REFERENCES[2].width)
-
-
-def not_shown(rows: Sequence[ReferenceRow], shown: Sequence[ReferenceRow]) -> str:
-    """What `brief` left out, in words; nothing if it left out nothing."""
-    words = []
-    for verdict, what in ((WITHIN, "that come out"), (KNOWN, "known to differ, for these reasons")):
-        count = sum(row.verdict == verdict for row in rows)
-        count -= sum(row.verdict == verdict for row in shown)
-        if count:
-            words.append(f"{_many(count, 'more reference number')} {what}")
-    return "and " + ", and ".join(words) if words else ""
 
 
 def known_notes(rows: Sequence[ReferenceRow]) -> list[str]:
@@ -210,21 +195,6 @@ def conclusion(references: Sequence[ReferenceRow], limits: Sequence[LimitRow]) -
     if measured:
         clauses.append(f"{measured} measured {_is(measured)} shown only")
     return "; ".join(clauses) + "." if clauses else "The case names no limit and no reference."
-
-
-def brief(rows: Sequence[ReferenceRow], most: int | None) -> list[ReferenceRow]:
-    """The rows worth a line: every miss, the first `most` of those that simply come out, and, of
-    more than `most` that are known to differ, the first for each reason."""
-    if most is None:
-        return list(rows)
-    hidden = set([i for i, row in enumerate(rows) if row.verdict == WITHIN][most:])
-    known = [i for i, row in enumerate(rows) if row.verdict == KNOWN]
-    if len(known) > most:
-        first: dict[str, int] = {}
-        for i in known:
-            first.setdefault(_note(rows[i]), i)
-        hidden |= set(known) - set(first.values())
-    return [row for i, row in enumerate(rows) if i not in hidden]
 
 
 def _fit(value: float, error: float = 0.0, width: int = LONGEST_PRINTED) -> str:
