@@ -14,6 +14,7 @@ from vibecalc.core.report.verdicts import (
     MEASURED,
     OUTSIDE,
     UNDECIDED,
+    WITHIN,
     LimitRow,
     ReferenceRow,
 )
@@ -102,11 +103,16 @@ def limit_verdict(row: LimitRow) -> str:
     return f"{row.state.upper()}, not broken as expected"
 
 
-def references(rows: Sequence[ReferenceRow]) -> list[str]:
-    """The table of references with notes below, numbered where a source is known to differ."""
+def references(rows: Sequence[ReferenceRow], most: int | None = None) -> list[str]:
+    """The table of references with notes below, numbered where a source is known to differ.
+
+    With `most`, only so many of those that come out are shown, and of those that are known to
+    differ the first for each reason; the others are counted.
+    """
+    shown = list(rows) if most is None else brief(rows, most)
     cells: list[list[str]] = []
-    notes = known_notes(rows)
-    for row in rows:
+    notes = known_notes(shown)
+    for row in shown:
         verdict = row.verdict.upper() if row.verdict in (OUTSIDE, UNRESOLVED) else row.verdict
         if row.verdict == KNOWN:
             verdict = f"known [{notes.index(_note(row)) + 1}]"
@@ -123,9 +129,44 @@ def references(rows: Sequence[ReferenceRow]) -> list[str]:
     if not cells:
         return []
     lines = table(_REFERENCES, cells)
+    hidden = not_shown(rows, shown)
+    if hidden:
+        lines += paragraph(hidden)
     for i, note in enumerate(notes):
         lines += paragraph(note, f"[{i + 1}]")
     return lines
+
+
+def brief(rows: Sequence[ReferenceRow], most: int) -> list[ReferenceRow]:
+    """The rows worth a line: every miss, the first `most` of those that simply come out and of
+    those that are measured, and of those that are known to differ the first for each reason."""
+    shown: list[ReferenceRow] = []
+    seen: dict[str, int] = {}
+    for row in rows:
+        kind = _note(row) if row.verdict == KNOWN else row.verdict
+        seen[kind] = seen.get(kind, 0) + 1
+        allowed = {KNOWN: 1, WITHIN: most, MEASURED: most}.get(row.verdict, len(rows))
+        if seen[kind] <= allowed:
+            shown.append(row)
+    return shown
+
+
+def not_shown(rows: Sequence[ReferenceRow], shown: Sequence[ReferenceRow]) -> str:
+    """What `brief` left out, in words; nothing if it left out nothing."""
+    words = []
+    for verdict, what in _LEFT_OUT.items():
+        count = sum(row.verdict == verdict for row in rows)
+        count -= sum(row.verdict == verdict for row in shown)
+        if count:
+            words.append(f"{_many(count, 'more reference number')} {what}")
+    return f"and {', and '.join(words)}; `vibecalc report --full` shows all" if words else ""
+
+
+_LEFT_OUT = {
+    WITHIN: "that come out",
+    KNOWN: "known to differ, for these reasons",
+    MEASURED: "that are measured",
+}
 
 
 def missed(rows: Sequence[ReferenceRow]) -> list[ReferenceRow]:

@@ -30,6 +30,10 @@ from vibecalc.core.run.stage import subjects_of
 # ----------------------------------------------------------------------------
 
 
+#: reference numbers that simply come out, of which a report shows so many if it is not a full one
+_MOST_MATCHING = 6
+
+
 def _sections(record: Record) -> list[Callable[[Result], Section | None]]:
     """Sections of the subjects that a record has quantities of, in the order of the report."""
     there = sorted(subjects_of(record), key=lambda subject: not subject.leads)
@@ -41,7 +45,7 @@ def render_report(result: Result, *, full: bool = False) -> str:
 
     Sections appear only for what the result has; what no section knows is listed generically.
     What changes from run to run stands at the end, so that all above it is the same text for the
-    same numbers. `full` lists the error estimate of every quantity instead of the worst few.
+    same numbers. `full` lists every reference number and the error estimate of every quantity.
 
     Raises
     ------
@@ -73,7 +77,8 @@ def render_report(result: Result, *, full: bool = False) -> str:
             lines += _titled(section.title, section.lines)
             shown |= section.shown
     if references:
-        lines += _titled("Reference numbers", summary.references(references))
+        most = None if full else _MOST_MATCHING
+        lines += _titled("Reference numbers", summary.references(references, most))
     closings = (
         other(result, shown),
         tolerance(result),
