@@ -223,7 +223,9 @@ def test_the_terminal_shows_what_differs_and_the_report_everything() -> None:
     row = {"quantity": "isolation/lever_force/rigid_peak", "source": "Graph 1"}
     rows = [{**row, "value": "9329 N"}] * 30 + [{**row, "value": "9000 N"}]
     result = generator(reference=rows)
-    brief, all_of_it = plain_summary(result), render_report(result)
+    brief, some = plain_summary(result), render_report(result)
+    all_of_it = render_report(result, full=True)
+    assert (some.count(" within"), "24 more reference numbers that come out" in some) == (6, True)
     assert (brief.count(" within"), brief.count("OUTSIDE")) == (0, 1)
     # what is missed stands on top as well
     assert (all_of_it.count(" within"), all_of_it.count("OUTSIDE")) == (30, 2)

@@ -274,7 +274,7 @@ def test_holzer_tables_of_branches_close_at_the_last_row() -> None:
 
 def test_order_table_has_the_phases_that_it_says() -> None:
     result = six()
-    lines = section(render_report(result), TITLES[3])
+    lines = section(render_report(result, full=True), TITLES[3])
     total = np.asarray(result.record[ROOT + "excitation/total"].values)
     cells = [float(cell) for cell in row(lines, "2.5 ")]
     assert cells[5] == pytest.approx(total[4].real, rel=1e-3)

@@ -71,14 +71,22 @@ def render_report(result: Result, *, full: bool = False) -> str:
     if warned is not None:
         lines += _titled(warned.title, warned.lines)
     shown: set[str] = set()
+    left_out: list[str] = []
     for stage in (optimisation, find, *_sections(result.record)):
         section = stage(result)
         if section is not None:
             lines += _titled(section.title, section.lines)
             shown |= section.shown
+            if full:
+                lines += section.detail
+            elif section.detail:
+                left_out.append(section.detail_name)
     if references:
         most = None if full else _MOST_MATCHING
         lines += _titled("Reference numbers", summary.references(references, most))
+    if left_out:
+        words = f"Left out here: {'; '.join(left_out)}. `vibecalc report --full` shows them."
+        lines += ["", *paragraph(words)]
     closings = (
         other(result, shown),
         tolerance(result),
