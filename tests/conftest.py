@@ -2,10 +2,11 @@
 
 import signal
 
-from hypothesis import settings
+from hypothesis import HealthCheck, settings
 
-# what a search finds once becomes an example of its own
-settings.register_profile("fixed", derandomize=True)
+# what a search finds once becomes an example of its own; how long one takes tells of the machine
+slow = [HealthCheck.too_slow]
+settings.register_profile("fixed", derandomize=True, deadline=None, suppress_health_check=slow)
 settings.load_profile("fixed")
 
 # a shell's background jobs ignore an interrupt, and what they start would inherit that

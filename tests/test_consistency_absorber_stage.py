@@ -17,7 +17,7 @@ from vibecalc.absorber.tuning.closed_forms import closed_form
 from vibecalc.absorber.tuning.mean_square import mean_square_tuning
 from vibecalc.absorber.tuning.minimax import minimax
 from vibecalc.absorber.tuning.restricted import pure_viscous
-from vibecalc.core.report.terminal import key_rows
+from vibecalc.core.report.headline import headline_rows
 from vibecalc.core.report.text import render_report
 from vibecalc.core.report.verdicts import counted_misses
 from vibecalc.core.results.record import Record, Result
@@ -249,21 +249,17 @@ def test_several_absorbers_have_units_and_travels(tmp_path: Path) -> None:
 def test_a_summary_shows_what_is_tuned_or_given() -> None:
     """Spring, damper, frequency, peak and travel in units; of an absorber as given its response."""
     record = result_of("absorber_rig_a").record
-    rows = {row[0]: row for row in key_rows(record)}
-    for name in (
-        "torsional_stiffness",
-        "torsional_damping",
-        "secondary_frequency",
-        "peak",
-        "travel",
-    ):
-        assert f"tuning/{name}" in rows
-    assert "tuning/stiffness_ratio" not in rows
+    rows = {row[0]: row for row in headline_rows(record)}
+    units = {"spring": "N m/rad", "damper": "N m s/rad"}
+    assert {name: rows[f"{name} of the absorber"][2] for name in units} == units
+    assert rows["natural frequency of the absorber alone"][1:3] == ["7.956", "Hz"]
+    assert rows["largest amplification, tuned"][1] == "3.827"
+    assert "stiffness ratio, tuned" not in rows
     given = "machine.secondary={mass_ratio=0.1,stiffness_ratio=0.08,own_damping_ratio=0.2}"
     record = run("absorber_mass", given)
-    rows = {row[0]: row for row in key_rows(record)}
-    assert rows["response/absorber/largest"][3].startswith("as given, at ratio")
-    assert "response/absorber/largest_travel" in rows
+    rows = {row[0]: row for row in headline_rows(record)}
+    assert rows["largest amplification"][3].startswith("curve as given at ratio")
+    assert "largest travel of the absorber" in rows
 
 
 #: a machine of 2000 kg on a floor, with bounds

@@ -246,12 +246,9 @@ def test_the_rod_has_its_couple_or_its_bound() -> None:
 
 
 def test_the_terminal_names_energies_and_no_more_than_a_page() -> None:
-    lines = plain_summary(compressor()).splitlines()
-    rows = [line for line in lines if re.match(r"  \w+/", line)]
-    assert len(rows) <= 16
-    for path in ("response/kinetic_energy/peak", "response/impact/mean_force"):
-        assert any(path in line for line in rows)
-    assert not any("rotating_peak" in line for line in rows)
+    text = plain_summary(compressor())
+    assert len(text.splitlines()) <= 50
+    assert "kinetic energy, peak" in text and "mean impact force" in text
 
 
 def energies_of(values: np.ndarray, error: float) -> list[Quantity]:
@@ -275,14 +272,12 @@ def test_many_references_leave_the_first_page_to_those_that_matter() -> None:
         for i, value in enumerate(values)
     ]
     result = compressor(energies_of(values, 1e-16), reference=rows)
-    text = render_report(result)
+    assert render_report(result).count(" within") == 6
+    text = render_report(result, full=True)
     top = text[: text.index("\nResponse")]
-    assert (top.count(" within"), top.count("known [")) == (10, 2)
-    assert "20 more reference numbers that come out" in " ".join(top.split())
-    assert "28 more reference numbers known to differ" in " ".join(top.split())
-    below = text[text.index("Reference numbers, all") :]
+    assert (top.count(" within"), top.count("known [")) == (0, 0)
+    below = text[text.index("\nReference numbers\n") :]
     assert (below.count(" within"), below.count("known [")) == (30, 30)
-    assert "28 more reference numbers known to differ" in " ".join(plain_summary(result).split())
     # no number is folded in two, and ours has its digits beside a published one of its size
     assert re.search(r"mean_by_order +1\.0000e-59 +1\.00000e-59 J +0\.0000 % within", below)
 
@@ -290,7 +285,7 @@ def test_many_references_leave_the_first_page_to_those_that_matter() -> None:
 def test_round_off_beside_a_published_number_is_zero() -> None:
     row_of = {"quantity": "response/rotation_peak", "where": {"direction": "y"}, "source": "T. 1"}
     rows = [{**row_of, "value": value, "kind": "measured"} for value in ("1e-3 rad", "0 rad")]
-    lines = section(compressor(response(), reference=rows), "Summary")
+    lines = section(compressor(response(), reference=rows), "Reference numbers")
     found = [line.split() for line in lines if line.startswith("  response/rotation_peak")]
     assert [cells[2] for cells in found] == ["0", "0"]
 

@@ -11,10 +11,10 @@ from report_samples import quantity
 from roll_samples import LEVELS, roll, spectra, symmetrical
 from shipped_cases import CASES
 
+from vibecalc.core.report.headline import headline_rows
 from vibecalc.core.report.sweep.picture_lines import line_style, spread_out
 from vibecalc.core.report.sweep.statistics import extreme_lines
 from vibecalc.core.report.sweep.view import GridAxis, Key, Stacked, SweepView, _short
-from vibecalc.core.report.terminal import key_rows
 from vibecalc.core.results.record import Axis, Record
 
 LEVEL = "response/roll/level/shell_acceleration"
@@ -87,19 +87,19 @@ def test_twelve_lines_look_different() -> None:
 
 def test_the_terminal_names_the_strongest_order() -> None:
     def rows(record: Record) -> list[list[str]]:
-        return [row for row in key_rows(record) if "level" in row[0]]
+        return [row for row in headline_rows(record) if row[2] == "dB"]
 
     (row,) = rows(roll(spectra()).record)
-    assert row == [LEVEL, f"{max(LEVELS):.2f}", "dB", f"strongest: order={np.argmax(LEVELS) + 1}"]
-    assert rows(symmetrical().record)[0][3] == "strongest: order=2"
+    assert row[1:] == [f"{max(LEVELS):.2f}", "dB", f"order {np.argmax(LEVELS) + 1}"]
+    assert rows(symmetrical().record)[0][3] == "order 2"
     record, orders = Record(), Axis(name="order", values=np.array([1, 2]))
     for name, values in (("roll", [16.6, 7.4]), ("pitch", [-0.6, -np.inf])):
         record.add(quantity(f"measurement/{name}_level", values, "dB", orders))
     assert [row[1:] for row in rows(record)] == [
-        ["16.60", "dB", "order=1"],
-        ["7.40", "dB", "order=2"],
-        ["-0.60", "dB", "order=1"],
-        ["zero", "dB", "order=2"],
+        ["16.60", "dB", "order 1"],
+        ["7.40", "dB", "order 2"],
+        ["-0.60", "dB", "order 1"],
+        ["zero", "dB", "order 2"],
     ]
 
 

@@ -1,6 +1,6 @@
 """Results of absorbers: response, tuning, hardware, and pendulums on a rotor."""
 
-from vibecalc.core.results.record import PEAK, entry
+from vibecalc.core.results.record import PEAK, Headline, entry
 
 # ----------------------------------------------------------------------------
 # Results of a primary system with its absorber: curves, peaks, fixed points, poles.
@@ -452,4 +452,52 @@ ENTRIES = (
     *RESPONSE_ENTRIES,
     *HARDWARE_ENTRIES,
     *PENDULUM_ENTRIES,
+)
+
+#: what the reader of a report looks for first
+HEADLINES = (
+    Headline("tuning/peak", "largest amplification, tuned", ""),
+    Headline("tuning/peak_alone", "without the absorber", ""),
+    Headline("tuning/mean_square", "mean square response, tuned", ""),
+    Headline("tuning/mean_square_alone", "without the absorber", ""),
+    Headline(
+        "tuning/stiffness_ratio", "stiffness ratio, tuned", unless="tuning/secondary_frequency"
+    ),
+    Headline("tuning/secondary_damping", "damping of the absorber, c2/(2 sqrt(K1 J1))", ""),
+    Headline("tuning/linear_stiffness", "spring of the absorber", "N/mm"),
+    Headline("tuning/linear_damping", "damper of the absorber", "N*s/m"),
+    Headline("tuning/torsional_stiffness", "spring of the absorber", "N*m/rad"),
+    Headline("tuning/torsional_damping", "damper of the absorber", "N*m*s/rad"),
+    Headline("tuning/secondary_frequency", "natural frequency of the absorber alone", "Hz"),
+    Headline("tuning/travel", "travel of the absorber over the static deflection", ""),
+    Headline("tuning/each/linear_stiffness", "spring of absorber", "N/mm", "each"),
+    Headline("tuning/each/linear_damping", "damper of absorber", "N*s/m", "each"),
+    Headline("tuning/each/torsional_stiffness", "spring of absorber", "N*m/rad", "each"),
+    Headline("tuning/each/torsional_damping", "damper of absorber", "N*m*s/rad", "each"),
+    Headline("hardware/buy/peak", "largest amplification with stock parts", ""),
+    Headline(
+        "tuning/each/stiffness_ratio",
+        "stiffness ratio of absorber",
+        "",
+        "each",
+        unless="tuning/each/frequency",
+    ),
+    Headline(
+        "tuning/each/secondary_damping",
+        "damping ratio of absorber",
+        "",
+        "each",
+        unless="tuning/each/frequency",
+    ),
+    Headline(
+        "response/absorber/largest",
+        "largest amplification",
+        "",
+        "first",
+        "response/absorber/largest_frequency_ratio",
+    ),
+    Headline("response/absorber/largest_travel", "largest travel of the absorber", "", "first"),
+    Headline("pendulum/order", "order of the pendulum", ""),
+    Headline("pendulum/largest_swing", "swing of the pendulum, largest", "deg"),
+    Headline("pendulum/jump/torque", "torque at which the swing jumps", "N*m"),
 )

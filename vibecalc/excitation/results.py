@@ -1,6 +1,6 @@
 """Results of the forces and couples of the crank train, its motor, and a pump's cylinders."""
 
-from vibecalc.core.results.record import PEAK, RMS, entry
+from vibecalc.core.results.record import PEAK, RMS, Headline, entry
 
 # ----------------------------------------------------------------------------
 # Results of the forces and couples of the crank train, and of its motor.
@@ -160,4 +160,16 @@ AXES = {
 ENTRIES = (
     *EXCITATION_ENTRIES,
     *PUMP_ENTRIES,
+)
+
+#: what the reader of a report looks for first
+HEADLINES = (
+    Headline("excitation/force_peak", "shaking force, peak", "N"),
+    Headline("excitation/couple_peak", "shaking couple, peak", "N*m"),
+    Headline("excitation/residual", "residual after balancing", "N"),
+    Headline("excitation/motor/peak", "axial force of the motor, peak", "N"),
+    Headline("excitation/pump/flow", "flow of the pump, mean", "l/min"),
+    Headline("excitation/pump/power", "power of the pump, mean", "kW"),
+    Headline("excitation/pump/mean_torque", "torque of the pump, mean", "N*m"),
+    Headline("excitation/pump/volumetric_efficiency", "volumetric efficiency", ""),
 )

@@ -1,6 +1,6 @@
 """Results of a machine on a foundation that moves."""
 
-from vibecalc.core.results.record import PEAK, entry
+from vibecalc.core.results.record import PEAK, Headline, entry
 
 ROOT = "foundation"
 AXES = {
@@ -23,4 +23,14 @@ ENTRIES = (
         "largest force on one that does not move",
         PEAK,
     ),
+)
+
+#: what the reader of a report looks for first
+HEADLINES = (
+    Headline(
+        "foundation/natural_frequency", "natural frequency, machine on foundation", "Hz", "each"
+    ),
+    Headline("foundation/motion_peak", "motion of the foundation, peak", "mm"),
+    Headline("foundation/ground_force_peak", "force into the ground, peak", "N"),
+    Headline("foundation/rigid_force_peak", "the same on a rigid foundation", "N"),
 )

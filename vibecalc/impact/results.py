@@ -1,6 +1,6 @@
 """Results of impacts in joints with play: statistics over members and revolutions."""
 
-from vibecalc.core.results.record import PEAK, entry
+from vibecalc.core.results.record import PEAK, Headline, entry
 
 #: axis name -> (unit, long name)
 AXES = {
@@ -115,3 +115,10 @@ ENTRIES = (
         "lowest order from which on what play adds is largest, 0 if it is not at the last order",
     ),
 )  # fmt: skip
+
+#: what the reader of a report looks for first
+HEADLINES = (
+    Headline("response/impact/mean_force", "mean impact force", "N", "each"),
+    Headline("response/impact/peak_force", "largest impact force", "N"),
+    Headline("response/impact/impacts", "impacts in a revolution", "", "each"),
+)

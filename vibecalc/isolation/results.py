@@ -1,6 +1,6 @@
 """Results of the body on its mounts, under shaking forces or the torque of its cylinders."""
 
-from vibecalc.core.results.record import PEAK, entry
+from vibecalc.core.results.record import PEAK, Headline, entry
 
 # ----------------------------------------------------------------------------
 # Results of the body on its mounts.
@@ -243,4 +243,39 @@ AXES = {
 ENTRIES = (
     *ISOLATION_ENTRIES,
     *TORQUE_REACTION_ENTRIES,
+)
+
+#: what the reader of a report looks for first
+HEADLINES = (
+    Headline("isolation/pitch/natural_frequency", "natural frequency, pitch", "Hz"),
+    Headline("isolation/pitch/damping_ratio", "damping ratio, pitch", ""),
+    Headline("isolation/modes/natural_frequency", "natural frequency", "Hz", "each"),
+    Headline("isolation/support_displacement/sag", "static deflection of a mount", "mm"),
+    Headline("isolation/support_force/steady_peak", "force on a support at speed, peak", "N"),
+    Headline("isolation/lever_force/steady_peak", "couple over the lever at speed, peak", "N"),
+    Headline("isolation/support_displacement/excursion", "travel of a mount at speed, peak", "mm"),
+    Headline(
+        "isolation/support_displacement/vertical_peak",
+        "vertical travel of a mount at speed, peak",
+        "mm",
+    ),
+    Headline(
+        "isolation/support_force/run_up_peak",
+        "force on a support in the run-up, peak",
+        "N",
+        "largest",
+        "isolation/support_force/run_up_peak_speed",
+    ),
+    Headline(
+        "isolation/lever_force/run_up_peak",
+        "couple over the lever in the run-up, peak",
+        "N",
+        "largest",
+        "isolation/lever_force/run_up_peak_speed",
+    ),
+    Headline("isolation/torque_reaction/mean_couple", "torque reaction, mean", "N*m"),
+    Headline("isolation/torque_reaction/roll_peak", "roll of the body by torque, peak", "mrad"),
+    Headline(
+        "isolation/torque_reaction/support_force_peak", "force on a support by torque, peak", "N"
+    ),
 )

@@ -1,6 +1,6 @@
 """Results of readings on a rigid plate: its motion, levels anywhere, and how sure they are."""
 
-from vibecalc.core.results.record import PEAK, entry
+from vibecalc.core.results.record import PEAK, Headline, entry
 
 ROOT = "measurement"
 _RE = "dB re reference_level of the case"
@@ -131,3 +131,10 @@ ENTRIES = (
         "root of the sum of the squared amplitudes of that place", PEAK,
     ),
 )  # fmt: skip
+
+#: what the reader of a report looks for first
+HEADLINES = (
+    Headline("measurement/translation_level", "translation", "dB", "each"),
+    Headline("measurement/roll_level", "roll", "dB", "each"),
+    Headline("measurement/pitch_level", "pitch", "dB", "each"),
+)

@@ -1,6 +1,6 @@
 """Results of the body on its suspension, and of the change between two operations."""
 
-from vibecalc.core.results.record import PEAK, entry
+from vibecalc.core.results.record import PEAK, Headline, entry
 
 # ----------------------------------------------------------------------------
 # Results of the body on its suspension: modes, motion, energies.
@@ -213,4 +213,24 @@ AXES = {
 ENTRIES = (
     *RESPONSE_ENTRIES,
     *SWITCHING_ENTRIES,
+)
+
+#: what the reader of a report looks for first
+HEADLINES = (
+    Headline("response/modes/natural_frequency", "natural frequency", "Hz", "each"),
+    Headline("response/translation_peak", "motion of the body, peak", "mm"),
+    Headline("response/rotation_peak", "rotation of the body, peak", "mrad"),
+    Headline("response/ground_force_peak", "force on the ground, peak", "N"),
+    Headline("response/ground_couple_peak", "couple on the ground, peak", "N*m"),
+    Headline("response/kinetic_energy/mean", "kinetic energy, mean", "J"),
+    Headline("response/kinetic_energy/peak", "kinetic energy, peak", "J"),
+    Headline(
+        "response/switching/instant/translation_peak", "motion in a change at once, peak", "mm"
+    ),
+    Headline(
+        "response/switching/reversal/translation_peak", "motion in a change by reversal, peak", "mm"
+    ),
+    Headline(
+        "response/switching/reversal/ground_force_peak", "force on the ground in it, peak", "N"
+    ),
 )

@@ -1,6 +1,6 @@
 """Results of a machine whose motor finds the speed: roll, motor, start-up, control."""
 
-from vibecalc.core.results.record import PEAK, Entry, entry
+from vibecalc.core.results.record import PEAK, Entry, Headline, entry
 
 # ----------------------------------------------------------------------------
 # Results of rotor, pistons and shell in their periodic motion under a real motor.
@@ -464,4 +464,36 @@ ENTRIES = (
     *START_UP_ENTRIES,
     *MOTOR_ENTRIES,
     *CONTROL_ENTRIES,
+)
+
+#: what the reader of a report looks for first
+HEADLINES = (
+    Headline("response/roll/speed", "mean speed", "rpm"),
+    Headline("response/roll/mean_torque", "motor torque, mean", "N*m"),
+    Headline(
+        "response/roll/speed_variation",
+        "variation of the speed, largest less smallest over mean",
+        "",
+    ),
+    Headline("response/roll/breakdown_margin", "breakdown torque over the mean torque", ""),
+    Headline(
+        "response/roll/level/shell_acceleration",
+        "roll acceleration of the shell, strongest order",
+        "dB",
+    ),
+    Headline("response/roll/rod_force_peak", "rod force, peak", "kN"),
+    Headline("response/roll/wall_force_peak", "force on the cylinder wall, peak", "kN"),
+    Headline("response/roll/shaking/force_peak", "shaking force, peak", "N"),
+    Headline("response/roll/shaking/couple_peak", "shaking couple, peak", "N*m"),
+    Headline("response/start_up/running_speed", "speed after the start", "rpm"),
+    Headline("response/start_up/time_to_steady", "time to steady running", "s"),
+    Headline("response/start_up/shell_angle_peak", "roll of the shell in the start, peak", "mrad"),
+    Headline("response/start_up/motor_torque_peak", "motor torque in the start, peak", "N*m"),
+    Headline(
+        "response/start_up/mount_torque_peak", "torque on the mounts in the start, peak", "N*m"
+    ),
+    Headline("response/control/speed", "speed under control", "rpm"),
+    Headline("response/control/tuned/objective", "tuned controller, objective", "dB"),
+    Headline("response/control/tuned/gain_margin", "tuned controller, gain margin", "dB"),
+    Headline("response/control/tuned/phase_margin", "tuned controller, phase margin", "deg"),
 )

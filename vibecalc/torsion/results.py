@@ -1,6 +1,6 @@
 """Every result of a shaft line: path, unit, axes, long name."""
 
-from vibecalc.core.results.record import PEAK, Entry, entry
+from vibecalc.core.results.record import PEAK, Entry, Headline, entry
 
 # ----------------------------------------------------------------------------
 # Results of a shaft line: modes, what the cylinders do to it, and its vibration at one speed.
@@ -498,4 +498,60 @@ ENTRIES = (
     *TORSION_VARIANTS_ENTRIES,
     *TORSION_STUDIES_ENTRIES,
     *DAMPER_DESIGN_ENTRIES,
+)
+
+#: what the reader of a report looks for first
+HEADLINES = (
+    Headline("response/torsion/excitation/power", "power, indicated", "kW"),
+    Headline("response/torsion/excitation/mean_torque", "torque of the engine, mean", "N*m"),
+    Headline(
+        "response/torsion/modes/natural_frequency",
+        "natural frequency, elastic mode",
+        "Hz",
+        "elastic",
+    ),
+    Headline("response/torsion/torque_half_range", "vibratory torque at speed, half range", "N*m"),
+    Headline(
+        "response/torsion/stress_half_range", "vibratory stress at speed, half range", "N/mm^2"
+    ),
+    Headline(
+        "response/torsion/largest/torque_half_range",
+        "vibratory torque over the speeds, half range",
+        "N*m",
+        "largest",
+        "response/torsion/largest/speed",
+    ),
+    Headline(
+        "response/torsion/largest/stress_half_range",
+        "vibratory stress over the speeds, half range",
+        "N/mm^2",
+        "largest",
+        "response/torsion/largest/speed",
+    ),
+    Headline("response/torsion/limit/operating_use", "stress over its limit at speed", ""),
+    Headline(
+        "response/torsion/limit/largest_use",
+        "stress over its limit, over the speeds",
+        "",
+        "largest",
+        "response/torsion/limit/speed",
+    ),
+    Headline("response/torsion/barred/from", "barred from", "rpm", "each"),
+    Headline("response/torsion/barred/to", "barred to", "rpm", "each"),
+    Headline(
+        "response/torsion/reduction", "torque without dampers over that with them", "", "least"
+    ),
+    Headline("response/torsion/damper/heat", "heat in a damper at speed, mean", "W"),
+    Headline("response/torsion/speeds/heat", "heat in a damper over the speeds, largest", "W"),
+    Headline(
+        "response/torsion/gear/least_torque",
+        "least torque of a gear (below 0: hammers)",
+        "N*m",
+        "least",
+    ),
+    Headline("response/torsion/transient/peak", "torque in the transient, peak", "N*m"),
+    Headline("damper_design/stiffness", "stiffness of the damper found", "N*m/rad"),
+    Headline("damper_design/damping", "damping of the damper found", "N*m*s/rad"),
+    Headline("damper_design/worst_torque", "largest torque with it, half range", "N*m"),
+    Headline("damper_design/worst_stress", "largest stress with it, half range", "N/mm^2"),
 )

@@ -109,7 +109,7 @@ def references(rows: Sequence[ReferenceRow], most: int | None = None) -> list[st
     With `most`, only so many of those that come out are shown, and of those that are known to
     differ the first for each reason; the others are counted.
     """
-    shown = brief(rows, most)
+    shown = list(rows) if most is None else brief(rows, most)
     cells: list[list[str]] = []
     notes = known_notes(shown)
     for row in shown:
@@ -137,6 +137,43 @@ def references(rows: Sequence[ReferenceRow], most: int | None = None) -> list[st
     return lines
 
 
+def brief(rows: Sequence[ReferenceRow], most: int) -> list[ReferenceRow]:
+    """The rows worth a line: every miss, the first `most` of those that simply come out and of
+    those that are measured, and of those that are known to differ the first for each reason."""
+    shown: list[ReferenceRow] = []
+    seen: dict[str, int] = {}
+    for row in rows:
+        kind = _note(row) if row.verdict == KNOWN else row.verdict
+        seen[kind] = seen.get(kind, 0) + 1
+        allowed = {KNOWN: 1, WITHIN: most, MEASURED: most}.get(row.verdict, len(rows))
+        if seen[kind] <= allowed:
+            shown.append(row)
+    return shown
+
+
+def not_shown(rows: Sequence[ReferenceRow], shown: Sequence[ReferenceRow]) -> str:
+    """What `brief` left out, in words; nothing if it left out nothing."""
+    words = []
+    for verdict, what in _LEFT_OUT.items():
+        count = sum(row.verdict == verdict for row in rows)
+        count -= sum(row.verdict == verdict for row in shown)
+        if count:
+            words.append(f"{_many(count, 'more reference number')} {what}")
+    return f"and {', and '.join(words)}; `vibecalc report --full` shows all" if words else ""
+
+
+_LEFT_OUT = {
+    WITHIN: "that come out",
+    KNOWN: "known to differ, for these reasons",
+    MEASURED: "that are measured",
+}
+
+
+def missed(rows: Sequence[ReferenceRow]) -> list[ReferenceRow]:
+    """Reference numbers that ours is not within tolerance of, or too uncertain to be held to."""
+    return [row for row in rows if row.verdict in (OUTSIDE, UNRESOLVED)]
+
+
 def difference(row: ReferenceRow) -> str:
     """Relative; in dB for levels, which are logarithms already, and in degrees for phases."""
     if row.unit != "dB" and not row.cyclic:
@@ -159,17 +196,6 @@ def computed(row: ReferenceRow) -> str:
     if row.value:
         error = min(error, abs(row.value) / _COMPARABLE)
     return _fit(row.computed, error, _REFERENCES[2].width)
-
-
-def not_shown(rows: Sequence[ReferenceRow], shown: Sequence[ReferenceRow]) -> str:
-    """What `brief` left out, in words; nothing if it left out nothing."""
-    words = []
-    for verdict, what in ((WITHIN, "that come out"), (KNOWN, "known to differ, for these reasons")):
-        count = sum(row.verdict == verdict for row in rows)
-        count -= sum(row.verdict == verdict for row in shown)
-        if count:
-            words.append(f"{_many(count, 'more reference number')} {what}")
-    return "and " + ", and ".join(words) if words else ""
 
 
 def known_notes(rows: Sequence[ReferenceRow]) -> list[str]:
@@ -210,21 +236,6 @@ def conclusion(references: Sequence[ReferenceRow], limits: Sequence[LimitRow]) -
     if measured:
         clauses.append(f"{measured} measured {_is(measured)} shown only")
     return "; ".join(clauses) + "." if clauses else "The case names no limit and no reference."
-
-
-def brief(rows: Sequence[ReferenceRow], most: int | None) -> list[ReferenceRow]:
-    """The rows worth a line: every miss, the first `most` of those that simply come out, and, of
-    more than `most` that are known to differ, the first for each reason."""
-    if most is None:
-        return list(rows)
-    hidden = set([i for i, row in enumerate(rows) if row.verdict == WITHIN][most:])
-    known = [i for i, row in enumerate(rows) if row.verdict == KNOWN]
-    if len(known) > most:
-        first: dict[str, int] = {}
-        for i in known:
-            first.setdefault(_note(rows[i]), i)
-        hidden |= set(known) - set(first.values())
-    return [row for i, row in enumerate(rows) if i not in hidden]
 
 
 def _fit(value: float, error: float = 0.0, width: int = LONGEST_PRINTED) -> str:

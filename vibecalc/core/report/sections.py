@@ -140,11 +140,16 @@ def table_of(case: Mapping[str, Any], *keys: str) -> Mapping[str, Any]:
 
 
 class Section(NamedTuple):
-    """A titled part of the report; `shown` holds the paths that need no generic line any more."""
+    """A titled part of the report; `shown` holds the paths that need no generic line any more.
+
+    `detail` stands in a full report only: `detail_name` says what it is, as in "Holzer tables".
+    """
 
     title: str
     lines: list[str]
     shown: frozenset[str]
+    detail_name: str = ""
+    detail: tuple[str, ...] = ()
 
 
 SCALARS = (Column("quantity", 40), number("value", 13), Column("unit", 10), Column("also", 32))

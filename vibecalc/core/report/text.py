@@ -9,7 +9,8 @@ import numpy as np
 
 from vibecalc.core.report import pages as closing
 from vibecalc.core.report import pages as summary
-from vibecalc.core.report.pages import tolerance
+from vibecalc.core.report.headline import COLUMNS, headline_rows
+from vibecalc.core.report.pages import missed, tolerance
 from vibecalc.core.report.sections import Section, magnitudes, other, speed_of, table_of
 from vibecalc.core.report.studies import find, optimisation
 from vibecalc.core.report.verdicts import (
@@ -19,7 +20,7 @@ from vibecalc.core.report.verdicts import (
     judge_references,
     misses,
 )
-from vibecalc.core.report.writing import fold, pairs, paragraph, rpm, show
+from vibecalc.core.report.writing import fold, pairs, paragraph, rpm, show, table
 from vibecalc.core.results.named import named
 from vibecalc.core.results.record import ROUNDING, Quantity, Record, Result
 from vibecalc.core.run.stage import subjects_of
@@ -28,8 +29,9 @@ from vibecalc.core.run.stage import subjects_of
 # The report as text: fixed columns and stable digits, so that two reports can be diffed.
 # ----------------------------------------------------------------------------
 
-#: More references than these fill the first page: it shows some, and all stand further below.
-_MOST_ON_TOP, _BRIEF = 40, 10
+
+#: reference numbers that simply come out, of which a report shows so many if it is not a full one
+_MOST_MATCHING = 6
 
 
 def _sections(record: Record) -> list[Callable[[Result], Section | None]]:
@@ -43,7 +45,7 @@ def render_report(result: Result, *, full: bool = False) -> str:
 
     Sections appear only for what the result has; what no section knows is listed generically.
     What changes from run to run stands at the end, so that all above it is the same text for the
-    same numbers. `full` lists the error estimate of every quantity instead of the worst few.
+    same numbers. `full` lists every reference number and the error estimate of every quantity.
 
     Raises
     ------
@@ -58,23 +60,35 @@ def render_report(result: Result, *, full: bool = False) -> str:
             named(one.remark)(result.record) for one in subjects_of(result.record) if one.remark
         )
         words = next((remark for remark in remarks if remark), words)
-    lines += _titled("Summary", paragraph(words))
-    many = len(references) > _MOST_ON_TOP
-    on_top = summary.references(references, _BRIEF if many else None)
-    for table in (summary.limits(limits), on_top):
-        if table:
-            lines += ["", *table]
+    answers = headline_rows(result.record, result.case)
+    if answers:
+        lines += _titled("Results", table(COLUMNS, answers))
+    lines += _titled("Verdicts", paragraph(words))
+    for told in (summary.limits(limits), summary.references(missed(references))):
+        if told:
+            lines += ["", *told]
+    warned = closing.warnings(result)
+    if warned is not None:
+        lines += _titled(warned.title, warned.lines)
     shown: set[str] = set()
+    left_out: list[str] = []
     for stage in (optimisation, find, *_sections(result.record)):
         section = stage(result)
         if section is not None:
             lines += _titled(section.title, section.lines)
             shown |= section.shown
-    if many:
-        lines += _titled("Reference numbers, all", summary.references(references))
+            if full:
+                lines += section.detail
+            elif section.detail:
+                left_out.append(section.detail_name)
+    if references:
+        most = None if full else _MOST_MATCHING
+        lines += _titled("Reference numbers", summary.references(references, most))
+    if left_out:
+        words = f"Left out here: {'; '.join(left_out)}. `vibecalc report --full` shows them."
+        lines += ["", *paragraph(words)]
     closings = (
         other(result, shown),
-        closing.warnings(result),
         tolerance(result),
         closing.accuracy(result, full),
         closing.methods_section(result),
@@ -91,8 +105,8 @@ def render_verdicts(result: Result) -> str:
     """Limits and references of one result, each miss in words, and the conclusion."""
     limits, references = judge_limits(result), judge_references(result)
     lines = _titled(str(result.case.get("title") or result.name), [])[1:]
-    for table in (summary.limits(limits), summary.references(references)):
-        lines += [*table, ""] if table else []
+    for told in (summary.limits(limits), summary.references(references)):
+        lines += [*told, ""] if told else []
     for miss in misses(references, limits):
         lines += paragraph(miss, "MISSED")
     return "\n".join([*lines, *paragraph(summary.conclusion(references, limits))]) + "\n"

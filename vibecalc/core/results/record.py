@@ -30,6 +30,23 @@ def entry(path: str, axes: str, unit: str, long_name: str, amplitude: str | None
     return Entry(path, tuple(axes.split()), unit, long_name, amplitude)
 
 
+class Headline(NamedTuple):
+    """A result that the reader of a report looks for first, in the unit that people read.
+
+    Of an array `pick` says which entries: that of `largest` magnitude, the `least`, `each` one,
+    the `first` one, or the lowest three above zero (`elastic`). `at` is the path of the speeds,
+    or ratios of frequencies, at which the entries are met. Where there is a quantity at `unless`,
+    that says it better.
+    """
+
+    path: str
+    name: str
+    unit: str = ""
+    pick: str = "largest"
+    at: str = ""
+    unless: str = ""
+
+
 # ----------------------------------------------------------------------------
 # What a run holds in memory: named arrays with unit, axes, amplitude kind and error estimate.
 # ----------------------------------------------------------------------------

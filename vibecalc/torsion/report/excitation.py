@@ -43,10 +43,15 @@ def torsion_excitation(result: Result) -> Section | None:
         if (value := scalar_of(record, EXCITATION + name)) is not None
     ]
     lines = paragraph(f"At the operating speed: {', '.join(words)}.") if words else []
-    for block in (_orders(record, total), _vectors(result)):
-        if block:
-            lines += ["", *block] if lines else block
-    return Section("Excitation by the cylinders", lines, frozenset())
+    sums, strongest = _vectors(result)
+    lines += ["", *strongest] if strongest else []
+    return Section(
+        "Excitation by the cylinders",
+        lines,
+        frozenset(),
+        "torque of one cylinder and vector sums by order",
+        ("", *_orders(record, total), "", *sums),
+    )
 
 
 def _orders(record: Record, total: Quantity) -> list[str]:
@@ -91,7 +96,8 @@ def _rest(count: int) -> list[str]:
     return paragraph(f"and {more} higher orders, in the result file") if more > 0 else []
 
 
-def _vectors(result: Result) -> list[str]:
+def _vectors(result: Result) -> tuple[list[str], list[str]]:
+    """The table of vector sums by mode and order; the orders that lead."""
     record = result.record
     silent = asked(result).get("misfire")
     sums = having(record, EXCITATION + "vector_sum", "mode", "half_order")
@@ -99,7 +105,7 @@ def _vectors(result: Result) -> list[str]:
     natural = vector(record, "modes/natural_frequency", "mode")
     modes = elastic_modes(result)[:_MODES]
     if sums is None or natural is None or not modes:
-        return []
+        return [], []
     major, factor = (
         vector(record, f"excitation/{name}", "half_order") for name in ("major", "bank_factor")
     )
@@ -136,7 +142,7 @@ def _vectors(result: Result) -> list[str]:
     if isinstance(silent, list | tuple) and silent:
         words += " The sums count all cylinders alike, as if all fired; the torques do not."
     strongest = [*_ranked(record, sums, modes), *_strongest(work, modes)]
-    return [*paragraph(words), *table(columns, rows), *_rest(sums.values.shape[1]), *strongest]
+    return [*paragraph(words), *table(columns, rows), *_rest(sums.values.shape[1])], strongest
 
 
 def _sum(sums: Quantity, mode: int, place: int) -> str:

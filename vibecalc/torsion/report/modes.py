@@ -45,10 +45,11 @@ def torsion_modes(result: Result) -> Section | None:
             "and with it these natural frequencies."
         )
     tables = holzer(result) or _shapes(result)
-    for block in (_separation(result), _bare(result.record), tables):
+    for block in (_separation(result), _bare(result.record)):
         if block:
             lines += ["", *block]
-    return Section("Natural frequencies and modes of the line", lines, frozenset())
+    title = "Natural frequencies and modes of the line"
+    return Section(title, lines, frozenset(), "Holzer tables or mode shapes", ("", *tables))
 
 
 def _frequencies(result: Result, natural: Quantity) -> list[str]:
