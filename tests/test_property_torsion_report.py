@@ -242,7 +242,7 @@ def test_holzer_tables_close_and_only_modes_that_matter_have_one() -> None:
     result = six()
     section_ = torsion_modes(result)
     assert section_ is not None
-    text = "\n".join(section_.lines)
+    text = "\n".join(section_.detail)
     natural = np.asarray(result.record[ROOT + "modes/undamped_frequency"].values)
     highest = 12.0 * 1000.0 * math.pi / 30.0
     told = [int(mode) for mode in re.findall(r"Holzer table of undamped mode (\d+)", text)]
@@ -261,7 +261,7 @@ def test_holzer_tables_of_branches_close_at_the_last_row() -> None:
     """Each sum is what its shaft carries, stiffness times twist, and the last sum is nothing."""
     section_ = torsion_modes(geared())
     assert section_ is not None
-    text = "\n".join(section_.lines)
+    text = "\n".join(section_.detail)
     table = text[text.index("Holzer table of mode 2") :].split("\n\n")[0]
     number_ = r"-?[\d.]+(?:e[+-]\d+)?"
     rows = re.findall(rf"^.{{18}}((?: +{number_}){{7}})$", table, re.MULTILINE)
