@@ -220,7 +220,7 @@ def test_report_and_picture() -> None:
     result = result_of("roll_dynamic_motor")
     text = render_report(result)
     start = text.index("Motor with transients\n")
-    part = text[start : text.index("\nReference numbers\n")]
+    part = text[start : text.index("\nTolerance\n")]
     assert "fitted rows are met within" in part and "not told" in part
     change = values(result.record, f"{ROOT}/dynamics_change")
     row = next(line for line in part.splitlines() if line.split()[:1] == ["1"])

@@ -48,10 +48,7 @@ def test_the_page_is_kept_and_every_part_is_there() -> None:
         "* more than the 1009 N*m that the motor has", "other motors without control",
     ):  # fmt: skip
         assert part in " ".join(text.split()) or part in text
-    assert (
-        PATH
-        not in render_report(shipped()).split(TITLE)[1].split("\nReference numbers\n")[0]
-    )
+    assert PATH not in render_report(shipped()).split(TITLE)[1].split("\nReference numbers\n")[0]
 
 
 def test_rows_of_unstable_pairs_have_no_levels() -> None:
