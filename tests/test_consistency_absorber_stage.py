@@ -253,13 +253,13 @@ def test_a_summary_shows_what_is_tuned_or_given() -> None:
     units = {"spring": "N m/rad", "damper": "N m s/rad"}
     assert {name: rows[f"{name} of the absorber"][2] for name in units} == units
     assert rows["natural frequency of the absorber alone"][1:3] == ["7.956", "Hz"]
-    assert rows["largest amplification, tuned"][1] == "3.827"
+    assert rows["largest response of the primary, tuned"][1] == "3.827"
     assert "stiffness ratio, tuned" not in rows
     given = "machine.secondary={mass_ratio=0.1,stiffness_ratio=0.08,own_damping_ratio=0.2}"
     record = run("absorber_mass", given)
     rows = {row[0]: row for row in headline_rows(record)}
-    assert rows["largest amplification"][3].startswith("curve as given at ratio")
-    assert "largest travel of the absorber" in rows
+    assert rows["largest response of the primary"][3].startswith("curve as given at ratio")
+    assert "largest travel of the absorber, as a ratio" in rows
 
 
 #: a machine of 2000 kg on a floor, with bounds

@@ -248,7 +248,7 @@ def test_the_rod_has_its_couple_or_its_bound() -> None:
 def test_the_terminal_names_energies_and_no_more_than_a_page() -> None:
     text = plain_summary(compressor())
     assert len(text.splitlines()) <= 50
-    assert "kinetic energy, peak" in text and "mean impact force" in text
+    assert "kinetic energy, peak" in text and "mean force in the joint" in text
 
 
 def energies_of(values: np.ndarray, error: float) -> list[Quantity]:

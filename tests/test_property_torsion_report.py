@@ -326,4 +326,4 @@ def test_the_terminal_shows_the_lowest_elastic_mode_and_the_worst_section() -> N
     assert float(first[1]) == pytest.approx(natural[1], rel=1e-3) and first[2] == "Hz"
     assert ("vibratory stress over the speeds, half range", "section rear") in rows
     names = {name for name, _ in rows}
-    assert {"stress over its limit, over the speeds", "heat in a damper at speed, mean"} <= names
+    assert {"stress over that allowed, over the speeds", "heat in a damper at speed, mean"} <= names

@@ -456,10 +456,10 @@ ENTRIES = (
 
 #: what the reader of a report looks for first
 HEADLINES = (
-    Headline("tuning/peak", "largest amplification, tuned", ""),
-    Headline("tuning/peak_alone", "without the absorber", ""),
+    Headline("tuning/peak", "largest response of the primary, tuned", ""),
+    Headline("tuning/peak_alone", "the same without the absorber", ""),
     Headline("tuning/mean_square", "mean square response, tuned", ""),
-    Headline("tuning/mean_square_alone", "without the absorber", ""),
+    Headline("tuning/mean_square_alone", "the same without the absorber", ""),
     Headline(
         "tuning/stiffness_ratio", "stiffness ratio, tuned", unless="tuning/secondary_frequency"
     ),
@@ -469,12 +469,12 @@ HEADLINES = (
     Headline("tuning/torsional_stiffness", "spring of the absorber", "N*m/rad"),
     Headline("tuning/torsional_damping", "damper of the absorber", "N*m*s/rad"),
     Headline("tuning/secondary_frequency", "natural frequency of the absorber alone", "Hz"),
-    Headline("tuning/travel", "travel of the absorber over the static deflection", ""),
+    Headline("tuning/travel", "largest travel of the absorber, as a ratio", ""),
     Headline("tuning/each/linear_stiffness", "spring of absorber", "N/mm", "each"),
     Headline("tuning/each/linear_damping", "damper of absorber", "N*s/m", "each"),
     Headline("tuning/each/torsional_stiffness", "spring of absorber", "N*m/rad", "each"),
     Headline("tuning/each/torsional_damping", "damper of absorber", "N*m*s/rad", "each"),
-    Headline("hardware/buy/peak", "largest amplification with stock parts", ""),
+    Headline("hardware/buy/peak", "largest response with the best stock parts", ""),
     Headline(
         "tuning/each/stiffness_ratio",
         "stiffness ratio of absorber",
@@ -484,20 +484,25 @@ HEADLINES = (
     ),
     Headline(
         "tuning/each/secondary_damping",
-        "damping ratio of absorber",
+        "damping of absorber, c2/(2 sqrt(K1 J1))",
         "",
         "each",
         unless="tuning/each/frequency",
     ),
     Headline(
         "response/absorber/largest",
-        "largest amplification",
+        "largest response of the primary",
         "",
         "first",
         "response/absorber/largest_frequency_ratio",
     ),
-    Headline("response/absorber/largest_travel", "largest travel of the absorber", "", "first"),
+    Headline(
+        "response/absorber/largest_travel",
+        "largest travel of the absorber, as a ratio",
+        "",
+        "first",
+    ),
     Headline("pendulum/order", "order of the pendulum", ""),
-    Headline("pendulum/largest_swing", "swing of the pendulum, largest", "deg"),
+    Headline("pendulum/largest_swing", "swing at which the path of the pendulum ends", "deg"),
     Headline("pendulum/jump/torque", "torque at which the swing jumps", "N*m"),
 )

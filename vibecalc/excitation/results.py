@@ -166,8 +166,8 @@ ENTRIES = (
 HEADLINES = (
     Headline("excitation/force_peak", "shaking force, peak", "N"),
     Headline("excitation/couple_peak", "shaking couple, peak", "N*m"),
-    Headline("excitation/residual", "residual after balancing", "N"),
-    Headline("excitation/motor/peak", "axial force of the motor, peak", "N"),
+    Headline("excitation/residual", "weighted residual of the balance", "N"),
+    Headline("excitation/motor/peak", "axial force of the motor, peak without mean", "N"),
     Headline("excitation/pump/flow", "flow of the pump, mean", "l/min"),
     Headline("excitation/pump/power", "power of the pump, mean", "kW"),
     Headline("excitation/pump/mean_torque", "torque of the pump, mean", "N*m"),

@@ -118,7 +118,7 @@ ENTRIES = (
 
 #: what the reader of a report looks for first
 HEADLINES = (
-    Headline("response/impact/mean_force", "mean impact force", "N", "each"),
-    Headline("response/impact/peak_force", "largest impact force", "N"),
+    Headline("response/impact/mean_force", "mean force in the joint", "N", "each"),
+    Headline("response/impact/peak_force", "largest force in a revolution, mean", "N"),
     Headline("response/impact/impacts", "impacts in a revolution", "", "each"),
 )

@@ -251,17 +251,21 @@ HEADLINES = (
     Headline("isolation/pitch/damping_ratio", "damping ratio, pitch", ""),
     Headline("isolation/modes/natural_frequency", "natural frequency", "Hz", "each"),
     Headline("isolation/support_displacement/sag", "static deflection of a mount", "mm"),
-    Headline("isolation/support_force/steady_peak", "force on a support at speed, peak", "N"),
+    Headline(
+        "isolation/support_force/steady_peak", "dynamic force on a support at speed, peak", "N"
+    ),
     Headline("isolation/lever_force/steady_peak", "couple over the lever at speed, peak", "N"),
-    Headline("isolation/support_displacement/excursion", "travel of a mount at speed, peak", "mm"),
+    Headline(
+        "isolation/support_displacement/excursion", "deflection of a mount with its sag, peak", "mm"
+    ),
     Headline(
         "isolation/support_displacement/vertical_peak",
-        "vertical travel of a mount at speed, peak",
+        "vertical motion at a mount at speed, peak",
         "mm",
     ),
     Headline(
         "isolation/support_force/run_up_peak",
-        "force on a support in the run-up, peak",
+        "dynamic force on a support in the run-up, peak",
         "N",
         "largest",
         "isolation/support_force/run_up_peak_speed",
@@ -276,6 +280,6 @@ HEADLINES = (
     Headline("isolation/torque_reaction/mean_couple", "torque reaction, mean", "N*m"),
     Headline("isolation/torque_reaction/roll_peak", "roll of the body by torque, peak", "mrad"),
     Headline(
-        "isolation/torque_reaction/support_force_peak", "force on a support by torque, peak", "N"
+        "isolation/torque_reaction/support_force_peak", "force on a support with torque, peak", "N"
     ),
 )

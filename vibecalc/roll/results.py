@@ -472,10 +472,10 @@ HEADLINES = (
     Headline("response/roll/mean_torque", "motor torque, mean", "N*m"),
     Headline(
         "response/roll/speed_variation",
-        "variation of the speed, largest less smallest over mean",
+        "range of the speed in a turn, over the mean",
         "",
     ),
-    Headline("response/roll/breakdown_margin", "breakdown torque over the mean torque", ""),
+    Headline("response/roll/breakdown_margin", "largest motor torque over the mean, less 1", ""),
     Headline(
         "response/roll/level/shell_acceleration",
         "roll acceleration of the shell, strongest order",

@@ -528,10 +528,10 @@ HEADLINES = (
         "largest",
         "response/torsion/largest/speed",
     ),
-    Headline("response/torsion/limit/operating_use", "stress over its limit at speed", ""),
+    Headline("response/torsion/limit/operating_use", "stress over that allowed, at speed", ""),
     Headline(
         "response/torsion/limit/largest_use",
-        "stress over its limit, over the speeds",
+        "stress over that allowed, over the speeds",
         "",
         "largest",
         "response/torsion/limit/speed",
