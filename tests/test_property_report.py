@@ -8,6 +8,7 @@ import dataclasses
 import io
 import math
 import re
+from importlib import import_module
 from pathlib import Path
 
 import numpy as np
@@ -28,7 +29,10 @@ from rich.console import Console
 from vibecalc.core.report.terminal import plain_summary, print_summary, summary
 from vibecalc.core.report.text import render_report, render_verdicts
 from vibecalc.core.report.writing import Column, fold, number, show, show_percent, show_phase, table
+from vibecalc.core.results.catalogue import CATALOGUE, OWNER
 from vibecalc.core.results.record import Axis, Record
+from vibecalc.subjects import SUBJECTS
+from vibecalc.units import convert
 
 SAMPLES = {"generator": generator, "rigid_body": rigid_body, "optimised": optimised}
 
@@ -297,3 +301,15 @@ def test_a_table_has_no_column_without_an_entry() -> None:
     assert with_total[0] == "  name    full  low"
     assert with_total[-2:] == ["  -----------------", "  sum             9"]
     assert table(columns, [])[0] == "  name    full empty  low"
+
+
+@pytest.mark.parametrize("subject", SUBJECTS)
+def test_headlines_are_results_in_units_that_fit(subject: str) -> None:
+    listed = getattr(import_module(f"vibecalc.{subject}.results"), "HEADLINES", ())
+    assert len(listed) == len({one.path for one in listed})
+    for one in listed:
+        entry = CATALOGUE[one.path]
+        assert OWNER[one.path] == subject and len(one.name) <= 48
+        assert math.isfinite(convert(1.0, entry.unit, one.unit or entry.unit))
+        assert {one.at, one.unless} - {""} <= set(CATALOGUE)
+        assert one.pick in ("largest", "least", "each", "first", "elastic")
