@@ -68,7 +68,7 @@ def test_a_full_stderr_changes_no_exit_code() -> None:
     [
         ("vibecalc.schema", ["run", GENERATOR]),
         ("vibecalc.schema", ["sweep", GENERATOR, "--dry-run"]),
-        ("vibecalc.starters", ["new", "generator"]),
+        ("vibecalc.cli.starters", ["new", "generator"]),
         ("vibecalc.core.report.plots", ["plot", "a.h5"]),
         ("vibecalc.core.study.sweep.assemble", ["merge", "a.h5", "b.h5", "-o", "c.h5"]),
         *(
@@ -77,7 +77,7 @@ def test_a_full_stderr_changes_no_exit_code() -> None:
                 ("vibecalc.schema", ["check", GENERATOR]),
                 ("vibecalc.schema", ["verify", GENERATOR]),
                 ("vibecalc.schema", ["accuracy", GENERATOR]),
-                ("vibecalc.starters", ["schema"]),
+                ("vibecalc.json_schema", ["schema"]),
                 ("vibecalc.core.results.compare", ["diff", "a.h5", "b.h5"]),
                 ("vibecalc.core.report.sweep.text", ["report", "a.h5"]),
             )
