@@ -108,8 +108,8 @@ _VALUE = {"type": "string", "pattern": f"^{_NUMBER}{_UNIT}$"}
 def _text_in(unit: str) -> Schema:
     """A number as a text, in any unit of this dimension."""
     others = "|".join(re.escape(name) for name in TABLE if name and not _fits(name, unit))
-    text = {"type": "string", "maxLength": 120, "pattern": f"^(?!{_NUMBER}({others})\\s*$)"}
-    text["pattern"] += f"{_NUMBER}{_UNIT}$"
+    pattern = f"^(?!{_NUMBER}({others})\\s*$){_NUMBER}{_UNIT}$"
+    text = {"type": "string", "maxLength": 120, "pattern": pattern}
     if unit in WORDS:
         text["description"] = "{}, e.g. {}".format(*WORDS[unit])
     return text
