@@ -27,12 +27,12 @@ ALLOWED = {
     "kinds": FRAME | CASE,
     "schema": FRAME | {"parts", "subjects"},
     "cross_checks": FRAME | CASE | {"parts", "subjects"},
-    "starters": FRAME | CASE | {"parts", "subjects"},
+    "json_schema": FRAME | CASE | {"parts", "subjects"},
     "array_path": FRAME | CASE | {"parts", "subjects"},
     "core/report": FRAME | CASE | {"core/study"},
     "core/study": FRAME | CASE | {"parts", "array_path"},
     "core/accuracy": FRAME | CASE | {"core/study"},
-    "cli": FRAME | {"core/report", "core/study", "core/accuracy", "starters"},
+    "cli": FRAME | {"core/report", "core/study", "core/accuracy", "json_schema"},
     "__main__": {"errors", "cli"},
 }  # fmt: skip
 #: of a subject: the frame with its views, the parts, and the subjects that its physics stands on

@@ -1,18 +1,21 @@
 """Claim: a dynamic motor that cannot be, or cannot be followed as asked, is refused in words."""
 
 import copy
+import tomllib
 from typing import Any
 
 import numpy as np
 import pytest
 
+from vibecalc.cli.starters import starter
 from vibecalc.core.case.load import validate
 from vibecalc.core.case.raw import set_key
 from vibecalc.core.run.machine_checks import check_machine, machine_warnings
 from vibecalc.errors import CaseError, NumericalFailure, Problem
 from vibecalc.excitation.induction_motor import InductionMotor, steady_torque
 from vibecalc.roll.model import fitted_motor
-from vibecalc.roll.starters import ROLL
+
+ROLL = tomllib.loads(starter("roll"))
 
 MOTOR = {"kind": "dynamic", "poles": 6, "voltage": "400 V", "stator_resistance": "50 mohm"}
 TWO = InductionMotor(

@@ -13,12 +13,12 @@ from engine_cases import CARD, DESIGN, ENGINE, GEARED, cards, refusal, replaced
 from engine_refusals import REFUSED as OF_MACHINES
 from engine_refusals_asked import REFUSED as OF_QUESTIONS
 
+from vibecalc.cli.starters import starter
 from vibecalc.core.case.load import load_case, validate
 from vibecalc.core.run.machine_checks import check_machine
 from vibecalc.core.run.plan import plan_case
 from vibecalc.core.study.execute import load_checked
 from vibecalc.errors import CaseError
-from vibecalc.starters import SCENES
 from vibecalc.torsion.model import build_shaft_line
 
 FOLDER = Path(__file__).parent / "bad_cases"
@@ -151,7 +151,7 @@ def test_a_missing_file_and_a_strange_column(tmp_path: Path) -> None:
 def test_whatever_stands_in_the_place_of_a_value_is_no_exception() -> None:
     random_places = random.Random(7)
     ring = ("viscous", 'spring", stiffness = "9 kN*m/rad')
-    for text in (replaced(E, ring) + D, G, SCENES["engine"].data):
+    for text in (replaced(E, ring) + D, G, tomllib.loads(starter("engine"))):
         data = tomllib.loads(text) if isinstance(text, str) else text
         for path in random_places.sample([*_places(data["machine"])], 40):
             changed = copy.deepcopy(data)
@@ -178,11 +178,11 @@ def _places(value: Any, above: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]
 
 
 def test_a_rod_that_does_not_get_round_is_told_once() -> None:
-    data = copy.deepcopy(SCENES["engine"].data)
+    data = tomllib.loads(starter("engine"))
     data["machine"]["crank_train"]["rod_length"] = "60 mm"
     (problem,) = check_machine(validate(data))
     assert problem.path == ("machine", "crank_train", "rod_length")
 
 
 def test_the_starter_has_no_problems() -> None:
-    assert check_machine(validate(SCENES["engine"].data)) == []
+    assert check_machine(validate(tomllib.loads(starter("engine")))) == []

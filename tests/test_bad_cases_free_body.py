@@ -10,10 +10,10 @@ from response_machines import run
 from response_samples import compressor
 from test_property_response_report import row, section
 
+from vibecalc.cli.starters import starter
 from vibecalc.core.report.text import render_report
 from vibecalc.core.results.record import Axis
 from vibecalc.errors import NumericalFailure
-from vibecalc.starters import starter
 
 HARD = "60 N/mm"
 

@@ -21,8 +21,8 @@ from vibecalc.core.run.targets import check_targets
 from vibecalc.core.study.execute import load_checked
 from vibecalc.cross_checks import cross_check
 from vibecalc.errors import CaseError, Problem
+from vibecalc.json_schema import json_schema
 from vibecalc.schema import Case
-from vibecalc.starters import json_schema
 
 FOLDER = Path(__file__).parent / "bad_cases"
 

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from roll_control_cases import PATH, case_of, record_of, value_of
 
+from vibecalc.cli.starters import starter
 from vibecalc.core.results.record import Record
 from vibecalc.core.study.execute import execute, load_checked
 from vibecalc.errors import CaseError, NumericalFailure
 from vibecalc.roll.motor_checks import control_problems
-from vibecalc.starters import starter
 
 STARTER = starter("roll_control")
 

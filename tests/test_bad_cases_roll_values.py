@@ -5,6 +5,7 @@ leaves there; the case is then refused at that key, or is a case, and never ends
 """
 
 import copy
+import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -13,12 +14,16 @@ from fuzzing import command
 from long_but import long_but
 from test_property_fuzz import check_broken_starters
 
+from vibecalc.cli.starters import starter
 from vibecalc.core.case.load import load_case, resolve, validate
 from vibecalc.core.case.raw import get_key, key_text, set_key
 from vibecalc.core.case.walk import shape_at
 from vibecalc.core.run.machine_checks import check_machine, machine_warnings
 from vibecalc.errors import CaseError, KeyPath
-from vibecalc.roll.starters import PLATE, ROLL, ROLL_CONTROL
+
+PLATE = tomllib.loads(starter("plate"))
+ROLL = tomllib.loads(starter("roll"))
+ROLL_CONTROL = tomllib.loads(starter("roll_control"))
 
 START_UP = {
     "duration": 2.0,

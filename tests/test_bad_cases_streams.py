@@ -77,8 +77,8 @@ def test_a_full_stderr_changes_no_exit_code() -> None:
                 ("vibecalc.schema", ["verify", GENERATOR]),
                 ("vibecalc.schema", ["accuracy", GENERATOR]),
                 ("vibecalc.core.study.sweep.assemble", ["merge", "a.h5", "b.h5", "-o", "c.h5"]),
-                ("vibecalc.starters", ["new", "generator"]),
-                ("vibecalc.starters", ["schema"]),
+                ("vibecalc.cli.starters", ["new", "generator"]),
+                ("vibecalc.json_schema", ["schema"]),
                 ("vibecalc.core.results.compare", ["diff", "a.h5", "b.h5"]),
                 ("vibecalc.core.report.sweep.text", ["report", "a.h5"]),
             )

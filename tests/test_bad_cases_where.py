@@ -9,11 +9,11 @@ from pathlib import Path
 import pytest
 from fuzzing import command
 
+from vibecalc.cli.starters import starter
 from vibecalc.core.case.load import load_case
 from vibecalc.core.run.targets import check_targets
 from vibecalc.core.study.execute import load_checked
 from vibecalc.errors import CaseError
-from vibecalc.starters import starter
 
 GENERATOR = Path(__file__).resolve().parents[1] / "cases" / "generator.toml"
 ROW = """

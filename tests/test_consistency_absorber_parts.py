@@ -13,11 +13,11 @@ from vibecalc.absorber.hardware.overhung import bending_frequencies
 from vibecalc.absorber.model import AbsorberParts, Branch, build_absorber
 from vibecalc.absorber.pendulum_order import PendulumParts, build_pendulum, rates, tuning_order
 from vibecalc.absorber.transfer import amplitude
+from vibecalc.cli.starters import starter
 from vibecalc.core.case.load import resolve, validate
 from vibecalc.core.case.raw import set_key
 from vibecalc.core.run.machine_checks import check_machine
 from vibecalc.schema import Case
-from vibecalc.starters import SCENES
 
 ROLLERS = {"mass": 0.08, "distance": 0.092, "diameter": 0.015}
 
@@ -120,7 +120,7 @@ def test_the_rule_gives_the_clearance_and_sides_may_differ() -> None:
 
 
 def test_a_ring_is_an_absorber_of_its_own() -> None:
-    data = SCENES["absorber_rig"].data
+    data = tomllib.loads(starter("absorber_rig"))
     found = build_absorber(validate(data))
     assert found.absorber is not None and found.scale is not None
     mass = 7850.0 * math.pi * (0.14**2 - 0.07**2) * 0.018
@@ -239,5 +239,5 @@ def test_a_path_that_is_not_given_is_tuned(path: str) -> None:
 
 @pytest.mark.parametrize("scene", ["absorber", "absorber_rig", "pendulum"])
 def test_starters_survive_being_resolved(scene: str) -> None:
-    case = validate(SCENES[scene].data)
+    case = validate(tomllib.loads(starter(scene)))
     assert validate(resolve(case)) == case

@@ -1,6 +1,7 @@
 """Claim: a run with a dynamic motor gives what its kernels give, and apart what fit and lag do."""
 
 import copy
+import tomllib
 from dataclasses import replace
 from functools import cache
 from typing import Any
@@ -9,6 +10,7 @@ import numpy as np
 import pytest
 from shipped_cases import result_of
 
+from vibecalc.cli.starters import starter
 from vibecalc.core.case.load import validate
 from vibecalc.core.case.raw import set_key
 from vibecalc.core.report.plots import make
@@ -26,9 +28,10 @@ from vibecalc.roll.model import build_roll, fitted_motor, roll_drive
 from vibecalc.roll.results import MOTOR as ROOT
 from vibecalc.roll.results import MOTOR_ENTRIES
 from vibecalc.roll.running import Running, running_state
-from vibecalc.roll.starters import ROLL
 from vibecalc.roll.turn import harmonics, level, readings
 from vibecalc.schema import Case
+
+ROLL = tomllib.loads(starter("roll"))
 
 MOTOR = {
     "kind": "dynamic",

@@ -13,12 +13,12 @@ import pytest
 from engine_cases import CARD, ENGINE, GEARED, cards, replaced
 from scipy.linalg import eigh
 
+from vibecalc.cli.starters import starter
 from vibecalc.core.case.load import load_case, resolve, validate
 from vibecalc.core.run.machine_checks import machine_warnings
 from vibecalc.excitation.gas_tables import pressure_at
 from vibecalc.excitation.model import build_firing, firing_angle, gas_cards
 from vibecalc.schema import Case
-from vibecalc.starters import SCENES
 from vibecalc.torsion.line import damping_matrix, stiffness_matrix
 from vibecalc.torsion.model import build_shaft_line
 
@@ -183,7 +183,7 @@ def test_throws_stand_as_the_firing_has_them() -> None:
 
 
 def test_a_resolved_engine_is_the_same_engine() -> None:
-    for data in (tomllib.loads(ENGINE), tomllib.loads(GEARED), SCENES["engine"].data):
+    for data in (tomllib.loads(ENGINE), tomllib.loads(GEARED), tomllib.loads(starter("engine"))):
         first = resolve(validate(data))
         assert resolve(validate(first)) == first
 
@@ -205,7 +205,7 @@ def test_cards_and_scales_of_the_cylinders() -> None:
 
 
 def test_a_computed_cycle_reaches_its_peak() -> None:
-    case = validate(SCENES["engine"].data)
+    case = validate(tomllib.loads(starter("engine")))
     _, (card,) = gas_cards(case.machine)
     angle = np.linspace(-60.0, 90.0, 30001) * DEGREE
     # 130 bar absolute over one atmosphere in the crankcase

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
+from vibecalc.cli.starters import starter
 from vibecalc.core.case.load import validate
 from vibecalc.core.case.raw import set_key
 from vibecalc.excitation.gas_tables import force_at
@@ -18,7 +19,8 @@ from vibecalc.kinematics.slider_crank import piston_motion
 from vibecalc.parts.crank_train import build_crank_train
 from vibecalc.roll.mechanism import inertia, is_mounted
 from vibecalc.roll.model import RollParts, build_roll, mean_demand, motor_curve, roll_drive
-from vibecalc.roll.starters import ROLL
+
+ROLL = tomllib.loads(starter("roll"))
 
 TRAIN = """
 crank_radius = 0.05

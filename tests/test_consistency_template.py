@@ -4,82 +4,211 @@ import copy
 import re
 import tomllib
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import jsonschema
 import pytest
 from long_but import long_but
 
+from vibecalc.cli.starters import scenes, starter
 from vibecalc.core.case.load import case_hash, load_case, resolve, validate
-from vibecalc.core.case.raw import get_key, set_key
+from vibecalc.core.case.raw import Data, get_key, set_key
 from vibecalc.core.case.walk import keys_of, shape_at, shape_of
-from vibecalc.errors import CaseError, UsageError
+from vibecalc.errors import CaseError, KeyPath, UsageError
+from vibecalc.json_schema import json_schema
+from vibecalc.kinds import (
+    EACH,
+    FINDING_MOTORS,
+    KINDS,
+    MACHINE,
+    OF_THE_BODY,
+    PARTS_OF_KIND,
+    motor_kind,
+)
+from vibecalc.parts.drive_rules import KEYS
 from vibecalc.schema import Case
-from vibecalc.starters import SCENES, json_schema, starter
 
 CASES = sorted((Path(__file__).parent.parent / "cases").glob("*.toml"))
 SCHEMA = json_schema()
 JUDGE = jsonschema.Draft202012Validator(SCHEMA)
 
 
-@pytest.fixture(params=sorted(SCENES))
+@pytest.fixture(params=sorted(scenes()))
 def text(request: pytest.FixtureRequest) -> str:
     """Each starter case."""
     return starter(request.param)
 
 
-def test_starters_load_as_they_are(text: str, tmp_path: Path) -> None:
+def test_starters_load_as_they_are_and_fit_the_screen(text: str, tmp_path: Path) -> None:
     path = tmp_path / "starter.toml"
     path.write_text(text)
     loaded = load_case(path)
-    assert loaded.name == "starter"
-    assert loaded.text == text
+    assert (loaded.name, loaded.text) == ("starter", text)
+    assert text.startswith("#:schema ./vibecalc.schema.json\n# ") and text.endswith("\n")
+    assert max(map(len, text.splitlines())) <= 100
+
+
+# ----------------------------------------------------------------------------
+# What stands in a starter as a comment: `# key = value` of the table above it, `#   key = value` of
+# an entry of the list below it (`#   key: ...` where entries have it), `# [table]` at the end.
+# ----------------------------------------------------------------------------
+
+LINE = re.compile(r"(?P<entry>#   |# |)(?P<key>\w+)(?P<sign> = |:)(?P<rest>.*)")
+HEADER = re.compile(r"(?P<left># |)\[{1,2}(?P<path>[\w.]+)\]{1,2}")
+CLASHES = re.compile(
+    "exclude each other|stands twice|is fixed, and|has units, and no|is that of|belong to|goes with"
+    "|needs .*, too|is not given|others do|of kind 'viscous' has no"
+)
+
+
+class Commented(NamedTuple):
+    """A key that stands as a comment: where it would be, its value, what is said about it."""
+
+    path: KeyPath
+    value: Any
+    about: str
+
+
+def headed(path: str, data: Any) -> KeyPath:
+    """A header as a path into the case, at the first entry of each list."""
+    whole: list[str | int] = []
+    for part in path.split("."):
+        whole.append(part)
+        data = data.get(part, {}) if isinstance(data, dict) else {}
+        if isinstance(data, list):
+            whole.append(0)
+            data = data[0]
+    return tuple(whole)
+
+
+def shown(text: str) -> tuple[set[KeyPath], list[Commented]]:
+    """Places that a starter names, and its commented keys."""
+    data, table, entries = tomllib.loads(text), (), []
+    named: set[KeyPath] = set()
+    commented: list[Commented] = []
+    before = ""
+    for line in text.split("\n\n", 1)[1].splitlines():
+        header, found = HEADER.match(line), LINE.match(line)
+        if header:
+            path = headed(header["path"], data)
+            named.add(path[:-1] if path[-1] == 0 else path)
+            table = table if header["left"] else path
+        elif found and found["entry"] == "#   ":
+            entries.append((found, before))
+        elif found and found["sign"] == " = ":
+            path = (*table, found["key"])
+            named.add(path)
+            for one, above in entries:
+                place = (*path, 0, one["key"])
+                named.add(place)
+                if one["sign"] == " = ":
+                    commented.append(Commented(place, value_of(one), one["rest"] + above))
+            entries = []
+            if found["entry"]:
+                commented.append(Commented(path, value_of(found), found["rest"] + before))
+        before = line
+    return named, commented
+
+
+def value_of(line: re.Match[str]) -> Any:
+    return tomllib.loads(f"{line['key']} = {line['rest']}")[line["key"]]
+
+
+def starred(path: KeyPath) -> KeyPath:
+    return tuple(EACH if isinstance(part, int) else part for part in path)
+
+
+def of_others(data: Data, path: KeyPath) -> bool:
+    """Whether only another kind of machine or motor has this place."""
+    kind, motor, place = data["machine"]["kind"], motor_kind(data["machine"]), starred(path)
+    if any(place in parts.own for name, parts in PARTS_OF_KIND.items() if name != kind):
+        return True
+    if place == (*MACHINE, "speed"):
+        return motor in FINDING_MOTORS or "speed" not in KINDS[kind].needs
+    if kind == "absorber" and place[:1] == ("response",) and len(place) == 2:
+        return place[1] in ("method", *OF_THE_BODY)
+    if place[:2] == (*MACHINE, "motor") and len(place) == 3:
+        kinds = {name for name, row in KEYS.items() if place[2] in (*row.needed, *row.other)}
+        return bool(kinds) and motor not in kinds
+    return kind in PARTS_OF_KIND and place in PARTS_OF_KIND[kind].foreign
+
+
+def test_every_key_of_every_table_is_named_and_none_of_another_kind(text: str) -> None:
     data = tomllib.loads(text)
-    assert data in [scene.data for scene in SCENES.values()]
+    named, _ = shown(text)
+    assert not {path for path in named if of_others(data, path)}
 
-
-def test_starters_fit_the_screen(text: str) -> None:
-    written = [line for line in text.splitlines() if "#" in line]
-    assert max(map(len, written)) <= 100
-    assert text.endswith("\n")
-
-
-def test_every_key_of_every_table_that_appears_is_shown(text: str) -> None:
-    data = tomllib.loads(text)
-
-    def held(value: Any, path: tuple[str | int, ...]) -> None:
+    def held(value: Any, path: KeyPath) -> None:
         shape = shape_at(path)
-        assert shape is not None
-        if shape.table is not None:
+        if shape is not None and shape.table is not None and isinstance(value, dict):
             for key, field in keys_of(shape.table).items():
-                assert re.search(rf"\b{key}\b", text), f"{key} of {path} is not shown"
-                words = (field.description or "").split()[0]
-                assert words in text
+                below, place = shape_of(field), (*path, key)
+                table = below.table or (below.item and below.item.table)
                 if key in value:
-                    held(value[key], (*path, key))
-        elif shape.item is not None and shape.item.table is not None:
-            for position, entry in enumerate(value):
-                held(entry, (*path, position))
+                    held(value[key][0] if below.kind == "list" else value[key],
+                         (*place, 0) if below.kind == "list" else place)  # fmt: skip
+                elif not of_others(data, place) and not (table and len(path) < 2):
+                    assert place in named, f"{place} is not named"
 
     held(data, ())
 
 
-def test_units_stand_in_the_comments() -> None:
-    lines = starter("generator").splitlines()
-    radius = next(line for line in lines if line.startswith("crank_radius"))
-    assert radius.split("# ")[1] == "half the stroke [m], > 0"
-    assert any(line.startswith("# gravity = 9.80665") and "[m/s^2]" in line for line in lines)
+def test_commented_keys_have_their_defaults_or_say_that_they_are_examples(text: str) -> None:
+    for path, value, about in shown(text)[1]:
+        shape = shape_at(path[:-1])
+        assert shape is not None and shape.table is not None, path
+        field = keys_of(shape.table)[str(path[-1])]
+        default = field.get_default(call_default_factory=True)
+        if default in (None, (), {}):
+            assert "# e.g., " in about, path
+        else:
+            assert value == (list(default) if isinstance(default, tuple) else default), path
 
 
-def test_a_bound_stands_once_and_is_the_stricter() -> None:
-    (line,) = [one for one in starter("impact").splitlines() if one.startswith("stiffness = ")]
-    assert line.endswith("[N/m], > 0") and ">=" not in line
-    for scene in SCENES:
-        assert not re.search(r">=? \S+, >|<=? \S+, <", starter(scene))
+def test_each_commented_key_may_be_taken_in_or_is_refused_for_what_it_clashes_with(
+    text: str,
+) -> None:
+    data = tomllib.loads(text)
+    for path, value, _ in shown(text)[1]:
+        changed = copy.deepcopy(data)
+        table = changed
+        for part in path[:-1]:
+            table = table[part]
+        table[path[-1]] = value
+        problems = refused(changed)
+        assert CLASHES.search(problems) or not problems, f"{path}: {problems}"
+
+
+def refused(data: Data) -> str:
+    """Why a case is refused, or nothing."""
+    try:
+        validate(data)
+    except CaseError as error:
+        return str(error)
+    return ""
+
+
+@pytest.mark.parametrize(
+    ("unit", "taken", "refused"),
+    [
+        (
+            "m",
+            ["55 mm", "0.2", " 1e-3 km", "2.375 in", "−5 um"],
+            ["mm", "55 kg", "1e3 N", "5,5 mm"],
+        ),
+        ("rad_per_s", ["4900 rpm", "16.5 Hz", "5 1/s", ".5 kHz"], ["fast", "3 rad", "3.1.2 rpm"]),
+        ("N_m_s_per_rad", ["0.8 N*m*s", "45 N*m*s/rad", "2 Nms/rad"], ["", "8 N*m", "- 3"]),
+        ("K", ["20 degC", "20 °C", "293.15 K"], ["20 m", "nan"]),
+        ("", ["50 %", "0.5"], ["%", "0.5 m"]),
+    ],
+)
+def test_texts_are_a_number_and_a_unit(unit: str, taken: list[str], refused: list[str]) -> None:
+    pattern = SCHEMA["$defs"][f"Text_{unit}"]["pattern"]
+    assert [one for one in taken + refused if re.search(pattern, one)] == taken
 
 
 def test_no_weights_at_all_is_an_empty_list_but_someone_has_to_work() -> None:
-    data = copy.deepcopy(SCENES["compressor"].data)
+    data = tomllib.loads(starter("compressor"))
     set_key(data, "excitation.balanced_for", [])
     set_key(data, "response.balances[1].balanced_for", [])
     case = validate(data)
@@ -97,7 +226,7 @@ def test_no_weights_at_all_is_an_empty_list_but_someone_has_to_work() -> None:
 
 
 def test_an_unknown_scene_gets_the_list() -> None:
-    with pytest.raises(UsageError, match=r"generator, rigid_body.*did you mean 'generator'"):
+    with pytest.raises(UsageError, match=r"generator, impact.*did you mean 'generator'"):
         starter("genrator")
 
 
@@ -153,6 +282,8 @@ def test_hash_follows_values_and_not_comments(tmp_path: Path) -> None:
         ("surplus", 1),
         ("machine.speed", 0),
         ("machine.speed", True),
+        ("machine.speed", "fast"),
+        ("machine.speed", "15 mm"),
         ("machine.surplus", 1),
         ("machine.kind", "aeroplane"),
         ("machine.crank_train.rod_length", -1.0),
@@ -167,11 +298,12 @@ def test_hash_follows_values_and_not_comments(tmp_path: Path) -> None:
         ("accuracy", {"rtol": 0.2}),
         ("excitation", {"orders": 1.5}),
         ("limit[0].max", True),
+        ("limit[0].max", "N"),
         ("limit[0].where", {"order": []}),
     ],
 )
 def test_json_schema_and_schema_refuse_the_same(key: str, value: Any) -> None:
-    data = copy.deepcopy(SCENES["generator"].data)
+    data = tomllib.loads(starter("generator"))
     assert JUDGE.is_valid(data)
     set_key(data, key, value)
     assert get_key(data, key) == value

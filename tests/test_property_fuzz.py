@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from fuzzing import ALLOWED, MUTATORS, command, mutations
 
-from vibecalc.starters import starter
+from vibecalc.cli.starters import starter
 
 SEED = 20080319
 

@@ -131,7 +131,7 @@ NOT_FOR_THE_GENERATOR = (
     "core/case/walk.py",
     "core/report/plots.py",
     "core/accuracy",
-    "starters.py",
+    "json_schema.py",
     *("absorber/tables.py", "measurement/tables.py", "response/tables.py", "roll/tables.py"),
     *("torsion/shaft_line_tables.py", "torsion/tables.py"),
 )

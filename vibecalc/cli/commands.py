@@ -337,13 +337,11 @@ def new(
     output: Output = None,
 ) -> None:
     """Write a commented starter case to stdout or to a file."""
-    from vibecalc.starters import SCENES, starter
+    from vibecalc.cli.starters import scenes, starter
 
     if scene == "list":
-        width = max(map(len, SCENES))
-        for name, what in SCENES.items():
-            about = str(getattr(what, "about", what)).splitlines()[0]
-            typer.echo(f"{name:<{width}}  {about}")
+        for name, about in scenes().items():
+            typer.echo(f"{name:<13}  {about}")
         return
     _write_text(starter(scene), output)
 
@@ -353,7 +351,7 @@ def schema(output: Output = None) -> None:
     """Print the JSON schema of case files, for editors."""
     import json
 
-    from vibecalc.starters import json_schema
+    from vibecalc.json_schema import json_schema
 
     _write_text(json.dumps(json_schema(), indent=2) + "\n", output)
 

@@ -24,7 +24,7 @@ from vibecalc.units import parse_quantity, split_number
 # The kinds of field a case is made of: a number with a unit, a point, a name.
 #
 # A value is a number in SI (radians for angles) or a string with a unit. The unit stands here and
-# in the catalogue of quantities, nowhere else: templates, messages, the JSON schema and resolved
+# in the catalogue of quantities, nowhere else: messages, the JSON schema and resolved
 # cases read it from the field.
 # ----------------------------------------------------------------------------
 

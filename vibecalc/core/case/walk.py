@@ -1,6 +1,6 @@
 """The schema, asked by key path: what may stand at `machine.crank_train.cylinders[0].position`?
 
-Messages, the optimiser's variables, starter cases and the JSON schema all read it from here.
+Messages, the optimiser's variables and the tests of starter cases all read it from here.
 """
 
 import functools
