@@ -42,9 +42,7 @@ def draw_measured_levels(result: Result) -> "Figure | None":
     orders = list(whole.axes[1].values)[:_MOST]
     columns = min(len(orders), 3)
     rows = -(-len(orders) // columns)
-    figure = canvas(
-        result, "levels measured, published and computed", 4.4 * columns, 3.0 * rows + 3
-    )
+    figure = canvas(result, "levels measured, published and computed", 3.0 * rows + 3)
     grid = figure.add_gridspec(rows + 1, columns, height_ratios=[1.25] * rows + [0.8])
     first = None
     for i, order in enumerate(orders):
@@ -53,7 +51,7 @@ def draw_measured_levels(result: Result) -> "Figure | None":
     _roll(figure.add_subplot(grid[rows, :]), result, roll)
     assert first is not None
     handles, words = first.get_legend_handles_labels()
-    figure.legend(handles, words, loc="outside lower center", ncols=4, fontsize=9)
+    figure.legend(handles, words, loc="outside lower center", ncols=4, fontsize=8)
     return figure
 
 
@@ -157,7 +155,7 @@ def _roll(axes: "Axes", result: Result, roll: Quantity) -> None:
     axes.set_xlabel("harmonic")
     axes.set_ylabel(f"level in {roll.unit}")
     axes.set_xticks(range(1, max(int(np.max(place)), 3) + 1))
-    axes.legend(fontsize=9, ncols=3)
+    axes.legend(fontsize=8, ncols=3)
 
 
 # ----------------------------------------------------------------------------
@@ -187,7 +185,7 @@ def draw_plate_map(result: Result) -> "Figure | None":
     columns = min(len(maps), 2)
     rows = -(-len(maps) // columns)
     height = 5.2 * float((y[-1] - y[0]) / (x[-1] - x[0])) + 0.9
-    figure = canvas(result, "level over the plate", 6.6 * columns, min(height, 7.0) * rows + 0.8)
+    figure = canvas(result, "level over the plate", min(height, 7.0) * rows + 0.8)
     grid = figure.subplots(rows, columns, squeeze=False)
     for axes in grid.ravel()[len(maps) :]:
         axes.set_visible(False)
@@ -251,7 +249,7 @@ def _mark(axes: "Axes", result: Result, quiet: tuple[float, float] | None) -> No
             ha="left" if x < 0.5 * (left + right) else "right",
             va="center",
             color=TOTAL,
-            fontsize=9,
+            fontsize=8,
             bbox={"boxstyle": "round,pad=0.15", "fc": "white", "ec": "none", "alpha": 0.75},
         )
     if quiet is not None:

@@ -44,7 +44,7 @@ def draw_energy_by_order(result: Result) -> "Figure | None":
             found.append((kind, orders, np.asarray(quantity.values, dtype=float), quantity.unit))
     if not found:
         return None
-    figure = canvas(result, "largest energy of each order alone", 8.6, 5.2)
+    figure = canvas(result, "largest energy of each order alone", 5.2)
     axes = figure.subplots()
     lowest = min(float(np.log10(values[values >= SMALLEST]).min()) for _, _, values, _ in found)
     highest = max(float(np.log10(values.max())) for _, _, values, _ in found)
@@ -64,7 +64,7 @@ def draw_energy_by_order(result: Result) -> "Figure | None":
     axes.set_xlabel("order")
     axes.set_ylabel(f"energy in {found[0][3]}")
     axes.grid(visible=False, axis="x")
-    axes.legend(loc="upper right", fontsize=9)
+    axes.legend(loc="upper right", fontsize=8)
     if underflows:
         gone = max(int(found[i][1][end]) for i, (end, _) in enumerate(ends) if end >= 0)
         _underflow(axes, gone, last)
@@ -93,7 +93,7 @@ def _underflow(axes: "Axes", gone: int, last: int) -> None:
         rotation=90,
         ha="center",
         va="center",
-        fontsize=9,
+        fontsize=8,
         color=QUIET,
     )
 
@@ -118,7 +118,7 @@ def draw_response_run_up(result: Result) -> "Figure | None":
     curves = [(kind, *hit) for kind, hit in hits if hit is not None and np.any(hit[1] > 0.0)]
     if not curves:
         return None
-    figure = canvas(result, "run-up: mean energies of the body at each speed", 8.6, 4.8)
+    figure = canvas(result, "run-up: mean energies of the body at each speed", 4.8)
     axes = figure.subplots()
     speed, unit = curves[0][2], curves[0][1].unit
     axes.set_xscale("log")
@@ -141,7 +141,7 @@ def draw_response_run_up(result: Result) -> "Figure | None":
     turns.set_xlabel("crank speed in rpm")
     for axis in (axes.xaxis, turns.xaxis):
         plain_ticks(axis)
-    figure.legend(loc="outside lower center", ncols=4, fontsize=9)
+    figure.legend(loc="outside lower center", ncols=4, fontsize=8)
     return figure
 
 
@@ -224,7 +224,7 @@ def _largest(
         textcoords="offset points",
         ha="right" if left else "left",
         va="bottom" if above else "top",
-        fontsize=9,
+        fontsize=8,
         color=colour,
     )
 
@@ -267,7 +267,7 @@ def draw_operations(result: Result) -> "Figure | None":
     if not found:
         return None
     subtitle = "energies of the operations with each balance"
-    figure = canvas(result, subtitle, 8.8, 1.5 + 3.4 * len(found))
+    figure = canvas(result, subtitle, 1.5 + 3.4 * len(found))
     panels = list(figure.subplots(len(found), 1, sharex=True, squeeze=False)[:, 0])
     for axes, (kind, mean) in zip(panels, found, strict=True):
         _bars(axes, record, kind, mean)
@@ -291,7 +291,7 @@ def _legend(figure: "Figure", axes: "Axes") -> None:
     ends = (": mean", ": peak", "of the weights", "weighted mean")
     ordered = [words for end in ends for words in once if words.endswith(end)]
     handles = [once[words] for words in ordered]
-    figure.legend(handles, ordered, loc="outside lower center", ncols=3, fontsize=9)
+    figure.legend(handles, ordered, loc="outside lower center", ncols=3, fontsize=8)
 
 
 def _bars(axes: "Axes", record: Record, kind: str, mean: Quantity) -> None:
@@ -405,7 +405,7 @@ def draw_switching(result: Result) -> "Figure | None":
         having(record, f"{_SWITCHING}{ways[0][0]}/translation_high", *_axes(ways[0][0])) is not None
     )
     count = len(changes) if moved else 0
-    figure = canvas(result, "change between operations", 9.2, 2.0 + 1.75 * (count + 2))
+    figure = canvas(result, "change between operations", 2.0 + 1.75 * (count + 2))
     heights = [1.0] * count + [1.2, 0.8]
     widths = [1.5, 1.0][: len(ways)]
     grid = figure.subplots(
@@ -440,7 +440,7 @@ def draw_switching(result: Result) -> "Figure | None":
     engine.set(wspace=0.06)
     figure.align_ylabels(list(grid[:, 0]))
     handles, words_ = grid[count, 0].get_legend_handles_labels()
-    figure.legend(handles, words_, loc="outside lower center", ncols=4, fontsize=9)
+    figure.legend(handles, words_, loc="outside lower center", ncols=4, fontsize=8)
     return figure
 
 

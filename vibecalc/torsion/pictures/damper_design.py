@@ -32,10 +32,7 @@ def draw_damper_map(result: Result) -> "Figure | None":
         return None
     factor, unit, words = OBJECTIVES[name]
     figure = canvas(
-        result,
-        f"largest half range of the {words} over springs and damping of the damper",
-        9.0,
-        6.6,
+        result, f"largest half range of the {words} over springs and damping of the damper", 6.6
     )
     axes = figure.subplots()
     k, c = (np.asarray(axis.values, dtype=float) for axis in found.axes)
@@ -66,7 +63,7 @@ def draw_damper_map(result: Result) -> "Figure | None":
     axes.grid(visible=False)
     axes.set_xlabel("stiffness in N m/rad")
     axes.set_ylabel("damping in N m s/rad")
-    figure.legend(loc="outside lower center", ncols=4, fontsize=9)
+    figure.legend(loc="outside lower center", ncols=4, fontsize=8)
     return figure
 
 
@@ -123,9 +120,7 @@ def draw_damper_response(result: Result) -> "Figure | None":
     if found is None:
         return None
     factor, unit, words = OBJECTIVES[name]
-    figure = canvas(
-        result, f"largest half range of the {words} of all sections that count", 9.2, 5.4
-    )
+    figure = canvas(result, f"largest half range of the {words} of all sections that count", 5.4)
     axes = figure.subplots()
     speed = rpm(1.0) * np.asarray(found.axes[1].values, dtype=float)
     values = factor * np.asarray(found.values, dtype=float)
@@ -149,7 +144,7 @@ def draw_damper_response(result: Result) -> "Figure | None":
     axes.set_xlim(speed[0], speed[-1])
     axes.set_xlabel("crank speed in rpm")
     axes.set_ylabel(f"{words} in {unit.replace('*', ' ').replace('^2', '$^2$')}")
-    figure.legend(loc="outside lower center", ncols=5, fontsize=9)
+    figure.legend(loc="outside lower center", ncols=5, fontsize=8)
     return figure
 
 
