@@ -118,7 +118,7 @@ def draw_absorber_curves(result: Result) -> "Figure | None":
     _dots(above, record, names, scale)
     _rings(above, record, scale)
     above.set_yscale("log")
-    above.set_ylim(*_limits(record, curve))
+    above.set_ylim(*_limits(record, curve, hidden))
     plain_ticks(above.yaxis)
     above.set_ylabel("amplitude ratio")
     below.set_ylabel("phase in deg")
@@ -126,7 +126,7 @@ def draw_absorber_curves(result: Result) -> "Figure | None":
     below.set_ylim(*_phase_limits(below))
     below.set_xlabel("frequency in Hz" if hertz is not None else "frequency over the primary's own")
     below.set_xlim(x[0], x[-1])
-    figure.legend(loc="outside right upper", fontsize=8)
+    figure.legend(loc="outside lower center", ncols=4, fontsize=8)
     return figure
 
 
@@ -185,11 +185,13 @@ def _rings(axes: "Axes", record: Record, scale: float) -> None:
         )
 
 
-def _limits(record: Record, curve: Quantity) -> tuple[float, float]:
+def _limits(record: Record, curve: Quantity, hidden: set[int]) -> tuple[float, float]:
     size = np.abs(np.asarray(curve.values))
     own = size[0][np.isfinite(size[0]) & (size[0] > 0.0)]
     height = having(record, ABSORBER + "summit/magnitude", "curve", "summit")
     tops = np.asarray(height.values, dtype=float) if height is not None else own
+    if hidden and height is not None:  # the highest of what is drawn
+        tops = np.delete(tops, sorted(hidden), axis=0)
     tops = tops[np.isfinite(tops) & (tops > 0.0)]
     top = float(np.max(tops, initial=float(np.max(own, initial=1.0))))
     low = float(np.min(own, initial=1.0))
@@ -245,7 +247,7 @@ def draw_absorber_chart(result: Result) -> "Figure | None":
     )
     for axes, (across, up) in zip(panels.flat, names, strict=True):
         _dress(axes, across, up, mass)
-    figure.legend(title="damping of the primary", loc="outside lower center", ncols=10, fontsize=8)
+    figure.legend(title="damping of the primary", loc="outside lower center", ncols=8, fontsize=8)
     return figure
 
 
@@ -258,6 +260,8 @@ def _dress(axes: "Axes", across: str, up: str, mass: np.ndarray) -> None:
     if across == _MASS and mass[-1] > 4.0 * mass[0]:
         axes.set_xscale("log")
         plain_ticks(axes.xaxis)
+        if mass[-1] > 20.0 * mass[0]:  # a third of a page has no room for 2 and 5
+            axes.xaxis.get_major_locator().set_params(subs=(1.0,))
 
 
 # ----------------------------------------------------------------------------
@@ -441,8 +445,13 @@ def draw_pendulum(result: Result) -> "Figure | None":
     drawn = [quantity for quantity in (order, torque, rotor) if quantity is not None]
     if not drawn:
         return None
-    figure = canvas(result, "order, torque and motion of the rotor", 4.6)
-    panels = iter(np.atleast_1d(figure.subplots(1, len(drawn))))
+    rows = -(-len(drawn) // 2)
+    figure = canvas(result, "order, torque and motion of the rotor", 0.6 + 3.6 * rows)
+    grid = figure.add_gridspec(rows, min(len(drawn), 2))
+    places = [grid[i // 2, i % 2] for i in range(len(drawn))]
+    if len(drawn) % 2 and rows > 1:
+        places[-1] = grid[rows - 1, :]
+    panels = iter([figure.add_subplot(place) for place in places])
     given = table_of(result.case, "machine", "pendulum")
     if order is not None:
         axes = next(panels)

@@ -199,7 +199,7 @@ def draw_impact_spectrum(result: Result) -> "Figure | None":
         axes.set_ylabel(f"amplitude in {spectrum.unit}")
     grid[0, 0].set_xlim(0.0, float(np.max(spectrum.axes[1].values)))
     handles, words = grid[0, 0].get_legend_handles_labels()
-    figure.legend(handles, words, loc="outside lower center", ncols=4, fontsize=8)
+    figure.legend(handles, words, loc="outside lower center", ncols=2, fontsize=8)
     return figure
 
 
@@ -319,7 +319,7 @@ def draw_dominance(result: Result) -> "Figure | None":
     _leads(axes, record, chosen, top)
     axes.set_xlabel("order")
     axes.set_ylabel(f"amplitude in {added.unit}")
-    figure.legend(loc="outside lower center", ncols=3, fontsize=8)
+    figure.legend(loc="outside lower center", ncols=2, fontsize=8)
     return figure
 
 

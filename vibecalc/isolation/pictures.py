@@ -400,6 +400,7 @@ _CLOSE = 1.18
 def resonances(record: Record, axes: "Axes", speed: np.ndarray) -> None:
     """Dotted lines where an order meets a mode; lines of one order that lie close share words."""
     frequencies = natural_frequencies(record)
+    words: list[tuple[float, str]] = []
     for order in _ORDERS:
         groups: list[list[int]] = []
         for mode, natural in enumerate(frequencies):
@@ -412,19 +413,28 @@ def resonances(record: Record, axes: "Axes", speed: np.ndarray) -> None:
             else:
                 groups.append([mode])
         for group in groups:
-            axes.annotate(
-                f"order {order}" + (_modes(group) if len(frequencies) > 1 else ""),
-                (frequencies[group[0]] / order, 0.98),
-                xycoords=axes.get_xaxis_transform(),
-                xytext=(-2, 0),
-                textcoords="offset points",
-                rotation=90,
-                ha="right",
-                va="top",
-                fontsize=8,
-                color=QUIET,
-                zorder=1,
-            )
+            name = f"order {order}" + (_modes(group) if len(frequencies) > 1 else "")
+            words.append((float(frequencies[group[0]] / order), name))
+    words.sort()
+    free = 0.0
+    for at, name in words:
+        # beside the line, on its other side where the word before it stands
+        right = at < free
+        free = _CLOSE * at
+        axes.annotate(
+            name,
+            (at, 0.98),
+            xycoords=axes.get_xaxis_transform(),
+            xytext=(2 if right else -2, 0),
+            textcoords="offset points",
+            rotation=90,
+            ha="left" if right else "right",
+            va="top",
+            fontsize=8,
+            color=QUIET,
+            zorder=4,
+            bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.5},
+        )
 
 
 def _modes(group: list[int]) -> str:
@@ -504,9 +514,7 @@ def draw_run_up(result: Result) -> "Figure | None":
         for name in labels(support.axes[0]):
             draw_points(rows, axes, support, entry=name, colour=LIMIT)
         _finish(result, axes, support, speed, "one support on the ground")
-    _rpm_axis(panels[0])
-    panels[-1].set_xlabel("crank speed in rad/s")
-    plain_ticks(panels[-1].xaxis)
+    _turn_axes(panels)
     return figure
 
 
@@ -587,6 +595,7 @@ def _peak(
         textcoords="offset points",
         ha="right" if left else "left",
         fontsize=8,
+        bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.5, "alpha": 0.8},
     )
 
 
@@ -606,14 +615,22 @@ def _steady(result: Result, axes: "Axes", bound: float, words: str) -> None:
     )
 
 
-def _rpm_axis(axes: "Axes") -> None:
+def _turn_axes(panels: list["Axes"]) -> None:
+    """Crank speed in rpm below, in rad/s above, where the curves are drawn in rad/s."""
+
     def to_rpm(speed: Any) -> Any:
         return speed * rpm(1.0)
 
     def from_rpm(turns: Any) -> Any:
         return turns / rpm(1.0)
 
-    turns = axes.secondary_xaxis("top", functions=(to_rpm, from_rpm))
+    plain_ticks(panels[0].xaxis)
+    for axes in panels:
+        axes.tick_params(axis="x", which="both", bottom=False, labelbottom=False)
+    panels[0].tick_params(axis="x", which="both", top=True, labeltop=True)
+    panels[0].xaxis.set_label_position("top")
+    panels[0].set_xlabel("crank speed in rad/s")
+    turns = panels[-1].secondary_xaxis("bottom", functions=(to_rpm, from_rpm))
     turns.set_xlabel("crank speed in rpm")
     plain_ticks(turns.xaxis)
 

@@ -7,6 +7,7 @@ import numpy as np
 
 from vibecalc.core.report.canvas import COLOURS, LIMIT, TOTAL, canvas
 from vibecalc.core.report.sections import entries, having, labels, scalar_of, table_of
+from vibecalc.core.report.writing import fold
 from vibecalc.core.results.record import Quantity, Record, Result
 
 if TYPE_CHECKING:
@@ -51,7 +52,8 @@ def draw_measured_levels(result: Result) -> "Figure | None":
     _roll(figure.add_subplot(grid[rows, :]), result, roll)
     assert first is not None
     handles, words = first.get_legend_handles_labels()
-    figure.legend(handles, words, loc="outside lower center", ncols=4, fontsize=8)
+    words = ["\n".join(fold(word, 44)) for word in words]
+    figure.legend(handles, words, loc="outside lower center", ncols=3, fontsize=8)
     return figure
 
 
@@ -184,7 +186,7 @@ def draw_plate_map(result: Result) -> "Figure | None":
         titles.append("all harmonics")
     columns = min(len(maps), 2)
     rows = -(-len(maps) // columns)
-    height = 5.2 * float((y[-1] - y[0]) / (x[-1] - x[0])) + 0.9
+    height = 3.0 * float((y[-1] - y[0]) / (x[-1] - x[0])) + 0.9
     figure = canvas(result, "level over the plate", min(height, 7.0) * rows + 0.8)
     grid = figure.subplots(rows, columns, squeeze=False)
     for axes in grid.ravel()[len(maps) :]:

@@ -18,7 +18,7 @@ from vibecalc.core.report.sections import along, having, labels, speed_of
 from vibecalc.core.report.verdicts import judge_references
 from vibecalc.core.report.writing import rpm, show
 from vibecalc.core.results.record import Quantity, Record, Result
-from vibecalc.response.report import SMALLEST, last_normal
+from vibecalc.response.report import SMALLEST
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -29,12 +29,15 @@ if TYPE_CHECKING:
 # ----------------------------------------------------------------------------
 
 _KINDS = ("kinetic", "potential")
+#: powers of ten below the largest that are drawn
+_DECADES = 6
 
 
 def draw_energy_by_order(result: Result) -> "Figure | None":
-    """Bars of the largest energy against order; None without energies by order above zero.
+    """Bars of the largest energy against order, down to a share of the largest of all.
 
-    The axis is in powers of ten by hand: bars of a logarithmic axis stop before 1e-308.
+    None without energies by order above zero. The axis is in powers of ten by hand: bars of a
+    logarithmic axis stop before 1e-308.
     """
     found: list[tuple[str, np.ndarray, np.ndarray, str]] = []
     for kind in _KINDS:
@@ -48,16 +51,16 @@ def draw_energy_by_order(result: Result) -> "Figure | None":
     axes = figure.subplots()
     lowest = min(float(np.log10(values[values >= SMALLEST]).min()) for _, _, values, _ in found)
     highest = max(float(np.log10(values.max())) for _, _, values, _ in found)
-    ends = [last_normal(values) for _, _, values, _ in found]
-    underflows = any(ended for _, ended in ends)
-    floor = float(np.log10(SMALLEST)) if underflows else lowest - 0.06 * max(highest - lowest, 3.0)
+    floor = max(lowest - 0.06 * max(highest - lowest, 3.0), highest - _DECADES)
     width = 0.8 / len(found)
     for i, (kind, orders, values, _) in enumerate(found):
-        acting = values >= SMALLEST
+        acting = values >= max(10.0**floor, SMALLEST)
         heights = np.log10(values[acting]) - floor
         place = orders[acting] + (i - 0.5 * (len(found) - 1)) * width
         axes.bar(place, heights, width, bottom=floor, color=COLOURS[i], label=kind)
-    last = max(int(orders[-1]) for _, orders, _, _ in found)
+    every = max(int(orders[-1]) for _, orders, _, _ in found)
+    least = max(10.0**floor, SMALLEST)
+    last = max(int(np.max(orders[values >= least], initial=0)) for _, orders, values, _ in found)
     axes.set_xlim(0.3, last + 0.7)
     axes.set_ylim(floor, highest + 0.08 * (highest - floor))
     _ticks(axes)
@@ -65,9 +68,11 @@ def draw_energy_by_order(result: Result) -> "Figure | None":
     axes.set_ylabel(f"energy in {found[0][3]}")
     axes.grid(visible=False, axis="x")
     axes.legend(loc="upper right", fontsize=8)
-    if underflows:
-        gone = max(int(found[i][1][end]) for i, (end, _) in enumerate(ends) if end >= 0)
-        _underflow(axes, gone, last)
+    if every > last:
+        axes.set_title(
+            f"orders {last + 1} to {every}: below $10^{{-{_DECADES}}}$ of the largest",
+            loc="left", fontsize=8, color=QUIET,
+        )  # fmt: skip
     return figure
 
 
@@ -82,20 +87,6 @@ def _ticks(axes: "Axes") -> None:
 
     axes.yaxis.set_major_locator(MaxNLocator(nbins=9, integer=True))
     axes.yaxis.set_major_formatter(FuncFormatter(power))
-
-
-def _underflow(axes: "Axes", gone: int, last: int) -> None:
-    axes.axvspan(gone + 0.5, last + 0.7, color="#eeeeee", zorder=0)
-    axes.annotate(
-        f"beyond order {gone} below the smallest double: 0",
-        (0.5 * (gone + last + 1.2), 0.5),
-        xycoords=axes.get_xaxis_transform(),
-        rotation=90,
-        ha="center",
-        va="center",
-        fontsize=8,
-        color=QUIET,
-    )
 
 
 # ----------------------------------------------------------------------------

@@ -1,6 +1,7 @@
 """Pictures of a result as files: which there are, how they are written, and those of studies."""
 
 import math
+import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
@@ -482,6 +483,8 @@ def draw_start_and_optimum(result: Result) -> "Figure | None":
 
 
 Side = Literal["max", "min"]
+#: of the width between its bounds, below which an optimum is written as 0
+_ROUNDING = 1e-9
 Variable = tuple[str, str, float, float, float | None, float]
 Use = tuple[str, float | None, float, bool]
 
@@ -500,15 +503,26 @@ def _variables(result: Result) -> list[Variable]:
     return found
 
 
+def _in_words(key: str) -> str:
+    """`cylinders[1].crank_phase`, which counts from 0, as cylinder 2: crank phase."""
+    *way, last = key.split(".")
+    found = re.fullmatch(r"(\w+)s\[(\d+)\]", way[-1]) if way else None
+    if found is None:
+        return key
+    return f"{found[1].replace('_', ' ')} {int(found[2]) + 1}: {last.replace('_', ' ')}"
+
+
 def _draw_variables(axes: "Axes", variables: list[Variable]) -> None:
     names = []
     for i, (key, unit, lower, upper, start, optimum) in enumerate(variables):
-        names.append(key.removeprefix("machine."))
+        names.append(_in_words(key.removeprefix("machine.")))
         span = 100.0 / (upper - lower)
         axes.plot([0.0, 100.0], [i, i], color="#cccccc", linewidth=3.0, zorder=1)
         if start is not None:
             place = float(np.clip((start - lower) * span, 0.0, 100.0))
             axes.plot([place], [i], "o", color=QUIET, mfc="white", ms=8, zorder=2, label="start")
+        if abs(optimum) < _ROUNDING * (upper - lower):
+            optimum = 0.0  # as far as a search finds it
         place = (optimum - lower) * span
         axes.plot([place], [i], "o", color=COLOURS[0], ms=8, zorder=3, label="optimum")
         was = "" if start is None else f"{show(start, digits=4)} → "

@@ -330,11 +330,11 @@ def draw_roll_motor_gain(result: Result) -> "Figure | None":
     for axes in (above, below):
         axes.set_xscale("log")
         if own is not None:
-            words = f"this motor, {show(own, digits=4)} N*m*s/rad"
+            words = f"this motor, {show(own, digits=4)} N m s/rad"
             axes.axvline(own, color=LIMIT, linestyle=":", label=words if axes is above else None)
     above.set_ylabel("level in dB re 1 rad/s$^2$, zero-to-peak")
     below.set_ylabel("mean speed in rpm")
-    below.set_xlabel("torque per slip in N*m*s/rad")
+    below.set_xlabel("torque per slip in N m s/rad")
     above.legend(loc="lower left", fontsize=8)
     figure.align_ylabels([above, below])
     return figure

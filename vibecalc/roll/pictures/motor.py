@@ -24,7 +24,7 @@ _RPM = 2.0 * np.pi / 60.0
 
 
 class MotorCurve(NamedTuple):
-    """Torque over slip, N*m and rpm, the rows of the table, and slip and torque at breakdown."""
+    """Torque over slip, N m and rpm, the rows of the table, and slip and torque at breakdown."""
 
     slip: np.ndarray
     torque: np.ndarray
@@ -139,7 +139,7 @@ def _plane(
         )  # fmt: skip
     axes.axhline(0.0, color=QUIET, linewidth=0.7)
     axes.axvline(0.0, color=QUIET, linewidth=0.7)
-    axes.set_ylabel("torque of the motor in N*m")
+    axes.set_ylabel("torque of the motor in N m")
     axes.set_xlabel("slip in rpm")
     axes.set_title("all of the curve" if whole else "where it runs", loc="left", fontsize=9)
     if not whole:

@@ -59,6 +59,7 @@ def draw_roll_cycle(result: Result) -> "Figure | None":
     _slip(panels["slip"], *slip)
     for name in ("torque", "speed", "slip"):
         crank_angle_axis(panels[name])
+        panels[name].set_xticks(range(0, 361, 90))
         if name != "slip":
             panels[name].set_xlabel("")
             panels[name].tick_params(labelbottom=False)
@@ -85,7 +86,7 @@ def _torques(axes: "Axes", record: Record) -> None:
             values = sign * np.asarray(hit[0].values)
             axes.plot(np.degrees(hit[1]), values, color=colour, label=words)
     axes.axhline(0.0, color=QUIET, linewidth=0.7)
-    axes.set_ylabel("torque in N*m")
+    axes.set_ylabel("torque in N m")
     axes.legend(loc="best", fontsize=8)
 
 
@@ -104,8 +105,8 @@ def _speed(
         axes.axhline(rpm(synchronous), color=LIMIT, linewidth=1.0, linestyle=":", label=words)
     axes.set_ylabel("speed in rpm")
     low, high = axes.get_ylim()
-    axes.set_ylim(low, high + 0.45 * (high - low))
-    axes.legend(loc="upper left", ncols=2, fontsize=8)
+    axes.set_ylim(low, high + 1.2 * (high - low))
+    axes.legend(loc="upper left", fontsize=8)
 
 
 def _slip(axes: "Axes", quantity: Quantity, angle: np.ndarray) -> None:
@@ -141,7 +142,7 @@ def _curve(
     axes.set_xlim(left, right)
     room = 0.08 * (high - low)
     axes.set_ylim(low - room, high + (2.0 if whole else 1.0) * room)
-    axes.set_ylabel("torque of the motor in N*m")
+    axes.set_ylabel("torque of the motor in N m")
     axes.set_title("all of the curve" if whole else "where it runs", loc="left", fontsize=9)
 
 
@@ -154,9 +155,9 @@ def _ends(values: np.ndarray) -> tuple[float, float]:
 def _breakdown(axes: "Axes", slip: float, torque: float) -> None:
     axes.plot([slip], [torque], "*", color=LIMIT, ms=12, zorder=5)
     axes.annotate(
-        f"breakdown {show(torque, digits=4)} N*m at {show(slip, digits=4)} rpm",
+        f"breakdown {show(torque, digits=4)} N m\nat {show(slip, digits=4)} rpm",
         (slip, torque),
-        xytext=(8, 3),
+        xytext=(8, -4),
         textcoords="offset points",
         color=LIMIT,
         fontsize=8,

@@ -32,8 +32,8 @@ _ROWS = (
     _Row("crank_speed", "crank speed", "rpm", _RPM, COLOURS[0]),
     _Row("shell_angle", "shell angle", "mrad", 1e3, COLOURS[2]),
     _Row("shell_acceleration", "shell accel.", "rad/s$^2$", 1.0, COLOURS[3]),
-    _Row("motor_torque", "motor torque", "N*m", 1.0, COLOURS[1]),
-    _Row("mount_torque", "mount torque", "N*m", 1.0, COLOURS[5]),
+    _Row("motor_torque", "motor torque", "N m", 1.0, COLOURS[1]),
+    _Row("mount_torque", "mount torque", "N m", 1.0, COLOURS[5]),
 )
 
 

@@ -6,9 +6,18 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, TOTAL, canvas, waves
+from vibecalc.core.report.canvas import (
+    COLOURS,
+    LIMIT,
+    QUIET,
+    TOTAL,
+    TYPE,
+    WIDTH,
+    canvas,
+    waves,
+)
 from vibecalc.core.report.sections import along, having, labels, scalar_of, speed_of, table_of
-from vibecalc.core.report.writing import hertz, show
+from vibecalc.core.report.writing import fold, hertz, show
 from vibecalc.core.results.record import Result
 from vibecalc.torsion.report.line import (
     TORSION,
@@ -214,8 +223,8 @@ def draw_torsion_vectors(result: Result) -> "Figure | None":
     for ill in misfire_words(result):
         are, they = ("is", "it") if fires.sum() == len(named) - 1 else ("are", "they")
         words += f"\n{ill} and {are} not in the sums (dashed); all: if {they} did"
-    figure = canvas(
-        result, words, 2.0 * (len(modes) + 1) + 1.4)  # fmt: skip
+    side = min(10.0 * WIDTH / TYPE / max(len(stars), 3), 2.2)
+    figure = canvas(result, words, (side + 0.5) * (len(modes) + 1) + 1.2)
     grid = figure.subplots(len(modes) + 1, len(stars), squeeze=False)
     for group, column in zip(stars, grid.T, strict=True):
         turned = np.exp(-1j * group[0] * angle)
@@ -276,7 +285,7 @@ def _star(
     axes.set_xlim(-1.9, 1.9)
     axes.set_ylim(-1.9, 1.9)
     listed = ", ".join(order_text(q) for q in orders[:4]) + (" ..." if len(orders) > 4 else "")
-    axes.set_title(f"order {listed}", fontsize=8)
+    axes.set_title("\n".join(fold(f"order {listed}", 16)), fontsize=8)
     _bare(axes)
 
 

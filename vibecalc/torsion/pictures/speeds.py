@@ -409,7 +409,7 @@ def draw_torsion_dampers(result: Result) -> "Figure | None":
     rows = -(-len(shown) // _COLUMNS)
     words = ["twist of the sections against speed, half range of all orders",
              *misfire_words(result)]  # fmt: skip
-    figure = canvas(result, ", ".join(words), 1.4 + 2.5 * rows)
+    figure = canvas(result, ", ".join(words), 1.4 + 2.7 * rows)
     grid = figure.subplots(rows, min(_COLUMNS, len(shown)), sharex=True, sharey=True, squeeze=False)
     damped = "with dampers" if any(one[1] == "bare/" for one in beside) else "as it is"
     if misfire_words(result) and damped == "as it is":
@@ -426,7 +426,7 @@ def draw_torsion_dampers(result: Result) -> "Figure | None":
                 curves.append(MILLI * y)
         x, y = through(speed, values[place_of(own, name) or 0], top_of(record, name, _LOAD))
         axes.plot(rpm(1.0) * x, MILLI * y, color=TOTAL, linewidth=1.6, label=damped)
-        told = f"{name}: largest {show(_finite(MILLI * y), digits=3)} mrad"
+        told = f"{name}\nlargest {show(_finite(MILLI * y), digits=3)}"
         bare = top_of(record, name, _LOAD, "bare/").height
         if bare.size and len(name) <= _SHORT:
             told += f", without {show(MILLI * float(bare[0]), digits=3)}"

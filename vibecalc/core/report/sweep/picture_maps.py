@@ -66,6 +66,8 @@ def draw_sweep_map(sweep: SweepView) -> "Figure | None":
     first, second = (sweep.grid[i].keys[0].words for i in part.axes)
     subtitle = f"over {first} and {second}" + (f"; {part.held}" if part.held else "")
     figure = canvas(sweep, subtitle, 1.7 + 3.6 * rows)
+    # the names of bars of colour are wider than the layout takes them for
+    figure.set_layout_engine("constrained", rect=(0.0, 0.0, 0.985, 1.0))
     grid = list(figure.subplots(rows, columns, squeeze=False).ravel())
     for axes, one in zip(grid, chosen, strict=False):
         _map(figure, axes, sweep, part, one, [x for x in limits if x.quantity == one.path])
