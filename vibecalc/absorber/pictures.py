@@ -261,7 +261,9 @@ def _dress(axes: "Axes", across: str, up: str, mass: np.ndarray) -> None:
         axes.set_xscale("log")
         plain_ticks(axes.xaxis)
         if mass[-1] > 20.0 * mass[0]:  # a third of a page has no room for 2 and 5
-            axes.xaxis.get_major_locator().set_params(subs=(1.0,))
+            from matplotlib.ticker import LogLocator
+
+            axes.xaxis.set_major_locator(LogLocator(subs=(1.0,)))
 
 
 # ----------------------------------------------------------------------------

@@ -9,7 +9,7 @@ from vibecalc.core.report.sections import having, scalar_of, table_of
 from vibecalc.core.report.verdicts import judge_references
 from vibecalc.core.report.writing import rpm, show
 from vibecalc.core.results.record import Quantity, Result
-from vibecalc.roll.report.control import CONTROL, in_time, status_words
+from vibecalc.roll.report.control import CONTROL, status_words
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -157,8 +157,8 @@ def _map(axes: "Axes", status: Quantity, delay: Quantity, over: np.ndarray | Non
                           hatch="////" if state[i, j] >= 2 else "..", linewidth=0.0)
             )  # fmt: skip
         elif numbered:
-            text = "any" if np.isinf(values[i, j]) else in_time(float(values[i, j]))
-            text += " *" if over is not None and over[i, rank[j]] else ""
+            text = "any" if np.isinf(values[i, j]) else show(1e3 * float(values[i, j]), digits=2)
+            text += "*" if over is not None and over[i, rank[j]] else ""
             dark = np.log(shown[i, j] / low) < 0.6 * np.log(high / low)
             axes.text(j, i, text, ha="center", va="center", fontsize=8,
                       color="white" if dark else "black")  # fmt: skip
@@ -168,12 +168,12 @@ def _map(axes: "Axes", status: Quantity, delay: Quantity, over: np.ndarray | Non
     axes.set_xlabel("feedback of the shell's acceleration in s")
     axes.set_ylabel("gain K")
     axes.grid(visible=False)
-    words = "delay margin; hatched: not stable"
+    words = "delay margin in ms; hatched: not stable"
     words += ", dotted: stable only without any delay" if np.any(state == 1) else ""
     if over is not None and np.any(over):
         words += "; *: more torque than the motor has"
     axes.set_title(words, loc="left")
-    axes.figure.colorbar(image, ax=axes, label="ms", pad=0.01)
+    axes.figure.colorbar(image, ax=axes, label="delay margin in ms", pad=0.01)
 
 
 # ----------------------------------------------------------------------------
