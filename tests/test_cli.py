@@ -345,6 +345,49 @@ def test_a_damaged_or_foreign_result_is_said(verb: str, result: Path, tmp_path: 
         assert outcome.err.startswith("error: ")
 
 
+@pytest.mark.parametrize(
+    ("asked", "written"),
+    [
+        (["--only", "run_up"], {"generator_run_up.png"}),
+        (
+            ["--only", "run_up,piston_motion", "--only", "run_up", "--dpi", "50", "--no-title"],
+            {"generator_run_up.png", "generator_piston_motion.png"},
+        ),
+        (
+            ["--only", "piston_motion", "--format", "svg,pdf"],
+            {"generator_piston_motion.svg", "generator_piston_motion.pdf"},
+        ),
+        (["--only", "run_upp"], "did you mean 'run_up'"),
+        (["--format", "svg,jpg"], "found 'jpg'"),
+        (["--dpi", "20"], "from 50 to 1200"),
+        (["--dpi", "many"], "valid integer"),
+    ],
+)
+def test_plot_draws_what_is_asked_for(
+    asked: list[str], written: set[str] | str, result: Path
+) -> None:
+    pytest.importorskip("matplotlib")
+    outcome = command("plot", str(result), "-o", "pictures", *asked)
+    made = {path.name for path in Path("pictures").glob("*")}
+    if isinstance(written, str):
+        assert outcome.code == 2 and written in outcome.err and made == set()
+        return
+    assert outcome.code == 0
+    assert made == written == {Path(line).name for line in outcome.out.splitlines()}
+
+
+def test_plot_does_not_repeat_the_name_of_the_result(result: Path) -> None:
+    pytest.importorskip("matplotlib")
+    shutil.copy(result, "piston.h5")
+    command("plot", "piston.h5", "--dpi", "50", "--only", "piston_motion", "--format", "svg")
+    first = Path("piston_motion.svg").read_bytes()
+    assert b'width="453.54' in first  # 160 mm in points
+    command("plot", "piston.h5", "--only", "piston_motion", "--format", "svg")
+    assert Path("piston_motion.svg").read_bytes() == first
+    command("plot", "piston.h5", "--only", "piston_motion", "--format", "svg", "--no-title")
+    assert Path("piston_motion.svg").read_bytes() != first
+
+
 def test_an_order_on_an_undamped_natural_frequency_exits_3(tmp_path: Path) -> None:
     case = changed_case(tmp_path, ', damping = "50 N*s/m"', "")
     frequency = (12 * 4 * 0.4**2 * 10000 / (100 * (0.35**2 + 0.8**2))) ** 0.5

@@ -115,7 +115,7 @@ def test_one_turn_is_drawn_over_the_angle_and_on_the_curve() -> None:
     kept = np.asarray(nodes.get_xdata()) > -1e-9
     np.testing.assert_allclose(np.asarray(nodes.get_xdata())[kept], SLIP / RPM, atol=1e-9)
     np.testing.assert_allclose(np.asarray(nodes.get_ydata())[kept], TORQUE, atol=1e-9)
-    assert "breakdown 1009 N*m at 108.0 rpm" in words(curve)
+    assert "breakdown 1009 N m\nat 108.0 rpm" in words(curve)
     assert curve.get_xlim()[1] >= 900.0 > part.get_xlim()[1]
 
 
@@ -205,4 +205,4 @@ def test_a_motor_with_fluxes_has_the_summit_of_its_fit() -> None:
         path = f"response/roll/motor/breakdown_{name}"
         result.record.quantities[path] = quantity(path, value, unit)
     made = figure(result, "roll_cycle")
-    assert any("breakdown 990.0 N*m at 100.0 rpm" in words(axes) for axes in made.axes)
+    assert any("breakdown 990.0 N m\nat 100.0 rpm" in words(axes) for axes in made.axes)

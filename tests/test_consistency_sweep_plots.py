@@ -112,7 +112,7 @@ def test_letters_and_axes_stay_apart(name: str) -> None:
     made = own(name)[1]
     renderer = made.canvas.get_renderer()
     width = made.bbox.width
-    assert 1000.0 <= width <= 1301.0
+    assert 818.0 <= width <= 820.0  # 160 mm
     boxes = [axes.get_tightbbox(renderer) for axes in made.axes if axes.get_visible()]
     boxes += [legend.get_window_extent(renderer) for legend in made.legends]
     for i, box in enumerate(boxes):

@@ -206,7 +206,7 @@ def test_twist_beside_that_without_dampers_and_with_all_cylinders_firing(
     ):  # fmt: skip
         wanted = 1e3 * values(result, f"{root}speeds/twist_half_range")[section]
         np.testing.assert_allclose(at(curves[label], grid), wanted)
-    assert panels[-1].get_title(loc="left").startswith("rear: largest ")
+    assert panels[-1].get_title(loc="left").startswith("rear\nlargest ")
 
 
 def test_spectrum_and_vectors(made: dict[str, Any]) -> None:

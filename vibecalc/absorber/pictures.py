@@ -49,7 +49,7 @@ def draw_absorber_surface(result: Result) -> "Figure | None":
     words, values, places = varied(curve)
     if len(values) < FEWEST:
         return None
-    figure = canvas(result, f"response over frequency and {words}", 10.0, 5.6)
+    figure = canvas(result, f"response over frequency and {words}", 5.6)
     left, right = figure.subplots(1, 2, sharey=True, width_ratios=[2.4, 1.0])
     x = np.asarray(curve.axes[1].values, dtype=float)
     size = np.abs(np.asarray(curve.values))[places]
@@ -93,7 +93,7 @@ def draw_absorber_curves(result: Result) -> "Figure | None":
         return None
     options = table_of(result.case, "response", "absorber")
     what = str(options.get("response") or "displacement").replace("_", " ")
-    figure = canvas(result, f"{what} of the primary over the frequency", 9.0, 7.0)
+    figure = canvas(result, f"{what} of the primary over the frequency", 7.0)
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=[2.6, 1.0])
     hertz = having(record, ABSORBER + "frequency", "frequency_ratio")
     x = np.asarray(curve.axes[1].values, dtype=float)
@@ -118,7 +118,7 @@ def draw_absorber_curves(result: Result) -> "Figure | None":
     _dots(above, record, names, scale)
     _rings(above, record, scale)
     above.set_yscale("log")
-    above.set_ylim(*_limits(record, curve))
+    above.set_ylim(*_limits(record, curve, hidden))
     plain_ticks(above.yaxis)
     above.set_ylabel("amplitude ratio")
     below.set_ylabel("phase in deg")
@@ -126,7 +126,7 @@ def draw_absorber_curves(result: Result) -> "Figure | None":
     below.set_ylim(*_phase_limits(below))
     below.set_xlabel("frequency in Hz" if hertz is not None else "frequency over the primary's own")
     below.set_xlim(x[0], x[-1])
-    figure.legend(loc="outside right upper", fontsize=8)
+    figure.legend(loc="outside lower center", ncols=4, fontsize=8)
     return figure
 
 
@@ -181,15 +181,17 @@ def _rings(axes: "Axes", record: Record, scale: float) -> None:
             textcoords="offset points",
             ha="center",
             color=LIMIT,
-            fontsize=9,
+            fontsize=8,
         )
 
 
-def _limits(record: Record, curve: Quantity) -> tuple[float, float]:
+def _limits(record: Record, curve: Quantity, hidden: set[int]) -> tuple[float, float]:
     size = np.abs(np.asarray(curve.values))
     own = size[0][np.isfinite(size[0]) & (size[0] > 0.0)]
     height = having(record, ABSORBER + "summit/magnitude", "curve", "summit")
     tops = np.asarray(height.values, dtype=float) if height is not None else own
+    if hidden and height is not None:  # the highest of what is drawn
+        tops = np.delete(tops, sorted(hidden), axis=0)
     tops = tops[np.isfinite(tops) & (tops > 0.0)]
     top = float(np.max(tops, initial=float(np.max(own, initial=1.0))))
     low = float(np.min(own, initial=1.0))
@@ -223,7 +225,7 @@ def draw_absorber_chart(result: Result) -> "Figure | None":
         return None
     from matplotlib import colormaps
 
-    figure = canvas(result, "best tuning, one colour for each damping of the primary", 11.0, 8.4)
+    figure = canvas(result, "best tuning, one colour for each damping of the primary", 8.4)
     panels = figure.subplots(2, 3)
     damping, mass = (np.asarray(axis.values, dtype=float) for axis in peak.axes)
     tints = colormaps["viridis"](np.linspace(0.0, 0.92, len(damping)))
@@ -245,7 +247,7 @@ def draw_absorber_chart(result: Result) -> "Figure | None":
     )
     for axes, (across, up) in zip(panels.flat, names, strict=True):
         _dress(axes, across, up, mass)
-    figure.legend(title="damping of the primary", loc="outside lower center", ncols=10, fontsize=9)
+    figure.legend(title="damping of the primary", loc="outside lower center", ncols=8, fontsize=8)
     return figure
 
 
@@ -258,6 +260,10 @@ def _dress(axes: "Axes", across: str, up: str, mass: np.ndarray) -> None:
     if across == _MASS and mass[-1] > 4.0 * mass[0]:
         axes.set_xscale("log")
         plain_ticks(axes.xaxis)
+        if mass[-1] > 20.0 * mass[0]:  # a third of a page has no room for 2 and 5
+            from matplotlib.ticker import LogLocator
+
+            axes.xaxis.set_major_locator(LogLocator(subs=(1.0,)))
 
 
 # ----------------------------------------------------------------------------
@@ -278,7 +284,7 @@ def draw_absorber_map(result: Result) -> "Figure | None":
     if found is None or best is None or not np.isfinite(best):
         return None
     free = scalar_of(record, "tuning/unbounded/peak")
-    figure = canvas(result, "largest response over spring and damper", 8.6, 6.2)
+    figure = canvas(result, "largest response over spring and damper", 6.2)
     axes = figure.subplots()
     k, z2 = (np.asarray(axis.values, dtype=float) for axis in found.axes)
     above = np.asarray(found.values, dtype=float).T / best - 1.0
@@ -317,7 +323,7 @@ def draw_absorber_map(result: Result) -> "Figure | None":
     axes.grid(visible=False)
     axes.set_xlabel("stiffness ratio $K_2 / K_1$")
     axes.set_ylabel(r"damping $c_2 / (2 \sqrt{K_1 J_1})$")
-    figure.legend(loc="outside lower center", ncols=3, fontsize=9)
+    figure.legend(loc="outside lower center", ncols=3, fontsize=8)
     return figure
 
 
@@ -386,7 +392,7 @@ def draw_absorber_warming(result: Result) -> "Figure | None":
     damping = having(record, HARDWARE + "warming/secondary_damping", "temperature")
     if peak is None or damping is None:
         return None
-    figure = canvas(result, "peak and damping as the oil warms", 8.0, 6.0)
+    figure = canvas(result, "peak and damping as the oil warms", 6.0)
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=[1.7, 1.0])
     warm = np.asarray(peak.axes[0].values, dtype=float) - ICE
     above.plot(warm, peak.values, color=COLOURS[0], label="springs kept")
@@ -404,7 +410,7 @@ def draw_absorber_warming(result: Result) -> "Figure | None":
         above.axhline(least, color=LIMIT, linestyle=":", label=f"tuning, {show(least, digits=4)}")
     above.set_ylim(0.0, None)
     above.set_ylabel("largest response")
-    above.legend(fontsize=9)
+    above.legend(fontsize=8)
     below.semilogy(warm, damping.values, color=COLOURS[1])
     wanted = scalar_of(record, "tuning/secondary_damping")
     if wanted is not None:
@@ -416,7 +422,7 @@ def draw_absorber_warming(result: Result) -> "Figure | None":
             textcoords="offset points",
             ha="right",
             color=QUIET,
-            fontsize=9,
+            fontsize=8,
         )
     plain_ticks(below.yaxis)
     below.set_ylabel(r"damping $c_2 / (2 \sqrt{K_1 J_1})$")
@@ -441,8 +447,13 @@ def draw_pendulum(result: Result) -> "Figure | None":
     drawn = [quantity for quantity in (order, torque, rotor) if quantity is not None]
     if not drawn:
         return None
-    figure = canvas(result, "order, torque and motion of the rotor", 4.4 * len(drawn) + 0.6, 4.6)
-    panels = iter(np.atleast_1d(figure.subplots(1, len(drawn))))
+    rows = -(-len(drawn) // 2)
+    figure = canvas(result, "order, torque and motion of the rotor", 0.6 + 3.6 * rows)
+    grid = figure.add_gridspec(rows, min(len(drawn), 2))
+    places = [grid[i // 2, i % 2] for i in range(len(drawn))]
+    if len(drawn) % 2 and rows > 1:
+        places[-1] = grid[rows - 1, :]
+    panels = iter([figure.add_subplot(place) for place in places])
     given = table_of(result.case, "machine", "pendulum")
     if order is not None:
         axes = next(panels)
@@ -452,7 +463,7 @@ def draw_pendulum(result: Result) -> "Figure | None":
         if isinstance(wanted, int | float):
             axes.axhline(wanted, color=QUIET, linestyle=":", label="wanted")
         axes.set_ylabel("order that the pendulum keeps")
-        axes.legend(fontsize=9)
+        axes.legend(fontsize=8)
         axes.set_xlabel("swing in deg")
         axes.set_xlim(0.0, swing[-1])
         axes.ticklabel_format(axis="y", useOffset=False)
@@ -489,7 +500,7 @@ def _torque(axes: "Axes", record: Record, applied: object) -> None:
     axes.set_ylabel("torque in N m")
     axes.set_xlim(0.0, None)
     axes.axhline(0.0, color=QUIET, linewidth=0.8)
-    axes.legend(fontsize=9)
+    axes.legend(fontsize=8)
 
 
 def _rotor(axes: "Axes", record: Record) -> None:
@@ -506,4 +517,4 @@ def _rotor(axes: "Axes", record: Record) -> None:
             )
     axes.set_xlabel("order of the torque over the wanted one")
     axes.set_ylabel("motion of the rotor in deg, zero-to-peak")
-    axes.legend(fontsize=9)
+    axes.legend(fontsize=8)

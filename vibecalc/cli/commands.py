@@ -318,11 +318,28 @@ def _golden(reference: Path, candidate: Path) -> Path:
 
 
 @app.command(cls=Command)
-def plot(results: Results, output: Folder = None) -> None:
-    """Draw the pictures of result files beside them, or into a folder."""
-    from vibecalc.core.report.plots import draw_files
+def plot(
+    results: Results,
+    output: Folder = None,
+    formats: Annotated[
+        str, typer.Option("--format", metavar="NAMES", help="svg, pdf, png, by commas.")
+    ] = "png",
+    dpi: Annotated[
+        int | None, typer.Option(metavar="N", help="Dots in an inch of a png, 50 to 1200.")
+    ] = None,
+    only: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NAME", help="Only these pictures, by commas or repeated."),
+    ] = None,
+    no_title: Annotated[
+        bool, typer.Option("--no-title", help="Leave out the title of the figures.")
+    ] = False,
+) -> None:
+    """Draw the pictures of result files beside them, or into a folder, 160 mm wide."""
+    from vibecalc.core.report.plots import draw_files, look_of
 
-    for path, pictures in draw_files(results, output):
+    look = look_of(formats, dpi, only or (), not no_title)
+    for path, pictures in draw_files(results, output, look):
         for picture in pictures:
             typer.echo(str(picture))
         if not pictures:

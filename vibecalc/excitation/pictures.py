@@ -35,7 +35,7 @@ def draw_motor_force(result: Result) -> "Figure | None":
     if hit is None or not hit[1].size:
         return None
     quantity, orders = hit
-    figure = canvas(result, "axial force of the motor's skewed conductors", 8.0, 6.6)
+    figure = canvas(result, "axial force of the motor's skewed conductors", 6.6)
     bars, signal = figure.subplots(2, 1)
     bars.bar(orders, np.abs(np.asarray(quantity.values)), color=COLOURS[0], width=0.7)
     bars.set_xlim(0.0, float(np.max(orders)) + 1.0)
@@ -64,5 +64,5 @@ def _over_a_turn(axes: "Axes", record: Record, quantity: Quantity, orders: np.nd
     axes.axhline(0.0, color="#777777", linewidth=0.8)
     axes.margins(y=0.12)
     axes.set_ylabel(f"force in {quantity.unit}")
-    axes.legend(loc="upper center", ncols=3, bbox_to_anchor=(0.5, -0.2), fontsize=9)
+    axes.legend(loc="upper center", ncols=3, bbox_to_anchor=(0.5, -0.2), fontsize=8)
     crank_angle_axis(axes)

@@ -42,7 +42,7 @@ def draw_impact_time(result: Result) -> "Figure | None":
     chosen = spread_out(len(names), _MOST_HISTORIES)
     angle = np.asarray(force.axes[1].values)
     subtitle = "joint force over the first turn, from rest in the joint"
-    figure = canvas(result, subtitle, 8.4, 1.6 + 2.1 * len(chosen))
+    figure = canvas(result, subtitle, 1.6 + 2.1 * len(chosen))
     panels = list(figure.subplots(len(chosen), 1, sharex=True, squeeze=False)[:, 0])
     for axes, i in zip(panels, chosen, strict=True):
         axes.plot(np.degrees(angle), force.values[i], color=COLOURS[0], linewidth=1.0)
@@ -63,7 +63,7 @@ def draw_impact_time(result: Result) -> "Figure | None":
             )
             count = "contact" if starts.size == 1 else "contacts"
             title += f", triangles: the first {starts.size} {count}"
-        axes.set_title(title, loc="left", fontsize=10)
+        axes.set_title(title, loc="left", fontsize=9)
     crank_angle_axis(panels[-1])
     return figure
 
@@ -94,7 +94,7 @@ def draw_impact_clearance(result: Result) -> "Figure | None":
     play = 1e3 * np.asarray(quantity.axes[0].values, dtype=float)
     order = np.argsort(play)
     play = play[order]
-    figure = canvas(result, "force of impacts against clearance", 7.8, 5.4)
+    figure = canvas(result, "force of impacts against clearance", 5.4)
     axes = figure.subplots()
     drawn = [_mean(axes, record, quantity, play, order)]
     for name, words, colour, mark in _OTHERS:
@@ -106,7 +106,7 @@ def draw_impact_clearance(result: Result) -> "Figure | None":
     _scales(axes, play, np.concatenate(drawn))
     axes.set_xlabel("clearance in mm")
     axes.set_ylabel(f"force in {quantity.unit}")
-    figure.legend(loc="outside lower center", fontsize=9, ncols=2)
+    figure.legend(loc="outside lower center", fontsize=8, ncols=2)
     return figure
 
 
@@ -140,7 +140,7 @@ def _mean(
                 f"{show(y, digits=3)} {quantity.unit}",
                 (x, y),
                 textcoords="offset points",
-                fontsize=9,
+                fontsize=8,
                 **place,
             )
     return np.asarray(force)
@@ -185,12 +185,12 @@ def draw_impact_spectrum(result: Result) -> "Figure | None":
         return None
     names = clearance_names(spectrum.axes[0])
     chosen = spread_out(len(names), _MOST_SPECTRA)
-    figure = canvas(result, "spectrum of the joint force", 8.6 if len(chosen) < 3 else 9.4, 6.6)
+    figure = canvas(result, "spectrum of the joint force", 6.6)
     grid = figure.subplots(2, len(chosen), squeeze=False, sharex=True)
     for column, i in zip(grid.T, chosen, strict=True):
         for axes in column:
             _curves(axes, record, spectrum, i)
-        column[0].set_title(names[i], loc="left", fontsize=10)
+        column[0].set_title(names[i], loc="left", fontsize=9)
         _linear(column[0], record, spectrum, i)
         column[1].set_yscale("log")
         column[1].set_ylim(*_window(record, spectrum, i))
@@ -199,7 +199,7 @@ def draw_impact_spectrum(result: Result) -> "Figure | None":
         axes.set_ylabel(f"amplitude in {spectrum.unit}")
     grid[0, 0].set_xlim(0.0, float(np.max(spectrum.axes[1].values)))
     handles, words = grid[0, 0].get_legend_handles_labels()
-    figure.legend(handles, words, loc="outside lower center", ncols=4, fontsize=9)
+    figure.legend(handles, words, loc="outside lower center", ncols=2, fontsize=8)
     return figure
 
 
@@ -246,7 +246,7 @@ def _linear(axes: "Axes", record: Record, spectrum: Quantity, i: int) -> None:
         xycoords="axes fraction",
         ha="right",
         va="top",
-        fontsize=9,
+        fontsize=8,
         color=TOTAL,
     )
 
@@ -289,7 +289,7 @@ def draw_dominance(result: Result) -> "Figure | None":
     shaking = having(record, _STEM + "shaking", "order")
     if added is None or shaking is None:
         return None
-    figure = canvas(result, "forces against order: which one leads", 8.8, 5.8)
+    figure = canvas(result, "forces against order: which one leads", 5.8)
     axes = figure.subplots()
     axes.set_yscale("log")
     orders = np.asarray(added.axes[1].values)
@@ -319,7 +319,7 @@ def draw_dominance(result: Result) -> "Figure | None":
     _leads(axes, record, chosen, top)
     axes.set_xlabel("order")
     axes.set_ylabel(f"amplitude in {added.unit}")
-    figure.legend(loc="outside lower center", ncols=3, fontsize=9)
+    figure.legend(loc="outside lower center", ncols=2, fontsize=8)
     return figure
 
 
@@ -361,7 +361,7 @@ def _leads(axes: "Axes", record: Record, chosen: list[int], top: float) -> None:
             xytext=(5, 0),
             textcoords="offset points",
             color=colour,
-            fontsize=9,
+            fontsize=8,
             va="center",
             bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.0},
         )

@@ -51,7 +51,7 @@ def draw_force_over_cycle(result: Result) -> "Figure | None":
             found.append((name, words, *hit))
     if not found:
         return None
-    figure = canvas(result, "couple over the lever during one turn", 8.0, 1.2 + 2.9 * len(found))
+    figure = canvas(result, "couple over the lever during one turn", 1.2 + 2.9 * len(found))
     panels = figure.subplots(len(found), 1, sharex=True, squeeze=False)[:, 0]
     for axes, (name, words, quantity, orders) in zip(panels, found, strict=True):
         _curves(axes, quantity, orders)
@@ -63,7 +63,7 @@ def draw_force_over_cycle(result: Result) -> "Figure | None":
         for text, bound in bounds_of(result, path):
             limit_line(axes, bound, text)
             axes.axhline(-bound, color=LIMIT, linestyle="--", linewidth=1.3)
-    panels[0].legend(loc="upper center", ncols=4, bbox_to_anchor=(0.5, -0.02), fontsize=9)
+    panels[0].legend(loc="upper center", ncols=4, bbox_to_anchor=(0.5, -0.02), fontsize=8)
     crank_angle_axis(panels[-1])
     return figure
 
@@ -101,7 +101,7 @@ def draw_engine_mounts(result: Result) -> "Figure | None":
     angle = np.linspace(0.0, 2.0 * np.pi * turns, count)
     kind = table_of(result.case, "machine").get("kind") or "engine"
     title = f"torque reaction: {kind} on its mounts over the cycle"
-    figure = canvas(result, title, 8.6, 7.4)
+    figure = canvas(result, title, 7.4)
     above, below = figure.subplots(2, 1, sharex=True)
     _couple(above, record, couple, angle, orders)
     _loads(below, result, force, angle, orders)
@@ -161,7 +161,7 @@ def _loads(
                    loc="left")  # fmt: skip
     axes.set_ylabel(f"load in {_plain(force.unit)}")
     axes.legend(title=f"support: mean\nin {_plain(force.unit)}", loc="center left",
-                bbox_to_anchor=(1.0, 0.5), fontsize=9)  # fmt: skip
+                bbox_to_anchor=(1.0, 0.5), fontsize=8)  # fmt: skip
 
 
 def _plain(unit: str) -> str:
@@ -191,7 +191,7 @@ def draw_transmissibility(result: Result) -> "Figure | None":
         return None
     quantity, orders = hit
     ratios = np.asarray(orders, dtype=float) * speed / natural
-    figure = canvas(result, "transmissibility of the mounts, pitch", 8.0, 6.2)
+    figure = canvas(result, "transmissibility of the mounts, pitch", 6.2)
     level, phase = figure.subplots(2, 1, sharex=True, height_ratios=[2, 1])
     curve = along(result.record, _BASE + "transmissibility_curve", "frequency_ratio")
     if curve is not None:
@@ -214,14 +214,14 @@ def draw_transmissibility(result: Result) -> "Figure | None":
         xytext=(5, -12),
         textcoords="offset points",
         color=QUIET,
-        fontsize=9,
+        fontsize=8,
     )
     level.set_xscale("log")
     level.xaxis.set_major_formatter("{x:g}")
     level.xaxis.set_minor_formatter("")
     level.margins(y=0.12)
     level.set_ylabel("|force out / force in| in dB")
-    level.legend(loc="lower left", fontsize=9)
+    level.legend(loc="lower left", fontsize=8)
     phase.set_ylabel("phase in deg")
     phase.set_ylim(-185.0, 5.0)
     phase.set_yticks([-180, -90, 0])
@@ -258,7 +258,7 @@ def draw_modal_energy(result: Result) -> "Figure | None":
             f"{name}\n{show(hertz(float(value)), digits=4)} Hz"
             for name, value in zip(names, natural[0].values, strict=True)
         ]
-    figure = canvas(result, "modes on the mounts: shares of energy", 8.4, 1.8 + 0.62 * len(modes))
+    figure = canvas(result, "modes on the mounts: shares of energy", 1.8 + 0.62 * len(modes))
     axes = figure.subplots()
     place = np.arange(len(modes))
     # A share can be negative where coordinates are coupled by the mass: it is stacked leftwards.
@@ -271,7 +271,7 @@ def draw_modal_energy(result: Result) -> "Figure | None":
         for i in np.flatnonzero(np.abs(shares[:, j]) >= _PERCENT_WITH_TEXT):
             middle = left[i] + 0.5 * shares[i, j]
             words = f"{name} {shares[i, j]:.0f} %"
-            axes.text(middle, float(i), words, ha="center", va="center", color=ink, fontsize=9)
+            axes.text(middle, float(i), words, ha="center", va="center", color=ink, fontsize=8)
         for sign, end in ends.items():
             end += np.where(sign * shares[:, j] > 0.0, shares[:, j], 0.0)
     axes.set_yticks(place, names)
@@ -279,7 +279,7 @@ def draw_modal_energy(result: Result) -> "Figure | None":
     axes.set_xlim(min(0.0, float(ends[-1.0].min())), max(100.0, float(ends[1.0].max())))
     axes.set_xlabel("share of the energy of the mode in %")
     axes.grid(visible=False, axis="y")
-    axes.legend(loc="upper center", bbox_to_anchor=(0.5, 1.12), ncols=6, fontsize=9)
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, 1.12), ncols=6, fontsize=8)
     return figure
 
 
@@ -318,7 +318,7 @@ def draw_mode_shapes(result: Result) -> "Figure | None":
     columns = min(3, modes)
     rows = -(-modes // columns)
     subtitle = "modes of the body; arrows by their share of the energy"
-    figure = canvas(result, subtitle, 3.1 * columns, 1.2 + 3.0 * rows)
+    figure = canvas(result, subtitle, 1.2 + 3.0 * rows)
     panels = figure.subplots(rows, columns, squeeze=False).ravel()
     for axes in panels:
         axes.set_axis_off()
@@ -327,7 +327,7 @@ def draw_mode_shapes(result: Result) -> "Figure | None":
         _panel(panels[i], vector)
         frequency = show(hertz(float(natural.values[i])), digits=4)
         words = main_coordinates(share, i)
-        panels[i].set_title(f"mode {i + 1}: {frequency} Hz\n{words}", fontsize=10)
+        panels[i].set_title(f"mode {i + 1}: {frequency} Hz\n{words}", fontsize=9)
     _legend(figure)
     return figure
 
@@ -385,7 +385,7 @@ def _legend(figure: "Figure") -> None:
         Line2D([], [], color="#b0b0b0", label="at rest"),
         Line2D([], [], color="#444444", label="displaced, exaggerated"),
     ]
-    figure.legend(handles=handles, loc="outside lower center", ncols=4, fontsize=9)
+    figure.legend(handles=handles, loc="outside lower center", ncols=4, fontsize=8)
 
 
 # ----------------------------------------------------------------------------
@@ -400,6 +400,7 @@ _CLOSE = 1.18
 def resonances(record: Record, axes: "Axes", speed: np.ndarray) -> None:
     """Dotted lines where an order meets a mode; lines of one order that lie close share words."""
     frequencies = natural_frequencies(record)
+    words: list[tuple[float, str]] = []
     for order in _ORDERS:
         groups: list[list[int]] = []
         for mode, natural in enumerate(frequencies):
@@ -412,19 +413,28 @@ def resonances(record: Record, axes: "Axes", speed: np.ndarray) -> None:
             else:
                 groups.append([mode])
         for group in groups:
-            axes.annotate(
-                f"order {order}" + (_modes(group) if len(frequencies) > 1 else ""),
-                (frequencies[group[0]] / order, 0.98),
-                xycoords=axes.get_xaxis_transform(),
-                xytext=(-2, 0),
-                textcoords="offset points",
-                rotation=90,
-                ha="right",
-                va="top",
-                fontsize=8,
-                color=QUIET,
-                zorder=1,
-            )
+            name = f"order {order}" + (_modes(group) if len(frequencies) > 1 else "")
+            words.append((float(frequencies[group[0]] / order), name))
+    words.sort()
+    free = 0.0
+    for at, name in words:
+        # beside the line, on its other side where the word before it stands
+        right = at < free
+        free = _CLOSE * at
+        axes.annotate(
+            name,
+            (at, 0.98),
+            xycoords=axes.get_xaxis_transform(),
+            xytext=(2 if right else -2, 0),
+            textcoords="offset points",
+            rotation=90,
+            ha="left" if right else "right",
+            va="top",
+            fontsize=8,
+            color=QUIET,
+            zorder=4,
+            bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.5},
+        )
 
 
 def _modes(group: list[int]) -> str:
@@ -488,7 +498,7 @@ def draw_run_up(result: Result) -> "Figure | None":
     count = (lever is not None) + (support is not None)
     if count == 0:
         return None
-    figure = canvas(result, "run-up: largest force over the cycle", 8.6, 1.5 + 3.0 * count)
+    figure = canvas(result, "run-up: largest force over the cycle", 1.5 + 3.0 * count)
     rows = judge_references(result)
     panels = list(figure.subplots(count, 1, sharex=True, squeeze=False)[:, 0])
     if lever is not None:
@@ -504,9 +514,7 @@ def draw_run_up(result: Result) -> "Figure | None":
         for name in labels(support.axes[0]):
             draw_points(rows, axes, support, entry=name, colour=LIMIT)
         _finish(result, axes, support, speed, "one support on the ground")
-    _rpm_axis(panels[0])
-    panels[-1].set_xlabel("crank speed in rad/s")
-    plain_ticks(panels[-1].xaxis)
+    _turn_axes(panels)
     return figure
 
 
@@ -528,7 +536,7 @@ def _supports(axes: "Axes", quantity: Quantity, speed: np.ndarray) -> None:
         words = ("mounts " if len(members) > 1 else "mount ") + ", ".join(members)
         axes.plot(speed, _drawable(row), color=COLOURS[i % len(COLOURS)], label=words)
     # Forces are small at low speeds, and limits are named on the right.
-    axes.legend(loc="center left", fontsize=9, frameon=True, framealpha=0.9, edgecolor="none")
+    axes.legend(loc="center left", fontsize=8, frameon=True, framealpha=0.9, edgecolor="none")
 
 
 def _finish(
@@ -586,7 +594,8 @@ def _peak(
         xytext=(-8 if left else 8, 3),
         textcoords="offset points",
         ha="right" if left else "left",
-        fontsize=9,
+        fontsize=8,
+        bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.5, "alpha": 0.8},
     )
 
 
@@ -602,18 +611,26 @@ def _steady(result: Result, axes: "Axes", bound: float, words: str) -> None:
         textcoords="offset points",
         ha="right",
         color=LIMIT,
-        fontsize=9,
+        fontsize=8,
     )
 
 
-def _rpm_axis(axes: "Axes") -> None:
+def _turn_axes(panels: list["Axes"]) -> None:
+    """Crank speed in rpm below, in rad/s above, where the curves are drawn in rad/s."""
+
     def to_rpm(speed: Any) -> Any:
         return speed * rpm(1.0)
 
     def from_rpm(turns: Any) -> Any:
         return turns / rpm(1.0)
 
-    turns = axes.secondary_xaxis("top", functions=(to_rpm, from_rpm))
+    plain_ticks(panels[0].xaxis)
+    for axes in panels:
+        axes.tick_params(axis="x", which="both", bottom=False, labelbottom=False)
+    panels[0].tick_params(axis="x", which="both", top=True, labeltop=True)
+    panels[0].xaxis.set_label_position("top")
+    panels[0].set_xlabel("crank speed in rad/s")
+    turns = panels[-1].secondary_xaxis("bottom", functions=(to_rpm, from_rpm))
     turns.set_xlabel("crank speed in rpm")
     plain_ticks(turns.xaxis)
 

@@ -28,7 +28,7 @@ def draw_piston_motion(result: Result) -> "Figure | None":
             found.append((name, *hit))
     if not found:
         return None
-    figure = canvas(result, "piston motion over one turn", 7.6, 1.4 + 1.9 * len(found))
+    figure = canvas(result, "piston motion over one turn", 1.4 + 1.9 * len(found))
     panels = figure.subplots(len(found), 1, sharex=True, squeeze=False)[:, 0]
     for i, (axes, (name, quantity, angle)) in enumerate(zip(panels, found, strict=True)):
         axes.plot(np.degrees(angle), quantity.values, color=COLOURS[i])
@@ -59,13 +59,13 @@ def draw_piston_acceleration(result: Result) -> "Figure | None":
     short = np.real(np.asarray(harmonics.values)[few] @ waves(np.asarray(orders)[few], angle))
     missed = np.asarray(quantity.values) - short
     degrees = np.degrees(angle)
-    figure = canvas(result, "piston acceleration and its first two harmonics", 8.0, 6.4)
+    figure = canvas(result, "piston acceleration and its first two harmonics", 6.4)
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=[2, 1])
     above.plot(degrees, quantity.values, color=TOTAL, linewidth=2.0, label="all orders")
     above.plot(degrees, short, color=COLOURS[1], linestyle="--", label="orders 1 and 2")
     above.axhline(0.0, color=QUIET, linewidth=0.8)
     above.set_ylabel(f"acceleration in {quantity.unit}")
-    above.legend(loc="lower center", fontsize=9)
+    above.legend(loc="lower center", fontsize=8)
     top = int(np.argmax(np.abs(missed)))
     below.plot(degrees, missed, color=COLOURS[0])
     below.axhline(0.0, color=QUIET, linewidth=0.8)
@@ -74,7 +74,7 @@ def draw_piston_acceleration(result: Result) -> "Figure | None":
     largest = float(np.max(np.abs(quantity.values)))
     if largest > 0.0:
         words += f", {show(100.0 * abs(missed[top]) / largest, digits=2)} % of the largest"
-    below.set_title(words, loc="left", fontsize=10)
+    below.set_title(words, loc="left", fontsize=9)
     figure.align_ylabels([above, below])
     crank_angle_axis(below)
     return figure

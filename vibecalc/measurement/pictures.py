@@ -7,6 +7,7 @@ import numpy as np
 
 from vibecalc.core.report.canvas import COLOURS, LIMIT, TOTAL, canvas
 from vibecalc.core.report.sections import entries, having, labels, scalar_of, table_of
+from vibecalc.core.report.writing import fold
 from vibecalc.core.results.record import Quantity, Record, Result
 
 if TYPE_CHECKING:
@@ -42,9 +43,7 @@ def draw_measured_levels(result: Result) -> "Figure | None":
     orders = list(whole.axes[1].values)[:_MOST]
     columns = min(len(orders), 3)
     rows = -(-len(orders) // columns)
-    figure = canvas(
-        result, "levels measured, published and computed", 4.4 * columns, 3.0 * rows + 3
-    )
+    figure = canvas(result, "levels measured, published and computed", 3.0 * rows + 3)
     grid = figure.add_gridspec(rows + 1, columns, height_ratios=[1.25] * rows + [0.8])
     first = None
     for i, order in enumerate(orders):
@@ -53,7 +52,8 @@ def draw_measured_levels(result: Result) -> "Figure | None":
     _roll(figure.add_subplot(grid[rows, :]), result, roll)
     assert first is not None
     handles, words = first.get_legend_handles_labels()
-    figure.legend(handles, words, loc="outside lower center", ncols=4, fontsize=9)
+    words = ["\n".join(fold(word, 44)) for word in words]
+    figure.legend(handles, words, loc="outside lower center", ncols=3, fontsize=8)
     return figure
 
 
@@ -157,7 +157,7 @@ def _roll(axes: "Axes", result: Result, roll: Quantity) -> None:
     axes.set_xlabel("harmonic")
     axes.set_ylabel(f"level in {roll.unit}")
     axes.set_xticks(range(1, max(int(np.max(place)), 3) + 1))
-    axes.legend(fontsize=9, ncols=3)
+    axes.legend(fontsize=8, ncols=3)
 
 
 # ----------------------------------------------------------------------------
@@ -186,8 +186,8 @@ def draw_plate_map(result: Result) -> "Figure | None":
         titles.append("all harmonics")
     columns = min(len(maps), 2)
     rows = -(-len(maps) // columns)
-    height = 5.2 * float((y[-1] - y[0]) / (x[-1] - x[0])) + 0.9
-    figure = canvas(result, "level over the plate", 6.6 * columns, min(height, 7.0) * rows + 0.8)
+    height = 3.0 * float((y[-1] - y[0]) / (x[-1] - x[0])) + 0.9
+    figure = canvas(result, "level over the plate", min(height, 7.0) * rows + 0.8)
     grid = figure.subplots(rows, columns, squeeze=False)
     for axes in grid.ravel()[len(maps) :]:
         axes.set_visible(False)
@@ -251,7 +251,7 @@ def _mark(axes: "Axes", result: Result, quiet: tuple[float, float] | None) -> No
             ha="left" if x < 0.5 * (left + right) else "right",
             va="center",
             color=TOTAL,
-            fontsize=9,
+            fontsize=8,
             bbox={"boxstyle": "round,pad=0.15", "fc": "white", "ec": "none", "alpha": 0.75},
         )
     if quiet is not None:

@@ -18,7 +18,7 @@ from vibecalc.core.report.sections import along, having, labels, speed_of
 from vibecalc.core.report.verdicts import judge_references
 from vibecalc.core.report.writing import rpm, show
 from vibecalc.core.results.record import Quantity, Record, Result
-from vibecalc.response.report import SMALLEST, last_normal
+from vibecalc.response.report import SMALLEST
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -29,12 +29,15 @@ if TYPE_CHECKING:
 # ----------------------------------------------------------------------------
 
 _KINDS = ("kinetic", "potential")
+#: powers of ten below the largest that are drawn
+_DECADES = 6
 
 
 def draw_energy_by_order(result: Result) -> "Figure | None":
-    """Bars of the largest energy against order; None without energies by order above zero.
+    """Bars of the largest energy against order, down to a share of the largest of all.
 
-    The axis is in powers of ten by hand: bars of a logarithmic axis stop before 1e-308.
+    None without energies by order above zero. The axis is in powers of ten by hand: bars of a
+    logarithmic axis stop before 1e-308.
     """
     found: list[tuple[str, np.ndarray, np.ndarray, str]] = []
     for kind in _KINDS:
@@ -44,30 +47,32 @@ def draw_energy_by_order(result: Result) -> "Figure | None":
             found.append((kind, orders, np.asarray(quantity.values, dtype=float), quantity.unit))
     if not found:
         return None
-    figure = canvas(result, "largest energy of each order alone", 8.6, 5.2)
+    figure = canvas(result, "largest energy of each order alone", 5.2)
     axes = figure.subplots()
     lowest = min(float(np.log10(values[values >= SMALLEST]).min()) for _, _, values, _ in found)
     highest = max(float(np.log10(values.max())) for _, _, values, _ in found)
-    ends = [last_normal(values) for _, _, values, _ in found]
-    underflows = any(ended for _, ended in ends)
-    floor = float(np.log10(SMALLEST)) if underflows else lowest - 0.06 * max(highest - lowest, 3.0)
+    floor = max(lowest - 0.06 * max(highest - lowest, 3.0), highest - _DECADES)
     width = 0.8 / len(found)
     for i, (kind, orders, values, _) in enumerate(found):
-        acting = values >= SMALLEST
+        acting = values >= max(10.0**floor, SMALLEST)
         heights = np.log10(values[acting]) - floor
         place = orders[acting] + (i - 0.5 * (len(found) - 1)) * width
         axes.bar(place, heights, width, bottom=floor, color=COLOURS[i], label=kind)
-    last = max(int(orders[-1]) for _, orders, _, _ in found)
+    every = max(int(orders[-1]) for _, orders, _, _ in found)
+    least = max(10.0**floor, SMALLEST)
+    last = max(int(np.max(orders[values >= least], initial=0)) for _, orders, values, _ in found)
     axes.set_xlim(0.3, last + 0.7)
     axes.set_ylim(floor, highest + 0.08 * (highest - floor))
     _ticks(axes)
     axes.set_xlabel("order")
     axes.set_ylabel(f"energy in {found[0][3]}")
     axes.grid(visible=False, axis="x")
-    axes.legend(loc="upper right", fontsize=9)
-    if underflows:
-        gone = max(int(found[i][1][end]) for i, (end, _) in enumerate(ends) if end >= 0)
-        _underflow(axes, gone, last)
+    axes.legend(loc="upper right", fontsize=8)
+    if every > last:
+        axes.set_title(
+            f"orders {last + 1} to {every}: below $10^{{-{_DECADES}}}$ of the largest",
+            loc="left", fontsize=8, color=QUIET,
+        )  # fmt: skip
     return figure
 
 
@@ -82,20 +87,6 @@ def _ticks(axes: "Axes") -> None:
 
     axes.yaxis.set_major_locator(MaxNLocator(nbins=9, integer=True))
     axes.yaxis.set_major_formatter(FuncFormatter(power))
-
-
-def _underflow(axes: "Axes", gone: int, last: int) -> None:
-    axes.axvspan(gone + 0.5, last + 0.7, color="#eeeeee", zorder=0)
-    axes.annotate(
-        f"beyond order {gone} below the smallest double: 0",
-        (0.5 * (gone + last + 1.2), 0.5),
-        xycoords=axes.get_xaxis_transform(),
-        rotation=90,
-        ha="center",
-        va="center",
-        fontsize=9,
-        color=QUIET,
-    )
 
 
 # ----------------------------------------------------------------------------
@@ -118,7 +109,7 @@ def draw_response_run_up(result: Result) -> "Figure | None":
     curves = [(kind, *hit) for kind, hit in hits if hit is not None and np.any(hit[1] > 0.0)]
     if not curves:
         return None
-    figure = canvas(result, "run-up: mean energies of the body at each speed", 8.6, 4.8)
+    figure = canvas(result, "run-up: mean energies of the body at each speed", 4.8)
     axes = figure.subplots()
     speed, unit = curves[0][2], curves[0][1].unit
     axes.set_xscale("log")
@@ -141,7 +132,7 @@ def draw_response_run_up(result: Result) -> "Figure | None":
     turns.set_xlabel("crank speed in rpm")
     for axis in (axes.xaxis, turns.xaxis):
         plain_ticks(axis)
-    figure.legend(loc="outside lower center", ncols=4, fontsize=9)
+    figure.legend(loc="outside lower center", ncols=4, fontsize=8)
     return figure
 
 
@@ -224,7 +215,7 @@ def _largest(
         textcoords="offset points",
         ha="right" if left else "left",
         va="bottom" if above else "top",
-        fontsize=9,
+        fontsize=8,
         color=colour,
     )
 
@@ -267,7 +258,7 @@ def draw_operations(result: Result) -> "Figure | None":
     if not found:
         return None
     subtitle = "energies of the operations with each balance"
-    figure = canvas(result, subtitle, 8.8, 1.5 + 3.4 * len(found))
+    figure = canvas(result, subtitle, 1.5 + 3.4 * len(found))
     panels = list(figure.subplots(len(found), 1, sharex=True, squeeze=False)[:, 0])
     for axes, (kind, mean) in zip(panels, found, strict=True):
         _bars(axes, record, kind, mean)
@@ -291,7 +282,7 @@ def _legend(figure: "Figure", axes: "Axes") -> None:
     ends = (": mean", ": peak", "of the weights", "weighted mean")
     ordered = [words for end in ends for words in once if words.endswith(end)]
     handles = [once[words] for words in ordered]
-    figure.legend(handles, ordered, loc="outside lower center", ncols=3, fontsize=9)
+    figure.legend(handles, ordered, loc="outside lower center", ncols=3, fontsize=8)
 
 
 def _bars(axes: "Axes", record: Record, kind: str, mean: Quantity) -> None:
@@ -405,7 +396,7 @@ def draw_switching(result: Result) -> "Figure | None":
         having(record, f"{_SWITCHING}{ways[0][0]}/translation_high", *_axes(ways[0][0])) is not None
     )
     count = len(changes) if moved else 0
-    figure = canvas(result, "change between operations", 9.2, 2.0 + 1.75 * (count + 2))
+    figure = canvas(result, "change between operations", 2.0 + 1.75 * (count + 2))
     heights = [1.0] * count + [1.2, 0.8]
     widths = [1.5, 1.0][: len(ways)]
     grid = figure.subplots(
@@ -440,7 +431,7 @@ def draw_switching(result: Result) -> "Figure | None":
     engine.set(wspace=0.06)
     figure.align_ylabels(list(grid[:, 0]))
     handles, words_ = grid[count, 0].get_legend_handles_labels()
-    figure.legend(handles, words_, loc="outside lower center", ncols=4, fontsize=9)
+    figure.legend(handles, words_, loc="outside lower center", ncols=4, fontsize=8)
     return figure
 
 

@@ -7,6 +7,7 @@ import numpy as np
 
 from vibecalc.core.report.sections import scalar_of
 from vibecalc.core.report.verdicts import MEASURED, ReferenceRow
+from vibecalc.core.report.writing import fold
 from vibecalc.core.results.record import Axis, Quantity, Record, Result
 from vibecalc.units import convert, parse_quantity
 
@@ -23,6 +24,12 @@ COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 TOTAL = "#222222"
 LIMIT = "#B00020"
 QUIET = "#777777"
+#: a page 160 mm wide, in inches, and the type on it in points: pictures are read unscaled
+WIDTH = 160.0 / 25.4
+TYPE = 8.5
+_HIGHEST = 230.0 / 25.4
+#: letters of 9 pt in the width of a page
+_LETTERS = 92
 #: ratio of the ends of a logarithmic axis up to which 2 and 5 have numbers as well
 _FEW = 150.0
 ORDER_NAMES: Mapping[int, str] = {1: "primary (order 1)", 2: "secondary (order 2)"}
@@ -40,15 +47,18 @@ class Titled(Protocol):
         """The resolved case."""
 
 
-def canvas(result: Titled, subtitle: str, width: float, height: float) -> "Figure":
-    """A figure for files only, titled with the case and what is shown."""
+def canvas(result: Titled, subtitle: str, height: float) -> "Figure":
+    """A figure for files only, as wide as a page, titled with the case and what is shown.
+
+    `height` is in inches for type of 10 pt; it shrinks with the type, and ends with the page.
+    """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(width, height), layout="constrained")
+    figure = Figure(figsize=(WIDTH, min(TYPE / 10.0 * height, _HIGHEST)), layout="constrained")
     FigureCanvasAgg(figure)
     title = str(result.case.get("title") or result.name)
-    figure.suptitle(f"{title}\n{subtitle}".rstrip(), fontsize=12)
+    figure.suptitle("\n".join(fold(f"{title}\n{subtitle}".rstrip(), _LETTERS)), fontsize=9)
     return figure
 
 
@@ -103,7 +113,7 @@ def limit_line(axes: "Axes", value: float, words: str) -> None:
         ha="right",
         va="bottom",
         color=LIMIT,
-        fontsize=9,
+        fontsize=8,
     )
 
 

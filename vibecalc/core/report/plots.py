@@ -1,7 +1,10 @@
-"""Pictures of a result as PNG files: which there are, and those of studies."""
+"""Pictures of a result as files: which there are, how they are written, and those of studies."""
 
 import math
+import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from difflib import get_close_matches
 from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -9,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from vibecalc.core.report.accuracy import RungView, TopicView, topics_of
-from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, TOTAL, canvas
+from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, TOTAL, TYPE, canvas
 from vibecalc.core.report.sections import START, along, scalar_of, table_of
 from vibecalc.core.report.studies import FRONT_PREFIX, VARIABLE, start_of
 from vibecalc.core.report.sweep.view import SweepView
@@ -28,7 +31,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 # ----------------------------------------------------------------------------
-# Pictures of a result, written as PNG files. matplotlib is imported here, when it is asked for.
+# Pictures of a result, written as files. matplotlib is imported here, when it is asked for.
 # ----------------------------------------------------------------------------
 
 #: Pictures of studies; each subject names its own. A picture is `draw(result) -> Figure | None`.
@@ -44,53 +47,100 @@ SWEEP_PICTURES: dict[str, str] = {
     "sweep_sample": "vibecalc.core.report.sweep.picture_maps:draw_sweep_sample",
 }
 
+#: The one picture of a measurement of methods, which bears the name of its file alone.
+_OF_METHODS = ("accuracy",)
+
 #: A font that matplotlib brings along, so that the same result gives the same picture anywhere.
 STYLE: dict[str, Any] = {
     "font.family": "DejaVu Sans",
-    "font.size": 10.0,
-    "axes.titlesize": 11.0,
+    "font.size": TYPE,
+    "axes.titlesize": 9.0,
+    "axes.labelsize": TYPE,
+    "xtick.labelsize": 8.0,
+    "ytick.labelsize": 8.0,
+    "legend.fontsize": 8.0,
     "axes.grid": True,
     "axes.axisbelow": True,
     "axes.spines.top": False,
     "axes.spines.right": False,
     "grid.color": "#dddddd",
-    "grid.linewidth": 0.8,
-    "lines.linewidth": 1.6,
+    "grid.linewidth": 0.6,
+    "lines.linewidth": 1.3,
+    "lines.markersize": 5.0,
     "legend.frameon": False,
     "figure.constrained_layout.use": True,
+    "svg.hashsalt": "vibecalc",
+    "pdf.fonttype": 42,
 }
-_RESOLUTION = 130
+_RESOLUTION = 200
+_DPI = (50, 1200)
+FORMATS = ("png", "svg", "pdf")
+#: what a file would say of the time and the versions that made it
+_SILENT: dict[str, dict[str, None]] = {
+    "png": {"Software": None},
+    "svg": {"Date": None, "Creator": None},
+    "pdf": {"CreationDate": None, "Creator": None, "Producer": None},
+}
 
 
-def draw(result: Result, folder: Path, stem: str = "") -> list[Path]:
+@dataclass(frozen=True)
+class Look:
+    """How pictures are written: formats, dots in an inch of png, which, and with a title or not."""
+
+    formats: tuple[str, ...] = ("png",)
+    dpi: int | None = None
+    #: names of pictures; all without one
+    only: tuple[str, ...] = ()
+    title: bool = True
+
+
+def look_of(formats: str, dpi: int | None, only: Sequence[str], title: bool) -> Look:
+    """What is asked for on the command line; UsageError for what is not to be had."""
+    names = tuple(dict.fromkeys(name.strip().lower() for name in formats.split(",")))
+    for name in names:
+        if name not in FORMATS:
+            raise UsageError(
+                f"--format {formats}: pictures are written as {', '.join(FORMATS)}, found {name!r}"
+            )
+    if dpi is not None and not _DPI[0] <= dpi <= _DPI[1]:
+        raise UsageError(f"--dpi needs a number from {_DPI[0]} to {_DPI[1]}, found {dpi}")
+    pictures = (name.strip() for given in only for name in given.split(","))
+    return Look(names, dpi, tuple(dict.fromkeys(pictures)), title)
+
+
+def draw(result: Result, folder: Path, stem: str = "", look: Look = Look()) -> list[Path]:
     """Draw every picture that the result has the numbers for.
 
     Files are `<stem>_<picture>.png` in `folder`, which is made if it is missing; `stem` is the name
-    of the case if nothing else is said. Equal results give equal bytes with one version of
-    matplotlib.
+    of the case if nothing else is said, and not repeated where the picture is named after it. Equal
+    results give equal bytes with one version of matplotlib.
 
     Raises
     ------
     UsageError
         matplotlib is not installed, or the folder cannot be written.
     """
-    stem = stem or result.name
-    return _drawn(stem, ((name, make(result, name)) for name in pictures_of(result)), folder)
+    names = pictures_of(result)
+    return _write(_made(names, result, make, look), Path(folder), stem or result.name, names, look)
 
 
-def draw_sweep(sweep: SweepView, folder: Path, stem: str = "") -> list[Path]:
+def draw_sweep(sweep: SweepView, folder: Path, stem: str = "", look: Look = Look()) -> list[Path]:
     """The same for a sweep: lines over one axis, maps over two, histograms of samples.
 
     `stem` takes the place of the name of the case, for several sweeps of one case.
     """
     stem = (stem or sweep.name).removesuffix("_sweep")
-    return _drawn(stem, ((name, make_sweep(sweep, name)) for name in SWEEP_PICTURES), folder)
+    made = _made(SWEEP_PICTURES, sweep, make_sweep, look)
+    return _write(made, Path(folder), stem, SWEEP_PICTURES, look)
 
 
-def draw_files(paths: Sequence[Path], folder: Path | None) -> Iterator[tuple[Path, list[Path]]]:
+def draw_files(
+    paths: Sequence[Path], folder: Path | None, look: Look = Look()
+) -> Iterator[tuple[Path, list[Path]]]:
     """Draw files beside themselves or into `folder`; yields each with its pictures, maybe none.
 
-    Raises UsageError, before anything is drawn, where two files would write the same pictures.
+    Raises UsageError, before anything is written, where two files would write the same pictures or
+    none has a picture that is asked for.
     """
     homes = [(folder or path.parent, path.stem.removesuffix(".sweep")) for path in paths]
     for number, (path, home) in enumerate(zip(paths, homes, strict=True)):
@@ -99,58 +149,125 @@ def draw_files(paths: Sequence[Path], folder: Path | None) -> Iterator[tuple[Pat
                 f"the pictures of {paths[homes.index(home)]} and {path} would have the same names "
                 f"in {home[0]}; draw them into two folders, with -o"
             )
+    if look.only:
+        _refuse_unknown(paths, look)
+    written: set[Path] = set()
     for path, (target, _) in zip(paths, homes, strict=True):
-        yield path, draw_file(path, target)
+        yield path, draw_file(path, target, look, written)
 
 
-def draw_file(path: Path, folder: Path) -> list[Path]:
-    """Draw a file, be it of a run or of a sweep; also ResultError if it cannot be read."""
+def draw_file(
+    path: Path, folder: Path, look: Look = Look(), written: set[Path] | None = None
+) -> list[Path]:
+    """Draw a file, be it of a run, a sweep or methods; also ResultError if it cannot be read.
+
+    `written` are pictures of the same call, which are not overwritten.
+    """
+    names, made = _figures(path, look)
+    stem = path.stem.removesuffix(".sweep")
+    if any(name in SWEEP_PICTURES for name in names):
+        stem = stem.removesuffix("_sweep")
+    return _write(made, Path(folder), stem, names, look, written)
+
+
+def draw_accuracy_file(result: Result, path: Path) -> list[Path]:
+    """The one picture of a measurement of methods, if it has any; UsageError as for the others."""
+    made = _made(_OF_METHODS, result, _make_methods, Look())
+    return _write(made, path.parent, path.stem, _OF_METHODS, Look())
+
+
+def _figures(path: Path, look: Look) -> tuple[Iterable[str], list[tuple[str, "Figure"]]]:
+    """Names of the pictures that a file may have, and those that it has of them."""
     from vibecalc.core.results.sweep_file import is_sweep, open_sweep
 
     if is_sweep(path):
         from vibecalc.core.report.sweep.view import view_of
 
         with open_sweep(path) as opened:
-            return draw_sweep(view_of(opened), folder, path.stem.removesuffix(".sweep"))
-    from vibecalc.core.results.layout import is_accuracy
+            return SWEEP_PICTURES, list(_made(SWEEP_PICTURES, view_of(opened), make_sweep, look))
     from vibecalc.core.results.store import read_result
 
     result = read_result(path)
     if is_accuracy(result):
-        return draw_accuracy_file(result, folder / f"{path.stem}.png")
-    return draw(result, folder, path.stem)
+        return _OF_METHODS, list(_made(_OF_METHODS, result, _make_methods, look))
+    names = pictures_of(result)
+    return names, list(_made(names, result, make, look))
 
 
-def draw_accuracy_file(result: Result, path: Path) -> list[Path]:
-    """The one picture of a measurement of methods, if it has any; UsageError as for the others."""
+def _make_methods(result: Result, _name: str) -> "Figure | None":
+    return draw_accuracy(result)
 
+
+def _made(
+    names: Iterable[str], of: Any, maker: Callable[[Any, str], "Figure | None"], look: Look
+) -> Iterator[tuple[str, "Figure"]]:
     matplotlib = _matplotlib()
-    with matplotlib.rc_context(STYLE):
-        figure = draw_accuracy(result)
-        if figure is None:
-            return []
-        _save(figure, path)
-    return [path]
+    for name in names:
+        if look.only and name not in look.only:
+            continue
+        with matplotlib.rc_context(STYLE):
+            figure = maker(of, name)
+        if figure is not None:
+            yield name, figure
 
 
-def _drawn(case: str, figures: Iterable[tuple[str, "Figure | None"]], folder: Path) -> list[Path]:
+def _refuse_unknown(paths: Sequence[Path], look: Look) -> None:
+    found = {name for path in paths for name, _ in _figures(path, look)[1]}
+    missing = [name for name in look.only if name not in found]
+    if not missing:
+        return
+    every = replace(look, only=())
+    has = dict.fromkeys(name for path in paths for name, _ in _figures(path, every)[1])
+    near = get_close_matches(missing[0][:60], has, n=1)
+    hint = f"; did you mean {near[0]!r}?" if near else ""
+    whose = str(paths[0]) if len(paths) == 1 else "none of the results"
+    kept = "has no" if len(paths) == 1 else "has a"
+    raise UsageError(
+        f"--only {missing[0]}: {whose} {kept} picture of this name{hint}; "
+        f"there are: {', '.join(has) or 'none'}"
+    )
+
+
+def _write(
+    made: Iterable[tuple[str, "Figure"]],
+    folder: Path,
+    stem: str,
+    names: Iterable[str],
+    look: Look,
+    written: set[Path] | None = None,
+) -> list[Path]:
     matplotlib = _matplotlib()
-    written = []
-    with matplotlib.rc_context(STYLE):
-        for name, figure in figures:
-            if figure is None:
-                continue
-            path = Path(folder) / f"{case}_{name}.png"
-            _save(figure, path)
-            written.append(path)
-    return written
+    files: list[Path] = []
+    before = set() if written is None else written
+    for name, figure in made:
+        if not look.title:
+            figure.suptitle("").set_in_layout(False)
+        for form in look.formats:
+            path = folder / f"{_file_name(stem, name, names)}.{form}"
+            if path in before:
+                raise UsageError(
+                    f"two results have a picture {path.name}; draw them into two folders, with -o"
+                )
+            with matplotlib.rc_context(STYLE):
+                _save(figure, path, form, look.dpi or _RESOLUTION)
+            before.add(path)
+            files.append(path)
+    return files
 
 
-def _save(figure: "Figure", path: Path) -> None:
+def _file_name(stem: str, name: str, names: Iterable[str]) -> str:
+    """`roll_levels` for the picture `roll_levels` of `roll`, unless it has a picture `levels`."""
+    if name in _OF_METHODS:
+        return stem
+    short = name.removeprefix(f"{stem}_")
+    return f"{stem}_{name if short in names and short != name else short}"
+
+
+def _save(figure: "Figure", path: Path, form: str, dpi: int) -> None:
     from vibecalc.core.results.files import write_atomically
 
     image = BytesIO()
-    figure.savefig(image, format="png", dpi=_RESOLUTION, metadata={"Software": None})
+    figure.savefig(image, format=form, dpi=dpi, metadata=_SILENT[form])
     write_atomically(path, image.getvalue())
 
 
@@ -198,11 +315,9 @@ def _matplotlib() -> Any:
 # Error against seconds: a panel for each topic, a line for each method.
 # ----------------------------------------------------------------------------
 
-_ACROSS = 3
+_ACROSS = 2
 #: more methods than these are named beside the panel
 _INSIDE = 5
-#: letters of a title in an inch
-_LETTERS = 9
 _WORDS = (
     "worst relative error over seconds; filled: the front; ring: what vibecalc takes; "
     "dotted: the truth is known to it"
@@ -225,9 +340,8 @@ def draw_accuracy(result: Result) -> "Figure | None":
     across = min(_ACROSS, len(topics))
     down = -(-len(topics) // across)
     widest = max(len(topic.methods) for topic in topics)
-    width = (5.4 if widest <= _INSIDE else 7.2) * across
-    words = "\n".join(fold(_WORDS, int(_LETTERS * width)))
-    figure = canvas(result, words, width, 0.6 + 4.1 * down)
+    legend = 0.0 if widest <= _INSIDE else 0.19 * widest
+    figure = canvas(result, _WORDS, 0.8 + (3.6 + legend) * down)
     panels = figure.subplots(down, across, squeeze=False).ravel()
     for axes, topic in zip(panels, topics, strict=False):
         _panel(axes, topic)
@@ -268,9 +382,9 @@ def _panel(axes: "Axes", topic: TopicView) -> None:
     axes.set_xlabel("seconds")
     axes.set_ylabel("worst relative error")
     if len(topic.methods) <= _INSIDE:
-        axes.legend(fontsize=7, loc="best")
+        axes.legend(fontsize=8, loc="best")
     else:
-        axes.legend(fontsize=7, loc="center left", bbox_to_anchor=(1.01, 0.5), frameon=False)
+        axes.legend(fontsize=8, loc="upper center", bbox_to_anchor=(0.5, -0.2))
 
 
 def _dots(axes: "Axes", rungs: Sequence[RungView], **style: Any) -> None:
@@ -305,7 +419,7 @@ def draw_pareto(result: Result) -> "Figure | None":
         return None
     study = table_of(result.case, "optimisation")
     goals = [table_of(study, name) for name in ("objective", "second_objective")]
-    figure = canvas(result, "front between two objectives", 7.4, 5.4)
+    figure = canvas(result, "front between two objectives", 5.4)
     axes = figure.subplots()
     across, up = (np.asarray(part[0].values, dtype=float) for part in (one, two))
     axes.plot(across, up, "-", color=COLOURS[0], linewidth=0.7, alpha=0.5)
@@ -316,7 +430,7 @@ def draw_pareto(result: Result) -> "Figure | None":
             (across[place], up[place]),
             xytext=(6, 6),
             textcoords="offset points",
-            fontsize=9,
+            fontsize=8,
         )
     start = [_start(result, goal) for goal in goals]
     if start[0] is not None and start[1] is not None:
@@ -360,7 +474,7 @@ def draw_start_and_optimum(result: Result) -> "Figure | None":
         return None
     uses = _uses(result)
     rows = [len(variables), len(uses)] if uses else [len(variables)]
-    figure = canvas(result, "optimisation: start and optimum", 8.6, 2.2 + 0.62 * sum(rows))
+    figure = canvas(result, "optimisation: start and optimum", 2.2 + 0.62 * sum(rows))
     panels = figure.subplots(len(rows), 1, squeeze=False, height_ratios=rows)[:, 0]
     _draw_variables(panels[0], variables)
     if uses:
@@ -369,6 +483,8 @@ def draw_start_and_optimum(result: Result) -> "Figure | None":
 
 
 Side = Literal["max", "min"]
+#: of the width between its bounds, below which an optimum is written as 0
+_ROUNDING = 1e-9
 Variable = tuple[str, str, float, float, float | None, float]
 Use = tuple[str, float | None, float, bool]
 
@@ -387,15 +503,26 @@ def _variables(result: Result) -> list[Variable]:
     return found
 
 
+def _in_words(key: str) -> str:
+    """`cylinders[1].crank_phase`, which counts from 0, as cylinder 2: crank phase."""
+    *way, last = key.split(".")
+    found = re.fullmatch(r"(\w+)s\[(\d+)\]", way[-1]) if way else None
+    if found is None:
+        return key
+    return f"{found[1].replace('_', ' ')} {int(found[2]) + 1}: {last.replace('_', ' ')}"
+
+
 def _draw_variables(axes: "Axes", variables: list[Variable]) -> None:
     names = []
     for i, (key, unit, lower, upper, start, optimum) in enumerate(variables):
-        names.append(key.removeprefix("machine."))
+        names.append(_in_words(key.removeprefix("machine.")))
         span = 100.0 / (upper - lower)
         axes.plot([0.0, 100.0], [i, i], color="#cccccc", linewidth=3.0, zorder=1)
         if start is not None:
             place = float(np.clip((start - lower) * span, 0.0, 100.0))
             axes.plot([place], [i], "o", color=QUIET, mfc="white", ms=8, zorder=2, label="start")
+        if abs(optimum) < _ROUNDING * (upper - lower):
+            optimum = 0.0  # as far as a search finds it
         place = (optimum - lower) * span
         axes.plot([place], [i], "o", color=COLOURS[0], ms=8, zorder=3, label="optimum")
         was = "" if start is None else f"{show(start, digits=4)} → "
@@ -414,7 +541,7 @@ def _draw_variables(axes: "Axes", variables: list[Variable]) -> None:
         loc="lower center",
         bbox_to_anchor=(0.5, 1.0),
         ncols=2,
-        fontsize=9,
+        fontsize=8,
     )
 
 
@@ -467,7 +594,7 @@ def _draw_uses(axes: "Axes", uses: list[Use]) -> None:
                 xytext=(4, 0),
                 textcoords="offset points",
                 va="center",
-                fontsize=9,
+                fontsize=8,
             )
     limited, aimed = any(use[3] for use in uses), not all(use[3] for use in uses)
     if limited:
@@ -478,4 +605,4 @@ def _draw_uses(axes: "Axes", uses: list[Use]) -> None:
     parts = ["% of the limit"] * limited + ["objective: % of its start"] * aimed
     axes.set_xlabel("; ".join(parts))
     axes.grid(visible=False, axis="y")
-    axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, fontsize=9)
+    axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, fontsize=8)

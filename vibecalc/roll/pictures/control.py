@@ -9,7 +9,7 @@ from vibecalc.core.report.sections import having, scalar_of, table_of
 from vibecalc.core.report.verdicts import judge_references
 from vibecalc.core.report.writing import rpm, show
 from vibecalc.core.results.record import Quantity, Result
-from vibecalc.roll.report.control import CONTROL, in_time, status_words
+from vibecalc.roll.report.control import CONTROL, status_words
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -41,7 +41,7 @@ def draw_roll_control(result: Result) -> "Figure | None":
     if level is None or status is None or delay is None:
         return None
     words = "levels of the shell under control of the motor (reduced model), what the loop bears"
-    figure = canvas(result, words, 9.8, 8.2)
+    figure = canvas(result, words, 8.2)
     count = min(_ORDERS_UNDER_CONTROL, level.values.shape[-1])
     names: list[Any] = [[f"order {i}" for i in range(count)], ["margin"] * count]
     panels = figure.subplot_mosaic(names, height_ratios=[1.35, 1.0])
@@ -129,7 +129,7 @@ def _legend(figure: "Figure", axes: "Axes") -> None:
         Line2D([], [], marker="x", markeredgewidth=1.8, **grey),
     ]
     names += [f"bears less than {1e3 * _LITTLE:g} ms of delay", "not stable: no level"]
-    figure.legend(handles, names, loc="outside lower center", ncols=5, fontsize=9)
+    figure.legend(handles, names, loc="outside lower center", ncols=5, fontsize=8)
 
 
 def _map(axes: "Axes", status: Quantity, delay: Quantity, over: np.ndarray | None) -> None:
@@ -157,10 +157,10 @@ def _map(axes: "Axes", status: Quantity, delay: Quantity, over: np.ndarray | Non
                           hatch="////" if state[i, j] >= 2 else "..", linewidth=0.0)
             )  # fmt: skip
         elif numbered:
-            text = "any" if np.isinf(values[i, j]) else in_time(float(values[i, j]))
-            text += " *" if over is not None and over[i, rank[j]] else ""
+            text = "any" if np.isinf(values[i, j]) else show(1e3 * float(values[i, j]), digits=2)
+            text += "*" if over is not None and over[i, rank[j]] else ""
             dark = np.log(shown[i, j] / low) < 0.6 * np.log(high / low)
-            axes.text(j, i, text, ha="center", va="center", fontsize=7.5,
+            axes.text(j, i, text, ha="center", va="center", fontsize=8,
                       color="white" if dark else "black")  # fmt: skip
     gains, feedbacks = (np.asarray(axis.values) for axis in status.axes)
     axes.set_yticks(range(len(gains)), [show(gain, 0, 3) for gain in gains])
@@ -168,12 +168,12 @@ def _map(axes: "Axes", status: Quantity, delay: Quantity, over: np.ndarray | Non
     axes.set_xlabel("feedback of the shell's acceleration in s")
     axes.set_ylabel("gain K")
     axes.grid(visible=False)
-    words = "delay margin; hatched: not stable"
+    words = "delay margin in ms; hatched: not stable"
     words += ", dotted: stable only without any delay" if np.any(state == 1) else ""
     if over is not None and np.any(over):
         words += "; *: more torque than the motor has"
     axes.set_title(words, loc="left")
-    axes.figure.colorbar(image, ax=axes, label="ms", pad=0.01)
+    axes.figure.colorbar(image, ax=axes, label="delay margin in ms", pad=0.01)
 
 
 # ----------------------------------------------------------------------------
@@ -204,11 +204,11 @@ def draw_roll_locus(result: Result) -> "Figure | None":
     at = np.zeros(0, dtype=complex) if found is None else np.asarray(found.values, dtype=complex)
     at = at[np.isfinite(np.abs(at))]
     if np.any(_swings(pole)) or np.any(_swings(at)):
-        figure = canvas(result, title, 10.2, 5.4)
+        figure = canvas(result, title, 5.4)
         first, fading = figure.subplots(1, 2)
         _plane(first, gain, pole, at)
     else:
-        figure = canvas(result, title + "\nall poles are real: nothing swings", 10.2, 5.4)
+        figure = canvas(result, title + "\nall poles are real: nothing swings", 5.4)
         first = fading = figure.subplots()
     _fading(fading, gain, pole, own)
     if first is fading and isinstance(own, int | float):
@@ -312,7 +312,7 @@ def draw_roll_motor_gain(result: Result) -> "Figure | None":
     if level is None or speed is None:
         return None
     words = "another motor and no controller (reduced model)"
-    figure = canvas(result, words, 8.6, 6.4)
+    figure = canvas(result, words, 6.4)
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=[2.2, 1.0])
     gains = np.asarray(level.axes[0].values, dtype=float)
     rank = np.argsort(gains)
@@ -330,12 +330,12 @@ def draw_roll_motor_gain(result: Result) -> "Figure | None":
     for axes in (above, below):
         axes.set_xscale("log")
         if own is not None:
-            words = f"this motor, {show(own, digits=4)} N*m*s/rad"
+            words = f"this motor, {show(own, digits=4)} N m s/rad"
             axes.axvline(own, color=LIMIT, linestyle=":", label=words if axes is above else None)
     above.set_ylabel("level in dB re 1 rad/s$^2$, zero-to-peak")
     below.set_ylabel("mean speed in rpm")
-    below.set_xlabel("torque per slip in N*m*s/rad")
-    above.legend(loc="lower left", fontsize=9)
+    below.set_xlabel("torque per slip in N m s/rad")
+    above.legend(loc="lower left", fontsize=8)
     figure.align_ylabels([above, below])
     return figure
 

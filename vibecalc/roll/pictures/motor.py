@@ -24,7 +24,7 @@ _RPM = 2.0 * np.pi / 60.0
 
 
 class MotorCurve(NamedTuple):
-    """Torque over slip, N*m and rpm, the rows of the table, and slip and torque at breakdown."""
+    """Torque over slip, N m and rpm, the rows of the table, and slip and torque at breakdown."""
 
     slip: np.ndarray
     torque: np.ndarray
@@ -95,12 +95,12 @@ def draw_dynamic_motor(result: Result) -> "Figure | None":
     torque = along(record, ROLL + "cycle/motor_torque", "crank_angle")
     if curve is None or slip is None or torque is None:
         return None
-    figure = canvas(result, "motor: table, fitted circuit, and its transients", 10.4, 7.2)
+    figure = canvas(result, "motor: table, fitted circuit, and its transients", 7.2)
     panels = figure.subplot_mosaic([["curve", "levels"], ["part", "change"]])
     orbit = rpm_of(slip[0].values), np.asarray(torque[0].values, dtype=float)
     for name in ("curve", "part"):
         _plane(panels[name], record, orbit, whole=name == "curve")
-    panels["curve"].legend(loc="lower right", bbox_to_anchor=(1.0, 0.07), fontsize=9)
+    panels["curve"].legend(loc="lower right", bbox_to_anchor=(1.0, 0.07), fontsize=8)
     _levels(panels["levels"], record)
     _change(panels["change"], record)
     figure.align_ylabels([panels["curve"], panels["part"]])
@@ -135,13 +135,13 @@ def _plane(
     if not whole:
         axes.annotate(
             "crank angle 0", (orbit[0][0], orbit[1][0]), xytext=(8, -2),
-            textcoords="offset points", color=_ORBIT, fontsize=9, va="center",
+            textcoords="offset points", color=_ORBIT, fontsize=8, va="center",
         )  # fmt: skip
     axes.axhline(0.0, color=QUIET, linewidth=0.7)
     axes.axvline(0.0, color=QUIET, linewidth=0.7)
-    axes.set_ylabel("torque of the motor in N*m")
+    axes.set_ylabel("torque of the motor in N m")
     axes.set_xlabel("slip in rpm")
-    axes.set_title("all of the curve" if whole else "where it runs", loc="left", fontsize=10)
+    axes.set_title("all of the curve" if whole else "where it runs", loc="left", fontsize=9)
     if not whole:
         axes.set_xlim(*_ends([orbit[0]] + ([] if first is None else [rpm_of(first[0].values)])))
         heights = [orbit[1]] + ([] if second is None else [np.asarray(second[0].values)])
@@ -160,8 +160,8 @@ def _levels(axes: "Axes", record: Record) -> None:
         axes.plot(hit[1][kept], values[kept], mark, color=colour, mfc=face, ms=size, label=words)
     axes.set_ylabel("shell, dB re 1 rad/s^2")
     _orders(axes, record)
-    axes.legend(loc="upper right", fontsize=9)
-    axes.set_title("angular acceleration of the shell", loc="left", fontsize=10)
+    axes.legend(loc="upper right", fontsize=8)
+    axes.set_title("angular acceleration of the shell", loc="left", fontsize=9)
 
 
 def _change(axes: "Axes", record: Record) -> None:
@@ -180,8 +180,8 @@ def _change(axes: "Axes", record: Record) -> None:
     axes.set_ylabel("change of the level in dB")
     axes.set_xlabel("order")
     _orders(axes, record)
-    axes.legend(loc="best", fontsize=9)
-    axes.set_title("what changes it", loc="left", fontsize=10)
+    axes.legend(loc="best", fontsize=8)
+    axes.set_title("what changes it", loc="left", fontsize=9)
 
 
 def _orders(axes: "Axes", record: Record) -> None:

@@ -51,7 +51,7 @@ def draw_roll_cycle(result: Result) -> "Figure | None":
     )
     if torque is None or speed is None or slip is None:
         return None
-    figure = canvas(result, "one turn, and the motor on its curve", 9.9, 7.2)
+    figure = canvas(result, "one turn, and the motor on its curve", 7.2)
     panels = figure.subplot_mosaic(_MOSAIC)
     motor = table_of(result.case, "machine", "motor")
     _torques(panels["torque"], record)
@@ -59,6 +59,7 @@ def draw_roll_cycle(result: Result) -> "Figure | None":
     _slip(panels["slip"], *slip)
     for name in ("torque", "speed", "slip"):
         crank_angle_axis(panels[name])
+        panels[name].set_xticks(range(0, 361, 90))
         if name != "slip":
             panels[name].set_xlabel("")
             panels[name].tick_params(labelbottom=False)
@@ -71,7 +72,7 @@ def draw_roll_cycle(result: Result) -> "Figure | None":
         curve = curve._replace(breakdown=(rpm(fitted[0]), fitted[1]))
     for name in ("curve", "part"):
         _curve(panels[name], curve, slips, torques, whole=name == "curve")
-    panels["curve"].legend(loc="lower right", fontsize=9)
+    panels["curve"].legend(loc="lower right", fontsize=8)
     panels["part"].set_xlabel("slip in rpm")
     figure.align_ylabels([panels[name] for name in ("torque", "speed", "slip")])
     figure.align_ylabels([panels[name] for name in ("curve", "part")])
@@ -85,8 +86,8 @@ def _torques(axes: "Axes", record: Record) -> None:
             values = sign * np.asarray(hit[0].values)
             axes.plot(np.degrees(hit[1]), values, color=colour, label=words)
     axes.axhline(0.0, color=QUIET, linewidth=0.7)
-    axes.set_ylabel("torque in N*m")
-    axes.legend(loc="best", fontsize=9)
+    axes.set_ylabel("torque in N m")
+    axes.legend(loc="best", fontsize=8)
 
 
 def _speed(
@@ -104,8 +105,8 @@ def _speed(
         axes.axhline(rpm(synchronous), color=LIMIT, linewidth=1.0, linestyle=":", label=words)
     axes.set_ylabel("speed in rpm")
     low, high = axes.get_ylim()
-    axes.set_ylim(low, high + 0.45 * (high - low))
-    axes.legend(loc="upper left", ncols=2, fontsize=9)
+    axes.set_ylim(low, high + 1.2 * (high - low))
+    axes.legend(loc="upper left", fontsize=8)
 
 
 def _slip(axes: "Axes", quantity: Quantity, angle: np.ndarray) -> None:
@@ -141,8 +142,8 @@ def _curve(
     axes.set_xlim(left, right)
     room = 0.08 * (high - low)
     axes.set_ylim(low - room, high + (2.0 if whole else 1.0) * room)
-    axes.set_ylabel("torque of the motor in N*m")
-    axes.set_title("all of the curve" if whole else "where it runs", loc="left", fontsize=10)
+    axes.set_ylabel("torque of the motor in N m")
+    axes.set_title("all of the curve" if whole else "where it runs", loc="left", fontsize=9)
 
 
 def _ends(values: np.ndarray) -> tuple[float, float]:
@@ -154,12 +155,12 @@ def _ends(values: np.ndarray) -> tuple[float, float]:
 def _breakdown(axes: "Axes", slip: float, torque: float) -> None:
     axes.plot([slip], [torque], "*", color=LIMIT, ms=12, zorder=5)
     axes.annotate(
-        f"breakdown {show(torque, digits=4)} N*m at {show(slip, digits=4)} rpm",
+        f"breakdown {show(torque, digits=4)} N m\nat {show(slip, digits=4)} rpm",
         (slip, torque),
-        xytext=(8, 3),
+        xytext=(8, -4),
         textcoords="offset points",
         color=LIMIT,
-        fontsize=9,
+        fontsize=8,
         va="bottom",
     )
 
@@ -189,7 +190,7 @@ def draw_roll_levels(result: Result) -> "Figure | None":
     values = np.asarray(level.values, dtype=float)[chosen]
     acts = shell_acts(result.record, orders) & np.isfinite(values)
     rows = _references(result)
-    figure = canvas(result, "angular acceleration of the shell by order", 8.6, 5.4)
+    figure = canvas(result, "angular acceleration of the shell by order", 5.4)
     axes = figure.subplots()
     drawn = [*values[acts], *(row.value for row in rows)]
     low, high = (min(drawn), max(drawn)) if drawn else (-1.0, 1.0)
@@ -210,7 +211,7 @@ def draw_roll_levels(result: Result) -> "Figure | None":
     axes.grid(visible=False, axis="x")
     axes.set_xlabel("order, multiple of the crank speed")
     axes.set_ylabel("level in dB re 1 rad/s$^2$, zero-to-peak")
-    figure.legend(loc="outside lower center", ncols=4, fontsize=9)
+    figure.legend(loc="outside lower center", ncols=4, fontsize=8)
     return figure
 
 
@@ -299,13 +300,13 @@ def draw_roll_sensitivity(result: Result) -> "Figure | None":
     rank = np.argsort(-size, kind="stable")
     effect = found.values[:, rank]
     words = f"change of the shell's levels with {PERCENT} % more and {PERCENT} % less"
-    figure = canvas(result, words, 9.0, 2.6 + 0.62 * max(len(rank), 2))
+    figure = canvas(result, words, 2.6 + 0.62 * max(len(rank), 2))
     panels = figure.subplots(2, 1)
     largest = float(np.max(size, initial=0.0)) or 1.0
     scale = min(largest, _DEEPEST)
     for axes, part, word in zip(panels, effect, ("more", "less"), strict=True):
         image = axes.imshow(part, cmap=_COLOURS, vmin=-scale, vmax=scale, aspect="auto")
-        axes.set_title(f"{PERCENT} % {word}", fontsize=10)
+        axes.set_title(f"{PERCENT} % {word}", fontsize=9)
         axes.set_xticks(range(len(found.orders)), [str(int(order)) for order in found.orders])
         axes.set_yticks(range(len(rank)), [found.words[i] for i in rank])
         axes.grid(visible=False)

@@ -32,8 +32,8 @@ _ROWS = (
     _Row("crank_speed", "crank speed", "rpm", _RPM, COLOURS[0]),
     _Row("shell_angle", "shell angle", "mrad", 1e3, COLOURS[2]),
     _Row("shell_acceleration", "shell accel.", "rad/s$^2$", 1.0, COLOURS[3]),
-    _Row("motor_torque", "motor torque", "N*m", 1.0, COLOURS[1]),
-    _Row("mount_torque", "mount torque", "N*m", 1.0, COLOURS[5]),
+    _Row("motor_torque", "motor torque", "N m", 1.0, COLOURS[1]),
+    _Row("mount_torque", "mount torque", "N m", 1.0, COLOURS[5]),
 )
 
 
@@ -50,7 +50,7 @@ def draw_roll_start_up(result: Result) -> "Figure | None":
         return None
     count = len(rows) + bar
     heights = [1.35 if row.name == "crank_speed" else 1.0 for row in rows] + [0.3] * bar
-    figure = canvas(result, _verdict(record), 8.8, 1.5 + 1.5 * sum(heights))
+    figure = canvas(result, _verdict(record), 1.5 + 1.5 * sum(heights))
     panels = list(figure.subplots(count, 1, height_ratios=heights, squeeze=False)[:, 0])
     for axes, row in zip(panels, rows, strict=False):
         _envelope(axes, record, row)
@@ -66,7 +66,7 @@ def draw_roll_start_up(result: Result) -> "Figure | None":
     figure.align_ylabels(panels[: len(rows)])
     if panels[0].get_legend_handles_labels()[0]:
         figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center",
-                      ncols=2, fontsize=9)  # fmt: skip
+                      ncols=2, fontsize=8)  # fmt: skip
     return figure
 
 
@@ -107,7 +107,7 @@ def _envelope(axes: "Axes", record: Record, row: _Row) -> None:
     sign = 1.0 if ends[1][place] >= -ends[0][place] else -1.0
     axes.plot([when], [sign * row.factor * peak], "o", color=TOTAL, ms=4.5, zorder=4)
     title = f"largest {show(row.factor * peak, digits=4)} {row.unit} at {show(when, digits=4)} s"
-    axes.set_title(title, loc="right", fontsize=9, pad=2.0)
+    axes.set_title(title, loc="right", fontsize=8, pad=2.0)
 
 
 def _speeds(axes: "Axes", result: Result, row: _Row) -> None:
@@ -143,7 +143,7 @@ def _moments(panels: list["Axes"], record: Record) -> None:
             xycoords=panels[0].get_xaxis_transform(),
             xytext=(4, 0),
             textcoords="offset points",
-            fontsize=9,
+            fontsize=8,
             bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.0, "alpha": 0.9},
         )
 
@@ -163,7 +163,7 @@ def _steps(axes: "Axes", record: Record, *, named: bool) -> None:
                 xytext=(2, 2),
                 textcoords="offset points",
                 color=LIMIT,
-                fontsize=9,
+                fontsize=8,
             )
 
 
@@ -186,7 +186,7 @@ def _start_angles(axes: "Axes", record: Record) -> None:
     words = "green: from there it starts, at rest and under its full load"
     if share is not None:
         words += f" ({show(100.0 * share, digits=4)} % of all angles)"
-    axes.set_title(words, loc="left", fontsize=9)
+    axes.set_title(words, loc="left", fontsize=8)
 
 
 def arcs(low: float, high: float) -> list[tuple[float, float]]:

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, TOTAL, canvas, plain_log
+from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, TOTAL, canvas, plain_log, plain_ticks
 from vibecalc.core.report.sections import having, scalar_of, speed_of, table_of
 from vibecalc.core.report.writing import rpm, show
 from vibecalc.core.results.record import Record, Result
@@ -12,15 +12,16 @@ from vibecalc.torsion.report.damper_design import DESIGN, OBJECTIVES, objective_
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.colors import LogNorm
     from matplotlib.figure import Figure
 
 # ----------------------------------------------------------------------------
 # Worst section over stiffness and damping of a line's damper: optimum, table value, limits.
 # ----------------------------------------------------------------------------
 
-#: over the best value; so many of them are named
-_LEVELS, _NAMED = (1.05, 1.2, 1.5, 2.0, 3.0, 5.0, 10.0, 30.0, 100.0), 7
+#: over the best value; the fine ones where no other is met
+_LEVELS = (1.05, 1.1, 1.2, 1.5, 2.0, 3.0, 5.0, 10.0, 30.0, 100.0)
+_FINE = (1.01, 1.02)
+_BETTER = (0.5, 0.7, 0.8, 0.9, 0.95, 0.98, 0.99)
 
 
 def draw_damper_map(result: Result) -> "Figure | None":
@@ -31,31 +32,38 @@ def draw_damper_map(result: Result) -> "Figure | None":
     if found is None or best is None:
         return None
     factor, unit, words = OBJECTIVES[name]
+    from matplotlib.colors import BoundaryNorm
+
     figure = canvas(
-        result,
-        f"largest half range of the {words} over springs and damping of the damper",
-        9.0,
-        6.6,
+        result, f"largest half range of the {words} over springs and damping of the damper", 6.6
     )
     axes = figure.subplots()
     k, c = (np.asarray(axis.values, dtype=float) for axis in found.axes)
     over = np.asarray(found.values, dtype=float).T / best
     over = np.where(np.isfinite(over), over, 10.0 * _LEVELS[-1])
-    shade = [0.0, *_LEVELS, max(10.0 * _LEVELS[-1], float(np.max(over)))]
-    axes.contourf(k, c, over, levels=shade, cmap="Blues", norm=_norm())
-    lines = axes.contour(k, c, over, levels=_LEVELS[:_NAMED], colors="white", linewidths=0.9)
+    top = float(np.max(over))
+    least = float(np.min(over))  # a limit may keep the optimum from the best of the map
+    better = [level for level in _BETTER if level > least] if least < _BETTER[-1] else []
+    levels = [*better, 1.0, *(level for level in (*_FINE, *_LEVELS) if level < top)]
+    if top > _LEVELS[3]:
+        levels = [level for level in levels if level not in _FINE]
+    filled = axes.contourf(
+        k, c, over, levels=[*levels, top * 1.001], extend="min", cmap="Blues",
+        norm=BoundaryNorm([*levels, top * 1.001], 256, extend="min"),
+    )  # fmt: skip
+    lines = axes.contour(k, c, over, levels=levels, colors="white", linewidths=0.9)
     axes.clabel(lines, fmt=lambda v: f"{v:g} times", fontsize=8, colors=TOTAL)
     _limits(axes, result, (k, c))
     gain = scalar_of(record, DESIGN + "table/gain")
     table = table_of(result.case, "damper_design", "compare")
     if gain is not None and (table.get("stiffness") or 0.0) > 0.0:
         axes.plot([table["stiffness"]], [table["damping"]], "D", color=COLOURS[1], ms=9, zorder=6,
-                  markeredgecolor="white",
+                  markeredgecolor="white", clip_on=False,
                   label=f"table value, {show(gain, digits=4)} times")  # fmt: skip
     place = [scalar_of(record, DESIGN + name) or 0.0 for name in ("stiffness", "damping")]
     axes.plot(
         [place[0]], [place[1]], "*",
-        color=LIMIT, ms=17, zorder=6, markeredgecolor="white",
+        color=LIMIT, ms=14, zorder=6, clip_on=False, markeredgecolor="white",
         label=f"optimum, {show(factor * best, digits=4)} {unit.replace('*', ' ')}",
     )  # fmt: skip
     _basins(axes, record)
@@ -63,17 +71,15 @@ def draw_damper_map(result: Result) -> "Figure | None":
     axes.set_yscale("log")
     axes.set_xlim(k[0], k[-1])
     axes.set_ylim(c[0], c[-1])
+    plain_ticks(axes.xaxis)
+    plain_ticks(axes.yaxis)
     axes.grid(visible=False)
+    bar = figure.colorbar(filled, ax=axes, ticks=levels, format="{x:g}")
+    bar.set_label("times the optimum")
     axes.set_xlabel("stiffness in N m/rad")
     axes.set_ylabel("damping in N m s/rad")
-    figure.legend(loc="outside lower center", ncols=4, fontsize=9)
+    figure.legend(loc="outside lower center", ncols=3, fontsize=8)
     return figure
-
-
-def _norm() -> "LogNorm":
-    from matplotlib.colors import LogNorm
-
-    return LogNorm(vmin=0.9, vmax=60.0)
 
 
 def _limits(axes: "Axes", result: Result, grid: tuple[np.ndarray, np.ndarray]) -> None:
@@ -123,9 +129,7 @@ def draw_damper_response(result: Result) -> "Figure | None":
     if found is None:
         return None
     factor, unit, words = OBJECTIVES[name]
-    figure = canvas(
-        result, f"largest half range of the {words} of all sections that count", 9.2, 5.4
-    )
+    figure = canvas(result, f"largest half range of the {words} of all sections that count", 5.4)
     axes = figure.subplots()
     speed = rpm(1.0) * np.asarray(found.axes[1].values, dtype=float)
     values = factor * np.asarray(found.values, dtype=float)
@@ -149,7 +153,7 @@ def draw_damper_response(result: Result) -> "Figure | None":
     axes.set_xlim(speed[0], speed[-1])
     axes.set_xlabel("crank speed in rpm")
     axes.set_ylabel(f"{words} in {unit.replace('*', ' ').replace('^2', '$^2$')}")
-    figure.legend(loc="outside lower center", ncols=5, fontsize=9)
+    figure.legend(loc="outside lower center", ncols=3, fontsize=8)
     return figure
 
 

@@ -6,9 +6,18 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, TOTAL, canvas, waves
+from vibecalc.core.report.canvas import (
+    COLOURS,
+    LIMIT,
+    QUIET,
+    TOTAL,
+    TYPE,
+    WIDTH,
+    canvas,
+    waves,
+)
 from vibecalc.core.report.sections import along, having, labels, scalar_of, speed_of, table_of
-from vibecalc.core.report.writing import hertz, show
+from vibecalc.core.report.writing import fold, hertz, show
 from vibecalc.core.results.record import Result
 from vibecalc.torsion.report.line import (
     TORSION,
@@ -55,13 +64,13 @@ def draw_torsion_excitation(result: Result) -> "Figure | None":
     at = f" at {turns(speed)} rpm" if speed is not None else ""
     words = ", ".join([f"gas pressure and torques over one cycle{at}", *misfire_words(result)])
     rows = 3 if second is None else 4
-    figure = canvas(result, words, 9.4, 2.6 + 2.0 * rows)
+    figure = canvas(result, words, 2.6 + 2.0 * rows)
     panels = list(figure.subplots(rows, 1, sharex=True))
     above, below = panels[0], panels[-1]
     _curve(result, above, "pressure", 1e-5, "card", COLOURS[3])
     _approximated(result, above, "pressure", 1e-5, "bar")
     above.set_ylabel("gauge pressure\nin bar")
-    above.legend(loc="upper center", fontsize=9, ncols=3)
+    above.legend(loc="upper center", fontsize=8, ncols=3)
     for axes, times, rpm_words in (
         (panels[1], 1.0, at),
         (panels[-2], second, f" at {turns((second or 0.0) * (speed or 0.0))} rpm"),
@@ -72,8 +81,8 @@ def draw_torsion_excitation(result: Result) -> "Figure | None":
             _curve(result, axes, name, 1e-3, label, colour, times)
         _approximated(result, axes, "total_torque", 1e-3, "kN m", times)
         axes.set_ylabel("torque of one cyl-\ninder in kN m")
-        axes.legend(loc="upper right", fontsize=9, ncols=4)
-        axes.set_title(f"one cylinder from its firing on{rpm_words}", loc="left", fontsize=9)
+        axes.legend(loc="upper right", fontsize=8, ncols=4)
+        axes.set_title(f"one cylinder from its firing on{rpm_words}", loc="left", fontsize=8)
         axes.axhline(0.0, color=QUIET, linewidth=0.8)
         _headroom(axes)
     _curve(result, below, "engine_torque", 1e-3, "all cylinders", TOTAL)
@@ -82,12 +91,12 @@ def draw_torsion_excitation(result: Result) -> "Figure | None":
     if mean is not None:
         signed = float(record[EXCITATION + "mean_torque"].values)
         below.axhline(1e-3 * signed, color=QUIET, linestyle="--", linewidth=1.2)
-        below.set_title(f"mean {show(1e-3 * signed, digits=4)} kN m", loc="right", fontsize=9)
+        below.set_title(f"mean {show(1e-3 * signed, digits=4)} kN m", loc="right", fontsize=8)
     cycle = str(table_of(result.case, "machine").get("cycle") or "").replace("_", "-")
     order = firing_words(record, cycle)
     if order:
         ill = "".join(f"; {words}" for words in misfire_words(result))
-        below.set_title(f"all cylinders{at}, {order}{ill}", loc="left", fontsize=9)
+        below.set_title(f"all cylinders{at}, {order}{ill}", loc="left", fontsize=8)
     below.axhline(0.0, color=QUIET, linewidth=0.8)
     top = float(np.degrees(total[1][-1]))
     below.set_xlim(0.0, top)
@@ -169,7 +178,7 @@ def _approximated(
               label=label)  # fmt: skip
     missed = factor * float(np.max(np.abs(made - curve)))
     axes.set_title(f"the orders miss it by {show(missed, digits=2)} {unit} at most", loc="right",
-                   fontsize=9)  # fmt: skip
+                   fontsize=8)  # fmt: skip
 
 
 def _headroom(axes: "Axes") -> None:
@@ -214,10 +223,8 @@ def draw_torsion_vectors(result: Result) -> "Figure | None":
     for ill in misfire_words(result):
         are, they = ("is", "it") if fires.sum() == len(named) - 1 else ("are", "they")
         words += f"\n{ill} and {are} not in the sums (dashed); all: if {they} did"
-    figure = canvas(
-        result, words,
-        max(1.9 * len(stars) + 0.6, 7.6), 2.0 * (len(modes) + 1) + 1.4,
-    )  # fmt: skip
+    side = min(10.0 * WIDTH / TYPE / max(len(stars), 3), 2.2)
+    figure = canvas(result, words, (side + 0.5) * (len(modes) + 1) + 1.2)
     grid = figure.subplots(len(modes) + 1, len(stars), squeeze=False)
     for group, column in zip(stars, grid.T, strict=True):
         turned = np.exp(-1j * group[0] * angle)
@@ -226,9 +233,9 @@ def draw_torsion_vectors(result: Result) -> "Figure | None":
             row = np.asarray(shape.values)[mode][line.cylinder_station]
             _polygon(axes, row, turned, fires)
     values = hertz(1.0) * np.asarray(natural.values, dtype=float)
-    grid[0][0].set_ylabel("phases", fontsize=9)
+    grid[0][0].set_ylabel("phases", fontsize=8)
     for mode, row_ in zip(modes, grid[1:], strict=True):
-        row_[0].set_ylabel(f"mode {mode + 1}\n{show(values[mode], digits=4)} Hz", fontsize=9)
+        row_[0].set_ylabel(f"mode {mode + 1}\n{show(values[mode], digits=4)} Hz", fontsize=8)
     return figure
 
 
@@ -278,7 +285,7 @@ def _star(
     axes.set_xlim(-1.9, 1.9)
     axes.set_ylim(-1.9, 1.9)
     listed = ", ".join(order_text(q) for q in orders[:4]) + (" ..." if len(orders) > 4 else "")
-    axes.set_title(f"order {listed}", fontsize=8)
+    axes.set_title("\n".join(fold(f"order {listed}", 16)), fontsize=8)
     _bare(axes)
 
 
@@ -309,7 +316,7 @@ def _polygon(axes: "Axes", row: np.ndarray, turned: np.ndarray, fires: np.ndarra
     words = f"sum {abs(way[-1]):.3f}"
     if not fires.all():
         words += f"\nall {abs(rest[-1]):.3f}"
-    axes.set_xlabel(words, fontsize=9)
+    axes.set_xlabel(words, fontsize=8)
     _bare(axes)
 
 
@@ -361,7 +368,7 @@ def draw_torsion_orders(result: Result) -> "Figure | None":
         return None
     speed = speed_of(result)
     at = f" at {turns(speed)} rpm" if speed is not None else ""
-    figure = canvas(result, f"order spectrum{at}, amplitudes 0-to-peak", 9.6, 7.0)
+    figure = canvas(result, f"order spectrum{at}, amplitudes 0-to-peak", 7.0)
     above, below = figure.subplots(2, 1, sharex=True)
     order = np.asarray(total.axes[0].values, dtype=float)[:_MOST]
     step = float(order[1] - order[0]) if order.size > 1 else 1.0
@@ -372,7 +379,7 @@ def draw_torsion_orders(result: Result) -> "Figure | None":
             shift = (number - 1) * 0.27 * step
             above.bar(order + shift, size, 0.25 * step, color=colour, label=words)
     above.set_ylabel("torque of one cylinder\nin N m")
-    above.legend(loc="upper right", fontsize=9)
+    above.legend(loc="upper right", fontsize=8)
     row = np.abs(np.asarray(torque.values)[place])[:_MOST]
     major = vector(record, "excitation/major", "half_order")
     strong = np.zeros(row.size, bool) if major is None else major[:_MOST] > 0
@@ -388,8 +395,8 @@ def draw_torsion_orders(result: Result) -> "Figure | None":
     half = entry(having(record, TORSION + "torque_half_range", "section"), section)
     if half:
         words = f"half range of all orders together: {half} N m"
-        below.set_title(words, loc="left", fontsize=9, color=QUIET)
-    below.legend(loc="upper right", fontsize=9)
+        below.set_title(words, loc="left", fontsize=8, color=QUIET)
+    below.legend(loc="upper right", fontsize=8)
     below.set_xlim(order[0] - step, order[-1] + step)
     below.set_xticks(np.arange(1.0, order[-1] + 0.5, max(1.0, round(order[-1] / 20.0))))
     return figure

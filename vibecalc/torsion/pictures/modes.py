@@ -51,7 +51,7 @@ def draw_torsion_shapes(result: Result) -> "Figure | None":
     widths = [len(path) + 0.5 for path in paths]
     most = max(len(name) for name in names)
     height = 2.0 + 1.35 * len(modes) + 0.07 * most
-    figure = canvas(result, "mode shapes, own angles of the stations", 9.6, height)
+    figure = canvas(result, "mode shapes, own angles of the stations", height)
     grid = figure.subplots(
         len(modes), len(paths), sharey=True, sharex="col", squeeze=False, width_ratios=widths
     )
@@ -60,14 +60,14 @@ def draw_torsion_shapes(result: Result) -> "Figure | None":
         for path, axes in zip(paths, row, strict=True):
             _strand(axes, line, path, values[mode], COLOURS[modes.index(mode) % len(COLOURS)])
         words = f"mode {mode + 1}: {show(hertz(frequencies[mode]), digits=5)} Hz"
-        row[0].set_title(words, loc="left", fontsize=10)
+        row[0].set_title(words, loc="left", fontsize=9)
         row[0].set_ylabel("angle")
         reach = 1.25 * max(1.0, float(np.max(np.abs(values[modes]))))
         row[0].set_ylim(-reach, reach)
     for path, axes in zip(paths, grid[-1], strict=True):
         _name(axes, [names[one] for one in path])
     for path, axes in zip(paths[1:], grid[0][1:], strict=True):
-        axes.set_title(f"from {names[path[0]]}", loc="right", fontsize=9, color=QUIET)
+        axes.set_title(f"from {names[path[0]]}", loc="right", fontsize=8, color=QUIET)
     return figure
 
 
@@ -176,7 +176,7 @@ def draw_torsion_campbell(result: Result) -> "Figure | None":
     words, course = "Campbell diagram", _course(result)
     if course is None and has_pendulums(result):
         words += ", natural frequencies as they are at the operating speed (pendulums change them)"
-    figure = canvas(result, words, 9.6, 7.0)
+    figure = canvas(result, words, 7.0)
     axes = figure.subplots()
     axes.set_xlim(0.0, right)
     axes.set_ylim(0.0, top)
@@ -194,7 +194,7 @@ def draw_torsion_campbell(result: Result) -> "Figure | None":
         below = value
         axes.annotate(
             f"mode {mode + 1}: {value:.4g} Hz", (0.0, value), xytext=(5 + 110 * aside, 3),
-            textcoords="offset points", fontsize=9, color=colour, zorder=4,
+            textcoords="offset points", fontsize=8, color=colour, zorder=4,
             bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 0.0},
         )  # fmt: skip
     _crossings(result, axes, modes, colours)
@@ -211,7 +211,7 @@ def draw_torsion_campbell(result: Result) -> "Figure | None":
 
     # the words of the orders stand at the right, so that cycles per minute get room beyond them
     axes.secondary_yaxis(1.075, functions=(to_cpm, to_hertz)).set_ylabel("frequency in cpm")
-    axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.035), ncols=4, fontsize=9)
+    axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.035), ncols=4, fontsize=8)
     return figure
 
 

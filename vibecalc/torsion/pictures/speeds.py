@@ -178,7 +178,7 @@ def draw_torsion_speeds(result: Result) -> "Figure | None":
     if torque is None or section is None or place_of(torque, section) is None:
         return None
     words = ", ".join(["half range of all orders together, against speed", *misfire_words(result)])
-    figure = canvas(result, words, 10.0, 9.8)
+    figure = canvas(result, words, 9.8)
     above, middle, below = figure.subplots(3, 1, sharex=True, height_ratios=[1.7, 1.0, 1.0])
     speed = np.asarray(torque.axes[1].values, dtype=float)
     rows = judge_references(result)
@@ -251,9 +251,9 @@ def _top(
     name_maxima(axes, points, factor, (rpm(speed[0]), rpm(speed[-1])))
     _shades(record, axes)
     axes.set_ylabel(words)
-    axes.set_title(f"section {section}", loc="left", fontsize=10,
+    axes.set_title(f"section {section}", loc="left", fontsize=9,
                    pad=_ROOM if points.speed.size else None)  # fmt: skip
-    axes.legend(loc="upper left", bbox_to_anchor=(1.005, 1.0), fontsize=9)
+    axes.legend(loc="upper left", bbox_to_anchor=(1.005, 1.0), fontsize=8)
 
 
 def _heights(axes: "Axes", shown: list[np.ndarray], others: list[np.ndarray]) -> None:
@@ -409,7 +409,7 @@ def draw_torsion_dampers(result: Result) -> "Figure | None":
     rows = -(-len(shown) // _COLUMNS)
     words = ["twist of the sections against speed, half range of all orders",
              *misfire_words(result)]  # fmt: skip
-    figure = canvas(result, ", ".join(words), 10.4, 1.4 + 2.5 * rows)
+    figure = canvas(result, ", ".join(words), 1.4 + 2.7 * rows)
     grid = figure.subplots(rows, min(_COLUMNS, len(shown)), sharex=True, sharey=True, squeeze=False)
     damped = "with dampers" if any(one[1] == "bare/" for one in beside) else "as it is"
     if misfire_words(result) and damped == "as it is":
@@ -426,11 +426,11 @@ def draw_torsion_dampers(result: Result) -> "Figure | None":
                 curves.append(MILLI * y)
         x, y = through(speed, values[place_of(own, name) or 0], top_of(record, name, _LOAD))
         axes.plot(rpm(1.0) * x, MILLI * y, color=TOTAL, linewidth=1.6, label=damped)
-        told = f"{name}: largest {show(_finite(MILLI * y), digits=3)} mrad"
+        told = f"{name}\nlargest {show(_finite(MILLI * y), digits=3)}"
         bare = top_of(record, name, _LOAD, "bare/").height
         if bare.size and len(name) <= _SHORT:
             told += f", without {show(MILLI * float(bare[0]), digits=3)}"
-        axes.set_title(told, loc="left", fontsize=8.5)
+        axes.set_title(told, loc="left", fontsize=8)
         own_curves.append(MILLI * y)
         highest.append(np.concatenate(curves))
         operating = speed_of(result)
@@ -447,7 +447,7 @@ def draw_torsion_dampers(result: Result) -> "Figure | None":
     for axes in grid[:, 0]:
         axes.set_ylabel("twist in mrad")
     figure.legend(*grid[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=4,
-                  fontsize=9)  # fmt: skip
+                  fontsize=8)  # fmt: skip
     return figure
 
 

@@ -42,13 +42,13 @@ def draw_torsion_transient(result: Result) -> "Figure | None":
     place = int(worst) - 1
     half = having(record, TRANSIENT + "half_range", "section", "transient_time")
     words = "\n".join(wrap(change_in_words(result).rstrip("."), _WIDE))
-    figure = canvas(result, words, 9.2, 8.6 if half else 6.4)
+    figure = canvas(result, words, 8.6 if half else 6.4)
     rows = 3 if half is not None else 2
     panels = list(figure.subplots(rows, 1, squeeze=False)[:, 0])
     name = str(low.axes[0].values[place])
     time = speed[1]
     _envelope(panels[0], record, (low, high), place, time)
-    panels[0].set_title(f"torque in section {name}, mean in it", loc="left", fontsize=10)
+    panels[0].set_title(f"torque in section {name}, mean in it", loc="left", fontsize=9)
     _speed(panels[0], time, rpm(1.0) * np.asarray(speed[0].values, dtype=float))
     if half is not None:
         _half_ranges(panels[1], record, half, place, time)
@@ -82,7 +82,7 @@ def _envelope(
     axes.set_xlabel("time in s")
     bottom, top = axes.get_ylim()
     axes.set_ylim(bottom, top + 0.28 * (top - bottom))
-    axes.legend(loc="upper left", ncols=4, fontsize=9)
+    axes.legend(loc="upper left", ncols=4, fontsize=8)
 
 
 def _span(axes: "Axes", time: np.ndarray) -> tuple[float, float]:
@@ -121,7 +121,7 @@ def _half_ranges(
     axes.set_xlim(float(time[0]), float(time[-1]))
     axes.set_ylabel("half range in kN m")
     axes.set_xlabel("time in s")
-    axes.legend(loc="upper left", ncols=2, fontsize=9)
+    axes.legend(loc="upper left", ncols=2, fontsize=8)
 
 
 def _course(axes: "Axes", record: Record, place: int) -> None:
@@ -131,7 +131,7 @@ def _course(axes: "Axes", record: Record, place: int) -> None:
     value = _KILO * np.asarray(found[0].values, dtype=float)
     axes.plot(found[1], value, color=COLOURS[0], linewidth=1.0)
     axes.set_xlim(float(found[1][0]), float(found[1][-1]))
-    axes.set_title("the same torque about its peak", loc="left", fontsize=10)
+    axes.set_title("the same torque about its peak", loc="left", fontsize=9)
     axes.set_ylabel("torque in kN m")
     axes.set_xlabel("time in s")
 
@@ -159,7 +159,7 @@ def draw_torsion_waterfall(result: Result) -> "Figure | None":
     moves = bool(np.all(steps >= 0.0) or np.all(steps <= 0.0)) and float(np.ptp(turning)) > (
         _MOVES * float(np.max(turning))
     )
-    figure = canvas(result, f"torque in section {_section(record)} on the way", 9.2, 6.2)
+    figure = canvas(result, f"torque in section {_section(record)} on the way", 6.2)
     axes = figure.subplots()
     frequency = hertz(1.0) * np.asarray(found.axes[1].values, dtype=float)
     size = np.abs(np.asarray(found.values))
@@ -221,7 +221,7 @@ def _orders(axes: "Axes", record: Record, low: float, high: float, top: float) -
         axes.annotate(
             f"{order:g}", (end, slope * end), xytext=(3, 0) if right else (0, 2),
             textcoords="offset points", ha="left" if right else "center",
-            va="center" if right else "bottom", fontsize=9, color=QUIET, annotation_clip=False,
+            va="center" if right else "bottom", fontsize=8, color=QUIET, annotation_clip=False,
         )  # fmt: skip
 
 
@@ -257,8 +257,8 @@ def draw_variable_inertia(result: Result) -> "Figure | None":
     place = int(np.argmax(np.abs(change.values)))
     name = labels(change.axes[0])[place]
     speeds = having(record, _ROOT + "speeds/torque_half_range", "section", "variable_speed")
-    figure = canvas(result, f"torque in section {name}: inertias that change over the revolution",
-                    9.2, 4.0 if speeds is None else 7.0)  # fmt: skip
+    words = f"torque in section {name}: inertias that change over the revolution"
+    figure = canvas(result, words, 4.0 if speeds is None else 7.0)
     panels = figure.subplots(1 if speeds is None else 2, 1, squeeze=False)[:, 0]
     _inertia_orders(result, panels[0], name)
     if speeds is not None:
@@ -267,7 +267,7 @@ def draw_variable_inertia(result: Result) -> "Figure | None":
         if operating is not None:
             panels[1].axvline(rpm(operating), color=LIMIT, linewidth=1.0, linestyle=":",
                               label="operating speed")  # fmt: skip
-        panels[1].legend(fontsize=9)
+        panels[1].legend(fontsize=8)
     return figure
 
 
@@ -287,10 +287,10 @@ def _inertia_orders(result: Result, axes: "Axes", name: str) -> None:
         axes.bar(order + shift * step, size, 0.4 * step, color=colour, label=words)
     at = speed_of(result)
     axes.set_title(f"at {turns(at)} rpm, amplitudes 0-to-peak" if at is not None else "",
-                   loc="left", fontsize=10)  # fmt: skip
+                   loc="left", fontsize=9)  # fmt: skip
     axes.set_xlabel("order (multiple of crank speed)")
     axes.set_ylabel("torque in kN m")
-    axes.legend(fontsize=9)
+    axes.legend(fontsize=8)
 
 
 def _inertia_speeds(record: Record, axes: "Axes", name: str) -> None:
@@ -308,7 +308,7 @@ def _inertia_speeds(record: Record, axes: "Axes", name: str) -> None:
         row = _KILO * np.asarray(found.values, dtype=float)[place]
         axes.plot(speed, np.where(np.isfinite(row), row, np.nan), style, color=colour, label=words,
                   ms=4, linewidth=1.4)  # fmt: skip
-    axes.set_title("half range of all orders together", loc="left", fontsize=10)
+    axes.set_title("half range of all orders together", loc="left", fontsize=9)
     axes.set_xlabel("crank speed in rpm")
     axes.set_ylabel("torque in kN m")
     axes.set_ylim(bottom=0.0)

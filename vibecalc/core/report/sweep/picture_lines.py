@@ -69,7 +69,7 @@ def name_ends(axes: "Axes", x: np.ndarray, drawn: np.ndarray, names: tuple[str, 
     for height, (_, i, end) in zip(heights, found, strict=True):
         axes.annotate(names[i].split("=")[-1], (end, height), xytext=(5, 0),
                       xycoords=("data", "axes fraction"), textcoords="offset points",
-                      va="center", color=line_style(i)["color"], fontsize=9,
+                      va="center", color=line_style(i)["color"], fontsize=8,
                       annotation_clip=False)  # fmt: skip
 
 
@@ -157,7 +157,7 @@ def draw_sweep_line(sweep: SweepView) -> "Figure | None":
     subtitle = "; ".join(words for words in (over, part.held) if words)
     columns = 1 if len(chosen) == 1 else 2
     rows = -(-len(chosen) // columns)
-    figure = canvas(sweep, subtitle, 8.0 if columns == 1 else 10.0, 1.9 + 3.1 * rows)
+    figure = canvas(sweep, subtitle, 1.9 + 3.1 * rows)
     grid = figure.subplots(rows, columns, squeeze=False, sharex=True).ravel().tolist()
     marks = failure_marks(sweep, part.points)
     for axes, one in zip(grid, chosen, strict=False):
@@ -205,7 +205,7 @@ def _panel(axes: "Axes", sweep: SweepView, part: Plane, one: Shown, own: Sequenc
         if one.worst.spread is not None
         else ""
     )
-    axes.set_title(one.path + (f"\n{note}" if note else ""), fontsize=9.5)
+    axes.set_title(one.path + (f"\n{note}" if note else ""), fontsize=8)
     axes.set_ylabel(one.unit or textwrap.fill(sweep.kept[one.path].long_name, 36))
     _scale(axes, drawn, own, one)
     _undecided(axes, x, one, own, numbers)
@@ -304,13 +304,13 @@ def _scale(axes: "Axes", drawn: np.ndarray, own: Sequence[Limit], one: Shown) ->
         axes.annotate(limit_words(limit), (end, bound), xycoords=axes.get_yaxis_transform(),
                       xytext=(4 - 8 * end, -3 if limit.side == "max" else 3),
                       textcoords="offset points", ha="right" if end else "left",
-                      va="top" if limit.side == "max" else "bottom", color=LIMIT, fontsize=9,
+                      va="top" if limit.side == "max" else "bottom", color=LIMIT, fontsize=8,
                       zorder=7)  # fmt: skip
     axes.set_ylim(bottom, top)
     if far:
         words = ", ".join(limit_words(limit) for limit, _ in far)
         axes.annotate(f"limit {words}: kept everywhere", (0.02, 0.97), xycoords="axes fraction",
-                      va="top", color=LIMIT, fontsize=9)  # fmt: skip
+                      va="top", color=LIMIT, fontsize=8)  # fmt: skip
 
 
 def _freer_end(drawn: np.ndarray, bound: float) -> int:

@@ -65,7 +65,9 @@ def draw_sweep_map(sweep: SweepView) -> "Figure | None":
     rows = -(-count // columns)
     first, second = (sweep.grid[i].keys[0].words for i in part.axes)
     subtitle = f"over {first} and {second}" + (f"; {part.held}" if part.held else "")
-    figure = canvas(sweep, subtitle, 5.0 * columns, 1.7 + 3.6 * rows)
+    figure = canvas(sweep, subtitle, 1.7 + 3.6 * rows)
+    # the names of bars of colour are wider than the layout takes them for
+    figure.set_layout_engine("constrained", rect=(0.0, 0.0, 0.985, 1.0))
     grid = list(figure.subplots(rows, columns, squeeze=False).ravel())
     for axes, one in zip(grid, chosen, strict=False):
         _map(figure, axes, sweep, part, one, [x for x in limits if x.quantity == one.path])
@@ -120,7 +122,7 @@ def _map(
     words = ", ".join(limit_words(limit) for limit in own)
     note = entry_words(one.worst, part.points)
     below = "; ".join(text for text in (f"limit: {words}" if words else "", note) if text)
-    axes.set_title(one.path + (f"\n{below}" if below else ""), fontsize=9.5)
+    axes.set_title(one.path + (f"\n{below}" if below else ""), fontsize=8)
 
 
 def _ticks(bar: Any, ends: tuple[float, float]) -> None:
@@ -193,7 +195,7 @@ def _region(axes: "Axes", sweep: SweepView, part: Plane, limits: Sequence[Limit]
         values = limit.worst.values[part.points].T
         colour = COLOURS[i % len(COLOURS)]
         _boundary(axes, x, y, values, limit, limit.bound, colour, hatch=False)
-    axes.set_title(title, fontsize=9.5)
+    axes.set_title(title, fontsize=8)
 
 
 def _points(axes: "Axes", sweep: SweepView, part: Plane, marks: Sequence[Mark]) -> None:
@@ -246,7 +248,7 @@ def draw_sweep_sample(sweep: SweepView) -> "Figure | None":
     rows = len(chosen) if sweep.indices else -(-len(chosen) // columns)
     method = sweep.sampling.replace("_", " ")
     subtitle = f"{sweep.count} points, {method} sampling of " + ", ".join(axis_names(sweep))
-    figure = canvas(sweep, subtitle, 10.0 if columns == 2 else 7.4, 2.0 + 2.9 * rows)
+    figure = canvas(sweep, subtitle, 2.0 + 2.9 * rows)
     grid = figure.subplots(rows, columns, squeeze=False)
     left = list(grid[:, 0]) if sweep.indices else list(grid.ravel())
     for axes, one in zip(left, chosen, strict=False):
@@ -304,7 +306,7 @@ def _histogram(axes: "Axes", sweep: SweepView, one: Shown, own: Sequence[Limit])
     for limit in own:
         lines.append(_limit(axes, sweep, one, limit))
     note = "; ".join(line.rstrip() for line in lines if line)
-    axes.set_title(f"{one.path}\n{note}", fontsize=9.5)
+    axes.set_title(f"{one.path}\n{note}", fontsize=8)
     axes.set_xlabel(one.unit or sweep.kept[one.path].long_name)
     axes.set_ylabel("samples")
     axes.set_ylim(bottom=0.0)

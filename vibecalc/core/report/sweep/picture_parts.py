@@ -236,7 +236,7 @@ def legend_below(
     if once:
         columns = 1 if max(map(len, once)) > _SIDE_BY_SIDE else min(3, -(-len(once) // 2))
         figure.legend(
-            list(once.values()), list(once), loc="outside lower center", ncols=columns, fontsize=9
+            list(once.values()), list(once), loc="outside lower center", ncols=columns, fontsize=8
         )
 
 
