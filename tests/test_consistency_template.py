@@ -237,7 +237,7 @@ def test_json_schema_is_a_schema() -> None:
 
 
 def test_json_schema_takes_the_starters(text: str) -> None:
-    JUDGE.validate(tomllib.loads(text))
+    assert not [*JUDGE.iter_errors(tomllib.loads(text))]
 
 
 KEPT = (path for path in CASES if "_" not in path.stem or path.stem.endswith("_sweep"))

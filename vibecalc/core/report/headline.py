@@ -12,7 +12,7 @@ from vibecalc.core.report.writing import Column, decibels, number, rpm, show
 from vibecalc.core.results.catalogue import OWNER
 from vibecalc.core.results.record import Headline, Quantity, Record
 from vibecalc.core.results.tolerance import UNRESOLVED
-from vibecalc.subjects import SUBJECTS
+from vibecalc.core.run.stage import subjects
 from vibecalc.units import convert
 
 COLUMNS = (Column("result", 48), number("value", 13), Column("unit", 9), Column("where", 25))
@@ -31,8 +31,10 @@ def headline_rows(record: Record, case: Mapping[str, Any] | None = None) -> list
     """
     rows = list(_searched(record, bound_units(case or {})))
     there = {OWNER[path] for path in record if path in OWNER}
-    for subject in (name for name in SUBJECTS if name in there):
-        results = import_module(f"vibecalc.{subject}.results")
+    # those that lead come first, as their sections do
+    order = sorted(subjects().items(), key=lambda item: not item[1].leads)
+    for name in (name for name, _ in order if name in there):
+        results = import_module(f"vibecalc.{name}.results")
         listed: Sequence[Headline] = getattr(results, "HEADLINES", ())
         for one in listed:
             quantity = record.quantities.get(one.path)

@@ -215,20 +215,6 @@ def by_axis(
     return table(columns, rows)
 
 
-def entry_of(record: Record, path: str, **where: str) -> float | None:
-    """One real entry by the labels of its axes; None if the record does not have it."""
-    quantity = record.quantities.get(path)
-    if quantity is None or set(where) != {axis.name for axis in quantity.axes}:
-        return None
-    places = []
-    for axis in quantity.axes:
-        hits = np.flatnonzero(np.array(labels(axis)) == where[axis.name])
-        if not hits.size:
-            return None
-        places.append(int(hits[0]))
-    return float(magnitudes(quantity)[tuple(places)])
-
-
 # ----------------------------------------------------------------------------
 # Tables for quantities that no section knows: new results show up without changes here.
 # ----------------------------------------------------------------------------
