@@ -1,5 +1,6 @@
 """Machines with motors in time, and their equations once more, in time and with complex fluxes."""
 
+import functools
 from typing import Any
 
 import numpy as np
@@ -36,9 +37,9 @@ def source_fit(cages: int) -> MotorFit:
     )
 
 
-MOTORS: dict[int, CircuitMotor] = {
-    cages: circuit_motor(source_fit(cages).motor) for cages in (1, 2, 3)
-}
+@functools.cache
+def motor_with(cages: int) -> CircuitMotor:
+    return circuit_motor(source_fit(cages).motor)
 
 
 def machine_of(**changes: Any) -> RollMachine:
@@ -46,7 +47,7 @@ def machine_of(**changes: Any) -> RollMachine:
 
 
 def drive_of(cages: int, gas: str = "parabola", **changes: Any) -> RollDrive:
-    return source_drive(gas, circuit=MOTORS[cages]._replace(**changes))
+    return source_drive(gas, circuit=motor_with(cages)._replace(**changes))
 
 
 class InTime:

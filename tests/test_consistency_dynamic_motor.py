@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from dynamic_machines import FRICTION, MOTORS, MOUNTS, InTime, drive_of, machine_of
+from dynamic_machines import FRICTION, MOUNTS, InTime, drive_of, machine_of, motor_with
 from long_but import long_but
 from roll_machines import SYNCHRONOUS
 from scipy.integrate import solve_ivp
@@ -166,7 +166,7 @@ def test_power_over_a_turn(kind: str) -> None:
     found = run(machine, drive)
     turn, stages = found.state.turn, found.state.solution.stages
     flat = stages.reshape(-1, stages.shape[-1])
-    flow = power_flow(MOTORS[3].motor, flat[:, -8:], flat[:, 0])
+    flow = power_flow(motor_with(3).motor, flat[:, -8:], flat[:, 0])
     rate = turn.weight[0] / turn.crank_speed[0]
     work = {name: float(np.sum(rate * getattr(flow, name))) for name in flow._fields}
     used = work["stator_copper"] + work["rotor_copper"] + work["mechanical"]
@@ -216,7 +216,7 @@ def test_the_line_swings_in_the_multipliers() -> None:
     machine, drive = machine_of(rotor_inertia=200.0), drive_of(1)
     found = run(machine, drive)
     period = float(found.state.turn.period[0])
-    values = eigenvalues(MOTORS[1].motor, SYNCHRONOUS - 2.0 * np.pi / period).value
+    values = eigenvalues(motor_with(1).motor, SYNCHRONOUS - 2.0 * np.pi / period).value
     wanted = np.exp(values * period)
     swinging = wanted[np.argmax(np.abs(values.imag))]
     assert np.abs(found.multiplier[0] - swinging).min() < 0.05 * abs(swinging)

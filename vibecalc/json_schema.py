@@ -148,7 +148,7 @@ def _tidy(schema: Any, texts: dict[str, Schema]) -> Any:
         if "unit" in tidy:
             unit = tidy["unit"]
             name = "Text_" + unit.replace("/", "_per_").replace("*", "_").replace("^", "")
-            texts.setdefault(name, _text_in(unit))
+            texts[name] = texts.get(name) or _text_in(unit)
             kept = [{"$ref": f"#/$defs/{name}"} if o.get("type") == "string" else o for o in kept]
         tidy.pop("anyOf")
         tidy = {**tidy, "anyOf": kept} if len(kept) > 1 else {**kept[0], **tidy}

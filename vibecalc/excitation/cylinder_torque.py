@@ -25,6 +25,7 @@ from vibecalc.numerics.rounding import (
     FloatArray,
     IntArray,
     WithError,
+    distinct,
     two_product,
 )
 from vibecalc.parts.geometry import CrankGeometry
@@ -398,7 +399,7 @@ def bank_sums(firing_angle: ArrayLike, order: ArrayLike, bank: ArrayLike) -> Com
     Angles in rad; cylinders are of one bank where `bank`, as their bank angle, is the same.
     """
     banks = np.broadcast_to(np.asarray(bank, dtype=float), np.shape(firing_angle))
-    own = banks == np.unique(banks)[:, None]
+    own = banks == distinct(banks)[:, None]
     return np.asarray(own.astype(float) @ phasor(order, firing_angle).T)
 
 

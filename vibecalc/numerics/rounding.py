@@ -50,6 +50,11 @@ def closed_form(value: ArrayLike, roundings: float) -> WithError:
     return WithError(found, np.asarray(roundings * UNIT_ROUNDOFF * np.abs(found)))
 
 
+def distinct(values: ArrayLike) -> FloatArray:
+    """The values that differ, rising; `numpy.unique` by itself imports numpy's masked arrays."""
+    return np.asarray(np.unique(np.asarray(values, dtype=float), return_index=True)[0])
+
+
 def floats(*values: ArrayLike) -> tuple[FloatArray, ...]:
     """All values as arrays of doubles, of their own shapes."""
     return tuple(np.asarray(value, dtype=float) for value in values)

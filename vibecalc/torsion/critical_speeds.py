@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.rounding import EPSILON, BoolArray, FloatArray, IntArray
+from vibecalc.numerics.rounding import EPSILON, BoolArray, FloatArray, IntArray, distinct
 
 # ----------------------------------------------------------------------------
 # Critical speeds: where an order of excitation meets a natural frequency.
@@ -499,7 +499,7 @@ def telling_speeds(speed: FloatArray, curve: FloatArray, undamped: FloatArray) -
     if len(undamped):
         place = np.searchsorted(beside, undamped)[:, None] + np.array([-1, 0])
         parts.append(beside[np.clip(place, 0, len(beside) - 1)].ravel())
-    return np.unique(np.concatenate(parts))
+    return distinct(np.concatenate(parts))
 
 
 # ----------------------------------------------------------------------------
@@ -548,7 +548,7 @@ def needle_speeds(
     if not np.any(chosen):
         return np.zeros(0)
     extra = found.speed[chosen, None] + found.width[chosen, None] * BESIDE_NEEDLE
-    return np.setdiff1d(extra, speed)
+    return distinct(extra[~np.isin(extra, speed)])
 
 
 # ----------------------------------------------------------------------------

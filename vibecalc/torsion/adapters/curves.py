@@ -5,7 +5,14 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.rounding import EPSILON, BoolArray, ComplexArray, FloatArray, IntArray
+from vibecalc.numerics.rounding import (
+    EPSILON,
+    BoolArray,
+    ComplexArray,
+    FloatArray,
+    IntArray,
+    distinct,
+)
 from vibecalc.torsion.adapters.setup import Drive, Model, Setup
 from vibecalc.torsion.line import complex_stiffness, damped_elements, loss_stiffness
 from vibecalc.torsion.model import Gearing, ShaftLineModel
@@ -436,7 +443,7 @@ class OwnDoubt(NamedTuple):
 def curve_doubt(setup: Setup, speed: FloatArray, telling: FloatArray) -> CurveDoubt:
     """Largest errors of sums over orders at some of the speeds (s,) and at those that tell (r,)."""
     some = speed[np.linspace(0, len(speed) - 1, min(SAMPLES, len(speed))).astype(int)]
-    found = _errors(setup, np.unique(np.concatenate([some, telling])))
+    found = _errors(setup, distinct(np.concatenate([some, telling])))
     return CurveDoubt(*(np.max(part, axis=0, initial=0.0) for part in found))
 
 

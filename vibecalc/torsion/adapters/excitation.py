@@ -170,7 +170,7 @@ def _sums(scene: Scene, setup: Setup) -> None:
     scene.emit(f"{PLACE}/intensity", intensity, doubt + many, axes)
     angles = drive.firing.angle, drive.order, drive.firing.bank
     scene.emit(f"{PLACE}/major", major_orders(*angles).astype(np.int64), 0.0, axes)
-    if len(np.unique(drive.firing.bank)) > 1:
+    if np.ptp(drive.firing.bank) > 0.0:
         scene.emit(f"{PLACE}/bank_factor", *bank_factor(*angles), axes)
 
 

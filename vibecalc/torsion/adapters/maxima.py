@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibecalc.numerics.rounding import FloatArray, IntArray
+from vibecalc.numerics.rounding import FloatArray, IntArray, distinct
 from vibecalc.torsion.adapters.critical import Undamped
 from vibecalc.torsion.adapters.curves import ROWS, solved, speeds_at_once
 from vibecalc.torsion.adapters.setup import Drive, Model, Setup
@@ -78,7 +78,7 @@ def with_needles(
 
 def added(setup: Setup, dense: Dense, extra: FloatArray) -> Dense:
     """With more speeds (r,), in any order, but those at which nothing damps an order."""
-    extra = np.setdiff1d(extra, dense.speed)
+    extra = distinct(extra[~np.isin(extra, dense.speed)])
     parts = [np.zeros((0, dense.torque.shape[1]))]
     for start in range(0, len(extra), ROWS):
         at = solved(setup.model, setup.drive, extra[start : start + ROWS])

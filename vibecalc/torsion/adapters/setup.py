@@ -243,7 +243,7 @@ class Model(NamedTuple):
     ) -> Masked:
         """Referred angles (..., s, m, n) for torques (..., s, m, k) on k places of freedoms."""
         frequency = speed[:, None] * order
-        loaded = np.unique(freedom)
+        loaded = np.flatnonzero(np.bincount(freedom))
         if len(loaded) < len(freedom):  # stations that rigid gears hold together
             torque = torque @ (freedom[:, None] == loaded).astype(float)
             freedom = loaded
