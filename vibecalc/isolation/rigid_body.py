@@ -35,7 +35,7 @@ def held(matrices: Matrices, kept: np.ndarray) -> Matrices:
     Each has the stiffness that gives it the largest frequency of the kept ones, so that nothing is
     lost to rounding. With all six kept the matrices are as they were.
     """
-    out = np.setdiff1d(np.arange(6), kept)
+    out = np.flatnonzero(~np.isin(np.arange(6), kept))
     if not len(out):
         return matrices
     mass, stiffness = np.diagonal(matrices.mass), np.diagonal(matrices.stiffness)

@@ -250,7 +250,7 @@ def _shapes(
     """Shapes (m, n) that are 1 at the station `start` (m,) of each mode."""
     names = list(place)
     shape = np.ones((len(frequency), len(names)))
-    for station in np.unique(start):
+    for station in set(start.tolist()):
         which = np.flatnonzero(start == station)
         tree = rooted(piece, names[station])
         hanging = tree.ground[:, None] - np.outer(tree.inertia, frequency[which] ** 2)

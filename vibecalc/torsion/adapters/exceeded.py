@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.core.run.stage import Scene
-from vibecalc.numerics.rounding import EPSILON, FloatArray, IntArray
+from vibecalc.numerics.rounding import EPSILON, FloatArray, IntArray, distinct
 from vibecalc.torsion.adapters.curves import own_doubt, solved
 from vibecalc.torsion.adapters.setup import Setup
 from vibecalc.torsion.critical_speeds import (
@@ -189,7 +189,7 @@ def exceeded_of(
         _close(use, make, speed, undamped),
         _dips(excess, use, speed),
     ]
-    found = barred_ranges(excess, np.unique(np.concatenate(near)))
+    found = barred_ranges(excess, distinct(np.concatenate(near)))
     ends = list(zip(found.start.tolist(), found.end.tolist(), strict=True))
     peaks = [_peak(use, top, make, speed, undamped, *one) for one in ends]
     peak, peak_error = (np.array([one[k] for one in peaks]) for k in (0, 1))

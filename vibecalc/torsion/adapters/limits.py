@@ -305,7 +305,7 @@ class LimitTable:
 
     def __init__(self, scene: Scene, setup: Setup, asked: list[Bound]) -> None:
         self.scene, self.places = scene, [bound.section for bound in asked]
-        self.columns = np.unique(np.concatenate(self.places))
+        self.columns = np.flatnonzero(np.bincount(np.concatenate(self.places)))
         names = tuple(setup.shaft.section_names[e] for e in self.columns)
         self.axes = {"limit": np.arange(1, len(asked) + 1), "section": names}
 

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.core.run.stage import Scene
-from vibecalc.numerics.rounding import EPSILON, BoolArray, FloatArray
+from vibecalc.numerics.rounding import EPSILON, BoolArray, FloatArray, distinct
 from vibecalc.torsion.adapters.critical import (
     Meeting,
     Undamped,
@@ -201,7 +201,7 @@ def _mean(scene: Scene, setup: Setup, found: Range) -> None:
     if not shaft.gears:
         return
     near = top.speed[np.isfinite(top.value)]
-    every = np.unique(np.concatenate([found.dense.speed, near, found.undamped.speed]))
+    every = distinct(np.concatenate([found.dense.speed, near, found.undamped.speed]))
     emit_gears(scene, setup, speed, curves, shares, found.gear_error, every)
 
 
