@@ -5,7 +5,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from vibecalc.core.report.sections import Section, having, table_of
+from vibecalc.core.report.sections import (
+    Section,
+    having,
+    section,
+    table_of,
+)
 from vibecalc.core.report.writing import Column, number, paragraph, show, show_error, table
 from vibecalc.core.results.record import Quantity, Record, Result
 
@@ -46,13 +51,17 @@ def impact(result: Result) -> Section | None:
         return None
     shown = frozenset(path for path in record if path.startswith(_STEM))
     clearances = [f"{1e3 * float(value):.5g}" for value in first.axes[0].values]
-    lines = _over_clearances(record, clearances, _FORCES, turns)
-    lines += ["", *_over_clearances(record, clearances, _COUNTS, turns)]
-    lines += _notes(record, first) + _leaders(record, clearances)
-    lines += _other_joints(record, clearances)
-    lines += _first_contacts(record, clearances)
-    lines += _method(result)
-    return Section("Impacts in joints with play", lines, shown)
+    counts = _over_clearances(record, clearances, _COUNTS, turns) + _notes(record, first)
+    return section(
+        "Impacts in joints with play",
+        [_over_clearances(record, clearances, _FORCES, turns), counts, _method(result)],
+        {
+            "largest force by order": _leaders(record, clearances),
+            "other joints": _other_joints(record, clearances),
+            "first contacts": _first_contacts(record, clearances),
+        },
+        shown,
+    )
 
 
 def _over_clearances(
@@ -145,7 +154,7 @@ def _leaders(record: Record, clearances: Sequence[str]) -> list[str]:
     for clearance, row in zip(clearances, np.asarray(quantity.values), strict=True):
         rows.append([clearance, *(ranges(orders, row == i) for i in range(len(names)))])
     columns = [Column("largest at orders, play mm", 26), *(Column(name, 23) for name in names)]
-    return ["", *table(columns, rows)]
+    return table(columns, rows)
 
 
 def ranges(orders: np.ndarray, chosen: np.ndarray) -> str:
@@ -185,7 +194,7 @@ def _other_joints(record: Record, clearances: Sequence[str]) -> list[str]:
         number("+-", 9),
         number("impacts per turn", 17),
     )
-    return ["", *table(columns, rows)]
+    return table(columns, rows)
 
 
 def _first_contacts(record: Record, clearances: Sequence[str]) -> list[str]:
@@ -206,7 +215,7 @@ def _first_contacts(record: Record, clearances: Sequence[str]) -> list[str]:
         Column("first contacts at deg, play mm", 17),
         *(number(f"{i + 1}", 10) for i in range(count)),
     )
-    return ["", *table(columns, rows)]
+    return table(columns, rows)
 
 
 def _method(result: Result) -> list[str]:
@@ -223,7 +232,7 @@ def _method(result: Result) -> list[str]:
     if options.get("pressure"):
         words += f"; gas pushes the piston {str(options['pressure']).replace('_', ' ')}"
     words += f"; {_mass_words(result)}"
-    return ["", *paragraph(f"method: {words}")]
+    return paragraph(f"method: {words}")
 
 
 def _mass_words(result: Result) -> str:

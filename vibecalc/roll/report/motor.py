@@ -2,7 +2,13 @@
 
 import numpy as np
 
-from vibecalc.core.report.sections import Section, having, labels, scalar_of
+from vibecalc.core.report.sections import (
+    Section,
+    having,
+    labels,
+    scalar_of,
+    section,
+)
 from vibecalc.core.report.writing import (
     Column,
     decibels,
@@ -46,18 +52,16 @@ def roll_motor(result: Result) -> Section | None:
     """The section, None for a motor without transients."""
     record = result.record
     shown = frozenset(path for path in record if path.startswith(_MOTOR))
-    lines: list[str] = []
-    for block in (
-        _changes(record),
-        _parameters(record),
-        _rows(record),
-        _points(record),
-        _transients(record),
-        _energies(record),
-    ):
-        if block:
-            lines += ["", *block] if lines else block
-    return Section("Motor with transients", lines, shown) if lines else None
+    return section(
+        "Motor with transients",
+        [_changes(record), _parameters(record), _points(record)],
+        {
+            "torque and slip of the motor by row": _rows(record),
+            "transients of the motor": _transients(record),
+            "energies of the motor": _energies(record),
+        },
+        shown,
+    )
 
 
 def _changes(record: Record) -> list[str]:
