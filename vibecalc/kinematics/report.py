@@ -28,7 +28,8 @@ def _harmonics(record: Record) -> tuple[list[str], set[str]]:
     columns = [Column("order", 6)]
     for path, (quantity, _) in found.items():
         word = path.rsplit("/", 1)[-1].removesuffix("_harmonics")
-        columns += [number(f"{word} {quantity.unit}", 20), number("phase deg", 10)]
+        unit = read_as(path, quantity.unit)[1]
+        columns += [number(f"{word} {unit}", 20), number("phase deg", 10)]
     rows = []
     for order in orders[:_ROWS]:
         row = [str(order)]
@@ -49,7 +50,8 @@ def _cells(quantity: Quantity, orders: np.ndarray, order: int) -> list[str]:
         return ["", ""]
     value = complex(quantity.values[here[0]])
     error = quantity.error_estimate
-    return [show(abs(value), error), show_phase(value, error)]
+    factor = convert(1.0, quantity.unit, read_as(quantity.path, quantity.unit)[1])
+    return [show(abs(value) * factor, error * factor), show_phase(value, error)]
 
 
 def _extremes(record: Record) -> tuple[list[str], set[str]]:

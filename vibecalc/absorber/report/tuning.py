@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from vibecalc.core.report.sections import (
+    Block,
     Section,
     by_axis,
     having,
@@ -50,7 +51,7 @@ def absorber(result: Result) -> Section | None:
         [(ABSORBER + "fixed_point/frequency_ratio", "frequency\nratio"),
          (ABSORBER + "fixed_point/magnitude", "height")],
     )  # fmt: skip
-    details = {
+    details: dict[str, Block] = {
         "frequencies of the absorber": stacked(marks, natural, fixed),
         "poles": _poles(record),
     }

@@ -63,16 +63,23 @@ def with_limits(result: Result, limits: Sequence[LimitRow]) -> list[Answer]:
             at = same[-1] + 1 if same else len(answers)
             answers.insert(at, _own_row(limit))
         one = answers[at]
-        words = "\n".join(filter(None, (one.limit, _held(limit, one.unit))))
-        answers[at] = one._replace(limit=words, missed=one.missed or not limit.satisfied)
+        words = dict.fromkeys([*one.limit.splitlines(), _held(limit, one.unit)])
+        missed = one.missed or not limit.satisfied
+        answers[at] = one._replace(limit="\n".join(words), missed=missed)
     return answers
 
 
 def _is_about(answer: Answer, limit: LimitRow) -> bool:
     """Whether the number is the one that the limit holds for."""
+    if limit.at == "start" or (limit.where and not answer.where.startswith(_place(limit))):
+        return False
     value = convert(limit.computed, limit.unit, answer.unit)
-    zero = value == 0.0 and answer.shown == "0"
-    return limit.at != "start" and (zero or math.isclose(value, answer.value, rel_tol=1e-9))
+    return (value == 0.0 and answer.shown == "0") or math.isclose(value, answer.value, rel_tol=1e-9)
+
+
+def _place(limit: LimitRow) -> str:
+    """The worst entry in words."""
+    return limit.label.replace("=", " ").replace("_", " ")
 
 
 def _own_row(limit: LimitRow) -> Answer:
@@ -81,8 +88,7 @@ def _own_row(limit: LimitRow) -> Answer:
         return Answer(name, "not found", unit, "", limit.quantity, math.nan)
     factor = convert(1.0, limit.unit, unit)
     value, error = limit.computed * factor, limit.error_estimate * factor
-    where = " ".join(limit.label.replace("=", " ").replace("_", " ").split())
-    where += " (start)" * (limit.at == "start")
+    where = _place(limit) + " (start)" * (limit.at == "start")
     shown = decibels(value) if unit == "dB" else show(value, error)
     return Answer(name, shown, unit, where.strip(), limit.quantity, value)
 
@@ -164,15 +170,15 @@ def _entry(quantity: Quantity, place: tuple[int, ...]) -> list[str]:
     """The entry of each axis in words: `mount 1`, `at 305.8 rpm`."""
     words = []
     for axis, at in zip(quantity.axes, place, strict=True):
-        value = axis.values[at]
+        value, name = axis.values[at], axis.name.rsplit(".", 1)[-1].replace("_", " ")
         if axis.unit == "rad/s":
             words.append(_rpm(float(value)))
         elif axis.unit == "m":
-            words.append(f"{axis.name.replace('_', ' ')} {show(1e3 * float(value))} mm")
+            words.append(f"{name} {show(1e3 * float(value))} mm")
         else:
             kind = axis.values.dtype.kind
-            label = f"{float(value):.4g}" if kind == "f" else str(value)
-            words.append(f"{axis.name.replace('_', ' ')} {label}")
+            label = f"{float(value):.6g}" if kind == "f" else str(value)
+            words.append(f"{name} {label}")
     return words
 
 

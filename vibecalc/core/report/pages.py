@@ -406,7 +406,7 @@ def appendix(result: Result) -> Section:
     """Tolerance, error and methods in a few lines; no line changes from run to run."""
     rows = []
     found = _summary(result)
-    if found is not None:
+    if found is not None and found.held:
         worst = f"; the worst {_share(found.share, 'has ', 'is ')}" if found.worst else ""
         worst += f": {found.worst}" if found.worst else ""
         words = f"rtol = {found.rtol:g} reached by {found.met} of {found.held} results{worst}"

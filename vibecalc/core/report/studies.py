@@ -107,33 +107,35 @@ def _words(result: Result, key: str) -> str:
     if optimum is None:
         return ""
     start, end = start_of(result, key), float(optimum.values)
-    value = f"{show(end, optimum.error_estimate)} {optimum.unit}".rstrip()
+    unit = bound_units(result.case).get(VARIABLE + key, optimum.unit)
+    factor = convert(1.0, optimum.unit, unit)
+    value = f"{show(end * factor, optimum.error_estimate * factor)} {unit}".rstrip()
     if start is None:
         parts = [f"{value} is best"]
     elif abs(end - start) <= optimum.error_estimate:
         parts = [f"leave it at {value}"]
     else:
         verb = "raise" if end > start else "lower"
-        parts = [f"{verb} it from {show(start)} to {value}"]
+        parts = [f"{verb} it from {show(start * factor)} to {value}"]
     slope = record.quantities.get(f"{_PREFIX}sensitivity/{key}")
     goal = record.quantities.get(_PREFIX + "objective")
     if slope is not None:
         for place, one in zip(labels(slope.axes[0]), slope.values, strict=True):
-            shown = show(one, slope.error_estimate, digits=4)
-            unit = goal.unit if goal is not None else ""
-            each = f" per {optimum.unit}" if optimum.unit else ""
-            parts.append(f"slope at the {place} {shown} {unit}".rstrip() + each)
-    return "; ".join([*parts, *_deviation(record, key)])
+            shown = show(one / factor, slope.error_estimate / factor)
+            size = goal.unit if goal is not None else ""
+            each = f" per {unit}" if unit else ""
+            parts.append(f"slope at the {place} {shown} {size}".rstrip() + each)
+    return "; ".join([*parts, *_deviation(record, key, unit)])
 
 
-def _deviation(record: Record, key: str) -> list[str]:
+def _deviation(record: Record, key: str, unit: str) -> list[str]:
     size = record.quantities.get(f"{_PREFIX}deviation/size/{key}")
     loss = record.quantities.get(f"{_PREFIX}deviation/loss/{key}")
     if size is None or loss is None:
         return []
     moved, lost = float(size.values), float(loss.values)
     way = "more" if moved > 0 else "less"
-    amount = f"{show(abs(moved), digits=4)} {size.unit}".rstrip()
+    amount = f"{show(abs(convert(moved, size.unit, unit)))} {unit}".rstrip()
     objective = scalar_of(record, _PREFIX + "objective")
     if abs(lost) <= loss.error_estimate:
         effect = "changes the objective by nothing that can be seen"
@@ -634,22 +636,25 @@ def front(result: Result) -> list[str]:
     keys = [str(variable["key"]) for variable in study.get("variables") or ()]
     variables = [result.record.quantities.get(f"{FRONT_PREFIX}variable/{key}") for key in keys]
     shown = [(key, q) for key, q in zip(keys, variables, strict=True) if q is not None]
-    columns = [Column("front", 5), _column("objective", one[0]), _column("second", two[0])]
-    columns += [_column(_last(key), quantity) for key, quantity in shown[:_SEARCHES_MOST]]
-    parts = [one[0], two[0], *(quantity for _, quantity in shown[:_SEARCHES_MOST])]
-    rows = [
-        [str(i + 1), *(show(part.values[i], part.error_estimate) for part in parts)]
-        for i in range(len(one[1]))
-    ]
+    units = bound_units(result.case)
+    columns = [Column("front", 5)]
+    rows = [[str(i + 1)] for i in range(len(one[1]))]
+    for title, path, quantity in (
+        ("objective", "", one[0]),
+        ("second", "", two[0]),
+        *((_last(key), VARIABLE + key, quantity) for key, quantity in shown[:_SEARCHES_MOST]),
+    ):
+        unit = units.get(path, quantity.unit)
+        factor = convert(1.0, quantity.unit, unit)
+        columns.append(number(f"{title} {unit}".rstrip(), _FRONT_ROOM))
+        for row, value in zip(rows, quantity.values, strict=True):
+            row.append(show(float(value) * factor, quantity.error_estimate * factor))
     second = table_of(study, "second_objective")
-    words = f"front: the best objective for each {second.get('quantity')}"
+    name, _ = read_as(str(second.get("quantity")), two[0].unit)
+    words = f"front: the best objective for each value of the second, {name}"
     if len(shown) > _SEARCHES_MOST:
         words += f"; {len(shown) - _SEARCHES_MOST} further variables are in the result file"
     return [*paragraph(words), *table(columns, rows)]
-
-
-def _column(title: str, quantity: Quantity) -> Column:
-    return number(f"{title} {quantity.unit}".rstrip(), _FRONT_ROOM)
 
 
 def _last(key: str) -> str:
