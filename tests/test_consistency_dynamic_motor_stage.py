@@ -224,7 +224,7 @@ def test_report_and_picture() -> None:
     text = render_report(result, full=True)
     start = text.index("Motor with transients\n")
     part = text[start : text.index("\nTolerance\n")]
-    assert "fitted rows are met within" in part and "not told" in part
+    assert "fitted rows are met within" in part and "not identifiable" in part
     change = values(result.record, f"{ROOT}/dynamics_change")
     row = next(line for line in part.splitlines() if line.split()[:1] == ["1"])
     assert f"{change[0]:.2f}" in row.split()

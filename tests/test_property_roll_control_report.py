@@ -76,7 +76,7 @@ def test_an_unstable_loop_is_not_praised() -> None:
 def test_levels_on_paper_only_are_called_so() -> None:
     record = record_of(gain=10.0, acceleration_feedback=-10.0, actuator_lag=0.0)
     text = " ".join(section(result_of(record)).split())
-    assert "STABLE ONLY WITHOUT ANY DELAY: its levels hold on paper only" in text
+    assert "STABLE ONLY WITHOUT ANY DELAY: its levels are valid for zero delay only" in text
     assert "delay none" in text and "MORE THAN THE 1009 N m THAT IT HAS" in text
 
 

@@ -9,10 +9,10 @@ from vibecalc.core.report.sections import (
     START,
     Section,
     along,
+    by_axis,
     having,
     labels,
     magnitudes,
-    merged,
     scalar_of,
     scalars,
     section,
@@ -147,19 +147,13 @@ def excitation(result: Result) -> Section | None:
     """The section, None if the result has nothing of it."""
     record = result.record
     orders = _excitation_orders(record)
-    brief = len(orders[0]) <= _BRIEF
-    return section(
-        "Excitation: crank train on the body",
-        [
-            orders if brief else ([], ()),
-            _peaks(record),
-            scalars(record, ["excitation/residual"]),
-        ],
-        {
-            "forces and couples by order": ([], ()) if brief else orders,
-            "balance table": balance(result),
-        },
-    )
+    blocks = [_peaks(record), scalars(record, ["excitation/residual"])]
+    details = {"balance table": balance(result)}
+    if len(orders[0]) <= _BRIEF:
+        blocks.insert(0, orders)
+    else:
+        details["forces and couples by order"] = orders
+    return section("Excitation: crank train on the body", blocks, details)
 
 
 def _excitation_orders(record: Record) -> tuple[list[str], set[str]]:
@@ -232,7 +226,10 @@ def _peaks(record: Record) -> tuple[list[str], set[str]]:
 # ----------------------------------------------------------------------------
 
 _STEM = "excitation/rod/"
-_MASSES = (("reciprocating", "moves with the piston"), ("rotating", "turns with the pin"))
+_MASSES = (
+    ("excitation/mass/reciprocating", "moves with the piston kg"),
+    ("excitation/mass/rotating", "turns with the pin kg"),
+)
 
 
 def rod(result: Result) -> Section | None:
@@ -243,22 +240,7 @@ def rod(result: Result) -> Section | None:
 
 
 def _masses(record: Record) -> tuple[list[str], set[str]]:
-    found = [
-        (quantity, words)
-        for name, words in _MASSES
-        if (quantity := having(record, f"excitation/mass/{name}", "cylinder")) is not None
-    ]
-    if not found:
-        return [], set()
-    columns = (
-        Column("cylinder", 20),
-        *(number(f"{words} {quantity.unit}", 27) for quantity, words in found),
-    )
-    rows = [
-        [name, *(show(quantity.values[i], quantity.error_estimate) for quantity, _ in found)]
-        for i, name in enumerate(labels(found[0][0].axes[0]))
-    ]
-    return table(columns, merged(rows)), {quantity.path for quantity, _ in found}
+    return by_axis(record, "cylinder", "cylinder", _MASSES, 20, 27), set(dict(_MASSES))
 
 
 def _inertia(record: Record) -> tuple[list[str], set[str]]:

@@ -22,20 +22,20 @@ _CONTACTS = 7
 _FORCES = (
     ("mean_force", "mean force N", 13),
     ("+-", "+-", 8),
-    ("mean_force_low", "5 % below", 11),
-    ("mean_force_high", "5 % above", 11),
+    ("mean_force_low", "quantile 5 %", 11),
+    ("mean_force_high", "quantile 95 %", 11),
     ("average_amplitude", "spectrum mean", 14),
     ("peak_force", "mean peak N", 12),
-    ("peak_force_high", "5 % above", 11),
+    ("peak_force_high", "quantile 95 %", 11),
 )
 _COUNTS = (
     ("impacts", "impacts/turn", 12),
     ("contact_share", "in contact %", 12),
     ("dissipated", "lost/turn J", 12),
-    ("parting", "turns to part", 13),
-    ("divergence", "growth/turn", 11),
-    ("leads_from", "leads from", 11),
-    ("energy_residual", "energy off", 10),
+    ("parting", "turns to diverge", 13),
+    ("divergence", "Lyapunov exponent", 11),
+    ("leads_from", "dominant from", 11),
+    ("energy_residual", "energy error", 10),
 )
 _LEADERS = ("inertia of the piston", "added by impacts", "motor")
 _MOST_RANGES = 4
@@ -52,16 +52,13 @@ def impact(result: Result) -> Section | None:
     shown = frozenset(path for path in record if path.startswith(_STEM))
     clearances = [f"{1e3 * float(value):.5g}" for value in first.axes[0].values]
     counts = _over_clearances(record, clearances, _COUNTS, turns) + _notes(record, first)
-    return section(
-        "Impacts in joints with play",
-        [_over_clearances(record, clearances, _FORCES, turns), counts, _method(result)],
-        {
-            "largest force by order": _leaders(record, clearances),
-            "other joints": _other_joints(record, clearances),
-            "first contacts": _first_contacts(record, clearances),
-        },
-        shown,
-    )
+    blocks = [_over_clearances(record, clearances, _FORCES, turns), counts, _method(result)]
+    details = {
+        "largest force by order": _leaders(record, clearances),
+        "other joints": _other_joints(record, clearances),
+        "first contacts": _first_contacts(record, clearances),
+    }
+    return section("Impacts in joints with play", blocks, details, shown)
 
 
 def _over_clearances(
@@ -130,16 +127,17 @@ def _notes(record: Record, first: Quantity) -> list[str]:
         words.append("+-: standard error of the mean, from the scatter of the runs")
     if having(record, _STEM + "leads_from", "clearance") is not None:
         words.append(
-            "leads from: from that order to the last, what impacts add to the inertia force on the "
-            "body is the largest"
+            "dominant from: from that order to the last, what impacts add to the inertia force on "
+            "the body is the largest"
         )
     if having(record, _STEM + "parting", "clearance") is not None:
         words.append(
-            "turns to part: until two runs that start almost alike have parted (>: longer than the "
-            "run), growth: of the logarithm of their distance; so only statistics are results"
+            "turns to diverge: of two runs that start almost alike (>: longer than the run); "
+            "Lyapunov exponent: growth of the logarithm of their distance in a turn; so only "
+            "statistics are results"
         )
     if having(record, _STEM + "energy_residual", "clearance") is not None:
-        words.append("energy off: imbalance over the energy exchanged")
+        words.append("energy error: imbalance over the energy exchanged")
     return paragraph("; ".join(words)) if words else []
 
 

@@ -5,14 +5,14 @@ import numpy as np
 from vibecalc.core.report.sections import (
     Section,
     along,
+    by_axis,
     having,
     labels,
     magnitudes,
-    merged,
     scalars,
     section,
-    stacked,
     table_of,
+    together,
 )
 from vibecalc.core.report.writing import (
     Column,
@@ -25,7 +25,7 @@ from vibecalc.core.report.writing import (
     show_phase,
     table,
 )
-from vibecalc.core.results.record import Quantity, Record, Result
+from vibecalc.core.results.record import Record, Result
 
 # ----------------------------------------------------------------------------
 # What each mount carries and how far the body moves there: one line for each mount.
@@ -34,52 +34,33 @@ from vibecalc.core.results.record import Quantity, Record, Result
 _FORCE = "isolation/support_force/"
 _MOVE = "isolation/support_displacement/"
 _FORCES = (
-    ("static", "static N"),
-    ("rigid_peak", "held still N"),
-    ("steady_peak", "steady peak N"),
-    ("run_up_peak", "run-up peak N"),
+    ("static", "static N", 1.0),
+    ("rigid_peak", "held still N", 1.0),
+    ("steady_peak", "steady peak N", 1.0),
+    ("run_up_peak", "run-up peak N", 1.0),
+    ("run_up_peak_speed", "at rpm", rpm(1.0)),
 )
 _MOVES = (
-    ("sag", "static mm"),
-    ("vertical_peak", "vertical peak mm"),
-    ("excursion", "peak with static mm"),
+    ("sag", "static mm", 1e3),
+    ("vertical_peak", "vertical peak mm", 1e3),
+    ("excursion", "peak with static mm", 1e3),
 )
 
 
 def supports(record: Record) -> tuple[list[str], set[str]]:
     """Tables of forces and of displacements per mount, and the paths shown."""
-    forces, shown = _per_mount(record, _FORCE, "force on the ground", _FORCES)
-    moves, moved = _per_mount(record, _MOVE, "body at the mount", _MOVES)
-    return stacked(forces, moves), shown | moved
+    return together(
+        _per_mount(record, _FORCE, "force on the ground", _FORCES),
+        _per_mount(record, _MOVE, "body at the mount", _MOVES),
+    )
 
 
 def _per_mount(
-    record: Record, prefix: str, title: str, fields: tuple[tuple[str, str], ...]
+    record: Record, prefix: str, title: str, fields: tuple[tuple[str, str, float], ...]
 ) -> tuple[list[str], set[str]]:
-    found: list[tuple[Quantity, str]] = []
-    for name, head in fields:
-        hit = along(record, prefix + name, "mount")
-        if hit is not None:
-            found.append((hit[0], head))
-    if not found:
-        return [], set()
-    speed = along(record, prefix + "run_up_peak_speed", "mount")
-    factor = 1e3 if prefix == _MOVE else 1.0
-    columns = [Column(title, 20), *(number(head, 15) for _, head in found)]
-    if speed is not None:
-        columns.append(number("at rpm", 10))
-    rows = []
-    for i, mount in enumerate(labels(found[0][0].axes[0])):
-        cells = [
-            show(magnitudes(quantity)[i] * factor, quantity.error_estimate * factor)
-            for quantity, _ in found
-        ]
-        if speed is not None:
-            quantity = speed[0]
-            cells.append(show(rpm(float(quantity.values[i])), rpm(quantity.error_estimate)))
-        rows.append([mount, *cells])
-    shown = {quantity.path for quantity, _ in found}
-    return table(columns, merged(rows)), shown | ({speed[0].path} if speed else set())
+    names = [(prefix + name, head) for name, head, _ in fields]
+    factors = [factor for _, _, factor in fields]
+    return by_axis(record, "mount", title, names, 22, 14, factors=factors), set(dict(names))
 
 
 # ----------------------------------------------------------------------------
@@ -167,16 +148,9 @@ def isolation(result: Result) -> Section | None:
             "lever force: the couple over the lever as a single force; rigid: with the body held "
             "still"
         )
-    return section(
-        "Isolation: body on its mounts",
-        [
-            (lines, shown | drawn),
-            _modes(record),
-            supports(record),
-            run_up(record),
-        ],
-        {"transmissibility by order": _transmissibility(record)},
-    )
+    blocks = [(lines, shown | drawn), _modes(record), supports(record), run_up(record)]
+    details = {"transmissibility by order": _transmissibility(record)}
+    return section("Isolation: body on its mounts", blocks, details)
 
 
 def _transmissibility(record: Record) -> tuple[list[str], set[str]]:
@@ -300,16 +274,10 @@ def torque_reaction(result: Result) -> Section | None:
     drawn = ("translation", "rotation", "support_force", "mean_support_force")
     shown = {path for name in drawn if (path := f"{ROOT}{name}") in record}
     kind = machine.get("kind") or "engine"
-    return section(
-        f"Torque reaction: {kind} on its mounts, all orders",
-        [
-            (lines, shown),
-            scalars(record, _SCALARS, ROOT),
-            _supports(record),
-            _modes_met(record),
-        ],
-        {"couple of the torque by order": _orders(record)},
-    )
+    title = f"Torque reaction: {kind} on its mounts, all orders"
+    blocks = [(lines, shown), scalars(record, _SCALARS, ROOT), _supports(record)]
+    details = {"couple of the torque by order": _orders(record)}
+    return section(title, [*blocks, _modes_met(record)], details)
 
 
 def _orders(record: Record) -> tuple[list[str], set[str]]:
@@ -342,26 +310,8 @@ def _orders(record: Record) -> tuple[list[str], set[str]]:
 
 
 def _supports(record: Record) -> tuple[list[str], set[str]]:
-    found = [
-        (hit[0], head)
-        for path, head in _SUPPORTS
-        if (hit := along(record, path, "mount")) is not None
-    ]
-    if not found:
-        return [], set()
-    columns = [Column("support", 12), *(number(head, 13) for _, head in found)]
-    rows = [
-        [
-            name,
-            *(
-                show(float(quantity.values[place]), quantity.error_estimate)
-                for quantity, _ in found
-            ),
-        ]
-        for place, name in enumerate(labels(found[0][0].axes[0]))
-    ]
-    shown = {quantity.path for quantity, _ in found if quantity.path.startswith(ROOT)}
-    return table(columns, merged(rows)) + paragraph(_LOADS), shown
+    lines = by_axis(record, "mount", "support", _SUPPORTS, 12, 13)
+    return lines and lines + paragraph(_LOADS), {path for path, _ in _SUPPORTS if ROOT in path}
 
 
 def _modes_met(record: Record) -> tuple[list[str], set[str]]:

@@ -61,12 +61,9 @@ def response(result: Result) -> Section | None:
     record = result.record
     shown = {path for name in _ARRAYS if (path := f"response/{name}") in record}
     by_order, totals = energies(record)
-    return section(
-        "Response: body on its suspension",
-        [_modes(record), _motion(record), totals, _run_up(record)],
-        {"energies by order": by_order},
-        shown,
-    )
+    blocks = [_modes(record), _motion(record), totals, _run_up(record)]
+    title = "Response: body on its suspension"
+    return section(title, blocks, {"energies by order": by_order}, shown)
 
 
 def _modes(record: Record) -> tuple[list[str], set[str]]:

@@ -39,19 +39,16 @@ def absorber_parts(result: Result) -> Section | None:
     if not shown:
         return None
     parts, _ = scalars(record, (HARDWARE + name for name in _SCALARS), HARDWARE)
-    return section(
-        "Parts of the absorber, and what to buy",
-        [_to_buy(result), _pairs(result)],
-        {
-            "parts of the absorber": parts,
-            "bending of the rod": _bending(record),
-            "springs in stock": _springs(record),
-            "oils in stock": _oils(record),
-            "dampers in stock": _dampers(record),
-            "what the absorber does as its oil warms": _warming(record),
-        },
-        shown,
-    )
+    details = {
+        "parts of the absorber": parts,
+        "bending of the rod": _bending(record),
+        "springs in stock": _springs(record),
+        "oils in stock": _oils(record),
+        "dampers in stock": _dampers(record),
+        "what the absorber does as its oil warms": _warming(record),
+    }
+    blocks = [_to_buy(result), _pairs(result)]
+    return section("Parts of the absorber, and what to buy", blocks, details, shown)
 
 
 def _bending(record: Record) -> list[str]:

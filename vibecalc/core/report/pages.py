@@ -301,12 +301,14 @@ def tolerance(result: Result) -> Section | None:
     found = _summary(result)
     if found is None:
         return None
-    rows = [("asked for", f"rtol = {found.rtol:g} of the largest magnitude of each result")]
-    rows.append(("reached by", f"{found.met} of {found.held} results"))
-    if found.worst:
-        rows.append(("the worst", f"{found.worst}, {_share(found.share)}"))
+    rows = [("tolerance", _tolerance_words(result, found))]
     rows += [("not held to it", f"{count}: {words}") for words, count in found.exempt]
     return Section("Tolerance", pairs(rows, 16), frozenset())
+
+
+def _tolerance_words(result: Result, found: ToleranceSummary) -> str:
+    """The line of `tolerance_line`, and the path of the worst."""
+    return tolerance_line(result) + (f": {found.worst}" if found.worst else "")
 
 
 def tolerance_line(result: Result) -> str:
@@ -407,11 +409,9 @@ def appendix(result: Result) -> Section:
     rows = []
     found = _summary(result)
     if found is not None and found.held:
-        worst = f"; the worst {_share(found.share, 'has ', 'is ')}" if found.worst else ""
-        worst += f": {found.worst}" if found.worst else ""
-        words = f"rtol = {found.rtol:g} reached by {found.met} of {found.held} results{worst}"
         exempt = sum(count for _, count in found.exempt)
-        rows.append(("tolerance", words + (f"; {exempt} not held to it" if exempt else "")))
+        more = f"; {exempt} not held to it" if exempt else ""
+        rows.append(("tolerance", _tolerance_words(result, found) + more))
     if result.record.methods:
         rows.append(("methods", "; ".join(dict.fromkeys(map(_short_name, result.record.methods)))))
     rows.append(("case", f"sha256 {result.case_sha256}"))
@@ -425,20 +425,17 @@ def _short_name(method: Method) -> str:
 
 def run_of(result: Result) -> Section:
     """Seconds by stage, versions and command in three lines. Nothing stable stands below."""
-    rows = []
     seconds = [f"{stage} {time:.3f}" for stage, time in result.timings.items()]
-    if seconds:
-        rows.append(
-            ("seconds", f"{', '.join(seconds)}; together {sum(result.timings.values()):.3f}")
-        )
+    seconds += [f"together {sum(result.timings.values()):.3f}"] if seconds else []
+    known = result.provenance
     versions = [
-        f"{name.removesuffix('_version')} {result.provenance[name]}"
-        for name in ("vibecalc_version", "python", "numpy", "scipy")
-        if result.provenance.get(name)
-    ]
-    when = [str(result.provenance["time"])] if result.provenance.get("time") else []
-    rows += [("run", ", ".join([*when, *versions]))] if versions or when else []
-    rows.append(("command", rerun(result)))
+        f"{words} {known[key]}".strip()
+        for key, words in (("time", ""), ("vibecalc_version", "vibecalc"), ("python", "python"),
+                           ("numpy", "numpy"), ("scipy", "scipy"))
+        if known.get(key)
+    ]  # fmt: skip
+    rows = [("seconds", ", ".join(seconds)), ("run", ", ".join(versions))]
+    rows = [(name, words) for name, words in rows if words] + [("command", rerun(result))]
     return Section(_CHANGING, pairs(rows, 15), frozenset())
 
 

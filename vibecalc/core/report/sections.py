@@ -155,6 +155,8 @@ class Section(NamedTuple):
     detail: tuple[str, ...] = ()
 
 
+#: m^3, below which a volume is read in cm^3
+_LITRES = 0.01
 _VARIABLE = "optimisation/variable/"
 #: what an SI unit is read in, if not in itself
 _READ = {"m": "mm", "rad": "deg", "rad/s": "Hz", "m^2/s": "cSt", "W": "kW", "Pa": "MPa"}
@@ -218,8 +220,10 @@ def scalar_rows(quantities: Iterable[Quantity], prefix: str = "") -> list[list[s
         name, unit = read_as(quantity.path, quantity.unit)
         if quantity.path not in HEADLINES:
             name, _ = read_as(quantity.path.removeprefix(prefix), quantity.unit)
-        factor = convert(1.0, quantity.unit, unit)
         value, error = magnitudes(quantity)[()], quantity.estimate
+        if unit == "m^3" and abs(value) < _LITRES:
+            unit = "cm^3"
+        factor = convert(1.0, quantity.unit, unit)
         notes = [quantity.amplitude or "", UNRESOLVED * error.unresolved(float(value))]
         shown = show(value * factor if factor != 1.0 else value, error * factor)
         rows.append([name, shown, unit.replace("*", " "), " ".join(filter(None, notes))])
@@ -268,6 +272,8 @@ def by_axis(
 ) -> list[str]:  # fmt: skip
     """Lines of a table of the quantities `names` (path, words) over `axis`; [] if there are none.
 
+    Equal rows are one.
+
     `factors` turn the SI of each into the unit that its words say. Of the quantity `blank` an
     infinite entry is none, shown as "-".
     """
@@ -290,7 +296,7 @@ def by_axis(
                 continue
             row.append(show(value, factor * quantity.error_estimate, digits))
         rows.append(row)
-    return table(columns, rows)
+    return table(columns, merged(rows))
 
 
 # ----------------------------------------------------------------------------

@@ -8,6 +8,7 @@ import numpy as np
 
 from vibecalc.core.report.sections import (
     START,
+    Block,
     Section,
     along,
     entries,
@@ -333,24 +334,12 @@ def optimisation(result: Result) -> Section | None:
     if not own:
         return None
     rest = [record[path] for path in own if not path.startswith(_TOLD)]
-    return section(
-        "Optimisation",
-        [
-            _variables(result),
-            _objective(result),
-            advice(result),
-            holding(record),
-            _beside(record),
-            front(result),
-        ],
-        {
-            "methods side by side": search_methods(result),
-            "optima and searches": together(
-                optima(record), searches(record), grouped(rest, PREFIX)
-            ),
-        },
-        own,
-    )
+    blocks = [_variables(result), _objective(result), advice(result), holding(record)]
+    blocks += [_beside(record), front(result)]
+    how = together(optima(record), searches(record), grouped(rest, PREFIX))
+    details: dict[str, Block] = {"methods side by side": search_methods(result)}
+    details["optima and searches"] = how
+    return section("Optimisation", blocks, details, own)
 
 
 def _variables(result: Result) -> list[str]:

@@ -50,7 +50,7 @@ def status_words(record: Record, below: str) -> str:
         return ""
     words = STATUS[int(status)]
     if int(status) == 1:
-        return f"{words}: its levels hold on paper only"
+        return f"{words}: its levels are valid for zero delay only"
     return words if int(status) == 0 else f"{words}: its amplitudes have no bound"
 
 
@@ -141,19 +141,9 @@ def roll_control(result: Result) -> Section | None:
     """The section, None if the result has no control."""
     record = result.record
     shown = frozenset(path for path in record if path.startswith(CONTROL))
-    return section(
-        "Control of the motor",
-        [
-            _model(record),
-            _loop(result),
-            _levels(record),
-            _full(record),
-            _range(record),
-            tuned(result),
-        ],
-        {"gains compared": grid(record), "other motors without control": motor_gains(record)},
-        shown,
-    )
+    blocks = [_model(record), _loop(result), _levels(record), _full(record), _range(record)]
+    details = {"gains compared": grid(record), "other motors without control": motor_gains(record)}
+    return section("Control of the motor", [*blocks, tuned(result)], details, shown)
 
 
 def _model(record: Record) -> list[str]:
@@ -389,7 +379,7 @@ def grid(record: Record) -> list[str]:
     if left > 0:
         lines += paragraph(f"and {left} pairs more, in the file")
     if np.any(status == 1):
-        notes.append('"no delay": stable only without any delay, so that levels hold on paper only')
+        notes.append('"no delay": stable, and its levels valid, for zero delay only')
     return lines + [line for note in notes for line in paragraph(note)]
 
 

@@ -82,18 +82,15 @@ def roll(result: Result) -> Section | None:
     shown = frozenset(
         path for path in record if path.startswith(ROLL) and not path.startswith(ROLL + "motor/")
     )
-    return section(
-        "Roll of the shell",
-        [_state(result), _stability(record), _levels(record), forces(record)],
-        {
-            "balances of a turn": _balances(record),
-            "further harmonics": _more(record),
-            "ways to read the gas tables": _interpolations(result),
-            "levels by other methods": _methods(result),
-            "what lowers each harmonic": advice(result),
-        },
-        shown,
-    )
+    blocks = [_state(result), _stability(record), _levels(record), forces(record)]
+    details = {
+        "balances of a turn": _balances(record),
+        "further harmonics": _more(record),
+        "ways to read the gas tables": _interpolations(result),
+        "levels by other methods": _methods(result),
+        "what lowers each harmonic": advice(result),
+    }
+    return section("Roll of the shell", blocks, details, shown)
 
 
 def _state(result: Result) -> list[str]:

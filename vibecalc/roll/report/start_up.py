@@ -46,18 +46,8 @@ def start_up(result: Result) -> Section | None:
     """The section, None if the result has nothing of it."""
     record = result.record
     shown = frozenset(path for path in record if path.startswith(_STEM))
-    return section(
-        "Start-up",
-        [
-            _verdict(result),
-            _steady(record),
-            _peaks(record),
-            _load(record),
-            _angles(result),
-        ],
-        {"energies of the start": _energies(record)},
-        shown,
-    )
+    blocks = [_verdict(result), _steady(record), _peaks(record), _load(record), _angles(result)]
+    return section("Start-up", blocks, {"energies of the start": _energies(record)}, shown)
 
 
 def _verdict(result: Result) -> list[str]:
