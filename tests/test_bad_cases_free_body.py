@@ -65,9 +65,9 @@ def test_a_run_up_through_an_undamped_resonance_has_no_largest_energy() -> None:
     ]
     lines = section(compressor(parts), "Response")
     for kind in ("kinetic", "potential"):
-        assert row(lines, f"{kind}, mean over a turn") == ["without", "bound", "150.000"]
+        assert row(lines, f"{kind}, mean over a turn") == ["without", "bound", "1432"]
     text = " ".join(" ".join(lines).split())
-    assert "left out, an undamped resonance without bound: 150.000 rad/s (order 1, mode 2)" in text
+    assert "left out, an undamped resonance without bound: 1432 rpm (order 1, mode 2)" in text
     bounded = section(compressor(parts[:2]), "Response")
-    assert row(bounded, "kinetic, mean over a turn")[0] == "3.00000e+09"
+    assert row(bounded, "kinetic, mean over a turn")[0] == "3.000e+09"
     assert "without bound" not in render_report(compressor(parts[:2]))

@@ -221,10 +221,10 @@ def test_what_only_transients_carry(lost: str, monkeypatch: pytest.MonkeyPatch) 
 
 def test_report_and_picture() -> None:
     result = result_of("roll_dynamic_motor")
-    text = render_report(result)
+    text = render_report(result, full=True)
     start = text.index("Motor with transients\n")
     part = text[start : text.index("\nTolerance\n")]
-    assert "fitted rows are met within" in part and "not told" in part
+    assert "fitted rows are met within" in part and "not identifiable" in part
     change = values(result.record, f"{ROOT}/dynamics_change")
     row = next(line for line in part.splitlines() if line.split()[:1] == ["1"])
     assert f"{change[0]:.2f}" in row.split()

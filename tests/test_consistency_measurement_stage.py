@@ -314,13 +314,13 @@ def test_a_node_has_no_level(tmp_path: Path) -> None:
 @pytest.mark.parametrize("text", [PLATE, HEAD], ids=["levels", "phases"])
 def test_report_file_and_pictures(tmp_path: Path, text: str) -> None:
     made = execute(load(tmp_path, text, scan=scan()))
-    words = render_report(made)
+    words = render_report(made, full=True)
     assert "Motion of the plate from readings" in words
     assert max(map(len, words.splitlines())) <= 100
     assert ("named by harmonic and the signs" in words) == (text == PLATE)
     path = tmp_path / "plate.h5"
     write_result(made, path)
-    assert render_report(read_result(path)) == words
+    assert render_report(read_result(path), full=True) == words
     assert (make(made, "measured_levels") is None) == (text == HEAD)
     assert (make(made, "plate_map") is None) == (text == PLATE)
 

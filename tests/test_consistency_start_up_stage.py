@@ -263,7 +263,7 @@ def test_the_report_shows_the_start_and_compares_its_end() -> None:
     text = render_report(result_of(CASE))
     part = text[text.index("\nStart-up\n") :]
     for words in (
-        "it starts: 887.79 rpm in its last turn",
+        "it starts: 887.8 rpm in its last turn",
         "its shaking has settled",
         "last turn   periodic motion",
         "starts within 0.8 s from 33.12 % of all crank angles",

@@ -16,10 +16,10 @@ def test_balance_of_start_and_optimum_stand_in_one_report() -> None:
     record = result.record
     start = record["optimisation/start/excitation/balance/total_position_sine"].values
     assert start[0] == pytest.approx(-0.6, abs=1e-12)
-    text = render_report(result)
+    text = render_report(result, full=True)
     optimum, rest = text.split("Balance table at the start")
     assert "Balance table (z:" in optimum
-    assert "-0.600000" in rest.split("order 2")[0]
+    assert "-0.6000" in rest.split("order 2")[0]
     assert record["excitation/residual"].values < record[
         "optimisation/start/excitation/residual"
     ].values  # fmt: skip

@@ -15,7 +15,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from report_samples import MOUNTS, ORDERS, generator, generator_case, quantity, result_of
 
-from vibecalc.core.report.pages import difference, known_notes
+from vibecalc.core.report.pages import difference, references
 from vibecalc.core.report.verdicts import (
     LimitRow,
     counted_misses,
@@ -318,6 +318,6 @@ def test_a_phase_on_the_other_side_of_zero_is_near() -> None:
 
 def test_what_cannot_be_shown_is_not_said_to_be_shown_by_it() -> None:
     entry = {"value": 9.0, "known_difference": "why", "shown_by": "not reproducible: 3 ways tried"}
-    assert known_notes([judged(8.0, entry)]) == ["why (not reproducible: 3 ways tried)"]
+    assert references([judged(8.0, entry)])[-1] == "  [1] why (not reproducible: 3 ways tried)"
     entry["shown_by"] = "tests/test_this.py::that"
-    assert known_notes([judged(8.0, entry)]) == ["why (shown by tests/test_this.py::that)"]
+    assert references([judged(8.0, entry)])[-1] == "  [1] why (shown by tests/test_this.py::that)"

@@ -74,16 +74,16 @@ def test_changed_numbers_change_their_lines_only() -> None:
 
 
 def test_the_generator_reads_as_it_should() -> None:
-    text = render_report(generator())
+    text = render_report(generator(), full=True)
     assert "(sec. 2.2)" in text
     for words in (
         "Three-cylinder generator set on four mounts",
-        "4900.00 rpm (513.127 rad/s)",
-        "2 of 2 limits are kept; 5 of 5 counted reference numbers come out",
+        "4900 rpm",
+        "2 of 2 limits are kept; 5 of 5 counted reference numbers match",
         "known [1]",
         "[1] the source takes sqrt(2) times the speed",
-        "5.05104 Hz",
-        "305.769 rpm",
+        "5.051 Hz",
+        "305.8 rpm",
         "zero at every order: force x, force y, force z, couple x, couple z",
         "Den Hartog 1956",
         "vibecalc run cases/generator.toml",
@@ -91,9 +91,9 @@ def test_the_generator_reads_as_it_should() -> None:
     ):
         assert words in text
     balance = text[text.index("order 1          angle deg") :].splitlines()
-    first = ["120.00", "-0.300000", "0.866025", "-0.500000", "-0.259808", "0.150000"]
+    first = ["120.00", "-0.3000", "0.8660", "-0.5000", "-0.2598", "0.1500"]
     assert balance[2].split() == ["1", *first]
-    assert balance[6].split() == ["total", "0", "0", "-0.519615", "0"]
+    assert balance[6].split() == ["total", "0", "0", "-0.5196", "0"]
 
 
 def test_sections_appear_for_what_is_there() -> None:
@@ -101,23 +101,23 @@ def test_sections_appear_for_what_is_there() -> None:
     assert "Isolation" in text
     assert "Excitation" not in text
     assert "Optimisation" not in text
-    assert "The case names no limit and no reference." in text
+    assert "Verdicts" not in text
     assert "mode 3 is at order 2" in text
     assert "97.00" in text
 
 
 def test_an_optimum_is_shown_beside_its_start() -> None:
-    text = render_report(optimised())
+    text = render_report(optimised(), full=True)
     lines = text[text.index("\nVerdicts") :].splitlines()
     stiffness = next(line for line in lines if "machine.mounts.each.stiffness" in line).split()
-    assert stiffness[1:4] == ["10.0000", "14.3210", "kN/m"]
+    assert stiffness[1:4] == ["10.00", "14.32", "kN/m"]
     damping = next(line for line in lines if "machine.mounts.each.damping" in line)
     assert damping.endswith("at upper")
     assert not any("excitation/couple_peak (worst)" in line for line in lines)
     held = next(line for line in lines if "steady_peak max 100 N" in line).split()
-    assert held[-4:] == ["0", "0.0125000", "m", "active"]
+    assert held[-4:] == ["0", "0.01250", "m", "active"]
     searches = [line.split() for line in lines if re.fullmatch(r"  \d +\S+ +(yes|no) +\d+", line)]
-    assert [search[1] for search in searches] == ["0.0260000", "failed", "0.0300000"]
+    assert [search[1] for search in searches] == ["0.02600", "failed", "0.03000"]
 
 
 def test_balance_angles_belong_to_the_entries_not_to_the_case() -> None:
@@ -132,12 +132,12 @@ def test_balance_angles_belong_to_the_entries_not_to_the_case() -> None:
             values=turned * np.array([-0.3, 0.0, 0.3]),
         )
         result.record.quantities[f"excitation/balance/position_{name}"] = shifted
-    text = render_report(result)
+    text = render_report(result, full=True)
     first = text[text.index("order 1          angle deg") :].splitlines()
     second = text[text.index("order 2          angle deg") :].splitlines()
     assert [line.split()[1] for line in first[2:5]] == ["30.00", "100.00", "200.00"]
     assert [line.split()[1] for line in second[2:5]] == ["60.00", "200.00", "40.00"]
-    assert [line.split()[2] for line in second[2:5]] == ["-0.300000", "0", "0.300000"]
+    assert [line.split()[2] for line in second[2:5]] == ["-0.3000", "0", "0.3000"]
 
 
 def test_broken_limits_are_told_with_place_and_size() -> None:
@@ -145,7 +145,7 @@ def test_broken_limits_are_told_with_place_and_size() -> None:
         generator(limit=[{"quantity": "isolation/support_force/run_up_peak", "max": "50 N"}])
     )
     assert "0 of 1 limit is kept" in text
-    assert "run_up_peak at mount=1 breaks its bound by 0.51" in text
+    assert "in the run-up, peak at mount 1 breaks its bound by 0.51" in " ".join(text.split())
     assert "BROKEN" in text
 
 
@@ -160,9 +160,9 @@ def test_a_masked_run_up_is_unbounded_in_words() -> None:
     old = result.record.quantities[path]
     result.record.quantities[path] = dataclasses.replace(old, values=np.asarray(np.inf))
     text = render_report(result)
-    assert re.search(r"lever_force/run_up_peak +unbounded N", text)
+    assert re.search(r"couple over the lever in the run-up, peak +unbounded N", text)
     assert "Speeds left out" in text
-    assert re.search(r" 2 +1 +31\.7000 +302\.713 +2\.2e-02", text)
+    assert re.search(r" 2 +1 +302\.7 +2\.2e-02", text)
 
 
 def test_unknown_results_show_up_without_changes() -> None:
@@ -172,8 +172,8 @@ def test_unknown_results_show_up_without_changes() -> None:
     record.add(quantity("torsion/twist", [1e-3, 2e-3], "rad", masses))
     record.add(quantity("torsion/map", np.ones((2, 2)), "rad", masses, masses))
     text = render_report(result_of(record, generator_case()))
-    assert re.search(r"torsion/largest_stress +4\.12500e\+07 Pa", text)
-    assert re.search(r"flywheel +0\.00200000", text)
+    assert re.search(r"largest stress, torsion +41\.25 MPa", text)
+    assert re.search(r"flywheel +0\.1146", text)
     assert "in the result file only: torsion/map" in text
 
 
@@ -200,7 +200,7 @@ def test_special_values_have_words() -> None:
     assert show(-math.inf) == "-unbounded"
     assert show(math.nan) == "undefined"
     assert show(np.int64(12345678)) == "12345678"
-    assert show(3.5, error=math.inf) == "3.50000"
+    assert show(3.5, error=math.inf) == "3.500"
     assert show_percent(None) == "-"
     assert show_percent(-1e-9) == "0.0000 %"
     assert show_phase(-1.0 + 1e-17j) == show_phase(-1.0 - 1e-17j) == "180.00"
@@ -229,7 +229,8 @@ def test_the_terminal_shows_what_differs_and_the_report_everything() -> None:
     result = generator(reference=rows)
     brief, some = plain_summary(result), render_report(result)
     all_of_it = render_report(result, full=True)
-    assert (some.count(" within"), "24 more reference numbers that come out" in some) == (6, True)
+    assert (some.count(" within"), "match: Graph 1 (30)" in some) == (0, True)
+    assert (some.count("OUTSIDE"), some.count("MISSED")) == (1, 0)
     assert (brief.count(" within"), brief.count("OUTSIDE")) == (0, 1)
     # what is missed stands on top as well
     assert (all_of_it.count(" within"), all_of_it.count("OUTSIDE")) == (30, 2)
@@ -280,11 +281,11 @@ def test_the_terminal_summary_is_plain_where_there_is_no_terminal() -> None:
     summary(generator(), Console(file=output, width=100))
     text = output.getvalue()
     assert "\x1b" not in text
-    for words in ("98.00", "known to differ", "5 of 5"):
+    for words in ("98.00", "for a known reason", "5 of 5"):
         assert words in text
     plain = plain_summary(generator())
     assert max(len(line) for line in plain.splitlines()) <= 100
-    for words in ("98.00", "known to differ", "5 of 5"):
+    for words in ("98.00", "for a known reason", "5 of 5"):
         assert words in plain
     assert "warning: mode 3" in plain_summary(rigid_body())
     coloured = io.StringIO()

@@ -38,7 +38,7 @@ PARTS = {
 
 def section(result: Result, title: str) -> list[str]:
     """Lines of one section of the report."""
-    lines = render_report(result).splitlines()
+    lines = render_report(result, full=True).splitlines()
     start = next(i for i, line in enumerate(lines) if line.startswith(title))
     length = next(
         (i for i, line in enumerate(lines[start + 2 :]) if re.match(r"-{4,}$", line)), len(lines)
@@ -69,14 +69,14 @@ def test_the_whole_page_is_narrow_clean_and_stable() -> None:
 
 @pytest.mark.parametrize("title", PARTS)
 def test_a_section_appears_for_its_own_results_only(title: str) -> None:
-    text = render_report(compressor(PARTS[title]()))
+    text = render_report(compressor(PARTS[title]()), full=True)
     assert {name for name in PARTS if f"\n{name}" in text} == {title}
 
 
 @pytest.mark.parametrize("title", PARTS)
 def test_each_result_alone_is_no_reason_to_fail(title: str) -> None:
     for item in PARTS[title]():
-        text = render_report(compressor([item]))
+        text = render_report(compressor([item]), full=True)
         name = item.path.rsplit("/", 1)[-1]
         assert name in text or f"\n{title}" in text or "Piston motion" in text
 
@@ -86,9 +86,8 @@ def test_modes_say_what_moves_and_which_order_is_near() -> None:
     lines = section(result, "Response")
     natural = result.record["response/modes/natural_frequency"].values
     cells = row(lines, "1  ")
-    assert float(cells[0]) == pytest.approx(natural[0] / (2.0 * np.pi), rel=1e-5)
-    assert float(cells[1]) == pytest.approx(natural[0], rel=1e-5)
-    assert cells[3:7] == ["y", "51", "%,", "rx"]
+    assert float(cells[0]) == pytest.approx(natural[0] / (2.0 * np.pi), rel=5e-4)
+    assert cells[2:6] == ["y", "51", "%,", "rx"]
     assert float(cells[-2]) == pytest.approx(100.0 * (361.0 / natural[0] - 1.0), abs=0.01)
 
 
@@ -102,8 +101,8 @@ def test_coordinates_are_named_until_most_of_the_energy_is() -> None:
 
 def test_what_lies_within_its_error_is_zero_in_the_motion() -> None:
     lines = section(compressor(), "Response")
-    assert row(lines, "reference point")[:3] == ["0", "1.46000e-05", "6.50000e-08"]
-    assert row(lines, "rotation")[:3] == ["0.000740000", "0", "9.30000e-07"]
+    assert row(lines, "reference point")[:3] == ["0", "0.01460", "6.500e-05"]
+    assert row(lines, "rotation")[:3] == ["0.7400", "0", "0.0009300"]
 
 
 def test_orders_end_where_they_no_longer_count_and_their_underflow_is_told() -> None:
@@ -116,13 +115,13 @@ def test_orders_end_where_they_no_longer_count_and_their_underflow_is_told() -> 
     count = int(np.count_nonzero(values >= SMALLEST)) - 2
     assert f"{count} further orders up to {last}," in text
     assert "beyond it they are below the smallest double" in text
-    assert row(lines, "all orders")[0] == "0.00656000"
+    assert row(lines, "all orders")[0] == "0.006560"
     short = compressor(response())
     for path in [path for path in short.record if path.endswith("by_order")]:
         old = short.record.quantities.pop(path)
         orders = Axis(name="order", values=np.arange(1, 41))
         short.record.add(quantity(path, old.values[:40], "J", orders))
-    assert "still above the smallest double" in render_report(short)
+    assert "still above the smallest double" in render_report(short, full=True)
 
 
 def test_an_end_by_symmetry_is_not_an_underflow() -> None:
@@ -137,13 +136,13 @@ def test_operations_show_range_difference_and_zero() -> None:
     lines = section(result, "Operations")
     text = "\n".join(lines)
     kinetic = text[text.index("Kinetic energy, mean") :].splitlines()
-    assert row(kinetic, "A ") == ["0.053640", "0.039430", "0.068040"]
+    assert row(kinetic, "A ") == ["0.05364", "0.03943", "0.06804"]
     assert "(0.03218 .. 0.05900)" in text
-    assert row(kinetic, "largest - smallest") == ["0.069220", "0.084590", "0.062770"]
-    assert row(kinetic, "weighted") == ["0.045107", "0.049140", "0.045120"]
+    assert row(kinetic, "largest - smallest") == ["0.06922", "0.08459", "0.06277"]
+    assert row(kinetic, "weighted") == ["0.04511", "0.04914", "0.04512"]
     turning = text[text.index("Kinetic energy of throws") :].splitlines()
     assert row(turning, "A+B  ")[0] == "0"
-    assert "0.0627700 J with balance B" in " ".join(text.split())
+    assert "0.06277 J with balance B" in " ".join(text.split())
 
 
 def test_a_range_within_its_error_is_one_number() -> None:
@@ -165,7 +164,7 @@ def test_many_balances_are_set_below_each_other() -> None:
         quantity(f"response/operations/kinetic_energy/{what}", np.ones((1, 16)), "J", one, balances)
         for what in ("mean", "peak", "mean_low", "mean_high")
     ]
-    text = render_report(compressor(energies))
+    text = render_report(compressor(energies), full=True)
     assert all(text.count(str(name)) >= 2 for name in names)
     assert max(len(line) for line in text.splitlines()) <= 100
 
@@ -176,10 +175,10 @@ def test_switching_is_held_against_the_steady_state() -> None:
     peaks = result.record["response/switching/reversal/kinetic_energy_peak"].values
     ratios = row(lines, "times the larger steady one")
     assert float(ratios[0]) == pytest.approx(float(peaks[0]) / 0.1074, rel=5e-3)
-    assert row(lines, "at a crank speed of rpm")[1] == "-601.61"
+    assert row(lines, "at a crank speed of rpm")[1] == "-601.6"
     assert row(lines, "which is deg") == ["68.8", "252.1"]
-    assert row(lines, "largest displacement m")[1] == "y"
-    assert row(lines, "settles, from end of change s")[:2] == ["0.91000", "1.0200"]
+    assert row(lines, "largest displacement mm")[1] == "y"
+    assert row(lines, "settles, from end of change s")[:2] == ["0.9100", "1.020"]
     passages = [line.split() for line in lines if line.startswith("  A+B to A    ")]
     orders = [int(cells[4]) for cells in passages]
     assert max(orders) == 3
@@ -235,7 +234,7 @@ def test_one_clearance_and_no_extras_still_make_a_table() -> None:
 
 def test_the_rod_has_its_couple_or_its_bound() -> None:
     lines = section(compressor(), "Running gear")
-    assert row(lines, "A  ") == ["0.348600", "0.0438000"]
+    assert row(lines, "A, B  ") == ["0.3486", "0.04380"]
     assert [line.split()[1] for line in lines if line.strip().startswith("order ")] == [
         "1", "3", "5", "7", "9"
     ]  # fmt: skip
@@ -272,7 +271,8 @@ def test_many_references_leave_the_first_page_to_those_that_matter() -> None:
         for i, value in enumerate(values)
     ]
     result = compressor(energies_of(values, 1e-16), reference=rows)
-    assert render_report(result).count(" within") == 6
+    short = render_report(result)
+    assert "match: Table 1 (30)" in short and short.count("the same for 14 more numbers") == 2
     text = render_report(result, full=True)
     top = text[: text.index("\nResponse")]
     assert (top.count(" within"), top.count("known [")) == (0, 0)

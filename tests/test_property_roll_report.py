@@ -32,6 +32,7 @@ from shipped_cases import result_of
 
 from vibecalc.core.report.text import render_report
 from vibecalc.core.report.writing import decibels
+from vibecalc.core.results.catalogue import HEADLINES
 from vibecalc.core.results.record import Axis, Result
 from vibecalc.roll.report.advice import advice, joined, parameter_words
 from vibecalc.roll.report.running import lag_degrees
@@ -42,7 +43,7 @@ PARTS = (running, spectra, forces, spreads, sensitivities)
 
 def section(result: Result) -> list[str]:
     """Lines of the section."""
-    lines = render_report(result).splitlines()
+    lines = render_report(result, full=True).splitlines()
     start = lines.index(TITLE)
     rest = lines[start + 2 :]
     length = next((i for i, line in enumerate(rest) if re.match(r"-{4,}$", line)), len(lines))
@@ -85,21 +86,21 @@ def test_the_whole_page_is_narrow_clean_and_stable() -> None:
 def test_the_section_needs_something_of_the_roll() -> None:
     assert TITLE not in render_report(roll([]))
     for part in PARTS:
-        assert f"\n{TITLE}\n" in render_report(roll(part()))
+        assert f"\n{TITLE}\n" in render_report(roll(part()), full=True)
 
 
 @pytest.mark.parametrize("part", PARTS)
 def test_each_result_alone_is_no_reason_to_fail(part: Any) -> None:
     for item in part():
-        text = render_report(roll([item]))
-        assert f"\n{TITLE}\n" in text or item.path in text
+        text = render_report(roll([item]), full=True)
+        assert f"\n{TITLE}\n" in text or item.path in {*HEADLINES, *text.split()}
 
 
 def test_levels_and_lags_stand_as_the_result_has_them() -> None:
     rows = table(section(roll()), "shell", "rotor", "motor torque")
     assert [int(row[0]) for row in rows] == list(range(1, 11))
     for row, level, lag in zip(rows, LEVELS, LAGS, strict=True):
-        assert float(row[1]) == pytest.approx(10.0 ** (level / 20.0), rel=5e-5)
+        assert float(row[1]) == pytest.approx(10.0 ** (level / 20.0), rel=5e-4)
         assert row[2] == f"{level:.2f}"
         assert float(row[3]) == pytest.approx(math.degrees(lag), abs=0.0051)
         assert float(row[5]) == pytest.approx(level + 20.0 * math.log10(72.0), abs=0.0051)
@@ -137,14 +138,10 @@ def test_an_order_zero_is_a_mean_and_no_harmonic() -> None:
 
 def test_the_running_state_is_told_in_turns_and_percent() -> None:
     lines = "\n".join(section(roll()))
-    assert re.search(
-        r"mean speed of the crank +92\.8864 rad/s +887\.000 rpm, 14\.7833 turns/s", lines
-    )
-    assert re.search(r"mean slip .*1\.36136 rad/s +13\.0000 rpm, 1\.44 %", lines)
-    assert re.search(r"breakdown torque, above that mean +232\.7 %", lines)
-    assert re.search(r"energy J +1905\.70 +1905\.70 +0 +0 +0\n", lines)
-    result = changed(roll(), "response/roll/breakdown_margin", np.inf)
-    assert re.search(r"above that mean +unbounded\n", "\n".join(section(result)))
+    # the mean speed and the margin of the torque stand in the first table
+    assert "mean speed of the crank" not in lines and "above that mean" not in lines
+    assert re.search(r"mean slip .*13\.00 rpm +1\.44 %", lines)
+    assert re.search(r"energy J +1906 +1906 +0 +0 +0\n", lines)
 
 
 def test_the_momentum_has_a_line_of_its_own() -> None:
@@ -157,7 +154,7 @@ def test_the_momentum_has_a_line_of_its_own() -> None:
 def test_a_balance_that_is_off_shows_what_is_left_over() -> None:
     result = changed(roll(), "response/roll/energy/residual", 0.25, error=1e-9)
     lines = "\n".join(section(result))
-    assert re.search(r"energy J +1905\.70 +1905\.70 +0 +0 +0\.25", lines)
+    assert re.search(r"energy J +1906 +1906 +0 +0 +0\.25", lines)
 
 
 @pytest.mark.parametrize(

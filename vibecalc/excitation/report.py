@@ -9,11 +9,15 @@ from vibecalc.core.report.sections import (
     START,
     Section,
     along,
+    by_axis,
     having,
     labels,
     magnitudes,
     scalar_of,
     scalars,
+    section,
+    stacked,
+    together,
 )
 from vibecalc.core.report.writing import Column, number, paragraph, show, show_phase, table
 from vibecalc.core.results.record import Quantity, Record, Result
@@ -45,7 +49,7 @@ def balance(result: Result) -> tuple[list[str], set[str]]:
     notes = "z: position along the crankshaft; the angle is that of the order"
     lines, shown = _table(result.record, _PREFIX, f"Balance table ({notes})")
     before, begun = _table(result.record, START + _PREFIX, "Balance table at the start")
-    return lines + before, shown | begun
+    return stacked(lines, before), shown | begun
 
 
 def _table(record: Record, prefix: str, title: str) -> tuple[list[str], set[str]]:
@@ -56,7 +60,7 @@ def _table(record: Record, prefix: str, title: str) -> tuple[list[str], set[str]
     totals = [along(record, f"{prefix}total_{name}", "order") for name in _ENTRIES]
     shown = {quantity.path for quantity in found}
     shown |= {total[0].path for total in totals if total}
-    lines = ["", f"  {title}"]
+    lines = [f"  {title}"]
     for row, order in enumerate(order_axis.values):
         columns = [Column(f"order {int(order)}", 14), number("angle deg", 11), number("z m")]
         columns += [number(head) for head in _HEADS]
@@ -134,23 +138,22 @@ def _position(entries: list[float]) -> float:
 # ----------------------------------------------------------------------------
 
 _ROWS = 12
+#: lines of forces and couples by order that a brief report has room for
+_BRIEF = 10
 _EXCITATION_KINDS = ("force", "couple")
 
 
 def excitation(result: Result) -> Section | None:
     """The section, None if the result has nothing of it."""
     record = result.record
-    lines, shown = _excitation_orders(record)
-    peaks, peaked = _peaks(record)
-    lines += peaks
-    shown |= peaked
-    single, singles = scalars(record, ["excitation/residual"])
-    lines += ["", *single] if single else []
-    sums, summed = balance(result)
-    lines += sums
-    shown |= singles | summed
-    title = "Excitation: crank train on the body"
-    return Section(title, lines, frozenset(shown)) if lines else None
+    orders = _excitation_orders(record)
+    blocks = [_peaks(record), scalars(record, ["excitation/residual"])]
+    details = {"balance table": balance(result)}
+    if len(orders[0]) <= _BRIEF:
+        blocks.insert(0, orders)
+    else:
+        details["forces and couples by order"] = orders
+    return section("Excitation: crank train on the body", blocks, details)
 
 
 def _excitation_orders(record: Record) -> tuple[list[str], set[str]]:
@@ -215,7 +218,7 @@ def _peaks(record: Record) -> tuple[list[str], set[str]]:
         number("z", 14),
         Column("unit", 8),
     )
-    return ["", *table(columns, rows)], shown
+    return table(columns, rows), shown
 
 
 # ----------------------------------------------------------------------------
@@ -223,38 +226,21 @@ def _peaks(record: Record) -> tuple[list[str], set[str]]:
 # ----------------------------------------------------------------------------
 
 _STEM = "excitation/rod/"
-_MASSES = (("reciprocating", "moves with the piston"), ("rotating", "turns with the pin"))
+_MASSES = (
+    ("excitation/mass/reciprocating", "moves with the piston kg"),
+    ("excitation/mass/rotating", "turns with the pin kg"),
+)
 
 
 def rod(result: Result) -> Section | None:
     """The section, None if the result has nothing of it."""
     record = result.record
-    lines, shown = _masses(record)
-    for block, paths in (_inertia(record), _orders(record)):
-        lines += ["", *block] if block and lines else block
-        shown |= paths
-    return (
-        Section("Running gear: masses and rod inertia", lines, frozenset(shown)) if lines else None
-    )
+    details = {"running gear": together(_masses(record), _inertia(record), _orders(record))}
+    return section("Running gear: masses and rod inertia", (), details)
 
 
 def _masses(record: Record) -> tuple[list[str], set[str]]:
-    found = [
-        (quantity, words)
-        for name, words in _MASSES
-        if (quantity := having(record, f"excitation/mass/{name}", "cylinder")) is not None
-    ]
-    if not found:
-        return [], set()
-    columns = (
-        Column("cylinder", 20),
-        *(number(f"{words} {quantity.unit}", 27) for quantity, words in found),
-    )
-    rows = [
-        [name, *(show(quantity.values[i], quantity.error_estimate) for quantity, _ in found)]
-        for i, name in enumerate(labels(found[0][0].axes[0]))
-    ]
-    return table(columns, rows), {quantity.path for quantity, _ in found}
+    return by_axis(record, "cylinder", "cylinder", _MASSES, 20, 27), set(dict(_MASSES))
 
 
 def _inertia(record: Record) -> tuple[list[str], set[str]]:
@@ -314,17 +300,16 @@ _SCALARS = tuple(_FOLDER + name for name in ("mean_force", "sum_of_amplitudes", 
 
 def motor(result: Result) -> Section | None:
     """The section, None if the result has nothing of it."""
-    lines, shown = _motor_orders(result.record)
-    single, singles = scalars(result.record, _SCALARS, _FOLDER)
+    single, shown = scalars(result.record, _SCALARS, _FOLDER)
     if single:
-        lines += [""] * bool(lines) + single
-        lines += paragraph(
+        single += paragraph(
             "The sum of amplitudes is a bound: no turn reaches it unless all orders peak at once. "
             "Where rotor and stator sit on one body the force loads the bearing and does not shake "
             "the body."
         )
     title = "Motor: axial force of skewed conductors"
-    return Section(title, lines, frozenset(shown | singles)) if lines else None
+    details = {"axial force of the motor by order": _motor_orders(result.record)}
+    return section(title, [(single, shown)], details)
 
 
 def _motor_orders(record: Record) -> tuple[list[str], set[str]]:
@@ -377,11 +362,11 @@ _WORDS = (
 def pump(result: Result) -> Section | None:
     """The section, None if the result has nothing of it."""
     lines, shown = scalars(result.record, _PUMP_SCALARS, ROOT)
-    if not lines:
+    if not shown:
         return None
-    orders, paths = _pump_orders(result.record)
-    lines += paragraph(_WORDS) + (["", *orders] if orders else [])
-    return Section("Pump: valves, volumes and torque", lines, frozenset(shown | paths))
+    details = {"torque of the pump by order": _pump_orders(result.record)}
+    blocks = [(lines + paragraph(_WORDS), shown)]
+    return section("Pump: valves, volumes and torque", blocks, details)
 
 
 def _pump_orders(record: Record) -> tuple[list[str], set[str]]:

@@ -1,9 +1,7 @@
 """The section of a machine on a foundation that moves."""
 
-import numpy as np
-
-from vibecalc.core.report.sections import Section
-from vibecalc.core.report.writing import number, paragraph, show, table
+from vibecalc.core.report.sections import Section, section
+from vibecalc.core.report.writing import number, show, table
 from vibecalc.core.results.record import Result
 from vibecalc.foundation.results import ROOT
 
@@ -21,13 +19,6 @@ def foundation(result: Result) -> Section | None:
     record = result.record
     if f"{ROOT}/natural_frequency" not in record:
         return None
-    hertz = record[f"{ROOT}/natural_frequency"].values / (2.0 * np.pi)
-    peak, rigid = (record[f"{ROOT}/{name}_force_peak"] for name in ("ground", "rigid"))
-    lines = paragraph(
-        f"Natural frequencies of machine and foundation, up and down: {hertz[0]:.4g} Hz and "
-        f"{hertz[1]:.4g} Hz. The ground feels {show(float(peak.values), peak.error_estimate)} N; a "
-        f"rigid foundation would feel {show(float(rigid.values), rigid.error_estimate)} N."
-    )
     found = [(record[f"{ROOT}/{name}"], factor) for name, _, factor in _COLUMNS]
     orders = [int(order) for order in found[0][0].axes[0].values]
     rows = [
@@ -36,6 +27,5 @@ def foundation(result: Result) -> Section | None:
     ]
     heads = [number("order", 6), *(number(head, 18) for _, head, _ in _COLUMNS)]
     shown = {path for path in record if path.startswith(f"{ROOT}/")}
-    return Section(
-        "On a foundation that moves", [*lines, "", *table(heads, rows)], frozenset(shown)
-    )
+    details = {"motion and force of the foundation by order": table(heads, rows)}
+    return section("On a foundation that moves", (), details, shown)

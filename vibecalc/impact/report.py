@@ -5,7 +5,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from vibecalc.core.report.sections import Section, having, table_of
+from vibecalc.core.report.sections import (
+    Section,
+    having,
+    section,
+    table_of,
+)
 from vibecalc.core.report.writing import Column, number, paragraph, show, show_error, table
 from vibecalc.core.results.record import Quantity, Record, Result
 
@@ -17,20 +22,20 @@ _CONTACTS = 7
 _FORCES = (
     ("mean_force", "mean force N", 13),
     ("+-", "+-", 8),
-    ("mean_force_low", "5 % below", 11),
-    ("mean_force_high", "5 % above", 11),
+    ("mean_force_low", "quantile 5 %", 11),
+    ("mean_force_high", "quantile 95 %", 11),
     ("average_amplitude", "spectrum mean", 14),
     ("peak_force", "mean peak N", 12),
-    ("peak_force_high", "5 % above", 11),
+    ("peak_force_high", "quantile 95 %", 11),
 )
 _COUNTS = (
     ("impacts", "impacts/turn", 12),
     ("contact_share", "in contact %", 12),
     ("dissipated", "lost/turn J", 12),
-    ("parting", "turns to part", 13),
-    ("divergence", "growth/turn", 11),
-    ("leads_from", "leads from", 11),
-    ("energy_residual", "energy off", 10),
+    ("parting", "turns to diverge", 13),
+    ("divergence", "Lyapunov exponent", 11),
+    ("leads_from", "dominant from", 11),
+    ("energy_residual", "energy error", 10),
 )
 _LEADERS = ("inertia of the piston", "added by impacts", "motor")
 _MOST_RANGES = 4
@@ -46,13 +51,14 @@ def impact(result: Result) -> Section | None:
         return None
     shown = frozenset(path for path in record if path.startswith(_STEM))
     clearances = [f"{1e3 * float(value):.5g}" for value in first.axes[0].values]
-    lines = _over_clearances(record, clearances, _FORCES, turns)
-    lines += ["", *_over_clearances(record, clearances, _COUNTS, turns)]
-    lines += _notes(record, first) + _leaders(record, clearances)
-    lines += _other_joints(record, clearances)
-    lines += _first_contacts(record, clearances)
-    lines += _method(result)
-    return Section("Impacts in joints with play", lines, shown)
+    counts = _over_clearances(record, clearances, _COUNTS, turns) + _notes(record, first)
+    blocks = [_over_clearances(record, clearances, _FORCES, turns), counts, _method(result)]
+    details = {
+        "largest force by order": _leaders(record, clearances),
+        "other joints": _other_joints(record, clearances),
+        "first contacts": _first_contacts(record, clearances),
+    }
+    return section("Impacts in joints with play", blocks, details, shown)
 
 
 def _over_clearances(
@@ -121,16 +127,17 @@ def _notes(record: Record, first: Quantity) -> list[str]:
         words.append("+-: standard error of the mean, from the scatter of the runs")
     if having(record, _STEM + "leads_from", "clearance") is not None:
         words.append(
-            "leads from: from that order to the last, what impacts add to the inertia force on the "
-            "body is the largest"
+            "dominant from: from that order to the last, what impacts add to the inertia force on "
+            "the body is the largest"
         )
     if having(record, _STEM + "parting", "clearance") is not None:
         words.append(
-            "turns to part: until two runs that start almost alike have parted (>: longer than the "
-            "run), growth: of the logarithm of their distance; so only statistics are results"
+            "turns to diverge: of two runs that start almost alike (>: longer than the run); "
+            "Lyapunov exponent: growth of the logarithm of their distance in a turn; so only "
+            "statistics are results"
         )
     if having(record, _STEM + "energy_residual", "clearance") is not None:
-        words.append("energy off: imbalance over the energy exchanged")
+        words.append("energy error: imbalance over the energy exchanged")
     return paragraph("; ".join(words)) if words else []
 
 
@@ -145,7 +152,7 @@ def _leaders(record: Record, clearances: Sequence[str]) -> list[str]:
     for clearance, row in zip(clearances, np.asarray(quantity.values), strict=True):
         rows.append([clearance, *(ranges(orders, row == i) for i in range(len(names)))])
     columns = [Column("largest at orders, play mm", 26), *(Column(name, 23) for name in names)]
-    return ["", *table(columns, rows)]
+    return table(columns, rows)
 
 
 def ranges(orders: np.ndarray, chosen: np.ndarray) -> str:
@@ -185,7 +192,7 @@ def _other_joints(record: Record, clearances: Sequence[str]) -> list[str]:
         number("+-", 9),
         number("impacts per turn", 17),
     )
-    return ["", *table(columns, rows)]
+    return table(columns, rows)
 
 
 def _first_contacts(record: Record, clearances: Sequence[str]) -> list[str]:
@@ -206,7 +213,7 @@ def _first_contacts(record: Record, clearances: Sequence[str]) -> list[str]:
         Column("first contacts at deg, play mm", 17),
         *(number(f"{i + 1}", 10) for i in range(count)),
     )
-    return ["", *table(columns, rows)]
+    return table(columns, rows)
 
 
 def _method(result: Result) -> list[str]:
@@ -223,7 +230,7 @@ def _method(result: Result) -> list[str]:
     if options.get("pressure"):
         words += f"; gas pushes the piston {str(options['pressure']).replace('_', ' ')}"
     words += f"; {_mass_words(result)}"
-    return ["", *paragraph(f"method: {words}")]
+    return paragraph(f"method: {words}")
 
 
 def _mass_words(result: Result) -> str:

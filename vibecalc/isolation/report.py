@@ -5,11 +5,14 @@ import numpy as np
 from vibecalc.core.report.sections import (
     Section,
     along,
+    by_axis,
     having,
     labels,
     magnitudes,
     scalars,
+    section,
     table_of,
+    together,
 )
 from vibecalc.core.report.writing import (
     Column,
@@ -22,7 +25,7 @@ from vibecalc.core.report.writing import (
     show_phase,
     table,
 )
-from vibecalc.core.results.record import Quantity, Record, Result
+from vibecalc.core.results.record import Record, Result
 
 # ----------------------------------------------------------------------------
 # What each mount carries and how far the body moves there: one line for each mount.
@@ -31,49 +34,33 @@ from vibecalc.core.results.record import Quantity, Record, Result
 _FORCE = "isolation/support_force/"
 _MOVE = "isolation/support_displacement/"
 _FORCES = (
-    ("static", "static N"),
-    ("rigid_peak", "held still N"),
-    ("steady_peak", "steady peak N"),
-    ("run_up_peak", "run-up peak N"),
+    ("static", "static N", 1.0),
+    ("rigid_peak", "held still N", 1.0),
+    ("steady_peak", "steady peak N", 1.0),
+    ("run_up_peak", "run-up peak N", 1.0),
+    ("run_up_peak_speed", "at rpm", rpm(1.0)),
 )
 _MOVES = (
-    ("sag", "sag m"),
-    ("vertical_peak", "vertical peak m"),
-    ("excursion", "excursion m"),
+    ("sag", "static mm", 1e3),
+    ("vertical_peak", "vertical peak mm", 1e3),
+    ("excursion", "peak with static mm", 1e3),
 )
 
 
 def supports(record: Record) -> tuple[list[str], set[str]]:
     """Tables of forces and of displacements per mount, and the paths shown."""
-    forces, shown = _per_mount(record, _FORCE, "force on the ground", _FORCES)
-    moves, moved = _per_mount(record, _MOVE, "body at the mount", _MOVES)
-    lines = forces + ([""] if forces and moves else []) + moves
-    return lines, shown | moved
+    return together(
+        _per_mount(record, _FORCE, "force on the ground", _FORCES),
+        _per_mount(record, _MOVE, "body at the mount", _MOVES),
+    )
 
 
 def _per_mount(
-    record: Record, prefix: str, title: str, fields: tuple[tuple[str, str], ...]
+    record: Record, prefix: str, title: str, fields: tuple[tuple[str, str, float], ...]
 ) -> tuple[list[str], set[str]]:
-    found: list[tuple[Quantity, str]] = []
-    for name, head in fields:
-        hit = along(record, prefix + name, "mount")
-        if hit is not None:
-            found.append((hit[0], head))
-    if not found:
-        return [], set()
-    speed = along(record, prefix + "run_up_peak_speed", "mount")
-    columns = [Column(title, 20), *(number(head, 15) for _, head in found)]
-    if speed is not None:
-        columns.append(number("at rpm", 10))
-    rows = []
-    for i, mount in enumerate(labels(found[0][0].axes[0])):
-        cells = [show(magnitudes(quantity)[i], quantity.error_estimate) for quantity, _ in found]
-        if speed is not None:
-            quantity = speed[0]
-            cells.append(show(rpm(float(quantity.values[i])), rpm(quantity.error_estimate)))
-        rows.append([mount, *cells])
-    shown = {quantity.path for quantity, _ in found}
-    return table(columns, rows), shown | ({speed[0].path} if speed else set())
+    names = [(prefix + name, head) for name, head, _ in fields]
+    factors = [factor for _, _, factor in fields]
+    return by_axis(record, "mount", title, names, 22, 14, factors=factors), set(dict(names))
 
 
 # ----------------------------------------------------------------------------
@@ -86,7 +73,7 @@ _MASKED = "isolation/masked/"
 
 def run_up(record: Record) -> tuple[list[str], set[str]]:
     """Lines and the paths shown; nothing if the result has no run-up."""
-    lines, shown = scalars(record, _PEAKS, "isolation/")
+    lines: list[str] = []
     hit = along(record, "isolation/lever_force/run_up", "speed")
     if hit is not None and hit[1].size:
         low, high = float(np.min(hit[1])), float(np.max(hit[1]))
@@ -101,7 +88,7 @@ def run_up(record: Record) -> tuple[list[str], set[str]]:
             "  Speeds left out (an order on an undamped natural frequency: no bound there)",
         ]
         lines += _left_out(record)
-    return lines, shown | set(masked)
+    return lines, {*_PEAKS, *masked}
 
 
 def _left_out(record: Record) -> list[str]:
@@ -113,7 +100,6 @@ def _left_out(record: Record) -> list[str]:
         [
             f"{order[i]:g}",
             str(int(mode[i])),
-            show(float(centre[i])),
             show(rpm(float(centre[i]))),
             f"{(high[i] - low[i]) / (2.0 * centre[i]):.1e}",
         ]
@@ -122,7 +108,6 @@ def _left_out(record: Record) -> list[str]:
     columns = (
         number("order", 8),
         number("mode", 8),
-        number("rad/s", 14),
         number("rpm", 14),
         number("half width, relative", 22),
     )
@@ -144,44 +129,28 @@ _PITCH = tuple(
         "angle_peak",
     )
 )
-_LEVER = tuple(f"isolation/lever_force/{name}" for name in ("rigid_peak", "steady_peak"))
+_RIGID = "lever_force/rigid_peak"
+_LEVER = (f"isolation/{_RIGID}", "isolation/lever_force/steady_peak")
 
 
 def isolation(result: Result) -> Section | None:
     """The section, None if the result has nothing of it."""
     record = result.record
-    blocks = [
-        scalars(record, _PITCH, "isolation/"),
-        _transmissibility(record),
-        _modes(record),
-        _energy(record),
-        _lever(record),
-        supports(record),
-        run_up(record),
-    ]
-    lines: list[str] = []
-    shown: set[str] = set()
-    for block, paths in blocks:
-        if block:
-            lines += ["", *block] if lines else block
-        shown |= paths
-    # Arrays that belong to pictures rather than to a page of words.
-    shown |= {
+    # arrays that belong to pictures rather than to a page of words
+    drawn = {
         path
         for path in record
         if path.startswith("isolation/") and path.endswith(("_harmonics", "/run_up", "_curve"))
     }
-    return Section("Isolation: body on its mounts", lines, frozenset(shown)) if lines else None
-
-
-def _lever(record: Record) -> tuple[list[str], set[str]]:
-    lines, shown = scalars(record, _LEVER, "isolation/")
-    if lines:
+    lines, shown = scalars(record, (*_PITCH, *_LEVER), "isolation/")
+    if f"isolation/{_RIGID}" in record:
         lines += paragraph(
-            "lever_force is the couple over the lever as a single force: rigid with the body held "
-            "still, steady through the mounts; support_force is what one mount puts on the ground"
+            "lever force: the couple over the lever as a single force; rigid: with the body held "
+            "still"
         )
-    return lines, shown
+    blocks = [(lines, shown | drawn), _modes(record), supports(record), run_up(record)]
+    details = {"transmissibility by order": _transmissibility(record)}
+    return section("Isolation: body on its mounts", blocks, details)
 
 
 def _transmissibility(record: Record) -> tuple[list[str], set[str]]:
@@ -212,45 +181,34 @@ def _transmissibility(record: Record) -> tuple[list[str], set[str]]:
 
 
 def _modes(record: Record) -> tuple[list[str], set[str]]:
+    """Frequency and damping of each mode, and the share of its energy in each coordinate."""
     hit = along(record, "isolation/modes/natural_frequency", "mode")
     if hit is None:
         return [], set()
     quantity, modes = hit
     damping = along(record, "isolation/modes/damping_ratio", "mode")
+    energy = having(record, "isolation/modes/energy_fraction", "mode", "coordinate")
     error = quantity.error_estimate
-    columns = (
-        Column("mode", 6),
-        number("natural frequency rad/s", 24),
-        number("Hz"),
-        number("rpm"),
-        number("damping ratio", 14),
-    )
-    rows = [
-        [
+    columns = [Column("mode", 4), number("Hz", 10), number("rpm", 10), number("damping ratio", 13)]
+    if energy is not None:
+        columns += [number(f"{name} %", 7) for name in labels(energy.axes[1])]
+    rows = []
+    for i, (mode, value) in enumerate(zip(modes, quantity.values, strict=True)):
+        row = [
             str(int(mode)),
-            show(value, error),
             show(hertz(float(value)), hertz(error)),
             show(rpm(float(value)), rpm(error)),
             show(damping[0].values[i], damping[0].error_estimate) if damping else "",
         ]
-        for i, (mode, value) in enumerate(zip(modes, quantity.values, strict=True))
-    ]
-    shown = {quantity.path} | ({damping[0].path} if damping else set())
-    # The shapes carry no scale; the energy table says what moves in a mode.
-    return table(columns, rows), shown | {"isolation/modes/shape"}
-
-
-def _energy(record: Record) -> tuple[list[str], set[str]]:
-    quantity = record.quantities.get("isolation/modes/energy_fraction")
-    if quantity is None or [axis.name for axis in quantity.axes] != ["mode", "coordinate"]:
-        return [], set()
-    modes, coordinates = (labels(axis) for axis in quantity.axes)
-    columns = [Column("energy %", 9), *(number(name, 10) for name in coordinates)]
-    rows = [
-        [mode, *(f"{round(100.0 * float(value), 2) + 0.0:.2f}" for value in line)]
-        for mode, line in zip(modes, quantity.values, strict=True)
-    ]
-    return table(columns, rows), {quantity.path}
+        if energy is not None:
+            row += [f"{round(100.0 * float(share), 2) + 0.0:.2f}" for share in energy.values[i]]
+        rows.append(row)
+    lines = table(columns, rows)
+    if energy is not None:
+        lines += paragraph("%: share of the energy of the mode")
+    shown = {quantity.path, *(one.path for one in (damping and damping[0], energy) if one)}
+    # the shapes carry no scale; the energy says what moves in a mode
+    return lines, shown | {"isolation/modes/shape"}
 
 
 # ----------------------------------------------------------------------------
@@ -267,8 +225,8 @@ _SUPPORTS = (
     ("isolation/support_force/steady_peak", "shaking alone N"),
     (f"{ROOT}support_force_peak", "both N"),
     ("isolation/support_force/static", "weight N"),
-    (f"{ROOT}least_load", "least load N"),
-    (f"{ROOT}largest_load", "largest load N"),
+    (f"{ROOT}least_load", "minimum load N"),
+    (f"{ROOT}largest_load", "maximum load N"),
 )
 _SEPARATE = (
     "The driven machine stands elsewhere: the body takes minus the torque of all cylinders about "
@@ -313,24 +271,13 @@ def torque_reaction(result: Result) -> Section | None:
     lines = paragraph(words + _RUN_UP * ran)
     if silent:
         lines += paragraph(f"Without combustion in cylinder {', '.join(map(str, silent))}.")
-    blocks = (
-        scalars(record, _SCALARS, ROOT),
-        _orders(record),
-        _supports(record),
-        _modes_met(record),
-    )
-    shown: set[str] = set()
-    for block, paths in blocks:
-        if block:
-            lines += ["", *block]
-        shown |= paths
-    shown |= {
-        f"{ROOT}{name}"
-        for name in ("translation", "rotation", "support_force", "mean_support_force")
-    }
+    drawn = ("translation", "rotation", "support_force", "mean_support_force")
+    shown = {path for name in drawn if (path := f"{ROOT}{name}") in record}
     kind = machine.get("kind") or "engine"
     title = f"Torque reaction: {kind} on its mounts, all orders"
-    return Section(title, lines, frozenset(shown & set(record)))
+    blocks = [(lines, shown), scalars(record, _SCALARS, ROOT), _supports(record)]
+    details = {"couple of the torque by order": _orders(record)}
+    return section(title, [*blocks, _modes_met(record)], details)
 
 
 def _orders(record: Record) -> tuple[list[str], set[str]]:
@@ -341,9 +288,9 @@ def _orders(record: Record) -> tuple[list[str], set[str]]:
     turning = having(record, f"{ROOT}rotation", "half_order", "direction")
     size = magnitudes(couple)
     large = np.flatnonzero((size > 4.0 * couple.error_estimate) & (size >= _SMALL * size.max()))
-    columns = [Column("order", 8), number("couple N*m", 16), number("phase deg", 12)]
+    columns = [Column("order", 8), number("couple N m", 16), number("phase deg", 12)]
     if turning is not None:
-        columns += [number(f"rotation {name} rad", 16) for name in labels(turning.axes[1])]
+        columns += [number(f"rotation {name} mrad", 16) for name in labels(turning.axes[1])]
     rows = []
     for place in large[:_MOST]:
         value = complex(couple.values[place])
@@ -353,7 +300,8 @@ def _orders(record: Record) -> tuple[list[str], set[str]]:
             show_phase(value, couple.error_estimate),
         ]
         if turning is not None:
-            row += [show(one, turning.error_estimate, 4) for one in magnitudes(turning)[place]]
+            error = 1e3 * turning.error_estimate
+            row += [show(1e3 * one, error) for one in magnitudes(turning)[place]]
         rows.append(row)
     left = len(size) - len(rows)
     lines = table(columns, rows) if rows else []
@@ -362,26 +310,8 @@ def _orders(record: Record) -> tuple[list[str], set[str]]:
 
 
 def _supports(record: Record) -> tuple[list[str], set[str]]:
-    found = [
-        (hit[0], head)
-        for path, head in _SUPPORTS
-        if (hit := along(record, path, "mount")) is not None
-    ]
-    if not found:
-        return [], set()
-    columns = [Column("support", 12), *(number(head, 13) for _, head in found)]
-    rows = [
-        [
-            name,
-            *(
-                show(float(quantity.values[place]), quantity.error_estimate)
-                for quantity, _ in found
-            ),
-        ]
-        for place, name in enumerate(labels(found[0][0].axes[0]))
-    ]
-    shown = {quantity.path for quantity, _ in found if quantity.path.startswith(ROOT)}
-    return table(columns, rows) + paragraph(_LOADS), shown
+    lines = by_axis(record, "mount", "support", _SUPPORTS, 12, 13)
+    return lines and lines + paragraph(_LOADS), {path for path, _ in _SUPPORTS if ROOT in path}
 
 
 def _modes_met(record: Record) -> tuple[list[str], set[str]]:

@@ -2,9 +2,10 @@
 
 import numpy as np
 
-from vibecalc.core.report.sections import Section, along, scalars
+from vibecalc.core.report.sections import Section, along, read_as, scalars, section, together
 from vibecalc.core.report.writing import Column, number, paragraph, show, show_phase, table
 from vibecalc.core.results.record import Quantity, Record, Result
+from vibecalc.units import convert
 
 _ROWS = 12
 _HARMONICS = ("kinematics/position_harmonics", "kinematics/acceleration_harmonics")
@@ -14,14 +15,9 @@ _TURN = ("kinematics/position", "kinematics/velocity", "kinematics/acceleration"
 def kinematics(result: Result) -> Section | None:
     """The section, None if the result has nothing of it."""
     record = result.record
-    lines, shown = _harmonics(record)
-    single, singles = scalars(record, ["kinematics/dropped_acceleration"])
-    lines += single
-    shown |= singles
-    turn, turns = _extremes(record)
-    lines += turn
-    shown |= turns
-    return Section("Piston motion", lines, frozenset(shown)) if lines else None
+    dropped = scalars(record, ["kinematics/dropped_acceleration"])
+    details = {"harmonics of the pistons": together(_harmonics(record), dropped)}
+    return section("Piston motion", [_extremes(record)], details)
 
 
 def _harmonics(record: Record) -> tuple[list[str], set[str]]:
@@ -32,7 +28,8 @@ def _harmonics(record: Record) -> tuple[list[str], set[str]]:
     columns = [Column("order", 6)]
     for path, (quantity, _) in found.items():
         word = path.rsplit("/", 1)[-1].removesuffix("_harmonics")
-        columns += [number(f"{word} {quantity.unit}", 20), number("phase deg", 10)]
+        unit = read_as(path, quantity.unit)[1]
+        columns += [number(f"{word} {unit}", 20), number("phase deg", 10)]
     rows = []
     for order in orders[:_ROWS]:
         row = [str(order)]
@@ -44,7 +41,7 @@ def _harmonics(record: Record) -> tuple[list[str], set[str]]:
         lines += paragraph(
             f"{len(orders) - _ROWS} more, up to order {orders[-1]}, in the result file"
         )
-    return [*lines, ""], set(found)
+    return lines, set(found)
 
 
 def _cells(quantity: Quantity, orders: np.ndarray, order: int) -> list[str]:
@@ -53,7 +50,8 @@ def _cells(quantity: Quantity, orders: np.ndarray, order: int) -> list[str]:
         return ["", ""]
     value = complex(quantity.values[here[0]])
     error = quantity.error_estimate
-    return [show(abs(value), error), show_phase(value, error)]
+    factor = convert(1.0, quantity.unit, read_as(quantity.path, quantity.unit)[1])
+    return [show(abs(value) * factor, error * factor), show_phase(value, error)]
 
 
 def _extremes(record: Record) -> tuple[list[str], set[str]]:
@@ -64,20 +62,22 @@ def _extremes(record: Record) -> tuple[list[str], set[str]]:
             continue
         quantity, angle = hit
         low, high = int(np.argmin(quantity.values)), int(np.argmax(quantity.values))
-        cells = [path]
+        name, unit = read_as(path, quantity.unit)
+        factor = convert(1.0, quantity.unit, unit)
+        cells = [name]
         for i in (low, high):
-            cells += [show(quantity.values[i], quantity.error_estimate)]
+            cells += [show(quantity.values[i] * factor, quantity.error_estimate * factor)]
             cells += [f"{np.degrees(angle[i]):.1f}"]
-        rows.append([*cells, quantity.unit])
+        rows.append([*cells, unit])
         shown.add(path)
     if not rows:
         return [], set()
     columns = [
         Column("over one turn, as sampled", 28),
-        number("lowest", 13),
+        number("minimum", 13),
         number("at deg", 8),
-        number("highest", 13),
+        number("maximum", 13),
         number("at deg", 8),
         Column("unit", 8),
     ]
-    return ["", *table(columns, rows)], shown
+    return table(columns, rows), shown

@@ -4,7 +4,12 @@ import math
 
 import numpy as np
 
-from vibecalc.core.report.sections import Section, having, labels
+from vibecalc.core.report.sections import (
+    Section,
+    having,
+    labels,
+    section,
+)
 from vibecalc.core.report.writing import Column, hertz, number, paragraph, show, table
 from vibecalc.core.results.record import Quantity, Record, Result
 
@@ -118,17 +123,13 @@ def measurement(result: Result) -> Section | None:
     shown = frozenset(path for path in record if path.startswith(_STEM))
     if not shown:
         return None
-    blocks = (
-        _motion(record),
-        _levels(record),
-        readings(record),
-        candidates(record),
-        _quiet(record),
-    )
-    lines: list[str] = []
-    for block in blocks:
-        lines += [""] * bool(lines and block) + block
-    return Section("Motion of the plate from readings", lines, shown)
+    details = {
+        "levels at every position": _levels(record),
+        "readings and their residuals": readings(record),
+        "motions that the levels leave open": candidates(record),
+    }
+    blocks = [_motion(record), _quiet(record)]
+    return section("Motion of the plate from readings", blocks, details, shown)
 
 
 def _motion(record: Record) -> list[str]:

@@ -7,13 +7,16 @@ import numpy as np
 
 from vibecalc.core.report.sections import (
     FAINT,
+    Block,
     Section,
     along,
     having,
     labels,
     magnitudes,
     scalar_of,
+    section,
     table_of,
+    together,
 )
 from vibecalc.core.report.writing import (
     Column,
@@ -56,15 +59,11 @@ _ARRAYS = (
 def response(result: Result) -> Section | None:
     """The section, None if the result has nothing of it."""
     record = result.record
-    lines: list[str] = []
-    shown: set[str] = set()
-    for block, paths in (_modes(record), _motion(record), energies(record), _run_up(record)):
-        if block:
-            lines += ["", *block] if lines else block
-        shown |= paths
-    shown |= {path for name in _ARRAYS if (path := f"response/{name}") in record}
+    shown = {path for name in _ARRAYS if (path := f"response/{name}") in record}
+    by_order, totals = energies(record)
+    blocks = [_modes(record), _motion(record), totals, _run_up(record)]
     title = "Response: body on its suspension"
-    return Section(title, lines, frozenset(shown)) if lines else None
+    return section(title, blocks, {"energies by order": by_order}, shown)
 
 
 def _modes(record: Record) -> tuple[list[str], set[str]]:
@@ -80,7 +79,6 @@ def _modes(record: Record) -> tuple[list[str], set[str]]:
         [
             mode,
             show(hertz(float(value)), hertz(error)),
-            show(float(value), error),
             _entry(damping, i),
             main_coordinates(share, i),
             "" if nearest is None else str(int(nearest.values[i])),
@@ -93,14 +91,13 @@ def _modes(record: Record) -> tuple[list[str], set[str]]:
     columns = (
         Column("mode", 5),
         number("Hz", 11),
-        number("rad/s", 11),
         number("damping ratio", 14),
         Column("  moves most (share of energy)", 32),
         number("nearest", 8),
         number("it is off", 11),
     )
     for row in rows:
-        row[4] = f"  {row[4]}"
+        row[3] = f"  {row[3]}"
     lines = table(columns, rows)
     if nearest is not None:
         lines += paragraph(
@@ -134,8 +131,11 @@ def _motion(record: Record) -> tuple[list[str], set[str]]:
             continue
         shown.add(quantity.path)
         head = labels(quantity.axes[0])
-        cells = [show(value, quantity.error_estimate) for value in magnitudes(quantity)]
-        rows.append([words, *cells, quantity.unit])
+        unit = {"m": "mm", "rad": "mrad"}.get(quantity.unit, quantity.unit)
+        factor = 1.0 if unit == quantity.unit else 1e3
+        error = quantity.error_estimate * factor
+        cells = [show(value * factor, error) for value in magnitudes(quantity)]
+        rows.append([words, *cells, unit])
     if not rows:
         return [], shown
     columns = (
@@ -166,14 +166,14 @@ def _run_up(record: Record) -> tuple[list[str], set[str]]:
         at = float(speed[top])
         if centre is not None and centre.values.size:
             value, unit, at = "without bound", "", float(centre.values[0])
-        rows.append([f"{kind}, mean over a turn", value, unit, show(at)])
+        rows.append([f"{kind}, mean over a turn", value, unit, show(rpm(at))])
     if not rows:
         return [], masked
     columns = (
         Column("largest energy of the run-up, as sampled", 42),
         number("value", 14),
         Column("unit", 6),
-        number("at rad/s", 14),
+        number("at rpm", 14),
     )
     lines = table(columns, rows)
     if centre is not None:
@@ -183,7 +183,7 @@ def _run_up(record: Record) -> tuple[list[str], set[str]]:
             which = ""
             if order is not None and mode is not None:
                 which = f" (order {int(order.values[i])}, mode {int(mode.values[i])})"
-            words.append(f"{show(float(speed_out))} rad/s{which}")
+            words.append(f"{show(rpm(float(speed_out)))} rpm{which}")
         lines += paragraph("left out, an undamped resonance without bound: " + ", ".join(words))
     return lines, shown | masked
 
@@ -209,39 +209,34 @@ _NEAR_UNDERFLOW = 1e-280
 SMALLEST = float(np.finfo(float).tiny)
 
 
-def energies(record: Record) -> tuple[list[str], set[str]]:
-    """Table of mean and peak energies by order with their totals, and the paths shown."""
+def energies(record: Record) -> tuple[Block, Block]:
+    """Tables of mean and peak energies: by order, and their totals."""
     by_order = {
         field: quantity
         for field in _FIELDS
         if (quantity := having(record, _path(field) + "_by_order", "order")) is not None
     }
-    totals = {field: path for field in _FIELDS if (path := _path(field)) in record}
-    if not by_order and not totals:
-        return [], set()
+    totals = {path for field in _FIELDS if (path := _path(field)) in record}
     columns = (
         Column("energy in J", 14),
         *(number(f"{kind} {what}", 18) for kind, what in _FIELDS),
     )
-    orders, lines = np.array([], dtype=int), []
+    lines, below = [], []
     if by_order:
         orders = np.asarray(next(iter(by_order.values())).axes[0].values)
-    chosen, more = _chosen(list(by_order.values()))
-    rows = [
-        [f"order {int(orders[i])}", *(_cell(by_order.get(field), i) for field in _FIELDS)]
-        for i in chosen
-    ]
-    below = []
-    if any(scalar_of(record, path) is not None for path in totals.values()):
-        below = [["all orders", *(_total(record, _path(field)) for field in _FIELDS)]]
-    lines += table(columns, rows, below)
-    if more:
-        lines += paragraph(_rest(by_order, orders, chosen, more))
-    lines += paragraph(
-        "mean: over one turn; peak of all orders: the largest at any moment, phases counted, "
-        "which is not the sum of the peaks of the orders"
-    )
-    return lines, {quantity.path for quantity in by_order.values()} | set(totals.values())
+        chosen, more = _chosen(list(by_order.values()))
+        rows = [
+            [f"order {int(orders[i])}", *(_cell(by_order.get(field), i) for field in _FIELDS)]
+            for i in chosen
+        ]
+        lines = table(columns, rows)
+        lines += paragraph(_rest(by_order, orders, chosen, more)) if more else []
+    if any(scalar_of(record, path) is not None for path in totals):
+        row = ["all orders", *(_total(record, _path(field)) for field in _FIELDS)]
+        below = table(columns, [row]) + paragraph(
+            "mean: over one turn; peak: the largest at any moment, all orders with their phases"
+        )
+    return (lines, {quantity.path for quantity in by_order.values()}), (below, totals)
 
 
 def last_normal(values: np.ndarray) -> tuple[int, bool]:
@@ -301,11 +296,10 @@ def _total(record: Record, path: str) -> str:
 
 _OPERATIONS = "response/operations/"
 _AXES = ("operation", "balance")
-_KINDS = ("kinetic", "potential")
 _OPERATIONS_PER_TABLE = 3
 _WORDS = {"mean": "mean over a turn", "peak": "largest over a turn"}
 #: of an energy, and of the ends of its range
-_DIGITS, _FEWER = 5, 4
+_DIGITS, _FEWER = 4, 4
 #: ends closer than this share of the value are one number
 _SAME = 1e-9
 
@@ -313,18 +307,16 @@ _SAME = 1e-9
 def operations(result: Result) -> Section | None:
     """The section, None if the result compares no operations."""
     record = result.record
-    lines, shown = _reading(record), set()
-    for kind in _KINDS:
-        for what in ("mean", "peak"):
-            block, paths = _combinations(record, kind, what)
-            lines += ["", *block] if block and lines else block
-            shown |= paths
-    for kind in _KINDS:
-        block, paths = _turning(record, kind)
-        lines += ["", *block] if block and lines else block
-        shown |= paths
+    further = together(
+        _combinations(record, "kinetic", "peak"),
+        _combinations(record, "potential", "mean"),
+        _combinations(record, "potential", "peak"),
+        _turning(record, "kinetic"),
+        _turning(record, "potential"),
+    )
+    details = {"further energies of the operations": further}
     title = "Operations and balances: energies of every combination"
-    return Section(title, lines, frozenset(shown)) if shown else None
+    return section(title, [_reading(record), _combinations(record, "kinetic", "mean")], details)
 
 
 def _reading(record: Record) -> list[str]:
@@ -433,8 +425,8 @@ def _short(value: float, quantity: Quantity) -> str:
 _SWITCHING = "response/switching/"
 _WAYS = (("reversal", "through rest"), ("instant", "at once"))
 _VECTORS = (
-    ("translation_peak", "largest displacement m"),
-    ("rotation_peak", "largest rotation rad"),
+    ("translation_peak", "largest displacement mm"),
+    ("rotation_peak", "largest rotation mrad"),
     ("ground_force_peak", "force on the ground N"),
     ("ground_couple_peak", "couple on the ground N*m"),
 )
@@ -448,7 +440,7 @@ _SCALARS = (
     ("potential_energy_peak", "largest potential energy J"),
     ("settle_time", "settles, from end of change s"),
 )
-_CHANGE_DIGITS = 5
+_CHANGE_DIGITS = 4
 _CHANGES_PER_TABLE = 4
 _PASSAGES = 16
 
@@ -467,8 +459,8 @@ def switching(result: Result) -> Section | None:
     for first in range(0, len(cases), _CHANGES_PER_TABLE):
         lines += [""] if lines else []
         lines += _table(record, cases[first : first + _CHANGES_PER_TABLE])
-    lines += _passages(record)
-    return Section("Switching between operations", lines, shown)
+    details = {"resonances passed on the way": _passages(record)}
+    return section("Switching between operations", [lines], details, shown)
 
 
 def _cases(record: Record) -> list[_Case]:
@@ -518,7 +510,8 @@ def _largest(quantity: Quantity, change: int) -> str:
     """Largest of the directions, with its name."""
     values = magnitudes(quantity)[change]
     top = int(np.argmax(values))
-    text = show(values[top], quantity.error_estimate, _CHANGE_DIGITS)
+    factor = 1e3 if quantity.unit in ("m", "rad") else 1.0
+    text = show(values[top] * factor, quantity.error_estimate * factor, _CHANGE_DIGITS)
     return text if text == "0" else f"{text} {labels(quantity.axes[1])[top]}"
 
 
@@ -570,7 +563,7 @@ def _passages(record: Record) -> list[str]:
         number("after s", 12),
         number("haste", 12),
     )
-    lines = ["", *table(columns, rows)]
+    lines = table(columns, rows)
     rest = len(speed.values) - len(rows)
     lines += paragraph(
         "haste above 1: the resonance has no time to build up"

@@ -10,6 +10,7 @@ from vibecalc.core.report.sections import (
     labels,
     scalar_of,
     scalars,
+    section,
     table_of,
 )
 from vibecalc.core.report.writing import Column, hertz, number, paragraph, show, table
@@ -38,14 +39,16 @@ def absorber_parts(result: Result) -> Section | None:
     if not shown:
         return None
     parts, _ = scalars(record, (HARDWARE + name for name in _SCALARS), HARDWARE)
-    lines: list[str] = []
-    for block in (
-        parts, _bending(record), _springs(record), _oils(record), _dampers(record), _pairs(result),
-        _warming(record), _to_buy(result),
-    ):  # fmt: skip
-        if block:
-            lines += ["", *block] if lines else block
-    return Section("Parts of the absorber, and what to buy", lines, shown) if lines else None
+    details = {
+        "parts of the absorber": parts,
+        "bending of the rod": _bending(record),
+        "springs in stock": _springs(record),
+        "oils in stock": _oils(record),
+        "dampers in stock": _dampers(record),
+        "what the absorber does as its oil warms": _warming(record),
+    }
+    blocks = [_to_buy(result), _pairs(result)]
+    return section("Parts of the absorber, and what to buy", blocks, details, shown)
 
 
 def _bending(record: Record) -> list[str]:

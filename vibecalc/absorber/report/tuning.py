@@ -5,13 +5,17 @@ import math
 import numpy as np
 
 from vibecalc.core.report.sections import (
+    Block,
     Section,
     by_axis,
     having,
     labels,
     scalar_of,
     scalars,
+    section,
+    stacked,
     table_of,
+    together,
 )
 from vibecalc.core.report.writing import Column, hertz, number, paragraph, show, table
 from vibecalc.core.results.record import Record, Result
@@ -21,6 +25,8 @@ from vibecalc.core.results.record import Record, Result
 # ----------------------------------------------------------------------------
 
 ABSORBER = "response/absorber/"
+#: lines on the curves that a brief report has room for
+_BRIEF = 40
 _MARKS = ("primary_frequency", "antiresonance", "locked_frequency_ratio")
 
 
@@ -30,7 +36,6 @@ def absorber(result: Result) -> Section | None:
     shown = frozenset(path for path in record if path.startswith(ABSORBER))
     if not shown:
         return None
-    lines: list[str] = []
     # without a spring nothing stands still anywhere
     at_rest = scalar_of(record, ABSORBER + "antiresonance") == 0.0
     names = [name for name in _MARKS if not (at_rest and name == "antiresonance")]
@@ -46,10 +51,14 @@ def absorber(result: Result) -> Section | None:
         [(ABSORBER + "fixed_point/frequency_ratio", "frequency\nratio"),
          (ABSORBER + "fixed_point/magnitude", "height")],
     )  # fmt: skip
-    for block in (_curves(result), _summits(record), marks, natural, fixed, _poles(record)):
-        if block:
-            lines += ["", *block] if lines else block
-    return Section("Response of primary and absorber", lines, shown) if lines else None
+    details: dict[str, Block] = {
+        "frequencies of the absorber": stacked(marks, natural, fixed),
+        "poles": _poles(record),
+    }
+    curves = [_curves(result), _summits(record)]
+    if len(together(*curves)[0]) > _BRIEF:
+        details, curves = {"curves and their maxima": together(*curves), **details}, []
+    return section("Response of primary and absorber", curves, details, shown)
 
 
 def _curves(result: Result) -> list[str]:
@@ -153,13 +162,14 @@ def absorber_tuning(result: Result) -> Section | None:
         return None
     lines = _conclusion(result)
     scalar, _ = scalars(record, (TUNING + name for name in _FOUND), TUNING)
-    for block in (
-        scalar, _each(record), _proof(record), _methods(result), _mistuned(result),
-        _slopes(record), _bounded(record), _chart(record),
-    ):  # fmt: skip
-        if block:
-            lines += ["", *block]
-    return Section("Tuning of the absorber", lines, shown)
+    blocks = [lines, scalar, _each(record), _bounded(record), _mistuned(result)]
+    details = {
+        "peaks that hold the optimum": _proof(record),
+        "tuning by other methods": _methods(result),
+        "slopes of the optimum": _slopes(record),
+        "design chart": _chart(record),
+    }
+    return section("Tuning of the absorber", blocks, details, shown)
 
 
 def _conclusion(result: Result) -> list[str]:
@@ -388,10 +398,8 @@ def pendulum(result: Result) -> Section | None:
     if not shown:
         return None
     lines, _ = scalars(record, (PENDULUM + name for name in _SCALARS), PENDULUM)
-    for block in (_course(record), _words(result)):
-        if block:
-            lines += ["", *block]
-    return Section("Centrifugal pendulums", lines, shown)
+    details = {"order against swing": _course(record)}
+    return section("Centrifugal pendulums", [lines, _words(result)], details, shown)
 
 
 def _course(record: Record) -> list[str]:

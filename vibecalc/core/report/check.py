@@ -1,5 +1,6 @@
 """What `check` says of a case: its plan with harmonics, counted work, time and memory."""
 
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -68,11 +69,11 @@ def rough_megabytes(megabytes: float) -> str:
 def _row(stage: StageNeeds) -> dict[str, Any]:
     harmonics = stage.harmonics
     texts = stage.plan.as_texts()
-    counted = [f"{number:,.6g} {units()[unit].words}" for number, unit in stage.work[:-1]]
+    counted = [_counted(number, units()[unit].words) for number, unit in stage.work[:-1]]
     return texts | {
         "orders": texts["orders"] if harmonics is None else harmonics.words(),
         "cost": f"{texts['cost']}\n"
-        + "; ".join([*counted, f"about {rough(stage.seconds)}, imports with it"]),
+        + "; ".join([*counted, f"about {rough(stage.seconds)}, imports included"]),
         "needs": {
             "harmonics": None if harmonics is None else harmonics._asdict(),
             "work": {unit: number for number, unit in stage.work},
@@ -80,6 +81,12 @@ def _row(stage: StageNeeds) -> dict[str, Any]:
             "megabytes": stage.megabytes,
         },
     }
+
+
+def _counted(number: float, words: str) -> str:
+    """A number with what it counts, `words` being of several."""
+    one = re.sub(r"(?<=ch)es\b|(?<=ss)es\b|(?<!s)s\b", "", words, count=1)
+    return f"{number:,.6g} {one if number == 1 else words}"
 
 
 def _studies(case: "Case", needs: Needs) -> Iterator[dict[str, Any]]:
@@ -117,7 +124,7 @@ def _each(case: "Case", needs: Needs, wanted: frozenset[str]) -> float:
 def _study(row: dict[str, str], runs: int, running: float) -> dict[str, Any]:
     seconds = running + LIBRARIES["scipy.optimize"][0]
     return row | {
-        "cost": f"{row['cost']}\n{runs:,} runs; about {rough(seconds)}",
+        "cost": f"{row['cost']}\n{_counted(runs, 'runs')}; about {rough(seconds)}",
         "needs": {
             "harmonics": None,
             "work": {"run": runs},

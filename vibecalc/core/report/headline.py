@@ -1,22 +1,24 @@
 """What the reader looks for first: a few results by name, in the units people read, four digits."""
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
-from importlib import import_module
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from vibecalc.core.report.sections import magnitudes
+from vibecalc.core.report.sections import magnitudes, read_as, table_of
 from vibecalc.core.report.studies import bound_units
+from vibecalc.core.report.verdicts import LimitRow
 from vibecalc.core.report.writing import Column, decibels, number, rpm, show
-from vibecalc.core.results.catalogue import OWNER
-from vibecalc.core.results.record import Headline, Quantity, Record
+from vibecalc.core.results.catalogue import HEADLINES, OWNER
+from vibecalc.core.results.record import Headline, Quantity, Record, Result
 from vibecalc.core.results.tolerance import UNRESOLVED
 from vibecalc.core.run.stage import subjects
 from vibecalc.units import convert
 
-COLUMNS = (Column("result", 48), number("value", 13), Column("unit", 9), Column("where", 25))
-_DIGITS = 4
+_COLUMNS = (Column("result", 48), number("value", 13), Column("unit", 9), Column("where", 25))
+_WITH_LIMITS = (Column("result", 46), number("value", 10), Column("unit", 6), Column("where", 20),
+                Column("limit", 12))  # fmt: skip
 #: rows of an array of which each entry counts
 _MOST_EACH = 12
 _VARIABLES, _BOUNDS = "optimisation/variable/", "optimisation/active_bound/"
@@ -24,42 +26,123 @@ _SIDES = {-1: "at its lower bound", 1: "at its upper bound"}
 _ELASTIC = ("1st elastic", "2nd elastic", "3rd elastic")
 
 
-def headline_rows(record: Record, case: Mapping[str, Any] | None = None) -> list[list[str]]:
-    """Rows for `COLUMNS`: variables and values found, then the headlines of the subjects.
+class Answer(NamedTuple):
+    """A row of the first table: its cells, then path, number and unit behind them."""
+
+    name: str
+    shown: str
+    unit: str
+    where: str
+    path: str
+    value: float
+    limit: str = ""
+    missed: bool = False
+
+
+def columns(answers: Sequence[Answer]) -> tuple[Column, ...]:
+    """The columns of the first table: with one of limits where there are some."""
+    return _WITH_LIMITS if any(answer.limit for answer in answers) else _COLUMNS
+
+
+def cells(answers: Sequence[Answer]) -> list[list[str]]:
+    """The cells of `columns`."""
+    limited = any(answer.limit for answer in answers)
+    return [
+        [one.name, one.shown, one.unit.replace("*", " "), one.where, *[one.limit] * limited]
+        for one in answers
+    ]
+
+
+def with_limits(result: Result, limits: Sequence[LimitRow]) -> list[Answer]:
+    """The first table of a result: each limit beside the number it holds for, or in its own row."""
+    answers = headline_rows(result.record, result.case)
+    for limit in limits:
+        same = [i for i, one in enumerate(answers) if one.path == limit.quantity]
+        at = next((i for i in same if _is_about(answers[i], limit)), None)
+        if at is None:
+            at = same[-1] + 1 if same else len(answers)
+            answers.insert(at, _own_row(limit))
+        one = answers[at]
+        words = dict.fromkeys([*one.limit.splitlines(), _held(limit, one.unit)])
+        missed = one.missed or not limit.satisfied
+        answers[at] = one._replace(limit="\n".join(words), missed=missed)
+    return answers
+
+
+def _is_about(answer: Answer, limit: LimitRow) -> bool:
+    """Whether the number is the one that the limit holds for."""
+    if limit.at == "start" or (limit.where and not answer.where.startswith(_place(limit))):
+        return False
+    value = convert(limit.computed, limit.unit, answer.unit)
+    return (value == 0.0 and answer.shown == "0") or math.isclose(value, answer.value, rel_tol=1e-9)
+
+
+def _place(limit: LimitRow) -> str:
+    """The worst entry in words."""
+    return limit.label.replace("=", " ").replace("_", " ")
+
+
+def _own_row(limit: LimitRow) -> Answer:
+    name, unit = read_as(limit.quantity, limit.unit)
+    if math.isnan(limit.computed):
+        return Answer(name, "not found", unit, "", limit.quantity, math.nan)
+    factor = convert(1.0, limit.unit, unit)
+    value, error = limit.computed * factor, limit.error_estimate * factor
+    where = _place(limit) + " (start)" * (limit.at == "start")
+    shown = decibels(value) if unit == "dB" else show(value, error)
+    return Answer(name, shown, unit, where.strip(), limit.quantity, value)
+
+
+def _held(limit: LimitRow, unit: str) -> str:
+    """Each bound with the verdict, `max 400 kept`; capitals where that is not as expected."""
+    sides = (("min", limit.min), ("max", limit.max))
+    bounds = [
+        f"{side} {convert(bound, limit.unit, unit):.6g}"
+        for side, bound in sides
+        if bound is not None
+    ]
+    verdict = limit.state if limit.satisfied else limit.state.upper()
+    return f"{', '.join(bounds)} {verdict}"
+
+
+def headline_rows(record: Record, case: Mapping[str, Any] | None = None) -> list[Answer]:
+    """Variables and values found, then the headlines of the subjects, without limits.
 
     Variables and values found are shown in the unit that `case` gives their bounds in.
     """
-    rows = list(_searched(record, bound_units(case or {})))
-    there = {OWNER[path] for path in record if path in OWNER}
+    rows = list(_searched(record, case or {}))
     # those that lead come first, as their sections do
-    order = sorted(subjects().items(), key=lambda item: not item[1].leads)
-    for name in (name for name, _ in order if name in there):
-        results = import_module(f"vibecalc.{name}.results")
-        listed: Sequence[Headline] = getattr(results, "HEADLINES", ())
-        for one in listed:
-            quantity = record.quantities.get(one.path)
-            if quantity is not None and quantity.values.size and one.unless not in record:
-                rows += [row for row in _rows(record, quantity, one) if row not in rows]
+    order = [name for name, _ in sorted(subjects().items(), key=lambda item: not item[1].leads)]
+    for one in sorted(HEADLINES.values(), key=lambda one: order.index(OWNER[one.path])):
+        quantity = record.quantities.get(one.path)
+        if quantity is not None and quantity.values.size and one.unless not in record:
+            rows += [row for row in _rows(record, quantity, one) if row not in rows]
     return rows
 
 
-def _searched(record: Record, units: Mapping[str, str]) -> Iterator[list[str]]:
+def _searched(record: Record, case: Mapping[str, Any]) -> Iterator[Answer]:
     """Variables and objective of an optimisation, values of searches."""
+    units = bound_units(case)
     for path, quantity in record.items():
         key = path.removeprefix(_VARIABLES)
         found = path.startswith("find/") and path.endswith("/value")
         if quantity.axes or not (key != path or found or path == "optimisation/objective"):
             continue
-        unit = units.get(path, quantity.unit)
+        name, unit = key, units.get(path, quantity.unit)
+        if found:
+            name = " ".join(path.split("/")[:-1])
+        elif key == path:
+            goal = str(table_of(case, "optimisation", "objective").get("quantity") or path)
+            name, unit = read_as(goal, quantity.unit)
+            name = f"objective: {name}"
         factor = convert(1.0, quantity.unit, unit)
         value, error = float(quantity.values) * factor, quantity.estimate * factor
         side = record.quantities.get(_BOUNDS + key)
         words = "" if side is None else _SIDES.get(int(side.values), "")
-        name = key if key != path else " ".join(path.split("/")[:-1] if found else path.split("/"))
-        yield [name, show(value, error, _DIGITS), unit.replace("*", " "), words]
+        yield Answer(name, show(value, error), unit, words, path, value)
 
 
-def _rows(record: Record, quantity: Quantity, one: Headline) -> Iterator[list[str]]:
+def _rows(record: Record, quantity: Quantity, one: Headline) -> Iterator[Answer]:
     flat = np.ravel(magnitudes(quantity))
     places = [*np.ndindex(*quantity.values.shape)]
     if one.pick == "elastic":
@@ -79,7 +162,7 @@ def _rows(record: Record, quantity: Quantity, one: Headline) -> Iterator[list[st
         if speed is not None and speed.values.shape == quantity.values.shape:
             there = float(speed.values.flat[at])
             turning = speed.unit == "rad/s"
-            words.append(_rpm(there) if turning else f"at ratio {show(there, digits=_DIGITS)}")
+            words.append(_rpm(there) if turning else f"at ratio {show(there)}")
         yield _row(one, quantity, value, "" if zero and one.pick == "largest" else " ".join(words))
 
 
@@ -87,27 +170,28 @@ def _entry(quantity: Quantity, place: tuple[int, ...]) -> list[str]:
     """The entry of each axis in words: `mount 1`, `at 305.8 rpm`."""
     words = []
     for axis, at in zip(quantity.axes, place, strict=True):
-        value = axis.values[at]
+        value, name = axis.values[at], axis.name.rsplit(".", 1)[-1].replace("_", " ")
         if axis.unit == "rad/s":
             words.append(_rpm(float(value)))
         elif axis.unit == "m":
-            words.append(f"{axis.name} {show(1e3 * float(value), digits=_DIGITS)} mm")
+            words.append(f"{name} {show(1e3 * float(value))} mm")
         else:
             kind = axis.values.dtype.kind
-            label = show(float(value), digits=_DIGITS) if kind == "f" else str(value)
-            words.append(f"{axis.name.replace('_', ' ')} {label}")
+            label = f"{float(value):.6g}" if kind == "f" else str(value)
+            words.append(f"{name} {label}")
     return words
 
 
 def _rpm(speed: float) -> str:
-    return f"at {show(rpm(speed), digits=_DIGITS)} rpm"
+    return f"at {show(rpm(speed))} rpm"
 
 
-def _row(one: Headline, quantity: Quantity, value: float, where: str) -> list[str]:
+def _row(one: Headline, quantity: Quantity, value: float, where: str) -> Answer:
     if quantity.unit == "dB":
-        return [one.name, decibels(value), "dB", where]
+        return Answer(one.name, decibels(value), "dB", where, one.path, value)
     unit, error = (one.unit or quantity.unit) if quantity.unit else "", quantity.estimate
     factor = convert(1.0, quantity.unit, unit)
     words = [where, UNRESOLVED] if error.unresolved(value) else [where]
-    shown = show(value * factor, error * factor, _DIGITS)
-    return [one.name, shown, unit.replace("*", " "), "  ".join(filter(None, words))]
+    shown = show(value * factor, error * factor)
+    where = "  ".join(filter(None, words))
+    return Answer(one.name, shown, unit, where, one.path, value * factor)

@@ -1,12 +1,14 @@
 """The pages around the stages: verdicts first; warnings, methods, accuracy at the end."""
 
 import math
+import re
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
-from vibecalc.core.report.sections import START, Section, magnitudes, table_of
+from vibecalc.core.report.sections import Section, magnitudes, read_as, table_of
 from vibecalc.core.report.verdicts import (
     BROKEN,
     KEPT,
@@ -19,7 +21,6 @@ from vibecalc.core.report.verdicts import (
     ReferenceRow,
 )
 from vibecalc.core.report.writing import (
-    DIGITS,
     Column,
     fold,
     number,
@@ -30,7 +31,7 @@ from vibecalc.core.report.writing import (
     show_percent,
     table,
 )
-from vibecalc.core.results.record import Estimate, Quantity, Result
+from vibecalc.core.results.record import Estimate, Method, Quantity, Result
 from vibecalc.core.results.tolerance import CHECKS, UNRESOLVED, ToleranceSummary, summarised
 from vibecalc.units import convert
 
@@ -59,6 +60,10 @@ LONGEST_PRINTED = 10
 #: A computed number is shown with its digits beside a published one of no more than so many times
 #: its size, even where both are within the error estimate of the quantity as a whole.
 _COMPARABLE = 1e3
+#: digits of ours beside a published number
+_DIGITS = 6
+#: sources that match, and reasons why others differ, that a brief report names
+_MOST_SOURCES, _MOST_REASONS = 6, 4
 #: what a case says in the place of a test that shows a difference
 _NOT_SHOWN = "not reproducible"
 
@@ -103,70 +108,79 @@ def limit_verdict(row: LimitRow) -> str:
     return f"{row.state.upper()}, not broken as expected"
 
 
-def references(rows: Sequence[ReferenceRow], most: int | None = None) -> list[str]:
-    """The table of references with notes below, numbered where a source is known to differ.
-
-    With `most`, only so many of those that come out are shown, and of those that are known to
-    differ the first for each reason; the others are counted.
-    """
-    shown = list(rows) if most is None else brief(rows, most)
+def references(rows: Sequence[ReferenceRow]) -> list[str]:
+    """The table of references with notes below, numbered where a source is known to differ."""
     cells: list[list[str]] = []
-    notes = known_notes(shown)
-    for row in shown:
+    notes = list(dict.fromkeys(_note(row, shown=True) for row in rows if row.verdict == KNOWN))
+    for row in rows:
         verdict = row.verdict.upper() if row.verdict in (OUTSIDE, UNRESOLVED) else row.verdict
         if row.verdict == KNOWN:
-            verdict = f"known [{notes.index(_note(row)) + 1}]"
+            verdict = f"known [{notes.index(_note(row, shown=True)) + 1}]"
         cells.append(
             [
                 _name(_REFERENCES, row.quantity, row.at, _picks(row.where), f"({row.source})"),
-                row.printed if len(row.printed) <= LONGEST_PRINTED else _fit(row.value),
+                _printed(row),
                 computed(row),
                 row.unit,
                 difference(row),
                 verdict,
             ]
         )
-    if not cells:
-        return []
-    lines = table(_REFERENCES, cells)
-    hidden = not_shown(rows, shown)
-    if hidden:
-        lines += paragraph(hidden)
+    lines = table(_REFERENCES, cells) if cells else []
     for i, note in enumerate(notes):
         lines += paragraph(note, f"[{i + 1}]")
     return lines
 
 
-def brief(rows: Sequence[ReferenceRow], most: int) -> list[ReferenceRow]:
-    """The rows worth a line: every miss, the first `most` of those that simply come out and of
-    those that are measured, and of those that are known to differ the first for each reason."""
-    shown: list[ReferenceRow] = []
-    seen: dict[str, int] = {}
-    for row in rows:
-        kind = _note(row) if row.verdict == KNOWN else row.verdict
-        seen[kind] = seen.get(kind, 0) + 1
-        allowed = {KNOWN: 1, WITHIN: most, MEASURED: most}.get(row.verdict, len(rows))
-        if seen[kind] <= allowed:
-            shown.append(row)
-    return shown
+def brief(rows: Sequence[ReferenceRow]) -> list[str]:
+    """Which sources match, and what differs: once for each reason, measured numbers one by one.
+
+    A row that is missed stands under the verdicts.
+    """
+    sources = Counter(_source(row) for row in rows if row.verdict == WITHIN)
+    named = ", ".join(f"{source} ({count})" for source, count in sources.most_common(_MOST_SOURCES))
+    rest = len(sources) - _MOST_SOURCES
+    named += f" and {_many(rest, 'more source')}" if rest > 0 else ""
+    lines = paragraph(f"match: {named}") if named else []
+    known = [row for row in rows if row.verdict == KNOWN]
+    reasons = Counter(_note(row) for row in known)
+    firsts = [next(row for row in known if _note(row) == reason) for reason in reasons]
+    for row in firsts[:_MOST_REASONS]:
+        count = reasons[_note(row)] - 1
+        more = f" (the same for {_many(count, 'more number')})" if count else ""
+        lines += paragraph(f"{_compared(row, 'printed')}: {_note(row)}{more}", "-")
+    measured = [row for row in rows if row.verdict == MEASURED]
+    for row in measured[:_MOST_REASONS]:
+        lines += paragraph(_compared(row, MEASURED), "-")
+    left = (
+        (len(firsts) - _MOST_REASONS, "more reason"),
+        (len(measured) - _MOST_REASONS, "more measured number"),
+    )
+    hidden = " and ".join(_many(count, noun) for count, noun in left if count > 0)
+    return lines + (
+        paragraph(f"and {hidden}; `vibecalc report --full` shows all") if hidden else []
+    )
 
 
-def not_shown(rows: Sequence[ReferenceRow], shown: Sequence[ReferenceRow]) -> str:
-    """What `brief` left out, in words; nothing if it left out nothing."""
-    words = []
-    for verdict, what in _LEFT_OUT.items():
-        count = sum(row.verdict == verdict for row in rows)
-        count -= sum(row.verdict == verdict for row in shown)
-        if count:
-            words.append(f"{_many(count, 'more reference number')} {what}")
-    return f"and {', and '.join(words)}; `vibecalc report --full` shows all" if words else ""
+def _compared(row: ReferenceRow, kind: str) -> str:
+    name = read_as(row.quantity, row.unit, entry=bool(row.where))[0]
+    where = ", ".join(f"{axis.replace('_', ' ')} {entry}" for axis, entry in row.where.items())
+    name += (f", {where}" if where else "") + (" (start)" if row.at == "start" else "")
+    unit = row.unit.replace("*", " ")
+    return (
+        f"{name}: {_printed(row)} {unit}".rstrip()
+        + f" {kind} ({row.source}), {computed(row, digits=4)} {unit}".rstrip()
+        + f" computed, {difference(row)}"
+    )
 
 
-_LEFT_OUT = {
-    WITHIN: "that come out",
-    KNOWN: "known to differ, for these reasons",
-    MEASURED: "that are measured",
-}
+def _printed(row: ReferenceRow) -> str:
+    return row.printed if len(row.printed) <= LONGEST_PRINTED else _fit(row.value)
+
+
+def _source(row: ReferenceRow) -> str:
+    """A source without what stands behind its first comma, colon or bracket."""
+    return re.split(r"[,:(]", row.source)[0].strip() or "no source named"
 
 
 def missed(rows: Sequence[ReferenceRow]) -> list[ReferenceRow]:
@@ -186,7 +200,7 @@ def difference(row: ReferenceRow) -> str:
     return f"{degrees:+.1f} deg" if abs(degrees) >= 0.1 else f"{degrees:+.1g} deg"
 
 
-def computed(row: ReferenceRow) -> str:
+def computed(row: ReferenceRow, digits: int = _DIGITS) -> str:
     """Our number beside a published one; 0 where it is nothing but round-off."""
     if row.unit == "dB" and row.computed == -math.inf:
         return "zero"
@@ -195,12 +209,7 @@ def computed(row: ReferenceRow) -> str:
         return show(row.computed, Estimate(error, 0.0))
     if row.value:
         error = min(error, abs(row.value) / _COMPARABLE)
-    return _fit(row.computed, error, _REFERENCES[2].width)
-
-
-def known_notes(rows: Sequence[ReferenceRow]) -> list[str]:
-    """Why sources are known to differ, each reason once, in the order of the rows."""
-    return list(dict.fromkeys(_note(row) for row in rows if row.verdict == KNOWN))
+    return _fit(row.computed, error, _REFERENCES[2].width, digits)
 
 
 def conclusion(references: Sequence[ReferenceRow], limits: Sequence[LimitRow]) -> str:
@@ -214,48 +223,53 @@ def conclusion(references: Sequence[ReferenceRow], limits: Sequence[LimitRow]) -
         broken = [row for row in limits if row.state == BROKEN]
         if broken:
             first = min(broken, key=lambda row: row.margin)
-            where = f" at {first.label}" if first.label else ""
             clause += (
-                f"; {first.quantity}{where} breaks its bound by "
+                f"; {_spoken(first)} breaks its bound by "
                 f"{show(-first.margin)} {first.unit}".rstrip()
             )
             if not missed:
                 clause += ", as the case expects"
         for row in (row for row in limits if row.state == UNDECIDED):
-            where = f" at {row.label}" if row.label else ""
-            clause += f"; {row.quantity}{where} is undecided: {row.decided_by} would decide it"
+            clause += f"; {_spoken(row)} is undecided: {row.decided_by} would decide it"
         clauses.append(clause)
     counted = [row for row in references if row.within is not None]
     if counted:
         good = sum(bool(row.within) for row in counted)
-        clauses.append(f"{good} of {_many(len(counted), 'counted reference number')} come out")
+        verb = "matches" if good == 1 else "match"
+        clauses.append(f"{good} of {_many(len(counted), 'counted reference number')} {verb}")
     known = sum(row.verdict == KNOWN for row in references)
     measured = sum(row.verdict == MEASURED for row in references)
     if known:
-        clauses.append(f"{known} known to differ, with the reason, {_is(known)} shown only")
+        what = str(known) if counted else _many(known, "reference number")
+        clauses.append(f"{what} {'differs' if known == 1 else 'differ'} for a known reason")
     if measured:
-        clauses.append(f"{measured} measured {_is(measured)} shown only")
-    return "; ".join(clauses) + "." if clauses else "The case names no limit and no reference."
+        clauses.append(f"{measured} measured {'is' if measured == 1 else 'are'} for comparison")
+    return "; ".join(clauses) + "." if clauses else ""
 
 
-def _fit(value: float, error: float = 0.0, width: int = LONGEST_PRINTED) -> str:
+def _fit(
+    value: float, error: float = 0.0, width: int = LONGEST_PRINTED, digits: int = _DIGITS
+) -> str:
     """A number with fewer digits where it would not fit: folded in two it reads as another one."""
-    texts = [show(value, error, digits) for digits in range(DIGITS, 2, -1)]
+    texts = [show(value, error, digits) for digits in range(digits, 2, -1)]
     return next((text for text in texts if len(text) <= width), texts[-1])
 
 
-def _note(row: ReferenceRow) -> str:
-    shown = row.shown_by
-    if shown and not shown.startswith(_NOT_SHOWN):
-        shown = f"shown by {shown}"
-    note = row.known_difference + (f" ({shown})" if shown else "")
+def _note(row: ReferenceRow, *, shown: bool = False) -> str:
+    """Why the source is known to differ, with what shows it if asked for."""
+    note = row.known_difference
+    if shown and row.shown_by:
+        by = "" if row.shown_by.startswith(_NOT_SHOWN) else "shown by "
+        note += f" ({by}{row.shown_by})"
     if row.agrees:
         note += " - yet it agrees within its tolerance: remove the note or the row"
     return note
 
 
-def _is(count: int) -> str:
-    return "is" if count == 1 else "are"
+def _spoken(row: LimitRow) -> str:
+    """The quantity of a limit in words, and where it counts."""
+    where = f" at {row.label.replace('=', ' ')}" if row.label else ""
+    return read_as(row.quantity, row.unit)[0] + where
 
 
 def _many(count: int, noun: str) -> str:
@@ -287,12 +301,14 @@ def tolerance(result: Result) -> Section | None:
     found = _summary(result)
     if found is None:
         return None
-    rows = [("asked for", f"rtol = {found.rtol:g} of the largest magnitude of each result")]
-    rows.append(("reached by", f"{found.met} of {found.held} results"))
-    if found.worst:
-        rows.append(("the worst", f"{found.worst}, {_share(found.share)}"))
+    rows = [("tolerance", _tolerance_words(result, found))]
     rows += [("not held to it", f"{count}: {words}") for words, count in found.exempt]
     return Section("Tolerance", pairs(rows, 16), frozenset())
+
+
+def _tolerance_words(result: Result, found: ToleranceSummary) -> str:
+    """The line of `tolerance_line`, and the path of the worst."""
+    return tolerance_line(result) + (f": {found.worst}" if found.worst else "")
 
 
 def tolerance_line(result: Result) -> str:
@@ -333,7 +349,7 @@ def _summary(result: Result) -> ToleranceSummary | None:
 # The end of the report: warnings, methods, accuracy, and what changes from run to run.
 # ----------------------------------------------------------------------------
 
-_WORST = 8
+_CHANGING = "Provenance (changes from run to run)"
 
 
 def warnings(result: Result) -> Section | None:
@@ -363,19 +379,8 @@ def methods_section(result: Result) -> Section | None:
     return Section("Methods", lines, frozenset()) if lines else None
 
 
-def accuracy(result: Result, full: bool = False) -> Section | None:
-    """Largest magnitude, error estimate and their ratio, the worst first unless `full`."""
-    quantities = [
-        quantity
-        for path, quantity in result.record.items()
-        if np.size(quantity.values) and (full or not path.startswith(START))
-    ]
-    if not quantities:
-        return None
-    chosen = quantities
-    if not full:
-        # Equal ratios keep the order of the record, so that the table is stable.
-        chosen = sorted(quantities, key=lambda quantity: -_ratio(quantity))[:_WORST]
+def accuracy(result: Result) -> Section | None:
+    """Largest magnitude of each quantity, its error estimate and their ratio."""
     columns = (
         Column("quantity", 48),
         number("largest", 13),
@@ -391,15 +396,47 @@ def accuracy(result: Result, full: bool = False) -> Section | None:
             show_error(quantity.error_estimate),
             _shown_ratio(quantity),
         ]
-        for quantity in chosen
+        for quantity in result.record.values()
+        if np.size(quantity.values)
     ]
-    lines = table(columns, rows)
-    rest = len(quantities) - len(chosen)
-    if rest:
-        lines += paragraph(f"and {rest} more that are known better; all are in the result file")
-    dial = _dial(result.case)
-    title = "Accuracy: error estimates" + (f" (asked for: rtol = {dial})" if dial else "")
-    return Section(title, lines, frozenset())
+    asked = _asked(result.case)
+    title = "Accuracy: error estimates" + (f" (asked for: rtol = {asked})" if asked else "")
+    return Section(title, table(columns, rows), frozenset()) if rows else None
+
+
+def appendix(result: Result) -> Section:
+    """Tolerance, error and methods in a few lines; no line changes from run to run."""
+    rows = []
+    found = _summary(result)
+    if found is not None and found.held:
+        exempt = sum(count for _, count in found.exempt)
+        more = f"; {exempt} not held to it" if exempt else ""
+        rows.append(("tolerance", _tolerance_words(result, found) + more))
+    if result.record.methods:
+        rows.append(("methods", "; ".join(dict.fromkeys(map(_short_name, result.record.methods)))))
+    rows.append(("case", f"sha256 {result.case_sha256}"))
+    return Section("Appendix", pairs(rows, 15), frozenset())
+
+
+def _short_name(method: Method) -> str:
+    """The name of a method without what is said behind a colon or in brackets."""
+    return re.split(r"[:(]", method.name)[0].strip()
+
+
+def run_of(result: Result) -> Section:
+    """Seconds by stage, versions and command in three lines. Nothing stable stands below."""
+    seconds = [f"{stage} {time:.3f}" for stage, time in result.timings.items()]
+    seconds += [f"together {sum(result.timings.values()):.3f}"] if seconds else []
+    known = result.provenance
+    versions = [
+        f"{words} {known[key]}".strip()
+        for key, words in (("time", ""), ("vibecalc_version", "vibecalc"), ("python", "python"),
+                           ("numpy", "numpy"), ("scipy", "scipy"))
+        if known.get(key)
+    ]  # fmt: skip
+    rows = [("seconds", ", ".join(seconds)), ("run", ", ".join(versions))]
+    rows = [(name, words) for name, words in rows if words] + [("command", rerun(result))]
+    return Section(_CHANGING, pairs(rows, 15), frozenset())
 
 
 def provenance(result: Result) -> Section:
@@ -407,7 +444,7 @@ def provenance(result: Result) -> Section:
     rows = [(str(key), str(value)) for key, value in result.provenance.items() if key != "command"]
     wide = max(24, *(len(name) for name, _ in rows)) if rows else 24
     lines = [*stage_times(result), *pairs([*rows, ("rerun", rerun(result))], wide)]
-    return Section("Provenance (changes from run to run)", lines, frozenset())
+    return Section(_CHANGING, lines, frozenset())
 
 
 def rerun(result: Result) -> str:
@@ -421,7 +458,7 @@ def _planned(row: Mapping[str, str]) -> str:
     return "; ".join(parts)
 
 
-def _dial(case: Mapping[str, Any]) -> str:
+def _asked(case: Mapping[str, Any]) -> str:
     table_ = case.get("accuracy")
     rtol = table_.get("rtol") if isinstance(table_, Mapping) else None
     return "" if rtol is None else f"{rtol:g}"

@@ -7,17 +7,20 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vibecalc.core.report.writing import (
+    DIGITS,
     WIDTH,
     Column,
-    also,
+    is_speed,
     number,
     paragraph,
     show,
     table,
 )
+from vibecalc.core.results.catalogue import HEADLINES, OWNER
 from vibecalc.core.results.record import Axis, Quantity, Record, Result
 from vibecalc.core.results.tolerance import UNRESOLVED
 from vibecalc.errors import ResultError
+from vibecalc.units import convert
 
 # ----------------------------------------------------------------------------
 # Finding things in a result: the quantity a row of the case asks for, labels of axes, pieces.
@@ -152,30 +155,109 @@ class Section(NamedTuple):
     detail: tuple[str, ...] = ()
 
 
-SCALARS = (Column("quantity", 40), number("value", 13), Column("unit", 10), Column("also", 32))
+#: m^3, below which a volume is read in cm^3
+_LITRES = 0.01
+_VARIABLE = "optimisation/variable/"
+#: what an SI unit is read in, if not in itself
+_READ = {"m": "mm", "rad": "deg", "rad/s": "Hz", "m^2/s": "cSt", "W": "kW", "Pa": "MPa"}
+
+
+def read_as(path: str, unit: str, *, entry: bool = False) -> tuple[str, str]:
+    """What a quantity is called in a table, and the unit that people read it in.
+
+    The words of the first table, else, and for an entry of an array, those of its path:
+    `natural frequency, pitch`.
+    """
+    if path.startswith(_VARIABLE):
+        return path.removeprefix(_VARIABLE), unit
+    if path in HEADLINES and not entry:
+        return HEADLINES[path].name, HEADLINES[path].unit or unit
+    parts = path.replace("_", " ").replace("run up", "run-up").split("/")
+    *folders, name = parts[1:] if path in OWNER else parts
+    turning = unit == "rad/s" and is_speed(path)
+    return ", ".join([name, *reversed(folders)]), "rpm" if turning else _READ.get(unit, unit)
+
+
+#: lines of a part of a section, alone or with the paths that they show
+Block = list[str] | tuple[list[str], Iterable[str]]
+
+
+def stacked(*blocks: Sequence[str]) -> list[str]:
+    """Blocks of lines with a blank one between; an empty block is none."""
+    return [line for block in blocks if block for line in ("", *block)][1:]
+
+
+def together(*blocks: Block) -> tuple[list[str], set[str]]:
+    """Several blocks as one."""
+    parts = [(block, ()) if isinstance(block, list) else block for block in blocks]
+    return stacked(*(lines for lines, _ in parts)), {path for _, paths in parts for path in paths}
+
+
+def section(
+    title: str,
+    blocks: Iterable[Block],
+    details: Mapping[str, Block] | None = None,
+    shown: Iterable[str] = (),
+) -> Section | None:
+    """A section of blocks; `details`, by name, are for a full report."""
+    further = {name: together(block) for name, block in (details or {}).items()}
+    lines, paths = together(*blocks)
+    more, more_paths = together(*further.values())
+    if not lines and not more:
+        return None
+    names = ", ".join(name for name, (block, _) in further.items() if block)
+    detail = tuple(["", *more] if lines and more else more)
+    return Section(title, lines, frozenset({*paths, *more_paths, *shown}), names, detail)
+
+
+SCALARS = (Column("quantity", 48), number("value", 13), Column("unit", 10), Column("note", 24))
 
 
 def scalar_rows(quantities: Iterable[Quantity], prefix: str = "") -> list[list[str]]:
-    """Rows for `SCALARS`: path (without `prefix`), value, unit, and the same as rpm or Hz."""
+    """Rows for `SCALARS`: name by its path (without `prefix`), value in the unit people read."""
     rows = []
     for quantity in quantities:
-        value = magnitudes(quantity)[()]
-        error = quantity.estimate
-        kind = f"{quantity.amplitude}  " if quantity.amplitude else ""
-        twin = also(quantity.path, float(value), quantity.unit, error)
-        if error.unresolved(float(value)):
-            twin = UNRESOLVED + (f", {twin}" if twin else "")
-        name = quantity.path.removeprefix(prefix)
-        rows.append([name, show(value, error), quantity.unit, kind + twin])
+        name, unit = read_as(quantity.path, quantity.unit)
+        if quantity.path not in HEADLINES:
+            name, _ = read_as(quantity.path.removeprefix(prefix), quantity.unit)
+        value, error = magnitudes(quantity)[()], quantity.estimate
+        if unit == "m^3" and abs(value) < _LITRES:
+            unit = "cm^3"
+        factor = convert(1.0, quantity.unit, unit)
+        notes = [quantity.amplitude or "", UNRESOLVED * error.unresolved(float(value))]
+        shown = show(value * factor if factor != 1.0 else value, error * factor)
+        rows.append([name, shown, unit.replace("*", " "), " ".join(filter(None, notes))])
     return rows
 
 
 def scalars(record: Record, paths: Iterable[str], prefix: str = "") -> tuple[list[str], set[str]]:
-    """A table of those of `paths` that the record has as scalars, and which those were."""
+    """A table of those of `paths` that the record has as scalars, and which those were.
+
+    What the first table of the report has is not repeated.
+    """
     found = [record[path] for path in paths if path in record.quantities and not record[path].axes]
-    if not found:
-        return [], set()
-    return table(SCALARS, scalar_rows(found, prefix)), {quantity.path for quantity in found}
+    new = [quantity for quantity in found if not leads(record, quantity.path)]
+    lines = table(SCALARS, scalar_rows(new, prefix)) if new else []
+    return lines, {quantity.path for quantity in found}
+
+
+def leads(record: Record, path: str) -> bool:
+    """Whether the first table has the quantity."""
+    return path in HEADLINES and HEADLINES[path].unless not in record
+
+
+def merged(rows: Iterable[Sequence[str]]) -> list[list[str]]:
+    """Rows of a table, those that are equal but for their first cell as one: `1 to 4`, `1, 3`."""
+    whole = [list(row) for row in rows]
+    groups: dict[tuple[str, ...], list[int]] = {}
+    for place, row in enumerate(whole):
+        groups.setdefault(tuple(row[1:]), []).append(place)
+    found = []
+    for cells, places in groups.items():
+        names = [whole[place][0] for place in places]
+        run = len(places) > 2 and places[-1] - places[0] == len(places) - 1
+        found.append([f"{names[0]} to {names[-1]}" if run else ", ".join(names), *cells])
+    return found
 
 
 # ----------------------------------------------------------------------------
@@ -185,10 +267,12 @@ def scalars(record: Record, paths: Iterable[str], prefix: str = "") -> tuple[lis
 
 def by_axis(
     record: Record, axis: str, title: str, names: Sequence[tuple[str, str]], width: int = 22,
-    each: int = 14, digits: int = 6, factors: Sequence[float] | None = None,
+    each: int = 14, digits: int = DIGITS, factors: Sequence[float] | None = None,
     blank: str = "",
 ) -> list[str]:  # fmt: skip
     """Lines of a table of the quantities `names` (path, words) over `axis`; [] if there are none.
+
+    Equal rows are one.
 
     `factors` turn the SI of each into the unit that its words say. Of the quantity `blank` an
     infinite entry is none, shown as "-".
@@ -212,7 +296,7 @@ def by_axis(
                 continue
             row.append(show(value, factor * quantity.error_estimate, digits))
         rows.append(row)
-    return table(columns, rows)
+    return table(columns, merged(rows))
 
 
 # ----------------------------------------------------------------------------
@@ -248,13 +332,13 @@ def _vectors(axis: Axis, members: Sequence[Quantity], prefix: str) -> list[str]:
     head = f"{axis.name} {axis.unit}".rstrip()
     columns = [Column(head, 22)]
     columns += [
-        number(f"{quantity.path.removeprefix(prefix)} {quantity.unit}".rstrip(), _COLUMN)
+        number("\n".join(read_as(quantity.path.removeprefix(prefix), quantity.unit)), _COLUMN)
         for quantity in members
     ]
-    rows = []
-    for i, label in enumerate(labels(axis)):
-        cells = [_cell(quantity, i) for quantity in members]
-        rows.append([label, *cells])
+    rows = [
+        [label, *(_cell(quantity, i) for quantity in members)]
+        for i, label in enumerate(labels(axis))
+    ]
     return table(columns, rows)
 
 
@@ -262,7 +346,9 @@ def _cell(quantity: Quantity, i: int) -> str:
     values = magnitudes(quantity)
     if values.dtype.kind not in "biuf":
         return str(values[i])
-    return show(values[i], quantity.error_estimate)
+    factor = convert(1.0, quantity.unit, read_as(quantity.path, quantity.unit)[1])
+    error = quantity.error_estimate * factor
+    return show(values[i] * factor if factor != 1.0 else values[i], error)
 
 
 # ----------------------------------------------------------------------------
@@ -276,7 +362,7 @@ def other(result: Result, shown: Iterable[str]) -> Section | None:
     left = [
         quantity
         for path, quantity in result.record.items()
-        if path not in done and not path.startswith(START)
+        if path not in done and not path.startswith(START) and not leads(result.record, path)
     ]
     if not left:
         return None

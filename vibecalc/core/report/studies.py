@@ -8,14 +8,18 @@ import numpy as np
 
 from vibecalc.core.report.sections import (
     START,
+    Block,
     Section,
     along,
     entries,
     grouped,
     labels,
     name_of,
+    read_as,
     scalar_of,
+    section,
     table_of,
+    together,
 )
 from vibecalc.core.report.writing import Column, number, paragraph, show, show_percent, table
 from vibecalc.core.results.record import Quantity, Record, Result
@@ -93,7 +97,7 @@ def advice(result: Result) -> list[str]:
             lines += paragraph(f"{key}: {words}", "-")
     if not lines:
         return []
-    return ["", *paragraph("advice:"), *lines, *_gain(record, study)]
+    return [*paragraph("advice:"), *lines, *_gain(record, study)]
 
 
 def _words(result: Result, key: str) -> str:
@@ -104,33 +108,35 @@ def _words(result: Result, key: str) -> str:
     if optimum is None:
         return ""
     start, end = start_of(result, key), float(optimum.values)
-    value = f"{show(end, optimum.error_estimate)} {optimum.unit}".rstrip()
+    unit = bound_units(result.case).get(VARIABLE + key, optimum.unit)
+    factor = convert(1.0, optimum.unit, unit)
+    value = f"{show(end * factor, optimum.error_estimate * factor)} {unit}".rstrip()
     if start is None:
         parts = [f"{value} is best"]
     elif abs(end - start) <= optimum.error_estimate:
         parts = [f"leave it at {value}"]
     else:
         verb = "raise" if end > start else "lower"
-        parts = [f"{verb} it from {show(start)} to {value}"]
+        parts = [f"{verb} it from {show(start * factor)} to {value}"]
     slope = record.quantities.get(f"{_PREFIX}sensitivity/{key}")
     goal = record.quantities.get(_PREFIX + "objective")
     if slope is not None:
         for place, one in zip(labels(slope.axes[0]), slope.values, strict=True):
-            shown = show(one, slope.error_estimate, digits=4)
-            unit = goal.unit if goal is not None else ""
-            each = f" per {optimum.unit}" if optimum.unit else ""
-            parts.append(f"slope at the {place} {shown} {unit}".rstrip() + each)
-    return "; ".join([*parts, *_deviation(record, key)])
+            shown = show(one / factor, slope.error_estimate / factor)
+            size = goal.unit if goal is not None else ""
+            each = f" per {unit}" if unit else ""
+            parts.append(f"slope at the {place} {shown} {size}".rstrip() + each)
+    return "; ".join([*parts, *_deviation(record, key, unit)])
 
 
-def _deviation(record: Record, key: str) -> list[str]:
+def _deviation(record: Record, key: str, unit: str) -> list[str]:
     size = record.quantities.get(f"{_PREFIX}deviation/size/{key}")
     loss = record.quantities.get(f"{_PREFIX}deviation/loss/{key}")
     if size is None or loss is None:
         return []
     moved, lost = float(size.values), float(loss.values)
     way = "more" if moved > 0 else "less"
-    amount = f"{show(abs(moved), digits=4)} {size.unit}".rstrip()
+    amount = f"{show(abs(convert(moved, size.unit, unit)))} {unit}".rstrip()
     objective = scalar_of(record, _PREFIX + "objective")
     if abs(lost) <= loss.error_estimate:
         effect = "changes the objective by nothing that can be seen"
@@ -183,22 +189,22 @@ def find(result: Result) -> Section | None:
     """The section, None if the case searches for nothing."""
     own = [path for path in result.record if path.startswith(FIND_PREFIX)]
     rows, below, missing = [], list[str](), list[str]()
-    machines: list[str] = []
+    words, machines = list[str](), list[list[str]]()
     for search in entries(result, "find"):
         found = _found(result, search)
         if "value" in found:
             rows.append(_row(search, found))
             below += paragraph(_find_words(result, search, found), "-")
-            machines += _machine(result, search, found)
+            machines.append(_machine(result, search, found))
         else:
             missing.append(str(search["name"]))
     if not rows:
         return None
     if missing:
-        below += paragraph(f"nothing found for {', '.join(missing)}: see the warnings", "-")
-    below += paragraph("all other sections show the case as written", "-")
-    lines = [*table(_COLUMNS, rows), "", *below, *machines]
-    return Section("Found values", lines, frozenset(own))
+        words += paragraph(f"nothing found for {', '.join(missing)}: see the warnings", "-")
+    words += paragraph("all other sections show the case as written", "-")
+    details = {"what each search reached": together(below, *machines)}
+    return section("Found values", [[*table(_COLUMNS, rows), *words]], details, own)
 
 
 def _machine(result: Result, search: Mapping[str, Any], found: Mapping[str, Quantity]) -> list[str]:
@@ -222,7 +228,7 @@ def _machine(result: Result, search: Mapping[str, Any], found: Mapping[str, Quan
     if not rows:
         return []
     head = Column(f"with {search['name']}", 50)
-    return ["", *table((head, number("written"), number("found"), Column("unit", 10)), rows)]
+    return [*table((head, number("written"), number("found"), Column("unit", 10)), rows)]
 
 
 def _found(result: Result, search: Mapping[str, Any]) -> dict[str, Quantity]:
@@ -327,13 +333,13 @@ def optimisation(result: Result) -> Section | None:
     own = [path for path in record if path.startswith(PREFIX) and not path.startswith(START)]
     if not own:
         return None
-    lines = [*_variables(result), *_objective(result), *advice(result), *holding(record)]
-    lines += [*_beside(record), *front(result), *search_methods(result)]
-    lines += [*optima(record), *searches(record)]
     rest = [record[path] for path in own if not path.startswith(_TOLD)]
-    tables = grouped(rest, PREFIX)
-    lines += ["", *tables] if tables and lines else tables
-    return Section("Optimisation", lines, frozenset(own)) if lines else None
+    blocks = [_variables(result), _objective(result), advice(result), holding(record)]
+    blocks += [_beside(record), front(result)]
+    how = together(optima(record), searches(record), grouped(rest, PREFIX))
+    details: dict[str, Block] = {"methods side by side": search_methods(result)}
+    details["optima and searches"] = how
+    return section("Optimisation", blocks, details, own)
 
 
 def _variables(result: Result) -> list[str]:
@@ -401,18 +407,20 @@ def _objective(result: Result) -> list[str]:
     # The worst entry is the largest of what is made small, and the other way round.
     side: Literal["max", "min"] = "max" if sense == "smallest" else "min"
     found = _end(result.record) == "optimum"
-    words = f"objective: {sense} {path}" if found else f"objective: {path}"
+    quantity = result.record[path]
+    name, unit = read_as(path, quantity.unit)
+    factor = convert(1.0, quantity.unit, unit)
+    words = f"objective: {sense} {name}" if found else f"objective: {name}"
     try:
-        quantity = result.record[path]
         value, label = worst(quantity, where, side)
-        words += f" = {show(value, quantity.error_estimate)} {quantity.unit}".rstrip()
-        words += f" at {label}" if label else ""
+        words += f": {show(value * factor, quantity.error_estimate * factor)} {unit}".rstrip()
+        words += f" at {label.replace('=', ' ')}" if label else ""
         if START + path in result.record:
             before, _ = worst(result.record[START + path], where, side)
-            words += f"; at the start {show(before)} {quantity.unit}".rstrip()
+            words += f"; at the start {show(before * factor)} {unit}".rstrip()
     except ResultError as error:
         words += f": {error}"
-    return ["", *paragraph(words)]
+    return paragraph(words)
 
 
 def _beside(record: Record) -> list[str]:
@@ -426,23 +434,25 @@ def _beside(record: Record) -> list[str]:
         if start == end:
             continue
         change = (end - start) / abs(start) if start else None
+        name, unit = read_as(path, quantity.unit)
+        factor = convert(1.0, quantity.unit, unit)
         rows.append(
             [
-                path + (" (worst)" if peak else ""),
-                show(start, before.error_estimate),
-                show(end, quantity.error_estimate),
-                quantity.unit,
+                name,
+                show(start * factor, before.error_estimate * factor),
+                show(end * factor, quantity.error_estimate * factor),
+                unit,
                 show_percent(change),
             ]
         )
     columns = (
-        Column(f"start beside {_end(record)}", 40),
+        Column(f"at start and {_end(record)}", 48),
         number("start"),
         number(_end(record)),
         Column("unit", 10),
         number("change"),
     )
-    return ["", *table(columns, rows)] if rows else []
+    return table(columns, rows) if rows else []
 
 
 # ----------------------------------------------------------------------------
@@ -478,7 +488,7 @@ def holding(record: Record) -> list[str]:
         Column("unit", 8),
         Column("", 8),
     )
-    return ["", *table(columns, rows)]
+    return table(columns, rows)
 
 
 def side_of(record: Record, key: str) -> str:
@@ -502,7 +512,7 @@ def optima(record: Record) -> list[str]:
         number(f"objective {objective[0].unit}".rstrip(), 20),
         number("searches", 10),
     )
-    return ["", *table(columns, rows), *_rest(len(objective[1]), "optima")]
+    return [*table(columns, rows), *_rest(len(objective[1]), "optima")]
 
 
 def searches(record: Record) -> list[str]:
@@ -527,7 +537,7 @@ def searches(record: Record) -> list[str]:
         number("limits kept", 12),
         number("evaluations", 12),
     )
-    return ["", *table(columns, rows), *_rest(len(objective[1]), "searches")]
+    return [*table(columns, rows), *_rest(len(objective[1]), "searches")]
 
 
 def _searches_objective(quantity: Quantity, i: int) -> str:
@@ -583,7 +593,7 @@ def search_methods(result: Result) -> list[str]:
         number("s", 7),
         Column("converged", 9),
     )
-    return ["", *table(columns, rows)]
+    return table(columns, rows)
 
 
 def _value(record: Record, name: str, i: int) -> float:
@@ -615,22 +625,25 @@ def front(result: Result) -> list[str]:
     keys = [str(variable["key"]) for variable in study.get("variables") or ()]
     variables = [result.record.quantities.get(f"{FRONT_PREFIX}variable/{key}") for key in keys]
     shown = [(key, q) for key, q in zip(keys, variables, strict=True) if q is not None]
-    columns = [Column("front", 5), _column("objective", one[0]), _column("second", two[0])]
-    columns += [_column(_last(key), quantity) for key, quantity in shown[:_SEARCHES_MOST]]
-    parts = [one[0], two[0], *(quantity for _, quantity in shown[:_SEARCHES_MOST])]
-    rows = [
-        [str(i + 1), *(show(part.values[i], part.error_estimate) for part in parts)]
-        for i in range(len(one[1]))
-    ]
+    units = bound_units(result.case)
+    columns = [Column("front", 5)]
+    rows = [[str(i + 1)] for i in range(len(one[1]))]
+    for title, path, quantity in (
+        ("objective", "", one[0]),
+        ("second", "", two[0]),
+        *((_last(key), VARIABLE + key, quantity) for key, quantity in shown[:_SEARCHES_MOST]),
+    ):
+        unit = units.get(path, quantity.unit)
+        factor = convert(1.0, quantity.unit, unit)
+        columns.append(number(f"{title} {unit}".rstrip(), _FRONT_ROOM))
+        for row, value in zip(rows, quantity.values, strict=True):
+            row.append(show(float(value) * factor, quantity.error_estimate * factor))
     second = table_of(study, "second_objective")
-    words = f"front: the best objective for each {second.get('quantity')}"
+    name, _ = read_as(str(second.get("quantity")), two[0].unit)
+    words = f"front: the best objective for each value of the second, {name}"
     if len(shown) > _SEARCHES_MOST:
         words += f"; {len(shown) - _SEARCHES_MOST} further variables are in the result file"
-    return ["", *paragraph(words), *table(columns, rows)]
-
-
-def _column(title: str, quantity: Quantity) -> Column:
-    return number(f"{title} {quantity.unit}".rstrip(), _FRONT_ROOM)
+    return [*paragraph(words), *table(columns, rows)]
 
 
 def _last(key: str) -> str:

@@ -5,18 +5,15 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from vibecalc.core.report.headline import COLUMNS, headline_rows
+from vibecalc.core.report.headline import cells, columns, with_limits
 from vibecalc.core.report.pages import (
     LONGEST_PRINTED,
     computed,
     conclusion,
     difference,
-    limit_verdict,
-    margin,
     missed,
     tolerance_line,
 )
-from vibecalc.core.report.pages import limits as limit_table
 from vibecalc.core.report.pages import references as reference_table
 from vibecalc.core.report.verdicts import judge_limits, judge_references
 from vibecalc.core.report.writing import (
@@ -62,7 +59,7 @@ def summary(result: Result, console: "Console") -> None:
 
     references, limits = judge_references(result), judge_limits(result)
     console.print(f"[bold]{escape(str(result.case.get('title') or result.name))}[/bold]")
-    for make in (_scalars, _limits, _references):
+    for make in (_answers, _references):
         table = make(result, console.width)
         if table is not None:
             console.print(table)
@@ -75,16 +72,16 @@ def summary(result: Result, console: "Console") -> None:
         row.within is not False for row in references
     )
     colour = "green" if good else "red"
-    console.print(f"[{colour}]{escape(conclusion(references, limits))}[/{colour}]")
+    if references or limits:
+        console.print(f"[{colour}]{escape(conclusion(references, limits))}[/{colour}]")
 
 
 def plain_summary(result: Result) -> str:
     """The same without colour and without importing rich, for pipes and files."""
     references, limits = judge_references(result), judge_limits(result)
-    rows = headline_rows(result.record, result.case)
+    rows = with_limits(result, limits)
     tables = (
-        fixed_table(COLUMNS, rows) if rows else [],
-        limit_table(limits),
+        fixed_table(columns(rows), cells(rows)) if rows else [],
         reference_table(missed(references)),
         [
             line
@@ -97,33 +94,18 @@ def plain_summary(result: Result) -> str:
         lines += ["", *table] if table else []
     reached = tolerance_line(result)
     lines += ["", *paragraph(reached)] if reached else []
-    lines += ["", *paragraph(conclusion(references, limits))]
+    said = conclusion(references, limits)
+    lines += ["", *paragraph(said)] if said else []
     return "\n".join(lines) + "\n"
 
 
-def _scalars(result: Result, width: int) -> "Table | None":
-    rows = headline_rows(result.record, result.case)
-    return _table(width, ("result", ">value", "unit", "where"), rows) if rows else None
-
-
-def _limits(result: Result, width: int) -> "Table | None":
-    rows = judge_limits(result)
+def _answers(result: Result, width: int) -> "Table | None":
+    rows = with_limits(result, judge_limits(result))
     if not rows:
         return None
-    lines, colours = [], []
-    for row in rows:
-        bounds = [
-            f"{side} {value:.6g}"
-            for side, value in (("min", row.min), ("max", row.max))
-            if value is not None
-        ]
-        name = row.quantity + (f" [{row.label}]" if row.label else "")
-        cells = [name, " ".join(bounds), show(row.computed, row.error_estimate)]
-        cells += [margin(row), row.unit]
-        lines.append([*cells, limit_verdict(row)])
-        colours.append("green" if row.satisfied else "bold red")
-    heads = ("limit on", ">bound", ">computed", ">margin", "unit", "verdict")
-    return _table(width, heads, lines, colours)
+    colours = ["" if not row.limit else "bold red" if row.missed else "green" for row in rows]
+    heads = ("result", ">value", "unit", "where", *["limit"] * any(row.limit for row in rows))
+    return _table(width, heads, cells(rows), colours)
 
 
 def _references(result: Result, width: int) -> "Table | None":
@@ -135,8 +117,8 @@ def _references(result: Result, width: int) -> "Table | None":
         picks = ", ".join(f"{axis}={entry}" for axis, entry in row.where.items())
         name = row.quantity + (f" [{picks}]" if picks else "") + f" ({row.source})"
         printed = row.printed if len(row.printed) <= LONGEST_PRINTED else show(row.value)
-        cells = [name, printed, computed(row), row.unit]
-        lines.append([*cells, difference(row), row.verdict])
+        texts = [name, printed, computed(row), row.unit]
+        lines.append([*texts, difference(row), row.verdict])
         colours.append("bold red")
     heads = ("reference (source)", ">value", ">computed", "unit", ">difference", "verdict")
     return _table(width, heads, lines, colours)
@@ -168,7 +150,7 @@ def _table(
             no_wrap=number == 0 or right,
             overflow="fold",
         )
-    for cells, colour in zip(rows, colours or [""] * len(rows), strict=True):
-        first = Text("\n".join(fold(cells[0], name)))
-        table.add_row(first, *map(Text, cells[1:-1]), Text(cells[-1], style=colour))
+    for texts, colour in zip(rows, colours or [""] * len(rows), strict=True):
+        first = Text("\n".join(fold(texts[0], name)))
+        table.add_row(first, *map(Text, texts[1:-1]), Text(texts[-1], style=colour))
     return table

@@ -1,17 +1,17 @@
 """The report of a result: as text of fixed columns, and as the object that `--json` prints."""
 
 import math
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from vibecalc.core.report import pages as closing
-from vibecalc.core.report import pages as summary
-from vibecalc.core.report.headline import COLUMNS, headline_rows
-from vibecalc.core.report.pages import missed, tolerance
-from vibecalc.core.report.sections import Section, magnitudes, other, speed_of, table_of
+from vibecalc.core.report import pages
+from vibecalc.core.report.headline import cells, columns, with_limits
+from vibecalc.core.report.pages import missed
+from vibecalc.core.report.sections import Section, magnitudes, other, speed_of, stacked, table_of
 from vibecalc.core.report.studies import find, optimisation
 from vibecalc.core.report.verdicts import (
     LimitRow,
@@ -30,8 +30,8 @@ from vibecalc.core.run.stage import subjects_of
 # ----------------------------------------------------------------------------
 
 
-#: reference numbers that simply come out, of which a report shows so many if it is not a full one
-_MOST_MATCHING = 6
+#: a product of units, which is read with a blank
+_PRODUCT = re.compile(r"(?<=[A-Za-z])\*(?=[A-Za-z])")
 
 
 def _sections(record: Record) -> list[Callable[[Result], Section | None]]:
@@ -41,11 +41,12 @@ def _sections(record: Record) -> list[Callable[[Result], Section | None]]:
 
 
 def render_report(result: Result, *, full: bool = False) -> str:
-    """The whole report of one result, at most 100 columns wide.
+    """The report of one result, at most 100 columns wide: the answer first.
 
     Sections appear only for what the result has; what no section knows is listed generically.
     What changes from run to run stands at the end, so that all above it is the same text for the
-    same numbers. `full` lists every reference number and the error estimate of every quantity.
+    same numbers. `full` adds the details of the sections, margins of limits, every reference
+    number, the error estimate of every quantity, methods and plan.
 
     Raises
     ------
@@ -53,66 +54,61 @@ def render_report(result: Result, *, full: bool = False) -> str:
         A reference or limit of the case names what the result does not have.
     """
     limits, references = judge_limits(result), judge_references(result)
-    lines = _identity(result)
-    words = summary.conclusion(references, limits)
+    lines = _identity(result, full)
+    words = pages.conclusion(references, limits)
     if not limits and not references:
         remarks = (
             named(one.remark)(result.record) for one in subjects_of(result.record) if one.remark
         )
         words = next((remark for remark in remarks if remark), words)
-    answers = headline_rows(result.record, result.case)
+    answers = with_limits(result, limits)
     if answers:
-        lines += _titled("Results", table(COLUMNS, answers))
-    lines += _titled("Verdicts", paragraph(words))
-    for told in (summary.limits(limits), summary.references(missed(references))):
-        if told:
-            lines += ["", *told]
-    warned = closing.warnings(result)
+        lines += _titled("Results", table(columns(answers), cells(answers)))
+    margins = pages.limits(limits) if full else []
+    off = pages.references(missed(references))
+    verdicts = stacked(paragraph(words) if words else [], margins, off)
+    lines += _titled("Verdicts", verdicts) if verdicts else []
+    warned = pages.warnings(result)
     if warned is not None:
         lines += _titled(warned.title, warned.lines)
     shown: set[str] = set()
     left_out: list[str] = []
     for stage in (optimisation, find, *_sections(result.record)):
         section = stage(result)
-        if section is not None:
-            lines += _titled(section.title, section.lines)
-            shown |= section.shown
-            if full:
-                lines += section.detail
-            elif section.detail:
-                left_out.append(section.detail_name)
-    if references:
-        most = None if full else _MOST_MATCHING
-        lines += _titled("Reference numbers", summary.references(references, most))
+        if section is None:
+            continue
+        shown |= section.shown
+        body = [*section.lines, *section.detail] if full else section.lines
+        lines += _titled(section.title, body) if body else []
+        if section.detail and not full:
+            left_out.append(section.detail_name)
+    compared = pages.references(references) if full else pages.brief(references)
+    lines += _titled("Reference numbers", compared) if compared else []
+    whole = (pages.tolerance, pages.accuracy, pages.methods_section, pages.plan_section)
+    closings = (*whole, pages.provenance) if full else (pages.appendix, pages.run_of)
+    further = other(result, shown)
+    lines += _titled(further.title, further.lines) if further is not None else []
     if left_out:
         words = f"Left out here: {'; '.join(left_out)}. `vibecalc report --full` shows them."
         lines += ["", *paragraph(words)]
-    closings = (
-        other(result, shown),
-        tolerance(result),
-        closing.accuracy(result, full),
-        closing.methods_section(result),
-        closing.plan_section(result),
-        closing.provenance(result),
-    )
-    for section in closings:
-        if section is not None:
-            lines += _titled(section.title, section.lines)
-    return "\n".join(lines) + "\n"
+    for closing in (make(result) for make in closings):
+        lines += _titled(closing.title, closing.lines) if closing is not None else []
+    return _PRODUCT.sub(" ", "\n".join(lines)) + "\n"
 
 
 def render_verdicts(result: Result) -> str:
     """Limits and references of one result, each miss in words, and the conclusion."""
     limits, references = judge_limits(result), judge_references(result)
     lines = _titled(str(result.case.get("title") or result.name), [])[1:]
-    for told in (summary.limits(limits), summary.references(references)):
+    for told in (pages.limits(limits), pages.references(references)):
         lines += [*told, ""] if told else []
     for miss in misses(references, limits):
         lines += paragraph(miss, "MISSED")
-    return "\n".join([*lines, *paragraph(summary.conclusion(references, limits))]) + "\n"
+    words = pages.conclusion(references, limits) or "The case names no limit and no reference."
+    return "\n".join([*lines, *paragraph(words)]) + "\n"
 
 
-def _identity(result: Result) -> list[str]:
+def _identity(result: Result, full: bool) -> list[str]:
     case = result.case
     title = fold(str(case.get("title") or result.name), 98)
     rows = [("case", result.name)]
@@ -121,7 +117,8 @@ def _identity(result: Result) -> list[str]:
     machine = _machine(result)
     if machine:
         rows.append(("machine", machine))
-    rows += [("sha256 of the case", result.case_sha256), ("vibecalc", result.version)]
+    if full:
+        rows += [("sha256 of the case", result.case_sha256), ("vibecalc", result.version)]
     return [*title, "=" * max(len(line) for line in title), *pairs(rows, 20)]
 
 
@@ -133,7 +130,7 @@ def _machine(result: Result) -> str:
         words.append("1 cylinder" if len(cylinders) == 1 else f"{len(cylinders)} cylinders")
     speed = speed_of(result)
     if speed is not None:
-        words.append(f"{show(rpm(speed))} rpm ({show(speed)} rad/s)")
+        words.append(f"{show(rpm(speed))} rpm")
     return ", ".join(words)
 
 

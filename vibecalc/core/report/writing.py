@@ -133,7 +133,7 @@ def paragraph(text: str, mark: str = "") -> list[str]:
 # Numbers as the report prints them: stable digits, 0 for zeros, the error where it is larger.
 # ----------------------------------------------------------------------------
 
-DIGITS = 6
+DIGITS = 4
 #: of a value that its error exceeds, and below which share of the error it says nothing
 _ROUGH, _LEAST_SHOWN = 3, 1e-3
 _LOWEST_FIXED = 1e-4
@@ -218,17 +218,6 @@ def hertz(frequency: float) -> float:
 def is_speed(path: str) -> bool:
     """Whether a quantity in rad/s is a speed of rotation, told by its path."""
     return path.rsplit("/", 1)[-1].endswith("speed")
-
-
-def also(path: str, value: float, unit: str, error: float = 0.0) -> str:
-    """The same value as an engineer may rather want it: rpm, Hz of a frequency, degrees."""
-    if unit == "rad" and math.isfinite(value):
-        return f"{show(math.degrees(value), error * (360.0 / _TURN))} deg"
-    if unit != "rad/s" or not math.isfinite(value):
-        return ""
-    if is_speed(path):
-        return f"{show(rpm(value), rpm(error))} rpm"
-    return f"{show(hertz(value), hertz(error))} Hz"
 
 
 # ----------------------------------------------------------------------------

@@ -5,7 +5,13 @@ from typing import Any
 
 import numpy as np
 
-from vibecalc.core.report.sections import Section, having, scalar_of, table_of
+from vibecalc.core.report.sections import (
+    Section,
+    having,
+    scalar_of,
+    section,
+    table_of,
+)
 from vibecalc.core.report.writing import (
     Column,
     decibels,
@@ -44,7 +50,7 @@ def status_words(record: Record, below: str) -> str:
         return ""
     words = STATUS[int(status)]
     if int(status) == 1:
-        return f"{words}: its levels hold on paper only"
+        return f"{words}: its levels are valid for zero delay only"
     return words if int(status) == 0 else f"{words}: its amplitudes have no bound"
 
 
@@ -135,20 +141,9 @@ def roll_control(result: Result) -> Section | None:
     """The section, None if the result has no control."""
     record = result.record
     shown = frozenset(path for path in record if path.startswith(CONTROL))
-    lines: list[str] = []
-    for block in (
-        _model(record),
-        _loop(result),
-        _levels(record),
-        _full(record),
-        _range(record),
-        tuned(result),
-        grid(record),
-        motor_gains(record),
-    ):
-        if block:
-            lines += ["", *block] if lines else block
-    return Section("Control of the motor", lines, shown) if lines else None
+    blocks = [_model(record), _loop(result), _levels(record), _full(record), _range(record)]
+    details = {"gains compared": grid(record), "other motors without control": motor_gains(record)}
+    return section("Control of the motor", [*blocks, tuned(result)], details, shown)
 
 
 def _model(record: Record) -> list[str]:
@@ -158,11 +153,10 @@ def _model(record: Record) -> list[str]:
         if value is None:
             continue
         quantity = record[CONTROL + name]
-        own = float(quantity.values)
-        also = f"{show(rpm(own))} rpm" if quantity.unit == "rad/s" else ""
-        rows.append([words, show(own, quantity.error_estimate), quantity.unit, also])
-    columns = (Column("reduced model", 44), number("value", 13), Column("unit", 11),
-               Column("also", 20))  # fmt: skip
+        factor, unit = (rpm(1.0), "rpm") if quantity.unit == "rad/s" else (1.0, quantity.unit)
+        own, error = float(quantity.values) * factor, quantity.error_estimate * factor
+        rows.append([words, show(own, error), unit])
+    columns = (Column("reduced model", 44), number("value", 13), Column("unit", 11))
     return table(columns, rows) if rows else []
 
 
@@ -218,7 +212,7 @@ def _levels(record: Record) -> list[str]:
 def _cell(quantity: Quantity, place: int, is_level: bool) -> str:
     value = quantity.values[place]
     if not is_level:
-        return show(value, quantity.error_estimate, 5)
+        return show(value, quantity.error_estimate)
     if value == -math.inf and quantity.path.endswith("attenuation"):
         return "grows"
     return decibels(float(value))
@@ -254,7 +248,8 @@ def _louder(record: Record) -> str:
         return ""
     values = np.asarray(gained.values, dtype=float)
     orders = [str(int(order)) for order in gained.axes[0].values[values < -_CLOSE]]
-    return f". Control makes louder there: orders {', '.join(orders)}" if orders else ""
+    noun = "order" if len(orders) == 1 else "orders"
+    return f". Control makes louder there: {noun} {', '.join(orders)}" if orders else ""
 
 
 def _range(record: Record) -> list[str]:
@@ -384,7 +379,7 @@ def grid(record: Record) -> list[str]:
     if left > 0:
         lines += paragraph(f"and {left} pairs more, in the file")
     if np.any(status == 1):
-        notes.append('"no delay": stable only without any delay, so that levels hold on paper only')
+        notes.append('"no delay": stable, and its levels valid, for zero delay only')
     return lines + [line for note in notes for line in paragraph(note)]
 
 

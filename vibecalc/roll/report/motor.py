@@ -2,7 +2,13 @@
 
 import numpy as np
 
-from vibecalc.core.report.sections import Section, having, labels, scalar_of
+from vibecalc.core.report.sections import (
+    Section,
+    having,
+    labels,
+    scalar_of,
+    section,
+)
 from vibecalc.core.report.writing import (
     Column,
     decibels,
@@ -46,18 +52,13 @@ def roll_motor(result: Result) -> Section | None:
     """The section, None for a motor without transients."""
     record = result.record
     shown = frozenset(path for path in record if path.startswith(_MOTOR))
-    lines: list[str] = []
-    for block in (
-        _changes(record),
-        _parameters(record),
-        _rows(record),
-        _points(record),
-        _transients(record),
-        _energies(record),
-    ):
-        if block:
-            lines += ["", *block] if lines else block
-    return Section("Motor with transients", lines, shown) if lines else None
+    blocks = [_changes(record), _parameters(record), _points(record)]
+    details = {
+        "torque and slip of the motor by row": _rows(record),
+        "transients of the motor": _transients(record),
+        "energies of the motor": _energies(record),
+    }
+    return section("Motor with transients", blocks, details, shown)
 
 
 def _changes(record: Record) -> list[str]:
@@ -146,7 +147,7 @@ def _parameters(record: Record) -> list[str]:
             own = key if len(found.values) == 1 else f"{key} {cage}"
             rows.append(_parameter(f"{words} {cage}", found, float(value), own, known, alone))
     columns = (Column("fitted parameter", 30), number("value", 13), Column("unit", 5),
-               number("for 1 % in\nthe table %", 13), number("nothing\nassumed %", 13))  # fmt: skip
+               number("for 1 % in\nthe table %", 13), number("nothing\nassumed %", 17))  # fmt: skip
     return table(columns, rows) if rows else []
 
 
@@ -166,7 +167,7 @@ def _percent(spread: float | None) -> str:
     """A standard error of a logarithm in percent."""
     if spread is None:
         return ""
-    return show(100.0 * spread, digits=3) if np.isfinite(spread) else "not told"
+    return show(100.0 * spread, digits=3) if np.isfinite(spread) else "not identifiable"
 
 
 def _rows(record: Record) -> list[str]:

@@ -5,11 +5,18 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from vibecalc.core.report.sections import Section, having, labels, scalar_of, table_of
+from vibecalc.core.report.sections import (
+    Section,
+    having,
+    labels,
+    leads,
+    scalar_of,
+    section,
+    table_of,
+)
 from vibecalc.core.report.writing import (
     Column,
     decibels,
-    hertz,
     number,
     paragraph,
     rpm,
@@ -62,7 +69,7 @@ _MORE = (
     ("gas_torque", "gas torque"),
     ("mount_torque", "mount torque"),
 )
-_DIGITS = 5
+_DIGITS = 4
 _MULTIPLIERS = 4
 #: with such a multiplier a disturbance takes some turns to fade
 _SLOW = 0.1
@@ -75,51 +82,43 @@ def roll(result: Result) -> Section | None:
     shown = frozenset(
         path for path in record if path.startswith(ROLL) and not path.startswith(ROLL + "motor/")
     )
-    lines: list[str] = []
-    for block in (
-        _state(result),
-        _stability(record),
-        _balances(record),
-        _levels(record),
-        _more(record),
-        forces(record),
-        compared(result),
-        advice(result),
-    ):
-        if block:
-            lines += ["", *block] if lines else block
-    return Section("Roll of the shell", lines, shown) if lines else None
+    blocks = [_state(result), _stability(record), _levels(record), forces(record)]
+    details = {
+        "balances of a turn": _balances(record),
+        "further harmonics": _more(record),
+        "ways to read the gas tables": _interpolations(result),
+        "levels by other methods": _methods(result),
+        "what lowers each harmonic": advice(result),
+    }
+    return section("Roll of the shell", blocks, details, shown)
 
 
 def _state(result: Result) -> list[str]:
     rows = []
     for name, words in _STATE:
         value = scalar_of(result.record, ROLL + name)
-        if value is None:
+        if value is None or leads(result.record, ROLL + name):
             continue
         quantity = result.record[ROLL + name]
         value, error = float(quantity.values), quantity.error_estimate
         if quantity.unit:
-            rows.append([words, show(value, error), quantity.unit, _also(result, quantity)])
+            factor, unit = (rpm(1.0), "rpm") if quantity.unit == "rad/s" else (1.0, quantity.unit)
+            rows.append(
+                [words, show(value * factor, error * factor), unit, _slip(result, quantity)]
+            )
         else:
             unit = "%" if math.isfinite(value) else ""
             rows.append([words, show(100.0 * value, 100.0 * error, 4), unit, ""])
     columns = (Column("running state", 40), number("value", 13), Column("unit", 9),
-               Column("also", 33))  # fmt: skip
+               Column("slip", 33))  # fmt: skip
     return table(columns, rows) if rows else []
 
 
-def _also(result: Result, quantity: Quantity) -> str:
-    if quantity.unit != "rad/s":
-        return ""
-    value, error = float(quantity.values), quantity.error_estimate
-    words = f"{show(rpm(value), rpm(error))} rpm"
-    if quantity.path == ROLL + "speed":
-        return f"{words}, {show(hertz(value), hertz(error))} turns/s"
+def _slip(result: Result, quantity: Quantity) -> str:
     synchronous = table_of(result.case, "machine", "motor").get("synchronous_speed")
     if quantity.path.endswith("_slip") and isinstance(synchronous, int | float) and synchronous:
-        words += f", {100.0 * value / synchronous:.3g} %"
-    return words
+        return f"{100.0 * float(quantity.values) / synchronous:.3g} %"
+    return ""
 
 
 def _stability(record: Record) -> list[str]:
@@ -314,13 +313,6 @@ _SMALL = 0.1
 #: differences of methods, in dB, below which digits are rounding; the error estimate, one number
 #: for all methods, would hide the good ones behind the worst
 _ROUNDING = 1e-9
-
-
-def compared(result: Result) -> list[str]:
-    """Both tables, as far as the result has them."""
-    found = _interpolations(result)
-    methods = _methods(result)
-    return [*found, *([""] if found and methods else []), *methods]
 
 
 def _interpolations(result: Result) -> list[str]:

@@ -4,9 +4,17 @@ import math
 
 import numpy as np
 
-from vibecalc.core.report.sections import Section, having, scalar_of, table_of
-from vibecalc.core.report.writing import Column, also, number, paragraph, rpm, show, table
-from vibecalc.core.results.record import Quantity, Record, Result
+from vibecalc.core.report.sections import (
+    Section,
+    having,
+    read_as,
+    scalar_of,
+    section,
+    table_of,
+)
+from vibecalc.core.report.writing import Column, number, paragraph, rpm, show, table
+from vibecalc.core.results.record import Record, Result
+from vibecalc.units import convert
 
 _STEM = "response/start_up/"
 _PEAKS = (
@@ -31,25 +39,15 @@ _STEPS = (
     ("motor_torque_peak", "motor\nN*m"),
     ("mount_torque_peak", "mounts\nN*m"),
 )
-_DIGITS = 5
+_DIGITS = 4
 
 
 def start_up(result: Result) -> Section | None:
     """The section, None if the result has nothing of it."""
     record = result.record
     shown = frozenset(path for path in record if path.startswith(_STEM))
-    lines: list[str] = []
-    for block in (
-        _verdict(result),
-        _steady(record),
-        _peaks(record),
-        _energies(record),
-        _load(record),
-        _angles(result),
-    ):
-        if block:
-            lines += ["", *block] if lines else block
-    return Section("Start-up", lines, shown) if lines else None
+    blocks = [_verdict(result), _steady(record), _peaks(record), _load(record), _angles(result)]
+    return section("Start-up", blocks, {"energies of the start": _energies(record)}, shown)
 
 
 def _verdict(result: Result) -> list[str]:
@@ -112,23 +110,17 @@ def _peaks(record: Record) -> list[str]:
         if found is None or found.axes or not abs(found.values) > found.error_estimate:
             continue
         value = float(found.values)
-        twin = f"{show(rpm(value))} rpm" if name == "crank_speed" else _twin(found)
+        unit = read_as(found.path, found.unit)[1] if name != "crank_speed" else "rpm"
+        factor = convert(1.0, found.unit, unit)
         after = "" if when is None else show(when, digits=4)
-        rows.append([words, show(value, found.error_estimate), found.unit, twin, after])
+        rows.append([words, show(value * factor, found.error_estimate * factor), unit, after])
     columns = (
         Column("largest on the way", 30),
         number("value", 13),
         Column("unit", 9),
-        Column("also", 18),
         number("after s", 10),
     )
     return table(columns, rows) if rows else []
-
-
-def _twin(quantity: Quantity) -> str:
-    if quantity.unit != "rad":
-        return ""
-    return also(quantity.path, float(quantity.values), quantity.unit, quantity.error_estimate)
 
 
 def _energies(record: Record) -> list[str]:
