@@ -17,6 +17,8 @@ from vibecalc.units import convert
 
 COLUMNS = (Column("result", 48), number("value", 13), Column("unit", 9), Column("where", 25))
 _DIGITS = 4
+#: in N m
+_LARGE = 1e4
 #: rows of an array of which each entry counts
 _MOST_EACH = 12
 _VARIABLES, _BOUNDS = "optimisation/variable/", "optimisation/active_bound/"
@@ -36,11 +38,20 @@ def headline_rows(record: Record, case: Mapping[str, Any] | None = None) -> list
     for name in (name for name, _ in order if name in there):
         results = import_module(f"vibecalc.{name}.results")
         listed: Sequence[Headline] = getattr(results, "HEADLINES", ())
+        large = large_torques(record, listed)
         for one in listed:
+            one = one._replace(unit="kN*m") if large and one.unit == "N*m" else one
             quantity = record.quantities.get(one.path)
             if quantity is not None and quantity.values.size and one.unless not in record:
                 rows += [row for row in _rows(record, quantity, one) if row not in rows]
     return rows
+
+
+def large_torques(record: Record, listed: Sequence[Headline]) -> bool:
+    """Whether a torque of the headlines reaches 10 kN m, so that all of them are in kN m."""
+    found = (record.quantities.get(one.path) for one in listed if one.unit == "N*m")
+    sizes = (np.abs(magnitudes(one)) for one in found if one is not None)
+    return any(bool(np.any((size >= _LARGE) & np.isfinite(size))) for size in sizes)
 
 
 def _searched(record: Record, units: Mapping[str, str]) -> Iterator[list[str]]:

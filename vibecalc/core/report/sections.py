@@ -149,7 +149,7 @@ class Section(NamedTuple):
     lines: list[str]
     shown: frozenset[str]
     detail_name: str = ""
-    detail: tuple[str, ...] = ()
+    detail: Iterable[str] = ()
 
 
 SCALARS = (Column("quantity", 40), number("value", 13), Column("unit", 10), Column("also", 32))
