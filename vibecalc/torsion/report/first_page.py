@@ -55,15 +55,17 @@ def torsion(result: Result) -> Section | None:
     )
     if not shown:
         return None
-    lines = paragraph(conclusion(result))
-    rows = _rows(result)
-    lines += ["", *_table(result, rows), ""] if rows else []
+    lines = [*paragraph(conclusion(result)), *paragraph(_CONVENTIONS)]
+    columns = variants(result)
+    # without a misfire the table of the speed range has the other variant, as a column
+    first = any(variant.prefix == HEALTHY for variant in columns)
+    lines += ["", *_table(result)] if first else []
     return Section(
         "Torsional vibration of the shaft line",
-        [*lines, *paragraph(_CONVENTIONS)],
+        lines,
         shown,
-        "places of the values of variants",
-        Detail(result, _where) if rows else (),
+        "variants of the line",
+        Detail(result, *[_table] * (not first), _where) if len(columns) > 1 else (),
     )
 
 
@@ -283,16 +285,13 @@ _DAMPERS = (
 
 
 def _rows(result: Result) -> list[Row]:
-    """Rows of the table, none where the line has no other variant."""
     columns = variants(result)
-    if len(columns) < 2:
-        return []
     parts = (frequencies, _largest, stress_limits, _dampers)
     return [row for part in parts for row in part(result, columns)]
 
 
-def _table(result: Result, rows: list[Row]) -> list[str]:
-    columns = variants(result)
+def _table(result: Result) -> list[str]:
+    columns, rows = variants(result), _rows(result)
     head = [Column("quantity", 33), Column("unit", 6)]
     head += [number(variant.title, 11) for variant in columns]
     head += [number("limit", 8), Column("flag", 12)]

@@ -287,7 +287,7 @@ def torsion_line(result: Result) -> Section | None:
     line = line_of(result)
     if line is None:
         return None
-    lines = [*pairs(_identity(result, line)), "", *_parts(line)]
+    lines = [*pairs(_identity(result, line), 18), "", *_parts(line)]
     gears = _gears(line)
     return Section(
         "Engine and shaft line",

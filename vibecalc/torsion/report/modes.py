@@ -41,7 +41,7 @@ def torsion_modes(result: Result) -> Section | None:
     natural = having(result.record, MODES + "natural_frequency", "mode")
     if natural is None:
         return None
-    lines = _modes(result, natural)
+    lines = [*_modes(result, natural), *_bare(result)]
     if has_pendulums(result):
         lines += paragraph(
             "All at the operating speed: the field that pendulums swing in grows with the speed, "
@@ -52,13 +52,15 @@ def torsion_modes(result: Result) -> Section | None:
         lines,
         frozenset(),
         "all modes and their margins, Holzer tables or mode shapes",
-        Detail(result, _frequencies, _separation, _bare, holzer_or_shapes),
+        Detail(result, _frequencies, _separation, holzer_or_shapes),
     )
 
 
 def _modes(result: Result, natural: Quantity) -> list[str]:
     """The modes that orders of the case meet: frequency, damping ratio, nearest orders."""
     record, names, chosen = result.record, mode_names(result), elastic_modes(result)
+    if not chosen:
+        return paragraph("The line has no elastic mode.")
     errors = vector(record, "modes/frequency_error", "mode")
     ratio = having(record, MODES + "damping_ratio", "mode")
     margin, order, kept = (
@@ -88,10 +90,11 @@ def _modes(result: Result, natural: Quantity) -> list[str]:
             row.append("" if not known else CLOSE if close else "kept")
         rows.append([*row, _seat(record, i)])
     more = int(np.count_nonzero(natural.values)) - len(chosen)
-    words = "no.: in result files, which count the rigid mode. "
+    words = "no.: in result files, where rigid and overdamped modes count. "
     if kinds:
         words += "Margin: from the nearest order at the operating speed. "
-    if any(name.endswith("-node") for name in names) and (line := line_of(result)) and line.dampers:
+    line = line_of(result)
+    if names[chosen[0]].endswith("-node") and line and any(one.stiffness for one in line.dampers):
         words += "Nodes in springs of dampers count. "
     if more:
         words += f"{more} higher mode{'s' * (more > 1)}: `--full`."
