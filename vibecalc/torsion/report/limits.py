@@ -13,7 +13,6 @@ from vibecalc.torsion.report.line import (
     TORSION,
     Detail,
     asked,
-    joined,
     short,
     turns,
     vector,
@@ -109,19 +108,17 @@ def _barred(record: Record) -> list[str]:
     found = exceeded_rows(record)
     if not found:
         return []
-    columns = [number("exceeded\nfrom, rpm", 10), number("to, rpm", 10), Column("limit", 8),
-               number("largest use at\nrpm", 14), number("by the rule's formula\nfrom, rpm", 20),
-               number("to, rpm", 10), Column("barring it", 12)]  # fmt: skip
+    columns = [number("from\nrpm", 8), number("to\nrpm", 8), number("limit", 5),
+               number("worst at\nrpm", 8), number("by formula\nfrom, rpm", 10),
+               number("to\nrpm", 8), Column("barring it", 12)]  # fmt: skip
     rows = [
         [turns(one.low), turns(one.high), str(one.limit) if one.limit else "",
-         turns(one.peak) if one.peak else "", *(turns(end) if end else "-" for end in one.formula),
+         turns(one.peak) if one.peak else "", *(turns(end) if end else "" for end in one.formula),
          "may be done" if one.permitted else "NOT ALLOWED"]
         for one in found
     ]  # fmt: skip
-    ends = barred_ranges(record)
-    barred = f"Barred for lasting operation, to be passed quickly: {joined(ends)}." if ends else ""
-    words = f"{barred} Speed ranges in which the stress exceeds what is allowed for lasting:"
-    return [*paragraph(words.strip()), *table(columns, rows)]
+    words = "Speed ranges in which the stress exceeds what is allowed for lasting operation:"
+    return [*paragraph(words), *table(columns, rows)]
 
 
 def rule_of(limit: Mapping[str, Any]) -> "Rule":

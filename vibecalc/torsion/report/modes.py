@@ -91,7 +91,7 @@ def _modes(result: Result, natural: Quantity) -> list[str]:
         rows.append([*row, _seat(record, i)])
     more = int(np.count_nonzero(natural.values)) - len(chosen)
     words = "no.: in result files, where rigid and overdamped modes count. "
-    if kinds:
+    if kinds and any(away for row in rows for away in row[5 : 5 + 2 * len(kinds)]):
         words += "Margin: from the nearest order at the operating speed. "
     line = line_of(result)
     if names[chosen[0]].endswith("-node") and line and any(one.stiffness for one in line.dampers):
