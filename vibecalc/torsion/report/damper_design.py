@@ -12,7 +12,7 @@ from vibecalc.core.report.sections import (
 )
 from vibecalc.core.report.writing import Column, hertz, number, paragraph, rpm, show, table
 from vibecalc.core.results.record import Record, Result
-from vibecalc.torsion.report.line import Detail, cell, joined, turns
+from vibecalc.torsion.report.line import Detail, cell, joined, torque_unit, turns
 
 DESIGN = "damper_design/"
 #: objective -> factor, unit, name
@@ -43,6 +43,11 @@ def damper_design(result: Result) -> Section | None:
 def objective_of(result: Result) -> str:
     """What was made small: torque, twist or stress."""
     return str(table_of(result.case, "damper_design").get("objective", "torque"))
+
+
+def _objective(record: Record, name: str) -> tuple[float, str, str]:
+    """As in `OBJECTIVES`, torques in the unit of the report."""
+    return (*torque_unit(record), name) if name == "torque" else OBJECTIVES[name]
 
 
 def section_name(record: Record, number_: float | None) -> str:
@@ -89,7 +94,7 @@ def _outside(result: Result) -> list[str]:
 def _compared(result: Result) -> list[str]:
     """The optimal damper and the one to compare it with."""
     record, name = result.record, objective_of(result)
-    factor, unit, words = OBJECTIVES[name]
+    factor, unit, words = _objective(record, name)
     given = table_of(result.case, "damper_design", "compare")
     rows = []
     for title, key, scale, unit_ in (
@@ -186,7 +191,7 @@ def _rise(share: float) -> str:
 
 def _rings(result: Result) -> list[str]:
     name = objective_of(result)
-    factor, unit, _ = OBJECTIVES[name]
+    factor, unit, _ = _objective(result.record, name)
     return by_axis(
         result.record, "ring_inertia", "ring, kg m^2",
         [(f"{DESIGN}ring/{name}", f"largest half\nrange, {unit}"),

@@ -458,8 +458,8 @@ def _of_majors(result: Result) -> Iterator[str]:
     for row in separations(result, elastic_modes(result)):
         if rule is not None and row.kind == "major" and row.close:
             yield (
-                f"the {named[row.mode]} mode lies {100.0 * row.margin:.1f} % from major order "
-                f"{order_text(row.order)} of the operating speed, less than {rule.rule.name} asks"
+                f"the {named[row.mode]} natural frequency lies {100.0 * row.margin:.1f} % from "
+                f"major order {order_text(row.order)} of the operating speed, less than {rule.rule.name} asks"
             )
 
 
