@@ -459,7 +459,8 @@ def _of_majors(result: Result) -> Iterator[str]:
         if rule is not None and row.kind == "major" and row.close:
             yield (
                 f"the {named[row.mode]} natural frequency lies {100.0 * row.margin:.1f} % from "
-                f"major order {order_text(row.order)} of the operating speed, less than {rule.rule.name} asks"
+                f"major order {order_text(row.order)} of the operating speed, less than "
+                f"{rule.rule.name} asks"
             )
 
 
