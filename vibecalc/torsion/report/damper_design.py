@@ -7,7 +7,6 @@ from vibecalc.core.report.sections import (
     by_axis,
     having,
     scalar_of,
-    speed_of,
     table_of,
 )
 from vibecalc.core.report.writing import Column, hertz, number, paragraph, rpm, show, table
@@ -30,10 +29,7 @@ def damper_design(result: Result) -> Section | None:
     shown = frozenset(path for path in record if path.startswith(DESIGN))
     if not shown:
         return None
-    lines: list[str] = []
-    if words := _verdict(result):
-        lines += [*paragraph(words), ""]
-    lines += _compared(result)
+    lines = _compared(result)
     for block in (_sensitivity(record), _rings(result)):
         lines += ["", *block] if block else []
     proof = Detail(result, _proof, lambda one: _basins(one.record))
@@ -61,34 +57,6 @@ def section_name(record: Record, number_: float | None) -> str:
             if 0 < int(number_) <= len(names):
                 return str(names[int(number_) - 1])
     return f"number {int(number_)}"
-
-
-def _verdict(result: Result) -> str:
-    """What holds the optimum, and where the machine runs outside the range of the design."""
-    record = result.record
-    words = []
-    pull = having(record, DESIGN + "pull", "design_value")
-    if pull is not None:
-        held = [str(n) for n, v in zip(pull.axes[0].values, pull.values, strict=True) if v != 0.0]
-        words += [f"The optimum stands on a bound: {', '.join(held)}."] if held else []
-    return " ".join([*words, *_outside(result)])
-
-
-def _outside(result: Result) -> list[str]:
-    """Said where the machine runs at a speed that is no part of the design."""
-    given = table_of(result.case, "damper_design", "speeds") or table_of(
-        result.case, "response", "torsion", "speeds"
-    )
-    speed = speed_of(result)
-    if speed is None or "from" not in given or "to" not in given:
-        return []
-    low, high = float(given["from"]), float(given["to"])
-    if low <= speed <= high:
-        return []
-    return [
-        f"The damper is tuned over {turns(low)} to {turns(high)} rpm; the operating speed, "
-        f"{turns(speed)} rpm, lies outside."
-    ]
 
 
 def _compared(result: Result) -> list[str]:
@@ -130,6 +98,10 @@ def _compared(result: Result) -> list[str]:
         if held
         else f"The largest half range is in section {place}."
     )
+    pull = having(record, DESIGN + "pull", "design_value")
+    if pull is not None and np.any(pull.values):
+        bounds = ", ".join(str(name) for name in pull.axes[0].values[pull.values != 0.0])
+        words += f" It stands on a bound: {bounds}."
     return [*table(columns, rows), *paragraph(words)]
 
 
