@@ -390,7 +390,7 @@ def _damping(torsion: Mapping[str, Any]) -> list[tuple[str, str]]:
     words = f"ratios of the modes: {ratios}"
     if model.get("kind") == "rayleigh":
         modes = ", ".join(str(mode) for mode in model.get("modes") or ())
-        words = f"Rayleigh, {ratios} in modes {modes}"
+        words = f"Rayleigh, {ratios} in modes no. {modes}"
     return [("damping", f"{words}; not that of shafts and dampers")]
 
 
