@@ -17,6 +17,7 @@ from vibecalc.core.report.text import as_json
 from vibecalc.core.run.machine_checks import machine_warnings
 from vibecalc.torsion.adapters.exceeded import united
 from vibecalc.torsion.report.first_page import conclusion
+from vibecalc.torsion.report.line import short
 
 POINTS = "speeds = { from = '800 rpm', to = '2000 rpm', points = 31 }"
 ENGINE = replaced(ENGINE, ('speeds = { from = "800 rpm", to = "2000 rpm" }', POINTS))
@@ -134,7 +135,7 @@ def test_the_headline_names_what_the_rule_bars() -> None:
     result = result_of(record(text), resolve(validate(tomllib.loads(text))))
     low, high = (value(text, f"barred/{n}") * 30.0 / np.pi for n in ("from", "to"))
     for one, other in zip(low, high, strict=True):
-        assert f"{one:.5g} to {other:.5g} rpm" in conclusion(result)
+        assert f"{short(one)} to {short(other)} rpm" in conclusion(result)
     listed = as_json(result)["quantities"]
     assert listed["response/torsion/barred/to"]["value"] == value(text, "barred/to").tolist()
 

@@ -253,10 +253,14 @@ def test_phases_that_are_given_change_no_number_and_no_word() -> None:
     for path, quantity in plain.record.quantities.items():
         np.testing.assert_array_equal(turned.record[path].values, quantity.values, path)
     words = [
-        [line for line in render_report(one).splitlines() if re.search("firing|phase|deg", line)]
+        [
+            line
+            for line in render_report(one, full=True).splitlines()
+            if re.search("firing|phase|deg", line)
+        ]
         for one in (plain, turned)
     ]
     assert words[0] == words[1]
     text = " ".join(" ".join(words[1]).split())
     assert "firing order 1-3-2, every 240 deg" in text
-    assert "zero is the firing position of cylinder '1'" in text
+    assert "phase from the firing of cylinder '1'" in text

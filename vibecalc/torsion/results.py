@@ -545,13 +545,13 @@ HEADLINES = (
     Headline("response/torsion/speeds/heat", "heat in a damper over the speeds, largest", "W"),
     Headline(
         "response/torsion/gear/least_torque",
-        "least torque of a gear (below 0: hammers)",
+        "minimum torque of a gear (below 0: hammers)",
         "N*m",
         "least",
     ),
     Headline("response/torsion/transient/peak", "torque in the transient, peak", "N*m"),
-    Headline("damper_design/stiffness", "stiffness of the damper found", "N*m/rad"),
-    Headline("damper_design/damping", "damping of the damper found", "N*m*s/rad"),
+    Headline("damper_design/stiffness", "stiffness of the optimal damper", "kN*m/rad"),
+    Headline("damper_design/damping", "damping of the optimal damper", "N*m*s/rad"),
     Headline("damper_design/worst_torque", "largest torque with it, half range", "N*m"),
     Headline("damper_design/worst_stress", "largest stress with it, half range", "N/mm^2"),
 )

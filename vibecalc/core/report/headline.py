@@ -1,7 +1,7 @@
 """What the reader looks for first: a few results by name, in the units people read, four digits."""
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,6 +16,8 @@ from vibecalc.core.results.tolerance import UNRESOLVED
 from vibecalc.core.run.stage import subjects
 from vibecalc.units import convert
 
+#: in N m
+_LARGE = 1e4
 _COLUMNS = (Column("result", 48), number("value", 13), Column("unit", 9), Column("where", 25))
 _WITH_LIMITS = (Column("result", 46), number("value", 10), Column("unit", 6), Column("where", 20),
                 Column("limit", 12))  # fmt: skip
@@ -113,11 +115,20 @@ def headline_rows(record: Record, case: Mapping[str, Any] | None = None) -> list
     rows = list(_searched(record, case or {}))
     # those that lead come first, as their sections do
     order = [name for name, _ in sorted(subjects().items(), key=lambda item: not item[1].leads)]
+    large = large_torques(record, HEADLINES.values())
     for one in sorted(HEADLINES.values(), key=lambda one: order.index(OWNER[one.path])):
+        one = one._replace(unit="kN*m") if large and one.unit == "N*m" else one
         quantity = record.quantities.get(one.path)
         if quantity is not None and quantity.values.size and one.unless not in record:
             rows += [row for row in _rows(record, quantity, one) if row not in rows]
     return rows
+
+
+def large_torques(record: Record, listed: Iterable[Headline]) -> bool:
+    """Whether a torque of the headlines reaches 10 kN m, so that all of them are in kN m."""
+    found = (record.quantities.get(one.path) for one in listed if one.unit == "N*m")
+    sizes = (np.abs(magnitudes(one)) for one in found if one is not None)
+    return any(bool(np.any((size >= _LARGE) & np.isfinite(size))) for size in sizes)
 
 
 def _searched(record: Record, case: Mapping[str, Any]) -> Iterator[Answer]:

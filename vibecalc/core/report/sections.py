@@ -152,7 +152,7 @@ class Section(NamedTuple):
     lines: list[str]
     shown: frozenset[str]
     detail_name: str = ""
-    detail: tuple[str, ...] = ()
+    detail: Iterable[str] = ()
 
 
 #: m^3, below which a volume is read in cm^3

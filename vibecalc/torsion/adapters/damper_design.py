@@ -210,9 +210,10 @@ def run_damper_design(scene: Scene) -> None:
     asked = build_problem(setup, options)
     low, high = asked.problem.speed
     if not low <= setup.speed <= high:
+        low, high, at = (30.0 / math.pi * speed for speed in (low, high, setup.speed))
         scene.warn(
-            f"the damper is tuned over {low:.6g} to {high:.6g} rad/s; the operating speed of "
-            f"{setup.speed:.6g} rad/s lies outside"
+            f"the damper is tuned over {low:.4g} to {high:.4g} rpm; the operating speed of "
+            f"{at:.4g} rpm lies outside"
         )
     found = design(asked.problem, asked.limits)
     _emit_damper(scene, asked, found)

@@ -342,8 +342,8 @@ def warn_of_orders(scene: Scene, setup: Setup) -> None:
         if added[most] > NOTICEABLE * safe[most]:
             scene.warn(
                 f"{what} are left out and in no error estimate: at the operating speed they have "
-                f"a half range of {added[most]:.3g} N*m in '{setup.shaft.section_names[most]}', "
-                f"{100.0 * added[most] / half[most]:.3g} % of that of the orders of the case"
+                f"{100.0 * added[most] / half[most]:.3g} % of the half range of the orders of the "
+                f"case in '{setup.shaft.section_names[most]}'"
             )
 
     between = ~kept & (order < own[-1])

@@ -1,24 +1,22 @@
-"""The damper found for a shaft line: its values, what it brings, what proves it, what it bears."""
+"""The optimal damper of a shaft line: its values, its effect, the proof, what deviations cost."""
 
 import numpy as np
 
 from vibecalc.core.report.sections import (
-    SCALARS,
     Section,
     by_axis,
     having,
     scalar_of,
-    speed_of,
     table_of,
 )
-from vibecalc.core.report.writing import Column, number, paragraph, rpm, show, table
+from vibecalc.core.report.writing import Column, hertz, number, paragraph, rpm, show, table
 from vibecalc.core.results.record import Record, Result
-from vibecalc.torsion.report.line import turns
+from vibecalc.torsion.report.line import Detail, cell, joined, torque_unit, turns
 
 DESIGN = "damper_design/"
 #: objective -> factor, unit, name
 OBJECTIVES = {
-    "torque": (1.0, "N*m", "torque"),
+    "torque": (1.0, "N m", "torque"),
     "twist": (1e3, "mrad", "twist"),
     "stress": (1e-6, "N/mm^2", "stress"),
 }
@@ -31,21 +29,21 @@ def damper_design(result: Result) -> Section | None:
     shown = frozenset(path for path in record if path.startswith(DESIGN))
     if not shown:
         return None
-    lines = paragraph(_verdict(result))
-    outside = _outside(result)
-    if outside:
-        lines += paragraph(outside)
-    for block in (
-        _compared(result), _proof(result), _sensitivity(record), _rings(result), _basins(record),
-    ):  # fmt: skip
-        if block:
-            lines += ["", *block]
-    return Section("Design of the damper", lines, shown)
+    lines = _compared(result)
+    for block in (_sensitivity(record), _rings(result)):
+        lines += ["", *block] if block else []
+    proof = Detail(result, _proof, lambda one: _basins(one.record))
+    return Section("Design of the damper", lines, shown, "proof of the optimum", proof)
 
 
 def objective_of(result: Result) -> str:
     """What was made small: torque, twist or stress."""
     return str(table_of(result.case, "damper_design").get("objective", "torque"))
+
+
+def _objective(record: Record, name: str) -> tuple[float, str, str]:
+    """As in `OBJECTIVES`, torques in the unit of the report."""
+    return (*torque_unit(record), name) if name == "torque" else OBJECTIVES[name]
 
 
 def section_name(record: Record, number_: float | None) -> str:
@@ -61,105 +59,86 @@ def section_name(record: Record, number_: float | None) -> str:
     return f"number {int(number_)}"
 
 
-def _verdict(result: Result) -> str:
-    record, name = result.record, objective_of(result)
-    factor, unit, words = OBJECTIVES[name]
-    worst = scalar_of(record, f"{DESIGN}worst_{name}") or 0.0
-    stiffness = scalar_of(record, DESIGN + "stiffness") or 0.0
-    damping = scalar_of(record, DESIGN + "damping") or 0.0
-    text = (
-        f"Least largest half range of the {words} over the range of speeds: "
-        f"{show(factor * worst, digits=5)} {unit}, with springs of {show(stiffness)} N*m/rad and a "
-        f"damping of {show(damping)} N*m*s/rad."
-    )
-    gain = scalar_of(record, DESIGN + "table/gain")
-    if gain is not None:
-        text += f" With the table value it is {show(gain, digits=4)} times as high."
-    pull = having(record, DESIGN + "pull", "design_value")
-    if pull is not None:
-        held = [str(n) for n, v in zip(pull.axes[0].values, pull.values, strict=True) if v != 0.0]
-        if held:
-            text += f" It stands on a bound: {', '.join(held)}."
-    return text
-
-
-def _outside(result: Result) -> str:
-    """Said where the machine runs at a speed that the design did not look at."""
-    given = table_of(result.case, "damper_design", "speeds") or table_of(
-        result.case, "response", "torsion", "speeds"
-    )
-    speed = speed_of(result)
-    if speed is None or "from" not in given or "to" not in given:
-        return ""
-    low, high = float(given["from"]), float(given["to"])
-    if low <= speed <= high:
-        return ""
-    return (
-        f"The damper is tuned over {turns(low)} to {turns(high)} rpm; the operating speed, "
-        f"{turns(speed)} rpm, lies outside: it is no part of the design."
-    )
-
-
 def _compared(result: Result) -> list[str]:
-    """The damper found beside the table value."""
+    """The optimal damper and the one to compare it with."""
     record, name = result.record, objective_of(result)
-    factor, unit, words = OBJECTIVES[name]
+    factor, unit, words = _objective(record, name)
     given = table_of(result.case, "damper_design", "compare")
     rows = []
-
-    def put(title: str, key: str, scale: float, unit_: str, table_value: object = None) -> None:
+    for title, key, scale, unit_ in (
+        ("inertia of the ring", "inertia", 1.0, "kg m^2"),
+        ("stiffness", "stiffness", 1e-3, "kN m/rad"),
+        ("damping", "damping", 1.0, "N m s/rad"),
+        ("natural frequency of the ring, station held", "own_frequency", hertz(1.0), "Hz"),
+        ("damping ratio of the ring, station held", "own_damping", 1.0, ""),
+        (f"largest {words}, half range", f"worst_{name}", factor, unit),
+        ("  at", "worst_speed", rpm(1.0), "rpm"),
+        ("  times the optimum", "gain", 1.0, ""),
+        ("heat in the damper, mean", "heat", 1.0, "W"),
+        ("  at", "heat_speed", rpm(1.0), "rpm"),
+        ("travel of the ring, peak", "travel", 1e3, "mrad"),
+        ("  at", "travel_speed", rpm(1.0), "rpm"),
+    ):
         quantity = record.quantities.get(DESIGN + key)
-        if quantity is None:
-            return
         other = scalar_of(record, DESIGN + "table/" + key)
-        if isinstance(table_value, int | float):
-            other = float(table_value)
-        value = show(scale * float(quantity.values), scale * quantity.error_estimate)
-        beside = [] if not given else ["" if other is None else show(scale * other)]
-        rows.append([title, value, *beside, unit_])
-
-    put("inertia of the ring", "inertia", 1.0, "kg*m^2")
-    put("stiffness", "stiffness", 1.0, "N*m/rad", given.get("stiffness"))
-    put("damping", "damping", 1.0, "N*m*s/rad", given.get("damping"))
-    put("own frequency", "own_frequency", 1.0, "rad/s")
-    put("own damping ratio", "own_damping", 1.0, "")
-    put(f"largest half range, {words}", f"worst_{name}", factor, unit)
-    put("  at the speed", "worst_speed", rpm(1.0), "rpm")
-    put("heat in the damper", "heat", 1.0, "W")
-    put("  at the speed", "heat_speed", rpm(1.0), "rpm")
-    put("travel of the ring", "travel", 1e3, "mrad")
-    put("  at the speed", "travel_speed", rpm(1.0), "rpm")
-    beside = [number("table value", 16)] if given else []
-    lines = table([*SCALARS[:2], *beside, SCALARS[2]], rows)
+        if other is None and isinstance(given.get(key), int | float):
+            other = float(given[key])
+        if quantity is None and other is None:
+            continue
+        rows.append([
+            title, cell(quantity, (), scale),
+            "" if other is None else show(scale * other, digits=4), unit_,
+        ])  # fmt: skip
+    columns = (Column("quantity", 44), number("optimum", 13), number("compared", 13),
+               Column("unit", 10))  # fmt: skip
+    held = joined(f"{name} at {turns(speed)} rpm" for name, speed in _active(record))
     place = section_name(record, scalar_of(record, DESIGN + "worst_section"))
-    lines += paragraph(f"The largest half range is in section {place}.")
-    return lines
+    words = (
+        f"The optimum is held by {held}."
+        if held
+        else f"The largest half range is in section {place}."
+    )
+    pull = having(record, DESIGN + "pull", "design_value")
+    if pull is not None and np.any(pull.values):
+        bounds = ", ".join(str(name) for name in pull.axes[0].values[pull.values != 0.0])
+        words += f" It stands on a bound: {bounds}."
+    return [*table(columns, rows), *paragraph(words)]
+
+
+def _active(record: Record) -> list[tuple[str, float]]:
+    """What holds the optimum, and at which speed in rad/s."""
+    kind, section, speed = (
+        having(record, f"{DESIGN}active/{name}", "active") for name in ("kind", "section", "speed")
+    )
+    if kind is None or section is None or speed is None:
+        return []
+    names = [
+        _KINDS[int(code)] + (f" {section_name(record, place)}" if code == 0 else "")
+        for code, place in zip(kind.values, section.values, strict=True)
+    ]
+    return list(zip(names, map(float, speed.values), strict=True))
 
 
 def _proof(result: Result) -> list[str]:
+    """What carries the optimum, and that no small change lowers it."""
     record = result.record
-    kind = having(record, DESIGN + "active/kind", "active")
-    if kind is None:
+    held = _active(record)
+    level, weight = (having(record, f"{DESIGN}active/{n}", "active") for n in ("level", "weight"))
+    if not held or level is None or weight is None:
         return []
-    parts = {
-        name: np.asarray(record[f"{DESIGN}active/{name}"].values, dtype=float)
-        for name in ("section", "speed", "level", "weight")
-    }
     columns = (Column("held by", 34), number("at, rpm", 12), number("level", 12),
                number("weight", 12))  # fmt: skip
-    rows = []
-    for i, code in enumerate(kind.values):
-        what = _KINDS[int(code)]
-        name = f"section {section_name(record, parts['section'][i])}" if what == "section" else what
-        rows.append([name, show(rpm(parts["speed"][i])), show(parts["level"][i], digits=5),
-                     show(parts["weight"][i], digits=4)])  # fmt: skip
+    rows = [
+        [name, turns(speed), cell(level, i), cell(weight, i)]
+        for i, (name, speed) in enumerate(held)
+    ]
     lines = table(columns, rows)
     left = scalar_of(record, DESIGN + "certificate")
     if left is not None:
         lines += paragraph(
-            "The weighted slopes of these summits by spring and damper cancel (left over: "
-            f"{show(left, digits=2)}): no small change lowers them all. That no other valley is "
-            "deeper rests on a map of the whole range."
+            "The weighted slopes of these peaks by spring and damper cancel (residual "
+            f"{show(left, digits=2)}): no small change lowers them all. That no other minimum is "
+            "lower rests on a map of the whole range."
         )
     return lines
 
@@ -168,24 +147,29 @@ def _sensitivity(record: Record) -> list[str]:
     found = having(record, DESIGN + "sensitivity", "stiffness_factor", "damping_factor")
     if found is None:
         return []
-    across = [show(float(v), digits=4) for v in found.axes[1].values]
+    across = [f"{float(v):g}" for v in found.axes[1].values]
     columns = (Column("stiffness times", 18), *(number(f"damping\ntimes {v}", 14) for v in across))
     rows = [
-        [show(float(k), digits=4), *(f"{100.0 * (float(v) - 1.0):+.2f} %" for v in row)]
+        [f"{float(k):g}", *(_rise(float(v) - 1.0) for v in row)]
         for k, row in zip(found.axes[0].values, found.values, strict=True)
     ]
-    return [*paragraph("What errors of spring and damper cost:"), *table(columns, rows)]
+    words = "Largest half range with other springs and damping, against the optimum:"
+    return [*paragraph(words), *table(columns, rows)]
+
+
+def _rise(share: float) -> str:
+    return f"{100.0 * share:+.2f} %" if abs(share) > 5e-5 else "0"
 
 
 def _rings(result: Result) -> list[str]:
     name = objective_of(result)
-    factor, unit, _ = OBJECTIVES[name]
+    factor, unit, _ = _objective(result.record, name)
     return by_axis(
-        result.record, "ring_inertia", "ring, kg*m^2",
+        result.record, "ring_inertia", "ring, kg m^2",
         [(f"{DESIGN}ring/{name}", f"largest half\nrange, {unit}"),
-         (DESIGN + "ring/stiffness", "stiffness\nN*m/rad"),
-         (DESIGN + "ring/damping", "damping\nN*m*s/rad")],
-        factors=[factor, 1.0, 1.0], each=18,
+         (DESIGN + "ring/stiffness", "stiffness\nkN m/rad"),
+         (DESIGN + "ring/damping", "damping\nN m s/rad")],
+        factors=[factor, 1e-3, 1.0], each=18, digits=4,
     )  # fmt: skip
 
 
@@ -195,6 +179,6 @@ def _basins(record: Record) -> list[str]:
         return []
     apart = float(np.max(worst.values)) - 1.0
     return paragraph(
-        f"{len(worst.values)} descents from the valleys of the map ended within "
+        f"{len(worst.values)} descents from the minima of the map ended within "
         f"{show(100.0 * apart, digits=2)} % of the best."
     )

@@ -1,12 +1,12 @@
-"""The first page on a shaft line: quantities by cases with limit and flag, one sentence."""
+"""What comes first on a shaft line: one sentence, and its variants side by side with limits."""
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from vibecalc.core.report.pages import limit_verdict
-from vibecalc.core.report.sections import Section, having, labels, table_of
+from vibecalc.core.report.sections import Section, having, labels
 from vibecalc.core.report.verdicts import judge_limits
 from vibecalc.core.report.writing import Column, hertz, number, paragraph, rpm, show, table
 from vibecalc.core.results.record import Quantity, Record, Result
@@ -24,39 +24,28 @@ from vibecalc.torsion.report.line import (
     MEGA,
     MILLI,
     TORSION,
+    Detail,
     asked,
     elastic_modes,
-    entry,
-    first_firing,
     joined,
     meeting,
+    mode_names,
     names,
     order_text,
-    range_words,
+    torque_unit,
     turns,
     vector,
-    worst_section,
 )
 from vibecalc.units import convert
 
 if TYPE_CHECKING:
     from vibecalc.torsion.stress_limits import Separation as SeparationRule
 
-# ----------------------------------------------------------------------------
-# The first page on a shaft line: cases by quantities with limit and flag, one sentence.
-# ----------------------------------------------------------------------------
-
-#: what has a section of its own
+#: what has another section
 _APART = tuple(TORSION + name for name in ("variable_inertia/", "transient/", "as_published/"))
 _CONVENTIONS = (
-    "Conventions: half range = (highest - lowest) / 2 of the synthesis of all orders, with their "
-    "phases, over the cycle; amplitudes of single orders are 0-to-peak. Torques and angles are "
-    "own ones, of the shaft they belong to; a torque is stiffness and damping part together. "
-    "Crank angle zero is the firing position of {first}, the first in the firing order; "
-    "frequency = order times crank speed. Stress: torque over the section modulus of the plain "
-    "section. Limits by a rule are informative: the society's own current text counts."
+    "Half range: (highest - lowest) / 2 of all orders over the cycle. Single orders: 0-to-peak."
 )
-_OWN = " The other limits are those that the case sets."
 
 
 def torsion(result: Result) -> Section | None:
@@ -66,28 +55,32 @@ def torsion(result: Result) -> Section | None:
     )
     if not shown:
         return None
-    lines = paragraph(conclusion(result))
-    rows = cases_table(result)
-    lines += ["", *rows] if rows else []
-    words = _CONVENTIONS.format(first=first_firing(result.record)) + (
-        _OWN if table_of(result.case).get("limit") else ""
+    lines = [*paragraph(conclusion(result)), *paragraph(_CONVENTIONS)]
+    columns = variants(result)
+    # without a misfire the table of the speed range has the other variant, as a column
+    first = any(variant.prefix == HEALTHY for variant in columns)
+    lines += ["", *_table(result)] if first else []
+    return Section(
+        "Torsional vibration of the shaft line",
+        lines,
+        shown,
+        "variants of the line",
+        Detail(result, *[_table] * (not first), _where) if len(columns) > 1 else (),
     )
-    lines += ["", *paragraph(words)]
-    return Section("Torsional vibration of the shaft line", lines, shown)
 
 
 # ----------------------------------------------------------------------------
-# What the first table on a shaft line is made of: its columns, its rows, a limit of the case.
+# What the table of variants is made of: its columns, its rows, a limit of the case.
 # ----------------------------------------------------------------------------
 
 HEALTHY, BARE = "healthy/", "bare/"
-ANY, OPERATING = "any speed", "operating"
-HAMMER, CLOSE = "HAMMER", "CLOSE"
+ANY, OPERATING = "speed range", "operating"
+CLOSE = "CLOSE"
 #: behind a value above a limit that is for another column
 ABOVE = " !"
 
 
-class Scene(NamedTuple):
+class Variant(NamedTuple):
     """A column: its title, its name in a row, and what its paths start with below `TORSION`."""
 
     title: str
@@ -96,7 +89,7 @@ class Scene(NamedTuple):
 
 
 class Row(NamedTuple):
-    """A quantity: a text and a place for each scene by its prefix, limit and flag."""
+    """A quantity: a text and a place for each variant by its prefix, limit and flag."""
 
     words: str
     unit: str
@@ -106,20 +99,20 @@ class Row(NamedTuple):
     where: dict[str, tuple[str, str]] = {}  # noqa: RUF012
 
 
-def scenes(result: Result) -> list[Scene]:
+def variants(result: Result) -> list[Variant]:
     """The columns that the result has: all fire, misfire, without dampers."""
     record = result.record
     silent = asked(result).get("misfire")
     found = []
     if isinstance(silent, list | tuple) and silent:
         if any(path.startswith(TORSION + HEALTHY) for path in record):
-            found.append(Scene("all\nfire", "all fire", HEALTHY))
+            found.append(Variant("all\nfire", "all fire", HEALTHY))
         name = f"misfire {', '.join(map(str, silent))}"
-        found.append(Scene(name.replace(" ", "\n", 1), name, ""))
-        bare = Scene(f"{name},\nwithout\ndampers", "no dampers", BARE)
+        found.append(Variant(name.replace(" ", "\n", 1), name, ""))
+        bare = Variant(f"{name},\nwithout\ndampers", "no dampers", BARE)
     else:
-        found.append(Scene("all\nfire", "all fire", ""))
-        bare = Scene("all fire,\nwithout\ndampers", "no dampers", BARE)
+        found.append(Variant("all\nfire", "all fire", ""))
+        bare = Variant("all fire,\nwithout\ndampers", "no dampers", BARE)
     if any(path.startswith(TORSION + BARE) for path in record):
         found.append(bare)
     return found
@@ -139,36 +132,34 @@ def bound_of(result: Result, path: str, factor: float) -> tuple[str, str, float]
     for row in judge_limits(result):
         whole = row.quantity == path and not row.where and row.at != "start"
         if whole and row.max is not None:
-            own: Any = result.record[path].unit
-            bound = factor * convert(row.max, row.unit, own)
-            return show(bound, digits=5), limit_verdict(row), bound
+            unit = result.record[path].unit
+            bound = factor * convert(row.max, row.unit, unit)
+            return show(bound, digits=4), limit_verdict(row), bound
     return "", "", np.inf
 
 
 # ----------------------------------------------------------------------------
-# Rows of the first table on a shaft line: frequencies and their separation, limits, gears.
+# Rows of the table of variants: frequencies, limits; the separation and the gears of the sentence.
 # ----------------------------------------------------------------------------
 
-_GEARS = "gears that hammer"
 
-
-def frequencies(result: Result, columns: list[Scene]) -> Iterator[Row]:
+def frequencies(result: Result, columns: list[Variant]) -> Iterator[Row]:
     record = result.record
     natural = having(record, TORSION + "modes/natural_frequency", "mode")
     modes = elastic_modes(result)
     if natural is None or not modes:
         return
     first, error = float(natural.values[modes[0]]), natural.error_estimate
-    text = show(hertz(first), hertz(error))
-    value = {scene.prefix: text for scene in columns if scene.prefix != BARE}
-    where = {columns[0].prefix: (f"mode {modes[0] + 1}", f"{show(rpm(first), digits=5)} cpm")}
+    text = show(hertz(first), hertz(error), 4)
+    value = {variant.prefix: text for variant in columns if variant.prefix != BARE}
+    named = mode_names(result)[modes[0]]
+    where = {columns[0].prefix: (named, f"{show(rpm(first), digits=4)} cpm")}
     bare = vector(record, BARE + "natural_frequency", "bare_mode")
     if bare is not None and np.any(bare > 0.0):
         lowest = int(np.flatnonzero(bare > 0.0)[0])
-        value[BARE] = show(hertz(bare[lowest]))
-        where[BARE] = (f"its mode {lowest + 1}", f"{show(rpm(bare[lowest]), digits=5)} cpm")
+        value[BARE] = show(hertz(bare[lowest]), digits=4)
+        where[BARE] = ("1st elastic", f"{show(rpm(bare[lowest]), digits=4)} cpm")
     yield Row("lowest natural frequency", "Hz", value, where=where)
-    yield from _separations(result, modes, columns)
 
 
 class Separation(NamedTuple):
@@ -210,22 +201,8 @@ def separations(result: Result, modes: list[int]) -> Iterator[Separation]:
         yield Separation(kind, least, met, float(away[least]), required, bool(close))
 
 
-def _separations(result: Result, modes: list[int], columns: list[Scene]) -> Iterator[Row]:
-    first, asks = columns[0].prefix, separation_rule(result)
-    for row in separations(result, modes):
-        text = f"{100.0 * row.margin:.1f}"
-        rule = f"; {asks.rule.name}, informative" if asks is not None and row.required else ""
-        yield Row(
-            f"margin to {row.kind} order, {OPERATING}", "%",
-            {scene.prefix: text for scene in columns if scene.prefix != BARE},
-            f"min {100.0 * row.required:g}" if row.required else "",
-            "" if not row.required else CLOSE if row.close else "kept",
-            {first: (f"mode {row.mode + 1}", f"order {order_text(row.order)}{rule}")},
-        )  # fmt: skip
-
-
-def stress_limits(result: Result, columns: list[Scene]) -> Iterator[Row]:
-    """A row for each limit of the stress: use, at any speed and at the operating one."""
+def stress_limits(result: Result, columns: list[Variant]) -> Iterator[Row]:
+    """A row for each limit of the stress: use, over the speed range and at the operating speed."""
     record = result.record
     if not has_limits(record):
         return
@@ -237,9 +214,9 @@ def stress_limits(result: Result, columns: list[Scene]) -> Iterator[Row]:
         name = rule_of(given[i]).name if i < len(given) else ""
         for way, path in ((ANY, "limit/largest_use"), (OPERATING, "limit/operating_use")):
             uses = {
-                scene.prefix: float(use[i])
-                for scene in columns
-                if (use := vector(record, scene.prefix + path, "limit")) is not None
+                variant.prefix: float(use[i])
+                for variant in columns
+                if (use := vector(record, variant.prefix + path, "limit")) is not None
                 and i < use.size
             }
             if not uses:
@@ -255,23 +232,6 @@ def stress_limits(result: Result, columns: list[Scene]) -> Iterator[Row]:
                 at, place = f"{turns(speed[i])} rpm", int(section[i]) - 1
             where = (known[place] if 0 <= place < len(known) else "", f"{at}: {name}")
             yield Row(f"stress over limit {i + 1}, {way}", "%", value, "100", flag, {"": where})
-    barred = barred_ranges(record)
-    ends = "\n".join(barred)
-    yield Row("barred ranges", "", {"": str(len(barred))}, where={"": ("", ends)} if ends else {})
-
-
-def gears(result: Result, columns: list[Scene]) -> Iterator[Row]:
-    """Gears whose torque reverses, at the operating speed and at any speed."""
-    record = result.record
-    for way, path, found in ((OPERATING, "gear/hammers", hammering(record)),
-                             (ANY, "speeds/gear_hammers", hammering_at(record))):  # fmt: skip
-        if found is None:
-            continue
-        loud = [name for name, at in found if at]
-        _, flag, _ = bound_of(result, TORSION + path, 1.0)
-        flag = flag or (HAMMER if loud else "kept")
-        where = {"": (joined(loud), "\n".join(at for _, at in found if at))} if loud else {}
-        yield Row(f"{_GEARS}, {way}", "", {"": str(len(loud))}, "0", flag, where)
 
 
 def hammering(record: Record) -> list[tuple[str, str]] | None:
@@ -293,7 +253,7 @@ def hammering_at(record: Record) -> list[tuple[str, str]] | None:
     low, high, gear = (
         vector(record, f"hammering/{n}", "hammering") for n in ("from", "to", "gear")
     )
-    told = []
+    shown = []
     for place, name in enumerate(labels(found.axes[0])):
         loud = bool(np.any(np.asarray(found.values)[place]))
         ends = []
@@ -301,21 +261,20 @@ def hammering_at(record: Record) -> list[tuple[str, str]] | None:
             ends = [
                 f"{turns(low[i])} to {turns(high[i])}" for i in np.flatnonzero(gear == place + 1)
             ]
-        told.append((name, f"{joined(ends)} rpm" if ends else "somewhere" if loud else ""))
-    return told
+        shown.append((name, f"{joined(ends)} rpm" if ends else "somewhere" if loud else ""))
+    return shown
 
 
 # ----------------------------------------------------------------------------
-# The first table on a shaft line: quantities by cases, with limit and flag, and where they are.
+# The table of variants, with limit and flag, and where the values are.
 #
-# A case is the line with all cylinders firing, with a misfire, or without its dampers. The limits
-# of a case file are for the line as the file describes it; in the columns beside it they are marks
-# only.
+# A variant is the line with all cylinders firing, with a misfire, or without its dampers. Limits of
+# a case file are for the line as the file describes it; in the other columns they are marks only.
 # ----------------------------------------------------------------------------
 
 #: words, path below `TORSION`, factor from SI, unit as shown
 _LARGEST = (
-    ("torque, half range", "torque_half_range", 1.0, "N*m"),
+    ("torque, half range", "torque_half_range", 1.0, "N m"),
     ("stress, half range", "stress_half_range", MEGA, "N/mm^2"),
     ("twist, half range", "twist_half_range", MILLI, "mrad"),
 )
@@ -325,53 +284,57 @@ _DAMPERS = (
 )
 
 
-def cases_table(result: Result) -> list[str]:
-    """Lines of the table of cases and of the places below it."""
-    columns = scenes(result)
-    rows = [
-        row
-        for part in (frequencies, _largest, stress_limits, _dampers, gears)
-        for row in part(result, columns)
-    ]
-    if not rows:
-        return []
+def _rows(result: Result) -> list[Row]:
+    columns = variants(result)
+    parts = (frequencies, _largest, stress_limits, _dampers)
+    return [row for part in parts for row in part(result, columns)]
+
+
+def _table(result: Result) -> list[str]:
+    columns, rows = variants(result), _rows(result)
     head = [Column("quantity", 33), Column("unit", 6)]
-    head += [number(scene.title, 11) for scene in columns]
+    head += [number(variant.title, 11) for variant in columns]
     head += [number("limit", 8), Column("flag", 12)]
     lines = table(head, [
-        [row.words, row.unit, *(row.value.get(scene.prefix, "") for scene in columns), row.limit,
-         row.flag]
+        [row.words, row.unit, *(row.value.get(variant.prefix, "") for variant in columns),
+         row.limit, row.flag]
         for row in rows
     ])  # fmt: skip
     if any(text.endswith(ABOVE) for row in rows for text in row.value.values()):
         lines += paragraph("!: above the limit, which the case sets for another column.")
-    places = [
-        [row.words if first else "", scene.name if len(columns) > 1 else "", *row.where[prefix]]
-        for row in rows
-        for first, scene, prefix in _places(row, columns)
-    ]
-    if places:
-        head = [Column("where", 33), Column("case", 12), Column("section or mode", 18),
-                Column("at", 32)]  # fmt: skip
-        lines += ["", *table(head, places)]
     return lines
 
 
-def _places(row: Row, columns: list[Scene]) -> Iterator[tuple[bool, Scene, str]]:
-    there = [scene for scene in columns if scene.prefix in row.where]
-    for place, scene in enumerate(there):
-        yield place == 0, scene, scene.prefix
+def _where(result: Result) -> list[str]:
+    """Section and speed of the values in the table of variants."""
+    columns = variants(result)
+    places = [
+        [row.words if first else "", variant.name, *row.where[prefix]]
+        for row in _rows(result)
+        for first, variant, prefix in _places(row, columns)
+    ]
+    head = [Column("where", 33), Column("variant", 12), Column("section or mode", 18),
+            Column("at", 32)]  # fmt: skip
+    return table(head, places) if places else []
 
 
-def _largest(result: Result, columns: list[Scene]) -> Iterator[Row]:
+def _places(row: Row, columns: list[Variant]) -> Iterator[tuple[bool, Variant, str]]:
+    there = [variant for variant in columns if variant.prefix in row.where]
+    for place, variant in enumerate(there):
+        yield place == 0, variant, variant.prefix
+
+
+def _largest(result: Result, columns: list[Variant]) -> Iterator[Row]:
     """Torque, stress and twist: the worst section over the speeds, and at the operating speed."""
     record = result.record
     for words, name, factor, unit in _LARGEST:
+        if name == "torque_half_range":
+            factor, unit = torque_unit(record)
         for way, path in ((ANY, f"largest/{name}"), (OPERATING, name)):
             found = {
-                scene.prefix: top
-                for scene in columns
-                if (top := _top(record, scene.prefix, path, factor)) is not None
+                variant.prefix: top
+                for variant in columns
+                if (top := _top(record, variant.prefix, path, factor)) is not None
             }
             if not found:
                 continue
@@ -379,7 +342,7 @@ def _largest(result: Result, columns: list[Scene]) -> Iterator[Row]:
             value, where = {}, {}
             for prefix, (size, text, section) in found.items():
                 value[prefix] = text + (ABOVE if prefix and size > most else "")
-                at = _at_speed(record, prefix, name, section) if way == ANY else OPERATING
+                at = _at_speed(result, prefix, name, section) if way == ANY else OPERATING
                 endless = ("", "undamped criticals, listed below")
                 where[prefix] = (section, at) if np.isfinite(size) else endless
             yield Row(f"{words}, {way}", unit, value, limit, flag, where)
@@ -390,7 +353,7 @@ def _top(record: Record, prefix: str, path: str, factor: float) -> tuple[float, 
     quantity = having(record, TORSION + prefix + path, "section")
     if quantity is None:
         return None
-    # the twist of a damper is the travel of its ring, which has a row of its own
+    # the twist of a damper is the travel of its ring, which has another row
     rings = set(names(record, "damper/travel", "damper"))
     named = labels(quantity.axes[0])
     counts = np.array([label not in rings for label in named])
@@ -399,36 +362,37 @@ def _top(record: Record, prefix: str, path: str, factor: float) -> tuple[float, 
         return None
     place = int(np.argmax(values))
     size = factor * float(values[place])
-    return size, show(size, factor * quantity.error_estimate, 5), named[place]
+    return size, show(size, factor * quantity.error_estimate, 4), named[place]
 
 
-def _at_speed(record: Record, prefix: str, name: str, section: str) -> str:
-    """Where the largest entry of a section is; a quantity may have a speed of its own."""
-    paths = [f"{prefix}largest/{own}" for own in (name.replace("half_range", "speed"), "speed")]
+def _at_speed(result: Result, prefix: str, name: str, section: str) -> str:
+    """Where the largest entry of a section is; the speed may be that of one quantity."""
+    record = result.record
+    paths = [f"{prefix}largest/{one}" for one in (name.replace("half_range", "speed"), "speed")]
     speed = next((s for path in paths if (s := own_entry(record, path, section)) is not None), None)
     if speed is None:
         return ANY
     mode, order = (
         own_entry(record, f"{prefix}largest/{part}", section) for part in ("mode", "half_order")
     )
-    met = "" if mode is None or order is None else meeting(mode, order)
+    met = "" if mode is None or order is None else meeting(mode_names(result), mode, order)
     return f"{turns(speed)} rpm" + (f" ({met})" if met else "")
 
 
-def _dampers(result: Result, columns: list[Scene]) -> Iterator[Row]:
+def _dampers(result: Result, columns: list[Variant]) -> Iterator[Row]:
     record = result.record
     for words, path, factor, unit in _DAMPERS:
         value, where = {}, {}
         limit, flag, most = bound_of(result, TORSION + path, factor)
-        for scene in columns:
-            quantity = having(record, TORSION + scene.prefix + path, "damper")
+        for variant in columns:
+            quantity = having(record, TORSION + variant.prefix + path, "damper")
             if quantity is None:
                 continue
             sizes = factor * np.asarray(quantity.values, dtype=float)
             place = int(np.argmax(sizes))
-            text = show(sizes[place], factor * quantity.error_estimate, 5)
-            value[scene.prefix] = text + (ABOVE if scene.prefix and sizes[place] > most else "")
-            where[scene.prefix] = (labels(quantity.axes[0])[place], OPERATING)
+            text = show(sizes[place], factor * quantity.error_estimate, 4)
+            value[variant.prefix] = text + (ABOVE if variant.prefix and sizes[place] > most else "")
+            where[variant.prefix] = (labels(quantity.axes[0])[place], OPERATING)
         if value:
             yield Row(f"{words}, {OPERATING}", unit, value, limit, flag, where)
 
@@ -441,18 +405,18 @@ def _dampers(result: Result, columns: list[Scene]) -> Iterator[Row]:
 def conclusion(result: Result) -> str:
     """One sentence: what the line keeps, where it has to be passed, and what breaks a limit."""
     record = result.record
-    clauses = list(_of_limits(record))
-    if not clauses:
-        clauses = list(_of_torque(result))
+    driven = TORSION + "torque_half_range" in record
+    none = "the case sets no limit of the stress" if driven else "nothing drives the line"
+    clauses = list(_of_limits(record)) or [none]
     clauses += _of_gears(record)
     clauses += _of_majors(result)
     if f"{TORSION}masked/from" in record and record[f"{TORSION}masked/from"].values.size:
         clauses.append("at some critical speeds nothing damps the line")
     silent = asked(result).get("misfire")
     if isinstance(silent, list | tuple) and silent:
-        clauses.append(f"all this with misfire of cylinder {joined(map(str, silent))}")
+        clauses.append(f"all values with misfire of cylinder {joined(map(str, silent))}")
     text = "; ".join(clauses)
-    return f"{text[:1].upper()}{text[1:]}." if text else "The line was not driven."
+    return f"{text[:1].upper()}{text[1:]}."
 
 
 def _of_limits(record: Record) -> Iterator[str]:
@@ -462,15 +426,15 @@ def _of_limits(record: Record) -> Iterator[str]:
     broken = [str(i + 1) for i, word in enumerate(found) if word == BROKEN]
     if broken:
         plural = "limits" if len(broken) > 1 else "limit"
-        yield f"the stress breaks {plural} {joined(broken)}" + _where_broken(record)
+        yield f"the stress exceeds {plural} {joined(broken)}" + _where_broken(record)
     else:
         what = "limits" if len(found) > 1 else "limit"
-        yield f"at the operating speed the stress keeps the {what}"
+        yield f"the stress at the operating speed is within the {what}"
     barred = barred_ranges(record)
     if barred:
         yield f"{joined(barred)} {'are' if len(barred) > 1 else 'is'} barred for lasting operation"
     elif not broken and PASSING not in found:
-        yield "no range of speeds is barred"
+        yield "no speed range is barred"
 
 
 def _where_broken(record: Record) -> str:
@@ -488,39 +452,23 @@ def _where_broken(record: Record) -> str:
     return f" {joined(words)}"
 
 
-def _of_torque(result: Result) -> Iterator[str]:
-    """Without a limit: the most loaded section."""
-    record = result.record
-    name = worst_section(record)
-    if name is None:
-        return
-    for path, words in (("largest/torque_half_range", f"at {{}} within {range_words(result)}"),
-                        ("torque_half_range", "at the operating speed")):  # fmt: skip
-        quantity = having(record, TORSION + path, "section")
-        if not np.isfinite(own_entry(record, path, name) or np.inf):
-            continue
-        speed = own_entry(record, "largest/speed", name)
-        at = words.format("" if speed is None else f"{turns(speed)} rpm")
-        value = entry(quantity, name)
-        yield f"section {name!r} carries most, {value} N*m half range {at}"
-        yield "the case has no limit of the stress"
-        return
-
-
 def _of_majors(result: Result) -> Iterator[str]:
     """The mode that a major order meets nearly at the operating speed, if one does."""
-    rule = separation_rule(result)
+    rule, named = separation_rule(result), mode_names(result)
     for row in separations(result, elastic_modes(result)):
         if rule is not None and row.kind == "major" and row.close:
             yield (
-                f"mode {row.mode + 1} lies {100.0 * row.margin:.1f} % from major order "
-                f"{order_text(row.order)} of the operating speed, less than {rule.rule.name} asks"
+                f"the {named[row.mode]} natural frequency lies {100.0 * row.margin:.1f} % from "
+                f"major order {order_text(row.order)} of the operating speed, less than "
+                f"{rule.rule.name} asks"
             )
 
 
 def _of_gears(record: Record) -> Iterator[str]:
     """Gears whose torque reverses: at the operating speed, and in which ranges."""
-    for found, at in ((hammering(record), "at the operating speed"), (hammering_at(record), "")):
-        for name, where in found or ():
-            if where:
-                yield f"gear {name!r} hammers {at or f'from {where}'}"
+    here, ranges = dict(hammering(record) or ()), dict(hammering_at(record) or ())
+    for name in here | ranges:
+        places = ["at the operating speed"] if here.get(name) else []
+        places += [f"from {ranges[name]}"] if ranges.get(name) else []
+        if places:
+            yield f"gear {name!r} hammers {joined(places)}"

@@ -5,10 +5,18 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from vibecalc.core.report.sections import Section, having, labels, speed_of
+from vibecalc.core.report.sections import Section, having, labels
 from vibecalc.core.report.writing import Column, number, pairs, paragraph, show, table
 from vibecalc.core.results.record import Record, Result
-from vibecalc.torsion.report.line import MEGA, TORSION, asked, joined, short, turns, vector
+from vibecalc.torsion.report.line import (
+    MEGA,
+    TORSION,
+    Detail,
+    asked,
+    short,
+    turns,
+    vector,
+)
 
 if TYPE_CHECKING:
     from vibecalc.torsion.stress_limits import Rule
@@ -27,12 +35,16 @@ def torsion_limits(result: Result) -> Section | None:
         use = vector(result.record, "limit/operating_use", "limit")
     if use is None:
         return None
-    blocks = [torsion_allowed(result), _barred(result.record)]
-    blocks += [pairs(_origin(result, place), 22) for place in range(use.size)]
-    lines: list[str] = []
-    for block in blocks:
-        lines += ["", *block] if lines and block else block
-    return Section("Limits of the stress and barred ranges", lines, frozenset())
+    lines = _uses(result)
+    barred = _barred(result.record)
+    lines += ["", *barred] if lines and barred else barred
+    return Section(
+        "Limits of the stress and barred ranges",
+        lines,
+        frozenset(),
+        "rules of the limits",
+        Detail(result, _formulas, _basis, _origins),
+    )
 
 
 def verdicts(record: Record) -> list[str]:
@@ -68,7 +80,7 @@ class Exceeded(NamedTuple):
 
 
 def exceeded_rows(record: Record) -> list[Exceeded]:
-    """The ranges above the limits; what a record does not tell of them is 0, or permitted."""
+    """The ranges above the limits; what a record does not have of them is 0, or permitted."""
     low, high, limit, allowed, peak, start, stop = (
         vector(record, f"exceeded/{name}", "exceeded")
         for name in ("from", "to", "limit", "permitted", "peak_speed", "formula_from", "formula_to")
@@ -95,31 +107,18 @@ def barred_ranges(record: Record) -> list[str]:
 def _barred(record: Record) -> list[str]:
     found = exceeded_rows(record)
     if not found:
-        what = "no stress exceeds what is allowed for lasting operation"
-        return paragraph(f"No range of speeds is barred: {what}.") if _over(record) else []
-    columns = [number("exceeded\nfrom, rpm", 10), number("to, rpm", 10), Column("limit", 8),
-               number("largest use at\nrpm", 14), number("by the rule\'s formula\nfrom, rpm", 20),
-               number("to, rpm", 10), Column("barring it", 12)]  # fmt: skip
+        return []
+    columns = [number("from\nrpm", 8), number("to\nrpm", 8), number("limit", 5),
+               number("worst at\nrpm", 8), number("by formula\nfrom, rpm", 10),
+               number("to\nrpm", 8), Column("barring it", 12)]  # fmt: skip
     rows = [
         [turns(one.low), turns(one.high), str(one.limit) if one.limit else "",
-         turns(one.peak) if one.peak else "", *(turns(end) if end else "-" for end in one.formula),
+         turns(one.peak) if one.peak else "", *(turns(end) if end else "" for end in one.formula),
          "may be done" if one.permitted else "NOT ALLOWED"]
         for one in found
     ]  # fmt: skip
-    ends = barred_ranges(record)
-    barred = f"Barred for lasting operation, to be passed quickly: {joined(ends)}. " if ends else ""
-    words = (
-        f"{barred}A rule bars the range of its formula, 16 n / (18 - lambda) to (18 - lambda) n / "
-        "16 about the speed n of largest use, and what exceeds its limit beyond that; a table of "
-        "the case bars what exceeds it. Below: the computed ranges in which the stress exceeds "
-        "what is allowed for lasting operation."
-    )
+    words = "Speed ranges in which the stress exceeds what is allowed for lasting operation:"
     return [*paragraph(words), *table(columns, rows)]
-
-
-def _over(record: Record) -> bool:
-    """Whether stresses were held against the limits over a range of speeds."""
-    return f"{TORSION}limit/largest_use" in record
 
 
 def rule_of(limit: Mapping[str, Any]) -> "Rule":
@@ -135,25 +134,24 @@ def limits_of(result: Result) -> list[Mapping[str, Any]]:
     return list(found)
 
 
-def _origin(result: Result, place: int) -> list[tuple[str, str]]:
-    given = limits_of(result)
-    if place >= len(given):
-        return []
-    limit = given[place]
+def _origins(result: Result) -> list[str]:
+    """What each limit is: rule, edition, sections, scope."""
+    blocks = [pairs(_origin(place, limit), 22) for place, limit in enumerate(limits_of(result))]
+    return [line for block in blocks for line in ([""] * (block is not blocks[0]) + block)]
+
+
+def _origin(place: int, limit: Mapping[str, Any]) -> list[tuple[str, str]]:
     rule = rule_of(limit)
     rows = [(f"limit {place + 1}", f"{rule.name}, {rule.edition} ({rule.status})")]
     sections: Any = limit.get("sections") or ()
     rows.append(("  sections", ", ".join(map(str, sections)) or "all with a section modulus"))
-    if limit.get("rule"):
-        rows += [("  scope", rule.scope), ("  not for", rule.not_for), ("  measure", rule.measure)]
-        strength = limit.get("tensile_strength")
-        if strength:
-            rows.append(("  tensile strength", f"{show(1e-6 * float(strength))} N/mm^2"))
-        rows.append(("  design factor c_K", show(float(limit.get("design_factor") or 1.0))))
-    else:
-        rows.append(("  scope", "set by the case, within the speeds of its table"))
-        rows.append(("  measure", "half range of the synthesis of all orders, plain section"))
-    return rows
+    if not limit.get("rule"):
+        return [*rows, ("  scope", "set by the case, within the speeds of its table")]
+    rows += [("  scope", rule.scope), ("  not for", rule.not_for), ("  measure", rule.measure)]
+    strength = limit.get("tensile_strength")
+    if strength:
+        rows.append(("  tensile strength", f"{show(1e-6 * float(strength), digits=4)} N/mm^2"))
+    return [*rows, ("  design factor c_K", f"{float(limit.get('design_factor') or 1.0):g}")]
 
 
 def has_limits(record: Record) -> bool:
@@ -162,9 +160,9 @@ def has_limits(record: Record) -> bool:
 
 
 def remark(record: Record) -> str:
-    """The sentence of the first page where a case states no limits of its own."""
+    """The sentence of the first page where a case has no `[[limit]]`."""
     return (
-        "Limits of the stress in the shaft line stand beside the results below."
+        "The stress in the shaft line is judged by the limits in its section below."
         if has_limits(record)
         else ""
     )
@@ -178,14 +176,6 @@ _LIMIT = TORSION + "limit/"
 _BASIS = (("diameter", "diameter\nmm", 1e3), ("tensile_strength", "sigma_B\nN/mm^2", MEGA),
           ("counted_strength", "as counted\nN/mm^2", MEGA), ("design_factor", "c_K", 1.0),
           ("size_factor", "c_D", 1.0))  # fmt: skip
-
-
-def torsion_allowed(result: Result) -> list[str]:
-    """Lines of both tables, none where the result does not have them."""
-    lines: list[str] = []
-    for block in (_basis(result.record), _uses(result)):
-        lines += ["", *block] if lines and block else block
-    return lines
 
 
 def _matrix(record: Record, name: str) -> np.ndarray | None:
@@ -206,8 +196,23 @@ def _held(record: Record) -> np.ndarray | None:
     return None if wide is None else wide > 0.0
 
 
-def _basis(record: Record) -> list[str]:
+def _formulas(result: Result) -> list[str]:
+    """What a rule allows and bars, where the case has one."""
+    if not any(limit.get("rule") for limit in limits_of(result)):
+        return []
+    return paragraph(
+        "Allowed stress by the rule: tau_C = (sigma_B + 160) / 18 c_K c_D (3 - 2 lambda^2), for "
+        "lambda of 0.9 and more 1.38 in place of the bracket; tau_T = 1.7 tau_C / sqrt(c_K) for "
+        "passing through; c_D = 0.35 + 0.93 d^-0.2; lambda: speed over the rated one, for which "
+        "the operating speed is taken. Stresses in N/mm^2, d in mm. It bars the range 16 n / (18 - "
+        "lambda) to (18 - lambda) n / 16 about the speed n of largest use, and what exceeds its "
+        "limit beyond that; a table of the case bars what exceeds it."
+    )
+
+
+def _basis(result: Result) -> list[str]:
     """Diameter, strength and factors behind the rule of each section."""
+    record = result.record
     held, rated = _held(record), vector(record, "limit/basis/rated_speed", "limit")
     if held is None or rated is None:
         return []
@@ -225,15 +230,7 @@ def _basis(record: Record) -> list[str]:
             for part, (_, _, factor) in zip(parts, _BASIS, strict=True)
         ]
         rows.append([str(i + 1), named[j], *cells, turns(rated[i])])
-    if not rows:
-        return []
-    words = (
-        "Allowed stress by the rule: tau_C = (sigma_B + 160) / 18 c_K c_D (3 - 2 lambda^2), for "
-        "lambda of 0.9 and more 1.38 in place of the bracket; tau_T = 1.7 tau_C / sqrt(c_K) for "
-        "passing through; c_D = 0.35 + 0.93 d^-0.2; lambda: speed over the rated one, for which "
-        "the operating speed is taken. Stresses in N/mm^2, d in mm."
-    )
-    return [*paragraph(words), *table(columns, rows)]
+    return table(columns, rows) if rows else []
 
 
 def _uses(result: Result) -> list[str]:
@@ -242,49 +239,48 @@ def _uses(result: Result) -> list[str]:
     held, named = _held(record), _sections(record)
     if held is None or not named:
         return []
-    rated = vector(record, "limit/basis/rated_speed", "limit")
-    running = speed_of(result)
-    columns = [number("limit", 5), Column("section", 20), Column("", 9), number("rpm", 8),
-               number("lambda", 6), number("stress", 8), number("lasting\nallowed", 8),
-               number("passing\nallowed", 8), number("use\n%", 7),
-               number("passing\nuse, %", 8)]  # fmt: skip
+    columns = [number("limit", 5), Column("section", 17)]
+    columns += [number(title, width) for title, width in (
+        ("worst at\nrpm", 8), ("stress", 7), ("allowed\nlasting", 7), ("use\n%", 7),
+        ("allowed\npassing", 7), ("use\n%", 7), ("operating\nstress", 9),
+        ("allowed\nlasting", 7), ("use\n%", 7))]  # fmt: skip
+    parts = {
+        name: _matrix(record, name)
+        for name in ("each/speed", "each/stress", "each/allowed", "each/use", "each/transient",
+                     "each/transient_use", "operating/stress", "operating/allowed",
+                     "operating/use")
+    }  # fmt: skip
     rows = []
     for i, j in np.argwhere(held):
-        if j >= len(named):
-            continue
-        for way, words in (("each", "any speed"), ("operating", "operating")):
-            use = _matrix(record, f"{way}/use")
-            if use is None:
-                continue
-            at = _matrix(record, "each/speed") if way == "each" else None
-            speed = float(at[i, j]) if at is not None else running
-            ratio = speed / rated[i] if speed and rated is not None and rated[i] else 0.0
-            stress, allowed, passing = (
-                _matrix(record, f"{way}/{name}") for name in ("stress", "allowed", "transient")
-            )
-            over = _matrix(record, "each/transient_use") if way == "each" else None
-            rows.append([
-                str(i + 1), named[j], words, turns(speed) if speed and use[i, j] else "",
-                f"{ratio:.3f}" if ratio and use[i, j] else "", _stress(stress, i, j, "no bound"),
-                _stress(allowed, i, j), _stress(passing, i, j), _percent(use[i, j]),
-                _percent(over[i, j]) if over is not None and over[i, j] else "",
-            ])  # fmt: skip
-    words = (
-        "Half range of the stress in each section, and what is allowed for lasting operation and "
-        "for passing through, in N/mm^2. Use: over what is allowed for lasting, at the speed of "
-        "largest use and at the operating one; passing use: the largest over what is allowed for "
-        "passing, at any speed. -: the limit says nothing."
+        if j < len(named):
+            cells = [_use(name, part, i, j) for name, part in parts.items()]
+            rows.append([str(i + 1), named[j], *cells])
+    given = "; ".join(
+        f"{i + 1}: {rule_of(limit).name}" for i, limit in enumerate(limits_of(result))
     )
-    return [*paragraph(words), *table(columns, rows)] if rows else []
+    words = f"Half ranges of the stress in N/mm^2. Limit {given}."
+    if any(limit.get("rule") for limit in limits_of(result)):
+        words += " A rule is informative here: the society's current text counts."
+    return [*table(columns, rows), *paragraph(words)] if rows else []
+
+
+def _use(name: str, part: np.ndarray | None, i: int, j: int) -> str:
+    """A cell of the table of uses; `-` where the limit does not apply."""
+    if part is None:
+        return ""
+    value = float(part[i, j])
+    if name == "each/speed":
+        return turns(value) if value else "-"
+    if name.endswith("use"):
+        return _percent(value) if value else "-"
+    return _stress(part, i, j, "no bound" if name == "each/stress" else "-")
 
 
 def _percent(use: float) -> str:
     return show(100.0 * use, digits=4) if np.isfinite(use) else "above"
 
 
-def _stress(values: np.ndarray | None, i: int, j: int, endless: str = "-") -> str:
-    if values is None:
-        return ""
+def _stress(values: np.ndarray, i: int, j: int, endless: str) -> str:
     value = float(values[i, j])
     if not np.isfinite(value):
         return endless

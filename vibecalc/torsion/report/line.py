@@ -1,14 +1,17 @@
 """The shaft line in words: its parts, identity of the engine, terms that all sections share."""
 
 import math
-from collections.abc import Iterable, Mapping
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from vibecalc.core.report.headline import large_torques
 from vibecalc.core.report.sections import Section, having, labels, magnitudes, speed_of, table_of
 from vibecalc.core.report.writing import Column, number, pairs, paragraph, rpm, show, table
 from vibecalc.core.results.record import Quantity, Record, Result
+from vibecalc.torsion.results import HEADLINES
 
 if TYPE_CHECKING:
     from vibecalc.torsion.model import ShaftLineModel
@@ -24,16 +27,68 @@ MILLI, DEGREES, MEGA = 1e3, 180.0 / math.pi, 1e-6
 MOST_ORDERS, MOST_MODES = 60, 6
 #: a speed of so many times the operating one still counts where the case names no range
 _BEYOND = 1.25
+#: the case of the last line that was built, and that line
+_BUILT: "list[tuple[Mapping[str, Any], ShaftLineModel]]" = []
+
+
+class Detail:
+    """Blocks of lines for the full report only, made where they are read."""
+
+    def __init__(self, result: Result, *makers: Callable[[Result], list[str]]) -> None:
+        self.result, self.makers = result, makers
+
+    def __iter__(self) -> Iterator[str]:
+        for make in self.makers:
+            block = make(self.result)
+            yield from ["", *block] if block else []
 
 
 def line_of(result: Result) -> "ShaftLineModel | None":
     """The shaft line of the case with what its dimensions give; None if the case has none."""
     if not table_of(result.case, "machine", "shaft_line"):
         return None
-    from vibecalc.core.case.load import validate
-    from vibecalc.torsion.model import build_shaft_line
+    if not _BUILT or _BUILT[0][0] is not result.case:
+        from vibecalc.core.case.load import validate
+        from vibecalc.torsion.model import build_shaft_line
 
-    return build_shaft_line(validate(dict(result.case)))
+        _BUILT[:] = [(result.case, build_shaft_line(validate(dict(result.case))))]
+    return _BUILT[0][1]
+
+
+def is_chain(line: "ShaftLineModel") -> bool:
+    """Whether springs join all freedoms in one row without branch, loop or spring to the frame."""
+    springs = (line.line.stiffness != 0.0) | (line.speed_stiffness != 0.0)
+    ends = np.stack([line.line.first, line.line.second], axis=1)[springs]
+    ends = np.unique(np.sort(ends, axis=1), axis=0)
+    met = np.bincount(ends.ravel(), minlength=1)
+    # a ring in oil without springs is in no row and has no mode
+    row = int(np.max(met)) <= 2 and len(ends) == np.count_nonzero(met) - 1
+    return row and not np.any(line.line.ground_stiffness)
+
+
+def mode_names(result: Result, undamped: bool = False) -> list[str]:
+    """`1-node`, `2-node` of a line in one row, `elastic 1` of any other, `rigid`, `overdamped`.
+
+    The n-th elastic mode of a row of inertias has n nodes, those in the springs of dampers counted.
+    """
+    natural = vector(result.record, "modes/natural_frequency", "mode")
+    if undamped:
+        natural = undamped_frequency(result.record)
+    if natural is None:
+        return []
+    ratio = vector(result.record, "modes/damping_ratio", "mode")
+    line, elastic, found = line_of(result), 0, []
+    form = "{}-node" if line is not None and is_chain(line) else "elastic {}"
+    for i, value in enumerate(natural):
+        elastic += int(value > 0.0)
+        still = "overdamped" if ratio is not None and ratio[i] == 1.0 else "rigid"
+        found.append(form.format(elastic) if value > 0.0 else still)
+    return found
+
+
+def torque_unit(record: Record) -> tuple[float, str]:
+    """Factor from N m and unit of all torques of a report, as in the first table."""
+    return (1e-3, "kN m") if large_torques(record, HEADLINES) else (1.0, "N m")
 
 
 def asked(result: Result) -> dict[str, object]:
@@ -48,7 +103,7 @@ def has_pendulums(result: Result) -> bool:
 
 
 def speed_range(result: Result) -> tuple[float, float]:
-    """Lowest and highest crank speed in rad/s that count, of the case or about its own speed."""
+    """Lowest and highest crank speed in rad/s that count, of the case or from the operating one."""
     speeds = table_of(result.case, "response", "torsion", "speeds")
     if "from" in speeds and "to" in speeds:
         return float(speeds["from"]), float(speeds["to"])
@@ -62,13 +117,14 @@ def range_words(result: Result) -> str:
 
 
 def turns(speed: float) -> str:
-    """A speed in rad/s as rpm, short: `300`, `859.87`."""
+    """A speed in rad/s as rpm, short: `300`, `859.9`."""
     return short(rpm(speed))
 
 
 def short(value: float) -> str:
-    """Five digits at most, without zeros at the end."""
-    return f"{float(value):.5g}" if math.isfinite(value) else show(value)
+    """Four significant digits, without zeros at the end."""
+    text = show(float(value), digits=4)
+    return text.rstrip("0").rstrip(".") if "." in text and "e" not in text else text
 
 
 def order_text(order: float) -> str:
@@ -86,14 +142,18 @@ def within(value: float, error: float, digits: int = 4) -> str:
     if error < 0.5 * 10.0 ** (math.floor(math.log10(abs(value))) + 1 - digits):
         return show(value, digits=digits)
     power = math.floor(math.log10(error))
-    doubt = math.ceil(error / 10.0**power - 1e-9) * 10.0**power
+    shown = math.ceil(error / 10.0**power - 1e-9) * 10.0**power
     places = max(-power, 0)
-    return f"{round(value, -power):.{places}f} +- {doubt:.{places}f}"
+    return f"{round(value, -power):.{places}f} +- {shown:.{places}f}"
 
 
-def meeting(mode: float, order: float) -> str:
-    """`mode 2, order 3`, or nothing where no critical is near."""
-    return f"mode {int(mode)}, order {order_text(order)}" if mode and order else ""
+def meeting(names_: list[str], mode: float, order: float) -> str:
+    """`1-node, order 3`, or nothing where no critical is near."""
+    if not mode or not order:
+        return ""
+    place = int(mode) - 1
+    name = names_[place] if place < len(names_) else f"mode {int(mode)}"
+    return f"{name}, order {order_text(order)}"
 
 
 def vector(record: Record, name: str, axis: str) -> np.ndarray | None:
@@ -105,12 +165,12 @@ def vector(record: Record, name: str, axis: str) -> np.ndarray | None:
 def names(record: Record, path: str, axis: str) -> list[str]:
     """Labels of an axis of a quantity under `TORSION`, none if the record does not have it."""
     quantity = record.quantities.get(TORSION + path)
-    found = [own for own in quantity.axes if own.name == axis] if quantity is not None else []
+    found = [one for one in quantity.axes if one.name == axis] if quantity is not None else []
     return labels(found[0]) if found else []
 
 
 def cell(
-    quantity: Quantity | None, place: int | tuple[int, ...], factor: float = 1.0, digits: int = 5
+    quantity: Quantity | None, place: int | tuple[int, ...], factor: float = 1.0, digits: int = 4
 ) -> str:
     """One entry in the unit that `factor` makes of SI; blank if the quantity is missing."""
     if quantity is None:
@@ -118,6 +178,34 @@ def cell(
     value = np.asarray(quantity.values)[place]
     size = float(abs(value)) if np.iscomplexobj(value) else float(value)
     return show(factor * size, abs(factor) * quantity.error_estimate, digits)
+
+
+def rows_by(
+    record: Record,
+    axis: str,
+    width: int,
+    columns: Iterable[tuple[str, float, str, int]],
+    more: Iterable[tuple[Column, Callable[[int], str]]] = (),
+) -> list[str]:
+    """Lines of a table with a row for each name of an axis, none where nothing is there.
+
+    Columns: path under `TORSION`, factor from SI, title and width, left out where all is zero;
+    `more` are made of the place.
+    """
+    found = [
+        (quantity, factor, number(title, wide))
+        for path, factor, title, wide in columns
+        if (quantity := having(record, TORSION + path, axis)) and np.any(quantity.values)
+    ]
+    if not found:
+        return []
+    heads = [Column(axis, width), *(head for *_, head in found), *(head for head, _ in more)]
+    rows = [
+        [name, *(entry(quantity, name, factor) for quantity, factor, _ in found),
+         *(text(i) for _, text in more)]
+        for i, name in enumerate(labels(found[0][0].axes[0]))
+    ]  # fmt: skip
+    return table(heads, rows)
 
 
 def undamped_frequency(record: Record) -> np.ndarray | None:
@@ -148,7 +236,7 @@ def highest_frequency(result: Result) -> float:
     return highest * speed_range(result)[1]
 
 
-def entry(quantity: Quantity | None, name: str, factor: float = 1.0, digits: int = 5) -> str:
+def entry(quantity: Quantity | None, name: str, factor: float = 1.0, digits: int = 4) -> str:
     """The entry of a section as in `cell`; blank if the quantity does not have this section.
 
     Stresses belong to sections with a section modulus, what a line has without dampers to others.
@@ -199,39 +287,46 @@ def torsion_line(result: Result) -> Section | None:
     line = line_of(result)
     if line is None:
         return None
-    lines = pairs(_identity(result, line))
-    for block in (_stations(line), _sections(line), _dampers(line), _gears(line), _loads(line)):
-        if block:
-            lines += ["", *block]
-    return Section("Engine and shaft line", lines, frozenset())
+    lines = [*pairs(_identity(result, line), 18), "", *_parts(line)]
+    gears = _gears(line)
+    return Section(
+        "Engine and shaft line",
+        [*lines, *(["", *gears] if gears else [])],
+        frozenset(),
+        "section moduli",
+        Detail(result, _moduli) if np.any(line.section_modulus) else (),
+    )
 
 
 def _identity(result: Result, line: "ShaftLineModel") -> list[tuple[str, str]]:
     machine = table_of(result.case, "machine")
     train = table_of(machine, "crank_train")
-    speed, torsion = speed_of(result), asked(result)
+    torsion = asked(result)
     cycle = str(machine.get("cycle") or "four_stroke").replace("_", "-")
-    rows = [("engine", f"{cycle}, {len(train.get('cylinders') or ())} cylinders{_banks(train)}")]
-    lengths = [(name, train.get(key)) for name, key in (("bore", "bore"), ("rod", "rod_length"))]
-    words = [f"{name} {short(1e3 * float(size))} mm" for name, size in lengths if size]
-    if train.get("crank_radius"):
-        words.insert(1, f"stroke {short(2e3 * float(train['crank_radius']))} mm")
-    rows.append(("cylinder", ", ".join(words)))
+    count = len(train.get("cylinders") or ())
+    words = [f"{cycle}, {count} cylinder{'s' * (count != 1)}{_banks(train)}"]
+    sizes = ("bore", "bore", 1e3), ("stroke", "crank_radius", 2e3), ("rod", "rod_length", 1e3)
+    words += [
+        f"{name} {short(factor * float(train[key]))} mm"
+        for name, key, factor in sizes
+        if train.get(key)
+    ]
+    rows = [("engine", ", ".join(words))]
     rows += [("firing order", words) for words in [firing_words(result.record, cycle)] if words]
     rows.append(("gas", _gas(train)))
-    if speed is not None:
-        rows.append(("operating speed", f"{show(rpm(speed))} rpm ({show(speed)} rad/s)"))
-    if torsion.get("speeds"):
-        rows.append(("speeds looked at", range_words(result)))
+    pressure = result.record.quantities.get(TORSION + "excitation/mean_indicated_pressure")
+    if pressure is not None:
+        rows[-1] = ("gas", f"{_gas(train)}; mean indicated pressure {cell(pressure, (), 1e-5)} bar")
     orders = having(result.record, TORSION + "excitation/total", "half_order")
+    words = [range_words(result)] if torsion.get("speeds") else []
     if orders is not None:
         values = np.asarray(orders.axes[0].values, dtype=float)
-        every = f"every {order_text(values[1] - values[0])}" if values.size > 1 else "alone"
-        rows.append(("orders", f"{order_text(values[0])} to {order_text(values[-1])}, {every}"))
-    rows.append(("misfire", _misfire(torsion)))
-    rows.append(("damping", _damping(torsion)))
-    total = float(np.sum(line.line.inertia))
-    rows.append(("inertia of the line", f"{show(total)} kg*m^2, referred to the crankshaft"))
+        every = f" every {order_text(values[1] - values[0])}" if values.size > 1 else ""
+        words.append(f"orders {order_text(values[0])} to {order_text(values[-1])}{every}")
+    rows += [("speeds and orders", ", ".join(words))] if words else []
+    rows += _misfire(torsion) + _damping(torsion)
+    total = short(float(np.sum(line.line.inertia)))
+    rows.append(("whole line", f"{total} kg m^2 at crank speed; {_loads(result, line)}"))
     return rows
 
 
@@ -271,117 +366,129 @@ def _gas(train: Mapping[str, Any]) -> str:
     way = str(train.get("gas_interpolation") or "linear")
     if cards:
         speeds = ", ".join(turns(float(card["speed"])) for card in cards)
-        return f"pressure cards at {speeds} rpm, {way} between their rows"
+        return f"pressure cards at {speeds} rpm ({way})"
     if cycle:
         return f"computed cycle ({cycle.get('kind')})"
     if train.get("gas_pressure"):
-        return f"one pressure card for all speeds, {way} between its rows"
+        return f"one pressure card for all speeds ({way})"
     return "none"
 
 
-def _misfire(torsion: Mapping[str, Any]) -> str:
+def _misfire(torsion: Mapping[str, Any]) -> list[tuple[str, str]]:
     silent: Any = torsion.get("misfire") or ()
-    if not silent:
-        return "none: all cylinders fire"
     kind = {"no_gas": "no gas torque", "motored": "compression and expansion without combustion"}
     words = kind.get(str(torsion.get("misfire_kind") or "no_gas"), "")
     plural = "s" if len(silent) > 1 else ""
-    return f"cylinder{plural} {', '.join(map(str, silent))}: {words}"
+    return [("misfire", f"cylinder{plural} {joined(map(str, silent))}: {words}")] if silent else []
 
 
-def _damping(torsion: Mapping[str, Any]) -> str:
+def _damping(torsion: Mapping[str, Any]) -> list[tuple[str, str]]:
     model = torsion.get("damping_model")
     if not isinstance(model, Mapping):
-        return "as given for shafts, stations and dampers below"
+        return []
     ratios = ", ".join(f"{100.0 * float(ratio):g} %" for ratio in model.get("ratios") or ())
+    words = f"ratios of the modes: {ratios}"
     if model.get("kind") == "rayleigh":
         modes = ", ".join(str(mode) for mode in model.get("modes") or ())
-        return f"Rayleigh, {ratios} in modes {modes}; not that of shafts and dampers"
-    return f"ratios of the modes: {ratios}; not that of shafts and dampers"
+        words = f"Rayleigh, {ratios} in modes no. {modes}"
+    return [("damping", f"{words}; not that of shafts and dampers")]
 
 
-def _stations(line: "ShaftLineModel") -> list[str]:
-    columns = [number("no.", 4), Column("station", 22), number("speed\nratio", 9),
-               number("inertia\nkg*m^2", 12), number("damping to\nthe frame\nN*m*s/rad", 12),
-               number("stiffness\nto it\nN*m/rad", 12), number("cylinders", 10)]  # fmt: skip
-    counts = np.bincount(line.cylinder_station, minlength=len(line.station_names))
-    rows = []
+def _parts(line: "ShaftLineModel") -> list[str]:
+    """Stations, sections and dampers in one table, equal ones in a row run together."""
+    columns = [Column("part", 25), Column("kind", 19), number("speed\nratio", 8),
+               number("inertia\nkg m^2", 8), number("stiffness\nkN m/rad", 10),
+               number("damping\nN m s/rad", 9), number("loss", 6)]  # fmt: skip
+    columns += [number("dia.\nmm", 6)] if not np.any(line.section_bore) else [
+        number("dia./bore\nmm", 9)]  # fmt: skip
+    cylinders = np.bincount(line.cylinder_station, minlength=len(line.station_names))
+    geared = bool(np.any(line.station_ratio != 1.0))
+    rows: list[list[str]] = []
     for i, name in enumerate(line.station_names):
-        own = line.station_values[:, i] / line.station_ratio[i] ** 2
-        rows.append([
-            str(i + 1), name, short(line.station_ratio[i]), show(own[0]),
-            *(show(value, digits=5) for value in own[1:]), str(counts[i]) if counts[i] else "",
-        ])  # fmt: skip
-    return [*paragraph("Stations, with what they have at their own speed:"),
-            *table(columns, rows)]  # fmt: skip
-
-
-def _sections(line: "ShaftLineModel") -> list[str]:
-    columns = [Column("section", 25), Column("kind", 6), number("stiffness\nN*m/rad", 12),
-               number("damping\nN*m*s/rad", 11), number("loss\nfactor", 8)]  # fmt: skip
-    # only what some section has
-    sizes = [
-        (values, factor, column)
-        for values, factor, column in (
-            (line.section_diameter, 1e3, number("diameter\nmm", 9)),
-            (line.section_bore, 1e3, number("bore\nmm", 8)),
-            (line.section_modulus, 1e6, number("section\nmodulus\ncm^3", 10)),
-        )
-        if np.any(values)
-    ]
-    columns += [column for _, _, column in sizes]
-    rows = []
+        values = line.station_values[:, i] / line.station_ratio[i] ** 2
+        kind = f"station, {cylinders[i]} cyl." if cylinders[i] else "station"
+        ratio = short(line.station_ratio[i]) if geared else ""
+        rows.append([name, kind, ratio, _some(values[0]), _some(1e-3 * values[2]), _some(values[1]),
+                     "", ""])  # fmt: skip
+    rings = {one.name: one for one in line.dampers}
     for e, name in enumerate(line.section_names):
+        if name in rings:
+            continue
         square = line.section_ratio[e] ** 2
-        stiffness = float(line.line.stiffness[e]) / square
-        text = show(stiffness)
-        if line.speed_stiffness[e]:
-            text = f"{show(float(line.speed_stiffness[e]) / square**2, digits=4)} w^2"
-        rows.append([
-            name, line.section_kinds[e], text, show(line.line.damping[e] / square, digits=5),
-            show(line.line.loss_factor[e], digits=4),
-            *(short(factor * values[e]) if values[e] else "" for values, factor, _ in sizes),
-        ])  # fmt: skip
-    words = "Sections, on their own shafts"
-    if np.any(line.section_modulus):
-        words += "; stress is torque over the section modulus"
-    words += ":"
-    return [*paragraph(words), *table(columns, rows)] if rows else []
+        wide = short(1e3 * line.section_diameter[e]) if line.section_diameter[e] else ""
+        wide += f"/{short(1e3 * line.section_bore[e])}" if line.section_bore[e] else ""
+        stiffness = _some(1e-3 * line.line.stiffness[e] / square)
+        rows.append([name, line.section_kinds[e], "", "", stiffness,
+                     _some(line.line.damping[e] / square), _some(line.line.loss_factor[e]),
+                     wide])  # fmt: skip
+    for one in line.dampers:
+        kind = f"{_KINDS.get(one.kind, one.kind)}, {line.station_names[one.station]}"
+        power = " w^2" if one.kind == "pendulum" else ""
+        loss = [line.line.loss_factor[e] for e, n in enumerate(line.section_names) if n == one.name]
+        rows.append([one.name, kind, "", _some(one.inertia), _some(1e-3 * one.stiffness) + power,
+                     _some(one.damping), _some(loss[0]) if loss else "", ""])  # fmt: skip
+    words = "Actual values, not referred; stiffness and damping of a station: to the frame."
+    return [*table(columns, _together(rows)), *paragraph(words)]
 
 
-def _dampers(line: "ShaftLineModel") -> list[str]:
-    columns = [Column("damper", 22), Column("kind", 16), Column("on", 18),
-               number("ring\nkg*m^2", 11), number("stiffness\nN*m/rad", 12),
-               number("damping\nN*m*s/rad", 12)]  # fmt: skip
+def _moduli(result: Result) -> list[str]:
+    line = line_of(result)
+    assert line is not None  # or there is no section
     rows = [
-        [one.name, _KINDS.get(one.kind, one.kind), line.station_names[one.station],
-         show(one.inertia), show(one.stiffness) + (" w^2" if one.kind == "pendulum" else ""),
-         show(one.damping)]
-        for one in line.dampers
-    ]  # fmt: skip
-    return table(columns, rows) if rows else []
+        [name, show(1e6 * modulus, digits=4)]
+        for name, modulus in zip(line.section_names, line.section_modulus, strict=True)
+        if modulus
+    ]
+    return table((Column("section", 25), number("section modulus\ncm^3", 15)), rows)
+
+
+def _some(value: float) -> str:
+    """A number of the case, nothing for zero."""
+    return short(value) if value else ""
+
+
+def _together(rows: list[list[str]]) -> Iterator[list[str]]:
+    """Rows that follow each other with numbered names and equal entries, as one: `throw 1 to 5`."""
+    start = 0
+    for end in range(1, len(rows) + 1):
+        group = [row[0] for row in rows[start : end + 1]]
+        if end < len(rows) and rows[end][1:] == rows[start][1:] and _stem(group):
+            continue
+        first, last = rows[start][0], rows[end - 1][0]
+        number_ = last.removeprefix(_stem([first, last]))
+        last = last if " " in number_ else number_
+        yield [first if end - start == 1 else f"{first} to {last}", *rows[start][1:]]
+        start = end
+
+
+def _stem(names_: list[str]) -> str:
+    """What names share in front of their numbers, nothing if they are not numbered so."""
+    stem = re.split(r"\d", names_[0])[0]
+    same = all(name.startswith(stem) and name[len(stem) :][:1].isdigit() for name in names_)
+    return stem if same else ""
 
 
 def _gears(line: "ShaftLineModel") -> list[str]:
-    columns = [Column("gear", 26), Column("from", 18), Column("to", 18), number("ratio", 11),
-               Column("teeth", 20)]  # fmt: skip
+    columns = [Column("gear", 24), Column("from", 16), Column("to", 16), number("ratio", 9),
+               Column("teeth", 26)]  # fmt: skip
     rows = []
     for gear in line.gears:
         teeth = "rigid"
         if gear.element >= 0:
             teeth = f"elastic, pitch {short(1e3 * gear.pitch_radius)} mm"
         first, second = line.station_names[gear.first], line.station_names[gear.second]
-        rows.append([gear.name, first, second, show(gear.ratio), teeth])
+        rows.append([gear.name, first, second, short(gear.ratio), teeth])
     return table(columns, rows) if rows else []
 
 
-def _loads(line: "ShaftLineModel") -> list[str]:
-    words = f"The mean torque is taken up at station {line.station_names[line.load_station]!r}"
+def _loads(result: Result, line: "ShaftLineModel") -> str:
+    factor, unit = torque_unit(result.record)
+    words = f"mean torque taken up at {line.station_names[line.load_station]!r}"
     taken = [
-        f"{short(torque)} N*m at {line.station_names[place]!r}"
+        f"{short(factor * torque)} {unit} at {line.station_names[place]!r}"
         + (f" (speed to the power {power:g})" if power else "")
         for place, torque, power in zip(
             line.taken_station, line.taken_torque, line.taken_exponent, strict=True
         )
     ]
-    return paragraph(words + (f", besides {', '.join(taken)}." if taken else "."))
+    return words + (f", besides {joined(taken)}" if taken else "")

@@ -11,13 +11,16 @@ from vibecalc.errors import NumericalFailure
 from vibecalc.torsion.report.first_page import CLOSE, separation_rule
 from vibecalc.torsion.report.line import (
     TORSION,
+    Detail,
     asked,
     cell,
     elastic_modes,
     has_pendulums,
     highest_frequency,
+    is_chain,
     joined,
     line_of,
+    mode_names,
     order_text,
     range_words,
     undamped_frequency,
@@ -38,56 +41,100 @@ def torsion_modes(result: Result) -> Section | None:
     natural = having(result.record, MODES + "natural_frequency", "mode")
     if natural is None:
         return None
-    lines = _frequencies(result, natural)
+    lines = [*_modes(result, natural), *_bare(result)]
     if has_pendulums(result):
         lines += paragraph(
             "All at the operating speed: the field that pendulums swing in grows with the speed, "
             "and with it these natural frequencies."
         )
-    tables = holzer(result) or _shapes(result)
-    for block in (_separation(result), _bare(result.record)):
-        if block:
-            lines += ["", *block]
-    title = "Natural frequencies and modes of the line"
-    return Section(title, lines, frozenset(), "Holzer tables or mode shapes", ("", *tables))
+    return Section(
+        "Natural frequencies and modes of the line",
+        lines,
+        frozenset(),
+        "all modes and their margins, Holzer tables or mode shapes",
+        Detail(result, _frequencies, _separation, holzer_or_shapes),
+    )
 
 
-def _frequencies(result: Result, natural: Quantity) -> list[str]:
-    """One frequency and one damping ratio a mode, and where it lies."""
+def _modes(result: Result, natural: Quantity) -> list[str]:
+    """The modes that orders of the case meet: frequency, damping ratio, nearest orders."""
+    record, names, chosen = result.record, mode_names(result), elastic_modes(result)
+    if not chosen:
+        return paragraph("The line has no elastic mode.")
+    errors = vector(record, "modes/frequency_error", "mode")
+    ratio = having(record, MODES + "damping_ratio", "mode")
+    margin, order, kept = (
+        having(record, f"{TORSION}separation/operating/{name}", "mode", "order_class")
+        for name in ("margin", "half_order", "kept")
+    )
+    kinds = [] if margin is None or order is None else labels(margin.axes[1])
+    columns = [Column("mode", 10), number("no.", 3), number("Hz", 8), number("cpm", 8),
+               number("damping\nratio", 7)]  # fmt: skip
+    for kind in kinds:
+        columns += [number(f"nearest\n{kind}", 7), number("margin\n%", 6)]
+    rule = separation_rule(result)
+    columns += [Column("by rule", 7)] if rule else []
+    columns += [Column("strain energy in", 18 if rule else 26)]
+    rows = []
+    for i in chosen:
+        value = float(natural.values[i])
+        error = natural.error_estimate if errors is None else float(errors[i])
+        row = [names[i], str(i + 1), show(hertz(value), hertz(error), 4),
+               show(rpm(value), rpm(error), 4), cell(ratio, i, digits=3)]  # fmt: skip
+        for k in range(len(kinds)):
+            assert margin is not None and order is not None  # or there are no kinds
+            row += _away(float(margin.values[i, k]), float(order.values[i, k]))
+        if rule:
+            known = kept is not None and any(row[5:])
+            close = kept is not None and not np.all(kept.values[i])
+            row.append("" if not known else CLOSE if close else "kept")
+        rows.append([*row, _seat(record, i)])
+    more = int(np.count_nonzero(natural.values)) - len(chosen)
+    words = "no.: in result files, where rigid and overdamped modes count. "
+    if kinds and any(away for row in rows for away in row[5 : 5 + 2 * len(kinds)]):
+        words += "Margin: from the nearest order at the operating speed. "
+    line = line_of(result)
+    if names[chosen[0]].endswith("-node") and line and any(one.stiffness for one in line.dampers):
+        words += "Nodes in springs of dampers count. "
+    if more:
+        words += f"{more} higher mode{'s' * (more > 1)}: `--full`."
+    return [*table(columns, rows), *paragraph(words.strip())]
+
+
+def _away(margin: float, order: float) -> list[str]:
+    """Nearest order and its margin in %, blank where there is none."""
+    if not np.isfinite(margin) or not order:
+        return ["", ""]
+    return [order_text(order), "inside" if margin < 0.0 else f"{100.0 * margin:.1f}"]
+
+
+def _frequencies(result: Result) -> list[str]:
+    """All modes in rad/s, by a second way where there is one, and what damping does to them."""
     record = result.record
-    doubt = vector(record, "modes/frequency_error", "mode")
+    natural = record[MODES + "natural_frequency"]
+    errors = vector(record, "modes/frequency_error", "mode")
     undamped = vector(record, "modes/undamped_frequency", "mode")
-    # of the undamped line: beside frequencies of the damped one it is no second way
+    # of the undamped line: for frequencies of the damped one it is no second way
     second = having(record, TRANSFER, "mode") if undamped is None else None
     ratio = having(record, MODES + "damping_ratio", "mode")
-    nearest = vector(record, "margin/nearest_order", "mode")
-    distance = having(record, TORSION + "margin/distance", "mode")
-    columns = [number("mode", 4), number("rad/s", 11), number("Hz", 10), number("cpm", 10)]
-    if second is not None:
-        columns.append(number("by transfer\nmatrix,\nrad/s", 11))
-    columns += [
-        number("damping\nratio", 9), number("near\norder", 5), number("margin\n%", 7),
-        Column("strain energy in", 23),
+    names, values = mode_names(result), np.asarray(natural.values, dtype=float)
+    columns = [Column("mode", 10), number("no.", 3), number("rad/s", 11), number("Hz", 11)]
+    columns += [number("by transfer\nmatrix, rad/s", 13), number("damping\nratio", 9)]
+    columns += [number("undamped\nHz", 11), Column("strain energy in", 23)]
+    rows = [
+        [names[i], str(i + 1), show(value, error, 6), show(hertz(value), hertz(error), 6),
+         cell(second, i, digits=6), cell(ratio, i) if value else "",
+         "" if undamped is None or i >= undamped.size else show(hertz(undamped[i]), digits=6),
+         _seat(record, i) if value else ""]
+        for i, value in enumerate(values[:_MOST])
+        for error in [natural.error_estimate if errors is None else float(errors[i])]
     ]  # fmt: skip
-    rows = []
-    values = np.asarray(natural.values, dtype=float)
-    for i, value in enumerate(values[:_MOST]):
-        error = natural.error_estimate if doubt is None else float(doubt[i])
-        rigid = value == 0.0
-        other = [] if second is None else [cell(second, i, digits=6)]
-        rows.append([
-            str(i + 1), show(value, error), show(hertz(value), hertz(error)),
-            show(rpm(value), rpm(error)), *other,
-            "" if rigid else cell(ratio, i, digits=3),
-            "" if rigid or nearest is None or not nearest[i] else order_text(nearest[i]),
-            "" if rigid or distance is None else _margin(float(distance.values[i])),
-            _still(record, i) if rigid else _seat(record, i),
-        ])  # fmt: skip
     lines = table(columns, rows)
     if values.size > _MOST:
         lines += paragraph(f"and {values.size - _MOST} higher modes, in the result file")
     words = _frequency_words(result) if undamped is None else _DAMPED
-    if second is not None and _branches(result):
+    line = line_of(result)
+    if second is not None and line is not None and not is_chain(line):
         words += (
             " This line branches: its eigenvalues are found by the same mode count, so that the "
             "second column repeats the first and is no check of it."
@@ -96,23 +143,12 @@ def _frequencies(result: Result, natural: Quantity) -> list[str]:
         words += " Damping ratio: by the damping model of the case."
     elif ratio is not None and np.any(ratio.values):
         words += " Damping ratio: of the pole, -Re s / |s|" + _lossy_words(result) + "."
-    if nearest is not None:
-        words += (
-            " Margin: of the natural frequency from the nearest order at the operating speed; "
-            "blank where all orders of the case lie below the mode."
-        )
-    lines += paragraph(words)
-    if undamped is not None:
-        listed = ", ".join(show(hertz(value), digits=5) for value in undamped[:12])
-        lines += paragraph(
-            f"Without any damping, the rings of the dampers free, the line would have {listed} Hz."
-        )
-    return lines
+    return [*lines, *paragraph(words)]
 
 
 _DAMPED = (
     "Natural frequency: magnitude |s| of the pole of the line with all its damping, since how much "
-    "of a damper's ring goes along depends on the frequency."
+    "of a damper's ring goes along depends on the frequency. Undamped: rings of the dampers free."
 )
 
 
@@ -129,91 +165,46 @@ def _lossy_words(result: Result) -> str:
         return ""
     return (
         "; a loss factor counts as its equivalent viscous dashpot, stiffness times factor over the "
-        "frequency, at each mode's own frequency"
+        "frequency, at the frequency of each mode"
     )
-
-
-def _still(record: Record, mode: int) -> str:
-    """What a mode without a frequency is."""
-    ratio = vector(record, "modes/damping_ratio", "mode")
-    return "overdamped" if ratio is not None and ratio[mode] == 1.0 else "rigid"
-
-
-def _branches(result: Result) -> bool:
-    """Whether three or more springs meet somewhere in the line, parallel ones counted once."""
-    shaft = line_of(result)
-    if shaft is None:
-        return False
-    line = shaft.line
-    joined = (line.stiffness != 0.0) | (shaft.speed_stiffness != 0.0)
-    ends = np.sort(np.stack([line.first, line.second], axis=1)[joined], axis=1)
-    return bool(np.max(np.bincount(np.unique(ends, axis=0).ravel()), initial=0) > 2)
 
 
 def _separation(result: Result) -> list[str]:
-    """Distance of each mode from major and other orders, at the speed and over the range."""
-    ways = ("operating", "range")
-    parts = {
-        (way, name): having(result.record, f"{TORSION}separation/{way}/{name}", "mode",
-                            "order_class")
-        for way in ways for name in ("margin", "half_order", "kept")
-    }  # fmt: skip
-    first = parts["operating", "margin"]
-    natural = vector(result.record, "modes/natural_frequency", "mode")
-    if first is None or natural is None:
-        return []
-    rule = separation_rule(result)
-    there = [way for way in ways if all(parts[way, n] for n in ("margin", "half_order"))]
-    kinds = labels(first.axes[1])
-    columns = [number("mode", 4)]
-    titles = {"operating": "at speed\n", "range": "any speed\n"}
-    for way in there:
-        for kind in kinds:
-            columns += [number(f"{titles[way]}{kind}\norder", 9), number("margin\n%", 7)]
-        columns += [] if rule is None else [Column("by rule", 8)]
-    rows = []
-    for mode in np.flatnonzero(natural[:_MOST] > 0.0):
-        row = [str(mode + 1)]
-        for way in there:
-            away, order, kept = (
-                None if one is None else np.asarray(one.values)[mode]
-                for one in (parts[way, n] for n in ("margin", "half_order", "kept"))
-            )
-            assert away is not None and order is not None  # or it is not there
-            for k in range(len(kinds)):
-                far = not np.isfinite(away[k]) or not order[k]
-                inside = "inside" if away[k] < 0.0 else f"{100.0 * away[k]:.1f}"
-                row += ["", ""] if far else [order_text(order[k]), inside]
-            if rule is not None:
-                known = np.any(np.isfinite(away) & (order > 0.0))
-                row.append("" if not known else "kept" if np.all(kept) else CLOSE)
-        if any(row[1:]):
-            rows.append(row)
-    if not rows:
-        return []
-    words = (
-        "Separation of natural frequencies from the orders, at the operating speed"
-        + (f", and over {range_words(result)} (any)" if "range" in there else "")
-        + "; inside: the critical lies within the range."
+    """Distance of each mode from major and other orders over the range of speeds."""
+    margin, order, kept = (
+        having(result.record, f"{TORSION}separation/range/{name}", "mode", "order_class")
+        for name in ("margin", "half_order", "kept")
     )
+    if margin is None or order is None:
+        return []
+    rule, names = separation_rule(result), mode_names(result)
+    columns = [Column("mode", 10)]
+    for kind in labels(margin.axes[1]):
+        columns += [number(f"nearest {kind}\norder", 14), number("margin\n%", 7)]
+    columns += [] if rule is None else [Column("by rule", 8)]
+    rows = []
+    for i in range(min(len(names), _MOST)):
+        pairs_ = zip(margin.values[i], order.values[i], strict=True)
+        row = [cell_ for one in pairs_ for cell_ in _away(float(one[0]), float(one[1]))]
+        if any(row):
+            close = kept is not None and not np.all(kept.values[i])
+            row += [] if rule is None else [CLOSE if close else "kept"]
+            rows.append([names[i], *row])
+    words = f"Margins to the orders over {range_words(result)}; inside: the critical lies in it."
     if rule is not None:
         words += f" {rule.rule.name} asks {_asks(rule.margin)}, and nothing of other orders; it is "
         words += f"for {rule.rule.scope.split(':')[0]}, and informative here."
-    return [*paragraph(words), *table(columns, rows)]
+    return [*paragraph(words), *table(columns, rows)] if rows else []
 
 
 def _asks(margin: dict[float, float]) -> str:
     """`10 % of order 1 and 5 % of orders 2 to 10`."""
     parts = []
     for share in sorted(set(margin.values()), reverse=True):
-        own = sorted(order for order, one in margin.items() if one == share)
-        which = f"order {own[0]:g}" if len(own) == 1 else f"orders {own[0]:g} to {own[-1]:g}"
+        first, *rest = sorted(order for order, one in margin.items() if one == share)
+        which = f"orders {first:g} to {rest[-1]:g}" if rest else f"order {first:g}"
         parts.append(f"{100.0 * share:g} % of {which}")
     return joined(parts)
-
-
-def _margin(share: float) -> str:
-    return f"{100.0 * abs(share):.1f}" if np.isfinite(share) else ""
 
 
 def _seat(record: Record, mode: int) -> str:
@@ -226,28 +217,34 @@ def _seat(record: Record, mode: int) -> str:
     return f"{section[most]} {100.0 * row[most]:.0f} %" if row[most] > 0.0 else ""
 
 
-def _bare(record: Record) -> list[str]:
-    natural = vector(record, "bare/natural_frequency", "bare_mode")
+def _bare(result: Result) -> list[str]:
+    natural = vector(result.record, "bare/natural_frequency", "bare_mode")
     if natural is None:
         return []
-    listed = ", ".join(show(hertz(value), digits=5) for value in natural[:12])
+    listed = ", ".join(show(hertz(value), digits=4) for value in natural[:12] if value > 0.0)
     return paragraph(f"Without its dampers the line has {listed} Hz.")
 
 
+def holzer_or_shapes(result: Result) -> list[str]:
+    """What a mode looks like, in tables."""
+    return holzer(result) or _shapes(result)
+
+
 def _shapes(result: Result) -> list[str]:
-    """Own angles of the stations in each mode, where there is no Holzer table."""
+    """Angles of the stations in each mode, where there is no Holzer table."""
     shape = having(result.record, MODES + "shape", "mode", "station")
     modes = elastic_modes(result)
     if shape is None or not modes:
         return []
-    columns = [Column("station", 22), *(number(f"mode {i + 1}", 11) for i in modes)]
+    names = mode_names(result)
+    columns = [Column("station", 22), *(number(names[i], 11) for i in modes)]
     angle = np.real(shape.values)
     rows = [
-        [name, *(show(angle[mode, place], shape.error_estimate, 5) for mode in modes)]
+        [name, *(show(angle[mode, place], shape.error_estimate, 4) for mode in modes)]
         for place, name in enumerate(labels(shape.axes[1]))
     ]
     words = "No Holzer tables: the line is too long for them, or has a loop. "
-    words += "Mode shapes instead, own angles of the stations:"
+    words += "Mode shapes instead, angles of the stations, each on its own shaft:"
     return [*paragraph(words), *table(columns, rows)]
 
 
@@ -279,22 +276,23 @@ def holzer(result: Result) -> list[str]:
     except NumericalFailure:
         return []
     lines: list[str] = []
-    told: list[int] = []
+    shown: list[int] = []
+    names = mode_names(result, undamped=True)
     for mode in elastic_modes(result, undamped=True):
-        if told and (len(told) + 1) * len(rows.freedom) > _ROWS:
+        if shown and (len(shown) + 1) * len(rows.freedom) > _ROWS:
             break
         lines += [""] if lines else []
-        lines += _table(result.record, line, rows, angle, mode)
-        told.append(mode)
-    return lines + _rest(result, told)
+        lines += _table(result.record, line, rows, angle, mode, names[mode])
+        shown.append(mode)
+    return lines + _rest(result, shown)
 
 
-def _rest(result: Result, told: list[int]) -> list[str]:
+def _rest(result: Result, shown: list[int]) -> list[str]:
     """Which modes have no table here, and why."""
     natural = undamped_frequency(result.record)
     if natural is None:
         return []
-    left = [int(i) for i in np.flatnonzero(natural > 0.0) if i not in told]
+    left = [int(i) for i in np.flatnonzero(natural > 0.0) if i not in shown]
     top = highest_frequency(result)
     lines = []
     for modes, why in (
@@ -311,7 +309,7 @@ def _rest(result: Result, told: list[int]) -> list[str]:
 
 
 def _table(
-    record: Record, line: "Line", rows: "HolzerRows", angle: Quantity, mode: int
+    record: Record, line: "Line", rows: "HolzerRows", angle: Quantity, mode: int, name: str
 ) -> list[str]:
     frequencies = undamped_frequency(record)
     assert frequencies is not None  # or there is no table
@@ -323,9 +321,9 @@ def _table(
     twist = turned[:-1] - turned[below[:-1]]
     # the estimate of the quantity is that of its highest mode, in which errors grow along the line
     noise = _NOISE * float(np.max(np.abs(turned)))
-    columns = [Column("station", 16), number("J\nkg*m^2", 9), number("J w^2\nN*m/rad", 11),
-               number("angle\nrad", 11), number("J w^2\nx angle\nN*m", 11),
-               number("sum of\ntorques\nN*m", 11), number("stiffness\nN*m/rad", 11),
+    columns = [Column("station", 16), number("J\nkg m^2", 9), number("J w^2\nN m/rad", 11),
+               number("angle\nrad", 11), number("J w^2\nx angle\nN m", 11),
+               number("sum of\ntorques\nN m", 11), number("stiffness\nN m/rad", 11),
                number("twist\nrad", 11)]  # fmt: skip
     named = labels(angle.axes[1])
     cells = [
@@ -335,15 +333,14 @@ def _table(
         [*(show(one, noise, 5) for one in twist), ""],
     ]  # fmt: skip
     residual = vector(record, "modes/holzer_residual", "mode")
-    which = f"undamped mode {mode + 1}" if _differs(record) else f"mode {mode + 1}"
-    words = f"Holzer table of {which}, {show(natural)} rad/s"
-    words += f" = {show(hertz(natural))} Hz = {show(rpm(natural))} cpm"
+    words = f"Holzer table of {'undamped ' * _differs(record)}mode {mode + 1} ({name}), "
+    words += f"{show(hertz(natural), digits=4)} Hz = {show(rpm(natural), digits=4)} cpm"
     words += ", rings of dampers free" if _differs(record) else ""
     words += ", referred to the crankshaft"
     if residual is not None:
         scale = 1.0 if torque is None else float(np.max(magnitudes(torque)[mode], initial=0.0))
         share = residual[mode] / scale if scale > 0.0 else 0.0
-        words += f"; residual {residual[mode]:.1e} N*m, {share:.0e} of the largest torque"
+        words += f"; residual {residual[mode]:.1e} N m, {share:.0e} of the largest torque"
     lines = [*paragraph(words + ":"), *table(columns, zip(*cells, strict=True))]
     joints = [
         f"{named[i]} joins {named[below[i]]}" for i in range(len(below) - 1) if below[i] != i + 1
