@@ -19,7 +19,15 @@ from vibecalc.core.report.sections import (
     stacked,
     together,
 )
-from vibecalc.core.report.writing import Column, number, paragraph, show, show_phase, table
+from vibecalc.core.report.writing import (
+    Column,
+    height,
+    number,
+    paragraph,
+    show,
+    show_phase,
+    table,
+)
 from vibecalc.core.results.record import Quantity, Record, Result
 
 # ----------------------------------------------------------------------------
@@ -147,7 +155,7 @@ def excitation(result: Result) -> Section | None:
     """The section, None if the result has nothing of it."""
     record = result.record
     orders = _excitation_orders(record)
-    brief = len(orders[0]) <= _BRIEF
+    brief = height(orders[0]) <= _BRIEF
     return section(
         "Excitation: crank train on the body",
         [
