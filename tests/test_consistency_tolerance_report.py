@@ -11,6 +11,7 @@ import pytest
 from vibecalc.core.report.pages import accuracy, stage_times, tolerance, tolerance_line
 from vibecalc.core.report.terminal import plain_summary
 from vibecalc.core.report.text import render_report
+from vibecalc.core.report.writing import text_of
 from vibecalc.core.results.record import Axis, Quantity, Record, Result
 from vibecalc.core.results.tolerance import reached, summarised, tolerance_warning
 
@@ -102,7 +103,7 @@ def test_no_tolerance_no_words(record: Record) -> None:
 
 
 def test_seconds_line_up_and_stand_below_all_that_is_stable(record: Record) -> None:
-    lines = stage_times(result(record))
+    lines = text_of(stage_times(result(record))).splitlines()
     head, rule, *rows = (line for line in lines if line)
     ends = [place for place in range(len(rule)) if rule[place : place + 2] == "- "]
     assert all(row[end + 1 : end + 2] in ("", " ") for row in (head, *rows) for end in ends)

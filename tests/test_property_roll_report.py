@@ -31,10 +31,11 @@ from roll_samples import (
 from shipped_cases import result_of
 
 from vibecalc.core.report.text import render_report
-from vibecalc.core.report.writing import decibels
+from vibecalc.core.report.writing import decibels, text_of
 from vibecalc.core.results.catalogue import HEADLINES
 from vibecalc.core.results.record import Axis, Result
-from vibecalc.roll.report.advice import advice, joined, parameter_words
+from vibecalc.roll.report import advice as advised
+from vibecalc.roll.report.advice import joined, parameter_words
 from vibecalc.roll.report.running import lag_degrees
 
 TITLE = "Roll of the shell"
@@ -48,6 +49,11 @@ def section(result: Result) -> list[str]:
     rest = lines[start + 2 :]
     length = next((i for i, line in enumerate(rest) if re.match(r"-{4,}$", line)), len(lines))
     return rest[: length - 2]
+
+
+def advice(result: Result) -> list[str]:
+    blocks = advised.advice(result)
+    return text_of(blocks).splitlines() if blocks else []
 
 
 def table(lines: list[str], *heads: str) -> list[list[str]]:

@@ -53,7 +53,7 @@ from vibecalc.core.report.sweep.statistics import (
 from vibecalc.core.report.sweep.text import render_sweep, report_file
 from vibecalc.core.report.sweep.view import GridAxis, SweepView, causes, failure_lines, view_of
 from vibecalc.core.report.verdicts import judge_limits
-from vibecalc.core.report.writing import show
+from vibecalc.core.report.writing import show, text_of
 from vibecalc.core.results.layout import DONE, FAILED, NOT_RUN, REFUSED
 from vibecalc.core.results.sweep_file import open_sweep
 from vibecalc.core.study.sweep.assemble import assemble
@@ -114,7 +114,7 @@ def test_of_values_that_are_the_same_within_errors_the_first_counts(
 
 
 def test_round_off_on_equal_values_is_one_constant() -> None:
-    (row,) = extreme_lines(one_axis([2.0, 2.0 + 1e-13, 2.0 - 1e-13]))[2:]
+    (row,) = text_of(extreme_lines(one_axis([2.0, 2.0 + 1e-13, 2.0 - 1e-13]))).splitlines()[2:]
     assert "constant" in row and "2.000 N" in row
 
 

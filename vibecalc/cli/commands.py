@@ -243,8 +243,20 @@ def verify(
 def report(
     results: Results,
     full: Annotated[bool, typer.Option("--full", help="List every quantity.")] = False,
+    html: Annotated[
+        bool, typer.Option("--html", help="Write a page with pictures beside each file.")
+    ] = False,
 ) -> None:
     """Print the text report of result files; nothing is recomputed."""
+    if html:
+        from vibecalc.cli.outputs import write_text
+        from vibecalc.core.report.page import html_page
+
+        for path in results:
+            page = path.with_suffix(".html")
+            write_text(html_page(path, full=full), page)
+            typer.echo(str(page))
+        return
     from vibecalc.core.report.sweep.text import report_file
 
     for path in results:

@@ -19,7 +19,15 @@ from vibecalc.core.report.sections import (
     stacked,
     together,
 )
-from vibecalc.core.report.writing import Column, number, paragraph, show, show_phase, table
+from vibecalc.core.report.writing import (
+    Column,
+    height,
+    number,
+    paragraph,
+    show,
+    show_phase,
+    table,
+)
 from vibecalc.core.results.record import Quantity, Record, Result
 
 # ----------------------------------------------------------------------------
@@ -149,7 +157,7 @@ def excitation(result: Result) -> Section | None:
     orders = _excitation_orders(record)
     blocks = [_peaks(record), scalars(record, ["excitation/residual"])]
     details = {"balance table": balance(result)}
-    if len(orders[0]) <= _BRIEF:
+    if height(orders[0]) <= _BRIEF:
         blocks.insert(0, orders)
     else:
         details["forces and couples by order"] = orders

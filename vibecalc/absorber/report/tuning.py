@@ -17,7 +17,7 @@ from vibecalc.core.report.sections import (
     table_of,
     together,
 )
-from vibecalc.core.report.writing import Column, hertz, number, paragraph, show, table
+from vibecalc.core.report.writing import Column, height, hertz, number, paragraph, show, table
 from vibecalc.core.results.record import Record, Result
 
 # ----------------------------------------------------------------------------
@@ -56,7 +56,7 @@ def absorber(result: Result) -> Section | None:
         "poles": _poles(record),
     }
     curves = [_curves(result), _summits(record)]
-    if len(together(*curves)[0]) > _BRIEF:
+    if height(together(*curves)[0]) > _BRIEF:
         details, curves = {"curves and their maxima": together(*curves), **details}, []
     return section("Response of primary and absorber", curves, details, shown)
 

@@ -8,7 +8,16 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vibecalc.core.report.pages import rerun, warnings
-from vibecalc.core.report.writing import Column, fold, number, pairs, paragraph, table
+from vibecalc.core.report.writing import (
+    Column,
+    heading,
+    number,
+    pairs,
+    paragraph,
+    table,
+    text_of,
+    titled,
+)
 from vibecalc.core.results.layout import (
     ALGEBRAIC,
     BETWEEN,
@@ -190,18 +199,21 @@ _NARROW = 25
 
 def render_accuracy(result: Result) -> str:
     """The whole report of one measurement, at most 100 columns wide."""
+    return text_of(accuracy_lines(result))
+
+
+def accuracy_lines(result: Result) -> list[str]:
+    """The blocks of that report."""
     topics = topics_of(result)
-    title = fold(f"Speed against error: {result.case.get('title') or result.name}", 98)
-    lines = [*title, "=" * max(len(line) for line in title)]
+    lines = heading(f"Speed against error: {result.case.get('title') or result.name}", 1)
     lines += pairs([("case", result.name), ("sha256 of the case", result.case_sha256)], 20)
     lines += ["", *paragraph(_LEGEND), "", *_summary(topics)]
     for topic in topics:
         lines += _section(topic)
     left_out = warnings(result)
     if left_out is not None:
-        lines += _titled("Left out", left_out.lines)
-    lines += _titled("Machine (changes from run to run)", _machine(result))
-    return "\n".join(lines) + "\n"
+        lines += titled("Left out", left_out.lines)
+    return lines + titled("Machine (changes from run to run)", _machine(result))
 
 
 def _summary(topics: tuple[TopicView, ...]) -> list[str]:
@@ -350,10 +362,6 @@ def _work(rung: RungView) -> str:
 
 def _seconds(rung: RungView) -> str:
     return "" if rung.seconds is None else f"{rung.seconds:.2e}"
-
-
-def _titled(title: str, lines: list[str]) -> list[str]:
-    return ["", title, "-" * len(title), *lines]
 
 
 # ----------------------------------------------------------------------------

@@ -194,6 +194,18 @@ def _figures(path: Path, look: Look) -> tuple[Iterable[str], list[tuple[str, "Fi
     return names, list(_made(names, result, make, look))
 
 
+def vector_pictures(path: Path) -> Iterator[tuple[str, bytes]]:
+    """Title of every picture of a file, and the picture as SVG without it."""
+    matplotlib = _matplotlib()
+    for _, figure in _figures(path, Look())[1]:
+        title = " ".join(figure.get_suptitle().split())
+        figure.suptitle("").set_in_layout(False)
+        image = BytesIO()
+        with matplotlib.rc_context(STYLE):
+            figure.savefig(image, format="svg", metadata=_SILENT["svg"])
+        yield title, image.getvalue()
+
+
 def _make_methods(result: Result, _name: str) -> "Figure | None":
     return draw_accuracy(result)
 

@@ -1,7 +1,6 @@
 """The report of a result: as text of fixed columns, and as the object that `--json` prints."""
 
 import math
-import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -20,7 +19,16 @@ from vibecalc.core.report.verdicts import (
     judge_references,
     misses,
 )
-from vibecalc.core.report.writing import fold, pairs, paragraph, rpm, show, table
+from vibecalc.core.report.writing import (
+    heading,
+    pairs,
+    paragraph,
+    rpm,
+    show,
+    table,
+    text_of,
+    titled,
+)
 from vibecalc.core.results.named import named
 from vibecalc.core.results.record import ROUNDING, Quantity, Record, Result
 from vibecalc.core.run.stage import subjects_of
@@ -30,10 +38,6 @@ from vibecalc.core.run.stage import subjects_of
 # ----------------------------------------------------------------------------
 
 
-#: a product of units, which is read with a blank
-_PRODUCT = re.compile(r"(?<=[A-Za-z])\*(?=[A-Za-z])")
-
-
 def _sections(record: Record) -> list[Callable[[Result], Section | None]]:
     """Sections of the subjects that a record has quantities of, in the order of the report."""
     there = sorted(subjects_of(record), key=lambda subject: not subject.leads)
@@ -41,7 +45,12 @@ def _sections(record: Record) -> list[Callable[[Result], Section | None]]:
 
 
 def render_report(result: Result, *, full: bool = False) -> str:
-    """The report of one result, at most 100 columns wide: the answer first.
+    """The report of one result, at most 100 columns wide, as `report_lines` gives its blocks."""
+    return text_of(report_lines(result, full=full))
+
+
+def report_lines(result: Result, *, full: bool = False) -> list[str]:
+    """The blocks of the report of one result: the answer first.
 
     Sections appear only for what the result has; what no section knows is listed generically.
     What changes from run to run stands at the end, so that all above it is the same text for the
@@ -63,14 +72,14 @@ def render_report(result: Result, *, full: bool = False) -> str:
         words = next((remark for remark in remarks if remark), words)
     answers = with_limits(result, limits)
     if answers:
-        lines += _titled("Results", table(columns(answers), cells(answers)))
+        lines += titled("Results", table(columns(answers), cells(answers)))
     margins = pages.limits(limits) if full else []
     off = pages.references(missed(references))
     verdicts = stacked(paragraph(words) if words else [], margins, off)
-    lines += _titled("Verdicts", verdicts) if verdicts else []
+    lines += titled("Verdicts", verdicts) if verdicts else []
     warned = pages.warnings(result)
     if warned is not None:
-        lines += _titled(warned.title, warned.lines)
+        lines += titled(warned.title, warned.lines)
     shown: set[str] = set()
     left_out: list[str] = []
     for stage in (optimisation, find, *_sections(result.record)):
@@ -79,27 +88,27 @@ def render_report(result: Result, *, full: bool = False) -> str:
             continue
         shown |= section.shown
         body = [*section.lines, *section.detail] if full else section.lines
-        lines += _titled(section.title, body) if body else []
+        lines += titled(section.title, body) if body else []
         if section.detail and not full:
             left_out.append(section.detail_name)
     compared = pages.references(references) if full else pages.brief(references)
-    lines += _titled("Reference numbers", compared) if compared else []
+    lines += titled("Reference numbers", compared) if compared else []
     whole = (pages.tolerance, pages.accuracy, pages.methods_section, pages.plan_section)
     closings = (*whole, pages.provenance) if full else (pages.appendix, pages.run_of)
     further = other(result, shown)
-    lines += _titled(further.title, further.lines) if further is not None else []
+    lines += titled(further.title, further.lines) if further is not None else []
     if left_out:
         words = f"Left out here: {'; '.join(left_out)}. `vibecalc report --full` shows them."
         lines += ["", *paragraph(words)]
     for closing in (make(result) for make in closings):
-        lines += _titled(closing.title, closing.lines) if closing is not None else []
-    return _PRODUCT.sub(" ", "\n".join(lines)) + "\n"
+        lines += titled(closing.title, closing.lines) if closing is not None else []
+    return lines
 
 
 def render_verdicts(result: Result) -> str:
     """Limits and references of one result, each miss in words, and the conclusion."""
     limits, references = judge_limits(result), judge_references(result)
-    lines = _titled(str(result.case.get("title") or result.name), [])[1:]
+    lines = titled(str(result.case.get("title") or result.name), [])[1:]
     for told in (pages.limits(limits), pages.references(references)):
         lines += [*told, ""] if told else []
     for miss in misses(references, limits):
@@ -110,7 +119,6 @@ def render_verdicts(result: Result) -> str:
 
 def _identity(result: Result, full: bool) -> list[str]:
     case = result.case
-    title = fold(str(case.get("title") or result.name), 98)
     rows = [("case", result.name)]
     if case.get("source"):
         rows.append(("source", str(case["source"])))
@@ -119,7 +127,7 @@ def _identity(result: Result, full: bool) -> list[str]:
         rows.append(("machine", machine))
     if full:
         rows += [("sha256 of the case", result.case_sha256), ("vibecalc", result.version)]
-    return [*title, "=" * max(len(line) for line in title), *pairs(rows, 20)]
+    return [*heading(str(case.get("title") or result.name), 1), *pairs(rows, 20)]
 
 
 def _machine(result: Result) -> str:
@@ -132,10 +140,6 @@ def _machine(result: Result) -> str:
     if speed is not None:
         words.append(f"{show(rpm(speed))} rpm")
     return ", ".join(words)
-
-
-def _titled(title: str, lines: list[str]) -> list[str]:
-    return ["", title, "-" * len(title), *lines]
 
 
 # ----------------------------------------------------------------------------

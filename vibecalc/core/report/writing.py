@@ -20,6 +20,71 @@ INDENT = "  "
 _GAP = " "
 
 
+class Block(str):
+    """Lines of a report as one text, which knows what it is made of: pages of HTML set it anew."""
+
+
+class Heading(Block):
+    """A title over a rule; level 1 is that of the report."""
+
+    level: int
+    title: str
+
+
+class Paragraph(Block):
+    """Words; `mark`, such as `[1]`, stands before them."""
+
+    mark: str
+    words: str
+
+
+class Pairs(Block):
+    """Names and values."""
+
+    rows: list[tuple[str, str]]
+
+
+class Table(Block):
+    """Columns that have an entry, rows of cells, and those below a rule."""
+
+    columns: list["Column"]
+    rows: list[list[str]]
+    totals: list[list[str]]
+
+
+def heading(title: str, level: int = 2) -> list[str]:
+    """A title over its rule, after an empty line but at the beginning."""
+    lines = fold(title, WIDTH - len(INDENT))
+    rule = ("=" if level == 1 else "-") * max(len(line) for line in lines)
+    block = Heading("\n".join([*lines, rule]))
+    block.level, block.title = level, title
+    return [block] if level == 1 else ["", block]
+
+
+#: a product of units, which is read with a blank
+_PRODUCT = re.compile(r"(?<=[A-Za-z])\*(?=[A-Za-z])")
+
+
+def read(text: str) -> str:
+    """A text with the products of units as they are read: N m."""
+    return _PRODUCT.sub(" ", text)
+
+
+def text_of(lines: Iterable[str]) -> str:
+    """The text of the blocks of a report."""
+    return read("\n".join(lines)) + "\n"
+
+
+def height(lines: Iterable[str]) -> int:
+    """How many lines of text the blocks take."""
+    return sum(line.count("\n") + 1 for line in lines)
+
+
+def titled(title: str, lines: Sequence[str]) -> list[str]:
+    """A part of a report under its heading."""
+    return [*heading(title), *lines]
+
+
 class Column(NamedTuple):
     """Title, width in characters, and whether it is set to the right (numbers)."""
 
@@ -65,7 +130,7 @@ def table(
     rows: Iterable[Sequence[str]],
     totals: Iterable[Sequence[str]] = (),
 ) -> list[str]:
-    """Lines of a table under its titles and a rule; `totals` stand below another rule.
+    """One block: a table under its titles and a rule; `totals` stand below another rule.
 
     A cell that is too wide goes on below. A column without an entry is left out.
     """
@@ -85,7 +150,9 @@ def table(
         lines.append(INDENT + "-" * across)
     for row in below:
         lines.extend(_row(row, columns))
-    return lines
+    block = Table("\n".join(lines))
+    block.columns, block.rows, block.totals = columns, body, below
+    return [block]
 
 
 def filled(rows: Sequence[Sequence[str]], count: int) -> list[int]:
@@ -107,8 +174,8 @@ def _row(cells: Sequence[str], columns: Sequence[Column]) -> list[str]:
 
 
 def pairs(rows: Iterable[tuple[str, str]], width: int = 24) -> list[str]:
-    """Lines of `name   value`, the value folded into what is left of the page."""
-    lines = []
+    """One block: `name   value`, the value folded into what is left of the page."""
+    lines, rows = [], list(rows)
     for name, value in rows:
         folded = fold(value, WIDTH - len(INDENT) - width - 1)
         heads = fold(name, width)
@@ -116,17 +183,23 @@ def pairs(rows: Iterable[tuple[str, str]], width: int = 24) -> list[str]:
             head = heads[i] if i < len(heads) else ""
             tail = folded[i] if i < len(folded) else ""
             lines.append(f"{INDENT}{head.ljust(width)} {tail}".rstrip())
-    return lines
+    block = Pairs("\n".join(lines))
+    block.rows = rows
+    return [block] if rows else []
 
 
 def paragraph(text: str, mark: str = "") -> list[str]:
-    """A folded, indented paragraph; `mark` (such as `[1]`) stands before its first line."""
+    """A folded, indented block; `mark` (such as `[1]`) stands before its first line."""
     lead = f"{mark} " if mark else ""
     folded = fold(text, WIDTH - len(INDENT) - len(lead))
-    return [
-        (INDENT + (lead if i == 0 else " " * len(lead)) + line).rstrip()
-        for i, line in enumerate(folded)
-    ]
+    block = Paragraph(
+        "\n".join(
+            (INDENT + (lead if i == 0 else " " * len(lead)) + line).rstrip()
+            for i, line in enumerate(folded)
+        )
+    )
+    block.mark, block.words = mark, text
+    return [block]
 
 
 # ----------------------------------------------------------------------------

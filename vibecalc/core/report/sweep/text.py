@@ -10,7 +10,16 @@ import numpy as np
 from vibecalc.core.report.sweep.limits import Limit, judge, kept_share, limit_lines
 from vibecalc.core.report.sweep.statistics import extreme_lines, index_lines, statistic_lines
 from vibecalc.core.report.sweep.view import SweepView, causes, example, failure_lines
-from vibecalc.core.report.writing import Column, fold, number, pairs, paragraph, table
+from vibecalc.core.report.writing import (
+    Column,
+    heading,
+    number,
+    pairs,
+    paragraph,
+    table,
+    text_of,
+    titled,
+)
 from vibecalc.core.results.layout import DONE, NOT_RUN, STATUS_WORDS
 
 if TYPE_CHECKING:
@@ -188,10 +197,14 @@ def render_sweep(sweep: SweepView) -> str:
     ResultError
         A limit of the case names an entry that the sweep does not have.
     """
+    return text_of(sweep_lines(sweep))
+
+
+def sweep_lines(sweep: SweepView) -> list[str]:
+    """The blocks of that report."""
     limits, missing = judge(sweep)
-    title = fold(str(sweep.case.get("title") or sweep.name), 98)
-    lines = [*title, "=" * max(len(line) for line in title), *_identity(sweep)]
-    lines += _titled("Summary", paragraph(conclusion(sweep, limits)))
+    lines = [*heading(str(sweep.case.get("title") or sweep.name), 1), *_identity(sweep)]
+    lines += titled("Summary", paragraph(conclusion(sweep, limits)))
     sections = (
         ("What varies", _varied(sweep)),
         ("Limits", limit_lines(sweep, limits, missing)),
@@ -204,8 +217,8 @@ def render_sweep(sweep: SweepView) -> str:
     )
     for name, section in sections:
         if section:
-            lines += _titled(name, section)
-    return "\n".join(lines) + "\n"
+            lines += titled(name, section)
+    return lines
 
 
 def report_file(path: Path, *, full: bool = False) -> str:
@@ -214,24 +227,29 @@ def report_file(path: Path, *, full: bool = False) -> str:
     `full` lists the error estimates of a run; the others have none to list. Raises ResultError if
     the file cannot be read.
     """
+    return text_of(file_lines(path, full=full))
+
+
+def file_lines(path: Path, *, full: bool = False) -> list[str]:
+    """The blocks of that report."""
     from vibecalc.core.results.sweep_file import is_sweep, open_sweep
 
     if is_sweep(path):
         from vibecalc.core.report.sweep.view import view_of
 
         with open_sweep(path) as opened:
-            return render_sweep(view_of(opened))
+            return sweep_lines(view_of(opened))
     from vibecalc.core.results.layout import is_accuracy
     from vibecalc.core.results.store import read_result
 
     result = read_result(path)
     if is_accuracy(result):
-        from vibecalc.core.report.accuracy import render_accuracy
+        from vibecalc.core.report.accuracy import accuracy_lines
 
-        return render_accuracy(result)
-    from vibecalc.core.report.text import render_report
+        return accuracy_lines(result)
+    from vibecalc.core.report.text import report_lines
 
-    return render_report(result, full=full)
+    return report_lines(result, full=full)
 
 
 def conclusion(sweep: SweepView, limits: Sequence[Limit]) -> str:
@@ -302,7 +320,3 @@ def _left_out(sweep: SweepView) -> list[str]:
     for path, reason in sweep.left_out.items():
         lines += paragraph(f"{path}: {reason}")
     return lines
-
-
-def _titled(title: str, lines: list[str]) -> list[str]:
-    return ["", title, "-" * len(title), *lines]

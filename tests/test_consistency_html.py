@@ -1,0 +1,86 @@
+"""Claim: `report --html` says what the text says, in one file that needs no other, and fits."""
+
+import re
+import shutil
+import subprocess
+from html.parser import HTMLParser
+from pathlib import Path
+
+import pytest
+from shipped_cases import ROOT
+
+from vibecalc.core.report.page import html_page
+from vibecalc.core.report.plots import vector_pictures
+from vibecalc.core.report.sweep.text import file_lines
+from vibecalc.core.report.writing import Table, read
+
+GOLDEN = ROOT / "tests" / "golden"
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
+
+#: what a browser sees: how much too wide, parts cut off, pictures that it cannot draw, and all
+LOOK = """<script>addEventListener("load", () => {
+  const root = document.documentElement, pictures = [...document.images];
+  const wide = root.scrollWidth - root.clientWidth;
+  const cut = [...document.querySelectorAll(".wide, pre")]
+    .filter(one => one.scrollWidth > one.clientWidth + 1).length;
+  const lost = pictures.filter(one => !one.complete || one.naturalWidth < 100).length;
+  document.body.setAttribute("data-seen", [wide, cut, lost, pictures.length].join(" "));
+});</script>"""
+
+
+class Page(HTMLParser):
+    """Texts of cells and titles, and everything that a page would load; all tags are closed."""
+
+    def __init__(self, page: str) -> None:
+        super().__init__()
+        self.cells: list[str] = []
+        self.loads: list[str] = []
+        self.open: list[str] = []
+        self.feed(page)
+        assert not self.open
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.loads += [value or "" for name, value in attrs if name in ("src", "href")]
+        if tag not in ("meta", "img"):
+            self.open.append(tag)
+        if tag in ("td", "th", "h1", "h2"):
+            self.cells.append("")
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        if {"td", "th", "h1", "h2"} & set(self.open):
+            self.cells[-1] += data
+
+
+def test_a_page_has_every_cell_and_picture_and_loads_nothing() -> None:
+    path = GOLDEN / "generator.h5"
+    page = html_page(path)
+    seen = Page(page)
+    tables = [line for line in file_lines(path) if isinstance(line, Table)]
+    assert len(tables) > 5
+    cells = [cell for one in tables for row in (*one.rows, *one.totals) for cell in row]
+    for text in (*cells, *(column.title for one in tables for column in one.columns)):
+        assert read(" ".join(text.split())) in seen.cells
+    pictures = [one for one in seen.loads if one.startswith("data:image/svg+xml;base64,")]
+    assert len(pictures) == len(list(vector_pictures(path))) > 3
+    assert all(one.startswith(("#", "data:")) for one in seen.loads)
+    assert page.count('class="kept"') == 4 and 'class="missed"' not in page
+    assert "[machine.crank_train]" in page
+
+
+@pytest.mark.skipif(CHROMIUM is None, reason="chromium is not installed")
+@pytest.mark.parametrize("name", ["generator", "engine_v8"])
+def test_a_browser_shows_all_of_it(name: str, tmp_path: Path) -> None:
+    assert CHROMIUM is not None
+    page = tmp_path / "page.html"
+    page.write_text(html_page(GOLDEN / f"{name}.h5", full=True) + LOOK, encoding="utf-8")
+    for width in (1000, 1600):
+        options = ["--headless=new", "--no-sandbox", "--disable-gpu", f"--window-size={width},900"]
+        command = [CHROMIUM, *options, "--dump-dom", "--virtual-time-budget=9000", page.as_uri()]
+        run = subprocess.run(command, capture_output=True, text=True, timeout=120, check=True)
+        found = re.search(r'data-seen="([^"]+)"', run.stdout)
+        assert found, run.stdout[-500:]
+        wide, cut, lost, pictures = map(int, found[1].split())
+        assert wide <= 0 and not cut and not lost and pictures > 3
