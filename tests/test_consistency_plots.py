@@ -13,6 +13,9 @@ from drawn import coarse, figure, lines, words
 
 from vibecalc.core.report.plots import draw, every_picture, make
 from vibecalc.core.results.record import Axis, Result
+from vibecalc.core.results.store import read_result
+
+GOLDEN = Path(__file__).parent / "golden"
 
 
 def test_force_over_the_cycle_sums_the_orders_with_phase() -> None:
@@ -31,6 +34,24 @@ def test_force_over_the_cycle_sums_the_orders_with_phase() -> None:
         assert axes.get_ylabel() == "force in N"
     assert "9329 N" in still.get_title(loc="left")
     assert mounted.get_xlabel() == "crank angle in deg"
+
+
+def test_shaking_reaches_the_peaks_of_the_result_in_time_and_along_its_path() -> None:
+    result = read_result(GOLDEN / "pump.h5")
+    force, path, couple = figure(result, "shaking").axes
+    for axes, name in ((force, "force"), (couple, "couple")):
+        peaks = result.record[f"excitation/{name}_peak"]
+        shown = {label[0]: line.get_ydata() for label, line in lines(axes).items() if ":" in label}
+        for direction, peak in zip("xyz", peaks.values, strict=True):
+            drawn = np.abs(shown.get(direction, 0.0)).max()
+            assert drawn == pytest.approx(float(peak), rel=1e-4, abs=1e-9)
+    assert set(lines(force)) >= {"y: 115.5 N at 90 deg", "z: 222.9 N at 0 deg"}
+    across, up = (np.asarray(one) for one in path.get_lines()[0].get_data())
+    order = np.asarray(result.record["excitation/force"].axes[0].values)
+    turned = np.exp(1j * np.outer(np.radians(np.linspace(0.0, 360.0, across.size)), order))
+    whole = np.real(turned @ np.asarray(result.record["excitation/force"].values))
+    np.testing.assert_allclose(np.transpose([across, up]), whole[:, 1:], atol=1e-9)
+    assert (path.get_xlabel(), path.get_ylabel()) == ("y in N", "z in N")
 
 
 def test_run_up_has_both_speeds_limits_and_resonances() -> None:
@@ -152,7 +173,7 @@ def test_start_and_optimum_against_bounds_and_limits() -> None:
 @pytest.mark.parametrize(
     ("sample", "names"),
     [
-        (generator, {"force_over_cycle", "run_up", "transmissibility", "piston_motion"}),
+        (generator, {"shaking", "force_over_cycle", "run_up", "transmissibility", "piston_motion"}),
         (rigid_body, {"modal_energy"}),
     ],
 )

@@ -117,6 +117,17 @@ def limit_line(axes: "Axes", value: float, words: str) -> None:
     )
 
 
+def gaps(values: Any) -> np.ndarray:
+    """Gaps where a value is infinite."""
+    return np.where(np.isfinite(values), values, np.nan)
+
+
+def unit_words(unit: str, largest: float = 0.0) -> tuple[float, str]:
+    """Factor and words of a unit as people read it: N m, kN from 10 000 N on."""
+    words = unit.replace("*", " ").replace("^2", "$^2$")
+    return (1e-3, f"k{words}") if unit in ("N", "N*m") and largest >= 1e4 else (1.0, words)
+
+
 def bounds_of(result: Result, quantity: str) -> list[tuple[str, float]]:
     """Upper bounds that the case puts on `quantity` at the optimum, in SI, with their words."""
     from vibecalc.core.report.verdicts import judge_limits
