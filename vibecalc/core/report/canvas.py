@@ -5,9 +5,9 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from vibecalc.core.report.sections import scalar_of
+from vibecalc.core.report.sections import scalar_of, speed_of
 from vibecalc.core.report.verdicts import MEASURED, ReferenceRow
-from vibecalc.core.report.writing import fold
+from vibecalc.core.report.writing import fold, rpm
 from vibecalc.core.results.record import Axis, Quantity, Record, Result
 from vibecalc.units import convert, parse_quantity
 
@@ -30,6 +30,8 @@ TYPE = 8.5
 _HIGHEST = 230.0 / 25.4
 #: letters of 9 pt in the width of a page
 _LETTERS = 92
+#: points of a curve up to which they are drawn
+_SEEN = 60
 #: ratio of the ends of a logarithmic axis up to which 2 and 5 have numbers as well
 _FEW = 150.0
 ORDER_NAMES: Mapping[int, str] = {1: "primary (order 1)", 2: "secondary (order 2)"}
@@ -126,6 +128,18 @@ def unit_words(unit: str, largest: float = 0.0) -> tuple[float, str]:
     """Factor and words of a unit as people read it: N m, kN from 10 000 N on."""
     words = unit.replace("*", " ").replace("^2", "$^2$")
     return (1e-3, f"k{words}") if unit in ("N", "N*m") and largest >= 1e4 else (1.0, words)
+
+
+def dotted(count: int) -> str:
+    """Marker of a curve: its points where they are so few that the lines between them are seen."""
+    return "." if count <= _SEEN else ""
+
+
+def operating_line(axes: "Axes", result: Result, low: float, high: float) -> None:
+    """The operating speed in rpm, if it lies between two speeds in rad/s."""
+    speed = speed_of(result)
+    if speed is not None and low <= speed <= high:
+        axes.axvline(rpm(speed), color=LIMIT, linewidth=1.0, linestyle=":", label="operating speed")
 
 
 def bounds_of(result: Result, quantity: str) -> list[tuple[str, float]]:

@@ -14,11 +14,12 @@ from vibecalc.core.report.canvas import (
     TYPE,
     WIDTH,
     canvas,
+    unit_words,
     waves,
 )
-from vibecalc.core.report.sections import along, having, labels, scalar_of, speed_of, table_of
+from vibecalc.core.report.sections import along, having, labels, speed_of, table_of
 from vibecalc.core.report.writing import fold, hertz, show
-from vibecalc.core.results.record import Result
+from vibecalc.core.results.record import Record, Result
 from vibecalc.torsion.report.line import (
     TORSION,
     asked,
@@ -50,6 +51,14 @@ _TORQUES = (("gas_torque", "gas", COLOURS[0]), ("inertia_torque", "inertia", COL
 _TWICE, _LEAST = 2.0, 1.3
 
 
+def torque_unit(record: Record) -> tuple[float, str]:
+    """Factor and words of the one unit of torque in all pictures of a shaft line."""
+    found = [record.quantities.get(f"{TORSION}{name}")
+             for name in ("torque_half_range", "excitation/engine_torque")]  # fmt: skip
+    known = [np.abs(one.values[np.isfinite(one.values)]) for one in found if one is not None]
+    return unit_words("N*m", max((float(one.max(initial=0.0)) for one in known), default=0.0))
+
+
 def draw_torsion_excitation(result: Result) -> "Figure | None":
     """Panels over the crank angle; None without a torque over the cycle.
 
@@ -64,6 +73,7 @@ def draw_torsion_excitation(result: Result) -> "Figure | None":
     at = f" at {turns(speed)} rpm" if speed is not None else ""
     words = ", ".join([f"gas pressure and torques over one cycle{at}", *misfire_words(result)])
     rows = 3 if second is None else 4
+    factor, unit = torque_unit(record)
     figure = canvas(result, words, 2.6 + 2.0 * rows)
     panels = list(figure.subplots(rows, 1, sharex=True))
     above, below = panels[0], panels[-1]
@@ -78,20 +88,22 @@ def draw_torsion_excitation(result: Result) -> "Figure | None":
         if times is None:
             continue
         for name, label, colour in _TORQUES:
-            _curve(result, axes, name, 1e-3, label, colour, times)
-        _approximated(result, axes, "total_torque", 1e-3, "kN m", times)
-        axes.set_ylabel("torque of one cyl-\ninder in kN m")
+            _curve(result, axes, name, factor, label, colour, times)
+        _approximated(result, axes, "total_torque", factor, unit, times)
+        axes.set_ylabel(f"torque of one\ncylinder in {unit}")
         axes.legend(loc="upper right", fontsize=8, ncols=4)
         axes.set_title(f"one cylinder from its firing on{rpm_words}", loc="left", fontsize=8)
         axes.axhline(0.0, color=QUIET, linewidth=0.8)
         _headroom(axes)
-    _curve(result, below, "engine_torque", 1e-3, "all cylinders", TOTAL)
-    below.set_ylabel("torque of all cyl-\ninders in kN m")
-    mean = scalar_of(record, EXCITATION + "mean_torque")
+    _curve(result, below, "engine_torque", factor, "all cylinders", TOTAL)
+    below.set_ylabel(f"torque of all\ncylinders in {unit}")
+    mean = record.quantities.get(EXCITATION + "mean_torque")
     if mean is not None:
-        signed = float(record[EXCITATION + "mean_torque"].values)
-        below.axhline(1e-3 * signed, color=QUIET, linestyle="--", linewidth=1.2)
-        below.set_title(f"mean {show(1e-3 * signed, digits=4)} kN m", loc="right", fontsize=8)
+        level = factor * float(mean.values)
+        below.axhline(level, color=QUIET, linestyle="--", linewidth=1.2,
+                      label=f"mean {show(level, digits=4)} {unit}")  # fmt: skip
+        below.legend(loc="upper right", fontsize=8, ncols=2)
+        _headroom(below)
     cycle = str(table_of(result.case, "machine").get("cycle") or "").replace("_", "-")
     order = firing_words(record, cycle)
     if order:
@@ -368,6 +380,7 @@ def draw_torsion_orders(result: Result) -> "Figure | None":
         return None
     speed = speed_of(result)
     at = f" at {turns(speed)} rpm" if speed is not None else ""
+    factor, unit = torque_unit(record)
     figure = canvas(result, f"order spectrum{at}, amplitudes 0-to-peak", 7.0)
     above, below = figure.subplots(2, 1, sharex=True)
     order = np.asarray(total.axes[0].values, dtype=float)[:_MOST]
@@ -375,12 +388,12 @@ def draw_torsion_orders(result: Result) -> "Figure | None":
     for number, (name, words, colour) in enumerate(_PARTS):
         part = having(record, f"{TORSION}excitation/{name}", "half_order")
         if part is not None:
-            size = np.abs(np.asarray(part.values))[:_MOST]
+            size = factor * np.abs(np.asarray(part.values))[:_MOST]
             shift = (number - 1) * 0.27 * step
             above.bar(order + shift, size, 0.25 * step, color=colour, label=words)
-    above.set_ylabel("torque of one cylinder\nin N m")
+    above.set_ylabel(f"torque of one cylinder\nin {unit}")
     above.legend(loc="upper right", fontsize=8)
-    row = np.abs(np.asarray(torque.values)[place])[:_MOST]
+    row = factor * np.abs(np.asarray(torque.values)[place])[:_MOST]
     major = vector(record, "excitation/major", "half_order")
     strong = np.zeros(row.size, bool) if major is None else major[:_MOST] > 0
     for chosen, colour, words in (
@@ -390,11 +403,11 @@ def draw_torsion_orders(result: Result) -> "Figure | None":
         if np.any(chosen):
             below.bar(order[chosen], row[chosen], 0.6 * step, color=colour, label=words)
     _name(below, order, row)
-    below.set_ylabel(f"torque in section\n{section} in N m")
+    below.set_ylabel(f"torque in section\n{section} in {unit}")
     below.set_xlabel("order (multiple of crank speed)")
-    half = entry(having(record, TORSION + "torque_half_range", "section"), section)
+    half = entry(having(record, TORSION + "torque_half_range", "section"), section, factor, 4)
     if half:
-        words = f"half range of all orders together: {half} N m"
+        words = f"half range of all orders together: {half} {unit}"
         below.set_title(words, loc="left", fontsize=8, color=QUIET)
     below.legend(loc="upper right", fontsize=8)
     below.set_xlim(order[0] - step, order[-1] + step)

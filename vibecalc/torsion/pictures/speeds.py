@@ -4,12 +4,24 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, TOTAL, canvas, draw_points, plain_log
-from vibecalc.core.report.sections import having, labels, speed_of
+from vibecalc.core.report.canvas import (
+    COLOURS,
+    LIMIT,
+    QUIET,
+    TOTAL,
+    canvas,
+    dotted,
+    draw_points,
+    gaps,
+    operating_line,
+    plain_log,
+)
+from vibecalc.core.report.sections import having, labels
 from vibecalc.core.report.verdicts import ReferenceRow, judge_references
 from vibecalc.core.report.writing import rpm, show
 from vibecalc.core.results.record import Quantity, Record, Result
-from vibecalc.torsion.pictures.excitation import misfire_words
+from vibecalc.torsion.pictures.excitation import misfire_words, torque_unit
+from vibecalc.torsion.report.limits import limits_of, rule_of
 from vibecalc.torsion.report.line import (
     MEGA,
     MILLI,
@@ -33,6 +45,8 @@ if TYPE_CHECKING:
 _APART = 0.024
 #: of the range, how near to its ends a maximum is at one
 _AT_END = 1e-6
+#: of the highest maximum, and of its own height above the curve beside it, what has a name
+_HIGH, _STANDS = 0.1, 0.03
 
 
 class Points(NamedTuple):
@@ -85,7 +99,28 @@ def through(
     x = np.concatenate([speed, points.speed[fresh]])
     y = np.concatenate([curve, factor * points.height[fresh]])
     rising = np.argsort(x, kind="stable")
-    return x[rising], np.where(np.isfinite(y), y, np.nan)[rising]
+    return x[rising], gaps(y[rising])
+
+
+def main_of(points: Points, speed: np.ndarray, curve: np.ndarray) -> Points:
+    """Maxima that stand out of a curve over speeds in rad/s; of one mode and order the highest."""
+    tops = np.where(np.isfinite(points.height), points.height, 0.0)
+    kept: list[int] = []
+    for i in np.argsort(-tops, kind="stable"):
+        if tops[i] < _HIGH * tops.max() or any(
+            points.mode[i] and points.mode[i] == points.mode[j]
+            and points.order[i] == points.order[j] for j in kept
+        ):  # fmt: skip
+            continue
+        between = [
+            curve[(speed >= min(points.speed[i], points.speed[j]))
+                  & (speed <= max(points.speed[i], points.speed[j]))]
+            for j in kept
+        ]  # fmt: skip
+        valley = max((float(np.nanmin(one)) for one in between if one.size), default=0.0)
+        if tops[i] - valley >= _STANDS * tops[i]:
+            kept.append(int(i))
+    return Points(*(one[sorted(kept)] for one in points))
 
 
 def name_maxima(axes: "Axes", points: Points, factor: float, ends: tuple[float, float]) -> None:
@@ -150,18 +185,20 @@ def _entry(record: Record, path: str, section: str) -> np.ndarray:
 # Load of the sections of a shaft line against speed, with and without dampers, with limits.
 # ----------------------------------------------------------------------------
 
-_KILO = 1e-3
-_MOST = 6
+#: curves of a panel; fewer where undamped criticals make spikes of them
+_MOST, _MOST_SPIKY = 6, 3
 #: ratio of the curves from which on the axis is logarithmic
 _FAR = 4.0
 #: of the highest value, the least that a logarithmic axis shows
 _DEEP = 1e-3
 #: points of room for the names of maxima between the axes and their title
 _ROOM = 38.0
+#: more bands than these are drawn as a strip at the foot, which is as high
+_BARCODE, _STRIP = 12, 0.05
 _SHADES = (
     ("barred", "#E69F00", 0.25, "barred range"),
     ("hammering", "#CC79A7", 0.15, "teeth of a gear hammer"),
-    ("masked", "#f3c6cc", 1.0, "nothing damps the line"),
+    ("masked", "#f3c6cc", 1.0, "undamped critical"),
 )
 #: the same line otherwise: where it stands, and its look
 _OTHERS = (
@@ -182,15 +219,17 @@ def draw_torsion_speeds(result: Result) -> "Figure | None":
     above, middle, below = figure.subplots(3, 1, sharex=True, height_ratios=[1.7, 1.0, 1.0])
     speed = np.asarray(torque.axes[1].values, dtype=float)
     rows = judge_references(result)
-    _top(result, above, section, speed, rows)
-    _all(record, middle, torque, _KILO, "torque in kN m", rows)
+    unit = torque_unit(record)
+    _top(result, above, section, speed, rows, unit)
+    _all(record, middle, torque, unit[0], f"torque in {unit[1]}", rows)
     twist = having(record, TORSION + "speeds/twist_half_range", "section", "speed")
     if twist is not None:
         _all(record, below, twist, MILLI, "twist in mrad", rows, rings=False)
     below.set_xlabel("crank speed in rpm")
     below.set_xlim(rpm(speed[0]), rpm(speed[-1]))
-    for axes in (middle, below):
+    for axes in (above, middle, below):
         _shades(record, axes)
+    above.legend(loc="upper left", bbox_to_anchor=(1.005, 1.0), fontsize=8)
     return figure
 
 
@@ -205,15 +244,16 @@ def _row(record: Record, path: str, section: str) -> np.ndarray | None:
 
 
 def _top(
-    result: Result, axes: "Axes", section: str, speed: np.ndarray, rows: list[ReferenceRow]
-) -> None:
+    result: Result, axes: "Axes", section: str, speed: np.ndarray, rows: list[ReferenceRow],
+    unit: tuple[float, str],
+) -> None:  # fmt: skip
     """Stress where it is known, else torque, with all that is told of this section."""
     record = result.record
     torque, stress = (
         _row(record, f"speeds/{load}_half_range", section) for load in ("torque", "stress")
     )
     assert torque is not None  # or there is no picture
-    factor, words = _KILO, "torque in kN m"
+    factor, words = unit[0], f"torque in {unit[1]}"
     if stress is not None:
         # both are half ranges over one section modulus
         known = np.isfinite(torque) & (torque > 0.0)
@@ -226,12 +266,13 @@ def _top(
             top = top_of(record, section, root=root)
             x, y = through(speed, other, top)
             axes.plot(rpm(1.0) * x, factor * y, color=colour, linewidth=1.2, linestyle=style,
-                      label=label)  # fmt: skip
+                      marker=dotted(len(speed)), label=label)  # fmt: skip
             others.append(factor * y)
     label = "with dampers" if names(record, "damper/heat", "damper") else "half range"
     points = points_of(record, section)
     x, y = through(speed, torque, points)
-    axes.plot(rpm(1.0) * x, factor * y, color=TOTAL, linewidth=2.0, label=label)
+    axes.plot(rpm(1.0) * x, factor * y, color=TOTAL, linewidth=1.0 if _undamped(record) else 2.0,
+              marker=dotted(len(speed)), label=label)  # fmt: skip
     shown = [factor * y]
     for name, scale in (("torque", factor), ("stress", MEGA)):
         quantity = having(record, f"{TORSION}speeds/{name}_half_range", "section", "speed")
@@ -239,21 +280,17 @@ def _top(
             shown.append(draw_points(rows, axes, quantity, entry=section, turning=rpm(1.0),
                                      factor=scale, colour=LIMIT))  # fmt: skip
     if stress is not None:
-        shown += _limits(record, axes, section, rpm(1.0) * speed)
+        shown += _limits(result, axes, section, rpm(1.0) * speed)
     if _undamped(record):
         _endless(axes, shown[:1])
     else:
         _heights(axes, shown, others)
-    operating = speed_of(result)
-    if operating is not None and speed[0] <= operating <= speed[-1]:
-        axes.axvline(rpm(operating), color=LIMIT, linewidth=1.0, linestyle=":",
-                     label="operating speed")  # fmt: skip
+    operating_line(axes, result, speed[0], speed[-1])
+    points = main_of(points, x, y)
     name_maxima(axes, points, factor, (rpm(speed[0]), rpm(speed[-1])))
-    _shades(record, axes)
     axes.set_ylabel(words)
     axes.set_title(f"section {section}", loc="left", fontsize=9,
                    pad=_ROOM if points.speed.size else None)  # fmt: skip
-    axes.legend(loc="upper left", bbox_to_anchor=(1.005, 1.0), fontsize=8)
 
 
 def _heights(axes: "Axes", shown: list[np.ndarray], others: list[np.ndarray]) -> None:
@@ -267,8 +304,10 @@ def _heights(axes: "Axes", shown: list[np.ndarray], others: list[np.ndarray]) ->
         axes.set_ylim(0.0, 1.06 * far)
 
 
-def _limits(record: Record, axes: "Axes", section: str, turning: np.ndarray) -> list[np.ndarray]:
-    """Curves of the limits that are held against this section."""
+def _limits(result: Result, axes: "Axes", section: str, turning: np.ndarray) -> list[np.ndarray]:
+    """Curves of the limits that are held against this section, named after their rules."""
+    record = result.record
+    rules = [f"limit ({rule_of(one).name})" for one in limits_of(result)]
     held = vector(record, "limit/section", "limit")
     own = names(record, "speeds/torque_half_range", "section").index(section) + 1
     drawn = []
@@ -280,9 +319,9 @@ def _limits(record: Record, axes: "Axes", section: str, turning: np.ndarray) -> 
             other = held is not None and int(held[i]) != own
             if other or not np.isfinite(row).any():
                 continue
-            words = f"limit {i + 1}" + (", passing through" if name == "transient" else "")
-            axes.plot(turning, _gaps(row), style, color=LIMIT, linewidth=1.4, label=words)
-            drawn.append(_gaps(row))
+            words = rules[i] + (", passing through" if name == "transient" else "")
+            axes.plot(turning, gaps(row), style, color=LIMIT, linewidth=1.4, label=words)
+            drawn.append(gaps(row))
     return drawn
 
 
@@ -304,12 +343,14 @@ def _all(
     hung += [] if rings else _springs(record)
     named = labels(quantity.axes[0])
     tops = np.array([np.max(row[np.isfinite(row)], initial=0.0) for row in values])
-    chosen = [int(i) for i in np.argsort(-tops, kind="stable") if named[i] not in hung][:_MOST]
+    chosen = [int(i) for i in np.argsort(-tops, kind="stable") if named[i] not in hung]
+    chosen = chosen[: _MOST_SPIKY if _undamped(record) else _MOST]
     high = []
     for place, i in enumerate(sorted(chosen)):
         colour = COLOURS[place % len(COLOURS)]
         x, y = through(speed, values[i], top_of(record, named[i], load))
-        axes.plot(rpm(1.0) * x, factor * y, color=colour, linewidth=1.3, label=named[i])
+        axes.plot(rpm(1.0) * x, factor * y, color=colour, label=named[i],
+                  linewidth=0.8 if _undamped(record) else 1.3, marker=dotted(len(x)))  # fmt: skip
         points = draw_points(rows, axes, quantity, entry=named[i], turning=rpm(1.0), factor=factor,
                              colour=colour)  # fmt: skip
         high.append(np.concatenate([factor * y, points]))
@@ -337,10 +378,11 @@ def _shades(record: Record, axes: "Axes") -> None:
         low, high = (vector(record, f"{name}/{end}", name) for end in ("from", "to"))
         if low is None or high is None:
             continue
+        upto = _STRIP if len(low) > _BARCODE else 1.0
         for i, (start, stop) in enumerate(zip(low, high, strict=True)):
             axes.axvspan(
-                rpm(start), rpm(stop), color=colour, alpha=alpha, linewidth=0.8, zorder=0,
-                label=None if i else words,
+                rpm(start), rpm(stop), 0.0, upto, color=colour, alpha=alpha, linewidth=0.8,
+                zorder=0, label=None if i else words,
             )  # fmt: skip
 
 
@@ -361,11 +403,6 @@ def _highest(*curves: np.ndarray) -> float:
     """The largest finite value, 0 if there is none."""
     found = [float(np.max(one[np.isfinite(one)])) for one in curves if np.isfinite(one).any()]
     return max(found, default=0.0)
-
-
-def _gaps(values: np.ndarray) -> np.ndarray:
-    """Gaps where a value is infinite."""
-    return np.where(np.isfinite(values), values, np.nan)
 
 
 # ----------------------------------------------------------------------------
@@ -425,7 +462,8 @@ def draw_torsion_dampers(result: Result) -> "Figure | None":
                 axes.plot(rpm(1.0) * x, MILLI * y, style, color=colour, linewidth=1.2, label=label)
                 curves.append(MILLI * y)
         x, y = through(speed, values[place_of(own, name) or 0], top_of(record, name, _LOAD))
-        axes.plot(rpm(1.0) * x, MILLI * y, color=TOTAL, linewidth=1.6, label=damped)
+        axes.plot(rpm(1.0) * x, MILLI * y, color=TOTAL, linewidth=1.6, marker=dotted(len(speed)),
+                  label=damped)  # fmt: skip
         told = f"{name}\nlargest {show(_finite(MILLI * y), digits=3)}"
         bare = top_of(record, name, _LOAD, "bare/").height
         if bare.size and len(name) <= _SHORT:
@@ -433,10 +471,7 @@ def draw_torsion_dampers(result: Result) -> "Figure | None":
         axes.set_title(told, loc="left", fontsize=8)
         own_curves.append(MILLI * y)
         highest.append(np.concatenate(curves))
-        operating = speed_of(result)
-        if operating is not None and speed[0] <= operating <= speed[-1]:
-            axes.axvline(rpm(operating), color=LIMIT, linewidth=0.9, linestyle=":",
-                         label="operating speed")  # fmt: skip
+        operating_line(axes, result, speed[0], speed[-1])
         axes.set_xlim(rpm(speed[0]), rpm(speed[-1]))
     _height(grid[0, 0], own_curves, highest)
     for place, axes in enumerate(grid.ravel()):
