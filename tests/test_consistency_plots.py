@@ -152,12 +152,12 @@ def test_modal_energy_bars_fill_the_modes() -> None:
 def test_piston_motion_has_its_units() -> None:
     panels = figure(generator(), "piston_motion").axes
     assert [axes.get_ylabel() for axes in panels] == [
-        "position\nin m",
+        "position\nin mm",
         "velocity\nin m/s",
-        "acceleration\nin m/s^2",
+        "acceleration\nin m/s$^2$",
     ]
     position = np.asarray(panels[0].get_lines()[0].get_ydata())
-    assert (position.min(), position.max()) == pytest.approx((0.14, 0.26))
+    assert (position.min(), position.max()) == pytest.approx((140.0, 260.0))
 
 
 def test_start_and_optimum_against_bounds_and_limits() -> None:

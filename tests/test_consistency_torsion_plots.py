@@ -149,7 +149,7 @@ def test_campbell_crossings_lie_on_order_lines(made: dict[str, Any]) -> None:
         strong = set(np.asarray(order, dtype=int) - 1)
         assert strong <= set(np.argsort(-row)[:3])
     words = {text.get_text() for text in axes.texts}
-    assert {"0.5", "3", "12"} <= words
+    assert {"1.5", "3", "12"} <= words
     assert make(geared(), "torsion_speeds") is None  # without a range of speeds
 
 

@@ -69,7 +69,7 @@ def draw_absorber_surface(result: Result) -> "Figure | None":
     right.set_xlabel("largest response")
     right.set_ylabel(words)
     right.tick_params(labelleft=True)
-    left.set_xlabel("frequency over the primary's own")
+    left.set_xlabel("frequency / natural frequency of the primary")
     left.set_ylabel(words)
     left.grid(visible=False)
     return figure
@@ -124,7 +124,9 @@ def draw_absorber_curves(result: Result) -> "Figure | None":
     below.set_ylabel("phase in deg")
     below.set_yticks(range(-360, 1, 90))
     below.set_ylim(*_phase_limits(below))
-    below.set_xlabel("frequency in Hz" if hertz is not None else "frequency over the primary's own")
+    below.set_xlabel(
+        "frequency in Hz" if hertz is not None else "frequency / natural frequency of the primary"
+    )
     below.set_xlim(x[0], x[-1])
     figure.legend(loc="outside lower center", ncols=4, fontsize=8)
     return figure
@@ -271,8 +273,6 @@ def _dress(axes: "Axes", across: str, up: str, mass: np.ndarray) -> None:
 # ----------------------------------------------------------------------------
 
 _SHARES = (0.01, 0.05, 0.1, 0.2, 0.4, 0.7, 1.0, 1.5, 2.5)
-#: so many of them are named: the others lie on dark ground
-_NAMED = 6
 _MARKS = ("s", "D", "^", "v")
 
 
@@ -290,10 +290,12 @@ def draw_absorber_map(result: Result) -> "Figure | None":
     above = np.asarray(found.values, dtype=float).T / best - 1.0
     # beyond the bounds of a case there may be better ones
     above = np.where(np.isfinite(above), np.maximum(above, 0.0), 10.0 * _SHARES[-1])
-    axes.contourf(k, z2, above, levels=[0.0, *_SHARES, 1e9], cmap="Blues", norm=_norm())
-    axes.contour(k, z2, above, levels=_SHARES[_NAMED:], colors="white", linewidths=0.9)
-    lines = axes.contour(k, z2, above, levels=_SHARES[:_NAMED], colors="white", linewidths=0.9)
-    axes.clabel(lines, fmt=lambda value: f"+{100.0 * value:.3g} %", fontsize=8, colors=TOTAL)
+    levels = [0.0, *_SHARES]
+    filled = axes.contourf(k, z2, above, levels=levels, extend="max", cmap="Blues", norm=_norm())
+    axes.contour(k, z2, above, levels=_SHARES, colors="white", linewidths=0.9)
+    bar = figure.colorbar(filled, ax=axes, ticks=levels)
+    bar.ax.set_yticklabels([f"{100.0 * level:g}" for level in levels])
+    bar.set_label("peak above the optimum in %")
     _methods(axes, record)
     _stock(axes, record, (k[0], k[-1]), (z2[0], z2[-1]))
     axes.plot(
@@ -350,7 +352,7 @@ def _methods(axes: "Axes", record: Record) -> None:
             _MARKS[place % 4],
             color=COLOURS[(place + 1) % 6],
             ms=7 + 3 * place,
-            label=str(name).replace("_", " "),
+            label=str(name).replace("_", " ").title(),
             zorder=5,
             markerfacecolor="none",
             markeredgewidth=1.6,

@@ -17,11 +17,13 @@ from vibecalc.core.report.canvas import (
     corners,
     crank_angle_axis,
     draw_points,
+    gaps,
     limit_line,
     natural_frequencies,
     order_name,
     plain_ticks,
     project,
+    unit_words,
     waves,
 )
 from vibecalc.core.report.sections import along, having, labels, scalar_of, speed_of, table_of
@@ -84,6 +86,8 @@ def _curves(axes: "Axes", quantity: Quantity, orders: np.ndarray) -> None:
 # ----------------------------------------------------------------------------
 
 _ROOT = "isolation/torque_reaction/"
+#: of the largest order of a couple, what the last has to reach for ripples to be seen
+_RIPPLE = 2e-3
 _STATIC = "isolation/support_force/static"
 _DASHES = ("-", "--", "-.", ":")
 
@@ -100,7 +104,10 @@ def draw_engine_mounts(result: Result) -> "Figure | None":
     count = max(721, int(16.0 * turns * orders.max()) + 1)
     angle = np.linspace(0.0, 2.0 * np.pi * turns, count)
     kind = table_of(result.case, "machine").get("kind") or "engine"
-    title = f"torque reaction: {kind} on its mounts over the cycle"
+    title = f"torque reaction: {kind} on its mounts, orders {orders[0]:g} to {orders[-1]:g}"
+    size = np.abs(np.asarray(couple.values))
+    if size[-1] > _RIPPLE * size.max():
+        title += "; ripples stand for those left out"
     figure = canvas(result, title, 7.4)
     above, below = figure.subplots(2, 1, sharex=True)
     _couple(above, record, couple, angle, orders)
@@ -121,7 +128,7 @@ def _couple(
     axes.axhline(mean, color=QUIET, linestyle="--", linewidth=1.2)
     words = f"couple on the body about the crankshaft, mean {show(mean, digits=4)} N m (dashed)"
     axes.set_title(words, loc="left")
-    axes.set_ylabel(f"couple in {_plain(couple.unit)}")
+    axes.set_ylabel(f"couple in {unit_words(couple.unit)[1]}")
 
 
 def _loads(
@@ -159,14 +166,9 @@ def _loads(
             )  # fmt: skip
     axes.set_title("load on each support about its mean: torque and shaking, downwards",
                    loc="left")  # fmt: skip
-    axes.set_ylabel(f"load in {_plain(force.unit)}")
-    axes.legend(title=f"support: mean\nin {_plain(force.unit)}", loc="center left",
+    axes.set_ylabel(f"load in {force.unit}")
+    axes.legend(title=f"support: mean\nin {force.unit}", loc="center left",
                 bbox_to_anchor=(1.0, 0.5), fontsize=8)  # fmt: skip
-
-
-def _plain(unit: str) -> str:
-    """A unit as the other words of a picture write it."""
-    return unit.replace("*", " ")
 
 
 # ----------------------------------------------------------------------------
@@ -504,7 +506,7 @@ def draw_run_up(result: Result) -> "Figure | None":
     if lever is not None:
         axes = panels[0]
         quantity, speed = lever
-        axes.plot(speed, _drawable(quantity.values), color=TOTAL)
+        axes.plot(speed, gaps(quantity.values), color=TOTAL)
         draw_points(rows, axes, quantity, colour=LIMIT)
         _finish(result, axes, quantity, speed, "couple over the lever")
     if support is not None:
@@ -534,7 +536,7 @@ def _supports(axes: "Axes", quantity: Quantity, speed: np.ndarray) -> None:
             drawn.append((row, [name]))
     for i, (row, members) in enumerate(drawn):
         words = ("mounts " if len(members) > 1 else "mount ") + ", ".join(members)
-        axes.plot(speed, _drawable(row), color=COLOURS[i % len(COLOURS)], label=words)
+        axes.plot(speed, gaps(row), color=COLOURS[i % len(COLOURS)], label=words)
     # Forces are small at low speeds, and limits are named on the right.
     axes.legend(loc="center left", fontsize=8, frameon=True, framealpha=0.9, edgecolor="none")
 
@@ -633,11 +635,6 @@ def _turn_axes(panels: list["Axes"]) -> None:
     turns = panels[-1].secondary_xaxis("bottom", functions=(to_rpm, from_rpm))
     turns.set_xlabel("crank speed in rpm")
     plain_ticks(turns.xaxis)
-
-
-def _drawable(values: np.ndarray) -> np.ndarray:
-    """Gaps where a value is infinite."""
-    return np.where(np.isfinite(values), values, np.nan)
 
 
 def _beyond(peak: float, limits: list[tuple[str, float]]) -> bool:

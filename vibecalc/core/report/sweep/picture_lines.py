@@ -1,12 +1,19 @@
 """Results of a sweep along one axis, a line for each value of a short second one."""
 
-import textwrap
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, canvas, plain_ticks
+from vibecalc.core.report.canvas import (
+    COLOURS,
+    LIMIT,
+    QUIET,
+    canvas,
+    gaps,
+    plain_ticks,
+    unit_words,
+)
 from vibecalc.core.report.sweep.limits import Limit, best, case_values, judge
 from vibecalc.core.report.sweep.picture_parts import (
     BEST,
@@ -26,6 +33,7 @@ from vibecalc.core.report.sweep.picture_parts import (
     name_axis,
     panels,
     plane,
+    together,
 )
 from vibecalc.core.report.sweep.statistics import entries
 from vibecalc.core.report.sweep.view import SweepView
@@ -180,20 +188,20 @@ def _panel(axes: "Axes", sweep: SweepView, part: Plane, one: Shown, own: Sequenc
     style: dict[str, Any] = {"ls": line, "marker": "o" if x.size <= 40 else None, "ms": 4}
     if separate is None:
         drawn = one.values[numbers]
-        for i in range(numbers.shape[1]):
-            words = _series(sweep, part, i)
+        for i, *others in together(drawn):
+            words = _series(sweep, part, [i, *others])
             colour = COLOURS[i % len(COLOURS)]
             spread = one.worst.spread
             if spread is not None:
-                _spread(axes, x, _finite(drawn[:, i]), spread[numbers[:, i]] * one.factor, colour)
-            axes.plot(x, _finite(drawn[:, i]), color=colour, label=words, **style)
+                _spread(axes, x, gaps(drawn[:, i]), spread[numbers[:, i]] * one.factor, colour)
+            axes.plot(x, gaps(drawn[:, i]), color=colour, label=words, **style)
         note = entry_words(one.worst, part.points)
     else:
         drawn, names = separate
         at_end = len(names) > _ENTRIES
         for i, name in enumerate(names):
             look = style | line_style(i) | ({"ls": "none"} if line == "none" else {})
-            axes.plot(x, _finite(drawn[:, i]), label=None if at_end else name, **look)
+            axes.plot(x, gaps(drawn[:, i]), label=None if at_end else name, **look)
         note = f"{sweep.kept[one.path].axes[0].name} at the right" if at_end else ""
     unbounded = np.isinf(drawn).any(axis=1)
     if unbounded.any():
@@ -205,8 +213,8 @@ def _panel(axes: "Axes", sweep: SweepView, part: Plane, one: Shown, own: Sequenc
         if one.worst.spread is not None
         else ""
     )
-    axes.set_title(one.path + (f"\n{note}" if note else ""), fontsize=8)
-    axes.set_ylabel(one.unit or textwrap.fill(sweep.kept[one.path].long_name, 36))
+    axes.set_title(one.title(note), fontsize=8)
+    axes.set_ylabel(one.label)
     _scale(axes, drawn, own, one)
     _undecided(axes, x, one, own, numbers)
     resonances(axes, sweep, part)
@@ -248,12 +256,13 @@ def _spread(axes: "Axes", x: np.ndarray, y: np.ndarray, spread: np.ndarray, colo
         axes.fill_between(x, y - spread, y + spread, color=colour, alpha=0.2, linewidth=0.0)
 
 
-def _series(sweep: SweepView, part: Plane, place: int) -> str | None:
+def _series(sweep: SweepView, part: Plane, places: list[int]) -> str | None:
     if len(part.axes) < 2:
         return None
     axis = sweep.grid[part.axes[1]]
     key = axis.keys[0]
-    return f"{key.words} = {key.shown(axis.values[place, 0])}"
+    values = ", ".join(key.shown(axis.values[place, 0]) for place in places)
+    return f"{key.words} = {unit_words(values)[1]}"
 
 
 def _separate(
@@ -343,7 +352,3 @@ def _star(
     words = best_words(sweep, limit, point)
     for axes, one in zip(grid, chosen, strict=True):
         axes.plot([x], [one.values[point]], **BEST, label=words)
-
-
-def _finite(values: np.ndarray) -> np.ndarray:
-    return np.where(np.isfinite(values), values, np.nan)
