@@ -74,8 +74,8 @@ def test_acceleration_is_held_against_two_harmonics() -> None:
     # the first term left out is that of order 4
     fourth = abs(result.record["kinematics/acceleration_harmonics"].values[4])
     assert np.abs(missed).max() == pytest.approx(fourth, rel=0.03)
-    assert f"{np.abs(missed).max():.3g} m/s^2" in below.get_title(loc="left")
-    assert above.get_ylabel() == "acceleration in m/s^2"
+    assert f"{np.abs(missed).max():.3g} m/s$^2$" in below.get_title(loc="left")
+    assert above.get_ylabel() == "acceleration in m/s$^2$"
 
 
 def test_modes_have_a_panel_each_with_frequency_and_freedom() -> None:

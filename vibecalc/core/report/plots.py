@@ -318,14 +318,9 @@ def _matplotlib() -> Any:
 _ACROSS = 2
 #: more methods than these are named beside the panel
 _INSIDE = 5
-_WORDS = (
-    "worst relative error over seconds; filled: the front; ring: what vibecalc takes; "
-    "dotted: the truth is known to it"
-)
 _MARKERS = ("o", "s", "^", "D", "v", "P")
-
-#: errors are drawn from here on; what is exact sits on the lower edge
-_LEAST = 1e-17
+#: more methods than `COLOURS` are told apart in a topic
+_MANY = (*COLOURS, "#332288", "#AA4499", "#882255", "#999933", "#117733", "#661100")
 
 
 def draw_accuracy(result: Result) -> "Figure | None":
@@ -340,19 +335,27 @@ def draw_accuracy(result: Result) -> "Figure | None":
     across = min(_ACROSS, len(topics))
     down = -(-len(topics) // across)
     widest = max(len(topic.methods) for topic in topics)
-    legend = 0.0 if widest <= _INSIDE else 0.19 * widest
-    figure = canvas(result, _WORDS, 0.8 + (3.6 + legend) * down)
+    legend = 0.0 if widest <= _INSIDE or across == 1 else 0.21 * widest
+    figure = canvas(result, "accuracy and time of the methods", 1.2 + (3.6 + legend) * down)
     panels = figure.subplots(down, across, squeeze=False).ravel()
     for axes, topic in zip(panels, topics, strict=False):
-        _panel(axes, topic)
+        _panel(axes, topic, beside=across == 1)
     for axes in panels[len(topics) :]:
         axes.set_visible(False)
+    ring, dot = {"mfc": "none", "color": TOTAL, "ls": "none"}, {"color": QUIET, "ls": "none"}
+    figure.legend(
+        loc="outside lower center", ncols=2, fontsize=8,
+        handles=[*panels[0].plot([], [], "o", ms=5, label="none as accurate is faster", **dot),
+                 *panels[0].plot([], [], "o", ms=10, mew=1.4, label="default of vibecalc", **ring),
+                 *panels[0].plot([], [], "v", ms=5, label="at the foot: no error at all", **dot),
+                 *panels[0].plot([], [], ":", color=LIMIT, label="error of the reference itself")],
+    )  # fmt: skip
     return figure
 
 
-def _panel(axes: "Axes", topic: TopicView) -> None:
+def _panel(axes: "Axes", topic: TopicView, beside: bool) -> None:
     done = [rung for rung in topic.rungs if rung.done and rung.seconds]
-    errors = [_height(rung) for rung in done] or [1.0]
+    errors = [_height(rung) for rung in done if rung.relative > 0.0] or [1.0]
     low, top = _span(errors, 2.0)
     axes.set_xscale("log")
     axes.set_yscale("log")
@@ -360,7 +363,7 @@ def _panel(axes: "Axes", topic: TopicView) -> None:
     axes.set_ylim(low, top)
     axes.minorticks_off()
     for place, method in enumerate(topic.methods):
-        colour, marker = COLOURS[place % len(COLOURS)], _MARKERS[place % len(_MARKERS)]
+        colour, marker = _MANY[place % len(_MANY)], _MARKERS[place % len(_MARKERS)]
         line = "-" if place < len(COLOURS) else "--"
         rungs = [rung for rung in topic.of(method.name) if rung.seconds]
         measured = [rung for rung in rungs if rung.done]
@@ -371,6 +374,9 @@ def _panel(axes: "Axes", topic: TopicView) -> None:
             axes, measured, linestyle=line, linewidth=1.2, mfc="white", label=method.name, **style
         )
         _dots(axes, front, linestyle="none", **style)
+        exact = [_across(rung) for rung in measured if rung.relative == 0.0]
+        if exact:
+            axes.plot(exact, [low] * len(exact), "v", color=colour, ms=6, clip_on=False)
         if failed:
             edge = [_across(rung) for rung in failed]
             axes.plot(edge, [top] * len(edge), "x", color=colour, ms=7, clip_on=False)
@@ -383,6 +389,8 @@ def _panel(axes: "Axes", topic: TopicView) -> None:
     axes.set_ylabel("worst relative error")
     if len(topic.methods) <= _INSIDE:
         axes.legend(fontsize=8, loc="best")
+    elif beside:
+        axes.legend(fontsize=8, loc="center left", bbox_to_anchor=(1.01, 0.5))
     else:
         axes.legend(fontsize=8, loc="upper center", bbox_to_anchor=(0.5, -0.2))
 
@@ -396,7 +404,8 @@ def _across(rung: RungView) -> float:
 
 
 def _height(rung: RungView) -> float:
-    return max(rung.relative, _LEAST) if math.isfinite(rung.relative) else 1.0
+    """The error, a gap where there is none."""
+    return (rung.relative or math.nan) if math.isfinite(rung.relative) else 1.0
 
 
 def _span(values: Sequence[float], decades: float) -> tuple[float, float]:
