@@ -6,7 +6,7 @@ import numpy as np
 
 from vibecalc.absorber.report.hardware import HARDWARE, ICE
 from vibecalc.absorber.report.tuning import ABSORBER, PENDULUM
-from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, TOTAL, canvas, plain_ticks
+from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, TOTAL, canvas, note, plain_ticks
 from vibecalc.core.report.sections import having, labels, scalar_of, table_of
 from vibecalc.core.report.writing import show
 from vibecalc.core.results.record import Quantity, Record, Result
@@ -176,15 +176,7 @@ def _rings(axes: "Axes", record: Record, scale: float) -> None:
         label="fixed points P, Q",
     )
     for name, x, y in zip(labels(height.axes[0]), place.values, height.values, strict=True):
-        axes.annotate(
-            name,
-            (scale * float(x), float(y)),
-            xytext=(0, 9),
-            textcoords="offset points",
-            ha="center",
-            color=LIMIT,
-            fontsize=8,
-        )
+        note(axes, name, (scale * float(x), float(y)), (0, 9), ha="center", color=LIMIT)
 
 
 def _limits(record: Record, curve: Quantity, hidden: set[int]) -> tuple[float, float]:
@@ -417,15 +409,7 @@ def draw_absorber_warming(result: Result) -> "Figure | None":
     wanted = scalar_of(record, "tuning/secondary_damping")
     if wanted is not None:
         below.axhline(wanted, color=QUIET, linestyle=":")
-        below.annotate(
-            "wanted",
-            (warm[-1], wanted),
-            xytext=(-2, 3),
-            textcoords="offset points",
-            ha="right",
-            color=QUIET,
-            fontsize=8,
-        )
+        note(below, "wanted", (warm[-1], wanted), (-2, 3), ha="right", color=QUIET)
     plain_ticks(below.yaxis)
     below.set_ylabel(r"damping $c_2 / (2 \sqrt{K_1 J_1})$")
     below.set_xlabel("temperature of the oil in $\\degree$C")

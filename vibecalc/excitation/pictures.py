@@ -12,6 +12,7 @@ from vibecalc.core.report.canvas import (
     canvas,
     crank_angle_axis,
     limit_line,
+    note,
     unit_words,
     waves,
 )
@@ -81,8 +82,7 @@ def _shaking(
     for quarter in _QUARTERS:
         there = int(np.argmin(np.abs(degrees - quarter)))
         right.plot([x[there]], [y[there]], "o", color=LIMIT, ms=4)
-        right.annotate(f"{quarter}", (x[there], y[there]), xytext=(4, 3),
-                       textcoords="offset points", color=LIMIT, fontsize=8)  # fmt: skip
+        note(right, f"{quarter}", (x[there], y[there]), (4, 3), color=LIMIT)
     right.set_aspect("equal", adjustable="datalim")
     right.margins(0.15)
     right.set_xlabel(f"{names[across]} in {unit}")

@@ -7,11 +7,13 @@ import numpy as np
 from vibecalc.core.report.canvas import (
     COLOURS,
     LIMIT,
+    PLATE,
     QUIET,
     TOTAL,
     canvas,
     clearance_names,
     crank_angle_axis,
+    note,
     plain_ticks,
     spread_out,
 )
@@ -355,13 +357,5 @@ def _leads(axes: "Axes", record: Record, chosen: list[int], top: float) -> None:
         if order > 0:
             axes.vlines(order, 0.0, height, color=colour, linestyle=":", linewidth=1.2)
         words = f"these lead from order {order}" if order > 0 else "these lead nowhere"
-        axes.annotate(
-            words,
-            (max(order, 1), height),
-            xytext=(5, 0),
-            textcoords="offset points",
-            color=colour,
-            fontsize=8,
-            va="center",
-            bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.0},
-        )
+        note(axes, words, (max(order, 1), height), (5, 0), color=colour, va="center",
+            bbox=PLATE)  # fmt: skip

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibecalc.core.report.canvas import COLOURS, LIMIT, TOTAL, canvas
+from vibecalc.core.report.canvas import COLOURS, LIMIT, PLATE, TOTAL, canvas, note
 from vibecalc.core.report.sections import entries, having, labels, scalar_of, table_of
 from vibecalc.core.results.record import Quantity, Record, Result
 
@@ -242,17 +242,10 @@ def _mark(axes: "Axes", result: Result, quiet: tuple[float, float] | None) -> No
             named.append((x, y, [str(row["name"])]))
     for x, y, names in named:
         third = min(int(3.0 * (x - left) / (right - left)), 2)
-        axes.annotate(
-            ", ".join(names),
-            (x, y),
-            xytext=(6 - 6 * third, 11 if y < 0.5 * (low + high) else -11),
-            textcoords="offset points",
-            ha=("left", "center", "right")[third],
-            va="center",
-            color=TOTAL,
-            fontsize=8,
-            bbox={"boxstyle": "round,pad=0.15", "fc": "white", "ec": "none", "alpha": 0.75},
-        )
+        note(axes, ", ".join(names), (x, y),
+            (6 - 6 * third, 11 if y < 0.5 * (low + high) else -11),
+            ha=("left", "center", "right")[third], va="center", color=TOTAL,
+            bbox=PLATE)  # fmt: skip
     if quiet is not None:
         axes.plot([1e3 * quiet[0]], [1e3 * quiet[1]], "*", ms=13, color=LIMIT, mec="white",
                   clip_on=False, ls="none", label="quietest place")  # fmt: skip

@@ -12,9 +12,11 @@ from vibecalc.core.report.canvas import (
     draw_points,
     factor_of,
     length_scale,
+    note,
+    operating_line,
     plain_ticks,
 )
-from vibecalc.core.report.sections import along, having, labels, speed_of
+from vibecalc.core.report.sections import along, having, labels
 from vibecalc.core.report.verdicts import judge_references
 from vibecalc.core.report.writing import rpm, show
 from vibecalc.core.results.record import Quantity, Record, Result
@@ -111,6 +113,7 @@ def draw_response_run_up(result: Result) -> "Figure | None":
         return None
     figure = canvas(result, "run-up: mean energies of the body at each speed", 4.8)
     axes = figure.subplots()
+    curves = [(kind, one, rpm(1.0) * places) for kind, one, places in curves]
     speed, unit = curves[0][2], curves[0][1].unit
     axes.set_xscale("log")
     axes.set_xlim(max(float(speed[speed > 0.0].min()), _SPAN * float(speed.max())), speed.max())
@@ -121,17 +124,14 @@ def draw_response_run_up(result: Result) -> "Figure | None":
         values = np.asarray(quantity.values, dtype=float)
         drawn.append(np.interp(speed, places, values))
         axes.plot(*_broken(places, values, gaps), color=colour, label=f"{kind} energy, mean")
-        draw_points(rows, axes, quantity, colour=colour)
+        draw_points(rows, axes, quantity, turning=rpm(1.0), colour=colour)
         if not gaps:
             _largest(axes, places, values, colour, unit, above=kind == "kinetic")
     axes.set_ylim(*_run_up_window(speed, np.array(drawn), bool(gaps)))
-    _operating(result, axes, speed)
+    operating_line(axes, result, speed[0] / rpm(1.0), speed[-1] / rpm(1.0))
     axes.set_ylabel(f"mean energy over a turn in {unit}")
-    axes.set_xlabel("crank speed in rad/s")
-    turns = axes.secondary_xaxis("top", functions=(_to_rpm, _from_rpm))
-    turns.set_xlabel("crank speed in rpm")
-    for axis in (axes.xaxis, turns.xaxis):
-        plain_ticks(axis)
+    axes.set_xlabel("crank speed in rpm")
+    plain_ticks(axes.xaxis)
     figure.legend(loc="outside lower center", ncols=4, fontsize=8)
     return figure
 
@@ -144,7 +144,7 @@ def _masked(record: Record, axes: "Axes") -> list[tuple[float, float]]:
     )
     if low is None or high is None:
         return []
-    gaps = [(float(a), float(b)) for a, b in zip(low.values, high.values, strict=True)]
+    gaps = [(rpm(a), rpm(b)) for a, b in zip(low.values, high.values, strict=True)]
     left, _ = axes.get_xlim()
     named, words = left, "left out: no bound"
     for i in np.argsort([start for start, _ in gaps]):
@@ -155,18 +155,9 @@ def _masked(record: Record, axes: "Axes") -> list[tuple[float, float]]:
         if order is None or mode is None or start < _APART * named:
             continue
         named = start
-        axes.annotate(
-            f"order {int(order.values[i])}, mode {int(mode.values[i])}",
-            (start, 0.98),
-            xycoords=axes.get_xaxis_transform(),
-            xytext=(-3, 0),
-            textcoords="offset points",
-            rotation=90,
-            ha="right",
-            va="top",
-            fontsize=8,
-            color=QUIET,
-        )
+        note(axes, f"order {int(order.values[i])}, mode {int(mode.values[i])}", (start, 0.98),
+            (-3, 0), xycoords=axes.get_xaxis_transform(), rotation=90, ha="right", va="top",
+            color=QUIET)  # fmt: skip
     return gaps
 
 
@@ -208,30 +199,9 @@ def _largest(
         return
     axes.plot([at], [energy], "o", color=colour, markersize=5)
     left = at > 0.2 * float(speed.max())
-    axes.annotate(
-        f"{show(energy, digits=4)} {unit} at {show(rpm(at), digits=4)} rpm",
-        (at, energy),
-        xytext=(-8 if left else 8, 4 if above else -3),
-        textcoords="offset points",
-        ha="right" if left else "left",
-        va="bottom" if above else "top",
-        fontsize=8,
-        color=colour,
-    )
-
-
-def _operating(result: Result, axes: "Axes", speed: np.ndarray) -> None:
-    at = speed_of(result)
-    if at is not None and speed.min() < at < speed.max():
-        axes.axvline(at, color=QUIET, linestyle=":", linewidth=1.2, label="operating speed")
-
-
-def _to_rpm(speed: Any) -> Any:
-    return speed * rpm(1.0)
-
-
-def _from_rpm(turns: Any) -> Any:
-    return turns / rpm(1.0)
+    note(axes, f"{show(energy, digits=4)} {unit} at {show(at, digits=4)} rpm",
+        (at, energy), (-8 if left else 8, 4 if above else -3), ha="right" if left else "left",
+        va="bottom" if above else "top", color=colour)  # fmt: skip
 
 
 # ----------------------------------------------------------------------------
@@ -282,7 +252,7 @@ def _legend(figure: "Figure", axes: "Axes") -> None:
     ends = (": mean", ": peak", "of the weights", "weighted mean")
     ordered = [words for end in ends for words in once if words.endswith(end)]
     handles = [once[words] for words in ordered]
-    figure.legend(handles, ordered, loc="outside lower center", ncols=3, fontsize=8)
+    figure.legend(handles, ordered, loc="outside lower center", ncols=2, fontsize=8)
 
 
 def _bars(axes: "Axes", record: Record, kind: str, mean: Quantity) -> None:
@@ -355,15 +325,8 @@ def _together(axes: "Axes", record: Record, kind: str, mean: Quantity) -> None:
             (right + 0.05, low),
             arrowprops={"arrowstyle": "<->", "color": QUIET, "shrinkA": 0, "shrinkB": 0},
         )
-        axes.annotate(
-            f"{show(float(apart.values[j]), digits=3)} {apart.unit}\napart",
-            (right + 0.05, 0.5 * (low + high)),
-            xytext=(4, 0),
-            textcoords="offset points",
-            va="center",
-            fontsize=8,
-            color=QUIET,
-        )
+        note(axes, f"{show(float(apart.values[j]), digits=3)} {apart.unit}\napart",
+            (right + 0.05, 0.5 * (low + high)), (4, 0), va="center", color=QUIET)  # fmt: skip
 
 
 # ----------------------------------------------------------------------------

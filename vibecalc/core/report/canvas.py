@@ -30,6 +30,8 @@ TYPE = 8.5
 _HIGHEST = 230.0 / 25.4
 #: letters of 9 pt in the width of a page
 _LETTERS = 92
+#: what keeps words readable over lines
+PLATE = {"facecolor": "white", "edgecolor": "none", "pad": 0.8, "alpha": 0.85}
 #: points of a curve up to which they are drawn
 _SEEN = 60
 #: ratio of the ends of a logarithmic axis up to which 2 and 5 have numbers as well
@@ -103,20 +105,18 @@ def plain_log(axes: "Axes", low: float, high: float) -> None:
     axes.yaxis.set_minor_formatter(NullFormatter())
 
 
+def note(
+    axes: "Axes", words: str, at: tuple[Any, Any], shift: tuple[float, float], **style: Any
+) -> None:
+    """Words of 8 pt, moved by some points from a place of the axes."""
+    axes.annotate(words, at, xytext=shift, textcoords="offset points", **{"fontsize": 8, **style})
+
+
 def limit_line(axes: "Axes", value: float, words: str) -> None:
     """A horizontal limit with its words above the line, at the right."""
     axes.axhline(value, color=LIMIT, linestyle="--", linewidth=1.3)
-    axes.annotate(
-        words,
-        (1.0, value),
-        xycoords=axes.get_yaxis_transform(),
-        xytext=(-4, 3),
-        textcoords="offset points",
-        ha="right",
-        va="bottom",
-        color=LIMIT,
-        fontsize=8,
-    )
+    note(axes, words, (1.0, value), (-4, 3), xycoords=axes.get_yaxis_transform(), ha="right",
+        va="bottom", color=LIMIT)  # fmt: skip
 
 
 def gaps(values: Any) -> np.ndarray:

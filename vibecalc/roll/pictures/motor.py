@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from vibecalc.core.report.canvas import COLOURS, QUIET, TOTAL, canvas
+from vibecalc.core.report.canvas import COLOURS, QUIET, TOTAL, canvas, note
 from vibecalc.core.report.sections import along
 from vibecalc.core.report.writing import rpm
 from vibecalc.core.results.record import Record, Result
@@ -133,10 +133,8 @@ def _plane(
     axes.plot(*orbit, color=_ORBIT, linewidth=1.8, label="one turn, with transients", zorder=3)
     axes.plot(orbit[0][:1], orbit[1][:1], "o", color=_ORBIT, ms=6, zorder=4)
     if not whole:
-        axes.annotate(
-            "crank angle 0", (orbit[0][0], orbit[1][0]), xytext=(8, -2),
-            textcoords="offset points", color=_ORBIT, fontsize=8, va="center",
-        )  # fmt: skip
+        note(axes, "crank angle 0", (orbit[0][0], orbit[1][0]), (8, -2), color=_ORBIT,
+            va="center")  # fmt: skip
     axes.axhline(0.0, color=QUIET, linewidth=0.7)
     axes.axvline(0.0, color=QUIET, linewidth=0.7)
     axes.set_ylabel("torque of the motor in N m")

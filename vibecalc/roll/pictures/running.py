@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, TOTAL, canvas, crank_angle_axis
+from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, TOTAL, canvas, crank_angle_axis, note
 from vibecalc.core.report.sections import along, having, scalar_of, table_of
 from vibecalc.core.report.verdicts import MEASURED, ReferenceRow, judge_references
 from vibecalc.core.report.writing import ZERO, rpm, show
@@ -154,15 +154,8 @@ def _ends(values: np.ndarray) -> tuple[float, float]:
 
 def _breakdown(axes: "Axes", slip: float, torque: float) -> None:
     axes.plot([slip], [torque], "*", color=LIMIT, ms=12, zorder=5)
-    axes.annotate(
-        f"breakdown {show(torque, digits=4)} N m\nat {show(slip, digits=4)} rpm",
-        (slip, torque),
-        xytext=(8, -4),
-        textcoords="offset points",
-        color=LIMIT,
-        fontsize=8,
-        va="bottom",
-    )
+    note(axes, f"breakdown {show(torque, digits=4)} N m\nat {show(slip, digits=4)} rpm",
+        (slip, torque), (8, -4), color=LIMIT, va="bottom")  # fmt: skip
 
 
 # ----------------------------------------------------------------------------
@@ -201,9 +194,7 @@ def draw_roll_levels(result: Result) -> "Figure | None":
     _whiskers(axes, result.record, orders, acts)
     _marks(axes, rows)
     for order in orders[~acts]:
-        axes.annotate(
-            ZERO, (order, foot), xytext=(0, 4), textcoords="offset points", ha="center", color=QUIET
-        )
+        note(axes, ZERO, (order, foot), (0, 4), ha="center", color=QUIET)
     axes.set_ylim(foot, high + room)
     axes.set_xlim(orders[0] - 0.6, orders[-1] + 0.6)
     if len(orders) <= _MARKED:

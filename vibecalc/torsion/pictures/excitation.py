@@ -14,6 +14,7 @@ from vibecalc.core.report.canvas import (
     TYPE,
     WIDTH,
     canvas,
+    note,
     unit_words,
     waves,
 )
@@ -418,8 +419,6 @@ def draw_torsion_orders(result: Result) -> "Figure | None":
 def _name(axes: "Axes", order: np.ndarray, row: np.ndarray) -> None:
     for i in np.argsort(-row, kind="stable")[:_NAMED]:
         if row[i] > 0.0:
-            axes.annotate(
-                order_text(order[i]), (order[i], row[i]), xytext=(0, 2),
-                textcoords="offset points", ha="center", va="bottom", fontsize=8,
-            )  # fmt: skip
+            note(axes, order_text(order[i]), (order[i], row[i]), (0, 2), ha="center",
+                va="bottom")  # fmt: skip
     axes.set_ylim(0.0, 1.15 * float(np.max(row, initial=1e-300)))

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, TOTAL, canvas
+from vibecalc.core.report.canvas import COLOURS, LIMIT, PLATE, QUIET, TOTAL, canvas, note
 from vibecalc.core.report.sections import having, speed_of, table_of
 from vibecalc.core.report.writing import hertz, rpm, show
 from vibecalc.core.results.record import Result
@@ -53,7 +53,7 @@ def draw_torsion_shapes(result: Result) -> "Figure | None":
     height = 2.0 + 1.35 * len(modes) + 0.07 * most
     figure = canvas(result, "mode shapes, own angles of the stations", height)
     grid = figure.subplots(
-        len(modes), len(paths), sharey=True, sharex="col", squeeze=False, width_ratios=widths
+        len(modes), len(paths), sharey="row", sharex="col", squeeze=False, width_ratios=widths
     )
     frequencies = np.asarray(natural.values, dtype=float)
     for mode, row in zip(modes, grid, strict=True):
@@ -62,7 +62,7 @@ def draw_torsion_shapes(result: Result) -> "Figure | None":
         words = f"mode {mode + 1}: {show(hertz(frequencies[mode]), digits=5)} Hz"
         row[0].set_title(words, loc="left", fontsize=9)
         row[0].set_ylabel("angle")
-        reach = 1.25 * max(1.0, float(np.max(np.abs(values[modes]))))
+        reach = 1.25 * max(1.0, float(np.max(np.abs(values[mode]))))
         row[0].set_ylim(-reach, reach)
     for path, axes in zip(paths, grid[-1], strict=True):
         _name(axes, [names[one] for one in path])
@@ -198,11 +198,9 @@ def draw_torsion_campbell(result: Result) -> "Figure | None":
         # the names of modes that lie close stand side by side
         aside = aside + 1 if value - below < 1.4 * _APART * top else 0
         below = value
-        axes.annotate(
-            f"mode {mode + 1}: {value:.4g} Hz", (0.0, value), xytext=(4 + 92 * aside, 5),
-            textcoords="offset points", fontsize=8, color=colour, zorder=4,
-            bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.8},
-        )  # fmt: skip
+        note(axes, f"mode {mode + 1}: {value:.4g} Hz", (0.0, value), (4 + 92 * aside, 5),
+            color=colour, zorder=4,
+            bbox=PLATE)  # fmt: skip
     _crossings(result, axes, modes, colours, chosen & ~major, chosen & major)
     _speeds(result, axes, low, high)
     axes.set_xlabel("crank speed in rpm")
@@ -267,10 +265,8 @@ def _orders(axes: "Axes", order: np.ndarray, major: np.ndarray, right: float, to
                 continue
             last_x = across
             place, align, shift = (across * right, top), ("center", "bottom"), (0, 2)
-        axes.annotate(
-            order_text(q), place, xytext=shift, textcoords="offset points", ha=align[0],
-            va=align[1], fontsize=8, color=QUIET, annotation_clip=False,
-        )  # fmt: skip
+        note(axes, order_text(q), place, shift, ha=align[0], va=align[1], color=QUIET,
+            annotation_clip=False)  # fmt: skip
 
 
 def _crossings(

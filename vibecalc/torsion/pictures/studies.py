@@ -7,11 +7,13 @@ import numpy as np
 from vibecalc.core.report.canvas import (
     COLOURS,
     LIMIT,
+    PLATE,
     QUIET,
     TOTAL,
     canvas,
     dotted,
     gaps,
+    note,
     operating_line,
 )
 from vibecalc.core.report.sections import along, having, labels, scalar_of, speed_of, table_of
@@ -247,11 +249,9 @@ def _orders(axes: "Axes", record: Record, low: float, high: float, top: float) -
         end = min(high, top / slope)
         axes.plot([low, end], [slope * low, slope * end], color=QUIET, linewidth=0.7, alpha=0.8)
         right = end >= high
-        axes.annotate(
-            f"{order:g}", (end, slope * end), xytext=(3, 0) if right else (0, 2),
-            textcoords="offset points", ha="left" if right else "center",
-            va="center" if right else "bottom", fontsize=8, color=QUIET, annotation_clip=False,
-        )  # fmt: skip
+        note(axes, f"{order:g}", (end, slope * end), (3, 0) if right else (0, 2),
+            ha="left" if right else "center", va="center" if right else "bottom", color=QUIET,
+            annotation_clip=False)  # fmt: skip
 
 
 def _natural(axes: "Axes", record: Record, top: float) -> None:
@@ -262,11 +262,9 @@ def _natural(axes: "Axes", record: Record, top: float) -> None:
         if not 0.0 < value < 0.98 * top:
             continue
         axes.axhline(value, color=LIMIT, linewidth=0.8, linestyle=":")
-        axes.annotate(
-            f"mode {mode}", (0.0, value), xycoords=axes.get_yaxis_transform(), xytext=(4, 2),
-            textcoords="offset points", fontsize=8, color=LIMIT,
-            bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.8, "alpha": 0.8},
-        )  # fmt: skip
+        note(axes, f"mode {mode}", (0.0, value), (4, 2), xycoords=axes.get_yaxis_transform(),
+            color=LIMIT,
+            bbox=PLATE)  # fmt: skip
 
 
 # ----------------------------------------------------------------------------

@@ -8,9 +8,11 @@ import numpy as np
 from vibecalc.core.report.canvas import (
     COLOURS,
     LIMIT,
+    PLATE,
     QUIET,
     canvas,
     gaps,
+    note,
     plain_ticks,
     unit_words,
 )
@@ -75,10 +77,9 @@ def name_ends(axes: "Axes", x: np.ndarray, drawn: np.ndarray, names: tuple[str, 
     found.sort()
     heights = spread_out(np.array([height for height, _, _ in found]), _APART)
     for height, (_, i, end) in zip(heights, found, strict=True):
-        axes.annotate(names[i].split("=")[-1], (end, height), xytext=(5, 0),
-                      xycoords=("data", "axes fraction"), textcoords="offset points",
-                      va="center", color=line_style(i)["color"], fontsize=8,
-                      annotation_clip=False)  # fmt: skip
+        note(axes, names[i].split("=")[-1], (end, height), (5, 0),
+            xycoords=("data", "axes fraction"), va="center", color=line_style(i)["color"],
+            annotation_clip=False)  # fmt: skip
 
 
 def spread_out(places: np.ndarray, apart: float) -> np.ndarray:
@@ -104,7 +105,6 @@ def spread_out(places: np.ndarray, apart: float) -> np.ndarray:
 _SPEED = "machine.speed"
 _MODES = "modes/natural_frequency"
 _ORDERS = (1, 2)
-_PLATE = {"facecolor": "white", "edgecolor": "none", "pad": 0.5, "alpha": 0.85}
 
 
 def resonances(axes: "Axes", sweep: SweepView, part: Plane) -> None:
@@ -127,10 +127,9 @@ def resonances(axes: "Axes", sweep: SweepView, part: Plane) -> None:
             axes.axvline(place, color=QUIET, linestyle=":", linewidth=0.9, zorder=0)
         if inside.size:
             count = "" if inside.size == 1 else f", {inside.size} modes"
-            axes.annotate(f"order {order}{count}", (inside[0], 0.98),
-                          xycoords=axes.get_xaxis_transform(), xytext=(-2, 0),
-                          textcoords="offset points", rotation=90, ha="right", va="top",
-                          fontsize=8, color=QUIET, bbox=_PLATE)  # fmt: skip
+            note(axes, f"order {order}{count}", (inside[0], 0.98), (-2, 0),
+                xycoords=axes.get_xaxis_transform(), rotation=90, ha="right", va="top",
+                color=QUIET, bbox=PLATE)  # fmt: skip
 
 
 # ----------------------------------------------------------------------------
@@ -310,11 +309,10 @@ def _scale(axes: "Axes", drawn: np.ndarray, own: Sequence[Limit], one: Shown) ->
         ends = (bound, top) if limit.side == "max" else (bottom, bound)
         axes.axhspan(*ends, zorder=0.5, **hatch_style())
         end = _freer_end(drawn, bound)
-        axes.annotate(limit_words(limit), (end, bound), xycoords=axes.get_yaxis_transform(),
-                      xytext=(4 - 8 * end, -3 if limit.side == "max" else 3),
-                      textcoords="offset points", ha="right" if end else "left",
-                      va="top" if limit.side == "max" else "bottom", color=LIMIT, fontsize=8,
-                      zorder=7)  # fmt: skip
+        note(axes, limit_words(limit), (end, bound),
+            (4 - 8 * end, -3 if limit.side == "max" else 3),
+            xycoords=axes.get_yaxis_transform(), ha="right" if end else "left",
+            va="top" if limit.side == "max" else "bottom", color=LIMIT, zorder=7)  # fmt: skip
     axes.set_ylim(bottom, top)
     if far:
         words = ", ".join(limit_words(limit) for limit, _ in far)
