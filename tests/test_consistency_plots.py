@@ -181,6 +181,21 @@ def test_each_picture_is_drawn_where_its_numbers_are(
     assert {name for name in every_picture() if make(result, name) is not None} == names
 
 
+@pytest.mark.parametrize(
+    ("stem", "name"),
+    [
+        ("body", "body_modal_energy"),
+        ("modal_test", "modal_test_energy"),
+        ("energy_modal", "energy_modal"),
+    ],
+)
+def test_a_file_has_no_word_of_the_result_twice(
+    stem: str, name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    coarse(monkeypatch)
+    assert [path.stem for path in draw(rigid_body(), tmp_path, stem)] == [name]
+
+
 def test_equal_results_give_equal_bytes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     coarse(monkeypatch)
     first = draw(rigid_body(), tmp_path / "a" / "deep")

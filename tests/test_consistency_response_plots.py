@@ -216,7 +216,7 @@ def test_the_first_turn_marks_its_contacts() -> None:
     result = compressor()
     panels = figure(result, "impact_time").axes
     assert len(panels) == 3
-    assert panels[2].get_title(loc="left") == "play 0.254 mm, triangles: the first 6 contacts"
+    assert panels[2].get_title(loc="left") == "clearance 0.254 mm, triangles: the first 6 contacts"
     marks = next(line for line in panels[0].get_lines() if line.get_marker() == "^")
     angles = result.record["response/impact/first_contacts"].values[0]
     np.testing.assert_allclose(marks.get_xdata(), np.degrees(angles))

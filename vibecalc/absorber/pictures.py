@@ -128,7 +128,7 @@ def draw_absorber_curves(result: Result) -> "Figure | None":
         "frequency in Hz" if hertz is not None else "frequency / natural frequency of the primary"
     )
     below.set_xlim(x[0], x[-1])
-    figure.legend(loc="outside lower center", ncols=4, fontsize=8)
+    figure.legend(loc="outside lower center", ncols=4)
     return figure
 
 
@@ -241,7 +241,7 @@ def draw_absorber_chart(result: Result) -> "Figure | None":
     )
     for axes, (across, up) in zip(panels.flat, names, strict=True):
         _dress(axes, across, up, mass)
-    figure.legend(title="damping of the primary", loc="outside lower center", ncols=8, fontsize=8)
+    figure.legend(title="damping of the primary", loc="outside lower center", ncols=8)
     return figure
 
 
@@ -317,7 +317,7 @@ def draw_absorber_map(result: Result) -> "Figure | None":
     axes.grid(visible=False)
     axes.set_xlabel("stiffness ratio $K_2 / K_1$")
     axes.set_ylabel(r"damping $c_2 / (2 \sqrt{K_1 J_1})$")
-    figure.legend(loc="outside lower center", ncols=3, fontsize=8)
+    figure.legend(loc="outside lower center", ncols=3)
     return figure
 
 
@@ -404,7 +404,7 @@ def draw_absorber_warming(result: Result) -> "Figure | None":
         above.axhline(least, color=LIMIT, linestyle=":", label=f"tuning, {show(least, digits=4)}")
     above.set_ylim(0.0, None)
     above.set_ylabel("largest response")
-    above.legend(fontsize=8)
+    above.legend()
     below.semilogy(warm, damping.values, color=COLOURS[1])
     wanted = scalar_of(record, "tuning/secondary_damping")
     if wanted is not None:
@@ -449,7 +449,7 @@ def draw_pendulum(result: Result) -> "Figure | None":
         if isinstance(wanted, int | float):
             axes.axhline(wanted, color=QUIET, linestyle=":", label="wanted")
         axes.set_ylabel("order that the pendulum keeps")
-        axes.legend(fontsize=8)
+        axes.legend()
         axes.set_xlabel("swing in deg")
         axes.set_xlim(0.0, swing[-1])
         axes.ticklabel_format(axis="y", useOffset=False)
@@ -486,7 +486,7 @@ def _torque(axes: "Axes", record: Record, applied: object) -> None:
     axes.set_ylabel("torque in N m")
     axes.set_xlim(0.0, None)
     axes.axhline(0.0, color=QUIET, linewidth=0.8)
-    axes.legend(fontsize=8)
+    axes.legend()
 
 
 def _rotor(axes: "Axes", record: Record) -> None:
@@ -503,4 +503,4 @@ def _rotor(axes: "Axes", record: Record) -> None:
             )
     axes.set_xlabel("order of the torque over the wanted one")
     axes.set_ylabel("motion of the rotor in deg, zero-to-peak")
-    axes.legend(fontsize=8)
+    axes.legend()

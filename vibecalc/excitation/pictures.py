@@ -70,7 +70,7 @@ def _shaking(
         left.plot(degrees, factor * signal[i], color=COLOURS[i], label=f"{names[i]}: {at}")
     left.axhline(0.0, color=QUIET, linewidth=0.8)
     left.set_ylabel(f"{quantity.path.rsplit('/', 1)[-1]} in {unit}")
-    left.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), fontsize=8)
+    left.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0))
     crank_angle_axis(left)
     if acting.size < 2:
         return
@@ -137,5 +137,5 @@ def _over_a_turn(axes: "Axes", record: Record, quantity: Quantity, orders: np.nd
     axes.axhline(0.0, color=QUIET, linewidth=0.8)
     axes.margins(y=0.12)
     axes.set_ylabel(f"force in {quantity.unit}")
-    axes.legend(loc="upper center", ncols=3, bbox_to_anchor=(0.5, -0.2), fontsize=8)
+    axes.legend(loc="upper center", ncols=3, bbox_to_anchor=(0.5, -0.2))
     crank_angle_axis(axes)

@@ -26,6 +26,7 @@ from vibecalc.core.report.canvas import (
     plain_ticks,
     project,
     unit_words,
+    usual,
     waves,
 )
 from vibecalc.core.report.sections import along, having, labels, scalar_of, speed_of, table_of
@@ -67,7 +68,7 @@ def draw_force_over_cycle(result: Result) -> "Figure | None":
         for text, bound in bounds_of(result, path):
             limit_line(axes, bound, text)
             axes.axhline(-bound, color=LIMIT, linestyle="--", linewidth=1.3)
-    panels[0].legend(loc="upper center", ncols=4, bbox_to_anchor=(0.5, -0.02), fontsize=8)
+    panels[0].legend(loc="upper center", ncols=4, bbox_to_anchor=(0.5, -0.02))
     crank_angle_axis(panels[-1])
     return figure
 
@@ -78,7 +79,7 @@ def _curves(axes: "Axes", quantity: Quantity, orders: np.ndarray) -> None:
     degrees = np.degrees(angle)
     for order, colour in zip((1, 2), COLOURS, strict=False):
         for part in parts[np.asarray(orders) == order]:
-            axes.plot(degrees, part, color=colour, linewidth=1.3, label=order_name(order))
+            axes.plot(degrees, part, color=colour, label=order_name(order))
     words = "total" if len(orders) <= _DRAWN else f"total of {len(orders)} orders"
     axes.plot(degrees, parts.sum(axis=0), color=TOTAL, linewidth=2.0, label=words)
 
@@ -163,11 +164,10 @@ def _loads(
             axes.axhline(-load, color=colour, linestyle=":", linewidth=1.2)
             note(axes, f"{labels(force.axes[0])[place]} carries nothing", (0.0, -load), (4, 2),
                 xycoords=axes.get_yaxis_transform(), color=LIMIT)  # fmt: skip
-    axes.set_title("load on each support about its mean: torque and shaking, downwards",
-                   loc="left")  # fmt: skip
+    axes.set_title("load on each support about its mean: torque and shaking, downwards", loc="left")
     axes.set_ylabel(f"load in {force.unit}")
     axes.legend(title=f"support: mean\nin {force.unit}", loc="center left",
-                bbox_to_anchor=(1.0, 0.5), fontsize=8)  # fmt: skip
+                bbox_to_anchor=(1.0, 0.5))  # fmt: skip
 
 
 # ----------------------------------------------------------------------------
@@ -215,7 +215,7 @@ def draw_transmissibility(result: Result) -> "Figure | None":
     level.xaxis.set_minor_formatter("")
     level.margins(y=0.12)
     level.set_ylabel("|force out / force in| in dB")
-    level.legend(loc="lower left", fontsize=8)
+    level.legend(loc="lower left")
     phase.set_ylabel("phase in deg")
     phase.set_ylim(-185.0, 5.0)
     phase.set_yticks([-180, -90, 0])
@@ -273,7 +273,7 @@ def draw_modal_energy(result: Result) -> "Figure | None":
     axes.set_xlim(min(0.0, float(ends[-1.0].min())), max(100.0, float(ends[1.0].max())))
     axes.set_xlabel("share of the energy of the mode in %")
     axes.grid(visible=False, axis="y")
-    axes.legend(loc="upper center", bbox_to_anchor=(0.5, 1.12), ncols=6, fontsize=8)
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, 1.12), ncols=6)
     return figure
 
 
@@ -320,7 +320,7 @@ def draw_mode_shapes(result: Result) -> "Figure | None":
         _panel(panels[i], vector)
         frequency = show(hertz(float(natural.values[i])), digits=4)
         words = main_coordinates(share, i)
-        panels[i].set_title(f"mode {i + 1}: {frequency} Hz\n{words}", fontsize=9)
+        panels[i].set_title(f"mode {i + 1}: {frequency} Hz\n{words}")
     _legend(figure)
     return figure
 
@@ -378,7 +378,7 @@ def _legend(figure: "Figure") -> None:
         Line2D([], [], color="#b0b0b0", label="at rest"),
         Line2D([], [], color="#444444", label="displaced, exaggerated"),
     ]
-    figure.legend(handles=handles, loc="outside lower center", ncols=4, fontsize=8)
+    figure.legend(handles=handles, loc="outside lower center", ncols=4)
 
 
 # ----------------------------------------------------------------------------
@@ -443,15 +443,9 @@ def unbounded(record: Record) -> bool:
 def window(
     speed: np.ndarray, values: np.ndarray, shown: tuple[float, float], bounds: list[float]
 ) -> tuple[float, float]:
-    """Ends of a logarithmic force axis: decades around what is usual between the resonances.
-
-    The samples crowd at the resonances, so the usual force is the median over evenly spaced
-    (logarithmic) speeds within `shown`, of the largest curve.
-    """
+    """Ends of a logarithmic force axis: decades around what is usual between the resonances."""
     largest = np.atleast_2d(values).max(axis=0)
-    places = np.geomspace(*shown, 400)
-    usual = np.interp(places, speed, np.where(np.isfinite(largest), largest, 0.0))
-    middle = float(np.median(usual[usual > 0.0])) if np.any(usual > 0.0) else 1.0
+    middle = usual(speed, np.where(np.isfinite(largest), largest, 0.0), *shown)
     return 1e-2 * middle, max([1e3 * middle, *(3.0 * bound for bound in bounds)])
 
 
@@ -519,7 +513,7 @@ def _supports(axes: "Axes", quantity: Quantity, speed: np.ndarray) -> None:
         words = ("mounts " if len(members) > 1 else "mount ") + ", ".join(members)
         axes.plot(speed, gaps(row), color=COLOURS[i % len(COLOURS)], label=words)
     # Forces are small at low speeds, and limits are named on the right.
-    axes.legend(loc="center left", fontsize=8, frameon=True, framealpha=0.9, edgecolor="none")
+    axes.legend(loc="center left", frameon=True, framealpha=0.9, edgecolor="none")
 
 
 def _finish(

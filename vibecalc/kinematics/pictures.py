@@ -79,13 +79,13 @@ def draw_piston_acceleration(result: Result) -> "Figure | None":
     panels[0].plot(np.degrees(angle), whole, color=TOTAL, linewidth=2.0, label="all orders")
     panels[0].plot(np.degrees(angle), short, "--", color=COLOURS[1], label="orders 1 and 2")
     panels[0].set_ylabel(f"acceleration in {unit}")
-    panels[0].legend(loc="lower center", fontsize=8)
+    panels[0].legend(loc="lower center")
     if rows > 1:
         panels[1].plot(np.degrees(angle), whole - short, color=COLOURS[0])
         panels[1].set_ylabel(f"difference\nin {unit}")
         share = show(100.0 * missed / largest, digits=2)
         words = f"largest difference {show(missed, digits=3)} {unit}, {share} % of the largest"
-        panels[1].set_title(words, loc="left", fontsize=9)
+        panels[1].set_title(words, loc="left")
         figure.align_ylabels(list(panels))
     for axes in panels:
         axes.axhline(0.0, color=QUIET, linewidth=0.8)

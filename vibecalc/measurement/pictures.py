@@ -55,7 +55,7 @@ def draw_measured_levels(result: Result) -> "Figure | None":
     _roll(figure.add_subplot(grid[rows, :]), result, roll)
     assert first is not None
     handles, words = first.get_legend_handles_labels()
-    figure.legend(handles, words, loc="outside lower center", ncols=3, fontsize=8)
+    figure.legend(handles, words, loc="outside lower center", ncols=3)
     return figure
 
 
@@ -153,7 +153,7 @@ def _roll(axes: "Axes", result: Result, roll: Quantity) -> None:
     axes.set_xlabel("harmonic")
     axes.set_ylabel(level_words(result, "angular_", "rad/s$^2$").replace(" re", "\nre"))
     axes.set_xticks(range(1, max(int(np.max(place)), 3) + 1))
-    axes.legend(fontsize=8, ncols=3)
+    axes.legend(ncols=3)
 
 
 # ----------------------------------------------------------------------------

@@ -10,11 +10,11 @@ from vibecalc.core.report.canvas import (
     TOTAL,
     canvas,
     draw_points,
-    factor_of,
     length_scale,
     note,
     operating_line,
     plain_ticks,
+    usual,
 )
 from vibecalc.core.report.sections import along, having, labels
 from vibecalc.core.report.verdicts import judge_references
@@ -69,7 +69,7 @@ def draw_energy_by_order(result: Result) -> "Figure | None":
     axes.set_xlabel("order")
     axes.set_ylabel(f"energy in {found[0][3]}")
     axes.grid(visible=False, axis="x")
-    axes.legend(loc="upper right", fontsize=8)
+    axes.legend(loc="upper right")
     if every > last:
         axes.set_title(
             f"orders {last + 1} to {every}: below $10^{{-{_DECADES}}}$ of the largest",
@@ -132,7 +132,7 @@ def draw_response_run_up(result: Result) -> "Figure | None":
     axes.set_ylabel(f"mean energy over a turn in {unit}")
     axes.set_xlabel("crank speed in rpm")
     plain_ticks(axes.xaxis)
-    figure.legend(loc="outside lower center", ncols=4, fontsize=8)
+    figure.legend(loc="outside lower center", ncols=4)
     return figure
 
 
@@ -182,10 +182,7 @@ def _run_up_window(speed: np.ndarray, values: np.ndarray, unbounded: bool) -> tu
         return 0.1, 1.0
     if not unbounded:
         return 0.5 * float(shown.min()), 4.0 * float(shown.max())
-    even = np.geomspace(_SPAN * speed[-1], speed[-1], 400)
-    usual = np.interp(even, speed, np.max(values, axis=0))
-    usual = usual[np.isfinite(usual) & (usual > 0.0)]
-    middle = float(np.median(usual)) if usual.size else float(np.median(shown))
+    middle = usual(speed, np.max(values, axis=0), _SPAN * speed[-1], speed[-1])
     return _BELOW * middle, _ABOVE * middle
 
 
@@ -252,7 +249,7 @@ def _legend(figure: "Figure", axes: "Axes") -> None:
     ends = (": mean", ": peak", "of the weights", "weighted mean")
     ordered = [words for end in ends for words in once if words.endswith(end)]
     handles = [once[words] for words in ordered]
-    figure.legend(handles, ordered, loc="outside lower center", ncols=2, fontsize=8)
+    figure.legend(handles, ordered, loc="outside lower center", ncols=2)
 
 
 def _bars(axes: "Axes", record: Record, kind: str, mean: Quantity) -> None:
@@ -385,7 +382,7 @@ def draw_switching(result: Result) -> "Figure | None":
         column[-1].set_xlabel("time in s")
     _energy_window(grid[count, 0], record, ways)
     for i, change in enumerate(changes[:count]):
-        direction, _, unit = _direction(record, i, ways)
+        direction, _, (_, unit) = _direction(record, i, ways)
         grid[i, 0].set_ylabel(f"{change}\n{direction} in {unit}")
     _name_rows(grid, count, first.unit)
     if not any(f"{_SWITCHING}{way}/speed" in record for way, _ in ways):
@@ -394,7 +391,7 @@ def draw_switching(result: Result) -> "Figure | None":
     engine.set(wspace=0.06)
     figure.align_ylabels(list(grid[:, 0]))
     handles, words_ = grid[count, 0].get_legend_handles_labels()
-    figure.legend(handles, words_, loc="outside lower center", ncols=4, fontsize=8)
+    figure.legend(handles, words_, loc="outside lower center", ncols=4)
     return figure
 
 
@@ -412,14 +409,16 @@ def _ends(record: Record, way: str) -> tuple[Quantity, Quantity] | None:
     return None if low is None or high is None else (low, high)
 
 
-def _direction(record: Record, change: int, ways: list[tuple[str, str]]) -> tuple[str, int, str]:
-    """Name and place of the direction that moves most in the first way, and a unit that suits."""
+def _direction(
+    record: Record, change: int, ways: list[tuple[str, str]]
+) -> tuple[str, int, tuple[float, str]]:
+    """Name and place of the direction that moves most in the first way, and the unit of all."""
     ends = _ends(record, ways[0][0])
     if ends is None:
-        return "", 0, "m"
+        return "", 0, (1.0, "m")
     reach = np.max(np.maximum(np.abs(ends[0].values), np.abs(ends[1].values)), axis=-1)
     place = int(np.argmax(reach[change]))
-    return labels(ends[0].axes[1])[place], place, length_scale(float(np.max(reach)))[1]
+    return labels(ends[0].axes[1])[place], place, length_scale(float(np.max(reach)))
 
 
 def _displacement(
@@ -429,8 +428,8 @@ def _displacement(
     own = _ends(record, way)
     if own is None:
         return
-    _, place, unit = _direction(record, change, ways)
-    low, high = (factor_of(unit) * np.asarray(end.values[change, place]) for end in own)
+    _, place, (factor, _) = _direction(record, change, ways)
+    low, high = (factor * np.asarray(end.values[change, place]) for end in own)
     colour = COLOURS[change % len(COLOURS)]
     axes.fill_between(np.asarray(own[0].axes[-1].values), low, high, color=colour, linewidth=0.6)
 
@@ -450,7 +449,7 @@ def _energies(axes: "Axes", record: Record, way: str, changes: list[str]) -> Non
             for name in ("kinetic_energy_peak", "peak_time")
         )
         if peak is not None and when is not None and peak.values[i] > 0.0:
-            axes.plot([float(when.values[i])], [float(peak.values[i])], "o", color=colour, ms=5.0)
+            axes.plot([float(when.values[i])], [float(peak.values[i])], "o", color=colour)
     steady = having(record, _SWITCHING + "steady_energy", "operation")
     if steady is not None:
         styles = ("--", ":", "-.")

@@ -142,6 +142,15 @@ def operating_line(axes: "Axes", result: Result, low: float, high: float) -> Non
         axes.axvline(rpm(speed), color=LIMIT, linewidth=1.0, linestyle=":", label="operating speed")
 
 
+def usual(
+    places: np.ndarray, values: np.ndarray, low: float, high: float, among: int = 400
+) -> float:
+    """Median of a positive curve over places even in their logarithm, where its samples crowd."""
+    found = np.interp(np.geomspace(low, high, among), places, values)
+    found = found[np.isfinite(found) & (found > 0.0)]
+    return float(np.median(found)) if found.size else 1.0
+
+
 def bounds_of(result: Result, quantity: str) -> list[tuple[str, float]]:
     """Upper bounds that the case puts on `quantity` at the optimum, in SI, with their words."""
     from vibecalc.core.report.verdicts import judge_limits
@@ -171,14 +180,9 @@ def length_scale(largest: float) -> tuple[float, str]:
     return _LENGTHS[-1]
 
 
-def factor_of(unit: str) -> float:
-    """How many of a unit of length are a metre."""
-    return next(factor for factor, name in _LENGTHS if name == unit)
-
-
 def clearance_names(axis: Axis) -> list[str]:
     """Clearances in mm, as legends name them."""
-    return [f"play {1e3 * float(value):.4g} mm" for value in axis.values]
+    return [f"clearance {1e3 * float(value):.4g} mm" for value in axis.values]
 
 
 def plain_ticks(axis: Any) -> None:
@@ -195,6 +199,22 @@ def spread_out(count: int, most: int) -> list[int]:
     if count <= most:
         return list(range(count))
     return sorted({round(float(place)) for place in np.linspace(0, count - 1, most)})
+
+
+def keep_apart(places: np.ndarray, apart: float) -> np.ndarray:
+    """Ascending places moved as little as need be (in squares) to be so far apart."""
+    # with the distances taken off, what is left need only ascend: means of pools that do not
+    steps = apart * np.arange(len(places))
+    pools: list[tuple[float, int]] = []
+    for value in places - steps:
+        mean, count = float(value), 1
+        while pools and pools[-1][0] > mean:
+            other, many = pools.pop()
+            mean = (mean * count + other * many) / (count + many)
+            count += many
+        pools.append((mean, count))
+    flat = [mean for mean, count in pools for _ in range(count)]
+    return np.asarray(np.array(flat) + steps)
 
 
 # ----------------------------------------------------------------------------

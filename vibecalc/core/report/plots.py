@@ -125,16 +125,6 @@ def draw(result: Result, folder: Path, stem: str = "", look: Look = Look()) -> l
     return _write(_made(names, result, make, look), Path(folder), stem or result.name, names, look)
 
 
-def draw_sweep(sweep: SweepView, folder: Path, stem: str = "", look: Look = Look()) -> list[Path]:
-    """The same for a sweep: lines over one axis, maps over two, histograms of samples.
-
-    `stem` takes the place of the name of the case, for several sweeps of one case.
-    """
-    stem = (stem or sweep.name).removesuffix("_sweep")
-    made = _made(SWEEP_PICTURES, sweep, make_sweep, look)
-    return _write(made, Path(folder), stem, SWEEP_PICTURES, look)
-
-
 def draw_files(
     paths: Sequence[Path], folder: Path | None, look: Look = Look()
 ) -> Iterator[tuple[Path, list[Path]]]:
@@ -169,12 +159,6 @@ def draw_file(
     if any(name in SWEEP_PICTURES for name in names):
         stem = stem.removesuffix("_sweep")
     return _write(made, Path(folder), stem, names, look, written)
-
-
-def draw_accuracy_file(result: Result, path: Path) -> list[Path]:
-    """The one picture of a measurement of methods, if it has any; UsageError as for the others."""
-    made = _made(_OF_METHODS, result, _make_methods, Look())
-    return _write(made, path.parent, path.stem, _OF_METHODS, Look())
 
 
 def _figures(path: Path, look: Look) -> tuple[Iterable[str], list[tuple[str, "Figure"]]]:
@@ -352,10 +336,10 @@ def draw_accuracy(result: Result) -> "Figure | None":
         axes.set_visible(False)
     ring, dot = {"mfc": "none", "color": TOTAL, "ls": "none"}, {"color": QUIET, "ls": "none"}
     figure.legend(
-        loc="outside lower center", ncols=2, fontsize=8,
-        handles=[*panels[0].plot([], [], "o", ms=5, label="none as accurate is faster", **dot),
+        loc="outside lower center", ncols=2,
+        handles=[*panels[0].plot([], [], "o", label="none as accurate is faster", **dot),
                  *panels[0].plot([], [], "o", ms=10, mew=1.4, label="default of vibecalc", **ring),
-                 *panels[0].plot([], [], "v", ms=5, label="at the foot: no error at all", **dot),
+                 *panels[0].plot([], [], "v", label="at the foot: no error at all", **dot),
                  *panels[0].plot([], [], ":", color=LIMIT, label="error of the reference itself")],
     )  # fmt: skip
     return figure
@@ -396,11 +380,11 @@ def _panel(axes: "Axes", topic: TopicView, beside: bool) -> None:
     axes.set_xlabel("seconds")
     axes.set_ylabel("worst relative error")
     if len(topic.methods) <= _INSIDE:
-        axes.legend(fontsize=8, loc="best")
+        axes.legend(loc="best")
     elif beside:
-        axes.legend(fontsize=8, loc="center left", bbox_to_anchor=(1.01, 0.5))
+        axes.legend(loc="center left", bbox_to_anchor=(1.01, 0.5))
     else:
-        axes.legend(fontsize=8, loc="upper center", bbox_to_anchor=(0.5, -0.2))
+        axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2))
 
 
 def _dots(axes: "Axes", rungs: Sequence[RungView], **style: Any) -> None:
@@ -440,7 +424,7 @@ def draw_pareto(result: Result) -> "Figure | None":
     axes = figure.subplots()
     across, up = (np.asarray(part[0].values, dtype=float) for part in (one, two))
     axes.plot(across, up, "-", color=COLOURS[0], linewidth=0.7, alpha=0.5)
-    axes.plot(across, up, "o", color=COLOURS[0], ms=5, label="front (computed points)")
+    axes.plot(across, up, "o", color=COLOURS[0], label="front (computed points)")
     for place in (0, len(across) - 1):
         note(axes, str(place + 1), (across[place], up[place]), (6, 6))
     start = [_start(result, goal) for goal in goals]

@@ -65,8 +65,7 @@ def draw_roll_start_up(result: Result) -> "Figure | None":
         _start_angles(panels[-1], record)
     figure.align_ylabels(panels[: len(rows)])
     if panels[0].get_legend_handles_labels()[0]:
-        figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center",
-                      ncols=2, fontsize=8)  # fmt: skip
+        figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
     return figure
 
 

@@ -89,7 +89,7 @@ def draw_damper_map(result: Result) -> "Figure | None":
     bar.set_label("times the optimum")
     axes.set_xlabel("stiffness in N m/rad")
     axes.set_ylabel("damping in N m s/rad")
-    figure.legend(loc="outside lower center", ncols=3, fontsize=8)
+    figure.legend(loc="outside lower center", ncols=3)
     return figure
 
 
@@ -166,7 +166,7 @@ def draw_damper_response(result: Result) -> "Figure | None":
     axes.set_xlim(speed[0], speed[-1])
     axes.set_xlabel("crank speed in rpm")
     axes.set_ylabel(f"{words} in {unit_words(unit)[1]}")
-    figure.legend(loc="outside lower center", ncols=3, fontsize=8)
+    figure.legend(loc="outside lower center", ncols=3)
     return figure
 
 

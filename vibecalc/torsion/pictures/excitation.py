@@ -81,7 +81,7 @@ def draw_torsion_excitation(result: Result) -> "Figure | None":
     _curve(result, above, "pressure", 1e-5, "card", COLOURS[3])
     _approximated(result, above, "pressure", 1e-5, "bar")
     above.set_ylabel("gauge pressure\nin bar")
-    above.legend(loc="upper center", fontsize=8, ncols=3)
+    above.legend(loc="upper center", ncols=3)
     for axes, times, rpm_words in (
         (panels[1], 1.0, at),
         (panels[-2], second, f" at {turns((second or 0.0) * (speed or 0.0))} rpm"),
@@ -92,7 +92,7 @@ def draw_torsion_excitation(result: Result) -> "Figure | None":
             _curve(result, axes, name, factor, label, colour, times)
         _approximated(result, axes, "total_torque", factor, unit, times)
         axes.set_ylabel(f"torque of one\ncylinder in {unit}")
-        axes.legend(loc="upper right", fontsize=8, ncols=4)
+        axes.legend(loc="upper right", ncols=4)
         axes.set_title(f"one cylinder from its firing on{rpm_words}", loc="left", fontsize=8)
         axes.axhline(0.0, color=QUIET, linewidth=0.8)
         _headroom(axes)
@@ -103,7 +103,7 @@ def draw_torsion_excitation(result: Result) -> "Figure | None":
         level = factor * float(mean.values)
         below.axhline(level, color=QUIET, linestyle="--", linewidth=1.2,
                       label=f"mean {show(level, digits=4)} {unit}")  # fmt: skip
-        below.legend(loc="upper right", fontsize=8, ncols=2)
+        below.legend(loc="upper right", ncols=2)
         _headroom(below)
     cycle = str(table_of(result.case, "machine").get("cycle") or "").replace("_", "-")
     order = firing_words(record, cycle)
@@ -187,8 +187,7 @@ def _approximated(
         amplitude = 2.0 * np.mean(curve[:-1] * np.conj(waves(order, angle[:-1])), axis=1)
     made = float(np.mean(curve[:-1])) + np.real(amplitude @ waves(order, angle))
     label = f"of orders {order_text(order[0])} to {order_text(order[-1])}"
-    axes.plot(np.degrees(angle), factor * made, color=COLOURS[4], linestyle="--", linewidth=1.3,
-              label=label)  # fmt: skip
+    axes.plot(np.degrees(angle), factor * made, color=COLOURS[4], linestyle="--", label=label)
     missed = factor * float(np.max(np.abs(made - curve)))
     axes.set_title(f"the orders miss it by {show(missed, digits=2)} {unit} at most", loc="right",
                    fontsize=8)  # fmt: skip
@@ -393,7 +392,7 @@ def draw_torsion_orders(result: Result) -> "Figure | None":
             shift = (number - 1) * 0.27 * step
             above.bar(order + shift, size, 0.25 * step, color=colour, label=words)
     above.set_ylabel(f"torque of one cylinder\nin {unit}")
-    above.legend(loc="upper right", fontsize=8)
+    above.legend(loc="upper right")
     row = factor * np.abs(np.asarray(torque.values)[place])[:_MOST]
     major = vector(record, "excitation/major", "half_order")
     strong = np.zeros(row.size, bool) if major is None else major[:_MOST] > 0
@@ -410,7 +409,7 @@ def draw_torsion_orders(result: Result) -> "Figure | None":
     if half:
         words = f"half range of all orders together: {half} {unit}"
         below.set_title(words, loc="left", fontsize=8, color=QUIET)
-    below.legend(loc="upper right", fontsize=8)
+    below.legend(loc="upper right")
     below.set_xlim(order[0] - step, order[-1] + step)
     below.set_xticks(np.arange(1.0, order[-1] + 0.5, max(1.0, round(order[-1] / 20.0))))
     return figure
@@ -419,6 +418,5 @@ def draw_torsion_orders(result: Result) -> "Figure | None":
 def _name(axes: "Axes", order: np.ndarray, row: np.ndarray) -> None:
     for i in np.argsort(-row, kind="stable")[:_NAMED]:
         if row[i] > 0.0:
-            note(axes, order_text(order[i]), (order[i], row[i]), (0, 2), ha="center",
-                va="bottom")  # fmt: skip
+            note(axes, order_text(order[i]), (order[i], row[i]), (0, 2), ha="center", va="bottom")
     axes.set_ylim(0.0, 1.15 * float(np.max(row, initial=1e-300)))

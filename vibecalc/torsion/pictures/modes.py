@@ -60,7 +60,7 @@ def draw_torsion_shapes(result: Result) -> "Figure | None":
         for path, axes in zip(paths, row, strict=True):
             _strand(axes, line, path, values[mode], COLOURS[modes.index(mode) % len(COLOURS)])
         words = f"mode {mode + 1}: {show(hertz(frequencies[mode]), digits=5)} Hz"
-        row[0].set_title(words, loc="left", fontsize=9)
+        row[0].set_title(words, loc="left")
         row[0].set_ylabel("angle")
         reach = 1.25 * max(1.0, float(np.max(np.abs(values[mode]))))
         row[0].set_ylim(-reach, reach)
@@ -215,7 +215,7 @@ def draw_torsion_campbell(result: Result) -> "Figure | None":
 
     # the words of the orders stand at the right, so that cycles per minute get room beyond them
     axes.secondary_yaxis(1.075, functions=(to_cpm, to_hertz)).set_ylabel("frequency in cpm")
-    axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.035), ncols=4, fontsize=8)
+    axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.035), ncols=4)
     return figure
 
 
@@ -278,12 +278,18 @@ def _crossings(
     for group, filled, words in zip(groups, (False, True), ("strong", "major"), strict=True):
         for row, there, colour in zip(speed, group, colours, strict=True):
             axes.plot(
-                rpm(1.0) * row[there], hertz(1.0) * (order * row)[there], "o", color=colour, ms=5,
+                rpm(1.0) * row[there], hertz(1.0) * (order * row)[there], "o", color=colour,
                 markerfacecolor=colour if filled else "white", zorder=5,
             )  # fmt: skip
         if group.any():
-            axes.plot([], [], "o", color=QUIET, markerfacecolor=QUIET if filled else "white",
-                      ms=5, label=f"{words} order")  # fmt: skip
+            axes.plot(
+                [],
+                [],
+                "o",
+                color=QUIET,
+                markerfacecolor=QUIET if filled else "white",
+                label=f"{words} order",
+            )
 
 
 def _speeds(result: Result, axes: "Axes", low: float, high: float) -> None:

@@ -13,6 +13,7 @@ from vibecalc.core.report.canvas import (
     dotted,
     draw_points,
     gaps,
+    keep_apart,
     operating_line,
     plain_log,
 )
@@ -128,8 +129,7 @@ def name_maxima(axes: "Axes", points: Points, factor: float, ends: tuple[float, 
     if not points.speed.size:
         return
     at, height = rpm(1.0) * points.speed, factor * points.height
-    axes.plot(at, height, "o", color=COLOURS[0], ms=5, zorder=6,
-              label="maximum, with mode / order")  # fmt: skip
+    axes.plot(at, height, "o", color=COLOURS[0], zorder=6, label="maximum, with mode / order")
     for x, y, place, mode, order in zip(
         at, height, spread(at, ends), points.mode, points.order, strict=True
     ):
@@ -144,24 +144,9 @@ def name_maxima(axes: "Axes", points: Points, factor: float, ends: tuple[float, 
 
 def spread(at: np.ndarray, ends: tuple[float, float]) -> np.ndarray:
     """Places near `at` (ascending) within the ends that leave room for a name each."""
-    room = _APART * (ends[1] - ends[0])
-    room = min(room, (ends[1] - ends[0]) / max(len(at) - 1, 1))
-    places = at.copy()
-    for _ in range(200):
-        close = np.diff(places) < room * (1.0 - 1e-6)
-        if not close.any():
-            break
-        push = 0.5 * np.maximum(room - np.diff(places), 0.0)
-        places[:-1] -= push
-        places[1:] += push
-        places = np.clip(places, *ends)
-    for i in range(1, len(places)):
-        places[i] = max(places[i], places[i - 1] + room)
-    if places[-1] > ends[1]:
-        places[-1] = ends[1]
-        for i in range(len(places) - 2, -1, -1):
-            places[i] = min(places[i], places[i + 1] - room)
-    return places
+    room = min(_APART, 1.0 / max(len(at) - 1, 1)) * (ends[1] - ends[0])
+    steps = room * np.arange(len(at))
+    return np.asarray(np.clip(keep_apart(at, room), ends[0] + steps, ends[1] - steps[::-1]))
 
 
 def _words(at: float, mode: float, order: float, ends: tuple[float, float]) -> str:
@@ -229,7 +214,7 @@ def draw_torsion_speeds(result: Result) -> "Figure | None":
     below.set_xlim(rpm(speed[0]), rpm(speed[-1]))
     for axes in (above, middle, below):
         _shades(record, axes)
-    above.legend(loc="upper left", bbox_to_anchor=(1.005, 1.0), fontsize=8)
+    above.legend(loc="upper left", bbox_to_anchor=(1.005, 1.0))
     return figure
 
 
@@ -289,8 +274,7 @@ def _top(
     points = main_of(points, x, y)
     name_maxima(axes, points, factor, (rpm(speed[0]), rpm(speed[-1])))
     axes.set_ylabel(words)
-    axes.set_title(f"section {section}", loc="left", fontsize=9,
-                   pad=_ROOM if points.speed.size else None)  # fmt: skip
+    axes.set_title(f"section {section}", loc="left", pad=_ROOM if points.speed.size else None)
 
 
 def _heights(axes: "Axes", shown: list[np.ndarray], others: list[np.ndarray]) -> None:
@@ -357,8 +341,7 @@ def _all(
     axes.set_ylabel(words)
     left = len([one for one in named if one not in hung])
     title = None if left <= len(chosen) else f"the most loaded,\nof {left}:"
-    axes.legend(loc="upper left", bbox_to_anchor=(1.005, 1.0), fontsize=8, title=title,
-                title_fontsize=8)  # fmt: skip
+    axes.legend(loc="upper left", bbox_to_anchor=(1.005, 1.0), title=title, title_fontsize=8)
     if _undamped(record):
         _endless(axes, high)
         return
@@ -413,13 +396,6 @@ _LOAD = "twist_half_range"
 _COLUMNS, _MOST_PANELS = 3, 9
 #: letters of a name beside which there is room for two values
 _SHORT = 16
-#: ratio of the curves from which on the axes are logarithmic
-_FAR_OF_PANEL = 6.0
-#: where the other line stands, its look, and how it is named
-_VARIANTS = (
-    ("bare/", QUIET, "--", "without dampers"),
-    ("healthy/", COLOURS[2], "-", "all cylinders fire"),
-)
 
 
 def draw_torsion_dampers(result: Result) -> "Figure | None":
@@ -427,7 +403,7 @@ def draw_torsion_dampers(result: Result) -> "Figure | None":
     record = result.record
     own = having(record, f"{TORSION}speeds/{_LOAD}", "section", "speed")
     beside: list[tuple[Quantity, str, str, str, str]] = []
-    for root, *look in _VARIANTS:
+    for root, *look in _OTHERS:
         other = having(record, f"{TORSION}{root}speeds/{_LOAD}", "section", "speed")
         if other is not None:
             beside.append((other, root, look[0], look[1], look[2]))
@@ -437,7 +413,7 @@ def draw_torsion_dampers(result: Result) -> "Figure | None":
     hung = names(record, "damper/travel", "damper")
     sections = [name for name in labels(own.axes[0]) if name in known and name not in hung]
     values = np.asarray(own.values, dtype=float)
-    tops = {name: _finite(values[place_of(own, name) or 0]) for name in sections}
+    tops = {name: _highest(values[place_of(own, name) or 0]) for name in sections}
     most = sorted(sections, key=lambda name: -tops[name])[:_MOST_PANELS]
     shown = [name for name in sections if name in most]
     if not shown:
@@ -464,7 +440,7 @@ def draw_torsion_dampers(result: Result) -> "Figure | None":
         x, y = through(speed, values[place_of(own, name) or 0], top_of(record, name, _LOAD))
         axes.plot(rpm(1.0) * x, MILLI * y, color=TOTAL, linewidth=1.6, marker=dotted(len(speed)),
                   label=damped)  # fmt: skip
-        told = f"{name}\nlargest {show(_finite(MILLI * y), digits=3)}"
+        told = f"{name}\nlargest {show(_highest(MILLI * y), digits=3)}"
         bare = top_of(record, name, _LOAD, "bare/").height
         if bare.size and len(name) <= _SHORT:
             told += f", without {show(MILLI * float(bare[0]), digits=3)}"
@@ -473,7 +449,8 @@ def draw_torsion_dampers(result: Result) -> "Figure | None":
         highest.append(np.concatenate(curves))
         operating_line(axes, result, speed[0], speed[-1])
         axes.set_xlim(rpm(speed[0]), rpm(speed[-1]))
-    _height(grid[0, 0], own_curves, highest)
+    lower = sorted(own_curves, key=_highest)[: -(-len(own_curves) // 2)]
+    _heights(grid[0, 0], lower, highest)
     for place, axes in enumerate(grid.ravel()):
         axes.set_visible(place < len(shown))
         if place + grid.shape[1] >= len(shown):
@@ -481,22 +458,5 @@ def draw_torsion_dampers(result: Result) -> "Figure | None":
             axes.tick_params(labelbottom=True)
     for axes in grid[:, 0]:
         axes.set_ylabel("twist in mrad")
-    figure.legend(*grid[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=4,
-                  fontsize=8)  # fmt: skip
+    figure.legend(*grid[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=4)
     return figure
-
-
-def _height(axes: "Axes", own: list[np.ndarray], others: list[np.ndarray]) -> None:
-    """One height for all panels, logarithmic where curves or sections are far apart."""
-    highs, fars = [_finite(one) for one in own], [_finite(one) for one in others]
-    far = max([*highs, *fars]) or 1.0
-    low = min(float(np.min(one[one > 0.0], initial=np.inf)) for one in [*own, *others])
-    apart = any(b > _FAR_OF_PANEL * a > 0.0 for a, b in zip(highs, fars, strict=True))
-    if (apart or max(highs) > _FAR_OF_PANEL * min(highs) > 0.0) and low < far:
-        plain_log(axes, max(0.7 * low, 1e-4 * far), 1.5 * far)
-    else:
-        axes.set_ylim(0.0, 1.06 * far)
-
-
-def _finite(values: np.ndarray) -> float:
-    return float(np.max(values[np.isfinite(values)], initial=0.0))

@@ -56,7 +56,7 @@ def draw_torsion_transient(result: Result) -> "Figure | None":
     name = str(low.axes[0].values[place])
     time = speed[1]
     _envelope(panels[0], result, (low, high), place, time)
-    panels[0].set_title(f"torque in section {name}, mean included", loc="left", fontsize=9)
+    panels[0].set_title(f"torque in section {name}, mean included", loc="left")
     _speed(panels[0], time, rpm(1.0) * np.asarray(speed[0].values, dtype=float))
     if half is not None:
         _half_ranges(panels[1], record, half, place, time)
@@ -97,14 +97,14 @@ def _envelope(
         row = int(np.argmin(np.abs(time - at)))
         near = slice(max(row - 1, 0), row + 2)
         sign = 1.0 if np.max(above[near]) >= -np.min(below[near]) else -1.0
-        axes.plot([at], [sign * value], "o", color=LIMIT, ms=5, zorder=5,
+        axes.plot([at], [sign * value], "o", color=LIMIT, zorder=5,
                   label=f"peak {show(value, digits=4)} {unit}")  # fmt: skip
     axes.set_xlim(*_span(axes, time))
     axes.set_ylabel(f"torque in {unit}")
     axes.set_xlabel("time in s")
     bottom, top = axes.get_ylim()
     axes.set_ylim(bottom, top + 0.36 * (top - bottom))
-    axes.legend(loc="upper left", ncols=3, fontsize=8)
+    axes.legend(loc="upper left", ncols=3)
 
 
 def _onset(axes: "Axes", result: Result) -> None:
@@ -150,7 +150,7 @@ def _half_ranges(
     axes.set_xlim(float(time[0]), float(time[-1]))
     axes.set_ylabel(f"half range in {unit}")
     axes.set_xlabel("time in s")
-    axes.legend(loc="upper left", ncols=2, fontsize=8)
+    axes.legend(loc="upper left", ncols=2)
 
 
 def _course(axes: "Axes", result: Result) -> None:
@@ -161,7 +161,7 @@ def _course(axes: "Axes", result: Result) -> None:
     _onset(axes, result)
     axes.plot(found[1], factor * np.asarray(found[0].values), color=COLOURS[0], linewidth=1.0)
     axes.set_xlim(float(found[1][0]), float(found[1][-1]))
-    axes.set_title("the same torque about its peak", loc="left", fontsize=9)
+    axes.set_title("the same torque about its peak", loc="left")
     axes.set_ylabel(f"torque in {unit}")
     axes.set_xlabel("time in s")
 
@@ -291,7 +291,7 @@ def draw_variable_inertia(result: Result) -> "Figure | None":
     if speeds is not None:
         _inertia_speeds(record, panels[1], name)
         operating_line(panels[1], result, 0.0, np.inf)
-        panels[1].legend(fontsize=8)
+        panels[1].legend()
     return figure
 
 
@@ -312,10 +312,10 @@ def _inertia_orders(result: Result, axes: "Axes", name: str) -> None:
         axes.bar(order + shift * step, size, 0.4 * step, color=colour, label=words)
     at = speed_of(result)
     axes.set_title(f"at {turns(at)} rpm, amplitudes 0-to-peak" if at is not None else "",
-                   loc="left", fontsize=9)  # fmt: skip
+                   loc="left")  # fmt: skip
     axes.set_xlabel("order (multiple of crank speed)")
     axes.set_ylabel(f"torque in {unit}")
-    axes.legend(fontsize=8)
+    axes.legend()
 
 
 def _inertia_speeds(record: Record, axes: "Axes", name: str) -> None:
@@ -333,7 +333,7 @@ def _inertia_speeds(record: Record, axes: "Axes", name: str) -> None:
         speed = rpm(1.0) * np.asarray(found.axes[1].values, dtype=float)
         row = gaps(factor * np.asarray(found.values, dtype=float)[place])
         axes.plot(speed, row, style, color=colour, label=words, marker=dotted(len(speed)))
-    axes.set_title("half range of all orders together", loc="left", fontsize=9)
+    axes.set_title("half range of all orders together", loc="left")
     axes.set_xlabel("crank speed in rpm")
     axes.set_ylabel(f"torque in {unit}")
     axes.set_ylim(bottom=0.0)

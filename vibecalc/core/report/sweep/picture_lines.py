@@ -12,6 +12,7 @@ from vibecalc.core.report.canvas import (
     QUIET,
     canvas,
     gaps,
+    keep_apart,
     note,
     plain_ticks,
     unit_words,
@@ -75,27 +76,11 @@ def name_ends(axes: "Axes", x: np.ndarray, drawn: np.ndarray, names: tuple[str, 
             pixel = axes.transData.transform((x[end], drawn[end, i]))
             found.append((float(axes.transAxes.inverted().transform(pixel)[1]), i, x[end]))
     found.sort()
-    heights = spread_out(np.array([height for height, _, _ in found]), _APART)
+    heights = keep_apart(np.array([height for height, _, _ in found]), _APART)
     for height, (_, i, end) in zip(heights, found, strict=True):
         note(axes, names[i].split("=")[-1], (end, height), (5, 0),
             xycoords=("data", "axes fraction"), va="center", color=line_style(i)["color"],
             annotation_clip=False)  # fmt: skip
-
-
-def spread_out(places: np.ndarray, apart: float) -> np.ndarray:
-    """Ascending places moved as little as need be (in squares) to be so far apart."""
-    # with the distances taken off, what is left need only ascend: means of pools that do not
-    steps = apart * np.arange(len(places))
-    pools: list[tuple[float, int]] = []
-    for value in places - steps:
-        mean, count = float(value), 1
-        while pools and pools[-1][0] > mean:
-            other, many = pools.pop()
-            mean = (mean * count + other * many) / (count + many)
-            count += many
-        pools.append((mean, count))
-    flat = [mean for mean, count in pools for _ in range(count)]
-    return np.asarray(np.array(flat) + steps)
 
 
 # ----------------------------------------------------------------------------

@@ -117,7 +117,7 @@ def _map(
         _ticks(bar, ends)
     if np.isinf(values).any():
         rows, columns = np.nonzero(np.isinf(values))
-        axes.plot(x[columns], y[rows], "^", color=LIMIT, ms=5, ls="none", label="unbounded")
+        axes.plot(x[columns], y[rows], "^", color=LIMIT, ls="none", label="unbounded")
     for limit in own:
         _boundary(axes, x, y, values, limit, limit.bound * one.factor, LIMIT, hatch=True)
     words = ", ".join(limit_words(limit) for limit in own)

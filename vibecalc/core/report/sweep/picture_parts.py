@@ -6,14 +6,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from vibecalc.core.report.canvas import (
-    COLOURS,
-    LIMIT,
-    QUIET,
-    length_scale,
-    plain_ticks,
-    unit_words,
-)
+from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, length_scale, plain_ticks, unit_words
 from vibecalc.core.report.sweep.limits import Limit, best, nearest
 from vibecalc.core.report.sweep.statistics import Worst, numeric, worst
 from vibecalc.core.report.sweep.view import Cause, GridAxis, SweepView, causes
@@ -274,9 +267,7 @@ def legend_below(
     once |= more or {}
     if once:
         columns = 1 if max(map(len, once)) > _SIDE_BY_SIDE else min(3, -(-len(once) // 2))
-        figure.legend(
-            list(once.values()), list(once), loc="outside lower center", ncols=columns, fontsize=8
-        )
+        figure.legend(list(once.values()), list(once), loc="outside lower center", ncols=columns)
 
 
 def hatch_style() -> dict[str, Any]:
