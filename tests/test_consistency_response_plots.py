@@ -248,7 +248,7 @@ def test_dominance_marks_the_order_from_which_impacts_lead() -> None:
     assert axes.get_yscale() == "log"
     assert "these lead nowhere" in words(axes)
     added = result.record["response/impact/added_force"].values
-    np.testing.assert_allclose(drawn["impacts add, play 0.0381 mm"].get_ydata(), added[1])
+    np.testing.assert_allclose(drawn["impacts add, clearance 0.0381 mm"].get_ydata(), added[1])
     marks = {round(float(path.vertices[0, 0]), 6) for line in axes.collections
              for path in line.get_paths()}  # fmt: skip
     assert marks == {2.0, 3.0}
