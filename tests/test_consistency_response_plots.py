@@ -25,6 +25,7 @@ from vibecalc.core.report.canvas import (
     EDGES,
     arc_about,
     corners,
+    crests,
     length_scale,
     project,
     rotate,
@@ -280,6 +281,12 @@ def test_many_clearances_are_thinned_to_what_a_page_holds() -> None:
     assert spread_out(3, 4) == [0, 1, 2]
     assert spread_out(32, 4) == [0, 10, 21, 31]
     assert spread_out(1, 3) == [0]
+
+
+def test_an_extreme_over_a_sliding_window_is_drawn_through_its_crests() -> None:
+    time, value = np.arange(9.0), np.array([1.0, 1.0, 1.0, 4.0, 4.0, 4.0, 2.0, 2.0, 2.0])
+    at, crest = crests(time, value)
+    assert at.tolist() == [0.0, 4.0, 8.0] and crest.tolist() == [1.0, 4.0, 2.0]
     assert length_scale(2.0) == (1.0, "m")
     assert length_scale(2e-3) == (1e3, "mm")
     assert length_scale(0.0)[1] == "\u00b5m"

@@ -9,6 +9,7 @@ from vibecalc.core.report.canvas import (
     QUIET,
     TOTAL,
     canvas,
+    crests,
     draw_points,
     length_scale,
     note,
@@ -443,7 +444,7 @@ def _energies(axes: "Axes", record: Record, way: str, changes: list[str]) -> Non
         values = envelope(np.asarray(quantity.values[i], dtype=float))
         drawn = np.where(values > 0.0, values, np.nan)
         colour = COLOURS[i % len(COLOURS)]
-        axes.plot(time, drawn, color=colour, label=change)
+        axes.plot(*crests(time, drawn), color=colour, label=change)
         peak, when = (
             having(record, f"{_SWITCHING}{way}/{name}", "change")
             for name in ("kinetic_energy_peak", "peak_time")

@@ -135,6 +135,15 @@ def dotted(count: int) -> str:
     return "." if count <= _SEEN else ""
 
 
+def crests(time: np.ndarray, value: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """An extreme over a sliding window without its stairs: each step becomes its middle."""
+    steps = np.flatnonzero(np.diff(value, prepend=np.nan))
+    ends = np.append(steps[1:], len(value)) - 1
+    at = 0.5 * (time[steps] + time[ends])
+    at[0], at[-1] = time[0], time[-1]
+    return at, value[steps]
+
+
 def operating_line(axes: "Axes", result: Result, low: float, high: float) -> None:
     """The operating speed in rpm, if it lies between two speeds in rad/s."""
     speed = speed_of(result)

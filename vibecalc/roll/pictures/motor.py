@@ -155,7 +155,7 @@ def _levels(axes: "Axes", record: Record) -> None:
         face = "none" if mark == "o" else colour  # what lies on it stays visible
         size = 10.0 if mark == "o" else 5.5
         axes.plot(hit[1][kept], values[kept], mark, color=colour, mfc=face, ms=size, label=words)
-    axes.set_ylabel("shell, dB re 1 rad/s^2")
+    axes.set_ylabel("level in dB re 1 rad/s$^2$")
     _orders(axes, record)
     axes.legend(loc="upper right")
     axes.set_title("angular acceleration of the shell", loc="left")

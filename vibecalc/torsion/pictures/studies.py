@@ -11,6 +11,7 @@ from vibecalc.core.report.canvas import (
     QUIET,
     TOTAL,
     canvas,
+    crests,
     dotted,
     gaps,
     note,
@@ -64,21 +65,12 @@ def draw_torsion_transient(result: Result) -> "Figure | None":
     return figure
 
 
-def _crests(time: np.ndarray, value: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """An extreme over a sliding cycle without its stairs: each step becomes its middle."""
-    steps = np.flatnonzero(np.diff(value, prepend=np.nan))
-    ends = np.append(steps[1:], len(value)) - 1
-    at = 0.5 * (time[steps] + time[ends])
-    at[0], at[-1] = time[0], time[-1]
-    return at, value[steps]
-
-
 def _envelope(
     axes: "Axes", result: Result, ends: tuple[Quantity, Quantity], place: int, time: np.ndarray
 ) -> None:
     record = result.record
     factor, unit = torque_unit(record)
-    curves = [_crests(time, factor * np.asarray(one.values, dtype=float)[place]) for one in ends]
+    curves = [crests(time, factor * np.asarray(one.values, dtype=float)[place]) for one in ends]
     for (at, crest), label in zip(curves, ("crests, cycle by cycle", None), strict=True):
         axes.plot(at, crest, color=COLOURS[0], label=label)
     below, above = (np.interp(time, *curve) for curve in curves)
@@ -138,7 +130,7 @@ def _half_ranges(
 ) -> None:
     factor, unit = torque_unit(record)
     own = factor * np.asarray(half.values, dtype=float)[place]
-    axes.plot(*_crests(time, own), color=COLOURS[0], label="half range during the change")
+    axes.plot(*crests(time, own), color=COLOURS[0], label="half range during the change")
     steady = having(record, TRANSIENT + "quasi_steady", "section", "transient_time")
     top = float(np.max(own))
     if steady is not None:
