@@ -176,4 +176,4 @@ def _held(result: Result) -> np.ndarray:
     speed = having(result.record, DESIGN + "active/speed", "active")
     if kind is None or speed is None:
         return np.zeros(0)
-    return rpm(1.0) * np.asarray(speed.values, dtype=float)[np.asarray(kind.values) == 0]
+    return np.asarray(rpm(1.0) * speed.values[np.asarray(kind.values) == 0])

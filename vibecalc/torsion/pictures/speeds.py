@@ -43,11 +43,13 @@ if TYPE_CHECKING:
 # ----------------------------------------------------------------------------
 
 #: of the width of the axes, the least distance of two names
-_APART = 0.024
+_APART = 0.03
 #: of the range, how near to its ends a maximum is at one
 _AT_END = 1e-6
 #: of the highest maximum, and of its own height above the curve beside it, what has a name
 _HIGH, _STANDS = 0.1, 0.03
+#: maxima that are named at most
+_NAMED = 8
 
 
 class Points(NamedTuple):
@@ -121,7 +123,7 @@ def main_of(points: Points, speed: np.ndarray, curve: np.ndarray) -> Points:
         valley = max((float(np.nanmin(one)) for one in between if one.size), default=0.0)
         if tops[i] - valley >= _STANDS * tops[i]:
             kept.append(int(i))
-    return Points(*(one[sorted(kept)] for one in points))
+    return Points(*(one[sorted(kept[:_NAMED])] for one in points))
 
 
 def name_maxima(axes: "Axes", points: Points, factor: float, ends: tuple[float, float]) -> None:

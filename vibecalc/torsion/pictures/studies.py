@@ -71,8 +71,8 @@ def _envelope(
     record = result.record
     factor, unit = torque_unit(record)
     curves = [crests(time, factor * np.asarray(one.values, dtype=float)[place]) for one in ends]
-    for (at, crest), label in zip(curves, ("crests, cycle by cycle", None), strict=True):
-        axes.plot(at, crest, color=COLOURS[0], label=label)
+    for curve, label in zip(curves, ("crests, cycle by cycle", None), strict=True):
+        axes.plot(*curve, color=COLOURS[0], label=label)
     below, above = (np.interp(time, *curve) for curve in curves)
     axes.fill_between(time, below, above, color=COLOURS[5], alpha=0.2, linewidth=0.0)
     _onset(axes, result)
