@@ -25,7 +25,7 @@ def _in_empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     # repeats give better seconds and nothing else
     monkeypatch.setattr("vibecalc.core.accuracy.topic._ENOUGH", 0.0)
-    monkeypatch.setattr("vibecalc.core.report.plots.draw_accuracy_file", _without_matplotlib)
+    monkeypatch.setattr("vibecalc.core.report.plots.draw_file", _without_matplotlib)
 
 
 def _without_matplotlib(result: object, path: Path) -> Path:

@@ -17,6 +17,9 @@ from vibecalc.core.results.record import Axis, Result
 SPEEDS = np.linspace(0.0, 400.0, 801)
 
 
+RPM = 30.0 / np.pi
+
+
 def run_up(masked: list[tuple[float, float]]) -> Result:
     speed = Axis(name="speed", values=SPEEDS, unit="rad/s")
     left_out = Axis(name="masked", values=np.arange(1, len(masked) + 1))
@@ -47,7 +50,7 @@ def test_run_up_energies_on_a_logarithmic_axis() -> None:
     assert np.nanmax(np.abs(ratio - 1.0 / 0.3)) < 1e-12
     assert np.isnan(np.asarray(kinetic.get_ydata())[0])  # at rest: no place on this axis
     assert "at 1146 rpm" in words(axes)
-    assert list(drawn["operating speed"].get_xdata()) == [361.0, 361.0]
+    assert list(drawn["operating speed"].get_xdata()) == pytest.approx([361.0 * RPM] * 2)
 
 
 def test_masked_speeds_are_bands_that_break_the_curves() -> None:
@@ -56,7 +59,7 @@ def test_masked_speeds_are_bands_that_break_the_curves() -> None:
     assert "order 1, mode 2" in words(axes) and "rpm" not in words(axes)
     speed, energy = (np.asarray(part) for part in curves(axes)["kinetic energy, mean"].get_data())
     broken = speed[np.isnan(energy) & (speed > 0.0)]
-    assert broken == pytest.approx([60.25, 120.0])
+    assert broken == pytest.approx([60.25 * RPM, 120.0 * RPM])
     assert np.all(np.diff(speed) >= 0.0)
 
 

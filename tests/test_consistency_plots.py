@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from report_samples import NATURAL, SPEED, generator, optimised, quantity, rigid_body
+from report_samples import NATURAL, generator, optimised, quantity, rigid_body
 
 pytest.importorskip("matplotlib")
 
@@ -13,6 +13,10 @@ from drawn import coarse, figure, lines, words
 
 from vibecalc.core.report.plots import draw, every_picture, make
 from vibecalc.core.results.record import Axis, Result
+from vibecalc.core.results.store import read_result
+
+RPM = 30.0 / np.pi
+GOLDEN = Path(__file__).parent / "golden"
 
 
 def test_force_over_the_cycle_sums_the_orders_with_phase() -> None:
@@ -33,18 +37,32 @@ def test_force_over_the_cycle_sums_the_orders_with_phase() -> None:
     assert mounted.get_xlabel() == "crank angle in deg"
 
 
-def test_run_up_has_both_speeds_limits_and_resonances() -> None:
+def test_shaking_reaches_the_peaks_of_the_result_in_time_and_along_its_path() -> None:
+    result = read_result(GOLDEN / "pump.h5")
+    force, path, couple = figure(result, "shaking").axes
+    for axes, name in ((force, "force"), (couple, "couple")):
+        peaks = result.record[f"excitation/{name}_peak"]
+        shown = {label[0]: line.get_ydata() for label, line in lines(axes).items() if ":" in label}
+        for direction, peak in zip("xyz", peaks.values, strict=True):
+            drawn = np.abs(shown.get(direction, 0.0)).max()
+            assert drawn == pytest.approx(float(peak), rel=1e-4, abs=1e-9)
+    assert set(lines(force)) >= {"y: 115.5 N at 90 deg", "z: 222.9 N at 0 deg"}
+    across, up = (np.asarray(one) for one in path.get_lines()[0].get_data())
+    order = np.asarray(result.record["excitation/force"].axes[0].values)
+    turned = np.exp(1j * np.outer(np.radians(np.linspace(0.0, 360.0, across.size)), order))
+    whole = np.real(turned @ np.asarray(result.record["excitation/force"].values))
+    np.testing.assert_allclose(np.transpose([across, up]), whole[:, 1:], atol=1e-9)
+    assert (path.get_xlabel(), path.get_ylabel()) == ("y in N", "z in N")
+
+
+def test_run_up_has_limits_and_resonances_over_the_speed_in_rpm() -> None:
     result = generator()
     picture = figure(result, "run_up")
     lever, support = picture.axes
     assert lever.get_ylabel() == "couple over the lever\nforce in N"
-    assert lever.get_xlabel() == "crank speed in rad/s"
     assert support.get_xscale() == "log"
-    assert support.get_xlim() == pytest.approx((NATURAL / 8.0, SPEED))
-    below = support.child_axes[0]
-    assert below.get_xlabel() == "crank speed in rpm"
-    picture.canvas.draw()
-    assert below.get_xlim()[1] == pytest.approx(4900.0)
+    assert support.get_xlim() == pytest.approx((RPM * NATURAL / 8.0, 4900.0))
+    assert support.get_xlabel() == "crank speed in rpm"
     assert "202.1 N at 305.8 rpm" in words(lever)
     for text in ("order 1", "order 2", "run-up limit 0.4 kN", "steady limit 100 N"):
         assert text in words(support)
@@ -68,7 +86,7 @@ def test_masked_speeds_are_shaded_and_leave_a_gap() -> None:
     assert np.isnan(drawn[100:110]).all()
     assert np.isfinite(drawn).sum() == drawn.size - 10
     assert np.isfinite(lever.get_ylim()).all()
-    assert [patch.get_x() for patch in lever.patches] == [20.0]
+    assert [patch.get_x() for patch in lever.patches] == [pytest.approx(20.0 * RPM)]
 
 
 def test_a_run_up_without_bound_is_seen_between_its_resonances() -> None:
@@ -131,17 +149,17 @@ def test_modal_energy_bars_fill_the_modes() -> None:
 def test_piston_motion_has_its_units() -> None:
     panels = figure(generator(), "piston_motion").axes
     assert [axes.get_ylabel() for axes in panels] == [
-        "position\nin m",
+        "position\nin mm",
         "velocity\nin m/s",
-        "acceleration\nin m/s^2",
+        "acceleration\nin m/s$^2$",
     ]
     position = np.asarray(panels[0].get_lines()[0].get_ydata())
-    assert (position.min(), position.max()) == pytest.approx((0.14, 0.26))
+    assert (position.min(), position.max()) == pytest.approx((140.0, 260.0))
 
 
 def test_start_and_optimum_against_bounds_and_limits() -> None:
     variables, uses = figure(optimised(), "optimisation").axes
-    assert "10000 → 14321 N/m" in words(variables)
+    assert "10.00 → 14.32 kN/m" in words(variables)
     places = [float(np.ravel(line.get_xdata())[0]) for line in variables.get_lines()]
     assert 100.0 * (14321.0 - 1000.0) / 49000.0 in [pytest.approx(place) for place in places]
     widths = [bar.get_width() for bar in uses.patches]
@@ -152,7 +170,7 @@ def test_start_and_optimum_against_bounds_and_limits() -> None:
 @pytest.mark.parametrize(
     ("sample", "names"),
     [
-        (generator, {"force_over_cycle", "run_up", "transmissibility", "piston_motion"}),
+        (generator, {"shaking", "force_over_cycle", "run_up", "transmissibility", "piston_motion"}),
         (rigid_body, {"modal_energy"}),
     ],
 )
@@ -161,6 +179,21 @@ def test_each_picture_is_drawn_where_its_numbers_are(
 ) -> None:
     result = sample()
     assert {name for name in every_picture() if make(result, name) is not None} == names
+
+
+@pytest.mark.parametrize(
+    ("stem", "name"),
+    [
+        ("body", "body_modal_energy"),
+        ("modal_test", "modal_test_energy"),
+        ("energy_modal", "energy_modal"),
+    ],
+)
+def test_a_file_has_no_word_of_the_result_twice(
+    stem: str, name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    coarse(monkeypatch)
+    assert [path.stem for path in draw(rigid_body(), tmp_path, stem)] == [name]
 
 
 def test_equal_results_give_equal_bytes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -25,6 +25,7 @@ from vibecalc.core.report.canvas import (
     EDGES,
     arc_about,
     corners,
+    crests,
     length_scale,
     project,
     rotate,
@@ -74,8 +75,8 @@ def test_acceleration_is_held_against_two_harmonics() -> None:
     # the first term left out is that of order 4
     fourth = abs(result.record["kinematics/acceleration_harmonics"].values[4])
     assert np.abs(missed).max() == pytest.approx(fourth, rel=0.03)
-    assert f"{np.abs(missed).max():.3g} m/s^2" in below.get_title(loc="left")
-    assert above.get_ylabel() == "acceleration in m/s^2"
+    assert f"{np.abs(missed).max():.3g} m/s$^2$" in below.get_title(loc="left")
+    assert above.get_ylabel() == "acceleration in m/s$^2$"
 
 
 def test_modes_have_a_panel_each_with_frequency_and_freedom() -> None:
@@ -216,7 +217,7 @@ def test_the_first_turn_marks_its_contacts() -> None:
     result = compressor()
     panels = figure(result, "impact_time").axes
     assert len(panels) == 3
-    assert panels[2].get_title(loc="left") == "play 0.254 mm, triangles: the first 6 contacts"
+    assert panels[2].get_title(loc="left") == "clearance 0.254 mm, triangles: the first 6 contacts"
     marks = next(line for line in panels[0].get_lines() if line.get_marker() == "^")
     angles = result.record["response/impact/first_contacts"].values[0]
     np.testing.assert_allclose(marks.get_xdata(), np.degrees(angles))
@@ -248,7 +249,7 @@ def test_dominance_marks_the_order_from_which_impacts_lead() -> None:
     assert axes.get_yscale() == "log"
     assert "these lead nowhere" in words(axes)
     added = result.record["response/impact/added_force"].values
-    np.testing.assert_allclose(drawn["impacts add, play 0.0381 mm"].get_ydata(), added[1])
+    np.testing.assert_allclose(drawn["impacts add, clearance 0.0381 mm"].get_ydata(), added[1])
     marks = {round(float(path.vertices[0, 0]), 6) for line in axes.collections
              for path in line.get_paths()}  # fmt: skip
     assert marks == {2.0, 3.0}
@@ -280,6 +281,12 @@ def test_many_clearances_are_thinned_to_what_a_page_holds() -> None:
     assert spread_out(3, 4) == [0, 1, 2]
     assert spread_out(32, 4) == [0, 10, 21, 31]
     assert spread_out(1, 3) == [0]
+
+
+def test_an_extreme_over_a_sliding_window_is_drawn_through_its_crests() -> None:
+    time, value = np.arange(9.0), np.array([1.0, 1.0, 1.0, 4.0, 4.0, 4.0, 2.0, 2.0, 2.0])
+    at, crest = crests(time, value)
+    assert at.tolist() == [0.0, 4.0, 8.0] and crest.tolist() == [1.0, 4.0, 2.0]
     assert length_scale(2.0) == (1.0, "m")
     assert length_scale(2e-3) == (1e3, "mm")
     assert length_scale(0.0)[1] == "\u00b5m"

@@ -11,8 +11,9 @@ from report_samples import quantity
 from roll_samples import LEVELS, roll, spectra, symmetrical
 from shipped_cases import CASES
 
+from vibecalc.core.report.canvas import keep_apart
 from vibecalc.core.report.headline import headline_rows
-from vibecalc.core.report.sweep.picture_lines import line_style, spread_out
+from vibecalc.core.report.sweep.picture_lines import line_style
 from vibecalc.core.report.sweep.statistics import extreme_lines
 from vibecalc.core.report.sweep.view import GridAxis, Key, Stacked, SweepView, _short
 from vibecalc.core.results.record import Axis, Record
@@ -73,9 +74,9 @@ def test_a_key_says_whose_it_is(keys: list[str], words: list[str]) -> None:
 @given(st.lists(st.floats(-1.0, 2.0), max_size=12), st.floats(0.01, 0.2))
 def test_names_at_the_right_stay_apart_and_in_order(places: list[float], apart: float) -> None:
     ordered = np.sort(np.array(places))
-    moved = spread_out(ordered, apart)
+    moved = keep_apart(ordered, apart)
     assert np.all(np.diff(moved) >= apart * (1.0 - 1e-9))
-    np.testing.assert_allclose(spread_out(moved, 0.99 * apart), moved, atol=1e-12)
+    np.testing.assert_allclose(keep_apart(moved, 0.99 * apart), moved, atol=1e-12)
     if ordered.size:
         assert np.mean(moved) == pytest.approx(np.mean(ordered), abs=1e-9)
 

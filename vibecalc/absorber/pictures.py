@@ -6,7 +6,7 @@ import numpy as np
 
 from vibecalc.absorber.report.hardware import HARDWARE, ICE
 from vibecalc.absorber.report.tuning import ABSORBER, PENDULUM
-from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, TOTAL, canvas, plain_ticks
+from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, TOTAL, canvas, note, plain_ticks
 from vibecalc.core.report.sections import having, labels, scalar_of, table_of
 from vibecalc.core.report.writing import show
 from vibecalc.core.results.record import Quantity, Record, Result
@@ -69,7 +69,7 @@ def draw_absorber_surface(result: Result) -> "Figure | None":
     right.set_xlabel("largest response")
     right.set_ylabel(words)
     right.tick_params(labelleft=True)
-    left.set_xlabel("frequency over the primary's own")
+    left.set_xlabel("frequency / natural frequency of the primary")
     left.set_ylabel(words)
     left.grid(visible=False)
     return figure
@@ -124,9 +124,11 @@ def draw_absorber_curves(result: Result) -> "Figure | None":
     below.set_ylabel("phase in deg")
     below.set_yticks(range(-360, 1, 90))
     below.set_ylim(*_phase_limits(below))
-    below.set_xlabel("frequency in Hz" if hertz is not None else "frequency over the primary's own")
+    below.set_xlabel(
+        "frequency in Hz" if hertz is not None else "frequency / natural frequency of the primary"
+    )
     below.set_xlim(x[0], x[-1])
-    figure.legend(loc="outside lower center", ncols=4, fontsize=8)
+    figure.legend(loc="outside lower center", ncols=4)
     return figure
 
 
@@ -174,15 +176,7 @@ def _rings(axes: "Axes", record: Record, scale: float) -> None:
         label="fixed points P, Q",
     )
     for name, x, y in zip(labels(height.axes[0]), place.values, height.values, strict=True):
-        axes.annotate(
-            name,
-            (scale * float(x), float(y)),
-            xytext=(0, 9),
-            textcoords="offset points",
-            ha="center",
-            color=LIMIT,
-            fontsize=8,
-        )
+        note(axes, name, (scale * float(x), float(y)), (0, 9), ha="center", color=LIMIT)
 
 
 def _limits(record: Record, curve: Quantity, hidden: set[int]) -> tuple[float, float]:
@@ -247,7 +241,7 @@ def draw_absorber_chart(result: Result) -> "Figure | None":
     )
     for axes, (across, up) in zip(panels.flat, names, strict=True):
         _dress(axes, across, up, mass)
-    figure.legend(title="damping of the primary", loc="outside lower center", ncols=8, fontsize=8)
+    figure.legend(title="damping of the primary", loc="outside lower center", ncols=8)
     return figure
 
 
@@ -271,8 +265,6 @@ def _dress(axes: "Axes", across: str, up: str, mass: np.ndarray) -> None:
 # ----------------------------------------------------------------------------
 
 _SHARES = (0.01, 0.05, 0.1, 0.2, 0.4, 0.7, 1.0, 1.5, 2.5)
-#: so many of them are named: the others lie on dark ground
-_NAMED = 6
 _MARKS = ("s", "D", "^", "v")
 
 
@@ -290,10 +282,12 @@ def draw_absorber_map(result: Result) -> "Figure | None":
     above = np.asarray(found.values, dtype=float).T / best - 1.0
     # beyond the bounds of a case there may be better ones
     above = np.where(np.isfinite(above), np.maximum(above, 0.0), 10.0 * _SHARES[-1])
-    axes.contourf(k, z2, above, levels=[0.0, *_SHARES, 1e9], cmap="Blues", norm=_norm())
-    axes.contour(k, z2, above, levels=_SHARES[_NAMED:], colors="white", linewidths=0.9)
-    lines = axes.contour(k, z2, above, levels=_SHARES[:_NAMED], colors="white", linewidths=0.9)
-    axes.clabel(lines, fmt=lambda value: f"+{100.0 * value:.3g} %", fontsize=8, colors=TOTAL)
+    levels = [0.0, *_SHARES]
+    filled = axes.contourf(k, z2, above, levels=levels, extend="max", cmap="Blues", norm=_norm())
+    axes.contour(k, z2, above, levels=_SHARES, colors="white", linewidths=0.9)
+    bar = figure.colorbar(filled, ax=axes, ticks=levels)
+    bar.ax.set_yticklabels([f"{100.0 * level:g}" for level in levels])
+    bar.set_label("peak above the optimum in %")
     _methods(axes, record)
     _stock(axes, record, (k[0], k[-1]), (z2[0], z2[-1]))
     axes.plot(
@@ -323,7 +317,7 @@ def draw_absorber_map(result: Result) -> "Figure | None":
     axes.grid(visible=False)
     axes.set_xlabel("stiffness ratio $K_2 / K_1$")
     axes.set_ylabel(r"damping $c_2 / (2 \sqrt{K_1 J_1})$")
-    figure.legend(loc="outside lower center", ncols=3, fontsize=8)
+    figure.legend(loc="outside lower center", ncols=3)
     return figure
 
 
@@ -350,7 +344,7 @@ def _methods(axes: "Axes", record: Record) -> None:
             _MARKS[place % 4],
             color=COLOURS[(place + 1) % 6],
             ms=7 + 3 * place,
-            label=str(name).replace("_", " "),
+            label=str(name).replace("_", " ").title(),
             zorder=5,
             markerfacecolor="none",
             markeredgewidth=1.6,
@@ -410,20 +404,12 @@ def draw_absorber_warming(result: Result) -> "Figure | None":
         above.axhline(least, color=LIMIT, linestyle=":", label=f"tuning, {show(least, digits=4)}")
     above.set_ylim(0.0, None)
     above.set_ylabel("largest response")
-    above.legend(fontsize=8)
+    above.legend()
     below.semilogy(warm, damping.values, color=COLOURS[1])
     wanted = scalar_of(record, "tuning/secondary_damping")
     if wanted is not None:
         below.axhline(wanted, color=QUIET, linestyle=":")
-        below.annotate(
-            "wanted",
-            (warm[-1], wanted),
-            xytext=(-2, 3),
-            textcoords="offset points",
-            ha="right",
-            color=QUIET,
-            fontsize=8,
-        )
+        note(below, "wanted", (warm[-1], wanted), (-2, 3), ha="right", color=QUIET)
     plain_ticks(below.yaxis)
     below.set_ylabel(r"damping $c_2 / (2 \sqrt{K_1 J_1})$")
     below.set_xlabel("temperature of the oil in $\\degree$C")
@@ -463,7 +449,7 @@ def draw_pendulum(result: Result) -> "Figure | None":
         if isinstance(wanted, int | float):
             axes.axhline(wanted, color=QUIET, linestyle=":", label="wanted")
         axes.set_ylabel("order that the pendulum keeps")
-        axes.legend(fontsize=8)
+        axes.legend()
         axes.set_xlabel("swing in deg")
         axes.set_xlim(0.0, swing[-1])
         axes.ticklabel_format(axis="y", useOffset=False)
@@ -500,7 +486,7 @@ def _torque(axes: "Axes", record: Record, applied: object) -> None:
     axes.set_ylabel("torque in N m")
     axes.set_xlim(0.0, None)
     axes.axhline(0.0, color=QUIET, linewidth=0.8)
-    axes.legend(fontsize=8)
+    axes.legend()
 
 
 def _rotor(axes: "Axes", record: Record) -> None:
@@ -517,4 +503,4 @@ def _rotor(axes: "Axes", record: Record) -> None:
             )
     axes.set_xlabel("order of the torque over the wanted one")
     axes.set_ylabel("motion of the rotor in deg, zero-to-peak")
-    axes.legend(fontsize=8)
+    axes.legend()

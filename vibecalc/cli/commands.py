@@ -79,14 +79,14 @@ def _write_measured(result: "Result", path: Path, json: bool, quiet: bool) -> No
     """Write the file, the table and, with matplotlib, the picture; print what is asked for."""
     from vibecalc.cli.outputs import write_text
     from vibecalc.core.report.accuracy import render_accuracy
-    from vibecalc.core.report.plots import draw_accuracy_file
+    from vibecalc.core.report.plots import draw_file
     from vibecalc.core.results.store import write_result
 
     text = render_accuracy(result)
     write_result(result, path)
     write_text(text, path.with_suffix(".txt"))
     try:
-        pictures = draw_accuracy_file(result, path.with_suffix(".png"))
+        pictures = draw_file(path, path.parent)
     except UsageError as error:
         pictures = []
         typer.echo(f"no picture: {error}", err=True)

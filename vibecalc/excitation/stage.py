@@ -143,6 +143,7 @@ SUBJECT = Subject(
         "vibecalc.excitation.report:pump",
     ),
     pictures={
+        "shaking": "vibecalc.excitation.pictures:draw_shaking",
         "motor_force": "vibecalc.excitation.pictures:draw_motor_force",
     },
 )

@@ -7,11 +7,13 @@ import numpy as np
 from vibecalc.core.report.canvas import (
     COLOURS,
     LIMIT,
+    PLATE,
     QUIET,
     TOTAL,
     canvas,
     clearance_names,
     crank_angle_axis,
+    note,
     plain_ticks,
     spread_out,
 )
@@ -63,7 +65,7 @@ def draw_impact_time(result: Result) -> "Figure | None":
             )
             count = "contact" if starts.size == 1 else "contacts"
             title += f", triangles: the first {starts.size} {count}"
-        axes.set_title(title, loc="left", fontsize=9)
+        axes.set_title(title, loc="left")
     crank_angle_axis(panels[-1])
     return figure
 
@@ -101,12 +103,12 @@ def draw_impact_clearance(result: Result) -> "Figure | None":
         other = having(record, _STEM + name, "clearance")
         if other is not None:
             values = np.asarray(other.values, dtype=float)[order]
-            axes.plot(play, values, mark, color=colour, label=words, linewidth=1.3)
+            axes.plot(play, values, mark, color=colour, label=words)
             drawn.append(values)
     _scales(axes, play, np.concatenate(drawn))
     axes.set_xlabel("clearance in mm")
     axes.set_ylabel(f"force in {quantity.unit}")
-    figure.legend(loc="outside lower center", fontsize=8, ncols=2)
+    figure.legend(loc="outside lower center", ncols=2)
     return figure
 
 
@@ -190,7 +192,7 @@ def draw_impact_spectrum(result: Result) -> "Figure | None":
     for column, i in zip(grid.T, chosen, strict=True):
         for axes in column:
             _curves(axes, record, spectrum, i)
-        column[0].set_title(names[i], loc="left", fontsize=9)
+        column[0].set_title(names[i], loc="left")
         _linear(column[0], record, spectrum, i)
         column[1].set_yscale("log")
         column[1].set_ylim(*_window(record, spectrum, i))
@@ -199,7 +201,7 @@ def draw_impact_spectrum(result: Result) -> "Figure | None":
         axes.set_ylabel(f"amplitude in {spectrum.unit}")
     grid[0, 0].set_xlim(0.0, float(np.max(spectrum.axes[1].values)))
     handles, words = grid[0, 0].get_legend_handles_labels()
-    figure.legend(handles, words, loc="outside lower center", ncols=2, fontsize=8)
+    figure.legend(handles, words, loc="outside lower center", ncols=2)
     return figure
 
 
@@ -217,7 +219,7 @@ def _curves(axes: "Axes", record: Record, spectrum: Quantity, i: int) -> None:
             label="5 to 95 % of turns",
         )
     mean = np.abs(spectrum.values[i])
-    axes.plot(orders, mean, color=COLOURS[0], linewidth=1.3, label="joint force, mean of turns")
+    axes.plot(orders, mean, color=COLOURS[0], label="joint force, mean of turns")
     average = having(record, _STEM + "average_amplitude", "clearance")
     if average is not None:
         level = float(abs(average.values[i]))
@@ -319,7 +321,7 @@ def draw_dominance(result: Result) -> "Figure | None":
     _leads(axes, record, chosen, top)
     axes.set_xlabel("order")
     axes.set_ylabel(f"amplitude in {added.unit}")
-    figure.legend(loc="outside lower center", ncols=2, fontsize=8)
+    figure.legend(loc="outside lower center", ncols=2)
     return figure
 
 
@@ -355,13 +357,4 @@ def _leads(axes: "Axes", record: Record, chosen: list[int], top: float) -> None:
         if order > 0:
             axes.vlines(order, 0.0, height, color=colour, linestyle=":", linewidth=1.2)
         words = f"these lead from order {order}" if order > 0 else "these lead nowhere"
-        axes.annotate(
-            words,
-            (max(order, 1), height),
-            xytext=(5, 0),
-            textcoords="offset points",
-            color=colour,
-            fontsize=8,
-            va="center",
-            bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.0},
-        )
+        note(axes, words, (max(order, 1), height), (5, 0), color=colour, va="center", bbox=PLATE)

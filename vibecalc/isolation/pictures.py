@@ -8,6 +8,7 @@ from vibecalc.core.report.canvas import (
     COLOURS,
     EDGES,
     LIMIT,
+    PLATE,
     QUIET,
     TOTAL,
     TRIAD,
@@ -17,11 +18,15 @@ from vibecalc.core.report.canvas import (
     corners,
     crank_angle_axis,
     draw_points,
+    gaps,
     limit_line,
     natural_frequencies,
+    note,
     order_name,
     plain_ticks,
     project,
+    unit_words,
+    usual,
     waves,
 )
 from vibecalc.core.report.sections import along, having, labels, scalar_of, speed_of, table_of
@@ -63,7 +68,7 @@ def draw_force_over_cycle(result: Result) -> "Figure | None":
         for text, bound in bounds_of(result, path):
             limit_line(axes, bound, text)
             axes.axhline(-bound, color=LIMIT, linestyle="--", linewidth=1.3)
-    panels[0].legend(loc="upper center", ncols=4, bbox_to_anchor=(0.5, -0.02), fontsize=8)
+    panels[0].legend(loc="upper center", ncols=4, bbox_to_anchor=(0.5, -0.02))
     crank_angle_axis(panels[-1])
     return figure
 
@@ -74,7 +79,7 @@ def _curves(axes: "Axes", quantity: Quantity, orders: np.ndarray) -> None:
     degrees = np.degrees(angle)
     for order, colour in zip((1, 2), COLOURS, strict=False):
         for part in parts[np.asarray(orders) == order]:
-            axes.plot(degrees, part, color=colour, linewidth=1.3, label=order_name(order))
+            axes.plot(degrees, part, color=colour, label=order_name(order))
     words = "total" if len(orders) <= _DRAWN else f"total of {len(orders)} orders"
     axes.plot(degrees, parts.sum(axis=0), color=TOTAL, linewidth=2.0, label=words)
 
@@ -84,6 +89,8 @@ def _curves(axes: "Axes", quantity: Quantity, orders: np.ndarray) -> None:
 # ----------------------------------------------------------------------------
 
 _ROOT = "isolation/torque_reaction/"
+#: of the largest order of a couple, what the last has to reach for ripples to be seen
+_RIPPLE = 2e-3
 _STATIC = "isolation/support_force/static"
 _DASHES = ("-", "--", "-.", ":")
 
@@ -100,7 +107,10 @@ def draw_engine_mounts(result: Result) -> "Figure | None":
     count = max(721, int(16.0 * turns * orders.max()) + 1)
     angle = np.linspace(0.0, 2.0 * np.pi * turns, count)
     kind = table_of(result.case, "machine").get("kind") or "engine"
-    title = f"torque reaction: {kind} on its mounts over the cycle"
+    title = f"torque reaction: {kind} on its mounts, orders {orders[0]:g} to {orders[-1]:g}"
+    size = np.abs(np.asarray(couple.values))
+    if size[-1] > _RIPPLE * size.max():
+        title += "; ripples stand for those left out"
     figure = canvas(result, title, 7.4)
     above, below = figure.subplots(2, 1, sharex=True)
     _couple(above, record, couple, angle, orders)
@@ -121,7 +131,7 @@ def _couple(
     axes.axhline(mean, color=QUIET, linestyle="--", linewidth=1.2)
     words = f"couple on the body about the crankshaft, mean {show(mean, digits=4)} N m (dashed)"
     axes.set_title(words, loc="left")
-    axes.set_ylabel(f"couple in {_plain(couple.unit)}")
+    axes.set_ylabel(f"couple in {unit_words(couple.unit)[1]}")
 
 
 def _loads(
@@ -152,21 +162,12 @@ def _loads(
         if load + float(np.min(courses[place])) < 0.0 or -load > 1.2 * lowest:
             colour = COLOURS[place % len(COLOURS)]
             axes.axhline(-load, color=colour, linestyle=":", linewidth=1.2)
-            axes.annotate(
-                f"{labels(force.axes[0])[place]} carries nothing", (0.0, -load),
-                xycoords=axes.get_yaxis_transform(), xytext=(4, 2), textcoords="offset points",
-                fontsize=8, color=LIMIT,
-            )  # fmt: skip
-    axes.set_title("load on each support about its mean: torque and shaking, downwards",
-                   loc="left")  # fmt: skip
-    axes.set_ylabel(f"load in {_plain(force.unit)}")
-    axes.legend(title=f"support: mean\nin {_plain(force.unit)}", loc="center left",
-                bbox_to_anchor=(1.0, 0.5), fontsize=8)  # fmt: skip
-
-
-def _plain(unit: str) -> str:
-    """A unit as the other words of a picture write it."""
-    return unit.replace("*", " ")
+            note(axes, f"{labels(force.axes[0])[place]} carries nothing", (0.0, -load), (4, 2),
+                xycoords=axes.get_yaxis_transform(), color=LIMIT)  # fmt: skip
+    axes.set_title("load on each support about its mean: torque and shaking, downwards", loc="left")
+    axes.set_ylabel(f"load in {force.unit}")
+    axes.legend(title=f"support: mean\nin {force.unit}", loc="center left",
+                bbox_to_anchor=(1.0, 0.5))  # fmt: skip
 
 
 # ----------------------------------------------------------------------------
@@ -207,21 +208,14 @@ def draw_transmissibility(result: Result) -> "Figure | None":
         level.plot([], [], " ", label=f"and up to order {int(orders[-1])}")
     level.axhline(0.0, color=QUIET, linewidth=1.0)
     level.axvline(np.sqrt(2.0), color=QUIET, linestyle=":", linewidth=1.2)
-    level.annotate(
-        "isolates beyond $\\sqrt{2}$",
-        (np.sqrt(2.0), 1.0),
-        xycoords=level.get_xaxis_transform(),
-        xytext=(5, -12),
-        textcoords="offset points",
-        color=QUIET,
-        fontsize=8,
-    )
+    note(level, "isolates beyond $\\sqrt{2}$", (np.sqrt(2.0), 1.0), (5, -12),
+        xycoords=level.get_xaxis_transform(), color=QUIET)  # fmt: skip
     level.set_xscale("log")
     level.xaxis.set_major_formatter("{x:g}")
     level.xaxis.set_minor_formatter("")
     level.margins(y=0.12)
     level.set_ylabel("|force out / force in| in dB")
-    level.legend(loc="lower left", fontsize=8)
+    level.legend(loc="lower left")
     phase.set_ylabel("phase in deg")
     phase.set_ylim(-185.0, 5.0)
     phase.set_yticks([-180, -90, 0])
@@ -279,7 +273,7 @@ def draw_modal_energy(result: Result) -> "Figure | None":
     axes.set_xlim(min(0.0, float(ends[-1.0].min())), max(100.0, float(ends[1.0].max())))
     axes.set_xlabel("share of the energy of the mode in %")
     axes.grid(visible=False, axis="y")
-    axes.legend(loc="upper center", bbox_to_anchor=(0.5, 1.12), ncols=6, fontsize=8)
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, 1.12), ncols=6)
     return figure
 
 
@@ -293,7 +287,6 @@ _MOVES, _TURNS = COLOURS[0], COLOURS[1]
 _SHORT = 0.06
 _ARROW = 1.25
 #: behind the letters of the axes
-_PLATE = {"facecolor": "white", "edgecolor": "none", "pad": 0.8, "alpha": 0.8}
 #: how far the box is drawn aside, and by what angle, at an arrow of length 1
 _ASIDE, _ANGLE = 0.45, 0.35
 
@@ -327,7 +320,7 @@ def draw_mode_shapes(result: Result) -> "Figure | None":
         _panel(panels[i], vector)
         frequency = show(hertz(float(natural.values[i])), digits=4)
         words = main_coordinates(share, i)
-        panels[i].set_title(f"mode {i + 1}: {frequency} Hz\n{words}", fontsize=9)
+        panels[i].set_title(f"mode {i + 1}: {frequency} Hz\n{words}")
     _legend(figure)
     return figure
 
@@ -344,7 +337,7 @@ def _panel(axes: "Axes", vector: np.ndarray) -> None:
         axes.plot(*np.transpose([project(0.0 * end), tip]), color=QUIET, linewidth=0.8, ls=":")
         x, y = (float(value) for value in project(1.1 * end))
         text = axes.text(x, y, name, color=QUIET, ha="center", va="center", zorder=6)
-        text.set_bbox(_PLATE)
+        text.set_bbox(PLATE)
     if np.linalg.norm(along) > 0.0:
         _arrow(axes, np.zeros(3), _ARROW * along, _MOVES)
     size = float(np.linalg.norm(about))
@@ -385,7 +378,7 @@ def _legend(figure: "Figure") -> None:
         Line2D([], [], color="#b0b0b0", label="at rest"),
         Line2D([], [], color="#444444", label="displaced, exaggerated"),
     ]
-    figure.legend(handles=handles, loc="outside lower center", ncols=4, fontsize=8)
+    figure.legend(handles=handles, loc="outside lower center", ncols=4)
 
 
 # ----------------------------------------------------------------------------
@@ -399,7 +392,7 @@ _CLOSE = 1.18
 
 def resonances(record: Record, axes: "Axes", speed: np.ndarray) -> None:
     """Dotted lines where an order meets a mode; lines of one order that lie close share words."""
-    frequencies = natural_frequencies(record)
+    frequencies = rpm(1.0) * natural_frequencies(record)
     words: list[tuple[float, str]] = []
     for order in _ORDERS:
         groups: list[list[int]] = []
@@ -421,20 +414,10 @@ def resonances(record: Record, axes: "Axes", speed: np.ndarray) -> None:
         # beside the line, on its other side where the word before it stands
         right = at < free
         free = _CLOSE * at
-        axes.annotate(
-            name,
-            (at, 0.98),
-            xycoords=axes.get_xaxis_transform(),
-            xytext=(2 if right else -2, 0),
-            textcoords="offset points",
-            rotation=90,
-            ha="left" if right else "right",
-            va="top",
-            fontsize=8,
-            color=QUIET,
-            zorder=4,
-            bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.5},
-        )
+        note(axes, name, (at, 0.98), (2 if right else -2, 0),
+            xycoords=axes.get_xaxis_transform(), rotation=90, ha="left" if right else "right",
+            va="top", color=QUIET, zorder=4,
+            bbox=PLATE)  # fmt: skip
 
 
 def _modes(group: list[int]) -> str:
@@ -446,7 +429,8 @@ def _modes(group: list[int]) -> str:
 
 def lowest(record: Record, speed: np.ndarray) -> float:
     """Where the logarithmic axis begins: well below the first order resonance."""
-    first = min(natural_frequencies(record), default=float(speed.max())) / max(_ORDERS)
+    natural = rpm(1.0) * natural_frequencies(record)
+    first = min(natural, default=float(speed.max())) / max(_ORDERS)
     return max(float(speed.min()), 0.25 * min(float(first), float(speed.max())))
 
 
@@ -459,15 +443,9 @@ def unbounded(record: Record) -> bool:
 def window(
     speed: np.ndarray, values: np.ndarray, shown: tuple[float, float], bounds: list[float]
 ) -> tuple[float, float]:
-    """Ends of a logarithmic force axis: decades around what is usual between the resonances.
-
-    The samples crowd at the resonances, so the usual force is the median over evenly spaced
-    (logarithmic) speeds within `shown`, of the largest curve.
-    """
+    """Ends of a logarithmic force axis: decades around what is usual between the resonances."""
     largest = np.atleast_2d(values).max(axis=0)
-    places = np.geomspace(*shown, 400)
-    usual = np.interp(places, speed, np.where(np.isfinite(largest), largest, 0.0))
-    middle = float(np.median(usual[usual > 0.0])) if np.any(usual > 0.0) else 1.0
+    middle = usual(speed, np.where(np.isfinite(largest), largest, 0.0), *shown)
     return 1e-2 * middle, max([1e3 * middle, *(3.0 * bound for bound in bounds)])
 
 
@@ -477,7 +455,7 @@ def masked(record: Record, axes: "Axes") -> None:
     if low is None or high is None:
         return
     for start, stop in zip(np.atleast_1d(low.values), np.atleast_1d(high.values), strict=True):
-        axes.axvspan(float(start), float(stop), color="#f3c6cc", linewidth=1.0)
+        axes.axvspan(rpm(start), rpm(stop), color="#f3c6cc", linewidth=1.0)
 
 
 # ----------------------------------------------------------------------------
@@ -502,19 +480,18 @@ def draw_run_up(result: Result) -> "Figure | None":
     rows = judge_references(result)
     panels = list(figure.subplots(count, 1, sharex=True, squeeze=False)[:, 0])
     if lever is not None:
-        axes = panels[0]
-        quantity, speed = lever
-        axes.plot(speed, _drawable(quantity.values), color=TOTAL)
-        draw_points(rows, axes, quantity, colour=LIMIT)
-        _finish(result, axes, quantity, speed, "couple over the lever")
+        quantity, speed = lever[0], rpm(1.0) * lever[1]
+        panels[0].plot(speed, gaps(quantity.values), color=TOTAL)
+        draw_points(rows, panels[0], quantity, turning=rpm(1.0), colour=LIMIT)
+        _finish(result, panels[0], quantity, speed, "couple over the lever")
     if support is not None:
-        axes = panels[-1]
-        speed = np.asarray(support.axes[-1].values)
+        axes, speed = panels[-1], rpm(1.0) * np.asarray(support.axes[-1].values)
         _supports(axes, support, speed)
         for name in labels(support.axes[0]):
-            draw_points(rows, axes, support, entry=name, colour=LIMIT)
+            draw_points(rows, axes, support, entry=name, turning=rpm(1.0), colour=LIMIT)
         _finish(result, axes, support, speed, "one support on the ground")
-    _turn_axes(panels)
+    panels[-1].set_xlabel("crank speed in rpm")
+    plain_ticks(panels[-1].xaxis)
     return figure
 
 
@@ -534,9 +511,9 @@ def _supports(axes: "Axes", quantity: Quantity, speed: np.ndarray) -> None:
             drawn.append((row, [name]))
     for i, (row, members) in enumerate(drawn):
         words = ("mounts " if len(members) > 1 else "mount ") + ", ".join(members)
-        axes.plot(speed, _drawable(row), color=COLOURS[i % len(COLOURS)], label=words)
+        axes.plot(speed, gaps(row), color=COLOURS[i % len(COLOURS)], label=words)
     # Forces are small at low speeds, and limits are named on the right.
-    axes.legend(loc="center left", fontsize=8, frameon=True, framealpha=0.9, edgecolor="none")
+    axes.legend(loc="center left", frameon=True, framealpha=0.9, edgecolor="none")
 
 
 def _finish(
@@ -580,7 +557,7 @@ def _peak(
     places = record.quantities.get(quantity.path + "_peak_speed")
     if peaks is not None and places is not None:
         top = int(np.argmax(peaks.values))
-        peak, at = float(np.ravel(peaks.values)[top]), float(np.ravel(places.values)[top])
+        peak, at = float(np.ravel(peaks.values)[top]), rpm(np.ravel(places.values)[top])
     else:
         peak = float(np.max(values, initial=0.0))
         at = float(speed[int(np.argmax(values)) % speed.size])
@@ -588,56 +565,17 @@ def _peak(
         return
     axes.plot([at], [peak], "o", color=LIMIT if _beyond(peak, limits) else TOTAL, markersize=5)
     left = at > 0.7 * float(speed.max())
-    axes.annotate(
-        f"{show(peak, digits=4)} {quantity.unit} at {show(rpm(at), digits=4)} rpm",
-        (at, peak),
-        xytext=(-8 if left else 8, 3),
-        textcoords="offset points",
-        ha="right" if left else "left",
-        fontsize=8,
-        bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.5, "alpha": 0.8},
-    )
+    note(axes, f"{show(peak, digits=4)} {quantity.unit} at {show(at, digits=4)} rpm",
+        (at, peak), (-8 if left else 8, 3), ha="right" if left else "left",
+        bbox=PLATE)  # fmt: skip
 
 
 def _steady(result: Result, axes: "Axes", bound: float, words: str) -> None:
     speed = speed_of(result)
     if speed is None:
         return
-    axes.plot([speed], [bound], marker="v", color=LIMIT, markersize=9, clip_on=False)
-    axes.annotate(
-        f"steady {words}",
-        (speed, bound),
-        xytext=(-4, 7),
-        textcoords="offset points",
-        ha="right",
-        color=LIMIT,
-        fontsize=8,
-    )
-
-
-def _turn_axes(panels: list["Axes"]) -> None:
-    """Crank speed in rpm below, in rad/s above, where the curves are drawn in rad/s."""
-
-    def to_rpm(speed: Any) -> Any:
-        return speed * rpm(1.0)
-
-    def from_rpm(turns: Any) -> Any:
-        return turns / rpm(1.0)
-
-    plain_ticks(panels[0].xaxis)
-    for axes in panels:
-        axes.tick_params(axis="x", which="both", bottom=False, labelbottom=False)
-    panels[0].tick_params(axis="x", which="both", top=True, labeltop=True)
-    panels[0].xaxis.set_label_position("top")
-    panels[0].set_xlabel("crank speed in rad/s")
-    turns = panels[-1].secondary_xaxis("bottom", functions=(to_rpm, from_rpm))
-    turns.set_xlabel("crank speed in rpm")
-    plain_ticks(turns.xaxis)
-
-
-def _drawable(values: np.ndarray) -> np.ndarray:
-    """Gaps where a value is infinite."""
-    return np.where(np.isfinite(values), values, np.nan)
+    axes.plot([rpm(speed)], [bound], marker="v", color=LIMIT, markersize=9, clip_on=False)
+    note(axes, f"steady {words}", (rpm(speed), bound), (-4, 7), ha="right", color=LIMIT)
 
 
 def _beyond(peak: float, limits: list[tuple[str, float]]) -> bool:

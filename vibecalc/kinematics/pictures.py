@@ -4,7 +4,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vibecalc.core.report.canvas import COLOURS, QUIET, TOTAL, canvas, crank_angle_axis, waves
+from vibecalc.core.report.canvas import (
+    COLOURS,
+    QUIET,
+    TOTAL,
+    canvas,
+    crank_angle_axis,
+    unit_words,
+    waves,
+)
 from vibecalc.core.report.sections import along
 from vibecalc.core.report.writing import show
 from vibecalc.core.results.record import Result
@@ -31,8 +39,9 @@ def draw_piston_motion(result: Result) -> "Figure | None":
     figure = canvas(result, "piston motion over one turn", 1.4 + 1.9 * len(found))
     panels = figure.subplots(len(found), 1, sharex=True, squeeze=False)[:, 0]
     for i, (axes, (name, quantity, angle)) in enumerate(zip(panels, found, strict=True)):
-        axes.plot(np.degrees(angle), quantity.values, color=COLOURS[i])
-        axes.set_ylabel(f"{name}\nin {quantity.unit}")
+        factor, unit = (1e3, "mm") if name == "position" else unit_words(quantity.unit)
+        axes.plot(np.degrees(angle), factor * np.asarray(quantity.values), color=COLOURS[i])
+        axes.set_ylabel(f"{name}\nin {unit}")
         if name != "position":
             axes.axhline(0.0, color="#777777", linewidth=0.8)
     figure.align_ylabels(list(panels))
@@ -45,36 +54,40 @@ def draw_piston_motion(result: Result) -> "Figure | None":
 # ----------------------------------------------------------------------------
 
 _FEW = 2
+#: of the largest acceleration, what is no difference
+_ROUNDING = 1e-9
 
 
 def draw_piston_acceleration(result: Result) -> "Figure | None":
-    """Both curves above, their difference below; None without the curve or its harmonics."""
+    """Both curves above, their difference below, unless it is rounding; None without the two."""
     curve = along(result.record, "kinematics/acceleration", "crank_angle")
     series = along(result.record, "kinematics/acceleration_harmonics", "order")
     if curve is None or series is None or not curve[1].size:
         return None
-    quantity, angle = curve
+    whole, angle = np.asarray(curve[0].values), curve[1]
     harmonics, orders = series
     few = np.asarray(orders) <= _FEW
     short = np.real(np.asarray(harmonics.values)[few] @ waves(np.asarray(orders)[few], angle))
-    missed = np.asarray(quantity.values) - short
-    degrees = np.degrees(angle)
-    figure = canvas(result, "piston acceleration and its first two harmonics", 6.4)
-    above, below = figure.subplots(2, 1, sharex=True, height_ratios=[2, 1])
-    above.plot(degrees, quantity.values, color=TOTAL, linewidth=2.0, label="all orders")
-    above.plot(degrees, short, color=COLOURS[1], linestyle="--", label="orders 1 and 2")
-    above.axhline(0.0, color=QUIET, linewidth=0.8)
-    above.set_ylabel(f"acceleration in {quantity.unit}")
-    above.legend(loc="lower center", fontsize=8)
-    top = int(np.argmax(np.abs(missed)))
-    below.plot(degrees, missed, color=COLOURS[0])
-    below.axhline(0.0, color=QUIET, linewidth=0.8)
-    below.set_ylabel(f"difference\nin {quantity.unit}")
-    words = f"largest difference {show(abs(missed[top]), digits=3)} {quantity.unit}"
-    largest = float(np.max(np.abs(quantity.values)))
-    if largest > 0.0:
-        words += f", {show(100.0 * abs(missed[top]) / largest, digits=2)} % of the largest"
-    below.set_title(words, loc="left", fontsize=9)
-    figure.align_ylabels([above, below])
-    crank_angle_axis(below)
+    missed, largest = np.abs(whole - short).max(), np.abs(whole).max()
+    unit, rows = unit_words(curve[0].unit)[1], 2 if missed > _ROUNDING * largest else 1
+    words = "piston acceleration and its first two harmonics"
+    words += "" if rows > 1 else ", which are all of it"
+    figure = canvas(
+        result, words if rows > 1 else f"{words}, which are all of it", 2.4 + 2.0 * rows
+    )
+    panels = figure.subplots(rows, 1, sharex=True, squeeze=False, height_ratios=[2, 1][:rows])[:, 0]
+    panels[0].plot(np.degrees(angle), whole, color=TOTAL, linewidth=2.0, label="all orders")
+    panels[0].plot(np.degrees(angle), short, "--", color=COLOURS[1], label="orders 1 and 2")
+    panels[0].set_ylabel(f"acceleration in {unit}")
+    panels[0].legend(loc="lower center")
+    if rows > 1:
+        panels[1].plot(np.degrees(angle), whole - short, color=COLOURS[0])
+        panels[1].set_ylabel(f"difference\nin {unit}")
+        share = show(100.0 * missed / largest, digits=2)
+        words = f"largest difference {show(missed, digits=3)} {unit}, {share} % of the largest"
+        panels[1].set_title(words, loc="left")
+        figure.align_ylabels(list(panels))
+    for axes in panels:
+        axes.axhline(0.0, color=QUIET, linewidth=0.8)
+    crank_angle_axis(panels[-1])
     return figure

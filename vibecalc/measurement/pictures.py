@@ -5,9 +5,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibecalc.core.report.canvas import COLOURS, LIMIT, TOTAL, canvas
+from vibecalc.core.report.canvas import COLOURS, LIMIT, PLATE, TOTAL, canvas, note
 from vibecalc.core.report.sections import entries, having, labels, scalar_of, table_of
-from vibecalc.core.report.writing import fold
 from vibecalc.core.results.record import Quantity, Record, Result
 
 if TYPE_CHECKING:
@@ -27,7 +26,7 @@ _PARTS = (
 )
 #: level of the roll that a model of the machine gives, where the case has one beside the readings
 _MODEL = "response/roll/level/shell_acceleration"
-_COMPUTED = "computed; bars: its bound (+- of the report: its standard uncertainty)"
+_COMPUTED = "computed; bars: its error bound"
 _MOST, _WIDEST = 6, 24
 #: dB below the lowest level of the whole motion that is still drawn of its parts
 _DEPTH = 12.0
@@ -43,7 +42,11 @@ def draw_measured_levels(result: Result) -> "Figure | None":
     orders = list(whole.axes[1].values)[:_MOST]
     columns = min(len(orders), 3)
     rows = -(-len(orders) // columns)
-    figure = canvas(result, "levels measured, published and computed", 3.0 * rows + 3)
+    figure = canvas(
+        result,
+        f"levels at the positions; parts {_DEPTH:g} dB below all of them are not drawn",
+        3.0 * rows + 3,
+    )
     grid = figure.add_gridspec(rows + 1, columns, height_ratios=[1.25] * rows + [0.8])
     first = None
     for i, order in enumerate(orders):
@@ -52,8 +55,7 @@ def draw_measured_levels(result: Result) -> "Figure | None":
     _roll(figure.add_subplot(grid[rows, :]), result, roll)
     assert first is not None
     handles, words = first.get_legend_handles_labels()
-    words = ["\n".join(fold(word, 44)) for word in words]
-    figure.legend(handles, words, loc="outside lower center", ncols=3, fontsize=8)
+    figure.legend(handles, words, loc="outside lower center", ncols=3)
     return figure
 
 
@@ -67,14 +69,13 @@ def _harmonic(axes: "Axes", result: Result, whole: Quantity, column: int) -> "Ax
     open_ended = place[~np.isfinite(spread)]
     spread = np.where(np.isfinite(spread), spread, 0.0)
     finite = np.where(np.isfinite(levels), levels, np.nan)
-    for part, (path, words, colour) in enumerate(_PARTS):
+    for path, words, colour in _PARTS:
         found = having(result.record, f"{_STEM}level/{path}", "position", "order")
         if found is not None:
             own = np.asarray(found.values)[:, column]
             kept = own > np.nanmin(finite) - _DEPTH
             drawn = np.where(kept, own, np.nan)
             axes.plot(place, drawn, "_", ms=15, mew=2.0, color=colour, label=words)
-            _below(axes, place[~kept], own[~kept], colour, 0.3 * (part - 1))
     axes.errorbar(place, finite, spread, fmt="o", color=TOTAL, ms=5, capsize=3, label=_COMPUTED)
     for x in open_ended:  # a bound without end
         axes.axvline(x, color=TOTAL, lw=1.0, ls=":")
@@ -86,25 +87,20 @@ def _harmonic(axes: "Axes", result: Result, whole: Quantity, column: int) -> "Ax
     ):
         known = [i for i, name in enumerate(names) if name in levels_of]
         values = [levels_of[names[i]] for i in known]
-        axes.plot(place[known] + shift, values, mark, ms=6, mfc="none", color=colour, label=words)
-    axes.set_xticks(place, names, rotation=35 if max(map(len, names)) > 3 else 0, ha="center")
+        if known:
+            axes.plot(place[known] + shift, values, mark, ms=6, mfc="none", color=colour,
+                      label=words)  # fmt: skip
+    long = max(map(len, names)) > 3
+    axes.set_xticks(place, names, rotation=45 if long else 0, ha="right" if long else "center")
     axes.set_xlim(-0.6, len(names) - 0.4)
-    axes.set_ylabel(f"level in {whole.unit}")
+    axes.set_ylabel(level_words(result, "", "m/s$^2$"))
     return axes
 
 
-def _below(axes: "Axes", place: np.ndarray, levels: np.ndarray, colour: str, aside: float) -> None:
-    """Parts too low to be drawn: an arrow at the lower edge, with the level in dB beside it."""
-    for x, level in zip(place, levels, strict=True):
-        words = f"{level:.0f}" if np.isfinite(level) else "none"
-        axes.annotate(
-            f"\u2193{words}",
-            (x + aside, 0.02),
-            xycoords=axes.get_xaxis_transform(),
-            ha="center",
-            color=colour,
-            fontsize=8,
-        )
+def level_words(result: Result, kind: str, unit: str) -> str:
+    """`dB re 1e-5 m/s^2`, with the reference of the case."""
+    given: Any = table_of(result.case, "measurement").get(f"{kind}reference_level")
+    return f"dB re {float(given or 1.0):g} {unit}".replace("e-0", "e-")
 
 
 def _read(record: Record, order: int, names: list[str]) -> dict[str, float]:
@@ -155,9 +151,9 @@ def _roll(axes: "Axes", result: Result, roll: Quantity) -> None:
         axes.plot(place[kept], drawn[kept], mark + "-", color=colour, lw=0.8, label=words)
     axes.set_title("rotation", loc="left")
     axes.set_xlabel("harmonic")
-    axes.set_ylabel(f"level in {roll.unit}")
+    axes.set_ylabel(level_words(result, "angular_", "rad/s$^2$").replace(" re", "\nre"))
     axes.set_xticks(range(1, max(int(np.max(place)), 3) + 1))
-    axes.legend(fontsize=8, ncols=3)
+    axes.legend(ncols=3)
 
 
 # ----------------------------------------------------------------------------
@@ -186,8 +182,8 @@ def draw_plate_map(result: Result) -> "Figure | None":
         titles.append("all harmonics")
     columns = min(len(maps), 2)
     rows = -(-len(maps) // columns)
-    height = 3.0 * float((y[-1] - y[0]) / (x[-1] - x[0])) + 0.9
-    figure = canvas(result, "level over the plate", min(height, 7.0) * rows + 0.8)
+    height = 2.5 * float((y[-1] - y[0]) / (x[-1] - x[0])) + 0.9
+    figure = canvas(result, "level over the plate", min(height, 7.0) * rows + 1.2)
     grid = figure.subplots(rows, columns, squeeze=False)
     for axes in grid.ravel()[len(maps) :]:
         axes.set_visible(False)
@@ -195,9 +191,12 @@ def draw_plate_map(result: Result) -> "Figure | None":
     for i, (title, amplitude) in enumerate(zip(titles, maps, strict=True)):
         axes = grid.ravel()[i]
         place = _quiet(result.record, i if i < len(orders) else None)
-        _draw(axes, x, y, amplitude, reference)
+        _draw(axes, 1e3 * x, 1e3 * y, amplitude, reference)
         _mark(axes, result, place)
         axes.set_title(title, loc="left")
+        axes.figure.axes[-1].set_ylabel(level_words(result, "", "m/s$^2$"), fontsize=7.5)
+    if grid[0, 0].get_legend_handles_labels()[1]:
+        figure.legend(*grid[0, 0].get_legend_handles_labels(), loc="outside lower center")
     return figure
 
 
@@ -218,13 +217,12 @@ def _draw(
     shown = np.clip(level, low, top)
     steps = np.linspace(low, top, 13) if top - low > 1e-6 else np.array([top - 1.0, top])
     filled = axes.contourf(x, y, shown, levels=steps, cmap="viridis", extend="min")
-    bar = axes.figure.colorbar(filled, ax=axes, shrink=0.75)
-    bar.set_label("level in dB")
-    bar.ax.yaxis.set_major_formatter("{x:.1f}")
+    bar = axes.figure.colorbar(filled, ax=axes, shrink=0.9)
+    bar.ax.yaxis.set_major_formatter("{x:.0f}")
     axes.set_aspect("equal")
     axes.grid(False)
-    axes.set_xlabel("x, along the crankshaft, in m")
-    axes.set_ylabel("y in m")
+    axes.set_xlabel("x, along the crankshaft, in mm")
+    axes.set_ylabel("y in mm")
 
 
 def _mark(axes: "Axes", result: Result, quiet: tuple[float, float] | None) -> None:
@@ -233,7 +231,7 @@ def _mark(axes: "Axes", result: Result, quiet: tuple[float, float] | None) -> No
     reach = _APART * (right - left)
     named: list[tuple[float, float, list[str]]] = []
     for row in rows:
-        x, y = float(row["x"]), float(row["y"])
+        x, y = 1e3 * float(row["x"]), 1e3 * float(row["y"])
         if not (left <= x <= right and low <= y <= high):
             continue
         axes.plot([x], [y], "o", ms=4, mfc="white", color=TOTAL, clip_on=False)
@@ -243,19 +241,14 @@ def _mark(axes: "Axes", result: Result, quiet: tuple[float, float] | None) -> No
         else:
             named.append((x, y, [str(row["name"])]))
     for x, y, names in named:
-        axes.annotate(
-            ", ".join(names),
-            (x, y),
-            xytext=(6 if x < 0.5 * (left + right) else -6, 9 if y < 0.5 * (low + high) else -9),
-            textcoords="offset points",
-            ha="left" if x < 0.5 * (left + right) else "right",
-            va="center",
-            color=TOTAL,
-            fontsize=8,
-            bbox={"boxstyle": "round,pad=0.15", "fc": "white", "ec": "none", "alpha": 0.75},
-        )
+        third = min(int(3.0 * (x - left) / (right - left)), 2)
+        note(axes, ", ".join(names), (x, y),
+            (6 - 6 * third, 11 if y < 0.5 * (low + high) else -11),
+            ha=("left", "center", "right")[third], va="center", color=TOTAL,
+            bbox=PLATE)  # fmt: skip
     if quiet is not None:
-        axes.plot([quiet[0]], [quiet[1]], "*", ms=13, color=LIMIT, mec="white", clip_on=False)
+        axes.plot([1e3 * quiet[0]], [1e3 * quiet[1]], "*", ms=13, color=LIMIT, mec="white",
+                  clip_on=False, ls="none", label="quietest place")  # fmt: skip
 
 
 def _quiet(record: Record, place: int | None) -> tuple[float, float] | None:

@@ -9,12 +9,15 @@ from vibecalc.core.report.canvas import (
     QUIET,
     TOTAL,
     canvas,
+    crests,
     draw_points,
-    factor_of,
     length_scale,
+    note,
+    operating_line,
     plain_ticks,
+    usual,
 )
-from vibecalc.core.report.sections import along, having, labels, speed_of
+from vibecalc.core.report.sections import along, having, labels
 from vibecalc.core.report.verdicts import judge_references
 from vibecalc.core.report.writing import rpm, show
 from vibecalc.core.results.record import Quantity, Record, Result
@@ -67,7 +70,7 @@ def draw_energy_by_order(result: Result) -> "Figure | None":
     axes.set_xlabel("order")
     axes.set_ylabel(f"energy in {found[0][3]}")
     axes.grid(visible=False, axis="x")
-    axes.legend(loc="upper right", fontsize=8)
+    axes.legend(loc="upper right")
     if every > last:
         axes.set_title(
             f"orders {last + 1} to {every}: below $10^{{-{_DECADES}}}$ of the largest",
@@ -111,6 +114,7 @@ def draw_response_run_up(result: Result) -> "Figure | None":
         return None
     figure = canvas(result, "run-up: mean energies of the body at each speed", 4.8)
     axes = figure.subplots()
+    curves = [(kind, one, rpm(1.0) * places) for kind, one, places in curves]
     speed, unit = curves[0][2], curves[0][1].unit
     axes.set_xscale("log")
     axes.set_xlim(max(float(speed[speed > 0.0].min()), _SPAN * float(speed.max())), speed.max())
@@ -121,18 +125,15 @@ def draw_response_run_up(result: Result) -> "Figure | None":
         values = np.asarray(quantity.values, dtype=float)
         drawn.append(np.interp(speed, places, values))
         axes.plot(*_broken(places, values, gaps), color=colour, label=f"{kind} energy, mean")
-        draw_points(rows, axes, quantity, colour=colour)
+        draw_points(rows, axes, quantity, turning=rpm(1.0), colour=colour)
         if not gaps:
             _largest(axes, places, values, colour, unit, above=kind == "kinetic")
     axes.set_ylim(*_run_up_window(speed, np.array(drawn), bool(gaps)))
-    _operating(result, axes, speed)
+    operating_line(axes, result, speed[0] / rpm(1.0), speed[-1] / rpm(1.0))
     axes.set_ylabel(f"mean energy over a turn in {unit}")
-    axes.set_xlabel("crank speed in rad/s")
-    turns = axes.secondary_xaxis("top", functions=(_to_rpm, _from_rpm))
-    turns.set_xlabel("crank speed in rpm")
-    for axis in (axes.xaxis, turns.xaxis):
-        plain_ticks(axis)
-    figure.legend(loc="outside lower center", ncols=4, fontsize=8)
+    axes.set_xlabel("crank speed in rpm")
+    plain_ticks(axes.xaxis)
+    figure.legend(loc="outside lower center", ncols=4)
     return figure
 
 
@@ -144,7 +145,7 @@ def _masked(record: Record, axes: "Axes") -> list[tuple[float, float]]:
     )
     if low is None or high is None:
         return []
-    gaps = [(float(a), float(b)) for a, b in zip(low.values, high.values, strict=True)]
+    gaps = [(rpm(a), rpm(b)) for a, b in zip(low.values, high.values, strict=True)]
     left, _ = axes.get_xlim()
     named, words = left, "left out: no bound"
     for i in np.argsort([start for start, _ in gaps]):
@@ -155,18 +156,9 @@ def _masked(record: Record, axes: "Axes") -> list[tuple[float, float]]:
         if order is None or mode is None or start < _APART * named:
             continue
         named = start
-        axes.annotate(
-            f"order {int(order.values[i])}, mode {int(mode.values[i])}",
-            (start, 0.98),
-            xycoords=axes.get_xaxis_transform(),
-            xytext=(-3, 0),
-            textcoords="offset points",
-            rotation=90,
-            ha="right",
-            va="top",
-            fontsize=8,
-            color=QUIET,
-        )
+        note(axes, f"order {int(order.values[i])}, mode {int(mode.values[i])}", (start, 0.98),
+            (-3, 0), xycoords=axes.get_xaxis_transform(), rotation=90, ha="right", va="top",
+            color=QUIET)  # fmt: skip
     return gaps
 
 
@@ -191,10 +183,7 @@ def _run_up_window(speed: np.ndarray, values: np.ndarray, unbounded: bool) -> tu
         return 0.1, 1.0
     if not unbounded:
         return 0.5 * float(shown.min()), 4.0 * float(shown.max())
-    even = np.geomspace(_SPAN * speed[-1], speed[-1], 400)
-    usual = np.interp(even, speed, np.max(values, axis=0))
-    usual = usual[np.isfinite(usual) & (usual > 0.0)]
-    middle = float(np.median(usual)) if usual.size else float(np.median(shown))
+    middle = usual(speed, np.max(values, axis=0), _SPAN * speed[-1], speed[-1])
     return _BELOW * middle, _ABOVE * middle
 
 
@@ -208,30 +197,9 @@ def _largest(
         return
     axes.plot([at], [energy], "o", color=colour, markersize=5)
     left = at > 0.2 * float(speed.max())
-    axes.annotate(
-        f"{show(energy, digits=4)} {unit} at {show(rpm(at), digits=4)} rpm",
-        (at, energy),
-        xytext=(-8 if left else 8, 4 if above else -3),
-        textcoords="offset points",
-        ha="right" if left else "left",
-        va="bottom" if above else "top",
-        fontsize=8,
-        color=colour,
-    )
-
-
-def _operating(result: Result, axes: "Axes", speed: np.ndarray) -> None:
-    at = speed_of(result)
-    if at is not None and speed.min() < at < speed.max():
-        axes.axvline(at, color=QUIET, linestyle=":", linewidth=1.2, label="operating speed")
-
-
-def _to_rpm(speed: Any) -> Any:
-    return speed * rpm(1.0)
-
-
-def _from_rpm(turns: Any) -> Any:
-    return turns / rpm(1.0)
+    note(axes, f"{show(energy, digits=4)} {unit} at {show(at, digits=4)} rpm",
+        (at, energy), (-8 if left else 8, 4 if above else -3), ha="right" if left else "left",
+        va="bottom" if above else "top", color=colour)  # fmt: skip
 
 
 # ----------------------------------------------------------------------------
@@ -282,7 +250,7 @@ def _legend(figure: "Figure", axes: "Axes") -> None:
     ends = (": mean", ": peak", "of the weights", "weighted mean")
     ordered = [words for end in ends for words in once if words.endswith(end)]
     handles = [once[words] for words in ordered]
-    figure.legend(handles, ordered, loc="outside lower center", ncols=3, fontsize=8)
+    figure.legend(handles, ordered, loc="outside lower center", ncols=2)
 
 
 def _bars(axes: "Axes", record: Record, kind: str, mean: Quantity) -> None:
@@ -355,15 +323,8 @@ def _together(axes: "Axes", record: Record, kind: str, mean: Quantity) -> None:
             (right + 0.05, low),
             arrowprops={"arrowstyle": "<->", "color": QUIET, "shrinkA": 0, "shrinkB": 0},
         )
-        axes.annotate(
-            f"{show(float(apart.values[j]), digits=3)} {apart.unit}\napart",
-            (right + 0.05, 0.5 * (low + high)),
-            xytext=(4, 0),
-            textcoords="offset points",
-            va="center",
-            fontsize=8,
-            color=QUIET,
-        )
+        note(axes, f"{show(float(apart.values[j]), digits=3)} {apart.unit}\napart",
+            (right + 0.05, 0.5 * (low + high)), (4, 0), va="center", color=QUIET)  # fmt: skip
 
 
 # ----------------------------------------------------------------------------
@@ -422,7 +383,7 @@ def draw_switching(result: Result) -> "Figure | None":
         column[-1].set_xlabel("time in s")
     _energy_window(grid[count, 0], record, ways)
     for i, change in enumerate(changes[:count]):
-        direction, _, unit = _direction(record, i, ways)
+        direction, _, (_, unit) = _direction(record, i, ways)
         grid[i, 0].set_ylabel(f"{change}\n{direction} in {unit}")
     _name_rows(grid, count, first.unit)
     if not any(f"{_SWITCHING}{way}/speed" in record for way, _ in ways):
@@ -431,7 +392,7 @@ def draw_switching(result: Result) -> "Figure | None":
     engine.set(wspace=0.06)
     figure.align_ylabels(list(grid[:, 0]))
     handles, words_ = grid[count, 0].get_legend_handles_labels()
-    figure.legend(handles, words_, loc="outside lower center", ncols=4, fontsize=8)
+    figure.legend(handles, words_, loc="outside lower center", ncols=4)
     return figure
 
 
@@ -449,14 +410,16 @@ def _ends(record: Record, way: str) -> tuple[Quantity, Quantity] | None:
     return None if low is None or high is None else (low, high)
 
 
-def _direction(record: Record, change: int, ways: list[tuple[str, str]]) -> tuple[str, int, str]:
-    """Name and place of the direction that moves most in the first way, and a unit that suits."""
+def _direction(
+    record: Record, change: int, ways: list[tuple[str, str]]
+) -> tuple[str, int, tuple[float, str]]:
+    """Name and place of the direction that moves most in the first way, and the unit of all."""
     ends = _ends(record, ways[0][0])
     if ends is None:
-        return "", 0, "m"
+        return "", 0, (1.0, "m")
     reach = np.max(np.maximum(np.abs(ends[0].values), np.abs(ends[1].values)), axis=-1)
     place = int(np.argmax(reach[change]))
-    return labels(ends[0].axes[1])[place], place, length_scale(float(np.max(reach)))[1]
+    return labels(ends[0].axes[1])[place], place, length_scale(float(np.max(reach)))
 
 
 def _displacement(
@@ -466,8 +429,8 @@ def _displacement(
     own = _ends(record, way)
     if own is None:
         return
-    _, place, unit = _direction(record, change, ways)
-    low, high = (factor_of(unit) * np.asarray(end.values[change, place]) for end in own)
+    _, place, (factor, _) = _direction(record, change, ways)
+    low, high = (factor * np.asarray(end.values[change, place]) for end in own)
     colour = COLOURS[change % len(COLOURS)]
     axes.fill_between(np.asarray(own[0].axes[-1].values), low, high, color=colour, linewidth=0.6)
 
@@ -481,13 +444,13 @@ def _energies(axes: "Axes", record: Record, way: str, changes: list[str]) -> Non
         values = envelope(np.asarray(quantity.values[i], dtype=float))
         drawn = np.where(values > 0.0, values, np.nan)
         colour = COLOURS[i % len(COLOURS)]
-        axes.plot(time, drawn, color=colour, label=change)
+        axes.plot(*crests(time, drawn), color=colour, label=change)
         peak, when = (
             having(record, f"{_SWITCHING}{way}/{name}", "change")
             for name in ("kinetic_energy_peak", "peak_time")
         )
         if peak is not None and when is not None and peak.values[i] > 0.0:
-            axes.plot([float(when.values[i])], [float(peak.values[i])], "o", color=colour, ms=5.0)
+            axes.plot([float(when.values[i])], [float(peak.values[i])], "o", color=colour)
     steady = having(record, _SWITCHING + "steady_energy", "operation")
     if steady is not None:
         styles = ("--", ":", "-.")

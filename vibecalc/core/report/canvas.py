@@ -5,9 +5,9 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from vibecalc.core.report.sections import scalar_of
+from vibecalc.core.report.sections import scalar_of, speed_of
 from vibecalc.core.report.verdicts import MEASURED, ReferenceRow
-from vibecalc.core.report.writing import fold
+from vibecalc.core.report.writing import fold, rpm
 from vibecalc.core.results.record import Axis, Quantity, Record, Result
 from vibecalc.units import convert, parse_quantity
 
@@ -30,6 +30,10 @@ TYPE = 8.5
 _HIGHEST = 230.0 / 25.4
 #: letters of 9 pt in the width of a page
 _LETTERS = 92
+#: what keeps words readable over lines
+PLATE = {"facecolor": "white", "edgecolor": "none", "pad": 0.8, "alpha": 0.85}
+#: points of a curve up to which they are drawn
+_SEEN = 60
 #: ratio of the ends of a logarithmic axis up to which 2 and 5 have numbers as well
 _FEW = 150.0
 ORDER_NAMES: Mapping[int, str] = {1: "primary (order 1)", 2: "secondary (order 2)"}
@@ -101,20 +105,59 @@ def plain_log(axes: "Axes", low: float, high: float) -> None:
     axes.yaxis.set_minor_formatter(NullFormatter())
 
 
+def note(
+    axes: "Axes", words: str, at: tuple[Any, Any], shift: tuple[float, float], **style: Any
+) -> None:
+    """Words of 8 pt, moved by some points from a place of the axes."""
+    axes.annotate(words, at, xytext=shift, textcoords="offset points", **{"fontsize": 8, **style})
+
+
 def limit_line(axes: "Axes", value: float, words: str) -> None:
     """A horizontal limit with its words above the line, at the right."""
     axes.axhline(value, color=LIMIT, linestyle="--", linewidth=1.3)
-    axes.annotate(
-        words,
-        (1.0, value),
-        xycoords=axes.get_yaxis_transform(),
-        xytext=(-4, 3),
-        textcoords="offset points",
-        ha="right",
-        va="bottom",
-        color=LIMIT,
-        fontsize=8,
-    )
+    note(axes, words, (1.0, value), (-4, 3), xycoords=axes.get_yaxis_transform(), ha="right",
+        va="bottom", color=LIMIT)  # fmt: skip
+
+
+def gaps(values: Any) -> np.ndarray:
+    """Gaps where a value is infinite."""
+    return np.where(np.isfinite(values), values, np.nan)
+
+
+def unit_words(unit: str, largest: float = 0.0) -> tuple[float, str]:
+    """Factor and words of a unit as people read it: N m, kN from 10 000 N on."""
+    words = unit.replace("*", " ").replace("^2", "$^2$")
+    return (1e-3, f"k{words}") if unit in ("N", "N*m") and largest >= 1e4 else (1.0, words)
+
+
+def dotted(count: int) -> str:
+    """Marker of a curve: its points where they are so few that the lines between them are seen."""
+    return "." if count <= _SEEN else ""
+
+
+def crests(time: np.ndarray, value: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """An extreme over a sliding window without its stairs: each step becomes its middle."""
+    steps = np.flatnonzero(np.diff(value, prepend=np.nan))
+    ends = np.append(steps[1:], len(value)) - 1
+    at = 0.5 * (time[steps] + time[ends])
+    at[0], at[-1] = time[0], time[-1]
+    return at, value[steps]
+
+
+def operating_line(axes: "Axes", result: Result, low: float, high: float) -> None:
+    """The operating speed in rpm, if it lies between two speeds in rad/s."""
+    speed = speed_of(result)
+    if speed is not None and low <= speed <= high:
+        axes.axvline(rpm(speed), color=LIMIT, linewidth=1.0, linestyle=":", label="operating speed")
+
+
+def usual(
+    places: np.ndarray, values: np.ndarray, low: float, high: float, among: int = 400
+) -> float:
+    """Median of a positive curve over places even in their logarithm, where its samples crowd."""
+    found = np.interp(np.geomspace(low, high, among), places, values)
+    found = found[np.isfinite(found) & (found > 0.0)]
+    return float(np.median(found)) if found.size else 1.0
 
 
 def bounds_of(result: Result, quantity: str) -> list[tuple[str, float]]:
@@ -146,14 +189,9 @@ def length_scale(largest: float) -> tuple[float, str]:
     return _LENGTHS[-1]
 
 
-def factor_of(unit: str) -> float:
-    """How many of a unit of length are a metre."""
-    return next(factor for factor, name in _LENGTHS if name == unit)
-
-
 def clearance_names(axis: Axis) -> list[str]:
     """Clearances in mm, as legends name them."""
-    return [f"play {1e3 * float(value):.4g} mm" for value in axis.values]
+    return [f"clearance {1e3 * float(value):.4g} mm" for value in axis.values]
 
 
 def plain_ticks(axis: Any) -> None:
@@ -170,6 +208,22 @@ def spread_out(count: int, most: int) -> list[int]:
     if count <= most:
         return list(range(count))
     return sorted({round(float(place)) for place in np.linspace(0, count - 1, most)})
+
+
+def keep_apart(places: np.ndarray, apart: float) -> np.ndarray:
+    """Ascending places moved as little as need be (in squares) to be so far apart."""
+    # with the distances taken off, what is left need only ascend: means of pools that do not
+    steps = apart * np.arange(len(places))
+    pools: list[tuple[float, int]] = []
+    for value in places - steps:
+        mean, count = float(value), 1
+        while pools and pools[-1][0] > mean:
+            other, many = pools.pop()
+            mean = (mean * count + other * many) / (count + many)
+            count += many
+        pools.append((mean, count))
+    flat = [mean for mean, count in pools for _ in range(count)]
+    return np.asarray(np.array(flat) + steps)
 
 
 # ----------------------------------------------------------------------------

@@ -6,17 +6,18 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from io import BytesIO
+from itertools import dropwhile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
 from vibecalc.core.report.accuracy import RungView, TopicView, topics_of
-from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, TOTAL, TYPE, canvas
+from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, TOTAL, TYPE, canvas, note, unit_words
 from vibecalc.core.report.sections import START, along, scalar_of, table_of
-from vibecalc.core.report.studies import FRONT_PREFIX, VARIABLE, start_of
+from vibecalc.core.report.studies import FRONT_PREFIX, VARIABLE, bound_unit, start_of
 from vibecalc.core.report.sweep.view import SweepView
-from vibecalc.core.report.verdicts import LimitRow, judge_limits
+from vibecalc.core.report.verdicts import judge_limits
 from vibecalc.core.report.writing import fold, show
 from vibecalc.core.results.layout import is_accuracy
 from vibecalc.core.results.named import named
@@ -124,16 +125,6 @@ def draw(result: Result, folder: Path, stem: str = "", look: Look = Look()) -> l
     return _write(_made(names, result, make, look), Path(folder), stem or result.name, names, look)
 
 
-def draw_sweep(sweep: SweepView, folder: Path, stem: str = "", look: Look = Look()) -> list[Path]:
-    """The same for a sweep: lines over one axis, maps over two, histograms of samples.
-
-    `stem` takes the place of the name of the case, for several sweeps of one case.
-    """
-    stem = (stem or sweep.name).removesuffix("_sweep")
-    made = _made(SWEEP_PICTURES, sweep, make_sweep, look)
-    return _write(made, Path(folder), stem, SWEEP_PICTURES, look)
-
-
 def draw_files(
     paths: Sequence[Path], folder: Path | None, look: Look = Look()
 ) -> Iterator[tuple[Path, list[Path]]]:
@@ -168,12 +159,6 @@ def draw_file(
     if any(name in SWEEP_PICTURES for name in names):
         stem = stem.removesuffix("_sweep")
     return _write(made, Path(folder), stem, names, look, written)
-
-
-def draw_accuracy_file(result: Result, path: Path) -> list[Path]:
-    """The one picture of a measurement of methods, if it has any; UsageError as for the others."""
-    made = _made(_OF_METHODS, result, _make_methods, Look())
-    return _write(made, path.parent, path.stem, _OF_METHODS, Look())
 
 
 def _figures(path: Path, look: Look) -> tuple[Iterable[str], list[tuple[str, "Figure"]]]:
@@ -268,11 +253,18 @@ def _write(
 
 
 def _file_name(stem: str, name: str, names: Iterable[str]) -> str:
-    """`roll_levels` for the picture `roll_levels` of `roll`, unless it has a picture `levels`."""
+    """`roll_levels` for `roll_levels` of `roll`, `gear_test_time` for `test_time` of `gear_test`.
+
+    A name keeps the words that the stem has if another would lose its difference to it.
+    """
     if name in _OF_METHODS:
         return stem
-    short = name.removeprefix(f"{stem}_")
-    return f"{stem}_{name if short in names and short != name else short}"
+
+    def short(one: str) -> str:
+        return "_".join(dropwhile(lambda word: word in stem.split("_"), one.split("_")))
+
+    alone = [short(one) for one in {*names, name}].count(short(name)) == 1
+    return f"{stem}_{short(name) if alone else name}".rstrip("_")
 
 
 def _save(figure: "Figure", path: Path, form: str, dpi: int) -> None:
@@ -330,14 +322,9 @@ def _matplotlib() -> Any:
 _ACROSS = 2
 #: more methods than these are named beside the panel
 _INSIDE = 5
-_WORDS = (
-    "worst relative error over seconds; filled: the front; ring: what vibecalc takes; "
-    "dotted: the truth is known to it"
-)
 _MARKERS = ("o", "s", "^", "D", "v", "P")
-
-#: errors are drawn from here on; what is exact sits on the lower edge
-_LEAST = 1e-17
+#: more methods than `COLOURS` are told apart in a topic
+_MANY = (*COLOURS, "#332288", "#AA4499", "#882255", "#999933", "#117733", "#661100")
 
 
 def draw_accuracy(result: Result) -> "Figure | None":
@@ -352,19 +339,27 @@ def draw_accuracy(result: Result) -> "Figure | None":
     across = min(_ACROSS, len(topics))
     down = -(-len(topics) // across)
     widest = max(len(topic.methods) for topic in topics)
-    legend = 0.0 if widest <= _INSIDE else 0.19 * widest
-    figure = canvas(result, _WORDS, 0.8 + (3.6 + legend) * down)
+    legend = 0.0 if widest <= _INSIDE or across == 1 else 0.21 * widest
+    figure = canvas(result, "accuracy and time of the methods", 1.2 + (3.6 + legend) * down)
     panels = figure.subplots(down, across, squeeze=False).ravel()
     for axes, topic in zip(panels, topics, strict=False):
-        _panel(axes, topic)
+        _panel(axes, topic, beside=across == 1)
     for axes in panels[len(topics) :]:
         axes.set_visible(False)
+    ring, dot = {"mfc": "none", "color": TOTAL, "ls": "none"}, {"color": QUIET, "ls": "none"}
+    figure.legend(
+        loc="outside lower center", ncols=2,
+        handles=[*panels[0].plot([], [], "o", label="none as accurate is faster", **dot),
+                 *panels[0].plot([], [], "o", ms=10, mew=1.4, label="default of vibecalc", **ring),
+                 *panels[0].plot([], [], "v", label="at the foot: no error at all", **dot),
+                 *panels[0].plot([], [], ":", color=LIMIT, label="error of the reference itself")],
+    )  # fmt: skip
     return figure
 
 
-def _panel(axes: "Axes", topic: TopicView) -> None:
+def _panel(axes: "Axes", topic: TopicView, beside: bool) -> None:
     done = [rung for rung in topic.rungs if rung.done and rung.seconds]
-    errors = [_height(rung) for rung in done] or [1.0]
+    errors = [_height(rung) for rung in done if rung.relative > 0.0] or [1.0]
     low, top = _span(errors, 2.0)
     axes.set_xscale("log")
     axes.set_yscale("log")
@@ -372,7 +367,7 @@ def _panel(axes: "Axes", topic: TopicView) -> None:
     axes.set_ylim(low, top)
     axes.minorticks_off()
     for place, method in enumerate(topic.methods):
-        colour, marker = COLOURS[place % len(COLOURS)], _MARKERS[place % len(_MARKERS)]
+        colour, marker = _MANY[place % len(_MANY)], _MARKERS[place % len(_MARKERS)]
         line = "-" if place < len(COLOURS) else "--"
         rungs = [rung for rung in topic.of(method.name) if rung.seconds]
         measured = [rung for rung in rungs if rung.done]
@@ -383,6 +378,9 @@ def _panel(axes: "Axes", topic: TopicView) -> None:
             axes, measured, linestyle=line, linewidth=1.2, mfc="white", label=method.name, **style
         )
         _dots(axes, front, linestyle="none", **style)
+        exact = [_across(rung) for rung in measured if rung.relative == 0.0]
+        if exact:
+            axes.plot(exact, [low] * len(exact), "v", color=colour, ms=6, clip_on=False)
         if failed:
             edge = [_across(rung) for rung in failed]
             axes.plot(edge, [top] * len(edge), "x", color=colour, ms=7, clip_on=False)
@@ -394,9 +392,11 @@ def _panel(axes: "Axes", topic: TopicView) -> None:
     axes.set_xlabel("seconds")
     axes.set_ylabel("worst relative error")
     if len(topic.methods) <= _INSIDE:
-        axes.legend(fontsize=8, loc="best")
+        axes.legend(loc="best")
+    elif beside:
+        axes.legend(loc="center left", bbox_to_anchor=(1.01, 0.5))
     else:
-        axes.legend(fontsize=8, loc="upper center", bbox_to_anchor=(0.5, -0.2))
+        axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2))
 
 
 def _dots(axes: "Axes", rungs: Sequence[RungView], **style: Any) -> None:
@@ -408,7 +408,8 @@ def _across(rung: RungView) -> float:
 
 
 def _height(rung: RungView) -> float:
-    return max(rung.relative, _LEAST) if math.isfinite(rung.relative) else 1.0
+    """The error, a gap where there is none."""
+    return (rung.relative or math.nan) if math.isfinite(rung.relative) else 1.0
 
 
 def _span(values: Sequence[float], decades: float) -> tuple[float, float]:
@@ -435,31 +436,30 @@ def draw_pareto(result: Result) -> "Figure | None":
     axes = figure.subplots()
     across, up = (np.asarray(part[0].values, dtype=float) for part in (one, two))
     axes.plot(across, up, "-", color=COLOURS[0], linewidth=0.7, alpha=0.5)
-    axes.plot(across, up, "o", color=COLOURS[0], ms=5, label="front (computed points)")
+    axes.plot(across, up, "o", color=COLOURS[0], label="front (computed points)")
     for place in (0, len(across) - 1):
-        axes.annotate(
-            str(place + 1),
-            (across[place], up[place]),
-            xytext=(6, 6),
-            textcoords="offset points",
-            fontsize=8,
-        )
+        note(axes, str(place + 1), (across[place], up[place]), (6, 6))
     start = [_start(result, goal) for goal in goals]
     if start[0] is not None and start[1] is not None:
         axes.plot([start[0]], [start[1]], "s", color=QUIET, mfc="white", ms=8, label="start")
-    units = (one[0].unit, two[0].unit)
-    words = [_axis(goal, unit) for goal, unit in zip(goals, units, strict=True)]
-    axes.set_xlabel(words[0])
-    axes.set_ylabel(words[1])
+    axes.set_xlabel(_axis(result, goals[0], one[0].unit))
+    axes.set_ylabel(_axis(result, goals[1], two[0].unit))
     axes.legend(loc="best")
     return figure
 
 
-def _axis(goal: Mapping[str, Any], unit: str) -> str:
+def _axis(result: Result, goal: Mapping[str, Any], unit: str) -> str:
     picks = ", ".join(f"{axis}={entry}" for axis, entry in dict(goal.get("where") or {}).items())
     sense = "smaller" if goal.get("sense", "min") == "min" else "larger"
-    name = str(goal.get("quantity")) + (f" [{picks}]" if picks else "")
-    return f"{name}{f' in {unit}' if unit else ''}\n({sense} is better)"
+    name = _in_words(result, str(goal.get("quantity"))) + (f" [{picks}]" if picks else "")
+    return f"{name}{f' in {unit_words(unit)[1]}' if unit else ''}\n({sense} is better)"
+
+
+def _in_words(result: Result, path: str) -> str:
+    """What a quantity is, folded for an axis."""
+    quantity = result.record.quantities.get(path)
+    words = "" if quantity is None else quantity.long_name
+    return "\n".join(fold(words or path.rsplit("/", 1)[-1].replace("_", " "), 44))
 
 
 def _start(result: Result, goal: Mapping[str, Any]) -> float | None:
@@ -497,6 +497,7 @@ def draw_start_and_optimum(result: Result) -> "Figure | None":
 Side = Literal["max", "min"]
 #: of the width between its bounds, below which an optimum is written as 0
 _ROUNDING = 1e-9
+_ABOVE: dict[str, Any] = {"loc": "lower center", "bbox_to_anchor": (0.5, 1.0), "ncols": 2}
 Variable = tuple[str, str, float, float, float | None, float]
 Use = tuple[str, float | None, float, bool]
 
@@ -510,24 +511,27 @@ def _variables(result: Result) -> list[Variable]:
         value = scalar_of(result.record, VARIABLE + key)
         if quantity is None or value is None:
             continue
+        written = bound_unit(variable, quantity.unit)
+        unit = {"m": "mm", "rad": "deg"}.get(written, written)
         lower, upper = (parse_quantity(variable[end], quantity.unit) for end in ("lower", "upper"))
-        found.append((key, quantity.unit, lower, upper, start_of(result, key), value))
+        start = start_of(result, key)
+        lower, upper, value = (convert(one, quantity.unit, unit) for one in (lower, upper, value))
+        start = None if start is None else convert(start, quantity.unit, unit)
+        found.append((key, unit, lower, upper, start, value))
     return found
 
 
-def _in_words(key: str) -> str:
+def _key_words(key: str) -> str:
     """`cylinders[1].crank_phase`, which counts from 0, as cylinder 2: crank phase."""
-    *way, last = key.split(".")
-    found = re.fullmatch(r"(\w+)s\[(\d+)\]", way[-1]) if way else None
-    if found is None:
-        return key
-    return f"{found[1].replace('_', ' ')} {int(found[2]) + 1}: {last.replace('_', ' ')}"
+    *way, last = key.replace("_", " ").split(".")
+    way = [re.sub(r"s\[(\d+)\]$", lambda place: f" {int(place[1]) + 1}", part) for part in way[-2:]]
+    return ": ".join([*([", ".join(way)] if way else ()), last])
 
 
 def _draw_variables(axes: "Axes", variables: list[Variable]) -> None:
     names = []
     for i, (key, unit, lower, upper, start, optimum) in enumerate(variables):
-        names.append(_in_words(key.removeprefix("machine.")))
+        names.append(_key_words(key.removeprefix("machine.")))
         span = 100.0 / (upper - lower)
         axes.plot([0.0, 100.0], [i, i], color="#cccccc", linewidth=3.0, zorder=1)
         if start is not None:
@@ -538,8 +542,8 @@ def _draw_variables(axes: "Axes", variables: list[Variable]) -> None:
         place = (optimum - lower) * span
         axes.plot([place], [i], "o", color=COLOURS[0], ms=8, zorder=3, label="optimum")
         was = "" if start is None else f"{show(start, digits=4)} → "
-        words = f"{was}{show(optimum, digits=4)} {unit}".rstrip()
-        axes.annotate(words, (50.0, i), xytext=(0, 7), textcoords="offset points", ha="center")
+        words = f"{was}{show(optimum, digits=4)} {unit_words(unit)[1]}".rstrip()
+        note(axes, words, (50.0, i), (0, 7), ha="center")
     axes.set_yticks(range(len(names)), names)
     axes.set_ylim(len(names) - 0.5, -0.7)
     axes.set_xlim(-2.0, 102.0)
@@ -547,14 +551,7 @@ def _draw_variables(axes: "Axes", variables: list[Variable]) -> None:
     axes.grid(visible=False, axis="y")
     handles, texts = axes.get_legend_handles_labels()
     once = dict(zip(texts, handles, strict=True))
-    axes.legend(
-        once.values(),
-        once.keys(),
-        loc="lower center",
-        bbox_to_anchor=(0.5, 1.0),
-        ncols=2,
-        fontsize=8,
-    )
+    axes.legend(once.values(), once.keys(), **_ABOVE)
 
 
 def _uses(result: Result) -> list[Use]:
@@ -565,7 +562,15 @@ def _uses(result: Result) -> list[Use]:
             start = _start_value(result, row.quantity, dict(row.where), "max")
             if start is not None:
                 start = 100.0 * convert(start, result.record[row.quantity].unit, row.unit) / row.max
-            uses.append((_short(row), start, 100.0 * row.computed / row.max, True))
+            limit = f"max {row.max:g} {unit_words(row.unit)[1]}".rstrip()
+            uses.append(
+                (
+                    f"{_in_words(result, row.quantity)}\n{limit}",
+                    start,
+                    100.0 * row.computed / row.max,
+                    True,
+                )
+            )
     objective = table_of(result.case, "optimisation", "objective")
     path, where = str(objective.get("quantity") or ""), dict(objective.get("where") or {})
     if path in result.record:
@@ -573,7 +578,9 @@ def _uses(result: Result) -> list[Use]:
         start = _start_value(result, path, where, side)
         if start:
             end, _ = worst(result.record[path], where, side)
-            uses.append((f"objective {path.split('/', 1)[-1]}", 100.0, 100.0 * end / start, False))
+            uses.append(
+                (f"objective:\n{_in_words(result, path)}", 100.0, 100.0 * end / start, False)
+            )
     return uses
 
 
@@ -588,10 +595,6 @@ def _start_value(result: Result, path: str, where: dict[str, Any], side: Side) -
     return value if np.isfinite(value) else None
 
 
-def _short(row: LimitRow) -> str:
-    return f"{row.quantity.split('/', 1)[-1]}\nmax {row.max:g} {row.unit}".rstrip()
-
-
 def _draw_uses(axes: "Axes", uses: list[Use]) -> None:
     place = np.arange(len(uses), dtype=float)
     starts = [use[1] if use[1] is not None else 0.0 for use in uses]
@@ -600,14 +603,7 @@ def _draw_uses(axes: "Axes", uses: list[Use]) -> None:
     axes.barh(place + 0.19, ends, 0.36, color=COLOURS[0], label="optimum")
     for i, (start, end) in enumerate(zip(starts, ends, strict=True)):
         for shift, value in ((-0.19, start), (0.19, end)):
-            axes.annotate(
-                f"{value:.1f} %",
-                (value, i + shift),
-                xytext=(4, 0),
-                textcoords="offset points",
-                va="center",
-                fontsize=8,
-            )
+            note(axes, f"{value:.1f} %", (value, i + shift), (4, 0), va="center")
     limited, aimed = any(use[3] for use in uses), not all(use[3] for use in uses)
     if limited:
         axes.axvline(100.0, color=LIMIT, linestyle="--", linewidth=1.3)
@@ -617,4 +613,4 @@ def _draw_uses(axes: "Axes", uses: list[Use]) -> None:
     parts = ["% of the limit"] * limited + ["objective: % of its start"] * aimed
     axes.set_xlabel("; ".join(parts))
     axes.grid(visible=False, axis="y")
-    axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, fontsize=8)
+    axes.legend(**_ABOVE)

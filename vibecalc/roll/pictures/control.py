@@ -76,9 +76,9 @@ def _lines(
         axes.plot(at, shown, color=colour, alpha=0.35, linewidth=1.2)
         axes.plot(at, np.where(weak, np.nan, shown), color=colour, linewidth=2.0)
         good = held & ~weak
-        axes.plot(at[good], values[good], mark, color=colour, ms=5, label=f"K = {show(gain, 0, 3)}")
+        axes.plot(at[good], values[good], mark, color=colour, label=f"K = {show(gain, 0, 3)}")
         poor = held & weak
-        axes.plot(at[poor], values[poor], mark, color=colour, ms=5, markerfacecolor="white")
+        axes.plot(at[poor], values[poor], mark, color=colour, markerfacecolor="white")
         lost = at[~held]
         if lost.size:
             top = np.full(lost.size, 1.03 + 0.025 * (row % 3))
@@ -129,7 +129,7 @@ def _legend(figure: "Figure", axes: "Axes") -> None:
         Line2D([], [], marker="x", markeredgewidth=1.8, **grey),
     ]
     names += [f"bears less than {1e3 * _LITTLE:g} ms of delay", "not stable: no level"]
-    figure.legend(handles, names, loc="outside lower center", ncols=5, fontsize=8)
+    figure.legend(handles, names, loc="outside lower center", ncols=5)
 
 
 def _map(axes: "Axes", status: Quantity, delay: Quantity, over: np.ndarray | None) -> None:
@@ -335,7 +335,7 @@ def draw_roll_motor_gain(result: Result) -> "Figure | None":
     above.set_ylabel("level in dB re 1 rad/s$^2$, zero-to-peak")
     below.set_ylabel("mean speed in rpm")
     below.set_xlabel("torque per slip in N m s/rad")
-    above.legend(loc="lower left", fontsize=8)
+    above.legend(loc="lower left")
     figure.align_ylabels([above, below])
     return figure
 

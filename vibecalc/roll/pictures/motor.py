@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from vibecalc.core.report.canvas import COLOURS, QUIET, TOTAL, canvas
+from vibecalc.core.report.canvas import COLOURS, QUIET, TOTAL, canvas, note
 from vibecalc.core.report.sections import along
 from vibecalc.core.report.writing import rpm
 from vibecalc.core.results.record import Record, Result
@@ -100,7 +100,7 @@ def draw_dynamic_motor(result: Result) -> "Figure | None":
     orbit = rpm_of(slip[0].values), np.asarray(torque[0].values, dtype=float)
     for name in ("curve", "part"):
         _plane(panels[name], record, orbit, whole=name == "curve")
-    panels["curve"].legend(loc="lower right", bbox_to_anchor=(1.0, 0.07), fontsize=8)
+    panels["curve"].legend(loc="lower right", bbox_to_anchor=(1.0, 0.07))
     _levels(panels["levels"], record)
     _change(panels["change"], record)
     figure.align_ylabels([panels["curve"], panels["part"]])
@@ -133,15 +133,12 @@ def _plane(
     axes.plot(*orbit, color=_ORBIT, linewidth=1.8, label="one turn, with transients", zorder=3)
     axes.plot(orbit[0][:1], orbit[1][:1], "o", color=_ORBIT, ms=6, zorder=4)
     if not whole:
-        axes.annotate(
-            "crank angle 0", (orbit[0][0], orbit[1][0]), xytext=(8, -2),
-            textcoords="offset points", color=_ORBIT, fontsize=8, va="center",
-        )  # fmt: skip
+        note(axes, "crank angle 0", (orbit[0][0], orbit[1][0]), (8, -2), color=_ORBIT, va="center")
     axes.axhline(0.0, color=QUIET, linewidth=0.7)
     axes.axvline(0.0, color=QUIET, linewidth=0.7)
     axes.set_ylabel("torque of the motor in N m")
     axes.set_xlabel("slip in rpm")
-    axes.set_title("all of the curve" if whole else "where it runs", loc="left", fontsize=9)
+    axes.set_title("all of the curve" if whole else "where it runs", loc="left")
     if not whole:
         axes.set_xlim(*_ends([orbit[0]] + ([] if first is None else [rpm_of(first[0].values)])))
         heights = [orbit[1]] + ([] if second is None else [np.asarray(second[0].values)])
@@ -158,10 +155,10 @@ def _levels(axes: "Axes", record: Record) -> None:
         face = "none" if mark == "o" else colour  # what lies on it stays visible
         size = 10.0 if mark == "o" else 5.5
         axes.plot(hit[1][kept], values[kept], mark, color=colour, mfc=face, ms=size, label=words)
-    axes.set_ylabel("shell, dB re 1 rad/s^2")
+    axes.set_ylabel("level in dB re 1 rad/s$^2$")
     _orders(axes, record)
-    axes.legend(loc="upper right", fontsize=8)
-    axes.set_title("angular acceleration of the shell", loc="left", fontsize=9)
+    axes.legend(loc="upper right")
+    axes.set_title("angular acceleration of the shell", loc="left")
 
 
 def _change(axes: "Axes", record: Record) -> None:
@@ -180,8 +177,8 @@ def _change(axes: "Axes", record: Record) -> None:
     axes.set_ylabel("change of the level in dB")
     axes.set_xlabel("order")
     _orders(axes, record)
-    axes.legend(loc="best", fontsize=8)
-    axes.set_title("what changes it", loc="left", fontsize=9)
+    axes.legend(loc="best")
+    axes.set_title("what changes it", loc="left")
 
 
 def _orders(axes: "Axes", record: Record) -> None:

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, TOTAL, canvas, crank_angle_axis
+from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, TOTAL, canvas, crank_angle_axis, note
 from vibecalc.core.report.sections import along, having, scalar_of, table_of
 from vibecalc.core.report.verdicts import MEASURED, ReferenceRow, judge_references
 from vibecalc.core.report.writing import ZERO, rpm, show
@@ -72,7 +72,7 @@ def draw_roll_cycle(result: Result) -> "Figure | None":
         curve = curve._replace(breakdown=(rpm(fitted[0]), fitted[1]))
     for name in ("curve", "part"):
         _curve(panels[name], curve, slips, torques, whole=name == "curve")
-    panels["curve"].legend(loc="lower right", fontsize=8)
+    panels["curve"].legend(loc="lower right")
     panels["part"].set_xlabel("slip in rpm")
     figure.align_ylabels([panels[name] for name in ("torque", "speed", "slip")])
     figure.align_ylabels([panels[name] for name in ("curve", "part")])
@@ -87,7 +87,7 @@ def _torques(axes: "Axes", record: Record) -> None:
             axes.plot(np.degrees(hit[1]), values, color=colour, label=words)
     axes.axhline(0.0, color=QUIET, linewidth=0.7)
     axes.set_ylabel("torque in N m")
-    axes.legend(loc="best", fontsize=8)
+    axes.legend(loc="best")
 
 
 def _speed(
@@ -106,7 +106,7 @@ def _speed(
     axes.set_ylabel("speed in rpm")
     low, high = axes.get_ylim()
     axes.set_ylim(low, high + 1.2 * (high - low))
-    axes.legend(loc="upper left", fontsize=8)
+    axes.legend(loc="upper left")
 
 
 def _slip(axes: "Axes", quantity: Quantity, angle: np.ndarray) -> None:
@@ -143,7 +143,7 @@ def _curve(
     room = 0.08 * (high - low)
     axes.set_ylim(low - room, high + (2.0 if whole else 1.0) * room)
     axes.set_ylabel("torque of the motor in N m")
-    axes.set_title("all of the curve" if whole else "where it runs", loc="left", fontsize=9)
+    axes.set_title("all of the curve" if whole else "where it runs", loc="left")
 
 
 def _ends(values: np.ndarray) -> tuple[float, float]:
@@ -154,15 +154,8 @@ def _ends(values: np.ndarray) -> tuple[float, float]:
 
 def _breakdown(axes: "Axes", slip: float, torque: float) -> None:
     axes.plot([slip], [torque], "*", color=LIMIT, ms=12, zorder=5)
-    axes.annotate(
-        f"breakdown {show(torque, digits=4)} N m\nat {show(slip, digits=4)} rpm",
-        (slip, torque),
-        xytext=(8, -4),
-        textcoords="offset points",
-        color=LIMIT,
-        fontsize=8,
-        va="bottom",
-    )
+    note(axes, f"breakdown {show(torque, digits=4)} N m\nat {show(slip, digits=4)} rpm",
+        (slip, torque), (8, -4), color=LIMIT, va="bottom")  # fmt: skip
 
 
 # ----------------------------------------------------------------------------
@@ -201,9 +194,7 @@ def draw_roll_levels(result: Result) -> "Figure | None":
     _whiskers(axes, result.record, orders, acts)
     _marks(axes, rows)
     for order in orders[~acts]:
-        axes.annotate(
-            ZERO, (order, foot), xytext=(0, 4), textcoords="offset points", ha="center", color=QUIET
-        )
+        note(axes, ZERO, (order, foot), (0, 4), ha="center", color=QUIET)
     axes.set_ylim(foot, high + room)
     axes.set_xlim(orders[0] - 0.6, orders[-1] + 0.6)
     if len(orders) <= _MARKED:
@@ -211,7 +202,7 @@ def draw_roll_levels(result: Result) -> "Figure | None":
     axes.grid(visible=False, axis="x")
     axes.set_xlabel("order, multiple of the crank speed")
     axes.set_ylabel("level in dB re 1 rad/s$^2$, zero-to-peak")
-    figure.legend(loc="outside lower center", ncols=4, fontsize=8)
+    figure.legend(loc="outside lower center", ncols=4)
     return figure
 
 
@@ -306,7 +297,7 @@ def draw_roll_sensitivity(result: Result) -> "Figure | None":
     scale = min(largest, _DEEPEST)
     for axes, part, word in zip(panels, effect, ("more", "less"), strict=True):
         image = axes.imshow(part, cmap=_COLOURS, vmin=-scale, vmax=scale, aspect="auto")
-        axes.set_title(f"{PERCENT} % {word}", fontsize=9)
+        axes.set_title(f"{PERCENT} % {word}")
         axes.set_xticks(range(len(found.orders)), [str(int(order)) for order in found.orders])
         axes.set_yticks(range(len(rank)), [found.words[i] for i in rank])
         axes.grid(visible=False)

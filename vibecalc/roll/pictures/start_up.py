@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, TOTAL, canvas
+from vibecalc.core.report.canvas import COLOURS, LIMIT, PLATE, QUIET, TOTAL, canvas, note
 from vibecalc.core.report.sections import along, scalar_of, table_of
 from vibecalc.core.report.writing import rpm, show
 from vibecalc.core.results.record import Record, Result
@@ -65,8 +65,7 @@ def draw_roll_start_up(result: Result) -> "Figure | None":
         _start_angles(panels[-1], record)
     figure.align_ylabels(panels[: len(rows)])
     if panels[0].get_legend_handles_labels()[0]:
-        figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center",
-                      ncols=2, fontsize=8)  # fmt: skip
+        figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
     return figure
 
 
@@ -137,15 +136,10 @@ def _moments(panels: list["Axes"], record: Record) -> None:
             continue
         for axes in panels:
             axes.axvline(when, color=TOTAL, linestyle=style, linewidth=1.0)
-        panels[0].annotate(
-            f"{words} {show(when, digits=4)} s",
-            (when, 0.06 if name == "time_to_speed" else 0.45),
+        note(panels[0], f"{words} {show(when, digits=4)} s",
+            (when, 0.06 if name == "time_to_speed" else 0.45), (4, 0),
             xycoords=panels[0].get_xaxis_transform(),
-            xytext=(4, 0),
-            textcoords="offset points",
-            fontsize=8,
-            bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.0, "alpha": 0.9},
-        )
+            bbox=PLATE)  # fmt: skip
 
 
 def _steps(axes: "Axes", record: Record, *, named: bool) -> None:
@@ -156,15 +150,8 @@ def _steps(axes: "Axes", record: Record, *, named: bool) -> None:
     for when, factor in zip(hit[1], hit[0].values, strict=True):
         axes.axvline(float(when), color=LIMIT, linewidth=0.9, alpha=0.7)
         if named:
-            axes.annotate(
-                f"load x {float(factor):.3g}",
-                (float(when), 1.0),
-                xycoords=axes.get_xaxis_transform(),
-                xytext=(2, 2),
-                textcoords="offset points",
-                color=LIMIT,
-                fontsize=8,
-            )
+            note(axes, f"load x {float(factor):.3g}", (float(when), 1.0), (2, 2),
+                xycoords=axes.get_xaxis_transform(), color=LIMIT)  # fmt: skip
 
 
 def _start_angles(axes: "Axes", record: Record) -> None:

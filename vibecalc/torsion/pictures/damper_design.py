@@ -4,8 +4,20 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, TOTAL, canvas, plain_log, plain_ticks
-from vibecalc.core.report.sections import having, scalar_of, speed_of, table_of
+from vibecalc.core.report.canvas import (
+    COLOURS,
+    LIMIT,
+    QUIET,
+    TOTAL,
+    canvas,
+    dotted,
+    gaps,
+    operating_line,
+    plain_log,
+    plain_ticks,
+    unit_words,
+)
+from vibecalc.core.report.sections import having, scalar_of, table_of
 from vibecalc.core.report.writing import rpm, show
 from vibecalc.core.results.record import Record, Result
 from vibecalc.torsion.report.damper_design import DESIGN, OBJECTIVES, objective_of
@@ -51,8 +63,7 @@ def draw_damper_map(result: Result) -> "Figure | None":
         k, c, over, levels=[*levels, top * 1.001], extend="min", cmap="Blues",
         norm=BoundaryNorm([*levels, top * 1.001], 256, extend="min"),
     )  # fmt: skip
-    lines = axes.contour(k, c, over, levels=levels, colors="white", linewidths=0.9)
-    axes.clabel(lines, fmt=lambda v: f"{v:g} times", fontsize=8, colors=TOTAL)
+    axes.contour(k, c, over, levels=levels, colors="white", linewidths=0.9)
     _limits(axes, result, (k, c))
     gain = scalar_of(record, DESIGN + "table/gain")
     table = table_of(result.case, "damper_design", "compare")
@@ -64,7 +75,7 @@ def draw_damper_map(result: Result) -> "Figure | None":
     axes.plot(
         [place[0]], [place[1]], "*",
         color=LIMIT, ms=14, zorder=6, clip_on=False, markeredgecolor="white",
-        label=f"optimum, {show(factor * best, digits=4)} {unit.replace('*', ' ')}",
+        label=f"optimum, {show(factor * best, digits=4)} {unit_words(unit)[1]}",
     )  # fmt: skip
     _basins(axes, record)
     axes.set_xscale("log")
@@ -78,7 +89,7 @@ def draw_damper_map(result: Result) -> "Figure | None":
     bar.set_label("times the optimum")
     axes.set_xlabel("stiffness in N m/rad")
     axes.set_ylabel("damping in N m s/rad")
-    figure.legend(loc="outside lower center", ncols=3, fontsize=8)
+    figure.legend(loc="outside lower center", ncols=3)
     return figure
 
 
@@ -133,36 +144,36 @@ def draw_damper_response(result: Result) -> "Figure | None":
     axes = figure.subplots()
     speed = rpm(1.0) * np.asarray(found.axes[1].values, dtype=float)
     values = factor * np.asarray(found.values, dtype=float)
-    values = np.where(np.isfinite(values), values, np.nan)
+    held, worst = _held(result), scalar_of(result.record, f"{DESIGN}worst_{name}")
     for label, curve in zip(found.axes[0].values, values, strict=True):
         colour, style, text = _LOOKS[str(label)]
-        axes.plot(speed, curve, color=colour, linestyle=style, label=text,
+        x, y = speed, gaps(curve)
+        if label == "optimum" and worst is not None:  # its maxima lie between the speeds
+            order = np.argsort(np.append(x, held), kind="stable")
+            x = np.append(x, held)[order]
+            y = np.append(y, np.full(len(held), factor * worst))[order]
+        axes.plot(x, y, color=colour, linestyle=style, label=text, marker=dotted(len(speed)),
                   linewidth=1.1 if label == "none" else 1.8)  # fmt: skip
-    worst = scalar_of(result.record, f"{DESIGN}worst_{name}")
     if worst is not None:
         axes.axhline(factor * worst, color=COLOURS[0], linewidth=0.9, linestyle=":",
                      label="largest of the optimum")  # fmt: skip
-        _summits(axes, result, factor * worst)
+        axes.plot(held, np.full(len(held), factor * worst), "o", color=COLOURS[0], ms=6, zorder=5,
+                  label="maxima that decide it")  # fmt: skip
         if float(np.nanmax(values)) > _FAR * factor * worst:
             known = values[np.isfinite(values) & (values > 0.0)]
             plain_log(axes, 0.8 * float(np.min(known)), 1.3 * float(np.max(known)))
-    operating = speed_of(result)
-    if operating is not None and speed[0] <= rpm(operating) <= speed[-1]:
-        axes.axvline(rpm(operating), color=TOTAL, linewidth=0.9, linestyle="-.",
-                     label="operating speed")  # fmt: skip
+    operating_line(axes, result, *np.asarray(found.axes[1].values, dtype=float)[[0, -1]])
     axes.set_xlim(speed[0], speed[-1])
     axes.set_xlabel("crank speed in rpm")
-    axes.set_ylabel(f"{words} in {unit.replace('*', ' ').replace('^2', '$^2$')}")
-    figure.legend(loc="outside lower center", ncols=3, fontsize=8)
+    axes.set_ylabel(f"{words} in {unit_words(unit)[1]}")
+    figure.legend(loc="outside lower center", ncols=3)
     return figure
 
 
-def _summits(axes: "Axes", result: Result, level: float) -> None:
-    """The summits that hold the optimum."""
+def _held(result: Result) -> np.ndarray:
+    """Speeds in rpm of the maxima that decide the optimum."""
     kind = having(result.record, DESIGN + "active/kind", "active")
     speed = having(result.record, DESIGN + "active/speed", "active")
     if kind is None or speed is None:
-        return
-    held = rpm(1.0) * np.asarray(speed.values, dtype=float)[np.asarray(kind.values) == 0]
-    axes.plot(held, np.full(len(held), level), "o", color=COLOURS[0], ms=6, zorder=5,
-              label="summits that hold it")  # fmt: skip
+        return np.zeros(0)
+    return np.asarray(rpm(1.0) * speed.values[np.asarray(kind.values) == 0])

@@ -14,11 +14,13 @@ from vibecalc.core.report.canvas import (
     TYPE,
     WIDTH,
     canvas,
+    note,
+    unit_words,
     waves,
 )
-from vibecalc.core.report.sections import along, having, labels, scalar_of, speed_of, table_of
+from vibecalc.core.report.sections import along, having, labels, speed_of, table_of
 from vibecalc.core.report.writing import fold, hertz, show
-from vibecalc.core.results.record import Result
+from vibecalc.core.results.record import Record, Result
 from vibecalc.torsion.report.line import (
     TORSION,
     asked,
@@ -50,6 +52,14 @@ _TORQUES = (("gas_torque", "gas", COLOURS[0]), ("inertia_torque", "inertia", COL
 _TWICE, _LEAST = 2.0, 1.3
 
 
+def torque_unit(record: Record) -> tuple[float, str]:
+    """Factor and words of the one unit of torque in all pictures of a shaft line."""
+    found = [record.quantities.get(f"{TORSION}{name}")
+             for name in ("torque_half_range", "excitation/engine_torque")]  # fmt: skip
+    known = [np.abs(one.values[np.isfinite(one.values)]) for one in found if one is not None]
+    return unit_words("N*m", max((float(one.max(initial=0.0)) for one in known), default=0.0))
+
+
 def draw_torsion_excitation(result: Result) -> "Figure | None":
     """Panels over the crank angle; None without a torque over the cycle.
 
@@ -64,13 +74,14 @@ def draw_torsion_excitation(result: Result) -> "Figure | None":
     at = f" at {turns(speed)} rpm" if speed is not None else ""
     words = ", ".join([f"gas pressure and torques over one cycle{at}", *misfire_words(result)])
     rows = 3 if second is None else 4
+    factor, unit = torque_unit(record)
     figure = canvas(result, words, 2.6 + 2.0 * rows)
     panels = list(figure.subplots(rows, 1, sharex=True))
     above, below = panels[0], panels[-1]
     _curve(result, above, "pressure", 1e-5, "card", COLOURS[3])
     _approximated(result, above, "pressure", 1e-5, "bar")
     above.set_ylabel("gauge pressure\nin bar")
-    above.legend(loc="upper center", fontsize=8, ncols=3)
+    above.legend(loc="upper center", ncols=3)
     for axes, times, rpm_words in (
         (panels[1], 1.0, at),
         (panels[-2], second, f" at {turns((second or 0.0) * (speed or 0.0))} rpm"),
@@ -78,20 +89,22 @@ def draw_torsion_excitation(result: Result) -> "Figure | None":
         if times is None:
             continue
         for name, label, colour in _TORQUES:
-            _curve(result, axes, name, 1e-3, label, colour, times)
-        _approximated(result, axes, "total_torque", 1e-3, "kN m", times)
-        axes.set_ylabel("torque of one cyl-\ninder in kN m")
-        axes.legend(loc="upper right", fontsize=8, ncols=4)
+            _curve(result, axes, name, factor, label, colour, times)
+        _approximated(result, axes, "total_torque", factor, unit, times)
+        axes.set_ylabel(f"torque of one\ncylinder in {unit}")
+        axes.legend(loc="upper right", ncols=4)
         axes.set_title(f"one cylinder from its firing on{rpm_words}", loc="left", fontsize=8)
         axes.axhline(0.0, color=QUIET, linewidth=0.8)
         _headroom(axes)
-    _curve(result, below, "engine_torque", 1e-3, "all cylinders", TOTAL)
-    below.set_ylabel("torque of all cyl-\ninders in kN m")
-    mean = scalar_of(record, EXCITATION + "mean_torque")
+    _curve(result, below, "engine_torque", factor, "all cylinders", TOTAL)
+    below.set_ylabel(f"torque of all\ncylinders in {unit}")
+    mean = record.quantities.get(EXCITATION + "mean_torque")
     if mean is not None:
-        signed = float(record[EXCITATION + "mean_torque"].values)
-        below.axhline(1e-3 * signed, color=QUIET, linestyle="--", linewidth=1.2)
-        below.set_title(f"mean {show(1e-3 * signed, digits=4)} kN m", loc="right", fontsize=8)
+        level = factor * float(mean.values)
+        below.axhline(level, color=QUIET, linestyle="--", linewidth=1.2,
+                      label=f"mean {show(level, digits=4)} {unit}")  # fmt: skip
+        below.legend(loc="upper right", ncols=2)
+        _headroom(below)
     cycle = str(table_of(result.case, "machine").get("cycle") or "").replace("_", "-")
     order = firing_words(record, cycle)
     if order:
@@ -174,8 +187,7 @@ def _approximated(
         amplitude = 2.0 * np.mean(curve[:-1] * np.conj(waves(order, angle[:-1])), axis=1)
     made = float(np.mean(curve[:-1])) + np.real(amplitude @ waves(order, angle))
     label = f"of orders {order_text(order[0])} to {order_text(order[-1])}"
-    axes.plot(np.degrees(angle), factor * made, color=COLOURS[4], linestyle="--", linewidth=1.3,
-              label=label)  # fmt: skip
+    axes.plot(np.degrees(angle), factor * made, color=COLOURS[4], linestyle="--", label=label)
     missed = factor * float(np.max(np.abs(made - curve)))
     axes.set_title(f"the orders miss it by {show(missed, digits=2)} {unit} at most", loc="right",
                    fontsize=8)  # fmt: skip
@@ -368,6 +380,7 @@ def draw_torsion_orders(result: Result) -> "Figure | None":
         return None
     speed = speed_of(result)
     at = f" at {turns(speed)} rpm" if speed is not None else ""
+    factor, unit = torque_unit(record)
     figure = canvas(result, f"order spectrum{at}, amplitudes 0-to-peak", 7.0)
     above, below = figure.subplots(2, 1, sharex=True)
     order = np.asarray(total.axes[0].values, dtype=float)[:_MOST]
@@ -375,12 +388,12 @@ def draw_torsion_orders(result: Result) -> "Figure | None":
     for number, (name, words, colour) in enumerate(_PARTS):
         part = having(record, f"{TORSION}excitation/{name}", "half_order")
         if part is not None:
-            size = np.abs(np.asarray(part.values))[:_MOST]
+            size = factor * np.abs(np.asarray(part.values))[:_MOST]
             shift = (number - 1) * 0.27 * step
             above.bar(order + shift, size, 0.25 * step, color=colour, label=words)
-    above.set_ylabel("torque of one cylinder\nin N m")
-    above.legend(loc="upper right", fontsize=8)
-    row = np.abs(np.asarray(torque.values)[place])[:_MOST]
+    above.set_ylabel(f"torque of one cylinder\nin {unit}")
+    above.legend(loc="upper right")
+    row = factor * np.abs(np.asarray(torque.values)[place])[:_MOST]
     major = vector(record, "excitation/major", "half_order")
     strong = np.zeros(row.size, bool) if major is None else major[:_MOST] > 0
     for chosen, colour, words in (
@@ -390,13 +403,13 @@ def draw_torsion_orders(result: Result) -> "Figure | None":
         if np.any(chosen):
             below.bar(order[chosen], row[chosen], 0.6 * step, color=colour, label=words)
     _name(below, order, row)
-    below.set_ylabel(f"torque in section\n{section} in N m")
+    below.set_ylabel(f"torque in section\n{section} in {unit}")
     below.set_xlabel("order (multiple of crank speed)")
-    half = entry(having(record, TORSION + "torque_half_range", "section"), section)
+    half = entry(having(record, TORSION + "torque_half_range", "section"), section, factor, 4)
     if half:
-        words = f"half range of all orders together: {half} N m"
+        words = f"half range of all orders together: {half} {unit}"
         below.set_title(words, loc="left", fontsize=8, color=QUIET)
-    below.legend(loc="upper right", fontsize=8)
+    below.legend(loc="upper right")
     below.set_xlim(order[0] - step, order[-1] + step)
     below.set_xticks(np.arange(1.0, order[-1] + 0.5, max(1.0, round(order[-1] / 20.0))))
     return figure
@@ -405,8 +418,5 @@ def draw_torsion_orders(result: Result) -> "Figure | None":
 def _name(axes: "Axes", order: np.ndarray, row: np.ndarray) -> None:
     for i in np.argsort(-row, kind="stable")[:_NAMED]:
         if row[i] > 0.0:
-            axes.annotate(
-                order_text(order[i]), (order[i], row[i]), xytext=(0, 2),
-                textcoords="offset points", ha="center", va="bottom", fontsize=8,
-            )  # fmt: skip
+            note(axes, order_text(order[i]), (order[i], row[i]), (0, 2), ha="center", va="bottom")
     axes.set_ylim(0.0, 1.15 * float(np.max(row, initial=1e-300)))

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, TOTAL, canvas
+from vibecalc.core.report.canvas import COLOURS, LIMIT, PLATE, QUIET, TOTAL, canvas, note
 from vibecalc.core.report.sections import having, speed_of, table_of
 from vibecalc.core.report.writing import hertz, rpm, show
 from vibecalc.core.results.record import Result
@@ -53,16 +53,16 @@ def draw_torsion_shapes(result: Result) -> "Figure | None":
     height = 2.0 + 1.35 * len(modes) + 0.07 * most
     figure = canvas(result, "mode shapes, own angles of the stations", height)
     grid = figure.subplots(
-        len(modes), len(paths), sharey=True, sharex="col", squeeze=False, width_ratios=widths
+        len(modes), len(paths), sharey="row", sharex="col", squeeze=False, width_ratios=widths
     )
     frequencies = np.asarray(natural.values, dtype=float)
     for mode, row in zip(modes, grid, strict=True):
         for path, axes in zip(paths, row, strict=True):
             _strand(axes, line, path, values[mode], COLOURS[modes.index(mode) % len(COLOURS)])
         words = f"mode {mode + 1}: {show(hertz(frequencies[mode]), digits=5)} Hz"
-        row[0].set_title(words, loc="left", fontsize=9)
+        row[0].set_title(words, loc="left")
         row[0].set_ylabel("angle")
-        reach = 1.25 * max(1.0, float(np.max(np.abs(values[modes]))))
+        reach = 1.25 * max(1.0, float(np.max(np.abs(values[mode]))))
         row[0].set_ylim(-reach, reach)
     for path, axes in zip(paths, grid[-1], strict=True):
         _name(axes, [names[one] for one in path])
@@ -160,6 +160,10 @@ _APART = 0.026
 #: and of its width, at its upper edge
 _APART_ABOVE = 0.042
 _ROOM = 1.12
+#: of the strongest excitation of a mode within the range, what an order has to reach
+_STRONG = 0.2
+#: orders of a mode, other than major ones, that are drawn at most
+_OTHERS = 3
 
 
 def draw_torsion_campbell(result: Result) -> "Figure | None":
@@ -180,7 +184,9 @@ def draw_torsion_campbell(result: Result) -> "Figure | None":
     axes = figure.subplots()
     axes.set_xlim(0.0, right)
     axes.set_ylim(0.0, top)
-    _orders(axes, order, right, top)
+    chosen, major = _chosen(result, modes)
+    lines = chosen.any(axis=0)
+    _orders(axes, order[lines], major[lines], right, top)
     colours = [COLOURS[i % len(COLOURS)] for i in range(len(modes))]
     aside, below = 0, -top
     for mode, value, colour in zip(modes, frequency, colours, strict=True):
@@ -190,14 +196,12 @@ def draw_torsion_campbell(result: Result) -> "Figure | None":
             axes.plot(rpm(1.0) * course[0], hertz(1.0) * course[1][mode], color=colour)
             axes.axhline(value, color=colour, linewidth=0.6, alpha=0.4)
         # the names of modes that lie close stand side by side
-        aside = aside + 1 if value - below < 1.2 * _APART * top else 0
+        aside = aside + 1 if value - below < 1.4 * _APART * top else 0
         below = value
-        axes.annotate(
-            f"mode {mode + 1}: {value:.4g} Hz", (0.0, value), xytext=(5 + 110 * aside, 3),
-            textcoords="offset points", fontsize=8, color=colour, zorder=4,
-            bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 0.0},
-        )  # fmt: skip
-    _crossings(result, axes, modes, colours)
+        note(axes, f"mode {mode + 1}: {value:.4g} Hz", (0.0, value), (4 + 92 * aside, 5),
+            color=colour, zorder=4,
+            bbox=PLATE)  # fmt: skip
+    _crossings(result, axes, modes, colours, chosen & ~major, chosen & major)
     _speeds(result, axes, low, high)
     axes.set_xlabel("crank speed in rpm")
     axes.set_ylabel("frequency in Hz")
@@ -211,7 +215,7 @@ def draw_torsion_campbell(result: Result) -> "Figure | None":
 
     # the words of the orders stand at the right, so that cycles per minute get room beyond them
     axes.secondary_yaxis(1.075, functions=(to_cpm, to_hertz)).set_ylabel("frequency in cpm")
-    axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.035), ncols=4, fontsize=8)
+    axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.035), ncols=4)
     return figure
 
 
@@ -223,12 +227,33 @@ def _course(result: Result) -> tuple[np.ndarray, np.ndarray] | None:
     return np.asarray(found.axes[1].values, dtype=float), np.asarray(found.values, dtype=float)
 
 
-def _orders(axes: "Axes", order: np.ndarray, right: float, top: float) -> None:
+def _chosen(result: Result, modes: list[int]) -> tuple[np.ndarray, np.ndarray]:
+    """Criticals [mode, order] of the range that are drawn, and the major orders.
+
+    Drawn are those of the major orders and, of each mode, the strongest others.
+    """
+    record = result.record
+    speed = np.asarray(record[TORSION + "critical/speed"].values, dtype=float)[modes]
+    found = vector(record, "excitation/major", "half_order")
+    major = np.zeros(speed.shape[1], bool) if found is None else found > 0
+    low, high = speed_range(result)
+    inside = (speed >= low) & (speed <= high)
+    strength = having(record, TORSION + "excitation/intensity", "mode", "half_order")
+    if strength is None:
+        return inside, major
+    size = np.where(inside, np.abs(strength.values)[modes], 0.0)
+    others = np.sort(np.where(major, 0.0, size), axis=1)[:, -_OTHERS:]
+    least = np.maximum(others[:, :1], _STRONG * size.max(axis=1, keepdims=True))
+    return inside & (major | ((size >= least) & (size > 0.0))), major
+
+
+def _orders(axes: "Axes", order: np.ndarray, major: np.ndarray, right: float, top: float) -> None:
     """Lines from the origin; names at the right or upper edge, where there is room for them."""
     last_y, last_x = -1.0, 2.0
-    for q in order:
+    for q, strong in zip(order, major, strict=True):
         end = q * right / 60.0
-        axes.plot([0.0, right], [0.0, end], color=QUIET, linewidth=0.6, alpha=0.7, zorder=1)
+        axes.plot([0.0, right], [0.0, end], color=QUIET, linewidth=1.0 if strong else 0.5,
+                  alpha=0.7, zorder=1)  # fmt: skip
         if end <= top:
             if end / top - last_y < _APART:
                 continue
@@ -240,34 +265,36 @@ def _orders(axes: "Axes", order: np.ndarray, right: float, top: float) -> None:
                 continue
             last_x = across
             place, align, shift = (across * right, top), ("center", "bottom"), (0, 2)
-        axes.annotate(
-            order_text(q), place, xytext=shift, textcoords="offset points", ha=align[0],
-            va=align[1], fontsize=8, color=QUIET, annotation_clip=False,
-        )  # fmt: skip
+        note(axes, order_text(q), place, shift, ha=align[0], va=align[1], color=QUIET,
+            annotation_clip=False)  # fmt: skip
 
 
-def _crossings(result: Result, axes: "Axes", modes: list[int], colours: list[str]) -> None:
+def _crossings(
+    result: Result, axes: "Axes", modes: list[int], colours: list[str], *groups: np.ndarray
+) -> None:
     critical = result.record[TORSION + "critical/speed"]
     order = np.asarray(critical.axes[1].values, dtype=float)
-    major = vector(result.record, "excitation/major", "half_order")
-    low, high = speed_range(result)
-    values = np.asarray(critical.values, dtype=float)
-    filled = np.zeros(values.shape[1], bool) if major is None else major > 0
-    for mode, colour in zip(modes, colours, strict=True):
-        inside = (values[mode] >= low) & (values[mode] <= high)
-        for chosen, face in ((inside & filled, colour), (inside & ~filled, "white")):
+    speed = np.asarray(critical.values, dtype=float)[modes]
+    for group, filled, words in zip(groups, (False, True), ("strong", "major"), strict=True):
+        for row, there, colour in zip(speed, group, colours, strict=True):
             axes.plot(
-                rpm(1.0) * values[mode][chosen],
-                hertz(1.0) * (order * values[mode])[chosen], "o", color=colour, ms=5,
-                markerfacecolor=face, zorder=5,
+                rpm(1.0) * row[there], hertz(1.0) * (order * row)[there], "o", color=colour,
+                markerfacecolor=colour if filled else "white", zorder=5,
             )  # fmt: skip
-    for face, words in ((QUIET, "major order"), ("white", "other order")):
-        axes.plot([], [], "o", color=QUIET, markerfacecolor=face, ms=5, label=words)
+        if group.any():
+            axes.plot(
+                [],
+                [],
+                "o",
+                color=QUIET,
+                markerfacecolor=QUIET if filled else "white",
+                label=f"{words} order",
+            )
 
 
 def _speeds(result: Result, axes: "Axes", low: float, high: float) -> None:
     if table_of(result.case, "response", "torsion", "speeds"):
-        axes.axvspan(rpm(low), rpm(high), color="#0072B2", alpha=0.07, label="speeds looked at")
+        axes.axvspan(rpm(low), rpm(high), color="#0072B2", alpha=0.07, label="speed range")
     speed = speed_of(result)
     if speed is not None:
         words = f"operating speed {turns(speed)} rpm"

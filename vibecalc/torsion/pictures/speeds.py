@@ -4,12 +4,25 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, TOTAL, canvas, draw_points, plain_log
-from vibecalc.core.report.sections import having, labels, speed_of
+from vibecalc.core.report.canvas import (
+    COLOURS,
+    LIMIT,
+    QUIET,
+    TOTAL,
+    canvas,
+    dotted,
+    draw_points,
+    gaps,
+    keep_apart,
+    operating_line,
+    plain_log,
+)
+from vibecalc.core.report.sections import having, labels
 from vibecalc.core.report.verdicts import ReferenceRow, judge_references
 from vibecalc.core.report.writing import rpm, show
 from vibecalc.core.results.record import Quantity, Record, Result
-from vibecalc.torsion.pictures.excitation import misfire_words
+from vibecalc.torsion.pictures.excitation import misfire_words, torque_unit
+from vibecalc.torsion.report.limits import limits_of, rule_of
 from vibecalc.torsion.report.line import (
     MEGA,
     MILLI,
@@ -30,9 +43,13 @@ if TYPE_CHECKING:
 # ----------------------------------------------------------------------------
 
 #: of the width of the axes, the least distance of two names
-_APART = 0.024
+_APART = 0.03
 #: of the range, how near to its ends a maximum is at one
 _AT_END = 1e-6
+#: of the highest maximum, and of its own height above the curve beside it, what has a name
+_HIGH, _STANDS = 0.1, 0.03
+#: maxima that are named at most
+_NAMED = 8
 
 
 class Points(NamedTuple):
@@ -85,7 +102,28 @@ def through(
     x = np.concatenate([speed, points.speed[fresh]])
     y = np.concatenate([curve, factor * points.height[fresh]])
     rising = np.argsort(x, kind="stable")
-    return x[rising], np.where(np.isfinite(y), y, np.nan)[rising]
+    return x[rising], gaps(y[rising])
+
+
+def main_of(points: Points, speed: np.ndarray, curve: np.ndarray) -> Points:
+    """Maxima that stand out of a curve over speeds in rad/s; of one mode and order the highest."""
+    tops = np.where(np.isfinite(points.height), points.height, 0.0)
+    kept: list[int] = []
+    for i in np.argsort(-tops, kind="stable"):
+        if tops[i] < _HIGH * tops.max() or any(
+            points.mode[i] and points.mode[i] == points.mode[j]
+            and points.order[i] == points.order[j] for j in kept
+        ):  # fmt: skip
+            continue
+        between = [
+            curve[(speed >= min(points.speed[i], points.speed[j]))
+                  & (speed <= max(points.speed[i], points.speed[j]))]
+            for j in kept
+        ]  # fmt: skip
+        valley = max((float(np.nanmin(one)) for one in between if one.size), default=0.0)
+        if tops[i] - valley >= _STANDS * tops[i]:
+            kept.append(int(i))
+    return Points(*(one[sorted(kept[:_NAMED])] for one in points))
 
 
 def name_maxima(axes: "Axes", points: Points, factor: float, ends: tuple[float, float]) -> None:
@@ -93,8 +131,7 @@ def name_maxima(axes: "Axes", points: Points, factor: float, ends: tuple[float, 
     if not points.speed.size:
         return
     at, height = rpm(1.0) * points.speed, factor * points.height
-    axes.plot(at, height, "o", color=COLOURS[0], ms=5, zorder=6,
-              label="maximum, with mode / order")  # fmt: skip
+    axes.plot(at, height, "o", color=COLOURS[0], zorder=6, label="maximum, with mode / order")
     for x, y, place, mode, order in zip(
         at, height, spread(at, ends), points.mode, points.order, strict=True
     ):
@@ -109,24 +146,9 @@ def name_maxima(axes: "Axes", points: Points, factor: float, ends: tuple[float, 
 
 def spread(at: np.ndarray, ends: tuple[float, float]) -> np.ndarray:
     """Places near `at` (ascending) within the ends that leave room for a name each."""
-    room = _APART * (ends[1] - ends[0])
-    room = min(room, (ends[1] - ends[0]) / max(len(at) - 1, 1))
-    places = at.copy()
-    for _ in range(200):
-        close = np.diff(places) < room * (1.0 - 1e-6)
-        if not close.any():
-            break
-        push = 0.5 * np.maximum(room - np.diff(places), 0.0)
-        places[:-1] -= push
-        places[1:] += push
-        places = np.clip(places, *ends)
-    for i in range(1, len(places)):
-        places[i] = max(places[i], places[i - 1] + room)
-    if places[-1] > ends[1]:
-        places[-1] = ends[1]
-        for i in range(len(places) - 2, -1, -1):
-            places[i] = min(places[i], places[i + 1] - room)
-    return places
+    room = min(_APART, 1.0 / max(len(at) - 1, 1)) * (ends[1] - ends[0])
+    steps = room * np.arange(len(at))
+    return np.asarray(np.clip(keep_apart(at, room), ends[0] + steps, ends[1] - steps[::-1]))
 
 
 def _words(at: float, mode: float, order: float, ends: tuple[float, float]) -> str:
@@ -150,18 +172,20 @@ def _entry(record: Record, path: str, section: str) -> np.ndarray:
 # Load of the sections of a shaft line against speed, with and without dampers, with limits.
 # ----------------------------------------------------------------------------
 
-_KILO = 1e-3
-_MOST = 6
+#: curves of a panel; fewer where undamped criticals make spikes of them
+_MOST, _MOST_SPIKY = 6, 3
 #: ratio of the curves from which on the axis is logarithmic
 _FAR = 4.0
 #: of the highest value, the least that a logarithmic axis shows
 _DEEP = 1e-3
 #: points of room for the names of maxima between the axes and their title
 _ROOM = 38.0
+#: more bands than these are drawn as a strip at the foot, which is as high
+_BARCODE, _STRIP = 12, 0.05
 _SHADES = (
     ("barred", "#E69F00", 0.25, "barred range"),
     ("hammering", "#CC79A7", 0.15, "teeth of a gear hammer"),
-    ("masked", "#f3c6cc", 1.0, "nothing damps the line"),
+    ("masked", "#f3c6cc", 1.0, "undamped critical"),
 )
 #: the same line otherwise: where it stands, and its look
 _OTHERS = (
@@ -182,15 +206,17 @@ def draw_torsion_speeds(result: Result) -> "Figure | None":
     above, middle, below = figure.subplots(3, 1, sharex=True, height_ratios=[1.7, 1.0, 1.0])
     speed = np.asarray(torque.axes[1].values, dtype=float)
     rows = judge_references(result)
-    _top(result, above, section, speed, rows)
-    _all(record, middle, torque, _KILO, "torque in kN m", rows)
+    unit = torque_unit(record)
+    _top(result, above, section, speed, rows, unit)
+    _all(record, middle, torque, unit[0], f"torque in {unit[1]}", rows)
     twist = having(record, TORSION + "speeds/twist_half_range", "section", "speed")
     if twist is not None:
         _all(record, below, twist, MILLI, "twist in mrad", rows, rings=False)
     below.set_xlabel("crank speed in rpm")
     below.set_xlim(rpm(speed[0]), rpm(speed[-1]))
-    for axes in (middle, below):
+    for axes in (above, middle, below):
         _shades(record, axes)
+    above.legend(loc="upper left", bbox_to_anchor=(1.005, 1.0))
     return figure
 
 
@@ -205,15 +231,16 @@ def _row(record: Record, path: str, section: str) -> np.ndarray | None:
 
 
 def _top(
-    result: Result, axes: "Axes", section: str, speed: np.ndarray, rows: list[ReferenceRow]
-) -> None:
+    result: Result, axes: "Axes", section: str, speed: np.ndarray, rows: list[ReferenceRow],
+    unit: tuple[float, str],
+) -> None:  # fmt: skip
     """Stress where it is known, else torque, with all that is told of this section."""
     record = result.record
     torque, stress = (
         _row(record, f"speeds/{load}_half_range", section) for load in ("torque", "stress")
     )
     assert torque is not None  # or there is no picture
-    factor, words = _KILO, "torque in kN m"
+    factor, words = unit[0], f"torque in {unit[1]}"
     if stress is not None:
         # both are half ranges over one section modulus
         known = np.isfinite(torque) & (torque > 0.0)
@@ -226,12 +253,13 @@ def _top(
             top = top_of(record, section, root=root)
             x, y = through(speed, other, top)
             axes.plot(rpm(1.0) * x, factor * y, color=colour, linewidth=1.2, linestyle=style,
-                      label=label)  # fmt: skip
+                      marker=dotted(len(speed)), label=label)  # fmt: skip
             others.append(factor * y)
     label = "with dampers" if names(record, "damper/heat", "damper") else "half range"
     points = points_of(record, section)
     x, y = through(speed, torque, points)
-    axes.plot(rpm(1.0) * x, factor * y, color=TOTAL, linewidth=2.0, label=label)
+    axes.plot(rpm(1.0) * x, factor * y, color=TOTAL, linewidth=1.0 if _undamped(record) else 2.0,
+              marker=dotted(len(speed)), label=label)  # fmt: skip
     shown = [factor * y]
     for name, scale in (("torque", factor), ("stress", MEGA)):
         quantity = having(record, f"{TORSION}speeds/{name}_half_range", "section", "speed")
@@ -239,21 +267,16 @@ def _top(
             shown.append(draw_points(rows, axes, quantity, entry=section, turning=rpm(1.0),
                                      factor=scale, colour=LIMIT))  # fmt: skip
     if stress is not None:
-        shown += _limits(record, axes, section, rpm(1.0) * speed)
+        shown += _limits(result, axes, section, rpm(1.0) * speed)
     if _undamped(record):
         _endless(axes, shown[:1])
     else:
         _heights(axes, shown, others)
-    operating = speed_of(result)
-    if operating is not None and speed[0] <= operating <= speed[-1]:
-        axes.axvline(rpm(operating), color=LIMIT, linewidth=1.0, linestyle=":",
-                     label="operating speed")  # fmt: skip
+    operating_line(axes, result, speed[0], speed[-1])
+    points = main_of(points, x, y)
     name_maxima(axes, points, factor, (rpm(speed[0]), rpm(speed[-1])))
-    _shades(record, axes)
     axes.set_ylabel(words)
-    axes.set_title(f"section {section}", loc="left", fontsize=9,
-                   pad=_ROOM if points.speed.size else None)  # fmt: skip
-    axes.legend(loc="upper left", bbox_to_anchor=(1.005, 1.0), fontsize=8)
+    axes.set_title(f"section {section}", loc="left", pad=_ROOM if points.speed.size else None)
 
 
 def _heights(axes: "Axes", shown: list[np.ndarray], others: list[np.ndarray]) -> None:
@@ -267,8 +290,10 @@ def _heights(axes: "Axes", shown: list[np.ndarray], others: list[np.ndarray]) ->
         axes.set_ylim(0.0, 1.06 * far)
 
 
-def _limits(record: Record, axes: "Axes", section: str, turning: np.ndarray) -> list[np.ndarray]:
-    """Curves of the limits that are held against this section."""
+def _limits(result: Result, axes: "Axes", section: str, turning: np.ndarray) -> list[np.ndarray]:
+    """Curves of the limits that are held against this section, named after their rules."""
+    record = result.record
+    rules = [f"limit ({rule_of(one).name})" for one in limits_of(result)]
     held = vector(record, "limit/section", "limit")
     own = names(record, "speeds/torque_half_range", "section").index(section) + 1
     drawn = []
@@ -280,9 +305,9 @@ def _limits(record: Record, axes: "Axes", section: str, turning: np.ndarray) -> 
             other = held is not None and int(held[i]) != own
             if other or not np.isfinite(row).any():
                 continue
-            words = f"limit {i + 1}" + (", passing through" if name == "transient" else "")
-            axes.plot(turning, _gaps(row), style, color=LIMIT, linewidth=1.4, label=words)
-            drawn.append(_gaps(row))
+            words = rules[i] + (", passing through" if name == "transient" else "")
+            axes.plot(turning, gaps(row), style, color=LIMIT, linewidth=1.4, label=words)
+            drawn.append(gaps(row))
     return drawn
 
 
@@ -304,20 +329,21 @@ def _all(
     hung += [] if rings else _springs(record)
     named = labels(quantity.axes[0])
     tops = np.array([np.max(row[np.isfinite(row)], initial=0.0) for row in values])
-    chosen = [int(i) for i in np.argsort(-tops, kind="stable") if named[i] not in hung][:_MOST]
+    chosen = [int(i) for i in np.argsort(-tops, kind="stable") if named[i] not in hung]
+    chosen = chosen[: _MOST_SPIKY if _undamped(record) else _MOST]
     high = []
     for place, i in enumerate(sorted(chosen)):
         colour = COLOURS[place % len(COLOURS)]
         x, y = through(speed, values[i], top_of(record, named[i], load))
-        axes.plot(rpm(1.0) * x, factor * y, color=colour, linewidth=1.3, label=named[i])
+        axes.plot(rpm(1.0) * x, factor * y, color=colour, label=named[i],
+                  linewidth=0.8 if _undamped(record) else 1.3, marker=dotted(len(x)))  # fmt: skip
         points = draw_points(rows, axes, quantity, entry=named[i], turning=rpm(1.0), factor=factor,
                              colour=colour)  # fmt: skip
         high.append(np.concatenate([factor * y, points]))
     axes.set_ylabel(words)
     left = len([one for one in named if one not in hung])
     title = None if left <= len(chosen) else f"the most loaded,\nof {left}:"
-    axes.legend(loc="upper left", bbox_to_anchor=(1.005, 1.0), fontsize=8, title=title,
-                title_fontsize=8)  # fmt: skip
+    axes.legend(loc="upper left", bbox_to_anchor=(1.005, 1.0), title=title, title_fontsize=8)
     if _undamped(record):
         _endless(axes, high)
         return
@@ -337,10 +363,11 @@ def _shades(record: Record, axes: "Axes") -> None:
         low, high = (vector(record, f"{name}/{end}", name) for end in ("from", "to"))
         if low is None or high is None:
             continue
+        upto = _STRIP if len(low) > _BARCODE else 1.0
         for i, (start, stop) in enumerate(zip(low, high, strict=True)):
             axes.axvspan(
-                rpm(start), rpm(stop), color=colour, alpha=alpha, linewidth=0.8, zorder=0,
-                label=None if i else words,
+                rpm(start), rpm(stop), 0.0, upto, color=colour, alpha=alpha, linewidth=0.8,
+                zorder=0, label=None if i else words,
             )  # fmt: skip
 
 
@@ -363,11 +390,6 @@ def _highest(*curves: np.ndarray) -> float:
     return max(found, default=0.0)
 
 
-def _gaps(values: np.ndarray) -> np.ndarray:
-    """Gaps where a value is infinite."""
-    return np.where(np.isfinite(values), values, np.nan)
-
-
 # ----------------------------------------------------------------------------
 # Twist of every section of a shaft line against speed beside that of the same line otherwise.
 # ----------------------------------------------------------------------------
@@ -376,13 +398,6 @@ _LOAD = "twist_half_range"
 _COLUMNS, _MOST_PANELS = 3, 9
 #: letters of a name beside which there is room for two values
 _SHORT = 16
-#: ratio of the curves from which on the axes are logarithmic
-_FAR_OF_PANEL = 6.0
-#: where the other line stands, its look, and how it is named
-_VARIANTS = (
-    ("bare/", QUIET, "--", "without dampers"),
-    ("healthy/", COLOURS[2], "-", "all cylinders fire"),
-)
 
 
 def draw_torsion_dampers(result: Result) -> "Figure | None":
@@ -390,7 +405,7 @@ def draw_torsion_dampers(result: Result) -> "Figure | None":
     record = result.record
     own = having(record, f"{TORSION}speeds/{_LOAD}", "section", "speed")
     beside: list[tuple[Quantity, str, str, str, str]] = []
-    for root, *look in _VARIANTS:
+    for root, *look in _OTHERS:
         other = having(record, f"{TORSION}{root}speeds/{_LOAD}", "section", "speed")
         if other is not None:
             beside.append((other, root, look[0], look[1], look[2]))
@@ -400,7 +415,7 @@ def draw_torsion_dampers(result: Result) -> "Figure | None":
     hung = names(record, "damper/travel", "damper")
     sections = [name for name in labels(own.axes[0]) if name in known and name not in hung]
     values = np.asarray(own.values, dtype=float)
-    tops = {name: _finite(values[place_of(own, name) or 0]) for name in sections}
+    tops = {name: _highest(values[place_of(own, name) or 0]) for name in sections}
     most = sorted(sections, key=lambda name: -tops[name])[:_MOST_PANELS]
     shown = [name for name in sections if name in most]
     if not shown:
@@ -425,20 +440,19 @@ def draw_torsion_dampers(result: Result) -> "Figure | None":
                 axes.plot(rpm(1.0) * x, MILLI * y, style, color=colour, linewidth=1.2, label=label)
                 curves.append(MILLI * y)
         x, y = through(speed, values[place_of(own, name) or 0], top_of(record, name, _LOAD))
-        axes.plot(rpm(1.0) * x, MILLI * y, color=TOTAL, linewidth=1.6, label=damped)
-        told = f"{name}\nlargest {show(_finite(MILLI * y), digits=3)}"
+        axes.plot(rpm(1.0) * x, MILLI * y, color=TOTAL, linewidth=1.6, marker=dotted(len(speed)),
+                  label=damped)  # fmt: skip
+        told = f"{name}\nlargest {show(_highest(MILLI * y), digits=3)}"
         bare = top_of(record, name, _LOAD, "bare/").height
         if bare.size and len(name) <= _SHORT:
             told += f", without {show(MILLI * float(bare[0]), digits=3)}"
         axes.set_title(told, loc="left", fontsize=8)
         own_curves.append(MILLI * y)
         highest.append(np.concatenate(curves))
-        operating = speed_of(result)
-        if operating is not None and speed[0] <= operating <= speed[-1]:
-            axes.axvline(rpm(operating), color=LIMIT, linewidth=0.9, linestyle=":",
-                         label="operating speed")  # fmt: skip
+        operating_line(axes, result, speed[0], speed[-1])
         axes.set_xlim(rpm(speed[0]), rpm(speed[-1]))
-    _height(grid[0, 0], own_curves, highest)
+    lower = sorted(own_curves, key=_highest)[: -(-len(own_curves) // 2)]
+    _heights(grid[0, 0], lower, highest)
     for place, axes in enumerate(grid.ravel()):
         axes.set_visible(place < len(shown))
         if place + grid.shape[1] >= len(shown):
@@ -446,22 +460,5 @@ def draw_torsion_dampers(result: Result) -> "Figure | None":
             axes.tick_params(labelbottom=True)
     for axes in grid[:, 0]:
         axes.set_ylabel("twist in mrad")
-    figure.legend(*grid[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=4,
-                  fontsize=8)  # fmt: skip
+    figure.legend(*grid[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=4)
     return figure
-
-
-def _height(axes: "Axes", own: list[np.ndarray], others: list[np.ndarray]) -> None:
-    """One height for all panels, logarithmic where curves or sections are far apart."""
-    highs, fars = [_finite(one) for one in own], [_finite(one) for one in others]
-    far = max([*highs, *fars]) or 1.0
-    low = min(float(np.min(one[one > 0.0], initial=np.inf)) for one in [*own, *others])
-    apart = any(b > _FAR_OF_PANEL * a > 0.0 for a, b in zip(highs, fars, strict=True))
-    if (apart or max(highs) > _FAR_OF_PANEL * min(highs) > 0.0) and low < far:
-        plain_log(axes, max(0.7 * low, 1e-4 * far), 1.5 * far)
-    else:
-        axes.set_ylim(0.0, 1.06 * far)
-
-
-def _finite(values: np.ndarray) -> float:
-    return float(np.max(values[np.isfinite(values)], initial=0.0))

@@ -1,14 +1,26 @@
 """Pictures of studies beside the steady vibration: change in time, waterfall, variable inertia."""
 
-from textwrap import wrap
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, TOTAL, canvas
-from vibecalc.core.report.sections import along, having, labels, scalar_of, speed_of
+from vibecalc.core.report.canvas import (
+    COLOURS,
+    LIMIT,
+    PLATE,
+    QUIET,
+    TOTAL,
+    canvas,
+    crests,
+    dotted,
+    gaps,
+    note,
+    operating_line,
+)
+from vibecalc.core.report.sections import along, having, labels, scalar_of, speed_of, table_of
 from vibecalc.core.report.writing import hertz, rpm, show
 from vibecalc.core.results.record import Quantity, Record, Result
+from vibecalc.torsion.pictures.excitation import torque_unit
 from vibecalc.torsion.report.line import TORSION, place_of, turns
 from vibecalc.torsion.report.studies import TRANSIENT, change_in_words
 
@@ -21,15 +33,12 @@ if TYPE_CHECKING:
 # A change in time: envelope of the most loaded section beside the steady one, and its peak.
 # ----------------------------------------------------------------------------
 
-_KILO = 1e-3
 #: a steady half range may be this many times that of the run before the axis leaves it
 _ROOM = 2.2
-#: letters of a line of the title
-_WIDE = 90
 
 
 def draw_torsion_transient(result: Result) -> "Figure | None":
-    """Speed and envelope over time, half ranges beside the steady ones, the course at the peak."""
+    """Speed and envelope over time, half ranges with the steady ones, the time about the peak."""
     record = result.record
     low, high = (
         having(record, f"{TRANSIENT}torque_{end}", "section", "transient_time")
@@ -41,48 +50,60 @@ def draw_torsion_transient(result: Result) -> "Figure | None":
         return None
     place = int(worst) - 1
     half = having(record, TRANSIENT + "half_range", "section", "transient_time")
-    words = "\n".join(wrap(change_in_words(result).rstrip("."), _WIDE))
+    words = change_in_words(result).rstrip(".").split(", growing")[0]
     figure = canvas(result, words, 8.6 if half else 6.4)
     rows = 3 if half is not None else 2
     panels = list(figure.subplots(rows, 1, squeeze=False)[:, 0])
     name = str(low.axes[0].values[place])
     time = speed[1]
-    _envelope(panels[0], record, (low, high), place, time)
-    panels[0].set_title(f"torque in section {name}, mean in it", loc="left", fontsize=9)
+    _envelope(panels[0], result, (low, high), place, time)
+    panels[0].set_title(f"torque in section {name}, mean included", loc="left")
     _speed(panels[0], time, rpm(1.0) * np.asarray(speed[0].values, dtype=float))
     if half is not None:
         _half_ranges(panels[1], record, half, place, time)
-    _course(panels[-1], record, place)
+    _course(panels[-1], result)
     return figure
 
 
 def _envelope(
-    axes: "Axes", record: Record, ends: tuple[Quantity, Quantity], place: int, time: np.ndarray
+    axes: "Axes", result: Result, ends: tuple[Quantity, Quantity], place: int, time: np.ndarray
 ) -> None:
-    below, above = (_KILO * np.asarray(one.values, dtype=float)[place] for one in ends)
-    axes.fill_between(time, below, above, color=COLOURS[5], alpha=0.8, linewidth=0.5,
-                      label="envelope over a cycle")  # fmt: skip
+    record = result.record
+    factor, unit = torque_unit(record)
+    curves = [crests(time, factor * np.asarray(one.values, dtype=float)[place]) for one in ends]
+    for curve, label in zip(curves, ("crests, cycle by cycle", None), strict=True):
+        axes.plot(*curve, color=COLOURS[0], label=label)
+    below, above = (np.interp(time, *curve) for curve in curves)
+    axes.fill_between(time, below, above, color=COLOURS[5], alpha=0.2, linewidth=0.0)
+    _onset(axes, result)
     for end, colour in (("before", COLOURS[2]), ("after", COLOURS[1])):
         found = having(record, f"{TRANSIENT}steady_{end}", "section")
         if found is not None:
-            value = _KILO * float(found.values[place])
+            value = factor * float(found.values[place])
             axes.axhline(value, color=colour, linestyle="--", linewidth=1.2,
                          label=f"steady peak {end}")  # fmt: skip
     when = having(record, TRANSIENT + "peak_time", "section")
     peak = having(record, TRANSIENT + "peak", "section")
     if when is not None and peak is not None:
-        at, value = float(when.values[place]), _KILO * float(peak.values[place])
+        at, value = float(when.values[place]), factor * float(peak.values[place])
         row = int(np.argmin(np.abs(time - at)))
         near = slice(max(row - 1, 0), row + 2)
         sign = 1.0 if np.max(above[near]) >= -np.min(below[near]) else -1.0
-        axes.plot([at], [sign * value], "o", color=LIMIT, ms=5, zorder=5,
-                  label=f"peak {show(value, digits=4)} kN m")  # fmt: skip
+        axes.plot([at], [sign * value], "o", color=LIMIT, zorder=5,
+                  label=f"peak {show(value, digits=4)} {unit}")  # fmt: skip
     axes.set_xlim(*_span(axes, time))
-    axes.set_ylabel("torque in kN m")
+    axes.set_ylabel(f"torque in {unit}")
     axes.set_xlabel("time in s")
     bottom, top = axes.get_ylim()
-    axes.set_ylim(bottom, top + 0.28 * (top - bottom))
-    axes.legend(loc="upper left", ncols=4, fontsize=8)
+    axes.set_ylim(bottom, top + 0.36 * (top - bottom))
+    axes.legend(loc="upper left", ncols=3)
+
+
+def _onset(axes: "Axes", result: Result) -> None:
+    """When a step happens, where the case says it."""
+    change = table_of(result.case, "response", "torsion", "transient")
+    if change.get("kind") in ("misfire_onset", "load_step") and change.get("before"):
+        axes.axvline(float(change["before"]), color=TOTAL, linestyle=":", label="onset")
 
 
 def _span(axes: "Axes", time: np.ndarray) -> tuple[float, float]:
@@ -107,32 +128,33 @@ def _speed(axes: "Axes", time: np.ndarray, turning: np.ndarray) -> None:
 def _half_ranges(
     axes: "Axes", record: Record, half: Quantity, place: int, time: np.ndarray
 ) -> None:
-    own = _KILO * np.asarray(half.values, dtype=float)[place]
-    axes.plot(time, own, color=COLOURS[0], label="half range on the way")
+    factor, unit = torque_unit(record)
+    own = factor * np.asarray(half.values, dtype=float)[place]
+    axes.plot(*crests(time, own), color=COLOURS[0], label="half range during the change")
     steady = having(record, TRANSIENT + "quasi_steady", "section", "transient_time")
     top = float(np.max(own))
     if steady is not None:
-        beside = _KILO * np.asarray(steady.values, dtype=float)[place]
-        beside = np.where(np.isfinite(beside), beside, np.nan)
+        beside = gaps(factor * np.asarray(steady.values, dtype=float)[place])
         axes.plot(time, beside, color=COLOURS[1], linestyle="--", linewidth=1.2,
                   label="steady half range at these speeds")  # fmt: skip
         top = max(top, min(float(np.nanmax(beside)), _ROOM * top))
     axes.set_ylim(0.0, 1.22 * top)
     axes.set_xlim(float(time[0]), float(time[-1]))
-    axes.set_ylabel("half range in kN m")
+    axes.set_ylabel(f"half range in {unit}")
     axes.set_xlabel("time in s")
-    axes.legend(loc="upper left", ncols=2, fontsize=8)
+    axes.legend(loc="upper left", ncols=2)
 
 
-def _course(axes: "Axes", record: Record, place: int) -> None:
-    found = along(record, TRANSIENT + "course/torque", "course_time")
+def _course(axes: "Axes", result: Result) -> None:
+    found = along(result.record, TRANSIENT + "course/torque", "course_time")
     if found is None:
         return
-    value = _KILO * np.asarray(found[0].values, dtype=float)
-    axes.plot(found[1], value, color=COLOURS[0], linewidth=1.0)
+    factor, unit = torque_unit(result.record)
+    _onset(axes, result)
+    axes.plot(found[1], factor * np.asarray(found[0].values), color=COLOURS[0], linewidth=1.0)
     axes.set_xlim(float(found[1][0]), float(found[1][-1]))
-    axes.set_title("the same torque about its peak", loc="left", fontsize=9)
-    axes.set_ylabel("torque in kN m")
+    axes.set_title("the same torque about its peak", loc="left")
+    axes.set_ylabel(f"torque in {unit}")
     axes.set_xlabel("time in s")
 
 
@@ -159,10 +181,11 @@ def draw_torsion_waterfall(result: Result) -> "Figure | None":
     moves = bool(np.all(steps >= 0.0) or np.all(steps <= 0.0)) and float(np.ptp(turning)) > (
         _MOVES * float(np.max(turning))
     )
-    figure = canvas(result, f"torque in section {_section(record)} on the way", 6.2)
+    figure = canvas(result, f"torque in section {_section(record)} during the change", 6.2)
     axes = figure.subplots()
     frequency = hertz(1.0) * np.asarray(found.axes[1].values, dtype=float)
-    size = np.abs(np.asarray(found.values))
+    factor, unit = torque_unit(record)
+    size = factor * np.abs(np.asarray(found.values))
     across = turning if moves else np.asarray(found.axes[0].values, dtype=float)
     if moves:
         # held speeds at the ends would be drawn on one line
@@ -174,7 +197,7 @@ def draw_torsion_waterfall(result: Result) -> "Figure | None":
         shading="gouraud", norm=_norm(top), rasterized=True,
     )  # fmt: skip
     bar = figure.colorbar(shades, ax=axes, pad=0.06 if moves else 0.02)
-    bar.set_label("amplitude in N m")
+    bar.set_label(f"amplitude in {unit}")
     low, high = float(np.min(across)), float(np.max(across))
     axes.set_xlim(low, high)
     axes.set_ylim(0.0, float(frequency[-1]))
@@ -218,11 +241,9 @@ def _orders(axes: "Axes", record: Record, low: float, high: float, top: float) -
         end = min(high, top / slope)
         axes.plot([low, end], [slope * low, slope * end], color=QUIET, linewidth=0.7, alpha=0.8)
         right = end >= high
-        axes.annotate(
-            f"{order:g}", (end, slope * end), xytext=(3, 0) if right else (0, 2),
-            textcoords="offset points", ha="left" if right else "center",
-            va="center" if right else "bottom", fontsize=8, color=QUIET, annotation_clip=False,
-        )  # fmt: skip
+        note(axes, f"{order:g}", (end, slope * end), (3, 0) if right else (0, 2),
+            ha="left" if right else "center", va="center" if right else "bottom", color=QUIET,
+            annotation_clip=False)  # fmt: skip
 
 
 def _natural(axes: "Axes", record: Record, top: float) -> None:
@@ -233,11 +254,9 @@ def _natural(axes: "Axes", record: Record, top: float) -> None:
         if not 0.0 < value < 0.98 * top:
             continue
         axes.axhline(value, color=LIMIT, linewidth=0.8, linestyle=":")
-        axes.annotate(
-            f"mode {mode}", (0.0, value), xycoords=axes.get_yaxis_transform(), xytext=(4, 2),
-            textcoords="offset points", fontsize=8, color=LIMIT,
-            bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.8, "alpha": 0.8},
-        )  # fmt: skip
+        note(axes, f"mode {mode}", (0.0, value), (4, 2), xycoords=axes.get_yaxis_transform(),
+            color=LIMIT,
+            bbox=PLATE)  # fmt: skip
 
 
 # ----------------------------------------------------------------------------
@@ -263,16 +282,14 @@ def draw_variable_inertia(result: Result) -> "Figure | None":
     _inertia_orders(result, panels[0], name)
     if speeds is not None:
         _inertia_speeds(record, panels[1], name)
-        operating = speed_of(result)
-        if operating is not None:
-            panels[1].axvline(rpm(operating), color=LIMIT, linewidth=1.0, linestyle=":",
-                              label="operating speed")  # fmt: skip
-        panels[1].legend(fontsize=8)
+        operating_line(panels[1], result, 0.0, np.inf)
+        panels[1].legend()
     return figure
 
 
 def _inertia_orders(result: Result, axes: "Axes", name: str) -> None:
     """Bars of the exact motion beside those with mean inertias."""
+    factor, unit = torque_unit(result.record)
     for path, words, colour, shift in (
         (TORSION + "torque", "mean inertias", QUIET, -0.21),
         (_ROOT + "torque", "inertias that change, exact motion", COLOURS[0], 0.21),
@@ -283,32 +300,32 @@ def _inertia_orders(result: Result, axes: "Axes", name: str) -> None:
             continue
         order = np.asarray(found.axes[1].values, dtype=float)
         step = float(np.min(np.diff(order))) if order.size > 1 else 1.0
-        size = _KILO * np.abs(np.asarray(found.values)[place])
+        size = factor * np.abs(np.asarray(found.values)[place])
         axes.bar(order + shift * step, size, 0.4 * step, color=colour, label=words)
     at = speed_of(result)
     axes.set_title(f"at {turns(at)} rpm, amplitudes 0-to-peak" if at is not None else "",
-                   loc="left", fontsize=9)  # fmt: skip
+                   loc="left")  # fmt: skip
     axes.set_xlabel("order (multiple of crank speed)")
-    axes.set_ylabel("torque in kN m")
-    axes.legend(fontsize=8)
+    axes.set_ylabel(f"torque in {unit}")
+    axes.legend()
 
 
 def _inertia_speeds(record: Record, axes: "Axes", name: str) -> None:
     """Half ranges of all orders against speed."""
+    factor, unit = torque_unit(record)
     for path, axis, words, colour, style in (
         (TORSION + "speeds/torque_half_range", "speed", "mean inertias", QUIET, "--"),
         (_ROOT + "speeds/torque_half_range", "variable_speed",
-         "inertias that change, linear motion", TOTAL, "-o"),
+         "inertias that change, linear motion", TOTAL, "-"),
     ):  # fmt: skip
         found = having(record, path, "section", axis)
         place = place_of(found, name)
         if found is None or place is None:
             continue
         speed = rpm(1.0) * np.asarray(found.axes[1].values, dtype=float)
-        row = _KILO * np.asarray(found.values, dtype=float)[place]
-        axes.plot(speed, np.where(np.isfinite(row), row, np.nan), style, color=colour, label=words,
-                  ms=4, linewidth=1.4)  # fmt: skip
-    axes.set_title("half range of all orders together", loc="left", fontsize=9)
+        row = gaps(factor * np.asarray(found.values, dtype=float)[place])
+        axes.plot(speed, row, style, color=colour, label=words, marker=dotted(len(speed)))
+    axes.set_title("half range of all orders together", loc="left")
     axes.set_xlabel("crank speed in rpm")
-    axes.set_ylabel("torque in kN m")
+    axes.set_ylabel(f"torque in {unit}")
     axes.set_ylim(bottom=0.0)

@@ -1,12 +1,22 @@
 """Results of a sweep along one axis, a line for each value of a short second one."""
 
-import textwrap
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, canvas, plain_ticks
+from vibecalc.core.report.canvas import (
+    COLOURS,
+    LIMIT,
+    PLATE,
+    QUIET,
+    canvas,
+    gaps,
+    keep_apart,
+    note,
+    plain_ticks,
+    unit_words,
+)
 from vibecalc.core.report.sweep.limits import Limit, best, case_values, judge
 from vibecalc.core.report.sweep.picture_parts import (
     BEST,
@@ -26,6 +36,7 @@ from vibecalc.core.report.sweep.picture_parts import (
     name_axis,
     panels,
     plane,
+    together,
 )
 from vibecalc.core.report.sweep.statistics import entries
 from vibecalc.core.report.sweep.view import SweepView
@@ -65,28 +76,11 @@ def name_ends(axes: "Axes", x: np.ndarray, drawn: np.ndarray, names: tuple[str, 
             pixel = axes.transData.transform((x[end], drawn[end, i]))
             found.append((float(axes.transAxes.inverted().transform(pixel)[1]), i, x[end]))
     found.sort()
-    heights = spread_out(np.array([height for height, _, _ in found]), _APART)
+    heights = keep_apart(np.array([height for height, _, _ in found]), _APART)
     for height, (_, i, end) in zip(heights, found, strict=True):
-        axes.annotate(names[i].split("=")[-1], (end, height), xytext=(5, 0),
-                      xycoords=("data", "axes fraction"), textcoords="offset points",
-                      va="center", color=line_style(i)["color"], fontsize=8,
-                      annotation_clip=False)  # fmt: skip
-
-
-def spread_out(places: np.ndarray, apart: float) -> np.ndarray:
-    """Ascending places moved as little as need be (in squares) to be so far apart."""
-    # with the distances taken off, what is left need only ascend: means of pools that do not
-    steps = apart * np.arange(len(places))
-    pools: list[tuple[float, int]] = []
-    for value in places - steps:
-        mean, count = float(value), 1
-        while pools and pools[-1][0] > mean:
-            other, many = pools.pop()
-            mean = (mean * count + other * many) / (count + many)
-            count += many
-        pools.append((mean, count))
-    flat = [mean for mean, count in pools for _ in range(count)]
-    return np.asarray(np.array(flat) + steps)
+        note(axes, names[i].split("=")[-1], (end, height), (5, 0),
+            xycoords=("data", "axes fraction"), va="center", color=line_style(i)["color"],
+            annotation_clip=False)  # fmt: skip
 
 
 # ----------------------------------------------------------------------------
@@ -96,7 +90,6 @@ def spread_out(places: np.ndarray, apart: float) -> np.ndarray:
 _SPEED = "machine.speed"
 _MODES = "modes/natural_frequency"
 _ORDERS = (1, 2)
-_PLATE = {"facecolor": "white", "edgecolor": "none", "pad": 0.5, "alpha": 0.85}
 
 
 def resonances(axes: "Axes", sweep: SweepView, part: Plane) -> None:
@@ -119,10 +112,9 @@ def resonances(axes: "Axes", sweep: SweepView, part: Plane) -> None:
             axes.axvline(place, color=QUIET, linestyle=":", linewidth=0.9, zorder=0)
         if inside.size:
             count = "" if inside.size == 1 else f", {inside.size} modes"
-            axes.annotate(f"order {order}{count}", (inside[0], 0.98),
-                          xycoords=axes.get_xaxis_transform(), xytext=(-2, 0),
-                          textcoords="offset points", rotation=90, ha="right", va="top",
-                          fontsize=8, color=QUIET, bbox=_PLATE)  # fmt: skip
+            note(axes, f"order {order}{count}", (inside[0], 0.98), (-2, 0),
+                xycoords=axes.get_xaxis_transform(), rotation=90, ha="right", va="top",
+                color=QUIET, bbox=PLATE)  # fmt: skip
 
 
 # ----------------------------------------------------------------------------
@@ -180,20 +172,20 @@ def _panel(axes: "Axes", sweep: SweepView, part: Plane, one: Shown, own: Sequenc
     style: dict[str, Any] = {"ls": line, "marker": "o" if x.size <= 40 else None, "ms": 4}
     if separate is None:
         drawn = one.values[numbers]
-        for i in range(numbers.shape[1]):
-            words = _series(sweep, part, i)
+        for i, *others in together(drawn):
+            words = _series(sweep, part, [i, *others])
             colour = COLOURS[i % len(COLOURS)]
             spread = one.worst.spread
             if spread is not None:
-                _spread(axes, x, _finite(drawn[:, i]), spread[numbers[:, i]] * one.factor, colour)
-            axes.plot(x, _finite(drawn[:, i]), color=colour, label=words, **style)
+                _spread(axes, x, gaps(drawn[:, i]), spread[numbers[:, i]] * one.factor, colour)
+            axes.plot(x, gaps(drawn[:, i]), color=colour, label=words, **style)
         note = entry_words(one.worst, part.points)
     else:
         drawn, names = separate
         at_end = len(names) > _ENTRIES
         for i, name in enumerate(names):
             look = style | line_style(i) | ({"ls": "none"} if line == "none" else {})
-            axes.plot(x, _finite(drawn[:, i]), label=None if at_end else name, **look)
+            axes.plot(x, gaps(drawn[:, i]), label=None if at_end else name, **look)
         note = f"{sweep.kept[one.path].axes[0].name} at the right" if at_end else ""
     unbounded = np.isinf(drawn).any(axis=1)
     if unbounded.any():
@@ -205,8 +197,8 @@ def _panel(axes: "Axes", sweep: SweepView, part: Plane, one: Shown, own: Sequenc
         if one.worst.spread is not None
         else ""
     )
-    axes.set_title(one.path + (f"\n{note}" if note else ""), fontsize=8)
-    axes.set_ylabel(one.unit or textwrap.fill(sweep.kept[one.path].long_name, 36))
+    axes.set_title(one.title(note), fontsize=8)
+    axes.set_ylabel(one.label)
     _scale(axes, drawn, own, one)
     _undecided(axes, x, one, own, numbers)
     resonances(axes, sweep, part)
@@ -248,12 +240,13 @@ def _spread(axes: "Axes", x: np.ndarray, y: np.ndarray, spread: np.ndarray, colo
         axes.fill_between(x, y - spread, y + spread, color=colour, alpha=0.2, linewidth=0.0)
 
 
-def _series(sweep: SweepView, part: Plane, place: int) -> str | None:
+def _series(sweep: SweepView, part: Plane, places: list[int]) -> str | None:
     if len(part.axes) < 2:
         return None
     axis = sweep.grid[part.axes[1]]
     key = axis.keys[0]
-    return f"{key.words} = {key.shown(axis.values[place, 0])}"
+    values = ", ".join(key.shown(axis.values[place, 0]) for place in places)
+    return f"{key.words} = {unit_words(values)[1]}"
 
 
 def _separate(
@@ -301,11 +294,10 @@ def _scale(axes: "Axes", drawn: np.ndarray, own: Sequence[Limit], one: Shown) ->
         ends = (bound, top) if limit.side == "max" else (bottom, bound)
         axes.axhspan(*ends, zorder=0.5, **hatch_style())
         end = _freer_end(drawn, bound)
-        axes.annotate(limit_words(limit), (end, bound), xycoords=axes.get_yaxis_transform(),
-                      xytext=(4 - 8 * end, -3 if limit.side == "max" else 3),
-                      textcoords="offset points", ha="right" if end else "left",
-                      va="top" if limit.side == "max" else "bottom", color=LIMIT, fontsize=8,
-                      zorder=7)  # fmt: skip
+        note(axes, limit_words(limit), (end, bound),
+            (4 - 8 * end, -3 if limit.side == "max" else 3),
+            xycoords=axes.get_yaxis_transform(), ha="right" if end else "left",
+            va="top" if limit.side == "max" else "bottom", color=LIMIT, zorder=7)  # fmt: skip
     axes.set_ylim(bottom, top)
     if far:
         words = ", ".join(limit_words(limit) for limit, _ in far)
@@ -343,7 +335,3 @@ def _star(
     words = best_words(sweep, limit, point)
     for axes, one in zip(grid, chosen, strict=True):
         axes.plot([x], [one.values[point]], **BEST, label=words)
-
-
-def _finite(values: np.ndarray) -> np.ndarray:
-    return np.where(np.isfinite(values), values, np.nan)

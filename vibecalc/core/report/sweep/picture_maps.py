@@ -31,6 +31,7 @@ from vibecalc.core.report.sweep.picture_parts import (
     name_axis,
     panels,
     plane,
+    short_name,
 )
 from vibecalc.core.report.sweep.statistics import axis_names, indices_of, sample_statistics
 from vibecalc.core.report.sweep.view import SweepView
@@ -111,18 +112,18 @@ def _map(
         cells = np.ma.masked_invalid(values)
         drawn = axes.pcolormesh(x, y, cells, shading="nearest", norm=norm, cmap="viridis")
     bar = figure.colorbar(drawn, ax=axes, pad=0.02)
-    bar.set_label(one.unit)
+    bar.set_label(one.label)
     if log:
         _ticks(bar, ends)
     if np.isinf(values).any():
         rows, columns = np.nonzero(np.isinf(values))
-        axes.plot(x[columns], y[rows], "^", color=LIMIT, ms=5, ls="none", label="unbounded")
+        axes.plot(x[columns], y[rows], "^", color=LIMIT, ls="none", label="unbounded")
     for limit in own:
         _boundary(axes, x, y, values, limit, limit.bound * one.factor, LIMIT, hatch=True)
     words = ", ".join(limit_words(limit) for limit in own)
     note = entry_words(one.worst, part.points)
     below = "; ".join(text for text in (f"limit: {words}" if words else "", note) if text)
-    axes.set_title(one.path + (f"\n{below}" if below else ""), fontsize=8)
+    axes.set_title(one.title(below), fontsize=8)
 
 
 def _ticks(bar: Any, ends: tuple[float, float]) -> None:
@@ -164,13 +165,9 @@ def _boundary(
             axes.contourf(x, y, room, levels=[0.0, np.inf], colors="none", hatches=["//"])
     if room.min() < 0.0 < room.max():
         axes.contour(x, y, room, levels=[0.0], colors=[colour], linewidths=2.0)
-        axes.plot([], [], color=colour, linewidth=2.0, label=_line_words(limit, hatch))
-
-
-def _line_words(limit: Limit, hatch: bool) -> str:
-    return (
-        "limit, broken on the hatched side" if hatch else f"{limit.quantity} {limit_words(limit)}"
-    )
+        words = f"{short_name(limit.quantity)} {limit_words(limit)}"
+        axes.plot([], [], color=colour, linewidth=2.0,
+                  label="limit, broken on the hatched side" if hatch else words)  # fmt: skip
 
 
 def _region(axes: "Axes", sweep: SweepView, part: Plane, limits: Sequence[Limit]) -> None:
@@ -306,8 +303,8 @@ def _histogram(axes: "Axes", sweep: SweepView, one: Shown, own: Sequence[Limit])
     for limit in own:
         lines.append(_limit(axes, sweep, one, limit))
     note = "; ".join(line.rstrip() for line in lines if line)
-    axes.set_title(f"{one.path}\n{note}", fontsize=8)
-    axes.set_xlabel(one.unit or sweep.kept[one.path].long_name)
+    axes.set_title(one.title(note), fontsize=8)
+    axes.set_xlabel(one.label)
     axes.set_ylabel("samples")
     axes.set_ylim(bottom=0.0)
 

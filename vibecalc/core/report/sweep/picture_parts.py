@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, length_scale
+from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, length_scale, plain_ticks, unit_words
 from vibecalc.core.report.sweep.limits import Limit, best, nearest
 from vibecalc.core.report.sweep.statistics import Worst, numeric, worst
 from vibecalc.core.report.sweep.view import Cause, GridAxis, SweepView, causes
-from vibecalc.core.report.writing import is_speed, show
+from vibecalc.core.report.writing import fold, is_speed, show
 from vibecalc.units import convert
 
 if TYPE_CHECKING:
@@ -30,6 +30,13 @@ _WORDS = 100
 _SIDE_BY_SIDE = 45
 #: letters in one line below an axis
 _LABEL = 44
+#: relative distance of lines that are one
+_ALIKE = 1e-6
+_MEASURES = {
+    "N": "force", "N*m": "torque", "J": "energy", "mJ": "energy", "dB": "level", "rpm": "speed",
+    "Hz": "frequency", "m": "length", "mm": "length", "\u00b5m": "length", "Pa": "pressure",
+    "W": "power", "rad": "angle", "s": "time", "kg": "mass", "m/s^2": "acceleration",
+}  # fmt: skip
 
 
 class Plane(NamedTuple):
@@ -47,6 +54,7 @@ class Shown(NamedTuple):
     """One result in the unit of its picture: values and spread at all points."""
 
     path: str
+    words: str
     unit: str
     factor: float
     worst: Worst
@@ -57,9 +65,17 @@ class Shown(NamedTuple):
         return self.worst.values * self.factor
 
     @property
-    def title(self) -> str:
-        """Path and unit."""
-        return f"{self.path} in {self.unit}" if self.unit else self.path
+    def label(self) -> str:
+        """What is measured, and its unit: `force in N`."""
+        measure = _MEASURES.get(self.unit, "")
+        _, level, reference = self.words.partition(", dB re")
+        unit = unit_words(f"dB re{reference}" if level else self.unit)[1]
+        return f"{measure} in {unit}" if measure else unit or "number"
+
+    def title(self, note: str) -> str:
+        """The quantity in words, which fit over a panel, and below them a note."""
+        lines = fold(self.words.split(", dB re")[0], _SIDE_BY_SIDE)
+        return "\n".join([*lines, *(fold(note, _SIDE_BY_SIDE) if note else ())])
 
 
 class Mark(NamedTuple):
@@ -135,7 +151,25 @@ def shown(sweep: SweepView, path: str) -> Shown:
     """A result in a unit that suits its size: rpm, Hz, mm, mJ, else as it is."""
     counted = worst(sweep, path)
     factor, unit = shown_unit(path, sweep.kept[path].unit, counted.values)
-    return Shown(path, unit, factor, counted)
+    return Shown(path, sweep.kept[path].long_name or short_name(path), unit, factor, counted)
+
+
+def short_name(path: str) -> str:
+    """The last word of a path, for a legend."""
+    return path.rsplit("/", 1)[-1].replace("_", " ")
+
+
+def together(drawn: np.ndarray) -> list[list[int]]:
+    """Numbers of lines (points, lines) in groups that lie on each other."""
+    found: list[list[int]] = []
+    for i, line in enumerate(drawn.T):
+        for group in found:
+            if np.allclose(line, drawn[:, group[0]], rtol=_ALIKE, atol=0.0, equal_nan=True):
+                group.append(i)
+                break
+        else:
+            found.append([i])
+    return found
 
 
 def shown_unit(path: str, unit: str, values: np.ndarray) -> tuple[float, str]:
@@ -161,15 +195,14 @@ def name_axis(axes: "Axes", axis: GridAxis, direction: str) -> None:
     """Title, scale and, for choices, names of the x or y axis of a picture."""
     key = axis.keys[0]
     also = "".join(f", {other.words}" for other in axis.keys[1:3])
-    words = key.title + (f" (with{also[1:]})" if also else "")
+    title = unit_words(key.title.replace(" in um", " in \u00b5m"))[1]
+    words = title + (f" (with{also[1:]})" if also else "")
     getattr(axes, f"set_{direction}label")(textwrap.fill(words, _LABEL))
     if key.names:
         places = axis.values[:, 0]
         names = [key.names[round(float(place))] for place in places]
         getattr(axes, f"set_{direction}ticks")(places, names)
     elif axis.logarithmic:
-        from vibecalc.core.report.canvas import plain_ticks
-
         getattr(axes, f"set_{direction}scale")("log")
         plain_ticks(getattr(axes, f"{direction}axis"))
 
@@ -219,9 +252,8 @@ def best_words(sweep: SweepView, limit: Limit, point: int) -> str:
     sense = "smallest" if limit.side == "max" else "largest"
     factor, unit = shown_unit(limit.quantity, limit.unit, limit.worst.values)
     value = show(factor * limit.worst.values[point], digits=4)
-    name = limit.quantity.rsplit("/", 1)[-1].replace("_", " ")
-    text = f"{sense} {name} within all limits, {value} {unit}: {sweep.words_of(point)}"
-    return textwrap.fill(text, 110)
+    text = f"{sense} {short_name(limit.quantity)} within all limits, {value} {unit}"
+    return textwrap.fill(unit_words(f"{text}: {sweep.words_of(point)}")[1], 95)
 
 
 def legend_below(
@@ -235,9 +267,7 @@ def legend_below(
     once |= more or {}
     if once:
         columns = 1 if max(map(len, once)) > _SIDE_BY_SIDE else min(3, -(-len(once) // 2))
-        figure.legend(
-            list(once.values()), list(once), loc="outside lower center", ncols=columns, fontsize=8
-        )
+        figure.legend(list(once.values()), list(once), loc="outside lower center", ncols=columns)
 
 
 def hatch_style() -> dict[str, Any]:
