@@ -17,6 +17,17 @@ from vibecalc.core.case.fields import (
     Whole,
     WholeNumber,
 )
+from vibecalc.core.case.rules import (
+    at_most_one,
+    needs,
+    once,
+    one_of,
+    pair_ordered,
+    refers,
+    refuse,
+    same_length,
+    unique,
+)
 
 AngularAcceleration = Annotated[float, Unit("rad/s^2")]
 Order = Annotated[int, Whole, Field(ge=1, le=2000)]
@@ -59,6 +70,19 @@ class Reading(Table):
         (), description="instead of levels, of an angular acceleration"
     )
     phase: Phases = Field((), description="leading positive, all against one signal")
+    RULES = (
+        one_of("at", "between", "about"),
+        one_of("level", "amplitude", "angular_amplitude"),
+        refuse(
+            "between",
+            "a difference is between two positions",
+            lambda t: len({*map(str, t.entries("between"))}) == 1,
+            found="{between}",
+        ),
+        at_most_one("about", "amplitude"),
+        at_most_one("at between", "angular_amplitude"),
+        once("orders", "order"),
+    )
 
 
 class Scan(Table):
@@ -74,6 +98,10 @@ class Scan(Table):
         (), max_length=2000, description="instead of levels"
     )
     phase: tuple[Angle, ...] = Field((), max_length=2000, description="leading positive")
+    RULES = (
+        one_of("level", "amplitude"),
+        same_length("order", "x", "y", "level", "amplitude", "phase"),
+    )
 
 
 class Plate(Table):
@@ -84,6 +112,7 @@ class Plate(Table):
     points: Annotated[int, Field(strict=True, ge=2, le=401)] = Field(
         61, description="of the map, along each edge"
     )
+    RULES = (pair_ordered("x", equal=False), pair_ordered("y", equal=False))
 
 
 class Measurement(Table):
@@ -137,3 +166,19 @@ class Measurement(Table):
     )
     scan: Scan | None = Field(None, description="readings at many points")
     plate: Plate | None = Field(None, description="edges of the plate")
+    RULES = (
+        needs("", "readings scan", "something has to be read"),
+        unique("positions", "positions"),
+        once("orders", "order"),
+        *(
+            refers(key, "measurement.positions", "position")
+            for key in ("readings.at", "readings.between", "reference_position")
+        ),
+        refuse(
+            "base_frequency",
+            "the frequency of order 1 stands twice: it is that of the crankshaft",
+            lambda t: "base_frequency" in t and "speed" in t.machine,
+            "machine.speed alone",
+            also=("machine", "speed"),
+        ),
+    )

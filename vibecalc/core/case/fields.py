@@ -3,7 +3,7 @@
 import functools
 import math
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 from pydantic import (
     BaseModel,
@@ -57,10 +57,24 @@ class Kind:
     name: str
 
 
+def _none(table: Any) -> list[Any]:
+    return []
+
+
 class Table(BaseModel):
     """A table of a case: unknown keys are errors, nothing changes after reading."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)
+    #: rules between its keys (`rules.py`), or `module:name` of one that is imported with the table
+    RULES: ClassVar[tuple[Any, ...]] = ()
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, core_schema: Any, handler: Any) -> dict[str, Any]:
+        schema: dict[str, Any] = handler(core_schema)
+        rules = [one for rule in cls.RULES for one in getattr(rule, "schema", _none)(cls)]
+        if rules:
+            handler.resolve_ref_schema(schema)["allOf"] = rules
+        return schema
 
 
 @dataclass(frozen=True)
@@ -226,3 +240,4 @@ class RunUp(Table):
 
     start: AngularSpeed = Field(0.0, alias="from", ge=0, description="lowest speed")
     stop: AngularSpeed = Field(alias="to", gt=0, description="highest speed")
+    RULES = ("vibecalc.core.case.rules:upwards",)
