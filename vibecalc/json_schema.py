@@ -124,6 +124,8 @@ def _tidy(schema: Any, texts: dict[str, Schema]) -> Any:
     if not isinstance(schema, dict):
         return schema
     tidy = {key: _tidy(entry, texts) for key, entry in schema.items()}
+    if "$ref" in tidy.get("allOf", [{}])[0]:  # what `Table` wraps, to remain a reference
+        tidy.update(tidy.pop("allOf")[0])
     if isinstance(tidy.get("title"), str):
         del tidy["title"]
     options = tidy.get("anyOf")
