@@ -257,7 +257,7 @@ FORM: dict[str, tuple[str, int, tuple[str, ...]]] = {
     "Lanchester on a moving base": (
         T + 'kind = "lanchester"\nexcitation = "base"\n',
         12,
-        ("for a force and the displacement", "found excitation = 'base'", "'viscous'"),
+        ("for a force and the displacement", "'viscous'"),
     ),
     "slopes of several": (S + "sensitivity = true\n", 16, ("without sensitivity",)),
     "a misspelt family": (

@@ -27,6 +27,7 @@ from vibecalc.core.case.rules import (
     at_most_one,
     below,
     needs,
+    no,
     once,
     one_of,
     ordered,
@@ -558,6 +559,16 @@ class AbsorberResponse(Table):
     RULES = (at_most_one("frequency_ratios", "frequencies"),)
 
 
+def _idle(kind: str, held: str, bound: str) -> Rule:
+    return no(
+        bound,
+        lambda t: table_at(t.case, "tuning").get("kind") == kind,
+        f"of kind {kind!r} {held}, and a bound holds nothing",
+        f"no {bound} in the bounds, or kind = 'free'",
+        also=("tuning", "kind"),
+    )
+
+
 class Bounds(Table):
     """What a tuning has to keep."""
 
@@ -568,7 +579,12 @@ class Bounds(Table):
     travel: Positive | None = Field(
         None, description="largest motion of the secondary against the primary, over T0 / K1"
     )
-    RULES = (pair_ordered("stiffness_ratio"), pair_ordered("damping_ratio"))
+    RULES = (
+        pair_ordered("stiffness_ratio"),
+        pair_ordered("damping_ratio"),
+        _idle("viscous", "the spring is none", "stiffness_ratio"),
+        _idle("undamped_spring", "the damper is none", "damping_ratio"),
+    )
 
 
 class Chart(Table):
@@ -578,16 +594,6 @@ class Chart(Table):
         description="c1 / (2 sqrt(K1 J1)), one curve for each"
     )
     mass_ratio: MassRatios = Field(description="range of the chart")
-
-
-def _idle_bound(kind: str, held: str, bound: str) -> Rule:
-    return refuse(
-        f"bounds.{bound}",
-        f"of kind {kind!r} {held}, and a bound holds nothing",
-        lambda t: t["kind"] == kind and bound in table_at(t.data, "bounds"),
-        f"no {bound} in the bounds, or kind = 'free'",
-        also="kind",
-    )
 
 
 class Tuning(Table):
@@ -620,35 +626,20 @@ class Tuning(Table):
     chart: Chart | None = Field(None, description="also tunings over the mass ratio")
     RULES = (
         once("compare", "method"),
-        _idle_bound("viscous", "the spring is none", "stiffness_ratio"),
-        _idle_bound("undamped_spring", "the damper is none", "damping_ratio"),
-        refuse(
-            "bounds",
-            "Lanchester's damper is that of a formula, which knows no bounds",
-            lambda t: t["kind"] == "lanchester" and t["bounds"],
-            "kind = 'viscous', whose damper is found within them",
+        no(
+            "bounds excitation response",
+            lambda t: t["kind"] == "lanchester" and t["norm"] != "h2",
+            "Lanchester's damper is that of a formula for a force and the displacement, without "
+            "{key}",
+            "kind = 'viscous', whose damper is found for any of them",
             also="kind",
         ),
-        *(
-            refuse(
-                key,
-                "Lanchester's damper is tuned for a force and the displacement",
-                lambda t, key=key: t["kind"] == "lanchester" and t["norm"] != "h2" and t.said(key),
-                "kind = 'viscous', which is tuned for any of them",
-                found=f"{key} = {{{key}!r}}",
-                also="kind",
-            )
-            for key in ("excitation", "response")
-        ),
-        *(
-            refuse(
-                key,
-                f"a mean square is tuned with spring and damper both free, without {key}",
-                lambda t, key=key: t["norm"] == "h2" and t.said(key) and t[key],
-                f"no {key}, or norm = 'h_infinity'",
-                also="norm",
-            )
-            for key in ("kind", "bounds")
+        no(
+            "kind bounds",
+            lambda t: t["norm"] == "h2",
+            "a mean square is tuned with spring and damper both free, without {key}",
+            "no {key}, or norm = 'h_infinity'",
+            also="norm",
         ),
         *(
             refuse(
@@ -661,21 +652,18 @@ class Tuning(Table):
             )
             for name in ("den_hartog", "nishihara_asami")
         ),
-        refuse(
+        no(
             "temperatures",
+            lambda t: OILS.isdisjoint(t.machine),
             "what warms is an oil, and there is none",
-            lambda t: "temperatures" in t and OILS.isdisjoint(t.machine),
             "[machine.gap] with [machine.oil] or oils in stock",
         ),
-        *(
-            refuse(
-                key,
-                f"several absorbers are tuned for the largest amplitude, without {key}",
-                lambda t, key=key: "secondaries" in t.machine and t.said(key),
-                "excitation, response, bounds, mistuning",
-                hint="one absorber in [machine.secondary] has it",
-                also=("machine", "secondaries"),
-            )
-            for key in ("compare", "temperatures", "chart", "norm", "kind", "sensitivity")
+        no(
+            "compare temperatures chart norm kind sensitivity",
+            lambda t: "secondaries" in t.machine,
+            "several absorbers are tuned for the largest amplitude, without {key}",
+            "excitation, response, bounds, mistuning",
+            hint="one absorber in [machine.secondary] has it",
+            also=("machine", "secondaries"),
         ),
     )

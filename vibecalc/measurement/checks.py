@@ -1,7 +1,6 @@
 """Physical checks of readings on a plate: numbers within reason, names, forms, frequencies."""
 
 from collections.abc import Iterator
-from typing import Any
 
 from vibecalc.errors import KeyPath, Problem
 from vibecalc.measurement.tables import Measurement, Reading
@@ -12,62 +11,11 @@ from vibecalc.schema import Case
 # ----------------------------------------------------------------------------
 
 TABLE: KeyPath = ("measurement",)
-#: dB, m and rad; what lies beyond is no reading of a machine
-LOUDEST, FARTHEST, TURNED = 400.0, 1e6, 1e6
-SMALLEST, LARGEST = 1e-20, 1e20
-_MOST = {
-    "x": FARTHEST,
-    "y": FARTHEST,
-    "level": LOUDEST,
-    "amplitude": LARGEST,
-    "angular_amplitude": LARGEST,
-    "phase": TURNED,
-}
-_KEYS = {
-    "positions": ("x", "y"),
-    "readings": ("level", "amplitude", "angular_amplitude", "phase"),
-    "scan": ("x", "y", "level", "amplitude", "phase"),
-    "plate": ("x", "y"),
-}
-_SINGLE = (
-    *("reference_level", "angular_reference_level", "level_step", "amplitude_step"),
-    *("angular_step", "phase_step", "base_frequency"),
-    *("amplitude_uncertainty", "angular_uncertainty"),
-)
-
-
-def range_problems(table: Measurement) -> Iterator[Problem]:
-    """Yield the numbers that are too large or too small to compute with."""
-    columns: list[tuple[KeyPath, Any]] = []
-    for name, entries in (("positions", table.positions), ("readings", table.readings)):
-        for place, entry in enumerate(entries):
-            for key in _KEYS[name]:
-                columns.append(((*TABLE, name, place, key), getattr(entry, key)))
-    for name, one in (("scan", table.scan), ("plate", table.plate)):
-        if one is not None:
-            columns += [((*TABLE, name, key), getattr(one, key)) for key in _KEYS[name]]
-    for path, values in columns:
-        several = isinstance(values, tuple)
-        for place, value in enumerate(values if several else (values,)):
-            if abs(value) > _MOST[str(path[-1])] or 0.0 < abs(value) < SMALLEST:
-                yield _out((*path, place) if several else path, value)
-    for key in _SINGLE:
-        value = getattr(table, key)
-        if value and not SMALLEST <= value <= LARGEST:
-            yield _out((*TABLE, key), value)
 
 
 def scale_problems(table: Measurement) -> list[Problem]:
     """Levels without a reference, and readings without their last digit."""
     return [*_references(table), *_steps(table)]
-
-
-def _out(path: KeyPath, value: float) -> Problem:
-    return Problem(
-        path=path,
-        message="the number is out of the range of any measurement",
-        found=f"{value:.6g} in SI units",
-    )
 
 
 def _references(table: Measurement) -> Iterator[Problem]:
@@ -127,7 +75,6 @@ def measurement_problems(case: Case) -> list[Problem]:
     problems = [
         *_forms(table),
         *_scan(table),
-        *range_problems(table),
     ]
     problems = problems or scale_problems(table)
     if problems:

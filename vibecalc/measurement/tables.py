@@ -9,7 +9,6 @@ from vibecalc.core.case.fields import (
     Acceleration,
     Angle,
     AngularSpeed,
-    Length,
     Level,
     Name,
     Table,
@@ -32,7 +31,10 @@ from vibecalc.core.case.rules import (
 AngularAcceleration = Annotated[float, Unit("rad/s^2")]
 Order = Annotated[int, Whole, Field(ge=1, le=2000)]
 Orders = Annotated[tuple[Order, ...], Field(max_length=64)]
-Levels = Annotated[tuple[Level, ...], Field(max_length=64)]
+#: what lies beyond these is no reading of a machine
+Loudness = Annotated[float, Field(ge=-400, le=400), Unit("dB")]
+Coordinate = Annotated[float, Field(ge=-1e6, le=1e6), Unit("m")]
+Levels = Annotated[tuple[Loudness, ...], Field(max_length=64)]
 Amplitudes = Annotated[tuple[Annotated[Acceleration, Field(ge=0)], ...], Field(max_length=64)]
 AngularAmplitudes = Annotated[
     tuple[Annotated[AngularAcceleration, Field(ge=0)], ...], Field(max_length=64)
@@ -45,8 +47,8 @@ class Position(Table):
     """A point of the plate."""
 
     name: Name = Field(description="label used in readings, tables and `where`")
-    x: Length = Field(description="along the crankshaft, from the centre; roll is about x")
-    y: Length = Field(description="across it; pitch is about y")
+    x: Coordinate = Field(description="along the crankshaft, from the centre; roll is about x")
+    y: Coordinate = Field(description="across it; pitch is about y")
 
 
 class Reading(Table):
@@ -91,9 +93,9 @@ class Scan(Table):
     order: tuple[WholeNumber, ...] = Field(
         min_length=1, max_length=2000, description="harmonic of the row"
     )
-    x: tuple[Length, ...] = Field(min_length=1, max_length=2000, description="of the point")
-    y: tuple[Length, ...] = Field(min_length=1, max_length=2000, description="of the point")
-    level: tuple[Level, ...] = Field((), max_length=2000, description="in dB")
+    x: tuple[Coordinate, ...] = Field(min_length=1, max_length=2000, description="of the point")
+    y: tuple[Coordinate, ...] = Field(min_length=1, max_length=2000, description="of the point")
+    level: tuple[Loudness, ...] = Field((), max_length=2000, description="in dB")
     amplitude: tuple[Acceleration, ...] = Field(
         (), max_length=2000, description="instead of levels"
     )
@@ -107,8 +109,8 @@ class Scan(Table):
 class Plate(Table):
     """Edges of the plate, for a map and for the place that moves least."""
 
-    x: tuple[Length, Length] = Field(description="from and to, along the crankshaft")
-    y: tuple[Length, Length] = Field(description="from and to, across it")
+    x: tuple[Coordinate, Coordinate] = Field(description="from and to, along the crankshaft")
+    y: tuple[Coordinate, Coordinate] = Field(description="from and to, across it")
     points: Annotated[int, Field(strict=True, ge=2, le=401)] = Field(
         61, description="of the map, along each edge"
     )

@@ -590,3 +590,16 @@ def at(key: str, *rules: Rule) -> Rule:
                 yield from one(table)
 
     return rule
+
+
+def no(
+    keys: str, when: Callable[[Row], Any], message: str, allowed: str = "", **words: Any
+) -> Rule:
+    """None of these keys goes with what `when` says; `{key}` in the words is the key."""
+
+    def rule(row: Row) -> Iterator[Problem]:
+        for key in row.said(*keys.split()) if when(row) else ():
+            shown = allowed.format(key=key)
+            yield row.problem(key, message.format(key=key), allowed=shown, **words)
+
+    return rule

@@ -8,7 +8,7 @@ from pydantic import ConfigDict, Field
 
 from vibecalc.core.case.fields import Labels, Name, Number, Table, Value, Where
 from vibecalc.core.case.raw import get_key, tables_at
-from vibecalc.core.case.rules import Row, at_most_one, needs, one_of, refuse
+from vibecalc.core.case.rules import Row, at_most_one, needs, no, one_of, refuse
 from vibecalc.errors import KeyPath, Problem, UnitError
 from vibecalc.units import si_value, split_number
 
@@ -358,7 +358,7 @@ class Sweep(Table):
     sampling: Literal["grid", "latin_hypercube", "sobol", "monte_carlo"] = Field(
         "grid", description="all combinations, or points spread over the axes"
     )
-    points: Annotated[int, Field(strict=True, le=10**15)] | None = Field(
+    points: Annotated[int, Field(strict=True, ge=2, le=10**15)] | None = Field(
         None, description="points of a sampling; default: 1024"
     )
     seed: Annotated[int, Field(strict=True, ge=0, le=2**32 - 1)] | None = Field(
@@ -368,4 +368,18 @@ class Sweep(Table):
         False,
         strict=True,
         description="first-order and total Sobol indices; takes points times (axes + 2) runs",
+    )
+    RULES = (
+        no(
+            "points seed",
+            lambda t: t["sampling"] == "grid",
+            "{key} belongs to a sampling, and this sweep is a grid",
+            'sampling = "sobol", "latin_hypercube" or "monte_carlo"',
+        ),
+        no(
+            "indices",
+            lambda t: t["sampling"] not in ("sobol", "monte_carlo"),
+            "Sobol indices come from samples that do not depend on each other's axes",
+            'sampling = "sobol" or "monte_carlo"',
+        ),
     )
