@@ -91,12 +91,12 @@ REFUSED: dict[str, tuple[str, int, tuple[str, ...]]] = {
     "self": (
         replaced(G, ('["b", "pinion"]', '["b", "b"]')),
         26,
-        ("this shaft leads from a station to itself", "found 'b'"),
+        ("this shaft leads from a station to itself",),
     ),
     "one speed cards": (
         replaced(E, (P, cards("1000 rpm", "1000 rpm"))),
         14,
-        ("two cards are of one speed", "found 104.72 rad/s"),
+        ("two cards have the same speed, 1000 rpm"),
     ),
     "neg inertia": (
         replaced(E, ('inertia = "2 kg*m^2"', 'inertia = "-2 kg*m^2"')),
@@ -136,12 +136,12 @@ REFUSED: dict[str, tuple[str, int, tuple[str, ...]]] = {
     "no gas": (
         replaced(E, (P + "\n", "")),
         7,
-        ("[machine.crank_train] has neither gas_pressure, gas_cards no",),
+        ("[machine.crank_train] has neither gas_pressure nor gas_cards nor gas_cycle",),
     ),
     "no bore": (
         replaced(E, ('bore = "100 mm"\n', "")),
         13,
-        ("gas_pressure needs the bore: the gas force is pressure times",),
+        ("gas_pressure needs bore: the gas force is pressure times",),
     ),
     "two gases": (
         replaced(E, (P, P + '\ngas_cycle = { kind = "diesel", peak_pressure = "90 bar" }')),
@@ -172,7 +172,7 @@ REFUSED: dict[str, tuple[str, int, tuple[str, ...]]] = {
     "motor": (
         replaced(E, ("[machine.shaft_line]", "[machine.rotor]\ninertia = 3\n[machine.shaft_line]")),
         15,
-        ("what turns with the crankshaft stands twice: [machine.rotor] and [machine.shaft_line]",),
+        ("rotor and shaft_line exclude each other",),
     ),
     "viscous k": (
         replaced(E, ('damping = "30', 'stiffness = "3 N*m/rad", damping = "30')),
@@ -248,10 +248,7 @@ REFUSED: dict[str, tuple[str, int, tuple[str, ...]]] = {
     "pressure": (
         replaced(E, ('"0 bar"', '"-3 bar"')),
         14,
-        (
-            "the gas pressure is lower than that of an empty cylinder",
-            "found -300000 Pa (-3 bar) in row 2",
-        ),
+        ("pressure[1] is out of range", ">= -100000 Pa"),
     ),
     "gas_force": (
         replaced(

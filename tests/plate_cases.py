@@ -7,7 +7,7 @@ from vibecalc.core.case.load import LoadedCase, load_case
 from vibecalc.core.results.record import Record
 from vibecalc.core.run.machine_checks import check_machine
 from vibecalc.core.run.run import run_case
-from vibecalc.errors import Problem
+from vibecalc.errors import CaseError, Problem
 
 PLATE = """schema = 1
 title = "plate"
@@ -43,8 +43,11 @@ def load(folder: Path, text: str, **files: str) -> LoadedCase:
 
 
 def problems(folder: Path, text: str, **files: str) -> list[Problem]:
-    """What the checks of physics find."""
-    return check_machine(load(folder, text, **files).case)
+    """What the checks of form find, or else those of physics."""
+    try:
+        return check_machine(load(folder, text, **files).case)
+    except CaseError as error:
+        return list(error.problems)
 
 
 def run(folder: Path, text: str, **files: str) -> Record:

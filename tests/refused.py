@@ -1,9 +1,20 @@
-"""What `check` says of a case written as a text."""
+"""What `check` says of a case written as a text, or of one as plain tables."""
 
 from pathlib import Path
+from typing import Any
 
+from vibecalc.core.case.load import validate
+from vibecalc.core.run.machine_checks import check_machine
 from vibecalc.core.study.execute import load_checked
-from vibecalc.errors import CaseError
+from vibecalc.errors import CaseError, Problem
+
+
+def problems_of(data: dict[str, Any]) -> list[Problem]:
+    """All problems of a case as plain tables: those of its form, or else of its physics."""
+    try:
+        return check_machine(validate(data))
+    except CaseError as error:
+        return list(error.problems)
 
 
 def refusal(folder: Path, stem: str, text: str, **files: str) -> str:

@@ -61,7 +61,7 @@ def test_a_good_one_is_accepted(tmp_path: Path) -> None:
         (FREQUENCY, "isolation/pitch/natural_freqency", f"did you mean '{FREQUENCY}'?"),
         (FREQUENCY, "excitation/residual", "no table of this case asks for it"),
         (FREQUENCY, "find/one/value", "this case does not compute such a quantity"),
-        ('target = "10 Hz"', "", "does not say what is wanted"),
+        ('target = "10 Hz"', "", "has neither target nor change nor seek"),
         ('target = "10 Hz"', 'target = "10 N"', "does not fit isolation/pitch/natural_frequency"),
         ('target = "10 Hz"', "target = nan", "target is not finite"),
         ('target = "10 Hz"', 'change = "1 mm"', "found 1 mm"),

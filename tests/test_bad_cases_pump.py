@@ -9,7 +9,6 @@ from pump_cases import FOUR, pump_with, table_with
 
 from vibecalc.core.case.load import validate
 from vibecalc.core.run.machine_checks import check_machine
-from vibecalc.core.study.execute import load_checked
 from vibecalc.errors import CaseError
 
 FOLDER = Path(__file__).parent / "bad_cases"
@@ -53,7 +52,10 @@ PHYSICS: tuple[tuple[dict[str, Any], tuple[str, ...]], ...] = (
 
 #: keys set -> words; the form is judged before the physics
 FORM: tuple[tuple[dict[str, Any], tuple[str, ...]], ...] = (
-    ({f"{CYCLE}discharge_pressure": "1 bar"}, ("higher pressure than it draws at", "1 bar and 2")),
+    (
+        {f"{CYCLE}discharge_pressure": "1 bar"},
+        ("at a higher pressure than it draws", "pressure 1 bar"),
+    ),
     ({"machine__cycle": "two_stroke"}, ("cycle is for a machine of kind 'engine'",)),
     ({f"{TRAIN}firing_order": ["1"]}, ("firing_order is for a machine of kind 'engine'",)),
     (
@@ -88,14 +90,8 @@ def test_form(settings: dict[str, Any], words: tuple[str, ...]) -> None:
 def test_what_a_pump_needs(key: str) -> None:
     table = copy.deepcopy(table_with())
     del table["machine"]["crank_train"][key]
-    with pytest.raises(CaseError, match=f"a pump needs {key}"):
+    with pytest.raises(CaseError, match=f"needs {key}: the "):
         validate(table)
-
-
-def test_the_file_that_draws_nothing() -> None:
-    with pytest.raises(CaseError, match="the pump draws nothing") as caught:
-        load_checked([FOLDER / "pump_draws_nothing.toml"])
-    assert "pump_draws_nothing.toml:19:1" in str(caught.value)
 
 
 def test_the_planar_model_takes_what_is_even() -> None:

@@ -2,6 +2,7 @@
 
 import pytest
 from pydantic import ValidationError
+from refused import problems_of as of_form
 from shipped_cases import CASES
 from sweep_samples import (
     DAMPING,
@@ -155,8 +156,8 @@ def test_zipped_axes_of_unequal_length():
 
 def test_all_problems_are_told_at_once():
     wrong = axis(STIFFNESS, "1 kg", 2, **{"with": [spread("machine.sped", 1, 2)]})
-    problems = problems_of(wrong, spread(DAMPING, 1, 1, 3), points=5)
-    assert [problem.path[-1] for problem in problems] == ["values", "key", "to", "points"]
+    problems = problems_of(wrong, spread(DAMPING, 1, 1, 3))
+    assert [problem.path[-1] for problem in problems] == ["values", "key", "to"]
 
 
 def test_sizes_that_no_run_finishes():
@@ -173,19 +174,26 @@ def test_sizes_that_no_run_finishes():
     assert problem.path == ("sweep", "points")
 
 
-def test_samplings_that_are_none():
+def test_a_sweep_of_no_axis():
     (problem,) = problems_of()
     assert problem.message == "a sweep needs at least one axis"
-    for key in ("points", "seed"):
-        (problem,) = problems_of(axis(STIFFNESS, 1, 2), **{key: 8})
-        assert problem.path == ("sweep", key)
-        assert "belongs to a sampling" in problem.message
-    (problem,) = problems_of(spread(STIFFNESS, 1, 2), sampling="sobol", points=1)
-    assert "two points or more" in problem.message
-    for sampling in ("grid", "latin_hypercube"):
-        (problem,) = problems_of(axis(STIFFNESS, 1, 2), sampling=sampling, indices=True)
-        assert problem.path == ("sweep", "indices")
-        assert problem.found == f"sampling = {sampling}"
+
+
+@pytest.mark.parametrize(
+    ("changes", "key", "words"),
+    [
+        ({"points": 8}, "points", "points belongs to a sampling"),
+        ({"seed": 8}, "seed", "seed belongs to a sampling"),
+        ({"sampling": "sobol", "points": 1}, "points", "points is out of range"),
+        ({"indices": True}, "indices", "Sobol indices"),
+        ({"sampling": "latin_hypercube", "indices": True}, "indices", "Sobol indices"),
+    ],
+)
+def test_samplings_that_are_none(changes, key, words):
+    sweep = {"axes": [{"key": STIFFNESS, "values": [1, 2]}], **changes}
+    (problem,) = of_form({**generator().resolved, "sweep": sweep})
+    assert problem.path == ("sweep", key)
+    assert words in problem.message
 
 
 def test_values_outside_the_bounds_are_counted():

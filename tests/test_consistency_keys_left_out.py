@@ -5,7 +5,6 @@ import pytest
 from shipped_cases import CASES
 
 from vibecalc.core.case.raw import number_at
-from vibecalc.core.results.layout import REFUSED
 from vibecalc.core.run.run import run_case
 from vibecalc.core.study.binding import Binding
 from vibecalc.core.study.execute import execute, load_checked
@@ -39,14 +38,10 @@ def test_a_misfire_in_a_sweep_is_that_of_single_runs() -> None:
     assert not np.array_equal(*alone)
 
 
-def test_a_name_that_no_cylinder_has_is_refused_at_its_point() -> None:
+def test_names_that_no_cylinder_has_are_refused_before_any_point() -> None:
     asked = sweep_settings([f"{MISFIRE}=nobody,7"], (), None, (TORQUE,))
-    without = ("response.torsion.speeds",)
-    (loaded,) = load_checked([CASES["engine_damped"]], (*LINE, *asked), without)
-    assert loaded.case.sweep is not None
-    design = make_design(loaded.case.sweep, loaded.resolved)
-    block = Evaluator(loaded, design, (TORQUE,))(np.arange(2))
-    assert list(block.status) == [REFUSED, REFUSED] and "nobody" in block.message[0]
+    with pytest.raises(CaseError, match="no cylinder is named 'nobody'"):
+        load_checked([CASES["engine_damped"]], (*LINE, *asked), ("response.torsion.speeds",))
 
 
 def test_the_optimiser_starts_in_the_middle_of_the_bounds() -> None:

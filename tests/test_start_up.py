@@ -128,7 +128,6 @@ NOT_FOR_THE_GENERATOR = (
     "core/study/sweep",
     "core/results/compare.py",
     "core/case/diagnose.py",
-    "core/case/walk.py",
     "core/report/plots.py",
     "core/accuracy",
     "json_schema.py",

@@ -5,8 +5,7 @@ from typing import Any
 
 from vibecalc.core.case.data_files import LISTS
 from vibecalc.errors import UnitError
-from vibecalc.kinds import FINDING_MOTORS, HARMONICS, KINDS
-from vibecalc.parts.drive_rules import KEYS
+from vibecalc.kinds import FINDING_MOTORS, KINDS
 from vibecalc.schema import Case
 from vibecalc.unit_table import TABLE, WORDS
 from vibecalc.units import convert
@@ -42,15 +41,14 @@ def _or_a_file(table: Schema) -> Schema:
 _CSV_NAME = {"type": "string", "pattern": r"\.csv$"}
 
 # ----------------------------------------------------------------------------
-# What the kinds of machine and motor need, as conditions of the JSON schema.
+# What the kinds of machine need, as conditions of the JSON schema.
 # ----------------------------------------------------------------------------
 
 
 def with_kinds(definitions: dict[str, Schema]) -> dict[str, Schema]:
-    """The tables of the JSON schema, those of machine and motor with a condition for each kind."""
-    more = {"Machine": _machines(), "Motor": _motors()}
+    """The tables of the JSON schema, that of the machine with a condition for each kind."""
     return {
-        name: {**table, "allOf": more[name]} if name in more else table
+        name: {**table, "allOf": _machines()} if name == "Machine" else table
         for name, table in definitions.items()
     }
 
@@ -78,18 +76,6 @@ def _machines() -> list[Schema]:
             rules.append({"if": _said(name), "then": {"if": finding, "then": found, "else": given}})
         else:
             rules.append({"if": _said(name), "then": {**given, "not": finding}})
-    return rules
-
-
-def _motors() -> list[Schema]:
-    """A motor that does not say its kind has torque by order; the others say it."""
-    keys = sorted({key for row in KEYS.values() for key in (*row.needed, *row.other)})
-    rules: list[Schema] = []
-    for name, row in KEYS.items():
-        foreign = [key for key in keys if key not in (*row.needed, *row.other)]
-        rule: Schema = {"required": list(row.needed), "properties": dict.fromkeys(foreign, False)}
-        said = _said(name) if name == HARMONICS else {**_said(name), "required": ["kind"]}
-        rules.append({"if": said, "then": rule})
     return rules
 
 
@@ -138,6 +124,8 @@ def _tidy(schema: Any, texts: dict[str, Schema]) -> Any:
     if not isinstance(schema, dict):
         return schema
     tidy = {key: _tidy(entry, texts) for key, entry in schema.items()}
+    if "$ref" in tidy.get("allOf", [{}])[0]:  # what `Table` wraps, to remain a reference
+        tidy.update(tidy.pop("allOf")[0])
     if isinstance(tidy.get("title"), str):
         del tidy["title"]
     options = tidy.get("anyOf")

@@ -6,6 +6,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from vibecalc.core.case.raw import Data, misspelt, nearest, table_at, tables_at
+from vibecalc.core.case.rules import Row
 from vibecalc.core.results.named import named
 from vibecalc.errors import KeyPath, Problem
 
@@ -27,14 +28,14 @@ MACHINE: KeyPath = ("machine",)
 class Kind(NamedTuple):
     """What a kind of machine needs, and what may be asked of it.
 
-    `driven`: a motor may find its speed. `form`: the module of `case/` whose `check_kind(data)`
-    yields the problems that this kind alone has. `gas`: the torque of what is in its cylinders
+    `driven`: a motor may find its speed. `rules`: where the rules stand that [machine] of this kind
+    alone has. `gas`: the torque of what is in its cylinders
     counts, so that it may reach the mounts; its cycle is said by `machine.cycle`, or is one turn.
     """
 
     needs: tuple[str, ...] = ()
     driven: bool = False
-    form: str = ""
+    rules: str = ""
     gas: Literal["", "said", "turn"] = ""
 
 
@@ -42,15 +43,13 @@ KINDS: dict[str, Kind] = {
     "generator": Kind(needs=("crank_train", "speed")),
     "compressor": Kind(needs=("crank_train", "speed"), driven=True),
     "plate": Kind(),
-    "absorber": Kind(form="vibecalc.absorber.rules:check_absorber"),
+    "absorber": Kind(rules="vibecalc.absorber.rules:OF_ABSORBER"),
     "engine": Kind(
-        needs=("crank_train", "speed"),
-        form="vibecalc.torsion.rules:check_engine",
+        needs=("crank_train", "speed", "cycle"),
+        rules="vibecalc.parts.rules:OF_ENGINE",
         gas="said",
     ),
-    "pump": Kind(
-        needs=("crank_train", "speed"), form="vibecalc.parts.drive_rules:check_pump", gas="turn"
-    ),
+    "pump": Kind(needs=("crank_train", "speed"), rules="vibecalc.parts.rules:OF_PUMP", gas="turn"),
 }
 #: motors whose speed is a result
 FINDING_MOTORS = ("slip_table", "linear", "dynamic")
@@ -105,11 +104,9 @@ def motor_kind(machine: Data) -> str:
     return next((kind for kind, keys in _TELLING.items() if keys & motor.keys()), HARMONICS)
 
 
-def check_kinds(data: Data) -> Iterator[Problem]:
-    """Yield the parts that the kind of machine or a stage needs and that are not there."""
-    machine = data.get("machine")
-    if not isinstance(machine, dict):
-        return
+def check_kinds(row: Row) -> Iterator[Problem]:
+    """Yield what the kind of this machine or a stage needs and that is not there."""
+    data, machine = row.case, row.data
     name = str(machine.get("kind", ""))
     kind = KINDS.get(name) or _meant(name)
     motor = motor_kind(machine)
@@ -137,8 +134,8 @@ def check_kinds(data: Data) -> Iterator[Problem]:
     yield from _stages(data, machine, kind, finds)
     if name in KINDS:
         yield from check_parts_of_kind(data, name)
-        if kind.form:
-            yield from named(kind.form)(data)
+        for rule in named(kind.rules) if kind.rules else ():
+            yield from rule(row)
 
 
 def _meant(name: str) -> Kind:

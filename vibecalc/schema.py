@@ -1,11 +1,14 @@
 """A whole case: the machine, the stages asked for, the numbers it is held against."""
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
 from vibecalc.core.case.fields import AngularSpeed, Number, Table, Whole, later
+from vibecalc.core.case.rules import Row, unique
 from vibecalc.core.results.named import named
+from vibecalc.errors import Problem
 from vibecalc.parts.tables import NEEDED_BY_KIND, Body, CrankTrain, Cycle, Mounts
 
 if TYPE_CHECKING:
@@ -119,6 +122,8 @@ class Machine(Table):
     pendulum: Pendulum | None = Field(None, description="pendulums on a rotor")
     shaft_line: ShaftLine | None = Field(None, description="of an engine: what turns and twists")
 
+    RULES = ("vibecalc.kinds:check_kinds",)
+
     @model_validator(mode="before")
     @classmethod
     def _phases(cls, data: Any) -> Any:
@@ -134,6 +139,11 @@ class Accuracy(Table):
     rtol: Number = Field(
         1e-9, ge=1e-14, le=0.1, description="of the largest magnitude of each quantity"
     )
+
+
+def _limits(row: Row) -> Iterator[Problem]:
+    if "limit" in row:
+        yield from named("vibecalc.core.case.tables:contradictions")(row)
 
 
 class Case(Table):
@@ -164,3 +174,4 @@ class Case(Table):
         (), description="published numbers in tables"
     )
     limit: tuple[Limit, ...] = Field((), description="bounds that results have to keep")
+    RULES = (unique("find", "searches"), _limits)

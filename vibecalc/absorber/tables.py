@@ -1,5 +1,6 @@
 """Tables of a case with absorbers: primary system, absorbers, hardware, response, tuning."""
 
+from itertools import pairwise
 from typing import Annotated, Literal
 
 from pydantic import ConfigDict, Field
@@ -19,6 +20,20 @@ from vibecalc.core.case.fields import (
     Name,
     Table,
     Unit,
+)
+from vibecalc.core.case.raw import table_at
+from vibecalc.core.case.rules import (
+    Rule,
+    at_most_one,
+    below,
+    needs,
+    no,
+    once,
+    one_of,
+    ordered,
+    pair_ordered,
+    refuse,
+    same_length,
 )
 
 # ----------------------------------------------------------------------------
@@ -64,6 +79,20 @@ class Primary(Table):
     linear_damping: LinearDamping | None = Field(
         None, ge=0, description="to the ground, in translation, instead of damping"
     )
+    RULES = (
+        refuse(
+            "",
+            "[machine.primary] is empty",
+            lambda t: not t.data,
+            "damping_ratio = 0.0 for ratios alone, or inertia and stiffness, or mass and "
+            "linear_stiffness",
+        ),
+        at_most_one("damping_ratio", "damping", "linear_damping"),
+        at_most_one("inertia stiffness damping", "mass linear_stiffness linear_damping"),
+    )
+
+
+STIFFNESSES = ("stiffness_ratio", "stiffness", "linear_stiffness")
 
 
 class Secondary(Table):
@@ -94,6 +123,18 @@ class Secondary(Table):
         None, ge=0, description="c2, in torsion; a negative one would feed energy in"
     )
     linear_damping: LinearDamping | None = Field(None, ge=0, description="in translation")
+    RULES = (
+        at_most_one("mass_ratio", "inertia", "mass"),
+        at_most_one("stiffness_ratio", "stiffness", "linear_stiffness"),
+        at_most_one("damping_ratio", "own_damping_ratio", "damping", "linear_damping"),
+        at_most_one("inertia stiffness damping", "mass linear_stiffness linear_damping"),
+        refuse(
+            "own_damping_ratio",
+            "without a spring the absorber has no frequency of its own for this ratio",
+            lambda t: "own_damping_ratio" in t and 0.0 in map(t.number, STIFFNESSES),
+            "damping_ratio, which is referred to the primary, or a stiffness > 0",
+        ),
+    )
 
 
 class NamedSecondary(Secondary):
@@ -132,6 +173,18 @@ class Rod(Table):
     elastic_modulus: Modulus | None = Field(None, description="for bending")
     mass: Mass | None = Field(None, gt=0, description="of the total length, for bending")
     density: Density | None = Field(None, description="instead of mass")
+    RULES = (
+        needs("length", "shear_modulus", "they give its stiffness together"),
+        needs("shear_modulus", "length", "they give its stiffness together"),
+        at_most_one("mass", "density"),
+        below("bore", "diameter", "the bore is as wide as the rod"),
+        below(
+            "span",
+            "total_length",
+            "the supports stand further apart than the rod is long",
+            equal=True,
+        ),
+    )
 
 
 class Flywheel(Table):
@@ -151,6 +204,10 @@ class Flywheel(Table):
     modes: Annotated[int, Field(strict=True, ge=1, le=6)] = Field(
         2, description="bending modes to compute"
     )
+
+
+_WIRE = "wire_diameter coil_diameter turns shear_modulus"
+_NOT_BELOW = "the inner radius is not below the outer one"
 
 
 class Springs(Table):
@@ -180,6 +237,19 @@ class Springs(Table):
     allowed_stress: Modulus | None = Field(
         None, description="in shear: it bounds the extension of the wire's spring"
     )
+    RULES = (
+        at_most_one("rate", _WIRE),
+        *(
+            needs(key, other, "a spring from its wire needs all of it", f"{_WIRE}, or rate")
+            for key, other in pairwise((*_WIRE.split(), _WIRE.split()[0]))
+        ),
+        needs("allowed_stress", "wire_diameter", "the stress of a spring follows from its wire"),
+        below(
+            "wire_diameter",
+            "coil_diameter",
+            "the wire does not go round: the coil is no wider than its wire",
+        ),
+    )
 
 
 class Ring(Table):
@@ -189,6 +259,10 @@ class Ring(Table):
     inner_radius: Length = Field(0.0, ge=0, description="0: a disc")
     width: Length = Field(gt=0, description="along the axis")
     density: Density = Field(description="of its material")
+    RULES = (below("inner_radius", "outer_radius", _NOT_BELOW),)
+
+
+OILS = frozenset({"oil", "stock_oils", "oil_catalogue"})
 
 
 class Gap(Table):
@@ -208,6 +282,16 @@ class Gap(Table):
     )
     temperature: Temperature | None = Field(
         None, description="of the oil while it runs, '60 degC' or in K; oils need it"
+    )
+    RULES = (
+        below("inner_radius", "outer_radius", _NOT_BELOW),
+        needs("bore_clearance", "inner_radius", "a disc without a bore has no film in it"),
+        refuse(
+            "",
+            "oils need the temperature at which they run",
+            lambda t: not OILS.isdisjoint(t.machine) and t.lacks("temperature"),
+            "temperature = '60 degC', for example",
+        ),
     )
 
 
@@ -254,6 +338,7 @@ class SpringCatalogue(Table):
     rate: tuple[LinearStiffness, ...] = Field(
         min_length=1, max_length=2000, description="of one spring"
     )
+    RULES = (same_length("part", "rate"),)
 
 
 class OilCatalogue(Table):
@@ -269,6 +354,7 @@ class OilCatalogue(Table):
         min_length=1, max_length=2000, description="at 100 degC"
     )
     density: tuple[Density, ...] = Field(min_length=1, max_length=2000, description="at 15 degC")
+    RULES = (same_length("part", "viscosity_40", "viscosity_100", "density"),)
 
 
 StockSprings = Annotated[tuple[StockSpring, ...], Field(max_length=200)]
@@ -326,7 +412,9 @@ class Pendulum(Table):
         0.0, ge=0, description="of one mass about its centre, where it turns with an arm"
     )
     rollers: Rollers | None = Field(None, description="of one pendulum; default: a point on an arm")
-    damping_ratio: Share = Field(0.0, description="of small swings, on their own frequency")
+    damping_ratio: Share = Field(
+        0.0, lt=1, description="of small swings, on their own frequency; at 1 it creeps"
+    )
     rotor_inertia: Inertia = Field(gt=0, description="of all that turns, without pendulums")
     rotor_stiffness: AngularStiffness = Field(
         0.0, ge=0, description="that holds the rotor against its mean turning; 0: none"
@@ -336,6 +424,25 @@ class Pendulum(Table):
         None, gt=0, description="amplitude of the exciting torque: how far it swings"
     )
     swings: Swings | None = Field(None, description="detuning with the angle of swing")
+    RULES = (
+        one_of("vertex_distance", "arm_radius"),
+        refuse(
+            "arm_radius",
+            "with rollers or a swing_inertia the path cannot be tuned from the arm's radius",
+            lambda t: (
+                "arm_radius" in t
+                and "path_radius" not in t
+                and ("rollers" in t or t.number("swing_inertia"))
+            ),
+            "vertex_distance instead, or path_radius beside it",
+        ),
+        refuse(
+            "swing_inertia",
+            "a mass that turns with an arm runs on a circle, without rollers",
+            lambda t: t.number("swing_inertia") and ("rollers" in t or t["path"] != "circular"),
+            "no swing_inertia, or path = 'circular' without rollers",
+        ),
+    )
 
 
 # ----------------------------------------------------------------------------
@@ -364,6 +471,7 @@ class Range(Table):
     """Numbers from one to another."""
 
     model_config = ConfigDict(validate_by_alias=True, validate_by_name=False)
+    RULES = (ordered("from", "to"),)
 
 
 class FrequencyRatios(Range):
@@ -403,6 +511,9 @@ class TemperatureRange(Range):
     )
 
 
+VARIED = ("primary_damping", "mass_ratio", "stiffness_ratio", "secondary_damping", "own_damping")
+
+
 class Vary(Table):
     """One ratio to draw a family of curves for; the others stay."""
 
@@ -411,6 +522,19 @@ class Vary(Table):
     stiffness_ratio: Shares = Field((), description="K2 / K1")
     secondary_damping: Shares = Field((), description="c2 / (2 sqrt(K1 J1))")
     own_damping: Shares = Field((), description="c2 / (2 J2 w2), on the secondary's own frequency")
+    RULES = (
+        one_of(
+            *VARIED,
+            allowed=f"one of {', '.join(VARIED)}, with its values",
+        ),
+        refuse(
+            "",
+            "one of several absorbers cannot vary: which one?",
+            lambda t: "secondaries" in t.machine and t.said(*VARIED) not in ([], [VARIED[0]]),
+            "primary_damping, or a sweep over keys of the secondaries",
+            also=("machine", "secondaries"),
+        ),
+    )
 
 
 class AbsorberResponse(Table):
@@ -432,6 +556,17 @@ class AbsorberResponse(Table):
     limits: bool = Field(
         False, strict=True, description="also the curves with the secondary locked and free"
     )
+    RULES = (at_most_one("frequency_ratios", "frequencies"),)
+
+
+def _idle(kind: str, held: str, bound: str) -> Rule:
+    return no(
+        bound,
+        lambda t: table_at(t.case, "tuning").get("kind") == kind,
+        f"of kind {kind!r} {held}, and a bound holds nothing",
+        f"no {bound} in the bounds, or kind = 'free'",
+        also=("tuning", "kind"),
+    )
 
 
 class Bounds(Table):
@@ -443,6 +578,12 @@ class Bounds(Table):
     )
     travel: Positive | None = Field(
         None, description="largest motion of the secondary against the primary, over T0 / K1"
+    )
+    RULES = (
+        pair_ordered("stiffness_ratio"),
+        pair_ordered("damping_ratio"),
+        _idle("viscous", "the spring is none", "stiffness_ratio"),
+        _idle("undamped_spring", "the damper is none", "damping_ratio"),
     )
 
 
@@ -483,3 +624,46 @@ class Tuning(Table):
         None, description="also what the tuning becomes as the oil warms"
     )
     chart: Chart | None = Field(None, description="also tunings over the mass ratio")
+    RULES = (
+        once("compare", "method"),
+        no(
+            "bounds excitation response",
+            lambda t: t["kind"] == "lanchester" and t["norm"] != "h2",
+            "Lanchester's damper is that of a formula for a force and the displacement, without "
+            "{key}",
+            "kind = 'viscous', whose damper is found for any of them",
+            also="kind",
+        ),
+        no(
+            "kind bounds",
+            lambda t: t["norm"] == "h2",
+            "a mean square is tuned with spring and damper both free, without {key}",
+            "no {key}, or norm = 'h_infinity'",
+            also="norm",
+        ),
+        *(
+            refuse(
+                "compare",
+                f"the closed form {name!r} is for the largest amplitude",
+                lambda t, name=name: t["norm"] == "h2" and name in t.entries("compare"),
+                "norm = 'h_infinity', or 'warburton' beside 'h2'",
+                found="norm = 'h2'",
+                also="norm",
+            )
+            for name in ("den_hartog", "nishihara_asami")
+        ),
+        no(
+            "temperatures",
+            lambda t: OILS.isdisjoint(t.machine),
+            "what warms is an oil, and there is none",
+            "[machine.gap] with [machine.oil] or oils in stock",
+        ),
+        no(
+            "compare temperatures chart norm kind sensitivity",
+            lambda t: "secondaries" in t.machine,
+            "several absorbers are tuned for the largest amplitude, without {key}",
+            "excitation, response, bounds, mistuning",
+            hint="one absorber in [machine.secondary] has it",
+            also=("machine", "secondaries"),
+        ),
+    )

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterator, Sequence
 
-from vibecalc.core.case.raw import listed, unknown
+from vibecalc.core.case.raw import listed
 from vibecalc.errors import KeyPath, NumericalFailure, Problem
 from vibecalc.parts.crank_train import turns
 from vibecalc.parts.drive_checks import degrees, pressure_problems
@@ -84,16 +84,6 @@ def _order(train: CrankTrain, cycle: float) -> Iterator[Problem]:
     if not order:
         return
     path: KeyPath = (*TRAIN, "firing_order")
-    for place, name in enumerate(order):
-        if name not in names:
-            yield unknown((*path, place), "cylinder", name, names)
-        elif name in order[:place]:
-            yield Problem(
-                path=(*path, place),
-                message=f"cylinder {name[:60]!r} fires twice in a cycle",
-                allowed="each cylinder once",
-                also=(*path, order.index(name)),
-            )
     left = [name for name in names if name not in order]
     if left and len(order) < len(names):
         yield Problem(
@@ -114,14 +104,6 @@ def _intervals(given: Sequence[float], count: int, cycle: float) -> Iterator[Pro
             found=f"{len(given)} intervals of {count} cylinders",
             allowed=f"{count} intervals",
             also=(*TRAIN, "firing_order"),
-        )
-    elif given and min(given) < 0.0:
-        low = given.index(min(given))
-        yield Problem(
-            path=(*path, low),
-            message="the interval to the next cylinder is negative",
-            found=degrees(given[low]),
-            allowed=">= 0 deg",
         )
     elif given and abs(sum(given) - cycle) > AGREES:
         yield Problem(
@@ -184,18 +166,9 @@ def _cards(train: CrankTrain, cycle: float) -> Iterator[Problem]:
             message="one card alone says nothing of other speeds",
             allowed="two cards or more, at different speeds, or gas_pressure for all speeds",
         )
-    speeds = [card.speed for card in train.gas_cards]
     for place, card in enumerate(train.gas_cards):
         where: KeyPath = (*path, place, "gas_pressure")
         yield from pressure_problems(where, card.gas_pressure, cycle)
-        if card.speed in speeds[:place]:
-            yield Problem(
-                path=(*path, place, "speed"),
-                message="two cards are of one speed",
-                found=f"{card.speed:.6g} rad/s",
-                allowed="each speed once",
-                also=(*path, speeds.index(card.speed), "speed"),
-            )
     way = train.gas_interpolation
     if way is not None and way not in ("linear", "cubic"):
         yield Problem(

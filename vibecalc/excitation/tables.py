@@ -9,7 +9,7 @@ from vibecalc.core.case.fields import (
     Number,
     Table,
 )
-from vibecalc.parts.tables import Idle, Names, Throws
+from vibecalc.parts.tables import Idle, Names, Throws, cylinders_in
 
 Order = Annotated[int, Field(strict=True, ge=1, le=400)]
 
@@ -53,3 +53,4 @@ class Excitation(Table):
     )
     balance: Balance | None = Field(None, description="print the balance table")
     residual: Residual | None = Field(None, description="weighted residual of forces and couples")
+    RULES = (*cylinders_in("working"), *cylinders_in("balanced_for"))

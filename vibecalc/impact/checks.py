@@ -201,8 +201,7 @@ def joint_problems(case: Case) -> list[Problem]:
     joints = case.machine.joints
     if not has_crank_train(case.machine):
         return []
-    names = [cylinder.name for cylinder in case.machine.crank_train.cylinders]
-    if joints is None or (joints.cylinder is not None and joints.cylinder not in names):
+    if joints is None:
         return []
     problems = [*_clearances(case), *_stands(case)]
     found = gaps(case, problems)
@@ -220,24 +219,13 @@ def _clearances(case: Case) -> Iterator[Problem]:
     rows = [((*path, "clearance"), play.clearance) for path, play in plays(case)]
     rows += [((*IMPACT, "clearances", place), size) for place, size in enumerate(several)]
     for path, size in rows:
-        if size <= 0.0 or size >= stroke:
+        if size >= stroke:
             yield Problem(
                 path=path,
-                message="a clearance has to be above zero"
-                if size <= 0.0
-                else "a clearance as large as the stroke is no joint",
+                message="a clearance as large as the stroke is no joint",
                 found=f"{size:.6g} m",
-                allowed=f"> 0 m and < {stroke:.6g} m, the stroke",
+                allowed=f"< {stroke:.6g} m, the stroke",
                 hint="lengths are in m unless they carry a unit, as in '0.04 mm'",
-            )
-    for place, size in enumerate(several):
-        if size in several[:place]:
-            yield Problem(
-                path=(*IMPACT, "clearances", place),
-                message="a clearance stands twice",
-                found=f"{size:.6g} m",
-                allowed="each clearance once",
-                also=(*IMPACT, "clearances", several.index(size)),
             )
     smallest = min(several or (rows[0][1],))
     if study is not None and 0.0 < smallest <= study.perturbation:

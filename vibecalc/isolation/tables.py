@@ -10,6 +10,20 @@ from vibecalc.core.case.fields import (
     RunUp,
     Table,
 )
+from vibecalc.core.case.raw import table_at
+from vibecalc.core.case.rules import Rule, refuse, wants
+
+_WITHOUT = "leave [isolation] out for forces and balance only"
+
+
+def _no_matrix(part: str, matrix: str, instead: str) -> Rule:
+    return refuse(
+        "",
+        f"[isolation] needs {instead}, not a {matrix}",
+        lambda t: matrix in table_at(t.case, "machine", part),
+        hint="[response] takes matrices",
+        also=("machine", part, matrix),
+    )
 
 
 class Isolation(Table):
@@ -25,3 +39,9 @@ class Isolation(Table):
         None, gt=0, description="couple over this lever is `lever_force`; default: of the mounts"
     )
     run_up: RunUp | None = Field(None, description="also pass a range of speeds")
+    RULES = (
+        wants("machine.body", hint=_WITHOUT),
+        wants("machine.mounts", hint=_WITHOUT),
+        _no_matrix("body", "mass_matrix", "a body with mass and inertia"),
+        _no_matrix("mounts", "stiffness_matrix", "mounts with places"),
+    )

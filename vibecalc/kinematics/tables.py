@@ -7,6 +7,7 @@ from pydantic import Field
 from vibecalc.core.case.fields import (
     Table,
 )
+from vibecalc.core.case.rules import by_kind
 
 
 class Kinematics(Table):
@@ -18,3 +19,4 @@ class Kinematics(Table):
     terms: Annotated[int, Field(strict=True, ge=1, le=400)] | None = Field(
         None, description="terms of a truncated series; 1 is the classic first and second order"
     )
+    RULES = (by_kind("", key="series", exact="", truncated="terms"),)

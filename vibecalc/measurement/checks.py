@@ -1,9 +1,7 @@
 """Physical checks of readings on a plate: numbers within reason, names, forms, frequencies."""
 
 from collections.abc import Iterator
-from typing import Any
 
-from vibecalc.core.case.raw import listed, nearest
 from vibecalc.errors import KeyPath, Problem
 from vibecalc.measurement.tables import Measurement, Reading
 from vibecalc.schema import Case
@@ -13,62 +11,11 @@ from vibecalc.schema import Case
 # ----------------------------------------------------------------------------
 
 TABLE: KeyPath = ("measurement",)
-#: dB, m and rad; what lies beyond is no reading of a machine
-LOUDEST, FARTHEST, TURNED = 400.0, 1e6, 1e6
-SMALLEST, LARGEST = 1e-20, 1e20
-_MOST = {
-    "x": FARTHEST,
-    "y": FARTHEST,
-    "level": LOUDEST,
-    "amplitude": LARGEST,
-    "angular_amplitude": LARGEST,
-    "phase": TURNED,
-}
-_KEYS = {
-    "positions": ("x", "y"),
-    "readings": ("level", "amplitude", "angular_amplitude", "phase"),
-    "scan": ("x", "y", "level", "amplitude", "phase"),
-    "plate": ("x", "y"),
-}
-_SINGLE = (
-    *("reference_level", "angular_reference_level", "level_step", "amplitude_step"),
-    *("angular_step", "phase_step", "base_frequency"),
-    *("amplitude_uncertainty", "angular_uncertainty"),
-)
-
-
-def range_problems(table: Measurement) -> Iterator[Problem]:
-    """Yield the numbers that are too large or too small to compute with."""
-    columns: list[tuple[KeyPath, Any]] = []
-    for name, entries in (("positions", table.positions), ("readings", table.readings)):
-        for place, entry in enumerate(entries):
-            for key in _KEYS[name]:
-                columns.append(((*TABLE, name, place, key), getattr(entry, key)))
-    for name, one in (("scan", table.scan), ("plate", table.plate)):
-        if one is not None:
-            columns += [((*TABLE, name, key), getattr(one, key)) for key in _KEYS[name]]
-    for path, values in columns:
-        several = isinstance(values, tuple)
-        for place, value in enumerate(values if several else (values,)):
-            if abs(value) > _MOST[str(path[-1])] or 0.0 < abs(value) < SMALLEST:
-                yield _out((*path, place) if several else path, value)
-    for key in _SINGLE:
-        value = getattr(table, key)
-        if value and not SMALLEST <= value <= LARGEST:
-            yield _out((*TABLE, key), value)
 
 
 def scale_problems(table: Measurement) -> list[Problem]:
     """Levels without a reference, and readings without their last digit."""
     return [*_references(table), *_steps(table)]
-
-
-def _out(path: KeyPath, value: float) -> Problem:
-    return Problem(
-        path=path,
-        message="the number is out of the range of any measurement",
-        found=f"{value:.6g} in SI units",
-    )
 
 
 def _references(table: Measurement) -> Iterator[Problem]:
@@ -117,8 +64,6 @@ def _steps(table: Measurement) -> Iterator[Problem]:
 # Do the readings on a plate make sense, and do their places tell its motion?
 # ----------------------------------------------------------------------------
 
-_WAYS = ("at", "between", "about")
-_COLUMNS = ("order", "x", "y", "level", "amplitude", "phase")
 _SIZES = ("level", "amplitude", "angular_amplitude")
 
 
@@ -128,12 +73,8 @@ def measurement_problems(case: Case) -> list[Problem]:
     if table is None:
         return list(_nothing_read(case))
     problems = [
-        *_names(table),
-        *_plate(table),
         *_forms(table),
         *_scan(table),
-        *_frequency(case, table),
-        *range_problems(table),
     ]
     problems = problems or scale_problems(table)
     if problems:
@@ -154,97 +95,17 @@ def _nothing_read(case: Case) -> Iterator[Problem]:
         )
 
 
-def _names(table: Measurement) -> Iterator[Problem]:
-    known = [position.name for position in table.positions]
-    for place, name in enumerate(known):
-        if name in known[:place]:
-            yield Problem(
-                path=(*TABLE, "positions", place, "name"),
-                message=f"two positions are named {name!r}",
-                hint="give each its own name",
-                also=(*TABLE, "positions", known.index(name), "name"),
-            )
-    for place, order in enumerate(table.orders):
-        if order in table.orders[:place]:
-            yield Problem(
-                path=(*TABLE, "orders", place),
-                message=f"order {order} stands twice",
-                allowed="each harmonic once",
-            )
-    asked: list[tuple[KeyPath, str]] = []
-    for place, reading in enumerate(table.readings):
-        path: KeyPath = (*TABLE, "readings", place)
-        if reading.at is not None:
-            asked.append(((*path, "at"), reading.at))
-        asked += [((*path, "between", i), name) for i, name in enumerate(reading.between or ())]
-    if table.reference_position is not None:
-        asked.append(((*TABLE, "reference_position"), table.reference_position))
-    for path, name in asked:
-        if name not in known:
-            yield Problem(
-                path=path,
-                message=f"no position is named {name[:60]!r}",
-                allowed=listed(known)
-                if known
-                else "positions = [{ name = ..., x = ..., y = ... }]",
-                hint=nearest(name, known),
-            )
-
-
-def _plate(table: Measurement) -> Iterator[Problem]:
-    if table.plate is None:
-        return
-    for key in ("x", "y"):
-        first, last = getattr(table.plate, key)
-        if not first < last:
-            yield Problem(
-                path=(*TABLE, "plate", key),
-                message=f"the plate has no extent along {key}",
-                found=f"from {first:.6g} m to {last:.6g} m",
-                allowed="from a smaller to a larger coordinate",
-            )
-
-
 def _forms(table: Measurement) -> Iterator[Problem]:
-    if not table.readings and table.scan is None:
-        yield Problem(
-            path=TABLE,
-            message="[measurement] has no readings",
-            allowed="readings of instruments, or a scan",
-        )
     for place, reading in enumerate(table.readings):
         yield from _form((*TABLE, "readings", place), reading, table)
 
 
 def _form(path: KeyPath, reading: Reading, table: Measurement) -> Iterator[Problem]:
-    for keys, what in (
-        (_WAYS, "what it reads: a point, a difference or a rotation"),
-        (_SIZES, "how much it reads"),
-    ):
-        given = [key for key in keys if getattr(reading, key)]
-        if len(given) != 1:
-            message = f"a reading does not say {what}"
-            if given:
-                message = f"{' and '.join(given)} exclude each other"
-            yield Problem(path=path, message=message, allowed=f"one of {', '.join(keys)}")
-    if reading.between is not None and reading.between[0] == reading.between[1]:
-        yield Problem(
-            path=(*path, "between"),
-            message="a difference is between two positions",
-            found=f"{reading.between[0]!r} twice",
-        )
-    wrong = "amplitude" if reading.about else "angular_amplitude"
-    if getattr(reading, wrong) and (reading.about or reading.at or reading.between):
-        yield Problem(
-            path=(*path, wrong),
-            message=f"{wrong} does not go with {'about' if reading.about else 'points'}",
-            allowed="angular_amplitude with about, amplitude with at and between",
-        )
     for place, order in enumerate(reading.orders):
-        if order not in table.orders or order in reading.orders[:place]:
+        if order not in table.orders:
             yield Problem(
                 path=(*path, "orders", place),
-                message="a reading covers harmonics of [measurement], each once",
+                message="a reading covers harmonics of [measurement]",
                 found=str(order),
                 allowed=", ".join(map(str, table.orders)),
             )
@@ -273,23 +134,6 @@ def _scan(table: Measurement) -> Iterator[Problem]:
     if scan is None:
         return
     path: KeyPath = (*TABLE, "scan")
-    given = [key for key in ("level", "amplitude") if getattr(scan, key)]
-    if len(given) != 1:
-        yield Problem(
-            path=path,
-            message="level and amplitude exclude each other"
-            if given
-            else "a scan does not say how much is read",
-            allowed="a column level, or a column amplitude",
-        )
-    columns = {key: len(getattr(scan, key)) for key in _COLUMNS if getattr(scan, key)}
-    if len(set(columns.values())) > 1:
-        yield Problem(
-            path=path,
-            message="the columns of the scan are not of one length",
-            found=", ".join(f"{count} of {key}" for key, count in columns.items()),
-            allowed="as many entries in each",
-        )
     for place, order in enumerate(scan.order):
         if order not in table.orders:
             yield Problem(
@@ -308,13 +152,3 @@ def _scan(table: Measurement) -> Iterator[Problem]:
                 found=f"{size:.6g} m/s^2 in row {place + 1}",
                 hint="its sign is a phase of 180 deg",
             )
-
-
-def _frequency(case: Case, table: Measurement) -> Iterator[Problem]:
-    if table.base_frequency is not None and case.machine.speed is not None:
-        yield Problem(
-            path=(*TABLE, "base_frequency"),
-            message="the frequency of order 1 stands twice: it is that of the crankshaft",
-            allowed="machine.speed alone",
-            also=("machine", "speed"),
-        )

@@ -9,7 +9,6 @@ from vibecalc.core.case.fields import (
     Acceleration,
     Angle,
     AngularSpeed,
-    Length,
     Level,
     Name,
     Table,
@@ -17,11 +16,25 @@ from vibecalc.core.case.fields import (
     Whole,
     WholeNumber,
 )
+from vibecalc.core.case.rules import (
+    at_most_one,
+    needs,
+    once,
+    one_of,
+    pair_ordered,
+    refers,
+    refuse,
+    same_length,
+    unique,
+)
 
 AngularAcceleration = Annotated[float, Unit("rad/s^2")]
 Order = Annotated[int, Whole, Field(ge=1, le=2000)]
 Orders = Annotated[tuple[Order, ...], Field(max_length=64)]
-Levels = Annotated[tuple[Level, ...], Field(max_length=64)]
+#: what lies beyond these is no reading of a machine
+Loudness = Annotated[float, Field(ge=-400, le=400), Unit("dB")]
+Coordinate = Annotated[float, Field(ge=-1e6, le=1e6), Unit("m")]
+Levels = Annotated[tuple[Loudness, ...], Field(max_length=64)]
 Amplitudes = Annotated[tuple[Annotated[Acceleration, Field(ge=0)], ...], Field(max_length=64)]
 AngularAmplitudes = Annotated[
     tuple[Annotated[AngularAcceleration, Field(ge=0)], ...], Field(max_length=64)
@@ -34,8 +47,8 @@ class Position(Table):
     """A point of the plate."""
 
     name: Name = Field(description="label used in readings, tables and `where`")
-    x: Length = Field(description="along the crankshaft, from the centre; roll is about x")
-    y: Length = Field(description="across it; pitch is about y")
+    x: Coordinate = Field(description="along the crankshaft, from the centre; roll is about x")
+    y: Coordinate = Field(description="across it; pitch is about y")
 
 
 class Reading(Table):
@@ -59,6 +72,19 @@ class Reading(Table):
         (), description="instead of levels, of an angular acceleration"
     )
     phase: Phases = Field((), description="leading positive, all against one signal")
+    RULES = (
+        one_of("at", "between", "about"),
+        one_of("level", "amplitude", "angular_amplitude"),
+        refuse(
+            "between",
+            "a difference is between two positions",
+            lambda t: len({*map(str, t.entries("between"))}) == 1,
+            found="{between}",
+        ),
+        at_most_one("about", "amplitude"),
+        at_most_one("at between", "angular_amplitude"),
+        once("orders", "order"),
+    )
 
 
 class Scan(Table):
@@ -67,23 +93,28 @@ class Scan(Table):
     order: tuple[WholeNumber, ...] = Field(
         min_length=1, max_length=2000, description="harmonic of the row"
     )
-    x: tuple[Length, ...] = Field(min_length=1, max_length=2000, description="of the point")
-    y: tuple[Length, ...] = Field(min_length=1, max_length=2000, description="of the point")
-    level: tuple[Level, ...] = Field((), max_length=2000, description="in dB")
+    x: tuple[Coordinate, ...] = Field(min_length=1, max_length=2000, description="of the point")
+    y: tuple[Coordinate, ...] = Field(min_length=1, max_length=2000, description="of the point")
+    level: tuple[Loudness, ...] = Field((), max_length=2000, description="in dB")
     amplitude: tuple[Acceleration, ...] = Field(
         (), max_length=2000, description="instead of levels"
     )
     phase: tuple[Angle, ...] = Field((), max_length=2000, description="leading positive")
+    RULES = (
+        one_of("level", "amplitude"),
+        same_length("order", "x", "y", "level", "amplitude", "phase"),
+    )
 
 
 class Plate(Table):
     """Edges of the plate, for a map and for the place that moves least."""
 
-    x: tuple[Length, Length] = Field(description="from and to, along the crankshaft")
-    y: tuple[Length, Length] = Field(description="from and to, across it")
+    x: tuple[Coordinate, Coordinate] = Field(description="from and to, along the crankshaft")
+    y: tuple[Coordinate, Coordinate] = Field(description="from and to, across it")
     points: Annotated[int, Field(strict=True, ge=2, le=401)] = Field(
         61, description="of the map, along each edge"
     )
+    RULES = (pair_ordered("x", equal=False), pair_ordered("y", equal=False))
 
 
 class Measurement(Table):
@@ -137,3 +168,19 @@ class Measurement(Table):
     )
     scan: Scan | None = Field(None, description="readings at many points")
     plate: Plate | None = Field(None, description="edges of the plate")
+    RULES = (
+        needs("", "readings scan", "something has to be read"),
+        unique("positions", "positions"),
+        once("orders", "order"),
+        *(
+            refers(key, "measurement.positions", "position")
+            for key in ("readings.at", "readings.between", "reference_position")
+        ),
+        refuse(
+            "base_frequency",
+            "the frequency of order 1 stands twice: it is that of the crankshaft",
+            lambda t: "base_frequency" in t and "speed" in t.machine,
+            "machine.speed alone",
+            also=("machine", "speed"),
+        ),
+    )

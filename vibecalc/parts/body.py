@@ -154,19 +154,6 @@ def body_problems(case: Case) -> list[Problem]:
     body = case.machine.body
     if body is None or body.inertia is None:
         return []
-    names = ("Ixx", "Iyy", "Izz")
-    problems = [
-        Problem(
-            path=(*BODY, "inertia"),
-            message=f"the moment of inertia {name} must be positive",
-            found=f"{moment:.6g} kg*m^2",
-            allowed="> 0 kg*m^2",
-        )
-        for name, moment in zip(names, body.inertia, strict=True)
-        if moment <= 0.0
-    ]
-    if problems:
-        return problems
     with_products = any(body.inertia_products)
     principal = np.linalg.eigvalsh(machine_inertia(body))
     shown = ", ".join(f"{moment:.6g}" for moment in principal)

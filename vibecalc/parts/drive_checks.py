@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 from itertools import pairwise
 
 from vibecalc.errors import KeyPath, Problem
-from vibecalc.kinds import finds_speed, gas_turns, has_crank_train
+from vibecalc.kinds import gas_turns, has_crank_train
 from vibecalc.parts.firing import cycle_angle
 from vibecalc.parts.tables import GasPressure
 from vibecalc.schema import Case
@@ -84,14 +84,11 @@ def degrees(angle: float) -> str:
 # ----------------------------------------------------------------------------
 
 PRESSURE: KeyPath = ("machine", "crank_train", "gas_pressure")
-TORQUE: KeyPath = ("machine", "motor", "torque")
-#: Pa, below the pressure of the crankcase: an empty cylinder
-VACUUM = -1e5
 
 
 def drive_problems(case: Case) -> list[Problem]:
-    """Problems of the tables of gas pressure and of motor torque by order."""
-    return [*_pressure(case), *_torque(case)]
+    """Problems of the table of gas pressure."""
+    return list(_pressure(case))
 
 
 def _pressure(case: Case) -> Iterator[Problem]:
@@ -109,30 +106,6 @@ def pressure_problems(path: KeyPath, table: GasPressure, period: float) -> Itera
     yield from turn_problems(
         path, "gas pressure", table.crank_angle, "pressure", pressure, "Pa", period
     )
-    low = min(range(len(pressure)), key=lambda row: pressure[row])
-    if pressure[low] < VACUUM:
-        yield Problem(
-            path=(*path, "pressure", low),
-            message="the gas pressure is lower than that of an empty cylinder",
-            found=f"{quoted(pressure[low], 'Pa')} in row {low + 1}",
-            allowed=f">= {quoted(VACUUM, 'Pa')}, counted from the pressure of the crankcase",
-        )
-
-
-def _torque(case: Case) -> Iterator[Problem]:
-    if case.machine.motor is None or finds_speed(case.machine):
-        return
-    seen: dict[int, int] = {}
-    for row, order in enumerate(case.machine.motor.torque.order):
-        if order in seen:
-            yield Problem(
-                path=(*TORQUE, "order", row),
-                message=f"order {order} of the torque stands twice",
-                found=f"rows {seen[order] + 1} and {row + 1}",
-                allowed="each order once",
-                also=(*TORQUE, "order", seen[order]),
-            )
-        seen.setdefault(order, row)
 
 
 # ----------------------------------------------------------------------------

@@ -1,135 +1,186 @@
-"""Checks of form of the parts of a machine: a body and its mounts from parts or from matrices."""
+"""Rules of one kind of machine: what an engine and a pump lack, or say twice; units of matrices."""
 
 from collections.abc import Iterator
-from typing import Any
+from dataclasses import replace
 
-from vibecalc.core.case.raw import Data, either, misspelt, read_number, table_at, tables_at
+from vibecalc.core.case.raw import misspelt, table_at, tables_at
+from vibecalc.core.case.rules import Row, at, at_most_one, both, needs, one_of
 from vibecalc.errors import KeyPath, Problem, UnitError
-from vibecalc.parts.tables import BlockMatrix, DampingMatrix, MassMatrix, StiffnessMatrix
+from vibecalc.kinds import FINDING_MOTORS, ROLL, motor_kind
 from vibecalc.units import convert
 
-BODY: KeyPath = ("machine", "body")
-MOUNTS: KeyPath = ("machine", "mounts")
-#: what goes with a matrix of the suspension only
-_WITH_MATRIX = ("damping_matrix", "loss_factor")
-_BLOCKS = ("translation", "coupling", "rotation")
-_MATRICES: tuple[tuple[KeyPath, type[BlockMatrix]], ...] = (
-    ((*BODY, "mass_matrix"), MassMatrix),
-    ((*MOUNTS, "stiffness_matrix"), StiffnessMatrix),
-    ((*MOUNTS, "damping_matrix"), DampingMatrix),
-)
-#: a table of columns -> its columns
-_COLUMNS: tuple[tuple[KeyPath, tuple[str, ...]], ...] = (
-    (("machine", "crank_train", "gas_pressure"), ("crank_angle", "pressure")),
-    (("machine", "motor", "torque"), ("order", "cosine", "sine")),
-    (("machine", "motor", "slip_table"), ("slip", "torque")),
-    (("response", "start_up", "load"), ("time", "factor")),
-)
-#: a list of tables, the key of each that holds a table of columns, its columns
-_LISTED: tuple[tuple[tuple[str, ...], str, tuple[str, ...]], ...] = (
-    (("machine", "crank_train", "cylinders"), "gas_force", ("crank_angle", "force")),
-    (("machine", "crank_train", "gas_cards"), "gas_pressure", ("crank_angle", "pressure")),
-    (("response", "torsion", "limits"), "curve", ("speed", "stress")),
-)
+# ----------------------------------------------------------------------------
+# An engine: gas and firing said once, and what its tables need.
+# ----------------------------------------------------------------------------
+
+GAS = ("gas_pressure", "gas_cards", "gas_cycle")
 
 
-def check_parts(data: Data) -> Iterator[Problem]:
-    """Yield the problems of body, mounts, units of matrices, and columns of tables."""
-    yield from _body(data)
-    yield from _mounts(data)
-    yield from _units(data)
-    yield from _columns(data)
+def _line_asked(row: Row) -> bool:
+    """Whether anything is asked of the torsion of a shaft line."""
+    return "damper_design" in row.case or "torsion" in table_at(row.case, "response")
 
 
-def _body(data: Data) -> Iterator[Problem]:
-    body = table_at(data, "machine").get("body")
-    if not isinstance(body, dict):
-        return
-    products = body.get("inertia_products")
-    entries = products if isinstance(products, list) else []
-    with_products = any(read_number(entry, "kg*m^2") for entry in entries)
-    if "mass_matrix" in body:
-        others = ("mass", "box", "inertia", "inertia_products", "inertia_block")
-        given = {key: value for key, value in body.items() if key != others[3] or with_products}
-        yield from either(given, BODY, "mass_matrix", others, needed=False)
-        return
-    complete = "mass" in body and body.keys() & {"inertia", "box"}
-    if not complete and misspelt(body, BODY, "mass_matrix"):
-        return
-    if "mass" not in body and not misspelt(body, BODY, "mass"):
-        yield Problem(
-            path=(*BODY, "mass"),
-            message="missing key 'mass' in [machine.body]",
-            allowed="a mass > 0 kg, e.g. '0.4 kg' or '400 g', or a mass_matrix instead of parts",
-            hint="mass: of the whole machine",
-        )
-    yield from either(body, BODY, "inertia", ("box",))
-    if "box" in body and with_products:
-        yield Problem(
-            path=(*BODY, "inertia_products"),
-            message="inertia_products go with inertia: a box has none",
-            also=(*BODY, "box"),
-        )
-
-
-def _mounts(data: Data) -> Iterator[Problem]:
-    mounts = table_at(data, "machine").get("mounts")
-    if not isinstance(mounts, dict):  # an empty table asks for mounts and has none
-        return
-    if "stiffness_matrix" in mounts:
-        others = ("positions", "individual", "each")
-        yield from either(mounts, MOUNTS, "stiffness_matrix", others, needed=False)
-        return
-    alone = [key for key in _WITH_MATRIX if key in mounts]
-    for key in alone:
-        yield Problem(
-            path=(*MOUNTS, key),
-            message=f"{key} goes with stiffness_matrix",
-            allowed="stiffness_matrix beside it",
-            hint="mounts with places have their damping and loss_factor in [machine.mounts.each] "
-            "or one by one",
-        )
-    yield from either(mounts, MOUNTS, "positions", ("individual",), needed=False)
-    ways = ("positions", "individual", "stiffness_matrix")
-    if not alone and not mounts.keys() & set(ways) and not misspelt(mounts, MOUNTS, *ways):
-        yield Problem(
-            path=MOUNTS,
-            message="[machine.mounts] has neither positions nor individual nor stiffness_matrix",
-            allowed="positions of equal mounts, individual mounts, or one stiffness_matrix",
-        )
-    yield from _stiffness(data, mounts)
-
-
-def _stiffness(data: Data, mounts: Data) -> Iterator[Problem]:
-    each = table_at(mounts, "each")
-    if "each" in mounts and not isinstance(mounts["each"], dict):
-        return
-    if "positions" in mounts and "stiffness" not in each:
-        yield Problem(
-            path=(*MOUNTS, "each") if each else MOUNTS,
-            message="mounts given by positions have no stiffness",
-            allowed="each = { stiffness = ... }",
-        )
-    for position, mount in tables_at(data, "machine", "mounts", "individual"):
-        if "stiffness" not in mount and "stiffness" not in each:
-            yield Problem(
-                path=(*MOUNTS, "individual", position),
-                message=f"mount {mount.get('name', position + 1)!r} has no stiffness",
-                allowed="a stiffness of its own, or one in [machine.mounts.each]",
+def _of_one_turn(row: Row) -> Iterator[Problem]:
+    for place, cylinder in tables_at(row.data, "cylinders"):
+        if "gas_force" in cylinder:
+            yield row.problem(
+                (*row.path, "cylinders", place, "gas_force"),
+                "gas_force is over one turn, an engine's gas over its cycle",
+                allowed=f"one of {', '.join(GAS)} in [machine.crank_train], with a pressure_scale "
+                "for this cylinder",
+                also=("machine", "kind"),
             )
 
 
-def _units(data: Data) -> Iterator[Problem]:
-    for path, kind in _MATRICES:
-        units = table_at(data, *path).get("units")
-        if not isinstance(units, list) or len(units) != len(kind.SI):
-            continue
-        for position, (unit, si) in enumerate(zip(units, kind.SI, strict=True)):
-            if isinstance(unit, str) and 0 < len(unit) <= 80:
-                yield from _unit((*path, "units", position), unit, si, _BLOCKS[position])
+def _firing(row: Row) -> Iterator[Problem]:
+    """When each cylinder fires, in one of two ways."""
+    cylinders = tables_at(row.data, "cylinders")
+    own = [place for place, cylinder in cylinders if "firing_angle" in cylinder]
+    path: KeyPath = (*row.path, "cylinders")
+    if "firing_order" in row and own:
+        yield row.problem(
+            (*path, own[0], "firing_angle"),
+            "firing_angle and firing_order exclude each other",
+            allowed="firing_order, or a firing_angle for every cylinder",
+            also="firing_order",
+        )
+    elif own:
+        for place, cylinder in cylinders:
+            if place not in own:
+                yield row.problem(
+                    (*path, place),
+                    f"cylinder {str(cylinder.get('name', place + 1))[:60]!r} has no "
+                    "firing_angle, and others have one",
+                    allowed="a firing_angle for every cylinder, or firing_order",
+                    also=(*path, own[0], "firing_angle"),
+                )
+    elif (
+        _line_asked(row)
+        and not row["firing_order"]
+        and row.machine.get("cycle") == "four_stroke"  # in two strokes the throws say it
+        and len(cylinders) > 1
+        and not misspelt(row.data, row.path, "firing_order")
+        and not any(misspelt(one, (*path, place), "firing_angle") for place, one in cylinders)
+    ):
+        yield row.problem(
+            "",
+            "[machine.crank_train] does not say when its cylinders fire",
+            allowed="firing_order = ['1', '3', '4', '2'], or a firing_angle for every cylinder",
+            hint="a throw passes its top dead centre twice in four strokes and fires once",
+        )
 
 
-def _unit(path: KeyPath, unit: str, si: str, block: str) -> Iterator[Problem]:
+OF_ENGINE = (
+    at_most_one(
+        "shaft_line",
+        "rotor",
+        allowed="one of them; the stations of the line have inertias of their own",
+    ),
+    at(
+        "crank_train",
+        one_of(
+            *GAS,
+            when=_line_asked,
+            hint="no gas at all is pressure_scale = 0 for each cylinder",
+        ),
+        *(needs(key, "bore", "the gas force is pressure times area") for key in GAS),
+        _of_one_turn,
+        _firing,
+        needs("firing_intervals", "firing_order"),
+    ),
+)
+
+# ----------------------------------------------------------------------------
+# A pump: what its pressure needs.
+# ----------------------------------------------------------------------------
+
+
+OF_PUMP = (
+    at(
+        "crank_train",
+        needs("", "pump_cycle", "the pressures between which a pump works"),
+        needs("", "bore", "the diameter of the plunger, on which the pressure acts"),
+    ),
+)
+
+# ----------------------------------------------------------------------------
+# What impacts and the roll of a machine need of it.
+# ----------------------------------------------------------------------------
+
+
+def _gas_whole(row: Row, instead: str) -> Iterator[Problem]:
+    """A bore without pressure, or a pressure without bore, where `row` asks for forces."""
+    train: KeyPath = ("machine", "crank_train")
+    for one, other in (("bore", "gas_pressure"), ("gas_pressure", "bore")):
+        if one in table_at(row.case, *train) and other not in table_at(row.case, *train):
+            yield row.problem(
+                (*train, one),
+                f"{row.header()} cannot use {one} without {other}: the gas force is pressure "
+                "times area",
+                allowed=f"{other} beside it, or {instead}",
+            )
+
+
+def gas_of_impacts(row: Row) -> Iterator[Problem]:
+    """Yield half of what makes a force of the gas, for [response.impact]."""
+    yield from _gas_whole(row, "neither for impacts by inertia alone")
+
+
+def needed_of_roll(row: Row) -> Iterator[Problem]:
+    """Yield what [response.roll], start_up and control miss of the machine."""
+    asked = [name for name in ROLL if isinstance(row.data.get(name), dict)]
+    machine = row.case.get("machine")
+    if not asked or not isinstance(machine, dict):
+        return
+    first: KeyPath = (*row.path, asked[0])
+    need = f"{both([f'[response.{name}]' for name in asked])} need{'s' * (len(asked) == 1)}"
+    for part, what in (
+        ("rotor", "the inertia of all that turns with the crankshaft"),
+        ("shell", "the inertia of what the motor's stator and the cylinders are fixed to"),
+    ):
+        if part not in machine:
+            yield row.problem(first, f"{need} [machine.{part}]", allowed=f"inertia: {what}")
+    motor = motor_kind(machine)
+    if motor not in FINDING_MOTORS:
+        yield row.problem(
+            first,
+            f"{need} a motor that finds the speed",
+            found=f"a motor of kind {motor!r}" if motor else "no motor",
+            allowed=f"[machine.motor] of kind {', '.join(map(repr, FINDING_MOTORS))}",
+            also=("machine", "motor"),
+        )
+    placed = [part for part in ("body", "mounts") if part in machine]
+    if placed:
+        yield row.problem(
+            ("machine", placed[0]),
+            f"{need} no [machine.{placed[0]}]: there the shell turns about the crank axis, as one "
+            "body",
+            allowed="[machine.shell], with stiffness and damping of its mounts",
+            hint="the body on its mounts moves in six freedoms at a given speed: a case of its own",
+            also=first,
+        )
+    cylinders = tables_at(machine, "crank_train", "cylinders")
+    if not all("gas_force" in cylinder for _, cylinder in cylinders):
+        yield from _gas_whole(replace(row, path=first), "a gas_force for each cylinder")
+
+
+# ----------------------------------------------------------------------------
+# Units of matrices.
+# ----------------------------------------------------------------------------
+
+_BLOCKS = ("translation", "coupling", "rotation")
+
+
+def matrix_units(row: Row) -> Iterator[Problem]:
+    """Yield the units of blocks that are no such units."""
+    units, si_units = row.entries("units"), row.model.SI
+    for position, unit in enumerate(units if len(units) == len(_BLOCKS) else ()):
+        if isinstance(unit, str) and 0 < len(unit) <= 80:
+            yield from _unit(row, position, unit, si_units[position])
+
+
+def _unit(row: Row, position: int, unit: str, si: str) -> Iterator[Problem]:
     said, found, hint = "", f"{unit!r}", ""
     try:
         factor = convert(1.0, unit, si)
@@ -142,43 +193,10 @@ def _unit(path: KeyPath, unit: str, si: str, block: str) -> Iterator[Problem]:
     if "rad" in unit:
         hint = "an angle counts as a plain number here: leave rad out"
     if said:
-        yield Problem(
-            path=path,
-            message=f"{path[-3]}, unit of the {block} block: {said}",
+        yield row.problem(
+            (*row.path, "units", position),
+            f"{row.path[-1]}, unit of the {_BLOCKS[position]} block: {said}",
             found=found,
             allowed=f"a unit that converts to {si}",
             hint=hint,
         )
-
-
-def _columns(data: Data) -> Iterator[Problem]:
-    nested: list[tuple[KeyPath, tuple[str, ...]]] = [
-        ((*above, place, key), names)
-        for above, key, names in _LISTED
-        for place, _ in tables_at(data, *above)
-    ]
-    for path, names in (*_COLUMNS, *nested):
-        table = table_at(data, *path)
-        lists = {name: table[name] for name in names if isinstance(table.get(name), list)}
-        sizes = [len(entries) for entries in lists.values()]
-        if len(set(sizes)) > 1 and not _too_short(path, lists):
-            yield Problem(
-                path=path,
-                message=f"the columns of {path[-1]} are not of one length",
-                found=", ".join(f"{len(entries)} of {name}" for name, entries in lists.items()),
-                allowed="as many entries in each",
-            )
-
-
-def _too_short(path: KeyPath, lists: dict[str, list[Any]]) -> bool:
-    """Whether the schema refuses one of these columns, whatever the others are."""
-    from vibecalc.core.case.walk import keys_of, shape_at
-
-    shape = shape_at(path)
-    fields = keys_of(shape.table) if shape is not None and shape.table is not None else {}
-    return any(
-        len(lists[name]) < getattr(rule, "min_length", 0)
-        for name, field in fields.items()
-        if name in lists
-        for rule in field.metadata
-    )

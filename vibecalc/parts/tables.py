@@ -1,6 +1,7 @@
 """The parts of a machine as a case writes them: crank train, gas, joints, body, mounts, motor."""
 
 import math
+from collections.abc import Iterator
 from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
@@ -30,6 +31,24 @@ from vibecalc.core.case.fields import (
     Whole,
     WholeNumber,
 )
+from vibecalc.core.case.raw import misspelt, read_number, table_at, tables_at
+from vibecalc.core.case.rules import (
+    Row,
+    Rule,
+    ascending,
+    at_most_one,
+    by_kind,
+    needs,
+    once,
+    one_of,
+    ordered,
+    refers,
+    refuse,
+    same_length,
+    unique,
+)
+from vibecalc.core.results.named import named
+from vibecalc.errors import Problem
 
 # ----------------------------------------------------------------------------
 # Joints with play: what a case says of clearances and of the contact in them.
@@ -66,6 +85,7 @@ class Joints(Table):
         None, description="between crank and rod; the rod is then a mass between two gaps"
     )
     bore: Play | None = Field(None, description="between piston and cylinder wall: piston slap")
+    RULES = (refers("cylinder", "machine.crank_train.cylinders", "cylinder"),)
 
 
 # ----------------------------------------------------------------------------
@@ -73,6 +93,10 @@ class Joints(Table):
 # ----------------------------------------------------------------------------
 
 GasInterpolation = Literal["linear", "parabola", "cubic", "trigonometric"]
+
+
+#: not below that of an empty cylinder
+GasPressureValue = Annotated[float, Field(ge=-1e5), Unit("Pa")]
 
 
 class GasPressure(Table):
@@ -83,9 +107,10 @@ class GasPressure(Table):
         max_length=2000,
         description="ascending, the last one turn (of an engine: one cycle) after the first",
     )
-    pressure: tuple[Pressure, ...] = Field(
+    pressure: tuple[GasPressureValue, ...] = Field(
         min_length=3, max_length=2000, description="above that of the crankcase, one per angle"
     )
+    RULES = (same_length("crank_angle", "pressure"),)
 
 
 class GasForce(Table):
@@ -100,6 +125,7 @@ class GasForce(Table):
     force: tuple[Force, ...] = Field(
         min_length=1, max_length=2000, description="of the gas on the piston, one per angle"
     )
+    RULES = (same_length("crank_angle", "force"),)
 
 
 # ----------------------------------------------------------------------------
@@ -156,6 +182,10 @@ class GasCycle(Table):
     overlap: Angle | None = Field(
         None, gt=0, le=1.5, description="half width of the charge exchange, of four strokes"
     )
+    RULES = (
+        one_of("peak_pressure", "mean_indicated_pressure"),
+        by_kind("cycle", spark="", diesel="| injection_ends"),
+    )
 
 
 # ----------------------------------------------------------------------------
@@ -181,13 +211,20 @@ class PumpCycle(Table):
     outside_pressure: Pressure = Field(
         101325.0, gt=0, description="absolute, on the other side of the plunger"
     )
+    RULES = (
+        ordered(
+            "suction_pressure",
+            "discharge_pressure",
+            "a pump delivers at a higher pressure than it draws at",
+        ),
+    )
 
 
 # ----------------------------------------------------------------------------
 # Matrices of a body and of its suspension, given as a whole.
 # ----------------------------------------------------------------------------
 
-Row = tuple[Number, Number, Number, Number, Number, Number]
+SixNumbers = tuple[Number, Number, Number, Number, Number, Number]
 
 
 class BlockMatrix(Table):
@@ -196,12 +233,13 @@ class BlockMatrix(Table):
     #: SI units of the blocks, an angle counting as a plain number
     SI: ClassVar[tuple[str, str, str]]
 
-    values: tuple[Row, Row, Row, Row, Row, Row] = Field(
+    values: tuple[SixNumbers, SixNumbers, SixNumbers, SixNumbers, SixNumbers, SixNumbers] = Field(
         description="six rows of six numbers, in the order x y z rx ry rz"
     )
     units: tuple[Name, Name, Name] | None = Field(
         None, description="units of the blocks: translation, coupling, rotation; default SI"
     )
+    RULES = ("vibecalc.parts.rules:matrix_units",)
 
 
 class MassMatrix(BlockMatrix):
@@ -242,6 +280,7 @@ class Rod(Table):
     inertia: Inertia | None = Field(
         None, ge=0, description="about its own mass centre; default: that of the two point masses"
     )
+    RULES = (one_of("crank_pin_to_mass_centre", "reciprocating_fraction"),)
 
 
 class Cylinder(Table):
@@ -289,6 +328,17 @@ class BalanceShaft(Table):
     position: Point = Field((0.0, 0.0, 0.0), description="from the train's origin, along x, y, z")
 
 
+def _parts_needed(row: Row) -> bool:
+    """Whether the masses of the train count: not where each cylinder has its own."""
+    key, cylinders = "reciprocating_mass", tables_at(row.data, "cylinders")
+    own = bool(cylinders) and all(key in entry for _, entry in cylinders)
+    path = (*row.path, "cylinders")
+    return not (own or any(misspelt(entry, (*path, place), key) for place, entry in cylinders))
+
+
+Interval = Annotated[float, Field(ge=0), Unit("rad")]
+
+
 class CrankTrain(Table):
     """Cylinders, rods and cranks, and what is put in to balance them."""
 
@@ -329,7 +379,7 @@ class CrankTrain(Table):
     firing_order: Annotated[tuple[Name, ...], Field(max_length=64)] = Field(
         (), description="names of the cylinders of an engine, as they fire"
     )
-    firing_intervals: Annotated[tuple[Angle, ...], Field(max_length=64)] = Field(
+    firing_intervals: Annotated[tuple[Interval, ...], Field(max_length=64)] = Field(
         (), description="from each of firing_order to the next; default: even ones"
     )
     gas_interpolation: GasInterpolation | None = Field(
@@ -345,6 +395,17 @@ class CrankTrain(Table):
     )
     balance_shafts: tuple[BalanceShaft, ...] = Field(
         (), max_length=64, description="shafts geared to the crankshaft"
+    )
+    RULES = (
+        one_of("reciprocating_mass", "piston_mass pin_mass rod", when=_parts_needed),
+        *(
+            needs(part, "piston_mass reciprocating_mass", when=_parts_needed)
+            for part in ("pin_mass", "rod")
+        ),
+        unique("cylinders"),
+        refers("firing_order", "machine.crank_train.cylinders", "cylinder"),
+        once("firing_order", "cylinder"),
+        unique("gas_cards", "cards", "speed"),
     )
 
     @property
@@ -373,12 +434,23 @@ class InertiaBlock(Table):
     )
 
 
+Moment3 = Annotated[float, Field(gt=0), Unit("kg*m^2")]
+
+
+def _parts_said(row: Row) -> bool:
+    """Whether the body is one of parts: not of a matrix, whose name may be misspelt."""
+    complete = "mass" in row and not row.data.keys().isdisjoint({"inertia", "box"})
+    return "mass_matrix" not in row and (
+        complete or not misspelt(row.data, row.path, "mass_matrix")
+    )
+
+
 class Body(Table):
     """The rigid machine. Its reference point is its mass centre without the inertia block."""
 
     mass: Mass | None = Field(None, gt=0, description="of the whole machine")
     box: Box | None = Field(None, description="inertia from a uniform block; or give inertia")
-    inertia: tuple[Inertia, Inertia, Inertia] | None = Field(
+    inertia: tuple[Moment3, Moment3, Moment3] | None = Field(
         None, description="moments Ixx, Iyy, Izz about the mass centre"
     )
     inertia_products: tuple[Inertia, Inertia, Inertia] = Field(
@@ -387,6 +459,21 @@ class Body(Table):
     inertia_block: InertiaBlock | None = Field(None, description="a block added to the machine")
     mass_matrix: MassMatrix | None = Field(
         None, description="of the whole machine, instead of all of these"
+    )
+    RULES = (
+        at_most_one("mass_matrix", "mass box inertia inertia_products inertia_block"),
+        needs("", "mass mass_matrix", allowed="a mass > 0 kg, e.g. '0.4 kg' or '400 g'"),
+        one_of("inertia", "box", when=_parts_said),
+        refuse(
+            "inertia_products",
+            "inertia_products go with inertia: a box has none",
+            lambda t: (
+                "box" in t
+                and _parts_said(t)
+                and any(read_number(one, "kg*m^2") for one in t.entries("inertia_products"))
+            ),
+            also="box",
+        ),
     )
 
 
@@ -414,6 +501,35 @@ class Mount(MountProperties):
     )
 
 
+_WITH_MATRIX = ("damping_matrix", "loss_factor")
+_FOR_A_MATRIX = "mounts with places have their own in [machine.mounts.each] or one by one"
+
+
+def _mounts_needed(row: Row) -> bool:
+    return row.data.keys().isdisjoint(_WITH_MATRIX)
+
+
+def _no_stiffness(row: Row) -> Iterator[Problem]:
+    """The stiffness of mounts stands in `each`, or on each of them."""
+    each = table_at(row.data, "each")
+    known = "stiffness" in each or "stiffness_matrix" in row
+    if known or not isinstance(row.data.get("each", {}), dict):
+        return
+    if "positions" in row:
+        yield row.problem(
+            "each" if each else "",
+            "mounts given by positions have no stiffness",
+            allowed="each = { stiffness = ... }",
+        )
+    for place, mount in tables_at(row.data, "individual"):
+        if "stiffness" not in mount:
+            yield row.problem(
+                (*row.path, "individual", place),
+                f"mount {mount.get('name', place + 1)!r} has no stiffness",
+                allowed="a stiffness of its own, or one in [machine.mounts.each]",
+            )
+
+
 class Mounts(Table):
     """What the body stands on."""
 
@@ -435,6 +551,19 @@ class Mounts(Table):
     )
     modal_damping: Number | None = Field(
         None, ge=0, le=10, description="damping ratio of every mode, added to what else damps"
+    )
+    RULES = (
+        one_of(
+            "stiffness_matrix",
+            "positions",
+            "individual",
+            when=_mounts_needed,
+            allowed="positions of equal mounts, individual mounts, or one stiffness_matrix",
+        ),
+        at_most_one("stiffness_matrix", "each"),
+        *(needs(key, "stiffness_matrix", _FOR_A_MATRIX) for key in _WITH_MATRIX),
+        unique("individual"),
+        _no_stiffness,
     )
 
 
@@ -459,6 +588,10 @@ class TorqueHarmonics(Table):
     sine: tuple[Moment, ...] = Field(
         min_length=1, max_length=401, description="amplitude of the sine, one per order"
     )
+    RULES = (same_length("order", "cosine", "sine", what="torque"), once("order", "order"))
+
+
+SlipTorque = Annotated[float, Field(ge=0), Unit("N*m")]
 
 
 class SlipTable(Table):
@@ -467,9 +600,16 @@ class SlipTable(Table):
     slip: tuple[AngularSpeed, ...] = Field(
         min_length=1, max_length=2000, description="synchronous speed less speed, ascending from 0"
     )
-    torque: tuple[Moment, ...] = Field(
-        min_length=1, max_length=2000, description="on the rotor, from 0, one per slip"
+    torque: tuple[SlipTorque, ...] = Field(
+        min_length=1,
+        max_length=2000,
+        description="on the rotor, from 0, one per slip; below its field a motor does not brake",
     )
+    RULES = (same_length("slip", "torque"), ascending("slip"))
+
+
+def _motor_kind(row: Row) -> Any:
+    return named("vibecalc.kinds:motor_kind")(row.machine)
 
 
 class Motor(Table):
@@ -522,6 +662,22 @@ class Motor(Table):
     cages: Literal["single", "double", "triple"] | None = Field(
         None, description="of the rotor, fitted to the slip table (dynamic), double if not said"
     )
+    RULES = (
+        by_kind(
+            "motor",
+            _motor_kind,
+            torque_harmonics="rotor_diameter skew_angle torque",
+            slip_table="synchronous_speed slip_table | interpolation beyond",
+            linear="synchronous_speed gain",
+            dynamic="synchronous_speed slip_table poles voltage stator_resistance "
+            "| cages interpolation beyond",
+        ),
+    )
+
+
+def cylinders_in(key: str) -> tuple[Rule, Rule]:
+    """Rules of a list of names of cylinders."""
+    return refers(key, "machine.crank_train.cylinders", "cylinder"), once(key, "cylinder")
 
 
 Names = Annotated[tuple[Name, ...], Field(min_length=1, max_length=64)]

@@ -1,10 +1,9 @@
-"""Do the names of cylinders fit, and can the machine change from one operation to another?"""
+"""Can the machine change from one operation to another?"""
 
 from collections.abc import Iterator
 
 import numpy as np
 
-from vibecalc.core.case.raw import listed, nearest
 from vibecalc.errors import KeyPath, Problem
 from vibecalc.kinds import has_crank_train
 from vibecalc.parts import tables as parts
@@ -17,61 +16,10 @@ MOUNTS: KeyPath = ("machine", "mounts")
 
 
 def operation_problems(case: Case) -> list[Problem]:
-    """Problems of the cylinders that are named, of weights, and of [response.switching]."""
+    """Problems of [response.switching]."""
     if not has_crank_train(case.machine):
         return []
-    names = [cylinder.name for cylinder in case.machine.crank_train.cylinders]
-    problems = [problem for path, given in _lists(case) for problem in _names(path, given, names)]
-    joints = case.machine.joints
-    if joints is not None and joints.cylinder is not None:
-        problems += _names(("machine", "joints"), (joints.cylinder,), names, key="cylinder")
-    return [*problems, *_weights(case), *_switching(case)]
-
-
-def _lists(case: Case) -> Iterator[tuple[KeyPath, tuple[str, ...]]]:
-    excitation, response = case.excitation, case.response
-    if excitation is not None:
-        yield ("excitation", "working"), excitation.working or ()
-        yield ("excitation", "balanced_for"), excitation.balanced_for or ()
-    if response is not None:
-        for position, operation in enumerate(response.operations):
-            yield ("response", "operations", position, "working"), operation.working
-        for position, balance in enumerate(response.balances):
-            yield ("response", "balances", position, "balanced_for"), balance.balanced_for
-
-
-def _names(
-    path: KeyPath, given: tuple[str, ...], names: list[str], key: str | None = None
-) -> Iterator[Problem]:
-    seen: dict[str, int] = {}
-    for position, name in enumerate(given):
-        place = (*path, position if key is None else key)
-        if name not in names:
-            yield Problem(
-                path=place,
-                message=f"no cylinder is named {name!r}",
-                allowed=listed(names),
-                hint=nearest(name, names),
-            )
-        elif name in seen:
-            yield Problem(
-                path=place,
-                message=f"cylinder {name!r} stands twice in {path[-1]}",
-                allowed="each cylinder once",
-                also=(*path, seen[name]),
-            )
-        seen.setdefault(name, position)
-
-
-def _weights(case: Case) -> Iterator[Problem]:
-    operations = () if case.response is None else case.response.operations
-    if operations and not any(operation.weight for operation in operations):
-        yield Problem(
-            path=("response", "operations", 0, "weight"),
-            message="no operation has a weight above zero, so there is no weighted energy",
-            found=f"weight = 0 in all {len(operations)} operations",
-            allowed="a weight above zero in one of them at least",
-        )
+    return list(_switching(case))
 
 
 def _switching(case: Case) -> Iterator[Problem]:

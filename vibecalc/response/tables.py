@@ -1,11 +1,16 @@
 """What is asked of the response of a machine on its suspension."""
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import Field
 
-from vibecalc.core.case.fields import Angle, Length, Name, Number, RunUp, Table, Time, later
-from vibecalc.parts.tables import Names, Throws
+from vibecalc.core.case.fields import Angle, Length, Name, Number, RunUp, Table, Time, Unit, later
+from vibecalc.core.case.raw import tables_at
+from vibecalc.core.case.rules import Row, needs, once, refers, refuse, unique, wants
+from vibecalc.core.results.named import named
+from vibecalc.errors import KeyPath, Problem
+from vibecalc.parts.tables import Names, Throws, cylinders_in
 
 if TYPE_CHECKING:
     from vibecalc.absorber.tables import AbsorberResponse
@@ -29,6 +34,7 @@ class Operation(Table):
     name: Name = Field(description="label used in tables and in `where`")
     working: Names = Field(description="names of the cylinders that work")
     weight: Number = Field(1.0, ge=0, description="share in the weighted energy")
+    RULES = cylinders_in("working")
 
 
 class Balance(Table):
@@ -36,6 +42,7 @@ class Balance(Table):
 
     name: Name = Field(description="label used in tables and in `where`")
     balanced_for: Throws = Field(description="names of the cylinders; none: no weights")
+    RULES = cylinders_in("balanced_for")
 
 
 class Switching(Table):
@@ -51,6 +58,25 @@ class Switching(Table):
     settled: Number = Field(
         0.05, gt=0, lt=1, description="deviation from the steady state that counts as settled"
     )
+    RULES = (
+        refuse(
+            "",
+            "[response.switching] goes between two operations, and there are none",
+            lambda t: not tables_at(t.case, "response", "operations"),
+            "operations in [response], two of which `between` names",
+        ),
+        refers("between", "response.operations", "operation"),
+        refuse(
+            "between",
+            "a change goes from one operation to another one",
+            lambda t: len({*map(str, t.entries("between"))}) == 1,
+            "two different names",
+            found="{between}",
+        ),
+    )
+
+
+Clearance = Annotated[float, Field(gt=0), Unit("m")]
 
 
 class Impact(Table):
@@ -65,7 +91,7 @@ class Impact(Table):
     pressure: Literal["towards_crank", "towards_head"] = Field(
         "towards_crank", description="sense in which the gas pushes the piston"
     )
-    clearances: Annotated[tuple[Length, ...], Field(max_length=32)] = Field(
+    clearances: Annotated[tuple[Clearance, ...], Field(max_length=32)] = Field(
         (), description="of the wrist pin, instead of its own: one study for each"
     )
     members: Annotated[int, Field(strict=True, ge=2, le=10_000)] = Field(
@@ -83,6 +109,30 @@ class Impact(Table):
     perturbation: Length = Field(
         2.54e-11, gt=0, description="distance of the neighbour whose parting is timed"
     )
+    RULES = (
+        wants("machine.joints", "joints with clearance and stiffness, of the wrist pin at least"),
+        "vibecalc.parts.rules:gas_of_impacts",
+        once("clearances", "clearance"),
+    )
+
+
+_FIRST: KeyPath = ("response", "operations", 0)
+_ASKED = ("WITHOUT_A_BODY", "OF_THE_BODY")
+
+
+def _on_mounts(row: Row) -> Iterator[Problem]:
+    """The motion of the body needs a body on mounts."""
+    alone, of_the_body = (named(f"vibecalc.kinds:{name}") for name in _ASKED)
+    if row.data.keys().isdisjoint(alone) or any(row.data.get(key) for key in of_the_body):
+        without = f"impacts alone need none: leave {', '.join(of_the_body)} out"
+        hint = without if "impact" in row else "leave [response] out for forces only"
+        for part in ("body", "mounts"):
+            yield from wants(f"machine.{part}", hint=hint)(row)
+
+
+def _of_roll(row: Row) -> Iterator[Problem]:
+    if not row.data.keys().isdisjoint(named("vibecalc.kinds:ROLL")):
+        yield from named("vibecalc.parts.rules:needed_of_roll")(row)
 
 
 class Response(Table):
@@ -110,3 +160,24 @@ class Response(Table):
         None, description="of a primary system and its absorber"
     )
     torsion: Torsion | None = Field(None, description="of the shaft line of an engine")
+    RULES = (
+        _on_mounts,
+        needs(
+            "balances",
+            "operations",
+            "ways of balancing are combined with ways of running",
+            'operations = [{ name = "all", working = ["1", "2"] }], for example',
+        ),
+        unique("operations"),
+        refuse(
+            (*_FIRST, "weight"),
+            "no operation has a weight above zero, so there is no weighted energy",
+            lambda t: (
+                t.entries("operations")
+                and not any(operation.number("weight") for operation in t.each("operations"))
+            ),
+            "a weight above zero in one of them at least",
+        ),
+        unique("balances"),
+        _of_roll,
+    )

@@ -8,11 +8,11 @@ from vibecalc.errors import KeyPath, Problem
 from vibecalc.kinds import asks_roll, finds_speed, has_crank_train, working
 from vibecalc.parts.crank_train import build_crank_train, rod_share, working_names
 from vibecalc.parts.firing import shakes_with_torque
-from vibecalc.roll.form import STEPPING
+from vibecalc.roll.tables import STEPPING
 from vibecalc.schema import Case
 
 if TYPE_CHECKING:
-    from vibecalc.roll.tables import Load, Roll
+    from vibecalc.roll.tables import Roll
 
 # ----------------------------------------------------------------------------
 # Can rotor, pistons and shell move like this, and can that motion be followed as asked?
@@ -20,7 +20,6 @@ if TYPE_CHECKING:
 
 CYLINDERS: KeyPath = ("machine", "crank_train", "cylinders")
 ROLL: KeyPath = ("response", "roll")
-LOAD: KeyPath = ("response", "start_up", "load")
 #: Nodes of one panel: more of them lose digits, since they crowd at its ends.
 MOST_NODES = 32
 #: Steps of one turn: below, the highest harmonic has fewer than four samples in its period.
@@ -36,8 +35,6 @@ def roll_problems(case: Case) -> list[Problem]:
     problems = [*_pistons(case), *_drifting(case)]
     if response is not None and response.roll is not None:
         problems += [*_start(case, response.roll), *_work(case, response.roll)]
-    if response is not None and response.start_up is not None and response.start_up.load:
-        problems += [*_load(response.start_up.load)]
     return problems
 
 
@@ -140,34 +137,6 @@ def _work(case: Case, roll: "Roll") -> Iterator[Problem]:
             message="steps this short take too many of them",
             found=f"{roll.step:.6g} s: {turn / roll.step:.3g} steps in a turn",
             allowed=f">= {turn / MOST_STEPS:.3g} s",
-        )
-
-
-def _load(load: "Load") -> Iterator[Problem]:
-    time, factor = load.time, load.factor
-    back = [n for n in range(1, len(time)) if not time[n] > time[n - 1]]
-    if time[0] != 0.0:
-        yield Problem(
-            path=(*LOAD, "time", 0),
-            message="the load has to be known from the start on",
-            found=f"a first time of {time[0]:.6g} s",
-            allowed="a first time of 0 s",
-        )
-    elif back:
-        last = back[0]
-        yield Problem(
-            path=(*LOAD, "time", last),
-            message="the times of the load have to ascend",
-            found=f"{time[last - 1]:.6g} s, then {time[last]:.6g} s, in rows {last} and {last + 1}",
-            allowed="each later than the one before it",
-        )
-    low = min(range(len(factor)), key=lambda row: factor[row])
-    if factor[low] < 0.0:
-        yield Problem(
-            path=(*LOAD, "factor", low),
-            message="a factor below zero would make the gas pull where it pushes",
-            found=f"{factor[low]:.6g} in row {low + 1}",
-            allowed=">= 0: 0 is no load, 1 the gas forces as they are",
         )
 
 

@@ -46,23 +46,12 @@ def _poles(motor: "Motor") -> Iterator[Problem]:
 def _table(table: "SlipTable") -> Iterator[Problem]:
     """One problem of the slips, or else one for each torque that cannot be."""
     slip, torque = table.slip, table.torque
-    back = [n for n in range(1, len(slip)) if not slip[n] > slip[n - 1]]
     if len(slip) < 2:
         yield Problem(
             path=TABLE,
             message="a slip table of one row is no curve",
             found=f"slip {slip[0]:.6g} rad/s alone",
             allowed="two rows or more, the first at slip 0",
-        )
-    elif back:
-        last = back[0]
-        twice = slip[last] == slip[last - 1]
-        yield Problem(
-            path=(*TABLE, "slip", last),
-            message="a slip stands twice" if twice else "the slips of the table have to ascend",
-            found=f"{slip[last - 1]:.6g} rad/s, then {slip[last]:.6g} rad/s, in rows "
-            f"{last} and {last + 1}",
-            allowed="each larger than the one before it",
         )
     elif slip[0] != 0.0 or torque[0] != 0.0:
         yield Problem(
@@ -72,20 +61,6 @@ def _table(table: "SlipTable") -> Iterator[Problem]:
             allowed="a first row of 0 and 0",
             hint="a rotor that turns with the field has no torque; at negative slip the table is "
             "continued with the sign turned",
-        )
-    else:
-        yield from _backwards(torque)
-
-
-def _backwards(torque: tuple[float, ...]) -> Iterator[Problem]:
-    low = min(range(len(torque)), key=lambda row: torque[row])
-    if torque[low] < 0.0:
-        yield Problem(
-            path=(*TABLE, "torque", low),
-            message="a motor that turns slower than its field does not brake",
-            found=f"{torque[low]:.6g} N*m in row {low + 1}",
-            allowed=">= 0 N*m at every slip",
-            hint="the torque of the table is on the rotor, in the sense of rotation",
         )
     elif not any(torque):
         yield Problem(
@@ -236,12 +211,11 @@ CONTROL: KeyPath = ("response", "control")
 
 
 def control_problems(case: "Case") -> list[Problem]:
-    """Problems of target speed, lists of gains, and bounds of the tuning."""
+    """Problems of the target speed and of the full model."""
     control = None if case.response is None else case.response.control
     if control is None or not finds_speed(case.machine):
         return []
-    found = [*_target(case, control), *_lists(control), *_tune(control)]
-    return [*found, *_full_model(case, control)]
+    return [*_target(case, control), *_full_model(case, control)]
 
 
 def _target(case: "Case", control: "Control") -> Iterator[Problem]:
@@ -250,7 +224,7 @@ def _target(case: "Case", control: "Control") -> Iterator[Problem]:
     if target is None or motor is None:
         return
     reference = motor.synchronous_speed if control.reference is None else control.reference
-    smallest = min((control.gain, *(gain for gain in control.gains if gain > 0.0)))
+    smallest = min((control.gain, *control.gains))
     if target >= smallest * reference:
         yield Problem(
             path=(*CONTROL, "target_speed"),
@@ -286,47 +260,3 @@ def _full_model(case: "Case", control: "Control") -> Iterator[Problem]:
             allowed="full_model = false, or machine.motor.kind = 'slip_table'",
             also=("machine", "motor", "kind"),
         )
-
-
-def _lists(control: "Control") -> Iterator[Problem]:
-    for key, positive in (("motor_gains", True), ("gains", True), ("feedbacks", False)):
-        values: tuple[float, ...] = getattr(control, key)
-        for place, value in enumerate(values):
-            if positive and value <= 0.0:
-                yield Problem(
-                    path=(*CONTROL, key, place),
-                    message=f"{key}[{place}] has to be above zero",
-                    found=f"{value:.6g}",
-                    allowed="> 0: another sign drives the speed away from its reference",
-                )
-            elif value in values[:place]:
-                yield Problem(
-                    path=(*CONTROL, key, place),
-                    message=f"a value of {key} stands twice",
-                    found=f"{value:.6g}",
-                    allowed="each once",
-                    also=(*CONTROL, key, values.index(value)),
-                )
-
-
-def _tune(control: "Control") -> Iterator[Problem]:
-    tune = control.tune
-    if tune is None:
-        return
-    for key, pair in (("gain", tune.gain), ("acceleration_feedback", tune.acceleration_feedback)):
-        if not pair.lower < pair.upper:
-            yield Problem(
-                path=(*CONTROL, "tune", key, "lower"),
-                message=f"the lower bound of {key} has to be below the upper one",
-                found=f"{pair.lower:.6g} and {pair.upper:.6g}",
-                allowed="lower < upper",
-                also=(*CONTROL, "tune", key, "upper"),
-            )
-    for place, order in enumerate(tune.orders):
-        if order in tune.orders[:place]:
-            yield Problem(
-                path=(*CONTROL, "tune", "orders", place),
-                message=f"order {order} stands twice",
-                allowed="each order once",
-                also=(*CONTROL, "tune", "orders", tune.orders.index(order)),
-            )

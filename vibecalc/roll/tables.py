@@ -16,6 +16,17 @@ from vibecalc.core.case.fields import (
     Number,
     Table,
     Time,
+    Unit,
+)
+from vibecalc.core.case.rules import (
+    Row,
+    ascending,
+    at_most_one,
+    needs,
+    once,
+    ordered,
+    refuse,
+    same_length,
 )
 
 # ----------------------------------------------------------------------------
@@ -62,6 +73,15 @@ class Friction(Table):
 RollMethod = Literal["collocation", "fourier", "shooting", "dop853", "rk4", "euler"]
 
 
+#: methods that need `step`; for the others it is without effect, which is a caution
+STEPPING = ("euler", "rk4")
+
+
+def _uses(row: Row, *methods: str) -> bool:
+    """Whether the motion is computed, or compared, by one of these methods."""
+    return any(name in methods for name in (row["method"], *row.entries("compare")))
+
+
 class Roll(Table):
     """The steady motion of rotor, pistons and shell, with the speed that the motor finds."""
 
@@ -98,6 +118,27 @@ class Roll(Table):
     classical: bool = Field(
         False, strict=True, description="also the forces at constant speed in a shell at rest"
     )
+    RULES = (
+        once("compare", "method"),
+        refuse(
+            "points",
+            "points is for the methods collocation and fourier",
+            lambda t: "points" in t and not _uses(t, "collocation", "fourier"),
+            "no points, or one of these methods",
+            found="method = {method!r}",
+            also="method",
+        ),
+        refuse(
+            "",
+            "the methods euler and rk4 need their step",
+            lambda t: "step" not in t and _uses(t, *STEPPING),
+            "step = '0.1 ms', for example",
+        ),
+    )
+
+
+#: below zero the gas would pull where it pushes
+Factor = Annotated[float, Field(ge=0), Unit("")]
 
 
 class Load(Table):
@@ -106,9 +147,12 @@ class Load(Table):
     time: tuple[Time, ...] = Field(
         min_length=1, max_length=2000, description="ascending, the first is 0"
     )
-    factor: tuple[Number, ...] = Field(
-        min_length=1, max_length=2000, description="of the gas forces from that time on; 0 is none"
+    factor: tuple[Factor, ...] = Field(
+        min_length=1,
+        max_length=2000,
+        description="of the gas forces from that time on; 0 is none",
     )
+    RULES = (same_length("time", "factor"), ascending("time", start=0.0))
 
 
 class StartUp(Table):
@@ -133,13 +177,17 @@ class StartUp(Table):
         description="time in which a start from such an angle has to come over the breakdown "
         "torque; default: duration",
     )
+    RULES = (needs("start_within", "angles", "it is for starts from many angles", "angles = 24"),)
 
 
 # ----------------------------------------------------------------------------
 # What is asked of the control of a motor that is to keep the shell quiet.
 # ----------------------------------------------------------------------------
 
-Gains = Annotated[tuple[Number, ...], Field(max_length=200)]
+#: another sign drives the speed away from its reference
+Gain = Annotated[float, Field(gt=0), Unit("")]
+MotorGain = Annotated[float, Field(gt=0), Unit("N*m*s/rad")]
+Gains = Annotated[tuple[Gain, ...], Field(max_length=200)]
 Order = Annotated[int, Field(strict=True, ge=1, le=400)]
 
 
@@ -148,6 +196,7 @@ class GainRange(Table):
 
     lower: Number = Field(gt=0, description="smallest gain")
     upper: Number = Field(gt=0, description="largest gain")
+    RULES = (ordered("lower", "upper"),)
 
 
 class FeedbackRange(Table):
@@ -155,6 +204,7 @@ class FeedbackRange(Table):
 
     lower: Time = Field(description="smallest feedback; it may be negative")
     upper: Time = Field(description="largest feedback")
+    RULES = (ordered("lower", "upper"),)
 
 
 class Tune(Table):
@@ -171,6 +221,7 @@ class Tune(Table):
         0.5235987755982988, ge=0, lt=3.2, description="least phase to instability"
     )
     delay_margin: Time = Field(0.0, ge=0, description="least delay to instability")
+    RULES = (once("orders", "order"),)
 
 
 class Control(Table):
@@ -200,7 +251,7 @@ class Control(Table):
     )
     actuator_lag: Time = Field(0.0, ge=0, description="time constant of what sets the frequency")
     delay: Time = Field(0.0, ge=0, description="time from measurement to frequency")
-    motor_gains: Annotated[tuple[AngularDamping, ...], Field(max_length=200)] = Field(
+    motor_gains: Annotated[tuple[MotorGain, ...], Field(max_length=200)] = Field(
         (), description="motor gains to compare, without a controller"
     )
     gains: Gains = Field((), description="controller gains to compare, with every feedback")
@@ -211,3 +262,7 @@ class Control(Table):
         False, strict=True, description="also the closed loop in the full nonlinear model"
     )
     tune: Tune | None = Field(None, description="also find gain and feedback")
+    RULES = (
+        at_most_one("speed_feedback", "target_speed"),
+        *(once(key, "value") for key in ("motor_gains", "gains", "feedbacks")),
+    )

@@ -1,7 +1,6 @@
 """Can what a case asks of its shaft line be answered, and is it what it looks like?"""
 
 from collections.abc import Iterator
-from itertools import pairwise
 
 from vibecalc.core.case.fields import RunUp
 from vibecalc.core.case.raw import unknown
@@ -39,7 +38,7 @@ def torsion_problems(case: Case) -> list[Problem]:
     torsion = None if case.response is None else case.response.torsion
     problems = [*_speeds(case), *_run_up(case, line)]
     if torsion is not None:
-        problems += [*_orders(case, torsion), *_names(case, line, torsion)]
+        problems += [*_orders(case, torsion), *_change(line, torsion)]
         problems += [*_damping(line, torsion), *_published(line, torsion)]
         for place, limit in enumerate(torsion.limits):
             problems += _limit((*TORSION, "limits", place), line, limit)
@@ -133,34 +132,17 @@ def _orders(case: Case, torsion: Torsion) -> Iterator[Problem]:
         )
 
 
-def _names(case: Case, line: ShaftLine, torsion: Torsion) -> Iterator[Problem]:
-    cylinders = [cylinder.name for cylinder in case.machine.crank_train.cylinders]
-    for place, name in enumerate(torsion.misfire):
-        path: KeyPath = (*TORSION, "misfire", place)
-        if name not in cylinders:
-            yield unknown(path, "cylinder", name, cylinders)
-        elif name in torsion.misfire[:place]:
-            yield Problem(
-                path=path,
-                message=f"cylinder {name[:60]!r} stands twice",
-                allowed="each cylinder once",
-                also=(*TORSION, "misfire", torsion.misfire.index(name)),
-            )
+def _change(line: ShaftLine, torsion: Torsion) -> Iterator[Problem]:
     change = torsion.transient
     if change is not None:
-        path = (*TORSION, "transient")
-        stations = [station.name for station in line.stations]
-        if change.cylinder is not None and change.cylinder not in cylinders:
-            yield unknown((*path, "cylinder"), "cylinder", change.cylinder, cylinders)
-        elif change.cylinder is not None and change.cylinder in torsion.misfire:
+        path: KeyPath = (*TORSION, "transient")
+        if change.cylinder is not None and change.cylinder in torsion.misfire:
             yield Problem(
                 path=(*path, "cylinder"),
                 message=f"cylinder {change.cylinder[:60]!r} does not fire from the begin",
                 allowed="a cylinder that is not in misfire",
                 also=(*TORSION, "misfire"),
             )
-        if change.on is not None and change.on not in stations:
-            yield unknown((*path, "on"), "station", change.on, stations)
         lossy = [n for n, shaft in enumerate(line.shafts) if shaft.loss_factor > 0.0]
         damped = [n for n, damper in enumerate(line.dampers) if damper.loss_factor > 0.0]
         if (lossy or damped) and torsion.damping_model is None:
@@ -256,17 +238,6 @@ def _limit(path: KeyPath, line: ShaftLine, limit: TorsionLimit) -> Iterator[Prob
                 allowed="diameter or section instead of section_modulus",
                 also=(*LINE, "shafts", place, "section_modulus"),
             )
-    curve = limit.curve
-    if curve is not None:
-        for row, (low, high) in enumerate(pairwise(curve.speed), start=1):
-            if not low < high:
-                yield Problem(
-                    path=(*path, "curve", "speed", row),
-                    message="the speeds of a limit curve have to ascend",
-                    found=f"{low:.6g}, then {high:.6g} rad/s",
-                    allowed="each larger than the one before it",
-                )
-                return
 
 
 # ----------------------------------------------------------------------------
@@ -321,13 +292,6 @@ def design_problems(case: Case, line: ShaftLine) -> Iterator[Problem]:
                 path=(*DESIGN, "bounds", key),
                 message=f"{key} is not looked for, and bounds hold nothing",
                 allowed=f"{key} in find, or no such bounds",
-            )
-        elif bound is not None and not 0.0 <= bound[0] <= bound[1]:
-            yield Problem(
-                path=(*DESIGN, "bounds", key),
-                message="bounds go from a smaller number to a larger one, from zero on",
-                found=f"{bound[0]:.6g} to {bound[1]:.6g}",
-                allowed="0 <= from <= to",
             )
     known = section_names(line)
     for place, name in enumerate(design.sections):

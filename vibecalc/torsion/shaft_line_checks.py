@@ -2,15 +2,13 @@
 
 from collections.abc import Iterator, Sequence
 
-from vibecalc.core.case.raw import listed, unknown
+from vibecalc.core.case.raw import listed
 from vibecalc.errors import KeyPath, NumericalFailure, Problem
 from vibecalc.parts.crank_train import turns
 from vibecalc.schema import Case
 from vibecalc.torsion.shaft_line_tables import (
     Joined,
-    Shaft,
     ShaftLine,
-    Throw,
     crank_station,
     joints,
     merged,
@@ -31,12 +29,8 @@ def shaft_line_problems(case: Case) -> list[Problem]:
     if line is None:
         return []
     cylinders = [cylinder.name for cylinder in case.machine.crank_train.cylinders]
-    problems = [*_count(line), *_ends(line), *_places(line), *_cylinders(line, cylinders)]
-    problems += _section_names(line)
-    problems += shaft_part_problems(case)
-    if problems:
-        return problems
-    return [*_network(line)] or [*_inertias(case, line)]
+    problems = [*_count(line), *_places(line), *_cylinders(line, cylinders), *_section_names(line)]
+    return problems or [*_network(line)] or [*_inertias(case, line)]
 
 
 def _count(line: ShaftLine) -> Iterator[Problem]:
@@ -60,40 +54,9 @@ def _count(line: ShaftLine) -> Iterator[Problem]:
         )
 
 
-def _ends(line: ShaftLine) -> Iterator[Problem]:
-    names = [station.name for station in line.stations]
-    for key, entries in (
-        ("shafts", [shaft.between for shaft in line.shafts]),
-        ("gears", [gear.between for gear in line.gears]),
-    ):
-        for place, between in enumerate(entries):
-            if between is None:
-                continue
-            path: KeyPath = (*LINE, key, place, "between")
-            for end, name in enumerate(between):
-                if name not in names:
-                    yield unknown((*path, end), "station", name, names)
-            if between[0] == between[1]:
-                yield Problem(
-                    path=path,
-                    message=f"this {key[:-1]} leads from a station to itself",
-                    found=repr(between[0][:60]),
-                    allowed="two different stations",
-                )
-
-
 def _places(line: ShaftLine) -> Iterator[Problem]:
-    """What stands on a station: dampers, loads."""
+    """What stands on a station: loads, the rings of dampers."""
     names = [station.name for station in line.stations]
-    for key, entries in (
-        ("dampers", [damper.on for damper in line.dampers]),
-        ("loads", [load.on for load in line.loads]),
-    ):
-        for place, on in enumerate(entries):
-            if on not in names:
-                yield unknown((*LINE, key, place, "on"), "station", on, names)
-    if line.load is not None and line.load not in names:
-        yield unknown((*LINE, "load"), "station", line.load, names)
     taking = line.load or names[-1]
     for place, load in enumerate(line.loads):
         if load.on == taking:
@@ -151,9 +114,7 @@ def _cylinders(line: ShaftLine, names: Sequence[str]) -> Iterator[Problem]:
         if station.cylinder is not None:
             given.append(((*path, "cylinder"), station.cylinder))
         for key, name in given:
-            if name not in names:
-                yield unknown(key, "cylinder", name, names)
-            elif name in seen:
+            if name in seen:
                 twice += 1
                 yield Problem(
                     path=key,
@@ -163,7 +124,7 @@ def _cylinders(line: ShaftLine, names: Sequence[str]) -> Iterator[Problem]:
                 )
             seen.setdefault(name, key)
     left = [name for name in names if name not in seen]
-    if len(left) > twice and seen.keys() <= set(names):  # a name typed twice leaves one out
+    if len(left) > twice:  # a name typed twice leaves one out
         yield Problem(
             path=(*LINE, "stations"),
             message="these cylinders turn no station"
@@ -263,68 +224,3 @@ def _inertias(case: Case, line: ShaftLine) -> Iterator[Problem]:
             message=f"no stiffness follows from the dimensions: {error}",
             allowed="another formula, or stiffness",
         )
-
-
-# ----------------------------------------------------------------------------
-# Are the dimensions of shafts, throws and gears on a line possible?
-# ----------------------------------------------------------------------------
-
-
-def shaft_part_problems(case: Case) -> list[Problem]:
-    """Problems of bores and strengths, one shaft and one throw at a time."""
-    line = case.machine.shaft_line
-    if line is None:
-        return []
-    problems: list[Problem] = []
-    for place, station in enumerate(line.stations):
-        if station.throw is not None:
-            problems += _bores((*LINE, "stations", place, "throw"), station.throw)
-    for place, shaft in enumerate(line.shafts):
-        problems += _shaft((*LINE, "shafts", place), shaft)
-    for place, gear in enumerate(line.gears):
-        if gear.ratio is not None and not 1e-6 <= gear.ratio <= 1e6:
-            problems.append(
-                Problem(
-                    path=(*LINE, "gears", place, "ratio"),
-                    message="no gear has such a ratio",
-                    found=f"{gear.ratio:.6g}",
-                    allowed="1e-06 to 1e+06",
-                )
-            )
-    return problems
-
-
-def _bores(path: KeyPath, throw: Throw) -> Iterator[Problem]:
-    for part in ("journal", "pin"):
-        bore, outer = getattr(throw, f"{part}_bore"), getattr(throw, f"{part}_diameter")
-        if bore >= outer:
-            yield _wider((*path, f"{part}_bore"), bore, outer, (*path, f"{part}_diameter"))
-
-
-def _shaft(path: KeyPath, shaft: Shaft) -> Iterator[Problem]:
-    if shaft.throw is not None:
-        yield from _bores((*path, "throw"), shaft.throw)
-    section = shaft.section
-    if section is None:
-        return
-    inner, outer = section.inner_diameter, section.outer_diameter
-    here: KeyPath = (*path, "section")
-    if inner >= outer:
-        yield _wider((*here, "inner_diameter"), inner, outer, (*here, "outer_diameter"))
-        return
-    bore, wide = section.end_inner_diameter, section.end_outer_diameter
-    key = "end_inner_diameter" if bore is not None else "end_outer_diameter"
-    other = "end_outer_diameter" if wide is not None else "outer_diameter"
-    bore, wide = (inner if bore is None else bore), (outer if wide is None else wide)
-    if bore >= wide:
-        yield _wider((*here, key), bore, wide, (*here, other))
-
-
-def _wider(path: KeyPath, bore: float, outer: float, also: KeyPath) -> Problem:
-    return Problem(
-        path=path,
-        message="a bore has to be narrower than what it is in",
-        found=f"{bore:.6g} m",
-        allowed=f"< {outer:.6g} m",
-        also=also,
-    )

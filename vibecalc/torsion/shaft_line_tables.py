@@ -1,6 +1,6 @@
 """The shaft line in a case: tables of its parts, and how its stations hang together."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Annotated, Literal, NamedTuple
 
 from pydantic import Field
@@ -20,6 +20,19 @@ from vibecalc.core.case.fields import (
     Table,
     Unit,
 )
+from vibecalc.core.case.raw import tables_at
+from vibecalc.core.case.rules import (
+    Row,
+    at_most_one,
+    below,
+    by_kind,
+    needs,
+    one_of,
+    refers,
+    refuse,
+    unique,
+)
+from vibecalc.errors import Problem
 
 # ----------------------------------------------------------------------------
 # A damper on a shaft line: a ring behind oil or springs, or pendulums.
@@ -56,6 +69,14 @@ class LineDamper(Table):
     arm_radius: Length | None = Field(
         None, gt=0, description="from the axis to the point that a pendulum swings about"
     )
+    RULES = (
+        by_kind(
+            "damper",
+            viscous="inertia damping",
+            spring="inertia stiffness | damping loss_factor",
+            pendulum="order mass arm_radius | damping count",
+        ),
+    )
 
 
 # ----------------------------------------------------------------------------
@@ -66,6 +87,8 @@ SectionModulus = Annotated[float, Field(gt=0), Unit("m^3")]
 LinearStiffness = Annotated[float, Field(gt=0), Unit("N/m")]
 Teeth = Annotated[int, Field(strict=True, ge=3, le=100_000)]
 TwoNames = tuple[Name, Name]
+_NARROWER = "a bore has to be narrower than what it is in"
+_TWO_ENDS = "a rectangular web has two ends"
 
 
 class Throw(Table):
@@ -93,6 +116,12 @@ class Throw(Table):
     balance_weight_inertia: Inertia = Field(
         0.0, ge=0, description="about the crank axis, of the weights on both webs"
     )
+    RULES = (
+        needs("beyond_journal", "beyond_pin", _TWO_ENDS),
+        needs("beyond_pin", "beyond_journal", _TWO_ENDS),
+        below("journal_bore", "journal_diameter", _NARROWER),
+        below("pin_bore", "pin_diameter", _NARROWER),
+    )
 
 
 class Station(Table):
@@ -115,6 +144,26 @@ class Station(Table):
     ground_stiffness: AngularStiffness = Field(
         0.0, ge=0, description="to the steady rotation; a line on an unlimited grid has some"
     )
+    RULES = (
+        refuse(
+            "name",
+            "the station has a name of blanks",
+            lambda t: isinstance(t["name"], str) and t["name"].isspace(),
+            "a name that can be read",
+        ),
+        one_of("inertia", "throw"),
+        at_most_one("cylinder", "cylinders"),
+    )
+
+
+def _cone(row: Row) -> Iterator[Problem]:
+    """The bore at the other end of a cone is narrower, too."""
+    ends = [
+        f"end_{side}" if f"end_{side}" in row else side
+        for side in ("inner_diameter", "outer_diameter")
+    ]
+    if ends != ["inner_diameter", "outer_diameter"]:
+        yield from below(*ends, _NARROWER)(row)
 
 
 class Section(Table):
@@ -130,6 +179,17 @@ class Section(Table):
     )
     length: Length = Field(gt=0, description="that twists")
     shear_modulus: Modulus = Field(80e9, description="of the material")
+    RULES = (below("inner_diameter", "outer_diameter", _NARROWER), _cone)
+
+
+#: of what leads from one station to another
+_TO_ITSELF = refuse(
+    "between",
+    "this {list} leads from a station to itself",
+    lambda t: len({*map(str, t.entries("between"))}) == 1,
+    "two different stations",
+    found="{between}",
+)
 
 
 class Shaft(Table):
@@ -165,6 +225,12 @@ class Shaft(Table):
     tensile_strength: Pressure | None = Field(
         None, gt=0, description="of the material, for a class rule"
     )
+    RULES = (
+        one_of("stiffness", "section", "throw"),
+        at_most_one("damping", "damping_ratio"),
+        at_most_one("diameter", "section_modulus"),
+        _TO_ITSELF,
+    )
 
 
 class Gear(Table):
@@ -173,7 +239,7 @@ class Gear(Table):
     name: Name | None = Field(None, description="label; default: 'first - second'")
     between: TwoNames = Field(description="names of two stations")
     ratio: Number | None = Field(
-        None, gt=0, description="speed of the second over that of the first; or teeth"
+        None, ge=1e-6, le=1e6, description="speed of the second over that of the first; or teeth"
     )
     teeth: tuple[Teeth, Teeth] | None = Field(
         None, description="of the first and of the second wheel"
@@ -184,6 +250,11 @@ class Gear(Table):
     )
     pitch_radius: Length | None = Field(
         None, gt=0, description="of the first wheel, with mesh_stiffness; it gives tooth forces"
+    )
+    RULES = (
+        one_of("ratio", "teeth"),
+        needs("mesh_stiffness", "pitch_radius", "it is along the line of action"),
+        _TO_ITSELF,
     )
 
 
@@ -199,6 +270,23 @@ class Load(Table):
     )
 
 
+def _some_between(row: Row) -> Iterator[Problem]:
+    """All shafts say between which stations they are, or none does."""
+    shafts = tables_at(row.data, "shafts")
+    said = [place for place, shaft in shafts if "between" in shaft]
+    silent = [place for place, shaft in shafts if "between" not in shaft]
+    if said and silent:
+        yield row.problem(
+            (*row.path, "shafts", silent[0]),
+            "this shaft does not say between which stations it is, and others do",
+            allowed="between = ['first', 'second'] for every shaft, or for none",
+            also=(*row.path, "shafts", said[0], "between"),
+        )
+
+
+_STATIONS, _CYLINDERS = "machine.shaft_line.stations", "machine.crank_train.cylinders"
+
+
 class ShaftLine(Table):
     """Inertias, shafts, gears and dampers of the whole installation."""
 
@@ -212,6 +300,16 @@ class ShaftLine(Table):
         None, description="name of the station that takes up the mean torque; default: the last"
     )
     loads: tuple[Load, ...] = Field((), max_length=64, description="other torques that are taken")
+    RULES = (
+        *(unique(key) for key in ("stations", "shafts", "gears", "dampers")),
+        _some_between,
+        *(
+            refers(key, _STATIONS, "station")
+            for key in ("shafts.between", "gears.between", "dampers.on", "loads.on", "load")
+        ),
+        refers("stations.cylinder", _CYLINDERS, "cylinder"),
+        refers("stations.cylinders", _CYLINDERS, "cylinder"),
+    )
 
 
 # ----------------------------------------------------------------------------

@@ -18,6 +18,21 @@ from vibecalc.core.case.fields import (
     Time,
     Unit,
 )
+from vibecalc.core.case.raw import table_at
+from vibecalc.core.case.rules import (
+    Row,
+    ascending,
+    at_most_one,
+    by_kind,
+    one_of,
+    ordered,
+    pair_ordered,
+    refers,
+    refuse,
+    same_length,
+    wants,
+)
+from vibecalc.parts.tables import cylinders_in
 
 # ----------------------------------------------------------------------------
 # What is asked of the torsion of a shaft line.
@@ -40,6 +55,7 @@ class LineSpeeds(Table):
         801, description="both ends included; maxima between them are found"
     )
     spacing: Literal["linear", "logarithmic"] = Field("linear", description="between them")
+    RULES = (ordered("from", "to", "speeds go from a lower one to a higher one"),)
 
 
 class LineOrders(Table):
@@ -55,6 +71,22 @@ class LineOrders(Table):
         None, description="how many"
     )
     highest: Number | None = Field(None, gt=0, le=400, description="instead of count")
+    RULES = (
+        at_most_one("count", "highest"),
+        refuse(
+            "step",
+            "an engine excites half orders and whole orders, no others",
+            lambda t: (t.number("step") or 0.0) > 0.0 and t.number("step") not in (0.5, 1.0),
+            "0.5 or 1",
+            found="step = {step}",
+        ),
+    )
+
+
+def _through(row: Row) -> bool:
+    """Whether the modes of Rayleigh damping are two, with a ratio for each or one for both."""
+    two = len({*map(str, row.entries("modes"))}) == len(row.entries("modes")) == 2
+    return two and ("ratios" not in row or len(row.entries("ratios")) in (1, 2))
 
 
 class ProportionalDamping(Table):
@@ -69,6 +101,21 @@ class ProportionalDamping(Table):
     ratios: Annotated[tuple[DampingRatio, ...], Field(min_length=1, max_length=2000)] = Field(
         description="of the two modes, or of all; one number alone is for all of them"
     )
+    RULES = (
+        refuse(
+            "",
+            "Rayleigh damping goes through the ratios of two modes",
+            lambda t: t["kind"] == "rayleigh" and not _through(t),
+            "modes = [2, 3] and ratios = [0.01, 0.01], for example",
+        ),
+        refuse(
+            "modes",
+            "mode 1 is the rigid one, and has no damping ratio",
+            lambda t: t["kind"] == "rayleigh" and _through(t) and 1 in t.entries("modes"),
+            "two elastic modes, from 2",
+        ),
+        by_kind("damping model", rayleigh="| modes", modal=""),
+    )
 
 
 class StressCurve(Table):
@@ -80,6 +127,7 @@ class StressCurve(Table):
     stress: tuple[Pressure, ...] = Field(
         min_length=2, max_length=2000, description="amplitude that is allowed, one per speed"
     )
+    RULES = (same_length("speed", "stress"), ascending("speed"))
 
 
 class TorsionLimit(Table):
@@ -98,6 +146,14 @@ class TorsionLimit(Table):
     design_factor: Number = Field(
         1.0, gt=0, le=1, description="c_K of the rule: 1 for a plain intermediate shaft"
     )
+    RULES = (
+        one_of("rule", "curve"),
+        at_most_one("curve", "tensile_strength"),
+        at_most_one("curve", "design_factor"),
+    )
+
+
+_PASS = "from to | acceleration duration"
 
 
 class AsPublished(Table):
@@ -143,6 +199,35 @@ class Transient(Table):
     cylinder: Name | None = Field(None, description="name of the cylinder that stops firing")
     before: Time = Field(0.0, ge=0, description="time at the first state that is also computed")
     after: Time = Field(1.0, gt=0, description="time watched afterwards")
+    RULES = (
+        refers("on", "machine.shaft_line.stations", "station"),
+        refers("cylinder", "machine.crank_train.cylinders", "cylinder"),
+        by_kind(
+            "change",
+            run_up=_PASS,
+            run_down=_PASS,
+            start="to | acceleration duration",
+            load_step="on torque",
+            misfire_onset="cylinder",
+        ),
+        one_of(
+            "acceleration",
+            "duration",
+            when=lambda t: t["kind"] in ("run_up", "run_down", "start"),
+        ),
+        ordered(
+            "from",
+            "to",
+            "a run-up goes from a lower speed to a higher one",
+            when=lambda t: t["kind"] == "run_up",
+        ),
+        ordered(
+            "to",
+            "from",
+            "a run-down goes from a higher speed to a lower one",
+            when=lambda t: t["kind"] == "run_down",
+        ),
+    )
 
 
 class Torsion(Table):
@@ -174,6 +259,20 @@ class Torsion(Table):
         None, description="also with the inertia that changes over the revolution"
     )
     transient: Transient | None = Field(None, description="also a change in time")
+    RULES = (
+        wants("machine.shaft_line", "stations and shafts of the line", of="engine"),
+        refuse(
+            "misfire_kind",
+            "misfire_kind says how cylinders misfire, and none does",
+            lambda t: (
+                t["misfire_kind"] == "motored"
+                and not t["misfire"]
+                and table_at(t.data, "transient").get("kind") != "misfire_onset"
+            ),
+            "misfire = ['1'], for example, beside it",
+        ),
+        *cylinders_in("misfire"),
+    )
 
 
 # ----------------------------------------------------------------------------
@@ -199,16 +298,22 @@ class DamperLimits(Table):
     )
 
 
+SomeStiffness = Annotated[float, Field(ge=0), Unit("N*m/rad")]
+SomeDamping = Annotated[float, Field(ge=0), Unit("N*m*s/rad")]
+SomeInertia = Annotated[float, Field(ge=0), Unit("kg*m^2")]
+
+
 class DamperBounds(Table):
     """From and to, of each number that is looked for."""
 
-    stiffness: tuple[AngularStiffness, AngularStiffness] | None = Field(
+    stiffness: tuple[SomeStiffness, SomeStiffness] | None = Field(
         None, description="of the springs; from 0 to 0 is a ring in oil"
     )
-    damping: tuple[AngularDamping, AngularDamping] | None = Field(None, description="viscous")
-    inertia: tuple[Inertia, Inertia] | None = Field(
+    damping: tuple[SomeDamping, SomeDamping] | None = Field(None, description="viscous")
+    inertia: tuple[SomeInertia, SomeInertia] | None = Field(
         None, description="of the ring; needed where it is looked for"
     )
+    RULES = (pair_ordered("stiffness"), pair_ordered("damping"), pair_ordered("inertia"))
 
 
 class DamperDesign(Table):
@@ -245,4 +350,13 @@ class DamperDesign(Table):
     )
     tolerance: Number = Field(
         0.1, gt=0, lt=1, description="error of spring and damper whose cost is told"
+    )
+    RULES = (
+        wants("machine.shaft_line", "stations and shafts of the line", of="engine"),
+        refuse(
+            "",
+            "[damper_design] does not say over which speeds",
+            lambda t: "speeds" not in {*t.data, *table_at(t.case, "response", "torsion")},
+            "speeds = { from = '300 rpm', to = '900 rpm' } here or in [response.torsion]",
+        ),
     )

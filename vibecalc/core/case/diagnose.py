@@ -260,7 +260,8 @@ def _tables_by_key() -> dict[str, list[str]]:
 
 
 def _description(path: KeyPath) -> str:
-    """The key and what the schema says it is."""
+    """The key and what the schema says it is; of an entry of a list, its list."""
+    path = path[:-1] if path and isinstance(path[-1], int) else path
     parent = shape_at(path[:-1]) if path else None
     if parent is None or parent.table is None:
         return ""

@@ -2,8 +2,9 @@
 
 import functools
 import math
+from contextvars import ContextVar
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 from pydantic import (
     BaseModel,
@@ -57,10 +58,56 @@ class Kind:
     name: str
 
 
+#: the table whose validator is being built
+_building: ContextVar[Any] = ContextVar("_building", default=None)
+
+
+def _none(table: Any) -> list[Any]:
+    return []
+
+
+def _whole_json(whole: Any, handler: Any, name: str = "") -> dict[str, Any]:
+    """The JSON schema of what is built elsewhere; under a name a definition of its own."""
+    ends = whole["type"] == "definitions"
+    inner, others = (whole["schema"], whole["definitions"]) if ends else (whole, [])
+    inner = {**inner, "ref": name} if name else inner
+    found: dict[str, Any] = handler(core_schema.definitions_schema(inner, others))
+    return found
+
+
 class Table(BaseModel):
     """A table of a case: unknown keys are errors, nothing changes after reading."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)
+    #: rules between its keys (`rules.py`), or `module:name` of one that is imported with the table
+    RULES: ClassVar[tuple[Any, ...]] = ()
+
+    @classmethod
+    def model_rebuild(cls, **options: Any) -> bool | None:
+        """Build what validates this table, and not what validates the tables below it."""
+        before = _building.set(cls)
+        try:
+            return super().model_rebuild(**options)
+        finally:
+            _building.reset(before)
+
+    @classmethod
+    def __get_pydantic_core_schema__(cls, source: Any, handler: Any) -> core_schema.CoreSchema:
+        if _building.get() is cls:
+            built: core_schema.CoreSchema = handler(source)
+            return built
+        return core_schema.no_info_plain_validator_function(cls.model_validate)
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, core_schema: Any, handler: Any) -> dict[str, Any]:
+        if core_schema["type"] == "function-plain":
+            name = f"{cls.__module__}.{cls.__qualname__}:{id(cls)}"
+            return {"allOf": [_whole_json(cls.__pydantic_core_schema__, handler, name)]}
+        schema: dict[str, Any] = handler(core_schema)
+        rules = [one for rule in cls.RULES for one in getattr(rule, "schema", _none)(cls)]
+        if rules:
+            handler.resolve_ref_schema(schema)["allOf"] = rules
+        return schema
 
 
 @dataclass(frozen=True)
@@ -83,13 +130,7 @@ class Later:
         return core_schema.no_info_plain_validator_function(self._read)
 
     def __get_pydantic_json_schema__(self, schema: Any, handler: Any) -> dict[str, Any]:
-        whole: Any = self.adapter.core_schema
-        ends = whole["type"] == "definitions"
-        inner, others = (whole["schema"], whole["definitions"]) if ends else (whole, [])
-        if isinstance(self.target, type):  # a definition of its own, as where it is not put off
-            inner = {**inner, "ref": f"{self.where.replace(':', '.')}:{id(self.target)}"}
-        found: dict[str, Any] = handler(core_schema.definitions_schema(inner, others))
-        return found
+        return _whole_json(self.adapter.core_schema, handler)
 
     def _read(self, value: Any) -> Any:
         return self.adapter.validate_python(value)
@@ -226,3 +267,4 @@ class RunUp(Table):
 
     start: AngularSpeed = Field(0.0, alias="from", ge=0, description="lowest speed")
     stop: AngularSpeed = Field(alias="to", gt=0, description="highest speed")
+    RULES = ("vibecalc.core.case.rules:upwards",)

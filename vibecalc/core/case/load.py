@@ -15,7 +15,7 @@ from vibecalc import __version__
 from vibecalc.core.case.data_files import attach_files
 from vibecalc.core.case.locate import Location, Overridden, at_line
 from vibecalc.core.case.raw import apply_overrides
-from vibecalc.cross_checks import cross_check
+from vibecalc.core.case.rules import cross_check
 from vibecalc.errors import CaseError, KeyPath, Problem
 from vibecalc.schema import SCHEMA_VERSION, Case
 

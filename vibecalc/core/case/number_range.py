@@ -22,7 +22,7 @@ MAY_VANISH = frozenset(
     | {"slip", "torque", "force", "time", "factor", "acceleration_feedback", "feedbacks", "delay"}
     | {"lower", "upper"}
 )
-TABLES = ("excitation", "isolation", "response", "damper_design")
+TABLES = ("excitation", "isolation", "response", "damper_design", "measurement")
 
 
 def present(case: Case) -> list[KeyPath]:

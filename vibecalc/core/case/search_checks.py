@@ -2,11 +2,11 @@
 
 import difflib
 import math
-import re
 from collections.abc import Generator, Iterator
 from typing import Any
 
 from vibecalc.core.case.raw import Data, get_key, key_text, parse_key, read_number, tables_at
+from vibecalc.core.case.rules import Row
 from vibecalc.core.case.walk import Shape, bound_words, keys_of, shape_at, words
 from vibecalc.errors import KeyPath, Problem, UnitError, UsageError
 from vibecalc.units import parse_quantity
@@ -18,13 +18,13 @@ from vibecalc.units import parse_quantity
 _CHANGEABLE = ("machine", "excitation", "isolation")
 
 
-def check_variables(data: dict[str, Any]) -> Iterator[Problem]:
+def check_variables(row: Row) -> Iterator[Problem]:
     """Yield the problems of [optimisation] variables: keys, bounds, units, doubled keys, ties."""
-    variables = data["optimisation"].get("variables")
+    data = row.case
     seen: dict[str, KeyPath] = {}
-    for position, variable in enumerate(variables if isinstance(variables, list) else ()):
+    for position, variable in tables_at(row.data, "variables"):
         path: KeyPath = ("optimisation", "variables", position)
-        key = variable.get("key") if isinstance(variable, dict) else None
+        key = variable.get("key")
         if not isinstance(key, str) or not key:
             continue
         shape = yield from _shape(data, key, (*path, "key"), seen)
@@ -193,66 +193,15 @@ def inside(value: float, shape: Shape) -> bool:
 
 
 # ----------------------------------------------------------------------------
-# Checks of [[find]]: names, keys of this case, bounds, and one thing that is wanted.
+# Checks of [[find]]: keys of this case, bounds.
 # ----------------------------------------------------------------------------
 
 _FOUND_ALONG = ("machine", "excitation", "response", "isolation")
-_WANTED = ("target", "change", "seek")
-_NAME = re.compile(r"[A-Za-z0-9_]+\Z")
 
 
-def check_find(data: Data) -> Iterator[Problem]:
-    """Yield the problems of all [[find]] tables; what cannot be read is left to the schema."""
-    rows = tables_at(data, "find")
-    if rows and "optimisation" in data:
-        yield Problem(
-            path=("find", rows[0][0]),
-            message="a case with [optimisation] cannot have [[find]], too",
-            allowed="one or the other",
-            hint="search in a case of its own, with the optimum written into it",
-            also=("optimisation",),
-        )
-    seen: dict[str, int] = {}
-    for position, row in rows:
-        path: KeyPath = ("find", position)
-        yield from _name(row, path, seen)
-        yield from _wanted(row, path)
-        yield from _keys(data, row, path)
-
-
-def _name(row: Data, path: KeyPath, seen: dict[str, int]) -> Iterator[Problem]:
-    name = row.get("name")
-    if not isinstance(name, str) or not name:
-        return
-    if not _NAME.match(name):
-        yield Problem(
-            path=(*path, "name"),
-            message="a name that cannot stand in a result path",
-            found=repr(name[:60]),
-            allowed="letters, digits and _, as in rod_length_6_db",
-        )
-    if name in seen:
-        yield Problem(
-            path=(*path, "name"),
-            message=f"two searches are named {name[:60]!r}",
-            hint="give each its own name",
-            also=("find", seen[name], "name"),
-        )
-    seen.setdefault(name, int(path[1]))
-
-
-def _wanted(row: Data, path: KeyPath) -> Iterator[Problem]:
-    given = [key for key in _WANTED if key in row]
-    ways = "target (a value), change (from the case as written) or seek (an extreme)"
-    if not given:
-        yield Problem(path=path, message="this [[find]] does not say what is wanted", allowed=ways)
-    for further in given[1:]:
-        yield Problem(
-            path=(*path, further),
-            message=f"{further} and {given[0]} exclude each other",
-            allowed=f"one of {ways}",
-            also=(*path, given[0]),
-        )
+def check_find(row: Row) -> Iterator[Problem]:
+    """Yield the problems of key, bounds, and of the keys that follow it, of one [[find]]."""
+    yield from _keys(row.case, row.data, row.path)
 
 
 def _keys(data: Data, row: Data, path: KeyPath) -> Iterator[Problem]:

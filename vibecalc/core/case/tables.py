@@ -1,10 +1,16 @@
 """Tables that any case may have: accuracy, references, limits, optimisation, searches, sweeps."""
 
-from typing import Annotated, Literal
+import re
+from collections.abc import Iterator
+from typing import Annotated, Any, Literal
 
 from pydantic import ConfigDict, Field
 
 from vibecalc.core.case.fields import Labels, Name, Number, Table, Value, Where
+from vibecalc.core.case.raw import get_key, tables_at
+from vibecalc.core.case.rules import Row, at_most_one, needs, no, one_of, refuse
+from vibecalc.errors import KeyPath, Problem, UnitError
+from vibecalc.units import si_value, split_number
 
 # ----------------------------------------------------------------------------
 # The tables of a case beside the machine: what is asked of it, and against what it is held.
@@ -74,6 +80,25 @@ class Optimisation(Table):
     front_points: Annotated[int, Field(strict=True, ge=2, le=200)] | None = Field(
         None, description="points of the front, both ends included; default: 15"
     )
+    RULES = ("vibecalc.core.case.search_checks:check_variables",)
+
+
+def _unit_twice(row: Row) -> bool:
+    """Whether the unit stands in a value and beside it."""
+    values = row.entries("value") or [row["value"]]
+    return bool(row["unit"]) and any(isinstance(one, str) and _unit_of(one) for one in values)
+
+
+def _unit_of(value: str) -> str:
+    try:
+        return split_number(value)[1]
+    except UnitError:
+        return ""
+
+
+_UNIT_ONCE = refuse(
+    "unit", "the unit stands twice", _unit_twice, found="{value} and unit = {unit}", also="value"
+)
 
 
 class Reference(Table):
@@ -97,6 +122,30 @@ class Reference(Table):
         "", description="test that reproduces the printed value, or 'not reproducible: ...'"
     )
     at: Literal["start", "optimum"] = Field("optimum", description="for cases with [optimisation]")
+    RULES = (at_most_one("rtol", "atol"), _UNIT_ONCE)
+
+
+def _numbers(row: Row) -> Iterator[Problem]:
+    """Entries and their values stand in a file, or both here; a file is read elsewhere."""
+    entries, values = row.entries("entry"), row.entries("value")
+    lacking = [key for key in ("value", "entry") if key not in row]
+    given = row.said("entry", "value")
+    if row["file"] or "column" in row:
+        return
+    if lacking:
+        yield row.problem(
+            given[0] if given else "",
+            f"{given[0]} without {lacking[0]}" if given else "a table without numbers",
+            allowed="a file, or entry and value",
+        )
+    elif len(entries) != len(values) or row["entry"] == []:
+        yield row.problem(
+            "value",
+            "each entry has one value",
+            found=f"{len(entries)} of entry and {len(values)} of value",
+            allowed="as many of the one as of the other, at least one",
+            also="entry",
+        )
 
 
 class ReferenceTable(Table):
@@ -125,6 +174,11 @@ class ReferenceTable(Table):
     known_difference: str = Field("", description="why the source differs; then it is not counted")
     shown_by: str = Field("", description="test that reproduces the values, or why none can")
     at: Literal["start", "optimum"] = Field("optimum", description="for cases with [optimisation]")
+    RULES = (
+        needs("column", "file", allowed="file and column, or entry and value"),
+        _numbers,
+        _UNIT_ONCE,
+    )
 
 
 class Limit(Table):
@@ -137,6 +191,49 @@ class Limit(Table):
     source: str = Field("", description="where the bound comes from")
     expect: Literal["kept", "broken"] = Field("kept", description="broken: for a demonstration")
     at: Literal["start", "optimum"] = Field("optimum", description="for cases with [optimisation]")
+    RULES = (
+        refuse(
+            "",
+            "a limit needs max or min",
+            lambda t: t.lacks("max", "min"),
+            'max = "100 N", or min, or both',
+        ),
+    )
+
+
+def contradictions(row: Row) -> Iterator[Problem]:
+    """Yield each pair of bounds on one quantity that no value can keep."""
+    bounds: dict[str, dict[str, tuple[float, KeyPath]]] = {}
+    for position, limit in tables_at(row.case, "limit"):
+        if limit.get("expect") == "broken":
+            continue
+        where = limit.get("where")
+        entries = sorted(map(repr, where.items())) if isinstance(where, dict) else []
+        mine = bounds.setdefault(repr((limit.get("quantity"), entries, limit.get("at"))), {})
+        for key, sign in (("max", 1.0), ("min", -1.0)):
+            value = _si_value(limit.get(key))
+            if value is not None and (key not in mine or sign * value < sign * mine[key][0]):
+                mine[key] = (value, ("limit", position, key))
+    for pair in bounds.values():
+        if len(pair) == 2 and pair["min"][0] > pair["max"][0]:
+            low, high = (repr(get_key(row.case, pair[key][1]))[:60] for key in ("min", "max"))
+            first, second = sorted((pair["min"][1], pair["max"][1]), key=lambda path: path[1])
+            yield row.problem(
+                second,
+                "two bounds contradict each other: no value can keep both",
+                found=f"min = {low} and max = {high}",
+                allowed="min <= max",
+                also=first,
+            )
+
+
+def _si_value(value: Any) -> float | None:
+    if value is None or isinstance(value, bool) or not isinstance(value, str | int | float):
+        return None
+    try:
+        return si_value(value)
+    except (UnitError, OverflowError):
+        return None
 
 
 # ----------------------------------------------------------------------------
@@ -173,6 +270,31 @@ class Find(Table):
     )
     points: Annotated[int, Field(strict=True, ge=3, le=2000)] = Field(
         33, description="values of the first look, spread over the bounds"
+    )
+    RULES = (
+        refuse(
+            "",
+            "a case with [optimisation] cannot have [[find]], too",
+            lambda t: "optimisation" in t.case and t.path[-1] == 0,
+            "one or the other",
+            hint="search in a case of its own, with the optimum written into it",
+            also=("optimisation",),
+        ),
+        refuse(
+            "name",
+            "a name that cannot stand in a result path",
+            lambda t: isinstance(t["name"], str) and re.search("[^A-Za-z0-9_]", t["name"]),
+            "letters, digits and _, as in rod_length_6_db",
+            found="{name!r}",
+        ),
+        one_of(
+            "target",
+            "change",
+            "seek",
+            allowed="one of target (a value), change (from the case as written) or seek (an "
+            "extreme)",
+        ),
+        "vibecalc.core.case.search_checks:check_find",
     )
 
 
@@ -236,7 +358,7 @@ class Sweep(Table):
     sampling: Literal["grid", "latin_hypercube", "sobol", "monte_carlo"] = Field(
         "grid", description="all combinations, or points spread over the axes"
     )
-    points: Annotated[int, Field(strict=True, le=10**15)] | None = Field(
+    points: Annotated[int, Field(strict=True, ge=2, le=10**15)] | None = Field(
         None, description="points of a sampling; default: 1024"
     )
     seed: Annotated[int, Field(strict=True, ge=0, le=2**32 - 1)] | None = Field(
@@ -246,4 +368,18 @@ class Sweep(Table):
         False,
         strict=True,
         description="first-order and total Sobol indices; takes points times (axes + 2) runs",
+    )
+    RULES = (
+        no(
+            "points seed",
+            lambda t: t["sampling"] == "grid",
+            "{key} belongs to a sampling, and this sweep is a grid",
+            'sampling = "sobol", "latin_hypercube" or "monte_carlo"',
+        ),
+        no(
+            "indices",
+            lambda t: t["sampling"] not in ("sobol", "monte_carlo"),
+            "Sobol indices come from samples that do not depend on each other's axes",
+            'sampling = "sobol" or "monte_carlo"',
+        ),
     )

@@ -353,7 +353,6 @@ class Design:
 def make_design(sweep: Sweep, resolved: Mapping[str, Any]) -> Design:
     """Read `[sweep]` for a case in SI with its defaults; CaseError with all problems found."""
     axes, problems = read_axes(sweep, resolved)
-    problems += _sampling_problems(sweep)
     if not sweep.axes:
         problems.append(
             Problem(
@@ -388,33 +387,6 @@ def size_words(count: int) -> str:
             shown = f"{count / size:.4g}" if count < 10**6 * size else f"{count / size:.3e}"
             return f"{shown} {name}"
     return str(count)
-
-
-def _sampling_problems(sweep: Sweep) -> list[Problem]:
-    problems = []
-    if sweep.sampling == "grid":
-        problems = [
-            Problem(
-                path=("sweep", key),
-                message=f"{key} belongs to a sampling, and this sweep is a grid",
-                allowed='sampling = "sobol", "latin_hypercube" or "monte_carlo"',
-            )
-            for key in ("points", "seed")
-            if getattr(sweep, key) is not None
-        ]
-    elif sweep.points is not None and sweep.points < 2:
-        message = "a sampling needs two points or more"
-        problems.append(Problem(path=("sweep", "points"), message=message, found=str(sweep.points)))
-    if sweep.indices and sweep.sampling not in ("sobol", "monte_carlo"):
-        problems.append(
-            Problem(
-                path=("sweep", "indices"),
-                message="Sobol indices come from samples that do not depend on each other's axes",
-                found=f"sampling = {sweep.sampling}",
-                allowed='sampling = "sobol" or "monte_carlo"',
-            )
-        )
-    return problems
 
 
 def _size_problems(design: Design) -> list[Problem]:

@@ -1,0 +1,605 @@
+"""Rules between the keys of a table: data on the table (`RULES`), and what holds a case to them.
+
+They work on the case as tomllib reads it, so that they also run where the schema found problems;
+what they cannot read they leave to the schema. A rule is anything that is called with a `Row` and
+yields problems; those that an editor can follow also say themselves in the JSON schema.
+"""
+
+import functools
+from collections.abc import Callable, Collection, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import combinations, pairwise
+from typing import Any
+
+from vibecalc.core.case.fields import Table
+from vibecalc.core.case.raw import (
+    Data,
+    key_text,
+    listed,
+    misspelt,
+    nearest,
+    read_number,
+    table_at,
+    tables_at,
+)
+from vibecalc.core.case.walk import Shape, keys_of, shape_of, words
+from vibecalc.core.results.named import named
+from vibecalc.errors import KeyPath, Problem
+
+# ----------------------------------------------------------------------------
+# A table as written, and the walk that holds every table of a case to its rules.
+# ----------------------------------------------------------------------------
+
+#: a key below a table (`a.b`), "" for the table itself, or a path from the root of the case
+At = str | KeyPath
+
+
+@functools.cache
+def _shape(model: type[Table], key: str) -> Shape:
+    field = keys_of(model).get(key)
+    return Shape(kind="") if field is None else shape_of(field)
+
+
+@functools.cache
+def _default(model: type[Table], key: str) -> Any:
+    field = keys_of(model).get(key)
+    value = None if field is None else field.get_default(call_default_factory=True)
+    return list(value) if isinstance(value, tuple) else value
+
+
+@dataclass(frozen=True)
+class Row:
+    """A table as written (`data`, of the class `model`) at its path in the whole case."""
+
+    data: Data
+    path: KeyPath
+    case: Data
+    model: type[Table]
+
+    def __contains__(self, key: str) -> bool:
+        return key in self.data
+
+    def __getitem__(self, key: str) -> Any:
+        """What stands at a key, or its default."""
+        return self.data[key] if key in self.data else _default(self.model, key)
+
+    def said(self, *keys: str) -> list[str]:
+        """Those of the keys that say something: a resolved case holds defaults, too."""
+        defaults = {key: _default(self.model, key) for key in keys}
+        return [
+            key
+            for key, default in defaults.items()
+            if key in self.data and (default is None or self.data[key] != default)
+        ]
+
+    def lacks(self, *keys: str) -> bool:
+        """Whether none of the keys is there, nor one that may be one of them with a slip in it."""
+        return self.data.keys().isdisjoint(keys) and not misspelt(self.data, self.path, *keys)
+
+    def number(self, key: str) -> float | None:
+        """The number at a key in SI, or its default."""
+        return read_number(self[key], _shape(self.model, key).unit or "")
+
+    def unit(self, key: str) -> str:
+        """SI unit of a key, with a blank before it."""
+        shape = _shape(self.model, key)
+        return f" {(shape.item or shape).unit or ''}".rstrip()
+
+    @property
+    def machine(self) -> Data:
+        """The table [machine] of the case, or an empty one."""
+        table: Data = table_at(self.case, "machine")
+        return table
+
+    def entries(self, key: str) -> list[Any]:
+        """The list at a key, or an empty one."""
+        return self.data[key] if isinstance(self.data.get(key), list) else []
+
+    def listed(self, key: str) -> list[Any]:
+        """The list at a key, numbers in SI, and None for what is none."""
+        item = _shape(self.model, key).item
+        if item is None or item.kind not in ("number", "whole"):
+            return self.entries(key)
+        return [read_number(entry, item.unit or "") for entry in self.entries(key)]
+
+    def below(self, key: str) -> "Row | None":
+        """The table at a key, if there is one."""
+        table, model = self.data.get(key), _shape(self.model, key).table
+        if model is None or not isinstance(table, dict):
+            return None
+        return Row(table, (*self.path, key), self.case, model)
+
+    def each(self, key: str) -> "list[Row]":
+        """The tables in the list at a key."""
+        item = _shape(self.model, key).item
+        model = item.table if item else None
+        entries = tables_at(self.data, key) if model else []
+        return [Row(one, (*self.path, key, place), self.case, model) for place, one in entries]
+
+    def header(self) -> str:
+        """The table as a case writes it: `[machine.body]`, or an entry: `limit[0]`."""
+        text = key_text(self.path)
+        return text if text.endswith("]") else f"[{text}]"
+
+    def place(self, at: At) -> KeyPath:
+        """The key path of a place."""
+        return (*self.path, *filter(None, at.split("."))) if isinstance(at, str) else at
+
+    def problem(self, at: At, message: str, *, also: At = (), **words: str) -> Problem:
+        """A problem at a place; also at another one, if anything stands there."""
+        *above, key = self.place(also) or ("",)
+        there = isinstance(key, int) or key in table_at(self.case, *above)
+        other = (*above, key) if there else None
+        return Problem(path=self.place(at), message=message, also=other, **words)
+
+
+Rule = Callable[[Row], Iterator[Problem]]
+
+
+def row_at(case: Data, *path: str) -> Row | None:
+    """The table of a case at a path, if there is one."""
+    row: Row | None = Row(case, (), case, named("vibecalc.schema:Case"))
+    for key in path:
+        row = None if row is None else row.below(key)
+    return row
+
+
+def cross_check(case: Data) -> list[Problem]:
+    """Return all problems between keys of a case; never raises on nonsense."""
+    return list(_walk(Row(case, (), case, named("vibecalc.schema:Case"))))
+
+
+def _walk(row: Row) -> Iterator[Problem]:
+    for rule in row.model.RULES:
+        yield from (named(rule) if isinstance(rule, str) else rule)(row)
+    for key, value in row.data.items():
+        if isinstance(value, dict | list):
+            table = row.below(key)
+            for below in (table,) if table else row.each(key):
+                yield from _walk(below)
+
+
+# ----------------------------------------------------------------------------
+# Which keys go together: one of several, one with another, those of a kind.
+# ----------------------------------------------------------------------------
+
+Schema = dict[str, Any]
+
+
+def both(names: Collection[str], word: str = "and") -> str:
+    """Names in a sentence: a, b and c."""
+    *first, last = names
+    return f"{', '.join(first)} {word} {last}" if first else last
+
+
+@dataclass(frozen=True)
+class OneOf:
+    """One of some ways, or at most one; a way is one key, or several that go together."""
+
+    ways: tuple[tuple[str, ...], ...]
+    needed: bool | Callable[[Row], Any]
+    allowed: str
+    hint: str
+
+    def __call__(self, row: Row) -> Iterator[Problem]:
+        """Yield each way beyond the first, or that there is none."""
+        given = [said[0] for way in self.ways if (said := row.said(*way))]
+        allowed = self.allowed or ", or ".join(map(both, self.ways))
+        for key in given[1:]:
+            message = f"{key} and {given[0]} exclude each other"
+            yield row.problem(key, message, allowed=allowed, also=given[0])
+        needed = self.needed(row) if callable(self.needed) else self.needed
+        if needed and row.lacks(*(key for way in self.ways for key in way)):
+            message = f"{row.header()} has neither {' nor '.join(map(both, self.ways))}"
+            yield row.problem("", message, allowed=allowed, hint=self.hint)
+
+    def schema(self, model: type[Table]) -> list[Schema]:
+        """What an editor can hold such a table to."""
+        found: list[Schema] = [
+            {"not": {"required": [one, other]}}
+            for first, second in combinations(self.ways, 2)
+            for one in first
+            for other in second
+            if not _default(model, one) and not _default(model, other)
+        ]
+        every = [{"required": [key]} for way in self.ways for key in way]
+        return [*found, {"anyOf": every}] if self.needed is True else found
+
+
+def one_of(
+    *ways: str, when: bool | Callable[[Row], Any] = True, allowed: str = "", hint: str = ""
+) -> OneOf:
+    """Exactly one of these ways, each the names of its keys; or none where `when` says no."""
+    return OneOf(tuple(tuple(way.split()) for way in ways), when, allowed, hint)
+
+
+def at_most_one(*ways: str, allowed: str = "") -> OneOf:
+    """One of these ways, or none."""
+    return one_of(*ways, when=False, allowed=allowed)
+
+
+@dataclass(frozen=True)
+class Needs:
+    """Where `key` is, one of `others` has to be; without a key: wherever the table is."""
+
+    key: str
+    others: tuple[str, ...]
+    why: str
+    allowed: str
+    when: Callable[[Row], Any] | None
+
+    def __call__(self, row: Row) -> Iterator[Problem]:
+        """Yield that what is needed is not there."""
+        asked = (not self.key or row.said(self.key)) and (not self.when or self.when(row))
+        if asked and row.lacks(*self.others):
+            message = f"{self.key or row.header()} needs {both(self.others, 'or')}{self.why}"
+            yield row.problem(
+                self.key, message, allowed=self.allowed or f"{self.others[0]} beside it"
+            )
+
+    def schema(self, model: type[Table]) -> list[Schema]:
+        """What an editor can hold such a table to."""
+        others = {"anyOf": [{"required": [other]} for other in self.others]}
+        found = {"dependentSchemas": {self.key: others}} if self.key else others
+        return [] if self.when else [found]
+
+
+def needs(
+    key: str,
+    others: str,
+    why: str = "",
+    allowed: str = "",
+    when: Callable[[Row], Any] | None = None,
+) -> Needs:
+    """`key` goes with one of `others`; `why` ends the sentence."""
+    return Needs(key, tuple(others.split()), f": {why}" if why else "", allowed, when)
+
+
+@dataclass(frozen=True)
+class ByKind:
+    """Keys that a table of each kind needs, and those that it may have besides."""
+
+    what: str
+    kinds: dict[str, tuple[tuple[str, ...], tuple[str, ...]]]
+    key: str = "kind"
+    kind_of: Callable[[Row], Any] | None = None
+
+    def __call__(self, row: Row) -> Iterator[Problem]:
+        """Yield what the table lacks for its kind, and what belongs to another one."""
+        kind = self.kind_of(row) if self.kind_of else row[self.key]
+        if not isinstance(kind, str) or kind not in self.kinds:
+            return  # the schema refuses it; which keys it should have is anyone's guess
+        needed, other = self.kinds[kind]
+        usual = next(iter(self.kinds))
+        if self.kind_of and self.key not in row and kind != usual:
+            yield row.problem(
+                "",
+                f"this {self.what} does not say its kind",
+                found=", ".join(key for key in row.data if key in self._known()),
+                allowed=f"{self.key} = {kind!r}, with {', '.join(needed)}",
+                hint=f"without a kind it is {usual!r}",
+            )
+            return
+        has = ", ".join((*needed, *other)) or "no such key"
+        missing = [key for key in needed if row.lacks(key)]
+        if missing:
+            message = f"{self._named(kind)} needs {both(missing)}"
+            hint = "; ".join(
+                f"{key}: {words(_shape(row.model, key))}, {keys_of(row.model)[key].description}"
+                for key in missing
+            )
+            yield row.problem("", message, allowed=has, hint=hint, also=self.key)
+        for key in row.said(*(key for key in row.data if key in self._known())):
+            if key not in (*needed, *other):
+                owners = [name for name, keys in self.kinds.items() if key in (*keys[0], *keys[1])]
+                message = f"{self._named(kind)} has no {key}"
+                hint = f"{key} belongs to {self._named(*owners)}"
+                yield row.problem(key, message, allowed=has, hint=hint, also=self.key)
+
+    def _named(self, *kinds: str) -> str:
+        listed = both([*map(repr, kinds)], "or")
+        return f"a {self.what} of kind {listed}" if self.what else f"{self.key} = {listed}"
+
+    def _known(self) -> set[str]:
+        return {key for row in self.kinds.values() for keys in row for key in keys}
+
+    def schema(self, model: type[Table]) -> list[Schema]:
+        """What an editor can hold such a table to."""
+        found: list[Schema] = []
+        for kind, (needed, other) in self.kinds.items():
+            defaults = {key: _default(model, key) for key in sorted(self._known())}
+            foreign = {
+                key: False if default is None else {"const": default}
+                for key, default in defaults.items()
+                if key not in (*needed, *other)
+            }
+            said: Schema = {"properties": {self.key: {"const": kind}}}
+            if kind != next(iter(self.kinds)) or not self.kind_of:  # the first one is not said
+                said["required"] = [self.key]
+            then = {"required": list(needed), "properties": foreign}
+            found.append({"if": said, "then": then})
+        return found
+
+
+def by_kind(
+    what: str, kind_of: Callable[[Row], Any] | None = None, key: str = "kind", **kinds: str
+) -> ByKind:
+    """The keys of each kind of `what`: `needed ones | others`.
+
+    `kind_of` tells the kind of a table that need not say it; the first kind is then the usual one.
+    """
+    rows = {}
+    for kind, keys in kinds.items():
+        needed, _, other = keys.partition("|")
+        rows[kind] = (tuple(needed.split()), tuple(other.split()))
+    return ByKind(what, rows, key, kind_of)
+
+
+# ----------------------------------------------------------------------------
+# Names, columns, numbers in their order; and what no other rule says.
+# ----------------------------------------------------------------------------
+
+
+def unique(key: str, what: str = "", name: str = "name") -> Rule:
+    """Each entry of the list at `key` has a name of its own."""
+
+    def rule(row: Row) -> Iterator[Problem]:
+        seen: dict[str | float, int] = {}
+        for place, entry in enumerate(row.each(key)):
+            text = entry.data.get(name)
+            said = text if _shape(entry.model, name).kind == "text" else entry.number(name)
+            if isinstance(said, str | float) and said and seen.setdefault(said, place) != place:
+                yield row.problem(
+                    (*row.path, key, place, name),
+                    f"two {what or f'entries of {key}'} are named {str(text)[:60]!r}"
+                    if isinstance(said, str)
+                    else f"two {what} have the same {name}, {text}",
+                    hint="give each its own name",
+                    also=(*row.path, key, seen[said], name),
+                )
+
+    return rule
+
+
+def once(key: str, what: str) -> Rule:
+    """No text and no number stands twice in the list at `key`."""
+
+    def rule(row: Row) -> Iterator[Problem]:
+        names = row.listed(key)
+        seen: set[str | float] = set()
+        for place, name in enumerate(names):
+            if isinstance(name, str | float) and name in seen:
+                shown = row.entries(key)[place]
+                yield row.problem(
+                    (*row.path, key, place),
+                    f"{what} {repr(shown[:60]) if isinstance(shown, str) else shown} stands twice "
+                    f"in {key}",
+                    allowed=f"each {what} once",
+                    also=(*row.path, key, names.index(name)),
+                )
+            elif isinstance(name, str | float):
+                seen.add(name)
+
+    return rule
+
+
+def ascending(key: str, start: float | None = None) -> Rule:
+    """Each number of the list at `key` is larger than the one before it; the first is `start`."""
+
+    def rule(row: Row) -> Iterator[Problem]:
+        numbers, unit = row.listed(key), row.unit(key)
+        pairs = enumerate(pairwise(numbers), start=1)
+        back = [at for at, (low, high) in pairs if None not in (low, high) and not low < high]
+        if back:
+            low, high = numbers[back[0] - 1 : back[0] + 1]
+            yield row.problem(
+                (*row.path, key, back[0]),
+                f"the entries of {key} have to ascend",
+                found=f"{low:.6g}{unit}, then {high:.6g}{unit} in row {back[0] + 1}",
+                allowed="each larger than the one before it",
+            )
+        elif start is not None and None not in numbers[:1] and numbers[:1] not in ([], [start]):
+            yield row.problem(
+                (*row.path, key, 0),
+                f"{key} has to begin at {start:g}",
+                found=f"{numbers[0]:.6g}{unit} in the first row",
+                allowed=f"a first row of {start:g}{unit}",
+            )
+
+    return rule
+
+
+def same_length(*columns: str, what: str = "") -> Rule:
+    """As many entries in each of the columns that are there; what the schema refuses is left."""
+
+    def rule(row: Row) -> Iterator[Problem]:
+        lists = {key: row.data[key] for key in columns if isinstance(row.data.get(key), list)}
+        short = any(len(rows) < _shape(row.model, key).lengths[0] for key, rows in lists.items())
+        if len({len(rows) for rows in lists.values()}) > 1 and not short:
+            yield row.problem(
+                "",
+                f"the columns of {what or row.path[-1]} are not of one length",
+                found=", ".join(f"{len(rows)} of {key}" for key, rows in lists.items()),
+                allowed="as many entries in each",
+            )
+
+    return rule
+
+
+def ordered(
+    low: str, high: str, message: str = "", when: Callable[[Row], Any] | None = None
+) -> Rule:
+    """The number at `low` is below that at `high`, where `when` does not say no."""
+    joined = " " if low in ("from", "to") else " and "
+
+    def rule(row: Row) -> Iterator[Problem]:
+        first, last = row.number(low), row.number(high)
+        if first is not None and last is not None and not first < last and (not when or when(row)):
+            yield row.problem(
+                low if low in row else high,
+                message or f"{row.header()} goes from a lower value to a higher one",
+                found=f"{low} {str(row[low])[:40]}{joined}{high} {str(row[high])[:40]}",
+                allowed=f"{low} < {high}",
+                also=high if low in row else (),
+            )
+
+    return rule
+
+
+#: of a table that says from which speed to which one
+upwards = ordered("from", "to", "a run-up goes from a lower speed to a higher one")
+
+
+def below(low: str, high: str, message: str, equal: bool = False) -> Rule:
+    """As `ordered`, of two sizes: the first in SI, and what the second leaves for it."""
+
+    def rule(row: Row) -> Iterator[Problem]:
+        small, large = row.number(low), row.number(high)
+        if small is None or large is None or small < large or (equal and small == large):
+            return
+        yield row.problem(
+            low if low in row else high,
+            message,
+            found=f"{small:.6g}{row.unit(low)}",
+            allowed=f"{'<=' if equal else '<'} {large:.6g}{row.unit(high)}",
+            also=high,
+        )
+
+    return rule
+
+
+def pair_ordered(key: str, equal: bool = True) -> Rule:
+    """The two numbers of the list at `key` go from the lower to the higher one, or are equal."""
+
+    def rule(row: Row) -> Iterator[Problem]:
+        ends, numbers = row.entries(key), row.listed(key)
+        if len(ends) != 2 or None in numbers or numbers[0] < numbers[1]:
+            return
+        if not equal or numbers[0] > numbers[1]:
+            yield row.problem(
+                key,
+                f"{key} goes from a lower value to a higher one",
+                found=f"{ends[0]} to {ends[1]}",
+                allowed=f"from {'<=' if equal else '<'} to",
+            )
+
+    return rule
+
+
+def refers(key: str, to: str, what: str) -> Rule:
+    """Names at `key` (of each entry of a list, as `shafts.between`) are those of a list of tables.
+
+    `to` is the list, from the root of the case.
+    """
+    *above, last = key.split(".")
+
+    def rule(row: Row) -> Iterator[Problem]:
+        *tables, entries = to.split(".")
+        owner = row_at(row.case, *tables)
+        if owner is None or (entries not in owner and not _may_miss(owner, entries)):
+            return  # the schema says so
+        known = [one.get("name") for _, one in tables_at(row.case, *tables, entries)]
+        names = [name for name in known if isinstance(name, str)]
+        rows = tables_at(row.data, *above) if above else [(0, row.data)]
+        for place, entry in rows:
+            path = (*row.path, *above, place, last) if above else (*row.path, last)
+            said = entry.get(last)
+            asked: Sequence[Any] = said if isinstance(said, list) else [said]
+            for number, name in enumerate(asked):
+                if isinstance(name, str) and name and name not in names:
+                    yield row.problem(
+                        (*path, number) if isinstance(said, list) else path,
+                        f"no {what} is named {name[:60]!r}",
+                        allowed=listed(names) or f"{entries} = [{{ name = {name[:60]!r}, ... }}]",
+                        hint=nearest(name, names),
+                    )
+
+    return rule
+
+
+def _may_miss(row: Row, key: str) -> bool:
+    return row.lacks(key) and not keys_of(row.model)[key].is_required()
+
+
+class _Words(dict[str, Any]):
+    """What a table says, for the words of a refusal."""
+
+    def __init__(self, row: Row) -> None:
+        place = row.path[-1] if row.path else ""
+        entry, of = "", str(place)
+        if isinstance(place, int):
+            entry, of = str(row["name"] or place + 1)[:60], str(row.path[-2]).removesuffix("s")
+        super().__init__(header=row.header(), entry=entry, list=of)
+        self.row = row
+
+    def __missing__(self, key: str) -> Any:
+        value = self.row[key]
+        return value[:60] if isinstance(value, str) else str(value)[:60]
+
+
+def refuse(
+    at: At,
+    message: str,
+    when: Callable[[Row], Any],
+    allowed: str = "",
+    *,
+    found: str = "",
+    hint: str = "",
+    also: At = (),
+) -> Rule:
+    """What is wrong where `when` says so; `{key}` in message and found is what stands there."""
+
+    def rule(row: Row) -> Iterator[Problem]:
+        if when(row):
+            said = _Words(row)
+            yield row.problem(
+                at,
+                message.format_map(said),
+                found=found.format_map(said),
+                allowed=allowed,
+                hint=hint,
+                also=also,
+            )
+
+    return rule
+
+
+def wants(place: str, allowed: str = "", hint: str = "", of: str = "") -> Rule:
+    """What this table asks needs another one, at a place from the root of the case.
+
+    With `of` that is said of such a kind of machine only; others do not have the table at all.
+    """
+    *above, key = place.split(".")
+
+    def rule(row: Row) -> Iterator[Problem]:
+        there, kind = row_at(row.case, *above), table_at(row.case, "machine").get("kind")
+        if there is not None and there.data and there.lacks(key) and of in ("", kind):
+            message = f"{row.header()} needs [{place}]"
+            yield row.problem("", message, allowed=allowed, hint=hint)
+
+    return rule
+
+
+def at(key: str, *rules: Rule) -> Rule:
+    """Rules for the table at a key, of one kind of machine only."""
+
+    def rule(row: Row) -> Iterator[Problem]:
+        table = row.below(key)
+        if table is not None:
+            for one in rules:
+                yield from one(table)
+
+    return rule
+
+
+def no(
+    keys: str, when: Callable[[Row], Any], message: str, allowed: str = "", **words: Any
+) -> Rule:
+    """None of these keys goes with what `when` says; `{key}` in the words is the key."""
+
+    def rule(row: Row) -> Iterator[Problem]:
+        for key in row.said(*keys.split()) if when(row) else ():
+            shown = allowed.format(key=key)
+            yield row.problem(key, message.format(key=key), allowed=shown, **words)
+
+    return rule
