@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from shipped_cases import ROOT, result_of
 
+from vibecalc.core.report.writing import text_of
 from vibecalc.errors import NumericalFailure
 from vibecalc.excitation.axial_force import axial_force
 from vibecalc.excitation.report import motor
@@ -167,13 +168,13 @@ def test_the_force_shakes_no_body():
 def test_section_lists_the_largest_orders_and_calls_the_sum_a_bound():
     section = motor(result_of("compressor_motor"))
     assert section is not None
-    text = "\n".join(section.lines)
-    rows = [line.split() for line in section.lines[2:10]]
+    detail = text_of(section.detail)
+    rows = [line.split() for line in detail.splitlines()[3:11]]
     assert [int(row[0]) for row in rows] == [4, 2, 1, 8, 3, 10, 14, 6]
     amplitudes = [float(row[1]) for row in rows]
     assert amplitudes == sorted(amplitudes, reverse=True)
-    assert "the 8 largest; 32 further orders" in text
-    assert "The sum of amplitudes is a bound" in text
+    assert "the 8 largest; 32 further orders" in detail
+    assert "The sum of amplitudes is a bound" in text_of(section.lines)
     assert {PATH + name for name in ("axial_force", "mean_force", "peak")} <= section.shown
     assert motor(result_of("generator")) is None
 
@@ -181,7 +182,7 @@ def test_section_lists_the_largest_orders_and_calls_the_sum_a_bound():
 def test_section_of_straight_conductors_says_zero():
     section = motor(result_of("compressor_motor", "machine.motor.skew_angle=0.0"))
     assert section is not None
-    assert "zero at every order" in section.lines[0]
+    assert "zero at every order" in text_of(section.detail)
 
 
 def test_picture_shows_bars_signal_and_levels():

@@ -84,8 +84,8 @@ def test_orders_left_out_are_told_with_their_size() -> None:
     section = list(more.axes[0].values).index(told[0].split("'")[1])
     t = np.linspace(0.0, 4.0 * np.pi, 4001)
     course = (more.values[section, 12:] @ np.exp(1j * more.axes[1].values[12:, None] * t)).real
-    size = f"{0.5 * np.ptp(course):.3g} N*m"
-    assert size in told[0]
+    own = value(ENGINE, "torque_half_range")[section]
+    assert f"{50.0 * np.ptp(course) / own:.3g} %" in told[0]
     whole = replaced(ENGINE, (ORDERS, "orders = { highest = 6, step = 1 }"))
     assert any("half orders" in one and "left out" in one for one in record(whole).warnings)
 

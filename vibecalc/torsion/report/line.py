@@ -59,7 +59,8 @@ def is_chain(line: "ShaftLineModel") -> bool:
     """Whether springs join all freedoms in one row without branch, loop or spring to the frame."""
     springs = (line.line.stiffness != 0.0) | (line.speed_stiffness != 0.0)
     ends = np.stack([line.line.first, line.line.second], axis=1)[springs]
-    ends = np.unique(np.sort(ends, axis=1), axis=0)
+    # not numpy.unique, which imports numpy's masked arrays for rows
+    ends = np.array(sorted({(min(pair), max(pair)) for pair in ends.tolist()}))
     met = np.bincount(ends.ravel(), minlength=1)
     # a ring in oil without springs is in no row and has no mode
     row = int(np.max(met)) <= 2 and len(ends) == np.count_nonzero(met) - 1
