@@ -23,7 +23,7 @@ PRIMARY: KeyPath = ("machine", "primary")
 
 
 def _from_rod(machine: Data) -> bool:
-    return {"length", "shear_modulus"} <= table_at(machine, "rod").keys()
+    return {"length", "shear_modulus"} <= set(table_at(machine, "rod"))
 
 
 def _motion(machine: Data) -> str:
@@ -113,13 +113,13 @@ def _secondary(machine: Row, one: Row, ring: bool, built: dict[str, bool]) -> It
                 ),
                 also=PRIMARY,
             )
-    for what, keys, part in (("spring", STIFFNESSES, "springs"), ("damper", DAMPERS, "oil")):
-        given, hardware = one.said(*keys), f"[machine.{part}]"
+    for what, ways, part in (("spring", STIFFNESSES, "springs"), ("damper", DAMPERS, "oil")):
+        given, hardware = one.said(*ways), f"[machine.{part}]"
         if tuned and given:
             yield one.problem(
                 given[0],
                 f"{given[0]} is fixed, and [tuning] finds the {what}",
-                allowed=f"no {', '.join(keys)} beside [tuning], or no [tuning]",
+                allowed=f"no {', '.join(ways)} beside [tuning], or no [tuning]",
                 hint=f"what is built stands in {hardware}, beside the tuning; tuning.kind and "
                 "tuning.bounds hold a value",
                 also=("tuning",),
@@ -131,11 +131,11 @@ def _secondary(machine: Row, one: Row, ring: bool, built: dict[str, bool]) -> It
                 allowed=f"{given[0]}, or {hardware}: one way or the other",
                 also=("machine", part),
             )
-        elif not (tuned or built.get(part)) and one.lacks(*keys):
+        elif not (tuned or built.get(part)) and one.lacks(*ways):
             yield one.problem(
                 "",
                 f"{name} has no {what}, and no [tuning] finds one",
-                allowed=f"one of {', '.join(keys)} (0 for none), {hardware}, or [tuning]",
+                allowed=f"one of {', '.join(ways)} (0 for none), {hardware}, or [tuning]",
             )
 
 

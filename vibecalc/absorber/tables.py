@@ -1,5 +1,6 @@
 """Tables of a case with absorbers: primary system, absorbers, hardware, response, tuning."""
 
+import functools
 from itertools import pairwise
 from typing import Annotated, Literal
 
@@ -23,6 +24,7 @@ from vibecalc.core.case.fields import (
 )
 from vibecalc.core.case.raw import table_at
 from vibecalc.core.case.rules import (
+    Row,
     Rule,
     at_most_one,
     below,
@@ -559,6 +561,10 @@ class AbsorberResponse(Table):
     RULES = (at_most_one("frequency_ratios", "frequencies"),)
 
 
+def _as_h2(closed_form: str, row: Row) -> bool:
+    return bool(row["norm"] == "h2" and closed_form in row.entries("compare"))
+
+
 def _idle(kind: str, held: str, bound: str) -> Rule:
     return no(
         bound,
@@ -645,7 +651,7 @@ class Tuning(Table):
             refuse(
                 "compare",
                 f"the closed form {name!r} is for the largest amplitude",
-                lambda t, name=name: t["norm"] == "h2" and name in t.entries("compare"),
+                functools.partial(_as_h2, name),
                 "norm = 'h_infinity', or 'warburton' beside 'h2'",
                 found="norm = 'h2'",
                 also="norm",

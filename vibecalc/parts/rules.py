@@ -174,7 +174,7 @@ _BLOCKS = ("translation", "coupling", "rotation")
 
 def matrix_units(row: Row) -> Iterator[Problem]:
     """Yield the units of blocks that are no such units."""
-    units, si_units = row.entries("units"), row.model.SI
+    units, si_units = row.entries("units"), vars(row.model)["SI"]
     for position, unit in enumerate(units if len(units) == len(_BLOCKS) else ()):
         if isinstance(unit, str) and 0 < len(unit) <= 80:
             yield from _unit(row, position, unit, si_units[position])

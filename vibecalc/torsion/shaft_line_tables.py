@@ -158,12 +158,12 @@ class Station(Table):
 
 def _cone(row: Row) -> Iterator[Problem]:
     """The bore at the other end of a cone is narrower, too."""
-    ends = [
+    inner, outer = (
         f"end_{side}" if f"end_{side}" in row else side
         for side in ("inner_diameter", "outer_diameter")
-    ]
-    if ends != ["inner_diameter", "outer_diameter"]:
-        yield from below(*ends, _NARROWER)(row)
+    )
+    if (inner, outer) != ("inner_diameter", "outer_diameter"):
+        yield from below(inner, outer, _NARROWER)(row)
 
 
 class Section(Table):

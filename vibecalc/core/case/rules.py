@@ -113,8 +113,12 @@ class Row:
         """The tables in the list at a key."""
         item = _shape(self.model, key).item
         model = item.table if item else None
-        entries = tables_at(self.data, key) if model else []
-        return [Row(one, (*self.path, key, place), self.case, model) for place, one in entries]
+        if model is None:
+            return []
+        return [
+            Row(one, (*self.path, key, place), self.case, model)
+            for place, one in tables_at(self.data, key)
+        ]
 
     def header(self) -> str:
         """The table as a case writes it: `[machine.body]`, or an entry: `limit[0]`."""

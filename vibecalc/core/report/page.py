@@ -61,7 +61,7 @@ def html_page(path: Path, *, full: bool = False) -> str:
     """
     lines = file_lines(path, full=full)
     body = list(_body(lines))
-    titles = [line.title for line in lines if isinstance(line, Heading)]
+    titles = [line.words for line in lines if isinstance(line, Heading)]
     pictures = [
         _figure(title.removeprefix(" ".join(titles[0].split())).strip() or title, image)
         for title, image in vector_pictures(path)
@@ -94,7 +94,7 @@ def _body(lines: Iterable[str]) -> Iterator[str]:
             continue
         for block in group:
             if isinstance(block, Heading):
-                yield _heading(block.title, block.level)
+                yield _heading(block.words, block.level)
             elif isinstance(block, Table):
                 yield _table(block)
             elif isinstance(block, Pairs):
@@ -147,7 +147,7 @@ def _case(path: Path) -> str:
 
     if is_sweep(path):
         with open_sweep(path) as opened:
-            return opened.case_toml
+            return opened.head.result.case_toml
     from vibecalc.core.results.store import read_result
 
     return read_result(path).case_toml

@@ -28,7 +28,7 @@ class Heading(Block):
     """A title over a rule; level 1 is that of the report."""
 
     level: int
-    title: str
+    words: str
 
 
 class Paragraph(Block):
@@ -57,7 +57,7 @@ def heading(title: str, level: int = 2) -> list[str]:
     lines = fold(title, WIDTH - len(INDENT))
     rule = ("=" if level == 1 else "-") * max(len(line) for line in lines)
     block = Heading("\n".join([*lines, rule]))
-    block.level, block.title = level, title
+    block.level, block.words = level, title
     return [block] if level == 1 else ["", block]
 
 
