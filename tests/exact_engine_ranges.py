@@ -119,7 +119,7 @@ def _own_curves(reader: Reader, some: list[int], at: list[mpf]) -> Iterator[Trut
             one["gear_mean_torque"] = means
             one["gear_torque"] = [t.half for t in totals]
             least = [least_of(m, t) for m, t in zip(means, totals, strict=True)]
-            one["gear_least_torque"] = least
+            one["gear_minimum_torque"] = least
             one["gear_hammers"] = [mpf(int(v < 0)) for v in least]
         for name, value in one.items():
             rows.setdefault(name, []).append(value)
@@ -178,7 +178,7 @@ def _reduction(reader: Reader, tops: dict[str, dict[int, Highest]]) -> Iterator[
 
 def _summits(reader: Reader) -> Iterator[Truth]:
     """Maxima next to the places found; those at an end of the range stay."""
-    path, record = f"{ROOT}summit/", reader.record
+    path, record = f"{ROOT}peak/", reader.record
     if f"{path}speed" not in record or not len(record[f"{path}speed"].values):
         return
     speeds = record[f"{path}speed"].values

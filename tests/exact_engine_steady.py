@@ -306,7 +306,7 @@ def gears(reader: Reader) -> Iterator[Truth]:
         record[place + "alternating_torque"].values,
         [t.half for t in totals],
     )
-    yield place + "least_torque", record[place + "least_torque"].values, least
+    yield place + "minimum_torque", record[place + "minimum_torque"].values, least
     hammers = [
         mpf(int(m + t.lowest < 0 < m + t.highest)) for m, t in zip(mean, totals, strict=True)
     ]

@@ -155,14 +155,14 @@ def _over_the_turn(
         ("support_force_peak", force, length_of, [0.0] * len(force)),
         ("support_force_of_torque", of_torque, length_of, [0.0] * len(force)),
         ("largest_load", downwards, _plain, constant),
-        ("least_load", [-one for one in downwards], _plain, [-one for one in constant]),
+        ("minimum_load", [-one for one in downwards], _plain, [-one for one in constant]),
     ):
         tops = [at + largest(one, measure) for one, at in zip(each, start, strict=True)]
         size = [float(np.abs(one).sum()) + abs(at) for one, at in zip(each, start, strict=True)]
         after = [float(np.abs(one[:, one.shape[1] // 2 :]).sum()) for one in each]
         path = f"{ROOT}{name}"
         noise[path] = max(ROUNDING * s + a for s, a in zip(size, after, strict=True))
-        found = -1.0 if name == "least_load" else 1.0
+        found = -1.0 if name == "minimum_load" else 1.0
         yield path, np.atleast_1d(record[path].values), [mpf(found * top) for top in tops]
 
 

@@ -41,7 +41,7 @@ def problem(case: str, folder: Path, **row: Any) -> str:
         ("engine_undamped", MODES, "mode", 3000, SHAFT),
         ("engine_undamped", MODES, "mode", 0.15, SHAFT),
         ("engine_undamped", MODES, "mode", 0, SHAFT),
-        ("engine_damped", "response/torsion/summit/speed", "summit", 0.5, "1, 2, 3"),
+        ("engine_damped", "response/torsion/peak/speed", "peak", 0.5, "1, 2, 3"),
         ("compressor", "response/modes/natural_frequency", "mode", 7, "6 degrees of freedom"),
     ],
 )  # fmt: skip

@@ -74,7 +74,7 @@ def test_report_and_picture_tell_all_of_it() -> None:
         )
         legend = below.get_legend()
         assert legend is not None and len(legend.get_texts()) == len(still)
-        least = record["isolation/torque_reaction/least_load"]
+        least = record["isolation/torque_reaction/minimum_load"]
         assert lowest >= least.values.min() - least.error_estimate
         assert np.isclose(lowest, least.values.min(), rtol=1e-3)
 

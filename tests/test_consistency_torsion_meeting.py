@@ -44,13 +44,13 @@ def at_speed(text: str, speed: float) -> str:
 def test_the_order_of_a_maximum_is_highest_near_there_and_its_mode_is_met() -> None:
     order = record(WIDE)[f"{ROOT}/torque"].axes[1].values
     critical = value(WIDE, "critical/speed")
-    top = value(WIDE, "summit/torque_half_range")
+    top = value(WIDE, "peak/torque_half_range")
     strong = np.flatnonzero(top > 0.3 * top.max())[:4]
     assert len(strong) >= 3
     misled = 0
     for i in strong:
-        speed, section = float(value(WIDE, "summit/speed")[i]), value(WIDE, "summit/section")[i] - 1
-        mode, named = value(WIDE, "summit/mode")[i], value(WIDE, "summit/half_order")[i]
+        speed, section = float(value(WIDE, "peak/speed")[i]), value(WIDE, "peak/section")[i] - 1
+        mode, named = value(WIDE, "peak/mode")[i], value(WIDE, "peak/half_order")[i]
         place = int(np.flatnonzero(order == named)[0])
         assert critical[mode - 1, place] == pytest.approx(speed, rel=0.04)
         low, there, high = (
@@ -74,9 +74,9 @@ def test_an_end_of_the_range_is_no_critical() -> None:
 
 def test_maxima_are_told_of_the_most_torqued_and_the_most_stressed_section() -> None:
     torque = int(np.argmax(value(WIDE, "largest/torque_half_range"))) + 1
-    assert value(WIDE, "summit/section")[0] == torque
+    assert value(WIDE, "peak/section")[0] == torque
     stressed = record(WIDE)[f"{ROOT}/largest/stress_half_range"].axes[0].values
-    assert set(value(WIDE, "summit/section")) == {torque, 1} and len(stressed) == 1
+    assert set(value(WIDE, "peak/section")) == {torque, 1} and len(stressed) == 1
 
 
 def test_ranges_in_which_gears_hammer_end_where_their_least_torque_is_zero() -> None:
@@ -89,11 +89,11 @@ def test_ranges_in_which_gears_hammer_end_where_their_least_torque_is_zero() -> 
     inner = [one for one in np.concatenate(ends) if speed[0] < one < speed[-1]]
     assert inner
     for end in inner[:2]:
-        least = value(at_speed(HAMMERS, float(end)), "gear/least_torque")[0]
+        least = value(at_speed(HAMMERS, float(end)), "gear/minimum_torque")[0]
         assert abs(least) < 1e-6 * np.abs(value(HAMMERS, "gear/mean_torque")[0])
     for place in (0, 17, 35):
         text = at_speed(HAMMERS, float(speed[place]))
-        for path in ("hammers", "least_torque"):
+        for path in ("hammers", "minimum_torque"):
             got = value(HAMMERS, f"speeds/gear_{path}")[0, place]
             assert got == pytest.approx(value(text, f"gear/{path}")[0], rel=1e-7)
 

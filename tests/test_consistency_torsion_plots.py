@@ -188,7 +188,7 @@ def test_curves_go_through_their_maxima_and_each_has_a_name(made: dict[str, Any]
     on_curve = np.interp(dots.get_xdata(), *curves["with dampers"].get_data())
     np.testing.assert_allclose(dots.get_ydata(), on_curve, rtol=1e-9)
     modes, orders, held = (
-        values(result, f"summit/{name}") for name in ("mode", "half_order", "section")
+        values(result, f"peak/{name}") for name in ("mode", "half_order", "section")
     )
     told = {f"{int(mode)} / {order:g}" for mode, order, e in zip(modes, orders, held, strict=True)
             if order and e == own + 1}  # fmt: skip

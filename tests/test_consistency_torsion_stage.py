@@ -121,10 +121,10 @@ def test_a_maximum_is_what_the_line_does_at_that_speed() -> None:
     top, at = value(ENGINE, "largest/torque_half_range"), value(ENGINE, "largest/speed")
     assert np.all(top >= grid.max(axis=1))
     assert at.min() > 0.999 * SPEED * 800.0 / 1500.0 and at.max() < 1.001 * SPEED * 6000.0 / 1500.0
-    summit = float(value(ENGINE, "summit/speed")[0])
-    section = int(value(ENGINE, "summit/section")[0]) - 1
+    summit = float(value(ENGINE, "peak/speed")[0])
+    section = int(value(ENGINE, "peak/section")[0]) - 1
     there = value(at_speed(ENGINE, summit), "torque_half_range")[section]
-    assert there == pytest.approx(value(ENGINE, "summit/torque_half_range")[0], rel=1e-11)
+    assert there == pytest.approx(value(ENGINE, "peak/torque_half_range")[0], rel=1e-11)
     for beside in (0.9999, 1.0001):
         assert value(at_speed(ENGINE, summit * beside), "torque_half_range")[section] < there
 

@@ -249,7 +249,7 @@ def test_scipy_reaches_its_tolerance_or_gives_up() -> None:
 
 
 def test_grids_miss_by_a_quarter_step_where_told_to() -> None:
-    places = places_of(0.0, 1.0, 11, summit=0.52)
+    places = places_of(0.0, 1.0, 11, peak=0.52)
     assert np.min(np.abs(places - 0.52)) == pytest.approx(0.025)
     assert places[0] >= 0.0 and places[-1] <= 1.0
     parabola = parabola_maximum(lambda x: 3.0 - (x - 0.52) ** 2, 0.0, 1.0, 7)

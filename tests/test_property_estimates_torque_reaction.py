@@ -137,7 +137,7 @@ def _over_the_cycle(record: Record, many: Record) -> Iterator[tuple[str, Any, An
            np.sqrt(np.square(course).sum(1)).max(-1).tolist())  # fmt: skip
     roll = (many[f"{ROOT}rotation"].values[:, 0] @ wave).real
     yield f"{ROOT}roll_peak", record[f"{ROOT}roll_peak"].values, [float(np.abs(roll).max())]
-    for name in ("least_load", "largest_load", "support_force_of_torque"):
+    for name in ("minimum_load", "largest_load", "support_force_of_torque"):
         # their own sums, of so many more orders
         yield f"{ROOT}{name}", record[f"{ROOT}{name}"].values, many[f"{ROOT}{name}"].values.tolist()
 

@@ -96,13 +96,13 @@ def _curve(system: Tree, excitation: str, what: str, ratios: list[mpf]) -> list[
 def _summits(
     record: Record, found: list[Peaks], told: Callable[..., Iterator[Truth]]
 ) -> Iterator[Truth]:
-    path = "response/absorber/summit/magnitude"
+    path = "response/absorber/peak/magnitude"
     if path in record:
         width = record[path].values.shape[1]
         assert all(len(one.frequency) <= width for one in found), found
         for name, key in (("magnitude", "magnitude"), ("frequency_ratio", "frequency")):
             rows = [getattr(one, key) + [mpf(0)] * (width - len(one.frequency)) for one in found]
-            yield from told(f"summit/{name}", rows)
+            yield from told(f"peak/{name}", rows)
     yield from told("largest", [one.largest for one in found])
     yield from told("largest_frequency_ratio", [one.where for one in found])
 

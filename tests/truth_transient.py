@@ -109,9 +109,9 @@ def _worst(record: Record) -> int:
 def _course(motion: ExactMotion, record: Record, noise: np.ndarray) -> Iterator[Truth]:
     section = _worst(record)
     ratio = motion.inputs.section_ratio[section]
-    time = _axis(record, "course/torque", "course_time")
+    time = _axis(record, "history/torque", "history_time")
     true = motion.at(time) @ motion.view[section] / ratio
-    yield f"{ROOT}course/torque", _own(record, "course/torque"), true, noise[section] / abs(ratio)
+    yield f"{ROOT}history/torque", _own(record, "history/torque"), true, noise[section] / abs(ratio)
 
 
 def _waterfalls(motion: ExactMotion, record: Record, noise: np.ndarray) -> Iterator[Truth]:

@@ -139,8 +139,8 @@ def _scale(record: Record, curve: Quantity, x: np.ndarray) -> float:
 
 
 def _dots(axes: "Axes", record: Record, names: list[str], scale: float) -> None:
-    height = having(record, ABSORBER + "summit/magnitude", "curve", "summit")
-    place = having(record, ABSORBER + "summit/frequency_ratio", "curve", "summit")
+    height = having(record, ABSORBER + "peak/magnitude", "curve", "peak")
+    place = having(record, ABSORBER + "peak/frequency_ratio", "curve", "peak")
     if height is None or place is None:
         return
     first = True
@@ -182,7 +182,7 @@ def _rings(axes: "Axes", record: Record, scale: float) -> None:
 def _limits(record: Record, curve: Quantity, hidden: set[int]) -> tuple[float, float]:
     size = np.abs(np.asarray(curve.values))
     own = size[0][np.isfinite(size[0]) & (size[0] > 0.0)]
-    height = having(record, ABSORBER + "summit/magnitude", "curve", "summit")
+    height = having(record, ABSORBER + "peak/magnitude", "curve", "peak")
     tops = np.asarray(height.values, dtype=float) if height is not None else own
     if hidden and height is not None:  # the highest of what is drawn
         tops = np.delete(tops, sorted(hidden), axis=0)

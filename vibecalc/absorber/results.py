@@ -39,14 +39,14 @@ RESPONSE_ENTRIES = (
         "where that is, over the primary's own frequency; infinite for a limit at high frequency",
     ),
     entry(
-        f"{RESPONSE_ROOT}/summit/magnitude",
-        "curve summit",
+        f"{RESPONSE_ROOT}/peak/magnitude",
+        "curve peak",
         "",
         "maxima of the response; 0: no such one",
     ),
     entry(
-        f"{RESPONSE_ROOT}/summit/frequency_ratio",
-        "curve summit",
+        f"{RESPONSE_ROOT}/peak/frequency_ratio",
+        "curve peak",
         "",
         "where they are; 0: no such one",
     ),

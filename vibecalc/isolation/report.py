@@ -225,7 +225,7 @@ _SUPPORTS = (
     ("isolation/support_force/steady_peak", "shaking alone N"),
     (f"{ROOT}support_force_peak", "both N"),
     ("isolation/support_force/static", "weight N"),
-    (f"{ROOT}least_load", "minimum load N"),
+    (f"{ROOT}minimum_load", "minimum load N"),
     (f"{ROOT}largest_load", "maximum load N"),
 )
 _SEPARATE = (

@@ -217,7 +217,7 @@ TORQUE_REACTION_ENTRIES = (
         "largest load on a support over the cycle: weight, mean torque and dynamic force",
     ),
     entry(
-        f"{TORQUE_REACTION_ROOT}/least_load",
+        f"{TORQUE_REACTION_ROOT}/minimum_load",
         "mount",
         "N",
         "least load over the cycle; negative: the support is pulled",

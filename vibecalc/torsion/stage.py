@@ -34,7 +34,7 @@ _STEADY = (
     *(f"/healthy/{name}_half_range" for name in ("torque", "twist", "stress")),
 )
 _RANGE = (
-    *("/speeds/", "/masked/", "/largest/", "/summit/", "/limit/", "/bare/"),
+    *("/speeds/", "/masked/", "/largest/", "/peak/", "/limit/", "/bare/"),
     *("/barred/", "/exceeded/"),
     *("/reduction", "/hammering/", "/campbell/", "/separation/range/"),
     *("/healthy/speeds/", "/healthy/largest/", "/healthy/limit/largest_use"),
@@ -142,7 +142,7 @@ def _picked(case: "Case", starts: tuple[str, ...]) -> tuple[str, ...]:
         "transfer_matrix": not has_loops(case),
         "holzer": has_holzer(case),
         "undamped_frequency": has_damped_rings(case),
-        "/kept": torsion.separation is not None,
+        "/sufficient": torsion.separation is not None,
         "bank_factor": len({one.bank_angle for one in train.cylinders}) > 1,
         "modal_heat": has_modal_damping(case),
         "stress": any(has_stress(shaft) for shaft in line.shafts),

@@ -276,13 +276,13 @@ def emit_frequencies(scene: Scene, parts: AbsorberParts, ratios: np.ndarray) -> 
 def _emit_peaks(scene: Scene, curves: Curves, pair: tuple[str, str]) -> None:
     axes = {"curve": curves.names}
     found = peaks(curves.absorber, *pair)
-    places = axes | {"summit": np.arange(1, _MOST + 1)}
+    places = axes | {"peak": np.arange(1, _MOST + 1)}
     spread = np.where(found.found, 4.0 * EPSILON * found.frequency, 0.0)
     spread[0] += _moved(scene, curves, lambda one: peaks(one, *pair).frequency)
     error = np.where(np.isfinite(found.error), found.error, 0.0)
     error[0] += _moved(scene, curves, lambda one: peaks(one, *pair).magnitude)
-    scene.emit(f"{RESPONSE_ROOT}/summit/magnitude", found.magnitude, error, places)
-    scene.emit(f"{RESPONSE_ROOT}/summit/frequency_ratio", found.frequency, spread, places)
+    scene.emit(f"{RESPONSE_ROOT}/peak/magnitude", found.magnitude, error, places)
+    scene.emit(f"{RESPONSE_ROOT}/peak/frequency_ratio", found.frequency, spread, places)
     doubt = np.where(np.isfinite(found.largest_error), found.largest_error, 0.0)
     doubt[0] += _moved(scene, curves, lambda one: peaks(one, *pair).largest)
     scene.emit(f"{RESPONSE_ROOT}/largest", found.largest, doubt, axes)

@@ -94,8 +94,8 @@ def _curves(result: Result) -> list[str]:
 
 def _summits(record: Record) -> list[str]:
     """Every maximum of every curve."""
-    height = having(record, ABSORBER + "summit/magnitude", "curve", "summit")
-    place = having(record, ABSORBER + "summit/frequency_ratio", "curve", "summit")
+    height = having(record, ABSORBER + "peak/magnitude", "curve", "peak")
+    place = having(record, ABSORBER + "peak/frequency_ratio", "curve", "peak")
     if height is None or place is None:
         return []
     own = scalar_of(record, ABSORBER + "primary_frequency")

@@ -22,7 +22,7 @@ AXES: dict[str, tuple[str, str]] = {
     "masked": ("", "interval of speeds left out"),
     "method": ("", "method"),
     "pole": ("", "pole, rightmost first"),
-    "summit": ("", "maximum, from low to high frequency"),
+    "peak": ("", "maximum, from low to high frequency"),
     "active": ("", "peak that holds the optimum, from low to high frequency"),
     "half_order": ("", "multiple of crank speed, also halves"),
 }

@@ -37,7 +37,7 @@ _SHOWN = 12
 #: axes whose entries are numbered 1, 2, 3, ...
 _NUMBERED = (
     *("mode", "other_mode", "damped_mode", "bare_mode", "elastic_mode", "pole", "multiplier"),
-    *("summit", "passage", "contact", "turn", "cage", "hammering", "barred", "limit", "wedge"),
+    *("peak", "passage", "contact", "turn", "cage", "hammering", "barred", "limit", "wedge"),
     *("unstable", "basin"),
 )
 

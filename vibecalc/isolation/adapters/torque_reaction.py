@@ -143,7 +143,7 @@ def run_torque_reaction(scene: Scene) -> None:
     )
     load = extreme_loads(downwards, order, kept, WithError(share, share_error))
     scene.emit(f"{TORQUE_REACTION_ROOT}/largest_load", load.highest, load.error, by_mount)
-    scene.emit(f"{TORQUE_REACTION_ROOT}/least_load", load.lowest, load.error, by_mount)
+    scene.emit(f"{TORQUE_REACTION_ROOT}/minimum_load", load.lowest, load.error, by_mount)
 
 
 def _of(loads: WithError, freedoms: np.ndarray) -> WithError:

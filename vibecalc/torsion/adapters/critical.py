@@ -184,7 +184,7 @@ def emit_separation(scene: Scene, setup: Setup, where: str, low: float, high: fl
     scene.emit(f"{place}/margin", margin, np.where(np.isfinite(margin), error, 0.0), axes)
     scene.emit(f"{place}/half_order", nearest, 0.0, axes)
     if rule is not None:
-        scene.emit(f"{place}/kept", kept, 0.0, axes)
+        scene.emit(f"{place}/sufficient", kept, 0.0, axes)
 
 
 # ----------------------------------------------------------------------------

@@ -53,7 +53,7 @@ from vibecalc.torsion.tables import LineSpeeds
 
 SPEEDS = f"{ROOT}/speeds"
 SUMMIT = tuple(
-    f"{ROOT}/summit/{name}"
+    f"{ROOT}/peak/{name}"
     for name in ("speed", "torque_half_range", "section", "mode", "half_order")
 )
 #: what has to be looked at once more where the largest values are
@@ -256,14 +256,14 @@ def _most_loaded(setup: Setup, value: FloatArray) -> list[int]:
 
 def _summits(scene: Scene, setup: Setup, found: Range, high: Maxima) -> None:
     seen = _meeting(setup, found, high)
-    axes = {"summit": np.arange(1, len(high.speed) + 1)}
+    axes = {"peak": np.arange(1, len(high.speed) + 1)}
     own = np.abs(setup.shaft.section_ratio[high.section])
     error = own_doubt(setup, high.speed, high.section).torque / own
-    scene.emit(f"{ROOT}/summit/speed", high.speed, high.speed_error, axes)
-    scene.emit(f"{ROOT}/summit/torque_half_range", high.value / own, error, axes)
-    scene.emit(f"{ROOT}/summit/section", high.section + 1, 0.0, axes)
-    scene.emit(f"{ROOT}/summit/mode", seen.mode, 0.0, axes)
-    scene.emit(f"{ROOT}/summit/half_order", seen.order, 0.0, axes)
+    scene.emit(f"{ROOT}/peak/speed", high.speed, high.speed_error, axes)
+    scene.emit(f"{ROOT}/peak/torque_half_range", high.value / own, error, axes)
+    scene.emit(f"{ROOT}/peak/section", high.section + 1, 0.0, axes)
+    scene.emit(f"{ROOT}/peak/mode", seen.mode, 0.0, axes)
+    scene.emit(f"{ROOT}/peak/half_order", seen.order, 0.0, axes)
 
 
 def _meeting(setup: Setup, found: Range, high: Maxima) -> Meeting:
@@ -300,7 +300,7 @@ def emit_gears(
     scene.emit(f"{SPEEDS}/gear_mean_torque", through.T, doubt, axes)
     scene.emit(f"{SPEEDS}/gear_torque", (curves.gear * size).T, size * error, axes)
     least = _least(shaft, curves, through, doubt)
-    scene.emit(f"{SPEEDS}/gear_least_torque", least.T, off, axes)
+    scene.emit(f"{SPEEDS}/gear_minimum_torque", least.T, off, axes)
     hammers = least < -off
     scene.emit(f"{SPEEDS}/gear_hammers", hammers.astype(np.int64).T, 0.0, axes)
     if not scene.wants(*HAMMERING):

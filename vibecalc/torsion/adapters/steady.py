@@ -282,7 +282,7 @@ def _gears(
     # an unloaded gear rests on neither flank: the lower one of both counts
     unloaded = np.abs(steady) <= steady_error
     least = np.where(unloaded, np.minimum(*both), np.where(steady < 0.0, *both))
-    scene.emit(f"{ROOT}/gear/least_torque", least, mesh.error + steady_error, axes)
+    scene.emit(f"{ROOT}/gear/minimum_torque", least, mesh.error + steady_error, axes)
     scene.emit(f"{ROOT}/gear/hammers", mesh.hammer.astype(np.int64), 0.0, axes)
     for name, unsure in zip(axes["gear"], mesh.uncertain, strict=True):  # type: ignore[call-overload]
         if unsure:

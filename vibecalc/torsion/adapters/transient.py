@@ -436,8 +436,8 @@ def _emit_course(
     every = max(1, -(-len(found.time) // _POINTS))
     value = found.value[::every, section] / ratio
     error = run.torque_error[section] / abs(ratio)
-    axes = {"course_time": found.time[::every]}
-    scene.emit(f"{TRANSIENT}course/torque", value, error, axes)
+    axes = {"history_time": found.time[::every]}
+    scene.emit(f"{TRANSIENT}history/torque", value, error, axes)
 
 
 def _thinned(found: TimeCourse, longest: float) -> TimeCourse:

@@ -74,9 +74,9 @@ def top_of(record: Record, section: str, load: str = "torque_half_range", root: 
 
 def points_of(record: Record, section: str) -> Points:
     """All maxima of the torque of a section that are told, by rising speed."""
-    found = [vector(record, f"summit/{name}", "summit")
+    found = [vector(record, f"peak/{name}", "peak")
              for name in ("speed", "torque_half_range", "mode", "half_order")]  # fmt: skip
-    held = vector(record, "summit/section", "summit")
+    held = vector(record, "peak/section", "peak")
     top = top_of(record, section)
     listed = names(record, "speeds/torque_half_range", "section")
     if held is None or section not in listed or any(one is None for one in found):

@@ -146,7 +146,7 @@ def _half_ranges(
 
 
 def _course(axes: "Axes", result: Result) -> None:
-    found = along(result.record, TRANSIENT + "course/torque", "course_time")
+    found = along(result.record, TRANSIENT + "history/torque", "history_time")
     if found is None:
         return
     factor, unit = torque_unit(result.record)

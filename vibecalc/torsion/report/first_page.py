@@ -185,7 +185,7 @@ def separations(result: Result, modes: list[int]) -> Iterator[Separation]:
     record, rule = result.record, separation_rule(result)
     margin, order, kept = (
         having(record, f"{TORSION}separation/{OPERATING}/{name}", "mode", "order_class")
-        for name in ("margin", "half_order", "kept")
+        for name in ("margin", "half_order", "sufficient")
     )
     if margin is None or order is None:
         return

@@ -65,7 +65,7 @@ def _modes(result: Result, natural: Quantity) -> list[str]:
     ratio = having(record, MODES + "damping_ratio", "mode")
     margin, order, kept = (
         having(record, f"{TORSION}separation/operating/{name}", "mode", "order_class")
-        for name in ("margin", "half_order", "kept")
+        for name in ("margin", "half_order", "sufficient")
     )
     kinds = [] if margin is None or order is None else labels(margin.axes[1])
     columns = [Column("mode", 10), number("no.", 3), number("Hz", 8), number("cpm", 8),
@@ -173,7 +173,7 @@ def _separation(result: Result) -> list[str]:
     """Distance of each mode from major and other orders over the range of speeds."""
     margin, order, kept = (
         having(result.record, f"{TORSION}separation/range/{name}", "mode", "order_class")
-        for name in ("margin", "half_order", "kept")
+        for name in ("margin", "half_order", "sufficient")
     )
     if margin is None or order is None:
         return []

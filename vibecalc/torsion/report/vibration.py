@@ -141,7 +141,7 @@ def _gears(record: Record) -> list[str]:
     lines = rows_by(record, "gear", 24, (
         ("gear/mean_torque", factor, f"mean torque\n{unit}", 12),
         ("gear/alternating_torque", factor, f"half range\n{unit}", 11),
-        ("gear/least_torque", factor, f"minimum\n{unit}", 10),
+        ("gear/minimum_torque", factor, f"minimum\n{unit}", 10),
     ), more)  # fmt: skip
     words = "Torque on the first wheel; minimum: in the sense of the mean, negative: teeth part."
     return [*lines, *paragraph(words)] if lines else []
@@ -195,12 +195,12 @@ def _worst(result: Result) -> list[str]:
 
 def _peaks(result: Result) -> list[str]:
     record = result.record
-    speed = vector(record, "summit/speed", "summit")
-    torque = having(record, TORSION + "summit/torque_half_range", "summit")
+    speed = vector(record, "peak/speed", "peak")
+    torque = having(record, TORSION + "peak/torque_half_range", "peak")
     if speed is None or torque is None:
         return []
     section, mode, order = (
-        vector(record, f"summit/{name}", "summit") for name in ("section", "mode", "half_order")
+        vector(record, f"peak/{name}", "peak") for name in ("section", "mode", "half_order")
     )
     known = having(record, TORSION + "torque_half_range", "section")
     named = [] if known is None else labels(known.axes[0])
