@@ -127,7 +127,7 @@ def test_separation_is_the_least_distance_to_orders_of_each_class() -> None:
     operating = tomllib.loads(text)["machine"]["speed"]
     here = float(operating.split()[0]) * RPM
     for where, low, high in (("operating", here, here), ("range", speeds[0], speeds[-1])):
-        got, kept = (value(text, f"separation/{where}/{name}") for name in ("margin", "kept"))
+        got, kept = (value(text, f"separation/{where}/{name}") for name in ("margin", "sufficient"))
         for m, frequency in enumerate(natural):
             blank = frequency == 0.0 or frequency > (order[-1] + 0.25) * high
             for column, chosen in enumerate((major, ~major)):
