@@ -378,9 +378,9 @@ def _emit_peaks(
     ]
     near = far[1] + 2.0 * _PLACE * np.max(place)
     axes = {"curve": names}
-    summits = axes | {"peak": np.arange(1, most + 1)}
-    scene.emit(f"{RESPONSE}/peak/magnitude", height, error + far[0], summits)
-    scene.emit(f"{RESPONSE}/peak/frequency_ratio", place, near, summits)
+    by_peak = axes | {"peak": np.arange(1, most + 1)}
+    scene.emit(f"{RESPONSE}/peak/magnitude", height, error + far[0], by_peak)
+    scene.emit(f"{RESPONSE}/peak/frequency_ratio", place, near, by_peak)
     largest = np.array([one.largest for one in found])
     where = np.array([one.where for one in found])
     error = max(one.largest_error for one in found) + far[0]
