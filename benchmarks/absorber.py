@@ -14,7 +14,7 @@ from collections.abc import Callable
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
-from rows import Report, Row, Table, seconds, told
+from rows import Report, Row, Table, reported, seconds
 from timing import best_of, in_turns
 
 from vibecalc.absorber.peaks import peaks
@@ -235,4 +235,4 @@ def measure() -> Report:
 
 
 if __name__ == "__main__":
-    told(measure)
+    reported(measure)

@@ -22,7 +22,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
 import numpy as np
 from machine_peaks import peaks
 from roll_machines import FIRST_MASS, SECOND_MASS, SYNCHRONOUS, source_drive, source_machine
-from rows import Report, Table, digits, seconds, told
+from rows import Report, Table, digits, reported, seconds
 from timing import Work, each_of, in_turns
 from torsion import ORDERS, SPEEDS, engine, hard_line
 
@@ -79,7 +79,7 @@ def torsion_kernels() -> list[Kernel]:
         for estimate, why in (
             (False, "passes over blocks that are too long for the first cache, and the sizes that "
              "tell whether the elimination may be trusted"),
-            (True, "the estimate is formed station by station beside the solution and takes as "
+            (True, "the estimate is formed station by station next to the solution and takes as "
              "many passes as it; it is what the price buys"),
         ):  # fmt: skip
             made.append(
@@ -95,13 +95,13 @@ def torsion_kernels() -> list[Kernel]:
     chain = hard_line("graded stiffness")
     scale = 1.0 / np.sqrt(chain.inertia)
     diagonal = np.append(chain.stiffness, 0.0) + np.append(0.0, chain.stiffness)
-    beside = -chain.stiffness * scale[1:] * scale[:-1]
+    nearby = -chain.stiffness * scale[1:] * scale[:-1]
     made.append(
         Kernel(
             "modes of 200 inertias, graded stiffness, against LAPACK's eigh_tridiagonal",
             lambda: natural_modes(chain), {}, 0.0,
             "it keeps every digit of every mode, which LAPACK's way loses (1e-10 on this row)",
-            lambda: eigh_tridiagonal(diagonal * scale**2, beside),
+            lambda: eigh_tridiagonal(diagonal * scale**2, nearby),
         )
     )  # fmt: skip
     rows, orders = _signals(2000, 24), np.arange(1, 25)
@@ -150,7 +150,7 @@ def closed_form_kernels() -> list[Kernel]:
     matrices = assemble(mass, position, stiffness, 0.005 * stiffness, 0.0 * stiffness)
     frequency = np.linspace(5.0, 500.0, 2000)[:, None] * np.arange(1, 8)
     load = np.ones((2000, 7, 6), dtype=complex)
-    doubt = np.zeros(load.shape)
+    uncertainty = np.zeros(load.shape)
     return [
         Kernel(
             "harmonics 1 to 40 of 1000 rods",
@@ -159,7 +159,7 @@ def closed_form_kernels() -> list[Kernel]:
              "power": 2.0 * entries, "real quotient": entries},
             16.0 * len(ratios) * (highest + 1.0),
             "the ratio of each term of the series is formed anew, and every coefficient has its "
-            "error beside it",
+            "error next to it",
         ),
         Kernel(
             f"response surface of {places:.0f} places",
@@ -180,7 +180,7 @@ def closed_form_kernels() -> list[Kernel]:
         ),
         Kernel(
             "6 x 6 at 14000 frequencies, with error estimates",
-            lambda: response(dynamics(matrices, frequency), load, doubt),
+            lambda: response(dynamics(matrices, frequency), load, uncertainty),
             {"6 x 6 solution": 14000.0}, 0.0,
             "numpy's inverse alone, which the bound of the error needs, takes twice a solution; "
             "the rest are the bound and fresh memory, of which blocks of frequencies save half",
@@ -296,4 +296,4 @@ def measure() -> Report:
 
 
 if __name__ == "__main__":
-    told(measure)
+    reported(measure)

@@ -1,8 +1,8 @@
 """Defaults in seconds: what vibecalc takes against the fastest method that is as accurate.
 
 One shipped case for each stage and study, every question that it has, as `vibecalc accuracy` asks
-them: the rungs of all methods against a reference, in CPU seconds. The same in counted work is held
-by the tests.
+them: the levels of all methods against a reference, in CPU seconds. The same in counted work is
+held by the tests.
 """
 
 import math
@@ -10,11 +10,11 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
-from rows import Report, Table, digits, seconds, told
+from rows import Report, Table, digits, reported, seconds
 
 from vibecalc.core.accuracy.record import extra_work
 from vibecalc.core.accuracy.run import collect
-from vibecalc.core.accuracy.topic import Measured, Rung, Timed, Topic
+from vibecalc.core.accuracy.topic import Level, Measured, Timed, Topic
 from vibecalc.core.accuracy.topic import measure as measure_topic
 from vibecalc.core.study.execute import load_checked
 
@@ -41,7 +41,7 @@ STAGES: dict[str, tuple[str, ...]] = {
     "roll_startup": ("start-up",),
     "roll_design": ("find",),
 }
-#: a slower rung [s] ends its ladder
+#: a slower level [s] ends its refinement
 LONGEST = 2.0
 #: more than so many times slower wants a reason
 SLOW = 2.0
@@ -51,11 +51,11 @@ _HEAD = ("stage", "question", "ours", "error", "fastest as accurate", "error", "
 
 
 class Compared(NamedTuple):
-    """A default beside the rung that is as accurate in the least time."""
+    """A default next to the level that is as accurate in the least time."""
 
     topic: Topic
-    ours: Rung
-    best: Rung
+    ours: Level
+    best: Level
     work: float
 
     @property
@@ -66,13 +66,13 @@ class Compared(NamedTuple):
 
 def compared(measured: Measured) -> Compared | None:
     """None for a question without a default of ours."""
-    defaults = [rung for rung in measured.rungs if rung.is_default and rung.done]
+    defaults = [level for level in measured.levels if level.is_default and level.done]
     if not defaults:
         return None
-    ours = max(defaults, key=lambda rung: rung.seconds)
-    equals = (rung for rung in measured.rungs if rung.done and rung.error <= ours.error)
-    best = min(equals, key=lambda rung: rung.seconds)
-    return Compared(measured.topic, ours, best, extra_work(measured.topic, measured.rungs))
+    ours = max(defaults, key=lambda level: level.seconds)
+    equals = (level for level in measured.levels if level.done and level.error <= ours.error)
+    best = min(equals, key=lambda level: level.seconds)
+    return Compared(measured.topic, ours, best, extra_work(measured.topic, measured.levels))
 
 
 def every() -> Iterator[Compared]:
@@ -85,8 +85,8 @@ def every() -> Iterator[Compared]:
                 yield found
 
 
-def _named(rung: Rung) -> str:
-    return rung.ladder if rung.setting == 1.0 else f"{rung.ladder}, {rung.setting:g}"
+def _named(level: Level) -> str:
+    return level.refinement if level.setting == 1.0 else f"{level.refinement}, {level.setting:g}"
 
 
 def _cells(one: Compared) -> tuple[str, ...]:
@@ -116,7 +116,7 @@ def measure() -> Report:
     )
     return Report(
         title="Defaults against the fastest as accurate",
-        words="What vibecalc takes, beside the fastest rung of any method of `vibecalc accuracy` "
+        words="What vibecalc takes, next to the fastest level of any method of `vibecalc accuracy` "
         "that is as accurate, one case for each stage. Errors are relative. In seconds and in "
         "counted work: ours over the least; 1 is on the front.",
         tables=[Table(counts, _HEAD, [_cells(one) for one in found])],
@@ -125,4 +125,4 @@ def measure() -> Report:
 
 
 if __name__ == "__main__":
-    told(measure)
+    reported(measure)

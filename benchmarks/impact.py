@@ -13,7 +13,7 @@ from typing import NamedTuple
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
-from rows import Report, Row, seconds, told
+from rows import Report, Row, reported, seconds
 from scipy.integrate import solve_ivp
 
 from vibecalc.impact.linkage import GasForce, Joint, slider_crank_drive
@@ -131,4 +131,4 @@ def measure() -> Report:
 
 
 if __name__ == "__main__":
-    told(measure)
+    reported(measure)

@@ -11,7 +11,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import mpmath
 import numpy as np
-from rows import Report, Row, seconds, told
+from rows import Report, Row, reported, seconds
 from timing import in_turns
 
 from vibecalc.isolation.pitch import pitch_model, pitch_resonances
@@ -208,4 +208,4 @@ def measure() -> Report:
 
 
 if __name__ == "__main__":
-    told(measure)
+    reported(measure)

@@ -1,7 +1,7 @@
 """What a table of a case costs: seconds and modules of a run with it and without it.
 
 Each run is a process of its own, as a user starts it; seconds are CPU seconds, the least of a few
-repeats in turns. Beside them stands what `vibecalc check` says.
+repeats in turns. Next to them stands what `vibecalc check` says.
 """
 
 import copy
@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import tomli_w
-from rows import Report, Table, seconds, told
+from rows import Report, Table, reported, seconds
 
 from vibecalc.core.case.data_files import attach_files
 from vibecalc.core.report.check import check_rows
@@ -152,4 +152,4 @@ def measure() -> Report:
 
 
 if __name__ == "__main__":
-    told(measure)
+    reported(measure)

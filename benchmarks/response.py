@@ -16,7 +16,7 @@ from typing import NamedTuple
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
-from rows import Report, Row, seconds, told
+from rows import Report, Row, reported, seconds
 from timing import in_turns
 
 from vibecalc.kinematics.harmonics import motion_harmonics
@@ -144,13 +144,13 @@ def peak_ranges(one: Machine) -> None:
 
 def import_seconds(repeats: int) -> float:
     """Median CPU seconds of `import numpy` in fresh processes; a first one fills the caches."""
-    told = [
+    reported = [
         float(
             subprocess.run([sys.executable, "-c", IMPORT], capture_output=True, check=True).stdout
         )
         for _ in range(repeats + 1)
     ]
-    return statistics.median(told[1:])
+    return statistics.median(reported[1:])
 
 
 def measure() -> Report:
@@ -186,4 +186,4 @@ def measure() -> Report:
 
 
 if __name__ == "__main__":
-    told(measure)
+    reported(measure)

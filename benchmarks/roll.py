@@ -2,7 +2,7 @@
 
 Each way goes from the parameters of the machine to ten levels of the shell's acceleration. The
 yardstick is the published method: Euler's rule at half a millisecond, three turns, in float64, one
-machine at a time, with the published analyser that integrates twenty products step by step; beside
+machine at a time, with the published analyser that integrates twenty products step by step; next to
 it the same march with one analysis at its end, which is kinder to it. Least CPU time of some
 repeats; ratios count. Truth by collocation with 14 points and by an independent integration.
 """
@@ -20,7 +20,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
 import numpy as np
 from exact_roll import exact_levels, exact_turn
 from roll_machines import FIRST_MASS, SECOND_MASS, SYNCHRONOUS, source_drive, source_machine
-from rows import Report, Row, Table, digits, seconds, told
+from rows import Report, Row, Table, digits, reported, seconds
 from timing import in_turns
 
 from vibecalc.roll.between_kinks import running
@@ -40,7 +40,7 @@ BLOCK = 128
 
 
 class Way(NamedTuple):
-    """A method with its dial, what does it, and how often it is repeated."""
+    """A method with its setting, what does it, and how often it is repeated."""
 
     name: str
     levels: Callable[[], np.ndarray]
@@ -281,4 +281,4 @@ def measure() -> Report:
 
 
 if __name__ == "__main__":
-    told(measure)
+    reported(measure)

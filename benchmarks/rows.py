@@ -1,7 +1,7 @@
 """What a benchmark hands over: rows of ratios against named yardsticks, tables, and how it shows.
 
-Every benchmark offers `measure() -> Report` and ends with `told(measure)`: printed as Markdown, or
-written as JSON for `run.py`, which collects all of them in RESULTS.md.
+Every benchmark offers `measure() -> Report` and ends with `reported(measure)`: printed as Markdown,
+or written as JSON for `run.py`, which collects all of them in RESULTS.md.
 """
 
 import argparse
@@ -129,7 +129,7 @@ def unpacked(text: str) -> Report:
     return Report(**found)
 
 
-def told(measure: Callable[[], Report]) -> None:
+def reported(measure: Callable[[], Report]) -> None:
     """Measure and print, or write JSON into the file that `--json` names."""
     parser = argparse.ArgumentParser()
     parser.add_argument("--json", type=Path)

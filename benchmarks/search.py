@@ -17,7 +17,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
 
 import numpy as np
 from ong_search import TARGET, corrective_energy, grid, objective, search
-from rows import Report, Row, seconds, told
+from rows import Report, Row, reported, seconds
 from timing import best_of, cpu_of
 
 from vibecalc.core.study.search.methods import find
@@ -106,4 +106,4 @@ def measure() -> Report:
 
 
 if __name__ == "__main__":
-    told(measure)
+    reported(measure)

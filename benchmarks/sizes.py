@@ -1,4 +1,4 @@
-"""Cost against size: CPU time, peak memory, and exponents fitted to both beside those of theory.
+"""Cost against size: CPU time, peak memory, and exponents fitted to both next to those of theory.
 
 The exponent of time is fitted to the four largest sizes (least squares of log time on log size),
 where what every call costs matters least; memory is the peak that numpy and Python ask for during
@@ -18,7 +18,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
 
 import numpy as np
 from roll_machines import FIRST_MASS, SECOND_MASS, SYNCHRONOUS, source_drive, source_machine
-from rows import Report, Table, digits, seconds, told
+from rows import Report, Table, digits, reported, seconds
 from timing import Work, each_of
 
 from vibecalc.absorber.tuning.minimax import minimax
@@ -266,4 +266,4 @@ def measure() -> Report:
 
 
 if __name__ == "__main__":
-    told(measure)
+    reported(measure)

@@ -10,7 +10,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from rows import Report, Row, Table, digits, seconds, told
+from rows import Report, Row, Table, digits, reported, seconds
 from timing import cpu_of_process, memory_of_process, paired
 
 REPEATS = 9
@@ -75,4 +75,4 @@ def measure() -> Report:
 
 
 if __name__ == "__main__":
-    told(measure)
+    reported(measure)

@@ -17,7 +17,7 @@ from typing import NamedTuple
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
-from rows import Report, Row, Table, told
+from rows import Report, Row, Table, reported
 
 from vibecalc.core.case.load import LoadedCase, validate
 from vibecalc.core.case.raw import case_at
@@ -157,4 +157,4 @@ def measure() -> Report:
 
 
 if __name__ == "__main__":
-    told(measure)
+    reported(measure)

@@ -12,7 +12,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import mpmath
 import numpy as np
-from rows import Report, Row, Table, seconds, told
+from rows import Report, Row, Table, reported, seconds
 from timing import in_turns
 
 from vibecalc.torsion.forced import forced
@@ -113,7 +113,7 @@ def response(
     )
     theirs = took["other"] * w.size / sample
     found = forced(line, w, torque, stations=stations)
-    ours, doubt = found.angle.reshape(-1, n)[taken].T, found.error.ravel()[taken]
+    ours, uncertainty = found.angle.reshape(-1, n)[taken].T, found.error.ravel()[taken]
     their = other.ss_response(load, at)[0]  # type: ignore[attr-defined]
     largest = np.max(np.abs(ours), axis=0)
     apart = np.max(np.abs(ours - their), axis=0) / largest
@@ -122,7 +122,7 @@ def response(
         true = exact(line, float(at[i]), load[:, i])
         size = np.max(np.abs(true))
         off = [float(np.max(np.abs(one[:, i] - true)) / size) for one in (ours, their)]
-        worst = np.maximum(worst, [*off, doubt[i] / size])
+        worst = np.maximum(worst, [*off, uncertainty[i] / size])
     return [
         Row(
             f"forced response of {name}, {driven} driven, {w.size} solves", label,
@@ -212,4 +212,4 @@ def measure() -> Report:
 
 
 if __name__ == "__main__":
-    told(measure)
+    reported(measure)

@@ -5,12 +5,12 @@ from collections.abc import Callable
 
 import numpy as np
 
-from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Ladder, Reference, Timed, Topic
+from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Reference, Refinement, Timed, Topic
 from vibecalc.errors import NumericalFailure
 
 Solve = Callable[[float], Answer]
 
-#: one run of each rung: tests count work, not seconds
+#: one run of each level: tests count work, not seconds
 ONCE = Timed(repeat=False)
 
 #: x' = i x from 1 over one unit of time
@@ -79,10 +79,10 @@ class Clock:
         return Answer(TRUTH + 0.1, setting)
 
 
-def ladder(
+def refinement(
     solve: Solve, *settings: float, setting: str = "steps", default: float | None = None
-) -> Ladder:
-    return Ladder(
+) -> Refinement:
+    return Refinement(
         name=solve.__name__.replace("_", " "),
         words="a method",
         setting=setting if settings else "",
@@ -94,7 +94,9 @@ def ladder(
     )
 
 
-def topic(*ladders: Ladder, agreement: float = 1e-16, position: str = "", **more: float) -> Topic:
+def topic(
+    *refinements: Refinement, agreement: float = 1e-16, position: str = "", **more: float
+) -> Topic:
     return Topic(
         stage="rotation",
         name="where it is after one unit",
@@ -103,7 +105,7 @@ def topic(*ladders: Ladder, agreement: float = 1e-16, position: str = "", **more
         unit="",
         work="evaluations",
         reference=lambda: Reference(TRUTH, agreement, "closed form", 0.5 if position else None),
-        ladders=ladders,
+        refinements=refinements,
         position=position,
         **more,  # type: ignore[arg-type]
     )
@@ -111,10 +113,10 @@ def topic(*ladders: Ladder, agreement: float = 1e-16, position: str = "", **more
 
 #: everything at once, for files and reports
 FULL = topic(
-    ladder(euler, 4, 8, 16, 32, 64, 128),
-    ladder(runge_kutta, 4, 8, 16, 32, 64),
-    ladder(gauss, 2, 3, 4, 5, 6, 8, 10, setting="points", default=10),
-    ladder(exact),
-    ladder(unstable, 2, 4, 8),
-    ladder(undefined, 1, 2),
+    refinement(euler, 4, 8, 16, 32, 64, 128),
+    refinement(runge_kutta, 4, 8, 16, 32, 64),
+    refinement(gauss, 2, 3, 4, 5, 6, 8, 10, setting="points", default=10),
+    refinement(exact),
+    refinement(unstable, 2, 4, 8),
+    refinement(undefined, 1, 2),
 )

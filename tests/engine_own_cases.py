@@ -195,9 +195,9 @@ def turning_motion(name: str, points: int = 1024) -> np.ndarray:
     def inertias(angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         step = 1e-4
         lever = one.slope(angle)
-        beside = (one.slope(angle + step) - one.slope(angle - step)) / (2.0 * step)
+        nearby = (one.slope(angle + step) - one.slope(angle - step)) / (2.0 * step)
         far = (one.slope(angle + 2 * step) - one.slope(angle - 2 * step)) / (4.0 * step)
-        return one.mass * lever**2, 2.0 * one.mass * lever * (4.0 * beside - far) / 3.0
+        return one.mass * lever**2, 2.0 * one.mass * lever * (4.0 * nearby - far) / 3.0
 
     def rates(t: float, flat: np.ndarray) -> np.ndarray:
         y = flat.reshape(2 * n + 2, -1)

@@ -20,7 +20,7 @@ from vibecalc.torsion.as_published import (
 from vibecalc.torsion.line import chain
 from vibecalc.torsion.modes import natural_modes
 
-#: slips of Appendices IV to VI; the right way beside it
+#: slips of Appendices IV to VI; the right way next to it
 PROGRAM = {"speed": source.SPEED_OF_PROGRAM, "slip_44": True, "slip_43": True, "phases": 2}
 RIGHT = {"speed": source.SPEED_OF_TEXT}
 FREQUENCIES = {
@@ -103,7 +103,7 @@ def criticals() -> tuple[Row, ...]:
         rows.append(
             Row(f"captions, {n} freedoms, mode {mode}, rad/s", f"{old:.1f}",
                 float(line_modes(n)[0][mode - 1]), None, "misprint",
-                "of an older damper; the speeds beside it are of the new one")
+                "of an older damper; the speeds next to it are of the new one")
         )  # fmt: skip
     return tuple(rows)
 

@@ -76,7 +76,7 @@ CRITICAL_SPEED = {
     (8, 3): (572.9, 114.6, 57.3, 38.2, 28.6, 22.9, 19.1),
     (8, 4): (1546.6, 309.3, 154.7, 103.1, 77.3, 61.9, 51.6),
 }
-#: frequencies that stand beside the critical speeds and in captions and belong to another damper
+#: frequencies that stand next to the critical speeds and in captions and belong to another damper
 OLD_FREQUENCY = {(8, 2): 129.6, (8, 3): 287.8, (8, 4): 773.8}
 #: harmonic j of largest intensity, modes 2, 3 and 4
 LARGEST_HARMONIC = {7: (3, 4, 4), 8: (3, 3, 4)}

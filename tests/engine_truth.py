@@ -16,7 +16,7 @@ DIGITS = 40
 
 
 class Report(NamedTuple):
-    """What was judged, paths without truth and without a reason, those past rtol and not told."""
+    """What was judged, paths without truth or reason, those past rtol and not reported."""
 
     judged: list[Judged]
     missing: list[str]
@@ -24,7 +24,7 @@ class Report(NamedTuple):
 
 
 def judge_engine(table: Table) -> Report:
-    """Every quantity of a run of a case table beside its truth.
+    """Every quantity of a run of a case table next to its truth.
 
     Raises NumericalFailure where the run refuses.
     """
@@ -39,9 +39,9 @@ def judge_engine(table: Table) -> Report:
 
 def _silent(judged: list[Judged], record: Record, rtol: float) -> list[str]:
     """Quantities whose true error is past the tolerance and of which no warning speaks."""
-    told = any("not within rtol" in text for text in record.warnings)
+    reported = any("not within rtol" in text for text in record.warnings)
     past = [one.path for one in judged if one.error > rtol * one.size]
-    known = {path for path in past if told and (reached(record[path], record) or 0.0) > rtol}
+    known = {path for path in past if reported and (reached(record[path], record) or 0.0) > rtol}
     # what cancels has no relative accuracy
     exempt = {path for path in past if reached(record[path], record) is None}
     return [path for path in past if path not in known | exempt]

@@ -14,7 +14,7 @@ MOST_TOO_LOW, MOST_TOO_HIGH = 0.01, 0.05
 UNIT = 2.0**-52
 
 
-class Doubted(NamedTuple):
+class Uncertain(NamedTuple):
     """A quantity with its true error, its estimate and its size; the truth is off by `noise`."""
 
     path: str
@@ -35,17 +35,17 @@ class Doubted(NamedTuple):
         return largest > 1e-3 * UNIT * self.size and self.estimate > 1e3 * largest
 
 
-class Told(NamedTuple):
+class Reported(NamedTuple):
     """One machine: its case, its record, and each quantity that has a truth."""
 
     table: Table
     record: Record
-    judged: list[Doubted]
+    judged: list[Uncertain]
 
 
-def told_or_refused(
-    tables: Iterable[Table], judge: Callable[[Table], Told]
-) -> Iterator[Told | NumericalFailure]:
+def reported_or_refused(
+    tables: Iterable[Table], judge: Callable[[Table], Reported]
+) -> Iterator[Reported | NumericalFailure]:
     """Each machine judged; one that is refused (exit 3) has nothing to be wrong."""
     for table in tables:
         try:
@@ -54,7 +54,7 @@ def told_or_refused(
             yield failure
 
 
-def hold(judged: list[Doubted], words: str = "") -> None:
+def hold(judged: list[Uncertain], words: str = "") -> None:
     """At most 1 % of the estimates are too low, at most 5 % too high."""
     low, high = [one for one in judged if one.too_low], [one for one in judged if one.too_high]
     print(f"{words}: {len(judged)} estimates, {len(low)} too low, {len(high)} too high")
@@ -65,15 +65,17 @@ def hold(judged: list[Doubted], words: str = "") -> None:
     assert [one for one in judged if one.error - one.noise > one.estimate == 0.0] == []
 
 
-def broken_promises(told: Told) -> list[Doubted]:
+def broken_promises(reported: Reported) -> list[Uncertain]:
     """Quantities beyond `[accuracy] rtol` by their true error, of which the run says nothing."""
-    rtol = float(told.table["accuracy"]["rtol"])
-    shares = {path: reached(quantity, told.record) for path, quantity in told.record.items()}
+    rtol = float(reported.table["accuracy"]["rtol"])
+    shares = {
+        path: reached(quantity, reported.record) for path, quantity in reported.record.items()
+    }
     missed = {path for path, share in shares.items() if share is not None and share > rtol}
-    said = any("not within rtol" in words for words in told.record.warnings)
+    said = any("not within rtol" in words for words in reported.record.warnings)
     assert said == bool(missed)
     broken = []
-    for one in told.judged:
+    for one in reported.judged:
         share = shares[one.path]
         if share is None or one.path in missed:
             continue

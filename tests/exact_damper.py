@@ -1,4 +1,4 @@
-"""A line with its damper in many digits: readings of one summit, their slopes and curvatures.
+"""A line with its damper in many digits: readings of one peak, their slopes and curvatures.
 
 Absolute angles, elimination by mpmath, derivatives by differences of 10^-14 in 60 digits: none
 of it is shared with the search, which works with twists and derivatives by hand.
@@ -15,7 +15,7 @@ from vibecalc.torsion.damper_design.problem import Problem, harmonics
 _STEP = mpf("1e-14")
 
 
-class Summit(NamedTuple):
+class Peak(NamedTuple):
     """Reading, speed, phases of crest and trough, and whether the speed is an end of the range."""
 
     row: int
@@ -83,7 +83,7 @@ class ExactLine:
             result.append(weight * factor * twist[row])
         return result
 
-    def value(self, one: Summit, x: list[Any], speed: Any) -> Any:
+    def value(self, one: Peak, x: list[Any], speed: Any) -> Any:
         """Reading at logarithms x of J, k, c and at a speed, crest and trough followed."""
         damper = [mpmath.exp(entry) if entry is not None else mpf(0) for entry in x]
         course = self.course(one.row, damper, speed)
@@ -110,7 +110,7 @@ class ExactLine:
         return sum((a * mpmath.expj(h * phase)).real for a, h in turned)
 
     def derivatives(
-        self, one: Summit, x: list[Any], free: list[int]
+        self, one: Peak, x: list[Any], free: list[int]
     ) -> tuple[Any, list[Any], list[list[Any]]]:
         """Value, slopes and curvatures by the free logarithms and, last, by speed over speed."""
 
@@ -137,8 +137,8 @@ class ExactLine:
                 )
         return middle, slope, bend
 
-    def climbed(self, one: Summit, x: list[Any]) -> tuple[Any, Any]:
-        """Highest value by speed next to a summit, and its speed."""
+    def climbed(self, one: Peak, x: list[Any]) -> tuple[Any, Any]:
+        """Highest value by speed next to a peak, and its speed."""
         for _ in range(8):
             if one.held:
                 break

@@ -44,7 +44,7 @@ NO_TRUTH = {
 
 
 def engine_results(case: Case, record: Record) -> Iterator[Truth]:
-    """All quantities of the line that have a truth, beside it."""
+    """All quantities of the line that have a truth, next to it."""
     reader = Reader(case, record)
     yield from modal_results(reader)
     yield from excitation(reader)

@@ -52,15 +52,15 @@ class ExactLine:
             if gear.mesh_stiffness is not None:
                 teeth = mpf(gear.mesh_stiffness) * mpf(gear.pitch_radius) ** 2
                 self._add(at[gear.between[0]], at[gear.between[1]], teeth, mpf(0), mpf(0))
-        for hung, damper in zip(built.dampers, parts.dampers, strict=True):
+        for attached, damper in zip(built.dampers, parts.dampers, strict=True):
             inertia, spring = mpf(damper.inertia or 0), mpf(0)
             if damper.order is not None:
                 reach = mpf(damper.arm_radius) * (1 + 1 / mpf(damper.order) ** 2)
                 inertia = damper.count * mpf(damper.mass) * reach**2
                 spring = inertia * mpf(damper.order) ** 2
-            self.inertia[hung.ring] += inertia * self.ratio[hung.station] ** 2
+            self.inertia[attached.ring] += inertia * self.ratio[attached.station] ** 2
             own = (mpf(damper.stiffness or 0), mpf(damper.damping), mpf(damper.loss_factor))
-            self._add(hung.station, None, *own, spring, ring=hung.ring)
+            self._add(attached.station, None, *own, spring, ring=attached.ring)
 
     def _add(self, first: int, second: int | None, k: mpf, c: mpf, eta: mpf,
              spring: Any = 0, ring: int = -1) -> None:  # fmt: skip
@@ -234,13 +234,13 @@ def _iterated(
             return square, shape
         right = [j * x for j, x in zip(line.inertia, shape, strict=True)]
         try:
-            shape = solve(_beside(line, square, 4), elements, right)
+            shape = solve(_nearby(line, square, 4), elements, right)
         except ZeroDivisionError:  # the square is exact to the last digit
-            shape = solve(_beside(line, square, 6), elements, right)
+            shape = solve(_nearby(line, square, 6), elements, right)
     raise AssertionError("a mode did not settle")
 
 
-def _beside(line: ExactLine, square: mpf, digits: int) -> list[mpf]:
+def _nearby(line: ExactLine, square: mpf, digits: int) -> list[mpf]:
     """What acts on the freedoms a few digits above the rounding of a squared frequency."""
     near = square * (1 + mpf(10) ** (digits - mp.dps))
     return [g - near * j for g, j in zip(line.ground, line.inertia, strict=True)]

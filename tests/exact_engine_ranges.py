@@ -21,9 +21,9 @@ from exact_engine_steady import (
 )
 from mpmath import mpf
 
-#: sections of each state whose largest value is looked for, beside those of largest entries
+#: sections of each state whose largest value is looked for, next to those of largest entries
 FEW = 2
-#: speeds of a curve, beside that of its largest value
+#: speeds of a curve, next to that of its largest value
 MOST = 2
 
 
@@ -43,7 +43,7 @@ def range_results(reader: Reader) -> Iterator[Truth]:
         yield from _largest(reader, place, state, grid, tops[place])
     yield from _own_curves(reader, some, at)
     yield from _reduction(reader, tops)
-    yield from _summits(reader)
+    yield from _peaks(reader)
     yield from _limits(reader, some, at)
     yield from _barred(reader)
     yield from _hammering(reader)
@@ -136,7 +136,7 @@ def _largest(
     known = np.flatnonzero(np.isfinite(found) & (found > 0.0))
     if not len(known):
         return
-    # an estimate speaks for the worst of all sections: those with the largest entries are looked at
+    # an estimate speaks for the worst of all sections: those with the largest entries are examined
     chosen = {int(known[np.argmax(found[known])]), *reader.draw.choice(known, FEW - 1).tolist()}
     twist = reader.record[f"{path}twist_half_range"].values
     chosen.add(int(known[np.argmax(twist[known])]))
@@ -176,7 +176,7 @@ def _reduction(reader: Reader, tops: dict[str, dict[int, Highest]]) -> Iterator[
         yield path, reader.record[path].values[both], truth
 
 
-def _summits(reader: Reader) -> Iterator[Truth]:
+def _peaks(reader: Reader) -> Iterator[Truth]:
     """Maxima next to the places found; those at an end of the range stay."""
     path, record = f"{ROOT}peak/", reader.record
     if f"{path}speed" not in record or not len(record[f"{path}speed"].values):
@@ -249,7 +249,7 @@ def _limits(reader: Reader, some: list[int], at: list[mpf]) -> Iterator[Truth]:
 
 
 def _highest_use(reader: Reader, state: State, grid: Grid, number: int) -> tuple[Highest, int]:
-    """Over all sections: the best of the grid decides which two are looked at."""
+    """Over all sections: the best of the grid decides which two are examined."""
     ranked = []
     for e in section_moduli(reader):
         exact, scale = _use(reader, state, number, e)

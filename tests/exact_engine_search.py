@@ -15,7 +15,7 @@ from mpmath import mp, mpf
 #: samples of a cycle on the grid, how many times finer than the sweep it is, most points of that
 SAMPLES, FINER, MOST = 512, 8, 500
 #: places about a resonance in half its width; share of the best that is refined, and how many
-BESIDE = np.array([-3.0, -1.5, -0.7, -0.3, 0.0, 0.3, 0.7, 1.5, 3.0])
+NEARBY = np.array([-3.0, -1.5, -0.7, -0.3, 0.0, 0.3, 0.7, 1.5, 3.0])
 RIVAL, FEW = 0.9, 4
 #: steps towards a maximum at most
 TRIES = 24
@@ -124,10 +124,10 @@ class Grid:
                 own = np.array([float(w) for w in self.state.modes.frequency])
                 poles = own * (1j - np.array([float(r) for r in self.state.ratios]))
             at, width = poles.imag / q, np.maximum(np.abs(poles.real) / q, 1e-9 * poles.imag / q)
-            found.append((at[:, None] + width[:, None] * BESIDE).ravel())
+            found.append((at[:, None] + width[:, None] * NEARBY).ravel())
             if not np.any(self.s) and self.state.ratios is None and not np.any(self.eta):
                 rest = [(p.imag / o, abs(p.real) / o) for p in poles for o in self.order.tolist()]
-                found += [x + max(w, 1e-9 * x) * BESIDE for x, w in rest]
+                found += [x + max(w, 1e-9 * x) * NEARBY for x, w in rest]
                 break
         every = np.unique(np.concatenate(found))
         return every[(every >= self.start) & (every <= self.stop)]
@@ -173,7 +173,7 @@ def highest(
 ) -> Highest:  # fmt: skip
     """Of half range times `scale` over the range; `exact` is the same in long arithmetic.
 
-    The place of a `hint` is looked at as well: of two summits of one height each search finds one.
+    The place of a `hint` is examined as well: of two peaks of one height each search finds one.
     """
     from scipy.optimize import minimize_scalar
 
@@ -204,7 +204,7 @@ def sharpened(exact: Callable[[mpf], mpf], at: float, wide: float) -> Highest:
     """The maximum next to a place, by parabolas: a value that is there."""
     place, step = mpf(at), mpf(wide) * mpf(10) ** -4
     middle = exact(place)
-    for _ in range(6):  # a step that the values show, but that is small beside the resonance
+    for _ in range(6):  # a step that the values show, but that is small next to the resonance
         fall = (2 * middle - exact(place - step) - exact(place + step)) / 2
         if middle == 0:
             return Highest(place, middle, False)

@@ -11,7 +11,7 @@ from mpmath import mpc, mpf
 
 from vibecalc.schema import Case
 
-#: samples of a period of the highest order, where a sum over orders is looked at first
+#: samples of a period of the highest order, where a sum over orders is examined first
 SAMPLES = 24
 
 
@@ -138,7 +138,7 @@ class Sums(NamedTuple):
 
 
 def sums(orders: list[mpf], amplitude: list[mpc]) -> Sums:
-    """Of Re sum X exp(i q t): looked at on a grid, then by Newton's method."""
+    """Of Re sum X exp(i q t): examined on a grid, then by Newton's method."""
     bound = mpmath.fsum(abs(x) for x in amplitude)
     if bound == 0:
         return Sums(mpf(0), mpf(0), mpf(0))

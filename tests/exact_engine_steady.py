@@ -274,8 +274,8 @@ def heats(reader: Reader) -> Iterator[Truth]:
         if model is not None:
             own = state.rayleigh[0] * inertia + state.rayleigh[1] * held
         truth.append(own * parts[int(line.built.freedom[k])])
-    for hung in line.built.dampers:
-        truth[hung.station] += state.damped[hung.ring] * parts[hung.ring]
+    for attached in line.built.dampers:
+        truth[attached.station] += state.damped[attached.ring] * parts[attached.ring]
     yield f"{ROOT}station_heat", record[f"{ROOT}station_heat"].values, truth
     if state.ratios is not None:
         modes = state.modes

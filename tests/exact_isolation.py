@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from exact_body import BodyTruth
 from exact_parts import up_of
-from exact_peaks import cycle_peak, summit
+from exact_peaks import cycle_peak, peak
 from exact_pitch import PitchTruth
 from mpmath import mpf
 
@@ -22,36 +22,36 @@ RUN_UP_SPEEDS = 5
 def pitch_results(case: Case, record: Record, pitch: PitchTruth) -> Iterator[Truth]:
     speed = mpf(case.machine.speed)
 
-    def told(name: str, exact: Any) -> Truth:
+    def reported(name: str, exact: Any) -> Truth:
         return f"isolation/{name}", record[f"isolation/{name}"].values, exact
 
-    yield told("pitch/inertia", pitch.inertia)
-    yield told("pitch/stiffness", pitch.stiffness)
-    yield told("pitch/damping", pitch.damping)
-    yield told("pitch/natural_frequency", pitch.frequency)
+    yield reported("pitch/inertia", pitch.inertia)
+    yield reported("pitch/stiffness", pitch.stiffness)
+    yield reported("pitch/damping", pitch.damping)
+    yield reported("pitch/natural_frequency", pitch.frequency)
     viscous = pitch.damping / (pitch.frequency * pitch.inertia)
-    yield told("pitch/damping_ratio", (viscous + pitch.loss / pitch.stiffness) / 2)
+    yield reported("pitch/damping_ratio", (viscous + pitch.loss / pitch.stiffness) / 2)
     kept = record["isolation/pitch/transmissibility"].axes[0].values.tolist()
     through = [pitch.passing(n * speed) / pitch.resisting(n * speed) for n in kept]
-    yield told("pitch/transmissibility", through)
+    yield reported("pitch/transmissibility", through)
     ratios = record["isolation/pitch/transmissibility_curve"].axes[0].values.tolist()
     rates = [mpf(ratio) * pitch.frequency for ratio in ratios]
     curve = [pitch.passing(w) / pitch.resisting(w) for w in rates]
-    yield told("pitch/transmissibility_curve", curve)
+    yield reported("pitch/transmissibility_curve", curve)
     angle = pitch.angle(speed)
-    yield told("pitch/angle_harmonics", _at(kept, pitch.orders, angle))
-    yield told("pitch/angle_peak", cycle_peak([angle], pitch.orders)[0])
+    yield reported("pitch/angle_harmonics", _at(kept, pitch.orders, angle))
+    yield reported("pitch/angle_peak", cycle_peak([angle], pitch.orders)[0])
     rigid = [speed**2 * c / pitch.lever for c in pitch.couple]
     rows = pitch.rows(speed)
     for name, force in (("rigid", rigid), ("steady", rows[0][0])):
-        yield told(f"lever_force/{name}_harmonics", _at(kept, pitch.orders, force))
-        yield told(f"lever_force/{name}_peak", cycle_peak([force], pitch.orders)[0])
+        yield reported(f"lever_force/{name}_harmonics", _at(kept, pitch.orders, force))
+        yield reported(f"lever_force/{name}_peak", cycle_peak([force], pitch.orders)[0])
     still = cycle_peak([rigid], pitch.orders)[0] * pitch.lever
     share = [abs(k * x) / pitch.stiffness for k, x in zip(pitch.spring, pitch.place, strict=True)]
-    yield told("support_force/rigid_peak", [still * s for s in share])
+    yield reported("support_force/rigid_peak", [still * s for s in share])
     sag = pitch.sag()
-    yield told("support_displacement/sag", sag)
-    yield told("support_force/static", [k * s for k, s in zip(pitch.spring, sag, strict=True)])
+    yield reported("support_displacement/sag", sag)
+    yield reported("support_force/static", [k * s for k, s in zip(pitch.spring, sag, strict=True)])
     moved = [[[-x * q for q in angle]] for x in pitch.place]
     yield from _supports(record, pitch.orders, kept, moved, rows[1:], moved, sag)
     if case.isolation is not None and case.isolation.run_up is not None:
@@ -62,25 +62,25 @@ def pitch_results(case: Case, record: Record, pitch: PitchTruth) -> Iterator[Tru
 def body_results(case: Case, record: Record, body: BodyTruth) -> Iterator[Truth]:
     speed = mpf(case.machine.speed)
 
-    def told(name: str, exact: Any) -> Truth:
+    def reported(name: str, exact: Any) -> Truth:
         return f"isolation/{name}", record[f"isolation/{name}"].values, exact
 
     frequency, shapes = body.modes()
-    yield told("modes/natural_frequency", frequency)
-    yield told("modes/shape", [v.tolist() for v in shapes])
-    yield told("modes/energy_fraction", [(v * (body.mass @ v)).tolist() for v in shapes])
+    yield reported("modes/natural_frequency", frequency)
+    yield reported("modes/shape", [v.tolist() for v in shapes])
+    yield reported("modes/energy_fraction", [(v * (body.mass @ v)).tolist() for v in shapes])
     ratio = [
         v @ (body.damping @ v) / (2 * w) + v @ (body.loss @ v) / (2 * w**2)
         for v, w in zip(shapes, frequency, strict=True)
     ]
-    yield told("modes/damping_ratio", ratio)
-    yield told("support_displacement/sag", body.sag)
-    yield told("support_force/static", body.share)
+    yield reported("modes/damping_ratio", ratio)
+    yield reported("support_displacement/sag", body.sag)
+    yield reported("support_force/static", body.share)
     motion = body.motion(speed)
     kept = record["isolation/body/translation_harmonics"].axes[0].values.tolist()
     each = _at(kept, body.orders, [x.tolist() for x in motion], [mpf(0)] * 6)
-    yield told("body/translation_harmonics", [x[:3] for x in each])
-    yield told("body/rotation_harmonics", [x[3:] for x in each])
+    yield reported("body/translation_harmonics", [x[:3] for x in each])
+    yield reported("body/rotation_harmonics", [x[3:] for x in each])
     moved = body.displacement(motion)
     up = up_of(case)
     upwards = [[[sum(up * np.array(c)) for c in zip(*mount, strict=True)]] for mount in moved]
@@ -125,7 +125,7 @@ def _run_up(
     model: PitchTruth | BodyTruth,
     group: str,
     rows: list[int],
-    summits: int = 2,
+    peaks: int = 2,
 ) -> Iterator[Truth]:
     assert case.isolation is not None and case.isolation.run_up is not None
     if "isolation/masked/centre" in record and group == "support_force":
@@ -145,8 +145,8 @@ def _run_up(
     top = np.atleast_1d(record[f"{path}_peak"].values)
     where = np.atleast_1d(record[f"{path}_peak_speed"].values)
     ends = (case.isolation.run_up.start, case.isolation.run_up.stop)
-    # the highest row and the last ones: a summit takes as long as all the rest
-    chosen = sorted({int(np.argmax(top)), *range(len(top))[-(summits - 1) :]})
+    # the highest row and the last ones: a peak takes as long as all the rest
+    chosen = sorted({int(np.argmax(top)), *range(len(top))[-(peaks - 1) :]})
     found_at = []
     for index in chosen:
         start, row_at = mpf(float(where[index])), partial(model.row, row=rows[index])
@@ -155,7 +155,7 @@ def _run_up(
         elif top[index] == 0.0 or where[index] in ends:
             found_at.append((cycle_peak(row_at(start), model.orders)[0], start))
         else:
-            found_at.append(summit(row_at, model.orders, start))
+            found_at.append(peak(row_at, model.orders, start))
     yield f"{path}_peak", top[chosen], [height for height, _ in found_at]
     yield f"{path}_peak_speed", where[chosen], [speed for _, speed in found_at]
 

@@ -29,7 +29,7 @@ def cycle_peak(harmonics: Sequence[Sequence[mpc]], orders: Sequence[int]) -> tup
     return best[0] * scale, best[1]
 
 
-def summit(row_at: RowAt, orders: Sequence[int], speed: mpf) -> tuple[mpf, mpf]:
+def peak(row_at: RowAt, orders: Sequence[int], speed: mpf) -> tuple[mpf, mpf]:
     """Largest length near a speed, over speed and angle together, and the speed it is reached at.
 
     Slopes by speed are differences over a step far below the digits of a double, and far above

@@ -1,7 +1,7 @@
 """A pump on its mounts under the torque of its liquid and what shakes it, in many digits.
 
 Orders that are kept in long arithmetic. Largest values over a turn mean all orders: those beyond
-are added in doubles, at least a thousand, and what still follows is told as noise.
+are added in doubles, at least a thousand, and what still follows is reported as noise.
 """
 
 import copy
@@ -23,7 +23,7 @@ from vibecalc.schema import Case
 
 ROOT = "isolation/torque_reaction/"
 ORDERS, TIMES = 1024, 16
-#: samples over a turn for each order; places that are looked at closer, and how often
+#: samples over a turn for each order; places that are examined closer, and how often
 SAMPLES, CLOSER, ZOOMS = 8, 4, 4
 ROUNDING = 1e-14
 
@@ -119,23 +119,23 @@ def reaction_rows(
 ) -> Iterator[tuple[str, Any, Any]]:
     """Every result but the order that is nearest, which is a number of a row."""
 
-    def told(name: str, exact: Any) -> tuple[str, Any, Any]:
+    def reported(name: str, exact: Any) -> tuple[str, Any, Any]:
         return f"{ROOT}{name}", record[f"{ROOT}{name}"].values, exact
 
     body = truth.body
-    yield told("couple", truth.couple)
-    yield told("mean_couple", truth.mean_couple)
-    yield told("translation", [x[:3].tolist() for x in truth.moved])
-    yield told("rotation", [x[3:].tolist() for x in truth.moved])
+    yield reported("couple", truth.couple)
+    yield reported("mean_couple", truth.mean_couple)
+    yield reported("translation", [x[:3].tolist() for x in truth.moved])
+    yield reported("rotation", [x[3:].tolist() for x in truth.moved])
     driven = copy.copy(body)
     driven.orders = list(range(1, truth.kept + 1))
-    yield told("support_force", driven.rows(truth.speed, truth.moved))
+    yield reported("support_force", driven.rows(truth.speed, truth.moved))
     load = truth.about(truth.mean_couple)
     still = body.still(load) if isinstance(body, PlanarTruth) else solve(body.stiffness, load)
     mean = [m.stiffness @ (g @ still) for m, g in zip(body.mounts, body.seen, strict=True)]
-    yield told("mean_support_force", [one.tolist() for one in mean])
+    yield reported("mean_support_force", [one.tolist() for one in mean])
     order, frequency = record[f"{ROOT}nearest_order"].values.tolist(), body.modes()[0]
-    yield told("margin", [
+    yield reported("margin", [
         mpf(n) * truth.speed / w - 1 if n else mpf("inf")
         for n, w in zip(order, frequency, strict=True)
     ])  # fmt: skip
@@ -181,8 +181,8 @@ def largest(harmonics: np.ndarray, measure: Callable[[np.ndarray], np.ndarray]) 
     spectrum = np.zeros((components, count), dtype=complex)
     spectrum[:, 1 : highest + 1] = harmonics
     height = measure(count * np.fft.ifft(spectrum, axis=1).real)
-    summit = (height >= np.roll(height, 1)) & (height >= np.roll(height, -1))
-    places = np.flatnonzero(summit)
+    peak = (height >= np.roll(height, 1)) & (height >= np.roll(height, -1))
+    places = np.flatnonzero(peak)
     places = places[np.argsort(height[places])[-CLOSER:]]
     angle, step = 2.0 * np.pi * places / count, 2.0 * np.pi / count
     best = float(height.max())

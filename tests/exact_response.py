@@ -205,7 +205,7 @@ def whole_peak(weight: np.ndarray, states: list[Vector], orders: Sequence[int]) 
 
 
 def response_results(case: Case, record: Record) -> Iterator[Truth]:
-    """Every result of the motion, its operations and its run-up beside its exact value."""
+    """Every result of the motion, its operations and its run-up next to its exact value."""
     options, system = case.response, SystemTruth(case)
     assert options is not None
     working = None if case.excitation is None else case.excitation.working
@@ -221,17 +221,17 @@ def response_results(case: Case, record: Record) -> Iterator[Truth]:
         kept = record[f"{stem}/mean_by_order"].axes[0].values.tolist()
         means = [order_mean(weight, state) for state in states]
         peaks = [order_peak(weight, state) for state in states]
-        yield _told(record, f"{stem}/mean_by_order", _kept(kept, means))
-        yield _told(record, f"{stem}/peak_by_order", _kept(kept, peaks))
-        yield _told(record, f"{stem}/mean", mpmath.fsum(means))
-        yield _told(record, f"{stem}/peak", whole_peak(weight, states, system.orders))
+        yield _reported(record, f"{stem}/mean_by_order", _kept(kept, means))
+        yield _reported(record, f"{stem}/peak_by_order", _kept(kept, peaks))
+        yield _reported(record, f"{stem}/mean", mpmath.fsum(means))
+        yield _reported(record, f"{stem}/peak", whole_peak(weight, states, system.orders))
     if options.run_up is not None:
         yield from _run_up(record, system)
     if options.operations:
         yield from _operations(case, record, system, pistons)
 
 
-def _told(record: Record, path: str, exact: Any) -> Truth:
+def _reported(record: Record, path: str, exact: Any) -> Truth:
     return path, record[path].values, exact
 
 
@@ -249,26 +249,26 @@ def _kinds(
 
 def _modes(case: Case, record: Record, system: SystemTruth) -> Iterator[Truth]:
     stem, frequency, shapes = "response/modes", system.frequency, system.shapes
-    yield _told(record, f"{stem}/natural_frequency", frequency)
-    yield _told(record, f"{stem}/shape", [v.tolist() for v in shapes])
-    yield _told(
+    yield _reported(record, f"{stem}/natural_frequency", frequency)
+    yield _reported(record, f"{stem}/shape", [v.tolist() for v in shapes])
+    yield _reported(
         record, f"{stem}/energy_fraction", [(v * (system.mass @ v)).tolist() for v in shapes]
     )
     ratio = [
         v @ (system.damping @ v) / (2 * w) + v @ (system.loss @ v) / (2 * w**2)
         for v, w in zip(shapes, frequency, strict=True)
     ]
-    yield _told(record, f"{stem}/damping_ratio", ratio)
+    yield _reported(record, f"{stem}/damping_ratio", ratio)
     weights = np.array([system.mass[i, i] for i in range(6)], dtype=object)
     alike = [
         [(u @ (weights * v)) ** 2 / ((u @ (weights * u)) * (v @ (weights * v))) for v in shapes]
         for u in shapes
     ]
-    yield _told(record, f"{stem}/assurance", alike)
+    yield _reported(record, f"{stem}/assurance", alike)
     orders = record[f"{stem}/nearest_order"].values.tolist()
     speed = mpf(case.machine.speed)
     away = [n * speed / w - 1 for n, w in zip(orders, frequency, strict=True)]
-    yield _told(record, f"{stem}/distance", away)
+    yield _reported(record, f"{stem}/distance", away)
 
 
 def _motion(
@@ -286,9 +286,9 @@ def _motion(
             path = f"response/{name}{suffix}"
             kept = record[path].axes[0].values.tolist()
             part = [row[start : start + 3].tolist() for row in rows]
-            yield _told(record, path, _kept(kept, part, [mpf(0)] * 3))
+            yield _reported(record, path, _kept(kept, part, [mpf(0)] * 3))
             peaks = [cycle_peak([[r[i] for r in part]], system.orders)[0] for i in range(3)]
-            yield _told(record, f"response/{name}_peak", peaks)
+            yield _reported(record, f"response/{name}_peak", peaks)
 
 
 def _run_up(record: Record, system: SystemTruth) -> Iterator[Truth]:
@@ -309,7 +309,7 @@ def _run_up(record: Record, system: SystemTruth) -> Iterator[Truth]:
     )
     centres = [system.frequency[int(mode) - 1] / int(order) for mode, order in pairs]
     if centres:
-        yield _told(record, "response/masked/centre", centres)
+        yield _reported(record, "response/masked/centre", centres)
 
 
 def _telling(record: Record, system: SystemTruth, speeds: np.ndarray) -> np.ndarray:
@@ -352,11 +352,13 @@ def _operations(case: Case, record: Record, system: SystemTruth, motion: Motion)
     for kind in ("kinetic", "potential"):
         means = list(zip(*found[f"{kind}_energy/mean"], strict=True))
         stem = f"response/operations/{kind}_energy"
-        yield _told(record, f"{stem}/difference", [max(column) - min(column) for column in means])
+        yield _reported(
+            record, f"{stem}/difference", [max(column) - min(column) for column in means]
+        )
         shares = [mpmath.fdot(weights, column) / mpmath.fsum(weights) for column in means]
-        yield _told(record, f"{stem}/weighted", shares)
+        yield _reported(record, f"{stem}/weighted", shares)
     for key, values in found.items():
-        yield _told(record, f"response/operations/{key}", values)
+        yield _reported(record, f"response/operations/{key}", values)
 
 
 def _cell(

@@ -21,7 +21,7 @@ from vibecalc.schema import Case
 
 
 def exact_results(case: Case, record: Record) -> Iterator[Truth]:
-    """All quantities of a record beside their exact values; none is left out."""
+    """All quantities of a record next to their exact values; none is left out."""
     motion = motion_of(case)
     shaking = shaking_of(case, motion)
     yield from _kinematics(case, record, motion)

@@ -97,7 +97,7 @@ def one_turn(model, energy, momentum, method, rtol, longest):
 def first_exit(run, leaves):
     """Where the motion first leaves its piece of the motor's curve, or None.
 
-    Each step is looked at in four places. It is the start where that lies on an edge and the
+    Each step is examined in four places. It is the start where that lies on an edge and the
     motion goes out of the piece.
     """
     points = np.unique(np.concatenate([

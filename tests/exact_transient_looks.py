@@ -8,9 +8,9 @@ from study_inputs import StudyInputs
 
 #: Gauss points of a panel of a waterfall's window
 _LOOK = 10
-#: crests of a steady vibration that are looked at
+#: crests of a steady vibration that are examined
 _CRESTS = 4
-#: times that speeds about summits are laid closer
+#: times that speeds about peaks are laid closer
 _LOOKS = 9
 
 
@@ -34,7 +34,7 @@ def extremes(motion: ExactMotion, section: int, carried: float = 0.0) -> Extreme
     here = np.flatnonzero(begin * end < 0.0)
     low, high, own = motion.time[here], motion.time[here + 1], place[here]
     f_low, f_high = begin[here], end[here]
-    # false position with halved ends, to the last digits that matter at a summit
+    # false position with halved ends, to the last digits that matter at a peak
     for _ in range(5):
         time = high - f_high * (high - low) / (f_high - f_low)
         f = slope(motion.at(time, own), time, own)
@@ -107,7 +107,7 @@ class SteadyCurve:
         for look in range(_LOOKS):
             inner = value[1:-1]
             top = ((inner > value[:-2]) & (inner >= value[2:])).any(axis=1)
-            # all summits first, then the highest of each section
+            # all peaks first, then the highest of each section
             tops = speed[1:-1][top] if look < 3 else np.unique(speed[value.argmax(axis=0)])
             close = (tops[:, None] + width * np.linspace(-1.0, 1.0, 13)).ravel()
             close = np.setdiff1d(close[(close > low) & (close < high)], speed)
@@ -154,7 +154,7 @@ def span(torque: np.ndarray, order: np.ndarray) -> tuple[np.ndarray, np.ndarray]
     for sign in (1.0, -1.0):
         side = sign * course
         crest = (side >= np.roll(side, 1, -1)) & (side > np.roll(side, -1, -1))
-        # crests of nearly equal height are all looked at
+        # crests of nearly equal height are all examined
         place = np.argpartition(-np.where(crest, side, -np.inf), _CRESTS, axis=-1)[..., :_CRESTS]
         angle, parts = at[place], rows[..., None, :]
         for _ in range(4):

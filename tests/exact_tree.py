@@ -183,7 +183,7 @@ def _slope(p: Poly, q: Poly) -> Poly:
 def roots_of(poly: Poly) -> list[Any]:
     """All roots of a polynomial, lowest power first."""
     with warnings.catch_warnings():
-        # the order of coefficients that is told has no keyword in older versions
+        # the order of coefficients that is reported has no keyword in older versions
         warnings.simplefilter("ignore", DeprecationWarning)
         return list(mp.polyroots(poly[::-1], maxsteps=400, extraprec=2 * mp.prec))
 
@@ -204,8 +204,8 @@ def _positive_roots(poly: Poly) -> list[mpf]:
 def _bends_down(p: Poly, q: Poly, u: mpf) -> bool:
     step = mpf(10) ** (-mp.dps // 5)
     at = value_at(p, u) / value_at(q, u)
-    beside = [value_at(p, v) / value_at(q, v) for v in (u * (1 - step), u * (1 + step))]
-    return all(b < at for b in beside)
+    nearby = [value_at(p, v) / value_at(q, v) for v in (u * (1 - step), u * (1 + step))]
+    return all(b < at for b in nearby)
 
 
 class Held(NamedTuple):

@@ -18,7 +18,7 @@ class Reference:
         self.gas, self.mass, self.rod_mass = gas, mass, rod_mass
         self.kinds = [k for k in range(3) if joints[k] is not None]
         self.joints = [joints[k] for k in self.kinds]
-        # solve_ivp looks at events from step to step only: a contact must not fit into one
+        # solve_ivp examines events from step to step only: a contact must not fit into one
         stiffest = max(float(joint.stiffness) for joint in self.joints)
         lightest = mass if rod_mass is None else mass * rod_mass / (mass + rod_mass)
         self.longest_step = 0.25 * np.sqrt(lightest / stiffest)

@@ -162,5 +162,5 @@ def join(first: Readout, second: Readout) -> Readout:
     return Readout(
         np.concatenate([filled(first.spring), filled(second.spring)]),
         np.concatenate([filled(first.damper), filled(second.damper)]),
-        max(first.doubt, second.doubt),
+        max(first.uncertainty, second.uncertainty),
     )

@@ -79,8 +79,8 @@ class MountStudy:
         )
         inertia = (MACHINE_MASS * (0.35**2 + 0.8**2) + block * (0.8**2 + 0.05**2)) / 12
         resonance = np.sqrt(4 * LEVER**2 * stiffness / inertia)
-        ladder = np.concatenate([np.geomspace(0.2, 0.7, 12), np.linspace(0.72, 3.0, 40)])
-        speed = np.minimum(resonance * ladder, OPERATING_SPEED)
+        steps = np.concatenate([np.geomspace(0.2, 0.7, 12), np.linspace(0.72, 3.0, 40)])
+        speed = np.minimum(resonance * steps, OPERATING_SPEED)
         best = np.argmax(self.force_at(stiffness, damping, block, speed), axis=-1)[..., None]
         middle = np.take_along_axis(speed, best, -1)
         half = 0.05 * resonance

@@ -34,7 +34,7 @@ readings = [
 
 
 def load(folder: Path, text: str, **files: str) -> LoadedCase:
-    """A case from a text, with CSV files beside it."""
+    """A case from a text, with CSV files next to it."""
     for name, content in files.items():
         (folder / f"{name}.csv").write_text(content, encoding="utf-8")
     path = folder / "plate.toml"

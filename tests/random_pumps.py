@@ -98,7 +98,7 @@ def _flatten(generator: np.random.Generator, table: Table) -> None:
 
 
 def _even_mounts(generator: np.random.Generator, each: Table, along: int, stroke: str) -> Table:
-    """Two mounts in the plane, perhaps turned about the crankshaft, or pairs beside it."""
+    """Two mounts in the plane, perhaps turned about the crankshaft, or pairs next to it."""
     wide, low = generator.uniform(0.2, 0.6, 2), float(generator.uniform(0.0, 0.4))
     up = "xyz".index(stroke)
     across = 3 - along - up

@@ -8,8 +8,8 @@ from random_machines import Table
 RTOLS = (1e-3, 1e-5, 1e-7, 1e-9)
 #: nodes of the gas tables of a turn
 NODES = 24
-#: what some machines ask for beside their motion, by the last digits of the seed
-BESIDE: dict[int, Table] = {
+#: what some machines ask for next to their motion, by the last digits of the seed
+NEARBY: dict[int, Table] = {
     1: {"interpolations": True},
     2: {"compare": ["rk4", "fourier"], "step": 2e-4},
     3: {"sensitivity": True},
@@ -64,7 +64,7 @@ def random_roll(seed: int, **roll: Any) -> Table:
     options: Table = {"orders": int(random.integers(3, 16)), "classical": random.random() < 0.3}
     if random.random() < 0.3 and "stiffness" not in machine["shell"]:
         options["started_at"] = sync
-    options |= BESIDE.get(seed % 20, {})
+    options |= NEARBY.get(seed % 20, {})
     return {
         "schema": 1,
         "title": f"random rolling machine {seed}",

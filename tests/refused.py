@@ -18,7 +18,7 @@ def problems_of(data: dict[str, Any]) -> list[Problem]:
 
 
 def refusal(folder: Path, stem: str, text: str, **files: str) -> str:
-    """The message for a case that is refused, "" if it is taken; `files` are CSV beside it."""
+    """The message for a case that is refused, "" if it is taken; `files` are CSV next to it."""
     for name, content in files.items():
         (folder / f"{name}.csv").write_text(content, encoding="utf-8")
     path = folder / f"{stem}.toml"

@@ -83,7 +83,7 @@ def roll(*parts: list[Quantity], **tables: Any) -> Result:
 
 
 def references() -> list[dict[str, Any]]:
-    """Published levels a little beside ours, and three measured ones."""
+    """Published levels a little next to ours, and three measured ones."""
     rows = [
         {
             "quantity": LEVEL,

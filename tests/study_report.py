@@ -16,7 +16,7 @@ Truth: TypeAlias = tuple[str, np.ndarray, Any, float]
 
 
 class StudyReport(NamedTuple):
-    """What was judged, paths without truth and without a reason, those past rtol and not told."""
+    """What was judged, paths without truth or reason, those past rtol and not reported."""
 
     judged: list[Judged]
     missing: list[str]
@@ -34,12 +34,12 @@ def report(
         path for path in record
         if path.startswith(root) and path not in seen and not path.startswith(named or "-")
     ]  # fmt: skip
-    told = any("not within rtol" in text for text in record.warnings)
+    reported = any("not within rtol" in text for text in record.warnings)
     rtol, silent = case.accuracy.rtol, []
     for one in judged:
         share = reached(record[one.path], record)
         # what cancels, and what is looked for, has no relative accuracy
-        if one.error > rtol * one.size and share is not None and not (told and share > rtol):
+        if one.error > rtol * one.size and share is not None and not (reported and share > rtol):
             silent.append(one.path)
     return StudyReport(judged, missing, silent)
 

@@ -35,7 +35,7 @@ def killed(sweep: "subprocess.Popen[str]", how: signal.Signals = signal.SIGKILL)
 
 
 def chunk_files(output: Path) -> dict[str, tuple[int, int]]:
-    """Finished chunks beside an output: which file it is, and when it was written."""
+    """Finished chunks next to an output: which file it is, and when it was written."""
     folder = output.with_name(f"{output.name}.parts")
     found = {path: path.stat() for path in folder.glob("chunk_*") if path.exists()}
     return {path.name: (stat.st_ino, stat.st_mtime_ns) for path, stat in found.items()}

@@ -1,4 +1,4 @@
-"""Claim: an absorber that contradicts itself is refused in words, at its line, and told once."""
+"""Claim: an absorber that contradicts itself is refused in words, at its line, once."""
 
 import tomllib
 from pathlib import Path
@@ -226,7 +226,7 @@ FORM: dict[str, tuple[str, int, tuple[str, ...]]] = {
     "a method of another norm": (
         replaced(T, ('["den_hartog"]', '["nishihara_asami"]\nnorm = "h2"')),
         10,
-        ("for the largest amplitude", "'warburton' beside 'h2'"),
+        ("for the largest amplitude", "'warburton' next to 'h2'"),
     ),
     "an unknown method": (
         replaced(T, ("den_hartog", "denhartog")),
@@ -365,8 +365,8 @@ def test_absorbers_of_another_kind(scene: str) -> None:
     data["machine"] = {**data["machine"], "kind": "plate"}
     with pytest.raises(CaseError) as caught:
         validate(data)
-    told = [problem.path for problem in caught.value.problems]
-    assert {("machine", part) for part in data["machine"]} - set(told) == {("machine", "kind")}
+    reported = [problem.path for problem in caught.value.problems]
+    assert {("machine", part) for part in data["machine"]} - set(reported) == {("machine", "kind")}
 
 
 def test_the_starters_have_no_problems() -> None:

@@ -75,7 +75,7 @@ def test_words(text: str, words: str, tmp_path: Path) -> None:
     assert message.count("error: ") >= 1
 
 
-def test_a_longer_ring_is_told_once(tmp_path: Path) -> None:
+def test_a_longer_ring_is_reported_once(tmp_path: Path) -> None:
     text = SEVERAL.replace('name = "near"\n', 'name = "near"\non = "third"\n')
     text = text.replace("[tuning]", '[[machine.secondaries]]\nname = "third"\non = "far"\n'
                         "mass_ratio = 0.1\n[[machine.secondaries]]\nname = \"leaf\"\n"

@@ -88,12 +88,12 @@ def test_no_value_but_a_good_one_is_taken(name: str, bad: Any) -> None:
         set_key(data, path, bad)
         with pytest.raises(CaseError) as caught:
             validate(data)
-        told = [problem.path for problem in caught.value.problems]
-        assert any(path[: len(one)] == one for one in told), (key_text(path), told)
+        reported = [problem.path for problem in caught.value.problems]
+        assert any(path[: len(one)] == one for one in reported), (key_text(path), reported)
 
 
 @pytest.mark.parametrize("name", sorted(WHOLE))
-def test_a_key_with_a_letter_too_few_is_told_with_the_right_one(name: str) -> None:
+def test_a_key_with_a_letter_too_few_is_reported_with_the_right_one(name: str) -> None:
     seen = set()
     for path in places(name):
         key = next(part for part in reversed(path) if isinstance(part, str))

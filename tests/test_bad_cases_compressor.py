@@ -577,9 +577,9 @@ def test_the_verdict_does_not_depend_on_the_units() -> None:
                 {"values": written.tolist(), "units": units},
             )
         ]
-        told = [[problem.message for problem in problems] for problems in found]
-        assert told[0] == told[1]
-        verdicts.append(bool(told[0]))
+        reported = [[problem.message for problem in problems] for problems in found]
+        assert reported[0] == reported[1]
+        verdicts.append(bool(reported[0]))
     assert any(verdicts) and not all(verdicts)
 
 

@@ -99,9 +99,9 @@ def test_refused(row: tuple[dict[str, Any], tuple[Any, ...], list[str]]) -> None
     changes, path, words = row
     (problem,) = problems(**changes)
     assert problem.path == path
-    told = " ".join((problem.message, problem.found, problem.allowed, problem.hint))
+    reported = " ".join((problem.message, problem.found, problem.allowed, problem.hint))
     for word in words:
-        assert word in told, (word, told)
+        assert word in reported, (word, reported)
 
 
 def test_no_more_than_there_are_cages() -> None:

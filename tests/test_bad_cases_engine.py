@@ -99,8 +99,8 @@ def test_what_an_engine_has_is_refused_elsewhere() -> None:
     data["machine"]["kind"] = "generator"
     with pytest.raises(CaseError) as caught:
         validate(data)
-    told = {problem.path[-1] for problem in caught.value.problems}
-    assert told == {"cycle", "firing_order", "shaft_line", "torsion", "damper_design"}
+    reported = {problem.path[-1] for problem in caught.value.problems}
+    assert reported == {"cycle", "firing_order", "shaft_line", "torsion", "damper_design"}
 
 
 def test_a_missing_file_and_a_strange_column(tmp_path: Path) -> None:
@@ -142,7 +142,7 @@ def _places(value: Any, above: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]
             yield from _places(entry, (*above, key))
 
 
-def test_a_rod_that_does_not_get_round_is_told_once() -> None:
+def test_a_rod_that_does_not_get_round_is_reported_once() -> None:
     data = tomllib.loads(starter("engine"))
     data["machine"]["crank_train"]["rod_length"] = "60 mm"
     (problem,) = check_machine(validate(data))

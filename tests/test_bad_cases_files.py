@@ -60,7 +60,7 @@ def refused(folder: Path, case: str, name: str = "table.csv") -> str:
     return text
 
 
-def told(folder: Path, content: str | bytes, case: str = PRESSURE) -> str:
+def reported(folder: Path, content: str | bytes, case: str = PRESSURE) -> str:
     data = content if isinstance(content, bytes) else content.encode()
     (folder / "table.csv").write_bytes(data)
     return refused(folder, case)
@@ -86,7 +86,7 @@ def test_a_file_that_is_not_there(tmp_path: Path, case: str, key: str, place: st
     text = refused(tmp_path, case)
     assert f"error: {key}: there is no such file" in text
     assert f"case.toml:{place}\n" in text
-    assert "found 'table.csv'; allowed: the name of a CSV file beside the case" in text
+    assert "found 'table.csv'; allowed: the name of a CSV file next to the case" in text
     (tmp_path / "tables.csv").write_text(GOOD)
     assert "help: did you mean 'tables.csv'?" in refused(tmp_path, case)
 
@@ -162,7 +162,7 @@ PRESSURES: list[tuple[str, str | bytes, list[str]]] = [
     ("content", "expected"), [row[1:] for row in PRESSURES], ids=[row[0] for row in PRESSURES]
 )
 def test_pressures(tmp_path: Path, content: str | bytes, expected: list[str]) -> None:
-    text = told(tmp_path, content)
+    text = reported(tmp_path, content)
     assert f"{tmp_path / 'case.toml'}:14:1\n" in text
     for words in expected:
         assert words in text
@@ -180,7 +180,7 @@ ORDER_COLUMN: list[tuple[str, list[str]]] = [
 
 @pytest.mark.parametrize(("content", "expected"), ORDER_COLUMN)
 def test_torques(tmp_path: Path, content: str, expected: list[str]) -> None:
-    text = told(tmp_path, content, TABLES + TORQUE)
+    text = reported(tmp_path, content, TABLES + TORQUE)
     for words in expected:
         assert words in text
 
@@ -214,7 +214,7 @@ REFERENCES: list[tuple[str, str, str, list[str]]] = [
     ids=[row[0] for row in REFERENCES],
 )
 def test_references(tmp_path: Path, table: str, content: str, expected: list[str]) -> None:
-    text = told(tmp_path, content, TABLES + table)
+    text = reported(tmp_path, content, TABLES + table)
     for words in expected:
         assert words in text
 

@@ -101,7 +101,7 @@ def test_a_key_that_is_a_list(tmp_path: Path) -> None:
     assert f"{STIFFNESS} is a list here" in text and f"{STIFFNESS}[0]" in text
 
 
-def test_two_searches_of_one_name_and_one_beside_an_optimisation(tmp_path: Path) -> None:
+def test_two_searches_of_one_name_and_one_nearby_an_optimisation(tmp_path: Path) -> None:
     assert "two searches are named 'one'" in checked(tmp_path, GOOD, GOOD).err
     study = (
         f'\n[optimisation]\nvariables = [{{ key = "{DAMPING}", lower = 1, upper = 100 }}]\n'
@@ -131,7 +131,7 @@ def test_references_know_what_is_found(tmp_path: Path) -> None:
 
 
 def test_nothing_between_the_bounds(tmp_path: Path) -> None:
-    """All searches that fail are told at once, and no file is written."""
+    """All searches that fail are reported at once, and no file is written."""
     none = GOOD.replace('"10 Hz"', '"30 Hz"')
     other = row("bound", STIFFNESS, "1 N/mm", "100 N/mm", FREQUENCY, 'seek = "minimum"')
     constant = row("same", DAMPING, 1, 100, FREQUENCY, 'target = "10 Hz"')

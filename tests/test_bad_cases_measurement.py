@@ -102,8 +102,8 @@ def test_scans(tmp_path: Path, content: str, path: tuple[str, ...], words: str) 
     assert first.path == path
 
 
-def test_a_frequency_beside_a_speed(tmp_path: Path) -> None:
-    """A plate is measured beside a machine too; then the crankshaft tells the frequency."""
+def test_a_frequency_nearby_a_speed(tmp_path: Path) -> None:
+    """A plate is measured next to a machine too; then the crankshaft tells the frequency."""
     machine = """speed = "900 rpm"
 [machine.crank_train]
 crank_radius = 0.05

@@ -90,7 +90,7 @@ def test_check_says_it_in_words_and_as_json() -> None:
 def test_limits_on_the_shaking_alone_are_named() -> None:
     limit = '[[limit]]\nquantity = "isolation/support_force/{}"\nmax = "60 N"\nsource = "maker"\n'
     words = "without the torque of the gas"
-    for name, told in (("steady_peak", True), ("run_up_peak", False), ("static", False)):
+    for name, reported in (("steady_peak", True), ("run_up_peak", False), ("static", False)):
         text = SEPARATE.replace("[isolation]", "[isolation]\nrun_up = { to = 150.0 }")
         case = mounted(text + limit.format(name))
-        assert any(words in text for text in machine_warnings(case)) is told
+        assert any(words in text for text in machine_warnings(case)) is reported

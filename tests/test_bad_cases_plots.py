@@ -55,7 +55,7 @@ def test_pictures_of_one_name_are_refused_before_any_is_drawn(tmp_path: Path) ->
     assert not (tmp_path / "pictures").exists()
 
 
-def test_two_results_of_one_case_beside_each_other(tmp_path: Path) -> None:
+def test_two_results_of_one_case_nearby_each_other(tmp_path: Path) -> None:
     """The file gives its pictures their names, not the case that both were made from."""
     pytest.importorskip("matplotlib")
     paths = [tmp_path / "before.h5", tmp_path / "after.h5"]

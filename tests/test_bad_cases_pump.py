@@ -72,18 +72,18 @@ FORM: tuple[tuple[dict[str, Any], tuple[str, ...]], ...] = (
 @pytest.mark.parametrize(("settings", "words"), PHYSICS)
 def test_physics(settings: dict[str, Any], words: tuple[str, ...]) -> None:
     (problem,) = check_machine(pump_with(**settings))
-    told = " ".join((problem.message, problem.found, problem.allowed, problem.hint))
+    reported = " ".join((problem.message, problem.found, problem.allowed, problem.hint))
     for expected in words:
-        assert expected in told, told
+        assert expected in reported, reported
 
 
 @pytest.mark.parametrize(("settings", "words"), FORM)
 def test_form(settings: dict[str, Any], words: tuple[str, ...]) -> None:
     with pytest.raises(CaseError) as caught:
         validate(table_with(**settings))
-    told = " ".join(f"{one.message} {one.found} {one.allowed}" for one in caught.value.problems)
+    reported = " ".join(f"{one.message} {one.found} {one.allowed}" for one in caught.value.problems)
     for expected in words:
-        assert expected in told
+        assert expected in reported
 
 
 @pytest.mark.parametrize("key", ["pump_cycle", "bore"])

@@ -207,7 +207,7 @@ def test_damaged_heaps_neither_crash_nor_hang(tmp_path: Path) -> None:
 
 
 def test_modules_in_the_current_folder_are_not_run(written: Path) -> None:
-    """Beside a file that was edited with another tool, as with `report`, `diff` and `plot`."""
+    """Next to a file that was edited with another tool, as with `report`, `diff` and `plot`."""
     with h5py.File(written, "r+") as file:
         file.attrs["name"] = "edited"
     for name in ("h5py", "random", "typing", "numpy"):

@@ -357,8 +357,8 @@ def test_idle_cylinders_need_no_gas() -> None:
 def test_a_plate_needs_readings_only_and_other_kinds_what_they_always_did() -> None:
     plate = {"schema": 1, "title": "plate", "machine": {"kind": "plate"}}
     case = validate(plate)
-    (told,) = check_machine(case)
-    assert "[measurement]" in told.found and told.path == ("machine", "kind")
+    (reported,) = check_machine(case)
+    assert "[measurement]" in reported.found and reported.path == ("machine", "kind")
     assert machine_warnings(case) == []
     for kind in ("generator", "compressor"):
         found = problems_of({**plate, "machine": {"kind": kind}})
@@ -370,7 +370,7 @@ def test_a_plate_needs_readings_only_and_other_kinds_what_they_always_did() -> N
         assert all(problem.hint for problem in found)
 
 
-def test_a_misspelt_part_is_told_once() -> None:
+def test_a_misspelt_part_is_reported_once() -> None:
     data = {"schema": 1, "title": "t", "machine": {"kind": "compressor", "sped": 3.0}}
     data["machine"]["crank_train"] = GOOD["machine"]["crank_train"]  # type: ignore[index]
     found = problems_of(data)

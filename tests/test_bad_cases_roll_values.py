@@ -95,11 +95,11 @@ def test_no_value_but_a_good_one_is_taken(bad: Any) -> None:
             continue  # a name may be anything
         with pytest.raises(CaseError) as caught:
             validate(data)
-        told = [problem.path for problem in caught.value.problems]
-        assert any(path[: len(one)] == one for one in told), (key_text(path), told)
+        reported = [problem.path for problem in caught.value.problems]
+        assert any(path[: len(one)] == one for one in reported), (key_text(path), reported)
 
 
-def test_a_key_with_a_letter_too_few_is_told_with_the_right_one() -> None:
+def test_a_key_with_a_letter_too_few_is_reported_with_the_right_one() -> None:
     seen = set()
     for path in PLACES:
         key = next(part for part in reversed(path) if isinstance(part, str))

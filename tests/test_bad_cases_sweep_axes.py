@@ -154,7 +154,7 @@ def test_zipped_axes_of_unequal_length():
     assert first.also == ("sweep", "axes", 0, "key")
 
 
-def test_all_problems_are_told_at_once():
+def test_all_problems_are_reported_at_once():
     wrong = axis(STIFFNESS, "1 kg", 2, **{"with": [spread("machine.sped", 1, 2)]})
     problems = problems_of(wrong, spread(DAMPING, 1, 1, 3))
     assert [problem.path[-1] for problem in problems] == ["values", "key", "to"]

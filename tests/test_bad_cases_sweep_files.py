@@ -207,11 +207,11 @@ def test_parts_that_do_not_agree_are_refused(sweep: Made, tmp_path: Path) -> Non
     status[4] = FAILED
     whole = dict(original.quantities)
     changed = {**whole, FORCE: force._replace(values=values)}
-    doubted = {**whole, SAG: sag._replace(errors=errors)}
+    uncertain = {**whole, SAG: sag._replace(errors=errors)}
     message = ("", "", "", "", "no")
     for point, words, block in (
         (7, FORCE, original._replace(quantities=changed)),
-        (6, SAG, original._replace(quantities=doubted)),
+        (6, SAG, original._replace(quantities=uncertain)),
         (9, "numerical failure no", original._replace(status=status, message=message)),
     ):
         sweep.chunks.write(1, block)

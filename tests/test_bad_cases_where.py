@@ -1,6 +1,6 @@
-"""Claim: a `where` with a number that the run will not have is told before the run, at its line.
+"""Claim: a `where` with a number that the run will not have is refused before it, at its line.
 
-What only the run can tell is told after it, names the row and costs no result.
+What only the run can tell is reported after it, names the row and costs no result.
 """
 
 import re

@@ -290,7 +290,7 @@ def _evaluate_nastily(evaluate: Any, hanging: int, killing: int, points: np.ndar
 
 
 @pytest.mark.long
-def test_hung_and_fatal_points_are_marked_and_only_they_are_tried_again(tmp_path: Path) -> None:
+def test_attached_and_fatal_points_are_marked_and_only_they_are_tried_again(tmp_path: Path) -> None:
     options = sweep_settings(GRID[1:4:2], (), None, GRID[5::2])
     (loaded,) = load_checked([GENERATOR], options)
     good = prepare(loaded, 2)

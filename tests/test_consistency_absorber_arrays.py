@@ -1,4 +1,4 @@
-"""Claim: tunings found together for many points are those of single runs, errors told honestly."""
+"""Claim: tunings found together for many points are those of single runs, with honest errors."""
 
 import numpy as np
 import pytest

@@ -30,7 +30,7 @@ THRESHOLD = 2**-0.5
 
 
 def sample(count, seed=20):
-    """Pairs (z1, m): log-uniform m in 1e-4..10, z1 in 0..1/sqrt 2, some of them beside its ends."""
+    """Pairs (z1, m): log-uniform m in 1e-4..10, z1 in 0..1/sqrt 2, some of them by its ends."""
     rng = np.random.default_rng(seed)
     z1 = rng.uniform(0.0, THRESHOLD, count)
     z1[::10], z1[1::10] = 0.0, THRESHOLD - 10.0 ** rng.uniform(-8, -2, len(z1[1::10]))

@@ -65,8 +65,8 @@ def test_every_response_follows_from_the_matrix_of_the_motion(z1):
 def test_limits_are_what_ratios_near_them_tend_to(names, limit):
     near = [(1e-16, 0.02), (0.08, 1e-16), (1e-16, 1e-16), (1e16, 0.02), (0.08, 1e16)][limit - 1]
     at = amplitude(Absorber(0.05, 0.1, *LIMITS[limit]), X, *names)
-    beside = amplitude(Absorber(0.05, 0.1, *near), X, *names)
-    np.testing.assert_allclose(at, beside, rtol=1e-9, atol=1e-9)
+    nearby = amplitude(Absorber(0.05, 0.1, *near), X, *names)
+    np.testing.assert_allclose(at, nearby, rtol=1e-9, atol=1e-9)
     ends = amplitude(Absorber(0.05, 0.1, *LIMITS[limit]), [0.0, 1e-200, 1e200, np.inf], *names)
     assert not np.any(np.isnan(ends)) and ends[0] == pytest.approx(ends[1], abs=1e-190)
 

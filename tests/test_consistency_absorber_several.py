@@ -212,7 +212,7 @@ def test_an_absorber_that_is_best_fastened_to_another_is_said_to_be():
     assert several_peaks(system).largest == pytest.approx(found.peak, rel=1e-11)
 
 
-def test_derivatives_beside_a_fastened_absorber_are_those_of_the_smaller_system():
+def test_derivatives_nearby_a_fastened_absorber_are_those_of_the_smaller_system():
     force = transfer_of("force", "displacement")
     x = np.array([0.8, 1.1])
     whole = Several(0.1, [0.06, 0.02, 0.02], [0.09, np.inf, 0.015], [0.01, 0.0, 0.006], (0, 1, 1))

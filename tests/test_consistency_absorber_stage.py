@@ -1,4 +1,4 @@
-"""Claim: stages of an absorber hand on what the kernels compute, and nothing beside their plan."""
+"""Claim: stages of an absorber hand on what the kernels compute, and nothing next to their plan."""
 
 from pathlib import Path
 from typing import Any
@@ -225,7 +225,7 @@ def test_the_order_of_several_absorbers_changes_no_number(tmp_path: Path) -> Non
 
 @pytest.mark.long
 def test_several_absorbers_have_units_and_travels(tmp_path: Path) -> None:
-    """Travels beside those of plain matrices, over a dense grid of frequencies."""
+    """Travels next to those of plain matrices, over a dense grid of frequencies."""
     record = floor(tmp_path, TWO.replace("SECONDARIES", f"{LOWER}, {UPPER}")).record
     assert list(record["tuning/each/travel"].axes[0].values) == ["a", "b"]
     assert "tuning/travel" not in record and "response/absorber/largest_travel" not in record
@@ -285,7 +285,7 @@ def floor(folder: Path, text: str = FLOOR) -> Result:
 
 
 def test_the_bounded_tuning_is_the_answer_everywhere(tmp_path: Path) -> None:
-    """Beside a search on a grid with the peaks and travels of plain complex responses."""
+    """Next to a search on a grid with the peaks and travels of plain complex responses."""
     result = floor(tmp_path)
     record = result.record
     k, z = np.linspace(0.043, 0.046, 16)[:, None], np.linspace(0.0170, 0.0178, 11)
@@ -343,7 +343,7 @@ linear_damping = "2 kN*s/m"
 
 @pytest.mark.long
 def test_springs_and_dampers_in_stock_for_a_machine_in_a_line(tmp_path: Path) -> None:
-    """Every pair beside its own complex response on a grid; what breaks the bound is not bought."""
+    """Every pair next to its own complex response on a grid; hardware beyond the bound is left."""
     result = floor(tmp_path, FLOOR + STOCK)
     record = result.record
     assert list(value(record, "hardware/damper/damping")) == [6000.0, 2000.0]
@@ -370,7 +370,7 @@ def test_springs_and_dampers_in_stock_for_a_machine_in_a_line(tmp_path: Path) ->
     assert list(alone["hardware/damper_pair/peak"].axes[1].values) == ["as tuned"]
 
 
-def test_masses_beside_which_no_tuning_is_found_are_refused(tmp_path: Path) -> None:
+def test_masses_nearby_which_no_tuning_is_found_are_refused(tmp_path: Path) -> None:
     for ratio, good in ((1e4, True), (1.1e4, False), (1e6, False)):
         path = tmp_path / "heavy.toml"
         path.write_text(

@@ -98,7 +98,7 @@ def test_errors_of_a_twist_hold_close_to_a_critical():
                 / (1 - r**2 + 2j * mpmath.mpf(zeta) * r)
             )
         off = abs(mpmath.mpf(float(found.at_zero[0, 0])) - total.real)
-        # without the 1e-9 N m of doubt in the torque the estimate is still an upper bound
+        # without the 1e-9 N m of uncertainty in the torque the estimate is still an upper bound
         sharp = modal_excitation(SHAPE[2:3], FREQUENCY[2:3], INERTIA, TORQUE)
         rounding = modal_twist(sharp, FREQUENCY[2:3], ORDER, [speed], zeta).error[0, 0]
     assert off <= rounding < found.error[0, 0] < 1e-6 * found.magnitude[0, 0]

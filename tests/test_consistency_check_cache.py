@@ -53,7 +53,7 @@ def read_bad(path: Path) -> Case | None:
     try:
         return validate(tomllib.loads(path.read_text(encoding="utf-8")))
     except (CaseError, ValueError):
-        return None  # refused before its physics is looked at
+        return None  # refused before its physics is examined
 
 
 def test_bad_cases_have_the_same_problems() -> None:

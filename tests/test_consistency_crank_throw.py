@@ -114,8 +114,8 @@ def test_formulas_for_a_throw_differ_and_the_spread_says_by_how_much():
     # allowances only add: the printed equation is the stiffest of those with whole webs
     assert one["source"] > one["timoshenko"]
     assert one["source"] == max(one.values())
-    assert 0.1 < spread.doubt < 0.3
-    assert spread.doubt == pytest.approx(
+    assert 0.1 < spread.uncertainty < 0.3
+    assert spread.uncertainty == pytest.approx(
         (max(one.values()) - min(one.values())) / (max(one.values()) + min(one.values()))
     )
 

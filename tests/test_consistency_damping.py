@@ -64,7 +64,7 @@ def run(case: Table, **keys: Any) -> Any:
     return run_case(validate(case), **keys)
 
 
-def test_repeated_modes_are_told_apart_by_their_damping() -> None:
+def test_repeated_modes_are_reported_apart_by_their_damping() -> None:
     record = run(with_diagonal_dampers(square_machine(1.3 * RESONANCE, 0.25 * math.pi)))
     ratio = record["isolation/modes/damping_ratio"]
     frequency = record["isolation/modes/natural_frequency"].values

@@ -259,14 +259,14 @@ def test_a_state_that_the_steady_curve_lacks() -> None:
 @pytest.mark.long
 @pytest.mark.parametrize("started_at", [SYNCHRONOUS, pytest.param(None, marks=pytest.mark.long)])
 def test_where_it_folds(started_at: float | None) -> None:
-    """The inertia told is that below which there is none: just above it a multiplier nears 1."""
+    """The inertia reported is that below which there is none: above it a multiplier nears 1."""
     changes = {"gas_scale": [3.2, 3.2]}
     drive = drive_of(2)
     with pytest.raises(NumericalFailure, match="ceases to exist below") as caught:
         running_state(machine_of(**changes), drive, rtol=1e-9, orders=10, started_at=started_at)
-    told = re.search(r"about ([\d.]+) kg", str(caught.value))
-    assert told is not None
-    least = float(told.group(1))
+    reported = re.search(r"about ([\d.]+) kg", str(caught.value))
+    assert reported is not None
+    least = float(reported.group(1))
     largest = []
     for more in (1.001, 1.01, 1.1):
         machine = machine_of(**changes, rotor_inertia=more * least)

@@ -171,7 +171,7 @@ def test_energies_and_the_answer() -> None:
 
 
 @pytest.mark.long
-def test_options_beside_it() -> None:
+def test_options_nearby_it() -> None:
     changes = (
         ("response__roll__sensitivity", True),
         ("response__roll__interpolations", True),

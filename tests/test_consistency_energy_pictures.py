@@ -67,7 +67,7 @@ def test_no_run_up_no_picture() -> None:
     assert make(compressor(), "response_run_up") is None
 
 
-def test_ranges_stand_beside_the_peaks_and_have_names_of_their_own() -> None:
+def test_ranges_stand_nearby_the_peaks_and_have_names_of_their_own() -> None:
     made = figure(compressor(), "operations")
     kinetic = made.axes[0]
     names = [text.get_text() for text in made.legends[0].get_texts()]

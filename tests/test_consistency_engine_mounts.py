@@ -36,8 +36,8 @@ def test_integer_orders_are_those_of_a_machine_with_the_same_throws() -> None:
 
 def test_throws_that_follow_from_the_firing_order_shake_alike() -> None:
     """The crank angle then counts from the first firing: a turn of the phases, no other change."""
-    told, found = mounted(SEPARATE), mounted(replaced(SEPARATE, *PHASED))
-    assert {cylinder.crank_phase for cylinder in told.machine.crank_train.cylinders} != {
+    reported, found = mounted(SEPARATE), mounted(replaced(SEPARATE, *PHASED))
+    assert {cylinder.crank_phase for cylinder in reported.machine.crank_train.cylinders} != {
         cylinder.crank_phase for cylinder in found.machine.crank_train.cylinders
     }
     for path in ("isolation/torque_reaction/support_force", "isolation/torque_reaction/couple"):

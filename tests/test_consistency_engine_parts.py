@@ -84,8 +84,8 @@ def test_the_order_of_stations_and_a_doubled_ratio_change_nothing() -> None:
 
 def test_pendulums_swing_as_their_own_equation_of_motion_has_it() -> None:
     damper = ENGINE[ENGINE.index("dampers = [") : ENGINE.index("[response.torsion]")]
-    hung = 'dampers = [{ name = "p", on = "a", kind = "pendulum", order = 1.5, mass = "0.4 kg", count = 3, arm_radius = "60 mm" }]\n'  # noqa: E501
-    line = build_shaft_line(case_of(ENGINE, (damper, hung)))
+    attached = 'dampers = [{ name = "p", on = "a", kind = "pendulum", order = 1.5, mass = "0.4 kg", count = 3, arm_radius = "60 mm" }]\n'  # noqa: E501
+    line = build_shaft_line(case_of(ENGINE, (damper, attached)))
     speed, arm = 150.0, 0.06
     length, mass = arm / 1.5**2, 3 * 0.4
     # rotor angles, then the swing s: T = m/2 ((R + r) theta' + r s')^2, V = m R r w^2 s^2 / 2

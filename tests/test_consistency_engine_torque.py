@@ -23,7 +23,7 @@ from vibecalc.excitation.gas_tables import FOUR_STROKE, TWO_STROKE, card_weights
 from vibecalc.parts.geometry import CrankGeometry
 
 CAR = CrankGeometry(0.035, 0.123, 0.076)
-#: crank pin nearly as long as the rod, wrist pin beside it
+#: crank pin nearly as long as the rod, wrist pin next to it
 STEEP = CrankGeometry(0.05, 0.058, 0.09, wrist_pin_offset=-0.004)
 ANGLE = np.radians([-340.0, -180.0, -60.0, -20.0, 0.0, 7.0, 15.0, 40.0, 110.0, 200.0, 380.0])
 PRESSURE = 1e5 * np.array([0.3, 0.9, 4.0, 12.0, 30.0, 71.0, 60.0, 25.0, 6.0, 1.1, 0.3])

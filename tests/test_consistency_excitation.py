@@ -182,7 +182,7 @@ def assert_honest(pairs: list[tuple[float, float]], typical: float = 50.0) -> No
     assert np.mean(estimate < true / 10) <= 0.01
     assert np.mean(estimate < true) <= 0.05
     wrong = true > 0
-    # Beside a typical ratio of 50, chance makes one true error in 20 small enough for 1000.
+    # Next to a typical ratio of 50, chance makes one true error in 20 small enough for 1000.
     assert np.median(estimate[wrong] / true[wrong]) < typical
     assert np.mean(estimate[wrong] > 1000 * true[wrong]) < 0.05
 

@@ -34,7 +34,7 @@ PLAIN = HEAD.split("run_up =")[0] + "\n"
 
 
 def few(row: str) -> str:
-    """A search that first looks at five places."""
+    """A search that first examines five places."""
     return row.replace("[[find]]\n", "[[find]]\npoints = 5\n")
 
 
@@ -148,7 +148,7 @@ def test_a_resonance_between_the_bounds_is_gone_around_and_said(tmp_path: Path) 
                  'target = "100 kN"')  # fmt: skip
     result = run(tmp_path, search, head=undamped())
     record = result.record
-    # below and above, both beside the resonance
+    # below and above, both next to the resonance
     low = float(record["find/k/value"].values)
     (high,) = record["find/k/others"].values
     assert low < stiffness < high
@@ -206,7 +206,7 @@ def test_the_same_numbers_in_any_order_and_twice(tmp_path: Path) -> None:
         assert first[path].values.tolist() == second[path].values.tolist()
 
 
-def test_the_machine_found_stands_beside_the_one_written(tmp_path: Path) -> None:
+def test_the_machine_found_stands_nearby_the_one_written(tmp_path: Path) -> None:
     search = row("ten", STIFFNESS, "1 N/mm", "1 kN/mm", FREQUENCY, 'target = "10 Hz"')
     record = run(tmp_path, search).record
     found = float(record["find/ten/value"].values)

@@ -43,8 +43,8 @@ def test_references_and_limits_on_what_is_missing_are_missed(tmp_path: Path) -> 
     references, limits = judge_references(result), judge_limits(result)
     assert [row.within for row in references][1:] == [False]
     assert [limit.satisfied for limit in limits if "thirty" in limit.quantity] == [False, False]
-    told = [line for line in misses(references, limits) if "thirty" in line]
-    assert len(told) == 3 and all("nothing found" in line for line in told)
+    reported = [line for line in misses(references, limits) if "thirty" in line]
+    assert len(reported) == 3 and all("nothing found" in line for line in reported)
     render_report(result)
     assert as_json(result)["references"][1]["computed"] is None
     outcome = done(tmp_path, rows, "verify")

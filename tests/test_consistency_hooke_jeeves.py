@@ -79,9 +79,9 @@ def test_the_end_has_no_lower_neighbour_at_the_last_step():
         found = hooke_jeeves(bowl, generator.uniform(size=3), 0.1, 2.0**-17)
         for axis in range(3):
             for side in (2.0**-17, -(2.0**-17)):
-                beside = found.point.copy()
-                beside[axis] = np.clip(beside[axis] + side, 0.0, 1.0)
-                assert bowl(beside) >= found.value
+                nearby = found.point.copy()
+                nearby[axis] = np.clip(nearby[axis] + side, 0.0, 1.0)
+                assert bowl(nearby) >= found.value
 
 
 def test_infinite_values_are_gone_around():

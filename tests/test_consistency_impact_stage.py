@@ -90,7 +90,7 @@ def test_a_mass_without_a_rod_is_taken_as_it_is():
 
 
 def test_a_rod_that_the_crank_drives_adds_nothing_but_its_own_inertia():
-    """Without play all shakes with Y, whichever joint the load is looked at."""
+    """Without play all shakes with Y, whichever joint the load is examined."""
     play = "{clearance='1e-3 in', stiffness='1e6 lbf/in'}"
     driven = build_joints(case_of().machine, None).linkage
     free = build_joints(case_of(f"machine.joints.crank_pin={play}").machine, None).linkage
@@ -173,7 +173,7 @@ def test_statistics_are_those_of_the_members(exact):
     assert value(exact, "energy_residual").max() < 1e-13
 
 
-def test_forces_beside_the_impacts(exact):
+def test_forces_nearby_the_impacts(exact):
     # half of the two pistons' second order, which adds where their throws are opposite
     shaking = value(exact, "shaking")
     acceleration = np.abs(exact["kinematics/acceleration_harmonics"].values)

@@ -95,8 +95,8 @@ def test_standard_errors_are_the_scatter_of_disjoint_ensembles():
     mean = mean_over_runs(values)
     for statistic in (mean, *quantiles(values, (0.05, 0.5, 0.95))):
         scatter = np.std(statistic.value, ddof=1)
-        told = np.sqrt(np.mean(statistic.standard_error**2))
-        assert 0.85 * scatter < told < 1.25 * scatter
+        reported = np.sqrt(np.mean(statistic.standard_error**2))
+        assert 0.85 * scatter < reported < 1.25 * scatter
     # as if revolutions were independent
     naive = np.std(values) / np.sqrt(members * revolutions)
     assert naive < 0.5 * np.std(mean.value)
@@ -105,11 +105,11 @@ def test_standard_errors_are_the_scatter_of_disjoint_ensembles():
 @pytest.mark.long
 def test_standard_error_of_the_compressor_from_disjoint_members(ensemble):
     force = ensemble.forces.wrist_pin.force[0]
-    told = mean_over_runs(force[None]).standard_error[0]
+    reported = mean_over_runs(force[None]).standard_error[0]
     groups = force.reshape(16, 4, -1).mean(axis=(1, 2))
     found = np.std(groups, ddof=1) / np.sqrt(16)
     # 16 groups know it to one part in five
-    assert 0.5 * told < found < 1.7 * told
+    assert 0.5 * reported < found < 1.7 * reported
 
 
 @pytest.mark.long

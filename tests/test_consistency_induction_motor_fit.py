@@ -63,7 +63,7 @@ def test_one_cage_is_found_again_from_the_rows_up_to_breakdown():
 
 
 @pytest.mark.parametrize("cages", long_but([1, 2], 2))
-def test_stator_inductance_is_not_told_by_any_torque(cages):
+def test_stator_inductance_is_not_reported_by_any_torque(cages):
     fits = [
         fit_induction_motor(TABLE_SLIP, TABLE_TORQUE, **GIVEN, cages=cages, stator_inductance=size)
         for size in (0.01, 0.2)
@@ -79,30 +79,33 @@ def test_stator_inductance_is_not_told_by_any_torque(cages):
 
 def test_what_the_table_does_not_tell_is_named():
     fit = source_fit()
-    told = fit.identifiability
-    assert told.names == (
+    reported = fit.identifiability
+    assert reported.names == (
         "stator_leakage", "magnetising_inductance", "rotor_resistance 1", "rotor_resistance 2",
         "rotor_leakage 1", "rotor_leakage 2",
     )  # fmt: skip
-    assert told.told.tolist() == [True] * 4 + [False] * 2
-    assert np.isinf(told.spread[4:]).all() and np.isinf(told.free_spread).all()
-    assert np.all(told.singular_values[4:] < 1e-13 * told.singular_values[0])
+    assert reported.reported.tolist() == [True] * 4 + [False] * 2
+    assert np.isinf(reported.spread[4:]).all() and np.isinf(reported.free_spread).all()
+    assert np.all(reported.singular_values[4:] < 1e-13 * reported.singular_values[0])
     # with the assumptions held, one percent in the table is a few percent in the parameters
-    assert np.all((told.held_spread > 0.0) & (told.held_spread < 0.05))
+    assert np.all((reported.held_spread > 0.0) & (reported.held_spread < 0.05))
     # one unknown product moves the leakage alone, the other the magnetising inductance
-    sums = told.combinations[4:, :2] @ [fit.motor.stator_leakage, fit.motor.magnetising_inductance]
+    sums = reported.combinations[4:, :2] @ [
+        fit.motor.stator_leakage,
+        fit.motor.magnetising_inductance,
+    ]
     assert abs(sums[0]) < 1e-12 * abs(sums[1])
-    assert abs(told.combinations[5, 1]) > 0.9
-    assert np.allclose(told.combinations @ told.combinations.T, np.eye(6), atol=1e-12)
+    assert abs(reported.combinations[5, 1]) > 0.9
+    assert np.allclose(reported.combinations @ reported.combinations.T, np.eye(6), atol=1e-12)
     text = " | ".join(fit.warnings)
     assert "does not tell stator_leakage^0.76" in text
     assert "does not tell magnetising_inductance^0.99" in text
     assert "assumed: 10 times" in fit.assumptions[0]
 
 
-def test_moving_along_a_product_that_is_not_told_moves_no_torque():
+def test_moving_along_a_product_that_is_not_reported_moves_no_torque():
     fit = source_fit()
-    told, step = fit.identifiability, 1e-4
+    reported, step = fit.identifiability, 1e-4
 
     def moved(exponents):
         motor = fit.motor
@@ -113,7 +116,7 @@ def test_moving_along_a_product_that_is_not_told_moves_no_torque():
             rotor_leakage=motor.rotor_leakage * np.exp(step * exponents[4:]),
         )
 
-    for value, exponents in zip(told.singular_values, told.combinations, strict=True):
+    for value, exponents in zip(reported.singular_values, reported.combinations, strict=True):
         change = steady_torque(moved(exponents), fit.slip).value / fit.torque.value - 1.0
         # relative to the fitted torque, which differs from the table's only in the second order
         assert np.linalg.norm(change) == pytest.approx(value * step, rel=1e-3, abs=1e-2 * step**1.5)
@@ -143,7 +146,7 @@ def test_spread_is_that_of_fits_to_tables_with_errors():
 def test_source_table_is_met_as_well_as_two_cages_can():
     fit = source_fit()
     off = 100.0 * fit.residual / fit.table
-    # no circuit with two cages holds 542 N m at standstill beside 1009 N m at breakdown
+    # no circuit with two cages holds 542 N m at standstill next to 1009 N m at breakdown
     assert np.allclose(off[[0, 1, 8, 10]], [-5.5, 2.3, 17.6, -30.1], atol=0.05)
     assert fit.rms_relative == pytest.approx(0.1212, abs=5e-5)
     assert fit.agreeing == fit.starts

@@ -27,7 +27,7 @@ def test_readings_are_those_of_dense_solution_with_the_ring_as_a_freedom() -> No
         at, row = np.repeat(speed, rows), np.tile(np.arange(rows), speed.size)
         found = readings(system_of(problem), damper, at, row).value.reshape(-1, rows)
         found = np.column_stack([found[:, :-2], found[:, -2:].max(axis=1)])
-        # samples lie below the summit by (24 pi / 20000)^2 / 2 at most; heat needs none
+        # samples lie below the peak by (24 pi / 20000)^2 / 2 at most; heat needs none
         assert np.all(found >= truth * (1.0 - 1e-11))
         assert np.max(found / truth) - 1.0 < 8e-6
         np.testing.assert_allclose(found[:, -2], truth[:, -2], rtol=1e-11)
@@ -145,7 +145,7 @@ def test_an_optimum_where_two_crests_of_one_cycle_change_places() -> None:
 
     problem = engine(orders=12)
     found = design(problem, ENGINE_LIMITS._replace(inertia=(10.0, 10.0)), **QUICK)
-    # three equal summits for two variables; two are of the last section in one resonance, with the
+    # three equal peaks for two variables; two are of the last section in one resonance, with the
     # same trough and crests a third of the cycle apart
     np.testing.assert_allclose(found.value, found.worst, rtol=1e-11)
     assert found.reading.tolist() == [5, 5, 5] and np.all(found.weight > 0.2)

@@ -48,7 +48,7 @@ def scan(factor: float = 1.0, unit: str = "") -> str:
 
 
 def test_amplitude_and_phase_are_off_each_by_what_is_said_of_it(tmp_path: Path) -> None:
-    """From half of a last digit, and by what is stated beside it, in squares."""
+    """From half of a last digit, and by what is stated next to it, in squares."""
     text = PLATE[: PLATE.index("readings")].replace("orders = [1, 2]", "orders = [1]")
     text += """level_uncertainty = 0.2
 phase_step = "1 deg"
@@ -279,7 +279,7 @@ def test_positions_of_references_are_checked_before_the_run(
 
 
 def test_the_picture_shows_levels_with_their_reference_and_leaves_out_parts_far_below() -> None:
-    """Pitch alone at 3 and 4 is 30 dB lower than the rest; positions beside one another."""
+    """Pitch alone at 3 and 4 is 30 dB lower than the rest; positions next to one another."""
     made = result_of("roll_measured")
     levels, plate = make(made, "measured_levels"), make(made, "plate_map")
     assert levels is not None and plate is not None

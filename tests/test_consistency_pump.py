@@ -26,8 +26,8 @@ REACTION = "isolation/torque_reaction/"
 
 def agree(one: Quantity, other: Quantity, values: np.ndarray) -> None:
     """Within both error estimates."""
-    doubt = one.error_estimate + other.error_estimate
-    assert np.max(np.abs(one.values - values)) <= doubt, one.path
+    uncertainty = one.error_estimate + other.error_estimate
+    assert np.max(np.abs(one.values - values)) <= uncertainty, one.path
 
 
 def test_every_kind_has_its_row_and_no_other() -> None:

@@ -120,8 +120,8 @@ def test_work_is_the_mean_torque_and_the_area_of_the_diagram(
     turn = pump_turn(liquid, geometry)
     mean = gas_harmonics(pump_card(liquid, geometry), geometry, [1.0])[1]
     around = 2.0 * np.pi
-    doubt = turn.work.error + around * mean.error
-    assert abs(turn.work.value + around * mean.value) <= doubt < 1e-10 * turn.work.value
+    uncertainty = turn.work.error + around * mean.error
+    assert abs(turn.work.value + around * mean.value) <= uncertainty < 1e-10 * turn.work.value
     # pressure difference, swept volume, volumetric efficiency: the mean of both ways to count it
     efficiency = 0.5 * (turn.drawn.value + turn.delivered.value) / turn.swept.value
     rise = liquid.discharge_pressure - liquid.suction_pressure

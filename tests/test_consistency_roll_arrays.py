@@ -124,10 +124,10 @@ def same(name: str, points: Design, paths: tuple[str, ...], alone: int = 0) -> B
         both = np.isfinite(found.values) & np.isfinite(other.values)
         one, two = (np.where(both, part.values, 0.0) for part in (found, other))
         apart = np.abs(one - two)
-        doubt = (found.errors + other.errors)[done]
-        assert np.all(apart[done].reshape(len(doubt), -1) <= doubt[:, None]), path
+        uncertainty = (found.errors + other.errors)[done]
+        assert np.all(apart[done].reshape(len(uncertainty), -1) <= uncertainty[:, None]), path
         if path == LEVEL:
-            assert both[done].all() and np.max(doubt) < 1e-6
+            assert both[done].all() and np.max(uncertainty) < 1e-6
     return arrays
 
 

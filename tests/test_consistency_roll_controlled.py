@@ -98,8 +98,10 @@ def test_multipliers_are_those_of_the_marched_turn_and_mounts_can_make_them_unst
     np.testing.assert_allclose(np.abs(found.multiplier[:2]), np.abs(known[:2]), rtol=1e-5)
     assert not found.stable and np.abs(known[0]) > 1.03
     model = reduced(MOUNTED, LINE)[0]
-    told = evaluate_at_speed(model, Controller(1.0, 0.0, -1.0, 2e-3), load(MOUNTED, LINE), 92.757)
-    assert told.margins.status == 0
+    reported = evaluate_at_speed(
+        model, Controller(1.0, 0.0, -1.0, 2e-3), load(MOUNTED, LINE), 92.757
+    )
+    assert reported.margins.status == 0
 
 
 def reduced(machine, drive):
@@ -123,12 +125,12 @@ def test_small_loads_and_a_straight_motor_make_it_the_reduced_model():
         )
         model, known = reduced(machine, LINE)
         target = SYNCHRONOUS + float(known.mean.value) / 203.4
-        told = evaluate_at_speed(
+        reported = evaluate_at_speed(
             model, Controller(5.0, 0.0, -0.01, 1e-3), load(machine, LINE, target), target
         )
-        law = Law(5.0, float(told.speed_feedback.value), -0.01, SYNCHRONOUS, 1e-3)
+        law = Law(5.0, float(reported.speed_feedback.value), -0.01, SYNCHRONOUS, 1e-3)
         found = closed_loop(machine, LINE, law, rtol=1e-9, orders=10)
-        off.append(np.abs(levels(found.harmonics.value) - told.level.value))
+        off.append(np.abs(levels(found.harmonics.value) - reported.level.value))
     for order in (1, 3, 4):
         assert off[1][order - 1] < 0.4 * off[0][order - 1]
         assert off[2][order - 1] < 0.4 * off[1][order - 1]

@@ -65,7 +65,7 @@ def test_no_running_state_under_three_and_a_half_times_the_gas() -> None:
 
 @pytest.mark.parametrize("offset", [0.0, 0.012, -0.03])
 def test_friction_splits_the_turn_where_the_pistons_stop(offset: float) -> None:
-    """Dead centres of a cylinder beside the crank axis are not at 0 and 180 degrees."""
+    """Dead centres of a cylinder next to the crank axis are not at 0 and 180 degrees."""
     machine = source_machine(wrist_pin_offset=offset, piston_friction=50.0)
     edges = smooth_angles(machine, source_drive())
     stopped = []

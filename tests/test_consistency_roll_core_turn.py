@@ -81,7 +81,7 @@ def test_energy_and_momentum_balance(name: str) -> None:
 
 
 def test_the_balance_of_energy_sees_a_torque_that_is_not_there() -> None:
-    """A wrong torque between shell and crank keeps the momentum: energy has to be looked at."""
+    """A wrong torque between shell and crank keeps the momentum: energy has to be examined."""
     machine, drive, exact = found("offset, rods")
     turn = as_turn(exact)
     read = readings(machine, drive, turn)
@@ -154,7 +154,7 @@ def test_shorter_steps_change_nothing() -> None:
 
 
 @pytest.mark.long
-def test_the_multiplier_is_what_a_start_beside_it_keeps() -> None:
+def test_the_multiplier_is_what_a_start_nearby_it_keeps() -> None:
     """With a hundred times the rotor a turn keeps most of a deviation."""
     machine, drive = source_machine(rotor_inertia=200.0), source_drive(motor="monotone")
     exact = exact_turn(machine, drive, started_at=SYNCHRONOUS)

@@ -59,7 +59,7 @@ def test_so_they_do_where_odd_orders_are_zero(name: str) -> None:
     assert_apart(figure(symmetrical(), name))
 
 
-def test_levels_stand_beside_published_and_measured_ones() -> None:
+def test_levels_stand_nearby_published_and_measured_ones() -> None:
     result = roll()
     (axes,) = own("roll_levels").axes
     drawn = lines(axes)
@@ -133,7 +133,7 @@ def test_the_curve_of_the_motor_goes_through_its_table(interpolation: str | None
     assert curve.breakdown[1] >= 1009.0 - 1e-9
 
 
-def test_a_linear_motor_has_a_curve_without_summit_and_another_has_none() -> None:
+def test_a_linear_motor_has_a_curve_without_peak_and_another_has_none() -> None:
     curve = motor_curve({"gain": 203.4}, np.array([0.0, 40.0]))
     assert curve is not None and curve.breakdown is None and not curve.node_slip.size
     np.testing.assert_allclose(curve.torque, 203.4 * RPM * curve.slip, rtol=1e-12, atol=1e-9)
@@ -164,7 +164,7 @@ def test_large_changes_do_not_pale_the_others() -> None:
     assert "+6.80" in words(axes)
 
 
-def test_less_stands_beside_more_in_the_map() -> None:
+def test_less_stands_nearby_more_in_the_map() -> None:
     more, less = own("roll_sensitivity").axes[:2]
     assert (more.get_title(), less.get_title()) == ("10 % more", "10 % less")
     arrays = [np.asarray(axes.get_images()[0].get_array()) for axes in (more, less)]
@@ -199,7 +199,7 @@ def test_equal_results_give_equal_bytes(tmp_path: Path) -> None:
     assert set(OWN) <= set(every_picture())
 
 
-def test_a_motor_with_fluxes_has_the_summit_of_its_fit() -> None:
+def test_a_motor_with_fluxes_has_the_peak_of_its_fit() -> None:
     result = roll()
     for name, value, unit in (("slip", 100.0 * RPM, "rad/s"), ("torque", 990.0, "N*m")):
         path = f"response/roll/motor/breakdown_{name}"

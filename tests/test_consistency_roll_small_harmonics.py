@@ -1,4 +1,4 @@
-"""Claim: weak and high harmonics are told from zero, and what is weak does not count as missed."""
+"""Claim: weak and high harmonics are not zero, and what is weak does not count as missed."""
 
 from pathlib import Path
 

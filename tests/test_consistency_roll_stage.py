@@ -46,7 +46,7 @@ def test_results_are_those_of_the_kernels(name: str) -> None:
         by_order = harmonics if variable in VARIABLES else by_cylinder
         found = result.record[f"{ROLL}/{variable}"]
         np.testing.assert_array_equal(found.values, by_order(turn, values, ORDERS)[0])
-        levels, doubt = level_of(found.values, found.error_estimate, reference=1.0)
+        levels, uncertainty = level_of(found.values, found.error_estimate, reference=1.0)
         shown = result.record[f"{ROLL}/level/{variable}"]
         # where a harmonic is zero within its error both say so
         there = np.isfinite(shown.values) & np.isfinite(levels)
@@ -54,7 +54,7 @@ def test_results_are_those_of_the_kernels(name: str) -> None:
         lag = result.record[f"{ROLL}/phase_lag/{variable}"].values[there]
         turned = found.values[there] * np.exp(1j * lag)
         np.testing.assert_allclose(turned, np.abs(found.values)[there], rtol=1e-12)
-        assert doubt.shape == levels.shape
+        assert uncertainty.shape == levels.shape
     speed = result.record[f"{ROLL}/speed"]
     assert float(speed.values) == pytest.approx(2.0 * np.pi / float(turn.period[0]), rel=1e-15)
     multiplier = result.record[f"{ROLL}/multiplier"]
@@ -117,9 +117,11 @@ def test_estimates_bound_the_error_of_random_machines(rtol: float, count: int) -
                 shares.append(np.max(missed) / np.max(np.abs(values)))
         for name, number in numbers_of(own).items():
             finer, coarser = (numbers_of(s)[name] for s in (truth, other))
-            doubt = abs(number.value - coarser.value) + 64.0 * 2.0**-52 * number.size
-            doubt += number.error
-            assert abs(number.value - finer.value) <= doubt + 64.0 * 2.0**-52 * number.size, name
+            uncertainty = abs(number.value - coarser.value) + 64.0 * 2.0**-52 * number.size
+            uncertainty += number.error
+            assert abs(number.value - finer.value) <= uncertainty + 64.0 * 2.0**-52 * number.size, (
+                name
+            )
     # what is asked for is kept, too
     assert max(shares) < rtol
 
@@ -139,9 +141,9 @@ def test_peaks_are_no_lower_than_any_value_of_the_turn() -> None:
 
 
 def test_levels_below_their_error_are_zero() -> None:
-    levels, doubt = level_of(np.array([1.0, 1e-3j]), np.array([1e-2, 1e-2]), reference=1.0)
+    levels, uncertainty = level_of(np.array([1.0, 1e-3j]), np.array([1e-2, 1e-2]), reference=1.0)
     assert levels.tolist() == [0.0, -np.inf]
-    assert doubt[0] == pytest.approx(-20.0 * np.log10(0.99)) and doubt[1] == 0.0
+    assert uncertainty[0] == pytest.approx(-20.0 * np.log10(0.99)) and uncertainty[1] == 0.0
 
 
 @pytest.mark.parametrize("points", [3, 8])

@@ -71,7 +71,7 @@ def test_a_start_is_drawn_with_its_envelopes_peaks_and_moments() -> None:
     assert panels[4].get_xlabel() == "time in s"
 
 
-def test_what_does_not_start_is_told_and_has_no_moments() -> None:
+def test_what_does_not_start_is_reported_and_has_no_moments() -> None:
     made = figure(roll(start_up(False)), NAME)
     assert made.get_suptitle().endswith("it does not start")
     assert "at speed" not in words(made.axes[0]) and "settled" not in words(made.axes[0])

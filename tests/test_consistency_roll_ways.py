@@ -17,7 +17,7 @@ from vibecalc.roll.results import ROLL
 
 FILES = ("roll_first_stage.csv", "roll_second_stage.csv", "roll_motor.csv")
 METHODS = ("fourier", "shooting", "dop853", "rk4", "euler")
-#: largest error of peaks and courses over their size, with the dials of these tests
+#: largest error of peaks and courses over their size, with the settings of these tests
 CLOSE = {"fourier": 0.02, "shooting": 0.02, "dop853": 2e-3, "rk4": 0.02, "euler": 0.12}
 MOUNTS = {"stiffness": 3e5, "damping": 6e3}
 #: settings of the methods that want some

@@ -139,7 +139,7 @@ def test_share_is_that_of_the_mean_inertia(offset: float) -> None:
     assert np.allclose(ratio, share, rtol=1e-10)
 
 
-def test_rotor_beside_a_shaft_line_is_refused() -> None:
+def test_rotor_nearby_a_shaft_line_is_refused() -> None:
     from engine_cases import replaced
     from engine_mounted import ON_BODY, loaded_of
 

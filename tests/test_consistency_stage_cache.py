@@ -264,7 +264,7 @@ def test_a_negative_zero_is_another_number() -> None:
     assert cache.ran["excitation"] == 2
 
 
-def test_a_failure_is_told_again_in_the_same_words() -> None:
+def test_a_failure_is_reported_again_in_the_same_words() -> None:
     case = case_of("generator", machine__mounts__each__damping=0.0)
     frequency = run_case(case)["isolation/pitch/natural_frequency"].values
     singular = case_of(

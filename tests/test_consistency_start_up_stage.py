@@ -1,7 +1,7 @@
 """Claim: a start-up in a case is what the kernel computes, and ends in the periodic motion.
 
 The steady state that the march of `roll_startup.toml` comes to is held against the collocation of
-[response.roll], state by state and level by level. What the case asks for beside it (load, start
+[response.roll], state by state and level by level. What the case asks for next to it (load, start
 angles, a machine that does not start) is said in the result as in the kernel.
 """
 
@@ -117,7 +117,7 @@ def test_the_march_ends_in_the_periodic_motion() -> None:
         machine, drive, duration=0.1, speed=float(2.0 * np.pi / turned.state.turn.period[0]),
         tolerance=1e-8,
     )  # fmt: skip
-    # from a start beside the motion its distance falls by the largest multiplier in each turn
+    # from a start next to the motion its distance falls by the largest multiplier in each turn
     later = start_up(machine, drive, duration=1.8, speed=93.0, tolerance=1e-7)
     course = course_of_state(as_batch(machine), drive, turned.state)
     gaps = []

@@ -1,4 +1,4 @@
-"""Claim: a study starts from the case as written, shows it beside the optimum, and outlives it."""
+"""Claim: a study starts from the case as written, shows it next to the optimum, and outlives it."""
 
 from pathlib import Path
 

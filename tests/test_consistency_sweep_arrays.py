@@ -100,8 +100,8 @@ def assert_equal(name: str, design: Design, paths: tuple[str, ...], fewest: int 
         done = alone.status == DONE
         assert np.isnan(found.values[~done]).all() and np.isnan(found.errors[~done]).all()
         apart = np.abs(found.values - single.values)[done].reshape(int(done.sum()), -1)
-        doubt = (found.errors + single.errors)[done]
-        assert (apart <= doubt[:, None]).all(), (path, apart.max(), doubt)
+        uncertainty = (found.errors + single.errors)[done]
+        assert (apart <= uncertainty[:, None]).all(), (path, apart.max(), uncertainty)
         # honest estimates, not generous ones
         assert (found.errors[done] <= 1.5 * single.errors[done] + 1e-300).all(), path
     return arrays
@@ -124,7 +124,7 @@ def test_the_machines_have_every_key_and_every_result() -> None:
 def test_each_key_alone(name: str, step: int) -> None:
     for key in known_keys(name)[::step]:
         if key[-1] == "wrist_pin_offset" and name in ("classic", "own masses"):
-            continue  # the truncated series has none, which the next test looks at
+            continue  # the truncated series has none, which the next test examines
         value = get_key(machine(name).resolved, key)
         # what the checks refuse is refused at all its points
         axis = {"key": key_text(key), "values": [value, value * 1.001 if value else 1e-4]}

@@ -49,7 +49,7 @@ def check(done: list[Done], lost: dict[int, int]) -> set[int]:
     return processes
 
 
-def test_points_are_shared_out_hung_ones_given_up_and_fatal_ones_told(
+def test_points_are_shared_out_attached_ones_given_up_and_fatal_ones_reported(
     cluster: Any, tmp_path: Path
 ) -> None:
     start = Start(hanging=frozenset({4}), killing=frozenset({33}))

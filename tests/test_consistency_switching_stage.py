@@ -29,7 +29,7 @@ Course = list[tuple[float, float, float, list[str]]]
 
 
 def switching(**options: Any) -> Table:
-    """The shipped change, shortened; options of the table beside."""
+    """The shipped change, shortened; options of the table alongside."""
     table = shipped("compressor_switching")
     table["accuracy"] = {"rtol": 1e-9}
     table["response"]["energies"] = False

@@ -90,7 +90,7 @@ def test_section_and_line_say_the_same(record: Record) -> None:
     text = " ".join(" ".join(section.lines).split())
     assert "rtol = 1e-08 reached by 1 of 2 results" in text
     assert "the worst has 2.0e-06: response/torsion/angle" in text
-    assert "places of summits" in text
+    assert "places of peaks" in text
     line = tolerance_line(result(record))
     assert line == "rtol = 1e-08 reached by 1 of 2 results, the worst has 2.0e-06"
     assert " ".join(line.split()) in " ".join(plain_summary(result(record)).split())

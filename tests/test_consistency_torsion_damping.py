@@ -77,15 +77,15 @@ def test_too_slow_is_not_called_a_resonance() -> None:
         record(slow)
 
 
-def test_orders_left_out_are_told_with_their_size() -> None:
-    told = [one for one in record(ENGINE).warnings if "left out" in one]
-    assert len(told) == 1 and "above 6, up to 12" in told[0]
+def test_orders_left_out_are_reported_with_their_size() -> None:
+    reported = [one for one in record(ENGINE).warnings if "left out" in one]
+    assert len(reported) == 1 and "above 6, up to 12" in reported[0]
     more = record(replaced(ENGINE, (ORDERS, "orders = { highest = 12 }")))[f"{ROOT}/torque"]
-    section = list(more.axes[0].values).index(told[0].split("'")[1])
+    section = list(more.axes[0].values).index(reported[0].split("'")[1])
     t = np.linspace(0.0, 4.0 * np.pi, 4001)
     course = (more.values[section, 12:] @ np.exp(1j * more.axes[1].values[12:, None] * t)).real
     own = value(ENGINE, "torque_half_range")[section]
-    assert f"{50.0 * np.ptp(course) / own:.3g} %" in told[0]
+    assert f"{50.0 * np.ptp(course) / own:.3g} %" in reported[0]
     whole = replaced(ENGINE, (ORDERS, "orders = { highest = 6, step = 1 }"))
     assert any("half orders" in one and "left out" in one for one in record(whole).warnings)
 

@@ -8,7 +8,7 @@ import pytest
 from exact_shaft_line import exact_angles
 from long_but import long_but
 
-from vibecalc.torsion import forced as forced_mended
+from vibecalc.torsion import forced as forced_corrected
 from vibecalc.torsion import forced as forced_module
 from vibecalc.torsion.elimination import plan_of
 from vibecalc.torsion.forced import forced, forced_masked, forced_modal, modal_damping
@@ -167,7 +167,7 @@ def test_a_real_loop_is_exact_within_the_estimate():
     found = forced(line, w, torque)
     wrong = true_error(line, w, torque, found.angle)
     assert np.all(wrong <= found.error)
-    # a dense matrix holds the inertia of slow motion beside k: eps k / (w^2 sum J) is lost
+    # a dense matrix holds the inertia of slow motion next to k: eps k / (w^2 sum J) is lost
     lost = 1e-14 * (1.0 + 2e5 / (w**2 * 7.0))
     assert np.all(found.error <= 10.0 * lost * np.max(np.abs(found.angle), axis=-1))
 
@@ -215,7 +215,7 @@ def test_an_undamped_critical_in_a_range_is_masked_and_the_rest_is_right():
 
 def test_an_ordinary_range_is_eliminated_once_and_only_growth_is_solved_again(monkeypatch):
     again = []
-    by_root, dense = forced_mended.plan_of, forced_mended.dense_solution
+    by_root, dense = forced_corrected.plan_of, forced_corrected.dense_solution
 
     def counted(line, root):
         again.append(root)
@@ -225,8 +225,8 @@ def test_an_ordinary_range_is_eliminated_once_and_only_growth_is_solved_again(mo
         again.append(frequency.tolist())
         return dense(line, frequency, *rest)
 
-    monkeypatch.setattr(forced_mended, "plan_of", counted)
-    monkeypatch.setattr(forced_mended, "dense_solution", counted_dense)
+    monkeypatch.setattr(forced_corrected, "plan_of", counted)
+    monkeypatch.setattr(forced_corrected, "dense_solution", counted_dense)
     w = np.linspace(20.0, 300.0, 500)[:, None] * np.arange(0.5, 6.5, 0.5)
     forced(engine(), w, np.ones(7))
     forced(engine(), w, np.ones(7), estimate=False)

@@ -72,7 +72,7 @@ def test_an_end_of_the_range_is_no_critical() -> None:
     assert np.all(value(text, "largest/half_order")[end] == 0.0)
 
 
-def test_maxima_are_told_of_the_most_torqued_and_the_most_stressed_section() -> None:
+def test_maxima_are_reported_of_the_most_torqued_and_the_most_stressed_section() -> None:
     torque = int(np.argmax(value(WIDE, "largest/torque_half_range"))) + 1
     assert value(WIDE, "peak/section")[0] == torque
     stressed = record(WIDE)[f"{ROOT}/largest/stress_half_range"].axes[0].values

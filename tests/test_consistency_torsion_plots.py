@@ -190,16 +190,19 @@ def test_curves_go_through_their_maxima_and_each_has_a_name(made: dict[str, Any]
     modes, orders, held = (
         values(result, f"peak/{name}") for name in ("mode", "half_order", "section")
     )
-    told = {f"{int(mode)} / {order:g}" for mode, order, e in zip(modes, orders, held, strict=True)
+    met = zip(modes, orders, held, strict=True)
+    reported = {f"{int(mode)} / {order:g}" for mode, order, e in met
             if order and e == own + 1}  # fmt: skip
     words = [text.get_text() for text in above.texts]
     assert len(set(words)) == len(words) == len(dots.get_xdata())  # none is named twice
-    assert "3 / 3" in words and set(words) < told | {"3 / 5"}  # those on flat parts are left out
+    assert "3 / 3" in words and set(words) < reported | {
+        "3 / 5"
+    }  # those on flat parts are left out
     places = spread(np.array([300.0, 301.0, 302.0, 990.0, 999.0]), (300.0, 1000.0))
     assert np.all(np.diff(places) > 16.0) and places[0] >= 300.0 and places[-1] <= 1000.0
 
 
-def test_twist_beside_that_without_dampers_and_with_all_cylinders_firing(
+def test_twist_nearby_that_without_dampers_and_with_all_cylinders_firing(
     made: dict[str, Any],
 ) -> None:
     result, figure = six(), made["torsion_dampers"]
@@ -226,9 +229,9 @@ def test_spectrum_and_vectors(made: dict[str, Any]) -> None:
         assert bars[float(q)] == pytest.approx(1e-3 * float(size))
     vectors = made["torsion_vectors"]
     sums = [axes.get_xlabel() for axes in vectors.axes if axes.get_xlabel()]
-    told = np.abs(values(result, "excitation/vector_sum"))
+    reported = np.abs(values(result, "excitation/vector_sum"))
     # rows of modes 2 to 4, columns of orders 0.5 to 3: complex shapes have no mirror images
-    wanted = [f"all {told[mode, place]:.3f}" for mode in (1, 2, 3) for place in range(6)]
+    wanted = [f"all {reported[mode, place]:.3f}" for mode in (1, 2, 3) for place in range(6)]
     assert [words.split("\n")[1] for words in sums] == wanted
     # cylinder 3 does not fire: order 3 has all in phase, so that its share is missing
     shape = values(result, "modes/shape")[1]
@@ -245,7 +248,7 @@ def test_orders_of_one_star_stand_together() -> None:
     assert groups == [[0.5, 2.5, 3.5, 5.5], [1.0, 2.0, 4.0, 5.0], [1.5, 4.5], [3.0, 6.0]]
 
 
-def test_measured_points_stand_beside_their_curve() -> None:
+def test_measured_points_stand_nearby_their_curve() -> None:
     result = six()
     torque = result.record[ROOT + "speeds/torque_half_range"]
     speed = np.asarray(torque.axes[1].values)

@@ -121,12 +121,12 @@ def test_a_maximum_is_what_the_line_does_at_that_speed() -> None:
     top, at = value(ENGINE, "largest/torque_half_range"), value(ENGINE, "largest/speed")
     assert np.all(top >= grid.max(axis=1))
     assert at.min() > 0.999 * SPEED * 800.0 / 1500.0 and at.max() < 1.001 * SPEED * 6000.0 / 1500.0
-    summit = float(value(ENGINE, "peak/speed")[0])
+    peak = float(value(ENGINE, "peak/speed")[0])
     section = int(value(ENGINE, "peak/section")[0]) - 1
-    there = value(at_speed(ENGINE, summit), "torque_half_range")[section]
+    there = value(at_speed(ENGINE, peak), "torque_half_range")[section]
     assert there == pytest.approx(value(ENGINE, "peak/torque_half_range")[0], rel=1e-11)
-    for beside in (0.9999, 1.0001):
-        assert value(at_speed(ENGINE, summit * beside), "torque_half_range")[section] < there
+    for nearby in (0.9999, 1.0001):
+        assert value(at_speed(ENGINE, peak * nearby), "torque_half_range")[section] < there
 
 
 @pytest.mark.parametrize("method", long_but(["dense", "modal"], "modal"))
@@ -187,10 +187,10 @@ def test_pendulums_hold_their_station_still_at_any_speed(speed: float) -> None:
     )
     braked = pendulum.replace("count = 4", 'count = 4, damping = "0.4 N*m*s/rad"')
     ring = next(line for line in ENGINE.splitlines() if line.startswith("dampers"))
-    hung = replaced(ENGINE, (ring, pendulum))
-    text = at_speed(hung, speed)
+    attached = replaced(ENGINE, (ring, pendulum))
+    text = at_speed(attached, speed)
     critical = value(text, "critical/speed")
-    natural = value(at_speed(hung, float(critical[2, 7])), "modes/natural_frequency")
+    natural = value(at_speed(attached, float(critical[2, 7])), "modes/natural_frequency")
     assert natural[2] == pytest.approx(4.0 * critical[2, 7], rel=1e-9)
     if speed == 95.0:  # a pole that follows the speed meets the order in its magnitude
         damped = replaced(ENGINE, (ring, braked))

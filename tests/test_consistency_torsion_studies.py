@@ -83,7 +83,7 @@ def test_step_of_the_load_shares_the_torque_by_inertia() -> None:
 
 
 @pytest.mark.long
-def test_run_up_has_the_steady_curve_beside_it_and_lags() -> None:
+def test_run_up_has_the_steady_curve_nearby_it_and_lags() -> None:
     change = ('transient = { kind = "run_up", from = "900 rpm", to = "1900 rpm", '
               'duration = "%s s", after = "0.05 s" }\n')  # fmt: skip
     slow, fast = (of(change % t).record for t in ("4", "0.5"))
@@ -217,12 +217,12 @@ def test_crests_of_one_cycle_that_rise_together_hold_no_corner(inertia: float) -
     found = search(asked.problem, asked.limits)
     assert found.curvature > 0.0 and np.all(found.weight > 0.0) and found.residual < 1e-9
     for factor in (0.5, 0.98, 1.02, 2.0):
-        beside = found.damper._replace(damping=factor * found.damper.damping)
-        assert performance(asked.problem, beside).worst > found.worst
+        nearby = found.damper._replace(damping=factor * found.damper.damping)
+        assert performance(asked.problem, nearby).worst > found.worst
 
 
 @pytest.mark.long
-def test_damper_on_a_geared_shaft_is_told_in_its_own_values() -> None:
+def test_damper_on_a_geared_shaft_is_reported_in_its_own_values() -> None:
     # its damper put into the case as a part
     record = run_text(
         geared_ring(0.05) + 'rings = ["0.05 kg*m^2"]\n'

@@ -209,7 +209,7 @@ def test_load_step_on_undamped_line_doubles_the_static_torque_for_ever() -> None
     found = envelope(run, windows=50)
     assert np.all(np.abs(found.high[:, 0] - 140.0) <= found.error[:, 0])
     assert np.all(np.abs(found.low[:, 0]) <= found.error[:, 0])
-    # all summits are alike, so each window doubts whether another one is higher
+    # all peaks are alike, so each window uncertainties whether another one is higher
     assert found.error.max() < 1e-4 * 140.0
 
 

@@ -1,4 +1,4 @@
-"""Claim: known orders are found, fronts and cheapest rungs are right, failures are named."""
+"""Claim: known orders are found, fronts and cheapest levels are right, failures are named."""
 
 import math
 
@@ -12,8 +12,8 @@ from accuracy_topics import (
     euler,
     exact,
     gauss,
-    ladder,
     monte_carlo,
+    refinement,
     runge_kutta,
     topic,
     undefined,
@@ -21,89 +21,95 @@ from accuracy_topics import (
 )
 
 from vibecalc.core.accuracy.record import cheapest_in_work, extra_work, fitted, front, front_in_work
-from vibecalc.core.accuracy.topic import Answer, Ladder, Reference, Rung, errors_of, measure
-from vibecalc.core.results.layout import ALGEBRAIC, GEOMETRIC, RUNG_DONE, RUNG_FAILED, RUNG_NOT_RUN
+from vibecalc.core.accuracy.topic import Answer, Level, Reference, Refinement, errors_of, measure
+from vibecalc.core.results.layout import (
+    ALGEBRAIC,
+    GEOMETRIC,
+    LEVEL_DONE,
+    LEVEL_FAILED,
+    LEVEL_NOT_RUN,
+)
 from vibecalc.errors import NumericalFailure
 
 NOISE = 1e-14
 
 
-def rung(error: float, work: float, name: str = "a", setting: float = 1.0) -> Rung:
-    return Rung(name, setting, False, NOISE, work=work, seconds=work, worst_relative=error)
+def level(error: float, work: float, name: str = "a", setting: float = 1.0) -> Level:
+    return Level(name, setting, False, NOISE, work=work, seconds=work, worst_relative=error)
 
 
 @pytest.mark.parametrize(
     ("one", "order", "kind"),
     [
-        (ladder(euler, 8, 16, 32, 64, 128, 256, 512), 1.0, ALGEBRAIC),
-        (ladder(runge_kutta, 2, 4, 8, 16, 32, 64, 128, 4096), 4.0, ALGEBRAIC),
-        (ladder(monte_carlo, 8, 16, 32, 64, 128), 0.5, ALGEBRAIC),
+        (refinement(euler, 8, 16, 32, 64, 128, 256, 512), 1.0, ALGEBRAIC),
+        (refinement(runge_kutta, 2, 4, 8, 16, 32, 64, 128, 4096), 4.0, ALGEBRAIC),
+        (refinement(monte_carlo, 8, 16, 32, 64, 128), 0.5, ALGEBRAIC),
     ],
 )
-def test_known_orders_are_found_above_round_off(one: Ladder, order: float, kind: str) -> None:
-    fit = fitted(measure(topic(one), ONCE).rungs, 1e-16)
+def test_known_orders_are_found_above_round_off(one: Refinement, order: float, kind: str) -> None:
+    fit = fitted(measure(topic(one), ONCE).levels, 1e-16)
     assert fit is not None and fit.kind == kind
     assert fit.value == pytest.approx(order, abs=0.1)
 
 
 def test_a_step_that_shrinks_has_the_same_order() -> None:
-    by_step = Ladder(
+    by_step = Refinement(
         "euler", "", "step", (0.1, 0.05, 0.025, 0.0125), lambda h: euler(round(1.0 / h))
     )
-    fit = fitted(measure(topic(by_step), ONCE).rungs, 1e-16)
+    fit = fitted(measure(topic(by_step), ONCE).levels, 1e-16)
     assert fit is not None and fit.kind == ALGEBRAIC and fit.value == pytest.approx(1.0, abs=0.1)
 
 
 def test_gauss_points_converge_geometrically() -> None:
-    rungs = measure(topic(ladder(gauss, 1, 2, 3, 4, 5, 6, 7, 8, 9)), ONCE).rungs
-    fit = fitted(rungs, 1e-16)
+    levels = measure(topic(refinement(gauss, 1, 2, 3, 4, 5, 6, 7, 8, 9)), ONCE).levels
+    fit = fitted(levels, 1e-16)
     assert fit is not None and fit.kind == GEOMETRIC
     # two more powers of the half interval over the factorial: the slope of the true errors
-    drop = math.log10(rungs[1].worst_relative / rungs[4].worst_relative) / 3.0
+    drop = math.log10(levels[1].worst_relative / levels[4].worst_relative) / 3.0
     assert fit.value == pytest.approx(drop, rel=0.1)
 
 
-def test_rungs_at_round_off_or_on_a_plateau_do_not_count() -> None:
-    falling = [rung(10.0 ** -(2 * k), 1.0, setting=10.0**k) for k in range(2, 6)]
-    tail = [rung(1.1e-10, 1.0, setting=1e6), rung(0.9e-10, 1.0, setting=1e7)]
+def test_levels_at_round_off_or_on_a_plateau_do_not_count() -> None:
+    falling = [level(10.0 ** -(2 * k), 1.0, setting=10.0**k) for k in range(2, 6)]
+    tail = [level(1.1e-10, 1.0, setting=1e6), level(0.9e-10, 1.0, setting=1e7)]
     fit = fitted(falling + tail, 1e-16)
-    assert fit is not None and fit.rungs == 4 and fit.value == pytest.approx(2.0)
-    # with a worse reference the last of the four is not told from it
+    assert fit is not None and fit.levels == 4 and fit.value == pytest.approx(2.0)
+    # with a worse reference the last of the four is not distinguished from it
     less = fitted(falling, 1e-11)
-    assert less is not None and less.rungs == 3
+    assert less is not None and less.levels == 3
     assert fitted(falling, 1e-7) is None
     assert fitted(falling[:2], 1e-16) is None
-    assert fitted([rung(0.5, 1.0, setting=10.0**k) for k in range(5)], 1e-16) is None
+    assert fitted([level(0.5, 1.0, setting=10.0**k) for k in range(5)], 1e-16) is None
 
 
 def test_front_counts_errors_within_the_noise_as_equal() -> None:
-    rungs = [rung(1e-3, 1), rung(1e-6, 2), rung(2e-6, 3), rung(1e-15, 9), rung(0.0, 10)]
-    assert front_in_work(rungs) == (True, True, False, True, False)
-    failed = rungs[0]._replace(status=RUNG_FAILED, work=0.0)
-    assert front([*rungs, failed], lambda one: one.work)[-1] is False
-    twice = [rung(1e-3, 1), rung(1e-3, 1)]
+    levels = [level(1e-3, 1), level(1e-6, 2), level(2e-6, 3), level(1e-15, 9), level(0.0, 10)]
+    assert front_in_work(levels) == (True, True, False, True, False)
+    failed = levels[0]._replace(status=LEVEL_FAILED, work=0.0)
+    assert front([*levels, failed], lambda one: one.work)[-1] is False
+    twice = [level(1e-3, 1), level(1e-3, 1)]
     assert front_in_work(twice) == (True, True)
 
 
 def test_work_of_the_default_over_the_least() -> None:
-    asked = topic(ladder(euler, 4, 8), ladder(gauss, 2, 3, default=3))
-    rungs = measure(asked, ONCE).rungs
-    assert extra_work(asked, rungs) == 1.0
-    asked = topic(ladder(gauss, 4, 8, 10, default=10), ladder(exact))
-    assert extra_work(asked, measure(asked, ONCE).rungs) == pytest.approx(10.0 / 2.0)
-    asked = topic(ladder(unstable, 2, 8, default=2))
-    assert extra_work(asked, measure(asked, ONCE).rungs) == math.inf
-    asked = topic(ladder(euler, 4, 8))
-    assert extra_work(asked, measure(asked, ONCE).rungs) == 1.0
+    asked = topic(refinement(euler, 4, 8), refinement(gauss, 2, 3, default=3))
+    levels = measure(asked, ONCE).levels
+    assert extra_work(asked, levels) == 1.0
+    asked = topic(refinement(gauss, 4, 8, 10, default=10), refinement(exact))
+    assert extra_work(asked, measure(asked, ONCE).levels) == pytest.approx(10.0 / 2.0)
+    asked = topic(refinement(unstable, 2, 8, default=2))
+    assert extra_work(asked, measure(asked, ONCE).levels) == math.inf
+    asked = topic(refinement(euler, 4, 8))
+    assert extra_work(asked, measure(asked, ONCE).levels) == 1.0
     with pytest.raises(ValueError, match="no default among them"):
-        extra_work(FULL, measure(asked, ONCE).rungs)
+        extra_work(FULL, measure(asked, ONCE).levels)
 
 
 def test_cheapest_for_three_targets() -> None:
-    rungs = [rung(1e-2, 1), rung(1e-4, 5), rung(9e-4, 4), rung(1e-7, 50), rung(1e-8, 50)]
-    assert cheapest_in_work(rungs) == (2, 4, None)
+    levels = [level(1e-2, 1), level(1e-4, 5), level(9e-4, 4), level(1e-7, 50), level(1e-8, 50)]
+    assert cheapest_in_work(levels) == (2, 4, None)
     # the true error counts for a target, not the noise of the topic
-    blurred = [rung(1e-8, 3)._replace(noise=1e-5)]
+    blurred = [level(1e-8, 3)._replace(noise=1e-5)]
     assert cheapest_in_work(blurred) == (0, 0, None)
 
 
@@ -121,23 +127,23 @@ def test_three_norms() -> None:
 
 
 def test_failures_are_listed_with_their_cause() -> None:
-    asked = topic(ladder(unstable, 2, 4, 8), ladder(undefined, 1, 2))
-    rungs = measure(asked, ONCE).rungs
-    assert [one.status for one in rungs] == [
-        RUNG_FAILED,
-        RUNG_FAILED,
-        RUNG_DONE,
-        RUNG_FAILED,
-        RUNG_FAILED,
+    asked = topic(refinement(unstable, 2, 4, 8), refinement(undefined, 1, 2))
+    levels = measure(asked, ONCE).levels
+    assert [one.status for one in levels] == [
+        LEVEL_FAILED,
+        LEVEL_FAILED,
+        LEVEL_DONE,
+        LEVEL_FAILED,
+        LEVEL_FAILED,
     ]
-    assert [one.cause for one in rungs] == [
+    assert [one.cause for one in levels] == [
         "the step is above the limit of stability",
         "LinAlgError: singular matrix",
         "",
         "the answer is not a number",
         "the answer is infinite",
     ]
-    assert all(one.worst_relative == math.inf for one in rungs if one.status == RUNG_FAILED)
+    assert all(one.worst_relative == math.inf for one in levels if one.status == LEVEL_FAILED)
 
 
 def test_an_overflow_is_a_failure_and_no_warning() -> None:
@@ -145,39 +151,39 @@ def test_an_overflow_is_a_failure_and_no_warning() -> None:
         value = np.array([1e200])
         return Answer(value * value + 0j, 1.0)
 
-    (one,) = measure(topic(ladder(diverging)), ONCE).rungs
-    assert one.status == RUNG_FAILED and one.cause.startswith("FloatingPointError: overflow")
+    (one,) = measure(topic(refinement(diverging)), ONCE).levels
+    assert one.status == LEVEL_FAILED and one.cause.startswith("FloatingPointError: overflow")
 
 
-def test_a_slow_rung_ends_its_ladder_and_no_other(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_slow_level_ends_its_refinement_and_no_other(monkeypatch: pytest.MonkeyPatch) -> None:
     clock = Clock()
     monkeypatch.setattr("vibecalc.core.accuracy.topic.time", clock)
-    asked = topic(ladder(clock.slow, 1, 6, 7, 8), ladder(exact))
-    rungs = measure(asked).rungs
-    assert [one.status for one in rungs] == [
-        RUNG_DONE,
-        RUNG_DONE,
-        RUNG_NOT_RUN,
-        RUNG_NOT_RUN,
-        RUNG_DONE,
+    asked = topic(refinement(clock.slow, 1, 6, 7, 8), refinement(exact))
+    levels = measure(asked).levels
+    assert [one.status for one in levels] == [
+        LEVEL_DONE,
+        LEVEL_DONE,
+        LEVEL_NOT_RUN,
+        LEVEL_NOT_RUN,
+        LEVEL_DONE,
     ]
-    assert rungs[2].cause == "the setting before took longer than 5 s"
-    assert [one.seconds for one in rungs] == [1.0, 6.0, 0.0, 0.0, 0.0]
+    assert levels[2].cause == "the setting before took longer than 5 s"
+    assert [one.seconds for one in levels] == [1.0, 6.0, 0.0, 0.0, 0.0]
 
 
 @pytest.mark.parametrize(
     ("seconds", "runs"), [(1.5, 1), (0.9, 4), (0.1, 4), (0.05, 5), (0.001, 31)]
 )
-def test_how_often_a_rung_is_repeated(
+def test_how_often_a_level_is_repeated(
     seconds: float, runs: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     clock = Clock()
     monkeypatch.setattr("vibecalc.core.accuracy.topic.time", clock)
-    measure(topic(ladder(clock.slow, seconds)))
+    measure(topic(refinement(clock.slow, seconds)))
     assert clock.now == pytest.approx(runs * seconds)
 
 
-def test_a_rung_is_run_once_where_nobody_asks_for_seconds() -> None:
+def test_a_level_is_run_once_where_nobody_asks_for_seconds() -> None:
     calls: list[float] = []
 
     def counted(setting: float) -> Answer:
@@ -185,7 +191,7 @@ def test_a_rung_is_run_once_where_nobody_asks_for_seconds() -> None:
         return exact(setting)
 
     ticks: list[int] = []
-    measure(topic(ladder(counted)), ONCE, lambda: ticks.append(1))
+    measure(topic(refinement(counted)), ONCE, lambda: ticks.append(1))
     assert len(calls) == 1 and ticks == [1]
 
 
@@ -197,14 +203,17 @@ def test_mistakes_of_a_topic_go_up() -> None:
         return Answer(TRUTH, 0.0)
 
     for one, words in (
-        (ladder(misshapen), "an answer of shape"),
-        (ladder(uncounted), "work has to be counted"),
-        (ladder(euler, 4, 8, default=5), "not on its ladder|not on the ladder"),
+        (refinement(misshapen), "an answer of shape"),
+        (refinement(uncounted), "work has to be counted"),
+        (
+            refinement(euler, 4, 8, default=5),
+            "not a level of its refinement|not a level of the refinement",
+        ),
     ):
         with pytest.raises(ValueError, match=words):
             measure(topic(one), ONCE)
     with pytest.raises(ValueError, match="two methods of one name"):
-        measure(topic(ladder(exact), ladder(exact)), ONCE)
+        measure(topic(refinement(exact), refinement(exact)), ONCE)
 
 
 def test_a_reference_that_is_not_finite_is_a_failure() -> None:

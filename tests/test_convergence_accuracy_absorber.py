@@ -31,7 +31,7 @@ from vibecalc.core.accuracy.frame_topics import find_topics as find_study_topics
 from vibecalc.core.accuracy.frame_topics import optimisation_topics as optimisation_study_topics
 from vibecalc.core.accuracy.other_searches import nelder_mead, within_budget
 from vibecalc.core.accuracy.record import extra_work, fitted
-from vibecalc.core.accuracy.topic import Measured, Rung, Timed, Topic, measure
+from vibecalc.core.accuracy.topic import Level, Measured, Timed, Topic, measure
 from vibecalc.core.run.run import run_scene
 from vibecalc.core.study.execute import load_checked
 from vibecalc.errors import NumericalFailure
@@ -79,19 +79,19 @@ def measured_of(case: str, whole: bool = False) -> dict[str, Measured]:
 
 def without(topic: Topic, start: str) -> Topic:
     return topic._replace(
-        ladders=tuple(one for one in topic.ladders if not one.name.startswith(start))
+        refinements=tuple(one for one in topic.refinements if not one.name.startswith(start))
     )
 
 
-def rungs_of(found: Measured, start: str) -> list[Rung]:
-    rungs = [rung for rung in found.rungs if rung.ladder.startswith(start)]
-    assert rungs, start
-    return rungs
+def levels_of(found: Measured, start: str) -> list[Level]:
+    levels = [level for level in found.levels if level.refinement.startswith(start)]
+    assert levels, start
+    return levels
 
 
-def default_of(found: Measured) -> Rung:
-    (rung,) = [rung for rung in found.rungs if rung.is_default]
-    return rung
+def default_of(found: Measured) -> Level:
+    (level,) = [level for level in found.levels if level.is_default]
+    return level
 
 
 def holds(found: Measured, accurate: float = ROUNDING) -> None:
@@ -99,13 +99,13 @@ def holds(found: Measured, accurate: float = ROUNDING) -> None:
     assert found.reference.agreement < 1e-12, found.topic.name
     default = default_of(found)
     assert default.done and default.worst_relative < accurate, (found.topic.name, default)
-    extra = extra_work(found.topic, found.rungs)
+    extra = extra_work(found.topic, found.levels)
     assert extra <= found.topic.default_extra, (found.topic.name, extra)
-    assert all(rung.done or rung.cause for rung in found.rungs)
+    assert all(level.done or level.cause for level in found.levels)
 
 
 def order_of(found: Measured, start: str) -> float:
-    fit = fitted(rungs_of(found, start), found.reference.agreement)
+    fit = fitted(levels_of(found, start), found.reference.agreement)
     assert fit is not None and fit.kind == "order", fit
     return fit.value
 
@@ -134,21 +134,21 @@ def test_every_module_has_topics() -> None:
     assert set(measured_of("absorber_pendulum")) == {"order of swing", "torque of a steady swing"}
 
 
-@pytest.mark.parametrize(("case", "topic", "ladder", "order"), [
+@pytest.mark.parametrize(("case", "topic", "refinement", "order"), [
     ("absorber_rig_a", "lowest bending frequency", "beam elements", 4.0),
     ("absorber_rig_a", "damping of the gap", "midpoint sums", 2.0),
     ("absorber_pendulum", "order of swing", "midpoint rule in the angle", 0.5),
 ])  # fmt: skip
-def test_ladders_show_their_order(case: str, topic: str, ladder: str, order: float) -> None:
+def test_refinements_show_their_order(case: str, topic: str, refinement: str, order: float) -> None:
     found = measured_of(case)[topic]
-    (theory,) = [one.theory for one in found.topic.ladders if one.name == ladder]
+    (theory,) = [one.theory for one in found.topic.refinements if one.name == refinement]
     assert theory == f"order {order:g}"
-    assert order_of(found, ladder) == pytest.approx(order, abs=0.3)
+    assert order_of(found, refinement) == pytest.approx(order, abs=0.3)
 
 
 def test_sines_of_a_steady_swing_converge_geometrically() -> None:
-    rungs = rungs_of(measured_of("absorber_pendulum")["torque of a steady swing"], "sines")
-    errors = {rung.setting: rung.worst_relative for rung in rungs}
+    levels = levels_of(measured_of("absorber_pendulum")["torque of a steady swing"], "sines")
+    errors = {level.setting: level.worst_relative for level in levels}
     # from 2 to 4 some four digits, from 4 to 8 twice as many or round-off
     first = math.log10(errors[2.0] / errors[4.0])
     assert first > 3.0
@@ -157,13 +157,13 @@ def test_sines_of_a_steady_swing_converge_geometrically() -> None:
 
 def test_a_difference_of_like_numbers_costs_digits_that_the_default_keeps() -> None:
     found = measured_of("absorber_pendulum")["order of swing"]
-    plain = min(rung.worst_relative for rung in rungs_of(found, "midpoint rule in u"))
+    plain = min(level.worst_relative for level in levels_of(found, "midpoint rule in u"))
     assert plain > 100.0 * default_of(found).worst_relative
 
 
 def test_the_grid_of_the_source_ends_above_the_least_peak() -> None:
     found = measured_of("absorber_rig_a")["least peak"]
-    finest = rungs_of(found, "grid")[-1]
+    finest = levels_of(found, "grid")[-1]
     assert finest.setting == 0.001
     assert finest.worst_relative > 1e-4
     assert finest.work > 100.0 * default_of(found).work
@@ -251,7 +251,7 @@ def test_a_budget_is_kept_and_so_are_limits(method: str) -> None:
 
 def some_of(topic: Topic, *starts: str) -> Topic:
     return topic._replace(
-        ladders=tuple(one for one in topic.ladders if one.name.startswith(starts))
+        refinements=tuple(one for one in topic.refinements if one.name.startswith(starts))
     )
 
 
@@ -259,13 +259,13 @@ def some_of(topic: Topic, *starts: str) -> Topic:
 def test_an_optimum_with_fewer_starts() -> None:
     (loaded,) = load_checked([CASES["four_cylinder"]], ["optimisation.starts=1"])
     (topic,) = optimisation_study_topics(loaded)
-    own, plain = some_of(topic, "sequential quadratic programming, refined", "SLSQP of").ladders
+    own, plain = some_of(topic, "sequential quadratic programming, refined", "SLSQP of").refinements
     few = own, plain._replace(settings=plain.settings[-1:])
-    found = measure(topic._replace(ladders=few), ONCE)
+    found = measure(topic._replace(refinements=few), ONCE)
     holds(found)
     assert default_of(found).position_error == pytest.approx(0.0, abs=1e-12)
     # phases have no ends, so that one search from the case as written gets there, too
-    alone = rungs_of(found, "SLSQP of")[-1]
+    alone = levels_of(found, "SLSQP of")[-1]
     assert alone.worst_relative < 1e-9 and alone.work < default_of(found).work
 
 
@@ -273,11 +273,11 @@ def test_an_optimum_with_fewer_starts() -> None:
 def test_a_search_along_a_key_with_a_coarser_look() -> None:
     (loaded,) = load_checked([CASES["roll_design"]], ["find[0].points=5"])
     (topic,) = find_study_topics(loaded)
-    own, plain = some_of(topic, "look", "Brent").ladders
+    own, plain = some_of(topic, "look", "Brent").refinements
     few = own, plain._replace(settings=plain.settings[::3])
-    found = measure(topic._replace(ladders=few), ONCE)
+    found = measure(topic._replace(refinements=few), ONCE)
     holds(found)
-    errors = [rung.worst_relative for rung in rungs_of(found, "Brent's method of scipy")]
+    errors = [level.worst_relative for level in levels_of(found, "Brent's method of scipy")]
     assert errors == sorted(errors, reverse=True) and errors[-1] < 1e-12
 
 

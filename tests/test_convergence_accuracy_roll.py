@@ -1,8 +1,8 @@
 """Claim: the topics of roll, start-up, control and measurement know the truth and the cheapest way.
 
-Of each topic the reference agrees with an independent way, ladders show the order that theory says,
-the default of vibecalc is on the front in counted work (or pays for what it says), and what fails
-is named.
+Of each topic the reference agrees with an independent way, refinements show the order that theory
+says, the default of vibecalc is on the front in counted work (or pays for what it says), and what
+fails is named.
 """
 
 from functools import cache
@@ -86,43 +86,47 @@ def held(topic: Topic, agreement: float) -> Measured:
     """What measuring gives, after the tests that every topic has to pass."""
     found = measure(topic, ONCE)
     assert found.reference.agreement <= agreement, topic.name
-    assert extra_work(topic, found.rungs) <= topic.default_extra, topic.name
-    default = next(rung for rung in found.rungs if rung.is_default)
+    assert extra_work(topic, found.levels) <= topic.default_extra, topic.name
+    default = next(level for level in found.levels if level.is_default)
     assert default.done
-    for ladder in topic.ladders:
-        if ladder.theory.startswith("order"):
-            rungs = [rung for rung in found.rungs if rung.ladder == ladder.name]
-            fit = fitted(rungs, found.reference.agreement)
+    for refinement in topic.refinements:
+        if refinement.theory.startswith("order"):
+            levels = [level for level in found.levels if level.refinement == refinement.name]
+            fit = fitted(levels, found.reference.agreement)
             if fit is not None:
-                wanted = float(ladder.theory.split()[1])
-                assert fit.value == pytest.approx(wanted, abs=0.3), ladder.name
-        if ladder.theory == "geometric":
-            rungs = [rung for rung in found.rungs if rung.ladder == ladder.name and rung.done]
-            clear = [rung for rung in rungs if rung.error > 100.0 * rung.noise]
+                wanted = float(refinement.theory.split()[1])
+                assert fit.value == pytest.approx(wanted, abs=0.3), refinement.name
+        if refinement.theory == "geometric":
+            levels = [
+                level
+                for level in found.levels
+                if level.refinement == refinement.name and level.done
+            ]
+            clear = [level for level in levels if level.error > 100.0 * level.noise]
             ratios = [b.error / a.error for a, b in pairwise(clear)]
-            # no rung gains less than a third of what its neighbours gain, in digits
-            assert len(ratios) >= 2 and max(ratios) < 0.3, ladder.name
+            # no level gains less than a third of what its neighbours gain, in digits
+            assert len(ratios) >= 2 and max(ratios) < 0.3, refinement.name
     return found
 
 
-def error_of(found: Measured, ladder: str, setting: float | None = None) -> float:
-    rungs = [rung for rung in found.rungs if rung.ladder == ladder]
-    return next(r.error for r in rungs if setting is None or r.setting == setting)
+def error_of(found: Measured, refinement: str, setting: float | None = None) -> float:
+    levels = [level for level in found.levels if level.refinement == refinement]
+    return next(r.error for r in levels if setting is None or r.setting == setting)
 
 
 def test_roll() -> None:
     every = roll_topics(scene_of("roll"))
     found = held(topic_named(every, "spectrum"), 1e-12)
-    kinds = {rung.ladder for rung in found.rungs}
+    kinds = {level.refinement for level in found.levels}
     assert len(kinds) == 11
-    default = next(rung for rung in found.rungs if rung.is_default)
+    default = next(level for level in found.levels if level.is_default)
     assert default.error <= 1e-12
     # the published program, at its own step
     published = error_of(found, "Euler, as published", 5e-4)
     assert 0.03 < published < 0.2
     # nothing blind to kinks comes within a thousand errors of the default
     blind = ("Fourier", "shooting", "not split", "Runge", "scipy", "quick")
-    least = min(r.error for r in found.rungs if any(word in r.ladder for word in blind))
+    least = min(r.error for r in found.levels if any(word in r.refinement for word in blind))
     assert least > 1e3 * default.error
 
 
@@ -157,10 +161,10 @@ def test_steps_of_all_panels_tell_a_wrong_state() -> None:
 def test_start_up() -> None:
     found = held(topic_named(start_up_topics(scene_of("roll_startup")), "motion"), 1e-11)
     # a change of load within a step leaves the order one to methods that do not look
-    rungs = [rung for rung in found.rungs if rung.ladder == "Runge-Kutta"]
-    fit = fitted(rungs, found.reference.agreement)
+    levels = [level for level in found.levels if level.refinement == "Runge-Kutta"]
+    fit = fitted(levels, found.reference.agreement)
     assert fit is not None and fit.value == pytest.approx(1.0, abs=0.3)
-    marched = [r.error for r in found.rungs if r.ladder.startswith("one march")]
+    marched = [r.error for r in found.levels if r.refinement.startswith("one march")]
     assert all(after < before for before, after in pairwise(marched))
 
 
@@ -169,7 +173,7 @@ def test_implicit_steps_of_the_closed_loop() -> None:
     """A tolerance ten times closer brings an error at least five times smaller."""
     every = control_topics(scene_of("roll_control"))
     found = held(topic_named(every, "closed loop"), 1e-14)
-    errors = [rung.error for rung in found.rungs if "Radau" in rung.ladder]
+    errors = [level.error for level in found.levels if "Radau" in level.refinement]
     assert len(errors) == 3
     assert all(after < 0.2 * before for before, after in pairwise(errors))
 
@@ -211,10 +215,10 @@ def test_control() -> None:
     # more angles do not mend a stroke that is cut short
     assert error_of(load, "sums with the two-term stroke", 3600.0) > 1e-3
     # implicit steps take long and are left to the long tests
-    quick = [ladder for ladder in every[1].ladders if "scipy" not in ladder.name]
-    loop = held(every[1]._replace(ladders=tuple(quick)), 1e-14)
-    unstable = [rung for rung in loop.rungs if not rung.done]
-    assert [rung.setting for rung in unstable] == [256.0]
+    quick = [refinement for refinement in every[1].refinements if "scipy" not in refinement.name]
+    loop = held(every[1]._replace(refinements=tuple(quick)), 1e-14)
+    unstable = [level for level in loop.levels if not level.done]
+    assert [level.setting for level in unstable] == [256.0]
     assert "unstable" in unstable[0].cause
     margin = held(every[2], 1e-14)
     assert error_of(margin, "closed form") <= 1e-13
@@ -227,8 +231,10 @@ def test_control() -> None:
 )
 def test_measurement_from_levels(without: str) -> None:
     (topic,) = measurement_topics(scene_of("roll_measured"))
-    ladders = tuple(ladder for ladder in topic.ladders if ladder.name != without)
-    found = held(topic._replace(ladders=ladders), 1e-14)
+    refinements = tuple(
+        refinement for refinement in topic.refinements if refinement.name != without
+    )
+    found = held(topic._replace(refinements=refinements), 1e-14)
     assert error_of(found, "second moments") <= 1e-13
     # the source's own cosines are as good where its readings are given
     assert error_of(found, "phases by cosines") <= 1e-13

@@ -61,7 +61,7 @@ def test_ever_slower_ramps_approach_the_steady_resonance() -> None:
     haste = 90.0 / durations[2:] / (0.05 * 60.0) ** 2
     assert gap[3:] == pytest.approx(1.5 * 0.05 * haste[1:] - 0.5 * haste[1:] ** 2, rel=0.02)
     assert 0.0 < gap[2] < 1.5 * 0.05 * haste[0]
-    # the closed form of |H| w^2 at its summit, W = w / sqrt(1 - 2 zeta^2)
+    # the closed form of |H| w^2 at its peak, W = w / sqrt(1 - 2 zeta^2)
     assert steady.value[0] == pytest.approx(1.0 / (0.1 * np.sqrt(1.0 - 0.05**2)), rel=1e-11)
     assert steady.speed[0] == pytest.approx(60.0 / np.sqrt(1.0 - 2.0 * 0.05**2), rel=1e-4)
 

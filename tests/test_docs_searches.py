@@ -48,9 +48,9 @@ def test_commands_work_in_the_order_printed(folder: Path) -> None:
 
 def test_every_path_is_in_the_table(folder: Path) -> None:
     rows = re.findall(r"^\| (`.*?) \|", PAGE, re.M)
-    told = {name for row in rows for name in re.findall(r"`(\w+)`", row)}
+    reported = {name for row in rows for name in re.findall(r"`(\w+)`", row)}
     entries = find_entries(load_checked([folder / "finds.toml"])[0].case)
     own = [path.split("/", 2)[2] for path in entries]
-    assert told == {name for name in own if "/" not in name}
+    assert reported == {name for name in own if "/" not in name}
     assert "`also/<key>`" in rows[3] and "`machine/<path>`" in rows[4]
     assert {name.split("/")[0] for name in own if "/" in name} == {"also", "machine"}

@@ -121,7 +121,7 @@ def test_the_lines_for_dask_work(folder: Path) -> None:
     pytest.importorskip("distributed")
     dask = Path(sys.executable).with_name("dask")
     if not dask.is_file():
-        pytest.skip("the command dask is not beside this Python")
+        pytest.skip("the command dask is not next to this Python")
     shutil.copy(dask, folder / "bin" / "dask")
     script = block("bash", "dask scheduler").replace("scheduler.json &", "scheduler.json --port 0 "
         "--no-dashboard > scheduler.log 2>&1 &\nscheduler=$!", 1)  # fmt: skip

@@ -383,7 +383,7 @@ def test_curves_may_be_sampled_elsewhere(seed: int, finer: float) -> None:
     )
 
 
-def test_a_steep_flank_beside_its_sample_is_no_difference() -> None:
+def test_a_steep_flank_nearby_its_sample_is_no_difference() -> None:
     """A step moved by less than the tube; point by point it would be 100 % off."""
     speed = np.linspace(0.0, 100.0, 11)
     one = run_up(np.array([0, 50.0, 50.001, 100]), np.array([0, 0, 1.0, 1]))

@@ -1,7 +1,7 @@
 """Claim: a table in a CSV file is the same table as one written into the case, however it looks.
 
 Order of columns, comments, blank lines, quotes, line ends and units do not matter; a file of any
-other content is told in words and never ends in a traceback.
+other content is reported in words and never ends in a traceback.
 """
 
 import tempfile

@@ -73,10 +73,10 @@ def test_all_pairs_at_once_are_the_pairs_one_by_one(seed: int) -> None:
             alone = response(system, load, 1e-15 * np.abs(load))
             one = energies_over_cycle(matrices, alone, ORDERS, speed)
             for ours, theirs in zip(found, one, strict=True):
-                doubt = ours.mean_error[i, j] + theirs.mean_error
-                assert abs(ours.mean[i, j] - theirs.mean) <= doubt
-                doubt = ours.peak_error[i, j] + theirs.peak_error
-                assert abs(ours.peak[i, j] - theirs.peak) <= doubt
+                uncertainty = ours.mean_error[i, j] + theirs.mean_error
+                assert abs(ours.mean[i, j] - theirs.mean) <= uncertainty
+                uncertainty = ours.peak_error[i, j] + theirs.peak_error
+                assert abs(ours.peak[i, j] - theirs.peak) <= uncertainty
 
 
 def weights_and_states(
@@ -109,8 +109,8 @@ def test_ranges_hold_a_dense_scan_and_are_reached(seed: int) -> None:
                 )
                 value = there.mean if found is mean else there.peak
                 error = there.mean_error if found is mean else there.peak_error
-                told = getattr(found, f"{which}_error") + error + 1e-14 * found.high
-                assert np.all(np.abs(value - getattr(found, which)) <= told)
+                reported = getattr(found, f"{which}_error") + error + 1e-14 * found.high
+                assert np.all(np.abs(value - getattr(found, which)) <= reported)
         assert np.all(peak.low_error <= 2e-9 * peak.low + 1e-12 * peak.high)
         assert np.all(peak.high_error <= 2e-9 * peak.high)
         # what is swung about is what stays if the weight turns past the crank

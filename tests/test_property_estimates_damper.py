@@ -6,7 +6,7 @@ search. It starts at the optimum found: it tells how far that is off, not that n
 """
 
 import pytest
-from estimate_counts import Doubted, hold
+from estimate_counts import Uncertain, hold
 from random_dampers import random_damper_case
 from truth_damper import judge_damper
 from truth_report import Judged
@@ -22,7 +22,7 @@ def test_estimates_of_a_small_design() -> None:
     judged = [one for seed in FEW for one in judge_damper(random_damper_case(seed), charted=False)]
     assert len(judged) >= 25 * len(FEW)
     assert [one for one in judged if one.too_low] == []
-    hold([Doubted(*one) for one in judged])
+    hold([Uncertain(*one) for one in judged])
 
 
 @pytest.mark.long
@@ -39,4 +39,4 @@ def test_estimates_of_forty_designs() -> None:
     assert len(refused) <= 2, refused
     charts = [one for one in judged if "/chart/" in one.path]
     assert len(charts) > 20
-    hold([Doubted(*one) for one in judged], "damper designs")
+    hold([Uncertain(*one) for one in judged], "damper designs")

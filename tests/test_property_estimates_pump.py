@@ -10,7 +10,7 @@ estimates are below a tenth of the true error, at most 5 % above a thousand time
 import mpmath
 import numpy as np
 import pytest
-from estimate_counts import Told, broken_promises, hold, told_or_refused
+from estimate_counts import Reported, broken_promises, hold, reported_or_refused
 from exact_body import BodyTruth
 from exact_peaks import cycle_peak
 from exact_planar import PlanarTruth
@@ -32,16 +32,16 @@ MANY = range(100, 400)
 
 
 @pytest.fixture(scope="module")
-def few() -> list[Told]:
+def few() -> list[Reported]:
     return [judge_pump(random_pump(seed)) for seed in FEW]
 
 
-def test_estimates_against_truth(few: list[Told]) -> None:
-    judged = [one for told in few for one in told.judged]
+def test_estimates_against_truth(few: list[Reported]) -> None:
+    judged = [one for reported in few for one in reported.judged]
     assert len(judged) > 50 * len(FEW)
     assert sum(one.error > 0.0 for one in judged) > 0.5 * len(judged)
     hold(judged, "pump")
-    assert [broken_promises(told) for told in few] == [[]] * len(FEW)
+    assert [broken_promises(reported) for reported in few] == [[]] * len(FEW)
 
 
 @pytest.mark.parametrize("seed", [*FEW, pytest.param(107, marks=pytest.mark.long)])
@@ -87,9 +87,9 @@ def test_truth_of_the_plane_is_that_of_the_body() -> None:
 def test_estimates_of_three_hundred_pumps() -> None:
     tables = [random_pump(seed) for seed in MANY]
     assert [check_machine(validate(table)) for table in tables] == [[]] * len(tables)
-    told = list(told_or_refused(tables, judge_pump))
-    refused = [str(one) for one in told if isinstance(one, NumericalFailure)]
-    kept = [one for one in told if not isinstance(one, NumericalFailure)]
+    reported = list(reported_or_refused(tables, judge_pump))
+    refused = [str(one) for one in reported if isinstance(one, NumericalFailure)]
+    kept = [one for one in reported if not isinstance(one, NumericalFailure)]
     print(f"{len(kept)} pumps, {len(refused)} refused", refused)
     hold([one for each in kept for one in each.judged], "pump")
     assert len(refused) <= 0.02 * len(MANY), refused

@@ -9,7 +9,7 @@ thousand times of it. One machine that is refused (exit 3) is no wrong one.
 
 import numpy as np
 import pytest
-from estimate_counts import Told, broken_promises, hold, told_or_refused
+from estimate_counts import Reported, broken_promises, hold, reported_or_refused
 from exact_roll import exact_harmonics, exact_turn
 from random_rolls import random_roll
 from truth_roll import judge_roll, truth_of
@@ -21,32 +21,32 @@ from vibecalc.roll.model import build_roll, roll_drive
 FEW = (14,)
 
 
-def told_of(seeds: range | tuple[int, ...]) -> list[Told]:
+def reported_of(seeds: range | tuple[int, ...]) -> list[Reported]:
     """The machines that run."""
-    found = list(told_or_refused((random_roll(seed) for seed in seeds), judge_roll))
-    told = [one for one in found if isinstance(one, Told)]
-    print(f"{len(told)} machines run, {len(found) - len(told)} refused")
-    return told
+    found = list(reported_or_refused((random_roll(seed) for seed in seeds), judge_roll))
+    reported = [one for one in found if isinstance(one, Reported)]
+    print(f"{len(reported)} machines run, {len(found) - len(reported)} refused")
+    return reported
 
 
 def test_estimates_of_a_few_machines() -> None:
-    told = told_of(FEW)
-    judged = [one for each in told for one in each.judged]
-    assert len(told) == len(FEW)
+    reported = reported_of(FEW)
+    judged = [one for each in reported for one in each.judged]
+    assert len(reported) == len(FEW)
     assert len(judged) > 50 * len(FEW)
     # the truth tells: its own noise is far below most estimates, but of what cancels to zero
     assert sum(one.noise < 0.1 * one.estimate for one in judged) > 0.7 * len(judged)
     hold(judged, "roll")
-    assert [one for each in told for one in broken_promises(each)] == []
+    assert [one for each in reported for one in broken_promises(each)] == []
 
 
 @pytest.mark.long
 def test_estimates_of_three_hundred_machines() -> None:
-    told = told_of(range(100, 400))
-    assert len(told) > 280
-    hold([one for each in told for one in each.judged], "roll")
-    broken = [one for each in told for one in broken_promises(each)]
-    assert len(broken) <= 0.001 * sum(len(each.judged) for each in told), broken
+    reported = reported_of(range(100, 400))
+    assert len(reported) > 280
+    hold([one for each in reported for one in each.judged], "roll")
+    broken = [one for each in reported for one in broken_promises(each)]
+    assert len(broken) <= 0.001 * sum(len(each.judged) for each in reported), broken
 
 
 @pytest.mark.long

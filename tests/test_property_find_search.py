@@ -1,5 +1,5 @@
 """Claim: along one key all solutions and extremes between samples are found, within their errors;
-what is no solution (a jump, a pole, what lies beside failed points) is not taken for one.
+what is no solution (a jump, a pole, what lies next to failed points) is not taken for one.
 """
 
 import math
@@ -98,7 +98,7 @@ def with_hole(low: float, high: float, curve: Curve) -> Curve:
     return broken
 
 
-def test_a_solution_beside_failed_points_counts_and_one_across_does_not() -> None:
+def test_a_solution_nearby_failed_points_counts_and_one_across_does_not() -> None:
     broken = with_hole(1.0, 2.0, lambda x: x**3)
     course = course_of(broken, 0.0, 4.0, points=9)
     within(roots(course, Level(0.999**3, 0.0)).solutions, [0.999])

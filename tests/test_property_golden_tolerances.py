@@ -1,4 +1,4 @@
-"""Claim: the tolerances beside the golden files are those that conditioning asks for.
+"""Claim: the tolerances next to the golden files are those that conditioning asks for.
 
 Every rule has its derivation on record; recomputed for two quick cases (`long`: for all), no
 tolerance is smaller than the change that round-off can make, or so large that it says nothing.

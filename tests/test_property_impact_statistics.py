@@ -72,8 +72,8 @@ def test_leads_from_is_a_count_from_the_end(leading):
     arrays(np.float64, 8, elements=sizes),
     arrays(np.float64, 8, elements=sizes),
 )
-def test_dominance_names_the_largest(value, doubt, shaking, motor):
-    found = dominance(Statistic(value, doubt), shaking, motor)
+def test_dominance_names_the_largest(value, uncertainty, shaking, motor):
+    found = dominance(Statistic(value, uncertainty), shaking, motor)
     for c in range(2):
         for n in range(8):
             three = (shaking[n], value[c, n], motor[n])
@@ -81,8 +81,8 @@ def test_dominance_names_the_largest(value, doubt, shaking, motor):
     np.testing.assert_array_equal(found.leads_from, leads_from(leader(value, shaking, motor)))
     sure = dominance(Statistic(value, np.zeros_like(value)), shaking, motor)
     assert not np.any(sure.leader_spread) and not np.any(sure.leads_from_spread)
-    # a doubt that can change the leader of an order shows
-    flips = (value - 2 * doubt > shaking) != (value + 2 * doubt > shaking)
+    # an uncertainty that can change the leader of an order shows
+    flips = (value - 2 * uncertainty > shaking) != (value + 2 * uncertainty > shaking)
     assert np.all((found.leader_spread > 0.0)[flips & (motor == 0.0)])
 
 

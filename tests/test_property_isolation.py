@@ -34,7 +34,7 @@ SEEDS = range(30)
 
 
 def frequency_of(shapes: Modes, generator: np.random.Generator) -> float:
-    """On, beside or away from a natural frequency."""
+    """On, next to or away from a natural frequency."""
     factor = generator.choice([0.1, 0.5, 1.0, 1.0 + 1e-7, 3.0, 10.0])
     return float(shapes.natural_frequency[generator.integers(6)] * factor)
 

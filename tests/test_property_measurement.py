@@ -162,7 +162,7 @@ def _noisy_sets(plate, noise, stated, harmonics, sets=200):
     random = np.random.default_rng(17)
     true = plate.rows @ plate.motion
     rows = np.vstack([np.eye(3), point_row(0.4, -0.2)])
-    values, told = [], []
+    values, reported = [], []
     for _ in range(sets // harmonics):
         table = []
         for _ in range(harmonics):
@@ -176,11 +176,11 @@ def _noisy_sets(plate, noise, stated, harmonics, sets=200):
             turns = phase_gradient(np.eye(3)[1:], fit.motion)
             levels = 20.0 * np.log10(np.abs(rows @ fit.motion))
             values.append([*levels, *np.angle(fit.motion[1:])])
-            told.append([
+            reported.append([
                 *fit.spread.deviation(level_gradient(rows, fit.motion)),
                 *fit.spread.deviation(turns),
             ])  # fmt: skip
-    return np.array(values), np.array(told)
+    return np.array(values), np.array(reported)
 
 
 @pytest.mark.parametrize("harmonics", [1, 10])
@@ -195,8 +195,8 @@ def _noisy_sets(plate, noise, stated, harmonics, sets=200):
 )
 def test_uncertainties_of_phasors_are_what_the_motion_scatters(noise, harmonics):
     """Over 200 noisy sets of six points."""
-    values, told = _noisy_sets(random_plate(5, 6, 0), noise, noise, harmonics)
-    ratio = np.std(values, axis=0) / np.sqrt(np.mean(told**2, axis=0))
+    values, reported = _noisy_sets(random_plate(5, 6, 0), noise, noise, harmonics)
+    ratio = np.std(values, axis=0) / np.sqrt(np.mean(reported**2, axis=0))
     assert np.all((ratio > 0.85) & (ratio < 1.2)), ratio
 
 
@@ -205,8 +205,8 @@ def test_uncertainties_of_phasors_are_what_the_motion_scatters(noise, harmonics)
 )
 def test_the_scatter_tells_where_too_little_is_stated(stated):
     """Last digits of .1 or .01 dB and of .1 deg alone, where .2 dB and 1 deg are off."""
-    values, told = _noisy_sets(random_plate(5, 6, 0), (0.023, 0.0175), stated, 10)
-    ratio = np.std(values, axis=0) / np.sqrt(np.mean(told**2, axis=0))
+    values, reported = _noisy_sets(random_plate(5, 6, 0), (0.023, 0.0175), stated, 10)
+    ratio = np.std(values, axis=0) / np.sqrt(np.mean(reported**2, axis=0))
     assert np.all((ratio > 0.85) & (ratio < 1.2)), ratio
 
 
@@ -261,9 +261,9 @@ def test_points_on_a_line_hide_the_turn_about_it(angle):
     foot = 0.3 * np.array([-along[1], along[0]])
     places = [foot + t * along for t in (-1.0, 0.1, 0.4, 1.0)]
     rows = np.stack([point_row(*place) for place in places])
-    told = observable(rows)
-    assert len(told.unseen) == 1 and told.levels == 3
-    hidden = told.unseen[0] / np.array([1.0, told.span, told.span])
+    reported = observable(rows)
+    assert len(reported.unseen) == 1 and reported.levels == 3
+    hidden = reported.unseen[0] / np.array([1.0, reported.span, reported.span])
     # the rotation vector lies along the line, and the points stay
     assert abs(hidden[1] * along[1] - hidden[2] * along[0]) < 1e-12
     assert np.max(np.abs(rows @ hidden)) < 1e-12

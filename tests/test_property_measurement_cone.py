@@ -24,8 +24,8 @@ def rows_of(draw: np.random.Generator, number: int) -> np.ndarray:
     return np.asarray(rows)
 
 
-def root_beside(line: Line, place: float) -> float:
-    """Distance to the root of det(G_0 + t N) beside a place, by Newton's method in 40 digits."""
+def root_nearby(line: Line, place: float) -> float:
+    """Distance to the root of det(G_0 + t N) next to a place, by Newton's method in 40 digits."""
     with mpmath.workdps(40):
         at, step = mpmath.mpf(place), mpmath.mpf(1)
         g, n = ([[mpmath.mpf(x) for x in row] for row in part.tolist()] for part in line)
@@ -78,7 +78,7 @@ def test_ends_are_roots_in_forty_digits(planes: int, every: int) -> None:
             slope = abs(vectors[:, 0] @ line.direction @ vectors[:, 0])
             size = abs(values[2]) + abs(place_of(line, one))
             if number % every == 0:
-                assert root_beside(line, place_of(line, one)) < 64.0 * EPSILON * size / slope
+                assert root_nearby(line, place_of(line, one)) < 64.0 * EPSILON * size / slope
         # one of them is the motion that the levels are those of
         apart = min(np.max(np.abs(moments(one) - moments(motion))) for one in found.motions)
         assert apart < 1e-7 * np.max(np.abs(moments(motion)))

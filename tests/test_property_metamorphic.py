@@ -65,7 +65,7 @@ def machine(seed: int, model: str) -> Table:
     return case
 
 
-#: what is told of single cylinders, throws and weights, not of what they do together
+#: what is reported of single cylinders, throws and weights, not of what they do together
 PARTS = ("excitation/balance/", "excitation/mass/", "excitation/counterweight/")
 
 
@@ -121,8 +121,8 @@ def agree(
 
     The two cases differ in the last bits of their data, which `rounding` allows for.
     """
-    told = {path for path in one if not path.startswith(skip)}
-    assert told == {path for path in other if not path.startswith(skip)}
+    reported = {path for path in one if not path.startswith(skip)}
+    assert reported == {path for path in other if not path.startswith(skip)}
     compared = 0
     for path, quantity in one.quantities.items():
         if path.startswith(skip):

@@ -25,7 +25,7 @@ from vibecalc.response.modes import modes
 from vibecalc.response.resonances import check_operating_point
 
 SEEDS = range(16)
-BESIDE = (0.1, 0.5, 1.0, 1.0 + 1e-7, 3.0, 10.0)
+NEARBY = (0.1, 0.5, 1.0, 1.0 + 1e-7, 3.0, 10.0)
 
 
 def load_of(generator: np.random.Generator, shape: tuple[int, ...]) -> np.ndarray:
@@ -57,7 +57,7 @@ def test_truth_lies_within_the_errors(proportional: bool) -> None:
     for seed in SEEDS:
         body, generator = random_body(seed, proportional), np.random.default_rng(seed)
         natural = modes(body.matrices).natural_frequency
-        frequency = natural[generator.integers(6, size=4)] * generator.choice(BESIDE, size=4)
+        frequency = natural[generator.integers(6, size=4)] * generator.choice(NEARBY, size=4)
         load = load_of(generator, (4, 6))
         summed, _ = both(body.matrices, frequency, load)
         with mpmath.workdps(50):
@@ -112,7 +112,7 @@ def stored_response(matrices: Matrices, frequency: float, load: np.ndarray) -> n
 
 
 @pytest.mark.parametrize("mode", range(6))
-def test_undamped_resonance_is_refused_and_one_in_ten_million_beside_it_is_known(
+def test_undamped_resonance_is_refused_and_one_in_ten_million_nearby_it_is_known(
     mode: int,
 ) -> None:
     matrices = ong.si_matrices()
@@ -126,12 +126,12 @@ def test_undamped_resonance_is_refused_and_one_in_ten_million_beside_it_is_known
     with pytest.raises(NumericalFailure, match=f"mode {mode + 1}"):
         check_operating_point(resonances, np.array([1]), natural)
 
-    beside = natural * (1.0 + 1e-7)
-    assert check_operating_point(resonances, np.array([1]), beside) == ()
-    summed, direct = both(matrices, np.array([beside]), load)
+    nearby = natural * (1.0 + 1e-7)
+    assert check_operating_point(resonances, np.array([1]), nearby) == ()
+    summed, direct = both(matrices, np.array([nearby]), load)
     largest = np.max(np.abs(summed.value))
     with mpmath.workdps(50):
-        off = off_truth(summed, stored_response(matrices, beside, load[0])[None])
+        off = off_truth(summed, stored_response(matrices, nearby, load[0])[None])
     assert np.all(off <= summed.error)
     # about seven digits are lost, and the estimate says so
     lost = np.max(summed.error) / largest

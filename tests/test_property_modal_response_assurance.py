@@ -78,9 +78,9 @@ def test_effective_masses_add_up_to_the_mass(seed: int) -> None:
     matrices = random_body(seed).matrices
     shapes = modes(matrices)
     found = participation(matrices, shapes)
-    total, doubt = found.effective_mass.sum(axis=0), found.effective_mass_error.sum(axis=0)
-    assert np.all(np.abs(total - np.diagonal(matrices.mass)) <= doubt)
-    assert np.all(doubt < 1e-6 * np.diagonal(matrices.mass))
+    total, uncertainty = found.effective_mass.sum(axis=0), found.effective_mass_error.sum(axis=0)
+    assert np.all(np.abs(total - np.diagonal(matrices.mass)) <= uncertainty)
+    assert np.all(uncertainty < 1e-6 * np.diagonal(matrices.mass))
     # the factors put the unit motions together again
     again = shapes.shape @ found.factor
     spread = np.abs(shapes.shape) @ found.factor_error + shapes.shape_error @ np.abs(found.factor)

@@ -32,9 +32,9 @@ def test_estimates_hold_on_random_problems(make):
         assert truth.edge_error.max() < 1e-4
         at_edges = np.abs(evaluate(found, problem.edges) - evaluate(truth, problem.edges)).max()
         between = np.abs(evaluate(found, x) - evaluate(truth, x)).max()
-        doubt = estimate_error(fine, truth)
-        assert at_edges <= error.ends[0, 0] + doubt.ends[0, 0]
-        assert between <= error.between[0, 0] + doubt.between[0, 0]
+        uncertainty = estimate_error(fine, truth)
+        assert at_edges <= error.ends[0, 0] + uncertainty.ends[0, 0]
+        assert between <= error.between[0, 0] + uncertainty.between[0, 0]
         shares.append((between / error.between[0, 0], at_edges / error.ends[0, 0]))
         kinks += found.edges.shape[1] - len(problem.edges)
     shares = np.array(shares)
@@ -66,13 +66,13 @@ def test_a_solution_to_tolerance_keeps_it_and_marching_finds_the_same():
         problem = random_kinked(np.random.default_rng(seed + 200))
         fine = problem._replace(edges=halved(problem.edges))
         truth = solve_periodic(fine, 16, [0.0], tolerance=1e-15)
-        doubt = estimate_error(fine, truth).between[0, 0]
-        assert doubt < 1e-13
+        uncertainty = estimate_error(fine, truth).between[0, 0]
+        assert uncertainty < 1e-13
         x = np.linspace(0.0, TURN, 301)
         for tolerance in (1e-3, 1e-7, 1e-11):
             found, error = solve_to(problem, tolerance, [0.0])
             off = np.abs(evaluate(found, x) - evaluate(truth, x)).max()
-            assert off <= error.between[0, 0] + doubt
+            assert off <= error.between[0, 0] + uncertainty
             assert error.between[0, 0] <= tolerance
         march = march_turns(problem.rhs, halved(halved(truth.edges[0])), [50.0, -50.0])
         assert march.converged.all() and not march.stalled.any()
@@ -82,8 +82,8 @@ def test_a_solution_to_tolerance_keeps_it_and_marching_finds_the_same():
 
 
 @pytest.mark.parametrize("beyond", [0.0, 1e-14, 1e-12, 1e-10, 1e-8, 1e-6, 1e-4, 1e-2, -1e-9, -0.1])
-def test_a_summit_that_grazes_a_kink(beyond):
-    # y = sin x below the kink at the summit less `beyond`; above it friction is thirty times larger
+def test_a_peak_that_grazes_a_kink(beyond):
+    # y = sin x below the kink at the peak less `beyond`; above it friction is thirty times larger
     problem = friction_problem(
         lambda x: np.cos(x) + np.sin(x),
         [1.0 - beyond],
@@ -105,10 +105,10 @@ def test_a_summit_that_grazes_a_kink(beyond):
     if beyond <= 0.0:
         assert np.abs(evaluate(found, x)[0, :, 0] - np.sin(x)).max() <= error.between[0, 0]
         return
-    # cut at the summit too, and with other panels
+    # cut at the peak too, and with other panels
     edges = np.sort(np.append(np.linspace(0.1, 0.1 + TURN, 50), 0.5 * np.pi))
     truth = solve_periodic(problem._replace(edges=edges), 12, [0.2])
     off = np.abs(evaluate(found, x) - evaluate(truth, x)).max()
     assert off <= error.between[0, 0] + estimate_error(problem, truth).between[0, 0]
-    # the kink lowers the summit: never above the smooth solution
+    # the kink lowers the peak: never above the smooth solution
     assert found.stages.max() < 1.0

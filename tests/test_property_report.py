@@ -106,7 +106,7 @@ def test_sections_appear_for_what_is_there() -> None:
     assert "97.00" in text
 
 
-def test_an_optimum_is_shown_beside_its_start() -> None:
+def test_an_optimum_is_shown_nearby_its_start() -> None:
     text = render_report(optimised(), full=True)
     lines = text[text.index("\nVerdicts") :].splitlines()
     stiffness = next(line for line in lines if "machine.mounts.each.stiffness" in line).split()
@@ -140,7 +140,7 @@ def test_balance_angles_belong_to_the_entries_not_to_the_case() -> None:
     assert [line.split()[2] for line in second[2:5]] == ["-0.3000", "0", "0.3000"]
 
 
-def test_broken_limits_are_told_with_place_and_size() -> None:
+def test_broken_limits_are_reported_with_place_and_size() -> None:
     text = render_report(
         generator(limit=[{"quantity": "isolation/support_force/run_up_peak", "max": "50 N"}])
     )

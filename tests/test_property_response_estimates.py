@@ -37,7 +37,7 @@ def too_high(one: Judged) -> bool:
 
 
 def judge_response(table: Table) -> Iterator[Judged]:
-    """Every result below `response/` of a run beside the truth."""
+    """Every result below `response/` of a run next to the truth."""
     case = validate(copy.deepcopy(table))
     assert check_machine(case) == []
     record, seen = run_case(case), set()
@@ -50,8 +50,8 @@ def judge_response(table: Table) -> Iterator[Judged]:
             seen.add(path)
             yield Judged(path, float(off), record[path].error_estimate, float(size))
     paths = {path for path in record if path.startswith("response/")}
-    untold = {path for path in paths - seen if not any(part in path for part in WITHOUT_TRUTH)}
-    assert not untold, f"no truth for {sorted(untold)}"
+    unreported = {path for path in paths - seen if not any(part in path for part in WITHOUT_TRUTH)}
+    assert not unreported, f"no truth for {sorted(unreported)}"
 
 
 def shortened(seed: int) -> Table:

@@ -1,7 +1,7 @@
 """Claim: the report shows energies, operations, switching and impacts as the result has them.
 
-Tables keep to the page, what cancels is 0, the faint orders are counted and their underflow told,
-and of many references the first page shows those that matter.
+Tables keep to the page, what cancels is 0, the faint orders are counted and their underflow
+reported, and of many references the first page shows those that matter.
 """
 
 import re
@@ -105,7 +105,7 @@ def test_what_lies_within_its_error_is_zero_in_the_motion() -> None:
     assert row(lines, "rotation")[:3] == ["0.7400", "0", "0.0009300"]
 
 
-def test_orders_end_where_they_no_longer_count_and_their_underflow_is_told() -> None:
+def test_orders_end_where_they_no_longer_count_and_their_underflow_is_reported() -> None:
     result = compressor()
     lines = section(result, "Response")
     assert [line.split()[1] for line in lines if line.strip().startswith("order ")] == ["1", "2"]
@@ -213,7 +213,7 @@ def test_each_clearance_has_its_own_standard_error() -> None:
     ]  # fmt: skip
 
 
-def test_leaders_are_told_as_ranges_of_orders() -> None:
+def test_leaders_are_reported_as_ranges_of_orders() -> None:
     orders = np.arange(1, 11)
     assert ranges(orders, orders <= 2) == "1 to 2"
     assert ranges(orders, np.isin(orders, (1, 4, 5, 9))) == "1, 4 to 5, 9"
@@ -278,11 +278,11 @@ def test_many_references_leave_the_first_page_to_those_that_matter() -> None:
     assert (top.count(" within"), top.count("known [")) == (0, 0)
     below = text[text.index("\nReference numbers\n") :]
     assert (below.count(" within"), below.count("known [")) == (30, 30)
-    # no number is folded in two, and ours has its digits beside a published one of its size
+    # no number is folded in two, and ours has its digits next to a published one of its size
     assert re.search(r"mean_by_order +1\.0000e-59 +1\.00000e-59 J +0\.0000 % within", below)
 
 
-def test_round_off_beside_a_published_number_is_zero() -> None:
+def test_round_off_nearby_a_published_number_is_zero() -> None:
     row_of = {"quantity": "response/rotation_peak", "where": {"direction": "y"}, "source": "T. 1"}
     rows = [{**row_of, "value": value, "kind": "measured"} for value in ("1e-3 rad", "0 rad")]
     lines = section(compressor(response(), reference=rows), "Reference numbers")

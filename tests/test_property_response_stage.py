@@ -236,7 +236,7 @@ MOTOR = "compressor_motor_torque.csv"
 
 
 def with_motor() -> Table:
-    """The motor's case, its torque in a file beside it."""
+    """The motor's case, its torque in a file next to it."""
     table = shipped("compressor_motor")
     del table["response"]
     return table
@@ -244,10 +244,10 @@ def with_motor() -> Table:
 
 def test_a_table_in_a_file_is_a_table_in_the_case(tmp_path: Path) -> None:
     inline = with_motor()
-    beside = copy.deepcopy(inline)
-    beside["machine"]["motor"]["torque"] = MOTOR
+    nearby = copy.deepcopy(inline)
+    nearby["machine"]["motor"]["torque"] = MOTOR
     one = load_case(folder_with(inline, tmp_path / "inline"))
-    two = load_case(folder_with(beside, tmp_path / "beside", MOTOR))
+    two = load_case(folder_with(nearby, tmp_path / "nearby", MOTOR))
     assert one.sha256 == two.sha256
     assert one.resolved == two.resolved
     assert MOTOR in two.text and MOTOR not in two.resolved_toml

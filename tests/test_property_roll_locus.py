@@ -65,7 +65,7 @@ def test_poles_that_are_all_real_are_shown_over_the_gain() -> None:
     assert abs(shares[0] - shares[1]) > 0.2 * axes.bbox.height
 
 
-def test_the_straight_curve_is_told_in_the_order_that_was_named() -> None:
+def test_the_straight_curve_is_reported_in_the_order_that_was_named() -> None:
     section = roll_control(shipped())
     assert section is not None
     text = " ".join(" ".join(section.lines).split())

@@ -123,7 +123,7 @@ def test_a_harmonic_that_vanishes_is_zero_without_lag_and_without_advice(floor: 
     for row in table(lines, "linear", "cubic")[::2]:
         assert row[1:] == ["zero"] * 4
     assert all(row[1:] == ["-", "-"] for row in table(lines, "fourier", "euler")[::2])
-    # what is raised is told of the harmonics that are there, and so is what lowers all of them
+    # what is raised is reported of the harmonics that are there, and so is what lowers all of them
     assert not any(re.search(r"\d-?\.\d\d  *[13579]( |,|$)", line) for line in lines)
     assert any("shell inertia lowers every harmonic, by 0.86 dB" in line for line in lines)
 
@@ -142,7 +142,7 @@ def test_an_order_zero_is_a_mean_and_no_harmonic() -> None:
     assert shown == [line for line in section(roll()) if "at order" not in line]
 
 
-def test_the_running_state_is_told_in_turns_and_percent() -> None:
+def test_the_running_state_is_reported_in_turns_and_percent() -> None:
     lines = "\n".join(section(roll()))
     # the mean speed and the margin of the torque stand in the first table
     assert "mean speed of the crank" not in lines and "above that mean" not in lines

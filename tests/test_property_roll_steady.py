@@ -90,7 +90,7 @@ def test_many_states_are_where_marches_from_above_end(seed: int) -> None:
 
 
 def humped() -> RollDrive:
-    """A motor that has a second summit far down, so that it can run at two speeds."""
+    """A motor that has a second peak far down, so that it can run at two speeds."""
     slip, torque = [0, 60, 110, 300, 500, 700, 880], [0, 700, 1000, 500, 1100, 1300, 1200]
     return source_drive()._replace(
         motor=slip_curve(np.array(slip) * RPM, np.array(torque, dtype=float), "monotone"),
@@ -99,12 +99,12 @@ def humped() -> RollDrive:
 
 
 def test_how_far_the_torque_of_a_motor_rises() -> None:
-    summit, least = rising_branch(humped().motor)
-    assert (summit / RPM, least) == (pytest.approx(110.0), 500.0)
+    peak, least = rising_branch(humped().motor)
+    assert (peak / RPM, least) == (pytest.approx(110.0), 500.0)
     assert breakdown(humped().motor) == (pytest.approx(700.0 * RPM), 1300.0)
     # Herold's curve falls from breakdown to the locked rotor
-    summit, least = rising_branch(source_drive().motor)
-    assert (summit, least) == (breakdown(source_drive().motor)[0], 542.0)
+    peak, least = rising_branch(source_drive().motor)
+    assert (peak, least) == (breakdown(source_drive().motor)[0], 542.0)
     assert rising_branch(linear_motor(3.0)) == (np.inf, np.inf)
     rises = slip_curve([0.0, 1.0, 2.0], [0.0, 5.0, 7.0], "monotone")
     assert rising_branch(rises) == (np.inf, np.inf)

@@ -1,4 +1,4 @@
-"""Claim: sweeps of the roll are shown so that each order, each line and each key can be told."""
+"""Claim: sweeps of the roll are shown so that orders, lines and keys can be distinguished."""
 
 import tomllib
 from typing import Any

@@ -1,6 +1,6 @@
 """Claim: what a run-up finds from few speeds is what it finds from many, and no more is computed.
 
-Machines are random, some with light damping; the truth is the summit of a curve that was drawn
+Machines are random, some with light damping; the truth is the peak of a curve that was drawn
 finely. Looks about a turn of a roll machine, smooth or with jumps, are held against dense samples.
 """
 
@@ -21,7 +21,7 @@ from vibecalc.numerics.rounding import WithError
 from vibecalc.parts.matrices import assemble
 from vibecalc.response.modal_damping import body_resonances
 from vibecalc.response.modes import modes
-from vibecalc.roll.turn import summit
+from vibecalc.roll.turn import peak
 
 FULL = 2.0 * np.pi
 
@@ -38,7 +38,7 @@ class Counted:
 
 
 def passed(seed: int, light: float, tolerance: float) -> tuple[RunUp, RunUpPeak, int, int]:
-    """A random run-up: with its curve, its summits alone, and the speeds that each took."""
+    """A random run-up: with its curve, its peaks alone, and the speeds that each took."""
     drawn = random_body(seed)
     position, stiffness, damping, structural = drawn.mounts
     mounts = (position, stiffness, light * damping, light * structural)
@@ -81,15 +81,15 @@ def check(seeds: range, light: float) -> tuple[float, float]:
 
 
 @pytest.mark.parametrize("light", [pytest.param(1.0, marks=pytest.mark.long), 1e-3])
-def test_summits_alone_are_those_of_the_curve(light: float) -> None:
+def test_peaks_alone_are_those_of_the_curve(light: float) -> None:
     curve, alone = check(range(6), light)
     assert alone < 0.5 * curve
 
 
-def test_branches_that_cross_and_ends_that_hide_a_summit() -> None:
-    """Machines of a search whose summits lay on another branch, on a ridge, or beside an end.
+def test_branches_that_cross_and_ends_that_hide_a_peak() -> None:
+    """Machines of a search whose peaks lay on another branch, on a ridge, or next to an end.
 
-    The last two have two summits that a kink parts.
+    The last two have two peaks that a kink parts.
     """
     for seed in (500, 705, 3432, 7335, 53590, 52738):
         check(range(seed, seed + 1), 1.0)
@@ -98,7 +98,7 @@ def test_branches_that_cross_and_ends_that_hide_a_summit() -> None:
 
 @pytest.mark.long
 @pytest.mark.parametrize("light", [8.0, 1.0, 1e-3])
-def test_summits_of_many_machines(light: float) -> None:
+def test_peaks_of_many_machines(light: float) -> None:
     check(range(7000, 7400), light)
 
 
@@ -143,9 +143,7 @@ def wave(seed: int, kind: str) -> Callable[[np.ndarray], np.ndarray]:
         ("jumps", 600, 1e-6),
     ],
 )
-def test_summit_of_a_turn_is_no_lower_than_dense_samples(
-    kind: str, looks: int, close: float
-) -> None:
+def test_peak_of_a_turn_is_no_lower_than_dense_samples(kind: str, looks: int, close: float) -> None:
     dense = np.linspace(0.0, FULL, 40_001)
     for seed in range(5):
         function, count = wave(seed, kind), [0]
@@ -155,7 +153,7 @@ def test_summit_of_a_turn_is_no_lower_than_dense_samples(
             count[0] += len(at)
             return function(at)
 
-        top, left = summit(counted)
+        top, left = peak(counted)
         values = function(dense)
         best = dense[np.argmax(values)] + (dense[1] - dense[0]) * np.linspace(-1.0, 1.0, 4001)
         highest = max(float(values.max()), float(function(best).max()))
@@ -165,7 +163,7 @@ def test_summit_of_a_turn_is_no_lower_than_dense_samples(
         assert count[0] <= 720 + looks
 
 
-def test_summit_from_known_points_takes_few_looks_and_sees_over_the_end_of_the_turn() -> None:
+def test_peak_from_known_points_takes_few_looks_and_sees_over_the_end_of_the_turn() -> None:
     looks = [0]
 
     def function(at: np.ndarray) -> np.ndarray:
@@ -174,7 +172,7 @@ def test_summit_from_known_points_takes_few_looks_and_sees_over_the_end_of_the_t
 
     angles = np.linspace(0.05, FULL - 0.05, 60)
     values = np.cos(angles + 0.01)
-    top, _ = summit(function, (angles, values))
+    top, _ = peak(function, (angles, values))
     assert top == pytest.approx(1.0, abs=1e-15)
     assert looks[0] <= 24
 

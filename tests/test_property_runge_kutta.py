@@ -1,4 +1,4 @@
-"""Claim: the batch march conserves, stops where told, keeps members apart, refuses in words."""
+"""Claim: the batch march conserves, stops where reported, keeps members apart, refuses in words."""
 
 import mpmath
 import numpy as np

@@ -1,4 +1,4 @@
-"""Claim: a motor's curve goes through its table, is odd, continuous, and keeps its summit."""
+"""Claim: a motor's curve goes through its table, is odd, continuous, and keeps its peak."""
 
 import numpy as np
 import pytest
@@ -131,29 +131,29 @@ def test_given_pieces_are_continued_beyond_their_ends() -> None:
 
 
 @pytest.mark.parametrize("kind", INTERPOLATIONS)
-def test_breakdown_is_the_summit(kind: str) -> None:
+def test_breakdown_is_the_peak(kind: str) -> None:
     for slip, torque in TABLES.values():
         curve = slip_curve(slip, torque, kind)
-        at, summit = breakdown(curve)
-        assert value(curve, np.array([at]))[0] == pytest.approx(summit, rel=1e-13)
+        at, peak = breakdown(curve)
+        assert value(curve, np.array([at]))[0] == pytest.approx(peak, rel=1e-13)
         every = value(curve, np.linspace(0.0, slip[-1], 200001))
-        assert summit >= np.max(every) * (1.0 - 1e-14)
-        assert summit == pytest.approx(np.max(every), rel=1e-6)
+        assert peak >= np.max(every) * (1.0 - 1e-14)
+        assert peak == pytest.approx(np.max(every), rel=1e-6)
         if kind != "parabola":
-            assert (at, summit) == (pytest.approx(slip[np.argmax(torque)]), torque.max())
+            assert (at, peak) == (pytest.approx(slip[np.argmax(torque)]), torque.max())
 
 
 def test_the_parabola_of_the_source_table_overshoots() -> None:
-    """Its summit lies between two nodes and above both: a reason not to use it for a motor."""
-    at, summit = breakdown(slip_curve(SLIP, TORQUE, "parabola"))
+    """Its peak lies between two nodes and above both: a reason not to use it for a motor."""
+    at, peak = breakdown(slip_curve(SLIP, TORQUE, "parabola"))
     assert 108.0 < at < 180.0
-    assert summit > 1009.0
+    assert peak > 1009.0
     bend = np.polyfit([70.0, 108.0, 180.0], [949.0, 1009.0, 949.0], 2)
     assert at == pytest.approx(-bend[1] / (2.0 * bend[0]), rel=1e-9)
-    assert summit == pytest.approx(np.polyval(bend, at), rel=1e-9)
+    assert peak == pytest.approx(np.polyval(bend, at), rel=1e-9)
 
 
-def test_linear_motor_has_no_summit() -> None:
+def test_linear_motor_has_no_peak() -> None:
     curve = linear_motor(203.4)
     found = slip_torque(curve, np.array([-5.0, 0.0, 1e3]))
     np.testing.assert_allclose(found.value, [-1017.0, 0.0, 203400.0], rtol=1e-15)

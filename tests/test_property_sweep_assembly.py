@@ -101,7 +101,7 @@ def test_errors_are_those_of_each_point_and_the_largest(tmp_path: Path) -> None:
         assert found.quantities[FORCE].amplitude == "0-pk"
 
 
-def test_causes_are_told_once_with_the_points_they_hit(tmp_path: Path) -> None:
+def test_causes_are_reported_once_with_the_points_they_hit(tmp_path: Path) -> None:
     with open_sweep(written(tmp_path, made(tmp_path))) as found:
         failed = found.failures()
         assert failed.points.tolist() == [3, 10, 17]

@@ -16,10 +16,10 @@ CHUNKS = [Work(number, range(7 * number, 7 * number + 7)) for number in range(5)
 
 
 def run(start: Start, jobs: int = 2, timeout: float | None = None, step: int = 1) -> list[Done]:
-    told: list[Piece | Lost] = []
+    reported: list[Piece | Lost] = []
     with Pool(start, jobs=jobs, timeout=timeout, step=step) as pool:
-        done = list(pool.run(CHUNKS, told.append))
-    assert len(told) == sum(len(one.pieces) + len(one.lost) for one in done)
+        done = list(pool.run(CHUNKS, reported.append))
+    assert len(reported) == sum(len(one.pieces) + len(one.lost) for one in done)
     for one in done:
         points = [point for piece in one.pieces for point in piece.points]
         points += [lost.point for lost in one.lost]
@@ -47,7 +47,7 @@ def test_all_points_come_back_from_other_processes_with_one_thread(step: int) ->
 
 
 @pytest.mark.parametrize("step", [1, pytest.param(7, marks=pytest.mark.long)])
-def test_points_that_kill_their_process_are_told_and_the_rest_is_computed(step: int) -> None:
+def test_points_that_kill_their_process_are_reported_and_the_rest_is_computed(step: int) -> None:
     start = Start(killing=frozenset({3, 13}), leaving=frozenset({20}))
     found = lost(run(start, step=step))
     assert {point: one.status for point, one in found.items()} == {3: DIED, 13: DIED, 20: DIED}
@@ -63,7 +63,7 @@ def test_a_process_that_dies_once_costs_one_more_try_and_no_point(tmp_path: Path
 
 
 @pytest.mark.parametrize("step", [1, pytest.param(7, marks=pytest.mark.long)])
-def test_hung_points_are_given_up_and_their_processes_replaced(step: int) -> None:
+def test_attached_points_are_given_up_and_their_processes_replaced(step: int) -> None:
     found = lost(run(Start(hanging=frozenset({0, 34})), timeout=0.5, step=step))
     assert {point: one.status for point, one in found.items()} == {0: TIMED_OUT, 34: TIMED_OUT}
     assert found[0].message == "took longer than 0.5 s"

@@ -118,7 +118,7 @@ def test_round_off_on_equal_values_is_one_constant() -> None:
     assert "constant" in row and "2.000 N" in row
 
 
-def test_unbounded_values_are_counted_beside_the_largest_finite_one() -> None:
+def test_unbounded_values_are_counted_nearby_the_largest_finite_one() -> None:
     text = "\n".join(extreme_lines(one_axis([1.0, np.inf, 7.0, np.inf])))
     assert "largest     unbounded N       stiffness = 0.002 N/mm" in text
     assert "unbounded at 2 points; the largest finite value is 7.000 N" in text

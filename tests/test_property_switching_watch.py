@@ -1,6 +1,6 @@
 """Claim: what a change between operations reports holds for what is kept and watched of it.
 
-Fewer orders are fewer orders, and the errors say what that costs; a short watch is told, and no
+Fewer orders are fewer orders, and the errors say what that costs; a short watch is reported, and no
 peak lies below the steady motion after it; samples stand where the machine puts them.
 """
 
@@ -56,7 +56,7 @@ def test_dropped_orders_are_dropped_and_within_the_errors(orders: int) -> None:
     assert "undamped" not in (tolerance_warning(few, 1e-9) or "")
 
 
-def test_no_peak_is_below_the_steady_motion_after_it_and_a_short_watch_is_told() -> None:
+def test_no_peak_is_below_the_steady_motion_after_it_and_a_short_watch_is_reported() -> None:
     paths = (f"{STEM}/steady_energy", *(f"{STEM}/instant/{name}" for name in (
         "kinetic_energy_peak", "peak_time", "peak_speed", "translation_peak")))  # fmt: skip
     short, long = (run(switching(after=after), *paths) for after in ("1 ms", "1 s"))
@@ -64,8 +64,11 @@ def test_no_peak_is_below_the_steady_motion_after_it_and_a_short_watch_is_told()
     assert np.all(peaks.values >= steady.values[::-1])
     assert peaks.values[0] == steady.values[1] < long[peaks.path].values[0]
     assert short[f"{STEM}/instant/peak_time"].values[0] == pytest.approx(1e-3, rel=1e-12)
-    (told,) = [words for words in short.warnings if "before the body has settled" in words]
-    assert "A+B to A at once settles in 0.645 s" in told and "kinetic energy (up to 1.8" in told
+    (reported,) = [words for words in short.warnings if "before the body has settled" in words]
+    assert (
+        "A+B to A at once settles in 0.645 s" in reported
+        and "kinetic energy (up to 1.8" in reported
+    )
     assert not any("before the body has settled" in words for words in long.warnings)
 
 
@@ -85,9 +88,9 @@ def test_samples_do_not_move_with_the_steps_inside() -> None:
         for kept in (6, None)
     )
     assert few.history.samples == many.history.samples > 1
-    doubt = few.peaks.error + many.peaks.error
+    uncertainty = few.peaks.error + many.peaks.error
     for ours, other in zip(few.history[2:4], many.history[2:4], strict=True):
-        assert np.all(np.abs(ours - other) <= doubt + 1e-12 * many.peaks.value)
+        assert np.all(np.abs(ours - other) <= uncertainty + 1e-12 * many.peaks.value)
 
 
 def test_samples_are_readings_at_even_times() -> None:

@@ -44,8 +44,8 @@ def test_both_ends_of_half_order_sums_are_found_and_attained():
 
 
 @pytest.mark.parametrize("orders", [np.arange(1.0, 31.0), np.arange(1, 49) / 2, [0, 2, 5.5, 60]])
-def test_both_ends_of_sums_whose_summits_are_hard_to_tell(orders):
-    # all at the angle zero, saw teeth, few orders, alike summits, far below the first order
+def test_both_ends_of_sums_whose_peaks_are_hard_to_tell(orders):
+    # all at the angle zero, saw teeth, few orders, alike peaks, far below the first order
     generator, order = np.random.default_rng(7), np.asarray(orders, dtype=float)
     shape = (40, len(order))
     size = generator.uniform(0.5, 1.0, shape)

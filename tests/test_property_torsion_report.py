@@ -1,7 +1,7 @@
 """Claim: the report on a shaft line keeps to the page and says what the result has.
 
 Verdicts follow the uses of the limits, tables add up where they have to, what is missing is left
-out, and no number of the line is told in a unit or a kind of amplitude that it does not have.
+out, and no number of the line is reported in a unit or a kind of amplitude that it does not have.
 """
 
 import math
@@ -134,7 +134,7 @@ def test_verdicts_follow_the_uses(
     assert words in conclusion(result)
 
 
-def test_a_limit_of_the_case_stands_beside_its_quantity() -> None:
+def test_a_limit_of_the_case_stands_nearby_its_quantity() -> None:
     bound = {"quantity": ROOT + "damper/heat", "max": "0.5 kW", "source": "maker"}
     result = six()
     text = render_report(replace(result, case={**result.case, "limit": [bound]}))
@@ -146,7 +146,7 @@ def test_a_limit_of_the_case_stands_beside_its_quantity() -> None:
 
 
 def test_what_no_case_has_a_limit_for_is_marked_in_other_columns_only() -> None:
-    """The bound is for the line as the case has it; a column beside it above it has a mark."""
+    """The bound is for the line as the case has it; a column next to it above it has a mark."""
     result = six()
     worst = float(np.max(result.record[ROOT + "largest/torque_half_range"].values))
     bound = {"quantity": ROOT + "largest/torque_half_range", "max": f"{1.01 * worst:.6g} N*m"}
@@ -221,8 +221,8 @@ def test_an_optimum_on_its_bound_says_so_on_the_terminal() -> None:
     for key, at, side in (("a", 2.0, 1), ("b", 1.0, 0), ("c", 0.5, -1)):
         record.add(quantity(f"optimisation/variable/{key}", at, "m"))
         record.add(quantity(f"optimisation/active_bound/{key}", side, ""))
-    told = {cells_[0][-1]: cells_[3] for cells_ in headline_rows(record)}
-    assert told == {"a": "at its upper bound", "b": "", "c": "at its lower bound"}
+    reported = {cells_[0][-1]: cells_[3] for cells_ in headline_rows(record)}
+    assert reported == {"a": "at its upper bound", "b": "", "c": "at its lower bound"}
 
 
 def test_identity_has_the_engine_and_the_values_of_its_parts() -> None:
@@ -289,8 +289,8 @@ def test_order_table_has_the_phases_that_it_says() -> None:
     assert cells[8] == pytest.approx(math.degrees(math.atan2(-cells[6], cells[5])), abs=0.1)
     starred = {line.split()[0] for line in lines if re.match(r"\s+[\d.]+ \*", line)}
     assert starred == {"3", "6", "9", "12"}
-    told = np.abs(result.record[ROOT + "excitation/vector_sum"].values)
-    assert row(lines, "3 *")[2] == f"{told[1, 5]:.4f}" and told[1, 5] > 0.99
+    reported = np.abs(result.record[ROOT + "excitation/vector_sum"].values)
+    assert row(lines, "3 *")[2] == f"{reported[1, 5]:.4f}" and reported[1, 5] > 0.99
 
 
 def test_criticals_are_those_within_the_range() -> None:

@@ -92,7 +92,7 @@ def test_error_estimates_bound_the_error_and_the_order_is_high(
         gap = (run.states[-1][-1] - exact.states[-1][-1]) @ exact.system.torque.T
         assert np.all(np.abs(gap) <= run.torque_error + exact.torque_error)
         errors.append((np.abs(gap).max(), run.torque_error.max()))
-    # sixteen radians of the highest order in a step of the rough march: still told apart
+    # sixteen radians of the highest order in a step of the rough march: still distinguished
     assert errors[1][0] > 2**9 * errors[0][0]
 
 

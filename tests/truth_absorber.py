@@ -1,4 +1,4 @@
-"""Every result of a primary with absorbers beside the truth in many digits (`exact_tree.py`).
+"""Every result of a primary with absorbers next to the truth in many digits (`exact_tree.py`).
 
 The truth of a tuning starts where the run ended and is Newton's, on the conditions of the optimum
 in many digits: it says how far the run is off, not that no other optimum is better (that is held by
@@ -11,7 +11,7 @@ from typing import Any
 
 import mpmath
 import numpy as np
-from estimate_counts import Doubted, Told
+from estimate_counts import Reported, Uncertain
 from mpmath import mp, mpf
 from random_machines import Table
 from truth_absorber_response import response_truth
@@ -27,7 +27,7 @@ from vibecalc.core.run.run import run_case
 DIGITS = 50
 
 
-def judge_absorber(table: Table) -> Told:
+def judge_absorber(table: Table) -> Reported:
     """Every result that has a truth."""
     case = validate(copy.deepcopy(table))
     assert check_machine(case) == []
@@ -38,16 +38,16 @@ def judge_absorber(table: Table) -> Told:
             for truths in (tuning_truth, response_truth)
             for one in truths(case, record, build_absorber(case))
         ]
-    return Told(table, record, judged)
+    return Reported(table, record, judged)
 
 
-def _judged(record: Record, path: str, values: Any, truth: Any, size: float | None) -> Doubted:
+def _judged(record: Record, path: str, values: Any, truth: Any, size: float | None) -> Uncertain:
     found, exact = np.ravel(values).tolist(), list(flat(truth))
     assert len(found) == len(exact), (path, len(found), len(exact))
     off = max((_distance(a, b) for a, b in zip(found, exact, strict=True)), default=mpf(0))
     largest = max((abs(b) for b in exact if mp.isfinite(b)), default=mpf(0))
     size = float(largest) if size is None else size
-    return Doubted(path, float(off), record[path].error_estimate, size)
+    return Uncertain(path, float(off), record[path].error_estimate, size)
 
 
 def _distance(value: complex, true: Any) -> mpf:

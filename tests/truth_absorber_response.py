@@ -25,7 +25,7 @@ def response_truth(case: Case, record: Record, parts: AbsorberParts) -> Iterator
     except NoTruth:
         return
 
-    def told(name: str, truth: Any, size: float | None = None) -> Iterator[Truth]:
+    def reported(name: str, truth: Any, size: float | None = None) -> Iterator[Truth]:
         path = f"{root}/{name}"
         if path in record:
             yield path, record[path].values, truth, size
@@ -33,19 +33,19 @@ def response_truth(case: Case, record: Record, parts: AbsorberParts) -> Iterator
     ratios = [mpf(float(x)) for x in record[f"{root}/curve"].axes[1].values]
     if parts.scale is not None:
         own = mp.sqrt(mpf(parts.scale.stiffness) / mpf(parts.scale.inertia))
-        yield from told("primary_frequency", own)
-        yield from told("frequency", [own * x for x in ratios])
+        yield from reported("primary_frequency", own)
+        yield from reported("frequency", [own * x for x in ratios])
     for name, what in (("curve", pair[1]), ("relative_curve", TRAVEL)):
         rows = [_curve(system, pair[0], what, ratios) for system in systems]
-        yield from told(name, rows)
+        yield from reported(name, rows)
     found = [peaks(system, *pair) for system in systems]
-    if parts.branches:  # an infinite resonance is told by the largest response alone
+    if parts.branches:  # an infinite resonance is shown by the largest response alone
         found = [_finite(one) for one in found]
-    yield from _summits(record, found, told)
+    yield from _peaks(record, found, reported)
     travels = [peaks(system, pair[0], TRAVEL) for system in systems]
-    yield from told("largest_travel", [one.largest for one in travels])
+    yield from reported("largest_travel", [one.largest for one in travels])
     if len(systems[0].m) == 1:
-        yield from _landmarks(record, systems[0], pair, told)
+        yield from _landmarks(record, systems[0], pair, reported)
 
 
 def _systems(case: Case, record: Record, parts: AbsorberParts) -> list[Tree]:
@@ -93,8 +93,8 @@ def _curve(system: Tree, excitation: str, what: str, ratios: list[mpf]) -> list[
     return values
 
 
-def _summits(
-    record: Record, found: list[Peaks], told: Callable[..., Iterator[Truth]]
+def _peaks(
+    record: Record, found: list[Peaks], reported: Callable[..., Iterator[Truth]]
 ) -> Iterator[Truth]:
     path = "response/absorber/peak/magnitude"
     if path in record:
@@ -102,9 +102,9 @@ def _summits(
         assert all(len(one.frequency) <= width for one in found), found
         for name, key in (("magnitude", "magnitude"), ("frequency_ratio", "frequency")):
             rows = [getattr(one, key) + [mpf(0)] * (width - len(one.frequency)) for one in found]
-            yield from told(f"peak/{name}", rows)
-    yield from told("largest", [one.largest for one in found])
-    yield from told("largest_frequency_ratio", [one.where for one in found])
+            yield from reported(f"peak/{name}", rows)
+    yield from reported("largest", [one.largest for one in found])
+    yield from reported("largest_frequency_ratio", [one.where for one in found])
 
 
 def _finite(one: Peaks) -> Peaks:
@@ -113,15 +113,15 @@ def _finite(one: Peaks) -> Peaks:
 
 
 def _landmarks(
-    record: Record, system: Tree, pair: tuple[str, str], told: Callable[..., Iterator[Truth]]
+    record: Record, system: Tree, pair: tuple[str, str], reported: Callable[..., Iterator[Truth]]
 ) -> Iterator[Truth]:
     m, k = system.m[0], system.k[0]
     total, ratio = 1 + k / m * (1 + m), k / m
     gap = mp.sqrt(total * total - 4 * ratio)
     both = [mp.sqrt((total - gap) / 2), mp.sqrt((total + gap) / 2)]
-    yield from told("natural_frequency_ratio", both)
-    yield from told("antiresonance", mp.sqrt(ratio))
-    yield from told("locked_frequency_ratio", 1 / mp.sqrt(1 + m))
+    yield from reported("natural_frequency_ratio", both)
+    yield from reported("antiresonance", mp.sqrt(ratio))
+    yield from reported("locked_frequency_ratio", 1 / mp.sqrt(1 + m))
     below = response(system, "force", "displacement")[1]
     roots = roots_of(below)
     exact = []
@@ -129,11 +129,11 @@ def _landmarks(
         nearest = min(roots, key=lambda root: abs(root - mpmath.mpmathify(complex(value))))
         roots.remove(nearest)
         exact.append(nearest)
-    yield from told("pole", exact)
+    yield from reported("pole", exact)
     total = 2 * (1 + ratio * (1 + m)) / (2 + m)
     gap = mp.sqrt(total * total - 8 * ratio / (2 + m))
     squares = [(total - gap) / 2, (total + gap) / 2]
-    yield from told("fixed_point/frequency_ratio", [mp.sqrt(u) for u in squares])
+    yield from reported("fixed_point/frequency_ratio", [mp.sqrt(u) for u in squares])
     power = {"velocity": 1, "acceleration": 2}.get(pair[1], 0) + 2 * (pair[0] == "unbalance")
     heights = [mp.sqrt(u) ** power / abs(1 - (1 + m) * u) for u in squares]
-    yield from told("fixed_point/magnitude", heights)
+    yield from reported("fixed_point/magnitude", heights)

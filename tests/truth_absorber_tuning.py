@@ -21,7 +21,7 @@ SQUARES = {
     ("force", "displacement"): "displacement", ("force", "velocity"): "velocity",
     ("force", "transmitted_force"): "transmitted", ("base", "transmitted_force"): "base",
 }  # fmt: skip
-#: entries of a map, and of a curve, that are looked at
+#: entries of a map, and of a curve, that are examined
 _LOOKS = 6
 #: path, values, truth, and size where it is not that of the truth
 Truth = tuple[str, Any, Any, float | None]
@@ -125,42 +125,42 @@ def tuning_truth(case: Case, record: Record, parts: AbsorberParts) -> Iterator[T
     except NoTruth:
         return
 
-    def told(name: str, truth: Any, size: float | None = None) -> Iterator[Truth]:
+    def reported(name: str, truth: Any, size: float | None = None) -> Iterator[Truth]:
         path = f"tuning/{name}"
         if path in record:
             yield path, record[path].values, truth, size
 
     options, pair = case.tuning, (case.tuning.excitation, case.tuning.response)
     top, bare = peaks(best, *pair), peaks(alone(best), *pair)
-    yield from told("primary_damping", best.z1)
-    yield from told("mass_ratio", best.m[0])
-    yield from told("stiffness_ratio", best.k[0])
-    yield from told("secondary_damping", best.z2[0])
+    yield from reported("primary_damping", best.z1)
+    yield from reported("mass_ratio", best.m[0])
+    yield from reported("stiffness_ratio", best.k[0])
+    yield from reported("secondary_damping", best.z2[0])
     own = [z / mp.sqrt(m * k) if k > 0 else mpf(0) for m, k, z in zip(*best[1:4], strict=True)]
-    yield from told("own_damping", own[0])
+    yield from reported("own_damping", own[0])
     for name, values in zip(
         ("mass_ratio", "stiffness_ratio", "secondary_damping", "own_damping"),
         (*best[1:4], own), strict=True,
     ):  # fmt: skip
-        yield from told(f"each/{name}", values)
-    yield from told("peak", top.largest)
-    yield from told("peak_less_one", top.largest - 1)
-    yield from told("peak_alone", bare.largest)
-    yield from told("travel", peaks(best, pair[0], TRAVEL).largest)
+        yield from reported(f"each/{name}", values)
+    yield from reported("peak", top.largest)
+    yield from reported("peak_less_one", top.largest - 1)
+    yield from reported("peak_alone", bare.largest)
+    yield from reported("travel", peaks(best, pair[0], TRAVEL).largest)
     if held is not None:
         order = sorted(range(len(held.places)), key=lambda i: held.places[i])
-        yield from told("active/frequency_ratio", [mp.exp(held.places[i] / 2) for i in order])
-        yield from told("active/magnitude", [held.level] * len(order))
-        yield from told("active/weight", [held.weights[i] for i in order])
-        yield from told("certificate", mpf(0), 1.0)
+        yield from reported("active/frequency_ratio", [mp.exp(held.places[i] / 2) for i in order])
+        yield from reported("active/magnitude", [held.level] * len(order))
+        yield from reported("active/weight", [held.weights[i] for i in order])
+        yield from reported("certificate", mpf(0), 1.0)
     if options.norm == "h2":
         kind = SQUARES[pair]
         z1, m = float(best.z1), float(best.m[0])
         least = exact_mean_square(kind, z1, m, best.k[0], best.z2[0])
-        yield from told("mean_square", least)
+        yield from reported("mean_square", least)
     if parts.scale is not None:
-        yield from _in_units(record, parts, best, told)
-    yield from _beside(case, record, best, held, told)
+        yield from _in_units(record, parts, best, reported)
+    yield from _nearby(case, record, best, held, reported)
 
 
 def alone(best: Tree) -> Tree:
@@ -170,20 +170,24 @@ def alone(best: Tree) -> Tree:
 
 
 def _in_units(
-    record: Record, parts: AbsorberParts, best: Tree, told: Callable[..., Iterator[Truth]]
+    record: Record, parts: AbsorberParts, best: Tree, reported: Callable[..., Iterator[Truth]]
 ) -> Iterator[Truth]:
     assert parts.scale is not None
     inertia, stiffness = mpf(parts.scale.inertia), mpf(parts.scale.stiffness)
     kind = "torsional" if parts.scale.torsion else "linear"
-    yield from told(f"{kind}_stiffness", stiffness * best.k[0])
-    yield from told(f"{kind}_damping", 2 * mp.sqrt(inertia * stiffness) * best.z2[0])
-    yield from told(
+    yield from reported(f"{kind}_stiffness", stiffness * best.k[0])
+    yield from reported(f"{kind}_damping", 2 * mp.sqrt(inertia * stiffness) * best.z2[0])
+    yield from reported(
         "secondary_frequency", mp.sqrt(stiffness / inertia) * mp.sqrt(best.k[0] / best.m[0])
     )
 
 
-def _beside(
-    case: Case, record: Record, best: Tree, held: Held | None, told: Callable[..., Iterator[Truth]]
+def _nearby(
+    case: Case,
+    record: Record,
+    best: Tree,
+    held: Held | None,
+    reported: Callable[..., Iterator[Truth]],
 ) -> Iterator[Truth]:
     """Mistuning, the map, other methods, slopes, a chart."""
     assert case.tuning is not None
@@ -207,12 +211,12 @@ def _beside(
     if "tuning/mistuning/loss" in record and least:
         shares = record["tuning/mistuning/loss"].axes[1].values
         rows = [[off(s, 0) / least - 1 for s in shares], [off(0, s) / least - 1 for s in shares]]
-        yield from told("mistuning/loss", rows)
+        yield from reported("mistuning/loss", rows)
     if "tuning/mistuning/worst" in record and least:
         shares = record["tuning/mistuning/worst"].axes[0].values
         signs = [(a, b) for a in (1, -1) for b in (1, -1)]
         worst = [max(off(a * s, b * s) for a, b in signs) / least - 1 for s in shares]
-        yield from told("mistuning/worst", worst)
+        yield from reported("mistuning/worst", worst)
     if "tuning/map/peak" in record and least:
         found = record["tuning/map/peak"]
         rows_, columns = (axis.values for axis in found.axes)
@@ -226,14 +230,14 @@ def _beside(
         values = np.array([found.values[spot] for spot in spots])
         yield "tuning/map/peak", values, [one.largest for one in exact], None
     if "tuning/method/peak" in record:
-        yield from _methods(case, record, best, level, told)
+        yield from _methods(case, record, best, level, reported)
     if "tuning/sensitivity/peak" in record and held is not None and len(best.m) == 1:
-        yield from _slopes(record, best, held, pair, told)
+        yield from _slopes(record, best, held, pair, reported)
 
 
 def _methods(
     case: Case, record: Record, best: Tree, level: Callable[[Tree], mpf],
-    told: Callable[..., Iterator[Truth]],
+    reported: Callable[..., Iterator[Truth]],
 ) -> Iterator[Truth]:  # fmt: skip
     assert case.tuning is not None
     pair, m = (case.tuning.excitation, case.tuning.response), best.m[0]
@@ -255,16 +259,16 @@ def _methods(
     }  # fmt: skip
     rows = [forms[str(name)] for name in record["tuning/method/peak"].axes[0].values]
     systems = [best._replace(k=(k,), z2=(z,)) for k, z, _ in rows]
-    yield from told("method/stiffness_ratio", [row[0] for row in rows])
-    yield from told("method/secondary_damping", [row[1] for row in rows])
-    yield from told("method/promised", [row[2] for row in rows])
-    yield from told("method/peak", [peaks(one, *pair).largest for one in systems])
-    yield from told("method/loss", [level(one) / level(best) - 1 for one in systems])
+    yield from reported("method/stiffness_ratio", [row[0] for row in rows])
+    yield from reported("method/secondary_damping", [row[1] for row in rows])
+    yield from reported("method/promised", [row[2] for row in rows])
+    yield from reported("method/peak", [peaks(one, *pair).largest for one in systems])
+    yield from reported("method/loss", [level(one) / level(best) - 1 for one in systems])
 
 
 def _slopes(
     record: Record, best: Tree, held: Held, pair: tuple[str, str],
-    told: Callable[..., Iterator[Truth]],
+    reported: Callable[..., Iterator[Truth]],
 ) -> Iterator[Truth]:  # fmt: skip
     """Differences of optima in many digits."""
     h = mpf(10) ** (-mp.dps // 5)
@@ -286,4 +290,4 @@ def _slopes(
             (ends[0].level - ends[1].level) / (2 * h),
         ])  # fmt: skip
     for number, name in enumerate(("stiffness_ratio", "secondary_damping", "peak")):
-        yield from told(f"sensitivity/{name}", [column[number] for column in columns])
+        yield from reported(f"sensitivity/{name}", [column[number] for column in columns])

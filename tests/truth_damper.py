@@ -1,11 +1,11 @@
-"""The optimum of a damper in many digits, and what a run says of it beside that."""
+"""The optimum of a damper in many digits, and what a run says of it next to that."""
 
 from collections.abc import Iterator
 from typing import Any
 
 import mpmath
 import numpy as np
-from exact_damper import ExactLine, Summit
+from exact_damper import ExactLine, Peak
 from line_damper_samples import direct
 from mpmath import mpf
 from random_machines import Table
@@ -25,7 +25,7 @@ Row = tuple[str, Any, Any]
 
 
 def judge_damper(table: Table, *, charted: bool) -> list[Judged]:
-    """What a run stores of a design beside its truth; with `charted` the map too."""
+    """What a run stores of a design next to its truth; with `charted` the map too."""
     case = validate(table)
     record, options = run_case(case), case.damper_design
     assert options is not None
@@ -73,7 +73,7 @@ def _truths(asked: Asked, found: Design, record: Record, objective: str) -> Iter
     if asked.table is not None:
         other = performance(asked.problem, asked.table)
         its = [_log(one) for one in asked.table]
-        worst, at = exact.climbed(_summit(other, 0, asked), its)
+        worst, at = exact.climbed(_peak(other, 0, asked), its)
         yield row(f"table/worst_{objective}", [worst])
         yield row("table/worst_speed", [at])
         yield row("table/gain", [worst / level])
@@ -101,12 +101,12 @@ def _log(value: float) -> Any:
     return mpmath.log(mpf(float(value))) if value > 0.0 else None
 
 
-def _summit(seen: Performance, which: int, asked: Asked) -> Summit:
+def _peak(seen: Performance, which: int, asked: Asked) -> Peak:
     place = seen.place
     speed = float(place.speed[which])
     a, b = (mpf(float(one)) for one in place.phase[which])
     held = speed in asked.problem.speed
-    return Summit(int(place.row[which]), mpf(speed), (a, b), held)
+    return Peak(int(place.row[which]), mpf(speed), (a, b), held)
 
 
 def _asked_of(
@@ -117,7 +117,7 @@ def _asked_of(
     for which, name, factor in ((1, "heat", mpf(1)), (2, "travel", ratio)):
         speed = float(seen.place.speed[which])
         a, b = (mpf(float(one)) for one in seen.place.phase[which])
-        one = Summit(int(seen.place.row[which]), mpf(speed), (a, b), speed in (low, high))
+        one = Peak(int(seen.place.row[which]), mpf(speed), (a, b), speed in (low, high))
         value, at = exact.climbed(one, x)
         yield row(f"{stem}{name}", [factor * value])
         yield row(f"{stem}{name}_speed", [at])
@@ -131,64 +131,63 @@ def _optimum(exact: ExactLine, asked: Asked, found: Design) -> tuple[Any, ...]:
     free = [i for i in moving if values[i] not in bounds[i]]
     x = [_log(one) for one in values]
     turn = 2.0 * np.pi / asked.problem.cycle
-    summits = [
-        Summit(int(r), mpf(float(s)), (mpf(a[0] * turn), mpf(a[1] * turn)),
+    peaks = [
+        Peak(int(r), mpf(float(s)), (mpf(a[0] * turn), mpf(a[1] * turn)),
                float(s) in asked.problem.speed)
         for r, s, a in zip(found.reading, found.speed, found.angle, strict=True)
     ]  # fmt: skip
     level, weight = mpf(found.worst), [mpf(float(one)) for one in found.weight]
-    section = [one.row < exact.sections for one in summits]
+    section = [one.row < exact.sections for one in peaks]
     limit = {0: mpf(asked.limits.heat), 1: mpf(asked.limits.travel), 2: mpf(asked.limits.travel)}
-    f, p = len(free), len(summits)
+    f, p = len(free), len(peaks)
     for _ in range(6):
-        parts = [exact.derivatives(one, x, free) for one in summits]
+        parts = [exact.derivatives(one, x, free) for one in peaks]
         size = f + 1 + 2 * p
         matrix, right = mpmath.matrix(size, size), mpmath.matrix(size, 1)
         for i, (value, slope, bend) in enumerate(parts):
-            scale = level if section[i] else limit[summits[i].row - exact.sections]
+            scale = level if section[i] else limit[peaks[i].row - exact.sections]
             for a in range(f):
                 right[a] -= weight[i] * slope[a] / scale
                 for b in range(f):
                     matrix[a, b] += weight[i] * bend[a][b] / scale
                 matrix[a, f + 1 + i] = slope[a] / scale
-                matrix[a, f + 1 + p + i] = 0 if summits[i].held else weight[i] * bend[a][f] / scale
+                matrix[a, f + 1 + p + i] = 0 if peaks[i].held else weight[i] * bend[a][f] / scale
                 matrix[f + 1 + i, a] = slope[a] / scale
-                matrix[f + 1 + p + i, a] = 0 if summits[i].held else bend[f][a] / scale
+                matrix[f + 1 + p + i, a] = 0 if peaks[i].held else bend[f][a] / scale
             matrix[f, f + 1 + i] = int(section[i])
             right[f] += (mpf(1) / p) - (weight[i] if section[i] else 0)
             matrix[f + 1 + i, f] = -int(section[i])
             right[f + 1 + i] = (level if section[i] else scale) / scale - value / scale
-            matrix[f + 1 + p + i, f + 1 + p + i] = 1 if summits[i].held else bend[f][f] / scale
-            right[f + 1 + p + i] = 0 if summits[i].held else -slope[f] / scale
+            matrix[f + 1 + p + i, f + 1 + p + i] = 1 if peaks[i].held else bend[f][f] / scale
+            right[f + 1 + p + i] = 0 if peaks[i].held else -slope[f] / scale
         step = mpmath.lu_solve(matrix, right)
         for a, place in enumerate(free):
             x[place] += step[a]
         level *= 1 + step[f]
         weight = [one + step[f + 1 + i] for i, one in enumerate(weight)]
-        summits = [
-            one._replace(speed=one.speed * (1 + step[f + 1 + p + i]))
-            for i, one in enumerate(summits)
+        peaks = [
+            one._replace(speed=one.speed * (1 + step[f + 1 + p + i])) for i, one in enumerate(peaks)
         ]
         if max(abs(one) for one in step) < mpf("1e-20"):
             break
     else:
         raise AssertionError("the truth does not converge")
     pull = [mpf(0)] * 3
-    whole = [exact.derivatives(one, x, moving) for one in summits]
+    whole = [exact.derivatives(one, x, moving) for one in peaks]
     scales = [level if s else limit[one.row - exact.sections]
-              for s, one in zip(section, summits, strict=True)]  # fmt: skip
+              for s, one in zip(section, peaks, strict=True)]  # fmt: skip
     for a, place in enumerate(moving):
         if place not in free:
             pull[place] = -sum(
                 w * part[1][a] / s for w, part, s in zip(weight, whole, scales, strict=True)
             )
-    least = _curvature(matrix, summits, f)
-    return x, level, weight, [one.speed for one in summits], pull, least
+    least = _curvature(matrix, peaks, f)
+    return x, level, weight, [one.speed for one in peaks], pull, least
 
 
-def _curvature(matrix: Any, summits: list[Summit], f: int) -> Any:
-    """Least curvature along what the summits leave free, the speeds following."""
-    p = len(summits)
+def _curvature(matrix: Any, peaks: list[Peak], f: int) -> Any:
+    """Least curvature along what the peaks leave free, the speeds following."""
+    p = len(peaks)
     rows_of = f + 1 + 2 * p
     reduced = np.zeros((f, f))
     for a in range(f):
@@ -221,7 +220,7 @@ def _mistuned(
             Damper(*(a * b for a, b in zip(factor, found.damper, strict=True))),
         )
         its = [a + mpmath.log(mpf(b)) for a, b in zip(x, factor, strict=True)]
-        worst, _ = exact.climbed(_summit(other, 0, asked), its)
+        worst, _ = exact.climbed(_peak(other, 0, asked), its)
         seen.append(values[i, j])
         truth.append(worst / level)
     yield f"{ROOT}sensitivity", seen, truth
@@ -236,7 +235,7 @@ def _largest(exact: ExactLine, asked: Asked, x: list[Any], speed: Any) -> Any:
         course = np.array([complex(one) for one in exact.course(row, damper, speed)])
         wave = (course @ np.exp(1j * np.outer(exact.harmonic, theta))).real
         phase = (mpf(theta[int(np.argmax(wave))]), mpf(theta[int(np.argmin(wave))]))
-        best = max(best, exact.value(Summit(row, speed, phase, True), x, speed))
+        best = max(best, exact.value(Peak(row, speed, phase, True), x, speed))
     return best
 
 

@@ -1,4 +1,4 @@
-"""The motion of a plate from its readings beside the truth in many digits, all from the case.
+"""The motion of a plate from its readings next to the truth in many digits, all from the case.
 
 Amplitudes with phases are a linear least-squares problem; levels, least squares in dB, are solved
 by Newton's method from the motion found. Without truth are counts and verdicts, and the bounds and
@@ -11,7 +11,7 @@ from typing import Any
 
 import mpmath
 import numpy as np
-from estimate_counts import Doubted, Told
+from estimate_counts import Reported, Uncertain
 from mpmath import matrix, mp, mpc, mpf
 from random_machines import Table
 
@@ -31,24 +31,26 @@ PARTS = {
 }  # fmt: skip
 
 
-def judge_plate(table: Table) -> Told:
+def judge_plate(table: Table) -> Reported:
     """Every result that has a truth."""
     case = validate(copy.deepcopy(table))
     assert check_machine(case) == []
     record = run_case(case)
     with mpmath.workdps(DIGITS):
         judged = [_judged(record, *one) for one in truths(table["measurement"], record)]
-    return Told(table, record, judged)
+    return Reported(table, record, judged)
 
 
-def _judged(record: Record, path: str, values: Any, truth: Any) -> Doubted:
+def _judged(record: Record, path: str, values: Any, truth: Any) -> Uncertain:
     found = np.ravel(values).tolist()
     exact = [mpmath.mpmathify(x) for x in np.ravel(np.array(truth, dtype=object)).tolist()]
     assert len(found) == len(exact), path
     turns = "phase" in path
     off = [_distance(a, b, turns) for a, b in zip(found, exact, strict=True)]
     size = max((abs(b) for b in exact if mp.isfinite(b)), default=mpf(0))
-    return Doubted(path, float(max(off, default=mpf(0))), record[path].error_estimate, float(size))
+    return Uncertain(
+        path, float(max(off, default=mpf(0))), record[path].error_estimate, float(size)
+    )
 
 
 def _distance(value: complex, true: Any, turns: bool) -> mpf:
@@ -237,7 +239,7 @@ def truths(table: Table, record: Record) -> Iterator[tuple[str, Any, Any]]:
         return
     units = [tuple(mpf(int(i == j)) for j in range(3)) for i in range(3)]
 
-    def told(name: str, truth: Any) -> Iterator[tuple[str, Any, Any]]:
+    def reported(name: str, truth: Any) -> Iterator[tuple[str, Any, Any]]:
         path = f"{ROOT}/{name}"
         if path in record:
             yield path, record[path].values, truth
@@ -245,33 +247,35 @@ def truths(table: Table, record: Record) -> Iterator[tuple[str, Any, Any]]:
     for name, row in zip(names, units, strict=True):
         values = [dot(row, motion) for motion in motions]
         scale = plate.reference if name == "translation" else plate.peak
-        yield from told(name, values)
-        yield from told(f"{name}_level", [plate.level(v, scale) for v in values])
-        yield from told(f"phase/{name}", [_phase(m, row, plate.origin) for m in motions])
-        yield from told(f"phase/{name}_to_translation", [_phase(m, row, units[0]) for m in motions])
+        yield from reported(name, values)
+        yield from reported(f"{name}_level", [plate.level(v, scale) for v in values])
+        yield from reported(f"phase/{name}", [_phase(m, row, plate.origin) for m in motions])
+        yield from reported(
+            f"phase/{name}_to_translation", [_phase(m, row, units[0]) for m in motions]
+        )
     rows = [plate.row(place) for place in plate.places.values()]
     for part, kept in PARTS.items():
         cut = [tuple(c * k for c, k in zip(row, kept, strict=True)) for row in rows]
         values = [[dot(row, m) for m in motions] for row in cut]
-        yield from told(f"level/{part}", [[plate.level(v) for v in row] for row in values])
+        yield from reported(f"level/{part}", [[plate.level(v) for v in row] for row in values])
         if part == "standard":
-            yield from told("acceleration", values)
+            yield from reported("acceleration", values)
             total = [mp.sqrt(sum(abs(v) ** 2 for v in row)) for row in values]
-            yield from told("level/all_orders", [plate.level(v) for v in total])
-    yield from told("frequency", [n * mpf(table["base_frequency"]) for n in table["orders"]])
-    yield from _readings(plate, motions, told)
-    yield from _on_the_plate(record, motions, told)
+            yield from reported("level/all_orders", [plate.level(v) for v in total])
+    yield from reported("frequency", [n * mpf(table["base_frequency"]) for n in table["orders"]])
+    yield from _readings(plate, motions, reported)
+    yield from _on_the_plate(record, motions, reported)
     if plate.is_phased:
-        yield from _uncertain(plate, motions, rows, told)
+        yield from _uncertain(plate, motions, rows, reported)
     else:
-        yield from _candidates(plate, record, rows, told)
+        yield from _candidates(plate, record, rows, reported)
 
 
 def _phase(motion: list[Any], row: Row, other: Row) -> mpf:
     return mp.arg(dot(row, motion) * mp.conj(dot(other, motion)))
 
 
-def _readings(plate: Plate, motions: list[Any], told: Any) -> Iterator[tuple[str, Any, Any]]:
+def _readings(plate: Plate, motions: list[Any], reported: Any) -> Iterator[tuple[str, Any, Any]]:
     read, computed, apart, misfit = [], [], [], []
     for place, motion in enumerate(motions):
         residuals = []
@@ -293,29 +297,31 @@ def _readings(plate: Plate, motions: list[Any], told: Any) -> Iterator[tuple[str
             half = mpf("0.05")
             squares = sum(r * r for r in residuals)
             misfit.append(squares / half / sum(abs(r) for r in residuals))
-    yield from told("reading/read", read)
-    yield from told("reading/computed", computed)
-    yield from told("reading/residual", [c - r for c, r in zip(computed, read, strict=True)])
-    yield from told("signal/residual", apart)
-    yield from told("fit/misfit", misfit)
+    yield from reported("reading/read", read)
+    yield from reported("reading/computed", computed)
+    yield from reported("reading/residual", [c - r for c, r in zip(computed, read, strict=True)])
+    yield from reported("signal/residual", apart)
+    yield from reported("fit/misfit", misfit)
 
 
-def _on_the_plate(record: Record, motions: list[Any], told: Any) -> Iterator[tuple[str, Any, Any]]:
+def _on_the_plate(
+    record: Record, motions: list[Any], reported: Any
+) -> Iterator[tuple[str, Any, Any]]:
     shown = record[f"{ROOT}/map/amplitude"]
     y, x = ([mpf(float(v)) for v in axis.values] for axis in shown.axes[1:])
     maps = [[[abs(dot((1, b, -a), m)) for a in x] for b in y] for m in motions]
-    yield from told("map/amplitude", maps)
+    yield from reported("map/amplitude", maps)
     total = [
         [mp.sqrt(sum(one[i][j] ** 2 for one in maps)) for j in range(len(x))] for i in range(len(y))
     ]
-    yield from told("map/all_orders", total)
+    yield from reported("map/all_orders", total)
     edge = (x[0], x[-1], y[0], y[-1])
     quiet = [quietest([m], *edge) for m in motions]
     for place, name in enumerate(("x", "y", "amplitude")):
-        yield from told(f"quiet/{name}", [one[place] for one in quiet])
+        yield from reported(f"quiet/{name}", [one[place] for one in quiet])
     both = quietest(motions, *edge)
     for place, name in enumerate(("x", "y", "amplitude")):
-        yield from told(f"quiet/all_orders_{name}", both[place])
+        yield from reported(f"quiet/all_orders_{name}", both[place])
 
 
 def quietest(motions: list[Any], x0: mpf, x1: mpf, y0: mpf, y1: mpf) -> tuple[mpf, mpf, mpf]:
@@ -343,7 +349,7 @@ def quietest(motions: list[Any], x0: mpf, x1: mpf, y0: mpf, y1: mpf) -> tuple[mp
 
 
 def _uncertain(
-    plate: Plate, motions: list[Any], rows: list[Row], told: Any
+    plate: Plate, motions: list[Any], rows: list[Row], reported: Any
 ) -> Iterator[tuple[str, Any, Any]]:
     """First order of linear least squares: covariance of the motion, then of each result."""
     fits = plate.fits
@@ -355,19 +361,21 @@ def _uncertain(
     every = range(len(motions))
     units = [tuple(mpf(int(i == j)) for j in range(3)) for i in range(3)]
     for name, unit in zip(("translation", "roll", "pitch"), units, strict=True):
-        yield from told(f"uncertainty/{name}_level", [level(unit, place) for place in every])
+        yield from reported(f"uncertainty/{name}_level", [level(unit, place) for place in every])
         turns = []
         for place in every:
             own, other = (dot(row, motions[place]) for row in (unit, plate.origin))
             slope = [c / own - d / other for c, d in zip(unit, plate.origin, strict=True)]
             across = [s.imag for s in slope] + [s.real for s in slope]
             turns.append(mp.sqrt(fits[place].variance(across)))
-        yield from told(f"uncertainty/{name}_phase", turns)
-    yield from told("uncertainty/level", [[level(row, place) for place in every] for row in rows])
+        yield from reported(f"uncertainty/{name}_phase", turns)
+    yield from reported(
+        "uncertainty/level", [[level(row, place) for place in every] for row in rows]
+    )
 
 
 def _candidates(
-    plate: Plate, record: Record, rows: list[Row], told: Any
+    plate: Plate, record: Record, rows: list[Row], reported: Any
 ) -> Iterator[tuple[str, Any, Any]]:
     found = {
         key.removeprefix(f"{ROOT}/candidate/"): q.values
@@ -389,9 +397,13 @@ def _candidates(
     for name, unit in zip(("translation", "roll", "pitch"), units, strict=True):
         scale = plate.reference if name == "translation" else plate.peak
         levels = [plate.level(dot(unit, m), scale) for m in motions]
-        yield from told(f"candidate/{name}_level", levels)
-        yield from told(f"candidate/{name}_phase", [_phase(m, unit, plate.origin) for m in motions])
-    yield from told("candidate/level", [[plate.level(dot(r, m)) for r in rows] for m in motions])
+        yield from reported(f"candidate/{name}_level", levels)
+        yield from reported(
+            f"candidate/{name}_phase", [_phase(m, unit, plate.origin) for m in motions]
+        )
+    yield from reported(
+        "candidate/level", [[plate.level(dot(r, m)) for r in rows] for m in motions]
+    )
     worst = []
     for motion, order in zip(motions, found["order"], strict=True):
         sizes = plate.sizes(orders.index(int(order)))
@@ -400,12 +412,12 @@ def _candidates(
             for r, s in zip(plate.rows(), sizes, strict=True)
         ]
         worst.append(max(abs(x) for x in levels))
-    yield from told("candidate/worst_residual", worst)
-    yield from _further(plate, record, motions, found, told)
+    yield from reported("candidate/worst_residual", worst)
+    yield from _further(plate, record, motions, found, reported)
 
 
 def _further(
-    plate: Plate, record: Record, motions: list[Any], found: dict[str, Any], told: Any
+    plate: Plate, record: Record, motions: list[Any], found: dict[str, Any], reported: Any
 ) -> Iterator[tuple[str, Any, Any]]:
     apart = []
     for words in record[f"{ROOT}/further/difference"].axes[0].values:
@@ -418,4 +430,4 @@ def _further(
         own = [m for m, n in zip(motions, found["order"], strict=True) if int(n) == int(order)]
         first, other = (plate.level(dot(row, m)) for m in own[:2])
         apart.append(first - other)
-    yield from told("further/difference", apart)
+    yield from reported("further/difference", apart)

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from typing import Any
 
 import mpmath
-from estimate_counts import Doubted, Told
+from estimate_counts import Reported, Uncertain
 from exact_body import BodyTruth
 from exact_isolation import body_results
 from exact_planar import PlanarTruth
@@ -26,17 +26,17 @@ DIGITS = 50
 NO_TRUTH = {f"{ROOT}nearest_order": "a number of a row: which order is said to drive a mode"}
 
 
-def judge_pump(table: Table) -> Told:
-    """Every quantity of a run of a case table beside the truth; none is left out unsaid."""
+def judge_pump(table: Table) -> Reported:
+    """Every quantity of a run of a case table next to the truth; none is left out unsaid."""
     case = validate(table)
     record = run_case(case)
     noise: dict[str, float] = {}
     with mpmath.workdps(DIGITS):
         rows = judge_rows(exact_pump_results(case, record, noise), record)
-        judged = [Doubted(*one, noise.get(one.path, 0.0)) for one in rows]
+        judged = [Uncertain(*one, noise.get(one.path, 0.0)) for one in rows]
     missing = set(record) - {one.path for one in judged} - set(NO_TRUTH)
     assert not missing, f"no truth for {sorted(missing)}"
-    return Told(table, record, judged)
+    return Reported(table, record, judged)
 
 
 def exact_pump_results(

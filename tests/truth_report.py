@@ -38,7 +38,7 @@ class Judged(NamedTuple):
 
 
 def judge(table: Table) -> list[Judged]:
-    """Every quantity of a run of a case table beside the truth."""
+    """Every quantity of a run of a case table next to the truth."""
     case = validate(table)
     record = run_case(case)
     with mpmath.workdps(DIGITS):
@@ -54,7 +54,7 @@ def judge_record(case: Case, record: Record) -> Iterator[Judged]:
 
 
 def judge_rows(rows: Iterable[tuple[str, Any, Any]], record: Record) -> Iterator[Judged]:
-    """Path, values found and exact ones (of all entries, or of some) beside the estimates."""
+    """Path, values found and exact ones (of all entries, or of some) next to the estimates."""
     for path, found, exact in rows:
         values, truth = np.ravel(found).tolist(), list(flat(exact))
         assert len(values) == len(truth), path

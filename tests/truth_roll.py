@@ -1,4 +1,4 @@
-"""The roll of a machine beside a truth: far more Gauss points, and twice, to know its own error.
+"""The roll of a machine next to a truth: far more Gauss points, and twice, to know its own error.
 
 With 20 and with 24 Gauss points on each panel between the kinks of the gas tables (and of the
 motor's) collocation is of order 40 and more: what is left is rounding, and the difference of the
@@ -9,7 +9,7 @@ formulas of its own (`exact_roll.py`).
 import copy
 
 import numpy as np
-from estimate_counts import Doubted, Told
+from estimate_counts import Reported, Uncertain
 from random_machines import Table
 
 from vibecalc.core.case.load import validate
@@ -22,8 +22,8 @@ POINTS = (20, 24)
 COUNTS = ("trivial_multipliers", "method/work")
 
 
-def judge_roll(table: Table) -> Told:
-    """Every result of a run beside the truth."""
+def judge_roll(table: Table) -> Reported:
+    """Every result of a run next to the truth."""
     case = validate(copy.deepcopy(table))
     assert check_machine(case) == []
     record = run_case(case)
@@ -33,7 +33,7 @@ def judge_roll(table: Table) -> Told:
         for path, quantity in record.items()
         if not path.endswith(COUNTS)
     ]
-    return Told(table, record, judged)
+    return Reported(table, record, judged)
 
 
 def truth_of(table: Table) -> Record:
@@ -48,12 +48,12 @@ def _refined(table: Table, points: int) -> Table:
     return finer
 
 
-def _judged(found: Quantity, truth: Quantity, again: Quantity) -> Doubted:
+def _judged(found: Quantity, truth: Quantity, again: Quantity) -> Uncertain:
     noise = _apart(found.path, truth.values, again.values)
     error = _apart(found.path, found.values, truth.values)
     there = np.abs(truth.values)[np.isfinite(truth.values)]
     size = float(np.max(there, initial=0.0))
-    return Doubted(found.path, error, found.error_estimate, size, noise)
+    return Uncertain(found.path, error, found.error_estimate, size, noise)
 
 
 def _apart(path: str, one: np.ndarray, other: np.ndarray) -> float:

@@ -24,12 +24,12 @@ from vibecalc.core.run.run import run_case
 from vibecalc.schema import Case
 
 ROOT = "response/torsion/transient/"
-#: rows of a waterfall that are looked at
+#: rows of a waterfall that are examined
 ROWS = 6
 
 
 def judge_transient(table: Table) -> StudyReport:
-    """Every quantity below `transient/` beside its truth. NumericalFailure if the run refuses."""
+    """Every quantity below `transient/` next to its truth. NumericalFailure if the run refuses."""
     case = validate(table)
     record = run_case(case)
     return report(case, record, ROOT, list(truths(case, record)), {})
@@ -76,9 +76,9 @@ def _axis(record: Record, name: str, axis: str) -> np.ndarray:
     return np.asarray(axes[axis], dtype=float)
 
 
-def nearest(found: float, time: np.ndarray, height: np.ndarray, doubt: float) -> float:
-    """The place next to the one found of those that reach the largest height but for a doubt."""
-    places = time[height >= height.max() - doubt]
+def nearest(found: float, time: np.ndarray, height: np.ndarray, uncertainty: float) -> float:
+    """The place nearest to the one found of those that reach the largest height, nearly."""
+    places = time[height >= height.max() - uncertainty]
     return float(places[np.argmin(np.abs(places - found))])
 
 
@@ -89,8 +89,8 @@ def _peaks(motion: ExactMotion, record: Record, noise: np.ndarray) -> Iterator[T
         found = motion_extremes(motion, e)
         size = np.abs(found.value)
         peak.append(float(size.max()))
-        doubt = 2.0 * record[f"{ROOT}peak"].error_estimate * ratio[e] + noise[e]
-        when.append(nearest(float(_own(record, "peak_time")[e]), found.time, size, doubt))
+        uncertainty = 2.0 * record[f"{ROOT}peak"].error_estimate * ratio[e] + noise[e]
+        when.append(nearest(float(_own(record, "peak_time")[e]), found.time, size, uncertainty))
         speed.append(float(motion.course(np.array(when[-1:]))[1][0]))
     values = np.array(peak) / ratio
     yield f"{ROOT}peak", _own(record, "peak"), values, float(np.max(noise / ratio))
@@ -202,18 +202,18 @@ def _passage(motion: ExactMotion, record: Record, noise: np.ndarray) -> Iterator
         found = swings(motion, motion_extremes(motion, e), e, one.cycle, (start, end))
         half.append(float(found.half.max()))
         speed = motion.course(found.middle)[1]
-        doubt = 2.0 * record[f"{ROOT}peak_half_range"].error_estimate * ratio[e] + noise[e]
+        uncertainty = 2.0 * record[f"{ROOT}peak_half_range"].error_estimate * ratio[e] + noise[e]
         own = float(_own(record, "peak_half_range_speed")[e])
-        fast.append(nearest(own, speed, found.half, doubt))
+        fast.append(nearest(own, speed, found.half, uncertainty))
     own = float(np.max(noise / ratio))
     peak, slip = np.array(half), 1e-8 * float(speeds[1])
     yield f"{ROOT}peak_half_range", _own(record, "peak_half_range"), peak / ratio, own
     path = f"{ROOT}peak_half_range_speed"
     yield path, _own(record, "peak_half_range_speed"), np.array(fast), slip
-    steady, doubt = curve.value.max(axis=0), record[f"{ROOT}steady_half_range"].error_estimate
+    steady, uncertainty = curve.value.max(axis=0), record[f"{ROOT}steady_half_range"].error_estimate
     place = np.array([
         nearest(float(_own(record, "steady_half_range_speed")[e]), curve.speed, curve.value[:, e],
-                2.0 * doubt * ratio[e])
+                2.0 * uncertainty * ratio[e])
         for e in range(len(ratio))
     ])  # fmt: skip
     close = 1e-9

@@ -19,7 +19,7 @@ NO_TRUTH = {
     "highest_order": "what was kept",
     "secondary/source": "an order that is named; where round-off is all there is, any",
     "wedge/": "formulas of the first order; their estimate says what the next one may change",
-    "unstable/growth": "the fastest of what was looked at",
+    "unstable/growth": "the fastest of what was examined",
 }
 #: truth with so many times the orders, and a few more
 _MORE, _EXTRA = 1.7, 8
@@ -28,7 +28,7 @@ _ABOUT = (2e-3, 4e-4, 8e-5)
 
 
 def judge_variable(table: Table) -> StudyReport:
-    """Every quantity below `variable_inertia/` beside its truth, or why it has none.
+    """Every quantity below `variable_inertia/` next to its truth, or why it has none.
 
     NumericalFailure if the run refuses.
     """
@@ -75,14 +75,14 @@ def _operating(line: VariableTruth, record: Record, steps: int) -> Iterator[Trut
     torque = line.torque(full, speed)
     turning = speed * full.order[1:, None]
     stiff = np.abs(one.stiffness + 1j * turning * one.damping)
-    doubt = (slip[1:] @ np.abs(one.element).T) * stiff
+    uncertainty = (slip[1:] @ np.abs(one.element).T) * stiff
     kept = len(_axis(record, "torque", "half_order"))
-    noise = float((doubt / size).max())
+    noise = float((uncertainty / size).max())
     true = (torque[:kept] / ratio).T
     yield f"{ROOT}torque", _own(record, "torque"), true, noise
     plain = line.constant(speed, steps)
     constant = line.half_range(plain, speed)
-    varying, blur = line.half_range(full, speed), doubt.sum(axis=0)
+    varying, blur = line.half_range(full, speed), uncertainty.sum(axis=0)
     tiny = 1e-14 * constant
     path, found = f"{ROOT}constant_half_range", _own(record, "constant_half_range")
     yield path, found, constant / size, float((tiny / size).max())
@@ -150,23 +150,23 @@ def _speeds(line: VariableTruth, record: Record, steps: int) -> Iterator[Truth]:
         turning = float(speed) * full.order[1:, None]
         stiff = np.abs(line.inputs.stiffness + 1j * turning * line.inputs.damping)
         blur.append(((slip[1:] @ np.abs(line.inputs.element).T) * stiff).sum(axis=0))
-    true, changes, doubt = np.array(half).T, np.array(change).T, np.array(blur).T
-    slack = float((doubt / true * (1.0 + np.abs(changes))).max()) + 1e-14
+    true, changes, uncertainty = np.array(half).T, np.array(change).T, np.array(blur).T
+    slack = float((uncertainty / true * (1.0 + np.abs(changes))).max()) + 1e-14
     path, found = f"{ROOT}speeds/torque_half_range", _own(record, "speeds/torque_half_range")
     unbounded = ~np.isfinite(found)
     true = np.where(unbounded, np.inf, true)
-    yield path, found, true / ratio, float((doubt / ratio).max())
+    yield path, found, true / ratio, float((uncertainty / ratio).max())
     changes = np.where(unbounded, np.inf, changes)
     yield f"{ROOT}speeds/change", _own(record, "speeds/change"), changes, slack
-    told = np.where(unbounded, -1.0, np.abs(changes))
-    best = told.argmax(axis=1)
+    reported = np.where(unbounded, -1.0, np.abs(changes))
+    best = reported.argmax(axis=1)
     largest = changes[np.arange(len(best)), best]
     yield f"{ROOT}largest_change", _own(record, "largest_change"), largest, slack
     path, found = f"{ROOT}largest_change_speed", _own(record, "largest_change_speed")
     # of those that are equal within their error the one that was found
     slack += 2.0 * record[f"{ROOT}largest_change"].error_estimate
     same = np.array([
-        float(own) if told[k, np.argmin(np.abs(speeds - own))] >= told[k].max() - slack
+        float(own) if reported[k, np.argmin(np.abs(speeds - own))] >= reported[k].max() - slack
         else speeds[best[k]]
         for k, own in enumerate(found)
     ])  # fmt: skip

@@ -46,7 +46,7 @@ def main() -> NoReturn:
     try:
         from vibecalc.cli.commands import app as every_command
 
-        # the parameters of ten other commands need not be looked at to run the one that is named
+        # the parameters of ten other commands need not be examined to run the one that is named
         app = copy.copy(every_command)
         named = [one for one in app.registered_commands if sys.argv[1:2] == [_name(one)]]
         app.registered_commands = named or app.registered_commands

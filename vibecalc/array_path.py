@@ -194,7 +194,7 @@ def _whole_tuning(case: "Case") -> str | None:
     if machine.secondary is None or machine.springs or machine.gap or machine.flywheel:
         return "several absorbers and their parts are computed point by point"
     if options.bounds is not None or options.compare or options.mistuning or options.sensitivity:
-        return "what [tuning] asks for beside the optimum is computed point by point"
+        return "what [tuning] asks for next to the optimum is computed point by point"
     return None
 
 
@@ -346,9 +346,9 @@ def compute(
         done, columns, alone = tunings(case, varied, count, keep)
         return ([Part(done, columns)] if len(done) else []), alone
     whole = Columns(case, varied, count)
-    doubtful = suspects(whole)
-    clear = np.flatnonzero(~doubtful)
-    left = [np.flatnonzero(doubtful)]
+    uncertain = suspects(whole)
+    clear = np.flatnonzero(~uncertain)
+    left = [np.flatnonzero(uncertain)]
     train, mounts = case.machine.crank_train, case.machine.mounts
     mounted = 0 if mounts is None else len(mounts.individual or mounts.positions or ())
     turning = len(train.cylinders) + len(train.counterweights) + len(train.balance_shafts)
@@ -407,12 +407,12 @@ def _roll_at_points(
     from vibecalc.roll.arrays import emit_roll  # loads what solves the motion
 
     sheet = Sheet(columns.count, keep)
-    doubtful = emit_roll(columns, sheet)
-    clear = np.flatnonzero(~doubtful)
+    uncertain = emit_roll(columns, sheet)
+    clear = np.flatnonzero(~uncertain)
     if not len(clear):
-        return None, doubtful
+        return None, uncertain
     found = {
         path: column._replace(values=column.values[clear], errors=column.errors[clear])
         for path, column in sheet.columns.items()
     }
-    return Part(places[clear], found), doubtful
+    return Part(places[clear], found), uncertain

@@ -115,7 +115,7 @@ def _fits(name: str, unit: str) -> bool:
 
 
 def _tidy(schema: Any, texts: dict[str, Schema]) -> Any:
-    """Move what pydantic leaves beside its place; drop titles, and null, which TOML has not.
+    """Move what pydantic leaves next to its place; drop titles, and null, which TOML has not.
 
     `texts` gathers the forms of numbers written as texts, one for each unit.
     """

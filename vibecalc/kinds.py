@@ -123,7 +123,7 @@ def check_kinds(row: Row) -> Iterator[Problem]:
         yield Problem(
             path=(*MACHINE, "speed"),
             message=f"the speed stands twice: a motor of kind {motor!r} finds it",
-            allowed="no speed beside such a motor, or a motor of kind 'torque_harmonics'",
+            allowed="no speed next to such a motor, or a motor of kind 'torque_harmonics'",
             hint="the motor brings the machine to the speed at which its torque meets the demand",
             also=(*MACHINE, "motor", "kind"),
         )
@@ -201,7 +201,7 @@ def _runs(data: Data) -> bool:
 
 def _found_elsewhere(asking: list[KeyPath]) -> Problem:
     running = (
-        "beside such a motor [excitation] may say which cylinders work, with working and idle alone"
+        "with such a motor [excitation] may say which cylinders work, with working and idle alone"
     )
     return Problem(
         path=asking[0],
@@ -281,7 +281,7 @@ PARTS_OF_KIND: dict[str, PartsOfKind] = {
             *((*TRAIN, "cylinders", EACH, key) for key in ("firing_angle", "pressure_scale")),
         ),
         foreign=_OF_COMPRESSORS,
-        instead="shaft_line, body and mounts beside the crank_train; [response.torsion]",
+        instead="shaft_line, body and mounts next to the crank_train; [response.torsion]",
     ),
     "pump": PartsOfKind(
         own=((*TRAIN, "pump_cycle"),),
@@ -305,7 +305,7 @@ def check_parts_of_kind(data: Data, kind: str) -> Iterator[Problem]:
 
 
 def _foreign(data: Data, kind: str, parts: PartsOfKind) -> Iterator[Problem]:
-    finds = motor_kind(table_at(data, "machine")) in FINDING_MOTORS  # told elsewhere
+    finds = motor_kind(table_at(data, "machine")) in FINDING_MOTORS  # reported elsewhere
     for place in parts.foreign:
         for path, value in _found_at(data, place):
             if not (finds and path == (*MACHINE, "motor")):

@@ -134,7 +134,7 @@ class Machine(Table):
 
 
 class Accuracy(Table):
-    """The one dial between speed and accuracy."""
+    """The one setting between speed and accuracy."""
 
     rtol: Number = Field(
         1e-9, ge=1e-14, le=0.1, description="of the largest magnitude of each quantity"

@@ -11,7 +11,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 
-#: what the quick tests need beside vibecalc
+#: what the quick tests need next to vibecalc
 TOOLS = ("pytest", "pytest-timeout", "hypothesis", "mpmath", "threadpoolctl")
 
 _VERSIONS = """
@@ -76,8 +76,8 @@ def find_python(version: str) -> Path | None:
 
 def _is_version(python: Path, version: str) -> bool:
     """A launcher of pyenv is on the path for versions that it then refuses to start."""
-    told = subprocess.run([python, "--version"], capture_output=True, text=True, check=False)
-    return told.returncode == 0 and told.stdout.startswith(f"Python {version}.")
+    reported = subprocess.run([python, "--version"], capture_output=True, text=True, check=False)
+    return reported.returncode == 0 and reported.stdout.startswith(f"Python {version}.")
 
 
 def make(environment: Environment, interpreter: Path, folder: Path) -> Path:
@@ -110,10 +110,10 @@ def _asked(environment: Environment) -> str:
 
 def versions(python: Path, around: dict[str, str]) -> dict[str, str]:
     """What the numbers may hang on: versions, kernels of BLAS that run, wider instructions."""
-    told = subprocess.run(
+    reported = subprocess.run(
         [python, "-c", _VERSIONS], env=around, capture_output=True, text=True, check=True
     )
-    found: dict[str, str] = json.loads(told.stdout)
+    found: dict[str, str] = json.loads(reported.stdout)
     return found
 
 

@@ -153,8 +153,8 @@ def _held(name: str, reference: Path, written: Path, rules: Rules, found: Found)
     (found.same if comparison.same else found.differ).append(name)
     for row in comparison.worst(3):
         if not row.same:
-            told = "; ".join(row.problems) or f"{row.ratio:.2g} of its tolerance at {row.entry}"
-            print(f"{name}: {row.path}: {told}", flush=True)
+            reported = "; ".join(row.problems) or f"{row.ratio:.2g} of its tolerance at {row.entry}"
+            print(f"{name}: {row.path}: {reported}", flush=True)
         if row.ratio > found.worst:
             found.worst, found.where = row.ratio, f"{name}: {row.path}"
 

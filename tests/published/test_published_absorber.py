@@ -3,7 +3,7 @@ source slips, by its slip.
 
 Its "fixed points" are the two peaks; its optimum is Den Hartog's, rounded; the optima of Tables
 3.1 and 3.2 come from a grid of .001 in k, eps2 and x, whose valley is flat: row L of Table 3.1 is
-that grid's, rows S and M are not reproduced by it and lie beside the true optimum.
+that grid's, rows S and M are not reproduced by it and lie next to the true optimum.
 """
 
 import numpy as np
@@ -92,8 +92,8 @@ def test_figures_2_3_and_2_4_print_the_steps_of_a_grid_for_infinite_peaks():
         Absorber(0.0, 0.0, STIFFNESS, 0.0), Absorber(0.0, MASS, np.inf, 0.0),
     ):  # fmt: skip
         assert np.isinf(peaks(absorber).largest)
-    beside = abs(amplitude(Absorber(0.0, 0.0, STIFFNESS, 0.0), 1.0001))
-    assert beside == pytest.approx(5000, rel=1e-4)
+    nearby = abs(amplitude(Absorber(0.0, 0.0, STIFFNESS, 0.0), 1.0001))
+    assert nearby == pytest.approx(5000, rel=1e-4)
 
 
 def test_figure_2_14_with_a_damped_primary():

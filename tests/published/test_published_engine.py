@@ -87,7 +87,7 @@ def test_critical_speeds(freedoms, mode):
 def test_captions_name_frequencies_of_another_damper():
     frequency, _ = modes(8)
     for (_, mode), old in source.OLD_FREQUENCY.items():
-        # the critical speeds printed beside them are those of the new frequencies
+        # the critical speeds printed next to them are those of the new frequencies
         first = source.CRITICAL_SPEED[8, mode][0]
         assert abs(first - 2.0 * frequency[mode - 1]) < 0.11 < abs(first - 2.0 * old)
     # a softer spring brings the first and lowers the other two, which are printed higher

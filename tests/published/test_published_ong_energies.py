@@ -4,7 +4,7 @@ The slips, in `slipped`: the magnitude of every modal coordinate is taken before
 (and of the sum again), so that the result depends on the arbitrary signs of the eigenvectors. That
 magnitudes of sine and cosine parts are joined per coordinate, and energies of forces of one
 frequency added, are two more. All tables and both constants come out to their last digit. What the
-same data give without the slips is stated beside, as is what two cylinders in a row really do.
+same data give without the slips is stated alongside, as is what two cylinders in a row really do.
 
 The script files keep orders 1, 2, 4 .. 80 in columns 1 to 41: column j is order 2 j - 2, but for
 the first; the copy that starts at order 2 is shifted by one column and read at its index less one.

@@ -170,7 +170,7 @@ def test_readings_of_the_case():
 
 
 def test_position_5_at_either_of_its_places_predicts_the_others_as_well():
-    """Its equations need 5 straight beside 1; Table 2 has it 9.5 mm further out.
+    """Its equations need 5 straight next to 1; Table 2 has it 9.5 mm further out.
 
     The readings at 3, 4 and 6, which no equation uses, do not tell which is right: over the nine
     of them both places miss by about as much.

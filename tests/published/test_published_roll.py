@@ -130,7 +130,7 @@ def test_six_digits_of_base_16() -> None:
 
 
 def test_closed_tables_miss_two_levels() -> None:
-    """That the first ten degrees get the first three nodes is told by the digits alone."""
+    """That the first ten degrees get the first three nodes is shown by the digits alone."""
     closed = simulate(source_machine(), source_drive(), rounded=hexadecimal).level
     assert abs(closed[7] - LEVELS[7]) > 0.09
     assert abs(closed[8] - LEVELS[8]) > 0.09
@@ -152,7 +152,7 @@ def test_the_truncated_kinematics_cost_little() -> None:
 
 
 def test_equation_64_lacks_a_sign() -> None:
-    """As printed, piston 2 gets the acceleration of piston 1; its momentum would not have told."""
+    """As printed, piston 2 gets the acceleration of piston 1; its momentum would not show it."""
     drive = open_tables(source_drive())
     wrong = simulate(source_machine(), drive, equation_64=True)
     assert abs(wrong.drift) < 0.0005
@@ -248,7 +248,7 @@ def test_tables_of_the_gas() -> None:
     ],
 )
 def test_units_in_the_text(printed: float, last: float, value: float) -> None:
-    """SI beside inches, pounds and horsepower, to half a unit of the last digit that is meant."""
+    """SI next to inches, pounds and horsepower, to half a unit of the last digit that is meant."""
     assert abs(value - printed) <= 0.5 * last
 
 

@@ -2,7 +2,7 @@
 
     python tests/snapshots/said.py [NAME...]
 
-writes `NAME.txt`, `NAME.check.json` and `NAME.pictures.txt` beside this file, of all golden files
+writes `NAME.txt`, `NAME.check.json` and `NAME.pictures.txt` next to this file, of all golden files
 without a name. All of it comes from the golden file and the case; nothing is computed again, so
 that the words are the same wherever they are made.
 """

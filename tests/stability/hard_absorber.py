@@ -20,14 +20,14 @@ from vibecalc.absorber.tuning.restricted import pure_viscous
 from vibecalc.numerics.rounding import WithError
 
 KIND = ("force", "displacement")
-BESIDE = 2**-0.5 - 1e-8
+NEARBY = 2**-0.5 - 1e-8
 
 
 def own(z1: float, m: float) -> WithError:
     found = minimax(z1, m)
     values = np.array([found.stiffness_ratio, found.secondary_damping, found.above_floor])
-    doubt = found.above_floor * found.excess_error / found.excess + 2e-16 * found.above_floor
-    return WithError(values, np.array([found.stiffness_error, found.damping_error, doubt]))
+    uncertainty = found.above_floor * found.excess_error / found.excess + 2e-16 * found.above_floor
+    return WithError(values, np.array([found.stiffness_error, found.damping_error, uncertainty]))
 
 
 @cache
@@ -231,7 +231,7 @@ def light_condition() -> float:
 
 def cases() -> tuple[HardCase, ...]:
     return (
-        tuning("e1 = 1/sqrt 2 - 1e-8: k = 2e-16", BESIDE, 0.1),
+        tuning("e1 = 1/sqrt 2 - 1e-8: k = 2e-16", NEARBY, 0.1),
         tuning("e1 = .1, mu = .01", 0.1, 0.01),
         tuning("e1 = mu = 1/2", 0.5, 0.5, one_half()),
         tuning("e1 = 0, mu = 1e-6: narrow peaks 1e-3 apart", 0.0, 1e-6),

@@ -1,4 +1,4 @@
-"""Hard cases of a body on springs: next to and on a resonance, stiff beside soft, underflow.
+"""Hard cases of a body on springs: next to and on a resonance, stiff next to soft, underflow.
 
 Ong (2000), chapter 4; his response is P |Y|, which hangs on the sign of every eigenvector.
 """
@@ -70,18 +70,18 @@ def by_modes(matrices: Matrices, speed: float, force: np.ndarray, signs: bool = 
 def truth_of(away: float) -> list[mpmath.mpc]:
     body = undamped()
     with mpmath.workdps(50):
-        return list(exact_response(exact_matrices(body), speed_beside(away), FORCE))
+        return list(exact_response(exact_matrices(body), speed_nearby(away), FORCE))
 
 
-def speed_beside(away: float) -> float:
+def speed_nearby(away: float) -> float:
     return float(modes(undamped().matrices).natural_frequency[2]) * (1.0 + away)
 
 
-def condition_beside(away: float) -> float:
+def condition_nearby(away: float) -> float:
     """Of the largest component, by a change of the speed, whose square all stiffness meets."""
     exact = exact_matrices(undamped())
     with mpmath.workdps(60):
-        speed = mpmath.mpf(speed_beside(away))
+        speed = mpmath.mpf(speed_nearby(away))
         found = []
         for w in (speed, speed * (1 + mpmath.mpf("1e-20"))):
             dynamic = exact[1] - w * w * exact[0]
@@ -90,12 +90,12 @@ def condition_beside(away: float) -> float:
         return float(abs((found[1][most] - found[0][most]) / found[0][most]) / 1e-20)
 
 
-def beside(away: float) -> HardCase:
+def nearby(away: float) -> HardCase:
     matrices = undamped().matrices
-    speed = speed_beside(away)
+    speed = speed_nearby(away)
     return HardCase(
-        f"an order {away:g} beside an undamped natural frequency", "Ong",
-        lambda: condition_beside(away), lambda: truth_of(away),
+        f"an order {away:g} next to an undamped natural frequency", "Ong",
+        lambda: condition_nearby(away), lambda: truth_of(away),
         lambda: own_response(matrices, speed, FORCE), "answers; the loss is in the error",
         (Way("numpy.linalg.solve", lambda: by_solve(matrices, speed, FORCE), loose=True),
          Way("sum of modes from scipy.linalg.eigh",
@@ -220,8 +220,8 @@ def modes_case(name: str, matrices: Matrices) -> HardCase:
 
 def cases() -> tuple[HardCase, ...]:
     return (
-        beside(1e-7),
-        beside(1e-9),
+        nearby(1e-7),
+        nearby(1e-9),
         on_it(),
         HardCase(
             "energies of orders 2 to 240, to 1e-320 and below", "Ong", lambda: 2.0,

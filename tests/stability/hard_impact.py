@@ -96,8 +96,8 @@ def ensemble(members: int, turns: int, discard: int = 8) -> np.ndarray:
 
 def own_mean() -> WithError:
     found = mean_over_runs(ensemble(40, 10))
-    doubt = 4.0 * np.hypot(found.standard_error, LONG_RUN_ERROR)
-    return WithError(found.value.ravel(), doubt.ravel())
+    uncertainty = 4.0 * np.hypot(found.standard_error, LONG_RUN_ERROR)
+    return WithError(found.value.ravel(), uncertainty.ravel())
 
 
 def turns_together() -> np.ndarray:

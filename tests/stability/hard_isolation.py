@@ -7,7 +7,7 @@ from functools import cache
 
 import mpmath
 import numpy as np
-from exact_peaks import summit
+from exact_peaks import peak
 from isolation_machines import COUPLE, INERTIA, LEVER, ORDERS, RADIUS_TO_ROD, gibson, gibson_couple
 from stability.hard_case import HardCase, Numbers, Way, condition_of, singular
 
@@ -41,7 +41,7 @@ def highest(
     near = mpmath.sqrt(4 * stiffness * mpmath.mpf(ARM) ** 2 / inertia) / order
     if order == 1:
         near *= 1 + 2 * (4 * damping * mpmath.mpf(ARM) ** 2 / (inertia * near * 2)) ** 2
-    return list(summit(lambda v: rows_at(v, damping, stiffness, inertia), [1, 2], near))
+    return list(peak(lambda v: rows_at(v, damping, stiffness, inertia), [1, 2], near))
 
 
 @cache
@@ -58,8 +58,8 @@ def own_peak(damping: float, stop: float) -> WithError:
     seen = np.ones((1, 5), dtype=bool)
     found = run_up(rows, ORDERS, pitch_resonances(pitch, couple), 0.0, stop, seen).peak
     value, speed = found.value.ravel()[0], found.speed.ravel()[0]
-    doubt = np.array([found.error.ravel()[0], found.speed_error.ravel()[0]])
-    return WithError(np.array([value, speed]), doubt)
+    uncertainty = np.array([found.error.ravel()[0], found.speed_error.ravel()[0]])
+    return WithError(np.array([value, speed]), uncertainty)
 
 
 def forces(damping: float, speed: np.ndarray) -> np.ndarray:

@@ -112,14 +112,14 @@ def even(first: int, last: int, step: int = 2) -> tuple[int, ...]:
 
 
 SHARP = 1.0 - 1e-9
-BESIDE = np.pi / 2 + np.array([0.0, 1e-6, -1e-3])
+NEARBY = np.pi / 2 + np.array([0.0, 1e-6, -1e-3])
 
 
 @cache
 def sharp_truth() -> list[mpmath.mpf]:
     with mpmath.workdps(60):
         found = []
-        for angle in BESIDE.tolist():
+        for angle in NEARBY.tolist():
             lam, a = mpmath.mpf(SHARP), mpmath.mpf(angle)
             sine, cosine = mpmath.sin(a), mpmath.cos(a)
             rod = mpmath.sqrt(1 - (lam * sine) ** 2)
@@ -128,12 +128,12 @@ def sharp_truth() -> list[mpmath.mpf]:
 
 
 def sharp_own() -> WithError:
-    found = piston_motion(BESIDE, SHARP, 1.0)
+    found = piston_motion(NEARBY, SHARP, 1.0)
     return WithError(found.acceleration, found.acceleration_error)
 
 
 def sharp_plain() -> np.ndarray:
-    sine, cosine = np.sin(BESIDE), np.cos(BESIDE)
+    sine, cosine = np.sin(NEARBY), np.cos(NEARBY)
     rod = np.sqrt(1.0 - (SHARP * sine) ** 2)
     return np.asarray(
         -SHARP * cosine - SHARP**2 * (cosine**2 - sine**2) / rod
@@ -144,7 +144,7 @@ def sharp_plain() -> np.ndarray:
 def sharp_differences() -> np.ndarray:
     step = 1e-4
     path = [SHARP * np.cos(a) + np.sqrt(1.0 - (SHARP * np.sin(a)) ** 2)
-            for a in (BESIDE - step, BESIDE, BESIDE + step)]  # fmt: skip
+            for a in (NEARBY - step, NEARBY, NEARBY + step)]  # fmt: skip
     return np.asarray((path[0] - 2.0 * path[1] + path[2]) / step**2)
 
 
@@ -181,7 +181,7 @@ def cases() -> tuple[HardCase, ...]:
             (Way("FFT of 1024 samples", lambda: by_samples(0.01, (200,), 1024)),),
         ),
         HardCase(
-            "R/L = 1 - 1e-9, acceleration at and beside 90 degrees", "Ong", sharp_condition,
+            "R/L = 1 - 1e-9, acceleration at and next to 90 degrees", "Ong", sharp_condition,
             sharp_truth, sharp_own, "answers",
             (Way("textbook formula, plain floats", sharp_plain, loose=True),
              Way("second differences, 1e-4 rad", sharp_differences)),

@@ -20,7 +20,7 @@ from vibecalc.torsion.modes import natural_modes
 from vibecalc.torsion.modes_of_tree import riccati_frequencies
 
 COUNT = 200
-#: modes that are looked at: the lowest elastic, the middle, the highest
+#: modes that are examined: the lowest elastic, the middle, the highest
 LOOKED = (1, COUNT // 2, COUNT - 1)
 
 
@@ -261,7 +261,7 @@ def on_it() -> HardCase:
 
 
 def cases() -> tuple[HardCase, ...]:
-    beside = float(natural_modes(engine()).frequency[1]) * (1.0 + 1e-7)
+    nearby = float(natural_modes(engine()).frequency[1]) * (1.0 + 1e-7)
     alternating = line_of("alternating")._replace(damping=np.full(COUNT - 1, 1e-3))
     return (
         row("uniform", "200 equal inertias"),
@@ -271,7 +271,7 @@ def cases() -> tuple[HardCase, ...]:
         row("weak_link", "two rows of 100 joined by 1e-6"),
         rigid(),
         twins(),
-        answer_case("forced: 1e-7 beside a resonance of the engine, undamped", engine(), beside),
+        answer_case("forced: 1e-7 next to a resonance of the engine, undamped", engine(), nearby),
         answer_case("forced: the engine with its damper", damped_engine(), 110.0),
         answer_case("forced: 200 inertias, stiffness 1 and 1e6 in turn, at 1000 rad/s",
                     alternating, 1000.0),

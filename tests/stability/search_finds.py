@@ -1,4 +1,4 @@
-"""The worst points that the search has found, with what they gave; `MENDED` were above 1."""
+"""The worst points that the search has found, with what they gave; `CORRECTED` were above 1."""
 
 from stability.search import Find
 
@@ -40,9 +40,9 @@ FINDS: tuple[Find, ...] = (
     Find("mean square", 0.121, (0.067789, 0.892269, 0.176012, 0.228527, 0.352132), 20000, 0),
 )
 #: points that broke a promise, with what they gave before the mend: roundings of a - b k in a light
-#: and tuned absorber, panels far from normal, a needle that several_peaks missed, a Newton step of
-#: the march that was small by accident (twice)
-MENDED: tuple[Find, ...] = (
+#: and tuned absorber, panels far from normal, a narrow resonance that several_peaks missed, a
+#: Newton step of the march that was small by accident (twice)
+CORRECTED: tuple[Find, ...] = (
     Find("mean square", 2.22, (0.607919, 0.295875, 0.534358, 0.416063, 0.584766), 40, 0),
     Find("multipliers", 171.0, (0.989828, 0.432889, 0.664595, 0.577258), 1208, 0),
     Find(

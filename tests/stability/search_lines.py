@@ -78,12 +78,12 @@ def periodic(point: np.ndarray) -> float:
     error = estimate_error(problem, found)
     fine = problem._replace(edges=halved(halved(problem.edges)))
     truth = solve_periodic(fine, 14, [0.3], tolerance=1e-15)
-    doubt = estimate_error(fine, truth)
+    uncertainty = estimate_error(fine, truth)
     if not (found.converged.all() and truth.converged.all()):
         return 0.0
     x = np.linspace(0.0, 2.0 * np.pi, 401)
     off = np.max(np.abs(evaluate(found, x) - evaluate(truth, x)))
-    return float(off / (error.between[0, 0] + doubt.between[0, 0]))
+    return float(off / (error.between[0, 0] + uncertainty.between[0, 0]))
 
 
 def marched(point: np.ndarray) -> float:

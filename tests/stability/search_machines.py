@@ -27,8 +27,8 @@ def between(value: float, low: float, high: float) -> float:
 
 def worst(off: object, error: object) -> float:
     """Largest |off| / error; a difference without any error is infinite."""
-    apart, doubt = np.abs(np.asarray(off, dtype=float)), np.asarray(error, dtype=float)
-    share = np.where(apart == 0.0, 0.0, apart / np.where(doubt > 0.0, doubt, 1e-320))
+    apart, uncertainty = np.abs(np.asarray(off, dtype=float)), np.asarray(error, dtype=float)
+    share = np.where(apart == 0.0, 0.0, apart / np.where(uncertainty > 0.0, uncertainty, 1e-320))
     return float(np.max(share))
 
 
@@ -150,7 +150,7 @@ def peak_over_cycle(point: np.ndarray) -> float:
 
 
 def run_up(point: np.ndarray) -> float:
-    """Newton on the summit against 4000 speeds over the range and beside resonances."""
+    """Newton on the peak against 4000 speeds over the range and next to resonances."""
     body = random_body(int(point[0] * 1e5))
     weak = between(point[1], 1e-6, 1.0)
     mounts = body.mounts._replace(
@@ -172,9 +172,9 @@ def run_up(point: np.ndarray) -> float:
     seen = shows(readout, shapes.shape, shapes.natural_frequency)
     found = run_up_peak(rows, orders, resonances, 0.0, stop, seen)
     near = np.outer(shapes.natural_frequency, 1.0 / orders).ravel()
-    beside = np.concatenate([near * (1.0 + sign * step) for sign in (-1, 1)
+    nearby = np.concatenate([near * (1.0 + sign * step) for sign in (-1, 1)
                              for step in np.geomspace(1e-9, 0.1, 60)])  # fmt: skip
-    speed = np.concatenate([np.linspace(0.0, stop, 2001)[1:], beside[beside < stop]])
+    speed = np.concatenate([np.linspace(0.0, stop, 2001)[1:], nearby[nearby < stop]])
     looked = cycle_peaks(rows, orders, speed)
     above = np.max((looked.value - found.value) / (looked.error + found.error + 1e-300))
     return max(0.0, float(above))
@@ -188,5 +188,5 @@ MACHINES = (
     Contest("body response", "direct against modal", 6, body_response),
     Contest("body modes", "Newton step after eigh against forty digits", 3, body_modes),
     Contest("peak over a cycle", "branch and bound against samples", 5, peak_over_cycle),
-    Contest("run-up peak", "Newton on the summit against a grid of speeds", 4, run_up),
+    Contest("run-up peak", "Newton on the peak against a grid of speeds", 4, run_up),
 )  # fmt: skip

@@ -87,19 +87,19 @@ def test_a_march_from_far_above_says_what_is_left() -> None:
     problem = random_smooth(np.random.default_rng(1))
     fine = problem._replace(edges=halved(problem.edges))
     truth = solve_periodic(fine, 12, [0.3], tolerance=1e-15)
-    doubt = float(estimate_error(fine, truth).ends[0, 0])
-    assert doubt < 1e-13
+    uncertainty = float(estimate_error(fine, truth).ends[0, 0])
+    assert uncertainty < 1e-13
     for tolerance in (0.1, 1e-4, 1e-13):
         march = march_turns(fine.rhs, fine.edges, [5.0], points=10, tolerance=tolerance)
         off = abs(float(march.path[0, -1] - truth.left[0, 0, 0]))
         size = float(np.max(np.abs(march.path)))
         assert march.converged[0] and march.turns[0] >= 2
-        assert off <= float(march.change[0]) + doubt + 1e-13 * size
+        assert off <= float(march.change[0]) + uncertainty + 1e-13 * size
         assert march.change[0] <= max(tolerance, 1e-13) * size
 
 
 @pytest.mark.parametrize("damping", [5e-10, 3e-13])
-def test_several_absorbers_find_a_needle(damping: float) -> None:
+def test_several_absorbers_find_a_narrow_resonance(damping: float) -> None:
     for kind in (("force", "displacement"), ("base", "displacement")):
         # tuned far below, so that only the primary system's own damping holds its peak
         for k, z in ((1e-4, 1e-7), (1e-2, 1e-14), (1e-8, 1e-13)):

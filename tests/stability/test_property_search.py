@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 from stability.search import Contest, Find, measured, search
 from stability.search_contests import CONTESTS
-from stability.search_finds import FINDS, MENDED
+from stability.search_finds import CORRECTED, FINDS
 
 from vibecalc.errors import NumericalFailure
 
 NAMED = {contest.name: contest for contest in CONTESTS}
 
 
-@pytest.mark.parametrize("find", [*FINDS, *MENDED], ids=lambda find: find.name)
+@pytest.mark.parametrize("find", [*FINDS, *CORRECTED], ids=lambda find: find.name)
 def test_the_worst_points_keep_their_promise(find: Find) -> None:
     value, refused = measured(NAMED[find.name], np.array(find.point))
     assert value <= 1.0 and not refused
@@ -22,7 +22,7 @@ def test_every_contest_has_its_worst_point() -> None:
     for find in FINDS:
         assert find.ratio <= 1.0
         assert len(find.point) == NAMED[find.name].size
-    for find in MENDED:
+    for find in CORRECTED:
         assert find.ratio > 1.0 and len(find.point) == NAMED[find.name].size
 
 
@@ -35,7 +35,7 @@ def test_a_short_search_finds_nothing(name: str) -> None:
 
 
 def ridge(point: np.ndarray) -> float:
-    """A slope that leads to a needle of 2, away from which nothing is above .5."""
+    """A slope that leads to a narrow resonance of 2, away from which nothing is above .5."""
     away = float(np.max(np.abs(point - 0.7)))
     return 2.0 if away < 0.02 else 0.5 * (1.0 - away)
 

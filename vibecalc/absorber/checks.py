@@ -92,7 +92,7 @@ def within(path: KeyPath, what: str, value: float) -> Iterator[Problem]:
 
 
 def _too_heavy(case: Case, scale: Scale | None) -> Iterator[Problem]:
-    """Masses beside which no tuning is found."""
+    """Masses next to which no tuning is found."""
     tuning, machine = case.tuning, case.machine
     if tuning is None:
         return
@@ -113,7 +113,7 @@ def _too_heavy(case: Case, scale: Scale | None) -> Iterator[Problem]:
         if most < ratio <= BOUNDS["mass"][1]:
             yield Problem(
                 path=path,
-                message="beside so heavy an absorber the primary is next to nothing, and no tuning "
+                message="with so heavy an absorber the primary is next to nothing, and no tuning "
                 "is found",
                 found=f"a mass ratio of {ratio:.6g}",
                 allowed=f"<= {most:g} with [tuning]",
@@ -122,7 +122,7 @@ def _too_heavy(case: Case, scale: Scale | None) -> Iterator[Problem]:
 
 
 def _ratios(path: KeyPath, one: Secondary, scale: Scale | None) -> Iterator[Problem]:
-    # a ring that gives the inertia is looked at with the other parts
+    # a ring that gives the inertia is examined with the other parts
     found = ratios(one, scale, None if any(_given(one, "mass")) else 1.0)
     for what, value in zip(_KEYS, found, strict=True):
         for key in _given(one, what)[:1]:
@@ -281,7 +281,7 @@ def _gap(gap: Gap) -> Iterator[Problem]:
         if wide >= gap.width:
             yield Problem(
                 path=GAP if by_rule else (*GAP, key),
-                message="a gap as wide as the mass is no film: its damping cannot be told",
+                message="a gap as wide as the mass is no film: its damping cannot be determined",
                 found=f"{wide:.6g} m" + (", by the rule for its radius" if by_rule else ""),
                 allowed=f"< {gap.width:.6g} m, the width of the mass",
                 also=(*GAP, "width"),
@@ -305,8 +305,8 @@ def _oils(case: Case) -> Iterator[Problem]:
     if warming is not None:
         ends = (("from", warming.start), ("to", warming.stop))
         asked += [((*WARMING, key), value) for key, value in ends]
-    told = [problem for path, value in asked for problem in _on_the_chart(path, value)]
-    yield from told
+    reported = [problem for path, value in asked for problem in _on_the_chart(path, value)]
+    yield from reported
     for place, one in enumerate(machine.stock_oils):
         yield from _line((*MACHINE, "stock_oils", place), one.temperatures, one.viscosities)
     rows = machine.oil_catalogue
@@ -317,7 +317,7 @@ def _oils(case: Case) -> Iterator[Problem]:
             yield from _line((*MACHINE, "oil_catalogue"), *points, keys=("viscosity_100", place))
     if machine.oil is not None:
         wrong = [*_line((*MACHINE, "oil"), machine.oil.temperatures, machine.oil.viscosities)]
-        yield from wrong or (() if told else _known(machine.oil, asked))
+        yield from wrong or (() if reported else _known(machine.oil, asked))
 
 
 def _on_the_chart(path: KeyPath, value: float) -> Iterator[Problem]:
@@ -338,14 +338,14 @@ def _line(
     keys: tuple[str | int, ...] = ("viscosities",),
 ) -> Iterator[Problem]:
     """Two points make the line of an oil that grows thinner with heat."""
-    told = False
+    reported = False
     for place, value in enumerate(temperatures):
         for problem in _on_the_chart((*path, "temperatures", place), value):
-            told = True
+            reported = True
             yield problem
     for place, value in enumerate(viscosities):
         if not THINNEST <= value <= THICKEST:
-            told = True
+            reported = True
             yield Problem(
                 path=(*path, keys[0], place) if len(keys) == 1 else (*path, *keys),
                 message="the viscosity is outside the model (ASTM D341)",
@@ -353,7 +353,7 @@ def _line(
                 allowed=f"{1e6 * THINNEST:.0f} to {1e6 * THICKEST:.0e} mm^2/s",
                 hint="viscosities without a unit are in m^2/s: '86 cSt'" if value > 1.0 else "",
             )
-    if told:
+    if reported:
         return
     cooling = (temperatures[1] - temperatures[0]) * (viscosities[0] - viscosities[1])
     if cooling <= 0.0:
@@ -405,9 +405,9 @@ def pendulum_problems(case: Case) -> list[Problem]:
     try:
         pendulum = placed(given)
     except NumericalFailure as failure:
-        told = "path_radius" if given.path_radius is not None else "order"
+        reported = "path_radius" if given.path_radius is not None else "order"
         also = "vertex_distance" if given.vertex_distance is not None else "arm_radius"
-        return [Problem(path=(*PENDULUM, told), message=str(failure),
+        return [Problem(path=(*PENDULUM, reported), message=str(failure),
                                    also=(*PENDULUM, also))]  # fmt: skip
     end = float(largest_swing(pendulum))
     if given.swings is not None and given.swings.to >= end:

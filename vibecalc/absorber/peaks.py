@@ -29,7 +29,8 @@ from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import UNIT_ROUNDOFF
 
 # ----------------------------------------------------------------------------
-# How many maxima a quotient of polynomials has, by Sturm's chain, where rounding lets it be told.
+# How many maxima a quotient of polynomials has, by Sturm's chain, where rounding lets it be
+# reported.
 #
 # Changes of sign along the chain of the stationarity polynomial, at zero less at infinity, count
 # its roots u > 0. Along a curve maxima and minima alternate, so that the slopes at both ends tell
@@ -41,17 +42,17 @@ from vibecalc.numerics.rounding import UNIT_ROUNDOFF
 _GRANTED = 256.0 * UNIT_ROUNDOFF
 #: coefficients below this share of the largest are zero, as for `positive_roots`
 _NOTHING = 1e-280
-#: what is returned where the count cannot be told
-UNTOLD = -1
+#: what is returned where the count cannot be determined
+UNREPORTED = -1
 
 
 def maxima_counted(polynomials: np.ndarray, sizes: np.ndarray) -> np.ndarray:
     """Number (rows,) of maxima over u > 0 of a function whose slope has the sign of polynomials.
 
     `polynomials` (rows, n) by rising power, `sizes` (rows, n) sums of the magnitudes that each
-    coefficient was formed from. `UNTOLD` where rounding could change the answer.
+    coefficient was formed from. `UNREPORTED` where rounding could change the answer.
     """
-    result = np.full(len(polynomials), UNTOLD)
+    result = np.full(len(polynomials), UNREPORTED)
     largest = np.max(np.abs(polynomials), axis=-1, keepdims=True)
     with np.errstate(divide="ignore", invalid="ignore"):
         there = np.abs(polynomials) / largest > _NOTHING
@@ -76,17 +77,17 @@ def _scaled(piece: np.ndarray, size: np.ndarray) -> tuple[np.ndarray, np.ndarray
     return piece * factor, _GRANTED * size * factor
 
 
-def _counted(p: np.ndarray, doubt: np.ndarray) -> np.ndarray:
+def _counted(p: np.ndarray, uncertainty: np.ndarray) -> np.ndarray:
     degree = p.shape[-1] - 1
     rises, falls = p[:, 0] > 0.0, p[:, -1] < 0.0
     # the chain divides by the highest coefficient, so in 1 / u where the lowest one is larger
     turned = (np.abs(p[:, -1]) < np.abs(p[:, 0]))[:, None]
-    p, doubt = (np.where(turned, a[:, ::-1], a) for a in (p, doubt))
+    p, uncertainty = (np.where(turned, a[:, ::-1], a) for a in (p, uncertainty))
     ahead = np.arange(1, degree + 1)
-    q, blur = p[:, 1:] * ahead, doubt[:, 1:] * ahead
-    chain = [(p, doubt), (q, blur)]
+    q, blur = p[:, 1:] * ahead, uncertainty[:, 1:] * ahead
+    chain = [(p, uncertainty), (q, blur)]
     for _ in range(degree - 1):
-        p, doubt, q, blur = q, blur, *_remainder(p, doubt, q, blur)
+        p, uncertainty, q, blur = q, blur, *_remainder(p, uncertainty, q, blur)
         chain.append((q, blur))
     sure = np.ones(len(p), dtype=bool)
     for one, off in chain:
@@ -96,11 +97,11 @@ def _counted(p: np.ndarray, doubt: np.ndarray) -> np.ndarray:
     roots = _changes(at_zero) - _changes(at_infinity)
     # between the ends maxima and minima take turns
     tops = roots + rises.astype(int) - (~falls).astype(int)
-    return np.where(sure & (tops % 2 == 0), tops // 2, UNTOLD)
+    return np.where(sure & (tops % 2 == 0), tops // 2, UNREPORTED)
 
 
 def _remainder(
-    p: np.ndarray, doubt: np.ndarray, q: np.ndarray, blur: np.ndarray
+    p: np.ndarray, uncertainty: np.ndarray, q: np.ndarray, blur: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """-(p mod q) for q of one degree less, brought to the size of one, and a bound of its error."""
     lead, known, unknown = q[:, -1:], np.abs(q[:, :-1]), blur[:, :-1]
@@ -108,13 +109,16 @@ def _remainder(
     for shift in (1, 0):
         share = p[:, -1:] / lead
         most = np.abs(share)
-        off = most * (doubt[:, -1:] / np.abs(p[:, -1:]) + unsure)
-        p, doubt = p[:, :-1].copy(), doubt[:, :-1] + 4.0 * UNIT_ROUNDOFF * np.abs(p[:, :-1])
+        off = most * (uncertainty[:, -1:] / np.abs(p[:, -1:]) + unsure)
+        p, uncertainty = (
+            p[:, :-1].copy(),
+            uncertainty[:, :-1] + 4.0 * UNIT_ROUNDOFF * np.abs(p[:, :-1]),
+        )
         p[:, shift:] -= share * q[:, :-1]
-        doubt[:, shift:] += most * unknown + off * (known + unknown)
-        doubt[:, shift:] += 4.0 * UNIT_ROUNDOFF * most * known
+        uncertainty[:, shift:] += most * unknown + off * (known + unknown)
+        uncertainty[:, shift:] += 4.0 * UNIT_ROUNDOFF * most * known
     size = np.max(np.abs(p), axis=-1, keepdims=True)
-    return -p / size, doubt / size
+    return -p / size, uncertainty / size
 
 
 def _changes(positive: np.ndarray) -> np.ndarray:
@@ -146,7 +150,7 @@ class Slope(NamedTuple):
     first: np.ndarray
     second: np.ndarray
     value: np.ndarray
-    doubt: np.ndarray
+    uncertainty: np.ndarray
 
 
 def slope(parts: Coupling, weights: Measure, u: np.ndarray) -> Slope:
@@ -156,20 +160,21 @@ def slope(parts: Coupling, weights: Measure, u: np.ndarray) -> Slope:
     value = a[0] / q[0]
     first = (a[1] - value * q[1]) / q[0]
     second = (a[2] - 2.0 * first * q[1] - value * q[2]) / q[0]
-    doubt = 8.0 * UNIT_ROUNDOFF * (found.above_size + np.abs(value) * found.below_size) / q[0]
-    return Slope(u * first, u * first + u * u * second, value, doubt)
+    uncertainty = 8.0 * UNIT_ROUNDOFF * (found.above_size + np.abs(value) * found.below_size) / q[0]
+    return Slope(u * first, u * first + u * u * second, value, uncertainty)
 
 
 class Tops(NamedTuple):
     """Maxima by row and rising u = x^2, all (k,).
 
-    `value` A / Q with its error `doubt`, `square` |H|^2, and `blur`, how far ln u is off at most.
+    `value` A / Q with its error `uncertainty`, `square` |H|^2, and `blur`, how far ln u is off at
+    most.
     """
 
     rows: np.ndarray
     u: np.ndarray
     value: np.ndarray
-    doubt: np.ndarray
+    uncertainty: np.ndarray
     square: np.ndarray
     blur: np.ndarray
 
@@ -185,11 +190,11 @@ def tops(
     own, mine = _of_rows(parts, weights, rows)
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         u, steps = polished(own, mine, start, far)
-        first, second, value, doubt = slope(own, mine, u)
+        first, second, value, uncertainty = slope(own, mine, u)
         # on a very sharp peak the last bit of u is felt
         short = 0.5 * np.square(first) / np.abs(second)
         last = 0.5 * np.abs(second) * (4.0 * UNIT_ROUNDOFF) ** 2
-        doubt = doubt + short + last
+        uncertainty = uncertainty + short + last
         # what has not settled came from a pole without a peak of its own
         size = mine.floor_squared + value
         near = short < 1e-8 * size + 64.0 * last
@@ -197,7 +202,7 @@ def tops(
             near &= np.abs(np.log(u / start)) < REACH
         blur = np.abs(first / second)
     keep = near & (second < 0.0) & np.isfinite(value)
-    found = Tops(rows[keep], u[keep], value[keep], doubt[keep], size[keep], blur[keep])
+    found = Tops(rows[keep], u[keep], value[keep], uncertainty[keep], size[keep], blur[keep])
     return each_once(found), steps + 1
 
 
@@ -207,8 +212,8 @@ def each_once(found: Tops) -> Tops:
     found = Tops(*(a[order] for a in found))
     while len(found.u) > 1:
         apart = np.diff(np.log(found.u))
-        told = np.maximum(_SAME, 4.0 * (found.blur[1:] + found.blur[:-1]))
-        twice = np.flatnonzero((found.rows[1:] == found.rows[:-1]) & (apart < told))
+        reported = np.maximum(_SAME, 4.0 * (found.blur[1:] + found.blur[:-1]))
+        twice = np.flatnonzero((found.rows[1:] == found.rows[:-1]) & (apart < reported))
         if not len(twice):
             break
         # of each row of equal ones only the first pair, the others in the next round
@@ -264,9 +269,9 @@ def polished(
 # Maxima of |H| from the undamped natural frequencies, where a count says that these are all.
 #
 # Both natural frequencies of the undamped system have a closed form, and Newton's method from there
-# finds the peaks of nearly every absorber. Whether they are all is told by `peak_count`, from signs
-# alone. What is not told, or damped so little that it has to be looked at, is left to the slower
-# way by eigenvalues.
+# finds the peaks of nearly every absorber. Whether they are all is shown by `peak_count`, from
+# signs alone. What is not reported, or damped so little that it has to be examined, is left to the
+# slower way by eigenvalues.
 # ----------------------------------------------------------------------------
 
 #: decay of all poles, over the upper natural frequency, from which none is too sharp to be placed
@@ -280,12 +285,12 @@ _LOW = -0.5
 
 
 class QuickMaxima(NamedTuple):
-    """All maxima of the rows that `told` (rows,) names.
+    """All maxima of the rows that `reported` (rows,) names.
 
-    `looks` (rows,) counts evaluations of |H|^2 with two derivatives, of rows not told as well.
+    `looks` (rows,) counts evaluations of |H|^2 with two derivatives, of rows not reported as well.
     """
 
-    told: np.ndarray
+    reported: np.ndarray
     tops: Tops
     looks: np.ndarray
 
@@ -295,11 +300,11 @@ def quick_maxima(parts: Coupling, transfer: Transfer) -> QuickMaxima:
     count = len(parts.mass)
     weights = measure(parts, transfer)
     lower, upper = _first_guesses(parts)
-    told, looks = _decays(parts, upper), np.zeros(count, dtype=int)
-    chosen = np.flatnonzero(told)
+    reported, looks = _decays(parts, upper), np.zeros(count, dtype=int)
+    chosen = np.flatnonzero(reported)
     if not len(chosen):
         none = np.zeros(0)
-        return QuickMaxima(told, Tops(chosen, none, none, none, none, none), looks)
+        return QuickMaxima(reported, Tops(chosen, none, none, none, none, none), looks)
     pair = chosen[lower[chosen] < upper[chosen]]
     rows = np.concatenate([pair, chosen])
     starts = np.square(np.concatenate([lower[pair], upper[chosen]]))
@@ -307,8 +312,8 @@ def quick_maxima(parts: Coupling, transfer: Transfer) -> QuickMaxima:
     looks += np.bincount(rows, taken, count).astype(int)
     # one that has not settled counts for none
     tallied = np.bincount(found.rows[found.blur <= _SETTLED], minlength=count)[chosen]
-    told[chosen] &= _counted_maxima(parts, weights, chosen) == tallied
-    found = Tops(*(a[told[found.rows]] for a in found))
+    reported[chosen] &= _counted_maxima(parts, weights, chosen) == tallied
+    found = Tops(*(a[reported[found.rows]] for a in found))
     floor = weights.floor_squared[found.rows]
     low = np.flatnonzero(found.value < _LOW * floor)
     if len(low):
@@ -320,9 +325,9 @@ def quick_maxima(parts: Coupling, transfer: Transfer) -> QuickMaxima:
                 column[low] = new
             found.value[low] = again.square - floor[low]
         else:
-            told[rows] = False
-            found = Tops(*(a[told[found.rows]] for a in found))
-    return QuickMaxima(told, found, looks)
+            reported[rows] = False
+            found = Tops(*(a[reported[found.rows]] for a in found))
+    return QuickMaxima(reported, found, looks)
 
 
 def _first_guesses(parts: Coupling) -> tuple[np.ndarray, np.ndarray]:
@@ -369,8 +374,8 @@ _MOST = 4
 _SHARP = 2e-14
 #: relative difference below which two heights count as one
 SAME_HEIGHT = 1e-12
-#: starts beside a pole, in half widths
-_BESIDE = np.array([0.0, -1.0, 1.0, -2.5, 2.5])
+#: starts next to a pole, in half widths
+_NEARBY = np.array([0.0, -1.0, 1.0, -2.5, 2.5])
 
 
 class Peaks(NamedTuple):
@@ -409,13 +414,13 @@ def peaks(absorber: Absorber, excitation: str = "force", response: str = "displa
     shape = parts.mass.shape
     flat = Coupling(*(np.reshape(a, -1) for a in parts))
     moved = np.any(numerator(flat, transfer), axis=-1)
-    rows, u, value, doubt, square = _with_resonances(
+    rows, u, value, uncertainty, square = _with_resonances(
         flat, absorber, moved, *_all_maxima(flat, transfer)
     )
 
     size = np.sqrt(np.maximum(square, 0.0))
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        error = np.minimum(doubt / np.maximum(size, 1e-300), np.sqrt(doubt))
+        error = np.minimum(uncertainty / np.maximum(size, 1e-300), np.sqrt(uncertainty))
         error = np.where(np.isinf(size), 0.0, error + 2.0 * UNIT_ROUNDOFF * size)
     place = _places(rows, len(flat.mass))
     kept = place < _MOST
@@ -485,7 +490,7 @@ def _all_maxima(parts: Coupling, transfer: Transfer) -> tuple[np.ndarray, ...]:
     """Rows, u, A / Q, its error and |H|^2 of all: quickly where that is sure, else thoroughly."""
     quick = quick_maxima(parts, transfer)
     found = quick.tops[:5]
-    rest = np.flatnonzero(~quick.told)
+    rest = np.flatnonzero(~quick.reported)
     if not len(rest):
         return found
     own = Coupling(*(a[rest] for a in parts))
@@ -512,7 +517,7 @@ def _thorough(parts: Coupling, transfer: Transfer) -> Tops:
 
 
 def _refuse_sharp(parts: Coupling) -> None:
-    """Raise NumericalFailure where a damped resonance cannot be told from an undamped one."""
+    """Raise NumericalFailure where a damped resonance cannot be parted from an undamped one."""
     found = roots_of(denominator(parts))
     bare = (parts.primary_damping == 0.0) & (parts.g1 == 0.0)
     swings = found.found & (found.value.imag > 0.0) & ~bare[:, None]
@@ -528,7 +533,7 @@ def _refuse_sharp(parts: Coupling) -> None:
 
 
 def near_poles(parts: Coupling) -> tuple[np.ndarray, np.ndarray]:
-    """Rows and u of all damped natural frequencies: beside a narrow peak the polynomial is blurred.
+    """Rows and u of all damped natural frequencies: at a narrow peak the polynomial is blurred.
 
     A light secondary leaves a peak and a zero so close together that the roots run into each
     other; the poles stay apart.
@@ -536,15 +541,15 @@ def near_poles(parts: Coupling) -> tuple[np.ndarray, np.ndarray]:
     found = roots_of(denominator(parts))
     rows, which = np.nonzero(found.found & (found.value.imag > 0.0))
     pole = found.value[rows, which]
-    # beside a zero the top stands off the pole, by about its half width
-    x = pole.imag - pole.real * _BESIDE[:, None]
+    # next to a zero the top stands off the pole, by about its half width
+    x = pole.imag - pole.real * _NEARBY[:, None]
     ahead = x > 0.0
     return np.broadcast_to(rows, x.shape)[ahead], np.square(x[ahead])
 
 
 def _with_resonances(
     parts: Coupling, absorber: Absorber, moved: np.ndarray, rows: np.ndarray, u: np.ndarray,
-    value: np.ndarray, doubt: np.ndarray, square: np.ndarray,
+    value: np.ndarray, uncertainty: np.ndarray, square: np.ndarray,
 ) -> tuple[np.ndarray, ...]:  # fmt: skip
     """Add the infinite peaks of rows without damping; what was found on them is dropped.
 
@@ -552,7 +557,7 @@ def _with_resonances(
     """
     bare = (parts.primary_damping == 0.0) & (parts.g1 == 0.0) & moved
     if not np.any(bare):
-        return rows, u, value, doubt, square
+        return rows, u, value, uncertainty, square
     _, mass, stiffness, damping = (
         np.reshape(a, -1) for a in np.broadcast_arrays(*(np.asarray(r, float) for r in absorber))
     )
@@ -569,7 +574,8 @@ def _with_resonances(
     joined = [
         np.concatenate([old[keep], new])
         for old, new in (
-            (rows, more), (u, np.square(both[more, which])), (value, many), (doubt, 0.0 * more),
+            (rows, more), (u, np.square(both[more, which])), (value, many), (uncertainty,
+            0.0 * more),
             (square, many),
         )
     ]  # fmt: skip

@@ -17,7 +17,7 @@ from vibecalc.schema import Case
 # A mass that a rotor carries along a path: geometry, kinetic energy, equations of motion.
 #
 # Seen from the rotor, the mass centre runs on a path that crosses a radius at right angles, at the
-# distance c from the axis, with radius of curvature r there. Its place is told by the angle p by
+# distance c from the axis, with radius of curvature r there. Its place is shown by the angle p by
 # which the tangent has turned; the radius of curvature is r cos(q p) with a constant q (Denman
 # 1992, Journal of Sound and Vibration 159): q = 0 is a circle, 1 a cycloid, between them lie
 # epicycloids. On the way the moment of the unit tangent about the axis, `reach`, is the solution of
@@ -102,9 +102,9 @@ def terms(pendulum: Pendulum, angle: FloatArray) -> Terms:
     way = path(pendulum, angle)
     radius, slope = way.radius, way.radius_slope
     # the centre of a roller: half the way of the mass, from another vertex
-    beside = across - 0.5 * far
-    reach = beside * np.cos(angle) + 0.5 * way.reach
-    pull = -beside * np.sin(angle) + 0.5 * way.pull
+    nearby = across - 0.5 * far
+    reach = nearby * np.cos(angle) + 0.5 * way.reach
+    pull = -nearby * np.sin(angle) + 0.5 * way.pull
     moved = mass + 0.25 * rolling + roller_own / (diameter * diameter)
     lever = mass * way.reach + 0.5 * rolling * reach - roller_own / diameter
     force = mass * way.pull + 0.5 * rolling * pull
@@ -203,7 +203,7 @@ def radius_for_order(vertex_distance: ArrayLike, order: ArrayLike) -> WithError:
 def radius_for_order_with_rollers(pendulum: Pendulum, order: ArrayLike) -> WithError:
     """Path radius in m that tunes a pendulum with rollers or a swing inertia to an order.
 
-    `path_radius` of the pendulum is not looked at; vertex distances of mass and rollers stay. The
+    `path_radius` of the pendulum is not examined; vertex distances of mass and rollers stay. The
     radius solves a quadratic, of which the larger root is taken. Raises NumericalFailure where
     there is none: the swing inertia is too large for the order.
     """

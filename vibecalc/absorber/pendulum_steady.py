@@ -102,9 +102,9 @@ def small_motion(
     with np.errstate(divide="ignore", invalid="ignore"):
         rotor = np.where(whole == 0.0, np.inf, load * own / whole)
         swing = np.where(whole == 0.0, np.inf, load * per_twist * second * w * w / whole)
-        doubt = (relative + 8.0 * UNIT_ROUNDOFF) * (1.0 + 2.0 * size / np.abs(whole))
-        rotor_error = np.abs(load) * own_size / np.abs(whole) * doubt
-        swing_error = np.abs(swing) * doubt
+        uncertainty = (relative + 8.0 * UNIT_ROUNDOFF) * (1.0 + 2.0 * size / np.abs(whole))
+        rotor_error = np.abs(load) * own_size / np.abs(whole) * uncertainty
+        swing_error = np.abs(swing) * uncertainty
     return SmallMotion(rotor, swing, rotor_error, swing_error)
 
 
@@ -165,9 +165,9 @@ def steady_motion(
     found = []
     for rough, good in zip(coarse, fine, strict=True):
         kept = good[..., : rough.shape[-1]]
-        doubt = 2.0 * np.abs(kept - rough) + 64.0 * UNIT_ROUNDOFF * np.abs(kept)
+        uncertainty = 2.0 * np.abs(kept - rough) + 64.0 * UNIT_ROUNDOFF * np.abs(kept)
         size = np.max(np.abs(kept), axis=-1, keepdims=True)
-        found.append(WithError(kept, doubt + 256.0 * UNIT_ROUNDOFF * size))
+        found.append(WithError(kept, uncertainty + 256.0 * UNIT_ROUNDOFF * size))
     torque, sines, largest, acceleration = found
     return SteadyMotion(_single(torque), sines, _single(largest), acceleration)
 
@@ -370,13 +370,15 @@ def jump(pendulum: Pendulum, rotor_inertia: float, order: float) -> Jump:
     noise = float(np.max(found.torque.error))
     half = 0.5 * (high - low)
     bend = abs(float(fits[0].deriv(2)(good[0])))
-    doubt = abs(good[0] - rough[0]) + np.sqrt(2.0 * noise / bend)
+    uncertainty = abs(good[0] - rough[0]) + np.sqrt(2.0 * noise / bend)
     reach = np.polynomial.Chebyshev.fit(node, found.largest.value, _POINTS - 1)
-    off = abs(float(reach.deriv()(good[0]))) * doubt + 2.0 * float(np.max(found.largest.error))
+    off = abs(float(reach.deriv()(good[0]))) * uncertainty + 2.0 * float(
+        np.max(found.largest.error)
+    )
     return Jump(
         WithError(np.asarray(good[1]), np.asarray(abs(good[1] - rough[1]) + 2.0 * noise)),
         WithError(np.asarray(reach(good[0])), np.asarray(off)),
-        WithError(np.asarray(0.5 * (low + high) + half * good[0]), np.asarray(half * doubt)),
+        WithError(np.asarray(0.5 * (low + high) + half * good[0]), np.asarray(half * uncertainty)),
     )
 
 

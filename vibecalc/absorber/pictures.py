@@ -20,9 +20,9 @@ if TYPE_CHECKING:
 # Response over the frequency and a ratio that varies: the surface from above, and its ridge.
 # ----------------------------------------------------------------------------
 
-#: fewer curves are told apart as curves
+#: fewer curves are distinguished as curves
 FEWEST = 10
-#: decades of the amplitude that are told apart
+#: decades of the amplitude that are distinguished
 _DECADES = (-1.0, 1.5)
 #: decades of the axis from which on plain numbers would not fit below it
 _WIDE = 1.5
@@ -41,7 +41,7 @@ def varied(curve: Quantity) -> tuple[str, np.ndarray, np.ndarray]:
 
 
 def draw_absorber_surface(result: Result) -> "Figure | None":
-    """Amplitude as colour; beside it the largest one over the ratio, on the same axis."""
+    """Amplitude as colour; next to it the largest one over the ratio, on the same axis."""
     curve = having(result.record, ABSORBER + "curve", "curve", "frequency_ratio")
     largest = having(result.record, ABSORBER + "largest", "curve")
     if curve is None or largest is None:

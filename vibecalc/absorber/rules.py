@@ -46,7 +46,7 @@ def _primary(row: Row) -> Iterator[Problem]:
         return
     heavy, stiff, _ = MOTIONS[motion]
     rod = _from_rod(row.data)
-    half = {"length", "shear_modulus"} & table_at(row.data, "rod").keys()  # told there
+    half = {"length", "shear_modulus"} & table_at(row.data, "rod").keys()  # reported there
     if rod and stiff in primary:
         yield primary.problem(
             stiff,
@@ -119,8 +119,8 @@ def _secondary(machine: Row, one: Row, ring: bool, built: dict[str, bool]) -> It
             yield one.problem(
                 given[0],
                 f"{given[0]} is fixed, and [tuning] finds the {what}",
-                allowed=f"no {', '.join(ways)} beside [tuning], or no [tuning]",
-                hint=f"what is built stands in {hardware}, beside the tuning; tuning.kind and "
+                allowed=f"no {', '.join(ways)} next to [tuning], or no [tuning]",
+                hint=f"what is built stands in {hardware}, next to the tuning; tuning.kind and "
                 "tuning.bounds hold a value",
                 also=("tuning",),
             )
@@ -236,7 +236,7 @@ def _units(row: Row) -> Iterator[Problem]:
 # ----------------------------------------------------------------------------
 
 
-def _beside_a_pendulum(place: str) -> Rule:
+def _nearby_a_pendulum(place: str) -> Rule:
     *above, key = place.split(".")
     return refuse(
         (*above, key),
@@ -256,7 +256,7 @@ OF_ABSORBER = (
     unique("secondaries", "absorbers"),
     one_of("primary", "pendulum"),
     one_of("secondary", "secondaries", when=lambda t: "primary" in t and "ring" not in t),
-    *(_beside_a_pendulum(place) for place in ("tuning", "response.absorber", "machine.secondary")),
+    *(_nearby_a_pendulum(place) for place in ("tuning", "response.absorber", "machine.secondary")),
     refuse(
         "secondary",
         "[machine.secondary] is empty",

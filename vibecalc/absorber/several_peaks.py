@@ -44,7 +44,7 @@ def several_peaks(
 ) -> SeveralPeaks:
     """All maxima of one system (no leading axes).
 
-    Roots of P' Q - P Q', |H|^2 = P(u) / Q(u), by companion eigenvalues, and the poles beside them,
+    Roots of P' Q - P Q', |H|^2 = P(u) / Q(u), by companion eigenvalues, and the poles next to them,
     are starts for Newton's method on |N / D|^2 itself, which alone decides the digits.
     Raises NumericalFailure on an undamped natural frequency, where the peak is infinite.
     """
@@ -66,12 +66,14 @@ def several_peaks(
     excess = (len(above) - 1) - (len(below) - 1)
     high = float(abs(above[-1]) / below[-1]) if excess == 0 else (np.inf if excess > 0 else 0.0)
     heights = np.concatenate([[low], value, [high]])
-    doubts = np.concatenate([[8 * UNIT_ROUNDOFF * low], error, [8 * UNIT_ROUNDOFF * min(high, 1)]])
+    uncertainties = np.concatenate(
+        [[8 * UNIT_ROUNDOFF * low], error, [8 * UNIT_ROUNDOFF * min(high, 1)]]
+    )
     places = np.concatenate([[0.0], frequency, [np.inf]])
     best = int(np.argmax(heights))
     first = int(np.argmax(heights >= heights[best] * (1.0 - SAME_HEIGHT)))
     return SeveralPeaks(
-        frequency, value, error, low, high, float(heights[best]), float(doubts[best]),
+        frequency, value, error, low, high, float(heights[best]), float(uncertainties[best]),
         float(places[first]), _shoulders(poles[~bare], frequency), looks,
     )  # fmt: skip
 
@@ -134,7 +136,7 @@ def polished(above: Polynomial, below: Polynomial, frequency: np.ndarray) -> tup
             step = first / np.where(first * first > second, first * first - second, np.abs(second))
             step = np.where(np.isfinite(step), np.clip(step, -0.1 * at, 0.1 * at), 0.0)
             x[live] = at + step
-            # quadratic: after a step of 1e-8, or one small beside a narrower peak, only rounding
+            # quadratic: after a step of 1e-8, or one small next to a narrower peak, only rounding
             fine = np.maximum(1e-6 / np.sqrt(np.abs(second)), 8.0 * UNIT_ROUNDOFF * at)
             near = np.abs(np.log(x[live] / frequency[live])) < 0.7
             live = live[near & (np.abs(step) > np.minimum(1e-8 * at, fine))]
@@ -200,7 +202,7 @@ def _magnitude(
 class Slopes(NamedTuple):
     """log |H|^2 at the peaks (p,): level, its gradient (p, q) and second derivatives (p, q, q).
 
-    The frequency follows each peak unless told to stay. Ratios in the order k (n), z (n), z1,
+    The frequency follows each peak unless set to stay. Ratios in the order k (n), z (n), z1,
     m (n): q = 3 n + 1.
     `width` (p,): second derivative by x, negative.
     """

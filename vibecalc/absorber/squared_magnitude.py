@@ -35,7 +35,7 @@ class Measure(NamedTuple):
 
 
 def damping_excess(primary_damping: np.ndarray) -> np.ndarray:
-    """4 z1^2 - 2 to full relative precision, also beside its zero at z1 = 1 / sqrt 2."""
+    """4 z1^2 - 2 to full relative precision, also next to its zero at z1 = 1 / sqrt 2."""
     z = np.asarray(primary_damping, dtype=float)
     away = (z - _ROOT_HALF[0]) - _ROOT_HALF[1]
     return 4.0 * away * (z + _ROOT_HALF[0])

@@ -140,7 +140,7 @@ class Secondary(Table):
 
 
 class NamedSecondary(Secondary):
-    """One of several absorbers, beside each other or one on another."""
+    """One of several absorbers, next to each other or one on another."""
 
     name: Name = Field(description="label used in `on`, in tables and in `where`")
     on: Name = Field("primary", description="what carries it: the primary, or another one by name")
@@ -436,7 +436,7 @@ class Pendulum(Table):
                 and "path_radius" not in t
                 and ("rollers" in t or t.number("swing_inertia"))
             ),
-            "vertex_distance instead, or path_radius beside it",
+            "vertex_distance instead, or path_radius next to it",
         ),
         refuse(
             "swing_inertia",
@@ -615,13 +615,13 @@ class Tuning(Table):
         description="both found, no spring, no damper, or the damper for an undamped primary",
     )
     compare: Annotated[tuple[TuningMethod, ...], Field(max_length=8)] = Field(
-        (), description="closed forms and a search to show beside it"
+        (), description="closed forms and a search to show next to it"
     )
     bounds: Bounds | None = Field(
         None, description="what has to be kept: the tuning found is the best that keeps it"
     )
     mistuning: Annotated[tuple[Fraction, ...], Field(max_length=16)] = Field(
-        (), description="errors of spring and damper whose loss is told, as 0.05 or '5 %'"
+        (), description="errors of spring and damper whose loss is reported, as 0.05 or '5 %'"
     )
     sensitivity: bool = Field(
         False, strict=True, description="also how the optimum moves with the given ratios"
@@ -652,7 +652,7 @@ class Tuning(Table):
                 "compare",
                 f"the closed form {name!r} is for the largest amplitude",
                 functools.partial(_as_h2, name),
-                "norm = 'h_infinity', or 'warburton' beside 'h2'",
+                "norm = 'h_infinity', or 'warburton' next to 'h2'",
                 found="norm = 'h2'",
                 also="norm",
             )

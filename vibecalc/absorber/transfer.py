@@ -484,11 +484,11 @@ def roots_of(coefficients: np.ndarray) -> Poles:
         step = _ratio(_at(flat, value), _at(slopes, value))
         value = np.where(found & (np.abs(step) < 0.1 * np.abs(value)), value - step, value)
     size = _at(np.abs(flat), np.abs(value).astype(complex)).real
-    doubt = 8.0 * UNIT_ROUNDOFF * size
-    # a close pair moves by the root of the doubt
-    simple = _ratio(doubt, np.abs(_at(slopes, value)))
+    uncertainty = 8.0 * UNIT_ROUNDOFF * size
+    # a close pair moves by the root of the uncertainty
+    simple = _ratio(uncertainty, np.abs(_at(slopes, value)))
     bend = np.abs(_at(slopes[:, 1:] * rising[1:4], value)) / 2.0
-    error = np.minimum(4.0 * simple, 4.0 * np.sqrt(_ratio(doubt, bend)))
+    error = np.minimum(4.0 * simple, 4.0 * np.sqrt(_ratio(uncertainty, bend)))
     error = np.where(found, error + 2.0 * UNIT_ROUNDOFF * np.abs(value), 0.0)
     return Poles(value.reshape(*shape, 4), error.reshape(*shape, 4), found.reshape(*shape, 4))
 

@@ -37,7 +37,7 @@ def accuracy(
     ] = None,
     longest: Annotated[
         float,
-        typer.Option(metavar="S", help="Seconds after which a ladder of settings ends."),
+        typer.Option(metavar="S", help="Seconds after which a refinement of settings ends."),
     ] = 5.0,
     settings: Annotated[
         list[str] | None,
@@ -51,7 +51,7 @@ def accuracy(
     ] = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print no table.")] = False,
 ) -> None:
-    """Measure every method of a case: seconds against error over a ladder of settings."""
+    """Measure every method of a case: seconds against error over a refinement of settings."""
     from vibecalc.core.accuracy.environment import pin_threads
 
     threads = pin_threads()
@@ -244,7 +244,7 @@ def report(
     results: Results,
     full: Annotated[bool, typer.Option("--full", help="List every quantity.")] = False,
     html: Annotated[
-        bool, typer.Option("--html", help="Write a page with pictures beside each file.")
+        bool, typer.Option("--html", help="Write a page with pictures next to each file.")
     ] = False,
 ) -> None:
     """Print the text report of result files; nothing is recomputed."""
@@ -347,7 +347,7 @@ def plot(
         bool, typer.Option("--no-title", help="Leave out the title of the figures.")
     ] = False,
 ) -> None:
-    """Draw the pictures of result files beside them, or into a folder, 160 mm wide."""
+    """Draw the pictures of result files next to them, or into a folder, 160 mm wide."""
     from vibecalc.core.report.plots import draw_files, look_of
 
     look = look_of(formats, dpi, only or (), not no_title)

@@ -32,12 +32,12 @@ class Group(TyperGroup):
 
     def make_context(self, *arguments: Any, **options: Any) -> Any:
         """Read the command line; `--help` and `--version` print here."""
-        with _told():
+        with _reported():
             return super().make_context(*arguments, **options)
 
     def invoke(self, ctx: Any) -> Any:
         """Run a command."""
-        with _told():
+        with _reported():
             return super().invoke(ctx)
 
     def format_help(self, ctx: Any, formatter: Any) -> None:
@@ -52,7 +52,7 @@ class Group(TyperGroup):
 
 
 @contextmanager
-def _told() -> Iterator[None]:
+def _reported() -> Iterator[None]:
     """Ctrl-C and a stdout that takes no more become errors of ours; typer says neither.
 
     Results have been written by then, and errors in writing files are `UsageError` already.

@@ -1,4 +1,4 @@
-"""Where outputs go and how texts are written: beside their target, then renamed onto it."""
+"""Where outputs go and how texts are written: next to their target, then renamed onto it."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -41,7 +41,7 @@ def result_paths(names: Sequence[str], output: str | None) -> list[Path]:
 
 
 def write_outputs(result: Result, path: Path) -> None:
-    """Write the result file and, beside it, the text report: both in their places at once.
+    """Write the result file and, next to it, the text report: both in their places at once.
 
     Raises
     ------

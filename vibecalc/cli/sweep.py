@@ -165,7 +165,7 @@ def _report(
     json: bool,
     quiet: bool,
 ) -> None:
-    """Write the report beside the file, print it or the object, and say on stderr what failed."""
+    """Write the report next to the file, print it or the object, and say on stderr what failed."""
     from vibecalc.cli.outputs import write_text
     from vibecalc.core.report.sweep.text import failure_words, outcome_object, render_sweep
     from vibecalc.core.report.sweep.view import view_of

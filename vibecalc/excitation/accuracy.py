@@ -8,7 +8,7 @@ from vibecalc.core.accuracy.other_integrators import (
     peak_topic,
     transform_work,
 )
-from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Ladder, Reference, Topic
+from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Reference, Refinement, Topic
 from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.adapter import DIRECTIONS, Forcing
 from vibecalc.excitation.axial_force import axial_force
@@ -38,8 +38,8 @@ def excitation_force_topics(scene: Scene) -> list[Topic]:
         ("force", "N", driven.force, driven.force_error),
         ("couple", "N*m", driven.couple, driven.couple_error),
     ):
-        rows, doubt = value[: forcing.kept].T, error[: forcing.kept].T
-        rows = np.where(np.abs(rows) > doubt, rows, 0.0)
+        rows, uncertainty = value[: forcing.kept].T, error[: forcing.kept].T
+        rows = np.where(np.abs(rows) > uncertainty, rows, 0.0)
         size = cycle_peak(rows, orders).value
         which = int(np.argmax(size))
         if not size[which] > 0.0:
@@ -138,16 +138,16 @@ def pump_torque_topics(scene: Scene) -> list[Topic]:
             unit="N*m",
             work="multiplications",
             reference=reference,
-            ladders=(
-                Ladder(
+            refinements=(
+                Refinement(
                     "card and panels", "a fitted card, then panels of Gauss's rule", "",
                     NOTHING_TO_SET, panels, default=1.0,
                 ),
-                Ladder(
+                Refinement(
                     "Gauss between valves", "one rule from each event of a turn to the next",
                     "points", NODES, between_valves, theory="geometric",
                 ),
-                Ladder(
+                Refinement(
                     "samples", "Fourier transform of samples at even angles", "samples", SAMPLES,
                     sampled, theory="order 2: the torque has kinks where valves open",
                 ),

@@ -198,12 +198,12 @@ def _rod(scene: Scene, train: CrankTrain, forcing: Forcing) -> None:
     )
     turning = rod_angle_harmonics(*lengths, highest_order=forcing.kept).acceleration
     couple = square * difference.value * turning.value
-    doubt = square * (
+    uncertainty = square * (
         np.abs(difference.value) * turning.error + difference.error * np.abs(turning.value)
     )
     orders = np.arange(forcing.kept + 1)
     rounding = 4.0 * EPSILON * np.abs(couple)
-    scene.emit("excitation/rod/couple", couple, doubt + rounding, {"order": orders})
+    scene.emit("excitation/rod/couple", couple, uncertainty + rounding, {"order": orders})
     scene.emit("excitation/rod/couple_peak", peak, error)
 
 
@@ -231,8 +231,8 @@ def _residual(scene: Scene, driven: Excitation, forcing: Forcing) -> None:
 def _leading(whole: Excitation, kept: int) -> tuple[np.ndarray, float]:
     """Places of the dropped orders that carry nine tenths of each component, and their share."""
     size = np.concatenate([np.abs(whole.force), np.abs(whole.couple)], axis=-1)[kept:]
-    doubt = np.concatenate([whole.force_error, whole.couple_error], axis=-1)[kept:]
-    size = np.where(size > doubt, size, 0.0)
+    uncertainty = np.concatenate([whole.force_error, whole.couple_error], axis=-1)[kept:]
+    size = np.where(size > uncertainty, size, 0.0)
     share = size / np.maximum(size.sum(0), np.finfo(float).tiny)
     downwards = np.argsort(-share, axis=0, kind="stable")
     ranked = np.take_along_axis(share, downwards, axis=0)

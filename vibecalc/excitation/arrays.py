@@ -233,12 +233,12 @@ def _exact_series(
     above = orders > kept[:, None]
     size = np.where(above, orders**2 * np.abs(exact.values), 0.0)
     dropped = size[:, ::-1].sum(-1) + beyond.value
-    doubt = np.where(above, orders**2 * exact.error, 0.0).sum(-1) + beyond.error
+    uncertainty = np.where(above, orders**2 * exact.error, 0.0).sum(-1) + beyond.error
     rest = dropped - beyond.value
     tail = np.where(rest > 0.0, dropped / np.where(rest > 0.0, rest, 1.0), 1.0)
     reach = ratio * (1.0 + np.abs(offset))
     slip = EPSILON * (kept + 2.0 + 1.0 / decay) / np.sqrt(1.0 - reach * reach)
-    lacking = WithError(dropped, doubt + (3.0 * EPSILON + slip) * dropped)
+    lacking = WithError(dropped, uncertainty + (3.0 * EPSILON + slip) * dropped)
     error = _with_ratio_error(exact.values, exact.error, ratio)
     return Motion(exact.values, error, kept, tail, beyond.value, lacking)
 
@@ -365,8 +365,8 @@ def _rod_difference(columns: Columns, train: Train) -> WithError:
         place = columns.number(*rod, "reciprocating_fraction") * train.rod_length
     points = split_inertia(columns.number(*rod, "mass"), place, train.rod_length)
     difference = columns.number(*rod, "inertia") - points.value
-    doubt = points.error + EPSILON * np.abs(difference)
-    return WithError(difference[:, None], doubt[:, None])
+    uncertainty = points.error + EPSILON * np.abs(difference)
+    return WithError(difference[:, None], uncertainty[:, None])
 
 
 # ----------------------------------------------------------------------------

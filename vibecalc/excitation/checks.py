@@ -131,8 +131,8 @@ def _phases(case: Case) -> Iterator[Problem]:
     from vibecalc.excitation.model import firing_angle
 
     train = case.machine.crank_train
-    told = bool(train.firing_order) or any(c.firing_angle is not None for c in train.cylinders)
-    if not told:
+    reported = bool(train.firing_order) or any(c.firing_angle is not None for c in train.cylinders)
+    if not reported:
         return
     angles = firing_angle(case.machine)
     off = [

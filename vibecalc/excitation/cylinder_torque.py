@@ -138,7 +138,9 @@ def gas_harmonics(
     # a rounded angle moves s' by s'' times its rounding
     angle = np.abs(start)[:, None] + into
     lever = np.abs(path.velocity) + radius * EPSILON
-    doubt = weight * size * (SAMPLE_ROUNDINGS * lever + angle * np.abs(path.acceleration)) * EPSILON
+    uncertainty = (
+        weight * size * (SAMPLE_ROUNDINGS * lever + angle * np.abs(path.acceleration)) * EPSILON
+    )
     fit = card.error[piece] * np.sum(weight * lever, axis=1)
     magnitude = np.abs(torque).sum()
     local = np.empty((len(start), len(orders)), dtype=complex)
@@ -148,7 +150,7 @@ def gas_harmonics(
         local[:, low : low + chunk] = np.matmul(torque[:, None, :], turn)[:, 0, :]
     value = (local * phasor(orders, start).T).sum(axis=0)
     # roundings of samples have no common sign; what a fit misses goes up and down in each panel
-    spread = float(np.sqrt(INDEPENDENT**2 * np.sum(doubt**2) + np.sum(fit**2)))
+    spread = float(np.sqrt(INDEPENDENT**2 * np.sum(uncertainty**2) + np.sum(fit**2)))
     rounding = EPSILON * (8.0 + orders * width.max()) * magnitude
     error = np.broadcast_to(spread + rounding, value.shape)
     gas = WithError(2.0 * value[1:], 2.0 * error[1:] + 2.0 * EPSILON * np.abs(value[1:]))
@@ -443,12 +445,12 @@ def order_ranks(vector_sum: ArrayLike, error: ArrayLike) -> IntArray:
     size = np.abs(np.asarray(vector_sum))
     off = np.broadcast_to(error, size.shape) + IN_LINE
     rank = np.zeros(size.shape, dtype=np.int64)
-    for own, doubt, places in zip(size, off, rank, strict=True):
+    for own, uncertainty, places in zip(size, off, rank, strict=True):
         last, number = np.inf, 0
         for count, place in enumerate(np.argsort(-own, kind="stable").tolist(), start=1):
-            if own[place] <= doubt[place]:
+            if own[place] <= uncertainty[place]:
                 break
-            if own[place] < last - doubt[place]:
+            if own[place] < last - uncertainty[place]:
                 last, number = own[place], count
             places[place] = number
     return rank

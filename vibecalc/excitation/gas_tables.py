@@ -117,7 +117,7 @@ def fitted_card(
             panels *= 2
         nodes.append(start)
         pieces.append(fit / width**powers)
-        # the formula itself is rounded, and between the points looked at the fit may be worse
+        # the formula itself is rounded, and between the points examined the fit may be worse
         size = np.abs(seen).max(axis=1)
         errors.append(2.0 * off + FORMULA_ROUNDINGS * EPSILON * size + EPSILON * scale)
     node = np.concatenate([*nodes, [ends[0] + cycle]])

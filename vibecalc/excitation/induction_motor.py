@@ -150,7 +150,7 @@ def _frequency(motor: InductionMotor, slip_speed: ArrayLike) -> FloatArray:
 #
 # One motor at a time. Im Y / |D|^2 of `induction_motor.py` is a quotient N / P of real polynomials
 # of the slip, so the extremes of the curve are the roots of N' P - N P': none is missed, also with
-# two cages, whose curve may have two summits.
+# two cages, whose curve may have two peaks.
 # ----------------------------------------------------------------------------
 
 
@@ -215,7 +215,7 @@ def running_slip(motor: InductionMotor, torque: float) -> WithError:
     )  # fmt: skip
     slope = float(torque_slope(motor, slip).value)
     rounding = float(steady_torque(motor, slip).error) + EPSILON * abs(torque)
-    # where the curve is flat, the parabola over the summit is the safer guide
+    # where the curve is flat, the parabola over the peak is the safer guide
     reach = rounding / max(slope, np.sqrt(rounding * abs(torque)) / abs(slip))
     return WithError(np.asarray(slip), np.asarray(2.0 * reach + 8.0 * EPSILON * abs(slip)))
 

@@ -164,7 +164,7 @@ def _newton(table: Table, start: FloatArray) -> tuple[FloatArray, float]:
 
 
 # ----------------------------------------------------------------------------
-# What has to be said beside a fitted motor, in words.
+# What has to be said next to a fitted motor, in words.
 # ----------------------------------------------------------------------------
 
 #: relative differences from the table that are worth a word
@@ -194,7 +194,7 @@ def warnings_of(
     relative: FloatArray,
     used: BoolArray,
     found: LeastSquares,
-    told: Identifiability,
+    reported: Identifiability,
 ) -> tuple[str, ...]:
     """Misfit, rows left out, a cage that the table does not need, what the table does not tell."""
     said = []
@@ -218,9 +218,11 @@ def warnings_of(
         said.append(
             f"only one of {found.starts} searches ended in the minimum taken; another may be lower"
         )
-    for exponents, spread, is_told in zip(told.combinations, told.spread, told.told, strict=True):
-        if not is_told:
-            words = product_of_powers(told.names, exponents)
+    for exponents, spread, is_reported in zip(
+        reported.combinations, reported.spread, reported.reported, strict=True
+    ):
+        if not is_reported:
+            words = product_of_powers(reported.names, exponents)
             size = (
                 "at all"
                 if not np.isfinite(spread)
@@ -242,8 +244,8 @@ def _factor(spread: float) -> str:
 # Torque alone does not give a motor: two of its numbers take no part in the steady torque at one
 # voltage and one frequency. Where the leakage sits, in the stator or in the rotor, nothing at the
 # shaft or the terminals can tell, ever (`induction_motor_split.py`). And, the resistance R of the
-# stator being given, its inductance is not told: with the impedance z seen behind R, the torque is
-# V^2 (1 - |g|^2) / (4 R) to a factor, g = (z - R) / (z + R), and a turn of g by a constant angle
+# stator being given, its inductance is not reported: with the impedance z seen behind R, the torque
+# is V^2 (1 - |g|^2) / (4 R) to a factor, g = (z - R) / (z + R), and a turn of g by a constant angle
 # maps motors on motors with other inductances and the same torque at every slip (own derivation;
 # without R the inductance does not enter at all). Both are assumed and held, and said to be. The
 # two numbers that are left for each cage are fitted in the form with all leakage in the rotor, by
@@ -266,7 +268,7 @@ class MotorFit(NamedTuple):
     were fitted (those up to the largest torque for one cage). `worst_relative` and `rms_relative`
     are of residual / table over the fitted rows. `log_error` bounds the error of the logarithms
     of the fitted parameters as the minimum of the sum of squares (not as the truth of the
-    machine, which is told by `identifiability`); infinite where that minimum is a flat valley.
+    machine, which is shown by `identifiability`); infinite where that minimum is a flat valley.
     `starts` searches ran, of which `agreeing` ended in the best minimum.
     """
 
@@ -353,7 +355,7 @@ def fit_induction_motor(
     fitted = steady_torque(motor, slips)
     residual = fitted.value - table
     relative = (residual / table)[used]
-    told = identifiability(motor, slips[used], weights[used])
+    reported = identifiability(motor, slips[used], weights[used])
     return MotorFit(
         motor=motor,
         slip=slips,
@@ -366,7 +368,7 @@ def fit_induction_motor(
         log_error=found.log_error,
         starts=found.starts,
         agreeing=found.agreeing,
-        identifiability=told,
+        identifiability=reported,
         assumptions=assumptions_of(motor, stator_inductance is None, stator_share, NO_LOAD_RATIO),
-        warnings=warnings_of(slips, residual / table, used, found, told),
+        warnings=warnings_of(slips, residual / table, used, found, reported),
     )

@@ -336,7 +336,7 @@ def power_flow(motor: InductionMotor, flux: ArrayLike, crank_speed: ArrayLike) -
 class CircuitMotor(NamedTuple):
     """One motor as an equivalent circuit, and how far its transients are followed.
 
-    `breakdown` is the slip (rad/s) and the torque (N m) of the summit of its steady curve.
+    `breakdown` is the slip (rad/s) and the torque (N m) of the peak of its steady curve.
     `transient`: the torque follows from the fluxes, which are states; else it is the steady torque
     at each slip. With `pace` g the fluxes take g times their own time to follow: 1 is the motor,
     and towards 0 it becomes its steady curve.
@@ -362,8 +362,8 @@ class CircuitMotor(NamedTuple):
 def circuit_motor(motor: InductionMotor) -> CircuitMotor:
     """The motor with its transients; no leading axes. NumericalFailure if it has no breakdown."""
     curve = torque_curve(motor)
-    summit = float(curve.breakdown_slip.value), float(curve.breakdown_torque.value)
-    return CircuitMotor(motor, flux_system(motor), summit)
+    peak = float(curve.breakdown_slip.value), float(curve.breakdown_torque.value)
+    return CircuitMotor(motor, flux_system(motor), peak)
 
 
 def circuit_torque(circuit: CircuitMotor, slip: FloatArray) -> Torque:

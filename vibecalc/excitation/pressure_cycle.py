@@ -367,7 +367,7 @@ def pump_turn(liquid: Liquid, geometry: CrankGeometry) -> PumpTurn:
     dead, full = liquid.dead_volume, liquid.dead_volume + swept
     expanded = dead * float(np.expm1(liquid.strain))
     compressed = -full * float(np.expm1(-liquid.strain))
-    doubt = VOLUME_ROUNDINGS * EPSILON
+    uncertainty = VOLUME_ROUNDINGS * EPSILON
     if not expanded < swept * (1.0 - 64.0 * EPSILON):
         raise NumericalFailure(
             f"pump: the {1e6 * dead:.4g} cm^3 of dead volume expand by {1e6 * expanded:.4g} cm^3 "
@@ -382,12 +382,12 @@ def pump_turn(liquid: Liquid, geometry: CrankGeometry) -> PumpTurn:
         opened,
         WithError(np.asarray(inner.angle), np.asarray(inner.angle_error)),
         closed,
-        _with_error(swept, doubt * swept),
-        _with_error(swept - expanded, doubt * (swept + expanded)),
-        _with_error(swept - compressed, doubt * (swept + compressed)),
+        _with_error(swept, uncertainty * swept),
+        _with_error(swept - expanded, uncertainty * (swept + expanded)),
+        _with_error(swept - compressed, uncertainty * (swept + compressed)),
         _with_error(
             liquid.bulk_modulus * (compressed - expanded),
-            doubt * liquid.bulk_modulus * (compressed + expanded),
+            uncertainty * liquid.bulk_modulus * (compressed + expanded),
         ),
     )
 

@@ -70,5 +70,5 @@ def _torque(scene: Scene, works: np.ndarray, angle: np.ndarray) -> None:
 
 def _ratio(one: WithError, other: WithError) -> WithError:
     value = one.value / other.value
-    doubt = one.error + value * other.error
-    return WithError(value, doubt / other.value + EPSILON * value)
+    uncertainty = one.error + value * other.error
+    return WithError(value, uncertainty / other.value + EPSILON * value)

@@ -75,7 +75,7 @@ def _table(record: Record, prefix: str, title: str) -> tuple[list[str], set[str]
         cells = []
         for i, name in enumerate(labels(cylinder_axis)):
             entries = [float(quantity.values[row, i]) for quantity in found]
-            errors = [_doubt(quantity) for quantity in found]
+            errors = [_uncertainty(quantity) for quantity in found]
             cells.append(
                 [
                     name,
@@ -84,7 +84,9 @@ def _table(record: Record, prefix: str, title: str) -> tuple[list[str], set[str]
                     *(show(entry, error) for entry, error in zip(entries, errors, strict=True)),
                 ]
             )
-        sums = [show(total[0].values[row], _doubt(total[0])) if total else "" for total in totals]
+        sums = [
+            show(total[0].values[row], _uncertainty(total[0])) if total else "" for total in totals
+        ]
         below = [["total", "", "", *sums]] if any(totals) else []
         lines += ["", *table(columns, cells, below)]
     sums_of_banks, more = _banks(record, prefix)
@@ -123,7 +125,7 @@ def _entry(record: Record, path: str) -> Quantity | None:
     return quantity
 
 
-def _doubt(quantity: Quantity) -> float:
+def _uncertainty(quantity: Quantity) -> float:
     """What prints as 0: a search leaves the last digits of an angle open, which no table wants."""
     largest = float(np.max(np.abs(quantity.values), initial=0.0))
     return float(max(quantity.error_estimate, _NOTHING * largest))

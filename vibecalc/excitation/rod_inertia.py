@@ -88,7 +88,7 @@ def rod_torque_reaction(
     motion_error: ArrayLike = 0.0,
     inertia_error: ArrayLike = 0.0,
 ) -> Excitation:
-    """Couple on the body, beside that above, by the torque of the rods on the crankshaft.
+    """Couple on the body, next to that above, by the torque of the rods on the crankshaft.
 
     The energy dJ phi'^2 w^2 / 2 comes from the crankshaft: it feels T = -dJ phi' phi'' w^2. As in
     `inertia_torque.torque_reaction` the body has -T. `rod_product` holds the harmonics
@@ -149,12 +149,14 @@ def _about_axis(
     angle = np.asarray(crank_phase, dtype=float) - np.asarray(bank_angle, dtype=float)
     phasor, phasor_error = order_phasors(angle, np.arange(1, values.shape[-2] + 1))
     moment = np.asarray(inertia, dtype=float)[..., None, :]
-    doubt = np.broadcast_to(np.asarray(inertia_error, dtype=float), np.shape(inertia))[..., None, :]
+    uncertainty = np.broadcast_to(np.asarray(inertia_error, dtype=float), np.shape(inertia))[
+        ..., None, :
+    ]
     turn = moment * values * phasor
     error = (
         np.abs(turn) * (3.0 * EPSILON + phasor_error)
         + np.abs(moment) * slip
-        + doubt * np.abs(values)
+        + uncertainty * np.abs(values)
     )
     along = np.asarray(axis, dtype=float)
     couple = turn.sum(-1)[..., None] * along

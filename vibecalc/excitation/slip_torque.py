@@ -82,7 +82,7 @@ def slip_torque(curve: SlipCurve, slip: FloatArray, piece: IntArray | None = Non
 
 
 def breakdown(curve: SlipCurve) -> tuple[float, float]:
-    """Slip (rad/s) and torque (N m) of the summit at positive slip; infinite for a linear motor."""
+    """Slip (rad/s) and torque (N m) of the peak at positive slip; infinite for a linear motor."""
     if not np.isfinite(curve.largest):
         return np.inf, np.inf
     slip, height = _candidates(curve)

@@ -45,7 +45,7 @@ _DRIFT, _DRIFT_SHARE = 5.0, 0.01
 
 
 def run_impact(scene: Scene) -> None:
-    """Emit statistics, parting, first contacts, and what leads beside the impacts."""
+    """Emit statistics, parting, first contacts, and what leads next to the impacts."""
     options = scene.case.response.impact if scene.case.response else None
     if options is None or scene.case.machine.joints is None:
         raise ValueError("impacts need [response.impact] and [machine.joints]")
@@ -80,8 +80,8 @@ def run_impact(scene: Scene) -> None:
     for name, statistic in found.items():
         _emit(scene, name, statistic, errors[name], axes)
     mean = found["mean_force"].standard_error
-    doubt = float(np.max(mean)) / np.sqrt(2.0 * (study.members - 1))
-    scene.emit("response/impact/mean_force_standard_error", mean, EPSILON * mean, axes, doubt)
+    uncertainty = float(np.max(mean)) / np.sqrt(2.0 * (study.members - 1))
+    scene.emit("response/impact/mean_force_standard_error", mean, EPSILON * mean, axes, uncertainty)
     _emit_energy(scene, exact, axes)
     _emit_parting(scene, exact, axes, options.perturbation)
     _emit_first_motion(scene, joints, study.clearance)
@@ -92,8 +92,8 @@ def run_impact(scene: Scene) -> None:
 def _emit(
     scene: Scene, name: str, found: Statistic, error: np.ndarray, axes: dict[str, np.ndarray]
 ) -> None:
-    doubt = float(np.max(found.standard_error))
-    scene.emit(f"response/impact/{name}", found.value, error, axes, doubt)
+    uncertainty = float(np.max(found.standard_error))
+    scene.emit(f"response/impact/{name}", found.value, error, axes, uncertainty)
 
 
 def _emit_energy(scene: Scene, exact: Ensemble, axes: dict[str, np.ndarray]) -> None:
@@ -112,11 +112,11 @@ def _emit_parting(
     found = parting(exact.distances)
     (when,) = quantiles(found.revolutions[:, :, None], (0.5,))
     (rate,) = quantiles(found.rate[:, :, None], (0.5,))
-    # rounding of the state beside the perturbation, taken as in the first motion
+    # rounding of the state next to the perturbation, taken as in the first motion
     level = ROUNDINGS * EPSILON * axes["clearance"] / perturbation
     fastest = np.maximum(np.abs(rate.value), 1.0 / turns)
-    doubt = np.where(np.isfinite(when.standard_error), when.standard_error, float(turns))
-    _emit(scene, "parting", Statistic(when.value, doubt), level / fastest, axes)
+    uncertainty = np.where(np.isfinite(when.standard_error), when.standard_error, float(turns))
+    _emit(scene, "parting", Statistic(when.value, uncertainty), level / fastest, axes)
     _emit(scene, "divergence", rate, level, axes)
 
 
@@ -177,18 +177,18 @@ def _warn(
     forces: Forces,
 ) -> None:
     for name, words in (("mean_force", "mean force"), ("average_amplitude", "spectrum")):
-        value, doubt = found[name]
-        for at in np.flatnonzero(doubt > _UNSETTLED * value):
+        value, uncertainty = found[name]
+        for at in np.flatnonzero(uncertainty > _UNSETTLED * value):
             scene.warn(
                 f"the {words} of impacts with a clearance of {study.clearance[at]:.6g} m has not "
-                f"settled: its standard error is {100.0 * doubt[at] / value[at]:.0f} %; more "
+                f"settled: its standard error is {100.0 * uncertainty[at] / value[at]:.0f} %; more "
                 "members help"
             )
     half, force = study.revolutions // 2, forces.wrist_pin.force
     drift = np.mean(force[:, :, -half:], axis=2) - np.mean(force[:, :, :half], axis=2)
-    size, doubt = np.abs(np.mean(drift, axis=1)), standard_error(drift)
+    size, uncertainty = np.abs(np.mean(drift, axis=1)), standard_error(drift)
     mean = found["mean_force"].value
-    for at in np.flatnonzero((size > _DRIFT * doubt) & (size > _DRIFT_SHARE * mean)):
+    for at in np.flatnonzero((size > _DRIFT * uncertainty) & (size > _DRIFT_SHARE * mean)):
         scene.warn(
             f"impacts with a clearance of {study.clearance[at]:.6g} m still remember their start: "
             f"the mean force moves by {100.0 * size[at] / mean[at]:.1f} % between the halves of "
@@ -272,7 +272,7 @@ def differences(found: dict[str, Statistic], exact: dict[str, Statistic]) -> dic
 
 
 # ----------------------------------------------------------------------------
-# Adapter: impact force beside the piston's inertia force and the motor's axial force, by order.
+# Adapter: impact force next to the piston's inertia force and the motor's axial force, by order.
 # ----------------------------------------------------------------------------
 
 

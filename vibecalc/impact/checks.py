@@ -28,10 +28,10 @@ class Gap(NamedTuple):
 
 def piston_and_pin(train: parts.CrankTrain, whole: float) -> float:
     """Mass (kg) beyond the wrist pin's play, of the `whole` mass that moves with the piston."""
-    return whole - rod_beside_piston(train)
+    return whole - rod_nearby_piston(train)
 
 
-def rod_beside_piston(train: parts.CrankTrain) -> float:
+def rod_nearby_piston(train: parts.CrankTrain) -> float:
     """The rod's reciprocating point mass, kg; zero for a train without a rod."""
     return 0.0 if train.rod is None else float(train.rod.mass * rod_share(train))
 
@@ -52,7 +52,7 @@ def gaps(case: Case, problems: list[Problem]) -> list[Gap]:
     name = train.cylinders[place].name
     moving = float(build_crank_train(train).reciprocating_mass[place])
     play_at_crank = joints is not None and joints.crank_pin is not None
-    rod = rod_beside_piston(train)
+    rod = rod_nearby_piston(train)
     if play_at_crank and rod <= 0.0:
         problems.append(
             Problem(
@@ -113,7 +113,7 @@ class Work(NamedTuple):
 
     `steps` of one run in a revolution, of a bound on the rates of the contacts; `total` steps of
     the batch over all revolutions, those of many runs counted as more, with those of a fixed-step
-    method, which runs beside the event-exact one.
+    method, which runs next to the event-exact one.
     """
 
     steps: float

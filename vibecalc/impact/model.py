@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.errors import UsageError
-from vibecalc.impact.checks import piston_and_pin, rod_beside_piston
+from vibecalc.impact.checks import piston_and_pin, rod_nearby_piston
 from vibecalc.impact.linkage import GasForce, Joint, Linkage, slider_crank_drive
 from vibecalc.parts import tables as joint_parts
 from vibecalc.parts import tables as parts
@@ -80,7 +80,7 @@ def build_joints(
 
 
 def _rod_mass(train: parts.CrankTrain) -> float:
-    mass = rod_beside_piston(train)
+    mass = rod_nearby_piston(train)
     if not mass > 0.0:
         raise UsageError(
             "a crank pin with play leaves the rod free between two joints: give the rod its mass "

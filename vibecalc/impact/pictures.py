@@ -132,7 +132,7 @@ def _mean(
         # A bar that reaches below zero would have no end on a logarithmic axis.
         bars = np.array([np.minimum(spread[order], 0.9 * np.abs(force)), spread[order]])
     axes.errorbar(play, force, bars, fmt="o-", color=COLOURS[0], capsize=5, label=words)
-    # Above its point, or beside the band that a single point stands on.
+    # Above its point, or next to the band that a single point stands on.
     place: dict[str, Any] = (
         {"xytext": (0, 9), "ha": "center"} if play.size > 1 else {"xytext": (14, -4)}
     )
@@ -168,7 +168,7 @@ def _scales(axes: "Axes", play: np.ndarray, force: np.ndarray) -> None:
 
 
 # ----------------------------------------------------------------------------
-# Spectrum of the joint force with the spread of single turns, beside the inertia force.
+# Spectrum of the joint force with the spread of single turns, next to the inertia force.
 # ----------------------------------------------------------------------------
 
 _AXES = ("clearance", "order")

@@ -162,7 +162,7 @@ def follow_events(
 
 
 def run_ensemble(linkage: Linkage, study: Study, perturbation: float) -> Ensemble:
-    """Run a study event by event; its first members have neighbours that start beside them.
+    """Run a study event by event; its first members have neighbours that start next to them.
 
     `perturbation`, m, is how much further the joint of a neighbour is open at the start. Raises
     UsageError for a study that does not fit into memory, and what the motion raises.

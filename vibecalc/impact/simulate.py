@@ -297,8 +297,8 @@ def _balance(
     residual = np.diff(stored, axis=-1) - work + dissipated
     largest = np.maximum(stored[:, 1:], stored[:, :-1])
     scale = np.maximum(exchanged, largest)
-    doubt = np.maximum(np.abs(residual), 8.0 * EPSILON * scale)
-    relative = doubt / np.where(scale > 0.0, scale, 1.0)
+    uncertainty = np.maximum(np.abs(residual), 8.0 * EPSILON * scale)
+    relative = uncertainty / np.where(scale > 0.0, scale, 1.0)
     return EnergyBalance(stored, work, dissipated, residual, exchanged, relative)
 
 

@@ -53,8 +53,8 @@ def quantiles(values: FloatArray, shares: tuple[float, ...]) -> tuple[Statistic,
     for share in shares:
         middle = _at(ordered, np.full((shape[0], *shape[3:]), share))
         below = np.mean(values <= middle[:, None, None], axis=2)
-        doubt = standard_error(below)
-        low, high = (_at(ordered, np.clip(share + s * doubt, 0.0, 1.0)) for s in (-1.0, 1.0))
+        uncertainty = standard_error(below)
+        low, high = (_at(ordered, np.clip(share + s * uncertainty, 0.0, 1.0)) for s in (-1.0, 1.0))
         found.append(Statistic(middle, _half_distance(low, high)))
     return tuple(found)
 
@@ -74,7 +74,7 @@ def _at(ordered: FloatArray, share: FloatArray) -> FloatArray:
 
 
 def _half_distance(low: FloatArray, high: FloatArray) -> FloatArray:
-    """(high - low) / 2, zero between infinities and infinite beside one."""
+    """(high - low) / 2, zero between infinities and infinite next to one."""
     step = np.zeros_like(low)
     np.subtract(high, low, out=step, where=np.isfinite(low))
     return 0.5 * step
@@ -130,8 +130,8 @@ def dominance(impact: Statistic, shaking: FloatArray, motor: FloatArray) -> Domi
     """Compare amplitudes, N, of orders 1 to N: `impact` (C, N), `shaking` and `motor` (N,)."""
     leading = leader(impact.value, shaking, motor)
     start = leads_from(leading)
-    doubt = 2.0 * impact.standard_error
-    changed = [leader(impact.value + side * doubt, shaking, motor) for side in (-1.0, 1.0)]
+    uncertainty = 2.0 * impact.standard_error
+    changed = [leader(impact.value + side * uncertainty, shaking, motor) for side in (-1.0, 1.0)]
     # nowhere, as a place beyond the last order
     last = impact.value.shape[-1] + 1
     ends = [np.where(leads_from(each) > 0, leads_from(each), last) for each in changed]

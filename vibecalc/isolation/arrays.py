@@ -232,8 +232,8 @@ def emit_pitch(columns: Columns, forces: Forces, mounted: Mounted, sheet: Sheet)
             sheet.emit(f"{LEVER}/{way}_peak", over)
     if still is not None and sheet.wants(f"{FORCE}/rigid_peak"):
         share = np.abs(model.support_share(mounted.position, mounted.stiffness))
-        top, doubt = still.value[:, None], still.error[:, None]
-        found = WithError(share * top, share * (doubt + 8.0 * EPSILON * top))
+        top, uncertainty = still.value[:, None], still.error[:, None]
+        found = WithError(share * top, share * (uncertainty + 8.0 * EPSILON * top))
         sheet.emit(f"{FORCE}/rigid_peak", found, {"mount": mounted.names})
     _emit_supports(columns, forces, mounted, angle, frequency, sheet)
 
@@ -291,10 +291,10 @@ def _emit_supports(
         sheet.emit(f"{PITCH}/angle_peak", swing)
         arm = np.abs(mounted.position)
         height = arm * swing.value[:, None]
-        doubt = arm * swing.error[:, None] + 2.0 * EPSILON * height
+        uncertainty = arm * swing.error[:, None] + 2.0 * EPSILON * height
         total = np.abs(static.sag) + height
-        sheet.emit(HEIGHTS[0], WithError(height, doubt), axes)
-        whole = WithError(total, static.sag_error + doubt + EPSILON * total)
+        sheet.emit(HEIGHTS[0], WithError(height, uncertainty), axes)
+        whole = WithError(total, static.sag_error + uncertainty + EPSILON * total)
         sheet.emit(HEIGHTS[1], whole, axes)
     if sheet.wants(f"{FORCE}/steady_peak"):
         alike = _alike(mounted)

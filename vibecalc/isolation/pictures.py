@@ -411,7 +411,7 @@ def resonances(record: Record, axes: "Axes", speed: np.ndarray) -> None:
     words.sort()
     free = 0.0
     for at, name in words:
-        # beside the line, on its other side where the word before it stands
+        # next to the line, on its other side where the word before it stands
         right = at < free
         free = _CLOSE * at
         note(axes, name, (at, 0.98), (2 if right else -2, 0),
@@ -499,7 +499,7 @@ def _supports(axes: "Axes", quantity: Quantity, speed: np.ndarray) -> None:
     rows = np.asarray(quantity.values)
     names = labels(quantity.axes[0])
     drawn: list[tuple[np.ndarray, list[str]]] = []
-    # Beside a resonance without damping the force is a million times that of other speeds.
+    # Next to a resonance without damping the force is a million times that of other speeds.
     largest = np.max(np.where(np.isfinite(rows), rows, 0.0), axis=0, initial=0.0)
     for name, row in zip(names, rows, strict=True):
         # Mounts that carry the same are one curve with several names.

@@ -238,9 +238,9 @@ def pitch_static(
     offset = np.asarray(centre, dtype=float)[..., None] - mean
     extent = np.sum(stiffness * np.abs(position), axis=-1, keepdims=True) / total
     rounding = (np.shape(position)[-1] + 4 + DATA_ROUNDINGS) * UNIT_ROUNDOFF
-    doubt = rounding * (np.abs(np.asarray(centre))[..., None] + 2.0 * extent)
-    flat = turning <= np.square(doubt) * total
-    if np.any(flat & (np.abs(offset) > doubt)):
+    uncertainty = rounding * (np.abs(np.asarray(centre))[..., None] + 2.0 * extent)
+    flat = turning <= np.square(uncertainty) * total
+    if np.any(flat & (np.abs(offset) > uncertainty)):
         raise NumericalFailure(
             "all mounts stand at one position along the crankshaft and the mass centre does not: "
             "the machine would tip; move a mount"
@@ -250,8 +250,8 @@ def pitch_static(
     share = stiffness * sag
     size = load / total + np.abs(load * tilt * arm)
     slope = np.where(flat, 0.0, load / np.where(flat, 1.0, turning))
-    extent_doubt = doubt * (np.abs(arm) + np.abs(offset))
-    error = rounding * 3.0 * size + slope * extent_doubt
+    extent_uncertainty = uncertainty * (np.abs(arm) + np.abs(offset))
+    error = rounding * 3.0 * size + slope * extent_uncertainty
     # the error of the mean position enters the pitch stiffness in second order only
     return PitchStatic(sag, error, share, stiffness * error + UNIT_ROUNDOFF * np.abs(share))
 

@@ -126,8 +126,8 @@ def static_deflection(
     rounding = (4.0 + DATA_ROUNDINGS) * UNIT_ROUNDOFF
     force_error = (size @ (motion_error + rounding * np.abs(motion))[..., None])[..., 0]
     share, share_error = -force @ up, force_error @ np.abs(up)
-    doubt = 10.0 * (np.sum(share_error) + load_error[:3] @ np.abs(up))
-    if not abs(np.sum(share) - mass * gravity) <= doubt:
+    uncertainty = 10.0 * (np.sum(share_error) + load_error[:3] @ np.abs(up))
+    if not abs(np.sum(share) - mass * gravity) <= uncertainty:
         raise NumericalFailure(
             f"the static forces of the mounts add up to {np.sum(share):.12g} N and the weight is "
             f"{mass * gravity:.12g} N: the stiffness matrices of the mounts are not symmetric"

@@ -17,13 +17,13 @@ from vibecalc.response.forced import Undriven, dynamics, response
 class Readout(NamedTuple):
     """Rows that are read as (spring + i w damper) X, each array (rows, components, coordinates).
 
-    A row of three components is a vector, whose length counts; `doubt` is the relative error of
-    the entries.
+    A row of three components is a vector, whose length counts; `uncertainty` is the relative error
+    of the entries.
     """
 
     spring: np.ndarray
     damper: np.ndarray
-    doubt: float
+    uncertainty: float
 
 
 def pitch_readout(
@@ -56,7 +56,7 @@ def distinct(readout: Readout) -> tuple[Readout, np.ndarray]:
     rows = (entries * np.where(leading < 0.0, -1.0, 1.0)[:, None]).tolist()
     which = np.array([kept.setdefault(tuple(row), len(kept)) for row in rows])
     first = [int(np.argmax(which == number)) for number in range(len(kept))]
-    return Readout(readout.spring[first], readout.damper[first], readout.doubt), which
+    return Readout(readout.spring[first], readout.damper[first], readout.uncertainty), which
 
 
 def shows(readout: Readout, shape: np.ndarray, frequency: np.ndarray) -> np.ndarray:
@@ -73,7 +73,7 @@ def shows(readout: Readout, shape: np.ndarray, frequency: np.ndarray) -> np.ndar
 
 
 # ----------------------------------------------------------------------------
-# Rows of a readout as functions of crank speed, with their slopes: what a run-up looks at.
+# Rows of a readout as functions of crank speed, with their slopes: what a run-up examines.
 # ----------------------------------------------------------------------------
 
 #: stands for what was not asked for
@@ -134,11 +134,11 @@ def read(readout: Readout, order: np.ndarray, rate: np.ndarray, motion: Motion) 
         slope, curvature = laid_out(slope), laid_out(curvature)
     if motion.error is not EMPTY:
         spring_size, damper_size = np.abs(spring), np.abs(damper)
-        spread = motion.error + readout.doubt * np.abs(motion.value)
+        spread = motion.error + readout.uncertainty * np.abs(motion.value)
         damped_spread = spread @ damper_size
         error = laid_out(spread @ spring_size + frequency * damped_spread)
         if motion.slope is not EMPTY:
-            steeper = motion.slope_error + readout.doubt * np.abs(motion.slope)
+            steeper = motion.slope_error + readout.uncertainty * np.abs(motion.slope)
             slope_error = steeper @ spring_size + frequency * (steeper @ damper_size)
             slope_error = laid_out(slope_error + each_order * damped_spread)
     return Jet(laid_out(value), error, slope, slope_error, curvature)
@@ -217,10 +217,10 @@ def pitch_rows(
             load_error = column * column * couple.error
             error = gain * (size * system.error + load_error) + 16.0 * UNIT_ROUNDOFF * size
         if slopes and errors:
-            doubt = np.abs(turn) * error + np.abs(slope) * system.error
-            doubt = doubt + 2.0 * column * couple.error
+            uncertainty = np.abs(turn) * error + np.abs(slope) * system.error
+            uncertainty = uncertainty + 2.0 * column * couple.error
             terms = np.abs(load_slope) + np.abs(turn) * size
-            slope_error = gain * (doubt + (pitch.rounding + 16.0 * UNIT_ROUNDOFF) * terms)
+            slope_error = gain * (uncertainty + (pitch.rounding + 16.0 * UNIT_ROUNDOFF) * terms)
         motion = Motion(angle, error, slope, slope_error, curvature)
         each = Motion(*(EMPTY if part is EMPTY else part[..., None] for part in motion))
         return read(readout, order, rate, each)
@@ -294,12 +294,14 @@ def body_rows(
             bent = load_bend + 2.0 * np.square(order)[:, None] * (value @ matrices.mass.T)
             curvature = _apply(system.inverse, bent - 2.0 * _apply(turn, slope))
         if slopes and errors:
-            doubt = _apply(np.abs(turn), error + 32.0 * UNIT_ROUNDOFF * np.abs(value))
-            doubt = doubt + _apply(system.error, np.abs(slope)) + 2.0 * column * force.error
-            doubt = doubt + 16.0 * UNIT_ROUNDOFF * np.abs(load_slope)
+            uncertainty = _apply(np.abs(turn), error + 32.0 * UNIT_ROUNDOFF * np.abs(value))
+            uncertainty = (
+                uncertainty + _apply(system.error, np.abs(slope)) + 2.0 * column * force.error
+            )
+            uncertainty = uncertainty + 16.0 * UNIT_ROUNDOFF * np.abs(load_slope)
             if added is not None:
-                doubt = doubt + added.slope_error[..., None] * np.abs(axis)
-            slope_error = _apply(np.abs(system.inverse), doubt)
+                uncertainty = uncertainty + added.slope_error[..., None] * np.abs(axis)
+            slope_error = _apply(np.abs(system.inverse), uncertainty)
             slope_error = slope_error + 16.0 * UNIT_ROUNDOFF * np.abs(slope)
         motion = Motion(value, error, slope, slope_error, curvature)
         return read(readout, order, rate, motion)

@@ -52,12 +52,12 @@ _NEGLIGIBLE = 1e-4
 #: unless it stands where the row is high anyway: then down to this share
 _ROUNDING = 1e-13
 
-#: beside a resonance a row is no higher than there and so many times what the resonance gives
+#: next to a resonance a row is no higher than there and so many times what the resonance gives
 _ADDED = 3.0
 
 
 class RunUp(NamedTuple):
-    """The whole curve: `speed` (speeds,) ascending, `curve` (speeds, rows), and its summits.
+    """The whole curve: `speed` (speeds,) ascending, `curve` (speeds, rows), and its peaks.
 
     `masked` lists the intervals in which nothing was computed; `unresolved` counts intervals
     between speeds that a cap on their number left coarser than asked for (normally 0).
@@ -107,8 +107,8 @@ def run_up(
         search.masked, search.infinite, curve_tolerance, most_points,
     )  # fmt: skip
     peak = highest(search, found.speed, 0.97)
-    _, harmonics, doubt = search.looked(found.speed)
-    curve = _exact_peaks(harmonics, doubt, search.orders)
+    _, harmonics, uncertainty = search.looked(found.speed)
+    curve = _exact_peaks(harmonics, uncertainty, search.orders)
     return RunUp(found.speed, curve, peak, search.masked, found.unresolved)
 
 
@@ -144,7 +144,7 @@ def run_up_peak(
 ) -> RunUpPeak:
     """The maxima of `run_up` alone, without its curve: for searches that ask thousands of times.
 
-    Looks at few speeds between the resonances, at the resonances themselves, and closely only about
+    Examines few speeds between the resonances, at the resonances themselves, and closely only about
     those that can hold the maximum of a row: where all that is there and three times what the
     resonance adds come up to the highest value seen. Polishes as `run_up` does, from both sides of
     each maximum.
@@ -163,23 +163,23 @@ def cycle_peaks(harmonics_at: HarmonicsAt, orders: np.ndarray, speed: np.ndarray
 
     def peaks(at: np.ndarray) -> WithError:
         jet = harmonics_at(at, errors=True)
-        return _exact_peaks(jet.value, _doubt(jet), orders)
+        return _exact_peaks(jet.value, _uncertainty(jet), orders)
 
     return WithError(*in_blocks(peaks, speed, orders))
 
 
-def _doubt(jet: Jet) -> np.ndarray:
+def _uncertainty(jet: Jet) -> np.ndarray:
     """What the errors of the harmonics may add to the length of each row (speeds, rows)."""
     return np.asarray(np.sqrt(np.sum(np.square(np.sum(jet.error, axis=-1)), axis=-1)))
 
 
-def _exact_peaks(harmonics: np.ndarray, doubt: np.ndarray, orders: np.ndarray) -> WithError:
-    """Peaks (speeds, rows) of harmonics (speeds, rows, components, orders) of some doubt."""
+def _exact_peaks(harmonics: np.ndarray, uncertainty: np.ndarray, orders: np.ndarray) -> WithError:
+    """Peaks (speeds, rows) of harmonics (speeds, rows, components, orders) of some uncertainty."""
     if harmonics.shape[-2] == 1:
         peak = cycle_peak(harmonics[..., 0, :], orders)
     else:
         peak = vector_cycle_peak(harmonics, orders)
-    return WithError(peak.value, peak.error + doubt)
+    return WithError(peak.value, peak.error + uncertainty)
 
 
 def _search(
@@ -200,7 +200,7 @@ def _search(
     def look(speed: np.ndarray) -> tuple[np.ndarray, ...]:
         jet = harmonics_at(speed, errors=errors)
         found = coarse_peak(jet.value, order, angle), jet.value
-        return (*found, _doubt(jet)) if errors else found
+        return (*found, _uncertainty(jet)) if errors else found
 
     looked = Looked(lambda speed: in_blocks(look, speed, order))
     return Search(harmonics_at, looked, order, angle, masked, shown, infinite, start, stop)
@@ -221,7 +221,7 @@ def _at_resonances(search: Search, resonances: Resonances, base: np.ndarray) -> 
     """Look at first speeds and at all resonances; outside the range, at its end."""
     centre = resonant_speeds(resonances, search.orders)
     width = np.maximum(resonances.exposed(), 0.0)
-    # beside a pole the response is taken at the edge of its interval; poles moved by damping that
+    # next to a pole the response is taken at the edge of its interval; poles moved by damping that
     # is not there stand on others
     at = np.clip((centre * (1.0 - width)).ravel(), search.start, search.stop)
     for low, high in zip(search.masked.low.tolist(), search.masked.high.tolist(), strict=True):

@@ -56,13 +56,13 @@ def clusters(resonances: Resonances, orders: np.ndarray, chosen: np.ndarray) -> 
     """Speeds in geometric steps away from chosen (orders, modes) resonances, on either side.
 
     The first step is less than the half bandwidth, so that no resonance is too narrow to be
-    seen; beside a masked interval it starts at the interval's edge.
+    seen; next to a masked interval it starts at the interval's edge.
     """
     return _spread(resonances, orders, chosen, _FIRST, _GROWTH, _FARTHEST)
 
 
 def sparse_clusters(resonances: Resonances, orders: np.ndarray, chosen: np.ndarray) -> np.ndarray:
-    """The same with few speeds: enough that a climb from the best of them finds the summit."""
+    """The same with few speeds: enough that a climb from the best of them finds the peak."""
     return _spread(resonances, orders, chosen, _SPARSE_FIRST, _SPARSE_GROWTH, _SPARSE_FARTHEST)
 
 
@@ -99,7 +99,7 @@ def admitted(speed: np.ndarray, masked: Masked, start: float, stop: float) -> np
 
 
 # ----------------------------------------------------------------------------
-# Speeds of a run-up that were looked at, so that none is computed twice.
+# Speeds of a run-up that were examined, so that none is computed twice.
 # ----------------------------------------------------------------------------
 
 #: arrays (speeds, ...) at speeds (speeds,)
@@ -119,7 +119,7 @@ class Looked:
 
     @property
     def speed(self) -> FloatArray:
-        """The speeds looked at, ascending."""
+        """The speeds examined, ascending."""
         return self._speed
 
     def add(self, speed: FloatArray, *values: FloatArray) -> None:
@@ -152,7 +152,7 @@ class Looked:
 #: no interval is cut below this relative width
 _NARROWEST = 1e-14
 
-#: beside a pole without bound the curve is resolved relative to itself
+#: next to a pole without bound the curve is resolved relative to itself
 _NEAR_POLE = 0.02
 
 

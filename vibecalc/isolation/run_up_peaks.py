@@ -20,7 +20,7 @@ _NONE = np.zeros(0)
 _ARRIVED, _FLAT = 1e-18, 1e-12
 #: relative difference of heights that is none
 _ALIKE = 2e-13
-#: of the trusted step, how near a summit a start has merged with it
+#: of the trusted step, how near a peak a start has merged with it
 _SAME = 0.05
 #: promised relative gain below which Newton's step is trusted to tell what is left, which is at
 #: most so many times what it promises
@@ -36,7 +36,7 @@ class Starts(NamedTuple):
     reach: np.ndarray
 
 
-class Summits(NamedTuple):
+class Peaks(NamedTuple):
     """The highest maximum (rows,) of each row's length, with its speed; errors absolute.
 
     Rows from which nothing starts are zero, at the start of the range. `angle` is the crank angle,
@@ -62,9 +62,9 @@ class _Height(NamedTuple):
     vv: np.ndarray
     va: np.ndarray
     aa: np.ndarray
-    value_doubt: np.ndarray
-    v_doubt: np.ndarray
-    a_doubt: np.ndarray
+    value_uncertainty: np.ndarray
+    v_uncertainty: np.ndarray
+    a_uncertainty: np.ndarray
 
 
 def climb(
@@ -74,17 +74,17 @@ def climb(
     start: float,
     stop: float,
     known: np.ndarray,
-    beside: Summits | None = None,
-) -> Summits:
+    nearby: Peaks | None = None,
+) -> Peaks:
     """Maximise |f(speed, angle)| of rows from their starts within [start, stop].
 
-    Only summits above those `known` (rows,) count. A start that comes close to that of its row in
-    `beside` stays there.
+    Only peaks above those `known` (rows,) count. A start that comes close to that of its row in
+    `nearby` stays there.
 
     A maximum over speed of the peak over the cycle is a smooth point of one branch (an upper
     envelope has kinks only in its valleys), where both slopes vanish, or an end of the range. The
     step is Newton's where the height is concave, turned upwards where it is not, kept within a
-    trusted distance, and taken only if it leads up; so no summit is below its start. All starts
+    trusted distance, and taken only if it leads up; so no peak is below its start. All starts
     climb together; those that Newton's steps no longer carry above the best of their row stay.
     """
     order = np.asarray(orders, dtype=float)
@@ -101,8 +101,8 @@ def climb(
             & (radius > 1e-9)
             & (~concave | _may_win(here.h, gain, starts.row, floor))
         )
-        if beside is not None:
-            moving &= ~_merged(speed, angle, starts, beside, top_order)
+        if nearby is not None:
+            moving &= ~_merged(speed, angle, starts, nearby, top_order)
         if not np.any(moving):
             break
         at = np.flatnonzero(moving)
@@ -130,7 +130,7 @@ def climb(
     angle = np.remainder(angle + np.pi, 2.0 * np.pi) - np.pi
     rows, shape = len(known), jet.value.shape[1:]
     none = [np.zeros(rows) for _ in range(6)]
-    found = Summits._make([*none, np.zeros((rows, *shape), dtype=complex)])
+    found = Peaks._make([*none, np.zeros((rows, *shape), dtype=complex)])
     found.speed[:] = start
     if not len(best):
         return found
@@ -138,8 +138,8 @@ def climb(
     here = _height(jet, order, angle)
     value = np.sqrt(2.0 * here.h)
     inside = (speed > start) & (speed < stop)
-    drift = np.where(inside, _speed_doubt(here, stop - start) + 1e-3 * np.abs(step_v), 0.0)
-    found.value[own], found.error[own] = value, here.value_doubt + np.abs(gain) * value
+    drift = np.where(inside, _speed_uncertainty(here, stop - start) + 1e-3 * np.abs(step_v), 0.0)
+    found.value[own], found.error[own] = value, here.value_uncertainty + np.abs(gain) * value
     found.speed[own], found.angle[own], found.gain[own] = speed, angle, gain
     found.speed_error[own] = drift + 2.0 * UNIT_ROUNDOFF * speed
     found.harmonics[own] = jet.value
@@ -164,7 +164,7 @@ def _may_win(
 ) -> np.ndarray:
     """Which starts may still become the highest of their row.
 
-    A step that promises little says how much is left: the summit is above by what it promises.
+    A step that promises little says how much is left: the peak is above by what it promises.
     """
     best = floor.copy()
     np.maximum.at(best, row, height)
@@ -173,12 +173,12 @@ def _may_win(
 
 
 def _merged(
-    speed: np.ndarray, angle: np.ndarray, starts: Starts, beside: Summits, top_order: float
+    speed: np.ndarray, angle: np.ndarray, starts: Starts, nearby: Peaks, top_order: float
 ) -> np.ndarray:
-    """Which starts have come close to the summit that their row has already."""
-    turn = angle - beside.angle[starts.row]
+    """Which starts have come close to the peak that their row has already."""
+    turn = angle - nearby.angle[starts.row]
     away = np.abs(np.remainder(turn + np.pi, 2.0 * np.pi) - np.pi)
-    near = np.abs(speed - beside.speed[starts.row]) <= _SAME * starts.reach
+    near = np.abs(speed - nearby.speed[starts.row]) <= _SAME * starts.reach
     merged: np.ndarray = near & (away <= 0.5 / top_order)
     return merged
 
@@ -194,7 +194,7 @@ def _best(height: np.ndarray, row: np.ndarray, floor: np.ndarray) -> np.ndarray:
 
 
 def _height(jet: Jet, order: np.ndarray, angle: np.ndarray) -> _Height:
-    """Heights (starts,) of jets at crank angles; with doubts where the jets have errors."""
+    """Heights (starts,) of jets at crank angles; with uncertainties where the jets have errors."""
     value, slope = jet.value, jet.slope
     turn = np.exp(1j * angle[:, None] * order)[:, None, :]
     around, around_slope = value * turn, slope * turn
@@ -204,18 +204,18 @@ def _height(jet: Jet, order: np.ndarray, angle: np.ndarray) -> _Height:
     f_vv = (jet.curvature * turn).real.sum(axis=-1)
     f_va = -(around_slope.imag @ order)
     f_aa = -(around.real @ np.square(order))
-    doubts = (_NONE, _NONE, _NONE)
+    uncertainties = (_NONE, _NONE, _NONE)
     if jet.error.size:
         # the angle is rounded, and each order turns by a multiple of it
         rounding = (len(order) + 6.0 + 4.0 * np.pi * order) * UNIT_ROUNDOFF
-        doubt = jet.error + rounding * np.abs(value)
-        doubt_v = jet.slope_error + rounding * np.abs(slope)
-        df, df_v = _length(doubt.sum(axis=-1)), _length(doubt_v.sum(axis=-1))
-        df_a, size = _length(doubt @ order), _length(f)
-        doubts = (df, size * df_v + df * _length(f_v), size * df_a + df * _length(f_a))
+        uncertainty = jet.error + rounding * np.abs(value)
+        uncertainty_v = jet.slope_error + rounding * np.abs(slope)
+        df, df_v = _length(uncertainty.sum(axis=-1)), _length(uncertainty_v.sum(axis=-1))
+        df_a, size = _length(uncertainty @ order), _length(f)
+        uncertainties = (df, size * df_v + df * _length(f_v), size * df_a + df * _length(f_a))
     return _Height(
         0.5 * _dot(f, f), _dot(f, f_v), _dot(f, f_a), _dot(f_v, f_v) + _dot(f, f_vv),
-        _dot(f_v, f_a) + _dot(f, f_va), _dot(f_a, f_a) + _dot(f, f_aa), *doubts,
+        _dot(f_v, f_a) + _dot(f, f_va), _dot(f_a, f_a) + _dot(f, f_aa), *uncertainties,
     )  # fmt: skip
 
 
@@ -263,18 +263,20 @@ def _step(
     return step_v * shorter * reach, step_a * shorter / top_order, gain, concave
 
 
-def _speed_doubt(at: _Height, span: float) -> np.ndarray:
-    """What the doubts of the two slopes make of the speed of the summit; at most the range."""
+def _speed_uncertainty(at: _Height, span: float) -> np.ndarray:
+    """What the uncertainties of the two slopes make of the speed of the peak; at most the range."""
     determinant = np.abs(at.vv * at.aa - at.va * at.va)
-    doubt = np.abs(at.aa) * at.v_doubt + np.abs(at.va) * at.a_doubt
-    return np.where(doubt < span * determinant, doubt / np.maximum(determinant, 1e-300), span)
+    uncertainty = np.abs(at.aa) * at.v_uncertainty + np.abs(at.va) * at.a_uncertainty
+    return np.where(
+        uncertainty < span * determinant, uncertainty / np.maximum(determinant, 1e-300), span
+    )
 
 
 # ----------------------------------------------------------------------------
-# The highest peaks of the rows of a run-up, polished from speeds that were looked at.
+# The highest peaks of the rows of a run-up, polished from speeds that were examined.
 # ----------------------------------------------------------------------------
 
-#: how often other branches are looked for where a summit was found
+#: how often other branches are looked for where a peak was found
 _MOST_LOOKS = 4
 
 
@@ -305,7 +307,7 @@ def highest_of(peaks: Sequence[RunUpPeak]) -> RunUpPeak:
 
 
 class Search(NamedTuple):
-    """What a search of speeds looks at: rows, grid of crank angles, range, what is masked there.
+    """What a search of speeds examines: rows, grid of crank angles, range, what is masked there.
 
     `looked` gives the peak over the grid (speeds, rows) and the harmonics, and perhaps more.
     `shown` (intervals, rows) and `infinite` (rows,) tell which rows have no bound in an interval
@@ -326,7 +328,7 @@ class Search(NamedTuple):
 def highest(search: Search, speed: np.ndarray, threshold: float, sparse: bool = False) -> RunUpPeak:
     """Polish every local maximum that may be the highest, and keep the best of each row.
 
-    Among `sparse` speeds a kink may part two summits within a step, or one may hide beside the
+    Among `sparse` speeds a kink may part two peaks within a step, or one may hide next to the
     maximum: then the speeds next to it are starts as well.
     """
     value, harmonics = search.looked(speed)[:2]
@@ -344,8 +346,8 @@ def highest(search: Search, speed: np.ndarray, threshold: float, sparse: bool = 
 
     peak = RunUpPeak(np.zeros(rows), np.zeros(rows), np.full(rows, search.start), np.zeros(rows))
     if np.any(local & high):
-        beside = np.pad(local & high, ((1, 1), (0, 0)))
-        around = (beside[:-2] | beside[2:]) & ~local & high & sparse
+        nearby = np.pad(local & high, ((1, 1), (0, 0)))
+        around = (nearby[:-2] | nearby[2:]) & ~local & high & sparse
         more = starts_at(around) if np.any(around) else None
         found = _climbed(search, starts_at(local & high), more, rows, threshold)
         peak = RunUpPeak(*found[:4])
@@ -360,11 +362,11 @@ def highest(search: Search, speed: np.ndarray, threshold: float, sparse: bool = 
 
 def _climbed(
     search: Search, starts: Starts, around: Starts | None, rows: int, threshold: float
-) -> Summits:
-    """Summits of all rows; where another branch over the angle is high there, it is climbed too.
+) -> Peaks:
+    """Peaks of all rows; where another branch over the angle is high there, it is climbed too.
 
     Of two branches that cross between two speeds one may be too low at either to be a start. From
-    `around` only what does not lead to the same summit is climbed to the end.
+    `around` only what does not lead to the same peak is climbed to the end.
     """
     given = (search.harmonics_at, search.orders)
     ends = (search.start, search.stop)
@@ -375,7 +377,7 @@ def _climbed(
     reach = np.zeros(rows)
     np.maximum.at(reach, starts.row, starts.reach)
     row, climbed = np.flatnonzero(found.value > 0.0), starts
-    # beside an end of the range that is high a summit may hide before the next speed
+    # next to an end of the range that is high a peak may hide before the next speed
     at_end = (found.speed == search.start) | (found.speed == search.stop)
     edge = row[at_end[row]]
     if len(edge):
@@ -405,7 +407,7 @@ def _climbed(
     return found
 
 
-def _keep(found: Summits, again: Summits) -> np.ndarray:
+def _keep(found: Peaks, again: Peaks) -> np.ndarray:
     """Put what was found again in its place, and tell the rows of which that is so."""
     row = np.flatnonzero(again.value)
     for old, new in zip(found, again, strict=True):

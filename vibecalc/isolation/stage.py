@@ -45,7 +45,7 @@ def plan_torque_reaction(case: "Case") -> Iterator[Stage]:
 
 _PITCH_ONLY = ("isolation/pitch/", "isolation/lever_force/", "support_force/rigid_peak")
 _BODY_ONLY = ("isolation/modes/", "isolation/body/")
-#: of the stages beside it
+#: of the stages next to it
 _OTHERS = ("run_up", "masked", "torque_reaction")
 
 

@@ -88,8 +88,8 @@ def line_transfer(line: Line, spin_inertia: WithError, frequency: np.ndarray) ->
     rate = np.asarray(frequency, dtype=float)
     spin = np.stack(spin_inertia).reshape(2, *(1,) * rate.ndim, -1)
     found = forced(line, rate, np.square(rate)[..., None] * spin)
-    value, doubt = found.angle
-    error = 2.0 * found.error[0] + found.error[1] + np.max(np.abs(doubt), axis=-1)
+    value, uncertainty = found.angle
+    error = 2.0 * found.error[0] + found.error[1] + np.max(np.abs(uncertainty), axis=-1)
     error = error + 16.0 * EPSILON * np.max(np.abs(value), axis=-1)
     return WithError(value, np.broadcast_to(error[..., None], value.shape))
 
@@ -109,22 +109,22 @@ def couple_on_body(
         return WithError(value, share * (torque.error.sum(-2) + count * size.sum(-2)))
     given = WithError(*(np.swapaxes(part, -1, -2) for part in transfer))
     value = (given.value * torque.value).sum(-2)
-    doubt = np.abs(given.value) * (torque.error + count * size)
-    return WithError(value, (doubt + given.error * (size + torque.error)).sum(-2))
+    uncertainty = np.abs(given.value) * (torque.error + count * size)
+    return WithError(value, (uncertainty + given.error * (size + torque.error)).sum(-2))
 
 
 def linear_couple(ends: np.ndarray, low: WithError, high: WithError) -> CoupleAt:
     """Couple (speeds, m) that is linear in the speed between two `ends`, given there (m,)."""
     span = ends[1] - ends[0]
     slope = (high.value - low.value) / span
-    doubt = (low.error + high.error) / span
+    uncertainty = (low.error + high.error) / span
 
     def couple_at(speed: np.ndarray, slopes: bool = False, errors: bool = False) -> Couple:
         share = ((speed - ends[0]) / span)[:, None]
         value = (1.0 - share) * low.value + share * high.value
         empty = np.zeros_like(value)
         error = (1.0 - share) * low.error + share * high.error + 4.0 * EPSILON * np.abs(value)
-        return Couple(value, error, empty + slope, empty.real + doubt, empty)
+        return Couple(value, error, empty + slope, empty.real + uncertainty, empty)
 
     return couple_at
 
@@ -145,8 +145,10 @@ def couple_by_differences(by_speed: Callable[[np.ndarray], WithError]) -> Couple
         slope = (after.value - before.value) / (2.0 * step)
         curvature = (after.value - 2.0 * value + before.value) / np.square(step)
         wider = by_speed(at * (1.0 + 2.0 * STEP)).value - by_speed(at * (1.0 - 2.0 * STEP)).value
-        doubt = np.abs(wider / (4.0 * step) - slope) + (after.error + before.error) / (2.0 * step)
-        return Couple(value, error, slope, doubt, curvature)
+        uncertainty = np.abs(wider / (4.0 * step) - slope) + (after.error + before.error) / (
+            2.0 * step
+        )
+        return Couple(value, error, slope, uncertainty, curvature)
 
     return couple_at
 
@@ -214,8 +216,8 @@ def nearest_driven(
     modes = np.arange(len(place))
     none = np.isinf(away[place, modes])
     found = ratio[place, modes]
-    doubt = shapes.natural_frequency_error / shapes.natural_frequency
-    error = found * (doubt + 4.0 * UNIT_ROUNDOFF)
+    uncertainty = shapes.natural_frequency_error / shapes.natural_frequency
+    error = found * (uncertainty + 4.0 * UNIT_ROUNDOFF)
     return Nearest(
         np.where(none, 0.0, half_order[place]),
         np.where(none, np.inf, found - 1.0),

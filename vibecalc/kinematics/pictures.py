@@ -50,7 +50,7 @@ def draw_piston_motion(result: Result) -> "Figure | None":
 
 
 # ----------------------------------------------------------------------------
-# Acceleration of the piston over one turn beside its first two harmonics, and what these miss.
+# Acceleration of the piston over one turn next to its first two harmonics, and what these miss.
 # ----------------------------------------------------------------------------
 
 _FEW = 2

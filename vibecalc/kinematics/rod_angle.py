@@ -150,9 +150,9 @@ def _samples(
     velocity = r * cosine / rod
     # 1 + s sin t, with s the sign of the offset
     towards = np.where(e >= 0.0, sine, -sine)
-    beside = np.where(towards < 0.0, cosine * cosine / (1.0 + np.abs(towards)), 1.0 + towards)
+    nearby = np.where(towards < 0.0, cosine * cosine / (1.0 + np.abs(towards)), 1.0 + towards)
     turn = -(r * sine / length_) * clearance[..., None]
-    bend = -(e / length_) * (r / length_ * beside) ** 2
+    bend = -(e / length_) * (r / length_ * nearby) ** 2
     cube = (rod / length_) ** 3
     acceleration, strain = (turn + bend) / cube, (np.abs(turn) + np.abs(bend)) / cube
     return (

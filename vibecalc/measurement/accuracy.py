@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Ladder, Reference, Topic
+from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Reference, Refinement, Topic
 from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
 from vibecalc.measurement.choosing import choose
@@ -93,7 +93,7 @@ def by_moments(given: Levels) -> Solved:
 def by_least_squares(given: Levels, starts: int, tolerance: float) -> Solved:
     """scipy's least squares of the residuals in dB from random starts; the best of what it finds.
 
-    Motions that meet the levels alike are told apart by the choosing readings.
+    Motions that meet the levels alike are distinguished by the choosing readings.
     """
     from scipy.optimize import least_squares
 
@@ -217,8 +217,8 @@ def _turned(given: Levels, motion: ComplexArray) -> ComplexArray:
     signal = complex(given.reference @ motion)
     turned = motion * np.conj(signal / abs(signal))
     sides = turned.imag[[1, 2, 0]]
-    told = np.flatnonzero(np.abs(sides) > 1e-12 * np.max(np.abs(turned)))
-    mirrored = bool(told.size and sides[told[0]] < 0.0)
+    reported = np.flatnonzero(np.abs(sides) > 1e-12 * np.max(np.abs(turned)))
+    mirrored = bool(reported.size and sides[reported[0]] < 0.0)
     return np.asarray(np.conj(turned) if mirrored else turned)
 
 
@@ -254,7 +254,7 @@ def by_singular_values(given: Phasors) -> ComplexArray:
 
 
 def by_lstsq(given: Phasors) -> ComplexArray:
-    """numpy's least squares, one unit beside another."""
+    """numpy's least squares, one unit next to another."""
     return _motion(np.linalg.lstsq(*_weighed(given), rcond=None)[0])
 
 
@@ -309,7 +309,7 @@ def phases_in_digits(given: Phasors) -> ComplexArray:
 _STARTS, _TOLERANCE = 4, 1e-8
 #: a line, three eigenproblems and a look at either motion, over two small systems
 _EXTRA = 4.0
-#: corners at which a plate without named positions is looked at, m
+#: corners at which a plate without named positions is examined, m
 _CORNERS = np.array([[1.0, 0.5, 0.5], [1.0, -0.5, 0.5], [1.0, 0.5, -0.5]])
 
 
@@ -335,19 +335,19 @@ def _of_levels(harmonics: tuple[Harmonic, ...], reference: FloatArray, rows: Flo
         values = np.stack([rows @ one.motion for one in found], axis=-1)
         return Answer(values, sum(one.work for one in found))
 
-    ladders = [
-        Ladder(
+    refinements = [
+        Refinement(
             "second moments",
             "all motions that the levels leave, as ends of a line, each refined; as a run does",
             "", NOTHING_TO_SET, lambda _: each(by_moments), default=NOTHING_TO_SET[0],
             citation="docs/theory_measurement.md",
         ),
-        Ladder(
+        Refinement(
             "least squares, more starts", "scipy least_squares from random motions",
             "starts", (1.0, 2.0, 4.0, 8.0),
             lambda starts: each(lambda one: by_least_squares(one, int(starts), _TOLERANCE)),
         ),
-        Ladder(
+        Refinement(
             "least squares, closer", f"the same from {_STARTS} motions, to a closer tolerance",
             "tolerance", (1e-1, 1e-2, 1e-4, 1e-8, 1e-12),
             lambda tolerance: each(
@@ -356,8 +356,8 @@ def _of_levels(harmonics: tuple[Harmonic, ...], reference: FloatArray, rows: Flo
         ),
     ]  # fmt: skip
     if all(suits_cosines(one) for one in given):
-        ladders.append(
-            Ladder(
+        refinements.append(
+            Refinement(
                 "phases by cosines", "three points and two differences, as published",
                 "", NOTHING_TO_SET, lambda _: each(by_cosines),
                 citation="Herold (1977), equations 20 to 33",
@@ -371,7 +371,7 @@ def _of_levels(harmonics: tuple[Harmonic, ...], reference: FloatArray, rows: Flo
         unit="m/s^2",
         work="evaluations of all readings of a motion, or systems as small",
         reference=lambda: _levels_reference(given, rows),
-        ladders=tuple(ladders),
+        refinements=tuple(refinements),
         default_extra=_EXTRA,
         default_why="a line of second moments with both its ends, where three points and two "
         "differences leave two cosines: it takes any instruments, and finds every motion that five "
@@ -422,8 +422,8 @@ def _of_phases(harmonics: tuple[Harmonic, ...], rows: FloatArray) -> Topic:
         reference=lambda: Reference(
             each(phases_in_digits).values, 16.0 * EPSILON, "normal equations in 40 digits"
         ),
-        ladders=tuple(
-            Ladder(
+        refinements=tuple(
+            Refinement(
                 name, words, "", NOTHING_TO_SET, lambda _, way=way: each(way),  # type: ignore[misc]
                 default=NOTHING_TO_SET[0] if way is by_singular_values else None,
             )

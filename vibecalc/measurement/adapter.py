@@ -59,7 +59,8 @@ class Solution(NamedTuple):
 
     `candidates` are all motions that levels leave, the one taken first, with their largest
     residual in dB; none where there are phases. `reach` bounds what they may be off. `excess` is
-    the misfit of readings with phases over their deviations after all harmonics have told these.
+    the misfit of readings with phases over their deviations after all harmonics have determined
+    these.
     """
 
     harmonic: Harmonic
@@ -194,7 +195,7 @@ def _from_phases(harmonic: Harmonic, growth: FloatArray) -> Solution:
     return Solution(
         harmonic=harmonic,
         motion=fit.motion,
-        spread=fit.spread._replace(doubt=fit.spread.doubt + share),
+        spread=fit.spread._replace(uncertainty=fit.spread.uncertainty + share),
         rounding=fit.spread._replace(half_widths=widths),
         misfit=float(np.sum(stated**2) / spare) ** 0.5 if spare else 0.0,
         misfit_error=misfit_error,
@@ -243,7 +244,7 @@ def phase_of(
 
 
 # ----------------------------------------------------------------------------
-# What instruments read beside what the motion found gives them.
+# What instruments read next to what the motion found gives them.
 # ----------------------------------------------------------------------------
 
 #: roundings of a level on its way to an amplitude and back
@@ -334,9 +335,9 @@ def emit_plate(scene: Scene, found: list[Solution], orders: dict[str, np.ndarray
     scene.emit("measurement/quiet/all_orders_x", all_orders.x, all_orders.error)
     scene.emit("measurement/quiet/all_orders_y", all_orders.y, all_orders.error)
     row = point_row(all_orders.x, all_orders.y)
-    doubt = float(np.linalg.norm([float(one.signal(row).error) for one in found]))
-    doubt += 8.0 * EPSILON * all_orders.amplitude
-    scene.emit("measurement/quiet/all_orders_amplitude", all_orders.amplitude, doubt)
+    uncertainty = float(np.linalg.norm([float(one.signal(row).error) for one in found]))
+    uncertainty += 8.0 * EPSILON * all_orders.amplitude
+    scene.emit("measurement/quiet/all_orders_amplitude", all_orders.amplitude, uncertainty)
 
 
 # ----------------------------------------------------------------------------
@@ -561,21 +562,23 @@ def _emit_motion(
         scene.emit(f"measurement/{name}_level", *level_of(values, errors, scale), axes)
         phases = _stacked([phase_between(one, row, reference) for one in found])
         scene.emit(f"measurement/phase/{name}", *phases, axes)
-        doubts = np.array([float(one.level_deviation(row[None])[0]) for one in found])
-        _emit_doubt(scene, f"{name}_level", doubts, found, axes)
-        doubts = np.array([one.phase_deviation(row, reference) for one in found])
-        _emit_doubt(scene, f"{name}_phase", doubts, found, axes)
+        uncertainties = np.array([float(one.level_deviation(row[None])[0]) for one in found])
+        _emit_uncertainty(scene, f"{name}_level", uncertainties, found, axes)
+        uncertainties = np.array([one.phase_deviation(row, reference) for one in found])
+        _emit_uncertainty(scene, f"{name}_phase", uncertainties, found, axes)
         if name != "translation":
             phases = _stacked([phase_between(one, row, np.eye(3)[0]) for one in found])
             scene.emit(f"measurement/phase/{name}_to_translation", *phases, axes)
 
 
-def _emit_doubt(
+def _emit_uncertainty(
     scene: Scene, name: str, values: np.ndarray, found: list[Solution], axes: dict[str, np.ndarray]
 ) -> None:
     """Emit uncertainties, the last axis over the harmonics; an infinite one is as it is."""
     finite = np.where(np.isfinite(values), values, 0.0)
-    share = np.array([one.spread.doubt + (one.reach is not None) * _OF_BOUNDS for one in found])
+    share = np.array(
+        [one.spread.uncertainty + (one.reach is not None) * _OF_BOUNDS for one in found]
+    )
     scene.emit(f"measurement/uncertainty/{name}", values, finite * share, axes)
 
 
@@ -594,12 +597,12 @@ def _emit_positions(scene: Scene, found: list[Solution], orders: dict[str, np.nd
         if part == "standard":
             scene.emit("measurement/acceleration", values, errors, axes)
             total = np.linalg.norm(values, axis=-1)
-            doubt = np.linalg.norm(errors, axis=-1)
-            scene.emit("measurement/level/all_orders", *level_of(total, doubt, own), axes)
+            uncertainty = np.linalg.norm(errors, axis=-1)
+            scene.emit("measurement/level/all_orders", *level_of(total, uncertainty, own), axes)
     deviations = np.stack([one.level_deviation(rows) for one in found], axis=-1)
-    _emit_doubt(scene, "level", deviations, found, axes)
+    _emit_uncertainty(scene, "level", deviations, found, axes)
     bounds = np.stack([one.level_bound(rows) for one in found], axis=-1)
-    _emit_doubt(scene, "level_bound", bounds, found, axes)
+    _emit_uncertainty(scene, "level_bound", bounds, found, axes)
 
 
 def _emit_fit(scene: Scene, found: list[Solution], axes: dict[str, np.ndarray]) -> None:
@@ -613,7 +616,7 @@ def _emit_fit(scene: Scene, found: list[Solution], axes: dict[str, np.ndarray]) 
 
 
 def _stacked(each: list[WithError]) -> WithError:
-    """Results of the harmonics, one beside the other along the last axis."""
+    """Results of the harmonics, one next to the other along the last axis."""
     return WithError(
         np.stack([np.asarray(one.value) for one in each], axis=-1),
         np.stack([np.asarray(one.error) for one in each], axis=-1),

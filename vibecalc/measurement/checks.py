@@ -68,7 +68,7 @@ _SIZES = ("level", "amplitude", "angular_amplitude")
 
 
 def measurement_problems(case: Case) -> list[Problem]:
-    """Problems of [measurement]: form first, then references, then what can be told at all."""
+    """Problems of [measurement]: form first, then references, then what can be found at all."""
     table = case.measurement
     if table is None:
         return list(_nothing_read(case))

@@ -266,14 +266,14 @@ def _ranked(
         return Choice(ranking, residuals, True)
     first, second = ranking[:2]
     at = int(np.argmax(np.abs(residuals[first] - residuals[second])))
-    doubt = half_widths[at] + sum(
-        _doubt(motions[place], rows[at], reach) for place in (first, second)
+    uncertainty = half_widths[at] + sum(
+        _uncertainty(motions[place], rows[at], reach) for place in (first, second)
     )
     apart = abs(residuals[second, at]) - abs(residuals[first, at])
-    return Choice(ranking, residuals, bool(apart > doubt))
+    return Choice(ranking, residuals, bool(apart > uncertainty))
 
 
-def _doubt(motion: LevelMotion, row: FloatArray, reach: Reach | None) -> float:
+def _uncertainty(motion: LevelMotion, row: FloatArray, reach: Reach | None) -> float:
     if reach is not None:
         return float(reach.bound(motion, row[None])[0])
     return float(motion.spread.bound(level_gradient(row, motion.motion)))

@@ -94,7 +94,7 @@ def refine(
 def _settled(rows: FloatArray, amplitudes: FloatArray, half_widths: FloatArray, fit: Fit) -> Fit:
     """Whole steps of Newton's method as long as they shrink.
 
-    Beside the least sum of squares the sum is flat, and tells half the digits of the place only;
+    Next to the least sum of squares the sum is flat, and tells half the digits of the place only;
     its slope tells the others.
     """
     last = np.inf
@@ -183,14 +183,14 @@ class Spread(NamedTuple):
     """`slopes` (6, n) of the parts of a motion by its readings; how far these may be off.
 
     `half_widths` (n,) bound a reading's error, `deviations` (n,) are its standard uncertainty.
-    An infinite slope says that first order does not hold. `doubt` is the relative error of the
-    slopes from rounding.
+    An infinite slope says that first order does not hold. `uncertainty` is the relative error of
+    the slopes from rounding.
     """
 
     slopes: FloatArray
     half_widths: FloatArray
     deviations: FloatArray
-    doubt: float = 0.0
+    uncertainty: float = 0.0
 
     def deviation(self, gradient: FloatArray) -> FloatArray:
         """Standard uncertainty (...) of results with gradients (..., 6)."""
@@ -233,14 +233,14 @@ def level_spread(
     widths = (half_widths, deviations)
     if np.min(values[kept]) <= _FLAT * np.max(values):
         return Spread(np.full((6, len(half_widths)), np.inf), *widths)
-    doubt = 16.0 * EPSILON * float(np.max(values) / np.min(values[kept]))
+    uncertainty = 16.0 * EPSILON * float(np.max(values) / np.min(values[kept]))
     inverse = (vectors[:, kept] / values[kept]) @ vectors[:, kept].T
     slopes = inverse @ (fit.jacobian / half_widths[:, None]).T
     signal = complex(reference @ fit.motion)
     across = _phase_gradient(reference, signal)
     along = float(across @ turn)
     slopes = slopes - np.multiply.outer(turn, across @ slopes) / along
-    return Spread(slopes, *widths, doubt)
+    return Spread(slopes, *widths, uncertainty)
 
 
 def level_gradient(rows: FloatArray, motion: ComplexArray) -> FloatArray:

@@ -18,7 +18,7 @@ from vibecalc.numerics.rounding import FloatArray
 # Readings of a case as rows, amplitudes and how far each may be off, harmonic by harmonic.
 # ----------------------------------------------------------------------------
 
-#: what an uncertainty beside the last digit adds to how far a reading may be off
+#: what an uncertainty next to the last digit adds to how far a reading may be off
 COVERAGE = 2.0
 _AXES = {"x": (1.0, 0.0), "y": (0.0, 1.0)}
 
@@ -56,7 +56,7 @@ class Harmonic(NamedTuple):
 
     @property
     def solving(self) -> tuple[Read, ...]:
-        """The readings that the motion is found from; levels beside phases only compare."""
+        """The readings that the motion is found from; levels next to phases only compare."""
         found = (read for read in self.reads if read.use == "solve")
         return tuple(read for read in found if (read.phase is not None) is self.is_complex)
 
@@ -199,8 +199,8 @@ def _read(
     else:
         size = _peak(table) * (amplitude or 0.0)
         step = (table.angular_step if angular else table.amplitude_step) or 0.0
-        beside = table.angular_uncertainty if angular else table.amplitude_uncertainty
-        half, deviation = _off(_peak(table) * step, _peak(table) * beside)
+        nearby = table.angular_uncertainty if angular else table.amplitude_uncertainty
+        half, deviation = _off(_peak(table) * step, _peak(table) * nearby)
         unit = 1.0
     if phase is None:
         # in dB, of an amplitude too; one of zero has no level
@@ -215,7 +215,7 @@ def _read(
 
 def _off(step: float, uncertainty: float) -> tuple[float, float]:
     """How far a reading may be off, and its standard uncertainty, from its last digit and what is
-    said beside it."""
+    said next to it."""
     return 0.5 * step + COVERAGE * uncertainty, math.hypot(step / math.sqrt(12.0), uncertainty)
 
 
@@ -273,33 +273,33 @@ def _problem(harmonic: Harmonic, table: Measurement) -> Problem | None:
             allowed='readings with use = "solve"',
         )
     stacked = np.stack(rows)
-    told = observable(stacked)
-    if len(told.unseen):
+    reported = observable(stacked)
+    if len(reported.unseen):
         return Problem(
             path=TABLE,
-            message="the readings do not see " + " nor ".join(_words(told)),
-            allowed="three points that are not on a line, or two with a rotation beside them",
+            message="the readings do not see " + " nor ".join(_words(reported)),
+            allowed="three points that are not on a line, or two with a rotation next to them",
             hint=_further(stacked, table),
         )
-    if harmonic.is_complex or told.levels >= NEEDED:
+    if harmonic.is_complex or reported.levels >= NEEDED:
         return None
     return Problem(
         path=TABLE,
-        message=f"the levels determine {told.levels} of the {NEEDED} numbers of a motion (three "
+        message=f"levels determine {reported.levels} of the {NEEDED} numbers of a motion (three "
         "amplitudes and two phases)",
         allowed=f"{NEEDED} independent levels, such as three points and two differences; "
-        "or phases beside the levels",
+        "or phases next to the levels",
         hint=_further(stacked, table),
     )
 
 
-def _words(told: Observable) -> list[str]:
+def _words(reported: Observable) -> list[str]:
     """Each motion that no reading sees, as translation, roll and pitch."""
-    if len(told.unseen) > 1:
-        return [f"{len(told.unseen)} of the three motions translation, roll and pitch"]
+    if len(reported.unseen) > 1:
+        return [f"{len(reported.unseen)} of the three motions translation, roll and pitch"]
     texts = []
-    for unseen in told.unseen:
-        translation, roll, pitch = unseen / np.array([1.0, told.span, told.span])
+    for unseen in reported.unseen:
+        translation, roll, pitch = unseen / np.array([1.0, reported.span, reported.span])
         turn = float(np.hypot(roll, pitch))
         if turn <= _SMALL * abs(translation):
             texts.append("translation")
@@ -307,7 +307,7 @@ def _words(told: Observable) -> list[str]:
         roll, pitch, rise = roll / turn, pitch / turn, translation / turn
         if roll < 0.0 or (roll == 0.0 and pitch < 0.0):
             roll, pitch, rise = -roll, -pitch, -rise
-        texts.append(_line(roll, pitch, rise, told.span))
+        texts.append(_line(roll, pitch, rise, reported.span))
     return texts
 
 

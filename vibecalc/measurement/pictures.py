@@ -24,7 +24,7 @@ _PARTS = (
     ("only_roll", "roll alone", COLOURS[3]),
     ("only_pitch", "pitch alone", COLOURS[4]),
 )
-#: level of the roll that a model of the machine gives, where the case has one beside the readings
+#: level of the roll that a model of the machine gives, where the case has one next to the readings
 _MODEL = "response/roll/level/shell_acceleration"
 _COMPUTED = "computed; bars: its error bound"
 _MOST, _WIDEST = 6, 24
@@ -64,8 +64,10 @@ def _harmonic(axes: "Axes", result: Result, whole: Quantity, column: int) -> "Ax
     place = np.arange(len(names), dtype=float)
     levels = np.asarray(whole.values)[:, column]
     order = int(whole.axes[1].values[column])
-    doubt = having(result.record, _STEM + "uncertainty/level_bound", "position", "order")
-    spread = np.zeros_like(levels) if doubt is None else np.asarray(doubt.values)[:, column]
+    uncertainty = having(result.record, _STEM + "uncertainty/level_bound", "position", "order")
+    spread = (
+        np.zeros_like(levels) if uncertainty is None else np.asarray(uncertainty.values)[:, column]
+    )
     open_ended = place[~np.isfinite(spread)]
     spread = np.where(np.isfinite(spread), spread, 0.0)
     finite = np.where(np.isfinite(levels), levels, np.nan)
@@ -235,9 +237,9 @@ def _mark(axes: "Axes", result: Result, quiet: tuple[float, float] | None) -> No
         if not (left <= x <= right and low <= y <= high):
             continue
         axes.plot([x], [y], "o", ms=4, mfc="white", color=TOTAL, clip_on=False)
-        beside = [one for one in named if np.hypot(x - one[0], y - one[1]) < reach]
-        if beside:
-            beside[0][2].append(str(row["name"]))
+        nearby = [one for one in named if np.hypot(x - one[0], y - one[1]) < reach]
+        if nearby:
+            nearby[0][2].append(str(row["name"]))
         else:
             named.append((x, y, [str(row["name"])]))
     for x, y, names in named:

@@ -14,7 +14,7 @@ from vibecalc.core.report.writing import Column, hertz, number, paragraph, show,
 from vibecalc.core.results.record import Quantity, Record, Result
 
 # ----------------------------------------------------------------------------
-# Readings beside the motion found from them, and the motions that levels leave open.
+# Readings next to the motion found from them, and the motions that levels leave open.
 # ----------------------------------------------------------------------------
 
 _STEM = "measurement/"
@@ -141,7 +141,7 @@ def _motion(record: Record) -> list[str]:
     rows = []
     for i, order in enumerate(orders):
         row = [order, "" if frequency is None else show(hertz(float(frequency.values[i])))]
-        row += [_with_doubt(record, f"{part}_level", i) for part in _PARTS]
+        row += [_with_uncertainty(record, f"{part}_level", i) for part in _PARTS]
         row += [_degrees(record, part, i) for part in _PARTS]
         rows.append(row)
     columns = (
@@ -157,32 +157,32 @@ def _motion(record: Record) -> list[str]:
     words = (
         "levels refer to reference_level and, of roll and pitch, to angular_reference_level; "
         "phases to the reference position; +- is the standard uncertainty from the last digits "
-        "read, what is stated beside them and, with phases, the scatter; - where it is open"
+        "read, what is stated next to them and, with phases, the scatter; - where it is open"
     )
     return table(columns, rows) + paragraph(words)
 
 
-def _with_doubt(record: Record, name: str, place: int) -> str:
+def _with_uncertainty(record: Record, name: str, place: int) -> str:
     value = having(record, _STEM + name, "order")
-    doubt = having(record, f"{_STEM}uncertainty/{name}", "order")
+    uncertainty = having(record, f"{_STEM}uncertainty/{name}", "order")
     if value is None:
         return ""
-    return _level(value.values[place]) + _plus_minus(doubt, place, 1.0)
+    return _level(value.values[place]) + _plus_minus(uncertainty, place, 1.0)
 
 
 def _degrees(record: Record, part: str, place: int) -> str:
     value = having(record, f"{_STEM}phase/{part}", "order")
-    doubt = having(record, f"{_STEM}uncertainty/{part}_phase", "order")
+    uncertainty = having(record, f"{_STEM}uncertainty/{part}_phase", "order")
     if value is None:
         return ""
     degrees = math.degrees(float(value.values[place]))
-    return f"{degrees:.1f}" + _plus_minus(doubt, place, math.degrees(1.0))
+    return f"{degrees:.1f}" + _plus_minus(uncertainty, place, math.degrees(1.0))
 
 
-def _plus_minus(doubt: Quantity | None, place: int, factor: float) -> str:
-    if doubt is None:
+def _plus_minus(uncertainty: Quantity | None, place: int, factor: float) -> str:
+    if uncertainty is None:
         return ""
-    value = factor * float(doubt.values[place])
+    value = factor * float(uncertainty.values[place])
     return f" +-{value:.2f}" if math.isfinite(value) else " +- -"
 
 
@@ -194,7 +194,7 @@ def _levels(record: Record) -> list[str]:
     first = having(record, _STEM + "level/standard", "position", "order")
     if first is None:
         return []
-    doubt = having(record, _STEM + "uncertainty/level", "position", "order")
+    uncertainty = having(record, _STEM + "uncertainty/level", "position", "order")
     positions, orders = labels(first.axes[0]), labels(first.axes[1])
     rows = []
     for place, position in enumerate(positions):
@@ -203,7 +203,7 @@ def _levels(record: Record) -> list[str]:
             for part, _ in _LEVELS:
                 found = having(record, f"{_STEM}level/{part}", "position", "order")
                 row.append("" if found is None else _level(found.values[place, i]))
-            sure = "" if doubt is None else _plus_minus_alone(doubt.values[place, i])
+            sure = "" if uncertainty is None else _plus_minus_alone(uncertainty.values[place, i])
             rows.append([*row[:3], sure, *row[3:]])
     columns = (
         Column("position", 18),

@@ -155,7 +155,7 @@ def _by_roots(line: Line) -> ConeEnds | None:
 def _root_pair(line: Line) -> tuple[float, float] | None:
     """The two of the three roots of the determinant between which the matrix can be positive.
 
-    None where not all are real, or too large to be told from infinite ones.
+    None where not all are real, or too large to be distinguished from infinite ones.
     """
     c0, c1, c2, c3 = _determinant(line)
     size = max(abs(c0), abs(c1), abs(c2), abs(c3))
@@ -208,32 +208,32 @@ def _three_roots(a: float, b: float, c: float, d: float) -> list[float] | None:
 
 
 def _by_search(line: Line) -> ConeEnds:
-    """From the summit of the lowest eigenvalue, by Newton's method from outside."""
+    """From the peak of the lowest eigenvalue, by Newton's method from outside."""
     low, high = _bracket(line)
-    summit, bend, solved = _summit(line, low, high)
-    top = float(summit.values[0])
+    peak, bend, solved = _peak(line, low, high)
+    top = float(peak.values[0])
     if top <= 0.0:
-        return ConeEnds([_factor(summit)], solved)
+        return ConeEnds([_factor(peak)], solved)
     motions = []
     for outside in (low, high):
         start = outside
         if bend < 0.0:
-            # where a parabola of the summit comes down to zero, and a little farther
+            # where a parabola of the peak comes down to zero, and a little farther
             wide = 1.1 * math.sqrt(-2.0 * top / bend)
-            start = float(summit.place) + math.copysign(wide, outside - float(summit.place))
+            start = float(peak.place) + math.copysign(wide, outside - float(peak.place))
             start = min(max(start, low), high)
-        found, steps = _march(line, start, outside, summit)
+        found, steps = _march(line, start, outside, peak)
         motions.append(_factor(found))
         solved += steps
     return ConeEnds(motions, solved)
 
 
-def _march(line: Line, start: float, outside: float, summit: _Lowest) -> tuple[_Lowest, int]:
-    """The end on one side of the summit: Newton's steps, kept between places on either side.
+def _march(line: Line, start: float, outside: float, peak: _Lowest) -> tuple[_Lowest, int]:
+    """The end on one side of the peak: Newton's steps, kept between places on either side.
 
     From outside a step never passes the end, as the function is concave, but by rounding.
     """
-    inner, outer, at, best = float(summit.place), outside, start, summit
+    inner, outer, at, best = float(peak.place), outside, start, peak
     side = math.copysign(1.0, outside - inner)
     for count in range(1, _MARCH):
         found = _lowest(line, np.asarray(at))
@@ -258,7 +258,7 @@ def _march(line: Line, start: float, outside: float, summit: _Lowest) -> tuple[_
     return best, _MARCH
 
 
-def _summit(line: Line, low: float, high: float) -> tuple[_Lowest, float, int]:
+def _peak(line: Line, low: float, high: float) -> tuple[_Lowest, float, int]:
     """Where the lowest eigenvalue is largest, its second derivative there, and problems solved.
 
     Newton's method on the slope, kept between places on either side; where two eigenvalues meet

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 def plan_measurement(case: "Case") -> Iterator[Stage]:
-    """The motion of a plate from its readings; it stands alone, or beside a machine."""
+    """The motion of a plate from its readings; it stands alone, or next to a machine."""
     table = case.measurement
     if table is None:
         return

@@ -133,23 +133,23 @@ class Measurement(Table):
         0.1, gt=0, le=20, description="last digit of a level: it is off by up to half of it"
     )
     level_uncertainty: Level = Field(
-        0.0, ge=0, le=20, description="standard uncertainty of a level beside that"
+        0.0, ge=0, le=20, description="standard uncertainty of a level next to that"
     )
     amplitude_step: Acceleration | None = Field(
         None, gt=0, description="last digit of an amplitude"
     )
     amplitude_uncertainty: Acceleration = Field(
-        0.0, ge=0, description="standard uncertainty of an amplitude beside that"
+        0.0, ge=0, description="standard uncertainty of an amplitude next to that"
     )
     angular_step: AngularAcceleration | None = Field(
         None, gt=0, description="last digit of an angular amplitude"
     )
     angular_uncertainty: AngularAcceleration = Field(
-        0.0, ge=0, description="standard uncertainty of an angular amplitude beside that"
+        0.0, ge=0, description="standard uncertainty of an angular amplitude next to that"
     )
     phase_step: Angle | None = Field(None, gt=0, description="last digit of a phase")
     phase_uncertainty: Angle = Field(
-        0.0, ge=0, le=math.pi, description="standard uncertainty of a phase beside that"
+        0.0, ge=0, le=math.pi, description="standard uncertainty of a phase next to that"
     )
     orders: Annotated[tuple[Order, ...], Field(min_length=1, max_length=64)] = Field(
         description="harmonics that are read"

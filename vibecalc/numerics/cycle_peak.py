@@ -134,10 +134,10 @@ def search(
         settled = concave | (upper <= best[cells.row] + SLACK)
         possible = upper >= best[cells.row] - SLACK
         done = cells.take(possible & settled)
-        at, slack = _summits(done.square, half_width, concave[possible & settled])
+        at, slack = _peaks(done.square, half_width, concave[possible & settled])
         length = np.sqrt(np.sum(_horner(done.signal, at) ** 2, axis=0))
         position = done.centre + at
-        # a summit at zero may come out as a rounding below it
+        # a peak at zero may come out as a rounding below it
         position = np.where((position < 0.0) & (position > -slack), 0.0, position)
         rows.append(done.row)
         positions.append(np.where(position < 0.0, position + cycle, position))
@@ -164,7 +164,7 @@ def _bounds(square: FloatArray, half_width: float) -> tuple[FloatArray, BoolArra
     return upper, 2.0 * bend + (power * (power - 1) * half_width ** (power - 2)) @ size < 0.0
 
 
-def _summits(
+def _peaks(
     square: FloatArray, half_width: float, concave: BoolArray
 ) -> tuple[FloatArray, FloatArray]:
     """Where concave squares are largest within their cells (0 for the others), and how surely."""

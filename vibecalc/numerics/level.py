@@ -22,11 +22,13 @@ def level_of(amplitude: ArrayLike, error: ArrayLike, reference: float) -> WithEr
     An amplitude that does not exceed its error is zero: its level is minus infinity, error 0.
     The error is that of the lower end, which is the larger one.
     """
-    size, doubt = np.broadcast_arrays(np.abs(np.asarray(amplitude)), np.asarray(error, dtype=float))
-    there = size > doubt
+    size, uncertainty = np.broadcast_arrays(
+        np.abs(np.asarray(amplitude)), np.asarray(error, dtype=float)
+    )
+    there = size > uncertainty
     safe = np.where(there, size, 1.0)
     level = np.where(there, DECIBEL * np.log(safe / reference), -np.inf)
-    share = np.where(there, doubt / safe, 0.0)
+    share = np.where(there, uncertainty / safe, 0.0)
     off = np.where(there, -DECIBEL * np.log1p(-share), 0.0)
     off = off + np.where(there, 4.0 * EPSILON * (np.abs(np.where(there, level, 0.0)) + DECIBEL), 0)
     return WithError(level, off)

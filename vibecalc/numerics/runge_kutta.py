@@ -64,7 +64,7 @@ class System(Protocol):
     def stopped(
         self, member: IntArray, time: FloatArray, state: FloatArray, piece: IntArray
     ) -> Change:
-        """One of the times at which the march was told to end a step is reached."""
+        """One of the times at which the march was set to end a step is reached."""
         ...
 
 

@@ -22,7 +22,7 @@ from vibecalc.schema import Case, Machine
 # which `{x}` is the number and `{what}` the part of the machine that has it.
 # ----------------------------------------------------------------------------
 
-#: what a rule looks at, with the words for the part that has it
+#: what a rule examines, with the words for the part that has it
 Found = Iterator[tuple[str, float]]
 TURN = 2.0 * math.pi
 #: kg/m^3

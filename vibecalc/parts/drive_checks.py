@@ -31,7 +31,7 @@ def turn_problems(
     """Problems of a table at `path` of `what` ("gas pressure"): angles in rad, `column` in `unit`.
 
     It has to span `period`, one turn or the two of a four-stroke cycle. One problem at most: what
-    follows from the first is not told.
+    follows from the first is not reported.
     """
     turns, cycle = ("two turns", "a cycle") if period > TURN else ("one turn", "a turn")
     back = [n for n in range(1, len(angle)) if not angle[n] > angle[n - 1]]

@@ -146,5 +146,5 @@ def _fires(case: "Case") -> bool:
     train = case.machine.crank_train
     if cycle_angle(case.machine) == TURN:
         return True
-    told = bool(train.firing_order) or any(c.firing_angle is not None for c in train.cylinders)
-    return told or len(train.cylinders) == 1
+    reported = bool(train.firing_order) or any(c.firing_angle is not None for c in train.cylinders)
+    return reported or len(train.cylinders) == 1

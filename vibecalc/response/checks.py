@@ -26,16 +26,19 @@ def _switching(case: Case) -> Iterator[Problem]:
     if case.response is None or case.response.switching is None:
         return
     if shakes_with_torque(case):
-        told = case.excitation is not None and "driven_machine" in case.excitation.model_fields_set
+        reported = (
+            case.excitation is not None and "driven_machine" in case.excitation.model_fields_set
+        )
         yield Problem(
             path=SWITCHING,
             message="a change between operations is computed without the torque of the masses on "
             "the body",
-            found=f"driven_machine = '{driven_machine(case)}'" + ("" if told else ", the default"),
+            found=f"driven_machine = '{driven_machine(case)}'"
+            + ("" if reported else ", the default"),
             allowed="driven_machine = 'cancels_torque' in [excitation]",
             hint="that torque is not linear in the acceleration of the crank, so that the steady "
             "orders do not say what it is while the speed changes",
-            also=("excitation", "driven_machine") if told else None,
+            also=("excitation", "driven_machine") if reported else None,
         )
     mounts = case.machine.mounts
     if mounts is None or _decays(mounts):

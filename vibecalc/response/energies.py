@@ -50,8 +50,8 @@ def energy_signal(
     unused = np.sum(reach[..., :kept][..., ~used], axis=-1)
 
     total = np.sum(np.abs(state.value[..., :kept, :]), axis=-2)
-    doubt = np.sum(state.error[..., :kept, :], axis=-2) + 8.0 * UNIT_ROUNDOFF * total
-    noise = np.sqrt(np.sum(np.square(doubt @ size.T), axis=-1))
+    uncertainty = np.sum(state.error[..., :kept, :], axis=-2) + 8.0 * UNIT_ROUNDOFF * total
+    noise = np.sqrt(np.sum(np.square(uncertainty @ size.T), axis=-1))
     form = 0.5 * np.sum(total * (total @ half.error), axis=-1)
     harmonics = np.swapaxes(value[..., :kept, :], -1, -2)
     return Signal(harmonics, used, noise + left_out + unused, left_out, form)
@@ -185,9 +185,9 @@ def energy_by_order(weight: WithError, state: WithError) -> OrderEnergy:
     moved = value @ weight.value
     own = 0.25 * np.sum((value.conj() * moved).real, axis=-1)
     turning = 0.25 * np.abs(np.sum(value * moved, axis=-1))
-    doubt = weight.error + 16.0 * UNIT_ROUNDOFF * np.abs(weight.value)
+    uncertainty = weight.error + 16.0 * UNIT_ROUNDOFF * np.abs(weight.value)
     spread = 2.0 * np.abs(moved) * error + error * (error @ np.abs(weight.value))
-    spread = 0.25 * np.sum(spread + magnitude * (magnitude @ doubt), axis=-1)
+    spread = 0.25 * np.sum(spread + magnitude * (magnitude @ uncertainty), axis=-1)
     mean = np.where((own < 0.0) & (own >= -spread), 0.0, own)
     factor = scale[..., 0]
     lost = np.where(size[..., 0] > 0.0, _LOST, 0.0)
@@ -279,14 +279,14 @@ def _over_cycle(
         length = peak.value[row]
         spread = peak.error[row] + signal.spread
         mean = np.sum(energy.mean[..., :kept], axis=-1)
-        doubt = np.sum(energy.mean_error[..., :kept], axis=-1)
+        uncertainty = np.sum(energy.mean_error[..., :kept], axis=-1)
         rounding = len(used) * UNIT_ROUNDOFF * mean
         found.append(
             CycleEnergy(
                 mean,
                 0.5 * length * length,
                 peak.angle[row],
-                doubt + rounding + 0.5 * signal.left_out**2,
+                uncertainty + rounding + 0.5 * signal.left_out**2,
                 spread * (length + 0.5 * spread) + signal.form_error,
             )
         )

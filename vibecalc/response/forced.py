@@ -86,8 +86,8 @@ def response(system: Dynamics, force: np.ndarray, force_error: np.ndarray) -> Wi
     value = system.inverse @ column
     value = value + system.inverse @ (column - system.stiffness @ value)
     size = np.abs(value)
-    doubt = (system.error + 10.0 * UNIT_ROUNDOFF * np.abs(system.stiffness)) @ size
-    error = np.abs(system.inverse) @ (doubt + force_error[..., None])
+    uncertainty = (system.error + 10.0 * UNIT_ROUNDOFF * np.abs(system.stiffness)) @ size
+    error = np.abs(system.inverse) @ (uncertainty + force_error[..., None])
     return WithError(value[..., 0], (error + 4.0 * UNIT_ROUNDOFF * size)[..., 0])
 
 
@@ -123,7 +123,7 @@ def modal_response(
     where damping and structural matrices leave the modes apart; then c_j is 2 zeta_j w_j and h_j
     is eta_j w_j^2. Where they couple modes, the coupled modal equations are solved. Modes without
     stiffness and repeated modes are modes like any other. Errors are componentwise bounds to first
-    order: one step of refinement leaves rounding, and the doubt of matrices and force.
+    order: one step of refinement leaves rounding, and the uncertainty of matrices and force.
 
     Parameters
     ----------
@@ -148,17 +148,21 @@ def modal_response(
         matrices.damping_error,
         matrices.mass_error,
     )
-    doubts = _Parts(*(e + _ROUNDING * np.abs(v) for v, e in zip(values, errors, strict=True)))
+    uncertainties = _Parts(
+        *(e + _ROUNDING * np.abs(v) for v, e in zip(values, errors, strict=True))
+    )
     vector = shape / np.sqrt(np.sum(shape * (matrices.mass @ shape), axis=0))
     size = np.abs(vector)
-    modal_doubt = _Parts(*(size.T @ doubt @ size for doubt in doubts))
+    modal_uncertainty = _Parts(*(size.T @ uncertainty @ size for uncertainty in uncertainties))
     modal = _Parts(*(vector.T @ value @ vector for value in values))
-    apart = _apart(modal, modal_doubt)
+    apart = _apart(modal, modal_uncertainty)
 
     own = _at(_Parts(*(np.diagonal(part) for part in modal)), rate)
-    own_doubt = _doubt_at(_Parts(*(np.diagonal(part) for part in modal_doubt)), rate)
+    own_uncertainty = _uncertainty_at(
+        _Parts(*(np.diagonal(part) for part in modal_uncertainty)), rate
+    )
     drive = force @ vector
-    lost = np.all(apart, axis=1) & (SINGULAR * np.abs(own) <= own_doubt)
+    lost = np.all(apart, axis=1) & (SINGULAR * np.abs(own) <= own_uncertainty)
     idle = lost & (np.abs(drive) <= 4.0 * (force_error + _ROUNDING * np.abs(force)) @ size)
     _refuse(np.any(lost & ~idle, axis=-1), rate)
     moved = np.where(idle, np.square(rate) + np.diagonal(modal.stiffness), 0.0)
@@ -172,18 +176,18 @@ def modal_response(
     motion = motion + solve((force - held) @ vector, False) @ vector.T
 
     moving = np.abs(motion)
-    doubt = _doubt_at(_Parts(*(moving @ part for part in doubts)), rate)
-    data = solve(doubt @ size, True) @ size.T
+    uncertainty = _uncertainty_at(_Parts(*(moving @ part for part in uncertainties)), rate)
+    data = solve(uncertainty @ size, True) @ size.T
     _refuse(_uncertain(matrices, force, force_error, data, moving), rate)
     given = solve((force_error + 2.0 * UNIT_ROUNDOFF * np.abs(force)) @ size, True) @ size.T
     return WithError(motion, data + given + 4.0 * UNIT_ROUNDOFF * moving)
 
 
-def _apart(modal: _Parts, doubt: _Parts) -> np.ndarray:
-    """Pairs of modes (6, 6) that no matrix couples beyond its doubt; the diagonal counts as so."""
+def _apart(modal: _Parts, uncertainty: _Parts) -> np.ndarray:
+    """Pairs of modes (6, 6) that no matrix couples beyond its error; the diagonal included."""
     pairs = np.eye(6, dtype=bool)
     coupled = np.zeros((6, 6), dtype=bool)
-    for value, error in zip(modal, doubt, strict=True):
+    for value, error in zip(modal, uncertainty, strict=True):
         coupled |= np.abs(value) > error
     return pairs | ~coupled
 
@@ -195,7 +199,7 @@ def _at(parts: _Parts, rate: np.ndarray) -> np.ndarray:
     return total
 
 
-def _doubt_at(parts: _Parts, rate: np.ndarray) -> np.ndarray:
+def _uncertainty_at(parts: _Parts, rate: np.ndarray) -> np.ndarray:
     k, h, c, m = parts
     total: np.ndarray = k + h + rate * c + np.square(rate) * m
     return total
@@ -231,13 +235,13 @@ def _uncertain(
     matrices: Matrices,
     force: np.ndarray,
     force_error: np.ndarray,
-    doubt: np.ndarray,
+    uncertainty: np.ndarray,
     moving: np.ndarray,
 ) -> np.ndarray:
     """Orders (..., orders) that drive the body, of whose response four digits are not certain."""
     weight = np.sqrt(np.diagonal(matrices.mass))
     driven = np.any(np.abs(force) > 4.0 * force_error, axis=-1)
-    certain = np.max(weight * doubt, axis=-1) < SINGULAR * np.max(weight * moving, axis=-1)
+    certain = np.max(weight * uncertainty, axis=-1) < SINGULAR * np.max(weight * moving, axis=-1)
     return np.asarray(driven & ~certain)
 
 
@@ -267,7 +271,7 @@ def require_digits(
     """Refuse a response that the rounding of stiffness, damping and mass alone may change.
 
     `system` and `force`, `motion` (orders, 6) belong to the crank speed. The undamped modes have
-    been looked at before; this also meets nearly coinciding modes whose damping acts on a
+    been examined before; this also meets nearly coinciding modes whose damping acts on a
     combination of them only. A force that is zero to rounding is not judged.
 
     Raises
@@ -277,10 +281,10 @@ def require_digits(
     """
     weight = np.sqrt(np.diagonal(matrices.mass))
     size = np.abs(motion.value)
-    doubt = (np.abs(system.inverse) @ (system.error @ size[..., None]))[..., 0]
+    uncertainty = (np.abs(system.inverse) @ (system.error @ size[..., None]))[..., 0]
     driven = np.any(np.abs(force.value) > 4.0 * force.error, axis=-1)
     largest = np.max(weight * size, axis=-1)
-    lost = driven & ~(np.max(weight * doubt, axis=-1) < SINGULAR * largest)
+    lost = driven & ~(np.max(weight * uncertainty, axis=-1) < SINGULAR * largest)
     if np.any(lost):
         order = float(orders[int(np.argmax(lost))])
         raise NumericalFailure(

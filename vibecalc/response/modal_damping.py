@@ -52,7 +52,7 @@ def damping_ratio(matrices: Matrices, shapes: Modes) -> WithError:
     loss = np.sum(vector * (matrices.structural @ vector), axis=0) / (2.0 * shapes.eigenvalue)
     rounding = 14.0 * UNIT_ROUNDOFF
 
-    def doubt(matrix: np.ndarray, matrix_error: np.ndarray) -> np.ndarray:
+    def uncertainty(matrix: np.ndarray, matrix_error: np.ndarray) -> np.ndarray:
         spread = matrix_error + rounding * np.abs(matrix)
         moved = np.abs(matrix @ vector)
         total: np.ndarray = np.sum(
@@ -62,8 +62,8 @@ def damping_ratio(matrices: Matrices, shapes: Modes) -> WithError:
 
     relative = shapes.eigenvalue_error / shapes.eigenvalue + 4.0 * UNIT_ROUNDOFF
     error = (
-        doubt(matrices.damping, matrices.damping_error) / (2.0 * frequency)
-        + doubt(matrices.structural, matrices.structural_error) / (2.0 * shapes.eigenvalue)
+        uncertainty(matrices.damping, matrices.damping_error) / (2.0 * frequency)
+        + uncertainty(matrices.structural, matrices.structural_error) / (2.0 * shapes.eigenvalue)
         + relative * (np.abs(viscous) + np.abs(loss))
     )
     return WithError(viscous + loss, error)
@@ -129,7 +129,7 @@ def damped_basis(matrices: Matrices, shapes: Modes) -> Modes:
     cluster = np.concatenate([[0], np.cumsum(apart)])
     if cluster[-1] == len(values) - 1:
         return shapes
-    turned, doubt = shapes.shape.copy(), shapes.shape_error.copy()
+    turned, uncertainty = shapes.shape.copy(), shapes.shape_error.copy()
     for number in range(cluster[-1] + 1):
         members = np.flatnonzero(cluster == number)
         if len(members) == 1:
@@ -143,9 +143,9 @@ def damped_basis(matrices: Matrices, shapes: Modes) -> Modes:
         _, turn = np.linalg.eigh(0.5 * (loss + loss.T))
         turned[:, members] = basis @ turn
         spread = shapes.shape_error[:, members] + 8.0 * UNIT_ROUNDOFF * np.abs(basis)
-        doubt[:, members] = spread @ np.abs(turn)
+        uncertainty[:, members] = spread @ np.abs(turn)
     return shapes._replace(
-        shape=turned * largest_positive(matrices.mass, turned), shape_error=doubt
+        shape=turned * largest_positive(matrices.mass, turned), shape_error=uncertainty
     )
 
 
@@ -158,10 +158,10 @@ def body_resonances(matrices: Matrices, shapes: Modes, force: WithError) -> Reso
     """Resonances of a rigid body under forces (orders, 6) in complex amplitude, any scale."""
     ratio = damping_ratio(matrices, shapes).value
     size = np.abs(shapes.shape)
-    doubt_k = matrices.stiffness_error + 2.0 * UNIT_ROUNDOFF * np.abs(matrices.stiffness)
-    doubt_m = matrices.mass_error + 4.0 * UNIT_ROUNDOFF * np.abs(matrices.mass)
-    loss = np.sum(size * (doubt_k @ size), axis=0) / shapes.eigenvalue
-    loss = loss + np.sum(size * (doubt_m @ size), axis=0)
+    uncertainty_k = matrices.stiffness_error + 2.0 * UNIT_ROUNDOFF * np.abs(matrices.stiffness)
+    uncertainty_m = matrices.mass_error + 4.0 * UNIT_ROUNDOFF * np.abs(matrices.mass)
+    loss = np.sum(size * (uncertainty_k @ size), axis=0) / shapes.eigenvalue
+    loss = loss + np.sum(size * (uncertainty_m @ size), axis=0)
     driven = modal_force(shapes, force.value, force.error)
     return Resonances(
         shapes.natural_frequency,
@@ -182,7 +182,7 @@ _WIDE = 0.7
 def with_damped_poles(
     resonances: Resonances, matrices: Matrices, shapes: Modes, force: WithError
 ) -> Resonances:
-    """Tell a search of the resonances that stand beside the undamped natural frequencies.
+    """Tell a search of the resonances that stand next to the undamped natural frequencies.
 
     A mount with a strong damper hardly moves, and the body swings about it: lightly damped, at
     frequencies that no undamped mode has. They are the roots s of

@@ -16,7 +16,7 @@ from vibecalc.numerics.rounding import UNIT_ROUNDOFF, WithError
 CLUSTER = 16.0
 #: an eigenvalue below this share of the largest is what rounding leaves of nothing
 _NOTHING = 4.0 * UNIT_ROUNDOFF
-#: correction of the shapes whose square is nothing, even for the lowest mode beside the stiffest
+#: correction of the shapes whose square is nothing, even for the lowest mode next to the stiffest
 _REFINED = 1e-10
 
 _NO_MASS = (
@@ -48,7 +48,7 @@ def modes(matrices: Matrices) -> Modes:
 
     The coordinates are scaled to unit mass, so metres and radians may differ by any factor; the
     problem is reduced by Cholesky factors, and a Newton step on all eigenpairs at once, or two,
-    recovers the digits that low modes lose beside stiff ones. Raises NumericalFailure if the mass
+    recovers the digits that low modes lose next to stiff ones. Raises NumericalFailure if the mass
     matrix is not positive definite. Source of the step: T. Ogita and K. Aishima (2018), Iterative
     refinement for symmetric eigenvalue decomposition, Japan J. Indust. Appl. Math. 35, algorithm 1.
     """
@@ -57,12 +57,12 @@ def modes(matrices: Matrices) -> Modes:
     order = np.argsort(eigenvalue, kind="stable")
     shape, eigenvalue = shape[:, order], eigenvalue[order]
     coupling = coupling[np.ix_(order, order)]
-    doubt = _eigenvalue_error(eigenvalue, coupling)
-    error = _with_nothing(eigenvalue, doubt)
+    uncertainty = _eigenvalue_error(eigenvalue, coupling)
+    error = _with_nothing(eigenvalue, uncertainty)
     shape, cluster = _settle_repeated(matrices.mass, shape, eigenvalue, error)
     shape = shape * largest_positive(matrices.mass, shape)
     frequency = np.sqrt(np.maximum(eigenvalue, 0.0))
-    above = np.sqrt(np.maximum(eigenvalue, 0.0) + doubt) - frequency
+    above = np.sqrt(np.maximum(eigenvalue, 0.0) + uncertainty) - frequency
     below = frequency - np.sqrt(np.maximum(eigenvalue - error, 0.0))
     return Modes(
         frequency,
@@ -110,7 +110,7 @@ def _refine(matrices: Matrices, shape: np.ndarray) -> tuple[np.ndarray, float]:
     eigenvalue = np.diagonal(energy) / np.diagonal(gram)
     gap = np.subtract.outer(eigenvalue, eigenvalue).T
     numerator = energy + eigenvalue[None, :] * rest
-    # a pair too close to be told apart is only made orthonormal
+    # a pair too close to be distinguished is only made orthonormal
     close = np.abs(numerator) >= 1e-3 * np.abs(gap)
     correction = np.where(close, 0.5 * rest, numerator / np.where(close, 1.0, gap))
     refined: np.ndarray = shape + shape @ correction
@@ -124,18 +124,20 @@ def _eigenvalues(matrices: Matrices, shape: np.ndarray) -> tuple[np.ndarray, np.
     eigenvalue = np.diagonal(energy) / np.diagonal(gram)
     size = np.abs(shape)
     rounding = 14.0 * UNIT_ROUNDOFF
-    doubt_k = matrices.stiffness_error + rounding * np.abs(matrices.stiffness)
-    doubt_m = matrices.mass_error + rounding * np.abs(matrices.mass)
+    uncertainty_k = matrices.stiffness_error + rounding * np.abs(matrices.stiffness)
+    uncertainty_m = matrices.mass_error + rounding * np.abs(matrices.mass)
     mean = np.sqrt(np.outer(np.abs(eigenvalue), np.abs(eigenvalue)))
     larger = np.maximum.outer(np.abs(eigenvalue), np.abs(eigenvalue))
     off = np.abs(energy - 0.5 * np.add.outer(eigenvalue, eigenvalue) * gram)
     np.fill_diagonal(off, 0.0)
-    doubt = size.T @ doubt_k @ size + np.maximum(mean, larger) * (size.T @ doubt_m @ size)
-    return eigenvalue, off + doubt
+    uncertainty = size.T @ uncertainty_k @ size + np.maximum(mean, larger) * (
+        size.T @ uncertainty_m @ size
+    )
+    return eigenvalue, off + uncertainty
 
 
 def _eigenvalue_error(eigenvalue: np.ndarray, coupling: np.ndarray) -> np.ndarray:
-    """First-order doubt of each quotient plus the second-order effect of the coupling."""
+    """First-order uncertainty of each quotient plus the second-order effect of the coupling."""
     gap = np.abs(np.subtract.outer(eigenvalue, eigenvalue))
     apart = gap > coupling
     second = coupling * np.divide(coupling, gap, out=np.ones_like(gap), where=apart)
@@ -147,8 +149,9 @@ def _eigenvalue_error(eigenvalue: np.ndarray, coupling: np.ndarray) -> np.ndarra
 def _with_nothing(eigenvalue: np.ndarray, error: np.ndarray) -> np.ndarray:
     """The errors, at least `_NOTHING` of the largest eigenvalue for those that are not above it.
 
-    What the rounding of the stiffest mode would hide is no stiffness at all, however little doubt
-    there is of it: where rows of the stiffness are zero, a quotient of rounding errors remains.
+    What the rounding of the stiffest mode would hide is no stiffness at all, however little
+    uncertainty there is of it: where rows of the stiffness are zero, a quotient of rounding errors
+    remains.
     """
     size = np.abs(eigenvalue)
     nothing = _NOTHING * np.max(size)
@@ -259,8 +262,8 @@ def modal_assurance(first: WithError, second: WithError, weight: WithError) -> W
 
     def product(a: WithError, b: WithError) -> tuple[np.ndarray, np.ndarray]:
         size, other, matrix = np.abs(a.value).T, np.abs(b.value), np.abs(weight.value)
-        doubt = size @ rounded @ other + a.error.T @ matrix @ other
-        return a.value.conj().T @ weight.value @ b.value, doubt + (
+        uncertainty = size @ rounded @ other + a.error.T @ matrix @ other
+        return a.value.conj().T @ weight.value @ b.value, uncertainty + (
             (size + a.error.T) @ matrix @ b.error
         )
 
@@ -274,12 +277,12 @@ def modal_assurance(first: WithError, second: WithError, weight: WithError) -> W
                 f"shape {number} of the {name} set is zero to rounding: it has no assurance"
             )
         lengths.append((square, error / square))
-    (v_square, v_doubt), (u_square, u_doubt) = lengths
+    (v_square, v_uncertainty), (u_square, u_uncertainty) = lengths
     scale = np.outer(v_square, u_square)
     size = np.abs(cross)
     value = size**2 / scale
     spread = (2.0 * size + cross_error) * cross_error / scale
-    relative = np.add.outer(v_doubt, u_doubt) + 8.0 * UNIT_ROUNDOFF
+    relative = np.add.outer(v_uncertainty, u_uncertainty) + 8.0 * UNIT_ROUNDOFF
     return WithError(np.minimum(value, 1.0), spread + value * relative)
 
 

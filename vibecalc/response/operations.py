@@ -304,7 +304,7 @@ def mean_energy_range(
     shaking, residual = state.shaking, state.residual
     by_order, own = energy_by_order(weight, shaking), energy_by_order(weight, residual)
     still = np.sum(by_order.mean, axis=-1)[..., None] + own.mean
-    doubt = np.sum(by_order.mean_error, axis=-1)[..., None] + own.mean_error
+    uncertainty = np.sum(by_order.mean_error, axis=-1)[..., None] + own.mean_error
 
     start = shaking.value[..., None, state.first, :]
     spread = shaking.error[..., None, state.first, :]
@@ -315,7 +315,7 @@ def mean_energy_range(
     terms = terms + (np.abs(start) + spread) * (residual.error @ matrix)
     swing = np.abs(cross)
     rounding = (by_order.mean.shape[-1] + 4) * UNIT_ROUNDOFF * (still + swing)
-    error = doubt + 0.5 * np.sum(terms, axis=-1) + rounding
+    error = uncertainty + 0.5 * np.sum(terms, axis=-1) + rounding
     error = error + np.broadcast_to(left_out, still.shape[:-1])[..., None]
     high_phase = np.where(swing > 0.0, np.mod(-np.angle(cross), 2.0 * np.pi), 0.0)
     return PhaseRange(
@@ -371,12 +371,12 @@ def peak_energy_range(
     spread = shaking.spread[..., None] + residual.spread
     weighing = 2.0 * (shaking.form_error[..., None] + residual.form_error) + rounding
 
-    def doubt(energy: np.ndarray) -> np.ndarray:
+    def uncertainty(energy: np.ndarray) -> np.ndarray:
         total: np.ndarray = spread * (np.sqrt(2.0 * energy) + 0.5 * spread) + weighing
         return total
 
     return PhaseRange(
-        low, high, low_phase, high_phase, low_gap + doubt(low), high_gap + doubt(high)
+        low, high, low_phase, high_phase, low_gap + uncertainty(low), high_gap + uncertainty(high)
     )
 
 

@@ -80,7 +80,7 @@ def draw_energy_by_order(result: Result) -> "Figure | None":
 
 
 def _ticks(axes: "Axes") -> None:
-    """Whole orders below; beside them powers of ten, written as a logarithmic axis has them."""
+    """Whole orders below; next to them powers of ten, written as a logarithmic axis has them."""
     from matplotlib.ticker import FuncFormatter, MaxNLocator
 
     axes.xaxis.set_major_locator(MaxNLocator(nbins=10, integer=True))
@@ -138,7 +138,7 @@ def draw_response_run_up(result: Result) -> "Figure | None":
 
 
 def _masked(record: Record, axes: "Axes") -> list[tuple[float, float]]:
-    """Shade what is left out beside undamped resonances; says which order meets which mode."""
+    """Shade what is left out next to undamped resonances; says which order meets which mode."""
     low, high, order, mode = (
         having(record, f"response/masked/{name}", "masked")
         for name in ("low", "high", "order", "mode")
@@ -209,8 +209,8 @@ def _largest(
 _OPERATIONS = "response/operations/"
 _AXES = ("operation", "balance")
 _GROUP = 0.68
-#: places of a peak's diamond and, beside it, of its range, in widths of a bar from the middle
-_PEAK, _BESIDE = 0.12, 0.37
+#: places of a peak's diamond and, next to it, of its range, in widths of a bar from the middle
+_PEAK, _NEARBY = 0.12, 0.37
 #: a range below this share of the energy is none
 _NARROW = 1e-6
 
@@ -275,7 +275,7 @@ def _bars(axes: "Axes", record: Record, kind: str, mean: Quantity) -> None:
                 label=f"{name}: peak",
                 zorder=4,
             )
-            _range(axes, record, stem + "peak", i, place + _BESIDE * width, "peak")
+            _range(axes, record, stem + "peak", i, place + _NEARBY * width, "peak")
 
 
 def _range(axes: "Axes", record: Record, path: str, i: int, place: np.ndarray, what: str) -> None:

@@ -401,8 +401,8 @@ def _operation_cell(values: Quantity, ends: Sequence[Quantity | None], i: int, j
     if low is None or high is None:
         return text
     least, most = float(low.values[i, j]), float(high.values[i, j])
-    doubt = low.error_estimate + high.error_estimate + _SAME * abs(most)
-    if most - least <= doubt:
+    uncertainty = low.error_estimate + high.error_estimate + _SAME * abs(most)
+    if most - least <= uncertainty:
         return text
     ends_text = [
         show(value, end.error_estimate, _FEWER) for value, end in ((least, low), (most, high))

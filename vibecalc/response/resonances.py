@@ -71,9 +71,11 @@ class Masked(NamedTuple):
 
     @property
     def centre_error(self) -> np.ndarray:
-        """Absolute error of each centre: the ends stand where the doubt of it has grown so far."""
-        doubt: np.ndarray = 0.5 * SINGULAR * (self.high - self.low) + UNIT_ROUNDOFF * self.centre
-        return doubt
+        """Absolute error of each centre: the ends are where its uncertainty has grown so far."""
+        uncertainty: np.ndarray = (
+            0.5 * SINGULAR * (self.high - self.low) + UNIT_ROUNDOFF * self.centre
+        )
+        return uncertainty
 
 
 def check_operating_point(

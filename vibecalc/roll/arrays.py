@@ -22,12 +22,12 @@ from vibecalc.roll.mechanism import (
 from vibecalc.roll.model import build_roll, roll_drive
 from vibecalc.roll.rates import surely_fastest
 from vibecalc.roll.results import FORCES, ROLL, VARIABLES
-from vibecalc.roll.running import ladder
+from vibecalc.roll.running import refinement
 from vibecalc.roll.steady import Steady, multipliers, steady_state
 from vibecalc.roll.turn import Readings, Turn, by_cylinder, harmonics, mean, readings
 
 #: of the numbers of Gauss points to try; a point that these do not settle is run alone
-_RUNGS = 4
+_LEVELS = 4
 
 
 def emit_roll(columns: Columns, sheet: Sheet) -> BoolArray:
@@ -42,7 +42,7 @@ def emit_roll(columns: Columns, sheet: Sheet) -> BoolArray:
     machine = _machines(columns)
     started = columns.optional("response", "roll", "started_at")
     given = options.points
-    points = ladder(case.accuracy.rtol)[:_RUNGS] if given is None else (given, given + 2)
+    points = refinement(case.accuracy.rtol)[:_LEVELS] if given is None else (given, given + 2)
     widest = widest_panel(options.orders)
     state = steady_state(machine, drive, points[0], started_at=started, widest=widest)
     orders = np.arange(1.0, options.orders + 1)
@@ -62,17 +62,17 @@ def emit_roll(columns: Columns, sheet: Sheet) -> BoolArray:
     if options.points is not None:
         (state, read), (check, checked) = (check, checked), (state, read)
         settled = np.ones(columns.count, dtype=bool)
-    doubtful = ~settled | ~state.found | _beyond(state, drive)
-    doubtful |= ~surely_fastest(machine, drive, state.turn)
+    uncertain = ~settled | ~state.found | _beyond(state, drive)
+    uncertain |= ~surely_fastest(machine, drive, state.turn)
     value, error = multipliers(state)
     size = np.abs(value)
-    doubtful |= np.any(size > 1.0 + error, axis=-1)
+    uncertain |= np.any(size > 1.0 + error, axis=-1)
     largest = WithError(size.max(axis=-1), error.max(axis=-1))
     sheet.emit(f"{ROLL}/largest_multiplier", largest)
     names = [cylinder.name for cylinder in case.machine.crank_train.cylinders]
     both = ((state.turn, read), (check.turn, checked))
     _emit(sheet, machine, both, {"order": orders.astype(int), "cylinder": names})
-    return doubtful
+    return uncertain
 
 
 _Read = tuple[Turn, Readings]
@@ -128,7 +128,7 @@ def _emit_spectrum(
 
 
 def _settled(one: _Read, other: _Read, orders: FloatArray, rtol: float) -> BoolArray:
-    """Where two dials give the same spectrum of the shell's acceleration within `rtol`."""
+    """Where two settings give the same spectrum of the shell's acceleration within `rtol`."""
     each = [harmonics(turn, read.shell_acceleration, orders) for turn, read in (one, other)]
     largest = np.max(np.abs(each[1]), axis=-1)
     return np.asarray(np.max(np.abs(each[1] - each[0]), axis=-1) <= rtol * largest)

@@ -16,7 +16,7 @@ from vibecalc.roll.turn import Turn
 # Time marching of one machine from turn to turn until the turn repeats: the plain methods.
 #
 # Euler's method at a fixed step is what the program of Herold (1977, appendix A) runs, the
-# classical Runge-Kutta method and DOP853 are yardsticks beside it. None of them looks at the kinks
+# classical Runge-Kutta method and DOP853 are yardsticks next to it. None of them examines the kinks
 # of the tables, and none estimates its own error: compare a run with one of half the step.
 # ----------------------------------------------------------------------------
 

@@ -197,7 +197,7 @@ def _as_turn(x: FloatArray, crank: FloatArray, shell: FloatArray, angle: FloatAr
 
 
 # ----------------------------------------------------------------------------
-# The ways to a running state, by name, each with one dial; all give a `Turn` of one machine.
+# The ways to a running state, by name, each with one setting; all give a `Turn` of one machine.
 # ----------------------------------------------------------------------------
 
 #: s, as the source's program has it
@@ -215,7 +215,7 @@ _SLOW, _FADED, _MOST_TURNS = 0.05, 1e-9, 4000
 
 
 class Asked(NamedTuple):
-    """What a way may be told: points (fourier), step in s (euler, rk4), else the default.
+    """What a way may be reported: points (fourier), step in s (euler, rk4), else the default.
 
     `started_at` is the crank speed that fixes the momentum of a free machine, rad/s; None lets its
     shell stand still on average, with the momentum `momentum` (1,) found by collocation. `fading`
@@ -230,7 +230,7 @@ class Asked(NamedTuple):
 
 
 class Found(NamedTuple):
-    """A turn and the same from a finer dial, the order of the method (0: take the difference)."""
+    """A turn and the same from a finer setting, order of the method (0: take the difference)."""
 
     turn: Turn
     finer: Turn

@@ -328,7 +328,7 @@ def mounted_scale(machine: RollMachine, drive: RollDrive) -> FloatArray:
 # ----------------------------------------------------------------------------
 
 _POINTS = 4
-#: slips looked at, over that of the summit
+#: slips examined, over that of the peak
 _GRID = np.linspace(-1.0, 1.0, 201)
 
 
@@ -349,7 +349,7 @@ class Demand(NamedTuple):
 
 
 def steady_breakdown(drive: RollDrive) -> tuple[float, float]:
-    """Slip (rad/s) and torque (N m) of the summit of a motor's steady curve, infinite if linear."""
+    """Slip (rad/s) and torque (N m) of the peak of a motor's steady curve, infinite if linear."""
     return breakdown(drive.motor) if drive.circuit is None else drive.circuit.breakdown
 
 
@@ -364,12 +364,12 @@ def surely_fastest(machine: RollMachine, drive: RollDrive, turn: Turn) -> BoolAr
         return np.ones(len(turn.period), dtype=bool)
     slip = drive.synchronous_speed[..., None] - turn.crank_speed
     if drive.circuit is None:
-        summit, least = rising_branch(drive.motor)
+        peak, least = rising_branch(drive.motor)
     else:
-        summit, least = steady_breakdown(drive)[0], 0.0
+        peak, least = steady_breakdown(drive)[0], 0.0
     # far above synchronous speed the torque that brakes falls again
     braking = steady_curve(drive, np.min(slip, axis=-1)).value
-    return np.asarray((np.max(slip, axis=-1) <= summit) & (braking >= -least))
+    return np.asarray((np.max(slip, axis=-1) <= peak) & (braking >= -least))
 
 
 def demand(machine: RollMachine, drive: RollDrive, edges: FloatArray | None = None) -> Demand:
@@ -389,12 +389,12 @@ def demand(machine: RollMachine, drive: RollDrive, edges: FloatArray | None = No
     )
     asked = -(place.load @ weights)
     speed = np.broadcast_to(drive.synchronous_speed, asked.shape)
-    summit, most = steady_breakdown(drive)
-    if not np.isfinite(summit):
+    peak, most = steady_breakdown(drive)
+    if not np.isfinite(peak):
         gain = machine.motor_scale * drive.motor.coefficient[0, 1]
         slip = (asked + machine.friction_damping * speed) / (gain + machine.friction_damping)
         return Demand(asked, np.full(asked.shape, np.inf), np.where(slip < speed, slip, np.nan))
-    slips = summit * _GRID
+    slips = peak * _GRID
     torque = steady_curve(drive, slips).value
     drag = machine.friction_damping[..., None] * (speed[..., None] - slips)
     spare = machine.motor_scale[..., None] * torque - drag - asked[..., None]

@@ -241,7 +241,7 @@ MOTOR_ENTRIES = (
     entry(f"{MOTOR}/cycle/static_torque", "crank_angle", "N*m", "its steady torque over a turn"),
 )  # fmt: skip
 
-#: what has to be solved for beside the motion that the case asks for
+#: what has to be solved for next to the motion that the case asks for
 COMPARED = tuple(
     f"{MOTOR}/{name}"
     for name in (
@@ -450,7 +450,7 @@ AXES = {
     "slip": ("rad/s", "slip speed"),
     "cage": ("", "cage of the rotor"),
     "motor_parameter": ("", "parameter of the motor"),
-    "combination": ("", "product of powers of the motor's parameters, best told first"),
+    "combination": ("", "product of powers of the motor's parameters, best determined first"),
     "transient": ("", "electrical transient, least damped first"),
     "motor_gain": ("N*m*s/rad", "torque of the motor for each unit of slip"),
     "gain": ("", "gain of the controller"),

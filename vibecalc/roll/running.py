@@ -98,7 +98,7 @@ def _sampled(turn: Turn, angles: FloatArray) -> Turn:
 def _apart(angles: FloatArray) -> BoolArray:
     """Which of the ascending angles (k,) to keep, so that no two of the turn nearly coincide.
 
-    A march has the end of its turn beside its start, and steps may fall next to both. Differences
+    A march has the end of its turn next to its start, and steps may fall next to both. Differences
     of such values are nothing but errors, which a cubic would blow up.
     """
     least = _NEAR * _FULL / len(angles)
@@ -236,7 +236,7 @@ def _with_rotor(machine: RollMachine, logarithm: float) -> RollMachine:
 # ----------------------------------------------------------------------------
 
 #: Gauss points on each panel, in turn, until two neighbours agree; from the first tolerance met
-LADDERS = ((1e-5, (3, 4, 6, 8, 11, 14)), (0.0, (6, 7, 9, 12, 15, 18)))
+REFINEMENTS = ((1e-5, (3, 4, 6, 8, 11, 14)), (0.0, (6, 7, 9, 12, 15, 18)))
 #: a march begins at this many synchronous speeds, and ends at this part of one
 _ABOVE, _FLOOR = 1.5, 1e-3
 _RPM = 30.0 / np.pi
@@ -279,16 +279,16 @@ def running_state(
         stall), none was found, it is unstable, its slip leaves the table, or no number of points
         meets the tolerance.
     """
-    rungs = ladder(rtol) if points is None else (points, points + 2)
-    first = _first(machine, drive, rungs[0], started_at)
+    levels = refinement(rtol) if points is None else (points, points + 2)
+    first = _first(machine, drive, levels[0], started_at)
     widest = widest_panel(orders)
     if widest < first.widest:
-        first = _with_points(machine, drive, rungs[0], started_at, first, widest)
+        first = _with_points(machine, drive, levels[0], started_at, first, widest)
     coarse: Steady | None = None
     check, state, reached, met = first, first, np.inf, None
-    for rung in rungs[1:]:
-        coarse = None if rung == rungs[1] else check
-        check, state = state, _with_points(machine, drive, rung, started_at, state)
+    for level in levels[1:]:
+        coarse = None if level == levels[1] else check
+        check, state = state, _with_points(machine, drive, level, started_at, state)
         reached = _spectra_apart(machine, drive, check, state, orders)
         if reached <= rtol and (not course or _course_apart(machine, drive, check, state) <= rtol):
             met = coarse, check, state, reached
@@ -314,9 +314,9 @@ def running_state(
     return Running(state, check, value, error, coarse)
 
 
-def ladder(rtol: float) -> tuple[int, ...]:
+def refinement(rtol: float) -> tuple[int, ...]:
     """Numbers of Gauss points to try in turn for a tolerance."""
-    return next(rungs for least, rungs in LADDERS if rtol >= least)
+    return next(levels for least, levels in REFINEMENTS if rtol >= least)
 
 
 def _first(machine: RollMachine, drive: RollDrive, points: int, started_at: float | None) -> Steady:

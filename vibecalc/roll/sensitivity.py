@@ -165,7 +165,7 @@ def changes(
     asked = [(row, factor) for factor in factors for row in rows]
     batch = altered(machine, [(None, 1.0), *asked])
     fits = _turns(batch)
-    # a stand-in for what cannot turn at all; it is not looked at
+    # a stand-in for what cannot turn at all; it is not examined
     usable = altered(machine, [(None, 1.0), *((r, f if ok else 1.0) for (r, f), ok in
                                               zip(asked, fits[1:], strict=True))])  # fmt: skip
     first = steady_state(usable, drive, points, started_at=started_at)
@@ -208,8 +208,8 @@ def _change(
             lost[int(place)] = "a harmonic vanishes, which has no level"
     kept = np.array([place for place in places if int(place) not in lost], dtype=int)
     value = own[kept] - own[0]
-    doubt = np.abs(value - (other[kept] - other[0]))
-    error = 2.0 * doubt + _rounding(own[kept]) + _rounding(own[:1])
+    uncertainty = np.abs(value - (other[kept] - other[0]))
+    error = 2.0 * uncertainty + _rounding(own[kept]) + _rounding(own[:1])
     names = tuple(rows[place - start].name for place in kept)
     return Change(
         names, value, error, tuple((rows[p - start].name, words) for p, words in lost.items())

@@ -38,7 +38,7 @@ QUANTITIES = (
     "slip",
 )
 
-#: parts of each step that are looked at
+#: parts of each step that are examined
 _PARTS = 6
 
 #: turns over which the decay of the shaking is judged, against as many before
@@ -125,7 +125,7 @@ def peaks(shown: Seen) -> Peak:
     bend, tilt = left - 2.0 * mid + right, 0.5 * (right - left)
     with np.errstate(divide="ignore", invalid="ignore"):
         place = np.where(bend < 0.0, -tilt / bend, 0.0)
-    # a summit of the parabola outside its three points: the value at the end of the step it is
+    # a peak of the parabola outside its three points: the value at the end of the step it is
     inner = (np.abs(place) < 1.0) & (bend < 0.0)
     top = np.where(inner, mid + 0.5 * tilt * place, size[rows, best])
     value = np.maximum(top, size[rows, best])

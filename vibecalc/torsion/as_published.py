@@ -17,7 +17,7 @@ from vibecalc.numerics.rounding import (
 )
 
 # ----------------------------------------------------------------------------
-# Modal twist of a shaft line at chosen speeds, as Baca (2007, chapter 4) looks at an engine.
+# Modal twist of a shaft line at chosen speeds, as Baca (2007, chapter 4) examines an engine.
 #
 # A modal coordinate is not the twist of a shaft: its size follows from how the mode is scaled (the
 # source sets the first station to one), and the instant t = 0 is not that of the peak. What a shaft
@@ -65,10 +65,10 @@ def modal_excitation(
     modes, natural, mass = floats(shape, frequency, inertia)
     if np.any(natural <= 0.0):
         raise NumericalFailure("a rigid mode has no static deflection; leave it out")
-    doubt = np.broadcast_to(np.asarray(torque_error, dtype=float), torque.shape)
+    uncertainty = np.broadcast_to(np.asarray(torque_error, dtype=float), torque.shape)
     total = modes @ torque.T
     roundings = (modes.shape[-1] + 4.0) * UNIT_ROUNDOFF
-    total_error = np.abs(modes) @ (doubt + roundings * np.abs(torque)).T
+    total_error = np.abs(modes) @ (uncertainty + roundings * np.abs(torque)).T
     modal_inertia = np.asarray(modes**2 @ mass)
     stiffness = (modal_inertia * natural**2)[:, None]
     deflection = total / stiffness
@@ -212,13 +212,13 @@ def caughey_series(frequency: ArrayLike, damping_ratio: ArrayLike) -> Series:
     # one step of refinement, then the residual and the roundings of the data through |inverse|
     coefficient = coefficient + inverse @ (2.0 * wanted - system @ coefficient)
     size = np.abs(system) @ np.abs(coefficient)
-    doubt = np.abs(inverse) @ (
+    uncertainty = np.abs(inverse) @ (
         np.abs(2.0 * wanted - system @ coefficient)
         + (natural.size + 6.0) * UNIT_ROUNDOFF * size
         + UNIT_ROUNDOFF * (np.abs(system) * np.abs(power)) @ np.abs(coefficient)
     )
     if condition * UNIT_ROUNDOFF > SINGULAR or np.any(
-        doubt > SINGULAR * np.max(np.abs(coefficient))
+        uncertainty > SINGULAR * np.max(np.abs(coefficient))
     ):
         raise NumericalFailure(
             f"a damping series of {natural.size} terms is ill conditioned here "
@@ -226,8 +226,8 @@ def caughey_series(frequency: ArrayLike, damping_ratio: ArrayLike) -> Series:
         )
     with np.errstate(under="ignore"):
         alpha = coefficient * reference**-power
-        error = doubt * reference**-power + 8.0 * EPSILON * np.abs(alpha)
-    return Series(alpha, error, condition, reference, coefficient, doubt)
+        error = uncertainty * reference**-power + 8.0 * EPSILON * np.abs(alpha)
+    return Series(alpha, error, condition, reference, coefficient, uncertainty)
 
 
 def series_damping(series: Series, frequency: ArrayLike) -> WithError:

@@ -39,11 +39,16 @@ def critical_speeds(
     met = (natural[mode] > 0.0) & (orders[place] > 0.0)
     mode, place = mode[met], place[met]
     speed = natural[mode] / orders[place]
-    doubt = np.broadcast_to(frequency_error, natural.shape)[mode] / orders[place]
+    uncertainty = np.broadcast_to(frequency_error, natural.shape)[mode] / orders[place]
     inside = (speed >= lowest) & (speed <= highest)
-    mode, place, speed, doubt = mode[inside], place[inside], speed[inside], doubt[inside]
+    mode, place, speed, uncertainty = (
+        mode[inside],
+        place[inside],
+        speed[inside],
+        uncertainty[inside],
+    )
     first = np.lexsort((orders[place], speed))
-    error = doubt + EPSILON * speed
+    error = uncertainty + EPSILON * speed
     return CriticalSpeeds(speed[first], orders[place][first], mode[first], error[first])
 
 
@@ -62,7 +67,7 @@ FOUND = 1e-11
 MISSED = 4.0
 #: roundings, as shares of the width, by which a slope of these values shifts a place
 SHIFT = 100.0
-#: parts of a bracket at which it is looked at
+#: parts of a bracket at which it is examined
 NARROWING = np.arange(9) / 8.0
 STEPS = 80
 
@@ -186,10 +191,10 @@ def _zero_slope(
 
 
 # ----------------------------------------------------------------------------
-# The highest of summits that stand between two speeds of a sweep, where kinks part them.
+# The highest of peaks that stand between two speeds of a sweep, where kinks part them.
 #
 # A peak over the cycle is the highest of many curves, one for each angle. Where two of them cross
-# the curve has a kink, and two summits may stand side by side within one step of the sweep.
+# the curve has a kink, and two peaks may stand side by side within one step of the sweep.
 # ----------------------------------------------------------------------------
 
 #: value (r, k) of each one's own curve at speeds (r, k)
@@ -197,11 +202,11 @@ Value = Callable[[FloatArray], FloatArray]
 
 #: relative height by which a refined maximum may miss the one that was seen
 CORNER = 1e-11
-#: relative distances at which a refined maximum is looked at, and steps (each a quarter) of a
+#: relative distances at which a refined maximum is examined, and steps (each a quarter) of a
 #: search by values
-BESIDE = np.array([1e-9, 3e-8, 1e-6, 3e-5])
+NEARBY = np.array([1e-9, 3e-8, 1e-6, 3e-5])
 CLIMBS = 12
-#: parts of a step in which it is looked at, and how high, over the highest, a summit among these
+#: parts of a step in which it is examined, and how high, over the highest, a peak among these
 #: places is that may still be the highest
 PARTS, EQUAL = 16, 0.97
 
@@ -216,7 +221,7 @@ def highest(
     """Places (r,) in rad/s of the highest values between `low` and `high`, and their errors.
 
     `at` (r,) is a place that is higher than both ends. `make` gives the curves of sections. Of
-    summits of the same height that at the lowest speed counts.
+    peaks of the same height that at the lowest speed counts.
     """
     row, brackets = _twins(make(section), low, at, high)
     left, middle, right = (np.concatenate(pair) for pair in zip((low, at, high), brackets,
@@ -239,7 +244,7 @@ def highest(
 def _twins(
     value: Value, low: FloatArray, at: FloatArray, high: FloatArray
 ) -> tuple[IntArray, tuple[FloatArray, FloatArray, FloatArray]]:
-    """Rows, and brackets (low, middle, high), of steps in which more than one summit shows."""
+    """Rows, and brackets (low, middle, high), of steps in which more than one peak shows."""
     where = low[:, None] + (high - low)[:, None] * np.linspace(0.0, 1.0, PARTS + 1)
     seen = value(where)
     inside = seen[:, 1:-1]
@@ -258,18 +263,18 @@ def _climbed(
     low: FloatArray,
     high: FloatArray,
 ) -> tuple[FloatArray, FloatArray]:
-    """Places (r,) of maxima, and errors, where a kink of the curve lies beside a slope of zero.
+    """Places (r,) of maxima, and errors, where a kink of the curve lies next to a slope of zero.
 
     The slope is one of values about a place; where the greatest angle changes among them it is
     that of neither side, and a place a little further on is higher.
     """
-    offset = at[:, None] * np.array([0.0, *-BESIDE, *BESIDE])
+    offset = at[:, None] * np.array([0.0, *-NEARBY, *NEARBY])
     seen = make(section)(np.clip(at[:, None] + offset, low[:, None], high[:, None]))
     higher = seen[:, 1:] > seen[:, :1] * (1.0 + CORNER)
     off = np.flatnonzero(np.any(higher, axis=1))
     if not len(off):
         return at, error
-    reach = 100.0 * np.max(np.where(higher, np.tile(BESIDE, 2), 0.0), axis=1)[off] * at[off]
+    reach = 100.0 * np.max(np.where(higher, np.tile(NEARBY, 2), 0.0), axis=1)[off] * at[off]
     own, row = make(section[off]), np.arange(len(off))
     left, right = np.maximum(at[off] - reach, low[off]), np.minimum(at[off] + reach, high[off])
     for _ in range(CLIMBS):
@@ -285,19 +290,19 @@ def _climbed(
 # The largest values of many curves over a range of speeds, found between the speeds of a sweep.
 # ----------------------------------------------------------------------------
 
-#: maxima of one curve that are told
+#: maxima of one curve that are reported
 MOST = 12
 
 #: curves whose largest value is looked for between the speeds of the sweep, highest first
 REFINED = 32
 
-#: part of the largest value among the speeds that a maximum there has at least, to be looked at
+#: part of the largest value among the speeds that a maximum there has at least, to be examined
 #: closer (and `EQUAL` of it then, to be refined as well); how many of a curve
 RIVAL, FEW = 0.7, 4
-#: places between a side and the middle where a maximum is looked at
+#: places between a side and the middle where a maximum is examined
 QUARTERS = np.array([0.0, 0.25, 0.5, 0.75])
 
-#: parts of the first and last step at which a curve that is highest at an end is looked at
+#: parts of the first and last step at which a curve that is highest at an end is examined
 INWARDS = np.array([0.0, 1e-6, 1e-4, 1e-3, 0.01, 0.03, 0.1, 0.2, 0.35, 0.5, 0.75, 1.0])
 
 
@@ -320,7 +325,7 @@ def maxima(
 ) -> Maxima:
     """Refine the values of `curve` (s, e) at (place, section) of the speeds (s,) in rad/s.
 
-    What is no maximum, as at an end of the range, stays; so does what stands beside one of the
+    What is no maximum, as at an end of the range, stays; so does what stands next to one of the
     speeds `undamped` (u,), towards which a curve grows without end.
     """
     values = curve[place, section]
@@ -338,7 +343,7 @@ def maxima(
         low, high = speed[place[inner] - 1], speed[place[inner] + 1]
         at[inner], error[inner] = highest(make, section[inner], low, at[inner], high)
         there, seen = own(at[inner][:, None])[:, 0], values[inner]
-        # beside a corner the slope says nothing: what was seen stays
+        # next to a corner the slope says nothing: what was seen stays
         corner = there < seen * (1.0 - CORNER)
         known = speed[place[inner]]
         error[inner] = np.where(corner, np.abs(at[inner] - known), error[inner])
@@ -361,7 +366,7 @@ def largest(
     """
     place = np.argmax(curve, axis=0)
     value = curve[place, np.arange(curve.shape[1])]
-    at, doubt = speed[place].copy(), np.zeros(len(place))
+    at, uncertainty = speed[place].copy(), np.zeros(len(place))
     section = np.sort(np.argsort(-value, kind="stable")[:REFINED])
     rivals, owner = _rivals(make, curve, speed, section, value)
     near = maxima(
@@ -372,14 +377,18 @@ def largest(
         np.concatenate([place[section], rivals]),
         undamped,
     )
-    ends = _beside_ends(make, curve, speed, section, value, undamped)
+    ends = _nearby_ends(make, curve, speed, section, value, undamped)
     near = Maxima(*(np.concatenate(part) for part in zip(near, ends, strict=True)))
     # what comes first is kept where two are alike
     for k in np.lexsort((np.arange(len(near.value)), -near.value))[::-1].tolist():
         own = near.section[k]
         if near.value[k] >= value[own]:
-            at[own], doubt[own], value[own] = near.speed[k], near.speed_error[k], near.value[k]
-    found = Maxima(np.arange(len(place)), at, doubt, value)
+            at[own], uncertainty[own], value[own] = (
+                near.speed[k],
+                near.speed_error[k],
+                near.value[k],
+            )
+    found = Maxima(np.arange(len(place)), at, uncertainty, value)
     no_end = ~np.isnan(endless)
     at, value = np.where(no_end, endless, found.speed), np.where(no_end, np.inf, found.value)
     return Maxima(found.section, at, np.where(no_end, 1e-10 * at, found.speed_error), value)
@@ -409,7 +418,7 @@ def _rivals(
     return place[kept], owner[kept]
 
 
-def _beside_ends(
+def _nearby_ends(
     make: Callable[[IntArray], Value],
     curve: FloatArray,
     speed: FloatArray,
@@ -419,21 +428,21 @@ def _beside_ends(
 ) -> Maxima:
     """Maxima (r,) inside the first and the last step, where a curve falls towards its high end."""
     parts = []
-    for end, beside in ((0, 1), (-1, -2)) if len(speed) > 1 else ():
-        top, inner = curve[end, section], curve[beside, section]
+    for end, nearby in ((0, 1), (-1, -2)) if len(speed) > 1 else ():
+        top, inner = curve[end, section], curve[nearby, section]
         high = np.isfinite(top) & (top > 0.0) & (top >= RIVAL * best[section])
         own = section[high & np.isfinite(inner) & (inner > 0.0) & (inner < top)]
-        low, far = sorted((speed[end], speed[beside]))
+        low, far = sorted((speed[end], speed[nearby]))
         if np.any((undamped >= low) & (undamped <= far)):
             continue
-        where = speed[end] + (speed[beside] - speed[end]) * np.tile(INWARDS[:2], (len(own), 1))
+        where = speed[end] + (speed[nearby] - speed[end]) * np.tile(INWARDS[:2], (len(own), 1))
         if not len(own):
             continue
         seen = make(own)(where)
         own = own[seen[:, 1] > seen[:, 0]]
         if not len(own):
             continue
-        where = speed[end] + (speed[beside] - speed[end]) * np.tile(INWARDS, (len(own), 1))
+        where = speed[end] + (speed[nearby] - speed[end]) * np.tile(INWARDS, (len(own), 1))
         row, made = np.arange(len(own)), make(own)
         place = np.clip(np.argmax(made(where), axis=1), 1, len(INWARDS) - 2)
         sides = np.sort(np.stack([where[row, place - 1], where[row, place + 1]]), axis=0)
@@ -461,7 +470,7 @@ def narrowed(value: Value, low: FloatArray, at: FloatArray, high: FloatArray) ->
     return best
 
 
-def summits(
+def peaks(
     make: Callable[[IntArray], Value],
     curve: FloatArray,
     speed: FloatArray,
@@ -492,13 +501,13 @@ def telling_speeds(speed: FloatArray, curve: FloatArray, undamped: FloatArray) -
     has no bound, the nearest on both sides.
     """
     clear = np.all(np.isfinite(curve), axis=1)
-    beside = speed[clear]
-    if not len(beside):
-        return beside
-    parts = [beside[np.argmax(curve[clear], axis=0)]]
+    nearby = speed[clear]
+    if not len(nearby):
+        return nearby
+    parts = [nearby[np.argmax(curve[clear], axis=0)]]
     if len(undamped):
-        place = np.searchsorted(beside, undamped)[:, None] + np.array([-1, 0])
-        parts.append(beside[np.clip(place, 0, len(beside) - 1)].ravel())
+        place = np.searchsorted(nearby, undamped)[:, None] + np.array([-1, 0])
+        parts.append(nearby[np.clip(place, 0, len(nearby) - 1)].ravel())
     return distinct(np.concatenate(parts))
 
 
@@ -509,14 +518,14 @@ def telling_speeds(speed: FloatArray, curve: FloatArray, undamped: FloatArray) -
 #: steps of the sweep that half a resonance is wide when its points show it
 SHOWN = 1.5
 #: places about a resonance, in half its width
-BESIDE_NEEDLE = np.array([-3.0, -1.0, 0.0, 1.0, 3.0])
+NEARBY_NARROW_RESONANCE = np.array([-3.0, -1.0, 0.0, 1.0, 3.0])
 #: what orders near by may add to the height of a resonance
 MARGIN = 2.0
 #: part of a curve below which a resonance on it is nothing
 FAINT = 1e-9
 
 
-class Needles(NamedTuple):
+class NarrowResonances(NamedTuple):
     """Resonances (r,): speed and half the width at half the power, rad/s; heights (r, e) alone."""
 
     speed: FloatArray
@@ -524,30 +533,33 @@ class Needles(NamedTuple):
     height: FloatArray
 
 
-def needle_speeds(
-    speed: FloatArray, curve: FloatArray, found: Needles, levels: tuple[FloatArray, ...] = ()
+def narrow_resonance_speeds(
+    speed: FloatArray,
+    curve: FloatArray,
+    found: NarrowResonances,
+    levels: tuple[FloatArray, ...] = (),
 ) -> FloatArray:
-    """Speeds (k,) in rad/s, beside those of a sweep (s,) of curves (s, e), to look at as well.
+    """Speeds (k,) in rad/s, next to those of a sweep (s,) of curves (s, e), to look at as well.
 
     Those about a resonance that is narrower than the steps and may reach, on what the curve is
-    beside it, the largest value of some curve or one of the `levels`, each (e,) or (s, e).
+    next to it, the largest value of some curve or one of the `levels`, each (e,) or (s, e).
     """
     step = np.diff(speed)
     place = np.clip(np.searchsorted(speed, found.speed) - 1, 0, len(step) - 1)
-    beside = np.maximum(curve[:-1], curve[1:])
-    reach = np.zeros_like(beside)
+    nearby = np.maximum(curve[:-1], curve[1:])
+    reach = np.zeros_like(nearby)
     np.add.at(reach, place, found.height)
-    reach = beside + MARGIN * reach
+    reach = nearby + MARGIN * reach
     best = np.max(curve, axis=0, initial=0.0, where=np.isfinite(curve))
     near = np.any(reach >= best, axis=1)
     for level in levels:
         least = np.minimum(level[:-1], level[1:]) if level.ndim > 1 else level
         near |= np.any(reach >= least, axis=1)
-    counts = np.any(MARGIN * found.height >= FAINT * beside[place], axis=1)
+    counts = np.any(MARGIN * found.height >= FAINT * nearby[place], axis=1)
     chosen = near[place] & (found.width < SHOWN * step[place]) & counts
     if not np.any(chosen):
         return np.zeros(0)
-    extra = found.speed[chosen, None] + found.width[chosen, None] * BESIDE_NEEDLE
+    extra = found.speed[chosen, None] + found.width[chosen, None] * NEARBY_NARROW_RESONANCE
     return distinct(extra[~np.isin(extra, speed)])
 
 

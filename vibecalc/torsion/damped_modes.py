@@ -82,25 +82,26 @@ def undamped_line_modes(modes: Modes, damping_ratio: FloatArray, failure: str = 
 def damped_line_modes(line: Line, rings: int) -> LineModes:
     """Of a line without leading axes whose last `rings` freedoms are the rings of dampers.
 
-    Every freedom with inertia has a mode. Raises NumericalFailure where a pole cannot be told from
-    another one to four digits, or has no dashpots that equal its loss factors.
+    Every freedom with inertia has a mode. Raises NumericalFailure where a pole cannot be
+    distinguished from another one to four digits, or has no dashpots that equal its loss factors.
     """
     poles: list[complex] = []
     shapes: list[ComplexArray] = []
     errors: list[float] = []
     scales: list[complex] = []
     for guess in vibrating_guesses(line).tolist():
-        found, turned, doubt, damping = own_pole(line, guess)
-        # a real pole beside which the guess was complex
-        if found.imag <= 1e3 * doubt or found.imag <= 1e-9 * abs(found):
+        found, turned, uncertainty, damping = own_pole(line, guess)
+        # a real pole next to which the guess was complex
+        if found.imag <= 1e3 * uncertainty or found.imag <= 1e-9 * abs(found):
             continue
-        if doubt > 1e-4 * abs(found) or any(abs(found - p) < 1e-9 * abs(p) for p in poles):
+        if uncertainty > 1e-4 * abs(found) or any(abs(found - p) < 1e-9 * abs(p) for p in poles):
             raise NumericalFailure(
-                f"the pole near {found:.6g} rad/s of the damped line cannot be told from another"
+                f"the pole near {found:.6g} rad/s of the damped line cannot be separated "
+                "from another"
             )
         poles.append(found)
         shapes.append(turned)
-        errors.append(doubt)
+        errors.append(uncertainty)
         scales.append(complex(2.0 * found * np.sum(line.inertia * turned**2) + damping))
     _, rigid = line_matrices(line)
     still = [*rigid, *resting(line)]
@@ -152,7 +153,7 @@ def own_pole(line: Line, guess: complex) -> tuple[complex, ComplexArray, float, 
     pole, last = guess, np.inf
     for _ in range(_ROUNDS):
         matrices, _ = line_matrices(equivalent_line(line, abs(pole)) if lossy else line)
-        before, (pole, kept, error) = pole, mended_pole(matrices, pole)
+        before, (pole, kept, error) = pole, corrected_pole(matrices, pole)
         moved = abs(abs(pole) - abs(before))
         if not lossy or moved <= error or (moved >= last and moved < 1e-12 * abs(pole)):
             damping = complex(kept @ matrices.damping @ kept)
@@ -260,7 +261,7 @@ def line_matrices(line: Line) -> tuple[Matrices, list[FloatArray]]:
 
 
 def resting(line: Line) -> list[FloatArray]:
-    """Displacements (n,) that nothing brings back, beside the rigid ones.
+    """Displacements (n,) that nothing brings back, next to the rigid ones.
 
     Parts joined to the rest by dashpots alone can rest anywhere; one part of each ungrounded piece
     is the one that the others are counted from.
@@ -379,7 +380,7 @@ def work_terms(
 # ----------------------------------------------------------------------------
 # One pole of a shaft line with any viscous damping, (s^2 J + s C + K) v = 0, from a guess of it.
 #
-# The guess is mended on the pencil itself, s - v'P(s)v / v'P'(s)v, whose rounding is the error.
+# The guess is corrected on the pencil itself, s - v'P(s)v / v'P'(s)v, whose rounding is the error.
 # ----------------------------------------------------------------------------
 
 #: most rounds of inverse iteration on the pencil; a good guess takes two
@@ -401,12 +402,12 @@ class DampedModes(NamedTuple):
     pole_error: FloatArray
 
 
-def mended_pole(matrices: Matrices, guess: complex) -> tuple[complex, ComplexArray, float]:
+def corrected_pole(matrices: Matrices, guess: complex) -> tuple[complex, ComplexArray, float]:
     """A pole, its shape on the kept stations, and what rounding leaves open of the pole.
 
     P is symmetric, so the left vector is the right one. A step that goes further than the guess
     may be off is not taken: the pole is then one of a cluster, and the error says so. A last step
-    above round-off counts in the error: beside another pole the way is long.
+    above round-off counts in the error: next to another pole the way is long.
     """
     inertia = matrices.inertia
     pole, moved = guess, 0.0
@@ -435,7 +436,7 @@ def mended_pole(matrices: Matrices, guess: complex) -> tuple[complex, ComplexArr
 
 
 def _inverse_iteration(matrices: Matrices, pole: complex, shape: ComplexArray) -> ComplexArray:
-    """A shape after two solves with P a few roundings beside a pole, further off where singular."""
+    """A shape after two solves with P a few roundings from a pole, further off where singular."""
     for roundings in (4.0, 4e3, 4e6, 4e9):
         near = pole + roundings * EPSILON * abs(pole)
         pencil = near**2 * np.diag(matrices.inertia) + near * matrices.damping + matrices.stiffness
@@ -476,7 +477,7 @@ def equivalent_modes(line: Line, modes: Modes) -> DampedModes:
     """One pole (m,) for each undamped mode of the line; a rigid one stays exactly 0.
 
     Raises `NumericalFailure` where a pole cannot be followed from its mode: damping so strong that
-    a mode does not swing any more, or cannot be told from another one.
+    a mode does not swing any more, or cannot be distinguished from another one.
     """
     poles = np.zeros(len(modes.frequency), dtype=complex)
     errors = np.zeros(len(poles))
@@ -510,7 +511,7 @@ def _followed(
             damping=share * line.damping, absolute_damping=share * line.absolute_damping
         )
         matrices, _ = line_matrices(partly)
-        found, kept, error = mended_pole(matrices, pole + step)
+        found, kept, error = corrected_pole(matrices, pole + step)
         turned = matrices.full @ kept
         lost = found.imag <= 0.0 or error > 1e-4 * abs(found)
         if lost or _alike(line, shape, turned) < _ALIKE:

@@ -28,7 +28,7 @@ class Tree(NamedTuple):
 
 
 def tree_of(line: Line, root: int) -> Tree | None:
-    """The line as a tree hung on `root` (other pieces on their first station); None with loops.
+    """The line as a tree attached to `root` (other pieces on their first station); None with loops.
 
     Elements without stiffness and damping are no connection.
     """
@@ -269,7 +269,7 @@ class Check:
         self.largest: FloatArray = np.zeros(())
 
     def _own(self, i: int) -> FloatArray:
-        """Doubt of a station's dynamic stiffness: products, and one addition for each branch.
+        """Uncertainty of a station's dynamic stiffness: products, and one addition for each branch.
 
         That of the last station is kept for neighbours that are alike; not to be written into.
         """
@@ -300,8 +300,8 @@ class Check:
         gathered = self.stiffness[i]
         self.stiffness[i] = None
         self.turn[i] = t = np.multiply(r, element, out=self.room[0, i])
-        doubt = np.multiply(self._own(i) if gathered is None else gathered, r, out=gathered)
-        self.share[i] = share = np.add(doubt, 1.0, out=self.room[1, i])
+        uncertainty = np.multiply(self._own(i) if gathered is None else gathered, r, out=gathered)
+        self.share[i] = share = np.add(uncertainty, 1.0, out=self.room[1, i])
         if alone is not None:
             size, own = np.abs(alone), self.torque[i]
             carried = share * size
@@ -313,18 +313,18 @@ class Check:
             above = self.torque[p]
             self.torque[p] = carried if above is None else np.add(above, carried, out=carried)
             self.torque[i] = size
-        doubt *= t
-        doubt *= element
-        doubt += np.abs(passed)
+        uncertainty *= t
+        uncertainty *= element
+        uncertainty += np.abs(passed)
         above = self.stiffness[p]
-        doubt += self._own(p) if above is None else above
-        self.stiffness[p] = doubt
+        uncertainty += self._own(p) if above is None else above
+        self.stiffness[p] = uncertainty
 
     def root(self, i: int, x: ComplexArray, r: ComplexArray, load: ComplexArray | None) -> None:
         """Of the angle of a root with the compliance r."""
-        size, own, doubt = np.abs(x), self.torque[i], self.stiffness[i]
+        size, own, uncertainty = np.abs(x), self.torque[i], self.stiffness[i]
         bend = np.abs(r)
-        wrong = bend * (self._own(i) if doubt is None else doubt)
+        wrong = bend * (self._own(i) if uncertainty is None else uncertainty)
         wrong = size * (wrong + 1.0)
         if load is not None:
             rounded = np.abs(load)
@@ -437,8 +437,8 @@ def eliminate(
     meeting: dict[int, FloatArray] = {}
     branches, stations = Branches(plan, frequency), Stations(plan, frequency, negative)
     for i in tree.order:
-        p, hung, load = tree.parent[i], ground[i], torque[i]
-        own = stations.own(i) if hung is None else hung
+        p, attached, load = tree.parent[i], ground[i], torque[i]
+        own = stations.own(i) if attached is None else attached
         if p < 0:
             compliance[i], free = _root(own)
             if load is not None and np.any(free):
@@ -454,7 +454,7 @@ def eliminate(
             # what the torque does by itself waits where the angle will be
             np.multiply(whole, load, out=angle[i])
         t = np.multiply(whole, element, out=whole)
-        passed = np.multiply(own, t, out=hung)
+        passed = np.multiply(own, t, out=attached)
         if not estimate and tree.parent[p] < 0:
             # what cancels at a root is a resonance of the whole line
             meeting[p] = np.maximum(meeting.get(p, 0.0), np.abs(passed))
@@ -568,8 +568,8 @@ def dense_solution(
         _held(line, frequency, scaled, right, inverse, found, singular)
     residual = np.abs(right - scaled @ found)
     data = _data_size(taken, frequency) / (scale[:, :, None] * scale[:, None, :])
-    doubt = residual + DENSE_ROUNDINGS * ((size + data) @ np.abs(found) + right_size)
-    error = np.abs(inverse) @ doubt / scale[..., None]
+    uncertainty = residual + DENSE_ROUNDINGS * ((size + data) @ np.abs(found) + right_size)
+    error = np.abs(inverse) @ uncertainty / scale[..., None]
     angle[...] = (found / scale[..., None]).transpose(1, 2, 0)
     angle[:, :, singular] = 0.0
     largest = np.max(np.abs(angle), axis=0)

@@ -34,7 +34,7 @@ BLOCK = 1 << 19
 #: frequencies of one block, at most
 LONGEST = 8192
 
-#: places along each axis at which the size of a torque is looked at
+#: places along each axis at which the size of a torque is examined
 LOOKS = 16
 
 
@@ -162,15 +162,15 @@ def forced_masked(
             growth[part] = solution.growth
     again = np.flatnonzero(growth)
     if estimated:
-        again = np.flatnonzero(np.any(~(error <= DOUBTFUL * largest), axis=0))
+        again = np.flatnonzero(np.any(~(error <= UNCERTAIN * largest), axis=0))
     if plan is not None and len(again):
         known = error[:, again] if estimated else np.full((copies, len(again)), np.inf)
-        angle[..., again], error[:, again], largest[:, again] = mended(
+        angle[..., again], error[:, again], largest[:, again] = corrected(
             flat, flat_w, loads, again, angle[..., again], known, root, estimated
         )
     masked = np.zeros((copies, count), dtype=bool)
-    doubt = ~(error[:, again] < SINGULAR * largest[:, again])
-    masked[:, again] = doubt & ~((error[:, again] == 0.0) & (largest[:, again] == 0.0))
+    uncertainty = ~(error[:, again] < SINGULAR * largest[:, again])
+    masked[:, again] = uncertainty & ~((error[:, again] == 0.0) & (largest[:, again] == 0.0))
     still = np.flatnonzero(flat_w == 0.0)
     if len(still):
         angle[..., still] = _without_turning(flat, angle[..., still], slice(0, count), still)
@@ -178,9 +178,9 @@ def forced_masked(
         angle[:, masked] = 0.0
         error[masked] = np.inf
     whole = (*several, *shape)
-    told = np.reshape(error, whole) if estimate else np.zeros(0)
+    reported = np.reshape(error, whole) if estimate else np.zeros(0)
     by_station = np.moveaxis(angle.reshape(n, *whole), 0, -1)
-    return Masked(by_station, told, masked.reshape(whole))
+    return Masked(by_station, reported, masked.reshape(whole))
 
 
 def _without_turning(line: Line, angle: ComplexArray, part: slice, still: IntArray) -> ComplexArray:
@@ -236,7 +236,7 @@ def _flat_loads(
 Way: TypeAlias = Callable[[Line, FloatArray, list[ComplexArray | None], ComplexArray], Solution]
 
 #: with a relative error above this a frequency is solved again
-DOUBTFUL = 1e-9
+UNCERTAIN = 1e-9
 
 #: numbers that are worked on at once
 ENTRIES = 1 << 19
@@ -245,7 +245,7 @@ ENTRIES = 1 << 19
 FEW = 1 << 10
 
 
-def mended(
+def corrected(
     line: Line,
     frequency: FloatArray,
     torque: list[ComplexArray | None],
@@ -289,7 +289,7 @@ def mended(
             found[:, better], least[better] = again.angle[:, better], again.error[better]
             angle[..., part], error[:, part] = found, least
             largest[:, part] = np.max(np.abs(found), axis=0)
-        left = left[np.any(~(error[:, left] <= DOUBTFUL * largest[:, left]), axis=0)]
+        left = left[np.any(~(error[:, left] <= UNCERTAIN * largest[:, left]), axis=0)]
         if len(left) == 0:
             break
     return angle, error, largest
@@ -408,16 +408,18 @@ def forced_modal(
         )
     load = np.asarray(torque, dtype=np.complex128)
     drive = load @ modes.T
-    drive_doubt = 4.0 * EPSILON * (np.abs(load) @ np.abs(modes).T)
+    drive_uncertainty = 4.0 * EPSILON * (np.abs(load) @ np.abs(modes).T)
     at = w[..., None]
     # (natural - w)(natural + w) keeps the digits next to a resonance
     stiffness = inertia * (natural - at) * (natural + at) + 1j * (
         at * damping.dashpot + damping.loss
     )
-    doubt = 4.0 * EPSILON * np.abs(stiffness)
-    doubt = doubt + 2.0 * inertia * (natural * np.asarray(frequency_error) + EPSILON * at**2)
-    idle = np.abs(drive) <= drive_doubt
-    weak = np.abs(stiffness) * SINGULAR <= doubt
+    uncertainty = 4.0 * EPSILON * np.abs(stiffness)
+    uncertainty = uncertainty + 2.0 * inertia * (
+        natural * np.asarray(frequency_error) + EPSILON * at**2
+    )
+    idle = np.abs(drive) <= drive_uncertainty
+    weak = np.abs(stiffness) * SINGULAR <= uncertainty
     if np.any(weak & ~idle):
         where = np.argwhere(weak & ~idle)[0]
         met = float(np.broadcast_to(at, weak.shape)[tuple(where)])
@@ -428,7 +430,9 @@ def forced_modal(
     stiffness = np.where(weak, 1.0, stiffness)
     part = np.where(weak, 0.0, drive / stiffness)
     angle = part @ modes
-    slack = (drive_doubt + np.abs(part) * doubt) / np.abs(stiffness) + 8.0 * EPSILON * np.abs(part)
+    slack = (drive_uncertainty + np.abs(part) * uncertainty) / np.abs(
+        stiffness
+    ) + 8.0 * EPSILON * np.abs(part)
     error = np.max(np.where(weak, 0.0, slack) @ np.abs(modes), axis=-1)
     return Forced(angle, error)
 
@@ -478,17 +482,17 @@ def ratio_response(
     own = modes.shape[:, freedom]
     drive = torque @ own.T
     size = np.abs(torque).sum(axis=-1, keepdims=True)
-    drive_doubt = size * (8.0 * EPSILON * np.max(np.abs(own), axis=1) + modes.shape_error)
+    drive_uncertainty = size * (8.0 * EPSILON * np.max(np.abs(own), axis=1) + modes.shape_error)
     stiffness = inertia * (natural - w) * (natural + w) + 1j * (w * modal.dashpot + modal.loss)
-    doubt = 8.0 * EPSILON * np.abs(stiffness)
-    doubt = doubt + 2.0 * inertia * (natural * modes.frequency_error + EPSILON * w**2)
-    weak = np.abs(stiffness) * SINGULAR <= doubt
-    driven = np.abs(drive) > drive_doubt
+    uncertainty = 8.0 * EPSILON * np.abs(stiffness)
+    uncertainty = uncertainty + 2.0 * inertia * (natural * modes.frequency_error + EPSILON * w**2)
+    weak = np.abs(stiffness) * SINGULAR <= uncertainty
+    driven = np.abs(drive) > drive_uncertainty
     masked = np.any(weak & driven, axis=-1)
     stiffness = np.where(weak, 1.0, stiffness)
     part = np.where(weak, 0.0, drive / stiffness)
     angle = np.asarray(part @ modes.shape, dtype=np.complex128)
-    slack = (drive_doubt + np.abs(part) * doubt) / np.abs(stiffness)
+    slack = (drive_uncertainty + np.abs(part) * uncertainty) / np.abs(stiffness)
     slack = slack + np.abs(part) * (8.0 * EPSILON + modes.shape_error)
     error = np.sum(np.where(weak, 0.0, slack), axis=-1)
     angle[masked] = 0.0

@@ -197,8 +197,9 @@ def throw_inertia(*parts: WithError) -> WithError:
 # with lengths `journal`, `pin` and `web` made of the journal L_j, the pin L_c, the web thickness h,
 # its width b and the crank radius R. Journals and pin twist, webs bend; the formulas allow in
 # different ways for what the joints give. None counts the fillets, the clearance in the bearings or
-# the overlap of pin and journal: the spread between them is an estimate of doubt, not a bound.
-# BICERA's own method (Nestorides 1958) reads its allowances from charts and is not among them.
+# the overlap of pin and journal: the spread between them is an estimate of uncertainty, not a
+# bound. BICERA's own method (Nestorides 1958) reads its allowances from charts and is not among
+# them.
 # ----------------------------------------------------------------------------
 
 
@@ -293,13 +294,13 @@ def throw_stiffness(throw: Throw, shear_modulus: FloatArray, formula: str = "car
 class StiffnessSpread(NamedTuple):
     """What the formulas that apply say of one throw, (f, ...) each, and how far they are apart.
 
-    `doubt` (...) is half of (largest - smallest) over their middle: a relative measure.
+    `uncertainty` (...) is half of (largest - smallest) over their middle: a relative measure.
     """
 
     formulas: tuple[str, ...]
     stiffness: FloatArray
     error: FloatArray
-    doubt: FloatArray
+    uncertainty: FloatArray
     left_out: tuple[str, ...]
 
 

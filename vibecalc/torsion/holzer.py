@@ -110,18 +110,18 @@ def holzer_table(line: Line, frequency: ArrayLike) -> HolzerTable:
             for place, j in enumerate(above[i]):
                 twist = total[..., j] / rows.stiffness[j]
                 reached = angle[..., j] - twist
-                doubt = angle_error[..., j] + error[..., j] / rows.stiffness[j]
-                doubt = doubt + EPSILON * (np.abs(twist) + np.abs(reached))
+                uncertainty = angle_error[..., j] + error[..., j] / rows.stiffness[j]
+                uncertainty = uncertainty + EPSILON * (np.abs(twist) + np.abs(reached))
                 if place == 0:
-                    angle[..., i], angle_error[..., i] = reached, doubt
+                    angle[..., i], angle_error[..., i] = reached, uncertainty
                 else:
-                    if np.any(np.abs(reached) <= doubt):
+                    if np.any(np.abs(reached) <= uncertainty):
                         raise NumericalFailure(
                             "a branch swings against a junction that stands still: its Holzer "
                             "table cannot be joined to that of the line"
                         )
                     factor = angle[..., i] / reached
-                    off = (angle_error[..., i] + np.abs(factor) * doubt) / np.abs(reached)
+                    off = (angle_error[..., i] + np.abs(factor) * uncertainty) / np.abs(reached)
                     for row in branch[j]:
                         error[..., row] = np.abs(factor) * error[..., row]
                         error[..., row] += off * np.abs(total[..., row])
@@ -159,7 +159,7 @@ ROUNDINGS, CORRECTIONS = 4.0, 2.0
 FREEDOMS = 48
 
 
-class ShapeDoubt(NamedTuple):
+class ShapeUncertainty(NamedTuple):
     """Of m modes of n freedoms, with the largest angle of each held.
 
     `bound` (m,) is what holds for each angle; `moved` (m, n + 1, p) are p moves of the angles and,
@@ -173,7 +173,7 @@ class ShapeDoubt(NamedTuple):
     moving: FloatArray
 
 
-def shape_doubt(line: Line, modes: Modes) -> ShapeDoubt:
+def shape_uncertainty(line: Line, modes: Modes) -> ShapeUncertainty:
     """From the equations of motion of the shapes as they are, by twists, which do not cancel.
 
     The moves have the order: correction, inertias (n,), elements (e,), springs to ground (n,).
@@ -183,7 +183,7 @@ def shape_doubt(line: Line, modes: Modes) -> ShapeDoubt:
     counted = np.where(moving, 1.0, 0.0)
     if not known:
         none = np.zeros((len(moving), len(line.inertia) + 1, 0))
-        return ShapeDoubt(modes.shape_error, none, counted)
+        return ShapeUncertainty(modes.shape_error, none, counted)
     count, (first, second) = len(line.inertia), (line.first, line.second)
     shape, square = modes.shape[moving], modes.frequency[moving] ** 2
     inert = square[:, None] * line.inertia
@@ -198,10 +198,10 @@ def shape_doubt(line: Line, modes: Modes) -> ShapeDoubt:
     parts = np.concatenate([own, element, ground], axis=-1)
     found = np.concatenate([CORRECTIONS * left[..., None], ROUNDINGS * EPSILON * parts], axis=-1)
     moved[moving] = np.where(np.isfinite(found), found, np.inf)
-    return ShapeDoubt(modes.shape_error, moved, counted)
+    return ShapeUncertainty(modes.shape_error, moved, counted)
 
 
-def damped_shape_doubt(line: Line, modes: LineModes, stations: int) -> ShapeDoubt:
+def damped_shape_uncertainty(line: Line, modes: LineModes, stations: int) -> ShapeUncertainty:
     """The same of the shapes of poles: the largest angle of the first `stations` freedoms is held.
 
     The moves have the order: correction, inertias (n,), stiffnesses and dampings of elements
@@ -211,7 +211,7 @@ def damped_shape_doubt(line: Line, modes: LineModes, stations: int) -> ShapeDoub
     counted = np.where(moving, 1.0, 0.0)
     count = len(line.inertia)
     if count > FREEDOMS or not np.any(moving):
-        return ShapeDoubt(modes.shape_error, np.zeros((len(moving), count + 1, 0)), counted)
+        return ShapeUncertainty(modes.shape_error, np.zeros((len(moving), count + 1, 0)), counted)
     first, second = line.first, line.second
     shape, pole = modes.shape[moving], modes.pole[moving][:, None]
     dashpot = line.damping + line.loss_factor * line.stiffness / np.abs(pole)
@@ -236,7 +236,7 @@ def damped_shape_doubt(line: Line, modes: LineModes, stations: int) -> ShapeDoub
         answer = np.linalg.inv(matrix)[..., :count]
     except np.linalg.LinAlgError:
         moved[moving] = np.inf
-        return ShapeDoubt(modes.shape_error, moved, counted)
+        return ShapeUncertainty(modes.shape_error, moved, counted)
     answer[:, :count] *= scale[:, :, None]
     answer = answer * scale[:, None, :]
     of_element = answer[..., first] - answer[..., second]
@@ -249,25 +249,27 @@ def damped_shape_doubt(line: Line, modes: LineModes, stations: int) -> ShapeDoub
     left = CORRECTIONS * parts.sum(axis=-1, keepdims=True)
     found = np.concatenate([left, ROUNDINGS * EPSILON * parts], axis=-1)
     moved[moving] = np.where(np.isfinite(found), found, np.inf)
-    return ShapeDoubt(modes.shape_error, moved, counted)
+    return ShapeUncertainty(modes.shape_error, moved, counted)
 
 
-def doubt_of(doubt: ShapeDoubt, weight: FloatArray | ComplexArray) -> FloatArray:
+def uncertainty_of(uncertainty: ShapeUncertainty, weight: FloatArray | ComplexArray) -> FloatArray:
     """Errors (m, q) of sums of the angles with weights (m, q, n) or (q, n) of no common sign."""
     size = np.abs(weight)
-    bound = doubt.bound[:, None] * np.sqrt(np.sum(np.square(size), axis=-1))
-    if doubt.moved.shape[-1]:
-        measured = spread(weight @ doubt.moved[:, :-1])
+    bound = uncertainty.bound[:, None] * np.sqrt(np.sum(np.square(size), axis=-1))
+    if uncertainty.moved.shape[-1]:
+        measured = spread(weight @ uncertainty.moved[:, :-1])
         bound = np.minimum(bound, measured)
-    return np.asarray(bound * doubt.moving[:, None])
+    return np.asarray(bound * uncertainty.moving[:, None])
 
 
-def angle_doubt(doubt: ShapeDoubt) -> FloatArray:
+def angle_uncertainty(uncertainty: ShapeUncertainty) -> FloatArray:
     """Errors (m, n) of the angles."""
-    bound = np.broadcast_to(doubt.bound[:, None], (len(doubt.bound), doubt.moved.shape[1] - 1))
-    if doubt.moved.shape[-1]:
-        bound = np.minimum(bound, spread(doubt.moved[:, :-1]))
-    return np.asarray(bound * doubt.moving[:, None])
+    bound = np.broadcast_to(
+        uncertainty.bound[:, None], (len(uncertainty.bound), uncertainty.moved.shape[1] - 1)
+    )
+    if uncertainty.moved.shape[-1]:
+        bound = np.minimum(bound, spread(uncertainty.moved[:, :-1]))
+    return np.asarray(bound * uncertainty.moving[:, None])
 
 
 def spread(moved: FloatArray | ComplexArray) -> FloatArray:
@@ -316,7 +318,9 @@ class Angles(NamedTuple):
     inertia_w2: FloatArray
 
 
-def measured(table: Angles, doubt: ShapeDoubt) -> tuple[FloatArray, FloatArray, FloatArray]:
+def measured(
+    table: Angles, uncertainty: ShapeUncertainty
+) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Errors (m, r) of angles, torques of the inertias and their sums, as far as moves are known.
 
     Each move of the shapes is carried down the table, so that what is common to the angles of a
@@ -326,10 +330,10 @@ def measured(table: Angles, doubt: ShapeDoubt) -> tuple[FloatArray, FloatArray, 
     place, freedom, count = np.arange(len(rows.freedom)), rows.freedom, len(line.inertia)
     once = ROUNDINGS * EPSILON
     with np.errstate(invalid="ignore"):  # infinite moves tell nothing, and are no bound
-        moved = doubt.moved[:, freedom] / table.unit[..., None]
+        moved = uncertainty.moved[:, freedom] / table.unit[..., None]
         first = np.where(table.still[..., None], 0.0, moved[:, :1])
         moved = moved - angle[..., None] * first
-        frequency = doubt.moved[:, -1:]
+        frequency = uncertainty.moved[:, -1:]
         own = table.inertia_w2[..., None] * (moved + angle[..., None] * frequency)
         torque = table.inertia_w2 * angle
         own[:, place, 1 + freedom] += once * torque
@@ -345,7 +349,7 @@ def measured(table: Angles, doubt: ShapeDoubt) -> tuple[FloatArray, FloatArray, 
             sums[:, below] += sums[:, row]
         errors = spread(moved), spread(own), spread(total)
     rounding = np.abs(angle), np.abs(torque), sums
-    moving = doubt.moving[:, None]
+    moving = uncertainty.moving[:, None]
     return tuple(  # type: ignore[return-value]
         np.where(moving > 0.0, one + 2.0 * EPSILON * size, np.inf)
         for one, size in zip(errors, rounding, strict=True)

@@ -67,7 +67,7 @@ class Element(NamedTuple):
     tensile_strength: float = 0.0
 
 
-class HungElement(NamedTuple):
+class AttachedElement(NamedTuple):
     """A damper: its element, whose second end is its ring, and the inertia of the ring."""
 
     element: Element
@@ -211,7 +211,7 @@ def gear_elements(line: ShaftLine, at: Mapping[str, int]) -> list[Element]:
     ]
 
 
-def damper_elements(line: ShaftLine, at: Mapping[str, int]) -> list[HungElement]:
+def damper_elements(line: ShaftLine, at: Mapping[str, int]) -> list[AttachedElement]:
     """Dampers, with pendulums as the ring and the spring that they are equal to.
 
     A pendulum of mass m on an arm of length r at the radius R swings in the field of the rotation.
@@ -235,7 +235,7 @@ def damper_elements(line: ShaftLine, at: Mapping[str, int]) -> list[HungElement]
             loss_factor=one.loss_factor,
             speed_stiffness=spring,
         )
-        found.append(HungElement(element, one.kind, inertia))
+        found.append(AttachedElement(element, one.kind, inertia))
     return found
 
 
@@ -264,7 +264,7 @@ class Gearing:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Hung:
+class Attached:
     """A damper: the freedom that carries it, that of its ring, its element; SI values as given.
 
     `inertia`, `stiffness` and `damping` are own ones; those of pendulums are the ring and the
@@ -315,7 +315,7 @@ class ShaftLineModel:
     cylinder_station: Places
     cylinder_freedom: Places
     gears: tuple[Gearing, ...]
-    dampers: tuple[Hung, ...]
+    dampers: tuple[Attached, ...]
     load_station: int
     load_freedom: int
     taken_station: Places
@@ -357,15 +357,15 @@ def build_shaft_line(case: Case) -> ShaftLineModel:
     held = [station.ground_stiffness for station in parts.stations]
     shafts = shaft_elements(parts, case.machine.crank_train, at, own)
     meshes = gear_elements(parts, at)
-    hung = damper_elements(parts, at)
-    elements = [*shafts, *meshes, *(one.element for one in hung)]
+    attached = damper_elements(parts, at)
+    elements = [*shafts, *meshes, *(one.element for one in attached)]
     element_ratio = np.array([ratio[one.first] for one in elements])
-    ring = np.arange(stations, stations + len(hung), dtype=np.int64)
+    ring = np.arange(stations, stations + len(attached), dtype=np.int64)
     ends = [(freedom[one.first], freedom[one.second]) for one in (*shafts, *meshes)]
-    ends += [(freedom[one.element.first], place) for one, place in zip(hung, ring, strict=True)]
-    square, n = element_ratio**2, stations + len(hung)
+    ends += [(freedom[one.element.first], place) for one, place in zip(attached, ring, strict=True)]
+    square, n = element_ratio**2, stations + len(attached)
     line = Line(
-        inertia=_gathered(own, ratio, freedom, n) + _rings(hung, ratio, stations, n),
+        inertia=_gathered(own, ratio, freedom, n) + _rings(attached, ratio, stations, n),
         absolute_damping=_gathered(damped, ratio, freedom, n),
         ground_stiffness=_gathered(held, ratio, freedom, n),
         first=np.array([a for a, _ in ends], dtype=np.int64),
@@ -388,8 +388,8 @@ def build_shaft_line(case: Case) -> ShaftLineModel:
         station_names=names,
         station_ratio=ratio,
         freedom=freedom,
-        freedom_names=(*together, *(one.element.name for one in hung)),
-        freedom_ratio=np.array([*ratio[leaders], *(ratio[one.element.first] for one in hung)]),
+        freedom_names=(*together, *(one.element.name for one in attached)),
+        freedom_ratio=np.array([*ratio[leaders], *(ratio[one.element.first] for one in attached)]),
         station_values=ratio**2 * np.array([own, damped, held]),
         section_ends=np.array([(one.first, one.second) for one in elements], dtype=np.int64),
         section_names=tuple(one.name for one in elements),
@@ -403,7 +403,7 @@ def build_shaft_line(case: Case) -> ShaftLineModel:
         cylinder_freedom=freedom[cylinder],
         gears=_gearings(parts, at, meshes, len(shafts)),
         dampers=tuple(
-            Hung(
+            Attached(
                 name=one.element.name,
                 kind=one.kind,
                 station=one.element.first,
@@ -414,7 +414,7 @@ def build_shaft_line(case: Case) -> ShaftLineModel:
                 stiffness=one.element.stiffness or one.element.speed_stiffness,
                 damping=one.element.damping,
             )
-            for number, (one, place) in enumerate(zip(hung, ring, strict=True))
+            for number, (one, place) in enumerate(zip(attached, ring, strict=True))
         ),
         load_station=load,
         load_freedom=int(freedom[load]),
@@ -431,9 +431,9 @@ def _gathered(own: Array | list[float], ratio: Array, freedom: Places, n: int) -
     return total
 
 
-def _rings(hung: list[HungElement], ratio: Array, stations: int, n: int) -> Array:
+def _rings(attached: list[AttachedElement], ratio: Array, stations: int, n: int) -> Array:
     inertia = np.zeros(n)
-    inertia[stations:] = [one.inertia * ratio[one.element.first] ** 2 for one in hung]
+    inertia[stations:] = [one.inertia * ratio[one.element.first] ** 2 for one in attached]
     return inertia
 
 
@@ -511,7 +511,7 @@ def throw_cautions(case: Case) -> list[str]:
         low, high = float(spread.stiffness.min()), float(spread.stiffness.max())
         words = (
             f"the formulas for the stiffness of a throw give {low:.3g} to {high:.3g} N*m/rad, "
-            f"{100.0 * float(spread.doubt):.0f} % to either side of their middle, and "
+            f"{100.0 * float(spread.uncertainty):.0f} % to either side of their middle, and "
             f"'{shaft.throw.formula}' is one of them: natural frequencies in which the throws "
             "twist are unsure by up to that share"
         )

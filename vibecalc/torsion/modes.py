@@ -96,7 +96,7 @@ class Modes(NamedTuple):
 
 
 def natural_modes(line: Line) -> Modes:
-    """Undamped modes of any shaft line without leading axes; damping and loss are not looked at.
+    """Undamped modes of any shaft line without leading axes; damping and loss are not examined.
 
     Rows: qd algorithm on a bidiagonal factor and twisted factorisation; trees: mode counts; loops:
     dense singular values. Rows and trees are right to some roundings in every mode. A freedom

@@ -267,7 +267,7 @@ TORSION_VARIANTS_ENTRIES = (
 )  # fmt: skip
 
 # ----------------------------------------------------------------------------
-# Results of a shaft line beside the steady ones: transients, variable inertia, the modal route.
+# Results of a shaft line next to the steady ones: transients, variable inertia, the modal route.
 #
 # Torques are own ones, of the shaft they belong to.
 # ----------------------------------------------------------------------------
@@ -445,7 +445,7 @@ DAMPER_DESIGN_ENTRIES = (
           "slope of the optimum by the logarithm of a bound that holds it; 0: none does"),
     entry(f"{DESIGN}certificate", "", "", "what is left of the weighted slopes, over the worst"),
     entry(f"{DESIGN}curvature", "", "",
-          "least one along what the summits leave free; above 0: a minimum"),
+          "least one along what the peaks leave free; above 0: a minimum"),
     entry(f"{DESIGN}basin/stiffness", "basin", "N*m/rad", "end of a descent"),
     entry(f"{DESIGN}basin/damping", "basin", "N*m*s/rad", "end of a descent"),
     entry(f"{DESIGN}basin/worst", "basin", "", "there, over that of the damper found"),

@@ -62,8 +62,8 @@ def section_torque(
     stiffness = line.stiffness * twist
     damping = 1j * (line.stiffness * line.loss_factor + w * line.damping) * twist
     size = line.stiffness * (1.0 + np.abs(line.loss_factor)) + w * line.damping
-    doubt = 2.0 * np.asarray(error)[..., None] + 4.0 * EPSILON * np.abs(twist)
-    return SectionTorque(twist, stiffness, damping, size * doubt)
+    uncertainty = 2.0 * np.asarray(error)[..., None] + 4.0 * EPSILON * np.abs(twist)
+    return SectionTorque(twist, stiffness, damping, size * uncertainty)
 
 
 def shear_stress(torque: Values, section_modulus: FloatArray) -> Values:
@@ -129,12 +129,12 @@ def largest_half_range(
         part = slice(start, start + ROWS)
         frequency = speed[part, None] * order
         solved = forced_masked(line, frequency, torque(speed[part]), stations=stations)
-        doubt = np.where(solved.masked, 0.0, solved.error)
-        seen = section_torque(line, frequency, solved.angle, doubt)
+        uncertainty = np.where(solved.masked, 0.0, solved.error)
+        seen = section_torque(line, frequency, solved.angle, uncertainty)
         wave, wave_error = seen.total, seen.error
         if of_twist:
             wave = seen.twist
-            wave_error = np.broadcast_to(2.0 * doubt[..., None], wave.shape)
+            wave_error = np.broadcast_to(2.0 * uncertainty[..., None], wave.shape)
         whole = synthesis(
             order,
             np.moveaxis(wave[..., counts], 1, -1),
@@ -235,7 +235,7 @@ def mesh_torque(
 ) -> MeshTorque:
     """From the mean torque (...) that the mesh transmits and orders (m,) of its torque (..., m).
 
-    An order 0 among them would be counted beside `mean`.
+    An order 0 among them would be counted alongside `mean`.
     """
     steady = np.asarray(mean, dtype=float)
     found = synthesis(order, amplitude, error)
@@ -244,11 +244,13 @@ def mesh_torque(
     size = np.abs(steady)
     unloaded = np.where(half_range > 0.0, np.inf, 0.0)
     share = np.where(size > 0.0, half_range / np.where(size > 0.0, size, 1.0), unloaded)
-    doubt = found.error + EPSILON * (size + half_range)
-    hammer = (least < -doubt) & (largest > doubt)
+    uncertainty = found.error + EPSILON * (size + half_range)
+    hammer = (least < -uncertainty) & (largest > uncertainty)
     # the end that the mean keeps away from zero decides
-    near = np.minimum(np.abs(least), np.abs(largest)) <= doubt
-    return MeshTorque(least, largest, half_range, share, hammer, near & (half_range > 0.0), doubt)
+    near = np.minimum(np.abs(least), np.abs(largest)) <= uncertainty
+    return MeshTorque(
+        least, largest, half_range, share, hammer, near & (half_range > 0.0), uncertainty
+    )
 
 
 # ----------------------------------------------------------------------------
@@ -276,7 +278,7 @@ def heat(line: Line, frequency: ArrayLike, angle: ArrayLike, error: ArrayLike = 
     A dashpot takes w^2 c |twist|^2 / 2, a loss factor w k eta |twist|^2 / 2.
     """
     w = np.asarray(frequency, dtype=float)[..., None]
-    value, doubt = np.asarray(angle), np.asarray(error, dtype=float)[..., None]
+    value, uncertainty = np.asarray(angle), np.asarray(error, dtype=float)[..., None]
     twist = np.abs(value[..., line.first] - value[..., line.second])
     size = np.abs(value)
     dashpot = 0.5 * w**2 * line.damping * twist**2
@@ -284,8 +286,10 @@ def heat(line: Line, frequency: ArrayLike, angle: ArrayLike, error: ArrayLike = 
     ground = 0.5 * w**2 * line.absolute_damping * size**2
     element = dashpot + loss
     factor = 0.5 * w * (w * line.damping + line.stiffness * np.abs(line.loss_factor))
-    wrong = factor * 2.0 * doubt * (2.0 * twist + 2.0 * doubt) + 8.0 * EPSILON * np.abs(element)
-    of_ground = 0.5 * w**2 * line.absolute_damping * doubt * (2.0 * size + doubt)
+    wrong = factor * 2.0 * uncertainty * (2.0 * twist + 2.0 * uncertainty) + 8.0 * EPSILON * np.abs(
+        element
+    )
+    of_ground = 0.5 * w**2 * line.absolute_damping * uncertainty * (2.0 * size + uncertainty)
     of_ground = of_ground + 8.0 * EPSILON * ground
     worst = np.maximum(np.max(wrong, axis=-1, initial=0.0), np.max(of_ground, axis=-1, initial=0.0))
     return Heat(element, dashpot, loss, ground, worst)

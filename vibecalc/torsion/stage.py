@@ -198,7 +198,7 @@ def _orders_words(case: "Case") -> str:
 
 
 # ----------------------------------------------------------------------------
-# What a case asks of a shaft line beside its steady response: one stage for each question.
+# What a case asks of a shaft line next to its steady response: one stage for each question.
 # ----------------------------------------------------------------------------
 
 PARTS = ("crank_train", "shaft_line")

@@ -107,12 +107,12 @@ def synthesis(order: ArrayLike, amplitude: ArrayLike, error: ArrayLike = 0.0) ->
     if not top:
         highest = lowest = np.sum(rows.real, axis=-1)
     peak = np.maximum(np.abs(highest), np.abs(lowest))
-    doubt = (
+    uncertainty = (
         np.sum(np.broadcast_to(error, values.shape), axis=-1).reshape(-1) if np.any(error) else 0.0
     )
     parts = (
         peak, 0.5 * (highest - lowest), highest, at_highest, lowest, at_lowest, bound,
-        doubt + 8.0 * EPSILON * bound,
+        uncertainty + 8.0 * EPSILON * bound,
     )  # fmt: skip
     return Synthesis(*(np.reshape(one, shape) for one in parts))
 
@@ -159,7 +159,7 @@ def _highest(
 #
 # Signals are sampled in single precision: that tells which samples can be next to the maximum.
 # Where these stand about one that is higher than its neighbours, a Taylor polynomial in double
-# precision, about a place next to that summit, tells it; where that does not settle it, polynomials
+# precision, about a place next to that peak, tells it; where that does not settle it, polynomials
 # about each of the samples do. Where the second derivative is below zero all over what is looked
 # at, Newton's method on the slope finds the one maximum that it has. Rows that are not so simple
 # are named, for a search by branch and bound.
@@ -168,14 +168,14 @@ def _highest(
 #: least number of samples in a period of the highest order, and degree that is exact within a cell
 CELL_SAMPLES_PER_ORDER = 8
 DEGREE = 14
-#: degree of polynomials about places next to a summit, and number of these in a step of the samples
-SUMMIT_DEGREE, PLACES = 7, 32
+#: degree of polynomials about places next to a peak, and number of these in a step of the samples
+PEAK_DEGREE, PLACES = 7, 32
 #: harmonics times samples up to which a product with a matrix takes less time than a transform
 WAVES = 1 << 14
 #: rounding of a sample in single precision, for a signal whose amplitudes sum up to 1
 SINGLE = 1e-5
-NEWTON, SUMMIT_NEWTON, ENOUGH = 12, 2, 1e-8
-#: distance below zero, of the highest order's angle, at which a summit counts as at zero
+NEWTON, PEAK_NEWTON, ENOUGH = 12, 2, 1e-8
+#: distance below zero, of the highest order's angle, at which a peak counts as at zero
 HARDLY = 1e-7
 
 
@@ -200,7 +200,7 @@ class Cycle(NamedTuple):
     `turned` (samples, m) brings a sample to the angle zero, `powers` (2 m, degree + 1) makes Taylor
     coefficients there from real and imaginary parts. `nearby` (`PLACES` + 1, m) brings places about
     a sample, from half a step before it on, to it; `moments` (m, 2) are the harmonics, over the
-    highest, to the power of two and of the first degree that is left out about summits.
+    highest, to the power of two and of the first degree that is left out about peaks.
     """
 
     number: IntArray
@@ -233,7 +233,7 @@ def cycle_of(number: tuple[int, ...]) -> Cycle:
         waves = waves.astype(np.float32)
     offset = (np.arange(PLACES + 1) / PLACES - 0.5) * (2.0 * math.pi / samples)
     nearby = np.exp(1j * offset[:, None] * numbers)
-    moments = np.stack([scaled**2, scaled ** (SUMMIT_DEGREE + 1)], axis=1)
+    moments = np.stack([scaled**2, scaled ** (PEAK_DEGREE + 1)], axis=1)
     return Cycle(numbers, top, samples, in_sequence, waves, turned, powers, nearby, moments)
 
 
@@ -251,7 +251,7 @@ def even_smooth(least: int) -> int:
 
 
 def settled(rows: ComplexArray, size: FloatArray, cycle: Cycle) -> Settled:
-    """Highest values of the signals (r, m) and of their negatives, from the summits of samples.
+    """Highest values of the signals (r, m) and of their negatives, from the peaks of samples.
 
     `size` (r, m) are the magnitudes, which sum up to below 1.
     """
@@ -260,9 +260,9 @@ def settled(rows: ComplexArray, size: FloatArray, cycle: Cycle) -> Settled:
     parts = []
     for start in range(0, len(rows), block):
         part = slice(start, start + block)
-        parts.append(_summits(start, *_single(rows[part], bend[part], cycle)))
-    summits = _Summits(*(np.concatenate(one, axis=-1) for one in zip(*parts, strict=True)))
-    return _about(rows, cycle, summits, beyond)
+        parts.append(_peaks(start, *_single(rows[part], bend[part], cycle)))
+    peaks = _Peaks(*(np.concatenate(one, axis=-1) for one in zip(*parts, strict=True)))
+    return _about(rows, cycle, peaks, beyond)
 
 
 def settled_by_cells(rows: ComplexArray, size: FloatArray, cycle: Cycle) -> Settled:
@@ -300,11 +300,11 @@ def _single(
     return sampled, np.stack([least, -most]), high, low
 
 
-class _Summits(NamedTuple):
+class _Peaks(NamedTuple):
     """Samples (k,) that are higher than their neighbours, of signals and of their negatives.
 
     Row, number in it, 1 or -1 for a negative, vertex of the parabola through the sample and its
-    neighbours, in steps; steps that have to be looked at on both sides. `alone` (2, r): no sample
+    neighbours, in steps; steps that have to be examined on both sides. `alone` (2, r): no sample
     of the signal, or of its negative, matters that is not within those.
     """
 
@@ -317,9 +317,9 @@ class _Summits(NamedTuple):
     alone: BoolArray
 
 
-def _summits(
+def _peaks(
     start: int, sampled: FloatArray, bound: FloatArray, high: IntArray, low: IntArray
-) -> _Summits:
+) -> _Peaks:
     """Of samples (r, s) of rows from `start` on; the others are those of `_single`."""
     count, samples = sampled.shape
     chosen = np.concatenate([high, low])
@@ -337,14 +337,14 @@ def _summits(
         return np.asarray(flat[at] * sign[which])
 
     here, before, after = flat[chosen] * sign, seen(np.s_[:], -1), seen(np.s_[:], 1)
-    is_summit = (here > before) & (here >= after)
-    top, rest = np.flatnonzero(is_summit), np.flatnonzero(~is_summit)
+    is_peak = (here > before) & (here >= after)
+    top, rest = np.flatnonzero(is_peak), np.flatnonzero(~is_peak)
     alone = np.zeros((2, count), dtype=bool)
     alone[down[top], row[top]] = True
-    # what is no summit itself is beside one, and so within what is looked at there
-    beside = (before[rest] > seen(rest, -2)) & (before[rest] >= here[rest])
-    beside |= (after[rest] > here[rest]) & (after[rest] >= seen(rest, 2))
-    far = rest[~beside]
+    # what is no peak itself is next to one, and so within what is examined there
+    nearby = (before[rest] > seen(rest, -2)) & (before[rest] >= here[rest])
+    nearby |= (after[rest] > here[rest]) & (after[rest] >= seen(rest, 2))
+    far = rest[~nearby]
     alone[down[far], row[far]] = False
     here, before, after = here[top], before[top], after[top]
     bend = (before - here) + (after - here)
@@ -353,50 +353,50 @@ def _summits(
     vertex = np.clip(vertex, -0.5, 0.5)
     least = bound[down[top], row[top]]
     to_left, to_right = (np.where(one >= least, 1.5, 0.5) for one in (before, after))
-    return _Summits(row[top] + start, sample[top], sign[top], vertex, to_left, to_right, alone)
+    return _Peaks(row[top] + start, sample[top], sign[top], vertex, to_left, to_right, alone)
 
 
-def _about(rows: ComplexArray, cycle: Cycle, summits: _Summits, left_out: FloatArray) -> Settled:
-    """Highest values of signals (r, m) and of their negatives, where their summits settle them.
+def _about(rows: ComplexArray, cycle: Cycle, peaks: _Peaks, left_out: FloatArray) -> Settled:
+    """Highest values of signals (r, m) and of their negatives, where their peaks settle them.
 
     `left_out` (r,) bounds the first derivative that the polynomials have no more.
     """
-    row, whole = summits.row, 2.0 * math.pi * cycle.top
-    # signals of a block, then their negatives, and so on: of each all summits in sequence
-    group = np.where(summits.sign < 0.0, row + len(rows), row)
-    place = np.rint((summits.vertex + 0.5) * PLACES).astype(np.int64)
-    powers = np.ascontiguousarray(cycle.powers[:, : SUMMIT_DEGREE + 1].T)
-    taylor = np.empty((SUMMIT_DEGREE + 1, len(row)))
+    row, whole = peaks.row, 2.0 * math.pi * cycle.top
+    # signals of a block, then their negatives, and so on: of each all peaks in sequence
+    group = np.where(peaks.sign < 0.0, row + len(rows), row)
+    place = np.rint((peaks.vertex + 0.5) * PLACES).astype(np.int64)
+    powers = np.ascontiguousarray(cycle.powers[:, : PEAK_DEGREE + 1].T)
+    taylor = np.empty((PEAK_DEGREE + 1, len(row)))
     block = max(1, BLOCK // cycle.powers.size)
     for start in range(0, len(row), block):
         part = slice(start, start + block)
         local = rows[row[part]]
-        local *= cycle.turned[summits.sample[part]]
+        local *= cycle.turned[peaks.sample[part]]
         local *= cycle.nearby[place[part]]
         np.matmul(powers, local.view(np.float64).T, out=taylor[:, part])
-    taylor *= summits.sign
+    taylor *= peaks.sign
     step = whole / cycle.samples
     offset = (place / PLACES - 0.5) * step
-    begin, end = -summits.before * step - offset, summits.after * step - offset
-    at, found = _newton(taylor, begin, end, SUMMIT_NEWTON)
+    begin, end = -peaks.before * step - offset, peaks.after * step - offset
+    at, found = _newton(taylor, begin, end, PEAK_NEWTON)
     value = _at(taylor, at)
-    power = np.arange(2, SUMMIT_DEGREE + 2)
-    tail = left_out[row] / math.factorial(SUMMIT_DEGREE + 1)
+    power = np.arange(2, PEAK_DEGREE + 2)
+    tail = left_out[row] / math.factorial(PEAK_DEGREE + 1)
     far = np.maximum(-begin, end)
     size = np.concatenate([taylor[2:3], np.abs(taylor[3:]), tail[None]])
-    found &= tail * np.abs(at) ** (SUMMIT_DEGREE + 1) <= 0.25 * EPSILON
+    found &= tail * np.abs(at) ** (PEAK_DEGREE + 1) <= 0.25 * EPSILON
     found &= _at(size * (power * (power - 1))[:, None], far) < 0.0
     first = np.flatnonzero(np.diff(group, prepend=-1))
     value = np.where(found, value, -np.inf)
     highest = np.full(2 * len(rows), -np.inf)
     highest[group[first]] = np.maximum.reduceat(value, first) if len(first) else 0.0
-    certain = summits.alone.reshape(-1) & np.isfinite(highest)
+    certain = peaks.alone.reshape(-1) & np.isfinite(highest)
     rest = np.flatnonzero(~found)
     size[0] = np.maximum(size[0], 0.0)
     reach = np.abs(taylor[1, rest]) + far[rest] * _at(size[:, rest], far[rest])
     reach = taylor[0, rest] + far[rest] * reach
     certain[group[rest[reach >= highest[group[rest]] - 4.0 * EPSILON]]] = False
-    spot = summits.sample * step + (offset + at)
+    spot = peaks.sample * step + (offset + at)
     spot += np.where(spot < -HARDLY, whole, 0.0)
     spot -= np.where(spot >= whole - HARDLY, whole, 0.0)
     reached = value >= highest[group] - 8.0 * EPSILON
@@ -436,7 +436,7 @@ def _tops(
     highest = np.maximum.reduceat(value, start)
     centre = sample * (2.0 * math.pi * cycle.top / cycle.samples)
     place = centre + at
-    # a summit at zero may come out as a rounding below it
+    # a peak at zero may come out as a rounding below it
     place = np.where((place < 0.0) & (place > -HARDLY), 0.0, place)
     place = np.where(place < 0.0, place + 2.0 * math.pi * cycle.top, place)
     reached = value >= highest[row] - 8.0 * EPSILON

@@ -77,8 +77,8 @@ def _peak(system: System, near: float, digits: int) -> tuple[Any, Any]:
             return _level(mp, system, system.stiffness_ratio, system.secondary_damping, x)
 
         try:
-            beside = mp.mpf(near) * (1 - _NEAR), mp.mpf(near) * (1 + _NEAR)
-            place = mp.findroot(lambda x: mp.diff(level, x), beside, tol=mp.mpf(10) ** -30)
+            nearby = mp.mpf(near) * (1 - _NEAR), mp.mpf(near) * (1 + _NEAR)
+            place = mp.findroot(lambda x: mp.diff(level, x), nearby, tol=mp.mpf(10) ** -30)
         except (ValueError, ZeroDivisionError) as error:
             raise NumericalFailure(f"no peak near the frequency ratio {near:.9g}") from error
         if abs(place - near) > 0.01 * near or mp.diff(level, place, 2) >= 0:
@@ -197,7 +197,7 @@ def rounded(values: np.ndarray, digits: int = 4) -> list[float]:
 # The tuning of absorbers as a user would search it: plain peaks, a search of scipy, a grid.
 # ----------------------------------------------------------------------------
 
-#: frequency ratios looked at for the peaks of one tuning, and the finer ones about each of them
+#: frequency ratios examined for the peaks of one tuning, and the finer ones about each of them
 _COARSE = np.linspace(0.0, 2.0, 401)
 _FINE = np.linspace(-1.0, 1.0, 41) * (_COARSE[1] - _COARSE[0])
 #: shares about the closed form that the grid covers: of the stiffness, of the damping

@@ -29,7 +29,7 @@ from vibecalc.absorber.squared_magnitude import (
 from vibecalc.absorber.stage import asked_of
 from vibecalc.absorber.transfer import Absorber, Coupling, coupling, transfer_of
 from vibecalc.core.accuracy.other_searches import grid_maximum, parabola_maximum
-from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Ladder, Reference, Topic
+from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Reference, Refinement, Topic
 from vibecalc.core.run.stage import Scene
 
 # ----------------------------------------------------------------------------
@@ -60,13 +60,13 @@ def own_work(system: System) -> float:
     flat, transfer = _flat(system), transfer_of(*pair)
     quick = quick_maxima(flat, transfer)
     work = _JET * float(quick.looks[0]) + _CHAIN / _PRODUCTS
-    if quick.told[0]:
+    if quick.reported[0]:
         return work
     work += _POLES / _PRODUCTS
     weights = measure(flat, transfer)
     u = np.concatenate([stationary_places(system)[0], near_poles(flat)[1]])
     looks = float(np.sum(tops(flat, weights, np.zeros(len(u), dtype=int), u)[1]))
-    # without the floor what lies below it is looked at again, here that only
+    # without the floor what lies below it is examined again, here that only
     rounds = 2 if np.any(weights.floor_squared) else 1
     return work + _JET * (looks + (rounds - 1) * len(u)) + rounds * stationary_places(system)[1]
 
@@ -193,7 +193,7 @@ def _peak_topic(systems: list[System], span: tuple[float, float], name: str, wor
         return Reference(
             np.array([one.value for one in found]),
             max(one.agreement for one in found),
-            "zero of the slope of |H| in 50 digits, beside the highest of a fine grid; held "
+            "zero of the slope of |H| in 50 digits, next to the highest of a fine grid; held "
             "against 34",
             found[0].place[0] if placed else None,
         )
@@ -206,9 +206,9 @@ def _peak_topic(systems: list[System], span: tuple[float, float], name: str, wor
         unit="",
         work="evaluations of |H| at one frequency",
         reference=reference,
-        ladders=(
-            _own_ladder(systems, placed),
-            *(_ladder(systems, span, placed, *row) for row in rows),
+        refinements=(
+            _own_refinement(systems, placed),
+            *(_refinement(systems, span, placed, *row) for row in rows),
         ),
         position="frequency ratio []" if placed else "",
         default_extra=_EXTRA_SEVERAL if many else _EXTRA,
@@ -216,7 +216,7 @@ def _peak_topic(systems: list[System], span: tuple[float, float], name: str, wor
     )
 
 
-def _own_ladder(systems: list[System], placed: bool) -> Ladder:
+def _own_refinement(systems: list[System], placed: bool) -> Refinement:
     work = cache(lambda: sum(own_work(one) for one in systems))
 
     def solve(_: float) -> Answer:
@@ -228,13 +228,15 @@ def _own_ladder(systems: list[System], placed: bool) -> Ladder:
     words = "Newton's method on |H|^2 from roots and poles"
     if not many:
         words = "Newton's method on |H|^2 from the natural frequencies, and the number of peaks"
-    return Ladder("all peaks, as a run does", words, "", NOTHING_TO_SET, solve, NOTHING_TO_SET[0])
+    return Refinement(
+        "all peaks, as a run does", words, "", NOTHING_TO_SET, solve, NOTHING_TO_SET[0]
+    )
 
 
-def _ladder(
+def _refinement(
     systems: list[System], span: tuple[float, float], placed: bool, name: str, words: str,
     setting: str, settings: tuple[float, ...], way: _Way, theory: str,
-) -> Ladder:  # fmt: skip
+) -> Refinement:  # fmt: skip
     def solve(at: float) -> Answer:
         found = [way(one, *span, at) for one in systems]
         return Answer(
@@ -244,7 +246,7 @@ def _ladder(
         )
 
     citation = "Baca Vasquez (2007), Appendix I" if name == "grid" else ""
-    return Ladder(name, words, setting, settings, solve, None, theory, citation)
+    return Refinement(name, words, setting, settings, solve, None, theory, citation)
 
 
 def _grid_place(system: System, low: float, high: float) -> float:

@@ -24,7 +24,7 @@ from vibecalc.absorber.tuning.minimax import minimax
 from vibecalc.absorber.tuning.restricted import pure_viscous
 from vibecalc.absorber.tuning.several import several_tuning
 from vibecalc.core.accuracy.other_searches import Searched, evolution, least_ceiling, nelder_mead
-from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Ladder, Reference, Topic
+from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Reference, Refinement, Topic
 from vibecalc.core.run.stage import Scene
 
 # ----------------------------------------------------------------------------
@@ -76,7 +76,7 @@ def absorber_tuning_topics(scene: Scene) -> list[Topic]:
     if not len(places):
         return []
     truth = _reference(question, places, weights)
-    ladders = _ladders(question)
+    refinements = _refinements(question)
     many = len(system.mass_ratio) > 1
     exact = not many and system.primary_damping == 0.0 and pair == ("force", "displacement")
     extra, why = 1.0, ""
@@ -98,7 +98,7 @@ def absorber_tuning_topics(scene: Scene) -> list[Topic]:
                 unit="",
                 work="tunings whose highest peaks are evaluated",
                 reference=truth[name],
-                ladders=tuple(one(reading) for one in ladders),
+                refinements=tuple(one(reading) for one in refinements),
                 default_extra=extra,
                 default_why=why,
             )
@@ -163,8 +163,8 @@ def _tuning(system: System) -> np.ndarray:
     return np.asarray(pairs[np.argsort(pairs[:, 0])].reshape(-1))
 
 
-def _ladders(question: Question) -> list[Callable[[Reading], Ladder]]:
-    """Every method, each still to be told what is read of its tuning."""
+def _refinements(question: Question) -> list[Callable[[Reading], Refinement]]:
+    """Every method, each still to be given what is read of its tuning."""
     system, first = question.system, first_place(question)
     count = len(system.mass_ratio)
     levels = highest(question, count + 1)
@@ -200,25 +200,25 @@ def _ladders(question: Question) -> list[Callable[[Reading], Ladder]]:
         )  # fmt: skip
         names = ("den_hartog_brock", "nishihara_asami") if question.spring else ("lanchester",)
         rows += [_closed(question, name) for name in names]
-    return [_ladder(*row) for row in rows]
+    return [_refinement(*row) for row in rows]
 
 
 _Row = tuple[str, str, str, tuple[float, ...], Callable[[float], _Found], float | None, str]
 
 
-def _ladder(
+def _refinement(
     name: str, words: str, setting: str, settings: tuple[float, ...],
     find: Callable[[float], _Found], default: float | None, citation: str,
-) -> Callable[[Reading], Ladder]:  # fmt: skip
-    def told(reading: Reading) -> Ladder:
+) -> Callable[[Reading], Refinement]:  # fmt: skip
+    def reported(reading: Reading) -> Refinement:
         def solve(at: float) -> Answer:
             found = find(at)
             known = found.peak is not None and reading is _peak
             return Answer(np.array([found.peak]) if known else reading(found.system), found.work)
 
-        return Ladder(name, words, setting, settings, solve, default, citation=citation)
+        return Refinement(name, words, setting, settings, solve, default, citation=citation)
 
-    return told
+    return reported
 
 
 def _own(question: Question) -> _Row:

@@ -126,9 +126,9 @@ def emit_stock_in_line(scene: Scene, parts: AbsorberParts, tuned: Absorber | Non
         springs = Offers((NO_SPRING,), np.zeros(1), np.zeros(1))
     if tuning.kind == "undamped_spring":
         dampers = Offers((NO_SPRING,), np.zeros(1), np.zeros(1))
-    doubt = scene.handed_on["tuned_doubt"]
-    springs = springs or _as_tuned(tuned.stiffness_ratio, doubt.stiffness)
-    dampers = dampers or _as_tuned(tuned.secondary_damping, doubt.damping)
+    uncertainty = scene.handed_on["tuned_uncertainty"]
+    springs = springs or _as_tuned(tuned.stiffness_ratio, uncertainty.stiffness)
+    dampers = dampers or _as_tuned(tuned.secondary_damping, uncertainty.damping)
     least = float(peaks(tuned, tuning.excitation, tuning.response).largest)
     _emit_pairs(scene, tuning, tuned, springs, dampers, "damper_pair", "stock_damper", least)
 
@@ -167,11 +167,11 @@ def _emit_pairs(
     scene.emit(f"{HARDWARE_ROOT}/{name}/travel", found.travel, 1e-9 * moved, axes)
     scene.emit(f"{HARDWARE_ROOT}/{name}/allowed", found.allowed.astype(int), 0.0, axes)
     best = found.spring, found.oil
-    peak, doubt = float(found.peak[best]), float(error[best])
+    peak, uncertainty = float(found.peak[best]), float(error[best])
     if found.unsure:
         scene.warn("the best two pairs of stock parts differ by less than the error of their peaks")
-    scene.emit(f"{HARDWARE_ROOT}/buy/peak", peak, doubt)
-    scene.emit(f"{HARDWARE_ROOT}/buy/penalty", peak / least - 1.0, 2.0 * doubt / least)
+    scene.emit(f"{HARDWARE_ROOT}/buy/peak", peak, uncertainty)
+    scene.emit(f"{HARDWARE_ROOT}/buy/penalty", peak / least - 1.0, 2.0 * uncertainty / least)
     return best
 
 
@@ -285,8 +285,8 @@ def emit_warming(scene: Scene, options: Tuning, parts: AbsorberParts, held: Held
     scene.emit(
         f"{HARDWARE_ROOT}/warming/best_stiffness_ratio", value, error + 4.0 * value * spread, axes
     )
-    doubt = best.largest_error + 4.0 * best.largest * spread
-    scene.emit(f"{HARDWARE_ROOT}/warming/best_peak", best.largest, doubt, axes)
+    uncertainty = best.largest_error + 4.0 * best.largest * spread
+    scene.emit(f"{HARDWARE_ROOT}/warming/best_peak", best.largest, uncertainty, axes)
 
 
 # ----------------------------------------------------------------------------
@@ -381,8 +381,8 @@ def _emit_built(scene: Scene, parts: AbsorberParts) -> None:
     pair = _pair(scene)
     top = peaks(Absorber(z1, m, k, float(size)), *pair)
     value = float(top.largest)
-    doubt = float(top.largest_error) + 2.0 * value * (float(error / size) + 40.0 * EPSILON)
-    scene.emit(f"{HARDWARE_ROOT}/built/peak", value, doubt if np.isfinite(value) else 0.0)
+    uncertainty = float(top.largest_error) + 2.0 * value * (float(error / size) + 40.0 * EPSILON)
+    scene.emit(f"{HARDWARE_ROOT}/built/peak", value, uncertainty if np.isfinite(value) else 0.0)
     place = float(top.where) * parts.scale.frequency
     scene.emit(
         f"{HARDWARE_ROOT}/built/peak_frequency", place, 1e-9 * place if np.isfinite(place) else 0.0

@@ -215,7 +215,7 @@ def as_best(options: Tuning, found: BoundedTuning, z1: float, m: float) -> Best:
 def emit_comparison(
     scene: Scene, options: Tuning, free: Absorber, best: Best, found: BoundedTuning | None
 ) -> None:
-    """Which bounds hold the tuning, and beside it the one that there would be without them."""
+    """Which bounds hold the tuning, and next to it the one that there would be without them."""
     pair = options.excitation, options.response
     top, travel = peaks(free, *pair), peaks(free, pair[0], _TRAVEL)
     k, z2 = float(np.asarray(free.stiffness_ratio)), float(np.asarray(free.secondary_damping))
@@ -298,8 +298,8 @@ def emit_chart(scene: Scene, options: Tuning) -> None:
     safe = [np.where(part > 0.0, part, 1.0) for part in (k, z2)]
     relative = errors[0] / safe[0] + errors[1] / safe[1] + 8.0 * EPSILON
     scene.emit(f"{TUNING_ROOT}/chart/own_damping", own, own * relative, axes)
-    doubt = np.where(np.isfinite(found.largest), found.largest_error, 0.0)
-    scene.emit(f"{TUNING_ROOT}/chart/peak", found.largest, doubt + errors[2], axes)
+    uncertainty = np.where(np.isfinite(found.largest), found.largest_error, 0.0)
+    scene.emit(f"{TUNING_ROOT}/chart/peak", found.largest, uncertainty + errors[2], axes)
 
 
 def _tunings(

@@ -42,15 +42,15 @@ def run_absorber_pendulum(scene: Scene) -> None:
     scene.emit(f"{PENDULUM_ROOT}/detuning", detuning.value, detuning.error)
     end = float(largest_swing(parts.pendulum))
     scene.emit(f"{PENDULUM_ROOT}/largest_swing", end, 4.0 * EPSILON * end)
-    beside = as_secondary(parts.pendulum, parts.rotor_inertia, parts.speed, parts.damping)
-    error = float(beside.error)
-    ratio = float(beside.inertia / beside.primary_inertia)
+    nearby = as_secondary(parts.pendulum, parts.rotor_inertia, parts.speed, parts.damping)
+    error = float(nearby.error)
+    ratio = float(nearby.inertia / nearby.primary_inertia)
     scene.emit(f"{PENDULUM_ROOT}/mass_ratio", ratio, 4.0 * error * ratio)
     scene.emit(
-        f"{PENDULUM_ROOT}/inertia", float(beside.inertia), 2.0 * error * float(beside.inertia)
+        f"{PENDULUM_ROOT}/inertia", float(nearby.inertia), 2.0 * error * float(nearby.inertia)
     )
     scene.emit(
-        f"{PENDULUM_ROOT}/stiffness", float(beside.stiffness), 2.0 * error * float(beside.stiffness)
+        f"{PENDULUM_ROOT}/stiffness", float(nearby.stiffness), 2.0 * error * float(nearby.stiffness)
     )
     if parts.swings.size:
         found = order_of_swing(parts.pendulum, parts.swings)
@@ -58,7 +58,7 @@ def run_absorber_pendulum(scene: Scene) -> None:
             f"{PENDULUM_ROOT}/order_of_swing", found.value, found.error, {"swing": parts.swings}
         )
     if parts.torque is not None:
-        _emit_small(scene, parts, beside, parts.torque)
+        _emit_small(scene, parts, nearby, parts.torque)
     if parts.rotor_stiffness == 0.0:
         if parts.swings.size:
             _emit_steady(scene, parts)
@@ -71,23 +71,23 @@ def run_absorber_pendulum(scene: Scene) -> None:
     )
 
 
-def _emit_small(scene: Scene, parts: PendulumParts, beside: Secondary, torque: float) -> None:
+def _emit_small(scene: Scene, parts: PendulumParts, nearby: Secondary, torque: float) -> None:
     """Rotor and swing under the torque, as far as swings are small; rotor with locked pendulums."""
     frequency, hold = parts.order * parts.speed, parts.rotor_stiffness
-    found = small_motion(beside, frequency, torque, hold)
+    found = small_motion(nearby, frequency, torque, hold)
     if np.isinf(np.abs(found.rotor)):
         raise NumericalFailure(
             f"order {parts.order:.6g} meets an undamped resonance of rotor and pendulum"
         )
     scene.emit(f"{PENDULUM_ROOT}/small/rotor", found.rotor, found.rotor_error)
     scene.emit(f"{PENDULUM_ROOT}/small/swing", found.swing, found.swing_error)
-    inertia = float(beside.primary_inertia + beside.inertia)
+    inertia = float(nearby.primary_inertia + nearby.inertia)
     locked = torque / (hold - inertia * frequency**2)
     lost = (hold + inertia * frequency**2) * abs(locked) / torque
-    slack = (2.0 * float(beside.error) + 8.0 * EPSILON) * abs(locked)
+    slack = (2.0 * float(nearby.error) + 8.0 * EPSILON) * abs(locked)
     scene.emit(f"{PENDULUM_ROOT}/small/rotor_without", complex(locked), slack * lost)
     ratios = np.linspace(*_RATIOS)
-    sweep = small_motion(beside, ratios * frequency, torque, hold)
+    sweep = small_motion(nearby, ratios * frequency, torque, hold)
     axes = {"order_ratio": ratios}
     finite = np.isfinite(np.abs(sweep.rotor))
     scene.emit(
@@ -126,8 +126,8 @@ def _emit_steady(scene: Scene, parts: PendulumParts) -> None:
         reach.append((float(found.largest.value), float(found.largest.error)))
     axes = {"steady_swing": np.array(swings)}
     scene.emit(f"{PENDULUM_ROOT}/steady/torque", np.array(torques), np.array(errors), axes)
-    largest, doubts = np.array(reach).reshape(-1, 2).T
-    scene.emit(f"{PENDULUM_ROOT}/steady/largest_swing", largest, doubts, axes)
+    largest, uncertainties = np.array(reach).reshape(-1, 2).T
+    scene.emit(f"{PENDULUM_ROOT}/steady/largest_swing", largest, uncertainties, axes)
 
 
 def _emit_jump(scene: Scene, parts: PendulumParts) -> None:

@@ -99,7 +99,7 @@ def _varied(
 # Adapter, continued: what the error of a tuning does to everything that is read at it.
 #
 # A tuning is known to some last digits, and a sharp peak moves with them by many more. How much is
-# looked at: each ratio is moved by a millionth, and what that does is scaled to the error.
+# examined: each ratio is moved by a millionth, and what that does is scaled to the error.
 # ----------------------------------------------------------------------------
 
 #: relative change of a ratio
@@ -122,23 +122,23 @@ def tuning_error(stiffness: object, damping: object) -> TuningError:
 
 
 def moved(
-    read: Callable[[Absorber], np.ndarray], tuned: Absorber, doubt: TuningError
+    read: Callable[[Absorber], np.ndarray], tuned: Absorber, uncertainty: TuningError
 ) -> FloatArray:
     """What the errors of one tuned absorber do to a reading of it, absolute."""
-    return _largest_move(read, tuned, doubt, ("stiffness_ratio", "secondary_damping"))
+    return _largest_move(read, tuned, uncertainty, ("stiffness_ratio", "secondary_damping"))
 
 
 def moved_several(
-    read: Callable[[Several], np.ndarray], tuned: Several, doubt: TuningError
+    read: Callable[[Several], np.ndarray], tuned: Several, uncertainty: TuningError
 ) -> FloatArray:
     """The same of several absorbers, each ratio by itself."""
-    return _largest_move(read, tuned, doubt, ("stiffness_ratio", "secondary_damping"))
+    return _largest_move(read, tuned, uncertainty, ("stiffness_ratio", "secondary_damping"))
 
 
-def _largest_move(read, tuned, doubt: TuningError, names: tuple[str, str]) -> FloatArray:  # type: ignore[no-untyped-def]
+def _largest_move(read, tuned, uncertainty: TuningError, names: tuple[str, str]) -> FloatArray:  # type: ignore[no-untyped-def]
     own = np.asarray(read(tuned))
     total = np.zeros(own.shape)
-    for name, errors in zip(names, doubt, strict=True):
+    for name, errors in zip(names, uncertainty, strict=True):
         ratios = np.atleast_1d(np.asarray(getattr(tuned, name), dtype=float))
         for place, error in enumerate(np.atleast_1d(errors).tolist()):
             size = float(ratios[place])
@@ -161,14 +161,14 @@ def weight_error(
     transfer: Transfer,
     frequency: FloatArray,
     weight: FloatArray,
-    doubt: TuningError,
+    uncertainty: TuningError,
 ) -> FloatArray:
     """Error (a,) of the weights with which the slopes of active peaks at `frequency` (a,) cancel.
 
     The slopes move with the ratios by their second derivatives, and are rounded.
     """
     found = several_slopes(system, frequency, transfer)
-    errors = np.concatenate([np.atleast_1d(part) for part in doubt])
+    errors = np.concatenate([np.atleast_1d(part) for part in uncertainty])
     size = len(errors)
     slope = found.first[:, :size]
     ratios = np.concatenate([np.atleast_1d(part) for part in system[2:4]]).astype(float)
@@ -196,7 +196,7 @@ def run_absorber(scene: Scene) -> None:
         raise ValueError("the case has no [response.absorber]")
     parts = build_absorber(case)
     options, pair = case.response.absorber, asked_of(case)
-    curves = _told(scene, family(case, options, parts, scene.handed_on.get("tuned")), pair)
+    curves = _reported(scene, family(case, options, parts, scene.handed_on.get("tuned")), pair)
     ratios = frequency_ratios(options, parts)
     axes = {"curve": curves.names, "frequency_ratio": ratios}
     emit_frequencies(scene, parts, ratios)
@@ -215,8 +215,8 @@ def run_absorber(scene: Scene) -> None:
 def _moved(scene: Scene, curves: Curves, read: Callable[[Absorber], np.ndarray]) -> np.ndarray:
     """What the error of a tuning does to a reading of the first curve; zero of one given."""
     own = Absorber(*(float(np.asarray(part).flat[0]) for part in curves.absorber))
-    doubt = scene.handed_on.get("tuned_doubt")
-    return np.zeros(()) if doubt is None else moved(read, own, doubt)
+    uncertainty = scene.handed_on.get("tuned_uncertainty")
+    return np.zeros(()) if uncertainty is None else moved(read, own, uncertainty)
 
 
 def _shown(ratios: np.ndarray, excitation: str, response: str, one: Absorber) -> np.ndarray:
@@ -228,8 +228,8 @@ def _passed(first: int, one: Absorber) -> np.ndarray:
     return np.array(fixed_points(one.mass_ratio, one.stiffness_ratio)[first : first + 2])
 
 
-def _told(scene: Scene, curves: Curves, pair: tuple[str, str]) -> Curves:
-    """The curves without those beside the first whose peaks double precision cannot tell."""
+def _reported(scene: Scene, curves: Curves, pair: tuple[str, str]) -> Curves:
+    """The curves without those next to the first whose peaks double precision cannot tell."""
     try:
         peaks(curves.absorber, *pair)
         return curves
@@ -283,18 +283,18 @@ def _emit_peaks(scene: Scene, curves: Curves, pair: tuple[str, str]) -> None:
     error[0] += _moved(scene, curves, lambda one: peaks(one, *pair).magnitude)
     scene.emit(f"{RESPONSE_ROOT}/peak/magnitude", found.magnitude, error, places)
     scene.emit(f"{RESPONSE_ROOT}/peak/frequency_ratio", found.frequency, spread, places)
-    doubt = np.where(np.isfinite(found.largest_error), found.largest_error, 0.0)
-    doubt[0] += _moved(scene, curves, lambda one: peaks(one, *pair).largest)
-    scene.emit(f"{RESPONSE_ROOT}/largest", found.largest, doubt, axes)
+    uncertainty = np.where(np.isfinite(found.largest_error), found.largest_error, 0.0)
+    uncertainty[0] += _moved(scene, curves, lambda one: peaks(one, *pair).largest)
+    scene.emit(f"{RESPONSE_ROOT}/largest", found.largest, uncertainty, axes)
     finite = np.isfinite(found.where)
     where = np.where(finite, 4.0 * EPSILON * np.where(finite, found.where, 0.0), 0.0)
-    # it is one of the summits: what these move by
+    # it is one of the peaks: what these move by
     where[0] += np.max(spread[0], initial=0.0) if finite[0] else 0.0
     scene.emit(f"{RESPONSE_ROOT}/largest_frequency_ratio", found.where, where, axes)
     travel = peaks(curves.absorber, pair[0], TRAVEL)
-    doubt = np.where(np.isfinite(travel.largest_error), travel.largest_error, 0.0)
-    doubt[0] += _moved(scene, curves, lambda one: peaks(one, pair[0], TRAVEL).largest)
-    scene.emit(f"{RESPONSE_ROOT}/largest_travel", travel.largest, doubt, axes)
+    uncertainty = np.where(np.isfinite(travel.largest_error), travel.largest_error, 0.0)
+    uncertainty[0] += _moved(scene, curves, lambda one: peaks(one, pair[0], TRAVEL).largest)
+    scene.emit(f"{RESPONSE_ROOT}/largest_travel", travel.largest, uncertainty, axes)
 
 
 def _emit_landmarks(scene: Scene, curves: Curves, pair: tuple[str, str]) -> None:
@@ -302,9 +302,9 @@ def _emit_landmarks(scene: Scene, curves: Curves, pair: tuple[str, str]) -> None
     z1, m, k, z2 = (float(np.asarray(part).flat[0]) for part in curves.absorber)
     marks = landmarks(m, k)
     both = np.array([marks.lower, marks.upper], dtype=float)
-    doubted = scene.handed_on.get("tuned_doubt")
+    uncertain = scene.handed_on.get("tuned_uncertainty")
     # a frequency goes with the root of the stiffness, or with less of it
-    off = 0.0 if doubted is None or k == 0.0 else 0.5 * float(doubted.stiffness) / k
+    off = 0.0 if uncertain is None or k == 0.0 else 0.5 * float(uncertain.stiffness) / k
     near = (16.0 * EPSILON + off) * np.max(both[np.isfinite(both)])
     scene.emit(f"{RESPONSE_ROOT}/natural_frequency_ratio", both, near, {"mode": np.arange(1, 3)})
     for name, value, share in (
@@ -312,12 +312,12 @@ def _emit_landmarks(scene: Scene, curves: Curves, pair: tuple[str, str]) -> None
     ):  # fmt: skip
         scene.emit(f"{RESPONSE_ROOT}/{name}", float(value), (4.0 * EPSILON + share) * float(value))
     found = poles(Absorber(z1, m, k, z2))
-    values, doubt = found.value[found.found], found.error[found.found]
+    values, uncertainty = found.value[found.found], found.error[found.found]
     rank = np.lexsort((values.imag, -values.real))
     axes = {"pole": np.arange(1, len(rank) + 1)}
     far = _moved(scene, curves, lambda one: poles(one).value)
     scene.emit(
-        f"{RESPONSE_ROOT}/pole", values[rank], np.max(doubt, initial=0.0) + np.max(far), axes
+        f"{RESPONSE_ROOT}/pole", values[rank], np.max(uncertainty, initial=0.0) + np.max(far), axes
     )
     if has_fixed_points(scene.case):
         _emit_fixed_points(scene, m, k, pair, lambda read: _moved(scene, curves, read))
@@ -337,8 +337,8 @@ def _emit_fixed_points(
     scene.emit(
         f"{RESPONSE_ROOT}/fixed_point/frequency_ratio", places, 4.0 * EPSILON + read[0], names
     )
-    doubt = (errors + 8.0 * EPSILON * heights + read[1]) * power
-    scene.emit(f"{RESPONSE_ROOT}/fixed_point/magnitude", heights * power, doubt, names)
+    uncertainty = (errors + 8.0 * EPSILON * heights + read[1]) * power
+    scene.emit(f"{RESPONSE_ROOT}/fixed_point/magnitude", heights * power, uncertainty, names)
 
 
 def _cite(scene: Scene) -> None:

@@ -30,7 +30,7 @@ from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import EPSILON, WithError
 
 # ----------------------------------------------------------------------------
-# Adapter: several absorbers on one primary, beside each other or one on another.
+# Adapter: several absorbers on one primary, next to each other or one on another.
 # ----------------------------------------------------------------------------
 
 STARTS = 12
@@ -67,12 +67,14 @@ def run_several_tuning(scene: Scene) -> None:
     scene.emit(f"{TUNING_ROOT}/each/mass_ratio", m, 2.0 * EPSILON * np.max(m), names)
     scene.emit(f"{TUNING_ROOT}/each/stiffness_ratio", k, error[:count], names)
     scene.emit(f"{TUNING_ROOT}/each/secondary_damping", z2, error[count : 2 * count], names)
-    doubt = tuning_error(error[:count], error[count : 2 * count])
-    scene.handed_on["several_doubt"] = doubt
+    uncertainty = tuning_error(error[:count], error[count : 2 * count])
+    scene.handed_on["several_uncertainty"] = uncertainty
     safe = np.where(k > 0.0, k, 1.0)
     own = np.where(k > 0.0, z2 / np.sqrt(m * safe), 0.0)
     off = np.where(
-        k > 0.0, doubt.damping / np.sqrt(m * safe) + 0.5 * own * doubt.stiffness / safe, 0
+        k > 0.0,
+        uncertainty.damping / np.sqrt(m * safe) + 0.5 * own * uncertainty.stiffness / safe,
+        0,
     )
     scene.emit(f"{TUNING_ROOT}/each/own_damping", own, off + 4.0 * EPSILON * own, names)
     scene.emit(f"{TUNING_ROOT}/peak", found.peak, found.peak_error)
@@ -83,20 +85,20 @@ def run_several_tuning(scene: Scene) -> None:
         least,
         float(alone.largest_error) if np.isfinite(least) else 0.0,
     )
-    _emit_travels(scene, system, pair[0], doubt, names)
-    _emit_units(scene, parts, system, doubt, names)
+    _emit_travels(scene, system, pair[0], uncertainty, names)
+    _emit_units(scene, parts, system, uncertainty, names)
     axes = {"active": np.arange(1, len(found.frequency) + 1)}
     height = np.full(len(found.frequency), found.peak)
-    far = moved_several(lambda one: places_near(one, pair, found.frequency), system, doubt)
+    far = moved_several(lambda one: places_near(one, pair, found.frequency), system, uncertainty)
     scene.emit(f"{TUNING_ROOT}/active/frequency_ratio", found.frequency, far + _PLACE, axes)
     scene.emit(f"{TUNING_ROOT}/active/magnitude", height, found.peak_error, axes)
-    far = weight_error(system, transfer_of(*pair), found.frequency, found.weight, doubt)
+    far = weight_error(system, transfer_of(*pair), found.frequency, found.weight, uncertainty)
     scene.emit(f"{TUNING_ROOT}/active/weight", found.weight, far + _PLACE, axes)
     # zero at the exact optimum, so that all of it is error
     scene.emit(f"{TUNING_ROOT}/certificate", found.residual, found.residual + _PLACE, terms=1.0)
     scene.emit(f"{TUNING_ROOT}/evaluations", found.evaluations)
     if options.mistuning:
-        _emit_mistuning(scene, options, system, found.peak, doubt)
+        _emit_mistuning(scene, options, system, found.peak, uncertainty)
     if options.bounds is not None and found.peak >= least * (1.0 - _NO_LOWER):
         scene.warn(
             f"no absorbers within the bounds do better than none: with the best of them the "
@@ -117,12 +119,12 @@ def _emit_travels(
     scene: Scene,
     system: Several,
     excitation: str,
-    doubt: TuningError,
+    uncertainty: TuningError,
     names: dict[str, tuple[str, ...]],
 ) -> None:
     """Largest motion of each absorber against what carries it."""
     travels, error = reach(system, excitation)
-    far = moved_several(lambda one: reach(one, excitation)[0], system, doubt)
+    far = moved_several(lambda one: reach(one, excitation)[0], system, uncertainty)
     scene.emit(f"{TUNING_ROOT}/each/travel", travels, error + far, names)
 
 
@@ -130,7 +132,7 @@ def _emit_units(
     scene: Scene,
     parts: AbsorberParts,
     system: Several,
-    doubt: TuningError,
+    uncertainty: TuningError,
     names: dict[str, tuple[str, ...]],
 ) -> None:
     """Stiffness, damping and own frequency of each, where the primary has units."""
@@ -140,8 +142,8 @@ def _emit_units(
     kind = "torsional" if scale.torsion else "linear"
     m, k, z2 = (np.asarray(part, dtype=float) for part in system[1:4])
     for name, unit, ratio, off in (
-        ("stiffness", scale.stiffness, k, doubt.stiffness),
-        ("damping", scale.damping, z2, doubt.damping),
+        ("stiffness", scale.stiffness, k, uncertainty.stiffness),
+        ("damping", scale.damping, z2, uncertainty.damping),
     ):
         error = unit * (off + 8.0 * EPSILON * ratio)
         scene.emit(
@@ -151,7 +153,7 @@ def _emit_units(
             names,
         )
     own = scale.frequency * np.sqrt(k / m)
-    share = doubt.stiffness / np.where((k > 0.0) & np.isfinite(k), k, 1.0) + 8.0 * EPSILON
+    share = uncertainty.stiffness / np.where((k > 0.0) & np.isfinite(k), k, 1.0) + 8.0 * EPSILON
     error = np.where(np.isfinite(own), own * share, 0.0)
     scene.emit(f"{TUNING_ROOT}/each/frequency", own, error, names)
 
@@ -200,7 +202,7 @@ def parents_of(parts: AbsorberParts) -> tuple[int, ...]:
 
 
 def _emit_mistuning(
-    scene: Scene, options: Tuning, system: Several, best: float, doubt: TuningError
+    scene: Scene, options: Tuning, system: Several, best: float, uncertainty: TuningError
 ) -> None:
     """All springs, or all dampers, off by the same share."""
     pair = options.excitation, options.response
@@ -220,7 +222,7 @@ def _emit_mistuning(
     found = mistuned(system)
     loss = np.array([[one.largest for one in row] for row in found]) / best - 1.0
     error = max(one.largest_error for row in found for one in row) + moved_several(
-        tops, system, doubt
+        tops, system, uncertainty
     )
     axes = {"mistuned": ("stiffness", "damping"), "deviation": sizes}
     scene.emit(f"{TUNING_ROOT}/mistuning/loss", loss, 2.0 * error / best, axes)
@@ -287,10 +289,10 @@ def run_several_response(scene: Scene) -> None:
     ratios = frequency_ratios(options, parts)
     emit_frequencies(scene, parts, ratios)
     axes = {"curve": tuple(names), "frequency_ratio": ratios}
-    doubt = scene.handed_on.get("several_doubt", tuning_error(0.0, 0.0))
-    values, error = _curves(systems, ratios, pair[0], pair[1], 1, doubt)
+    uncertainty = scene.handed_on.get("several_uncertainty", tuning_error(0.0, 0.0))
+    values, error = _curves(systems, ratios, pair[0], pair[1], 1, uncertainty)
     scene.emit(f"{RESPONSE}/curve", values, error, axes)
-    moves = [_curves(systems, ratios, pair[0], TRAVEL, n, doubt) for n in numbers(system)]
+    moves = [_curves(systems, ratios, pair[0], TRAVEL, n, uncertainty) for n in numbers(system)]
     values, error = (np.stack([one[i] for one in moves], axis=1) for i in range(2))
     absorbers = {"absorber": tuple(branch.name for branch in parts.branches)}
     scene.emit(
@@ -299,7 +301,7 @@ def run_several_response(scene: Scene) -> None:
         error,
         {"curve": tuple(names), **absorbers, "frequency_ratio": ratios},
     )
-    _emit_peaks(scene, tuple(names), systems, pair, doubt, absorbers)
+    _emit_peaks(scene, tuple(names), systems, pair, uncertainty, absorbers)
     scene.cite(
         "complex response of a tree of masses, exact peaks from the stationarity polynomial",
         "curves, peaks, travel",
@@ -313,7 +315,7 @@ def _curves(
     excitation: str,
     response: str,
     absorber: int,
-    doubt: TuningError,
+    uncertainty: TuningError,
 ) -> tuple[np.ndarray, np.ndarray]:
     """One response of all systems over the frequency, with errors; the first may be tuned."""
     none = np.zeros(len(ratios))
@@ -325,7 +327,7 @@ def _curves(
     ]
     values, error = (np.stack([one[i] for one in each]) for i in range(2))
     read = partial(_shown, ratios, excitation, response, absorber=absorber)
-    error[0] += moved_several(read, systems[0], doubt)
+    error[0] += moved_several(read, systems[0], uncertainty)
     return values, error
 
 
@@ -353,7 +355,7 @@ def _emit_peaks(
     names: tuple[str, ...],
     systems: list[Several],
     pair: tuple[str, str],
-    doubt: TuningError,
+    uncertainty: TuningError,
     absorbers: dict[str, tuple[str, ...]],
 ) -> None:
     found = [
@@ -369,7 +371,7 @@ def _emit_peaks(
     # of the first curve, which may be a tuned one
     own = found[0].frequency
     far = [
-        float(np.max(moved_several(read, systems[0], doubt), initial=0.0))
+        float(np.max(moved_several(read, systems[0], uncertainty), initial=0.0))
         for read in (
             lambda one: peaks_of(one, *pair).magnitude,
             lambda one: places_near(one, pair, own),
@@ -398,7 +400,7 @@ def _limit(name: str, system: Several, excitation: str, response: str) -> Peaks:
     mass = float(np.sum(system.mass_ratio))
     stiff = np.inf if name == "locked" else 0.0
     one = peaks(Absorber(system.primary_damping, mass, stiff, 0.0), excitation, response)
-    there = one.found & np.isfinite(one.magnitude)  # an infinite one is told by the largest
+    there = one.found & np.isfinite(one.magnitude)  # an infinite one is shown by the largest
     return Peaks(
         one.frequency[there],
         one.magnitude[there],

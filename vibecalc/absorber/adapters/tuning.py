@@ -32,7 +32,7 @@ from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import EPSILON, WithError
 
 # ----------------------------------------------------------------------------
-# Adapter, continued: what a case may ask for beside a tuning of one absorber.
+# Adapter, continued: what a case may ask for next to a tuning of one absorber.
 # ----------------------------------------------------------------------------
 
 #: name of a method in the case -> name of its closed form, for the largest amplitude
@@ -71,7 +71,7 @@ def emit_methods(scene: Scene, options: Tuning, tuned: Absorber, best: Best) -> 
         ))  # fmt: skip
     table = np.array(rows).T
     axes = {"method": names}
-    slack, doubt = (np.where(np.isfinite(part), part, 0.0) for part in (table[4], table[6]))
+    slack, uncertainty = (np.where(np.isfinite(part), part, 0.0) for part in (table[4], table[6]))
     stiffness, damping = table[0], table[1]
     scene.emit(
         f"{TUNING_ROOT}/method/stiffness_ratio",
@@ -90,7 +90,7 @@ def emit_methods(scene: Scene, options: Tuning, tuned: Absorber, best: Best) -> 
     scene.emit(
         f"{TUNING_ROOT}/method/loss",
         table[5] / least - 1.0,
-        2.0 * doubt / least + 4.0 * EPSILON,
+        2.0 * uncertainty / least + 4.0 * EPSILON,
         axes,
     )
 
@@ -177,8 +177,8 @@ def emit_sensitivity(
         width = _STEP * max(value, 0.01 if place == 0 else 0.0)
         each = [_slopes(options, z1, m, place, step) for step in (width, 0.5 * width)]
         sharper = (4.0 * each[1] - each[0]) / 3.0
-        doubt = np.abs(each[1] - each[0]) + 1e-13 / width
-        for name, slope, error in zip(found, sharper, doubt, strict=True):
+        uncertainty = np.abs(each[1] - each[0]) + 1e-13 / width
+        for name, slope, error in zip(found, sharper, uncertainty, strict=True):
             found[name].append((float(slope), float(error)))
     axes = {"ratio": names}
     for name, key in (("stiffness_ratio", "k"), ("secondary_damping", "z2"), ("peak", "peak")):
@@ -222,7 +222,7 @@ _LEFT_OUT = {
 
 
 def run_absorber_tuning(scene: Scene) -> None:
-    """Emit the optimum and what the case asks for beside it; hand on the tuned absorber."""
+    """Emit the optimum and what the case asks for next to it; hand on the tuned absorber."""
     case = scene.case
     options, parts = case.tuning, build_absorber(case)
     if options is None:
@@ -235,20 +235,20 @@ def run_absorber_tuning(scene: Scene) -> None:
     if found is not None:
         best = as_best(options, found, z1, m)
     tuned = Absorber(z1, m, best.stiffness_ratio, best.secondary_damping)
-    scene.handed_on["tuned"], scene.handed_on["tuned_doubt"] = tuned, _doubt(best)
+    scene.handed_on["tuned"], scene.handed_on["tuned_uncertainty"] = tuned, _uncertainty(best)
     _emit_best(scene, options, best, tuned)
     _emit_units(scene, options, parts, best)
     if found is not None:
         emit_bounded_proof(scene, options, found)
     elif options.norm == "h_infinity":
-        _emit_proof(scene, options, tuned, _doubt(best))
+        _emit_proof(scene, options, tuned, _uncertainty(best))
     alone = Absorber(z1, m, free.stiffness_ratio, free.secondary_damping)
     if options.compare and scene.wants(*_of("method")):
         emit_methods(scene, options, alone, free)
     if options.mistuning and scene.wants(*_of("mistuning")):
-        _beside(scene, "mistuning", lambda: emit_mistuning(scene, options, tuned))
+        _nearby(scene, "mistuning", lambda: emit_mistuning(scene, options, tuned))
     if options.sensitivity and scene.wants(*_of("sensitivity")):
-        _beside(scene, "sensitivity", lambda: emit_sensitivity(scene, options, z1, m, found))
+        _nearby(scene, "sensitivity", lambda: emit_sensitivity(scene, options, z1, m, found))
     if options.bounds is not None:
         emit_comparison(scene, options, alone, free, found)
     if options.chart is not None and scene.wants(*_of("chart")):
@@ -262,8 +262,8 @@ def _of(table: str) -> tuple[str, ...]:
     return below(f"{TUNING_ROOT}/{table}/")
 
 
-def _beside(scene: Scene, name: str, study: Callable[[], None]) -> None:
-    """Run what stands beside a tuning; where it fails, warn and leave it out.
+def _nearby(scene: Scene, name: str, study: Callable[[], None]) -> None:
+    """Run what stands next to a tuning; where it fails, warn and leave it out.
 
     A sweep or search that asks for its results by name fails: nothing stands in their place.
     """
@@ -294,16 +294,20 @@ def _emit_best(scene: Scene, options: Tuning, best: Best, tuned: Absorber) -> No
         found = peaks(absorber, *pair)
         error = float(found.largest_error)
         value = float(found.largest)
-        doubt = best.peak_error if name == "peak" else 0.0
-        scene.emit(f"{TUNING_ROOT}/{name}", value, error + doubt if np.isfinite(value) else 0.0)
+        uncertainty = best.peak_error if name == "peak" else 0.0
+        scene.emit(
+            f"{TUNING_ROOT}/{name}", value, error + uncertainty if np.isfinite(value) else 0.0
+        )
     if scene.wants(f"{TUNING_ROOT}/travel"):
         travel = peaks(tuned, pair[0], "relative_displacement")
         reach = float(travel.largest)
         off = moved(
-            lambda one: peaks(one, pair[0], "relative_displacement").largest, tuned, _doubt(best)
+            lambda one: peaks(one, pair[0], "relative_displacement").largest,
+            tuned,
+            _uncertainty(best),
         )
-        doubt = float(travel.largest_error) + float(off)
-        scene.emit(f"{TUNING_ROOT}/travel", reach, doubt if np.isfinite(reach) else 0.0)
+        uncertainty = float(travel.largest_error) + float(off)
+        scene.emit(f"{TUNING_ROOT}/travel", reach, uncertainty if np.isfinite(reach) else 0.0)
     if is_over_one(options):
         # near a threshold the peak is 1 and a little, of which the peak itself tells few digits
         above, slack = best.above_floor, best.above_floor_error
@@ -342,11 +346,11 @@ def _emit_units(scene: Scene, options: Tuning, parts: AbsorberParts, best: Best)
     scene.emit(f"{TUNING_ROOT}/secondary_frequency", own, own * error)
 
 
-def _doubt(best: Best) -> TuningError:
+def _uncertainty(best: Best) -> TuningError:
     return tuning_error(best.stiffness_error, best.damping_error)
 
 
-def _emit_proof(scene: Scene, options: Tuning, tuned: Absorber, doubt: TuningError) -> None:
+def _emit_proof(scene: Scene, options: Tuning, tuned: Absorber, uncertainty: TuningError) -> None:
     """The peaks that hold the optimum, and that no change of spring and damper lowers them all."""
     pair = options.excitation, options.response
     proof = certify(tuned, *pair)
@@ -367,9 +371,9 @@ def _emit_proof(scene: Scene, options: Tuning, tuned: Absorber, doubt: TuningErr
     error = np.max(found.error[top], initial=0.0)
     scene.emit(f"{TUNING_ROOT}/active/magnitude", found.magnitude[top], error, axes)
     places = found.frequency[top]
-    off = moved(lambda one: peaks(one, *pair).frequency, tuned, doubt)[top]
+    off = moved(lambda one: peaks(one, *pair).frequency, tuned, uncertainty)[top]
     scene.emit(f"{TUNING_ROOT}/active/frequency_ratio", places, off + _PLACE * places, axes)
-    off = moved(lambda one: certify(one, *pair, equal=_NEARLY).weight, tuned, doubt)[top]
+    off = moved(lambda one: certify(one, *pair, equal=_NEARLY).weight, tuned, uncertainty)[top]
     scene.emit(f"{TUNING_ROOT}/active/weight", proof.weight[top], off + _PLACE, axes)
 
 

@@ -86,7 +86,7 @@ def _check(
     if np.any(widest >= wide):
         worst = np.unravel_index(np.argmax(widest - wide), wide.shape)
         raise NumericalFailure(
-            f"a gap of {1e3 * widest[worst]:.4g} mm is not a film beside a mass "
+            f"a gap of {1e3 * widest[worst]:.4g} mm is not a film next to a mass "
             f"{1e3 * wide[worst]:.4g} mm wide: the damping of a gap has to be that of a thin film"
         )
     if np.any(np.isfinite(bore) & (bore >= inner)):
@@ -423,8 +423,8 @@ def right_temperature(oil: Oil, gap: RingGap, damping: float) -> WithError:
             high = middle
     near = oil_damping(oil, gap, np.array([low, high - 1e-3, high + 1e-3]).clip(COLDEST, HOTTEST))
     slope = (near.value[1] - near.value[2]) / 2e-3
-    doubt = near.error[0] / slope + 2.0 * UNIT_ROUNDOFF * high + (high - low)
-    return WithError(np.asarray(0.5 * (low + high)), np.asarray(doubt))
+    uncertainty = near.error[0] / slope + 2.0 * UNIT_ROUNDOFF * high + (high - low)
+    return WithError(np.asarray(0.5 * (low + high)), np.asarray(uncertainty))
 
 
 def _damping_or_none(oil: Oil, gap: RingGap, temperature: float) -> float:
@@ -503,7 +503,7 @@ def warming(
     peak = peak_of(value)
     step = 1e-6 * value
     slope = np.abs(peak_of(value + step).value - peak.value) / step
-    doubt = peak.error + share.error * (slope + 2.0 * peak.error / step)
+    uncertainty = peak.error + share.error * (slope + 2.0 * peak.error / step)
     return Warming(
-        warm, damping, share, WithError(peak.value, doubt), peak.value / least_peak - 1.0
+        warm, damping, share, WithError(peak.value, uncertainty), peak.value / least_peak - 1.0
     )

@@ -288,8 +288,8 @@ def bending_frequencies(rod: OverhungRod, body: EndBody, modes: int = 2) -> With
 def whirl_frequencies(rod: OverhungRod, body: EndBody, spin: ArrayLike, modes: int = 2) -> Whirl:
     """Frequencies of the first modes with the body spinning at `spin` (rad/s, >= 0). Broadcasts.
 
-    Raises NumericalFailure for more than six modes, or where a root cannot be told from its
-    neighbour.
+    Raises NumericalFailure for more than six modes, or where a root cannot be distinguished from
+    its neighbour.
     """
     if modes > _MOST_MODES:
         raise NumericalFailure(f"{modes} modes of a rod asked for; {_MOST_MODES} are computed")
@@ -328,7 +328,9 @@ def _roots(rod: OverhungRod, body: EndBody, spin: FloatArray, starts: FloatArray
             break
         width = np.where(apart, width, np.minimum(_GROWTH * width, reach))
     if not np.all(apart):
-        raise NumericalFailure("two bending frequencies of the rod lie too close to be told apart")
+        raise NumericalFailure(
+            "two bending frequencies of the rod lie too close to be distinguished"
+        )
 
     def value(frequency: FloatArray) -> FloatArray:
         return determinant(rod, body, spin, frequency)[0]

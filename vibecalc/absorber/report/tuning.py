@@ -55,7 +55,7 @@ def absorber(result: Result) -> Section | None:
         "frequencies of the absorber": stacked(marks, natural, fixed),
         "poles": _poles(record),
     }
-    curves = [_curves(result), _summits(record)]
+    curves = [_curves(result), _peaks(record)]
     if height(together(*curves)[0]) > _BRIEF:
         details, curves = {"curves and their maxima": together(*curves), **details}, []
     return section("Response of primary and absorber", curves, details, shown)
@@ -92,7 +92,7 @@ def _curves(result: Result) -> list[str]:
     ]
 
 
-def _summits(record: Record) -> list[str]:
+def _peaks(record: Record) -> list[str]:
     """Every maximum of every curve."""
     height = having(record, ABSORBER + "peak/magnitude", "curve", "peak")
     place = having(record, ABSORBER + "peak/frequency_ratio", "curve", "peak")

@@ -43,7 +43,7 @@ class End(NamedTuple):
     kappa: np.ndarray
     depth: np.ndarray
     level: np.ndarray
-    doubt: np.ndarray
+    uncertainty: np.ndarray
     good: np.ndarray
     steps: int
 
@@ -120,9 +120,9 @@ def descend(given: Problem, kappa: np.ndarray, depth: np.ndarray, on_boundary: b
     _, bend, held, _ = _local(given, kappa, depth, on_boundary)
     least = _least_curvature(bend, held)
     with np.errstate(divide="ignore", over="ignore"):
-        doubt = size + 40.0 * EPSILON / np.maximum(least, 1e-300)
+        uncertainty = size + 40.0 * EPSILON / np.maximum(least, 1e-300)
     good = (size < 1e-5) & (least > 0.0)
-    return End(kappa, depth, level, doubt, good, steps)
+    return End(kappa, depth, level, uncertainty, good, steps)
 
 
 def _rows(given: Problem, live: np.ndarray) -> Problem:
@@ -304,7 +304,7 @@ def mean_square_tuning(
     with np.errstate(divide="ignore"):
         idle = ~(best < np.log(alone) - _HELPS) & (alone <= given.locked)
         locked = ~(best < np.log(given.locked) - _HELPS) & ~idle
-    scaled, depth, doubt = chosen("kappa"), chosen("depth"), chosen("doubt")
+    scaled, depth, uncertainty = chosen("kappa"), chosen("depth"), chosen("uncertainty")
     lost = ~np.isfinite(best) & ~idle & ~locked
     if np.any(lost):
         row = int(np.flatnonzero(lost)[0])
@@ -319,13 +319,13 @@ def mean_square_tuning(
     def shaped(array: np.ndarray, at_rest: np.ndarray) -> np.ndarray:
         return np.where(still, at_rest, array).reshape(z1.shape)
 
-    zero, spread = np.zeros_like(end), np.where(scaled == 0.0, 0.0, doubt)
+    zero, spread = np.zeros_like(end), np.where(scaled == 0.0, 0.0, uncertainty)
     stretch = given.m * spread * np.maximum(scaled, 1.0)
     return MeanSquareTuning(
         shaped(given.m * scaled, end), shaped(np.exp(depth), end), value.reshape(z1.shape),
         alone.reshape(z1.shape), idle.reshape(z1.shape), locked.reshape(z1.shape),
         (~still & (scaled == 0.0)).reshape(z1.shape), shaped(stretch, zero),
-        shaped(np.exp(depth) * doubt, zero), 80.0 * EPSILON * value.reshape(z1.shape),
+        shaped(np.exp(depth) * uncertainty, zero), 80.0 * EPSILON * value.reshape(z1.shape),
         max(end.steps for end in ends),
     )  # fmt: skip
 

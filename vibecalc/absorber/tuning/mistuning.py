@@ -16,7 +16,7 @@ from vibecalc.numerics.rounding import WithError
 # What a mistuned absorber loses: the largest response with k and z2 off by a few per cent.
 # ----------------------------------------------------------------------------
 
-#: relative errors looked at unless others are given
+#: relative errors examined unless others are given
 SHARES = (0.01, 0.05, 0.10)
 
 
@@ -58,13 +58,13 @@ def mistuning(
     if not np.all(np.isfinite(tuned) & (tuned > 0.0)):
         raise NumericalFailure(
             f"the largest {response} under {excitation!r} of the tuned absorber is not finite: no "
-            "loss can be told"
+            "loss can be determined"
         )
     with np.errstate(invalid="ignore"):
         ratio = found.largest / tuned
-        doubt = found.largest_error / tuned + ratio * found.largest_error[..., :1] / tuned
+        uncertainty = found.largest_error / tuned + ratio * found.largest_error[..., :1] / tuned
     loss = ratio - 1.0
-    error = np.where(np.isfinite(ratio), doubt + 4e-16, np.inf)
+    error = np.where(np.isfinite(ratio), uncertainty + 4e-16, np.inf)
     worst = np.argmax(loss[..., 5:], axis=-1)[..., None]
     corner = [np.take_along_axis(a[..., 5:], worst, axis=-1)[..., 0] for a in (loss, error)]
     return Mistuning(
@@ -139,10 +139,10 @@ def sensitivity(
     found = -np.linalg.solve(table, right)
     # what a residual and rounding may change, by the condition of the system
     grown = np.abs(np.linalg.inv(table)) @ (np.abs(right) + np.abs(table) @ np.abs(found))
-    doubt = (held.residual + held.step + 4.0 * float(np.max(held.rows.error))) * grown
+    uncertainty = (held.residual + held.step + 4.0 * float(np.max(held.rows.error))) * grown
     moved, error = np.zeros((2 * n, 1 + n)), np.zeros((2 * n, 1 + n))
     count = int(np.sum(free))
-    moved[free], error[free] = found[:count], doubt[:count]
+    moved[free], error[free] = found[:count], uncertainty[:count]
     moved, error = moved * scale[:, None], error * scale[:, None]
     weight = held.weight[held.active]
     peak = float(np.exp(0.5 * np.max(held.rows.level[held.active])))

@@ -17,7 +17,7 @@ from vibecalc.numerics.rounding import UNIT_ROUNDOFF
 
 #: range of ln (free ratio / m) searched, wide enough for both limits to be felt
 _REACH = (-30.0, 12.0)
-#: places looked at first, closer together where absorbers are tuned
+#: places examined first, closer together where absorbers are tuned
 _LOOK = np.unique(np.concatenate([np.linspace(*_REACH, 15), np.linspace(-4.0, 2.0, 19)]))
 #: halvings that leave the rest to Newton's method
 _HALVINGS = 22
@@ -253,7 +253,7 @@ def stock_choice(
 ) -> StockChoice:  # fmt: skip
     """Compare all pairs of stock springs k (s,) and oils z2 (o,) by the largest |H|.
 
-    `dampings` may be (s, o) where an oil's damping depends on the spring beside it. `free_peak` is
+    `dampings` may be (s, o) where an oil's damping depends on the spring next to it. `free_peak` is
     the peak of the free optimum. Raises NumericalFailure where no pair has a finite peak within
     the limit of travel.
     """

@@ -208,18 +208,18 @@ def _certified(
     level = largest(held.rows)[0]
     peak, n = float(np.exp(0.5 * level)), len(problem.mass_ratio)
     own = held.active & (held.rows.kind == 0)
-    doubt = float(np.max(held.rows.error[own]) + np.ptp(held.rows.level[own]))
+    uncertainty = float(np.max(held.rows.error[own]) + np.ptp(held.rows.level[own]))
     # the step to the exact conditions is of second order in what is left of them
     curvature = held.curvature if np.isfinite(held.curvature) else 1.0
     slope = np.linalg.norm(held.rows.slope[held.active] * scale, axis=1)
     stiff = max(float(np.min(slope)), 1e-300)
-    move = held.step**2 + (held.residual + 1e-14) / max(curvature, 1e-12) + doubt / stiff
+    move = held.step**2 + (held.residual + 1e-14) / max(curvature, 1e-12) + uncertainty / stiff
     k, z = held.ratios[:n], held.ratios[n : 2 * n]
     if any(problem.locked):
         k = np.where(problem.locked, np.inf, k)
     return SeveralTuning(
         problem.masses(held.ratios), k, z, peak,
-        0.5 * peak * (doubt + held.residual * move), scale * move, held.rows.frequency[own],
+        0.5 * peak * (uncertainty + held.residual * move), scale * move, held.rows.frequency[own],
         held.weight[own], held.residual, held.curvature, held.on_lower, held.on_upper,
         *_travels(problem, held.rows), False, False, agreeing, count, used,
     )  # fmt: skip
@@ -250,7 +250,7 @@ __all__ = ["SeveralTuning", "Travel", "several_tuning", "tuned"]
 def free_optimum(problem: Problem) -> SeveralTuning | None:
     """The minimax of one absorber without limits; None where two equal peaks do not hold it.
 
-    Beside a threshold the peaks stand above the floor by less than the levels of several absorbers
+    Next to a threshold the peaks stand above the floor by less than the levels of several absorbers
     can tell; `minimax` works with that excess itself.
     """
     pair = problem.excitation, problem.response
@@ -292,7 +292,7 @@ HELD_BY = (
 
 
 class BoundedTuning(NamedTuple):
-    """The optimum within the limits beside the one without; arrays of one entry are plain numbers.
+    """The optimum within the limits next to the one without; arrays of one entry are plain numbers.
 
     `tuning` as for several absorbers, with one; `travel` of the spring there (largest relative
     amplitude at its own worst frequency, in the unit of displacement of `transfer_of`),
@@ -335,7 +335,7 @@ def bounded_tuning(
     )
     free = free_optimum(bare)
     free = tuned(bare, 8) if free is None else free
-    free_travel, free_doubt = spring_travel(primary_damping, m[0], free, excitation)
+    free_travel, free_uncertainty = spring_travel(primary_damping, m[0], free, excitation)
     lower = np.array([stiffness[0], damping[0]], dtype=float)
     upper = np.array([stiffness[1], damping[1]], dtype=float)
     limits = (Travel(1, float(travel)),) if np.isfinite(travel) else ()
@@ -348,11 +348,11 @@ def bounded_tuning(
         reach = np.array([free_travel] * len(limits))
         held = free._replace(travel=reach, travel_active=reach >= travel * (1.0 - _KEPT))
         return BoundedTuning(
-            held, free_travel, free_doubt, free.peak, free_travel, 0.0, 4e-16,
+            held, free_travel, free_uncertainty, free.peak, free_travel, 0.0, 4e-16,
             ("spring travel",) if np.any(held.travel_active) else (),
         )  # fmt: skip
     found = tuned(bare._replace(lower=lower, upper=upper, travel=limits), 8)
-    reached, doubt = spring_travel(primary_damping, m[0], found, excitation)
+    reached, uncertainty = spring_travel(primary_damping, m[0], found, excitation)
     active = tuple(
         name
         for name, held in zip(
@@ -364,7 +364,7 @@ def bounded_tuning(
     )
     ratio = found.peak / free.peak
     return BoundedTuning(
-        found, reached, doubt, free.peak, free_travel, ratio - 1.0,
+        found, reached, uncertainty, free.peak, free_travel, ratio - 1.0,
         ratio * (found.peak_error / found.peak + free.peak_error / free.peak) + 4e-16,
         active,
     )  # fmt: skip

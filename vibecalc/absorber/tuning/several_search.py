@@ -77,7 +77,7 @@ class Rows(NamedTuple):
     """Levels log |H|^2 (r,) with slopes (r, q) and second derivatives; kind 0 is the objective.
 
     Kind j > 0 is travel limit j, its level taken against the limit. An end of the frequency range
-    (x zero or infinite) has no slope. `shoulder` rows are points of a curve beside its peaks where
+    (x zero or infinite) has no slope. `shoulder` rows are points of a curve next to its peaks where
     a peak may arise; their frequency stays. `frequency` (r,).
     """
 
@@ -124,9 +124,9 @@ def _of(
         )
     transfer = transfer_of(problem.excitation, response)
     kept = found.magnitude > _LOW * found.largest
-    x, beside = found.frequency[kept], found.shoulder
+    x, nearby = found.frequency[kept], found.shoulder
     top = several_slopes(system, x, transfer, absorber)
-    side = several_slopes(system, beside, transfer, absorber, follow=False)
+    side = several_slopes(system, nearby, transfer, absorber, follow=False)
     ends = [
         (height, where)
         for height, where in ((found.at_zero, 0.0), (found.at_infinity, np.inf))
@@ -141,13 +141,13 @@ def _of(
     bend = np.concatenate(
         [onto @ top.second @ onto.T, onto @ side.second @ onto.T, np.zeros((flat, size, size))]
     )
-    doubt = 2.0 * found.error[kept] / found.magnitude[kept]
+    uncertainty = 2.0 * found.error[kept] / found.magnitude[kept]
     count = len(level)
     return Rows(
         level - 2.0 * np.log(unit), slope, bend, np.full(count, kind),
-        np.concatenate([x, beside, [place for _, place in ends]]),
-        np.concatenate([doubt, np.full(count - len(x), 1e-15)]),
-        (np.arange(count) >= len(x)) & (np.arange(count) < len(x) + len(beside)),
+        np.concatenate([x, nearby, [place for _, place in ends]]),
+        np.concatenate([uncertainty, np.full(count - len(x), 1e-15)]),
+        (np.arange(count) >= len(x)) & (np.arange(count) < len(x) + len(nearby)),
     )  # fmt: skip
 
 

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vibecalc.core.accuracy.other_searches import cyclic_parabola_maximum
-from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Ladder, Reference, Topic
+from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Reference, Refinement, Topic
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.cycle_peak import SAMPLES_PER_ORDER, kept_orders, vector_cycle_peak
 
@@ -182,13 +182,13 @@ def transform_work(count: int) -> float:
 
 
 # ----------------------------------------------------------------------------
-# A periodic vector as harmonics: its length with derivatives, its summits by Newton's method.
+# A periodic vector as harmonics: its length with derivatives, its peaks by Newton's method.
 # ----------------------------------------------------------------------------
 
 #: maxima that agree to this share count as equal
 EQUAL = 1e-10
 NEWTON_STEPS = 8
-#: samples of each order on which summits are looked for
+#: samples of each order on which peaks are looked for
 CYCLE_SIGNALS_SAMPLES_PER_ORDER = 48
 
 
@@ -226,7 +226,7 @@ def newton_maximum(signal: Signal, angle: float) -> tuple[float, float, int]:
     while taken < NEWTON_STEPS and abs(moved) >= 1e-12:
         _, slope, bend = (float(part[0]) for part in square_and_slopes(signal, np.array([angle])))
         if not bend < 0.0:
-            raise NumericalFailure(f"Newton's method leaves the summit near {angle:.6g} rad")
+            raise NumericalFailure(f"Newton's method leaves the peak near {angle:.6g} rad")
         moved = -slope / bend
         angle += moved
         taken += 1
@@ -263,18 +263,18 @@ def turned(angle: float) -> float:
 
 __all__ = ["Signal", "peak_topic"]
 
-#: of a step, how far beside a point of a grid the summit lies: on average a grid that knows
+#: of a step, how far next to a point of a grid the peak lies: on average a grid that knows
 #: nothing misses it by so much, while one from dead centre on may meet it by luck
 MISSED = 0.25
 #: with more equal maxima the signal is as good as constant, and has no place
 MOST_EQUALS = 8
 #: so is one whose length changes by less than this share
 FLAT = 1e-9
-#: what `cycle_peak` evaluates beside its samples: Taylor polynomials of about two cells
+#: what `cycle_peak` evaluates next to its samples: Taylor polynomials of about two cells
 TAYLOR = 30
 PROOF = "no maximum can be missed: every order above rounding is sampled twelvefold, however small"
-#: what a reader of the ladders has to know
-LAID = "laid a quarter of a step beside the known summit, as far off as on average"
+#: what a reader of the refinements has to know
+LAID = "laid a quarter of a step next to the known peak, as far off as on average"
 
 
 def peak_topic(
@@ -329,8 +329,8 @@ def peak_topic(
         return _bounded(signal, _angles(first, int(points)), answer)
 
     coarse = tuple(float(8 << k) for k in range(0, 12, 2))
-    ladders = (
-        Ladder(
+    refinements = (
+        Refinement(
             "cycle_peak",
             "samples that cannot miss, Taylor polynomials, Newton in concave cells",
             "",
@@ -339,25 +339,25 @@ def peak_topic(
             default=1.0,
             citation="M. Riesz (1914); Ehlich and Zeller (1964)",
         ),
-        Ladder(
+        Refinement(
             "grid", f"highest of N crank angles, {LAID}", "angles", coarse, grid, theory="order 2"
         ),
-        Ladder(
+        Refinement(
             "grid with parabola",
             f"parabola through the best of N angles and its neighbours, {LAID}",
             "angles",
             coarse,
             parabola,
         ),
-        Ladder(
+        Refinement(
             "Newton from a grid",
             "Newton's method for the slope from the best of N angles",
             "angles",
             tuple(float(8 << k) for k in range(6)),
             newton,
-            theory="exact once the start lies on the highest summit",
+            theory="exact once the start lies on the highest peak",
         ),
-        Ladder(
+        Refinement(
             "scipy minimize_scalar",
             "bounded Brent search around the best of N angles",
             "angles",
@@ -365,7 +365,7 @@ def peak_topic(
             bounded,
         ),
     )
-    least = float(ladders[3].settings[0] + 7.0)
+    least = float(refinements[3].settings[0] + 7.0)
     extra = max(1.0, float(np.ceil(own_work / least)))
     return Topic(
         stage=stage,
@@ -375,17 +375,17 @@ def peak_topic(
         unit=unit,
         work="evaluations of the sum at one angle",
         reference=lambda: _exact(signal, first, value, placed),
-        ladders=ladders,
+        refinements=refinements,
         position="crank angle [rad]" if placed else "",
         default_extra=extra,
         default_why=PROOF if extra > 1.0 else "",
     )
 
 
-def _angles(summit: float, points: int) -> np.ndarray:
-    """A grid over one turn that misses the summit as a grid does on average."""
+def _angles(peak: float, points: int) -> np.ndarray:
+    """A grid over one turn that misses the peak as a grid does on average."""
     step = 2.0 * np.pi / points
-    return np.asarray(summit + step * (MISSED + np.arange(points)))
+    return np.asarray(peak + step * (MISSED + np.arange(points)))
 
 
 def _bounded(
@@ -407,7 +407,7 @@ def _bounded(
 
 
 def _exact(signal: Signal, first: float, value: float, placed: bool) -> Reference:
-    """The highest summit in 40 digits, held against a dense grid and the value in doubles."""
+    """The highest peak in 40 digits, held against a dense grid and the value in doubles."""
     import mpmath
 
     with mpmath.workdps(40):
@@ -440,7 +440,7 @@ def _exact(signal: Signal, first: float, value: float, placed: bool) -> Referenc
     return Reference(
         np.array([height]),
         agreement,
-        f"summit in 40 digits (mpmath); none of {points} angles is higher, cycle_peak agrees to "
+        f"peak in 40 digits (mpmath); none of {points} angles is higher, cycle_peak agrees to "
         f"{agreement:.1e}",
         place if placed else None,
     )

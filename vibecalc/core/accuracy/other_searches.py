@@ -27,40 +27,40 @@ class Highest(NamedTuple):
     evaluations: int
 
 
-def places_of(low: float, high: float, points: int, summit: float | None = None) -> np.ndarray:
+def places_of(low: float, high: float, points: int, peak: float | None = None) -> np.ndarray:
     """Evenly spaced places from `low` to `high`, both ends included.
 
-    With the known place of a `summit` inside, the grid is laid so that it lies a quarter of a step
-    beside a point, which is how far a grid that knows nothing misses it on average: errors then
+    With the known place of a `peak` inside, the grid is laid so that it lies a quarter of a step
+    next to a point, which is how far a grid that knows nothing misses it on average: errors then
     fall from grid to grid, where they else depend on luck.
     """
     step = (high - low) / (points - 1)
-    if summit is None:
+    if peak is None:
         return np.linspace(low, high, points)
-    first = summit - (np.floor((summit - low) / step - 0.25) + 0.25) * step
+    first = peak - (np.floor((peak - low) / step - 0.25) + 0.25) * step
     places = first + step * np.arange(points)
     within: np.ndarray = places[(places >= low) & (places <= high)]
     return within
 
 
 def grid_maximum(
-    function: Function, low: float, high: float, points: int, summit: float | None = None
+    function: Function, low: float, high: float, points: int, peak: float | None = None
 ) -> Highest:
     """Largest value at the places of a grid, see `places_of`."""
-    places = places_of(low, high, points, summit)
+    places = places_of(low, high, points, peak)
     values = function(places)
     best = int(np.argmax(values))
     return Highest(float(values[best]), float(places[best]), len(places))
 
 
 def parabola_maximum(
-    function: Function, low: float, high: float, points: int, summit: float | None = None
+    function: Function, low: float, high: float, points: int, peak: float | None = None
 ) -> Highest:
     """The same with a parabola through the best point and its two neighbours.
 
     At an end of the grid the end itself.
     """
-    places = places_of(low, high, points, summit)
+    places = places_of(low, high, points, peak)
     values = function(places)
     best = int(np.argmax(values))
     if best in (0, len(places) - 1):

@@ -8,63 +8,63 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from vibecalc.core.accuracy.topic import LEAST_SHARE, Ladder, Measured, Rung, Topic
+from vibecalc.core.accuracy.topic import LEAST_SHARE, Level, Measured, Refinement, Topic
 from vibecalc.core.results.layout import (
     ACCURACY,
     ALGEBRAIC,
     BETWEEN,
     GEOMETRIC,
+    LEVEL_NOT_RUN,
     NOT_FITTED,
-    RUNG_NOT_RUN,
     TARGETS,
 )
 from vibecalc.core.results.record import Axis, Method, Quantity, Record
 from vibecalc.numerics.rounding import EPSILON
 
 # ----------------------------------------------------------------------------
-# The order of convergence that a ladder shows, fitted above round-off.
+# The order of convergence that a refinement shows, fitted above round-off.
 # ----------------------------------------------------------------------------
 
-#: rungs count that stand this far above what the reference or round-off can tell
+#: levels count that stand this far above what the reference or round-off can tell
 _CLEAR, _ROUNDINGS = 30.0, 16
 
 #: relative errors above this say little about the order, and are left out if enough others remain
 _COARSE = 0.1
 
-#: an end of the ladder that falls with less than this order has not begun to converge, or ended
+#: an end of the refinement that falls with less than this order has not begun to converge, or ended
 _FLAT = 0.1
 
-_LEAST_RUNGS = 3
+_LEAST_LEVELS = 3
 
 
 class Fit(NamedTuple):
     """What was fitted: `kind` is "order" (error ~ setting^+-p) or "digits" (for each step of 1).
 
     `value` is p, positive where finer settings have smaller errors, or the digits gained with
-    each unit of the setting; `rungs` of the ladder took part.
+    each unit of the setting; `levels` of the refinement took part.
     """
 
     kind: str
     value: float
-    rungs: int
+    levels: int
 
 
-def fitted(rungs: Sequence[Rung], agreement: float) -> Fit | None:
-    """The order shown by the rungs of one ladder, from coarse to fine; None with fewer than three.
+def fitted(levels: Sequence[Level], agreement: float) -> Fit | None:
+    """The order that levels of one refinement show, coarse to fine; None with fewer than three.
 
     Least squares of log error on log setting, and, where settings grow, of log error on the
-    setting itself; the one that fits better is taken. `agreement` is that of the reference: rungs
+    setting itself; the one that fits better is taken. `agreement` is that of the reference: levels
     have to be 30 times above it and above 16 roundings.
     """
     floor = _CLEAR * max(agreement, _ROUNDINGS * EPSILON)
     used = [
-        (rung.setting, rung.worst_relative)
-        for rung in rungs
-        if rung.done and rung.setting > 0.0 and floor < rung.worst_relative < np.inf
+        (level.setting, level.worst_relative)
+        for level in levels
+        if level.done and level.setting > 0.0 and floor < level.worst_relative < np.inf
     ]
     fine = [pair for pair in used if pair[1] <= _COARSE]
-    used = _falling(fine if len(fine) >= _LEAST_RUNGS else used)
-    if len(used) < _LEAST_RUNGS:
+    used = _falling(fine if len(fine) >= _LEAST_LEVELS else used)
+    if len(used) < _LEAST_LEVELS:
         return None
     setting, error = (np.array(column) for column in zip(*used, strict=True))
     digits = np.log10(error)
@@ -106,61 +106,61 @@ def _line(x: np.ndarray, y: np.ndarray) -> tuple[float, float]:
 
 
 # ----------------------------------------------------------------------------
-# Which rungs nothing beats: the Pareto front between error and cost.
+# Which levels nothing beats: the Pareto front between error and cost.
 # ----------------------------------------------------------------------------
 
 
-def front(rungs: Sequence[Rung], cost: Callable[[Rung], float]) -> tuple[bool, ...]:
-    """Whether each rung is on the front: none is cheaper and as accurate, or as cheap and better.
+def front(levels: Sequence[Level], cost: Callable[[Level], float]) -> tuple[bool, ...]:
+    """Whether each level is on the front: none is cheaper and as accurate, or as cheap and better.
 
-    Errors within the noise of the topic count as equal, so that of several rungs at round-off
-    only the cheapest stays. Rungs that were not measured are never on it.
+    Errors within the noise of the topic count as equal, so that of several levels at round-off
+    only the cheapest stays. Levels that were not measured are never on it.
     """
     return tuple(
-        one.done and not any(_beats(other, one, cost) for other in rungs if other.done)
-        for one in rungs
+        one.done and not any(_beats(other, one, cost) for other in levels if other.done)
+        for one in levels
     )
 
 
-def front_in_work(rungs: Sequence[Rung]) -> tuple[bool, ...]:
+def front_in_work(levels: Sequence[Level]) -> tuple[bool, ...]:
     """The front in counted work, the same on every machine."""
-    return front(rungs, lambda rung: rung.work)
+    return front(levels, lambda level: level.work)
 
 
-def front_in_seconds(rungs: Sequence[Rung]) -> tuple[bool, ...]:
+def front_in_seconds(levels: Sequence[Level]) -> tuple[bool, ...]:
     """The front in seconds, of this machine and this day."""
-    return front(rungs, lambda rung: rung.seconds)
+    return front(levels, lambda level: level.seconds)
 
 
-def extra_work(topic: Topic, rungs: Sequence[Rung]) -> float:
-    """Work of the default over the least work of any rung that is as accurate; 1 on the front.
+def extra_work(topic: Topic, levels: Sequence[Level]) -> float:
+    """Work of the default over the least work of any level that is as accurate; 1 on the front.
 
     Of several defaults (a topic may have more than one) the worst counts; infinite where a default
     failed or was not run, 1 where the topic has none. To be held against `topic.default_extra`.
     """
-    return _extra(topic, rungs, lambda rung: rung.work)
+    return _extra(topic, levels, lambda level: level.work)
 
 
-def extra_seconds(topic: Topic, rungs: Sequence[Rung]) -> float:
+def extra_seconds(topic: Topic, levels: Sequence[Level]) -> float:
     """The same in seconds."""
-    return _extra(topic, rungs, lambda rung: rung.seconds)
+    return _extra(topic, levels, lambda level: level.seconds)
 
 
-def _extra(topic: Topic, rungs: Sequence[Rung], cost: Callable[[Rung], float]) -> float:
-    asked = any(ladder.default is not None for ladder in topic.ladders)
-    defaults = [rung for rung in rungs if rung.is_default]
+def _extra(topic: Topic, levels: Sequence[Level], cost: Callable[[Level], float]) -> float:
+    asked = any(refinement.default is not None for refinement in topic.refinements)
+    defaults = [level for level in levels if level.is_default]
     if asked and not defaults:
-        raise ValueError(f"{topic.name}: the rungs are not of this topic, no default among them")
+        raise ValueError(f"{topic.name}: the levels are not of this topic, no default among them")
     worst = 1.0
     for default in defaults:
         if not default.done:
             return float("inf")
-        equals = (cost(rung) for rung in rungs if rung.done and rung.error <= default.error)
+        equals = (cost(level) for level in levels if level.done and level.error <= default.error)
         worst = max(worst, cost(default) / min(equals))
     return worst
 
 
-def _beats(other: Rung, one: Rung, cost: Callable[[Rung], float]) -> bool:
+def _beats(other: Level, one: Level, cost: Callable[[Level], float]) -> bool:
     no_worse = cost(other) <= cost(one) and other.error <= one.error
     return no_worse and (cost(other) < cost(one) or other.error < one.error)
 
@@ -170,27 +170,27 @@ def _beats(other: Rung, one: Rung, cost: Callable[[Rung], float]) -> bool:
 # ----------------------------------------------------------------------------
 
 
-def cheapest(rungs: Sequence[Rung], target: float, cost: Callable[[Rung], float]) -> int | None:
-    """Place of the cheapest rung whose worst relative error is at most `target`, None without one.
+def cheapest(levels: Sequence[Level], target: float, cost: Callable[[Level], float]) -> int | None:
+    """Place of the cheapest level whose worst relative error is at most `target`, None without one.
 
     Of equally cheap ones the more accurate is taken, then the first.
     """
     reaching = [
-        (cost(rung), rung.error, place)
-        for place, rung in enumerate(rungs)
-        if rung.done and rung.worst_relative <= target
+        (cost(level), level.error, place)
+        for place, level in enumerate(levels)
+        if level.done and level.worst_relative <= target
     ]
     return min(reaching)[2] if reaching else None
 
 
-def cheapest_in_work(rungs: Sequence[Rung]) -> tuple[int | None, ...]:
+def cheapest_in_work(levels: Sequence[Level]) -> tuple[int | None, ...]:
     """For each of `TARGETS`, by counted work."""
-    return tuple(cheapest(rungs, target, lambda rung: rung.work) for target in TARGETS)
+    return tuple(cheapest(levels, target, lambda level: level.work) for target in TARGETS)
 
 
-def cheapest_in_seconds(rungs: Sequence[Rung]) -> tuple[int | None, ...]:
+def cheapest_in_seconds(levels: Sequence[Level]) -> tuple[int | None, ...]:
     """For each of `TARGETS`, by seconds."""
-    return tuple(cheapest(rungs, target, lambda rung: rung.seconds) for target in TARGETS)
+    return tuple(cheapest(levels, target, lambda level: level.seconds) for target in TARGETS)
 
 
 # ----------------------------------------------------------------------------
@@ -210,11 +210,13 @@ def as_record(measured: Sequence[Measured], notes: Sequence[str]) -> Record:
     """Everything that is the same in every run, notes as warnings."""
     record = Record(warnings=list(notes))
     for one in measured:
-        _add_rungs(record, one)
+        _add_levels(record, one)
         _add_methods(record, one)
-        for ladder in one.topic.ladders:
-            method = Method(name=ladder.name, purpose=one.topic.name, citation=ladder.citation)
-            if ladder.citation and method not in record.methods:
+        for refinement in one.topic.refinements:
+            method = Method(
+                name=refinement.name, purpose=one.topic.name, citation=refinement.citation
+            )
+            if refinement.citation and method not in record.methods:
                 record.methods.append(method)
     return record
 
@@ -223,12 +225,14 @@ def measured_text(measured: Sequence[Measured]) -> str:
     """What changes from run to run, as JSON by the folder of the topic."""
     found: dict[str, Any] = {}
     for one in measured:
-        rungs = one.rungs
-        extra = extra_seconds(one.topic, rungs)
+        levels = one.levels
+        extra = extra_seconds(one.topic, levels)
         found[folder_of(one.topic)] = {
-            "seconds": [None if rung.status == RUNG_NOT_RUN else rung.seconds for rung in rungs],
-            "on_front": [int(mark) for mark in front_in_seconds(rungs)],
-            "cheapest": [_number(place) for place in cheapest_in_seconds(rungs)],
+            "seconds": [
+                None if level.status == LEVEL_NOT_RUN else level.seconds for level in levels
+            ],
+            "on_front": [int(mark) for mark in front_in_seconds(levels)],
+            "cheapest": [_number(place) for place in cheapest_in_seconds(levels)],
             "extra": extra if math.isfinite(extra) else None,
         }
     return json.dumps(found)
@@ -258,41 +262,43 @@ def plan_rows(measured: Sequence[Measured]) -> tuple[dict[str, str], ...]:
             {
                 "folder": folder,
                 "stage": topic.stage,
-                "method": ladder.name,
-                "why": ladder.words,
-                "setting": ladder.setting,
-                "theory": ladder.theory,
-                "citation": ladder.citation,
+                "method": refinement.name,
+                "why": refinement.words,
+                "setting": refinement.setting,
+                "theory": refinement.theory,
+                "citation": refinement.citation,
             }
-            for ladder in topic.ladders
+            for refinement in topic.refinements
         ]
     return tuple(rows)
 
 
-def _add_rungs(record: Record, one: Measured) -> None:
-    topic, rungs, folder = one.topic, one.rungs, folder_of(one.topic)
-    noise = rungs[0].noise if rungs else 0.0
-    ladders = {ladder.name: ladder for ladder in topic.ladders}
-    names = [_label(ladders[rung.ladder], rung) for rung in rungs]
-    axis = Axis(name="rung", values=np.array(names, dtype=object), long_name="method and setting")
+def _add_levels(record: Record, one: Measured) -> None:
+    topic, levels, folder = one.topic, one.levels, folder_of(one.topic)
+    noise = levels[0].noise if levels else 0.0
+    refinements = {refinement.name: refinement for refinement in topic.refinements}
+    names = [_label(refinements[level.refinement], level) for level in levels]
+    axis = Axis(name="level", values=np.array(names, dtype=object), long_name="method and setting")
     level_noise = _DECIBELS * noise / LEAST_SHARE
     rows: list[tuple[str, Any, str, str, float]] = [
-        ("worst_relative", [rung.worst_relative for rung in rungs], "",
+        ("worst_relative", [level.worst_relative for level in levels], "",
          "largest error over the largest magnitude", noise),
-        ("worst_level", [rung.worst_level for rung in rungs], "dB",
+        ("worst_level", [level.worst_level for level in levels], "dB",
          "largest difference of level", level_noise),
-        ("work", [rung.work for rung in rungs], "", f"work, in {topic.work}", 0.0),
-        ("status", [rung.status for rung in rungs], "", "0 done, 1 failed, 2 not run", 0.0),
-        ("cause", np.array([rung.cause for rung in rungs], dtype=object), "",
-         "why a rung failed or was not run", 0.0),
-        ("setting", [rung.setting for rung in rungs], "", "setting of the method", 0.0),
-        ("is_default", [int(rung.is_default) for rung in rungs], "",
+        ("work", [level.work for level in levels], "", f"work, in {topic.work}", 0.0),
+        ("status", [level.status for level in levels], "", "0 done, 1 failed, 2 not run", 0.0),
+        ("cause", np.array([level.cause for level in levels], dtype=object), "",
+         "why a level failed or was not run", 0.0),
+        ("setting", [level.setting for level in levels], "", "setting of the method", 0.0),
+        ("is_default", [int(level.is_default) for level in levels], "",
          "1: what vibecalc takes", 0.0),
-        ("on_front", [int(mark) for mark in front_in_work(rungs)], "",
+        ("on_front", [int(mark) for mark in front_in_work(levels)], "",
          "1: no other is as accurate with less work", 0.0),
     ]  # fmt: skip
     if topic.position:
-        away = [math.inf if rung.position_error is None else rung.position_error for rung in rungs]
+        away = [
+            math.inf if level.position_error is None else level.position_error for level in levels
+        ]
         at = abs(one.reference.position or 0.0)
         rows.insert(2, ("position_error", away, "", f"distance from the true {topic.position}",
                         noise * at))  # fmt: skip
@@ -312,13 +318,16 @@ def _add_rungs(record: Record, one: Measured) -> None:
 def _add_methods(record: Record, one: Measured) -> None:
     topic, folder = one.topic, folder_of(one.topic)
     fits = [
-        fitted([rung for rung in one.rungs if rung.ladder == ladder.name], one.reference.agreement)
-        for ladder in topic.ladders
+        fitted(
+            [level for level in one.levels if level.refinement == refinement.name],
+            one.reference.agreement,
+        )
+        for refinement in topic.refinements
     ]
-    names = np.array([ladder.name for ladder in topic.ladders], dtype=object)
+    names = np.array([refinement.name for refinement in topic.refinements], dtype=object)
     method = Axis(name="method", values=names, long_name="method")
     target = Axis(name="target", values=np.array(TARGETS), long_name="worst relative error asked")
-    extra = extra_work(topic, one.rungs)
+    extra = extra_work(topic, one.levels)
     for name, values, axes, words in (
         ("order", [fit.value if fit else 0.0 for fit in fits], (method,), "fitted order"),
         (
@@ -329,9 +338,9 @@ def _add_methods(record: Record, one: Measured) -> None:
         ),
         (
             "cheapest_in_work",
-            [_number(place) for place in cheapest_in_work(one.rungs)],
+            [_number(place) for place in cheapest_in_work(one.levels)],
             (target,),
-            "number of the rung with the least work, 0 for none",
+            "number of the level with the least work, 0 for none",
         ),
         ("agreement", one.reference.agreement, (), "relative agreement of the reference"),
         ("extra_work", extra, (), "work of the default over the least as accurate"),
@@ -347,8 +356,10 @@ def _add_methods(record: Record, one: Measured) -> None:
         )
 
 
-def _label(ladder: Ladder, rung: Rung) -> str:
-    return f"{ladder.name}{BETWEEN}{rung.setting:.12g}" if ladder.setting else ladder.name
+def _label(refinement: Refinement, level: Level) -> str:
+    return (
+        f"{refinement.name}{BETWEEN}{level.setting:.12g}" if refinement.setting else refinement.name
+    )
 
 
 def _number(place: int | None) -> int:

@@ -1,4 +1,4 @@
-"""What is measured of a method: topics, ladders of settings, and the measuring of them."""
+"""What is measured of a method: topics, refinements of settings, and the measuring of them."""
 
 import gc
 import math
@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibecalc.core.results.layout import RUNG_DONE, RUNG_FAILED, RUNG_NOT_RUN
+from vibecalc.core.results.layout import LEVEL_DONE, LEVEL_FAILED, LEVEL_NOT_RUN
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import EPSILON
 
@@ -18,7 +18,7 @@ from vibecalc.numerics.rounding import EPSILON
 # A topic: one question of a stage, the methods that answer it, and the truth they are held to.
 # ----------------------------------------------------------------------------
 
-#: the ladder of a method that has nothing to set
+#: the refinement of a method that has nothing to set
 NOTHING_TO_SET = (1.0,)
 
 
@@ -39,7 +39,7 @@ class Reference(NamedTuple):
     """The trusted values: mpmath, or two independent methods that agree.
 
     `agreement` : relative to the largest magnitude, how well the independent ways agree; errors
-        below it are not told apart.
+        below it are not distinguished.
     `words` : how the values were found and what they were held against.
     """
 
@@ -49,11 +49,11 @@ class Reference(NamedTuple):
     position: float | None = None
 
 
-class Ladder(NamedTuple):
+class Refinement(NamedTuple):
     """One method with its settings, from coarse to fine.
 
     `solve` : setting to answer; raises NumericalFailure where it cannot.
-    `setting` : what the ladder steps ("panels", "time step [s]"); empty with nothing to set.
+    `setting` : what the refinement steps ("panels", "time step [s]"); empty with nothing to set.
     `default` : the setting that vibecalc takes for this case; None for a method it does not take.
     `theory` : what the theory says of the convergence ("order 4", "geometric"), empty without.
     """
@@ -85,34 +85,34 @@ class Topic(NamedTuple):
     unit: str
     work: str
     reference: Callable[[], Reference]
-    ladders: tuple[Ladder, ...]
+    refinements: tuple[Refinement, ...]
     position: str = ""
     default_extra: float = 1.0
     default_why: str = ""
 
 
 # ----------------------------------------------------------------------------
-# What measuring one topic gives: a rung for each setting of each method.
+# What measuring one topic gives: a level for each setting of each method.
 # ----------------------------------------------------------------------------
 
-#: errors below so many roundings are not told apart, however well the reference is known
+#: errors below so many roundings are not distinguished, however well the reference is known
 _LEAST_ROUNDINGS = 64
 
 
-class Rung(NamedTuple):
+class Level(NamedTuple):
     """One method at one setting.
 
     `worst_relative`, `worst_level` [dB] and `position_error` [unit of the position] as `errors.py`
-    says; infinite for a rung that was not measured. `position_error` is None where the topic asks
+    says; infinite for a level that was not measured. `position_error` is None where the topic asks
     no position or the method gives none. `noise` is the relative error below which this topic does
     not tell methods apart. `seconds` is the least of the repeats.
     """
 
-    ladder: str
+    refinement: str
     setting: float
     is_default: bool
     noise: float
-    status: int = RUNG_DONE
+    status: int = LEVEL_DONE
     cause: str = ""
     work: float = 0.0
     seconds: float = 0.0
@@ -123,7 +123,7 @@ class Rung(NamedTuple):
     @property
     def done(self) -> bool:
         """Whether there is an error to speak of."""
-        return self.status == RUNG_DONE
+        return self.status == LEVEL_DONE
 
     @property
     def error(self) -> float:
@@ -132,16 +132,16 @@ class Rung(NamedTuple):
 
 
 class Measured(NamedTuple):
-    """A topic with its truth and its rungs, method by method, each from coarse to fine."""
+    """A topic with its truth and its levels, method by method, each from coarse to fine."""
 
     topic: Topic
     reference: Reference
-    rungs: tuple[Rung, ...]
+    levels: tuple[Level, ...]
     seconds: float = 0.0
 
 
 def noise_of(reference: Reference) -> float:
-    """Relative error below which rungs count as equally accurate."""
+    """Relative error below which levels count as equally accurate."""
     return max(reference.agreement, _LEAST_ROUNDINGS * EPSILON)
 
 
@@ -188,9 +188,9 @@ def errors_of(
         level = 0.0 if difference == 0.0 else float("inf")
     else:
         relative = difference / largest
-        told = size >= LEAST_SHARE * largest
+        reported = size >= LEAST_SHARE * largest
         with np.errstate(divide="ignore"):
-            levels = 20.0 * np.log10(np.abs(values[told]) / size[told])
+            levels = 20.0 * np.log10(np.abs(values[reported]) / size[reported])
         level = float(np.max(np.abs(levels)))
     away = None
     if position is not None and true_position is not None:
@@ -199,25 +199,25 @@ def errors_of(
 
 
 # ----------------------------------------------------------------------------
-# Run every rung of a topic: its error against the truth, its work, its seconds, or its failure.
+# Run every level of a topic: its error against the truth, its work, its seconds, or its failure.
 #
-# Seconds of a rung are those of the processor, which on one thread are the same on an idle and on a
-# busy machine; those of a whole topic are the clock's.
+# Seconds of a level are those of the processor, which on one thread are the same on an idle and on
+# a busy machine; those of a whole topic are the clock's.
 # ----------------------------------------------------------------------------
 
 #: what a method may fail with; anything else is a mistake in it and goes up
 FAILURES = (NumericalFailure, FloatingPointError, OverflowError, ZeroDivisionError,
             np.linalg.LinAlgError)  # fmt: skip
 
-#: repeats of a rung: at least and at most so many, and no more once they took so long [s]
+#: repeats of a level: at least and at most so many, and no more once they took so long [s]
 _LEAST, _MOST, _ENOUGH = 3, 30, 0.2
 
-#: a rung that takes longer [s] is not repeated
+#: a level that takes longer [s] is not repeated
 _LONG = 1.0
 
 
 class Timed(NamedTuple):
-    """How rungs are timed: `longest` [s] ends a ladder, `repeat` runs short rungs several times."""
+    """How levels are timed: `longest` [s] ends a refinement, `repeat` runs short ones again."""
 
     longest: float = 5.0
     repeat: bool = True
@@ -228,22 +228,22 @@ def measure(
     timed: Timed | None = None,
     advance: Callable[[], None] | None = None,
 ) -> Measured:
-    """Every rung of every ladder of `topic`, against its reference.
+    """Every level of every refinement of `topic`, against its reference.
 
     Parameters
     ----------
     topic : what to measure.
     timed : see `Timed`; with `repeat` off, seconds are those of the one run, warm or not.
-    advance : called after each rung, also after those that were not run.
+    advance : called after each level, also after those that were not run.
 
     Raises
     ------
     NumericalFailure : the reference cannot be had.
     ValueError : a mistake in the topic: a wrong shape, work that is not counted, a default that is
-        not on its ladder, two methods of one name.
+        not a level of its refinement, two methods of one name.
     """
     started = time.perf_counter()
-    names = [ladder.name for ladder in topic.ladders]
+    names = [refinement.name for refinement in topic.refinements]
     if len(set(names)) < len(names):
         raise ValueError(f"{topic.name}: two methods of one name in {names}")
     with _undisturbed():
@@ -251,69 +251,72 @@ def measure(
         if not np.isfinite(reference.values).all():
             raise NumericalFailure(f"the reference of {topic.name!r} is not finite")
         noise = noise_of(reference)
-        rungs = [
-            rung
-            for ladder in topic.ladders
-            for rung in _climb(topic, ladder, reference, noise, timed or Timed(), advance)
+        levels = [
+            level
+            for refinement in topic.refinements
+            for level in _climb(topic, refinement, reference, noise, timed or Timed(), advance)
         ]
-    return Measured(topic, reference, tuple(rungs), time.perf_counter() - started)
+    return Measured(topic, reference, tuple(levels), time.perf_counter() - started)
 
 
 def _climb(
     topic: Topic,
-    ladder: Ladder,
+    refinement: Refinement,
     reference: Reference,
     noise: float,
     timed: Timed,
     advance: Callable[[], None] | None,
-) -> Iterator[Rung]:
-    if ladder.default is not None and ladder.default not in ladder.settings:
+) -> Iterator[Level]:
+    if refinement.default is not None and refinement.default not in refinement.settings:
         raise ValueError(
-            f"{topic.name}, {ladder.name}: the default {ladder.default!r} is not on the ladder "
-            f"{ladder.settings}"
+            f"{topic.name}, {refinement.name}: the default {refinement.default!r} is "
+            "not a level of the refinement "
+            f"{refinement.settings}"
         )
     slow = ""
-    for setting in ladder.settings:
-        blank = Rung(ladder.name, setting, setting == ladder.default, noise)
+    for setting in refinement.settings:
+        blank = Level(refinement.name, setting, setting == refinement.default, noise)
         if slow:
-            rung = blank._replace(status=RUNG_NOT_RUN, cause=slow)
+            level = blank._replace(status=LEVEL_NOT_RUN, cause=slow)
         else:
-            rung, took = _rung(topic, ladder, blank, reference, timed)
+            level, took = _level(topic, refinement, blank, reference, timed)
             if took > timed.longest:
                 slow = f"the setting before took longer than {timed.longest:g} s"
         if advance is not None:
             advance()
-        yield rung
+        yield level
 
 
-def _rung(
-    topic: Topic, ladder: Ladder, blank: Rung, reference: Reference, timed: Timed
-) -> tuple[Rung, float]:
-    """A rung and the seconds that its first run took."""
+def _level(
+    topic: Topic, refinement: Refinement, blank: Level, reference: Reference, timed: Timed
+) -> tuple[Level, float]:
+    """A level and the seconds that its first run took."""
     started = time.process_time()
     try:
-        answer = ladder.solve(blank.setting)
+        answer = refinement.solve(blank.setting)
     except FAILURES as failure:
         took = time.process_time() - started
-        return blank._replace(status=RUNG_FAILED, cause=_cause(failure), seconds=took), took
+        return blank._replace(status=LEVEL_FAILED, cause=_cause(failure), seconds=took), took
     took = time.process_time() - started
-    place = f"{topic.name}, {ladder.name}, {blank.setting:g}"
+    place = f"{topic.name}, {refinement.name}, {blank.setting:g}"
     _check(place, answer, reference)
     wrong = _undefined(answer)
     if wrong:
-        return blank._replace(status=RUNG_FAILED, cause=wrong, work=answer.work, seconds=took), took
+        return blank._replace(
+            status=LEVEL_FAILED, cause=wrong, work=answer.work, seconds=took
+        ), took
     found = errors_of(answer.values, reference.values, answer.position, reference.position)
     least = took
     if timed.repeat and took <= _LONG:
-        least = min(least, _least_seconds(ladder.solve, blank.setting))
-    rung = blank._replace(
+        least = min(least, _least_seconds(refinement.solve, blank.setting))
+    level = blank._replace(
         work=float(answer.work),
         seconds=least,
         worst_relative=found.worst_relative,
         worst_level=found.worst_level,
         position_error=found.position,
     )
-    return rung, took
+    return level, took
 
 
 def _least_seconds(solve: Callable[[float], Answer], setting: float) -> float:

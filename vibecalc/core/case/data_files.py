@@ -1,4 +1,4 @@
-"""Long tables in CSV files beside a case: read, checked, put where their file name stands."""
+"""Long tables in CSV files next to a case: read, checked, put where their file name stands."""
 
 import csv
 import math
@@ -146,7 +146,7 @@ def _similar(folder: Path, name: str) -> str:
 
 
 # ----------------------------------------------------------------------------
-# Long tables in CSV files beside a case: read, and put where their file name stands.
+# Long tables in CSV files next to a case: read, and put where their file name stands.
 #
 # A table of the schema whose keys are all lists of numbers may be given as the name of a CSV file:
 # its columns become the keys of the table, a unit stands in brackets behind the name of its column.
@@ -215,7 +215,7 @@ def _table(columns: Columns, path: KeyPath) -> dict[str, list[Any]]:
     shapes, table = _columns_of(path), {}
     for name, column in columns.items():
         shape = shapes.get(name)
-        if shape is not None:  # a column that the schema does not know is told by the schema
+        if shape is not None:  # a column that the schema does not know is shown by the schema
             if shape.kind == "whole":
                 _check_whole(name, column)
             else:
@@ -328,13 +328,13 @@ def _problem(path: KeyPath, name: str, error: Unreadable) -> Problem:
         path=path,
         message=f"{path[-1]}: {error}",
         found=repr(name[:80]),
-        allowed=error.allowed or "the name of a CSV file beside the case",
+        allowed=error.allowed or "the name of a CSV file next to the case",
         hint=error.hint,
     )
 
 
 # ----------------------------------------------------------------------------
-# Long lists of tables in CSV files beside a case: one line for each station or shaft.
+# Long lists of tables in CSV files next to a case: one line for each station or shaft.
 #
 # A column is a key; a cell left empty is a key left out; names of a list stand in one cell, with
 # semicolons between them.

@@ -21,9 +21,9 @@ _MOST_SUGGESTED = 10
 def explain(errors: Iterable[Error]) -> list[Problem]:
     """Turn the errors of a pydantic validation into problems, one for each place.
 
-    A key that is missing because it is misspelt is told once, and a list that pydantic calls too
-    short because of its faulty entries is not told. The nearest known key is looked for where the
-    first few keys are unknown: thousands of them are no slips of the keyboard.
+    A key that is missing because it is misspelt is reported once, and a list that pydantic calls
+    too short because of its faulty entries is not reported. The nearest known key is looked for
+    where the first few keys are unknown: thousands of them are no slips of the keyboard.
     """
     found = [(_path(error["loc"]), error) for error in errors]
     broken = {path[:size] for path, _ in found for size in range(len(path))}

@@ -136,7 +136,7 @@ def load_case(
 def validate(data: dict[str, Any], known: Sequence[Problem] = ()) -> Case:
     """Hold a case, as tomllib reads it, against the schema; CaseError with all problems.
 
-    `known` are problems found before, at whose places no others are told.
+    `known` are problems found before, at whose places no others are reported.
     """
     problems: list[Problem] = []
     case: Case | None = None
@@ -232,8 +232,10 @@ def _parse(text: str, file_name: str) -> dict[str, Any]:
         if "integer string conversion" in reason:
             reason, line = "a whole number of thousands of digits", 1
         reason = _AT_LINE.sub("", reason).removesuffix(" (at end of document)")
-        told = next((words for part, words in _TOML_WORDS.items() if part in reason), reason)
-        _refuse_text(text, file_name, f"not TOML: {told[0].lower()}{told[1:]}", line, column)
+        reported = next((words for part, words in _TOML_WORDS.items() if part in reason), reason)
+        _refuse_text(
+            text, file_name, f"not TOML: {reported[0].lower()}{reported[1:]}", line, column
+        )
 
 
 #: what tomllib says (a part of it) -> what a person understands

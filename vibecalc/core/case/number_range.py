@@ -26,7 +26,7 @@ TABLES = ("excitation", "isolation", "response", "damper_design", "measurement")
 
 
 def present(case: Case) -> list[KeyPath]:
-    """The places of a case whose numbers have a range; a study looks at each by itself."""
+    """The places of a case whose numbers have a range; a study examines each by itself."""
     machine = case.machine
     parts: list[KeyPath] = [
         ("machine", name) for name, part in machine if part is not None and part != ()

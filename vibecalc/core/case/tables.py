@@ -13,7 +13,7 @@ from vibecalc.errors import KeyPath, Problem, UnitError
 from vibecalc.units import si_value, split_number
 
 # ----------------------------------------------------------------------------
-# The tables of a case beside the machine: what is asked of it, and against what it is held.
+# The tables of a case next to the machine: what is asked of it, and against what it is held.
 # ----------------------------------------------------------------------------
 
 SearchMethod = Literal[
@@ -59,7 +59,7 @@ class Optimisation(Table):
     )
     objective: Objective = Field(description="what to improve")
     starts: Annotated[int, Field(strict=True, ge=1, le=1000)] = Field(
-        8, description="starting points spread over the bounds, beside the case as written"
+        8, description="starting points spread over the bounds, next to the case as written"
     )
     method: SearchMethod | None = Field(
         None,
@@ -84,7 +84,7 @@ class Optimisation(Table):
 
 
 def _unit_twice(row: Row) -> bool:
-    """Whether the unit stands in a value and beside it."""
+    """Whether the unit stands in a value and next to it."""
     values = row.entries("value") or [row["value"]]
     return bool(row["unit"]) and any(isinstance(one, str) and _unit_of(one) for one in values)
 
@@ -102,7 +102,7 @@ _UNIT_ONCE = refuse(
 
 
 class Reference(Table):
-    """A published or measured number for this machine, shown beside ours."""
+    """A published or measured number for this machine, shown next to ours."""
 
     quantity: Name = Field(description="result path")
     where: Where = Field(default_factory=dict, description="picks one entry along named axes")
@@ -155,7 +155,7 @@ class ReferenceTable(Table):
     axis: Name = Field(description="axis that the rows pick entries of")
     where: Where = Field(default_factory=dict, description="picks along the other axes")
     file: str = Field(
-        "", description="CSV beside the case, its first column entries; instead of entry and value"
+        "", description="CSV next to the case, its first column entries; instead of entry and value"
     )
     column: str = Field("", description="name of the file's column that holds the values")
     entry: Labels = Field((), description="entries of the axis, one for each value")
@@ -254,8 +254,8 @@ class Find(Table):
     also: tuple[Key, ...] = Field(
         (), max_length=32, description="further keys, changed in the same ratio as this one"
     )
-    lower: Value = Field(description="smallest value looked at, SI or with a unit")
-    upper: Value = Field(description="largest value looked at, SI or with a unit")
+    lower: Value = Field(description="smallest value examined, SI or with a unit")
+    upper: Value = Field(description="largest value examined, SI or with a unit")
     quantity: Name = Field(description="result path")
     where: Where = Field(
         default_factory=dict,

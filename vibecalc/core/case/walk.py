@@ -139,7 +139,7 @@ def _shape(annotation: Any, metadata: tuple[Any, ...]) -> Shape:
 
 
 def _stricter(found: dict[str, float]) -> tuple[tuple[str, float], ...]:
-    """One bound for each side: a field may sharpen that of its type, as in > 0 beside >= 0."""
+    """One bound for each side: a field may sharpen that of its type, as in > 0 next to >= 0."""
     for excluding, including, sharper in (("gt", "ge", 1.0), ("lt", "le", -1.0)):
         if excluding in found and including in found:
             excluded = sharper * (found[excluding] - found[including]) >= 0.0

@@ -1,4 +1,4 @@
-"""The report of `vibecalc accuracy`: topics with their rungs, orders, cheapest and failures."""
+"""The report of `vibecalc accuracy`: topics with their levels, orders, cheapest and failures."""
 
 import json
 import math
@@ -22,24 +22,24 @@ from vibecalc.core.results.layout import (
     ALGEBRAIC,
     BETWEEN,
     GEOMETRIC,
+    LEVEL_DONE,
+    LEVEL_FAILED,
+    LEVEL_STATUS_WORDS,
     MEASURED,
-    RUNG_DONE,
-    RUNG_FAILED,
-    RUNG_STATUS_WORDS,
     TARGETS,
 )
 from vibecalc.core.results.record import Result
 from vibecalc.errors import ResultError
 
 # ----------------------------------------------------------------------------
-# A result of `vibecalc accuracy` as its report reads it: topics with their rungs.
+# A result of `vibecalc accuracy` as its report reads it: topics with their levels.
 # ----------------------------------------------------------------------------
 
 
-class RungView(NamedTuple):
+class LevelView(NamedTuple):
     """One method at one setting; `setting` is empty where there is nothing to set.
 
-    `seconds` is None where the rung was not run; errors are infinite where it was not measured,
+    `seconds` is None where the level was not run; errors are infinite where it was not measured,
     and `position` also where the method gives none.
     """
 
@@ -59,7 +59,7 @@ class RungView(NamedTuple):
     @property
     def done(self) -> bool:
         """Whether it has an error."""
-        return self.status == RUNG_DONE
+        return self.status == LEVEL_DONE
 
 
 class MethodView(NamedTuple):
@@ -73,31 +73,31 @@ class MethodView(NamedTuple):
 
 
 class TopicView(NamedTuple):
-    """A topic. `cheapest_...` have the rung for each of `TARGETS`, None where none reaches it."""
+    """A topic. `cheapest_...` have the level for each of `TARGETS`, None where none reaches it."""
 
     folder: str
     words: dict[str, str]
     agreement: float
-    rungs: tuple[RungView, ...]
+    levels: tuple[LevelView, ...]
     methods: tuple[MethodView, ...]
-    cheapest_in_work: tuple[RungView | None, ...]
-    cheapest_in_seconds: tuple[RungView | None, ...]
+    cheapest_in_work: tuple[LevelView | None, ...]
+    cheapest_in_seconds: tuple[LevelView | None, ...]
     extra_work: float
     extra_seconds: float
 
-    def of(self, method: str) -> list[RungView]:
-        """The rungs of one method, from coarse to fine."""
-        return [rung for rung in self.rungs if rung.method == method]
+    def of(self, method: str) -> list[LevelView]:
+        """The levels of one method, from coarse to fine."""
+        return [level for level in self.levels if level.method == method]
 
     @property
-    def failed(self) -> list[RungView]:
-        """Rungs that failed or were not run."""
-        return [rung for rung in self.rungs if rung.status != RUNG_DONE]
+    def failed(self) -> list[LevelView]:
+        """Levels that failed or were not run."""
+        return [level for level in self.levels if level.status != LEVEL_DONE]
 
     @property
     def failures(self) -> int:
         """How many settings failed."""
-        return sum(rung.status == RUNG_FAILED for rung in self.rungs)
+        return sum(level.status == LEVEL_FAILED for level in self.levels)
 
 
 def topics_of(result: Result) -> tuple[TopicView, ...]:
@@ -129,8 +129,8 @@ def _topic_view(result: Result, words: dict[str, str], measured: dict[str, Any])
     }  # fmt: skip
     away = record.quantities.get(f"{folder}/position_error")
     position = np.full(count, math.inf) if away is None else away.values
-    rungs = tuple(
-        RungView(
+    levels = tuple(
+        LevelView(
             method=names[i].partition(BETWEEN)[0],
             setting=_shown_setting(names[i].partition(BETWEEN)[2]),
             status=int(column["status"][i]),
@@ -151,10 +151,10 @@ def _topic_view(result: Result, words: dict[str, str], measured: dict[str, Any])
         folder=folder,
         words=words,
         agreement=float(record[f"{folder}/agreement"].values),
-        rungs=rungs,
+        levels=levels,
         methods=_methods(result, folder),
-        cheapest_in_work=_picked(rungs, record[f"{folder}/cheapest_in_work"].values.tolist()),
-        cheapest_in_seconds=_picked(rungs, measured.get("cheapest", [0] * len(TARGETS))),
+        cheapest_in_work=_picked(levels, record[f"{folder}/cheapest_in_work"].values.tolist()),
+        cheapest_in_seconds=_picked(levels, measured.get("cheapest", [0] * len(TARGETS))),
         extra_work=float(record[f"{folder}/extra_work"].values),
         extra_seconds=math.inf if extra is None else float(extra),
     )
@@ -177,8 +177,8 @@ def _methods(result: Result, folder: str) -> tuple[MethodView, ...]:
     return tuple(found)
 
 
-def _picked(rungs: tuple[RungView, ...], numbers: list[int]) -> tuple[RungView | None, ...]:
-    return tuple(rungs[number - 1] if number else None for number in numbers)
+def _picked(levels: tuple[LevelView, ...], numbers: list[int]) -> tuple[LevelView | None, ...]:
+    return tuple(levels[number - 1] if number else None for number in numbers)
 
 
 def _shown_setting(text: str) -> str:
@@ -186,7 +186,7 @@ def _shown_setting(text: str) -> str:
 
 
 # ----------------------------------------------------------------------------
-# The table of `vibecalc accuracy`: for each topic its rungs, orders, cheapest and failures.
+# The table of `vibecalc accuracy`: for each topic its levels, orders, cheapest and failures.
 # ----------------------------------------------------------------------------
 
 _LEGEND = (
@@ -228,7 +228,7 @@ def _summary(topics: tuple[TopicView, ...]) -> list[str]:
     )
     rows = []
     for topic in topics:
-        default = next((rung for rung in topic.rungs if rung.is_default), None)
+        default = next((level for level in topic.levels if level.is_default), None)
         cells = [topic.words["stage"], topic.words["name"]]
         if default is None:
             rows.append([*cells, "-", "", "", ""])
@@ -252,7 +252,7 @@ def _section(topic: TopicView) -> list[str]:
     about.append(("work", words["work"]))
     if words["position"]:
         about.append(("position", words["position"]))
-    lines += [*pairs(about, 12), "", *_rungs(topic)]
+    lines += [*pairs(about, 12), "", *_levels(topic)]
     lines += ["", *_orders(topic), "", *_cheapest(topic)]
     if topic.failed:
         lines += ["", *_failures(topic)]
@@ -262,7 +262,7 @@ def _section(topic: TopicView) -> list[str]:
     return lines
 
 
-def _rungs(topic: TopicView) -> list[str]:
+def _levels(topic: TopicView) -> list[str]:
     columns = [
         Column("method", _NARROW + 4),
         number("setting", 11),
@@ -276,17 +276,17 @@ def _rungs(topic: TopicView) -> list[str]:
     columns.append(Column("marks", 5))
     rows = []
     last = ""
-    for rung in topic.rungs:
-        cells = [rung.method if rung.method != last else "", rung.setting or "-"]
-        last = rung.method
-        cells += [_work(rung), _seconds(rung)]
-        if rung.done:
-            cells += [_error(rung.relative), _error(rung.level)]
+    for level in topic.levels:
+        cells = [level.method if level.method != last else "", level.setting or "-"]
+        last = level.method
+        cells += [_work(level), _seconds(level)]
+        if level.done:
+            cells += [_error(level.relative), _error(level.level)]
         else:
-            cells += [RUNG_STATUS_WORDS[rung.status], ""]
+            cells += [LEVEL_STATUS_WORDS[level.status], ""]
         if topic.words["position"]:
-            cells.append(_error(rung.position) if math.isfinite(rung.position) else "-")
-        rows.append([*cells, _marks(rung)])
+            cells.append(_error(level.position) if math.isfinite(level.position) else "-")
+        rows.append([*cells, _marks(level)])
     return table(columns, rows)
 
 
@@ -314,21 +314,21 @@ def _cheapest(topic: TopicView) -> list[str]:
     return table(columns, rows)
 
 
-def _pick(rung: RungView | None, by_work: bool) -> str:
-    if rung is None:
+def _pick(level: LevelView | None, by_work: bool) -> str:
+    if level is None:
         return "none reaches it"
-    return f"{_name(rung)}: " + (_work(rung) if by_work else f"{_seconds(rung)} s")
+    return f"{_name(level)}: " + (_work(level) if by_work else f"{_seconds(level)} s")
 
 
 def _failures(topic: TopicView) -> list[str]:
     """Each cause once, with the settings that it befell."""
     causes: dict[tuple[str, int, str], list[str]] = {}
-    for rung in topic.failed:
-        causes.setdefault((rung.method, rung.status, rung.cause), []).append(rung.setting)
+    for level in topic.failed:
+        causes.setdefault((level.method, level.status, level.cause), []).append(level.setting)
     lines = []
     for (method, status, cause), settings in causes.items():
         at = f" at {', '.join(settings)}" if any(settings) else ""
-        lines += paragraph(f"{method}{at}: {RUNG_STATUS_WORDS[status]}: {cause}", "-")
+        lines += paragraph(f"{method}{at}: {LEVEL_STATUS_WORDS[status]}: {cause}", "-")
     return lines
 
 
@@ -341,12 +341,12 @@ def _machine(result: Result) -> list[str]:
     return pairs([*rows, ("rerun", rerun(result))], 44)
 
 
-def _name(rung: RungView) -> str:
-    return f"{rung.method}, {rung.setting}" if rung.setting else rung.method
+def _name(level: LevelView) -> str:
+    return f"{level.method}, {level.setting}" if level.setting else level.method
 
 
-def _marks(rung: RungView) -> str:
-    marks = ((rung.in_work, "*"), (rung.in_seconds, "s"), (rung.is_default, "<"))
+def _marks(level: LevelView) -> str:
+    marks = ((level.in_work, "*"), (level.in_seconds, "s"), (level.is_default, "<"))
     return "".join(mark for there, mark in marks if there)
 
 
@@ -356,12 +356,12 @@ def _error(value: float) -> str:
     return f"{value:.1e}" if math.isfinite(value) else "unbounded"
 
 
-def _work(rung: RungView) -> str:
-    return f"{rung.work:.6g}" if rung.work else ""
+def _work(level: LevelView) -> str:
+    return f"{level.work:.6g}" if level.work else ""
 
 
-def _seconds(rung: RungView) -> str:
-    return "" if rung.seconds is None else f"{rung.seconds:.2e}"
+def _seconds(level: LevelView) -> str:
+    return "" if level.seconds is None else f"{level.seconds:.2e}"
 
 
 # ----------------------------------------------------------------------------
@@ -370,7 +370,7 @@ def _seconds(rung: RungView) -> str:
 
 
 def accuracy_object(result: Result, path: Path) -> dict[str, Any]:
-    """Topics with their rungs as plain objects; what is not finite is None."""
+    """Topics with their levels as plain objects; what is not finite is None."""
     found = result.provenance
     return {
         "case": result.name,
@@ -391,7 +391,7 @@ def _topic(topic: TopicView) -> dict[str, Any]:
         "quantity": words["quantity"] or None,
         "work": words["work"],
         "reference": {"words": words["reference"], "agreement": _finite(topic.agreement)},
-        "rungs": [_rung(rung, bool(words["position"])) for rung in topic.rungs],
+        "levels": [_level(level, bool(words["position"])) for level in topic.levels],
         "methods": [
             {"method": method.name, "shown": method.shown or None, "theory": method.theory or None}
             for method in topic.methods
@@ -407,27 +407,27 @@ def _topic(topic: TopicView) -> dict[str, Any]:
     }
 
 
-def _rung(rung: RungView, with_position: bool) -> dict[str, Any]:
-    position = {"position_error": _finite(rung.position)} if with_position else {}
+def _level(level: LevelView, with_position: bool) -> dict[str, Any]:
+    position = {"position_error": _finite(level.position)} if with_position else {}
     return {
-        "method": rung.method,
-        "setting": float(rung.setting) if rung.setting else None,
-        "status": RUNG_STATUS_WORDS[rung.status],
-        "cause": rung.cause or None,
-        "work": rung.work,
-        "seconds": rung.seconds,
-        "worst_relative": _finite(rung.relative),
-        "worst_level": _finite(rung.level),
+        "method": level.method,
+        "setting": float(level.setting) if level.setting else None,
+        "status": LEVEL_STATUS_WORDS[level.status],
+        "cause": level.cause or None,
+        "work": level.work,
+        "seconds": level.seconds,
+        "worst_relative": _finite(level.relative),
+        "worst_level": _finite(level.level),
         **position,
-        "default": rung.is_default,
-        "front_in_work": rung.in_work,
-        "front_in_seconds": rung.in_seconds,
+        "default": level.is_default,
+        "front_in_work": level.in_work,
+        "front_in_seconds": level.in_seconds,
     }
 
 
-def _place(topic: TopicView, rung: RungView | None) -> int | None:
-    """Place in the list of rungs."""
-    return None if rung is None else topic.rungs.index(rung)
+def _place(topic: TopicView, level: LevelView | None) -> int | None:
+    """Place in the list of levels."""
+    return None if level is None else topic.levels.index(level)
 
 
 def _finite(value: float) -> float | None:

@@ -227,7 +227,7 @@ def keep_apart(places: np.ndarray, apart: float) -> np.ndarray:
 
 
 # ----------------------------------------------------------------------------
-# Published and measured numbers of a case as points beside the curve that they belong to.
+# Published and measured numbers of a case as points next to the curve that they belong to.
 # ----------------------------------------------------------------------------
 
 

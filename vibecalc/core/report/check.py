@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from vibecalc.schema import Case
 
 #: runs of one search, of one solution of a find, of one point of a front, of weights solved for
-#: beside one for each variable
+#: next to one for each variable
 _SEARCH, _SOLUTION, _FRONT, _SOLVED = 50, 15, 100, 5
 
 
@@ -135,7 +135,7 @@ def _study(row: dict[str, str], runs: int, running: float) -> dict[str, Any]:
 
 
 def _runs(study: "Optimisation") -> int:
-    """Runs that an optimisation is likely to take; methods beside it end half way as a rule."""
+    """Runs that an optimisation is likely to take; methods next to it end half way as a rule."""
     from vibecalc.core.study.planned import COMPARE_BUDGET, front_points
 
     front = front_points(study) * _FRONT if study.second_objective else 0

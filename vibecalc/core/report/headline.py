@@ -56,7 +56,7 @@ def cells(answers: Sequence[Answer]) -> list[list[str]]:
 
 
 def with_limits(result: Result, limits: Sequence[LimitRow]) -> list[Answer]:
-    """The first table of a result: each limit beside the number it holds for, or in its own row."""
+    """The first table of a result: each limit by the number it holds for, or in its own row."""
     answers = headline_rows(result.record, result.case)
     for limit in limits:
         same = [i for i, one in enumerate(answers) if one.path == limit.quantity]

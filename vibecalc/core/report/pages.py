@@ -36,7 +36,7 @@ from vibecalc.core.results.tolerance import CHECKS, UNRESOLVED, ToleranceSummary
 from vibecalc.units import convert
 
 # ----------------------------------------------------------------------------
-# The first page: limits with margins, the conclusion, reference numbers beside ours.
+# The first page: limits with margins, the conclusion, reference numbers next to ours.
 # ----------------------------------------------------------------------------
 
 _LIMITS = (
@@ -57,10 +57,10 @@ _REFERENCES = (
 )
 #: Longer values, such as a root written out, are shown with as many digits as ours, or as fit.
 LONGEST_PRINTED = 10
-#: A computed number is shown with its digits beside a published one of no more than so many times
+#: A computed number is shown with its digits next to a published one of no more than so many times
 #: its size, even where both are within the error estimate of the quantity as a whole.
 _COMPARABLE = 1e3
-#: digits of ours beside a published number
+#: digits of ours next to a published number
 _DIGITS = 6
 #: sources that match, and reasons why others differ, that a brief report names
 _MOST_SOURCES, _MOST_REASONS = 6, 4
@@ -201,7 +201,7 @@ def difference(row: ReferenceRow) -> str:
 
 
 def computed(row: ReferenceRow, digits: int = _DIGITS) -> str:
-    """Our number beside a published one; 0 where it is nothing but round-off."""
+    """Our number next to a published one; 0 where it is nothing but round-off."""
     if row.unit == "dB" and row.computed == -math.inf:
         return "zero"
     error = row.error_estimate

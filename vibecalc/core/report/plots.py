@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from vibecalc.core.report.accuracy import RungView, TopicView, topics_of
+from vibecalc.core.report.accuracy import LevelView, TopicView, topics_of
 from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, TOTAL, TYPE, canvas, note, unit_words
 from vibecalc.core.report.sections import START, along, scalar_of, table_of
 from vibecalc.core.report.studies import FRONT_PREFIX, VARIABLE, bound_unit, start_of
@@ -128,7 +128,7 @@ def draw(result: Result, folder: Path, stem: str = "", look: Look = Look()) -> l
 def draw_files(
     paths: Sequence[Path], folder: Path | None, look: Look = Look()
 ) -> Iterator[tuple[Path, list[Path]]]:
-    """Draw files beside themselves or into `folder`; yields each with its pictures, maybe none.
+    """Draw files next to themselves or into `folder`; yields each with its pictures, maybe none.
 
     Raises UsageError, before anything is written, where two files would write the same pictures or
     none has a picture that is asked for.
@@ -320,10 +320,10 @@ def _matplotlib() -> Any:
 # ----------------------------------------------------------------------------
 
 _ACROSS = 2
-#: more methods than these are named beside the panel
+#: more methods than these are named next to the panel
 _INSIDE = 5
 _MARKERS = ("o", "s", "^", "D", "v", "P")
-#: more methods than `COLOURS` are told apart in a topic
+#: more methods than `COLOURS` are distinguished in a topic
 _MANY = (*COLOURS, "#332288", "#AA4499", "#882255", "#999933", "#117733", "#661100")
 
 
@@ -343,7 +343,7 @@ def draw_accuracy(result: Result) -> "Figure | None":
     figure = canvas(result, "accuracy and time of the methods", 1.2 + (3.6 + legend) * down)
     panels = figure.subplots(down, across, squeeze=False).ravel()
     for axes, topic in zip(panels, topics, strict=False):
-        _panel(axes, topic, beside=across == 1)
+        _panel(axes, topic, nearby=across == 1)
     for axes in panels[len(topics) :]:
         axes.set_visible(False)
     ring, dot = {"mfc": "none", "color": TOTAL, "ls": "none"}, {"color": QUIET, "ls": "none"}
@@ -357,34 +357,34 @@ def draw_accuracy(result: Result) -> "Figure | None":
     return figure
 
 
-def _panel(axes: "Axes", topic: TopicView, beside: bool) -> None:
-    done = [rung for rung in topic.rungs if rung.done and rung.seconds]
-    errors = [_height(rung) for rung in done if rung.relative > 0.0] or [1.0]
+def _panel(axes: "Axes", topic: TopicView, nearby: bool) -> None:
+    done = [level for level in topic.levels if level.done and level.seconds]
+    errors = [_height(level) for level in done if level.relative > 0.0] or [1.0]
     low, top = _span(errors, 2.0)
     axes.set_xscale("log")
     axes.set_yscale("log")
-    axes.set_xlim(*_span([_across(rung) for rung in topic.rungs if rung.seconds] or [1.0], 1.0))
+    axes.set_xlim(*_span([_across(level) for level in topic.levels if level.seconds] or [1.0], 1.0))
     axes.set_ylim(low, top)
     axes.minorticks_off()
     for place, method in enumerate(topic.methods):
         colour, marker = _MANY[place % len(_MANY)], _MARKERS[place % len(_MARKERS)]
         line = "-" if place < len(COLOURS) else "--"
-        rungs = [rung for rung in topic.of(method.name) if rung.seconds]
-        measured = [rung for rung in rungs if rung.done]
-        front = [rung for rung in measured if rung.in_seconds]
-        failed = [rung for rung in rungs if not rung.done]
+        levels = [level for level in topic.of(method.name) if level.seconds]
+        measured = [level for level in levels if level.done]
+        front = [level for level in measured if level.in_seconds]
+        failed = [level for level in levels if not level.done]
         style: dict[str, Any] = {"color": colour, "marker": marker, "ms": 5}
         _dots(
             axes, measured, linestyle=line, linewidth=1.2, mfc="white", label=method.name, **style
         )
         _dots(axes, front, linestyle="none", **style)
-        exact = [_across(rung) for rung in measured if rung.relative == 0.0]
+        exact = [_across(level) for level in measured if level.relative == 0.0]
         if exact:
             axes.plot(exact, [low] * len(exact), "v", color=colour, ms=6, clip_on=False)
         if failed:
-            edge = [_across(rung) for rung in failed]
+            edge = [_across(level) for level in failed]
             axes.plot(edge, [top] * len(edge), "x", color=colour, ms=7, clip_on=False)
-    defaults = [rung for rung in done if rung.is_default]
+    defaults = [level for level in done if level.is_default]
     _dots(axes, defaults, linestyle="none", marker="o", color=TOTAL, mfc="none", ms=12, mew=1.4)
     if topic.agreement > low:
         axes.axhline(topic.agreement, color=LIMIT, linestyle=":", linewidth=1.0)
@@ -393,23 +393,23 @@ def _panel(axes: "Axes", topic: TopicView, beside: bool) -> None:
     axes.set_ylabel("worst relative error")
     if len(topic.methods) <= _INSIDE:
         axes.legend(loc="best")
-    elif beside:
+    elif nearby:
         axes.legend(loc="center left", bbox_to_anchor=(1.01, 0.5))
     else:
         axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2))
 
 
-def _dots(axes: "Axes", rungs: Sequence[RungView], **style: Any) -> None:
-    axes.plot([_across(rung) for rung in rungs], [_height(rung) for rung in rungs], **style)
+def _dots(axes: "Axes", levels: Sequence[LevelView], **style: Any) -> None:
+    axes.plot([_across(level) for level in levels], [_height(level) for level in levels], **style)
 
 
-def _across(rung: RungView) -> float:
-    return rung.seconds or 0.0
+def _across(level: LevelView) -> float:
+    return level.seconds or 0.0
 
 
-def _height(rung: RungView) -> float:
+def _height(level: LevelView) -> float:
     """The error, a gap where there is none."""
-    return (rung.relative or math.nan) if math.isfinite(rung.relative) else 1.0
+    return (level.relative or math.nan) if math.isfinite(level.relative) else 1.0
 
 
 def _span(values: Sequence[float], decades: float) -> tuple[float, float]:

@@ -301,12 +301,12 @@ def _number(found: Mapping[str, Quantity], name: str) -> str:
 
 
 # ----------------------------------------------------------------------------
-# The optimum: variables in their bounds, objective, what was held, start beside optimum.
+# The optimum: variables in their bounds, objective, what was held, start next to optimum.
 # ----------------------------------------------------------------------------
 
 PREFIX = "optimisation/"
 #: What the tables above the generic ones tell, or what belongs into the file alone.
-_TOLD = tuple(
+_REPORTED = tuple(
     PREFIX + name
     for name in (
         "variable/",
@@ -333,9 +333,9 @@ def optimisation(result: Result) -> Section | None:
     own = [path for path in record if path.startswith(PREFIX) and not path.startswith(START)]
     if not own:
         return None
-    rest = [record[path] for path in own if not path.startswith(_TOLD)]
+    rest = [record[path] for path in own if not path.startswith(_REPORTED)]
     blocks = [_variables(result), _objective(result), advice(result), holding(record)]
-    blocks += [_beside(record), front(result)]
+    blocks += [_nearby(record), front(result)]
     how = together(optima(record), searches(record), grouped(rest, PREFIX))
     details: dict[str, Block] = {"methods side by side": search_methods(result)}
     details["optima and searches"] = how
@@ -423,7 +423,7 @@ def _objective(result: Result) -> list[str]:
     return paragraph(words)
 
 
-def _beside(record: Record) -> list[str]:
+def _nearby(record: Record) -> list[str]:
     rows = []
     for path, quantity in record.items():
         before = record.quantities.get(START + path)
@@ -610,7 +610,7 @@ def _cell(record: Record, name: str, i: int) -> str:
 # ----------------------------------------------------------------------------
 
 FRONT_PREFIX = "optimisation/front/"
-#: variables that fit beside the objectives
+#: variables that fit next to the objectives
 _SEARCHES_MOST = 4
 _FRONT_ROOM = 14
 

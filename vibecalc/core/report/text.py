@@ -109,8 +109,8 @@ def render_verdicts(result: Result) -> str:
     """Limits and references of one result, each miss in words, and the conclusion."""
     limits, references = judge_limits(result), judge_references(result)
     lines = titled(str(result.case.get("title") or result.name), [])[1:]
-    for told in (pages.limits(limits), pages.references(references)):
-        lines += [*told, ""] if told else []
+    for reported in (pages.limits(limits), pages.references(references)):
+        lines += [*reported, ""] if reported else []
     for miss in misses(references, limits):
         lines += paragraph(miss, "MISSED")
     words = pages.conclusion(references, limits) or "The case names no limit and no reference."
@@ -146,7 +146,7 @@ def _machine(result: Result) -> str:
 # The object that `--json` prints. Its keys are a contract with scripts of others.
 # ----------------------------------------------------------------------------
 
-#: lists of numbers that a reader acts on, beside the scalars
+#: lists of numbers that a reader acts on, next to the scalars
 _LISTS = ("response/torsion/barred/from", "response/torsion/barred/to")
 
 

@@ -181,7 +181,7 @@ _PHASE = re.compile(r"^(?!.*uncertainty)(.*[/_.])?(phase|phase_lag|lag)(/[^/]*)?
 
 @dataclass(frozen=True, kw_only=True)
 class ReferenceRow:
-    """A published or measured number beside ours; all numbers in `unit`, the one printed.
+    """A published or measured number next to ours; all numbers in `unit`, the one printed.
 
     `difference` is computed less printed, of a phase the shortest way round (`cyclic`); the
     relative one is that over the printed number.

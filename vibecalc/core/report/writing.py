@@ -289,7 +289,7 @@ def hertz(frequency: float) -> float:
 
 
 def is_speed(path: str) -> bool:
-    """Whether a quantity in rad/s is a speed of rotation, told by its path."""
+    """Whether a quantity in rad/s is a speed of rotation, shown by its path."""
     return path.rsplit("/", 1)[-1].endswith("speed")
 
 

@@ -93,11 +93,11 @@ def compare(reference: Result, value: Result, rules: Rules | None = None) -> Com
     """Compare `value` with the golden `reference`, quantity by quantity.
 
     The tolerance of an entry is atol + rtol * max(|reference entry|, scale of the quantity), plus
-    both error estimates (that of `value` as far as `compare_kinds.doubt` lets it count) and of
-    what cancels the last digits of its `terms`, as the reference has them; see `rules.KINDS` for
-    what is compared. Quantities that only one result has, and units, amplitude
-    kinds or axes that differ, are differences. Provenance is left out, and changes of the case or
-    version are listed without counting. Raises UsageError where a rule does not fit a quantity.
+    both error estimates (that of `value` as far as `compare_kinds.uncertainty` lets it count) and
+    of what cancels the last digits of its `terms`, as the reference has them; see `rules.KINDS` for
+    what is compared. Quantities that only one result has, and units, amplitude kinds or axes that
+    differ, are differences. Provenance is left out, and changes of the case or version are listed
+    without counting. Raises UsageError where a rule does not fit a quantity.
     """
     chosen = rules or Rules()
     rows: list[Row] = []

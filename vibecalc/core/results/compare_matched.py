@@ -10,10 +10,10 @@ from vibecalc.core.results.compare_rules import (
     Entries,
     Rule,
     apart,
-    doubt,
     labels,
     scale_of,
     tolerance,
+    uncertainty,
 )
 from vibecalc.core.results.record import Axis, Quantity
 
@@ -135,7 +135,7 @@ def by_mode_shape(
                 for quantity, length in zip((reference, value), lengths, strict=True)
             )
             rtol = rule.rtol or 0.0
-            margin = rtol + doubt(known, own, rtol)
+            margin = rtol + uncertainty(known, own, rtol)
             allowed.append(margin / min(1.0, 2.0 * max(gap, rule.repeated or 0.0, 1e-15)))
     difference = np.array(sines)
     with np.errstate(invalid="ignore"):
@@ -204,7 +204,7 @@ def by_curve(
 
     `aligned` has the axis `name` first. A sample may be off by `rule.shift` times the highest
     abscissa along the axis, and by the tolerance across it; so a resonance that one run sampled
-    a little beside another one's sample is no difference. Samples that are not finite have to
+    a little next to another one's sample is no difference. Samples that are not finite have to
     meet an equal one within the shift.
 
     Returns the entries, samples of the reference first, and words on ranges that do not agree.

@@ -373,7 +373,7 @@ def by_phase(aligned: Aligned, reference: Quantity, value: Quantity, rule: Rule)
     names = labels(aligned.axes)
     left, right = aligned.reference.ravel(), aligned.value.ravel()
     margin = absolute_tolerance(rule, "rad") + (rule.rtol or 0.0)
-    errors = _doubt(reference, value, rule)
+    errors = _uncertainty(reference, value, rule)
     if np.iscomplexobj(left) and np.iscomplexobj(right):
         amplitude = np.abs(left)
         kept = np.flatnonzero(amplitude > (rule.floor or 0.0) * scale_of(amplitude))
@@ -414,7 +414,7 @@ def tolerance(
     `magnitude` are the sizes of the compared entries; `spread` multiplies the error estimates,
     for entries made of several. Statistics may be four standard errors apart instead.
     """
-    errors = spread * _doubt(reference, value, rule)
+    errors = spread * _uncertainty(reference, value, rule)
     allowed = absolute_tolerance(rule, reference.unit) + errors
     if reference.standard_error is not None or value.standard_error is not None:
         both = math.hypot(reference.standard_error or 0.0, value.standard_error or 0.0)
@@ -425,10 +425,10 @@ def tolerance(
     return allowed + (rule.rtol or 0.0) * size
 
 
-def doubt(known: float, own: float, margin: float) -> float:
+def uncertainty(known: float, own: float, margin: float) -> float:
     """What the error estimates of the reference (`known`) and the value (`own`) allow together.
 
-    The value's counts up to ten times that of the reference, beside the `margin` that is allowed
+    The value's counts up to ten times that of the reference, next to the `margin` that is allowed
     anyway: numbers that got worse do not excuse themselves by saying so. An estimate that is not
     finite allows nothing.
     """
@@ -457,10 +457,10 @@ def scale_of(magnitude: np.ndarray) -> float:
     return float(finite.max()) if finite.size else 0.0
 
 
-def _doubt(reference: Quantity, value: Quantity, rule: Rule) -> float:
+def _uncertainty(reference: Quantity, value: Quantity, rule: Rule) -> float:
     numbers = reference.values.dtype.kind in "biufc"
     scale = scale_of(np.abs(reference.values)) if numbers else 0.0
-    return doubt(reference.error_estimate, value.error_estimate, (rule.rtol or 0.0) * scale)
+    return uncertainty(reference.error_estimate, value.error_estimate, (rule.rtol or 0.0) * scale)
 
 
 def _common(left: np.ndarray, right: np.ndarray) -> type:

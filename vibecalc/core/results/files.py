@@ -149,7 +149,7 @@ def _why(error: OSError) -> str:
 
 
 # ----------------------------------------------------------------------------
-# Large files, written piece by piece beside their place and put there when they are whole.
+# Large files, written piece by piece next to their place and put there when they are whole.
 # ----------------------------------------------------------------------------
 
 
@@ -157,7 +157,7 @@ def _why(error: OSError) -> str:
 def written_aside(target: Path, check: Callable[[Path], None] | None = None) -> Iterator[Path]:
     """Give the name of a temporary file in the folder of `target`, and rename it in the end.
 
-    On leaving, the file reaches the disk, `check` looks at it (and raises if it is not what it
+    On leaving, the file reaches the disk, `check` examines it (and raises if it is not what it
     should be), and it replaces `target` in one step. Whatever goes wrong before, the temporary
     file is removed and an old `target` stays as it was. OSErrors, of the caller too, become
     UsageError with the reason.
@@ -200,7 +200,7 @@ def _reason(error: OSError, target: Path) -> str:
 
 
 # ----------------------------------------------------------------------------
-# A file on disk as HDF5 may write it: a full disk is told to us, and HDF5 does not see it.
+# A file on disk as HDF5 may write it: a full disk is reported to us, and HDF5 does not see it.
 #
 # HDF5 flushes what it holds when it closes a file; if that fails it loses track and crashes the
 # process (HDF5 1.14 and 2.0). So a write that fails is kept in memory, where it can be read back,

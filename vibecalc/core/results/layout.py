@@ -149,22 +149,22 @@ SAMPLE = "sample"
 # What a result of `vibecalc accuracy` holds, shared by its writer and its readers.
 #
 #     accuracy/<stage>/<topic>/worst_relative, worst_level, position_error, work, status, cause,
-#         setting, is_default, on_front         (rung)     one entry for each method and setting
+#         setting, is_default, on_front         (level)     one entry for each method and setting
 #     .../order, order_kind                     (method)   fitted order of convergence
-#     .../cheapest_in_work                      (target)   number of the rung from 1, 0: none
+#     .../cheapest_in_work                      (target)   number of the level from 1, 0: none
 #     .../agreement, extra_work                            of the reference; of the default
 #
 # All of these are the same from run to run on one machine. What is not is a JSON text in the
-# attribute `accuracy` of /provenance: seconds of each rung (null: not run), the front and the
-# cheapest rungs in seconds, by the folder of the topic. The words of topics and methods are rows of
-# `plan`, told apart by the key `method`.
+# attribute `accuracy` of /provenance: seconds of each level (null: not run), the front and the
+# cheapest levels in seconds, by the folder of the topic. The words of topics and methods are rows
+# of `plan`, distinguished by the key `method`.
 # ----------------------------------------------------------------------------
 
 ACCURACY = "accuracy"
 
-#: how a rung ended
-RUNG_DONE, RUNG_FAILED, RUNG_NOT_RUN = 0, 1, 2
-RUNG_STATUS_WORDS = {RUNG_DONE: "done", RUNG_FAILED: "failed", RUNG_NOT_RUN: "not run"}
+#: how a level ended
+LEVEL_DONE, LEVEL_FAILED, LEVEL_NOT_RUN = 0, 1, 2
+LEVEL_STATUS_WORDS = {LEVEL_DONE: "done", LEVEL_FAILED: "failed", LEVEL_NOT_RUN: "not run"}
 
 #: worst relative errors that users ask for
 TARGETS = (1e-3, 1e-6, 1e-9)
@@ -172,7 +172,7 @@ TARGETS = (1e-3, 1e-6, 1e-9)
 #: kinds of a fitted order
 ALGEBRAIC, GEOMETRIC, NOT_FITTED = "order", "digits", "none"
 
-#: between the method and the setting in the name of a rung
+#: between the method and the setting in the name of a level
 BETWEEN = " | "
 
 #: name in /provenance

@@ -64,7 +64,7 @@ def curving(quantity: Quantity, where: Where) -> float:
     """What the values that `where` picks between two samples of a curve may be off, at most.
 
     In the unit of the quantity: how far a polynomial through one more sample on each side leaves
-    the straight line, and all of a value that stands beside one without bound; 0 at a sample.
+    the straight line, and all of a value that stands next to one without bound; 0 at a sample.
     """
     return _picked(quantity, where)[1]
 

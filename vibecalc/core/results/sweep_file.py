@@ -182,7 +182,7 @@ def check_origin(file: Any, path: Path) -> None:
             f"{path} has layout {version} of a sweep, "
             f"this vibecalc reads up to {SWEEP_SCHEMA_VERSION}"
         )
-    # HDF5 has been seen to crash on damaged texts, so they are looked at before it sees them
+    # HDF5 has been seen to crash on damaged texts, so they are examined before it sees them
     if _integer(file[PROVENANCE], path, TEXT_CHECKSUM) != text_checksum(path):
         raise ResultError(f"{path} was changed since it was written, or is damaged")
 

@@ -19,7 +19,7 @@ CHECKS = (
     *("/certificate", "_residual", "energy/residual"),
     *("measurement/fit/misfit", "measurement/signal/residual", "measurement/reading/residual"),
 )
-#: where a summit stands: it is flat there, so that half the digits of its height are known
+#: where a peak stands: it is flat there, so that half the digits of its height are known
 PLACES = ("/peak_time", "/peak_speed", "/worst_angle", "_peak_time")
 #: a chaotic motion: what counts of its statistics is their standard error
 CHAOTIC = "response/impact/"
@@ -45,7 +45,8 @@ DIFFERENCES = (
     "pendulum/jump/swing",
 )
 
-#: levels and phases of harmonics: of a weak one they show an error that is small beside the largest
+#: levels and phases of harmonics: of a weak one they show an error that is small next to the
+#: largest
 SPECTRA = ("response/roll/level/", "response/roll/phase_lag/")
 #: works of one turn, of which that of the motor feeds the others
 ENERGIES = "response/roll/energy/"
@@ -55,7 +56,7 @@ SEARCHED = tuple(
     f"response/control/tuned/{name}"
     for name in ("gain", "acceleration_feedback", "speed_feedback", "multiplier", "residual")
 )
-#: the largest of what is looked at
+#: the largest of what is examined
 LOOKED_AT = ("response/control/full/largest_slip",)
 
 #: read off a march in time by looking at it (as well as the looks are close together), and borders
@@ -90,7 +91,7 @@ _ORDERS = "where too few orders are kept, more help ([excitation] orders)"
 #: results that mean all orders, whose error counts those that [excitation] orders leaves out
 _CUT = ("kinematics/", "excitation/", "isolation/", "response/", "optimisation/")
 _UNCUT = ("response/torsion/", "response/roll/", "response/control/", "response/start_up/")
-_RESONANCE = "beside an undamped resonance only damping does"
+_RESONANCE = "next to an undamped resonance only damping does"
 _CANCELS = "what is left of large numbers that cancel has no more digits to give"
 _MARCH = "a march in time keeps to the tolerance in each step, not over all of them"
 #: what helps, by the beginnings of paths; the first that fits counts
@@ -207,11 +208,11 @@ _STARTS: tuple[tuple[tuple[str, ...], str], ...] = (
     (SPECTRA, "levels and phases, for which the harmonics behind them stand"),
     (UNCERTAIN, "uncertainties, of which two digits tell all"),
     (SEARCHED, "ends of searches, where a minimum is flat"),
-    (LOOKED_AT, "the largest of what is looked at"),
+    (LOOKED_AT, "the largest of what is examined"),
     (LINE_STUDIES, "marches in time, differences, maps and ends of searches of a shaft line"),
     ((CHAOTIC,), "statistics, whose standard error is far larger"),
 )
-_PLACE = "places of summits, which are flat there"
+_PLACE = "places of peaks, which are flat there"
 _DIFFERENCE = "differences of results, with the digits that are left"
 _LOOKED = "read off a march in time, as well as its steps show"
 _CHECK = "checks that are zero for the exact solution, so that all of them is error"

@@ -190,7 +190,7 @@ def held(left: Any) -> Iterator[Traced]:
 
 
 def written(values: Any) -> bytes:
-    """Plain values as bytes: every double in full, equal objects not told from the same one."""
+    """Plain values as bytes: every double in full, equal objects as the same one."""
     try:
         return marshal.dumps(values, 2)
     except ValueError:  # a list that was empty when it was recorded has tables in it

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 # ----------------------------------------------------------------------------
 
 MOST_BYTES = 256_000_000
-#: of an outcome beside its arrays
+#: of an outcome next to its arrays
 OVERHEAD = 4096
 #: ways of reading of one stage that are looked up; what the oldest have made is made again
 MOST_WAYS = 8

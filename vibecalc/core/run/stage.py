@@ -135,7 +135,7 @@ class Subject:
 
     `stages` are makers of the stages that a case asks for, in the order in which they run.
     `concerns` says whether a case has anything of the subject: only then are `checks` (problems)
-    and `cautions` (warnings) looked at; `last_checks` want a machine without other problems.
+    and `cautions` (warnings) examined; `last_checks` want a machine without other problems.
     `names` gives the entries of axes that the case names. `units` are the pieces of work of its
     stages. `sections` of the report and `pictures` by their names are made where a result has
     quantities of the subject; those of a subject that `leads`

@@ -204,7 +204,7 @@ def _listed(entries: tuple[float, ...], wanted: int | float | str, axis: str) ->
 def check_targets(case: "Case", extra: Mapping[str, Entry] | None = None) -> list[Problem]:
     """Problems of every quantity, axis, entry and unit that the case names.
 
-    `extra` holds paths beside the stages' own (what a study adds).
+    `extra` holds paths next to the stages' own (what a study adds).
     """
     planned = planned_quantities(case)
     known = {**planned, **(extra or {})}

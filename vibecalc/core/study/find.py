@@ -87,7 +87,7 @@ class Along:
 
 
 # ----------------------------------------------------------------------------
-# Of all solutions along a key the one to name, and what has to be said beside it.
+# Of all solutions along a key the one to name, and what has to be said next to it.
 # ----------------------------------------------------------------------------
 
 _REASONS = 3
@@ -205,7 +205,7 @@ def _beyond(
 
 def _place(along: Along, course: Course, sample: Sample) -> str:
     at_bound = sample.place in (course.first, course.last)
-    where = "at the bound" if at_bound else "beside what cannot be computed, at"
+    where = "at the bound" if at_bound else "next to what cannot be computed, at"
     return f"{where} {_shown(sample.key, along.unit)}"
 
 
@@ -240,7 +240,7 @@ def _skipped(along: Along, course: Course) -> Iterator[str]:
         between = f"at {first}" if first == last else f"between {first} and {last}"
         yield (
             f"{len(failed)} of {len(course.samples)} points could not be computed, {between}, "
-            f"and no solution beside or between them is claimed: {_reasons(course)}"
+            f"and no solution next to or between them is claimed: {_reasons(course)}"
         )
 
 
@@ -318,7 +318,7 @@ def add_found(
 
 
 def _add_machine(record: Record, along: Along, choice: Choice, paths: tuple[str, ...]) -> None:
-    """Results of the machine that was found, beside those of the case as written.
+    """Results of the machine that was found, next to those of the case as written.
 
     Their errors count that of the key, by the slope towards the farther bound.
     """
@@ -327,14 +327,14 @@ def _add_machine(record: Record, along: Along, choice: Choice, paths: tuple[str,
     far = along.upper if along.upper - key > key - along.lower else along.lower
     step = _STEP * (far - key)
     try:
-        found, beside = along.results(key, wanted), along.results(key + step, wanted)
+        found, nearby = along.results(key, wanted), along.results(key + step, wanted)
     except NumericalFailure as failure:  # of what was not sought
         record.warnings.append(f"{root} is left out: {failure}")
         return
     for path, quantity in found.items():
-        moved = abs(beside[path].values - quantity.values) if path in beside else 0.0
-        doubt = quantity.error_estimate + float(moved) * abs(error / step)
-        record.add(replace(quantity, path=f"{root}/{path}", error_estimate=doubt))
+        moved = abs(nearby[path].values - quantity.values) if path in nearby else 0.0
+        uncertainty = quantity.error_estimate + float(moved) * abs(error / step)
+        record.add(replace(quantity, path=f"{root}/{path}", error_estimate=uncertainty))
 
 
 def _numbers(along: Along, choice: Choice) -> dict[str, tuple[Any, float]]:
@@ -346,7 +346,7 @@ def _numbers(along: Along, choice: Choice) -> dict[str, tuple[Any, float]]:
         numbers["ratio"] = (sample.key / along.written, error / abs(along.written))
     numbers["reached"] = (sample.value, sample.error)
     if choice.level is not None:
-        numbers["wanted"] = (choice.level.wanted, choice.level.doubt)
+        numbers["wanted"] = (choice.level.wanted, choice.level.uncertainty)
     if is_written:
         numbers["written"] = (along.written, 0.0)
     numbers["others"] = (

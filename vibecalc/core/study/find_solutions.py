@@ -60,7 +60,7 @@ class Course:
         return min(max(math.exp(place) if self.log else place, lower), upper)
 
     def resolution(self, place: float) -> float:
-        """Distance of places that are still told apart."""
+        """Distance of places that are still distinguished."""
         span = max(abs(place), 1.0 if self.log else 1e-6 * (self.last - self.first))
         return 4.0 * math.ulp(span)
 
@@ -101,9 +101,9 @@ class Course:
         """Samples without a result."""
         return [sample for sample in self.samples if sample.failure]
 
-    def spread(self, centre: Sample, *beside: Sample) -> float:
+    def spread(self, centre: Sample, *nearby: Sample) -> float:
         """Largest distance from a sample to others, in the unit of the key, with its rounding."""
-        far = max((abs(one.key - centre.key) for one in beside), default=0.0)
+        far = max((abs(one.key - centre.key) for one in nearby), default=0.0)
         return far + 4.0 * math.ulp(centre.key)
 
     def _try(self, place: float) -> None:
@@ -146,7 +146,7 @@ class Solution(NamedTuple):
 Height = Callable[[Sample], float]
 Valley = tuple[Sample, Sample, Sample]
 
-#: a failure inside a valley cuts it, and what is left is looked at again
+#: a failure inside a valley cuts it, and what is left is examined again
 ROUNDS = 4
 _FINEST = 1e-9
 _NARROWINGS = 12
@@ -206,7 +206,7 @@ def bottom(
         return height(at)
 
     depth = min(height(left), height(right)) - height(low)
-    tolerance = max(_FINEST, 0.02 * math.sqrt(min(1.0, _doubt(low, low) / depth)))
+    tolerance = max(_FINEST, 0.02 * math.sqrt(min(1.0, _uncertainty(low, low) / depth)))
     try:
         minimize_scalar(function, bracket=(1.0, middle, 2.0), method="brent", tol=tolerance)
     except _Enough:
@@ -226,14 +226,14 @@ def _wall(height: Height, low: Sample, others: list[Sample]) -> Sample | None:
     """The first that is certainly higher, if none before it is lower."""
     for other in others:
         rise = height(other) - height(low)
-        if rise > _doubt(low, other):
+        if rise > _uncertainty(low, other):
             return other
         if rise < 0.0:
             return None
     return None
 
 
-def _doubt(one: Sample, other: Sample) -> float:
+def _uncertainty(one: Sample, other: Sample) -> float:
     """What a difference of two results may be without being one."""
     return one.error + other.error + 4.0 * EPSILON * max(abs(one.value), abs(other.value))
 
@@ -267,7 +267,7 @@ def _narrowed(course: Course, height: Height, low: Sample, wall: Sample) -> Samp
     factor = 1.25
     for _ in range(_NARROWINGS):
         distance = wall.place - low.place
-        share = factor * math.sqrt(_doubt(low, wall) / (height(wall) - height(low)))
+        share = factor * math.sqrt(_uncertainty(low, wall) / (height(wall) - height(low)))
         step = max(share * abs(distance), course.resolution(low.place))
         if step > 0.6 * abs(distance):
             break
@@ -275,7 +275,7 @@ def _narrowed(course: Course, height: Height, low: Sample, wall: Sample) -> Samp
             nearer = course.at(low.place + math.copysign(step, distance))
         except NumericalFailure:
             break
-        if height(nearer) - height(low) > _doubt(low, nearer):
+        if height(nearer) - height(low) > _uncertainty(low, nearer):
             wall = nearer
         else:
             factor *= 1.5
@@ -299,7 +299,7 @@ class Level(NamedTuple):
     """The wanted value and its own error."""
 
     wanted: float
-    doubt: float
+    uncertainty: float
 
     def off(self, sample: Sample) -> float:
         """How far a result is above the wanted value."""
@@ -308,7 +308,7 @@ class Level(NamedTuple):
     def unsure(self, sample: Sample) -> float:
         """What that may be without being anything."""
         rounding = 2.0 * EPSILON * (abs(sample.value) + abs(self.wanted))
-        return sample.error + self.doubt + rounding
+        return sample.error + self.uncertainty + rounding
 
     def side(self, sample: Sample) -> int:
         """1 where a result is certainly above the wanted value, -1 below, 0 where neither is."""
@@ -317,7 +317,7 @@ class Level(NamedTuple):
 
 
 class Roots(NamedTuple):
-    """Solutions along the key, and samples beside which the result jumps past the wanted value."""
+    """Solutions along the key, and samples next to which the result jumps past the wanted value."""
 
     solutions: list[Solution]
     jumps: list[Sample]
@@ -327,7 +327,7 @@ def roots(course: Course, level: Level) -> Roots:
     """All places between the samples of `course` where the result has the wanted value.
 
     Two solutions closer together than samples are found where the curve between them shows; what
-    lies beside or between failed samples is not claimed. NumericalFailure where all samples are
+    lies next to or between failed samples is not claimed. NumericalFailure where all samples are
     solutions.
     """
     if all(level.side(one) == 0 for stretch in course.stretches() for one in stretch):
@@ -350,9 +350,9 @@ def roots(course: Course, level: Level) -> Roots:
                 jumps.append(end)
             elif level.side(end) != 0:
                 near = [pair for pair in _crossings(course, level) if end in pair]
-                beside = [sample for pair in near for sample in pair]
-                if beside:  # else a sample beside it is a solution, and stands for both
-                    ends.append(Solution(end, course.spread(end, *beside)))
+                nearby = [sample for pair in near for sample in pair]
+                if nearby:  # else a sample next to it is a solution, and stands for both
+                    ends.append(Solution(end, course.spread(end, *nearby)))
     groups = [group for stretch in course.stretches() for group in _groups(stretch, level)]
     ends += [_root(course, level, group) for group in groups]
     return Roots(_merged(sorted(ends, key=lambda solution: solution.sample.place), level), jumps)
@@ -423,7 +423,7 @@ def _vertex(dip: Valley, left: float, low: float, right: float) -> float:
 
 
 def _groups(stretch: list[Sample], level: Level) -> Iterator[list[Sample]]:
-    """Neighbours that are all solutions, with the certain samples beside them, if any."""
+    """Neighbours that are all solutions, with the certain samples next to them, if any."""
     sides = [level.side(one) for one in stretch]
     start = 0
     for zero, members in groupby(sides, key=lambda side: side == 0):
@@ -450,10 +450,10 @@ def _merged(ends: list[Solution], level: Level) -> list[Solution]:
 
 def _root(course: Course, level: Level, group: list[Sample]) -> Solution:
     best = min(group, key=lambda sample: abs(level.off(sample)))
-    beside = [
+    nearby = [
         _root_narrowed(course, level, best, one) for one in (group[0], group[-1]) if one is not best
     ]
-    return Solution(best, course.spread(best, *beside))
+    return Solution(best, course.spread(best, *nearby))
 
 
 def _root_narrowed(course: Course, level: Level, best: Sample, beyond: Sample) -> Sample:

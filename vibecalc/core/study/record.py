@@ -112,9 +112,9 @@ def add_nearest(
 def _price_error(found: "Optimum") -> float:
     """Error of the multipliers: slopes known ten times worse, relatively, than the variables."""
     size = np.abs(found.variables)
-    doubt = np.max(found.variables_error[size > 0.0] / size[size > 0.0], initial=0.0)
+    uncertainty = np.max(found.variables_error[size > 0.0] / size[size > 0.0], initial=0.0)
     largest = np.max(np.abs(found.margin_multipliers), initial=0.0)
-    return float(largest * (found.kkt_residual + 10.0 * doubt))
+    return float(largest * (found.kkt_residual + 10.0 * uncertainty))
 
 
 def _known(objective: float) -> float:
@@ -315,7 +315,7 @@ def _slopes(
             places_lost = " and the ".join(lost)
             record.warnings.append(
                 f"the slope of the objective by {key} is undefined at the {places_lost}: "
-                "a kink, or no values beside it"
+                "a kink, or no values next to it"
             )
         if known:
             values = [binding.sign * found[name].slope[i] for name in known]

@@ -13,7 +13,7 @@ from vibecalc.core.accuracy.other_searches import (
     grid_maximum,
     parabola_maximum,
 )
-from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Ladder, Reference, Topic
+from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Reference, Refinement, Topic
 from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
 from vibecalc.isolation.adapters.common import isolation_of
@@ -25,7 +25,7 @@ from vibecalc.numerics.rounding import FloatArray, IntArray
 from vibecalc.response.resonances import Resonances, masked_speeds
 
 # ----------------------------------------------------------------------------
-# Supports of a run-up as functions of the speed, with a count of the speeds looked at.
+# Supports of a run-up as functions of the speed, with a count of the speeds examined.
 # ----------------------------------------------------------------------------
 
 #: supports whose maxima and speeds agree to this are alike by symmetry
@@ -167,30 +167,30 @@ def _peak_topic(asked: Asked) -> Topic:
         work = points + sum(one.evaluations - points for one in best)
         return Answer(np.array([one.value for one in best]), work, best[first].position)
 
-    ladders = (
-        Ladder(
-            "resonances and summits",
+    refinements = (
+        Refinement(
+            "resonances and peaks",
             "few speeds between the resonances and at them, closer about those that can win, "
-            "Newton's method in speed and angle at the summits",
+            "Newton's method in speed and angle at the peaks",
             "",
             NOTHING_TO_SET,
             alone,
             default=1.0,
             citation="docs/theory.md, quasi-steady run-up",
         ),
-        Ladder(
-            "grid", "highest of N even speeds, a quarter of a step beside the known summits",
+        Refinement(
+            "grid", "highest of N even speeds, a quarter of a step next to the known peaks",
             "speeds", GRIDS, by(grid_maximum),
             theory="order 2",
         ),
-        Ladder(
+        Refinement(
             "grid with parabola",
             "parabola through the best of N speeds and its neighbours",
             "speeds",
             GRIDS,
             by(parabola_maximum),
         ),
-        Ladder(
+        Refinement(
             "scipy minimize_scalar",
             "bounded Brent search for each support around the best of N speeds",
             "speeds",
@@ -207,11 +207,11 @@ def _peak_topic(asked: Asked) -> Topic:
         unit="N",
         work="speeds",
         reference=lambda: _references(asked),
-        ladders=ladders,
+        refinements=refinements,
         position="crank speed of the largest [rad/s]",
         default_extra=_EXTRA,
-        default_why="it looks at every resonance, so that a needle between the speeds of a grid is "
-        "not missed, at the other branches of a summit, and at what a kink parts from it",
+        default_why="it examines every resonance, so that a narrow one between speeds of a grid is "
+        "not missed, at the other branches of a peak, and at what a kink parts from it",
     )
 
 
@@ -246,9 +246,9 @@ def _references(asked: Asked) -> Reference:
 
 
 def _peak_reference(curve: Function, start: float, stop: float, known: float) -> Reference:
-    """A polynomial through exact peaks about the summit against golden section there.
+    """A polynomial through exact peaks about the peak against golden section there.
 
-    The narrowest window in which two degrees agree best gives the place. A summit at an end of
+    The narrowest window in which two degrees agree best gives the place. A peak at an end of
     the range is the end.
     """
     if known <= start * (1.0 + 1e-12) or known >= stop * (1.0 - 1e-12):
@@ -273,7 +273,7 @@ def _peak_reference(curve: Function, start: float, stop: float, known: float) ->
             continue
         fits.append((abs(fine.position - coarse.position), fine))
     if not fits:
-        raise NumericalFailure("the reference finds no smooth summit of the run-up")
+        raise NumericalFailure("the reference finds no smooth peak of the run-up")
     _, best = min(fits, key=lambda pair: pair[0])
     value = float(curve(np.array([best.position]))[0])
     dense = grid_maximum(curve, start, stop, DENSE)
@@ -291,8 +291,8 @@ def _peak_reference(curve: Function, start: float, stop: float, known: float) ->
 # Topic of the run-up: the curves of all supports, drawn as straight lines between speeds.
 # ----------------------------------------------------------------------------
 
-#: speeds at which a curve is held against the truth: over the range, and beside each summit
-HELD, BESIDE, REACH = 1500, 25, 3e-2
+#: speeds at which a curve is held against the truth: over the range, and next to each peak
+HELD, NEARBY, REACH = 1500, 25, 3e-2
 COUNTS = tuple(float(25 * 2**k) for k in range(7))
 #: crank angles over the waves of the highest order, of the second way to the truth
 ANGLES = 256
@@ -360,8 +360,8 @@ def _curve_topic(asked: Asked) -> Topic:
         unit="N",
         work="speeds",
         reference=lambda: _curve_reference(asked, places),
-        ladders=(
-            Ladder(
+        refinements=(
+            Refinement(
                 "halved where it bends",
                 "speeds at every resonance, halved until the middle lies on the line",
                 "curve tolerance",
@@ -371,15 +371,15 @@ def _curve_topic(asked: Asked) -> Topic:
                 theory="order 1: what is asked for",
                 citation="docs/theory.md, quasi-steady run-up",
             ),
-            Ladder(
+            Refinement(
                 "even speeds", "straight lines between N of them", "speeds", COUNTS,
                 by(lambda count: np.linspace(start, stop, count)), theory="order 2",
             ),
-            Ladder(
+            Refinement(
                 "geometric speeds", "straight lines between N of them from half the lowest "
                 "resonance on", "speeds", COUNTS, by(geometric), theory="order 2",
             ),
-            Ladder(
+            Refinement(
                 "spline of geometric speeds", "the same with scipy's cubic spline, which kinks of "
                 "the curve disturb", "speeds", COUNTS, splined,
             ),
@@ -388,10 +388,10 @@ def _curve_topic(asked: Asked) -> Topic:
 
 
 def _places(asked: Asked) -> FloatArray:
-    """Speeds spread over the range and beside the summits, on no grid."""
+    """Speeds spread over the range and next to the peaks, on no grid."""
     even = np.remainder(GOLDEN * np.arange(1, HELD + 1), 1.0)
     near = [
-        known * (1.0 + REACH * (2.0 * np.remainder(GOLDEN * np.arange(1, BESIDE + 1), 1.0) - 1.0))
+        known * (1.0 + REACH * (2.0 * np.remainder(GOLDEN * np.arange(1, NEARBY + 1), 1.0) - 1.0))
         for known in asked.known
     ]
     places = np.concatenate([asked.start + (asked.stop - asked.start) * even, *near])

@@ -45,8 +45,8 @@ def run_run_up(scene: Scene) -> None:
     if len(masked.low):
         axes = {"masked": np.arange(1, len(masked.low) + 1)}
         for name in ("low", "centre", "high", "order", "mode"):
-            doubt = masked.centre_error if name == "centre" else 0.0
-            scene.emit(f"isolation/masked/{name}", getattr(masked, name), doubt, axes)
+            uncertainty = masked.centre_error if name == "centre" else 0.0
+            scene.emit(f"isolation/masked/{name}", getattr(masked, name), uncertainty, axes)
         _warn_masked(scene, len(masked.low), float(masked.centre[0]), float(masked.order[0]))
 
 

@@ -159,13 +159,13 @@ def _torques(scene: Scene, order: np.ndarray) -> tuple[np.ndarray, WithError, Wi
         error = error + moves * (
             np.abs(difference.value) * turning.error + difference.error * np.abs(turning.value)
         )
-    doubt = 8.0 * EPSILON
+    uncertainty = 8.0 * EPSILON
     mean_error = gas.mean_error.sum(-1) + len(runs) * EPSILON * np.abs(gas.mean).sum(-1)
     return (
         speeds,
-        WithError(gas.value * turned, gas.error + doubt * np.abs(gas.value)),
+        WithError(gas.value * turned, gas.error + uncertainty * np.abs(gas.value)),
         WithError(gas.mean.sum(-1), mean_error),
-        WithError(value * turned, error + doubt * np.abs(value)),
+        WithError(value * turned, error + uncertainty * np.abs(value)),
     )
 
 

@@ -176,8 +176,8 @@ def _mean_force(
     none = np.zeros((6, 6))
     still = matrices._replace(structural=none, structural_error=none)
     load = np.concatenate([np.zeros(3), float(couple.value) * axis])[None]
-    doubt = np.concatenate([np.zeros(3), float(couple.error) * np.abs(axis)])[None]
-    motion = response(dynamics(still, np.zeros(1)), load.astype(complex), doubt)
+    uncertainty = np.concatenate([np.zeros(3), float(couple.error) * np.abs(axis)])[None]
+    motion = response(dynamics(still, np.zeros(1)), load.astype(complex), uncertainty)
     force = mount_force(
         displacement(motion, mounts.position),
         np.zeros(1),

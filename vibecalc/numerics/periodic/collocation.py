@@ -266,7 +266,7 @@ def _brackets(
 ) -> tuple[IntArray, IntArray, FloatArray, FloatArray, IntArray, BoolArray]:
     """Intervals that hold a crossing: member, panel, both ends, threshold, whether it goes up.
 
-    The polynomials are sampled at equal steps, and at the summit of the parabola through three
+    The polynomials are sampled at equal steps, and at the peak of the parabola through three
     samples where the middle one is the largest or the smallest, so that no excursion hides there.
     """
     rule, steps = gauss_rule(points), 2 * points + 2
@@ -275,12 +275,12 @@ def _brackets(
     sample[..., 0], sample[..., -1] = switch[..., 0], switch[..., -1]
     place = np.broadcast_to(at, sample.shape)
     before, middle, after = sample[..., :-2], sample[..., 1:-1], sample[..., 2:]
-    summit = (after - middle) * (middle - before) < 0.0
-    if summit.any():
-        bend = np.where(summit, before - 2.0 * middle + after, 1.0)
+    peak = (after - middle) * (middle - before) < 0.0
+    if peak.any():
+        bend = np.where(peak, before - 2.0 * middle + after, 1.0)
         shift = np.minimum(np.maximum(0.5 * (before - after) / bend, -0.5), 0.5)
         place = place.copy()
-        inner = np.nonzero(summit)
+        inner = np.nonzero(peak)
         moved = place[..., 1:-1][inner] + shift[inner] / steps
         rows = interpolation_rows(rule.closed_nodes, rule.closed_weights, moved)
         place[..., 1:-1][inner] = moved

@@ -168,9 +168,9 @@ def product_multipliers(transfer: FloatArray) -> Multipliers:
     with np.errstate(all="ignore"):
         cost = product_condition(triangles, sizes, turn, cuts)
         # a multiplier of 0 is below every double; subnormal ones have few digits
-        doubt = np.where(value == 0.0, 0.0, 2.0 * states * EPSILON * cost * np.abs(value))
-        doubt += np.finfo(float).tiny
-    return Multipliers(value, change + doubt)
+        uncertainty = np.where(value == 0.0, 0.0, 2.0 * states * EPSILON * cost * np.abs(value))
+        uncertainty += np.finfo(float).tiny
+    return Multipliers(value, change + uncertainty)
 
 
 def _lost_length(factor: FloatArray) -> FloatArray:

@@ -185,7 +185,7 @@ _MOST_DIVISIONS = 6
 _NEWTON_TOLERANCE = 1e-12
 #: or where the next step would be below this
 _AHEAD = 1e-13
-#: part of the size by which a turn ends beside its start through rounding alone
+#: part of the size by which a turn ends next to its start through rounding alone
 _ROUNDING = 4e-15
 #: part of the size within which the slopes along a turn are those along its limit
 _NEAR = 1e-2

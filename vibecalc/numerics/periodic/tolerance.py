@@ -135,7 +135,7 @@ def _halved_step(problem: PeriodicProblem, solution: PeriodicSolution) -> Step:
 # Periodic solution to a tolerance: Gauss points are added until the error estimate is below it.
 # ----------------------------------------------------------------------------
 
-LADDER = (2, 3, 4, 6, 8, 12, 16)
+REFINEMENT = (2, 3, 4, 6, 8, 12, 16)
 #: an estimate that does not fall below this part of the one before has met round-off
 _NO_GAIN = 0.5
 #: if it has come down to so many times the part that is round-off for certain
@@ -178,8 +178,8 @@ def solve_to(
     Raises
     ------
     NumericalFailure
-        Newton's method fails on every rung, round-off keeps the estimate above the tolerance, or
-        the ladder ends.
+        Newton's method fails on every level, round-off keeps the estimate above the tolerance, or
+        the refinement ends.
     """
     bound = np.asarray(tolerance, dtype=np.float64)
     relative = _relative(problem, bound, guess)
@@ -187,11 +187,11 @@ def solve_to(
         coarse = _unsplit(problem, bound, guess, where, first)
         if coarse is not None:
             return coarse
-    begin = next((rung for rung, least in _FIRST if relative >= least), 6)
+    begin = next((level for level, least in _FIRST if relative >= least), 6)
     begin = begin if first is None else first
-    rungs = [begin, *(rung for rung in LADDER if rung > begin)]
+    levels = [begin, *(level for level in REFINEMENT if level > begin)]
     best: tuple[PeriodicSolution, PeriodicError] | None = None
-    excess, before, points = np.inf, np.inf, rungs.pop(0)
+    excess, before, points = np.inf, np.inf, levels.pop(0)
     start: ArrayLike | PeriodicSolution = guess
     while True:
         solution = solve_periodic(problem, points, start, tolerance=_newton_tolerance(bound, best))
@@ -204,11 +204,11 @@ def solve_to(
         floor = _excess_of(error.round_off, bound)
         stuck = excess > _NO_GAIN * before and excess < _NEAR_ROUND_OFF * floor
         met_round_off = floor > 1.0 or stuck
-        if not rungs or met_round_off:
+        if not levels or met_round_off:
             break
-        last, points = points, rungs.pop(0)
-        while rungs and _expected(excess, before, last, points) > 0.5:
-            points = rungs.pop(0)
+        last, points = points, levels.pop(0)
+        while levels and _expected(excess, before, last, points) > 0.5:
+            points = levels.pop(0)
         start = solution if solution.converged.all() else guess
     if partial:
         return best
@@ -246,7 +246,7 @@ def _relative(
 def _newton_tolerance(
     bound: FloatArray, best: tuple[PeriodicSolution, PeriodicError] | None
 ) -> float:
-    """Relative to the states, from their size on the rung before."""
+    """Relative to the states, from their size on the level before."""
     if best is None:
         return 1e-8
     size = np.abs(best[0].stages).max(axis=(0, 1, 2))
@@ -264,14 +264,14 @@ def _excess_of(error: FloatArray, bound: FloatArray) -> float:
 
 
 def _expected(excess: float, before: float, last: int, points: int) -> float:
-    """Excess with more points if it falls geometrically, as cautiously as the last two rungs say.
+    """Excess with more points if it falls geometrically, as cautiously as the last two levels say.
 
     Without two finite ones to compare nothing is skipped.
     """
     if not (np.isfinite(before) and np.isfinite(excess)) or excess >= before:
         return 0.0
-    rung = LADDER.index(last) if last in LADDER else 1
-    gained = last - (LADDER[rung - 1] if rung > 0 else 1)
+    level = REFINEMENT.index(last) if last in REFINEMENT else 1
+    gained = last - (REFINEMENT[level - 1] if level > 0 else 1)
     return float(excess * (excess / before) ** ((points - last) / max(gained, 1)))
 
 

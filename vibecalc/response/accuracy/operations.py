@@ -11,7 +11,7 @@ from vibecalc.core.accuracy.other_searches import (
     golden_maximum,
     grid_maximum,
 )
-from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Ladder, Reference, Topic
+from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Reference, Refinement, Topic
 from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.inertia_forces import Excitation, as_loads, at_speed
 from vibecalc.numerics.cycle_peak import vector_cycle_peak
@@ -165,8 +165,8 @@ def peak_range(one: Combination, rtol: float) -> Topic:
         unit="J",
         work="peaks over the cycle",
         reference=lambda: _peak_reference(at, rows),
-        ladders=(
-            Ladder(
+        refinements=(
+            Refinement(
                 "branch and bound",
                 "intervals that can hold neither end are dropped, the others halved",
                 "rtol",
@@ -176,7 +176,7 @@ def peak_range(one: Combination, rtol: float) -> Topic:
                 theory="what is left open falls with the square of the intervals",
                 citation="docs/theory.md",
             ),
-            Ladder(
+            Refinement(
                 "grid",
                 "lowest and highest of N angles",
                 "angles",
@@ -184,7 +184,7 @@ def peak_range(one: Combination, rtol: float) -> Topic:
                 lambda points: both_ends(later, points, whole_turn),
                 theory="order 2, at kinks order 1",
             ),
-            Ladder(
+            Refinement(
                 "scipy minimize_scalar",
                 "bounded Brent search around the lowest and highest of N angles",
                 "angles",
@@ -256,7 +256,7 @@ def _peak_reference(curve: Curve, rows: Rows) -> Reference:
 # Topics of the operations: range of the kinetic energy over all angles of a balance weight.
 # ----------------------------------------------------------------------------
 
-#: of a step, how far beside a point of a grid the highest mean lies, as on average it does
+#: of a step, how far next to a point of a grid the highest mean lies, as on average it does
 MISSED = 0.25
 MEAN_GRIDS = tuple(float(4 * 4**k) for k in range(6))
 #: what the closed form evaluates: both energies and what they have in common
@@ -283,7 +283,7 @@ def _mean(one: Combination) -> Topic:
 
     highest = float(mean_energy_range(one.weight, one.state).high_phase[0, 0])
 
-    def beside(points: float) -> Curve:
+    def nearby(points: float) -> Curve:
         return lambda phase: at(highest + MISSED * TURN / points + phase)
 
     def closed(_: float) -> Answer:
@@ -298,8 +298,8 @@ def _mean(one: Combination) -> Topic:
         unit="J",
         work="energies",
         reference=lambda: _mean_reference(one, at),
-        ladders=(
-            Ladder(
+        refinements=(
+            Refinement(
                 "closed form",
                 "the weight turns one phasor: a + b cos of its angle",
                 "",
@@ -308,20 +308,20 @@ def _mean(one: Combination) -> Topic:
                 default=1.0,
                 citation="docs/theory.md",
             ),
-            Ladder(
+            Refinement(
                 "grid",
-                "lowest and highest of N angles, a quarter of a step beside the known highest",
+                "lowest and highest of N angles, a quarter of a step next to the known highest",
                 "angles",
                 MEAN_GRIDS,
-                lambda points: both_ends(beside(points), points, whole_turn),
+                lambda points: both_ends(nearby(points), points, whole_turn),
                 theory="order 2",
             ),
-            Ladder(
+            Refinement(
                 "grid with parabola",
                 "parabolas through the best of N angles and their neighbours",
                 "angles",
                 MEAN_GRIDS,
-                lambda points: both_ends(beside(points), points, with_parabola),
+                lambda points: both_ends(nearby(points), points, with_parabola),
                 theory="order 4",
             ),
         ),

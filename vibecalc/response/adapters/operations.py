@@ -232,8 +232,8 @@ def _emit_together(
     """How far the operations are apart, and their weighted mean, for each balance."""
     mean, error = energy
     apart = mean.max(axis=0) - mean.min(axis=0)
-    doubt = 2.0 * error.max(axis=0) + EPSILON * mean.max(axis=0)
-    scene.emit(f"{stem}/difference", apart, doubt, axes)
+    uncertainty = 2.0 * error.max(axis=0) + EPSILON * mean.max(axis=0)
+    scene.emit(f"{stem}/difference", apart, uncertainty, axes)
     total = float(weights.sum())
     if total > 0.0:
         share = weights / total

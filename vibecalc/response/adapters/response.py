@@ -196,12 +196,12 @@ def _emit_modes(scene: Scene, system: LinearSystem, forcing: Forcing) -> None:
     matrices, shapes = system
     numbers = np.arange(1, 7)
     axes = {"mode": numbers, "coordinate": COORDINATES, "other_mode": numbers}
-    frequency, doubt = shapes.natural_frequency, shapes.natural_frequency_error
-    scene.emit("response/modes/natural_frequency", frequency, doubt, axes)
+    frequency, uncertainty = shapes.natural_frequency, shapes.natural_frequency_error
+    scene.emit("response/modes/natural_frequency", frequency, uncertainty, axes)
     if np.all(shapes.eigenvalue > shapes.eigenvalue_error):
         ratio = ratios_of(scene, system)
         scene.emit("response/modes/damping_ratio", ratio.value, ratio.error, axes)
-        _emit_nearest(scene, forcing, frequency, doubt, axes)
+        _emit_nearest(scene, forcing, frequency, uncertainty, axes)
     share = energy_fraction(matrices, shapes)
     scene.emit("response/modes/shape", shapes.shape.T, shapes.shape_error, axes)
     scene.emit("response/modes/energy_fraction", share.value, share.error, axes)
@@ -220,7 +220,7 @@ def _emit_nearest(
     scene: Scene,
     forcing: Forcing,
     frequency: np.ndarray,
-    doubt: np.ndarray,
+    uncertainty: np.ndarray,
     axes: dict[str, object],
 ) -> None:
     """The excited order next to each mode: how far the machine stays away from resonance."""
@@ -233,7 +233,7 @@ def _emit_nearest(
     nearest = np.argmin(np.abs(np.log(met)), axis=1)
     ratio = met[np.arange(6), nearest]
     scene.emit("response/modes/nearest_order", orders[nearest], 0.0, axes)
-    error = ratio * (doubt / frequency + 4.0 * EPSILON)
+    error = ratio * (uncertainty / frequency + 4.0 * EPSILON)
     scene.emit("response/modes/distance", ratio - 1.0, error, axes)
 
 
@@ -258,8 +258,10 @@ def _ground(
     """
     rate = frequency[:, None, None]
     held = matrices.stiffness + 1j * (matrices.structural + rate * matrices.damping)
-    doubt = matrices.stiffness_error + matrices.structural_error + rate * matrices.damping_error
-    first = _times(WithError(held, doubt), motion)
+    uncertainty = (
+        matrices.stiffness_error + matrices.structural_error + rate * matrices.damping_error
+    )
+    first = _times(WithError(held, uncertainty), motion)
     squared = np.square(rate)
     moved = _times(WithError(squared * matrices.mass, squared * matrices.mass_error), motion)
     second = moved.error + driven.error + EPSILON * (np.abs(driven.value) + np.abs(moved.value))
@@ -274,8 +276,8 @@ def _times(matrix: WithError, motion: WithError) -> WithError:
     """A matrix (orders, 6, 6) of each order times its motion (orders, 6)."""
     size = np.abs(matrix.value)
     value = (matrix.value @ motion.value[..., None])[..., 0]
-    doubt = matrix.error + 10.0 * EPSILON * size
-    error = doubt @ np.abs(motion.value)[..., None] + size @ motion.error[..., None]
+    uncertainty = matrix.error + 10.0 * EPSILON * size
+    error = uncertainty @ np.abs(motion.value)[..., None] + size @ motion.error[..., None]
     return WithError(value, error[..., 0])
 
 

@@ -209,9 +209,9 @@ def _emit_instant(scene: Scene, study: _Study) -> None:
         max(each.error[kinetic] for each in worst),
         axes,
     )
-    # the summit is flat: where it is follows from half the digits of how high it is
-    doubt = max(float(np.sqrt(e.error[kinetic] / e.value[kinetic] + EPSILON)) for e in worst)
-    scene.emit(f"{stem}/worst_angle", [each.angle[kinetic] for each in worst], doubt, axes)
+    # the peak is flat: where it is follows from half the digits of how high it is
+    uncertainty = max(float(np.sqrt(e.error[kinetic] / e.value[kinetic] + EPSILON)) for e in worst)
+    scene.emit(f"{stem}/worst_angle", [each.angle[kinetic] for each in worst], uncertainty, axes)
 
 
 def _emit_reversal(scene: Scene, study: _Study) -> None:
@@ -316,11 +316,13 @@ def _emit_transients(scene: Scene, study: _Study, way: str, found: list[Transien
         error = np.array([each.error[column] for each in peaks])
         scene.emit(f"{stem}/{name}_energy_peak", values, error, axes)
     kinetic = COLUMNS.kinetic
-    doubt = max(float(each.time_error[kinetic]) for each in peaks)
-    scene.emit(f"{stem}/peak_time", [each.time[kinetic] for each in peaks], doubt, axes)
+    uncertainty = max(float(each.time_error[kinetic]) for each in peaks)
+    scene.emit(f"{stem}/peak_time", [each.time[kinetic] for each in peaks], uncertainty, axes)
     # at once, the crank keeps its speed
     slope = 0.0 if way == "instant" else study.speed / min(options.run_down, options.run_up)
-    scene.emit(f"{stem}/peak_speed", [each.speed[kinetic] for each in peaks], slope * doubt, axes)
+    scene.emit(
+        f"{stem}/peak_speed", [each.speed[kinetic] for each in peaks], slope * uncertainty, axes
+    )
     settled = [each.settling for each in found]
     scene.emit(
         f"{stem}/settle_time",

@@ -87,12 +87,12 @@ def settling(
         The threshold lies below the error of the deviation.
     """
     start = float(np.sqrt(np.sum(modal_size(system, deviation) ** 2)))
-    doubt = float(np.sqrt(np.sum(deviation_error**2))) + 4.0 * EPSILON * start
-    doubt += tolerance * reference_error
+    uncertainty = float(np.sqrt(np.sum(deviation_error**2))) + 4.0 * EPSILON * start
+    uncertainty += tolerance * reference_error
     threshold = tolerance * reference
     if start <= threshold:
         return Settling(last_change, 0.0, 0.0, start / reference if reference else 0.0)
-    if threshold <= doubt:
+    if threshold <= uncertainty:
         raise NumericalFailure(
             "no settling time: the final motion is so small that the deviation from it drowns in "
             "rounding, or in what the dropped orders may add, before it is a small part of it; ask "
@@ -104,7 +104,9 @@ def settling(
         return float(np.sqrt(np.sum(modal_size(system, moved) ** 2)))
 
     after = _first_below(size, threshold)
-    low, high = (_first_below(size, level) for level in (threshold + doubt, threshold - doubt))
+    low, high = (
+        _first_below(size, level) for level in (threshold + uncertainty, threshold - uncertainty)
+    )
     error = max(high - after, after - low) + 8.0 * EPSILON * (after + last_change)
     return Settling(last_change + after, error, after, start / reference)
 
@@ -227,12 +229,12 @@ def _settled(
     deviation = _deviation(system, loads, last, steady, time)
     energy = columns(len(system.shape)).energy
     rest = final.value[energy] == 0.0
-    height, doubt = (peaks.value, peaks.error) if rest else (final.value, final.error)
+    height, uncertainty = (peaks.value, peaks.error) if rest else (final.value, final.error)
     reference = float(np.sqrt(2.0 * height[energy]))
-    doubt_size = float(doubt[energy]) / reference if reference else 0.0
+    uncertainty_size = float(uncertainty[energy]) / reference if reference else 0.0
     error = last.error + steady.error
     start = last.run.start + time
-    return settling(system, deviation, error, start, reference, doubt_size, tolerance)
+    return settling(system, deviation, error, start, reference, uncertainty_size, tolerance)
 
 
 def _later(
@@ -283,7 +285,7 @@ _BASE, _NEAR = 100, 6
 _PARTS, _ROUNDS = 9, 25
 #: a search ends when neighbouring speeds differ by less than this share
 _FINE = 1e-11
-#: summits on the first speeds that are searched, as a share of the highest
+#: peaks on the first speeds that are searched, as a share of the highest
 _NEARLY = 0.9
 
 
@@ -317,11 +319,11 @@ def slow_peaks(system: ModalSystem, loads: Loads, pieces: Sequence[Piece]) -> Sl
         heights = reading_peaks(system, *motion, modal.orders)[0]
         for column in range(width):
             for low, high in _promising(speeds, heights[:, column]):
-                top, missing, at = _summit(system, modal, operation, low, high, column)
+                top, missing, at = _peak(system, modal, operation, low, high, column)
                 if top > value[column]:
                     steady = steady_motion(system, modal, operation, at)
-                    doubt = steady_peaks(system, steady, modal.orders, at).error[column]
-                    value[column], error[column], best[column] = top, doubt + missing, at
+                    uncertainty = steady_peaks(system, steady, modal.orders, at).error[column]
+                    value[column], error[column], best[column] = top, uncertainty + missing, at
     return SlowPeaks(value, error, best)
 
 
@@ -337,10 +339,10 @@ def _speeds(system: ModalSystem, loads: ModalLoads, piece: Piece) -> np.ndarray:
 
 
 def _promising(speeds: np.ndarray, heights: np.ndarray) -> list[tuple[float, float]]:
-    """Neighbours of each summit on the speeds that nearly reaches the highest."""
+    """Neighbours of each peak on the speeds that nearly reaches the highest."""
     padded = np.concatenate([[-1.0], heights, [-1.0]])
-    summit = (heights >= padded[:-2]) & (heights > padded[2:]) & (heights > 0.0)
-    tops = np.flatnonzero(summit & (heights >= _NEARLY * np.max(heights)))
+    peak = (heights >= padded[:-2]) & (heights > padded[2:]) & (heights > 0.0)
+    tops = np.flatnonzero(peak & (heights >= _NEARLY * np.max(heights)))
     last = len(speeds) - 1
     return [(speeds[max(top - 1, 0)], speeds[min(top + 1, last)]) for top in tops.tolist()]
 
@@ -355,7 +357,7 @@ def _motions(
     return amplitude, 1j * (loads.orders * speeds[:, None])[..., None] * amplitude
 
 
-def _summit(
+def _peak(
     system: ModalSystem,
     loads: ModalLoads,
     operation: int,

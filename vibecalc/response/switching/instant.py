@@ -183,14 +183,14 @@ def worst_instant(
     slack = np.maximum(slack, beyond - value)
     # a change that is hardly felt: never more than the steady motion and all of the free one
     slack = np.maximum(np.minimum(slack, _lengths(final.value) + left(0.0) - value), 0.0)
-    doubt = new.error + old.error
+    uncertainty = new.error + old.error
     size = start_size + np.sum(
         np.hypot(system.frequency * np.abs(new.amplitude), np.abs(rates * new.amplitude)), axis=0
     )
     energy = slice(-3, None)
     slack[energy] = value[energy] * slack[energy] * 2.0 + slack[energy] ** 2
     value[energy] = value[energy] ** 2
-    error = read_error(system, value, 2.0 * doubt + 16.0 * EPSILON * size, size) + slack
+    error = read_error(system, value, 2.0 * uncertainty + 16.0 * EPSILON * size, size) + slack
     return Worst(value, error, np.where(quiet, 0.0, angle), np.where(quiet, 0.0, time))
 
 

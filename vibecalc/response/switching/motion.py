@@ -177,21 +177,22 @@ def march(
     of its times: quadrature, rounding of angles and sums, and what `loads` leaves out.
     """
     count, modes = len(grid) - 1, len(system.frequency)
-    gained, doubt = np.empty((count, modes, 2)), np.empty((count, modes))
+    gained, uncertainty = np.empty((count, modes, 2)), np.empty((count, modes))
     length = np.diff(grid)
     for start in range(0, count, _MARCH_BLOCK):
         part = slice(start, start + _MARCH_BLOCK)
         begin, step = grid[:-1][part], length[part]
         gained[part] = driven_part(system, loads, run, begin, step, _POINTS)
         check = driven_part(system, loads, run, begin, step, _POINTS - 1)
-        doubt[part] = modal_size(system, gained[part] - check)
+        uncertainty[part] = modal_size(system, gained[part] - check)
     states, rounds = _scan(system, grid, gained, state)
 
     factor, _ = decay_bound(system)
     window = memory(system, run.duration)
     quadrature = np.minimum(
-        np.sum(doubt, axis=0),
-        factor * np.max(doubt, axis=0) + np.max(doubt / length[:, None], axis=0) * window,
+        np.sum(uncertainty, axis=0),
+        factor * np.max(uncertainty, axis=0)
+        + np.max(uncertainty / length[:, None], axis=0) * window,
     )
     largest = np.max(modal_size(system, states), axis=0)
     fastest = max(abs(run.speed), abs(run.end_speed))
@@ -203,8 +204,8 @@ def march(
     force = force * (fastest**2 + abs(run.acceleration)) * EPSILON * (1.0 + turned)
     points = 1.0 + _POINTS * count * window / run.duration
     error = quadrature + rounding * largest + 4.0 * force * window / np.sqrt(points)
-    doubt_of_load = loads.left_out[run.operation] + np.sum(loads.noise[run.operation], axis=0)
-    error = error + doubt_of_load * fastest**2 * window
+    uncertainty_of_load = loads.left_out[run.operation] + np.sum(loads.noise[run.operation], axis=0)
+    error = error + uncertainty_of_load * fastest**2 * window
     return states, error + _size_of_dropped(system, loads, run, grid)
 
 

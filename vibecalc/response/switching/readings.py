@@ -244,7 +244,7 @@ def _cubic(jet: Jet, length: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 # The largest magnitude of every reading over a course, between the times of the grid too.
 # ----------------------------------------------------------------------------
 
-#: intervals looked at exactly for each reading, the most promising first
+#: intervals examined exactly for each reading, the most promising first
 _MOST_INTERVALS = 200
 _STEPS = 10
 #: a search ends when it moves by less than this share of its interval
@@ -255,7 +255,7 @@ class Peaks(NamedTuple):
     """Largest magnitudes (columns,) with absolute errors, when (s), and at which crank speed.
 
     The time is the first at which the value is reached to within rounding; its error is that of
-    the summit's place where it is round, or the distance to the next time where it is flat.
+    the peak's place where it is round, or the distance to the next time where it is flat.
     """
 
     value: np.ndarray
@@ -287,24 +287,26 @@ def true_peaks(system: ModalSystem, loads: ModalLoads, segments: list[Segment]) 
         when = starts[which.segment[reached]] + time[reached]
         first = reached[np.argmin(when)]
         segment = segments[which.segment[first]]
-        doubt = read_error(system, np.full(width, value[column]), segment.error, segment.largest)
+        uncertainty = read_error(
+            system, np.full(width, value[column]), segment.error, segment.largest
+        )
         missed = np.max((height + slack)[mine] - value[column])
-        error[column] = doubt[column] + max(missed, left_over[column] - value[column], 0.0)
+        error[column] = uncertainty[column] + max(missed, left_over[column] - value[column], 0.0)
         moment[column] = np.min(when)
         round_[column] = max(-bend[first], 0.0)
         speed[column] = segment.run.speed_at(time[first])
     longest = max(float(np.max(np.diff(segment.grid))) for segment in segments)
-    doubt = np.sqrt(4.0 * error / np.where(round_ > 0.0, round_, np.inf))
-    return Peaks(value, error, moment, np.where(doubt > 0.0, doubt, longest), speed)
+    uncertainty = np.sqrt(4.0 * error / np.where(round_ > 0.0, round_, np.inf))
+    return Peaks(value, error, moment, np.where(uncertainty > 0.0, uncertainty, longest), speed)
 
 
 def _climb(
     system: ModalSystem, loads: ModalLoads, segments: list[Segment], which: Candidates
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Height, time, second derivative and missing height of the summit in each interval.
+    """Height, time, second derivative and missing height of the peak in each interval.
 
     Newton's method for the slope, kept between times where it rises and where it falls; an end
-    of the interval is such a time once it has been looked at.
+    of the interval is such a time once it has been examined.
     """
     low, high, time = which.left.copy(), which.right.copy(), which.guess.copy()
     width = high - low

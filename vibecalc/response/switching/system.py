@@ -303,13 +303,13 @@ def steady_motion(system: ModalSystem, loads: ModalLoads, operation: int, speed:
     magnitude = np.maximum(frequency, np.abs(rate))
     lost = 2.0 + (frequency**2 + rate**2) / np.abs(stiffness)
     noise = loads.noise[operation] * speed**2 / np.abs(stiffness)
-    doubt = np.sum((4.0 * EPSILON * lost * np.abs(amplitude) + noise) * magnitude, axis=0)
-    doubt = doubt + _size_of_dropped(system, loads, operation, speed)
+    uncertainty = np.sum((4.0 * EPSILON * lost * np.abs(amplitude) + noise) * magnitude, axis=0)
+    uncertainty = uncertainty + _size_of_dropped(system, loads, operation, speed)
     # what is left out: static, or at its worst on the resonance
     stiffest = frequency * np.minimum(2.0 * system.damping_ratio, 1.0)
     left_out = loads.left_out[operation] * speed**2 * loads.driven
     left_out = 2.0 * left_out / np.where(loads.driven, stiffest, 1.0)
-    return Steady(amplitude, doubt + left_out)
+    return Steady(amplitude, uncertainty + left_out)
 
 
 def _size_of_dropped(

@@ -19,7 +19,7 @@ from vibecalc.roll.mechanism import RollDrive, RollMachine, as_batch, is_mounted
 from vibecalc.roll.methods import fourier_state, shooting_state
 from vibecalc.roll.model import build_roll, fitted_motor, roll_drive
 from vibecalc.roll.rates import roll_problem, shell_speed
-from vibecalc.roll.running import Running, ladder, running_state, steady_drive
+from vibecalc.roll.running import Running, refinement, running_state, steady_drive
 from vibecalc.roll.steady import (
     POINTS,
     Steady,
@@ -31,7 +31,7 @@ from vibecalc.roll.steady import (
 from vibecalc.roll.turn import Turn, harmonics, readings
 
 # ----------------------------------------------------------------------------
-# The roll machine of a case with its running state: what every way to that state is told.
+# The roll machine of a case with its running state: what every way to that state is reported.
 # ----------------------------------------------------------------------------
 
 #: what is left of a disturbance when a march counts as settled
@@ -191,23 +191,23 @@ class AsRun:
         )  # fmt: skip
         left = [state for state in (found.coarse, found.check, found.state) if state is not None]
         work = sum(self._counted(state) for state in left) + guess_work(setup)
-        known, rungs = {state.points for state in left}, ladder(rtol)
-        tried = rungs[: rungs.index(min(found.check.points, found.state.points))]
+        known, levels = {state.points for state in left}, refinement(rtol)
+        tried = levels[: levels.index(min(found.check.points, found.state.points))]
         tried = tuple(points for points in tried if points not in known)
         fluxes = setup.drive.fluxes > 0
         return Answer(
             spectrum(setup, found.state.turn),
-            float(work + self._earlier(tried, rungs[0] if fluxes else 0)),
+            float(work + self._earlier(tried, levels[0] if fluxes else 0)),
         )
 
     @staticmethod
     def _counted(state: Steady) -> int:
-        # the right-hand side goes on counting where multipliers are found and courses looked at;
+        # the right-hand side goes on counting where multipliers are found and courses examined;
         # a free shell brought to rest on average took several of them, which the state has summed
         return max(state.evaluations, int(getattr(state.problem.rhs, "evaluations", 0)))
 
     def _earlier(self, tried: tuple[int, ...], first: int) -> int:
-        """What the rungs took of which nothing is left, found once by going them again."""
+        """What the levels took of which nothing is left, found once by going them again."""
         key = (*tried, first)
         if key not in self._before:
             setup, work, state = self._setup, 0, None

@@ -3,7 +3,7 @@
 import numpy as np
 
 from vibecalc.core.accuracy.other_searches import cyclic_parabola_maximum
-from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Ladder, Reference, Topic
+from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Reference, Refinement, Topic
 from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.gauss import gauss_rule
@@ -20,15 +20,15 @@ from vibecalc.roll.accuracy.by_other_means import (
 )
 from vibecalc.roll.running import speed_of_state
 from vibecalc.roll.steady import steady_state
-from vibecalc.roll.turn import summit
+from vibecalc.roll.turn import peak
 
 # ----------------------------------------------------------------------------
 # Topics of the roll: the spectrum of the shell's acceleration, the largest slip and its place.
 # ----------------------------------------------------------------------------
 
-#: Gauss points of the reference, and of what it is held against beside the march
+#: Gauss points of the reference, and of what it is held against next to the march
 _POINTS, _FEWER = 14, 11
-#: evaluations of a march that a rung may take
+#: evaluations of a march that a level may take
 _MOST = 90_000
 #: work of a run over that of the cheapest number of points: 1.4 to 2.0 in the shipped cases
 _EXTRA = 2.5
@@ -56,7 +56,7 @@ def _spectrum_topic(setup: RollSetup) -> Topic:
         unit="rad/s^2",
         work="evaluations of the right-hand side at one crank angle",
         reference=lambda: _spectrum_reference(setup),
-        ladders=(*_collocations(setup), *_others(setup), *_marches(setup)),
+        refinements=(*_collocations(setup), *_others(setup), *_marches(setup)),
         default_extra=_EXTRA,
         default_why="other numbers of points prove the error, and the multipliers the stability",
     )
@@ -88,11 +88,11 @@ def _spectrum_reference(setup: RollSetup) -> Reference:
     )
 
 
-def _collocations(setup: RollSetup) -> list[Ladder]:
+def _collocations(setup: RollSetup) -> list[Refinement]:
     own = 1e-9 if setup.points else setup.rtol
     as_run = ways.AsRun(setup)
     found = [
-        Ladder(
+        Refinement(
             "collocation to a tolerance",
             "points are added until two numbers of them agree; multipliers; as a run does",
             "relative tolerance",
@@ -105,7 +105,7 @@ def _collocations(setup: RollSetup) -> list[Ladder]:
     counts = {1, 2, 3, 4, 5, 6, 8, 10} | ({setup.points} if setup.points else set())
     solve = ways.lifted if setup.drive.fluxes else ways.split
     found.append(
-        Ladder(
+        Refinement(
             "collocation, split",
             "one number of Gauss points on each panel, panels split at every kink",
             "points a panel",
@@ -119,10 +119,10 @@ def _collocations(setup: RollSetup) -> list[Ladder]:
     return found
 
 
-def _others(setup: RollSetup) -> list[Ladder]:
+def _others(setup: RollSetup) -> list[Refinement]:
     if setup.drive.circuit is not None:
         return [
-            Ladder(
+            Refinement(
                 "steady curve of the motor",
                 "the same without the transients of the fluxes",
                 "points a panel",
@@ -131,14 +131,14 @@ def _others(setup: RollSetup) -> list[Ladder]:
             )
         ]
     found = [
-        Ladder(
+        Refinement(
             "Fourier collocation",
             "evenly spaced crank angles, a dense system; kinks leave order 2 in the end",
             "points a turn",
             (45.0, 91.0, 181.0, 361.0) + (() if setup.mounted else (721.0,)),
             lambda points: ways.fourier(setup, points),
         ),
-        Ladder(
+        Refinement(
             "shooting",
             "Runge-Kutta over the angle, Newton's method on the start; kinks leave order 2",
             "steps a panel",
@@ -148,7 +148,7 @@ def _others(setup: RollSetup) -> list[Ladder]:
     ]
     if len(setup.drive.motor.threshold):
         found.append(
-            Ladder(
+            Refinement(
                 "collocation, not split",
                 "panels between the nodes of the gas tables, blind to the motor's kinks",
                 "points a panel",
@@ -158,7 +158,7 @@ def _others(setup: RollSetup) -> list[Ladder]:
         )
     if not setup.mounted:
         found.append(
-            Ladder(
+            Refinement(
                 "quick march of the energy",
                 "Adams and Bashforth over even angles; the start of the others",
                 "angles a turn",
@@ -170,12 +170,12 @@ def _others(setup: RollSetup) -> list[Ladder]:
     return found
 
 
-def _marches(setup: RollSetup) -> list[Ladder]:
+def _marches(setup: RollSetup) -> list[Refinement]:
     if setup.drive.circuit is not None:
         return []
     seconds = setup.turns * 2.0 * np.pi / setup.speed
     found = [
-        Ladder(
+        Refinement(
             "Euler, as published",
             "three turns, the integrals of the analyser summed step by step",
             "time step [s]",
@@ -200,7 +200,7 @@ def _marches(setup: RollSetup) -> list[Ladder]:
             return marches.fixed_steps(setup, method, step)
 
         found.append(
-            Ladder(
+            Refinement(
                 f"{name}, fixed steps",
                 f"{setup.turns} turns in time, the last one analysed; order 2 at best across kinks",
                 "time step [s]",
@@ -219,7 +219,7 @@ def _marches(setup: RollSetup) -> list[Ladder]:
                 return marches.adaptive(setup, method, rtol)
 
             found.append(
-                Ladder(
+                Refinement(
                     f"scipy {method}",
                     f"{setup.turns} turns over the crank angle, the last one read at Gauss points",
                     "relative tolerance",
@@ -237,14 +237,14 @@ def _marches(setup: RollSetup) -> list[Ladder]:
 _TURN = 2.0 * np.pi
 #: looks of a coarse grid before a closer search, and how close that of the reference goes, rad
 _COARSE, _CLOSE = 72, 1e-10
-#: summits so far apart, rad, and so much alike are taken for equal; angles looked at for that
+#: peaks so far apart, rad, and so much alike are taken for equal; angles examined for that
 _AWAY, _ALIKE, _CLOSELY = 0.2, 1e-4, 720
 _GRIDS = (36.0, 72.0, 144.0, 360.0, 1440.0, 5760.0)
 
 
 def slip_topic(setup: RollSetup) -> Topic:
     """Largest slip of the running state of the case, whose own error does not count here."""
-    # of two summits of one height nobody can say which is the largest
+    # of two peaks of one height nobody can say which is the largest
     alone = _stands_alone(setup)
     return Topic(
         stage="roll",
@@ -252,10 +252,10 @@ def slip_topic(setup: RollSetup) -> Topic:
         words="largest slip within a turn of the running state that the run found, and where",
         quantity="response/roll/largest_slip",
         unit="rad/s",
-        work="looks at the slip at one crank angle",
+        work="examines the slip at one crank angle",
         reference=lambda: _slip_reference(setup, alone),
-        ladders=(
-            Ladder(
+        refinements=(
+            Refinement(
                 "closer and closer looks",
                 "about the highest points of the state, by parabolas; as a run does",
                 "",
@@ -263,21 +263,21 @@ def slip_topic(setup: RollSetup) -> Topic:
                 lambda _: _closer(setup),
                 default=NOTHING_TO_SET[0],
             ),
-            Ladder(
+            Refinement(
                 "grid", "the best of even angles", "angles a turn", _GRIDS,
                 lambda points: _grid(setup, int(points)),
             ),
-            Ladder(
+            Refinement(
                 "grid and parabola", "a parabola through the best and its neighbours",
                 "angles a turn", _GRIDS, lambda points: _parabola(setup, int(points)),
             ),
-            Ladder(
+            Refinement(
                 "scipy from the points",
                 "Brent's method bounded by the neighbours of the state's highest point",
                 "tolerance of the angle [rad]", (1e-2, 1e-4, 1e-6, 1e-8),
                 lambda tolerance: _from_points(setup, tolerance),
             ),
-            Ladder(
+            Refinement(
                 "scipy minimize_scalar",
                 f"{_COARSE} angles, then Brent's method bounded by the neighbours of the best",
                 "tolerance of the angle [rad]", (1e-2, 1e-3, 1e-4, 1e-6, 1e-8),
@@ -287,7 +287,7 @@ def slip_topic(setup: RollSetup) -> Topic:
         ),
         position="crank angle [rad]" if alone else "",
         default_extra=_EXTRA,
-        default_why="up to four summits are followed, so that of two alike the higher is not "
+        default_why="up to four peaks are followed, so that of two alike the higher is not "
         "overlooked, to the last digit, and each look has one to either side as a proof",
     )  # fmt: skip
 
@@ -322,7 +322,7 @@ def _closer(setup: RollSetup) -> Answer:
         return values
 
     turn = setup.running.state.turn
-    top, _ = summit(slower, (turn.crank_angle[0], -turn.crank_speed[0]))
+    top, _ = peak(slower, (turn.crank_angle[0], -turn.crank_speed[0]))
     return Answer(np.array([synchronous + top]), float(looks), place % _TURN)
 
 

@@ -1,4 +1,4 @@
-"""Adapter: control of the motor's frequency by the reduced model, with the full one beside."""
+"""Adapter: control of the motor's frequency by the reduced model, with the full one alongside."""
 
 from collections.abc import Mapping
 from typing import Any, NamedTuple
@@ -181,9 +181,9 @@ def torque_peak(found: Controlled, given: Setup) -> WithError:
     known = np.where(stable[..., None], harmonics, 0.0)
     orders = np.arange(harmonics.shape[-1] + 1)
     peak = cycle_peak(np.concatenate([mean[..., None] + 0j, known], axis=-1), orders)
-    doubt = peak.error + np.sum(error, axis=-1) + drag * found.speed.error
-    doubt = doubt + float(given.torque.mean.error)
-    return WithError(np.where(stable, peak.value, np.inf), np.where(stable, doubt, 0.0))
+    uncertainty = peak.error + np.sum(error, axis=-1) + drag * found.speed.error
+    uncertainty = uncertainty + float(given.torque.mean.error)
+    return WithError(np.where(stable, peak.value, np.inf), np.where(stable, uncertainty, 0.0))
 
 
 def factor_in_decibels(factor: WithError) -> WithError:
@@ -205,7 +205,7 @@ def less(one: WithError, other: WithError) -> WithError:
 
 
 # ----------------------------------------------------------------------------
-# Adapter: control of the motor's frequency, its levels, its margins, and the full model beside.
+# Adapter: control of the motor's frequency, its levels, its margins, and the full model alongside.
 # ----------------------------------------------------------------------------
 
 _BRANCHES = 6
@@ -214,7 +214,7 @@ _LOCUS, _BEYOND = 121, 10.0
 
 
 def run_control(scene: Scene) -> None:
-    """Emit the loop of the case, and the studies that it asks for beside it."""
+    """Emit the loop of the case, and the studies that it asks for next to it."""
     given = setup(scene.case)
     options = given.options
     _cite(scene)
@@ -378,7 +378,7 @@ def _cite(scene: Scene) -> None:
 
 
 # ----------------------------------------------------------------------------
-# Adapter, continued: the full nonlinear machine beside the reduced model.
+# Adapter, continued: the full nonlinear machine next to the reduced model.
 # ----------------------------------------------------------------------------
 
 
@@ -407,7 +407,7 @@ def emit_range(scene: Scene, given: Setup, reduced: WithError) -> WithError | No
 def emit_full(
     scene: Scene, given: Setup, feedback: float, reduced: WithError, without: WithError | None
 ) -> None:
-    """The closed loop in the full model: levels beside the reduced ones, or that it is unstable."""
+    """The closed loop in the full model: levels by the reduced ones, or that it is unstable."""
     options = given.options
     law = Law(
         options.gain, feedback, options.acceleration_feedback, given.reference, options.actuator_lag
@@ -519,8 +519,8 @@ def emit_tuned(scene: Scene, given: Setup, asked: Tune, without: WithError) -> N
     emit_loop(scene, "tuned/", found.controlled, given)
     put(scene, "tuned/active", WithError(proof.active.astype(float), np.zeros(())), axes)
     # the differences are good to 1e-7, the place where they are taken to little more than 1e-6
-    doubt = 1e-5 * (1.0 + np.abs(proof.multiplier))
-    put(scene, "tuned/multiplier", WithError(proof.multiplier, doubt), axes)
+    uncertainty = 1e-5 * (1.0 + np.abs(proof.multiplier))
+    put(scene, "tuned/multiplier", WithError(proof.multiplier, uncertainty), axes)
     put(scene, "tuned/residual", WithError(np.asarray(proof.residual), np.asarray(1e-5)))
     scene.cite(
         "grids that close in over gain and feedback; conditions of Karush, Kuhn and Tucker",

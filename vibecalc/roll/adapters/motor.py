@@ -45,7 +45,7 @@ def emit_fit(scene: Scene, fitted: FittedMotor) -> None:
     for name in ("stator_leakage", "magnetising_inductance", "rotor_resistance", "rotor_leakage"):
         value, moved = np.asarray(getattr(own, name)), np.asarray(getattr(other, name))
         scene.emit(f"{MOTOR}/{name}", value, _apart(_exact(value), _exact(moved)), cages)
-    _emit_told(scene, fitted)
+    _emit_reported(scene, fitted)
     rows = {"slip": fit.slip}
     error = _apart(fit.torque, steady_torque(other, fit.slip))
     scene.emit(f"{MOTOR}/table/torque", fit.table, 0.0, rows)
@@ -91,11 +91,11 @@ def emit_transients(
     _emit(scene, "static_answer", (still[0], still[1]), {})
 
 
-def _emit_told(scene: Scene, fitted: FittedMotor) -> None:
+def _emit_reported(scene: Scene, fitted: FittedMotor) -> None:
     fit = fitted.fit
-    told = fit.identifiability
+    reported = fit.identifiability
     twin = identifiability(fitted.other.motor, fit.slip[fit.used], np.ones(int(fit.used.sum())))
-    names, count = {"motor_parameter": told.names}, len(told.names)
+    names, count = {"motor_parameter": reported.names}, len(reported.names)
     numbers = {"combination": np.arange(1, count + 1)}
     for name, field in (
         ("parameter_spread", "held_spread"),
@@ -103,25 +103,28 @@ def _emit_told(scene: Scene, fitted: FittedMotor) -> None:
         ("combination_spread", "spread"),
         ("singular_value", "singular_values"),
     ):
-        value, moved = getattr(told, field), getattr(twin, field)
+        value, moved = getattr(reported, field), getattr(twin, field)
         known = np.isfinite(value) & np.isfinite(moved)
         change = np.abs(np.subtract(value, moved, out=np.zeros_like(value), where=known))
         size = float(np.max(value, initial=0.0, where=known))
         # the least of the singular values that are not zero sets what rounding costs a spread
-        loss = 1.0 if field == "singular_values" else _loss(told)
+        loss = 1.0 if field == "singular_values" else _loss(reported)
         scene.emit(f"{MOTOR}/{name}", value, change + _FIT_ROUNDING * loss * size, names | numbers)
-    turned = np.abs(told.combinations - twin.combinations) + (_FIT_ROUNDING / _gaps(told))[:, None]
-    scene.emit(f"{MOTOR}/combination", told.combinations, turned, names | numbers)
+    turned = (
+        np.abs(reported.combinations - twin.combinations)
+        + (_FIT_ROUNDING / _gaps(reported))[:, None]
+    )
+    scene.emit(f"{MOTOR}/combination", reported.combinations, turned, names | numbers)
 
 
-def _loss(told: Identifiability) -> float:
-    there = told.singular_values[np.isfinite(told.spread)]
+def _loss(reported: Identifiability) -> float:
+    there = reported.singular_values[np.isfinite(reported.spread)]
     return float(there.max() / there.min())
 
 
-def _gaps(told: Identifiability) -> FloatArray:
+def _gaps(reported: Identifiability) -> FloatArray:
     """Distance (n,) of each singular value from the others, over the largest; zeros are one."""
-    values = np.where(np.isfinite(told.spread), told.singular_values, 0.0)
+    values = np.where(np.isfinite(reported.spread), reported.singular_values, 0.0)
     apart = np.abs(values[:, None] - values)
     alike = np.eye(values.size, dtype=bool) | ((values == 0.0)[:, None] & (values == 0.0))
     return np.asarray(np.min(np.where(alike, np.inf, apart), axis=1) / values.max())
@@ -171,10 +174,10 @@ _ROUNDING = 1e-14
 _CYCLE = (f"{MOTOR}/cycle/static_slip", f"{MOTOR}/cycle/static_torque")
 
 
-def doubted(
+def uncertain(
     machine: RollMachine, other: RollDrive, running: Running, started_at: float | None
 ) -> Running:
-    """The running state whose check has, beside other points, the motor that the fit leaves open.
+    """The running state whose check has, next to other points, the motor that the fit leaves open.
 
     `other` is the drive with that motor.
     """
@@ -287,7 +290,7 @@ def _solved(
         scene.warn(f"what the machine does with {which} is left out: {failure}")
         return None
     if other is not drive:
-        running = doubted(machine, other, running, options.started_at)
+        running = uncertain(machine, other, running, options.started_at)
     one, twin = (
         seen_in(machine, own, state)
         for state, own in ((running.state, drive), (running.check, other))

@@ -18,19 +18,19 @@ from vibecalc.roll.turn import (
     by_cylinder,
     harmonics,
     mean,
+    peak,
     readings,
     rounding_left,
-    summit,
 )
 
 #: crank angles of the course over a turn, both ends included
 _SHOWN = 361
-#: points on a panel that show its summits without further looks
+#: points on a panel that show its peaks without further looks
 _RESOLVED = 4
-#: of what a step of the dial leaves of a difference, over what the step before left
+#: of what a step of the setting leaves of a difference, over what the step before left
 _SLACK = 10.0
 _LEAST_LEFT = 5e-3
-#: of the difference of the coarser dials, where that of the finer ones may be small by luck
+#: of the difference of the coarser settings, where that of the finer ones may be small by luck
 _PART = 1e-3
 #: of an angular momentum; a few roundings of the sums that it comes from
 _STILL = 16.0 * EPSILON
@@ -42,7 +42,7 @@ _Read = TypeVar("_Read")
 class Seen(NamedTuple):
     """One machine (B = 1) with its turn, and its motion at any angle.
 
-    `speed` is the crank speed alone at any angle, where the points of the turn show its summits.
+    `speed` is the crank speed alone at any angle, where the points of the turn show its peaks.
     """
 
     machine: RollMachine
@@ -91,11 +91,11 @@ def lags_of(values: np.ndarray, error: np.ndarray) -> tuple[np.ndarray, np.ndarr
 class Looks(NamedTuple):
     """The motion by the method of a case, and what tells how far it is off.
 
-    `other` is from another dial; `order` that of the method, 0 if not known, and `safety` what a
-    difference of dials then counts. `best` are two looks by collocation, where another method has
-    found the motion: no estimate is below what it differs from these. `coarse`, from a dial before
-    the other one, tells how much of a difference a step of the dial leaves; `steps` is how long the
-    last step is over the one before.
+    `other` is from another setting; `order` that of the method, 0 if not known, and `safety` what a
+    difference of settings then counts. `best` are two looks by collocation, where another method
+    has found the motion: no estimate is below what it differs from these. `coarse`, from a setting
+    before the other one, tells how much of a difference a step of the setting leaves; `steps` is
+    how long the last step is over the one before.
     """
 
     own: Seen
@@ -108,8 +108,8 @@ class Looks(NamedTuple):
 
     def read(self, reading: Callable[[Seen], _Read]) -> tuple[_Read, ...]:
         """The same reading of every look, the own first."""
-        beside = self.best or (() if self.coarse is None else (self.coarse,))
-        return tuple(reading(look) for look in (self.own, self.other, *beside))
+        nearby = self.best or (() if self.coarse is None else (self.coarse,))
+        return tuple(reading(look) for look in (self.own, self.other, *nearby))
 
     def error(self, *values: ArrayLike, single: bool = False) -> FloatArray:
         """Error of the first of values that came from `read`.
@@ -133,7 +133,7 @@ class Looks(NamedTuple):
 def left_over(
     own: FloatArray, other: FloatArray, coarse: FloatArray, steps: float = 1.0
 ) -> FloatArray:
-    """Error of what the finest of three dials gives, by how fast their differences fall.
+    """Error of what the finest of three settings gives, by how fast their differences fall.
 
     The difference of the finer two is the error of the second. What the last step leaves of it is
     taken as ten times what the step before has left, to the power of how much longer the last one
@@ -192,7 +192,8 @@ def numbers_of(seen: Seen) -> dict[str, Value]:
 def leak_of(seen: Seen) -> float:
     """Work that is left over in a turn, over all that is moved; zero for the exact motion.
 
-    It tells of what all dials have in common, such as a kink that lies a little off its panel end.
+    It tells of what all settings have in common, such as a kink that lies a little off its panel
+    end.
     """
     found = numbers_of(seen)["energy/residual"]
     return abs(found.value) / found.size if found.size > 0.0 else 0.0
@@ -202,8 +203,8 @@ def extremes_of(seen: Seen) -> dict[str, Value]:
     """Largest slip and variation of the speed, found between the points."""
     at = seen.speed or (lambda angles: np.asarray(seen.course(angles).crank_speed[0]))
     angles, known = seen.turn.crank_angle[0], seen.turn.crank_speed[0]
-    slow, one = summit(lambda x: -at(x), (angles, -known) if seen.speed else None)
-    fast, other = summit(at, (angles, known) if seen.speed else None)
+    slow, one = peak(lambda x: -at(x), (angles, -known) if seen.speed else None)
+    fast, other = peak(at, (angles, known) if seen.speed else None)
     speed = 2.0 * np.pi / float(seen.turn.period[0])
     sync = float(np.max(seen.drive.synchronous_speed))
     return {
@@ -235,6 +236,6 @@ def peaks_of(seen: Seen) -> dict[str, tuple[FloatArray, FloatArray]]:
                 read = readings(seen.machine, seen.drive, seen.course(angles))
                 return np.asarray(np.abs(np.asarray(getattr(read, name))[0, :, place]))
 
-            tops.append(summit(size))
+            tops.append(peak(size))
         found[name] = np.array([top for top, _ in tops]), np.array([left for _, left in tops])
     return found

@@ -9,7 +9,7 @@ from vibecalc.kinematics.adapter import exact_motion
 from vibecalc.numerics.cycle_peak import cycle_peak
 from vibecalc.numerics.level import level_of
 from vibecalc.numerics.rounding import EPSILON, FloatArray
-from vibecalc.roll.adapters.motor import doubted, emit_motor
+from vibecalc.roll.adapters.motor import emit_motor, uncertain
 from vibecalc.roll.adapters.readings import (
     Looks,
     Seen,
@@ -38,12 +38,12 @@ from vibecalc.roll.turn import Turn, by_cylinder, classical, harmonics, level, r
 _ROUNDING = 32.0 * EPSILON
 #: zero for the exact motion, so that all of it is error
 _ZERO = ("energy/residual", "momentum_residual")
-#: safety of a difference of dials where the case has chosen the points
+#: safety of a difference of settings where the case has chosen the points
 _CHOSEN = 2.0
 
 
 def run_roll(scene: Scene) -> None:
-    """Emit the running state, its spectra and balances, and what the case asks for beside it."""
+    """Emit the running state, its spectra and balances, and what the case asks for next to it."""
     response = scene.case.response
     if response is None or response.roll is None:
         raise ValueError("the case has no [response.roll]")
@@ -65,7 +65,7 @@ def run_roll(scene: Scene) -> None:
         course=scene.wants(*_below("cycle")),
     )
     if fitted is not None:
-        running = doubted(machine, checked, running, options.started_at)
+        running = uncertain(machine, checked, running, options.started_at)
     looks = _looks(options, machine, drive, checked, running)
     _emit_spectra(scene, parts, options.orders, looks)
     _emit_numbers(scene, looks)
@@ -95,7 +95,7 @@ def _below(part: str) -> tuple[str, ...]:
 def _looks(
     options: Roll, machine: RollMachine, drive: RollDrive, checked: RollDrive, running: Running
 ) -> Looks:
-    """The motion by the method of the case, from its dial and a finer (or coarser) one.
+    """The motion by the method of the case, from its setting and a finer (or coarser) one.
 
     `checked` is the drive of the check: that of the motion, but for what a fit leaves open.
     """
@@ -109,8 +109,13 @@ def _looks(
         if near is None:
             return Looks(one, other, safety=_CHOSEN if options.points else 1.0)
         coarse = seen_in(machine, drive, near)
-        dials = (running.state.points, running.check.points, near.points)
-        return Looks(one, other, coarse=coarse, steps=(dials[0] - dials[1]) / (dials[1] - dials[2]))
+        settings = (running.state.points, running.check.points, near.points)
+        return Looks(
+            one,
+            other,
+            coarse=coarse,
+            steps=(settings[0] - settings[1]) / (settings[1] - settings[2]),
+        )
     fading = float(np.max(np.abs(running.multiplier)))
     asked = Asked(options.points, options.step, options.started_at, running.state.momentum, fading)
     found = find(options.method, machine, drive, asked)
@@ -126,8 +131,8 @@ def _emit_spectra(scene: Scene, parts: RollParts, orders: int, looks: Looks) -> 
         error = error + leak * np.max(np.abs(values), initial=0.0)
         axes = {"order": numbers, "cylinder": np.array(parts.names, dtype=object)}
         scene.emit(f"{ROLL}/{name}", values, error, axes)
-        levels, doubt = level_of(values, error, reference=1.0)
-        scene.emit(f"{ROLL}/level/{name}", levels, doubt, axes)
+        levels, uncertainty = level_of(values, error, reference=1.0)
+        scene.emit(f"{ROLL}/level/{name}", levels, uncertainty, axes)
         scene.emit(f"{ROLL}/phase_lag/{name}", *lags_of(values, error), axes)
 
 
@@ -188,7 +193,7 @@ def _cite(scene: Scene) -> None:
 
 
 # ----------------------------------------------------------------------------
-# Adapter, continued: what a case may ask for beside the running state of a roll machine.
+# Adapter, continued: what a case may ask for next to the running state of a roll machine.
 # ----------------------------------------------------------------------------
 
 #: dB; what rounding leaves in a level
@@ -205,7 +210,7 @@ def emit_interpolations(
     scene: Scene, parts: RollParts, options: Roll, machine: RollMachine, motor: RollDrive
 ) -> None:
     """Levels with every way to read the gas tables, and what these differ by."""
-    found, doubt = [], []
+    found, uncertainty = [], []
     orders = np.arange(1, options.orders + 1)
     for way in parts.interpolations:
         drive = motor._replace(gas=roll_drive(parts, way).gas)
@@ -221,10 +226,10 @@ def emit_interpolations(
             for state in (running.state, running.check)
         ]
         found.append(each[0])
-        doubt.append(np.abs(_apart(*each)))
+        uncertainty.append(np.abs(_apart(*each)))
     if not found:
         return
-    values, error = np.array(found), np.array(doubt) + _STUDY_ROUNDING
+    values, error = np.array(found), np.array(uncertainty) + _STUDY_ROUNDING
     axes = {"interpolant": parts.interpolations, "order": orders}
     scene.emit(f"{ROLL}/interpolation/level", values, error, axes)
     known = np.all(np.isfinite(values), axis=0)
@@ -244,7 +249,7 @@ def emit_methods(
     """Levels by other methods, less those of the method of the case, and the work of each."""
     fading = float(np.max(np.abs(running.multiplier)))
     asked = Asked(None, options.step, options.started_at, running.state.momentum, fading)
-    levels, doubts, works = [], [], []
+    levels, uncertainties, works = [], [], []
     names = tuple(dict.fromkeys(options.compare))
     own, twin = (
         _levels(machine, drive, state.turn, options.orders)
@@ -261,10 +266,10 @@ def emit_methods(
         levels.append(each[0])
         # no other method is known better than it agrees with collocation
         apart = np.abs(_apart(each[0], own)) + np.abs(_apart(own, twin))
-        doubts.append(np.maximum(2.0 * np.abs(_apart(*each)), apart) + _STUDY_ROUNDING)
+        uncertainties.append(np.maximum(2.0 * np.abs(_apart(*each)), apart) + _STUDY_ROUNDING)
         works.append(work)
     axes = {"method": names, "order": np.arange(1, options.orders + 1)}
-    values, error = np.array(levels), np.array(doubts)
+    values, error = np.array(levels), np.array(uncertainties)
     scene.emit(f"{ROLL}/method/level", values, error, axes)
     scene.emit(f"{ROLL}/method/difference", _apart(values, own), error, axes)
     scene.emit(f"{ROLL}/method/work", works, 0.0, axes)
@@ -348,7 +353,7 @@ def _mistakes(
     machine, drive = seen.machine, seen.drive
     plain = classical(machine, drive, seen.turn, numbers)
     right = readings(machine, drive, seen.turn)
-    # peaks and errors on an even grid, the same for every dial
+    # peaks and errors on an even grid, the same for every setting
     even = seen.course(np.linspace(0.0, 2.0 * np.pi, _GRID))
     flat, exact = classical(machine, drive, even, numbers), readings(machine, drive, even)
     found = {}
@@ -383,7 +388,7 @@ def _apart(one: FloatArray, other: FloatArray) -> FloatArray:
 
 
 # ----------------------------------------------------------------------------
-# Adapter: what the textbook says of the body's shaking, beside the roll that it leaves out.
+# Adapter: what the textbook says of the body's shaking, next to the roll that it leaves out.
 #
 # At constant speed, in a shell that does not turn, masses shake the body by a force and a couple,
 # and gas and motor are inner forces. Both can be balanced to nothing, and the shell rolls still.
@@ -401,13 +406,13 @@ def emit_shaking(scene: Scene, seen: Seen, finer: Seen, orders: int) -> None:
     motion = exact_motion(scene.case, train, orders)
     driven = train_excitation(train, scene.parts.rotating_masses, motion, scene.case.machine)
     speed, other = (2.0 * np.pi / float(look.turn.period[0]) for look in (seen, finer))
-    square, doubt = speed**2, abs(speed**2 - other**2)
+    square, uncertainty = speed**2, abs(speed**2 - other**2)
     numbers, kept = np.arange(1, motion.kept + 1), motion.kept
     for name, value, error in (
         ("force", driven.force, driven.force_error),
         ("couple", driven.couple, driven.couple_error),
     ):
-        off = square * error + doubt * np.abs(value)
+        off = square * error + uncertainty * np.abs(value)
         axes = {"order": numbers[:orders], "direction": DIRECTIONS}
         rounding = square * error
         scene.emit(

@@ -28,7 +28,7 @@ _DECIBEL = 20.0 / np.log(10.0)
 
 
 class Load(NamedTuple):
-    """What the machine does to its rotor at constant speed, and what it is told to run at.
+    """What the machine does to its rotor at constant speed, and what it is set to run at.
 
     `reference` R (rad/s); `mean` d_0 (N m, negative for a machine that takes power);
     `harmonics` (..., orders) complex 0-pk, order 1 first; absolute errors of the two torques.
@@ -91,7 +91,7 @@ def _evaluated(
         model, controller, speed.value, np.asarray(load.harmonics, dtype=complex),
         load.harmonics_error, speed.error,
     )  # fmt: skip
-    # what a doubt of the feedback does to the response, through the stiffness of the loop
+    # what an uncertainty of the feedback does to the response, through the stiffness of the loop
     stiff = np.abs(forward * feedback_error / under)[..., None]
     answer = Harmonics(*(_masked(part, found.stable, stiff) for part in answer))
     level = decibels(answer.shell_acceleration)
@@ -235,7 +235,7 @@ class Tuned(NamedTuple):
     `objective` dB re 1 rad/s^2, its error how much it changes across that bracket: the search is
     local at the end, and looks everywhere at first on a grid only. `controlled`: all of the
     chosen loop; its margins' `bandwidth` and its `command_rate` are what the actuator must bear.
-    `evaluations`: how many loops were looked at.
+    `evaluations`: how many loops were examined.
     """
 
     gain: WithError
@@ -330,8 +330,8 @@ def tune(
     feedback_error = float(np.hypot(bend, feedback)) * (high - low) * width
     around = _around(merit, gain, feedback, gain_error, feedback_error)
     level_error = float(np.max(controlled.level.error)) + float(np.max(np.abs(around - objective)))
-    beside, at = best_feedback(np.clip(u + _ASIDE * np.array([-1.0, 1.0]), first, last))
-    loose, lean = _looseness(beside, at, float(v[0]), float(objective), level_error)
+    nearby, at = best_feedback(np.clip(u + _ASIDE * np.array([-1.0, 1.0]), first, last))
+    loose, lean = _looseness(nearby, at, float(v[0]), float(objective), level_error)
     gain_error += gain * loose
     feedback_error += float(np.hypot(bend, feedback)) * lean * loose
     return Tuned(
@@ -342,14 +342,14 @@ def tune(
 
 
 def _looseness(
-    beside: np.ndarray, level: np.ndarray, centre: float, least: float, noise: float
+    nearby: np.ndarray, level: np.ndarray, centre: float, least: float, noise: float
 ) -> tuple[float, float]:
     """How far ln K may be off a flat minimum, and how fast the best feedback moves with ln K.
 
     From the best levels a step _ASIDE to both sides, of which the smaller rise counts.
     """
     rise = max(float(np.min(level)) - least, noise)
-    lean = float(np.max(np.abs(beside - centre))) / _ASIDE
+    lean = float(np.max(np.abs(nearby - centre))) / _ASIDE
     return _ASIDE * float(np.sqrt(noise / rise)), lean
 
 

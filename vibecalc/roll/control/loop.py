@@ -85,7 +85,7 @@ def _rising_zero(spare: Callable[[float], float], near: float, size: float) -> f
 # What gas, inertia and friction do to a rotor at constant speed: the load of the reduced model.
 # ----------------------------------------------------------------------------
 
-#: Gauss points on a panel beside those that the highest order needs, and on the finer look
+#: Gauss points on a panel next to those that the highest order needs, and on the finer look
 _POINTS, _MORE = 10, 4
 _WIDEST = np.pi / 18.0
 
@@ -322,7 +322,7 @@ class Harmonics(NamedTuple):
     """Complex amplitudes (..., orders), 0-to-peak, x(t) = Re sum X_n exp(i n W t); orders 1, 2, ...
 
     `shell_acceleration`, `rotor_acceleration` (rad/s^2), `rotor_speed` (rad/s), `motor_torque`
-    (N m, between shell and rotor), `command` (rad/s, what the actuator delivers beside its mean).
+    (N m, between shell and rotor), `command` (rad/s, what the actuator delivers next to its mean).
     """
 
     shell_acceleration: WithError
@@ -363,10 +363,10 @@ def harmonics(
     size = np.abs(inertia * s) + drag + (np.abs(q1 * s) + np.abs(q0)) / np.abs(lag)
     slope = inertia + np.abs(q1) + np.abs(back) * (_wide(controller.lag) + delay)
     speed_off = order * np.asarray(speed_error, dtype=float)[..., None]
-    doubt = 12.0 * UNIT_ROUNDOFF * size * (1.0 + np.abs(s) * delay) + slope * speed_off
+    uncertainty = 12.0 * UNIT_ROUNDOFF * size * (1.0 + np.abs(s) * delay) + slope * speed_off
     with np.errstate(divide="ignore", invalid="ignore"):
         rotor = torque / under
-        relative = doubt / np.abs(under) + 4.0 * UNIT_ROUNDOFF
+        relative = uncertainty / np.abs(under) + 4.0 * UNIT_ROUNDOFF
         rotor_error = np.abs(rotor) * relative + np.asarray(disturbance_error) / np.abs(under)
         drift = speed_off / np.abs(s)
     command = -back / _wide(model.motor_gain)

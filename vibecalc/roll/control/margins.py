@@ -21,7 +21,7 @@ class Crossings(NamedTuple):
 
     `frequency` (rad/s, positive; 1.0 where absent) and its absolute `frequency_error`;
     `critical` in [0, 2 pi): the lag w T of a delay T that would bring L to -1, delay not counted;
-    `slack` in [0, 2 pi): lag that is still allowed beside the loop's own delay; `phase_error`
+    `slack` in [0, 2 pi): lag that is still allowed next to the loop's own delay; `phase_error`
     belongs to both. `outward`: +1 where roots cross to the right as the delay grows, else -1,
     0 where they only touch the axis.
     """
@@ -47,8 +47,8 @@ def crossings(loop: Loop) -> Crossings:
     unsure = 16.0 * UNIT_ROUNDOFF
 
     square = b * b - 4.0 * a * c
-    doubt = unsure * (size_b * size_b + 4.0 * a * size_c)
-    square = np.where(np.abs(square) <= doubt, 0.0, square)
+    uncertainty = unsure * (size_b * size_b + 4.0 * a * size_c)
+    square = np.where(np.abs(square) <= uncertainty, 0.0, square)
     side = -0.5 * (b + np.where(b < 0.0, -1.0, 1.0) * np.sqrt(np.maximum(square, 0.0)))
     with np.errstate(divide="ignore", invalid="ignore"):
         x = np.concatenate(np.broadcast_arrays(side / a, c / side), axis=-1)
@@ -134,7 +134,7 @@ def poles_right(loop: Loop, cross: Crossings | None = None) -> np.ndarray:
 
 
 def status(loop: Loop, cross: Crossings | None = None) -> np.ndarray:
-    """Which of `STATUS` holds, as whole numbers. Doubt counts against the loop.
+    """Which of `STATUS` holds, as whole numbers. Uncertainty counts against the loop.
 
     "On the limit": within 1e-9 (rad, or of the gain), or nearer than rounding can tell.
     """
@@ -221,11 +221,11 @@ def gain_margin(loop: Loop, cross: Crossings | None = None) -> GainMargin:
     size, w, error = _candidates(loop, cross)
     with np.errstate(divide="ignore", invalid="ignore"):
         factor = 1.0 / size
-        doubt = factor * (error / size + 4.0 * UNIT_ROUNDOFF)
+        uncertainty = factor * (error / size + 4.0 * UNIT_ROUNDOFF)
     grows = np.isfinite(factor) & (factor > 1.0)
     falls = (factor < 1.0) & (factor > 0.0)
-    upper = _pick(np.where(grows, factor, np.inf), doubt, w, np.argmin)
-    lower = _pick(np.where(falls, factor, 0.0), doubt, w, np.argmax)
+    upper = _pick(np.where(grows, factor, np.inf), uncertainty, w, np.argmin)
+    lower = _pick(np.where(falls, factor, 0.0), uncertainty, w, np.argmax)
     return GainMargin(
         upper[0], np.where(np.isfinite(upper[0]), upper[1], 0.0),
         np.where(np.isfinite(upper[0]), upper[2], np.inf),
@@ -234,10 +234,10 @@ def gain_margin(loop: Loop, cross: Crossings | None = None) -> GainMargin:
 
 
 def _pick(
-    factor: np.ndarray, doubt: np.ndarray, w: np.ndarray, choose: Callable[..., np.ndarray]
+    factor: np.ndarray, uncertainty: np.ndarray, w: np.ndarray, choose: Callable[..., np.ndarray]
 ) -> list[np.ndarray]:
     best = choose(factor, axis=-1)[..., None]
-    return [np.take_along_axis(a, best, axis=-1)[..., 0] for a in (factor, doubt, w)]
+    return [np.take_along_axis(a, best, axis=-1)[..., 0] for a in (factor, uncertainty, w)]
 
 
 def _candidates(loop: Loop, cross: Crossings) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -262,15 +262,15 @@ def _candidates(loop: Loop, cross: Crossings) -> tuple[np.ndarray, np.ndarray, n
         return closed, places, error
 
     pick = Loop(*(a[late] for a in loop))
-    size, w, doubt = _bracketed(pick, Crossings(*(a[late] for a in cross)))
+    size, w, uncertainty = _bracketed(pick, Crossings(*(a[late] for a in cross)))
     count = size.shape[-1]
     shape = (*late.shape, count)
-    all_size, all_w, all_doubt = np.zeros(shape), np.ones(shape), np.zeros(shape)
-    all_size[late], all_w[late], all_doubt[late] = size, w, doubt
+    all_size, all_w, all_uncertainty = np.zeros(shape), np.ones(shape), np.zeros(shape)
+    all_size[late], all_w[late], all_uncertainty[late] = size, w, uncertainty
     return (
         np.concatenate([closed, all_size], axis=-1),
         np.concatenate([places, all_w], axis=-1),
-        np.concatenate([error, all_doubt], axis=-1),
+        np.concatenate([error, all_uncertainty], axis=-1),
     )
 
 
@@ -307,7 +307,7 @@ def _bracketed(loop: Loop, cross: Crossings) -> tuple[np.ndarray, np.ndarray, np
     rounding = 8.0 * UNIT_ROUNDOFF * (_TURN + w * wide.delay)
     with np.errstate(divide="ignore"):
         slip = (np.abs(_phase(loop, w) - wanted) + rounding) / np.abs(phase_slope(wide, w))
-    # where the phase hardly turns, the stretch itself bounds the doubt
+    # where the phase hardly turns, the stretch itself bounds the uncertainty
     w_error = np.minimum(2.0 * slip, right - left) + UNIT_ROUNDOFF * w
     size = np.where(met, _size(loop, w), 0.0)
     return size, w, np.abs(_size_slope(loop, w)) * size * w_error + 8.0 * UNIT_ROUNDOFF * size
@@ -464,8 +464,8 @@ def _delay_margin(cross: Crossings) -> tuple[WithError, np.ndarray]:
 
 def _least(value: np.ndarray, error: np.ndarray, cross: Crossings) -> tuple[WithError, np.ndarray]:
     which = np.argmin(value, axis=-1)[..., None]
-    least, doubt, at = (
+    least, uncertainty, at = (
         np.take_along_axis(a, which, axis=-1)[..., 0] for a in (value, error, cross.frequency)
     )
     some = np.isfinite(least)
-    return WithError(least, np.where(some, doubt, 0.0)), np.where(some, at, np.inf)
+    return WithError(least, np.where(some, uncertainty, 0.0)), np.where(some, at, np.inf)

@@ -80,7 +80,7 @@ class Poles(NamedTuple):
 
     `complete`: every pole to the right of the last is there, by an exact count. False only for
     a delay without a lag, whose poles come as an endless chain along a vertical line; then those
-    with the smallest imaginary part are given beside all to the right of that line.
+    with the smallest imaginary part are given next to all to the right of that line.
     """
 
     value: np.ndarray
@@ -144,10 +144,10 @@ def _terms(loop: Loop, s: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarra
 def _error(loop: Loop, s: np.ndarray) -> np.ndarray:
     """First order in the residual, or second order where two poles nearly meet."""
     value, slope, bend = _terms(loop, s)
-    doubt = np.abs(value) + rounding_of(loop, s)
+    uncertainty = np.abs(value) + rounding_of(loop, s)
     with np.errstate(divide="ignore", invalid="ignore"):
-        single = np.where(slope == 0.0, np.inf, 2.0 * doubt / np.abs(slope))
-        double = np.where(bend == 0.0, np.inf, 2.0 * np.sqrt(2.0 * doubt / np.abs(bend)))
+        single = np.where(slope == 0.0, np.inf, 2.0 * uncertainty / np.abs(slope))
+        double = np.where(bend == 0.0, np.inf, 2.0 * np.sqrt(2.0 * uncertainty / np.abs(bend)))
     error: np.ndarray = np.minimum(single, double) + 2.0**-52 * np.abs(s)
     return error
 

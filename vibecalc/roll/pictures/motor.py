@@ -61,8 +61,8 @@ def motor_curve(motor: Mapping[str, Any], slips: np.ndarray) -> MotorCurve | Non
     mirrored = np.concatenate([-heights[:0:-1], heights])
     kept = both >= low * _RPM
     at, most = breakdown(curve)
-    summit = (rpm(at), most) if np.isfinite(most) else None
-    return MotorCurve(rpm_of(grid), torque, rpm_of(both[kept]), mirrored[kept], summit)
+    peak = (rpm(at), most) if np.isfinite(most) else None
+    return MotorCurve(rpm_of(grid), torque, rpm_of(both[kept]), mirrored[kept], peak)
 
 
 def rpm_of(speeds: np.ndarray) -> np.ndarray:

@@ -68,7 +68,7 @@ def draw_roll_cycle(result: Result) -> "Figure | None":
     curve = motor_curve(motor, slips)
     fitted = [scalar_of(record, f"response/roll/motor/breakdown_{w}") for w in ("slip", "torque")]
     if curve is not None and fitted[0] is not None and fitted[1] is not None:
-        # a motor with fluxes has the summit of its fit, not that of the table
+        # a motor with fluxes has the peak of its fit, not that of the table
         curve = curve._replace(breakdown=(rpm(fitted[0]), fitted[1]))
     for name in ("curve", "part"):
         _curve(panels[name], curve, slips, torques, whole=name == "curve")
@@ -163,7 +163,7 @@ def _breakdown(axes: "Axes", slip: float, torque: float) -> None:
 # ----------------------------------------------------------------------------
 
 _PATH = ROLL + "level/shell_acceleration"
-#: how far the marks of published and measured levels stand beside an order
+#: how far the marks of published and measured levels stand next to an order
 _ASIDE = 0.22
 #: more orders than these get no mark of their own on the axis
 _MARKED = 24

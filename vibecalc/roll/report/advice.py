@@ -193,7 +193,7 @@ def _all_orders(found: Changes) -> list[str]:
 
 
 def _missing(found: Changes, record: Record) -> list[str]:
-    """Changes that leave no running state, where such changes were looked at at all."""
+    """Changes that leave no running state, where such changes were examined at all."""
     words = []
     for side, name in enumerate(("more", "less")):
         if f"{ROLL}sensitivity/ten_percent_{name}" in record:

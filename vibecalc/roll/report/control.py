@@ -108,7 +108,8 @@ def in_time(time: Any) -> str:
 
 
 # ----------------------------------------------------------------------------
-# Control of the motor: the loop and its margins, levels with it and without, and what to doubt.
+# Control of the motor: the loop and its margins, levels with it and without, and what to
+# uncertainty.
 # ----------------------------------------------------------------------------
 
 _MODEL = (

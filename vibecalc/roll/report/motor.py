@@ -204,8 +204,8 @@ def _points(record: Record) -> list[str]:
         if found is None:
             continue
         value = float(found.values)
-        beside = f"{show(rpm(value), digits=5)} rpm" if name == "breakdown_slip" else ""
-        rows.append([words, show(value, found.error_estimate), found.unit, beside])
+        nearby = f"{show(rpm(value), digits=5)} rpm" if name == "breakdown_slip" else ""
+        rows.append([words, show(value, found.error_estimate), found.unit, nearby])
     for name, words in (
         ("rotor_open_time", "stator open"),
         ("rotor_short_time", "stator short"),

@@ -234,7 +234,7 @@ _PLACES = {"rod_force": "in the rods", "wall_force": "on the walls"}
 
 
 def forces(record: Record) -> list[str]:
-    """Largest forces of each cylinder, beside those at constant speed, and what these miss."""
+    """Largest forces of each cylinder, next to those at constant speed, and what these miss."""
     peaks = [having(record, f"{ROLL}{name}_peak", "cylinder") for name, _ in _FORCES]
     first = next((peak for peak in peaks if peak is not None), None)
     if first is None:
@@ -343,7 +343,7 @@ def _interpolations(result: Result) -> list[str]:
 def _open(spread: np.ndarray, orders: np.ndarray, acts: np.ndarray) -> str:
     chosen = acts & (orders != 0) & np.isfinite(spread)
     if not chosen.any():
-        return "the tables leave nothing open that can be told"
+        return "the tables leave nothing open that can be determined"
     sizes = np.where(chosen, spread, 0.0)
     top = int(np.argmax(sizes))
     words = f"the tables leave a level open by up to {decibels(float(sizes[top]))} dB"

@@ -83,7 +83,7 @@ def _settling(record: Record, share: object) -> str:
 
 
 def _steady(record: Record) -> list[str]:
-    """The last turn beside the periodic motion, where the result has both."""
+    """The last turn next to the periodic motion, where the result has both."""
     last = having(record, _STEM + "turn/shell_acceleration", "turn")
     speeds = having(record, _STEM + "turn/speed", "turn")
     cycle = having(record, "response/roll/cycle/shell_acceleration", "crank_angle")

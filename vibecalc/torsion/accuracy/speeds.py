@@ -13,7 +13,7 @@ from vibecalc.core.accuracy.other_searches import (
     nelder_mead,
     parabola_maximum,
 )
-from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Ladder, Reference, Topic
+from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Reference, Refinement, Topic
 from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import ComplexArray, FloatArray, IntArray
@@ -28,13 +28,13 @@ from vibecalc.torsion.accuracy.steady import apart, by_modes_refused
 from vibecalc.torsion.adapters.critical import undamped_speeds
 from vibecalc.torsion.adapters.curves import solved, sweep
 from vibecalc.torsion.adapters.damper_design import build_problem
-from vibecalc.torsion.adapters.maxima import torque_value, with_needles
+from vibecalc.torsion.adapters.maxima import torque_value, with_narrow_resonances
 from vibecalc.torsion.adapters.setup import Setup, build_setup
 from vibecalc.torsion.adapters.speeds import chosen
 from vibecalc.torsion.critical_speeds import Value, largest
 from vibecalc.torsion.damper_design.descend import chart_of, valleys
 from vibecalc.torsion.damper_design.design import design_from
-from vibecalc.torsion.damper_design.peaks import LEVEL, Summits, Survey, survey
+from vibecalc.torsion.damper_design.peaks import LEVEL, Peaks, Survey, survey
 from vibecalc.torsion.damper_design.problem import Damper, Limits, Problem, torque_at
 from vibecalc.torsion.line import Line, complex_stiffness
 from vibecalc.torsion.synthesis import synthesis
@@ -50,7 +50,7 @@ GRID = (51.0, 101.0, 201.0, 401.0, 1001.0, 2001.0, 4001.0)
 ANGLES = (64.0, 256.0, 1024.0, 4096.0, 16384.0)
 #: speeds of the first look of the trusted answer, and its highest maxima that are refined
 LOOKED, RIVALS = 3001, 4
-#: distance, relative to the speed, over which the curvature at a maximum is looked at
+#: distance, relative to the speed, over which the curvature at a maximum is examined
 NEAR = 1e-4
 
 
@@ -118,16 +118,16 @@ def _curve(setup: Setup, speed: FloatArray, section: int) -> Topic:
 
     count = len(setup.modes.frequency)
     kept = np.unique(np.linspace(min(2, count), count, min(count, 6)).astype(int))
-    ladders = (
-        Ladder(
+    refinements = (
+        Refinement(
             "sweep", "elimination (or all modes where the case says so) and cells", "",
             NOTHING_TO_SET, kernel, default=1.0,
         ),
-        Ladder(
+        Refinement(
             "full matrices, samples", "numpy.linalg.solve at each order, even angles of the cycle",
             "angles", ANGLES, sampled, theory="order 2",
         ),
-        Ladder(
+        Refinement(
             "sum over modes", "undamped modes, what damping couples them by left out", "modes",
             tuple(float(one) for one in kept), summed,
         ),
@@ -136,7 +136,7 @@ def _curve(setup: Setup, speed: FloatArray, section: int) -> Topic:
         "torsion_speeds", "curve against speed",
         f"half range of the torque of section {section + 1} at {len(inner)} speeds of the range",
         "response/torsion/speeds/torque_half_range", "N*m", "complex multiplications",
-        reference, ladders,
+        reference, refinements,
         default_extra=1.0 if setup.model.modal is None else 4.0,
         default_why="" if setup.model.modal is None else "the case asks for a sum over modes",
     )  # fmt: skip
@@ -162,7 +162,7 @@ def _largest(setup: Setup, speed: FloatArray, section: int) -> Topic:
         at = speed if number == points else np.linspace(first, last, int(number))
         curve = sweep(setup.model, setup.drive, at, None, angles=False).torque
         undamped = undamped_speeds(setup, first, last)
-        dense = with_needles(setup, at, curve, undamped)
+        dense = with_narrow_resonances(setup, at, curve, undamped)
         top = largest(
             make, dense.torque[:, [section]], dense.speed, undamped.speed,
             undamped.endless[[section]],
@@ -211,24 +211,24 @@ def _largest(setup: Setup, speed: FloatArray, section: int) -> Topic:
             np.array([best.value]), apart(np.array([best.value]), np.array([other])),
             f"golden section about the highest of {LOOKED} speeds; the value there held against "
             "full matrices and long arithmetic over the cycle, the place by a polynomial",
-            _summit(value, best.position, first, last),
+            _peak(value, best.position, first, last),
         )  # fmt: skip
 
-    ladders = (
-        Ladder(
-            "sweep and summits", "poles looked up, the slope of the highest brought to zero",
+    refinements = (
+        Refinement(
+            "sweep and peaks", "poles looked up, the slope of the highest brought to zero",
             "speeds", tuple(sorted({*(one for one in SWEPT if one < points), points})), kernel,
             default=points,
         ),
-        Ladder("grid", "the best of even speeds", "speeds", GRID, gridded, theory="order 2"),
-        Ladder(
+        Refinement("grid", "the best of even speeds", "speeds", GRID, gridded, theory="order 2"),
+        Refinement(
             "grid with parabola", "through the best speed and its neighbours", "speeds", GRID,
             curved, theory="order 3",
         ),
-        Ladder(
+        Refinement(
             "grid and golden section", "about the best speed", "speeds", GRID[:4], golden,
         ),
-        Ladder(
+        Refinement(
             "critical speeds", "the best of those at which an order meets a mode", "",
             NOTHING_TO_SET, criticals,
         ),
@@ -237,7 +237,7 @@ def _largest(setup: Setup, speed: FloatArray, section: int) -> Topic:
         "torsion_speeds", "largest torque",
         f"largest half range of the torque of section {section + 1} at any speed of the range",
         "response/torsion/largest/torque_half_range", "N*m",
-        "speeds at which all orders are solved", reference, ladders,
+        "speeds at which all orders are solved", reference, refinements,
         position="crank speed [rad/s]",
         default_extra=2.0 + points / 100.0,
         default_why=f"the case asks for the curves at {int(points)} speeds; the largest value "
@@ -245,7 +245,7 @@ def _largest(setup: Setup, speed: FloatArray, section: int) -> Topic:
     )  # fmt: skip
 
 
-def _summit(value: Function, at: float, low: float, high: float) -> float:
+def _peak(value: Function, at: float, low: float, high: float) -> float:
     """Where the slope of a polynomial through values close about a maximum is zero.
 
     The highest value alone tells the place to half the digits.
@@ -294,18 +294,18 @@ SIMPLEX = (1e-1, 1e-2, 1e-4, 1e-6)
 GENERATIONS = (1.0, 3.0, 8.0)
 #: speeds that guide the search, that a user would take, of the trusted answer
 GUIDES, SPEEDS, FINEST = 41, 121, 481
-#: shares by which the trusted search starts beside the optimum
-BESIDE = 0.2
+#: shares by which the trusted search starts next to the optimum
+NEARBY = 0.2
 
 
 class _Counted(Survey):
-    """A survey that counts the dampers whose summits are looked for; `counts` has one entry."""
+    """A survey that counts the dampers whose peaks are looked for; `counts` has one entry."""
 
     counts: list[int]
 
-    def summits(self, damper: Damper, share: float, tolerance: float = LEVEL) -> Summits:
+    def peaks(self, damper: Damper, share: float, tolerance: float = LEVEL) -> Peaks:
         self.counts[0] += 1
-        return super().summits(damper, share, tolerance)
+        return super().peaks(damper, share, tolerance)
 
 
 def damper_design_topics(scene: Scene) -> list[Topic]:
@@ -354,48 +354,48 @@ def _topic(problem: Problem, limits: Limits) -> Topic:
         damper = Damper(inertia, *(float(np.exp(one)) for one in inside))
         return worst_of(problem, damper, speeds) * (1.0 + away)
 
-    def told(place: FloatArray, work: int) -> Answer:
+    def reported(place: FloatArray, work: int) -> Answer:
         damper = Damper(inertia, *(float(np.exp(one)) for one in place))
         return Answer(np.array([worst_of(problem, damper, FINEST)]), float(work), damper.stiffness)
 
     def simplex(tolerance: float) -> Answer:
         found = nelder_mead(lambda one: objective(one, SPEEDS), logarithms.mean(axis=1), tolerance)
-        return told(found.place, found.evaluations)
+        return reported(found.place, found.evaluations)
 
     def evolved(generations: float) -> Answer:
         bounds = [(float(low), float(high)) for low, high in logarithms]
         found = evolution(lambda one: objective(one, SPEEDS), bounds, int(generations))
-        return told(found.place, found.evaluations)
+        return reported(found.place, found.evaluations)
 
     def reference() -> Reference:
         prepared = survey(problem, limits, GUIDES)
         tuned = design_from(prepared, valleys(prepared, chart_of(prepared, TAKEN), 1))
-        start = np.log(np.array(tuned.damper)[1:]) + BESIDE * np.array([1.0, -1.0])
+        start = np.log(np.array(tuned.damper)[1:]) + NEARBY * np.array([1.0, -1.0])
         for tolerance in (1e-4, 1e-9):
             start = nelder_mead(lambda one: objective(one, FINEST), start, tolerance).place
         away = abs(objective(start, FINEST) / tuned.worst - 1.0)
         return Reference(
             np.array([tuned.worst]), away,
-            "minimax conditions by Newton's method, held against a simplex from beside it on full "
+            "minimax conditions by Newton's method, held against a simplex from next to it on full "
             f"matrices at {FINEST} speeds with parabolas",
             tuned.damper.stiffness,
         )  # fmt: skip
 
-    ladders = (
-        Ladder(
+    refinements = (
+        Refinement(
             "map and minimax", "linear programs downhill from the valley of a map, then Newton's "
             "method on the conditions of the optimum", "points of a variable", MAPS, searched,
             default=float(TAKEN), citation="Madsen 1975",
         ),
-        Ladder(
+        Refinement(
             "map alone", f"the best of even ratios, {SPEEDS} speeds", "points of a variable", GRIDS,
             mapped,
         ),
-        Ladder(
+        Refinement(
             "simplex", f"Nelder and Mead from the middle, {SPEEDS} speeds with a parabola",
             "tolerance", SIMPLEX, simplex,
         ),
-        Ladder(
+        Refinement(
             "differential evolution", f"of scipy, {SPEEDS} speeds with a parabola", "generations",
             GENERATIONS, evolved,
         ),
@@ -405,7 +405,8 @@ def _topic(problem: Problem, limits: Limits) -> Topic:
         "damper design", "least largest torque",
         f"least of the largest half range over sections and speeds, of order "
         f"{problem.order[0]:g} alone and without limits of the ring, spring and dashpot chosen",
-        "damper_design/worst_torque", unit, "dampers looked at over all speeds", reference, ladders,
+        "damper_design/worst_torque", unit, "dampers examined over all speeds", reference,
+        refinements,
         position="referred stiffness [N*m/rad]",
         default_extra=7.5,
         default_why="a map of 15 by 15, fine enough that no valley is lost, where a coarser one "

@@ -32,10 +32,10 @@ def run_torsion_as_published(scene: Scene) -> None:
     if options is None:
         raise ValueError("the case has no [response.torsion.as_published]")
     place, shape, shape_error = _shapes(setup, options)
-    frequency, doubt = setup.modes.frequency[place], setup.modes.frequency_error[place]
+    frequency, uncertainty = setup.modes.frequency[place], setup.modes.frequency_error[place]
     number = place + 1
     modes = {"elastic_mode": number}
-    scene.emit(f"{PUBLISHED}natural_frequency", frequency, doubt, modes)
+    scene.emit(f"{PUBLISHED}natural_frequency", frequency, uncertainty, modes)
     _emit_rayleigh(scene, setup, options, frequency, number)
     torque, error = _torque(setup)
     found = modal_excitation(shape, frequency, setup.model.line.inertia, torque, error)
@@ -45,7 +45,9 @@ def run_torsion_as_published(scene: Scene) -> None:
     ratio = 0.0 if options.magnifier == "empirical" else options.damping_ratio
     zeta = np.full(len(place), 0.0 if options.magnifier == "undamped" else ratio)
     if setup.torsion.speeds is not None:
-        _emit_twist(scene, setup.torsion.speeds, found, (frequency, doubt, number, order), zeta)
+        _emit_twist(
+            scene, setup.torsion.speeds, found, (frequency, uncertainty, number, order), zeta
+        )
     if options.magnifier != "undamped":
         damped = None if options.magnifier == "empirical" else zeta
         _emit_criticals(scene, found, number, order, damped)
@@ -80,8 +82,8 @@ def _shapes(setup: Setup, options: AsPublished) -> tuple[np.ndarray, FloatArray,
             "freedom of the line, which stands still in it"
         )
     shape = modes.shape[elastic] / base
-    doubt = modes.shape_error[elastic] / np.abs(base[:, 0])
-    return elastic, shape, doubt * (1.0 + np.max(np.abs(shape), axis=1))
+    uncertainty = modes.shape_error[elastic] / np.abs(base[:, 0])
+    return elastic, shape, uncertainty * (1.0 + np.max(np.abs(shape), axis=1))
 
 
 def _torque(setup: Setup) -> tuple[np.ndarray, FloatArray]:
@@ -141,11 +143,11 @@ def _emit_twist(
     scene: Scene, asked: LineSpeeds, found: ModalExcitation,
     of_modes: tuple[FloatArray, FloatArray, np.ndarray, FloatArray], zeta: FloatArray,
 ) -> None:  # fmt: skip
-    frequency, doubt, number, order = of_modes
+    frequency, uncertainty, number, order = of_modes
     speeds = line_speeds(asked)
     twist = modal_twist(found, frequency, order, speeds, zeta)
     # a frequency that is off by so much moves the resonance
-    moved = modal_twist(found, frequency + doubt, order, speeds, zeta)
+    moved = modal_twist(found, frequency + uncertainty, order, speeds, zeta)
     error = twist.error + 2.0 * np.abs(moved.magnitude - twist.magnitude)
     error = error + 8.0 * EPSILON * twist.magnitude
     axes = {"elastic_mode": number, "speed": speeds}

@@ -66,9 +66,9 @@ def _met(setup: Setup, order: float) -> tuple[FloatArray, FloatArray]:
     inertia = order**2 * np.diag(line.inertia) - added
     stiffness = stiffness_matrix(line)
     square = np.linalg.eigvals(np.linalg.solve(inertia, stiffness))
-    doubt = 64.0 * EPSILON * len(square) * float(np.max(np.abs(square)))
+    uncertainty = 64.0 * EPSILON * len(square) * float(np.max(np.abs(square)))
     real = np.abs(square.imag) <= 1e-6 * np.abs(square)
-    kept = np.sort(square.real[real & (square.real > doubt)])
+    kept = np.sort(square.real[real & (square.real > uncertainty)])
     speed = np.where(modes.frequency > 0.0, np.inf, 0.0)
     error = np.zeros(len(speed))
     for met in np.sqrt(kept).tolist():
@@ -117,16 +117,16 @@ def _met_by_pole(setup: Setup, order: float, guess: complex) -> tuple[float, flo
     at, pole, last = abs(guess) / order, guess, None
     for _ in range(_ROUNDS):
         try:
-            pole, _, doubt, _ = own_pole(setup.model.at(at), pole)
+            pole, _, uncertainty, _ = own_pole(setup.model.at(at), pole)
         except NumericalFailure:
             return None
         left = abs(pole) - order * at
         slope = -order if last is None or at == last[0] else (left - last[1]) / (at - last[0])
-        doubt += 4.0 * EPSILON * abs(pole)
-        if slope >= 0.0 or doubt > 1e-4 * abs(pole) or -pole.real >= NO_PEAK * abs(pole):
+        uncertainty += 4.0 * EPSILON * abs(pole)
+        if slope >= 0.0 or uncertainty > 1e-4 * abs(pole) or -pole.real >= NO_PEAK * abs(pole):
             return None
-        if abs(left) <= 4.0 * doubt:
-            return at, (doubt + abs(left)) / -slope, pole
+        if abs(left) <= 4.0 * uncertainty:
+            return at, (uncertainty + abs(left)) / -slope, pole
         last, at = (at, left), at - left / slope
         if not 0.0 < at < 1e3 * abs(guess) / order:
             return None
@@ -136,7 +136,7 @@ def _met_by_pole(setup: Setup, order: float, guess: complex) -> tuple[float, flo
 # ----------------------------------------------------------------------------
 # Adapter: how far the modes of a shaft line are from its orders.
 #
-# What a rule asks of that (`hardware/shaft_rules.py`) is told where the case names the rule.
+# What a rule asks of that (`hardware/shaft_rules.py`) is reported where the case names the rule.
 # ----------------------------------------------------------------------------
 
 CLASSES = ("major", "other")
@@ -166,7 +166,9 @@ def emit_separation(scene: Scene, setup: Setup, where: str, low: float, high: fl
     shape = (len(modes.frequency), len(CLASSES))
     margin, nearest, kept = np.full(shape, np.inf), np.zeros(shape), np.ones(shape, dtype=np.int64)
     error = np.zeros(shape)
-    doubt: FloatArray = modes.frequency_error[:, None] / (order * (low if low > 0.0 else high))
+    uncertainty: FloatArray = modes.frequency_error[:, None] / (
+        order * (low if low > 0.0 else high)
+    )
     for column, chosen in enumerate((major, ~major)):
         places = np.flatnonzero(chosen)
         if not len(places):
@@ -178,7 +180,7 @@ def emit_separation(scene: Scene, setup: Setup, where: str, low: float, high: fl
         nearest[:, column] = np.where(blank, 0.0, order[places][best])
         kept[:, column] = np.where(blank, True, np.all(found.kept[:, places], axis=1))
         rounding = 8.0 * EPSILON * (1.0 + np.abs(own[row, best]))
-        error[:, column] = doubt[:, places][row, best] + rounding
+        error[:, column] = uncertainty[:, places][row, best] + rounding
     axes = {"mode": np.arange(1, shape[0] + 1), "order_class": CLASSES}
     place = f"{ROOT}/separation/{where}"
     scene.emit(f"{place}/margin", margin, np.where(np.isfinite(margin), error, 0.0), axes)
@@ -217,7 +219,7 @@ def undamped_speeds(setup: Setup, first: float, last: float) -> Undamped:
     # as near as this, and with as little damping, fewer than four digits are left
     exposed = (modes.frequency_error / natural + 4.0 * EPSILON) / SINGULAR
     free = (modes.frequency > 0.0) & (modes.damping_ratio < exposed)
-    speed, doubt = critical(setup)
+    speed, uncertainty = critical(setup)
     inside = free[:, None] & (speed >= first) & (speed <= last)
     mode, place = np.nonzero(inside)
     at = speed[mode, place]
@@ -242,7 +244,7 @@ def undamped_speeds(setup: Setup, first: float, last: float) -> Undamped:
         high=at + width,
         mode=mode + 1,
         order=drive.order[place],
-        error=doubt[mode, place] + 4.0 * EPSILON * at,
+        error=uncertainty[mode, place] + 4.0 * EPSILON * at,
         endless=endless,
     )
 
@@ -251,7 +253,7 @@ def undamped_speeds(setup: Setup, first: float, last: float) -> Undamped:
 # Which order and mode make a maximum of a shaft line's curve: the one that resonates there.
 # ----------------------------------------------------------------------------
 
-#: relative distances at which a maximum is looked at from both sides
+#: relative distances at which a maximum is examined from both sides
 SCALES = np.array([0.0025, 0.005, 0.01, 0.02, 0.04])
 #: relative distance up to which a maximum belongs to a critical of a mode, without its damping,
 #: and what each unit of damping ratio adds
@@ -310,7 +312,7 @@ def _looked_at(
         shape = (-1, each, *at.torque.shape[1:])
         held = np.flatnonzero((place >= start) & (place < start + step))
         row, of = place[held] - start, section[held]
-        # an order without bound beside a maximum stands out from nothing
+        # an order without bound next to a maximum stands out from nothing
         clear = np.where(at.masked[..., None], 0.0, at.torque).reshape(shape)
         torque[held] = clear[row[:, None], np.arange(each), :, of[:, None]]
         twist[held] = at.twist.reshape(shape)[row, 0, :, of]

@@ -96,7 +96,7 @@ def gear_torques(
     return found
 
 
-def gear_doubts(
+def gear_uncertainties(
     shaft: ShaftLineModel,
     drive: Drive,
     model: "Model",
@@ -173,7 +173,7 @@ def station_means(
     return mean, error + 4.0 * EPSILON * np.abs(mean).sum(axis=1)
 
 
-def steady_doubts(
+def steady_uncertainties(
     shaft: ShaftLineModel, drive: Drive, speed: FloatArray, mean: FloatArray, shares: FloatArray
 ) -> FloatArray:
     """Absolute errors (s, g) of mean torques of gears, referred, from means (s, stations).
@@ -345,12 +345,14 @@ def _block(
 CORRECTIONS = 4.0
 
 
-def rounding_doubt(setup: Setup, speed: FloatArray, found: Solved) -> tuple[FloatArray, FloatArray]:
+def rounding_uncertainty(
+    setup: Setup, speed: FloatArray, found: Solved
+) -> tuple[FloatArray, FloatArray]:
     """What rounding may move angles (s, m, n) and twists (s, m, e) by; 0 where masked.
 
     The torques that the equations of motion lack, with the angles found, are put on the line once
     more. Their own rounding is of the size of that of the first solve, and so is the answer. No
-    more is told than the bound of the solver, `found.error` (s, m), which one number for all
+    more is reported than the bound of the solver, `found.error` (s, m), which one number for all
     angles makes far too large for the twists of a line that turns as a whole.
     """
     line = setup.model.at(speed[:, None])
@@ -386,7 +388,7 @@ def _correction(setup: Setup, speed: FloatArray, found: Solved) -> ComplexArray:
 # ----------------------------------------------------------------------------
 
 
-def data_doubt(setup: Setup, speed: FloatArray) -> tuple[FloatArray, FloatArray]:
+def data_uncertainty(setup: Setup, speed: FloatArray) -> tuple[FloatArray, FloatArray]:
     """What the errors of the torques may move angles (s, m, n) and twists (s, m, e) by.
 
     The cylinders have them in common, as they have a card, each turned to its own firing; what is
@@ -420,11 +422,11 @@ def summed(order: FloatArray, amplitude: ComplexArray, error: FloatArray) -> Syn
 # Error of the curves of a shaft line against speed, taken where they are largest and between.
 # ----------------------------------------------------------------------------
 
-#: speeds at equal steps, beside those of the largest values
+#: speeds at equal steps, next to those of the largest values
 SAMPLES = 16
 
 
-class CurveDoubt(NamedTuple):
+class CurveUncertainty(NamedTuple):
     """Absolute errors, referred: twist (e,), torque (e,), angle (n,), torque of gears (g,)."""
 
     twist: FloatArray
@@ -433,40 +435,42 @@ class CurveDoubt(NamedTuple):
     gear: FloatArray
 
 
-class OwnDoubt(NamedTuple):
+class OwnUncertainty(NamedTuple):
     """Absolute errors (r,), referred, of twist and torque, each of one section at one speed."""
 
     twist: FloatArray
     torque: FloatArray
 
 
-def curve_doubt(setup: Setup, speed: FloatArray, telling: FloatArray) -> CurveDoubt:
+def curve_uncertainty(setup: Setup, speed: FloatArray, telling: FloatArray) -> CurveUncertainty:
     """Largest errors of sums over orders at some of the speeds (s,) and at those that tell (r,)."""
     some = speed[np.linspace(0, len(speed) - 1, min(SAMPLES, len(speed))).astype(int)]
     found = _errors(setup, distinct(np.concatenate([some, telling])))
-    return CurveDoubt(*(np.max(part, axis=0, initial=0.0) for part in found))
+    return CurveUncertainty(*(np.max(part, axis=0, initial=0.0) for part in found))
 
 
-def own_doubt(setup: Setup, speed: FloatArray, section: IntArray) -> OwnDoubt:
+def own_uncertainty(setup: Setup, speed: FloatArray, section: IntArray) -> OwnUncertainty:
     """Errors of half ranges of sections (r,), each at its own speed (r,); 0 where unbounded."""
     at, place = np.unique(speed, return_inverse=True)
     parts = [_errors(setup, at[k : k + ROWS])[:2] for k in range(0, len(at), ROWS)]
     if not parts:
-        return OwnDoubt(np.zeros(0), np.zeros(0))
-    return OwnDoubt(*(np.concatenate(part)[place, section] for part in zip(*parts, strict=True)))
+        return OwnUncertainty(np.zeros(0), np.zeros(0))
+    return OwnUncertainty(
+        *(np.concatenate(part)[place, section] for part in zip(*parts, strict=True))
+    )
 
 
-def twist_doubt(setup: Setup, at: FloatArray) -> FloatArray:
+def twist_uncertainty(setup: Setup, at: FloatArray) -> FloatArray:
     """Errors (s, m, e) of the twists of each order at speeds (s,)."""
     found = solved(setup.model, setup.drive, at, estimate=True)
-    return data_doubt(setup, at)[1] + rounding_doubt(setup, at, found)[1]
+    return data_uncertainty(setup, at)[1] + rounding_uncertainty(setup, at, found)[1]
 
 
-def _errors(setup: Setup, at: FloatArray) -> CurveDoubt:
+def _errors(setup: Setup, at: FloatArray) -> CurveUncertainty:
     """Errors of sums over orders at speeds (s,), each with s in front; 0 where unbounded."""
     found = solved(setup.model, setup.drive, at, estimate=True)
-    angle, twist = data_doubt(setup, at)
-    own_angle, own_twist = rounding_doubt(setup, at, found)
+    angle, twist = data_uncertainty(setup, at)
+    own_angle, own_twist = rounding_uncertainty(setup, at, found)
     angle = angle + own_angle
     twist = twist + own_twist
     line = setup.model.at(at[:, None])
@@ -477,11 +481,11 @@ def _errors(setup: Setup, at: FloatArray) -> CurveDoubt:
         known = setup.drive.torque_error(at)
         of_line = (setup.shaft, setup.drive, setup.model, found.frequency)
         gear = gear_torques(*of_line, found.angle, found.torque, found.load)
-        sums.append((gear_doubts(*of_line, angle, torque, known), gear))
+        sums.append((gear_uncertainties(*of_line, angle, torque, known), gear))
     else:
         sums.append((torque[..., :0], found.torque[..., :0]))
     clear = ~np.any(found.masked, axis=1)[:, None]
-    return CurveDoubt(*(np.where(clear, _summed(*one), 0.0) for one in sums))
+    return CurveUncertainty(*(np.where(clear, _summed(*one), 0.0) for one in sums))
 
 
 def _summed(error: FloatArray, value: np.ndarray) -> FloatArray:

@@ -230,7 +230,7 @@ def run_damper_design(scene: Scene) -> None:
     emit_rings(scene, options, asked, found)
     emit_curves(scene, setup, options, asked, found)
     scene.cite(
-        "minimax over spring and dashpot by summits of all sections and speeds, Newton's method "
+        "minimax over spring and dashpot by peaks of all sections and speeds, Newton's method "
         "on the conditions that hold the tuning",
         "damper design",
         "Madsen (1975), Journal of the Institute of Mathematics and its Applications 16; "
@@ -249,10 +249,10 @@ def _emit_damper(scene: Scene, asked: Asked, found: Design) -> None:
     inertia, stiffness, damping = values
     relative = [e / v if v > 0.0 else 0.0 for e, v in zip(errors, values, strict=True)]
     own = math.sqrt(stiffness / inertia)
-    doubt = 0.5 * (relative[0] + relative[1]) + 4.0 * EPSILON
-    scene.emit(f"{DESIGN}own_frequency", own, own * doubt)
+    uncertainty = 0.5 * (relative[0] + relative[1]) + 4.0 * EPSILON
+    scene.emit(f"{DESIGN}own_frequency", own, own * uncertainty)
     ratio = damping / (2.0 * math.sqrt(stiffness * inertia)) if stiffness > 0.0 else math.inf
-    error = ratio * (doubt + relative[2]) if stiffness > 0.0 else 0.0
+    error = ratio * (uncertainty + relative[2]) if stiffness > 0.0 else 0.0
     scene.emit(f"{DESIGN}own_damping", ratio, error)
 
 
@@ -273,7 +273,7 @@ def _emit_seen(
 
 
 def _emit_proof(scene: Scene, asked: Asked, found: Design) -> None:
-    """The summits that hold the tuning, from low to high speed, the pull of bounds, the ends."""
+    """The peaks that hold the tuning, from low to high speed, the pull of bounds, the ends."""
     order = np.argsort(found.speed, kind="stable")
     row, count = found.reading[order], len(asked.problem.weight)
     kind = np.where(row < count, _SECTION, np.where(row == count, _HEAT, _TRAVEL))
@@ -287,8 +287,8 @@ def _emit_proof(scene: Scene, asked: Asked, found: Design) -> None:
     scene.emit(f"{DESIGN}active/speed", speed, found.speed_error[order], axes)
     slack = found.worst_error / found.worst + 2.0 * EPSILON
     scene.emit(f"{DESIGN}active/level", level, slack, axes)
-    doubt_of_weight = found.weight_error[order] + 2.0 * EPSILON * np.abs(found.weight[order])
-    scene.emit(f"{DESIGN}active/weight", found.weight[order], doubt_of_weight, axes)
+    uncertainty_of_weight = found.weight_error[order] + 2.0 * EPSILON * np.abs(found.weight[order])
+    scene.emit(f"{DESIGN}active/weight", found.weight[order], uncertainty_of_weight, axes)
     names = {"design_value": ("inertia", "stiffness", "damping")}
     scene.emit(f"{DESIGN}pull", found.bound_weight, found.bound_error, names)
     # zero at an optimum: all of it is error
@@ -297,9 +297,9 @@ def _emit_proof(scene: Scene, asked: Asked, found: Design) -> None:
     axes = {"basin": np.arange(1, len(found.basin) + 1)}
     square = asked.ratio**2
     # ends of descents: how far the optimum of each basin is from there
-    doubt = found.basin_error / square + 4.0 * EPSILON * found.basin / square
-    scene.emit(f"{DESIGN}basin/stiffness", found.basin[:, 1] / square, doubt[:, 1], axes)
-    scene.emit(f"{DESIGN}basin/damping", found.basin[:, 2] / square, doubt[:, 2], axes)
+    uncertainty = found.basin_error / square + 4.0 * EPSILON * found.basin / square
+    scene.emit(f"{DESIGN}basin/stiffness", found.basin[:, 1] / square, uncertainty[:, 1], axes)
+    scene.emit(f"{DESIGN}basin/damping", found.basin[:, 2] / square, uncertainty[:, 2], axes)
     rise = (found.basin_worst_error + found.worst_error) / found.worst + 2.0 * EPSILON
     scene.emit(f"{DESIGN}basin/worst", found.basin_worst / found.worst, rise, axes)
 
@@ -358,12 +358,12 @@ def emit_chart(scene: Scene, options: DamperDesign, asked: Asked, found: Design)
         "chart_stiffness": drawn.stiffness / square,
         "chart_damping": drawn.damping / square,
     }
-    # read on a grid of speeds: the true summits lie elsewhere
-    doubt = chart_error(asked.problem, drawn)
-    scene.emit(f"{DESIGN}chart/{options.objective}", drawn.worst[0], doubt[0], axes)
-    scene.emit(f"{DESIGN}chart/heat", drawn.heat[0], doubt[1], axes)
+    # read on a grid of speeds: the true peaks lie elsewhere
+    uncertainty = chart_error(asked.problem, drawn)
+    scene.emit(f"{DESIGN}chart/{options.objective}", drawn.worst[0], uncertainty[0], axes)
+    scene.emit(f"{DESIGN}chart/heat", drawn.heat[0], uncertainty[1], axes)
     ratio = abs(asked.ratio)
-    scene.emit(f"{DESIGN}chart/travel", drawn.travel[0] * ratio, doubt[2] * ratio, axes)
+    scene.emit(f"{DESIGN}chart/travel", drawn.travel[0] * ratio, uncertainty[2] * ratio, axes)
 
 
 def emit_rings(scene: Scene, options: DamperDesign, asked: Asked, found: Design) -> None:
@@ -387,7 +387,7 @@ def emit_rings(scene: Scene, options: DamperDesign, asked: Asked, found: Design)
             one = design(asked.problem, limits)
         except NumericalFailure as failure:
             own = inertia / asked.ratio**2
-            scene.warn(f"no best damper told for a ring of {own:.6g} kg m^2: {failure}")
+            scene.warn(f"no best damper reported for a ring of {own:.6g} kg m^2: {failure}")
             continue
         rows.append((
             inertia, one.damper.stiffness, one.damper.damping, one.worst,

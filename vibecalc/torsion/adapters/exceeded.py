@@ -7,7 +7,7 @@ import numpy as np
 
 from vibecalc.core.run.stage import Scene
 from vibecalc.numerics.rounding import EPSILON, FloatArray, IntArray, distinct
-from vibecalc.torsion.adapters.curves import own_doubt, solved
+from vibecalc.torsion.adapters.curves import own_uncertainty, solved
 from vibecalc.torsion.adapters.setup import Setup
 from vibecalc.torsion.critical_speeds import (
     EQUAL,
@@ -200,7 +200,7 @@ def exceeded_of(
         rule = np.stack([barred.lower, barred.upper], axis=1)
         below = found.end <= NO_BARRED_RANGE * rated
         permitted = (barred.permitted & below).astype(np.int64)
-    error = np.array([_doubt(setup, bound, excess, one, factor) for one in ends])
+    error = np.array([_uncertainty(setup, bound, excess, one, factor) for one in ends])
     return Exceeded(found.start, found.end, error, peak, peak_error, rule, permitted)
 
 
@@ -227,8 +227,8 @@ def emit_barred(scene: Scene, ranges: list[Exceeded]) -> None:
     upper = np.where(ruled, np.maximum(end, rule[:, 1]), end)
     joined = united(lower, upper)
     axes = {"barred": np.arange(1, len(joined) + 1)}
-    doubt = np.maximum(error, off)
-    off_of = np.array([np.max(doubt[own]) for own in joined])
+    uncertainty = np.maximum(error, off)
+    off_of = np.array([np.max(uncertainty[own]) for own in joined])
     for name, value in (
         ("from", [np.min(lower[own]) for own in joined]),
         ("to", [np.max(upper[own]) for own in joined]),
@@ -336,7 +336,7 @@ def _excess(setup: Setup, bound: Bound) -> Callable[[FloatArray], FloatArray]:
     return excess
 
 
-def _doubt(
+def _uncertainty(
     setup: Setup,
     bound: Bound,
     excess: Callable[[FloatArray], FloatArray],
@@ -345,7 +345,9 @@ def _doubt(
 ) -> float:
     """What an error of the stress moves an end of a range by: over the slope there."""
     at, own = np.array(ends), bound.section
-    known = own_doubt(setup, np.repeat(at, len(own)), np.tile(own, 2)).torque * np.tile(factor, 2)
+    known = own_uncertainty(setup, np.repeat(at, len(own)), np.tile(own, 2)).torque * np.tile(
+        factor, 2
+    )
     error = np.max(known.reshape(2, -1), axis=1)
     step = 1e-7 * at
     with np.errstate(invalid="ignore", divide="ignore"):

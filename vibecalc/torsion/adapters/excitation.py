@@ -14,9 +14,9 @@ from vibecalc.excitation.cylinder_torque import (
 )
 from vibecalc.excitation.gas_tables import pressure_at
 from vibecalc.numerics.rounding import EPSILON, ComplexArray, FloatArray, IntArray
-from vibecalc.torsion.adapters.modes import natural_doubt
+from vibecalc.torsion.adapters.modes import natural_uncertainty
 from vibecalc.torsion.adapters.setup import Drive, Setup
-from vibecalc.torsion.holzer import ShapeDoubt, doubt_of
+from vibecalc.torsion.holzer import ShapeUncertainty, uncertainty_of
 from vibecalc.torsion.results import ROOT
 
 PLACE = f"{ROOT}/excitation"
@@ -104,13 +104,13 @@ def _over_the_cycle(scene: Scene, setup: Setup) -> None:
     rounding, step = EPSILON * drive.firing.cycle, angle[1] - angle[0]
     off = share @ np.array([card.error.max() for card in drive.cards])
 
-    def doubt(value: FloatArray) -> float:
+    def uncertainty(value: FloatArray) -> float:
         steepest = float(np.max(np.abs(np.diff(value)))) / step
         return float(8.0 * EPSILON * np.max(np.abs(value)) + rounding * steepest)
 
     lever = geometry.piston_area * geometry.crank_radius
-    errors = {"pressure": doubt(pressure) + off, "inertia_torque": 2.0 * doubt(inertia)}
-    errors["gas_torque"] = doubt(gas) + lever * off
+    errors = {"pressure": uncertainty(pressure) + off, "inertia_torque": 2.0 * uncertainty(inertia)}
+    errors["gas_torque"] = uncertainty(gas) + lever * off
     errors["total_torque"] = errors["gas_torque"] + errors["inertia_torque"]
     values = {"pressure": pressure, "gas_torque": gas, "inertia_torque": inertia}
     values["total_torque"] = gas + inertia
@@ -148,33 +148,35 @@ def _sums(scene: Scene, setup: Setup) -> None:
     still = whole < STILL
     whole = np.where(still, 1.0, whole)
     value = np.where(still, 0.0, sums.value / whole)
-    moved, freedom = natural_doubt(setup), setup.shaft.cylinder_freedom
+    moved, freedom = natural_uncertainty(setup), setup.shaft.cylinder_freedom
     turned: ComplexArray = np.asarray(phasor(drive.order, drive.firing.angle)[None])
     length = np.abs(shape)
     towards = (shape / np.where(length > 0.0, length, 1.0)).conj()[:, None, :]
     share: ComplexArray = np.asarray(value[..., None] * towards, dtype=np.complex128)
     if modes.damped:  # their lengths move by a part only of what their angles do
-        doubt = sums.error + _on_freedoms(moved, turned, freedom)
-        doubt = doubt + _on_freedoms(moved, share, freedom)
+        uncertainty = sums.error + _on_freedoms(moved, turned, freedom)
+        uncertainty = uncertainty + _on_freedoms(moved, share, freedom)
     else:
         # what grows all cylinders alike leaves the share that is left of their sum
-        doubt = sums.error + _on_freedoms(moved, turned - share, freedom)
-    doubt = np.where(still, 0.0, doubt / whole)
-    scene.emit(f"{PLACE}/vector_sum", value, doubt, axes)
-    scene.emit(f"{PLACE}/rank", order_ranks(value, doubt), 0.0, axes)
+        uncertainty = sums.error + _on_freedoms(moved, turned - share, freedom)
+    uncertainty = np.where(still, 0.0, uncertainty / whole)
+    scene.emit(f"{PLACE}/vector_sum", value, uncertainty, axes)
+    scene.emit(f"{PLACE}/rank", order_ranks(value, uncertainty), 0.0, axes)
     torque, error = drive.torque(at)[0], drive.torque_error(at)[0]
     own = every[:, drive.freedom]
     intensity = own @ torque.T
-    doubt = np.abs(own) @ error.T + _on_freedoms(moved, torque, drive.freedom)
+    uncertainty = np.abs(own) @ error.T + _on_freedoms(moved, torque, drive.freedom)
     many = (4.0 + own.shape[1]) * EPSILON * (np.abs(own) @ np.abs(torque).T)
-    scene.emit(f"{PLACE}/intensity", intensity, doubt + many, axes)
+    scene.emit(f"{PLACE}/intensity", intensity, uncertainty + many, axes)
     angles = drive.firing.angle, drive.order, drive.firing.bank
     scene.emit(f"{PLACE}/major", major_orders(*angles).astype(np.int64), 0.0, axes)
     if np.ptp(drive.firing.bank) > 0.0:
         scene.emit(f"{PLACE}/bank_factor", *bank_factor(*angles), axes)
 
 
-def _on_freedoms(doubt: ShapeDoubt, weight: ComplexArray, freedom: IntArray) -> FloatArray:
+def _on_freedoms(
+    uncertainty: ShapeUncertainty, weight: ComplexArray, freedom: IntArray
+) -> FloatArray:
     """Errors (m, q) of sums of the angles of cylinders, with weights (..., q, c)."""
-    place = freedom[:, None] == np.arange(doubt.moved.shape[1] - 1)
-    return doubt_of(doubt, weight @ place.astype(float))
+    place = freedom[:, None] == np.arange(uncertainty.moved.shape[1] - 1)
+    return uncertainty_of(uncertainty, weight @ place.astype(float))

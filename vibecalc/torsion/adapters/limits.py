@@ -8,7 +8,7 @@ import numpy as np
 from vibecalc.core.run.stage import Scene
 from vibecalc.numerics.rounding import EPSILON, FloatArray, IntArray
 from vibecalc.torsion.adapters.critical import Undamped
-from vibecalc.torsion.adapters.curves import own_doubt
+from vibecalc.torsion.adapters.curves import own_uncertainty
 from vibecalc.torsion.adapters.exceeded import Bound, bounds, emit_barred, exceeded_of
 from vibecalc.torsion.adapters.maxima import Dense, torque_value
 from vibecalc.torsion.adapters.setup import Setup
@@ -107,17 +107,17 @@ def emit_limits(
 ) -> None:
     """Uses and barred ranges from referred half ranges of torques.
 
-    `speed` (s,) are those of the sweep, at which the limits are told.
+    `speed` (s,) are those of the sweep, at which the limits are reported.
     """
     asked = bounds(setup)
     found = [uses_of(setup, bound, dense, undamped) for bound in asked]
     each = [
-        _each(bound, one.top, stress_doubt(setup, bound, one.top))
+        _each(bound, one.top, stress_uncertainty(setup, bound, one.top))
         for bound, one in zip(asked, found, strict=True)
     ]
     _worst(scene, asked, each, speed)
     table = LimitTable(scene, setup, asked)
-    table.emit("each/use", [one.top.value for one in each], 0.0, [one.doubt for one in each])
+    table.emit("each/use", [one.top.value for one in each], 0.0, [one.uncertainty for one in each])
     at, off = [one.top.speed for one in each], [one.top.speed_error for one in each]
     table.emit("each/speed", at, 4.0 * EPSILON, off)
     rated = [bound.basis.rated_speed or np.inf for bound in asked]
@@ -138,7 +138,7 @@ def emit_limits(
         [one.allowed_error * one.passing for one in each],
     )
     table.emit(
-        "each/transient_use", [one.through for one in each], 0.0, [one.doubt for one in each]
+        "each/transient_use", [one.through for one in each], 0.0, [one.uncertainty for one in each]
     )
     factor = per_torque(setup)
     ranges = [
@@ -163,15 +163,15 @@ class _Each(NamedTuple):
     transient: FloatArray
     passing: FloatArray
     through: FloatArray
-    doubt: FloatArray
+    uncertainty: FloatArray
     off: FloatArray
     stress_error: FloatArray
     allowed_error: FloatArray
 
 
-def stress_doubt(setup: Setup, bound: Bound, top: Maxima) -> FloatArray:
+def stress_uncertainty(setup: Setup, bound: Bound, top: Maxima) -> FloatArray:
     """Errors (r,) of the stresses at the largest uses of a limit."""
-    torque = own_doubt(setup, top.speed, bound.section).torque
+    torque = own_uncertainty(setup, top.speed, bound.section).torque
     return np.asarray(torque * per_torque(setup)[bound.section])
 
 
@@ -187,7 +187,7 @@ def _each(bound: Bound, top: Maxima, off: FloatArray) -> _Each:
     passing = np.where(passes, np.where(passes, transient, 0.0) / safe, 0.0)
     # the two limits of a rule have one course, so that the largest use of both is in one place
     through = np.where(passing > 0.0, top.value / np.where(passing > 0.0, passing, 1.0), 0.0)
-    doubt = np.where(says, off / safe, 0.0)
+    uncertainty = np.where(says, off / safe, 0.0)
     steps = np.abs([bound.continuous(top.speed + s * top.speed_error)[row, row] for s in (-1, 1)])
     steps = np.where(np.isfinite(steps), steps, safe)
     moved = np.where(says, np.max(np.abs(steps - safe), axis=0), 0.0)
@@ -200,7 +200,7 @@ def _each(bound: Bound, top: Maxima, off: FloatArray) -> _Each:
         transient,
         passing,
         through,
-        doubt + ROUNDING,
+        uncertainty + ROUNDING,
         off,
         stress_error,
         moved,
@@ -216,16 +216,16 @@ def _worst(scene: Scene, asked: list[Bound], each: list[_Each], speed: FloatArra
     passing = [bound.transient(speed)[:, worst] for bound, worst in both]
     scene.emit(f"{PLACE}/allowed", np.array(allowed), _rounding(allowed), axes)
     scene.emit(f"{PLACE}/transient", np.array(passing), _rounding(passing), axes)
-    doubt = np.array([one.doubt[worst] for one, worst in zip(each, place, strict=True)])
+    uncertainty = np.array([one.uncertainty[worst] for one, worst in zip(each, place, strict=True)])
     value = np.array([one.top.value[worst] for one, worst in zip(each, place, strict=True)])
     at = np.array([one.top.speed[worst] for one, worst in zip(each, place, strict=True)])
     section = np.array([bound.section[worst] + 1 for bound, worst in both], dtype=np.int64)
     through = np.array([np.max(one.through) for one in each])
-    scene.emit(f"{PLACE}/largest_use", value, doubt, axes)
+    scene.emit(f"{PLACE}/largest_use", value, uncertainty, axes)
     at_error = [one.top.speed_error[worst] for one, worst in zip(each, place, strict=True)]
     scene.emit(f"{PLACE}/speed", at, np.array(at_error) + 4.0 * EPSILON * at, axes)
     scene.emit(f"{PLACE}/section", section, 0.0, axes)
-    scene.emit(f"{PLACE}/transient_use", through, doubt, axes)
+    scene.emit(f"{PLACE}/transient_use", through, uncertainty, axes)
 
 
 def _inside(bound: Bound, endless: FloatArray) -> FloatArray:
@@ -282,11 +282,13 @@ def emit_operating_use(scene: Scene, setup: Setup, torque: FloatArray, error: Fl
     """
     asked, at = bounds(setup), np.array(setup.speed)
     modulus = setup.shaft.section_modulus
-    uses, doubts = operating_uses(setup, torque), operating_uses(setup, error)
+    uses, uncertainties = operating_uses(setup, torque), operating_uses(setup, error)
     largest_use = np.array([np.max(one, initial=0.0) for one in uses])
-    doubt = np.array([np.max(one, initial=0.0) for one in doubts]) + ROUNDING * largest_use
+    uncertainty = (
+        np.array([np.max(one, initial=0.0) for one in uncertainties]) + ROUNDING * largest_use
+    )
     table = LimitTable(scene, setup, asked)
-    scene.emit(f"{PLACE}/operating_use", largest_use, doubt, table.axes)
+    scene.emit(f"{PLACE}/operating_use", largest_use, uncertainty, table.axes)
     rated = np.array([bound.basis.rated_speed for bound in asked])
     scene.emit(f"{PLACE}/basis/rated_speed", rated, 0.0, table.axes)
     for name in ("diameter", "tensile_strength", "counted_strength", "design_factor"):
@@ -297,7 +299,7 @@ def emit_operating_use(scene: Scene, setup: Setup, torque: FloatArray, error: Fl
     table.emit("operating/stress", stress, ROUNDING, off)
     table.emit("operating/allowed", [bound.continuous(at) for bound in asked], ROUNDING)
     table.emit("operating/transient", [bound.transient(at) for bound in asked], ROUNDING)
-    table.emit("operating/use", uses, ROUNDING, doubts)
+    table.emit("operating/use", uses, ROUNDING, uncertainties)
 
 
 class LimitTable:

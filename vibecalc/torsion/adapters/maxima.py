@@ -8,7 +8,7 @@ from vibecalc.numerics.rounding import FloatArray, IntArray, distinct
 from vibecalc.torsion.adapters.critical import Undamped
 from vibecalc.torsion.adapters.curves import ROWS, solved, speeds_at_once
 from vibecalc.torsion.adapters.setup import Drive, Model, Setup
-from vibecalc.torsion.critical_speeds import Needles, Value, needle_speeds
+from vibecalc.torsion.critical_speeds import NarrowResonances, Value, narrow_resonance_speeds
 from vibecalc.torsion.damped_modes import Poles, all_poles, all_poles_by_order, poles_at_orders
 from vibecalc.torsion.line import complex_stiffness
 from vibecalc.torsion.synthesis import synthesis
@@ -22,7 +22,7 @@ def torque_value(model: Model, drive: Drive, section: IntArray) -> Value:
     """Half range of the referred torque of sections (r,) at speeds (r, k)."""
 
     def value(speed: FloatArray) -> FloatArray:
-        # sections that are highest at one resonance are looked at from the same places
+        # sections that are highest at one resonance are examined from the same places
         flat, place = np.unique(speed, return_inverse=True)
         place, own = place.ravel(), np.repeat(section, speed.shape[1])
         torque = np.empty((len(place), len(drive.order)), dtype=np.complex128)
@@ -52,7 +52,7 @@ class Dense(NamedTuple):
     torque: FloatArray
 
 
-def with_needles(
+def with_narrow_resonances(
     setup: Setup,
     speed: FloatArray,
     torque: FloatArray,
@@ -62,13 +62,13 @@ def with_needles(
     """Put in what the sweep (s,), with torques (s, e), may have stepped over.
 
     That is: where a damped pole meets an order, is narrower than the steps, and may reach, on what
-    the curve is beside it, the largest torque of some section or one of the `levels`, each (e,)
+    the curve is next to it, the largest torque of some section or one of the `levels`, each (e,)
     or (s, e).
     """
     if len(speed) < 2:
         return Dense(speed, torque)
-    found = _needles(setup, speed[0], speed[-1])
-    extra = needle_speeds(speed, torque, found, levels)
+    found = _narrow_resonances(setup, speed[0], speed[-1])
+    extra = narrow_resonance_speeds(speed, torque, found, levels)
     if not len(extra):
         return Dense(speed, torque)
     endless = (extra[:, None] >= undamped.low) & (extra[:, None] <= undamped.high)
@@ -105,7 +105,7 @@ def _poles(setup: Setup) -> Poles:
     return all_poles_by_order(line, model.speed_stiffness, order, unit)
 
 
-def _needles(setup: Setup, first: float, last: float) -> Needles:
+def _narrow_resonances(setup: Setup, first: float, last: float) -> NarrowResonances:
     """Resonances whose width touches a range of speeds, without those that nothing damps."""
     line, drive = setup.model.line, setup.drive
     poles = _poles(setup)
@@ -127,4 +127,4 @@ def _needles(setup: Setup, first: float, last: float) -> Needles:
         height[start : start + 8 * ROWS] = stiff * twist * amplitude[:, None]
     # no digits below this: a narrower one is masked
     width = np.maximum(width[kept], 1e-11 * speed[kept])
-    return Needles(speed[kept], width, height)
+    return NarrowResonances(speed[kept], width, height)

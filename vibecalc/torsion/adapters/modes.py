@@ -9,14 +9,14 @@ from vibecalc.torsion.adapters.setup import Setup, line_modes
 from vibecalc.torsion.damped_modes import LineModes, equivalent_modes
 from vibecalc.torsion.holzer import (
     Angles,
-    ShapeDoubt,
-    angle_doubt,
-    damped_shape_doubt,
-    doubt_of,
+    ShapeUncertainty,
+    angle_uncertainty,
+    damped_shape_uncertainty,
     holzer_rows,
     holzer_table,
     measured,
-    shape_doubt,
+    shape_uncertainty,
+    uncertainty_of,
 )
 from vibecalc.torsion.line import Line
 from vibecalc.torsion.modes import natural_modes
@@ -51,8 +51,8 @@ def emit_modes(scene: Scene, setup: Setup) -> None:
         "damper": tuple(one.name for one in shaft.dampers),
     }
     ring = [one.ring for one in shaft.dampers]
-    doubt = natural_doubt(setup)
-    off = angle_doubt(doubt)
+    uncertainty = natural_uncertainty(setup)
+    off = angle_uncertainty(uncertainty)
     scene.emit(f"{PLACE}/natural_frequency", natural.frequency, natural.frequency_error, axes)
     scene.emit(f"{PLACE}/frequency_error", natural.frequency_error, 0.0, axes)
     angle = natural.shape if natural.damped else undamped.shape
@@ -65,9 +65,9 @@ def emit_modes(scene: Scene, setup: Setup) -> None:
             error = off[:, freedom] * np.abs(turned) + EPSILON * np.abs(value)
             scene.emit(f"{PLACE}/{name}", value, error, axes)
     inertia = np.abs(angle) ** 2 @ line.inertia if natural.damped else undamped.modal_inertia
-    moved = doubt_of(doubt, 2.0 * (angle.conj() * line.inertia)[:, None, :])[:, 0]
+    moved = uncertainty_of(uncertainty, 2.0 * (angle.conj() * line.inertia)[:, None, :])[:, 0]
     scene.emit(f"{PLACE}/modal_inertia", inertia, moved + 8.0 * EPSILON * inertia, axes)
-    share, share_error = _strain(line, angle, natural.frequency > 0.0, doubt)
+    share, share_error = _strain(line, angle, natural.frequency > 0.0, uncertainty)
     scene.emit(f"{PLACE}/strain_energy_share", share, share_error, axes)
     _emit_ratios(scene, setup, natural)
     undamped_axes = {"mode": np.arange(1, len(undamped.frequency) + 1)}
@@ -78,7 +78,9 @@ def emit_modes(scene: Scene, setup: Setup) -> None:
         other = riccati_frequencies(line)
         error = undamped.frequency_error + 4.0 * EPSILON * other
         scene.emit(TRANSFER, other, error, undamped_axes)
-    emit_holzer(scene, setup, line, shape_doubt(line, undamped) if natural.damped else doubt)
+    emit_holzer(
+        scene, setup, line, shape_uncertainty(line, undamped) if natural.damped else uncertainty
+    )
     scene.cite(
         "qd algorithm and twisted factorisation of the shaft line; mode counts for branches",
         "natural frequencies and shapes to all digits",
@@ -92,12 +94,12 @@ def emit_modes(scene: Scene, setup: Setup) -> None:
     )
 
 
-def natural_doubt(setup: Setup) -> ShapeDoubt:
+def natural_uncertainty(setup: Setup) -> ShapeUncertainty:
     """Errors of the shapes of the line as it vibrates at the operating speed."""
     natural, line = setup.natural(), setup.model.at(setup.speed)
     if natural.damped:
-        return damped_shape_doubt(line, natural, setup.model.stations)
-    return shape_doubt(line, setup.modes)
+        return damped_shape_uncertainty(line, natural, setup.model.stations)
+    return shape_uncertainty(line, setup.modes)
 
 
 def _emit_ratios(scene: Scene, setup: Setup, natural: LineModes) -> None:
@@ -133,7 +135,7 @@ def _ends(line: Line) -> FloatArray:
 
 
 def _strain(
-    line: Line, shape: FloatArray | ComplexArray, moves: BoolArray, doubt: ShapeDoubt
+    line: Line, shape: FloatArray | ComplexArray, moves: BoolArray, uncertainty: ShapeUncertainty
 ) -> tuple[FloatArray, FloatArray]:
     """Share (m, e) of each element in the strain energy, 0 in a rigid mode, and its error."""
     ends, twist = _ends(line), shape[:, line.first] - shape[:, line.second]
@@ -146,7 +148,7 @@ def _strain(
     own = 2.0 * (line.stiffness * twist.conj())[..., None] * ends
     whole = own.sum(axis=1) + 2.0 * shape.conj() * line.ground_stiffness
     weight = (own - share[..., None] * whole[:, None, :]) / safe[:, None, None]
-    off = doubt_of(doubt, weight) + 8.0 * EPSILON * share
+    off = uncertainty_of(uncertainty, weight) + 8.0 * EPSILON * share
     return share, np.where(moving[:, None], off, 0.0)
 
 
@@ -163,7 +165,7 @@ _STILL = 1e-6
 MANY = 4.0
 
 
-def emit_holzer(scene: Scene, setup: Setup, line: Line, doubt: ShapeDoubt) -> None:
+def emit_holzer(scene: Scene, setup: Setup, line: Line, uncertainty: ShapeUncertainty) -> None:
     """Angles and torques of each mode from its shape, what the recurrence leaves at the end.
 
     The recurrence loses digits in a row where a mode fades, the shapes keep them.
@@ -197,9 +199,11 @@ def emit_holzer(scene: Scene, setup: Setup, line: Line, doubt: ShapeDoubt) -> No
     common = modes.shape_error[:, None] / np.abs(unit)  # of the first row
     seen = MANY * apart + (8.0 * EPSILON + common) * np.abs(total)
     total_error = np.where(np.any(ground), total_error, np.minimum(total_error, seen))
-    if doubt.moved.shape[-1]:
+    if uncertainty.moved.shape[-1]:
         table = Angles(line, rows, unit, still, angle, inertia_w2)
-        moved = zip((angle_error, own_error, total_error), measured(table, doubt), strict=True)
+        moved = zip(
+            (angle_error, own_error, total_error), measured(table, uncertainty), strict=True
+        )
         angle_error, own_error, total_error = (np.minimum(*both) for both in moved)
     try:
         left = holzer_table(line, modes.frequency).residual

@@ -319,9 +319,9 @@ def line_modes(torsion: Torsion, model: Model, modes: Modes, speed: float) -> Li
     """Poles where a ring is damped against the line, else the undamped `modes` of that speed."""
     line = model.at(speed)
     ring = line.second >= model.stations
-    hung = np.any((line.damping[ring] > 0.0) | (line.loss_factor[ring] > 0.0))
+    attached = np.any((line.damping[ring] > 0.0) | (line.loss_factor[ring] > 0.0))
     failure = ""
-    if torsion.damping_model is None and hung:
+    if torsion.damping_model is None and attached:
         try:
             return damped_line_modes(line, len(line.inertia) - model.stations)
         except NumericalFailure as problem:

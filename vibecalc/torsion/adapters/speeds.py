@@ -15,19 +15,19 @@ from vibecalc.torsion.adapters.critical import (
 )
 from vibecalc.torsion.adapters.curves import (
     Curves,
-    OwnDoubt,
+    OwnUncertainty,
     by_freedom,
-    curve_doubt,
-    own_doubt,
+    curve_uncertainty,
     own_of_gears,
+    own_uncertainty,
     shifted_twist,
     station_means,
-    steady_doubts,
     steady_gears,
+    steady_uncertainties,
     sweep,
 )
 from vibecalc.torsion.adapters.limits import emit_limits, limit_corners, limit_levels
-from vibecalc.torsion.adapters.maxima import Dense, added, torque_value, with_needles
+from vibecalc.torsion.adapters.maxima import Dense, added, torque_value, with_narrow_resonances
 from vibecalc.torsion.adapters.modes import emit_campbell
 from vibecalc.torsion.adapters.setup import Setup
 from vibecalc.torsion.adapters.steady import setup_of
@@ -39,7 +39,7 @@ from vibecalc.torsion.critical_speeds import (
     barred_ranges,
     highest_maxima,
     largest,
-    summits,
+    peaks,
     telling_speeds,
 )
 from vibecalc.torsion.model import ShaftLineModel
@@ -52,11 +52,11 @@ from vibecalc.torsion.tables import LineSpeeds
 # ----------------------------------------------------------------------------
 
 SPEEDS = f"{ROOT}/speeds"
-SUMMIT = tuple(
+PEAK = tuple(
     f"{ROOT}/peak/{name}"
     for name in ("speed", "torque_half_range", "section", "mode", "half_order")
 )
-#: what has to be looked at once more where the largest values are
+#: what has to be examined once more where the largest values are
 THERE = tuple(f"{ROOT}/largest/{name}" for name in ("twist_half_range", "mode", "half_order"))
 
 
@@ -71,12 +71,12 @@ class Range(NamedTuple):
     gear_error: FloatArray
     undamped: Undamped
     largest: Maxima
-    largest_error: OwnDoubt
+    largest_error: OwnUncertainty
     dense: Dense
 
 
 def run_torsion_speeds(scene: Scene) -> None:
-    """Emit curves, largest values, summits, limits, the line without dampers or misfire."""
+    """Emit curves, largest values, peaks, limits, the line without dampers or misfire."""
     setup = setup_of(scene)
     options = setup.torsion.speeds
     assert options is not None
@@ -86,21 +86,23 @@ def run_torsion_speeds(scene: Scene) -> None:
     make = lambda section: torque_value(setup.model, setup.drive, section)  # noqa: E731
     dense = _dense(scene, setup, speed, curves.torque, undamped)
     top = largest(make, dense.torque, dense.speed, undamped.speed, undamped.endless)
-    doubt = curve_doubt(setup, speed, telling_speeds(speed, curves.torque, undamped.speed))
-    own = own_doubt(setup, top.speed, top.section)
-    found = Range(speed, curves, *doubt, undamped, top, own, dense)
+    uncertainty = curve_uncertainty(
+        setup, speed, telling_speeds(speed, curves.torque, undamped.speed)
+    )
+    own = own_uncertainty(setup, top.speed, top.section)
+    found = Range(speed, curves, *uncertainty, undamped, top, own, dense)
     _curves(scene, setup, found)
     emit_campbell(scene, setup, speed)
     _mean(scene, setup, found)
     _masked(scene, undamped)
     _largest(scene, setup, found)
-    if scene.wants(*SUMMIT):
+    if scene.wants(*PEAK):
         high = [
-            summits(make, dense.torque, dense.speed, section, undamped.speed)
+            peaks(make, dense.torque, dense.speed, section, undamped.speed)
             for section in _most_loaded(setup, top.value)
         ]
         joined = Maxima(*(np.concatenate(part) for part in zip(*high, strict=True)))
-        _summits(scene, setup, found, joined)
+        _peaks(scene, setup, found, joined)
     emit_separation(scene, setup, "range", speed[0], speed[-1])
     if len(top.section) > REFINED:
         scene.warn(
@@ -120,12 +122,12 @@ def _dense(
 ) -> Dense:
     """The sweep (s,) of torques (s, e) with what it may have stepped over."""
     levels = limit_levels(setup, speed, torque) if setup.torsion.limits else ()
-    if scene.wants(*SUMMIT):
-        told = np.full(torque.shape[1], np.inf)
+    if scene.wants(*PEAK):
+        reported = np.full(torque.shape[1], np.inf)
         for section in _most_loaded(setup, torque.max(axis=0)):
-            told[section] = highest_maxima(torque[:, section], MOST)
-        levels = (*levels, told)
-    dense = with_needles(setup, speed, torque, undamped, levels)
+            reported[section] = highest_maxima(torque[:, section], MOST)
+        levels = (*levels, reported)
+    dense = with_narrow_resonances(setup, speed, torque, undamped, levels)
     if setup.torsion.limits:
         dense = added(setup, dense, limit_corners(setup, speed))
     return dense
@@ -166,12 +168,12 @@ def _curves(scene: Scene, setup: Setup, found: Range) -> None:
     if shaft.dampers:
         rings = [one.element for one in shaft.dampers]
         heat = curves.heat[:, rings]
-        scene.emit(f"{SPEEDS}/heat", heat.T, _heat_doubt(found, rings), axes)
+        scene.emit(f"{SPEEDS}/heat", heat.T, _heat_uncertainty(found, rings), axes)
         travel = (curves.travel * ratio)[:, rings].T
         scene.emit(f"{SPEEDS}/travel", travel, (found.twist_error * ratio)[rings], axes)
 
 
-def _heat_doubt(found: Range, rings: list[int]) -> FloatArray:
+def _heat_uncertainty(found: Range, rings: list[int]) -> FloatArray:
     """Errors of the powers: twice that of the twist, relatively, at the largest."""
     twist, heat = found.curves.twist[:, rings], found.curves.heat[:, rings]
     finite = np.isfinite(twist).all(axis=1)
@@ -254,11 +256,11 @@ def _most_loaded(setup: Setup, value: FloatArray) -> list[int]:
     return list(dict.fromkeys(chosen))
 
 
-def _summits(scene: Scene, setup: Setup, found: Range, high: Maxima) -> None:
+def _peaks(scene: Scene, setup: Setup, found: Range, high: Maxima) -> None:
     seen = _meeting(setup, found, high)
     axes = {"peak": np.arange(1, len(high.speed) + 1)}
     own = np.abs(setup.shaft.section_ratio[high.section])
-    error = own_doubt(setup, high.speed, high.section).torque / own
+    error = own_uncertainty(setup, high.speed, high.section).torque / own
     scene.emit(f"{ROOT}/peak/speed", high.speed, high.speed_error, axes)
     scene.emit(f"{ROOT}/peak/torque_half_range", high.value / own, error, axes)
     scene.emit(f"{ROOT}/peak/section", high.section + 1, 0.0, axes)
@@ -295,11 +297,11 @@ def emit_gears(
     shaft = setup.shaft
     size = np.abs(own_of_gears(shaft))
     axes = {"speed": speed, "gear": tuple(one.name for one in shaft.gears)}
-    through, doubt = _gear_means(setup, speed, shares)
-    off = size * error + doubt
-    scene.emit(f"{SPEEDS}/gear_mean_torque", through.T, doubt, axes)
+    through, uncertainty = _gear_means(setup, speed, shares)
+    off = size * error + uncertainty
+    scene.emit(f"{SPEEDS}/gear_mean_torque", through.T, uncertainty, axes)
     scene.emit(f"{SPEEDS}/gear_torque", (curves.gear * size).T, size * error, axes)
-    least = _least(shaft, curves, through, doubt)
+    least = _least(shaft, curves, through, uncertainty)
     scene.emit(f"{SPEEDS}/gear_minimum_torque", least.T, off, axes)
     hammers = least < -off
     scene.emit(f"{SPEEDS}/gear_hammers", hammers.astype(np.int64).T, 0.0, axes)
@@ -307,10 +309,10 @@ def emit_gears(
         return
     ends = [_ranges(setup, every, shares, gear, float(off[gear])) for gear in range(len(size))]
     rows = [(*one, number) for number, found in enumerate(ends, start=1) for one in found]
-    low, high, doubts, number = (np.array([row[k] for row in rows]) for k in range(4))
+    low, high, uncertainties, number = (np.array([row[k] for row in rows]) for k in range(4))
     axes = {"hammering": np.arange(1, len(rows) + 1)}
-    scene.emit(HAMMERING[0], low, doubts, axes)
-    scene.emit(HAMMERING[1], high, doubts, axes)
+    scene.emit(HAMMERING[0], low, uncertainties, axes)
+    scene.emit(HAMMERING[1], high, uncertainties, axes)
     scene.emit(HAMMERING[2], number.astype(np.int64), 0.0, axes)
 
 
@@ -321,21 +323,24 @@ def _gear_means(
     shaft, own = setup.shaft, own_of_gears(setup.shaft)
     mean, _ = station_means(shaft, setup.drive, speed, setup.speed)
     through = steady_gears(shaft, by_freedom(shaft, mean) @ shares.T, mean) * own
-    error = steady_doubts(shaft, setup.drive, speed, mean, shares) * np.abs(own)
+    error = steady_uncertainties(shaft, setup.drive, speed, mean, shares) * np.abs(own)
     return through, np.max(error, axis=0)
 
 
 def _least(
-    shaft: ShaftLineModel, curves: Curves, through: FloatArray, doubt: FloatArray
+    shaft: ShaftLineModel, curves: Curves, through: FloatArray, uncertainty: FloatArray
 ) -> FloatArray:
     """Least torque (s, g) in the sense of the mean; minus infinity where nothing damps the line.
 
-    A mean that is zero to within its error `doubt` (g,) has no sense: the lower one of both counts.
+    A mean that is zero to within its error `uncertainty` (g,) has no sense: the lower one of both
+    counts.
     """
     own = own_of_gears(shaft)
     size, turned = np.abs(own), (own < 0.0) != (through < 0.0)
     ends = curves.gear_highest, -curves.gear_lowest
-    down = np.where(np.abs(through) <= doubt, np.maximum(*ends), np.where(turned, *ends)) * size
+    down = (
+        np.where(np.abs(through) <= uncertainty, np.maximum(*ends), np.where(turned, *ends)) * size
+    )
     bounded: BoolArray = ~curves.masked[:, None]
     return np.where(bounded, np.abs(through) - np.where(bounded, down, 0.0), -np.inf)
 
@@ -347,17 +352,17 @@ def _ranges(
 
     def reversed_by(at: FloatArray) -> FloatArray:
         curves = sweep(setup.model, setup.drive, at, setup.shaft, angles=False)
-        through, doubt = _gear_means(setup, at, shares)
-        return -off - _least(setup.shaft, curves, through, doubt)[:, gear]
+        through, uncertainty = _gear_means(setup, at, shares)
+        return -off - _least(setup.shaft, curves, through, uncertainty)[:, gear]
 
     found = barred_ranges(reversed_by, speed)
     rows = []
     for start, end in zip(found.start.tolist(), found.end.tolist(), strict=True):
         at = np.array([start, end])
         step = 1e-7 * at
-        beside = reversed_by(np.concatenate([at - step, at + step]))
-        with np.errstate(invalid="ignore"):  # beside a speed without bound
-            slope = np.abs(beside[2:] - beside[:2]) / (2.0 * step)
+        nearby = reversed_by(np.concatenate([at - step, at + step]))
+        with np.errstate(invalid="ignore"):  # next to a speed without bound
+            slope = np.abs(nearby[2:] - nearby[:2]) / (2.0 * step)
         # an end of the speeds that were asked for, or of the sense of the mean, is exact
         crosses = np.isfinite(slope) & (slope > 0.0) & (np.abs(reversed_by(at)) < slope * step)
         moved = np.where(crosses, 4.0 * off / np.where(crosses, slope, 1.0), 0.0)

@@ -9,15 +9,15 @@ from vibecalc.torsion.adapters.critical import beyond, emit_critical, emit_separ
 from vibecalc.torsion.adapters.curves import (
     Solved,
     by_freedom,
-    data_doubt,
-    gear_doubts,
+    data_uncertainty,
     gear_torques,
+    gear_uncertainties,
     own_of_gears,
-    rounding_doubt,
+    rounding_uncertainty,
     solved,
     station_means,
-    steady_doubts,
     steady_gears,
+    steady_uncertainties,
     summed,
 )
 from vibecalc.torsion.adapters.excitation import emit_excitation
@@ -61,17 +61,17 @@ def setup_of(scene: Scene) -> Setup:
 # Adapter: vibration of a shaft line at the operating speed, all orders and their sums.
 # ----------------------------------------------------------------------------
 
-#: an order below this share of the lowest elastic mode is lost beside the rigid motion
+#: an order below this share of the lowest elastic mode is lost next to the rigid motion
 SLOW = 0.1
 
 
-class _Doubt:
+class _Uncertainty:
     """Absolute errors at one speed by order (m, ...): of the data, and rounding."""
 
     def __init__(self, setup: Setup, found: Solved, line: Line) -> None:
         at = np.array([setup.speed])
-        angle, twist = data_doubt(setup, at)
-        own_angle, own_twist = rounding_doubt(setup, at, found)
+        angle, twist = data_uncertainty(setup, at)
+        own_angle, own_twist = rounding_uncertainty(setup, at, found)
         self.angle = (angle + own_angle)[0]
         self.twist = (twist + own_twist)[0]
         size = np.abs(complex_stiffness(line, found.frequency[0]))
@@ -83,7 +83,7 @@ def emit_steady(scene: Scene, setup: Setup) -> None:
     found = operating(setup)
     shaft, order = setup.shaft, setup.drive.order
     line = setup.model.at(setup.speed)
-    doubt = _Doubt(setup, found, line)
+    uncertainty = _Uncertainty(setup, found, line)
     axes: dict[str, object] = {
         "station": shaft.station_names,
         "section": shaft.section_names,
@@ -93,25 +93,25 @@ def emit_steady(scene: Scene, setup: Setup) -> None:
     }
     own = shaft.station_ratio
     angle = (found.angle[0][:, shaft.freedom] * own).T
-    angle_doubt = (doubt.angle[:, shaft.freedom] * np.abs(own)).T
-    scene.emit(f"{ROOT}/angle", angle, angle_doubt, axes)
-    total = summed(order, angle, angle_doubt)
+    angle_uncertainty = (uncertainty.angle[:, shaft.freedom] * np.abs(own)).T
+    scene.emit(f"{ROOT}/angle", angle, angle_uncertainty, axes)
+    total = summed(order, angle, angle_uncertainty)
     scene.emit(f"{ROOT}/angle_half_range", total.half_range, total.error, axes)
     scene.emit(f"{ROOT}/angle_peak", total.peak, total.error, axes)
     ratio = shaft.section_ratio
-    twist, twist_doubt = (found.twist[0] * ratio).T, (doubt.twist * np.abs(ratio)).T
-    scene.emit(f"{ROOT}/twist", twist, twist_doubt, axes)
-    turned = summed(order, twist, twist_doubt)
+    twist, twist_uncertainty = (found.twist[0] * ratio).T, (uncertainty.twist * np.abs(ratio)).T
+    scene.emit(f"{ROOT}/twist", twist, twist_uncertainty, axes)
+    turned = summed(order, twist, twist_uncertainty)
     scene.emit(f"{ROOT}/twist_half_range", turned.half_range, turned.error, axes)
     scene.emit(f"{ROOT}/twist_peak", turned.peak, turned.error, axes)
     dampers = [one.element for one in shaft.dampers]
     if dampers:
         travel = turned.peak[dampers], turned.error[dampers]
         scene.emit(f"{ROOT}/damper/travel", *travel, axes)
-    _torques(scene, setup, found, doubt, axes)
-    _heat(scene, setup, found, doubt, line, axes)
+    _torques(scene, setup, found, uncertainty, axes)
+    _heat(scene, setup, found, uncertainty, line, axes)
     if shaft.gears:
-        _gears(scene, setup, found, doubt, axes)
+        _gears(scene, setup, found, uncertainty, axes)
     _margins(scene, setup)
     if scene.wanted is None:  # a study of many points needs no sentences
         warn_of_orders(scene, setup)
@@ -163,14 +163,14 @@ def nearest_mode(natural: FloatArray, frequency: FloatArray) -> np.ndarray:
 
 
 def _torques(
-    scene: Scene, setup: Setup, found: Solved, doubt: _Doubt, axes: dict[str, object]
+    scene: Scene, setup: Setup, found: Solved, uncertainty: _Uncertainty, axes: dict[str, object]
 ) -> None:
     shaft, order = setup.shaft, setup.drive.order
     ratio = shaft.section_ratio
     torque = (found.torque[0] / ratio).T
-    torque_doubt = (doubt.torque / np.abs(ratio)).T
-    scene.emit(f"{ROOT}/torque", torque, torque_doubt, axes)
-    total = summed(order, torque, torque_doubt)
+    torque_uncertainty = (uncertainty.torque / np.abs(ratio)).T
+    scene.emit(f"{ROOT}/torque", torque, torque_uncertainty, axes)
+    total = summed(order, torque, torque_uncertainty)
     mean, mean_error = _mean_sections(setup)
     mean, mean_error = mean / ratio, mean_error / np.abs(ratio)
     peak = np.maximum(np.abs(mean + total.highest), np.abs(mean + total.lowest))
@@ -188,7 +188,7 @@ def _torques(
     modulus = shaft.section_modulus[with_stress]
     names = {**axes, "section": tuple(shaft.section_names[e] for e in with_stress)}
     stress = torque[with_stress] / modulus[:, None]
-    off = torque_doubt[with_stress] / modulus[:, None] + 4.0 * EPSILON * np.abs(stress)
+    off = torque_uncertainty[with_stress] / modulus[:, None] + 4.0 * EPSILON * np.abs(stress)
     scene.emit(f"{ROOT}/stress", stress, off, names)
     half = total.half_range[with_stress] / modulus
     off = total.error[with_stress] / modulus + 4.0 * EPSILON * half
@@ -205,16 +205,21 @@ def _mean_sections(setup: Setup) -> tuple[FloatArray, FloatArray]:
 
 
 def _heat(
-    scene: Scene, setup: Setup, found: Solved, doubt: _Doubt, line: Line, axes: dict[str, object]
+    scene: Scene,
+    setup: Setup,
+    found: Solved,
+    uncertainty: _Uncertainty,
+    line: Line,
+    axes: dict[str, object],
 ) -> None:
     shaft = setup.shaft
     w = found.frequency[0]
     by_order = heat(line, w, found.angle[0])
     element = by_order.element.sum(axis=0)
-    share = w[:, None] * complex_stiffness(line, w).imag * doubt.twist
-    error = np.sum(share * (np.abs(found.twist[0]) + doubt.twist), axis=0)
+    share = w[:, None] * complex_stiffness(line, w).imag * uncertainty.twist
+    error = np.sum(share * (np.abs(found.twist[0]) + uncertainty.twist), axis=0)
     error = np.abs(error) + 16.0 * EPSILON * np.abs(element)
-    moved = doubt.angle * (np.abs(found.angle[0]) + doubt.angle)
+    moved = uncertainty.angle * (np.abs(found.angle[0]) + uncertainty.angle)
     ground_error = np.sum(w[:, None] ** 2 * line.absolute_damping * moved, axis=0)
     ground = by_order.ground.sum(axis=0)
     ground_error = np.abs(ground_error) + 16.0 * EPSILON * np.abs(ground)
@@ -231,20 +236,20 @@ def _heat(
     scene.emit(f"{ROOT}/section_heat", element, error, axes)
     scene.emit(f"{ROOT}/station_heat", at_station, station_error, axes)
     if setup.torsion.damping_model is not None and setup.torsion.damping_model.kind == "modal":
-        _heat_of_modes(scene, setup, found, doubt)
+        _heat_of_modes(scene, setup, found, uncertainty)
     if shaft.dampers:
         dampers = [one.element for one in shaft.dampers]
         scene.emit(f"{ROOT}/damper/heat", element[dampers], error[dampers], axes)
 
 
-def _heat_of_modes(scene: Scene, setup: Setup, found: Solved, doubt: _Doubt) -> None:
+def _heat_of_modes(scene: Scene, setup: Setup, found: Solved, uncertainty: _Uncertainty) -> None:
     """Mean power (m,) of ratios by mode, w^2 c |coordinate|^2 / 2: it has no place in the line."""
     modal, w = setup.model.modal, found.frequency[0]
     assert modal is not None
     modes, inertia = setup.modes, setup.model.line.inertia
     lever = (modes.shape * inertia / modes.modal_inertia[:, None]).T
     coordinate = np.abs(found.angle[0] @ lever)
-    off = doubt.angle @ np.abs(lever) + (np.abs(found.angle[0]) @ inertia)[:, None] * (
+    off = uncertainty.angle @ np.abs(lever) + (np.abs(found.angle[0]) @ inertia)[:, None] * (
         (modes.shape_error + 8.0 * EPSILON) / modes.modal_inertia
     )
     factor = 0.5 * w[:, None] * (w[:, None] * modal.dashpot + modal.loss)
@@ -261,7 +266,7 @@ def _heat_of_modes(scene: Scene, setup: Setup, found: Solved, doubt: _Doubt) -> 
 
 
 def _gears(
-    scene: Scene, setup: Setup, found: Solved, doubt: _Doubt, axes: dict[str, object]
+    scene: Scene, setup: Setup, found: Solved, uncertainty: _Uncertainty, axes: dict[str, object]
 ) -> None:
     shaft, drive, at = setup.shaft, setup.drive, np.array([setup.speed])
     own = own_of_gears(shaft)
@@ -269,13 +274,16 @@ def _gears(
     of_line = (shaft, drive, setup.model, w)
     torque = gear_torques(*of_line, found.angle[0], found.torque[0], found.load[0]) * own
     known = drive.torque_error(at)[0]
-    off = gear_doubts(*of_line, doubt.angle, doubt.torque, known).T * np.abs(own)[:, None]
+    off = (
+        gear_uncertainties(*of_line, uncertainty.angle, uncertainty.torque, known).T
+        * np.abs(own)[:, None]
+    )
     shares = steady_shares(setup.model.at(setup.speed))
     mean, _ = station_means(shaft, drive, at, setup.speed)
     sections = by_freedom(shaft, mean) @ shares.T
     steady = (steady_gears(shaft, sections, mean) * own)[0]
     mesh = mesh_torque(steady, drive.order, torque.T, off)
-    steady_error = steady_doubts(shaft, drive, at, mean, shares)[0] * np.abs(own)
+    steady_error = steady_uncertainties(shaft, drive, at, mean, shares)[0] * np.abs(own)
     scene.emit(f"{ROOT}/gear/mean_torque", steady, steady_error, axes)
     scene.emit(f"{ROOT}/gear/alternating_torque", mesh.half_range, mesh.error, axes)
     both = -mesh.largest, mesh.least

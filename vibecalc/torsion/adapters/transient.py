@@ -1,4 +1,4 @@
-"""A change in time of a shaft line, beside the steady vibration on the way."""
+"""A change in time of a shaft line, next to the steady vibration on the way."""
 
 from collections.abc import Callable
 
@@ -19,7 +19,7 @@ from vibecalc.torsion.transient.cycles import (
     largest_swings,
     section_peaks,
     sliding,
-    time_doubt,
+    time_uncertainty,
 )
 from vibecalc.torsion.transient.march import Propagator, TransientRun, static_state, transient
 from vibecalc.torsion.transient.motion import (
@@ -41,20 +41,20 @@ from vibecalc.torsion.transient.peaks import (
 )
 
 # ----------------------------------------------------------------------------
-# Adapter: a change in time of a shaft line, beside the steady vibration on the way.
+# Adapter: a change in time of a shaft line, next to the steady vibration on the way.
 # ----------------------------------------------------------------------------
 
-#: tolerance of the march: nothing that is read off it is told more sharply
+#: tolerance of the march: nothing that is read off it is reported more sharply
 _RTOL = 1e-7
 #: windows in which peaks are looked for; of a cycle, in a time of fewer cycles than that, where
 #: the speed stays
 _FEWEST, _MOST, _PER_CYCLE, _SHORT = 4, 400, 6, 20
-#: speeds of the steady curve before its summits are added
+#: speeds of the steady curve before its peaks are added
 _SPEEDS = 1201
 #: share of a speed that is rounding
 _ROUNDED = 1e-12
-#: summits of each section that are looked at again, and speeds about each
-_SUMMITS, _CLOSE, _ZOOMS = 3, 17, 5
+#: peaks of each section that are examined again, and speeds about each
+_PEAKS, _CLOSE, _ZOOMS = 3, 17, 5
 
 
 def run_torsion_transient(scene: Scene) -> None:
@@ -109,10 +109,10 @@ def _emit_peaks(scene: Scene, setup: Setup, run_: TransientRun, found: Envelope)
     peaks, axes = section_peaks(run_, found), _axes(setup)
     own = peaks.peak / np.abs(setup.shaft.section_ratio)
     scene.emit(f"{TRANSIENT}peak", own, peaks.error / np.abs(setup.shaft.section_ratio), axes)
-    doubt = float(np.max(time_doubt(run_, peaks)))
-    scene.emit(f"{TRANSIENT}peak_time", peaks.time, doubt, axes)
+    uncertainty = float(np.max(time_uncertainty(run_, peaks)))
+    scene.emit(f"{TRANSIENT}peak_time", peaks.time, uncertainty, axes)
     fastest = float(np.max(np.abs(acceleration_at(run_.stretches, run_.borders, found.time))))
-    slip = fastest * doubt + 8.0 * EPSILON * float(np.max(peaks.speed))
+    slip = fastest * uncertainty + 8.0 * EPSILON * float(np.max(peaks.speed))
     scene.emit(f"{TRANSIENT}peak_speed", peaks.speed, slip, axes)
     worst = int(np.argmax(own))
     scene.emit(f"{TRANSIENT}worst_section", worst + 1, 0.0)
@@ -123,7 +123,7 @@ def _emit_passage(
     scene: Scene, setup: Setup, path: Journey, run_: TransientRun, found: Envelope,
     slide: Sliding | None,
 ) -> None:  # fmt: skip
-    """Half ranges of the windows beside the steady ones at the same speeds."""
+    """Half ranges of the windows next to the steady ones at the same speeds."""
     size = np.abs(setup.shaft.section_ratio)
     start, end = path.moving
     inside = np.flatnonzero((found.time[:-1] >= start - 1e-12) & (found.time[1:] <= end + 1e-12))
@@ -132,11 +132,13 @@ def _emit_passage(
             "the change of speed takes so short a part of the time watched that nothing can be "
             "compared with the steady vibration: watch a shorter time before and after"
         )
-    # with the windows that reach beyond the change: what counts is looked at between its ends
+    # with the windows that reach beyond the change: what counts is examined between its ends
     rows = slice(max(int(inside[0]) - 1, 0), int(inside[-1]) + 2)
     own = Envelope(found.time[rows.start : rows.stop + 1], *(part[rows] for part in found[1:]))
     ends = speed_at(run_.stretches, run_.borders, np.array([start, end]))
-    speeds, steady, doubt, damped = _steady(setup, np.concatenate([ends[ends > 0.0], found.speed]))
+    speeds, steady, uncertainty, damped = _steady(
+        setup, np.concatenate([ends[ends > 0.0], found.speed])
+    )
     close = EPSILON * float(speeds[-1])
     between = float(ends.min()) - close, float(ends.max()) + close
     passage = against_quasi_steady(own, speeds, steady, between)
@@ -145,7 +147,7 @@ def _emit_passage(
     cycle = setup.drive.firing.cycle
     swings = largest_swings(run_, own, cycle, (start - slip, end + slip))
     if slide is not None:
-        emit_half_ranges(scene, setup, slide, speeds, steady, doubt)
+        emit_half_ranges(scene, setup, slide, speeds, steady, uncertainty)
     axes = _axes(setup)
     error = swings.error
     scene.emit(f"{TRANSIENT}peak_half_range", swings.half_range / size, error / size, axes)
@@ -159,21 +161,21 @@ def _emit_passage(
     width = np.maximum(speeds[place + 1] - speeds[place], speeds[place] - speeds[place - 1])
     scene.emit(f"{TRANSIENT}steady_half_range_speed", passage.steady_speed, width, axes)
     over = swings.half_range / top - 1.0
-    doubt_over = np.where(np.isfinite(top), (error + slack) / passage.steady_peak, 0.0)
-    scene.emit(f"{TRANSIENT}overshoot", over, doubt_over + 1e-12, axes)
+    uncertainty_over = np.where(np.isfinite(top), (error + slack) / passage.steady_peak, 0.0)
+    scene.emit(f"{TRANSIENT}overshoot", over, uncertainty_over + 1e-12, axes)
     lag = np.sign(own.speed[-1] - own.speed[0]) * (swings.speed - passage.steady_speed)
     scene.emit(f"{TRANSIENT}lag", lag, step + width, axes)
     if not damped:
         scene.warn(
             "nothing damps the shaft line: its steady vibration has no bound on a critical, the "
-            "quasi-steady curve beside the transient is as high as its speeds are close"
+            "quasi-steady curve next to the transient is as high as its speeds are close"
         )
 
 
 def _slack(speeds: FloatArray, steady: FloatArray, top: FloatArray) -> FloatArray:
-    """How much higher than the largest value (e,) at the speeds `top` the curve may be beside it.
+    """How much higher than the largest value (e,) at the speeds `top` the curve may be next to it.
 
-    The summit may have a corner, where crest and trough change places: half the second difference.
+    The peak may have a corner, where crest and trough change places: half the second difference.
     """
     place, section = np.searchsorted(speeds, top), np.arange(len(top))
     own = steady[place, section]
@@ -213,7 +215,7 @@ def _steady(setup: Setup, seen: FloatArray) -> tuple[FloatArray, FloatArray, Flo
     damped = bool(
         np.any(line.damping) or np.any(line.absolute_damping) or setup.model.modal is not None
     )
-    doubt = np.array([
+    uncertainty = np.array([
         np.max(np.abs(np.interp(speeds[kept], speeds[::2], coarse[:, s]) - values[kept, s]))
         if np.all(kept) else 0.0
         for s in range(values.shape[1])
@@ -221,25 +223,25 @@ def _steady(setup: Setup, seen: FloatArray) -> tuple[FloatArray, FloatArray, Flo
     speeds, values = speeds[kept], values[kept]
     if damped and np.all(kept):
         speeds, values = _zoomed(curve, speeds, values)
-        # summits that were not looked at again may rise between their speeds
+        # peaks that were not examined again may rise between their speeds
         inner = values[1:-1]
         rise = 0.5 * (2.0 * inner - values[:-2] - values[2:])
         top = (inner > values[:-2]) & (inner >= values[2:])
-        doubt = np.maximum(doubt, np.max(np.where(top, rise, 0.0), axis=0))
+        uncertainty = np.maximum(uncertainty, np.max(np.where(top, rise, 0.0), axis=0))
     if low == high or len(speeds) < 2:
         raise NumericalFailure("the speed hardly changes: nothing to compare the run with")
-    return speeds, values, doubt, damped
+    return speeds, values, uncertainty, damped
 
 
 def _zoomed(
     curve: Callable[[FloatArray], FloatArray], speeds: FloatArray, values: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """The curve with close speeds about the highest summits of each section, twice closer."""
+    """The curve with close speeds about the highest peaks of each section, twice closer."""
     width = float(speeds[1] - speeds[0])
     for _ in range(_ZOOMS):
         inner = values[1:-1]
         local = np.where((inner > values[:-2]) & (inner >= values[2:]), inner, -np.inf)
-        top = 1 + np.argsort(-local, axis=0, kind="stable")[:_SUMMITS]
+        top = 1 + np.argsort(-local, axis=0, kind="stable")[:_PEAKS]
         tops = np.unique(speeds[np.union1d(top.ravel(), np.argmax(values, axis=0))])
         close = (tops[:, None] + width * np.linspace(-1.0, 1.0, _CLOSE)).ravel()
         close = np.setdiff1d(close[(close > speeds[0]) & (close < speeds[-1])], speeds)
@@ -263,8 +265,8 @@ def _emit_steps(
     peaks = section_peaks(run_, found)
     safe = np.where(larger > 0.0, larger, 1.0)
     factor = np.where(larger > 0.0, peaks.peak / safe, 1.0)
-    doubt = (peaks.error + factor * (ends[0][1] + ends[1][1])) / safe + 4.0 * EPSILON
-    scene.emit(f"{TRANSIENT}dynamic_factor", factor, doubt, axes)
+    uncertainty = (peaks.error + factor * (ends[0][1] + ends[1][1])) / safe + 4.0 * EPSILON
+    scene.emit(f"{TRANSIENT}dynamic_factor", factor, uncertainty, axes)
 
 
 def _steady_peak(
@@ -287,8 +289,8 @@ def _steady_peak(
     frequency = speed * path.order[1:]
     parts = section_torque(path.line, frequency, solved.angle[0], solved.error[0])
     whole = np.concatenate([still[None], parts.total])
-    doubt = np.concatenate([1e-13 * np.abs(still)[None], parts.error])
-    total = synthesis(path.order, whole.T, doubt.T)
+    uncertainty = np.concatenate([1e-13 * np.abs(still)[None], parts.error])
+    total = synthesis(path.order, whole.T, uncertainty.T)
     return total.peak, total.error
 
 
@@ -327,15 +329,15 @@ def emit_supply(scene: Scene, setup: Setup, run: TransientRun, found: Envelope) 
     scene.emit(f"{TRANSIENT}acceleration_supplied", supplied / own, 1e-12 * size / abs(own))
     scene.emit(f"{TRANSIENT}acceleration_supplied_at", shaft.load_station + 1, 0.0)
     carried = system.torque @ static_state(system, system.balance @ pull)
-    doubt = 1e-12 * np.max(np.abs(carried), initial=0.0)
+    uncertainty = 1e-12 * np.max(np.abs(carried), initial=0.0)
     ratio = shaft.section_ratio
-    scene.emit(f"{TRANSIENT}acceleration_part", carried / ratio, doubt / np.abs(ratio), axes)
+    scene.emit(f"{TRANSIENT}acceleration_part", carried / ratio, uncertainty / np.abs(ratio), axes)
     middle = 0.5 * (found.time[:-1] + found.time[1:])
     ends = acceleration_at(run.stretches, run.borders, found.time)
     now = acceleration_at(run.stretches, run.borders, middle)
     off = np.maximum(np.abs(ends[:-1] - now), np.abs(ends[1:] - now)) / abs(top)
     own_part = np.outer(now / top, carried)
-    slack = found.error + np.outer(off, np.abs(carried)) + doubt
+    slack = found.error + np.outer(off, np.abs(carried)) + uncertainty
     left = np.maximum(np.abs(found.high - own_part), np.abs(found.low - own_part))
     row, column = left.argmax(axis=0), np.arange(left.shape[1])
     error = np.maximum(slack[row, column], (left + slack).max(axis=0) - left[row, column])
@@ -377,9 +379,9 @@ def emit_envelope(scene: Scene, setup: Setup, run: TransientRun) -> Sliding | No
 
 def emit_half_ranges(
     scene: Scene, setup: Setup, found: Sliding, speeds: FloatArray, steady: FloatArray,
-    doubt: FloatArray,
+    uncertainty: FloatArray,
 ) -> None:  # fmt: skip
-    """Half ranges beside the largest steady ones (k, e) at the speeds (k,) of each window."""
+    """Half ranges next to the largest steady ones (k, e) at the speeds (k,) of each window."""
     size = np.abs(setup.shaft.section_ratio)
     axes = {"section": setup.shaft.section_names, "transient_time": found.time}
     half = 0.5 * (found.high - found.low)
@@ -387,13 +389,13 @@ def emit_half_ranges(
         np.stack([np.interp(side, speeds, part) for part in steady.T], axis=1)
         for side in (found.speed_low, found.speed_high)
     ]
-    beside = np.maximum(*ends)
+    nearby = np.maximum(*ends)
     first = np.searchsorted(speeds, found.speed_low)
     last = np.searchsorted(speeds, found.speed_high, side="right")
     for row in np.flatnonzero(last > first):
-        beside[row] = np.maximum(beside[row], steady[first[row] : last[row]].max(axis=0))
+        nearby[row] = np.maximum(nearby[row], steady[first[row] : last[row]].max(axis=0))
     scene.emit(f"{TRANSIENT}half_range", (half / size).T, found.error / size, axes)
-    scene.emit(f"{TRANSIENT}quasi_steady", (beside / size).T, doubt / size, axes)
+    scene.emit(f"{TRANSIENT}quasi_steady", (nearby / size).T, uncertainty / size, axes)
 
 
 # ----------------------------------------------------------------------------
@@ -401,7 +403,7 @@ def emit_half_ranges(
 # ----------------------------------------------------------------------------
 
 _WINDOWS, _FREQUENCIES = 60, 160
-#: turns of a window of orders: halves are told apart
+#: turns of a window of orders: halves are distinguished
 _TURNS = 8.0
 #: turns on both sides of the peak, and points that are kept of them
 _ABOUT, _POINTS = 6.0, 3000

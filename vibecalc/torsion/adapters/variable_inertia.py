@@ -1,4 +1,4 @@
-"""A shaft line whose inertias change over the revolution, beside mean inertias."""
+"""A shaft line whose inertias change over the revolution, next to mean inertias."""
 
 import numpy as np
 
@@ -32,7 +32,7 @@ from vibecalc.torsion.variable_inertia.steady import (
 )
 
 # ----------------------------------------------------------------------------
-# Adapter: a shaft line whose inertias change over the revolution, beside mean inertias.
+# Adapter: a shaft line whose inertias change over the revolution, next to mean inertias.
 # ----------------------------------------------------------------------------
 
 #: harmonics of the inertia below this share of it are left out
@@ -63,8 +63,8 @@ def run_torsion_variable_inertia(scene: Scene) -> None:
     varying, varying_error = half_ranges(system, setup.speed, full)
     scene.emit(f"{VARIABLE}constant_half_range", constant / ratio, constant_error / ratio, axes)
     scene.emit(f"{VARIABLE}torque_half_range", varying / ratio, varying_error / ratio, axes)
-    change, doubt = relative_change(constant, constant_error, varying, varying_error)
-    scene.emit(f"{VARIABLE}change", change, doubt, axes)
+    change, uncertainty = relative_change(constant, constant_error, varying, varying_error)
+    scene.emit(f"{VARIABLE}change", change, uncertainty, axes)
     parts = section_torque(
         system.line, setup.speed * full.order, full.angle[0], full.error[0].max(axis=-1)
     )
@@ -159,8 +159,8 @@ def relative_change(
     there = constant > 0.0
     safe = np.where(there, constant, 1.0)
     change = np.where(there, varying / safe - 1.0, 0.0)
-    doubt = (varying_error + (1.0 + np.abs(change)) * constant_error) / safe + 4.0 * EPSILON
-    return change, np.where(there, doubt, 0.0)
+    uncertainty = (varying_error + (1.0 + np.abs(change)) * constant_error) / safe + 4.0 * EPSILON
+    return change, np.where(there, uncertainty, 0.0)
 
 
 def _operating(
@@ -191,11 +191,11 @@ def _emit_variation(scene: Scene, setup: Setup, system: VariableLine) -> None:
     share = np.where(mean > 0.0, span / np.where(mean > 0.0, mean, 1.0), 0.0)
     bend = (np.arange(1, system.variation.shape[1] + 1) ** 2 * np.abs(system.variation)).sum(axis=1)
     # between two of the angles the extreme may lie higher by so much
-    doubt = 0.125 * (angle[1] - angle[0]) ** 2 * bend / np.where(mean > 0.0, mean, 1.0)
-    doubt = doubt + 8.0 * EPSILON
+    uncertainty = 0.125 * (angle[1] - angle[0]) ** 2 * bend / np.where(mean > 0.0, mean, 1.0)
+    uncertainty = uncertainty + 8.0 * EPSILON
     axes = {"station": setup.shaft.station_names}
     own = setup.shaft.freedom
-    scene.emit(f"{VARIABLE}relative_variation", share[own], doubt[own], axes)
+    scene.emit(f"{VARIABLE}relative_variation", share[own], uncertainty[own], axes)
 
 
 def _emit_secondary(
@@ -211,10 +211,10 @@ def _emit_secondary(
     best = np.argmax(size, axis=1)
     row = np.arange(len(size))
     axes = {"half_order": linear.order[1:]}
-    line, doubt = system.line, linear.error[0]
+    line, uncertainty = system.line, linear.error[0]
     # what orders above the highest feed is missing: the truncation of the response itself
     error = found.error[..., section].sum(axis=1)
-    error = error + doubt[:, line.first[section]] + doubt[:, line.second[section]]
+    error = error + uncertainty[:, line.first[section]] + uncertainty[:, line.second[section]]
     error = error * abs(float(setup.shaft.section_ratio[section]))
     scene.emit(f"{VARIABLE}secondary/twist", own.sum(axis=1)[1:], error[1:], axes)
     scene.emit(f"{VARIABLE}secondary/source", linear.order[best][1:], 0.0, axes)
@@ -242,7 +242,8 @@ def basis_of(setup: Setup, system: VariableLine) -> FloatArray | None:
 # Adapter, continued: variable inertia over a range of speeds, and where vibration grows.
 # ----------------------------------------------------------------------------
 
-#: even steps of the range; criticals that are added, the lowest orders first; wedges that are told
+#: even steps of the range; criticals that are added, the lowest orders first; wedges that are
+#: reported
 _EVEN, _CRITICALS, _WEDGES = 31, 20, 8
 #: a wedge whose growth is below this share of what damping takes away is not looked into
 _FEARED, _MOST_RANGES = 0.3, 4
@@ -294,9 +295,9 @@ def _emit_half_ranges(scene: Scene, setup: Setup, highest: float, speeds: FloatA
     axes = {"section": setup.shaft.section_names, "variable_speed": speeds}
     scene.emit(f"{VARIABLE}speeds/torque_half_range", half / ratio, half_error / ratio, axes)
     scene.emit(f"{VARIABLE}speeds/change", change, change_error, axes)
-    told = np.where(np.isfinite(change), np.abs(change), -1.0)
-    best, row = np.argmax(told, axis=1), np.arange(count)
-    if np.any(told[row, best] < 0.0):
+    reported = np.where(np.isfinite(change), np.abs(change), -1.0)
+    best, row = np.argmax(reported, axis=1), np.arange(count)
+    if np.any(reported[row, best] < 0.0):
         raise NumericalFailure("variable inertia: no speed of the range has a steady motion")
     axes = {"section": setup.shaft.section_names}
     scene.emit(f"{VARIABLE}largest_change", change[row, best], change_error[row, best], axes)

@@ -8,24 +8,24 @@ from vibecalc.core.run.stage import Scene
 from vibecalc.numerics.rounding import EPSILON, FloatArray, IntArray
 from vibecalc.torsion.adapters.critical import Undamped, undamped_speeds
 from vibecalc.torsion.adapters.curves import (
-    CurveDoubt,
-    OwnDoubt,
-    curve_doubt,
-    own_doubt,
+    CurveUncertainty,
+    OwnUncertainty,
+    curve_uncertainty,
+    own_uncertainty,
     shifted_twist,
     solved,
     sweep,
-    twist_doubt,
+    twist_uncertainty,
 )
 from vibecalc.torsion.adapters.exceeded import bounds
 from vibecalc.torsion.adapters.limits import (
     limit_corners,
     limit_levels,
     operating_uses,
-    stress_doubt,
+    stress_uncertainty,
     uses_of,
 )
-from vibecalc.torsion.adapters.maxima import Dense, added, torque_value, with_needles
+from vibecalc.torsion.adapters.maxima import Dense, added, torque_value, with_narrow_resonances
 from vibecalc.torsion.adapters.setup import Setup, build_drive, build_model, natural_of
 from vibecalc.torsion.critical_speeds import Maxima, largest, telling_speeds
 from vibecalc.torsion.line import complex_stiffness
@@ -33,7 +33,7 @@ from vibecalc.torsion.results import ROOT
 from vibecalc.torsion.synthesis import synthesis
 
 # ----------------------------------------------------------------------------
-# Adapter: a line in another state beside its own: curves, largest values, at operating speed.
+# Adapter: a line in another state next to its own: curves, largest values, at operating speed.
 # ----------------------------------------------------------------------------
 
 
@@ -45,7 +45,7 @@ class State(NamedTuple):
     section: IntArray
 
 
-class Beside(NamedTuple):
+class Nearby(NamedTuple):
     """Referred half ranges at speeds (s, k), the largest torques (k,), twists there (k,)."""
 
     twist: FloatArray
@@ -54,8 +54,8 @@ class Beside(NamedTuple):
     top: Maxima
     dense: Dense
     twist_there: FloatArray
-    doubt: CurveDoubt
-    own: OwnDoubt
+    uncertainty: CurveUncertainty
+    own: OwnUncertainty
 
 
 def emit_operating(scene: Scene, state: State) -> tuple[FloatArray, FloatArray]:
@@ -66,42 +66,44 @@ def emit_operating(scene: Scene, state: State) -> tuple[FloatArray, FloatArray]:
     setup = state.setup
     at = np.array([setup.speed])
     curves = sweep(setup.model, setup.drive, at, None, angles=False)
-    doubt = curve_doubt(setup, at, np.zeros(0))
-    return _emit(scene, state, "", curves.torque[0], curves.twist[0], doubt, {})
+    uncertainty = curve_uncertainty(setup, at, np.zeros(0))
+    return _emit(scene, state, "", curves.torque[0], curves.twist[0], uncertainty, {})
 
 
-def emit_range(scene: Scene, state: State, speed: FloatArray, limited: bool = False) -> Beside:
+def emit_range(scene: Scene, state: State, speed: FloatArray, limited: bool = False) -> Nearby:
     """Curves over speeds (s,) and the largest values of each section.
 
-    `limited`: what the line has limits for is looked at as closely as its largest values.
+    `limited`: what the line has limits for is examined as closely as its largest values.
     """
     found = _over(state.setup, speed, limited)
-    _emit(scene, state, "speeds/", found.torque, found.twist, found.doubt, {"speed": speed})
+    _emit(scene, state, "speeds/", found.torque, found.twist, found.uncertainty, {"speed": speed})
     _emit(scene, state, "largest/", found.top.value, found.twist_there, found.own, {})
     axes = {"section": _names(state, state.section)}
     scene.emit(f"{state.place}/largest/speed", found.top.speed, found.top.speed_error, axes)
     return found
 
 
-def _over(setup: Setup, speed: FloatArray, limited: bool) -> Beside:
+def _over(setup: Setup, speed: FloatArray, limited: bool) -> Nearby:
     model, drive = setup.model, setup.drive
     curves = sweep(model, drive, speed, None, angles=False)
     undamped = undamped_speeds(setup, speed[0], speed[-1])
     make = lambda section: torque_value(model, drive, section)  # noqa: E731
     levels = limit_levels(setup, speed, curves.torque) if limited else ()
-    dense = with_needles(setup, speed, curves.torque, undamped, levels)
+    dense = with_narrow_resonances(setup, speed, curves.torque, undamped, levels)
     if limited:
         dense = added(setup, dense, limit_corners(setup, speed))
     top = largest(make, dense.torque, dense.speed, undamped.speed, undamped.endless)
-    doubt = curve_doubt(setup, speed, telling_speeds(speed, curves.torque, undamped.speed))
-    own_error = own_doubt(setup, top.speed, top.section)
+    uncertainty = curve_uncertainty(
+        setup, speed, telling_speeds(speed, curves.torque, undamped.speed)
+    )
+    own_error = own_uncertainty(setup, top.speed, top.section)
     moved = shifted_twist(setup, top.speed, top.speed_error)
     own_error = own_error._replace(twist=own_error.twist + moved)
     there = solved(model, drive, top.speed)
     own = there.twist[np.arange(len(top.section)), :, top.section]
     half = synthesis(drive.order, own).half_range
     twist = np.where(np.isfinite(top.value), half, np.inf)
-    return Beside(curves.twist, curves.torque, undamped, top, dense, twist, doubt, own_error)
+    return Nearby(curves.twist, curves.torque, undamped, top, dense, twist, uncertainty, own_error)
 
 
 def _emit(
@@ -110,16 +112,16 @@ def _emit(
     kind: str,
     torque: FloatArray,
     twist: FloatArray,
-    doubt: CurveDoubt | OwnDoubt,
+    uncertainty: CurveUncertainty | OwnUncertainty,
     axes: dict[str, FloatArray],
 ) -> tuple[FloatArray, FloatArray]:
     """Own torques, twists and stresses of referred ones (..., k)."""
     shaft, place = state.setup.shaft, f"{state.place}/{kind}"
     ratio = np.abs(shaft.section_ratio[state.section])
     named = {**axes, "section": _names(state, state.section)}
-    own, error = torque / ratio, doubt.torque / ratio
+    own, error = torque / ratio, uncertainty.torque / ratio
     scene.emit(f"{place}torque_half_range", own.T, error, named)
-    scene.emit(f"{place}twist_half_range", (twist * ratio).T, doubt.twist * ratio, named)
+    scene.emit(f"{place}twist_half_range", (twist * ratio).T, uncertainty.twist * ratio, named)
     modulus = shaft.section_modulus[state.section]
     some = np.flatnonzero(modulus)
     if len(some):
@@ -190,7 +192,7 @@ def emit_bare(
 
 
 # ----------------------------------------------------------------------------
-# Adapter: a shaft line whose cylinders all fire, beside its misfire.
+# Adapter: a shaft line whose cylinders all fire, next to its misfire.
 # ----------------------------------------------------------------------------
 
 HEALTHY = f"{ROOT}/healthy"
@@ -210,12 +212,12 @@ def emit_healthy(scene: Scene, setup: Setup) -> None:
     error_of_mean = float(healthy.drive.mean_torque_error(at).sum()) + EPSILON * abs(total)
     scene.emit(f"{HEALTHY}/mean_torque", total, error_of_mean)
     if setup.torsion.limits:
-        uses, doubts = operating_uses(setup, torque), operating_uses(setup, error)
+        uses, uncertainties = operating_uses(setup, torque), operating_uses(setup, error)
         value = np.array([np.max(one, initial=0.0) for one in uses])
-        off = np.array([np.max(one, initial=0.0) for one in doubts])
-        doubt = off + 64.0 * EPSILON * _known(value)
+        off = np.array([np.max(one, initial=0.0) for one in uncertainties])
+        uncertainty = off + 64.0 * EPSILON * _known(value)
         axes = {"limit": np.arange(1, len(value) + 1)}
-        scene.emit(f"{HEALTHY}/limit/operating_use", value, doubt, axes)
+        scene.emit(f"{HEALTHY}/limit/operating_use", value, uncertainty, axes)
     if setup.shaft.dampers:
         _dampers(scene, healthy)
 
@@ -226,15 +228,15 @@ def emit_healthy_range(scene: Scene, setup: Setup, speed: FloatArray) -> None:
     found = emit_range(scene, _state(healthy), speed, limited=bool(setup.torsion.limits))
     if not setup.torsion.limits:
         return
-    value, doubt = [], []
+    value, uncertainty = [], []
     for bound in bounds(setup):
         uses = uses_of(healthy, bound, found.dense, found.undamped)
         worst = int(np.argmax(uses.top.value))
         value.append(float(uses.top.value[worst]))
         allowed = float(bound.continuous(uses.top.speed)[worst, worst])
-        doubt.append(float(stress_doubt(healthy, bound, uses.top)[worst]) / allowed)
+        uncertainty.append(float(stress_uncertainty(healthy, bound, uses.top)[worst]) / allowed)
     axes = {"limit": np.arange(1, len(value) + 1)}
-    off = np.array(doubt) + 64.0 * EPSILON * _known(np.array(value))
+    off = np.array(uncertainty) + 64.0 * EPSILON * _known(np.array(value))
     scene.emit(f"{HEALTHY}/limit/largest_use", np.array(value), off, axes)
 
 
@@ -248,7 +250,7 @@ def _dampers(scene: Scene, setup: Setup) -> None:
     line, w = setup.model.at(setup.speed), found.frequency[0]
     power = 0.5 * w[:, None] * complex_stiffness(line, w).imag[:, rings]
     heat = np.sum(power * np.abs(twist) ** 2, axis=0)
-    error = twist_doubt(setup, at)[0][:, rings]
+    error = twist_uncertainty(setup, at)[0][:, rings]
     heat_error = np.sum(power * (2.0 * np.abs(twist) + error) * error, axis=0)
     axes = {"damper": tuple(one.name for one in shaft.dampers)}
     value = np.full(len(rings), np.inf) if masked else heat

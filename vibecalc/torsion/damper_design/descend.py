@@ -7,7 +7,7 @@ import numpy as np
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import FloatArray
-from vibecalc.torsion.damper_design.peaks import LEVEL, Summits, Survey, survey, worst_section
+from vibecalc.torsion.damper_design.peaks import LEVEL, Peaks, Survey, survey, worst_section
 from vibecalc.torsion.damper_design.problem import Limits, Problem
 from vibecalc.torsion.damper_design.readings import map_readings
 
@@ -83,13 +83,13 @@ def valleys(prepared: Survey, found: Chart, most: int) -> FloatArray:
 # Downhill on the worst section by linear programs in a trust region.
 #
 # K. Madsen, An algorithm for minimax solution of overdetermined systems of non-linear equations,
-# J. Inst. Maths Applics 16 (1975) 321: every summit is taken as linear in the variables, and the
+# J. Inst. Maths Applics 16 (1975) 321: every peak is taken as linear in the variables, and the
 # step is as long as that has proved true.
 # ----------------------------------------------------------------------------
 
 _MOST_STEPS = 40
 _SHARE = 0.85
-#: of the value, for summits on the way
+#: of the value, for peaks on the way
 _TOLERANCE = 1e-7
 _SMALL = 2e-3
 #: weights of a violated limit over the worst section, the next where a limit stays broken
@@ -102,13 +102,13 @@ _LEFT = 0.1
 
 
 class Place(NamedTuple):
-    """Variables (v,), their summits, and merit: worst section, price and
+    """Variables (v,), their peaks, and merit: worst section, price and
     violated limits (with an infinite penalty the excess alone); `over` the worst excess over a
     limit, over that limit.
     """
 
     variables: FloatArray
-    seen: Summits
+    seen: Peaks
     merit: float
     over: float
 
@@ -117,9 +117,9 @@ def place(
     prepared: Survey, variables: FloatArray, penalty: float = _PENALTIES[0],
     share: float = _SHARE, tolerance: float = LEVEL,
 ) -> Place:  # fmt: skip
-    """The summits of one damper."""
+    """The peaks of one damper."""
     damper = prepared.damper(variables)
-    seen = prepared.summits(damper, share, tolerance)
+    seen = prepared.peaks(damper, share, tolerance)
     sections = prepared.system.twist.shape[0]
     level = seen.value / prepared.scale[seen.row]
     worst = worst_section(seen, sections)

@@ -16,7 +16,7 @@ from vibecalc.torsion.damper_design.descend import (
     on_the_way,
     valleys,
 )
-from vibecalc.torsion.damper_design.peaks import Summits, Survey, drift, place_error, survey
+from vibecalc.torsion.damper_design.peaks import Peaks, Survey, drift, place_error, survey
 from vibecalc.torsion.damper_design.problem import Damper, Limits, Problem, system_of
 from vibecalc.torsion.damper_design.readings import reading_error
 from vibecalc.torsion.damper_design.settle import Held, basin_errors, settle
@@ -40,12 +40,12 @@ class Design(NamedTuple):
     weighted half range with `worst_error`, `objective` the same plus the price of the ring.
     Certificate: `reading` (p,) (section number; e for heat, e + 1 and e + 2 for travel with the hub
     ahead and behind), `speed` (p,) in rad/s, `angle` (p, 2) of the crank at the crest and the
-    trough that are read (heat has none: 0), `value` (p,) and `weight` (p,) of the summits that
-    hold the tuning; two crests of one cycle are two summits. Sections are equal, limits are
+    trough that are read (heat has none: 0), `value` (p,) and `weight` (p,) of the peaks that
+    hold the tuning; two crests of one cycle are two peaks. Sections are equal, limits are
     met, all weights are positive, those of sections add up to 1, and the weighted slopes by ln J,
     ln k, ln c over `worst` cancel but for `bound_weight` (3,), the pull of bounds (positive: a
     larger value is wanted; zero if held by equal bounds), and `residual`. `curvature` over
-    `worst` is the least along directions that the summits leave free, infinite where there are
+    `worst` is the least along directions that the peaks leave free, infinite where there are
     none: above 0 the tuning is a strict local minimum. That it is the best of all rests on the
     map; `basin` (b, 3) are the ends of all descents (J, k, c), `basin_worst` (b,) their objectives.
     Absolute errors: `weight_error`, `bound_error`, `speed_error`, `curvature_error`; those of the
@@ -82,7 +82,7 @@ def design(
     """Minimise the worst weighted half range over the range of speeds and over all sections.
 
     `map_points` values of each variable span the map whose valleys, at most `starts`, are searched;
-    `speeds` points of the range only say where to look for summits. Raises NumericalFailure for a
+    `speeds` points of the range only say where to look for peaks. Raises NumericalFailure for a
     problem without meaning, limits that no damper found keeps, and a tuning that cannot be proved.
     """
     prepared = survey(problem, limits, speeds)
@@ -200,7 +200,7 @@ class Performance(NamedTuple):
     """What one damper does over the range: `worst` weighted half range of the sections, the
     section and the speed (rad/s) where it is reached; `heat` (W) and `travel` (rad) at their own
     worst speeds; absolute errors. Of several places of one height, as a tuning makes them, the
-    first section at its lowest speed. `place` are these three summits, `slope` (3, 3) what they
+    first section at its lowest speed. `place` are these three peaks, `slope` (3, 3) what they
     change by the logarithms of J, k and c, `speed_error` (3,) is of their speeds."""
 
     worst: float
@@ -215,7 +215,7 @@ class Performance(NamedTuple):
     travel_speed: float
     slope: FloatArray
     speed_error: FloatArray
-    place: Summits
+    place: Peaks
 
 
 def performance(problem: Problem, damper: Damper, speeds: int = 161) -> Performance:
@@ -227,7 +227,7 @@ def performance(problem: Problem, damper: Damper, speeds: int = 161) -> Performa
     # heat and travel are read without a limit: with a scale below anything they always count
     scale = prepared.scale.copy()
     scale[sections:] = 1e-300
-    seen = prepared._replace(scale=scale).summits(damper, _SHARE)
+    seen = prepared._replace(scale=scale).peaks(damper, _SHARE)
     best = [
         first_of_the_highest(seen.row, seen.speed, np.where(rows, seen.value, -np.inf))
         for rows in (seen.row < sections, seen.row == sections, seen.row > sections)
@@ -299,30 +299,30 @@ def mistuning(problem: Problem, tuned: Design, share: float = 0.1) -> Mistuning:
     factor = np.array([1.0 - share, 1.0, 1.0 + share])
     own = factor if tuned.damper.stiffness > 0.0 else np.ones(1)
     rise, error = np.ones((own.size, 3)), np.zeros((own.size, 3))
-    doubt = relative_error(tuned) + 2.0 * EPSILON
+    uncertainty = relative_error(tuned) + 2.0 * EPSILON
     for i, a in enumerate(own):
         for j, b in enumerate(factor):
             if a != 1.0 or b != 1.0:
                 inertia, stiffness, damping = tuned.damper
                 seen = performance(problem, Damper(inertia, a * stiffness, b * damping))
                 rise[i, j] = seen.worst / tuned.worst
-                off = seen.worst_error + float(np.abs(seen.slope[0]) @ doubt)
+                off = seen.worst_error + float(np.abs(seen.slope[0]) @ uncertainty)
                 error[i, j] = off / tuned.worst + rise[i, j] * tuned.worst_error / tuned.worst
     return Mistuning(own, factor, rise, error)
 
 
 # ----------------------------------------------------------------------------
-# How far a map that is read on a grid of speeds lies from the summits between them.
+# How far a map that is read on a grid of speeds lies from the peaks between them.
 # ----------------------------------------------------------------------------
 
-#: what the worst of all places may have beyond the worst of those looked at
+#: what the worst of all places may have beyond the worst of those examined
 _BEYOND = 2.0
 
 
 def chart_error(problem: Problem, drawn: Chart) -> FloatArray:
     """Errors (3,) of worst section, heat and travel anywhere on the map of the first inertia.
 
-    The summits are followed at the corners, where rings are all but locked or free and resonances
+    The peaks are followed at the corners, where rings are all but locked or free and resonances
     narrow, in the middle and where the map is highest; the largest difference there, twice.
     """
     maps = (drawn.worst[0], drawn.heat[0], drawn.travel[0])
@@ -336,10 +336,10 @@ def chart_error(problem: Problem, drawn: Chart) -> FloatArray:
         try:
             seen = performance(problem, damper)
         except NumericalFailure:
-            # a mode that this ring leaves undamped: no summit to compare with
+            # a mode that this ring leaves undamped: no peak to compare with
             continue
         exact = (seen.worst, seen.heat, seen.travel)
         error = np.maximum(error, [abs(a - one[i, j]) for a, one in zip(exact, maps, strict=True)])
     if not np.any(error):
-        raise NumericalFailure("no place on the map of dampers has a summit to compare it with")
+        raise NumericalFailure("no place on the map of dampers has a peak to compare it with")
     return _BEYOND * error

@@ -17,7 +17,7 @@ from vibecalc.torsion.damper_design.readings import (
 )
 
 # ----------------------------------------------------------------------------
-# One summit over speed, followed to where its slope vanishes on its own crest and trough.
+# One peak over speed, followed to where its slope vanishes on its own crest and trough.
 # ----------------------------------------------------------------------------
 
 _STEPS = 40
@@ -28,11 +28,11 @@ LEVEL = 1e-15
 _SAME_CREST = 0.3
 
 
-class Summits(NamedTuple):
+class Peaks(NamedTuple):
     """Local maxima over speed: reading number, speed in rad/s, value, slopes by ln J, k, c.
 
     `bend` (p,) second derivative by speed; 0 at an end of the range. `phase` (p, 2) of the crest
-    and the trough that are read: each pair of them is a summit of its own.
+    and the trough that are read: each pair of them is a peak of its own.
     """
 
     row: IntArray
@@ -42,24 +42,24 @@ class Summits(NamedTuple):
     bend: FloatArray
     phase: FloatArray
 
-    def some(self, which: BoolArray | IntArray) -> "Summits":
-        """The summits that an index names."""
-        return Summits(
+    def some(self, which: BoolArray | IntArray) -> "Peaks":
+        """The peaks that an index names."""
+        return Peaks(
             self.row[which], self.speed[which], self.value[which], self.slope[which],
             self.bend[which], self.phase[which],
         )  # fmt: skip
 
-    def joined(self, other: "Summits") -> "Summits":
+    def joined(self, other: "Peaks") -> "Peaks":
         """These and others."""
-        return Summits(
+        return Peaks(
             np.append(self.row, other.row), np.append(self.speed, other.speed),
             np.append(self.value, other.value), np.append(self.slope, other.slope, axis=0),
             np.append(self.bend, other.bend), np.append(self.phase, other.phase, axis=0),
         )  # fmt: skip
 
 
-def about(seen: Summits, speed: tuple[float, float], step: float) -> tuple[FloatArray, FloatArray]:
-    """Speeds (p,), (p,) close on both sides of summits, where they have fallen by a thousandth."""
+def about(seen: Peaks, speed: tuple[float, float], step: float) -> tuple[FloatArray, FloatArray]:
+    """Speeds (p,), (p,) close on both sides of peaks, where they have fallen by a thousandth."""
     bend = np.maximum(np.abs(seen.bend), 1e-300)
     width = np.where(seen.bend < 0.0, np.sqrt(1e-3 * np.abs(seen.value) / bend), 1e-3 * speed[1])
     width = np.minimum(width, 0.5 * step)
@@ -76,7 +76,7 @@ def same_branch(system: System, first: FloatArray, second: FloatArray) -> BoolAr
 def follow(
     system: System, damper: Damper, row: IntArray, low: FloatArray, high: FloatArray,
     tolerance: float = LEVEL, near: FloatArray | None = None,
-) -> Summits:  # fmt: skip
+) -> Peaks:  # fmt: skip
     """The maximum of row[i] in or uphill of speeds low[i] to high[i], where the slope is zero.
 
     Regula falsi with halved ends (Illinois), with a bisection where it stalls, all brackets in one
@@ -85,7 +85,7 @@ def follow(
     trough next to them are followed, otherwise the highest and the lowest are taken at each speed.
     """
     own = near is not None
-    low, high, left, right, beside = _uphill(system, damper, row, low, high, near)
+    low, high, left, right, nearby = _uphill(system, damper, row, low, high, near)
     inside = (left > 0.0) & (right < 0.0)
     speed = np.where(inside, 0.5 * (low + high), np.where(right >= 0.0, high, low))
     side = np.zeros(row.size)
@@ -97,12 +97,12 @@ def follow(
         guess = a + (b - a) * p / (p - q)
         # the middle first: on the grid it is the highest of the three
         guess = np.where(step % 8 == 0, 0.5 * (a + b), guess)
-        first, last = beside[0, open_], beside[1, open_]
+        first, last = nearby[0, open_], nearby[1, open_]
         close = np.where((guess - a < b - guess)[:, None], first, last)
         now = readings(system, damper, guess, row[open_], close if own else None)
         rising = now.by_speed > 0.0
-        beside[0, open_] = np.where(rising[:, None], now.phase, first)
-        beside[1, open_] = np.where(rising[:, None], last, now.phase)
+        nearby[0, open_] = np.where(rising[:, None], now.phase, first)
+        nearby[1, open_] = np.where(rising[:, None], last, now.phase)
         again = np.where(rising, 1.0, -1.0)
         same = again == side[open_]
         low[open_], high[open_] = np.where(rising, guess, a), np.where(rising, b, guess)
@@ -112,7 +112,7 @@ def follow(
         done = np.abs(now.by_speed) * (b - a) <= tolerance * np.abs(now.value)
         done |= (high[open_] - low[open_]) <= 4e-16 * guess
         open_ = open_[~done]
-    close = np.where((speed - low < high - speed)[:, None], beside[0], beside[1])
+    close = np.where((speed - low < high - speed)[:, None], nearby[0], nearby[1])
     final = readings(system, damper, speed, row, close if own else None)
     shift = 1e-6 * speed[inside]
     bend = np.zeros(row.size)
@@ -123,14 +123,14 @@ def follow(
         ).by_speed  # fmt: skip
         before, after = np.split(shifted, 2)
         bend[inside] = (after - before) / (2.0 * shift)
-    return Summits(row, speed, final.value, final.by_damper, bend, final.phase)
+    return Peaks(row, speed, final.value, final.by_damper, bend, final.phase)
 
 
 def _uphill(
     system: System, damper: Damper, row: IntArray, low: FloatArray, high: FloatArray,
     near: FloatArray | None,
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:  # fmt: skip
-    """Brackets (p,), (p,) moved until they hold a summit or an end of the range; slopes and phases
+    """Brackets (p,), (p,) moved until they hold a peak or an end of the range; slopes and phases
     (2, p, 2) there."""
     slowest, fastest = system.problem.speed
     low, high = low.copy(), high.copy()
@@ -162,18 +162,18 @@ def _uphill(
 
 
 # ----------------------------------------------------------------------------
-# How well the speed of a summit is known, though the summit itself is flat.
+# How well the speed of a peak is known, though the peak itself is flat.
 # ----------------------------------------------------------------------------
 
-#: change of a logarithm over which the drift of summits is looked at
+#: change of a logarithm over which the drift of peaks is examined
 _MOVED = 1e-4
 
 
-def place_error(system: System, damper: Damper, seen: Summits) -> FloatArray:
-    """Error (p,) of the speeds of summits of this damper, in rad/s.
+def place_error(system: System, damper: Damper, seen: Peaks) -> FloatArray:
+    """Error (p,) of the speeds of peaks of this damper, in rad/s.
 
     The slope that is left over the curvature, and the round-off of the slope: that of the value
-    over the width of the summit. At an end of the range the speed is that end.
+    over the width of the peak. At an end of the range the speed is that end.
     """
     left = readings(system, damper, seen.speed, seen.row, seen.phase).by_speed
     noise = reading_error(system, damper, seen.speed, seen.row)
@@ -185,8 +185,8 @@ def place_error(system: System, damper: Damper, seen: Summits) -> FloatArray:
     return error
 
 
-def drift(system: System, damper: Damper, seen: Summits, step: float) -> FloatArray:
-    """What the speeds of summits move (p, 3) by the logarithms of J, k and c, in rad/s.
+def drift(system: System, damper: Damper, seen: Peaks, step: float) -> FloatArray:
+    """What the speeds of peaks move (p, 3) by the logarithms of J, k and c, in rad/s.
 
     `step` is that of the grid of speeds on which they were found.
     """
@@ -197,8 +197,8 @@ def drift(system: System, damper: Damper, seen: Summits, step: float) -> FloatAr
         for side in (_MOVED, -_MOVED):
             factor = np.ones(3)
             factor[column] += side
-            beside = Damper(*(float(value) for value in factor * np.array(damper)))
-            pair.append(follow(system, beside, seen.row, low, high, near=seen.phase).speed)
+            nearby = Damper(*(float(value) for value in factor * np.array(damper)))
+            pair.append(follow(system, nearby, seen.row, low, high, near=seen.phase).speed)
         moved[:, column] = (pair[0] - pair[1]) / (2.0 * _MOVED)
     return moved
 
@@ -215,10 +215,10 @@ def drift(system: System, damper: Damper, seen: Summits, step: float) -> FloatAr
 _UNDAMPED, _UNBOUNDED = 1e-9, 1e6
 
 
-def summits(
+def peaks(
     system: System, found: Table, damper: Damper, scale: FloatArray, share: float,
     tolerance: float = LEVEL,
-) -> Summits:  # fmt: skip
+) -> Peaks:  # fmt: skip
     """All maxima over speed: sections that reach `share` of the worst one, heat and travel.
 
     Readings are compared over `scale` (e + 3,); rows of infinite scale are left out. Heat and
@@ -255,7 +255,7 @@ def summits(
         low = np.append(low, np.maximum(speed - 3.0 * width, grid[0]))
         high = np.append(high, np.minimum(speed + 3.0 * width, grid[-1]))
         row, value = np.append(row, added), np.append(value, seen)
-    # a reading on the grid may lie below its summit: a wide net first, the exact share after
+    # a reading on the grid may lie below its peak: a wide net first, the exact share after
     kept = _high_enough(system, row, value, 0.85 * share)
     result = follow(system, damper, row[kept], low[kept], high[kept], tolerance)
     level = result.value / scale[result.row]
@@ -264,8 +264,8 @@ def summits(
     if which.size == 0:
         return result
     low, high = about(result, system.problem.speed, grid[1] - grid[0])
-    beside = follow(system, damper, result.row[which], low[which], high[which], tolerance, phase)
-    result = result.joined(beside)
+    nearby = follow(system, damper, result.row[which], low[which], high[which], tolerance, phase)
+    result = result.joined(nearby)
     level = result.value / scale[result.row]
     return _single(system, result.some(_high_enough(system, result.row, level, share)))
 
@@ -301,7 +301,7 @@ def narrow_resonances(system: System, damper: Damper, grid: FloatArray) -> Float
     return np.stack([speed[kept], width[kept]], axis=-1)
 
 
-def _single(system: System, found: Summits) -> Summits:
+def _single(system: System, found: Peaks) -> Peaks:
     """Without what two brackets found twice."""
     kept: list[int] = []
     for i in np.argsort(-found.value, kind="stable"):
@@ -357,10 +357,10 @@ class Survey(NamedTuple):
             self.tables[inertia] = table(self.system, nominal, self.grid, bounded=False)
         return self.tables[inertia]
 
-    def summits(self, damper: Damper, share: float, tolerance: float = LEVEL) -> Summits:
-        """See `worst.summits`."""
+    def peaks(self, damper: Damper, share: float, tolerance: float = LEVEL) -> Peaks:
+        """See `worst.peaks`."""
         found = self.table(damper.inertia)
-        return summits(self.system, found, damper, self.scale, share, tolerance)
+        return peaks(self.system, found, damper, self.scale, share, tolerance)
 
     @property
     def logarithms(self) -> FloatArray:
@@ -383,6 +383,6 @@ def survey(problem: Problem, limits: Limits, speeds: int = 161) -> Survey:
     )  # fmt: skip
 
 
-def worst_section(seen: Summits, sections: int) -> float:
-    """Largest weighted half range among summits."""
+def worst_section(seen: Peaks, sections: int) -> float:
+    """Largest weighted half range among peaks."""
     return float(np.max(seen.value[seen.row < sections]))

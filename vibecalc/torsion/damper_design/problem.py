@@ -222,13 +222,13 @@ def _spanning(line: Line) -> FloatArray:
     """
     n = line.inertia.size
     group = np.arange(n)
-    beside: list[list[tuple[int, float]]] = [[] for _ in range(n)]
+    nearby: list[list[tuple[int, float]]] = [[] for _ in range(n)]
     for e in np.argsort(-line.stiffness, kind="stable"):
         a, b = int(line.first[e]), int(line.second[e])
         if group[a] != group[b]:
             group[group == group[b]] = group[a]
-            beside[a].append((b, -1.0))
-            beside[b].append((a, 1.0))
+            nearby[a].append((b, -1.0))
+            nearby[b].append((a, 1.0))
     if np.any(group != group[0]):
         raise NumericalFailure("a damper is tuned on one line; this one is in several pieces")
     angle = np.zeros((n, n))
@@ -238,7 +238,7 @@ def _spanning(line: Line) -> FloatArray:
     seen, waiting, column = {root}, [root], 1
     while waiting:
         a = waiting.pop()
-        for b, sign in beside[a]:
+        for b, sign in nearby[a]:
             if b not in seen:
                 # twist first - second: phi_b = phi_a - twist where a comes first
                 angle[b] = angle[a]

@@ -31,8 +31,8 @@ def extremes(
     """Phases (r, 2) and values (r, 2) of the highest and the lowest point.
 
     Rows (r, m) are Re sum_m X_m exp(i h_m phase), sampled 16 times in the period of the highest
-    harmonic, so that the best sample lies less than 2 % of the size below its summit; the three
-    highest summits are refined by Newton's method and the best is taken. With phases `near` (r, 2)
+    harmonic, so that the best sample lies less than 2 % of the size below its peak; the three
+    highest peaks are refined by Newton's method and the best is taken. With phases `near` (r, 2)
     it is the crest uphill of the first and the trough downhill of the second, be there higher and
     lower ones or not.
     """
@@ -50,11 +50,11 @@ def crests(amplitude: ComplexArray, harmonic: IntArray, most: int) -> tuple[Floa
     Phases may lie a little beyond [0, 2 pi).
     """
     value = sampled(amplitude, harmonic, SAMPLES_PER_HARMONIC)
-    summit = (value >= np.roll(value, 1, axis=-1)) & (value > np.roll(value, -1, axis=-1))
-    rank = np.argsort(np.where(summit, -value, np.inf), axis=-1)[:, :most]
+    peak = (value >= np.roll(value, 1, axis=-1)) & (value > np.roll(value, -1, axis=-1))
+    rank = np.argsort(np.where(peak, -value, np.inf), axis=-1)[:, :most]
     start = 2.0 * np.pi / value.shape[-1] * rank
     phase, refined = _climbed(amplitude, harmonic, start, _NEWTON_STEPS)
-    refined = np.where(np.take_along_axis(summit, rank, axis=-1), refined, -np.inf)
+    refined = np.where(np.take_along_axis(peak, rank, axis=-1), refined, -np.inf)
     return phase, refined
 
 
@@ -232,7 +232,7 @@ def reading_error(system: System, damper: Damper, speed: FloatArray, row: IntArr
 
 #: share of the half range below which a pair is left out
 _CLOSE = 0.02
-#: crests (and troughs) looked at, pairs kept of one cycle
+#: crests (and troughs) examined, pairs kept of one cycle
 _CRESTS, _PAIRS = 6, 4
 
 
@@ -377,16 +377,16 @@ def map_readings(
 def _ranges(amplitude: ComplexArray, system: System) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Half range, highest, minus lowest value: parabolas through the best of sampled cycles."""
     value = sampled(amplitude, system.harmonic, MAP_SAMPLES)
-    high, low = _summit(value), -_summit(-value)
+    high, low = _peak(value), -_peak(-value)
     return 0.5 * (high - low), high, -low
 
 
-def _summit(value: FloatArray) -> FloatArray:
+def _peak(value: FloatArray) -> FloatArray:
     best = np.argmax(value, axis=-1)[..., None]
     count = value.shape[-1]
     middle, left, right = (
         np.take_along_axis(value, (best + shift) % count, axis=-1)[..., 0] for shift in (0, -1, 1)
     )
     bend = np.maximum(2.0 * middle - left - right, 1e-300)
-    summit: FloatArray = middle + 0.125 * (right - left) ** 2 / bend
-    return summit
+    peak: FloatArray = middle + 0.125 * (right - left) ** 2 / bend
+    return peak

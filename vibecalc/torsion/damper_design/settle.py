@@ -8,7 +8,7 @@ from vibecalc.numerics.matrices import nonnegative_least_squares
 from vibecalc.numerics.rounding import BoolArray, FloatArray
 from vibecalc.torsion.damper_design.descend import BROKEN, Place, foreseen
 from vibecalc.torsion.damper_design.peaks import (
-    Summits,
+    Peaks,
     Survey,
     about,
     drift,
@@ -19,10 +19,10 @@ from vibecalc.torsion.damper_design.peaks import (
 from vibecalc.torsion.damper_design.readings import reading_error
 
 # ----------------------------------------------------------------------------
-# The last digits of a tuning: Newton's method on the summits that hold it.
+# The last digits of a tuning: Newton's method on the peaks that hold it.
 #
-# Unknowns are the variables, the common level of the sections and the weights of the summits; the
-# conditions are equal levels, limits just met, and slopes that cancel with these weights. Summits
+# Unknowns are the variables, the common level of the sections and the weights of the peaks; the
+# conditions are equal levels, limits just met, and slopes that cancel with these weights. Peaks
 # are followed to their own speeds at each step, so that no grid of speeds remains in the answer.
 # ----------------------------------------------------------------------------
 
@@ -38,16 +38,16 @@ _SLOPE = 3.0
 class Held(NamedTuple):
     """A tuning at which weighted slopes cancel.
 
-    `weight` (p,) of the summits `seen`, of sections they add up to 1; `fixed` (v,) variables at a
+    `weight` (p,) of the peaks `seen`, of sections they add up to 1; `fixed` (v,) variables at a
     bound and `bound_weight` (v,) what those bounds pull; `variable_error` (v,) of the logarithms;
     `weight_error` (p,), `bound_error` (v,), `speed_error` (p,) in rad/s and `curvature_error`;
     `residual` of the slopes over the level, `curvature` least of the Lagrangian along directions
-    that the summits leave free, over the level (infinite where they leave none).
+    that the peaks leave free, over the level (infinite where they leave none).
     """
 
     variables: FloatArray
     level: float
-    seen: Summits
+    seen: Peaks
     weight: FloatArray
     fixed: BoolArray
     bound_weight: FloatArray
@@ -61,8 +61,8 @@ class Held(NamedTuple):
     curvature_error: float
 
 
-def newton(prepared: Survey, variables: FloatArray, seen: Summits, fixed: BoolArray) -> Held | None:
-    """Iterate with these active summits and fixed variables; None where it does not converge."""
+def newton(prepared: Survey, variables: FloatArray, seen: Peaks, fixed: BoolArray) -> Held | None:
+    """Iterate with these active peaks and fixed variables; None where it does not converge."""
     moving, free = prepared.moving, np.flatnonzero(~fixed)
     x = variables.copy()
     weight = np.zeros(seen.row.size)
@@ -92,8 +92,8 @@ def newton(prepared: Survey, variables: FloatArray, seen: Summits, fixed: BoolAr
     return None
 
 
-def tracked(prepared: Survey, variables: FloatArray, seen: Summits) -> Summits | None:
-    """The same summits of a damper close by; None where one has gone from its place."""
+def tracked(prepared: Survey, variables: FloatArray, seen: Peaks) -> Peaks | None:
+    """The same peaks of a damper close by; None where one has gone from its place."""
     system = prepared.system
     low, high = about(seen, system.problem.speed, prepared.grid[1] - prepared.grid[0])
     now = follow(system, prepared.damper(variables), seen.row, low, high, near=seen.phase)
@@ -102,7 +102,7 @@ def tracked(prepared: Survey, variables: FloatArray, seen: Summits) -> Summits |
     return None if np.any(gone) else now
 
 
-def _scale(prepared: Survey, seen: Summits) -> FloatArray:
+def _scale(prepared: Survey, seen: Peaks) -> FloatArray:
     """Worst section for sections, the limit for heat and travel (p,)."""
     section = seen.row < prepared.system.twist.shape[0]
     worst = np.max(seen.value[section])
@@ -117,7 +117,7 @@ def _price(prepared: Survey, x: FloatArray, scale: FloatArray) -> FloatArray:
 
 
 def _weights(
-    prepared: Survey, x: FloatArray, seen: Summits, slope: FloatArray, free: np.ndarray
+    prepared: Survey, x: FloatArray, seen: Peaks, slope: FloatArray, free: np.ndarray
 ) -> FloatArray:
     """First weights (p,), none negative, by least squares."""
     section = seen.row < prepared.system.twist.shape[0]
@@ -126,16 +126,16 @@ def _weights(
     return nonnegative_least_squares(rows, np.append(-price, 1.0))
 
 
-def _section_scale(prepared: Survey, seen: Summits) -> FloatArray:
+def _section_scale(prepared: Survey, seen: Peaks) -> FloatArray:
     """The worst section as an array (1,)."""
     return np.array([np.max(seen.value[seen.row < prepared.system.twist.shape[0]])])
 
 
 def _hessian(
-    prepared: Survey, x: FloatArray, seen: Summits, weight: FloatArray, scale: FloatArray,
+    prepared: Survey, x: FloatArray, seen: Peaks, weight: FloatArray, scale: FloatArray,
     difference: float = _DIFFERENCE,
 ) -> FloatArray | None:  # fmt: skip
-    """Curvature (v, v) of the weighted summits and the price, by central differences of slopes."""
+    """Curvature (v, v) of the weighted peaks and the price, by central differences of slopes."""
     count = prepared.moving.size
     price = _price(prepared, x, _section_scale(prepared, seen))
     result = np.diag(price)
@@ -143,9 +143,9 @@ def _hessian(
     for column in range(count):
         pair = []
         for side in (1.0, -1.0):
-            beside = x.copy()
-            beside[column] += side * difference
-            now = tracked(prepared, beside, seen)
+            nearby = x.copy()
+            nearby[column] += side * difference
+            now = tracked(prepared, nearby, seen)
             if now is None:
                 return None
             pair.append(share @ now.slope[:, prepared.moving])
@@ -155,7 +155,7 @@ def _hessian(
 
 
 def _conditions(
-    prepared: Survey, x: FloatArray, seen: Summits, slope: FloatArray, weight: FloatArray,
+    prepared: Survey, x: FloatArray, seen: Peaks, slope: FloatArray, weight: FloatArray,
     hessian: FloatArray, free: np.ndarray,
 ) -> tuple[FloatArray, FloatArray]:  # fmt: skip
     """Newton's matrix and right-hand side for step (f,), level and new weights (p,)."""
@@ -175,14 +175,14 @@ def _conditions(
 
 
 def _finished(
-    prepared: Survey, x: FloatArray, seen: Summits, weight: FloatArray, fixed: BoolArray,
+    prepared: Survey, x: FloatArray, seen: Peaks, weight: FloatArray, fixed: BoolArray,
     hessian: FloatArray, matrix: FloatArray, length: float,
 ) -> Held | None:  # fmt: skip
     """Level, errors and certificate at the end of the iteration."""
     end = tracked(prepared, x, seen)
     inwards = np.where(x < prepared.logarithms.mean(axis=1), _PROBE, -_PROBE) * ~fixed
-    beside = tracked(prepared, x + inwards, seen)
-    if end is None or beside is None:
+    nearby = tracked(prepared, x + inwards, seen)
+    if end is None or nearby is None:
         return None
     moving, free = prepared.moving, np.flatnonzero(~fixed)
     damper, scale = prepared.damper(x), _scale(prepared, end)
@@ -195,9 +195,9 @@ def _finished(
     # noise of levels: bounds on round-off; of slopes: what a step of 1e-10 changes beyond what
     # their curvature says
     value_noise = reading_error(prepared.system, damper, end.speed, end.row) / scale
-    jump = (beside.value - end.value) / scale - slope @ inwards
+    jump = (nearby.value - end.value) / scale - slope @ inwards
     value_noise = value_noise + np.abs(jump)
-    moved = weight @ (beside.slope[:, moving] / scale[:, None]) + _price(
+    moved = weight @ (nearby.slope[:, moving] / scale[:, None]) + _price(
         prepared, x + inwards, level_of
     )
     # differences across a bound are not known: of free variables alone
@@ -251,19 +251,19 @@ def _curvature(matrix: FloatArray, free: int) -> float:
 
 
 # ----------------------------------------------------------------------------
-# Which summits and bounds hold a tuning: an active set around Newton's method.
+# Which peaks and bounds hold a tuning: an active set around Newton's method.
 # ----------------------------------------------------------------------------
 
 _CLOSENESS = (3e-3, 3e-4, 3e-2)
 _ROUNDS = 12
 _WRONG = 1e-7
 _SHARE = 0.9
-#: summits of a section whose speeds differ by less than this share are pairs of one cycle
+#: peaks of a section whose speeds differ by less than this share are pairs of one cycle
 _ONE_CYCLE = 1e-3
 
 
 def settle(prepared: Survey, end: Place) -> Held | None:
-    """Refine the end of a descent; None where no set of summits and bounds holds it.
+    """Refine the end of a descent; None where no set of peaks and bounds holds it.
 
     Crests of one cycle that are all but equal may rise and fall together everywhere: no tuning
     makes them equal. A second search therefore holds the highest of each cycle only.
@@ -277,15 +277,15 @@ def settle(prepared: Survey, end: Place) -> Held | None:
     return None
 
 
-def _same_cycle(seen: Summits, one: Summits) -> BoolArray:
-    """Which summits (p,) are read in the same cycle as a single one."""
+def _same_cycle(seen: Peaks, one: Peaks) -> BoolArray:
+    """Which peaks (p,) are read in the same cycle as a single one."""
     near = np.abs(seen.speed / one.speed[0] - 1.0) < _ONE_CYCLE
     same: BoolArray = near & (seen.row == one.row[0])
     return same
 
 
-def _highest(seen: Summits) -> Summits:
-    """The highest summit of each cycle."""
+def _highest(seen: Peaks) -> Peaks:
+    """The highest peak of each cycle."""
     kept: list[int] = []
     for i in np.argsort(-seen.value, kind="stable"):
         if not np.any(_same_cycle(seen.some(np.array(kept, dtype=int)), seen.some(np.array([i])))):
@@ -302,8 +302,8 @@ def _is_minimum(prepared: Survey, end: Place, held: Held) -> bool:
 
 def _first_guess(
     prepared: Survey, end: Place, closeness: float, alone: bool
-) -> tuple[Summits, BoolArray]:
-    """Summits near the top and bounds nearby that least squares gives a weight."""
+) -> tuple[Peaks, BoolArray]:
+    """Peaks near the top and bounds nearby that least squares gives a weight."""
     seen, x = _highest(end.seen) if alone else end.seen, end.variables
     section = seen.row < prepared.system.twist.shape[0]
     worst = float(np.max(seen.value[section]))
@@ -325,7 +325,7 @@ def _first_guess(
 
 
 def _iterate(
-    prepared: Survey, end: Place, seen: Summits, fixed: BoolArray, alone: bool
+    prepared: Survey, end: Place, seen: Peaks, fixed: BoolArray, alone: bool
 ) -> Held | None:
     bounds = prepared.logarithms
     sections = prepared.system.twist.shape[0]
@@ -362,9 +362,9 @@ def _iterate(
     return None
 
 
-def _above(prepared: Survey, held: Held) -> Summits | None:
-    """The worst summit above the level or a limit that is not yet held, or None."""
-    seen = prepared.summits(prepared.damper(held.variables), _SHARE)
+def _above(prepared: Survey, held: Held) -> Peaks | None:
+    """The worst peak above the level or a limit that is not yet held, or None."""
+    seen = prepared.peaks(prepared.damper(held.variables), _SHARE)
     section = seen.row < prepared.system.twist.shape[0]
     scale = np.where(section, held.level, prepared.scale[seen.row])
     over = seen.value / scale - 1.0

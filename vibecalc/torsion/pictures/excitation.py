@@ -210,7 +210,7 @@ _ALIKE = 1e-6
 def draw_torsion_vectors(result: Result) -> "Figure | None":
     """Stars of the phases on top, below them shape times phase laid end to end for each mode.
 
-    A cylinder that does not fire is left out of the sums, and drawn beside those that do.
+    A cylinder that does not fire is left out of the sums, and drawn next to those that do.
     """
     record = result.record
     firing = having(record, TORSION + "excitation/firing_angle", "cylinder")

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from vibecalc.torsion.model import ShaftLineModel
 
 # ----------------------------------------------------------------------------
-# Mode shapes along a shaft line: one row for each mode, branches beside the main line.
+# Mode shapes along a shaft line: one row for each mode, branches next to the main line.
 # ----------------------------------------------------------------------------
 
 _MOST, _MOST_NAMES = 5, 24
@@ -76,23 +76,23 @@ def strands(line: "ShaftLineModel", count: int) -> list[list[int]]:
 
     Each branch begins with the place it hangs on. Loops of shafts are opened somewhere.
     """
-    beside: dict[int, list[int]] = {place: [] for place in range(count)}
+    nearby: dict[int, list[int]] = {place: [] for place in range(count)}
     for first, second in _joints(line, count):
-        beside[first].append(second)
-        beside[second].append(first)
+        nearby[first].append(second)
+        nearby[second].append(first)
     free, found = set(range(count)), []
-    path = _longest(beside, _longest(beside, [0], free)[-1:], free)
+    path = _longest(nearby, _longest(nearby, [0], free)[-1:], free)
     ends = [_station(line, place) for place in (path[0], path[-1])]
     path = path[::-1] if ends[0] > ends[1] else path
     while path:
         found.append(path)
         free -= set(path)
-        starts = [one for one in range(count) if one not in free and set(beside[one]) & free]
+        starts = [one for one in range(count) if one not in free and set(nearby[one]) & free]
         if not starts:
             break
         best = max(
-            (_longest(beside, [start, next_], free) for start in starts
-             for next_ in beside[start] if next_ in free), key=len,
+            (_longest(nearby, [start, next_], free) for start in starts
+             for next_ in nearby[start] if next_ in free), key=len,
         )  # fmt: skip
         path = best
     return found
@@ -112,12 +112,12 @@ def _joints(line: "ShaftLineModel", count: int) -> list[tuple[int, int]]:
     return [(a, b) for a, b in pairs if max(a, b) < count]
 
 
-def _longest(beside: dict[int, list[int]], begun: list[int], free: set[int]) -> list[int]:
+def _longest(nearby: dict[int, list[int]], begun: list[int], free: set[int]) -> list[int]:
     """The longest way on from the end of `begun`, breadth first through places in `free`."""
     before: dict[int, int | None] = {begun[-1]: None}
     queue = [begun[-1]]
     for place in queue:
-        for other in beside[place]:
+        for other in nearby[place]:
             if other not in before and other in free and other not in begun:
                 before[other] = place
                 queue.append(other)

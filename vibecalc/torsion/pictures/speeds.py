@@ -46,7 +46,7 @@ if TYPE_CHECKING:
 _APART = 0.03
 #: of the range, how near to its ends a maximum is at one
 _AT_END = 1e-6
-#: of the highest maximum, and of its own height above the curve beside it, what has a name
+#: of the highest maximum, and of its own height above the curve next to it, what has a name
 _HIGH, _STANDS = 0.1, 0.03
 #: maxima that are named at most
 _NAMED = 8
@@ -73,7 +73,7 @@ def top_of(record: Record, section: str, load: str = "torque_half_range", root: 
 
 
 def points_of(record: Record, section: str) -> Points:
-    """All maxima of the torque of a section that are told, by rising speed."""
+    """All maxima of the torque of a section that are reported, by rising speed."""
     found = [vector(record, f"peak/{name}", "peak")
              for name in ("speed", "torque_half_range", "mode", "half_order")]  # fmt: skip
     held = vector(record, "peak/section", "peak")
@@ -234,7 +234,7 @@ def _top(
     result: Result, axes: "Axes", section: str, speed: np.ndarray, rows: list[ReferenceRow],
     unit: tuple[float, str],
 ) -> None:  # fmt: skip
-    """Stress where it is known, else torque, with all that is told of this section."""
+    """Stress where it is known, else torque, with all that is reported of this section."""
     record = result.record
     torque, stress = (
         _row(record, f"speeds/{load}_half_range", section) for load in ("torque", "stress")
@@ -324,12 +324,12 @@ def _all(
     values = np.asarray(quantity.values, dtype=float)
     speed = np.asarray(quantity.axes[1].values, dtype=float)
     load = quantity.path.rsplit("/", 1)[-1]
-    hung = [] if rings else names(record, "damper/travel", "damper")
+    attached = [] if rings else names(record, "damper/travel", "damper")
     # a ring's spring may have another name than the damper
-    hung += [] if rings else _springs(record)
+    attached += [] if rings else _springs(record)
     named = labels(quantity.axes[0])
     tops = np.array([np.max(row[np.isfinite(row)], initial=0.0) for row in values])
-    chosen = [int(i) for i in np.argsort(-tops, kind="stable") if named[i] not in hung]
+    chosen = [int(i) for i in np.argsort(-tops, kind="stable") if named[i] not in attached]
     chosen = chosen[: _MOST_SPIKY if _undamped(record) else _MOST]
     high = []
     for place, i in enumerate(sorted(chosen)):
@@ -341,7 +341,7 @@ def _all(
                              colour=colour)  # fmt: skip
         high.append(np.concatenate([factor * y, points]))
     axes.set_ylabel(words)
-    left = len([one for one in named if one not in hung])
+    left = len([one for one in named if one not in attached])
     title = None if left <= len(chosen) else f"the most loaded,\nof {left}:"
     axes.legend(loc="upper left", bbox_to_anchor=(1.005, 1.0), title=title, title_fontsize=8)
     if _undamped(record):
@@ -391,12 +391,12 @@ def _highest(*curves: np.ndarray) -> float:
 
 
 # ----------------------------------------------------------------------------
-# Twist of every section of a shaft line against speed beside that of the same line otherwise.
+# Twist of every section of a shaft line against speed next to that of the same line otherwise.
 # ----------------------------------------------------------------------------
 
 _LOAD = "twist_half_range"
 _COLUMNS, _MOST_PANELS = 3, 9
-#: letters of a name beside which there is room for two values
+#: letters of a name next to which there is room for two values
 _SHORT = 16
 
 
@@ -404,16 +404,16 @@ def draw_torsion_dampers(result: Result) -> "Figure | None":
     """A panel for each section, at most nine; None where there is nothing to compare with."""
     record = result.record
     own = having(record, f"{TORSION}speeds/{_LOAD}", "section", "speed")
-    beside: list[tuple[Quantity, str, str, str, str]] = []
+    nearby: list[tuple[Quantity, str, str, str, str]] = []
     for root, *look in _OTHERS:
         other = having(record, f"{TORSION}{root}speeds/{_LOAD}", "section", "speed")
         if other is not None:
-            beside.append((other, root, look[0], look[1], look[2]))
-    if own is None or not beside:
+            nearby.append((other, root, look[0], look[1], look[2]))
+    if own is None or not nearby:
         return None
-    known = {name for one in beside for name in labels(one[0].axes[0])}
-    hung = names(record, "damper/travel", "damper")
-    sections = [name for name in labels(own.axes[0]) if name in known and name not in hung]
+    known = {name for one in nearby for name in labels(one[0].axes[0])}
+    attached = names(record, "damper/travel", "damper")
+    sections = [name for name in labels(own.axes[0]) if name in known and name not in attached]
     values = np.asarray(own.values, dtype=float)
     tops = {name: _highest(values[place_of(own, name) or 0]) for name in sections}
     most = sorted(sections, key=lambda name: -tops[name])[:_MOST_PANELS]
@@ -426,13 +426,13 @@ def draw_torsion_dampers(result: Result) -> "Figure | None":
              *misfire_words(result)]  # fmt: skip
     figure = canvas(result, ", ".join(words), 1.4 + 2.7 * rows)
     grid = figure.subplots(rows, min(_COLUMNS, len(shown)), sharex=True, sharey=True, squeeze=False)
-    damped = "with dampers" if any(one[1] == "bare/" for one in beside) else "as it is"
+    damped = "with dampers" if any(one[1] == "bare/" for one in nearby) else "as it is"
     if misfire_words(result) and damped == "as it is":
         damped = misfire_words(result)[0]
     own_curves, highest = [], []
     for axes, name in zip(grid.ravel(), shown, strict=False):
         curves = [np.zeros(1)]
-        for quantity, root, colour, style, label in beside:
+        for quantity, root, colour, style, label in nearby:
             place = place_of(quantity, name)
             if place is not None:
                 curve = np.asarray(quantity.values, dtype=float)[place]
@@ -442,11 +442,11 @@ def draw_torsion_dampers(result: Result) -> "Figure | None":
         x, y = through(speed, values[place_of(own, name) or 0], top_of(record, name, _LOAD))
         axes.plot(rpm(1.0) * x, MILLI * y, color=TOTAL, linewidth=1.6, marker=dotted(len(speed)),
                   label=damped)  # fmt: skip
-        told = f"{name}\nlargest {show(_highest(MILLI * y), digits=3)}"
+        reported = f"{name}\nlargest {show(_highest(MILLI * y), digits=3)}"
         bare = top_of(record, name, _LOAD, "bare/").height
         if bare.size and len(name) <= _SHORT:
-            told += f", without {show(MILLI * float(bare[0]), digits=3)}"
-        axes.set_title(told, loc="left", fontsize=8)
+            reported += f", without {show(MILLI * float(bare[0]), digits=3)}"
+        axes.set_title(reported, loc="left", fontsize=8)
         own_curves.append(MILLI * y)
         highest.append(np.concatenate(curves))
         operating_line(axes, result, speed[0], speed[-1])

@@ -1,4 +1,4 @@
-"""Pictures of studies beside the steady vibration: change in time, waterfall, variable inertia."""
+"""Pictures of studies next to the steady vibration: change in time, waterfall, variable inertia."""
 
 from typing import TYPE_CHECKING
 
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 # ----------------------------------------------------------------------------
-# A change in time: envelope of the most loaded section beside the steady one, and its peak.
+# A change in time: envelope of the most loaded section next to the steady one, and its peak.
 # ----------------------------------------------------------------------------
 
 #: a steady half range may be this many times that of the run before the axis leaves it
@@ -134,10 +134,10 @@ def _half_ranges(
     steady = having(record, TRANSIENT + "quasi_steady", "section", "transient_time")
     top = float(np.max(own))
     if steady is not None:
-        beside = gaps(factor * np.asarray(steady.values, dtype=float)[place])
-        axes.plot(time, beside, color=COLOURS[1], linestyle="--", linewidth=1.2,
+        nearby = gaps(factor * np.asarray(steady.values, dtype=float)[place])
+        axes.plot(time, nearby, color=COLOURS[1], linestyle="--", linewidth=1.2,
                   label="steady half range at these speeds")  # fmt: skip
-        top = max(top, min(float(np.nanmax(beside)), _ROOM * top))
+        top = max(top, min(float(np.nanmax(nearby)), _ROOM * top))
     axes.set_ylim(0.0, 1.22 * top)
     axes.set_xlim(float(time[0]), float(time[-1]))
     axes.set_ylabel(f"half range in {unit}")
@@ -162,7 +162,7 @@ def _course(axes: "Axes", result: Result) -> None:
 # Waterfall of a run: frequencies of the most loaded section's torque against crank speed.
 # ----------------------------------------------------------------------------
 
-#: decades of amplitude that are told apart, and orders that are named at most
+#: decades of amplitude that are distinguished, and orders that are named at most
 _DECADES, _NAMED = 3.0, 8
 #: least rise of the speed, as a share of the highest, for which speed is the axis
 _MOVES = 0.05
@@ -260,7 +260,7 @@ def _natural(axes: "Axes", record: Record, top: float) -> None:
 
 
 # ----------------------------------------------------------------------------
-# Inertias that change over the revolution: torque by order and against speed, beside mean ones.
+# Inertias that change over the revolution: torque by order and against speed, next to mean ones.
 # ----------------------------------------------------------------------------
 
 _ROOT = TORSION + "variable_inertia/"
@@ -288,7 +288,7 @@ def draw_variable_inertia(result: Result) -> "Figure | None":
 
 
 def _inertia_orders(result: Result, axes: "Axes", name: str) -> None:
-    """Bars of the exact motion beside those with mean inertias."""
+    """Bars of the exact motion next to those with mean inertias."""
     factor, unit = torque_unit(result.record)
     for path, words, colour, shift in (
         (TORSION + "torque", "mean inertias", QUIET, -0.21),

@@ -12,7 +12,7 @@ from vibecalc.torsion.transient.peaks import (
     Envelope,
     TimeCourse,
     angle_between,
-    summit,
+    peak,
     time_course,
 )
 
@@ -77,10 +77,12 @@ def sliding(run: TransientRun, cycle: float, count: int = 200) -> Sliding | None
         for section in range(e):
             for sign, out in ((1.0, high), (-1.0, low)):
                 value = sign * course.value[:, section]
-                own, doubt = _highest(course.time, value, jump, starts[rows], ends[rows])
+                own, uncertainty = _highest(course.time, value, jump, starts[rows], ends[rows])
                 out[rows, section] = sign * own
                 first = sign > 0.0
-                error[rows, section] = doubt if first else np.maximum(error[rows, section], doubt)
+                error[rows, section] = (
+                    uncertainty if first else np.maximum(error[rows, section], uncertainty)
+                )
     # the speed of a window may turn at a border of two stretches
     inner = [
         np.concatenate([[a, b], run.borders.time[(run.borders.time > a) & (run.borders.time < b)]])
@@ -141,14 +143,14 @@ def _highest(
     place = np.flatnonzero((value[1:-1] >= value[:-2]) & (value[1:-1] > value[2:])) + 1
     near = np.clip(place, 2, time.size - 3)
     five = value[near[:, None] + np.arange(-2, 3)]
-    height, share, doubt = (part[:, 0] for part in summit(five[:, :, None]))
+    height, share, uncertainty = (part[:, 0] for part in peak(five[:, :, None]))
     gap = np.maximum(time[place + 1] - time[place], time[place] - time[place - 1])
     when = time[near] + (4.0 * share - 2.0) * gap
     # over a kink or a change of spacing no polynomial holds: the sample, and all it may be off
     bend = 2.0 * value[place] - value[place - 1] - value[place + 1]
     height = np.where(uneven[place], value[place], height)
     when = np.where(uneven[place], time[place], when)
-    doubt = np.where(uneven[place], bend, doubt)
+    uncertainty = np.where(uneven[place], bend, uncertainty)
     best, error = values_at(time, value, np.concatenate([starts, ends]))
     size = starts.size
     # a crest between the last two samples of all shows in neither
@@ -160,11 +162,13 @@ def _highest(
     for row in range(size):
         own = slice(int(first[row]), int(last[row]))
         values = np.concatenate([best[[row, size + row]], height[own]])
-        doubts = np.concatenate([error[[row, size + row]], doubt[own]])
+        uncertainties = np.concatenate([error[[row, size + row]], uncertainty[own]])
         winner = int(np.argmax(values))
         top[row] = values[winner]
         # what reaches as high within its error may be the highest
-        slack[row] = max(float(doubts[winner]), float(np.max(values + doubts)) - top[row])
+        slack[row] = max(
+            float(uncertainties[winner]), float(np.max(values + uncertainties)) - top[row]
+        )
     return top, slack
 
 
@@ -201,7 +205,7 @@ def values_at(
 
 #: share of the highest bound that windows of the first look reach; looks before all are taken
 _FIRST, _LOOKS = 0.98, 3
-#: share of the second difference, and of the spacing, by which a parabola's summit may be off
+#: share of the second difference, and of the spacing, by which a parabola's peak may be off
 _VALUE, _SWING_PLACE = 0.02, 0.1
 
 
@@ -251,9 +255,9 @@ def largest_swings(
         wanted = np.any(bound > best[0], axis=1) if look < _LOOKS - 1 else np.ones_like(seen)
         if np.all(seen | ~np.any(bound > best[0], axis=1)):
             break
-    half, error, time, doubt = best
+    half, error, time, uncertainty = best
     speed = speed_at(run.stretches, run.borders, time)
-    return Swings(half, error + run.torque_error, time, doubt, speed)
+    return Swings(half, error + run.torque_error, time, uncertainty, speed)
 
 
 def _spans(place: IntArray) -> list[tuple[int, int]]:
@@ -272,17 +276,19 @@ def _swing(course: TimeCourse, section: int, cycle: float) -> tuple[float, float
     angles = [np.interp(side[0], course.time, course.angle) for side in (up, down)]
     near = np.abs(angles[0][:, None] - angles[1]) <= cycle * (1.0 + 1e-9)
     half = np.where(near, 0.5 * (up[1][:, None] + down[1]), -np.inf)
-    doubt = 0.5 * (up[2][:, None] + down[2])
+    uncertainty = 0.5 * (up[2][:, None] + down[2])
     middle = 0.5 * (up[0][:, None] + down[0])
     whole = _apart(course, section, cycle)
-    middle, half, doubt = (
+    middle, half, uncertainty = (
         np.append(pairs[near], ends)
-        for pairs, ends in zip((middle, half, doubt), whole, strict=True)
+        for pairs, ends in zip((middle, half, uncertainty), whole, strict=True)
     )
     best = int(np.argmax(half))
     # what reaches as high within the errors may be the highest
-    rival = half + doubt >= half[best] - doubt[best]
-    error = max(float(doubt[best]), float(np.max((half + doubt)[rival])) - float(half[best]))
+    rival = half + uncertainty >= half[best] - uncertainty[best]
+    error = max(
+        float(uncertainty[best]), float(np.max((half + uncertainty)[rival])) - float(half[best])
+    )
     away = float(np.max(np.abs(middle[rival] - middle[best])))
     step = 0.5 * _SWING_PLACE * float(np.max(np.diff(course.time)))
     return float(half[best]), error, float(middle[best]), away + 2.0 * step
@@ -304,8 +310,8 @@ def _apart(
     (near, own), (far, slip) = (values_at(course.time, value, at) for at in (begin, end))
     gap, middle = 0.5 * (far - near), 0.5 * (begin + end)
     sides = [_crests(middle, sign * gap) for sign in (1.0, -1.0)]
-    time, half, doubt = (np.concatenate(parts) for parts in zip(*sides, strict=True))
-    return time, half, doubt + np.interp(time, middle, slip + own)
+    time, half, uncertainty = (np.concatenate(parts) for parts in zip(*sides, strict=True))
+    return time, half, uncertainty + np.interp(time, middle, slip + own)
 
 
 def _time_of_swing(course: TimeCourse, angle: FloatArray) -> FloatArray:
@@ -336,7 +342,7 @@ def _crests(time: FloatArray, value: FloatArray) -> tuple[FloatArray, FloatArray
 
 
 # ----------------------------------------------------------------------------
-# A run through criticals beside the steady response at each speed.
+# A run through criticals next to the steady response at each speed.
 # ----------------------------------------------------------------------------
 
 
@@ -350,7 +356,7 @@ class SectionPeaks(NamedTuple):
 
 
 class Passage(NamedTuple):
-    """A run beside the steady response, e sections, v windows.
+    """A run next to the steady response, e sections, v windows.
 
     `half_range` (v, e) is (high - low) / 2 in each window, `steady` (v, e) the largest steady one
     at its speeds. `peak`, `peak_speed` (e,) are the largest half range on the way, `steady_peak`,
@@ -376,20 +382,20 @@ def section_peaks(run: TransientRun, found: Envelope) -> SectionPeaks:
     section = np.arange(size.shape[2])
     peak = size[side, row, section]
     time = np.where(side == 0, found.time_high[row, section], found.time_low[row, section])
-    # another window within its own doubt of the best may hold a higher value, never by more
+    # another window within its own uncertainty of the best may hold a higher value, never by more
     upper = (np.maximum(found.high, -found.low) + found.error).max(axis=0)
     error = np.maximum(found.error[row, section], upper - peak)
     return SectionPeaks(peak, error, time, speed_at(run.stretches, run.borders, time))
 
 
-def time_doubt(run: TransientRun, peaks: SectionPeaks) -> FloatArray:
+def time_uncertainty(run: TransientRun, peaks: SectionPeaks) -> FloatArray:
     """How far off in s the times of the peaks (e,) may be, a step at most.
 
-    Within so much of a smooth summit the torque is as high as its error says; of summits that are
+    Within so much of a smooth peak the torque is as high as its error says; of peaks that are
     equally high within their errors any one may be the peak.
     """
     step = max(piece.step for piece in run.pieces)
-    doubt = np.full(peaks.time.size, step)
+    uncertainty = np.full(peaks.time.size, step)
     for section, time in enumerate(peaks.time):
         near = time_course(run, time - 1.5 * step, time + 1.5 * step, finer=_FINER)
         value = np.abs(near.value[:, section])
@@ -398,8 +404,8 @@ def time_doubt(run: TransientRun, peaks: SectionPeaks) -> FloatArray:
         rise, fall = np.diff(value[middle - 1 : middle + 2]) / (before, after)
         bend = 2.0 * (rise - fall) / (before + after)
         if abs(near.time[middle] - time) <= max(before, after) and bend > 0.0:
-            doubt[section] = min(step, 2.0 * np.sqrt(2.0 * peaks.error[section] / bend))
-    return doubt
+            uncertainty[section] = min(step, 2.0 * np.sqrt(2.0 * peaks.error[section] / bend))
+    return uncertainty
 
 
 def against_quasi_steady(

@@ -13,7 +13,7 @@ from vibecalc.torsion.transient.motion import speed_at, turned_after
 # Envelope and true maxima of section torques or twists along a run.
 #
 # Every step is looked into at several points; in each window of time the steps with the highest
-# (and lowest) summits among them are looked into again with finer ones, and a polynomial through
+# (and lowest) peaks among them are looked into again with finer ones, and a polynomial through
 # five of these gives the extreme value. States inside a step are as exact as those at its ends.
 # ----------------------------------------------------------------------------
 
@@ -83,7 +83,7 @@ def envelope(run: TransientRun, windows: int = 200, of: str = "torque") -> Envel
     e = view.shape[0]
     best = {sign: np.full((windows, e), -np.inf) for sign in (1, -1)}
     when = {sign: np.zeros((windows, e)) for sign in (1, -1)}
-    doubt = np.zeros((windows, e))
+    uncertainty = np.zeros((windows, e))
     for number, piece in enumerate(run.pieces):
         parts = points_in(run, number)
         steps = np.arange(piece.steps)
@@ -99,11 +99,11 @@ def envelope(run: TransientRun, windows: int = 200, of: str = "torque") -> Envel
         ends = np.concatenate([cuts[1:], [piece.steps]])
         rows = window[cuts]
         for sign in (1, -1):
-            rough = summit(sign * first)[0]
+            rough = peak(sign * first)[0]
             chosen, rival = candidates(rough, cuts, ends)
             unique, place = np.unique(chosen, return_inverse=True)
             place, section = place.reshape(chosen.shape), np.arange(e)
-            value, share, error = summit(sign * look(run, number, fine_tool, unique, view))
+            value, share, error = peak(sign * look(run, number, fine_tool, unique, view))
             fine = value[place, section]
             # a step left out may rise above its first look as much as one that was looked into
             rise = np.abs(fine - np.take_along_axis(rough[:, None], chosen, axis=0)).max(axis=1)
@@ -116,18 +116,18 @@ def envelope(run: TransientRun, windows: int = 200, of: str = "torque") -> Envel
             when[sign][rows] = np.where(better, moment, when[sign][rows])
             best[sign][rows] = np.maximum(best[sign][rows], new)
             own = error[at, section] + np.maximum(rival + rise - new, 0.0)
-            doubt[rows] = np.maximum(doubt[rows], own)
+            uncertainty[rows] = np.maximum(uncertainty[rows], own)
     for sign in (1, -1):
         fill_empty(best[sign], when[sign])
     middle = 0.5 * (borders[:-1] + borders[1:])
     speed = speed_at(run.stretches, run.borders, middle)
-    return Envelope(borders, speed, -best[-1], best[1], doubt + base, when[-1], when[1])
+    return Envelope(borders, speed, -best[-1], best[1], uncertainty + base, when[-1], when[1])
 
 
-def summit(values: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+def peak(values: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Largest value (r, e) of samples (r, points, e), its place as a share, and its error.
 
-    The summit of the polynomial of fourth degree through five points about the largest sample,
+    The peak of the polynomial of fourth degree through five points about the largest sample,
     found by Newton steps from that of the parabola through three. The error is a quarter of what
     the two differ by, with a share of the fourth difference in case that they meet by chance.
     """
@@ -167,7 +167,7 @@ def summit(values: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
 def candidates(rough: FloatArray, cuts: IntArray, ends: IntArray) -> tuple[IntArray, FloatArray]:
     """The most promising steps of each window (windows, c, e) and the best of the others.
 
-    `rough` (count, e) are the summits of the first look; `cuts` and `ends` bound the windows. A
+    `rough` (count, e) are the peaks of the first look; `cuts` and `ends` bound the windows. A
     window of few steps has some of them twice, and no other (minus infinity).
     """
     chosen = np.empty((cuts.size, CANDIDATES, rough.shape[1]), dtype=np.int64)

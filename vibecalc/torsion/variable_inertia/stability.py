@@ -211,15 +211,15 @@ def _judged(
     size = np.maximum(np.abs(multiplier), np.finfo(float).tiny)
     rate = np.where(vibrates, np.log(size) / period, -np.inf)
     worst = int(np.argmax(rate))
-    doubt = float(error[worst] / size[worst] / period)
+    uncertainty = float(error[worst] / size[worst] / period)
     order = np.argsort(-size, kind="stable")
     return Stability(
         multiplier[order],
         error[order],
         common[order],
         float(rate[worst]),
-        doubt,
-        bool(rate[worst] > doubt),
+        uncertainty,
+        bool(rate[worst] > uncertainty),
     )
 
 
@@ -333,7 +333,7 @@ def unstable_ranges(
 def _growth(
     system: VariableLine, speed: float, basis: FloatArray | None, motion: Motion | None
 ) -> float:
-    """Growth in 1/s, zero where it is none or cannot be told from round-off."""
+    """Growth in 1/s, zero where it is none or cannot be distinguished from round-off."""
     angle, error = (None, None) if motion is None else motion(system, speed)
     found = stability(system, speed, angle=angle, angle_error=error, basis=basis)
     return found.growth if found.unstable else 0.0

@@ -89,7 +89,7 @@ def steady_response(
     ------
     NumericalFailure
         Singular (an undamped critical or a limit of stability), too few orders, or Newton's method
-        fails. Stability is not looked at here: see variable_inertia_stability.
+        fails. Stability is not examined here: see variable_inertia_stability.
     """
     speeds = np.atleast_1d(np.asarray(speed, dtype=np.float64))
     forces = np.asarray(torque, dtype=np.complex128)
@@ -319,7 +319,7 @@ def feed(system: VariableLine, speed: float, angle: ComplexArray, angle_error: F
     slip = np.abs(
         _coupling(system, speed, len(angle), np.abs(angle).astype(np.complex128), sizes=True)
     )
-    doubt = np.abs(
+    uncertainty = np.abs(
         _coupling(system, speed, len(angle), angle_error.astype(np.complex128), sizes=True)
     )
     twist = np.empty((len(orders), len(orders), len(system.line.first)), dtype=np.complex128)
@@ -328,7 +328,7 @@ def feed(system: VariableLine, speed: float, angle: ComplexArray, angle_error: F
         compliance, relative = _compliance(system, speed, int(p), n)
         rows = section_twist(system.line, compliance.T).T
         twist[p] = drive[p] @ rows.T
-        error[p] = (doubt[p] + (relative + 8.0 * EPSILON) * slip[p]) @ np.abs(rows).T
+        error[p] = (uncertainty[p] + (relative + 8.0 * EPSILON) * slip[p]) @ np.abs(rows).T
         error[p] += relative * (slip[p] @ np.abs(compliance).max(axis=0))[:, None]
     return Feed(twist, error)
 

@@ -231,7 +231,7 @@ _BINS = (8, 60)
 
 
 def draw_sweep_sample(sweep: SweepView) -> "Figure | None":
-    """A histogram for each result, with its Sobol indices beside it; None for a grid."""
+    """A histogram for each result, with its Sobol indices next to it; None for a grid."""
     if sweep.grid:
         return None
     from matplotlib.lines import Line2D

@@ -299,7 +299,7 @@ def stationarity(sampler: Values, unit: np.ndarray) -> float:
     -------
     residual : float
         0 at a point that satisfies the first-order conditions, 1 or so far from any; infinity
-        where they cannot be formed, as on a kink or beside points that cannot be evaluated.
+        where they cannot be formed, as on a kink or next to points that cannot be evaluated.
     """
     try:
         noise = measured_noise(sampler, unit)

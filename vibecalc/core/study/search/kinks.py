@@ -130,7 +130,7 @@ def _merit(sampler: Values, unit: np.ndarray) -> float:
 
 
 def _plane(sampler: Values, unit: np.ndarray, size: float, offset: np.ndarray) -> _Plane | None:
-    """The tangent plane at a point beside `unit`, or None if it cannot be evaluated there."""
+    """The tangent plane at a point alongside `unit`, or None if it cannot be evaluated there."""
     point = np.clip(unit + size * offset, 0, 1)
     step = min(1e-7, 2e-3 * size)
     centre = sampler(point)
@@ -138,12 +138,12 @@ def _plane(sampler: Values, unit: np.ndarray, size: float, offset: np.ndarray) -
         return None
     columns = []
     for axis in range(unit.size):
-        beside = point.copy()
-        beside[axis] += step if point[axis] < 0.5 else -step
-        value = sampler(beside)
+        nearby = point.copy()
+        nearby[axis] += step if point[axis] < 0.5 else -step
+        value = sampler(nearby)
         if value is None:
             return None
-        columns.append((value - centre) / (beside[axis] - point[axis]))
+        columns.append((value - centre) / (nearby[axis] - point[axis]))
     return _Plane(point, centre, np.stack(columns, axis=1))
 
 
@@ -271,7 +271,7 @@ def _height(sampler: Values, unit: np.ndarray) -> float:
 
 
 def _gradient(sampler: Values, unit: np.ndarray, value: float) -> np.ndarray | None:
-    """Forward differences short beside the way to the zero; None on level ground.
+    """Forward differences short next to the way to the zero; None on level ground.
 
     On a wall of the cube a component that points out of it is dropped.
     """
@@ -279,9 +279,9 @@ def _gradient(sampler: Values, unit: np.ndarray, value: float) -> np.ndarray | N
     step = 1e-7
     for _ in range(8):  # the step is only known to be short once the slope is
         for axis in range(unit.size):
-            beside = unit.copy()
-            beside[axis] += step if unit[axis] < 0.5 else -step
-            slope[axis] = (_height(sampler, beside) - value) / (beside[axis] - unit[axis])
+            nearby = unit.copy()
+            nearby[axis] += step if unit[axis] < 0.5 else -step
+            slope[axis] = (_height(sampler, nearby) - value) / (nearby[axis] - unit[axis])
         if not np.all(np.isfinite(slope)):
             return None
         length = float(np.linalg.norm(slope))
@@ -340,10 +340,10 @@ def _plain_gradient(sampler: Values, unit: np.ndarray) -> np.ndarray | None:
     slope = np.zeros(unit.size)
     top = float(np.max(centre[: sampler.entries]))
     for axis in range(unit.size):
-        beside = unit.copy()
-        beside[axis] += 1e-8 if unit[axis] < 0.5 else -1e-8
-        value = sampler(beside)
+        nearby = unit.copy()
+        nearby[axis] += 1e-8 if unit[axis] < 0.5 else -1e-8
+        value = sampler(nearby)
         if value is None:
             return None
-        slope[axis] = (float(np.max(value[: sampler.entries])) - top) / (beside[axis] - unit[axis])
+        slope[axis] = (float(np.max(value[: sampler.entries])) - top) / (nearby[axis] - unit[axis])
     return slope if np.any(slope) else None

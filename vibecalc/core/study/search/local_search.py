@@ -119,10 +119,10 @@ def local_search(sampler: Values, start: np.ndarray, *, to_the_end: bool = False
     except _NearZero:
         return LocalEnd(best[0], "near zero")
     except _Stranded:
-        return LocalEnd(best[0], "stopped beside points that cannot be evaluated")
+        return LocalEnd(best[0], "stopped next to points that cannot be evaluated")
     end = np.clip(found.x[:size], 0, 1)
     if not np.all(np.isfinite(end)) or sampler(end) is None:
-        return LocalEnd(best[0], "stopped beside points that cannot be evaluated")
+        return LocalEnd(best[0], "stopped next to points that cannot be evaluated")
     return LocalEnd(end, REASONS.get(int(found.status), str(found.message).lower()))
 
 
@@ -151,12 +151,12 @@ def _forward(sampler: Values, unit: np.ndarray, centre: np.ndarray, axis: int) -
     """One column of the Jacobian, from the side that stays inside and can be evaluated."""
     for side in (1.0, -1.0) if unit[axis] < 0.5 else (-1.0, 1.0):
         step = side * STEP
-        beside = unit.copy()
-        beside[axis] += step
-        if 0 <= beside[axis] <= 1:
-            value = sampler(beside)
+        nearby = unit.copy()
+        nearby[axis] += step
+        if 0 <= nearby[axis] <= 1:
+            value = sampler(nearby)
             if value is not None:
-                return np.asarray((value - centre) / (beside[axis] - unit[axis]))
+                return np.asarray((value - centre) / (nearby[axis] - unit[axis]))
     raise _Stranded
 
 
@@ -350,9 +350,9 @@ def _change(sampler: Sampler, points: np.ndarray, vectors: list[np.ndarray | Non
     changes = [float(np.median(apart)), float(np.max(apart))]
     centre_point = next(p for p, v in zip(points, vectors, strict=True) if v is not None)
     for axis in range(points.shape[1]):
-        beside = centre_point.copy()
-        beside[axis] += 1e-2 if beside[axis] < 0.5 else -1e-2
-        value = sampler(beside)
+        nearby = centre_point.copy()
+        nearby[axis] += 1e-2 if nearby[axis] < 0.5 else -1e-2
+        value = sampler(nearby)
         if value is not None:
             changes.append(1e2 * abs(float(np.max(value[: sampler.entries]) - tops[0])))
     least = UNRESOLVED * sampler.largest

@@ -49,7 +49,7 @@ def hooke_jeeves(function: Scalar, start: np.ndarray, step: float, tolerance: fl
     Returns
     -------
     descent : Descent
-        No point beside the last base, by the last step along an axis, is lower. On a
+        No point next to the last base, by the last step along an axis, is lower. On a
         smooth function that makes it nearly stationary; at a kink it may not even be that.
 
     Notes

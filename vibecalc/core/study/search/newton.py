@@ -134,14 +134,14 @@ def newton_step(
         if np.max(np.abs(next_kept)) >= 0.9 * np.max(np.abs(kept)):
             break
         moved, vector, kept = trial, there, next_kept
-    doubt = scatter + unseen + np.abs(kept)
-    error[free] += np.abs(inverse) @ doubt
+    uncertainty = scatter + unseen + np.abs(kept)
+    error[free] += np.abs(inverse) @ uncertainty
     pull = np.abs(
         np.concatenate(
             [pulls.entries[list(active.entries[1:])], pulls.margins[list(active.margins)]]
         )
     )
-    rise += float(pull @ doubt) + float(np.max((noise + bias)[list(active.entries)]))
+    rise += float(pull @ uncertainty) + float(np.max((noise + bias)[list(active.entries)]))
     length = float(np.max(np.abs(moved - unit), initial=0.0))
     return Step(moved, error, rise, free_directions, length, least_curvature)
 

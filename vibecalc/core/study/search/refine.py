@@ -12,7 +12,7 @@ from vibecalc.numerics.rounding import EPSILON
 
 #: an objective below this share of its change over the bounds may be on its way to zero
 NEAR_ZERO = 3e-2
-#: an objective this small beside the largest one met is zero
+#: an objective this small next to the largest one met is zero
 ZERO = 1e-11
 #: margins are kept down to this
 KEPT = 1e-9
@@ -74,7 +74,7 @@ def _may_vanish(sampler: Sampler, unit: np.ndarray) -> bool:
 
 
 def _lower_nearby(sampler: Sampler, unit: np.ndarray, found: Refined | None) -> np.ndarray | None:
-    """A clearly lower point in the surroundings, as beside a saddle, or None."""
+    """A clearly lower point in the surroundings, as next to a saddle, or None."""
     if found is not None and found.method == "newton" and found.free_directions == 0:
         return None  # its curvature is known
     margin = 1e-9 if found is None else 1e-9 + 2 * found.rise

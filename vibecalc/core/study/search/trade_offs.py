@@ -210,14 +210,14 @@ def _carried(
         step = max(_STEP * (high[axis] - low[axis]), float(error))
         rises = []
         for side in (-1.0, 1.0):
-            beside = found.variables.copy()
-            beside[axis] = np.clip(beside[axis] + side * step, low[axis], high[axis])
-            if beside[axis] != found.variables[axis]:
+            nearby = found.variables.copy()
+            nearby[axis] = np.clip(nearby[axis] + side * step, low[axis], high[axis])
+            if nearby[axis] != found.variables[axis]:
                 try:
-                    rise = abs(both(beside)[1] - both(found.variables)[1])
+                    rise = abs(both(nearby)[1] - both(found.variables)[1])
                 except NumericalFailure:
                     continue
-                rises.append(rise / abs(beside[axis] - found.variables[axis]))
+                rises.append(rise / abs(nearby[axis] - found.variables[axis]))
         total += float(error) * max(rises, default=0.0)
     return total
 
@@ -248,7 +248,7 @@ DEVIATION = 0.01
 class Slopes(NamedTuple):
     """Derivatives of the objective by each variable, in the units of both, with their errors.
 
-    `known` (n,) is False where there is none: on a kink or beside points without a value.
+    `known` (n,) is False where there is none: on a kink or next to points without a value.
     """
 
     slope: np.ndarray
@@ -312,8 +312,8 @@ def slopes_at(
         found[axis], error[axis] = one.first[0], one.error[0]
     inner = box.slope(point)
     values = found * sampler.scale / inner
-    doubt = error * sampler.scale / inner + 8.0 * EPSILON * np.abs(values)
-    return Slopes(np.where(known, values, 0.0), np.where(known, doubt, 0.0), known)
+    uncertainty = error * sampler.scale / inner + 8.0 * EPSILON * np.abs(values)
+    return Slopes(np.where(known, values, 0.0), np.where(known, uncertainty, 0.0), known)
 
 
 def cost_of_deviation(

@@ -1,4 +1,4 @@
-"""Points of a sweep one by one: each a case that is checked, run, and told in words if it fails."""
+"""Points of a sweep one by one: each a case that is checked, run, and described if it fails."""
 
 import traceback
 from collections.abc import Mapping, Sequence
@@ -28,7 +28,7 @@ REPEATS = {"clearance": "machine.joints.wrist_pin.clearance"}
 class Evaluator:
     """From point numbers to results; what one point shares with another is computed once.
 
-    A case with [optimisation] is optimised at each point. Limits are not looked at: a limit that
+    A case with [optimisation] is optimised at each point. Limits are not examined: a limit that
     is broken is a result.
     """
 

@@ -192,7 +192,7 @@ def complete(
 ) -> Counter[int] | None:
     """Points by status, if the output is this sweep and has all points of the chunks `mine`.
 
-    None if it is not, or if some points hung or died, which another try may change.
+    None if it is not, or if some points attached or died, which another try may change.
     """
     if not is_sweep(output):
         return None
@@ -214,7 +214,7 @@ def take_up(
 ) -> frozenset[int]:
     """Numbers of the chunks that need not be computed again, and the folder put in order.
 
-    Chunks with a point that hung or died are computed again. UsageError if there are chunks
+    Chunks with a point that attached or died are computed again. UsageError if there are chunks
     and neither `resume` nor `fresh`, or chunks of another sweep and not `fresh`.
     """
     survey = chunks.survey()

@@ -100,7 +100,7 @@ def _ending(code: int) -> str:
 
 
 # ----------------------------------------------------------------------------
-# Chunks of points handed to processes of this machine; hung and dead ones are replaced.
+# Chunks of points handed to processes of this machine; attached and dead ones are replaced.
 #
 # A point is given up as timed out when it takes longer than it may, and as fatal when two
 # processes in a row died of it. Everything else of its chunk is still computed.
@@ -229,7 +229,7 @@ class Pool:
                 if done is not None:
                     self._hand_out(waiting, backlog)  # before somebody writes files
                     yield done
-            self._end_hung(backlog, tell)
+            self._end_attached(backlog, tell)
 
     def _hand_out(self, waiting: Iterator[Work], backlog: deque[_Task]) -> None:
         """Give a chunk to each process that is free; start processes while there is work."""
@@ -328,7 +328,7 @@ class Pool:
                 tell(task.lost[-1])
         backlog.appendleft(task)
 
-    def _end_hung(self, backlog: deque[_Task], tell: Callable[[Piece | Lost], None]) -> None:
+    def _end_attached(self, backlog: deque[_Task], tell: Callable[[Piece | Lost], None]) -> None:
         if self._timeout is None:
             return
         now = time.monotonic()

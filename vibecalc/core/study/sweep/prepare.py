@@ -131,7 +131,7 @@ class Options:
     cluster
         Scheduler of a dask cluster, address or file.
     note
-        Told what a person should know on the way.
+        Reported what a person should know on the way.
     """
 
     output: Path
@@ -246,7 +246,7 @@ def _refuse_gaps(values: Sequence[str], said: str) -> None:
 
 
 def _refuse_mixed_units(values: Sequence[str], said: str) -> None:
-    """A bare number is in SI; beside one with a unit it was hardly meant so."""
+    """A bare number is in SI; next to one with a unit it was hardly meant so."""
     units = set()
     for value in values:
         try:

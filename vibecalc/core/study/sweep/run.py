@@ -156,7 +156,7 @@ def shown(points: int, finished: int, wanted: bool) -> Iterator[Advance]:
 # A sweep from its first chunk to its file; what is interrupted is taken up where it stopped.
 # ----------------------------------------------------------------------------
 
-_TOGETHER = 16  # points between two looks at the progress, where nothing guards single ones
+_TOGETHER = 16  # points between two checks of the progress, where nothing guards single ones
 
 Tell = Callable[[Piece | Lost], None]
 
@@ -317,7 +317,7 @@ def _tidy(chunks: ChunkFolder, made: Assembled, options: Options) -> None:
     if any(made.counts.get(status, 0) for status in UNLUCKY):
         options.note(
             f"the chunks stay in {chunks.folder}: with --resume and a longer --timeout "
-            "only those with a point that hung or died are computed again"
+            "only those with a point that attached or died are computed again"
         )
     else:
         chunks.clear()

@@ -88,7 +88,7 @@ def test_travel_is_the_largest_magnitude_at_all_speeds() -> None:
     assert travel > value(plain, "speeds/twist_half_range")[-1, place] * (1.0 + 1e-6)
 
 
-def test_errors_of_curves_bound_what_forty_digits_say_beside_no_end() -> None:
+def test_errors_of_curves_bound_what_forty_digits_say_nearby_no_end() -> None:
     import mpmath
 
     text = at_points(PLAIN.replace(RING, "").replace(', damping = "5 N*m*s/rad"', ""), 2001)

@@ -1,4 +1,4 @@
-"""Claim: what fails beside a tuning is left out with a warning, and what is bought keeps bounds."""
+"""Claim: what fails next to a tuning is left out with a warning, and hardware keeps bounds."""
 
 import numpy as np
 import pytest
@@ -39,7 +39,7 @@ def number(record: Record, path: str) -> float:
         0.7071067,
     ],
 )
-def test_a_run_beside_the_threshold_keeps_its_tuning(damping: float) -> None:
+def test_a_run_nearby_the_threshold_keeps_its_tuning(damping: float) -> None:
     setting = (
         f"machine.primary.damping_ratio={damping}", "tuning.bounds={travel=11.1}",
         "tuning.compare=[]", "tuning.mistuning=[]", "response.absorber.vary={own_damping=[0.1]}",

@@ -1,4 +1,4 @@
-"""Claim: of two summits that a kink parts within one step of a sweep the higher one is found."""
+"""Claim: of two peaks that a kink parts within one step of a sweep the higher one is found."""
 
 import numpy as np
 import pytest
@@ -40,7 +40,7 @@ def test_of_equal_ones_that_at_the_lowest_speed_counts() -> None:
         assert abs(found(value, at)[0] - 99.8) < 1e-6
 
 
-def test_one_summit_is_looked_at_once_more_only() -> None:
+def test_one_peak_is_looked_at_once_more_only() -> None:
     asked = []
 
     def single(speed: np.ndarray) -> np.ndarray:

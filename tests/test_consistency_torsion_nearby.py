@@ -1,4 +1,4 @@
-"""Claim: a line is set beside its own other states, and against limits section by section.
+"""Claim: a line is set next to its own other states, and against limits section by section.
 
 The truth: runs of cases that have that other state, the rule by hand, and the curves themselves.
 """
@@ -25,7 +25,7 @@ RULE = 'limits = [{ rule = "iacs_m68", tensile_strength = "700 MPa", design_fact
 HALVES = [f"{kind}_half_range" for kind in ("torque", "twist", "stress")]
 
 
-def test_beside_a_misfire_stands_the_engine_that_fires() -> None:
+def test_nearby_a_misfire_stands_the_engine_that_fires() -> None:
     healthy, text = ENGINE + RULE, ENGINE + RULE + 'misfire = ["2"]'
     kinds = [f"{place}{name}" for place in ("", "speeds/", "largest/") for name in HALVES]
     kinds += ["largest/speed", "damper/heat", "damper/travel", "limit/operating_use"]
@@ -62,7 +62,7 @@ def by_hand(speed: float) -> float:
     return (600.0 + 160.0) / 18.0 * 0.6 * (0.35 + 0.93 * 70.0**-0.2) * course * 1e6
 
 
-def test_a_rule_is_told_with_all_that_it_is_made_of() -> None:
+def test_a_rule_is_reported_with_all_that_it_is_made_of() -> None:
     text = ENGINE + RULE
     basis = {
         "diameter": 0.07,

@@ -9,7 +9,7 @@ from vibecalc.core.case.load import validate
 from vibecalc.core.run.run import run_case
 from vibecalc.numerics.rounding import FloatArray, IntArray
 from vibecalc.torsion.critical_speeds import Value, largest
-from vibecalc.torsion.holzer import angle_doubt, doubt_of, shape_doubt
+from vibecalc.torsion.holzer import angle_uncertainty, shape_uncertainty, uncertainty_of
 from vibecalc.torsion.line import chain, stiffness_matrix
 from vibecalc.torsion.modes import natural_modes
 
@@ -18,7 +18,7 @@ def test_errors_of_a_shape_that_fades() -> None:
     inertia = np.array([1.0, 1.1, 0.9, 1.0, 1.2, 40.0, 3.0, 0.01])
     line = chain(inertia, np.array([1e6, 1.1e6, 0.9e6, 1e6, 1e6, 3e5, 2e6]))
     modes = natural_modes(line)
-    doubt = shape_doubt(line, modes)
+    uncertainty = shape_uncertainty(line, modes)
     with mpmath.workdps(40):
         root = [mpmath.sqrt(mpmath.mpf(j)) for j in inertia.tolist()]
         matrix = mpmath.matrix(stiffness_matrix(line).tolist())
@@ -33,14 +33,14 @@ def test_errors_of_a_shape_that_fades() -> None:
             rows.append(
                 [float(x / own[top] * shape[top] - y) for x, y in zip(own, shape, strict=True)]
             )
-    error, told = np.abs(rows)[1:], angle_doubt(doubt)[1:]
-    assert np.all(error <= 10.0 * told)
+    error, reported = np.abs(rows)[1:], angle_uncertainty(uncertainty)[1:]
+    assert np.all(error <= 10.0 * reported)
     # the first station all but stands still in the highest mode
     assert abs(modes.shape[-1, 0]) < 1e-9
-    assert told[-1, 0] < 0.01 * modes.shape_error[-1]
+    assert reported[-1, 0] < 0.01 * modes.shape_error[-1]
     twist = np.zeros((1, 8))
     twist[0, :2] = 1.0, -1.0
-    own = doubt_of(doubt, twist)[-1, 0]
+    own = uncertainty_of(uncertainty, twist)[-1, 0]
     assert abs(rows[-1][0] - rows[-1][1]) <= 10.0 * own < 0.1 * modes.shape_error[-1]
 
 
