@@ -147,7 +147,7 @@ def test_mean_torque_and_weight_stand_on_the_supports() -> None:
     assert np.allclose(mean.sum(0), 0.0, atol=1e-9)
     assert np.allclose(turned, [record[f"{ROOT}mean_couple"].values, 0.0, 0.0], atol=1e-8)
     # up and down between the extremes, whose middle is near weight and mean
-    low, high = (record[f"{ROOT}{name}_load"].values for name in ("least", "largest"))
+    low, high = (record[f"{ROOT}{name}_load"].values for name in ("minimum", "largest"))
     still = record["isolation/support_force/static"].values - mean[:, 2]
     force = record[f"{ROOT}support_force"].values[:, 2]
     angle = np.linspace(0.0, 4.0 * np.pi, 20_001)

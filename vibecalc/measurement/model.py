@@ -285,8 +285,8 @@ def _problem(harmonic: Harmonic, table: Measurement) -> Problem | None:
         return None
     return Problem(
         path=TABLE,
-        message=f"levels determine {reported.levels} of the {NEEDED} numbers of a motion (three "
-        "amplitudes and two phases)",
+        message=f"the levels determine {reported.levels} of the {NEEDED} numbers of a motion "
+        "(three amplitudes and two phases)",
         allowed=f"{NEEDED} independent levels, such as three points and two differences; "
         "or phases next to the levels",
         hint=_further(stacked, table),
