@@ -217,7 +217,13 @@ ENTRIES = (
 
 #: what the reader of a report looks for first
 HEADLINES = (
-    Headline("response/modes/natural_frequency", "natural frequency", "Hz", "each"),
+    Headline(
+        "response/modes/natural_frequency",
+        "natural frequency",
+        "Hz",
+        "each",
+        unless="isolation/modes/natural_frequency",
+    ),  # fmt: skip
     Headline("response/translation_peak", "motion of the body, peak", "mm"),
     Headline("response/rotation_peak", "rotation of the body, peak", "mrad"),
     Headline("response/ground_force_peak", "force on the ground, peak", "N"),
