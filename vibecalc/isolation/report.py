@@ -277,7 +277,7 @@ def torque_reaction(result: Result) -> Section | None:
     title = f"Torque reaction: {kind} on its mounts, all orders"
     blocks = [(lines, shown), scalars(record, _SCALARS, ROOT), _supports(record)]
     details = {"couple of the torque by order": _orders(record)}
-    return section(title, [*blocks, _modes_met(record)], details)
+    return section(title, blocks, details | {"orders next to the modes": _modes_met(record)})
 
 
 def _orders(record: Record) -> tuple[list[str], set[str]]:

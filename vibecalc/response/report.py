@@ -61,9 +61,13 @@ def response(result: Result) -> Section | None:
     record = result.record
     shown = {path for name in _ARRAYS if (path := f"response/{name}") in record}
     by_order, totals = energies(record)
-    blocks = [_modes(record), _motion(record), totals, _run_up(record)]
-    title = "Response: body on its suspension"
-    return section(title, blocks, {"energies by order": by_order}, shown)
+    modes, blocks = _modes(record), [_motion(record), totals, _run_up(record)]
+    details = {"energies by order": by_order}
+    if "isolation/modes/natural_frequency" in record:
+        details["orders next to the modes"] = modes
+    else:
+        blocks.insert(0, modes)
+    return section("Response: body on its suspension", blocks, details, shown)
 
 
 def _modes(record: Record) -> tuple[list[str], set[str]]:
