@@ -72,9 +72,7 @@ def draw_piston_acceleration(result: Result) -> "Figure | None":
     unit, rows = unit_words(curve[0].unit)[1], 2 if missed > _ROUNDING * largest else 1
     words = "piston acceleration and its first two harmonics"
     words += "" if rows > 1 else ", which are all of it"
-    figure = canvas(
-        result, words if rows > 1 else f"{words}, which are all of it", 2.4 + 2.0 * rows
-    )
+    figure = canvas(result, words, 2.4 + 2.0 * rows)
     panels = figure.subplots(rows, 1, sharex=True, squeeze=False, height_ratios=[2, 1][:rows])[:, 0]
     panels[0].plot(np.degrees(angle), whole, color=TOTAL, linewidth=2.0, label="all orders")
     panels[0].plot(np.degrees(angle), short, "--", color=COLOURS[1], label="orders 1 and 2")

@@ -51,7 +51,7 @@ def draw_torsion_shapes(result: Result) -> "Figure | None":
     widths = [len(path) + 0.5 for path in paths]
     most = max(len(name) for name in names)
     height = 2.0 + 1.35 * len(modes) + 0.07 * most
-    figure = canvas(result, "mode shapes, own angles of the stations", height)
+    figure = canvas(result, "mode shapes, actual angles of the stations", height)
     grid = figure.subplots(
         len(modes), len(paths), sharey="row", sharex="col", squeeze=False, width_ratios=widths
     )
