@@ -223,7 +223,7 @@ HEADLINES = (
         "Hz",
         "each",
         unless="isolation/modes/natural_frequency",
-    ),  # fmt: skip
+    ),
     Headline("response/translation_peak", "motion of the body, peak", "mm"),
     Headline("response/rotation_peak", "rotation of the body, peak", "mrad"),
     Headline("response/ground_force_peak", "force on the ground, peak", "N"),

@@ -29,6 +29,7 @@ from vibecalc.torsion.report.line import (
     firing_words,
     joined,
     line_of,
+    mode_names,
     order_text,
     place_of,
     speed_range,
@@ -246,8 +247,9 @@ def draw_torsion_vectors(result: Result) -> "Figure | None":
             _polygon(axes, row, turned, fires)
     values = hertz(1.0) * np.asarray(natural.values, dtype=float)
     grid[0][0].set_ylabel("phases", fontsize=8)
+    known = mode_names(result)
     for mode, row_ in zip(modes, grid[1:], strict=True):
-        row_[0].set_ylabel(f"mode {mode + 1}\n{show(values[mode], digits=4)} Hz", fontsize=8)
+        row_[0].set_ylabel(f"{known[mode]}\n{show(values[mode], digits=4)} Hz", fontsize=8)
     return figure
 
 

@@ -13,6 +13,7 @@ from vibecalc.torsion.report.line import (
     elastic_modes,
     has_pendulums,
     line_of,
+    mode_names,
     order_text,
     speed_range,
     turns,
@@ -55,11 +56,11 @@ def draw_torsion_shapes(result: Result) -> "Figure | None":
     grid = figure.subplots(
         len(modes), len(paths), sharey="row", sharex="col", squeeze=False, width_ratios=widths
     )
-    frequencies = np.asarray(natural.values, dtype=float)
+    frequencies, known = np.asarray(natural.values, dtype=float), mode_names(result)
     for mode, row in zip(modes, grid, strict=True):
         for path, axes in zip(paths, row, strict=True):
             _strand(axes, line, path, values[mode], COLOURS[modes.index(mode) % len(COLOURS)])
-        words = f"mode {mode + 1}: {show(hertz(frequencies[mode]), digits=5)} Hz"
+        words = f"{known[mode]}: {show(hertz(frequencies[mode]))} Hz"
         row[0].set_title(words, loc="left")
         row[0].set_ylabel("angle")
         reach = 1.25 * max(1.0, float(np.max(np.abs(values[mode]))))
@@ -188,7 +189,7 @@ def draw_torsion_campbell(result: Result) -> "Figure | None":
     lines = chosen.any(axis=0)
     _orders(axes, order[lines], major[lines], right, top)
     colours = [COLOURS[i % len(COLOURS)] for i in range(len(modes))]
-    aside, below = 0, -top
+    aside, below, known = 0, -top, mode_names(result)
     for mode, value, colour in zip(modes, frequency, colours, strict=True):
         if course is None:
             axes.axhline(value, color=colour, linewidth=1.8)
@@ -198,7 +199,7 @@ def draw_torsion_campbell(result: Result) -> "Figure | None":
         # the names of modes that lie close stand side by side
         aside = aside + 1 if value - below < 1.4 * _APART * top else 0
         below = value
-        note(axes, f"mode {mode + 1}: {value:.4g} Hz", (0.0, value), (4 + 92 * aside, 5),
+        note(axes, f"{known[mode]}: {value:.4g} Hz", (0.0, value), (4 + 92 * aside, 5),
             color=colour, zorder=4,
             bbox=PLATE)  # fmt: skip
     _crossings(result, axes, modes, colours, chosen & ~major, chosen & major)

@@ -21,7 +21,7 @@ from vibecalc.core.report.sections import along, having, labels, scalar_of, spee
 from vibecalc.core.report.writing import hertz, rpm, show
 from vibecalc.core.results.record import Quantity, Record, Result
 from vibecalc.torsion.pictures.excitation import torque_unit
-from vibecalc.torsion.report.line import TORSION, place_of, turns
+from vibecalc.torsion.report.line import TORSION, mode_names, place_of, turns
 from vibecalc.torsion.report.studies import TRANSIENT, change_in_words
 
 if TYPE_CHECKING:
@@ -203,7 +203,7 @@ def draw_torsion_waterfall(result: Result) -> "Figure | None":
     axes.set_ylim(0.0, float(frequency[-1]))
     if moves:
         _orders(axes, record, low, high, float(frequency[-1]))
-    _natural(axes, record, float(frequency[-1]))
+    _natural(axes, result, float(frequency[-1]))
     axes.grid(visible=False)
     axes.set_xlabel("crank speed in rpm" if moves else "time in s")
     axes.set_ylabel("frequency in Hz")
@@ -246,15 +246,15 @@ def _orders(axes: "Axes", record: Record, low: float, high: float, top: float) -
             annotation_clip=False)  # fmt: skip
 
 
-def _natural(axes: "Axes", record: Record, top: float) -> None:
-    found = record.quantities.get("response/torsion/modes/natural_frequency")
+def _natural(axes: "Axes", result: Result, top: float) -> None:
+    found = result.record.quantities.get("response/torsion/modes/natural_frequency")
     if found is None:
         return
-    for mode, value in enumerate(hertz(1.0) * np.asarray(found.values, dtype=float), start=1):
+    for name, value in zip(mode_names(result), hertz(1.0) * np.asarray(found.values), strict=True):
         if not 0.0 < value < 0.98 * top:
             continue
         axes.axhline(value, color=LIMIT, linewidth=0.8, linestyle=":")
-        note(axes, f"mode {mode}", (0.0, value), (4, 2), xycoords=axes.get_yaxis_transform(),
+        note(axes, name, (0.0, value), (4, 2), xycoords=axes.get_yaxis_transform(),
             color=LIMIT,
             bbox=PLATE)  # fmt: skip
 
