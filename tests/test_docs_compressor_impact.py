@@ -24,7 +24,7 @@ IMPACT_COLUMNS = {
     "contact, %": ("contact_share", "", 100.0),
     "lost in a turn, mJ": ("dissipated", "J", 1000.0),
     "parted after, turns": ("parting", "", 1.0),
-    "leads from order": ("leads_from", "", 1.0),
+    "dominant from order": ("leads_from", "", 1.0),
 }
 
 

@@ -149,7 +149,7 @@ def start_up(
     finest = _follow(*settings, tolerance * _FINER, 2)
     if coarse.verdict[0] != finest.verdict[0]:
         raise NumericalFailure(
-            f"whether the machine starts is on a knife's edge: one march ends {coarse.verdict[0]}, "
+            f"whether the machine starts cannot be decided: one march ends {coarse.verdict[0]}, "
             f"one of an eighth of its tolerance {finest.verdict[0]}"
         )
     off = np.abs(finest.final - coarse.final) / _GAIN
