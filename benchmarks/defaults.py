@@ -14,7 +14,7 @@ from rows import Report, Table, digits, reported, seconds
 
 from vibecalc.core.accuracy.record import extra_work
 from vibecalc.core.accuracy.run import collect
-from vibecalc.core.accuracy.topic import Level, Measured, Timed, Topic
+from vibecalc.core.accuracy.topic import Measured, Timed, Topic, Trial
 from vibecalc.core.accuracy.topic import measure as measure_topic
 from vibecalc.core.study.execute import load_checked
 
@@ -41,7 +41,7 @@ STAGES: dict[str, tuple[str, ...]] = {
     "roll_startup": ("start-up",),
     "roll_design": ("find",),
 }
-#: a slower level [s] ends its refinement
+#: a slower trial [s] ends its series
 LONGEST = 2.0
 #: more than so many times slower wants a reason
 SLOW = 2.0
@@ -54,8 +54,8 @@ class Compared(NamedTuple):
     """A default next to the level that is as accurate in the least time."""
 
     topic: Topic
-    ours: Level
-    best: Level
+    ours: Trial
+    best: Trial
     work: float
 
     @property
@@ -66,13 +66,13 @@ class Compared(NamedTuple):
 
 def compared(measured: Measured) -> Compared | None:
     """None for a question without a default of ours."""
-    defaults = [level for level in measured.levels if level.is_default and level.done]
+    defaults = [trial for trial in measured.trials if trial.is_default and trial.done]
     if not defaults:
         return None
-    ours = max(defaults, key=lambda level: level.seconds)
-    equals = (level for level in measured.levels if level.done and level.error <= ours.error)
-    best = min(equals, key=lambda level: level.seconds)
-    return Compared(measured.topic, ours, best, extra_work(measured.topic, measured.levels))
+    ours = max(defaults, key=lambda trial: trial.seconds)
+    equals = (trial for trial in measured.trials if trial.done and trial.error <= ours.error)
+    best = min(equals, key=lambda trial: trial.seconds)
+    return Compared(measured.topic, ours, best, extra_work(measured.topic, measured.trials))
 
 
 def every() -> Iterator[Compared]:
@@ -85,8 +85,8 @@ def every() -> Iterator[Compared]:
                 yield found
 
 
-def _named(level: Level) -> str:
-    return level.refinement if level.setting == 1.0 else f"{level.refinement}, {level.setting:g}"
+def _named(trial: Trial) -> str:
+    return trial.solver if trial.setting == 1.0 else f"{trial.solver}, {trial.setting:g}"
 
 
 def _cells(one: Compared) -> tuple[str, ...]:

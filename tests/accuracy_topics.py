@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Reference, Refinement, Timed, Topic
+from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Reference, Solver, Timed, Topic
 from vibecalc.errors import NumericalFailure
 
 Solve = Callable[[float], Answer]
@@ -79,10 +79,10 @@ class Clock:
         return Answer(TRUTH + 0.1, setting)
 
 
-def refinement(
+def solver(
     solve: Solve, *settings: float, setting: str = "steps", default: float | None = None
-) -> Refinement:
-    return Refinement(
+) -> Solver:
+    return Solver(
         name=solve.__name__.replace("_", " "),
         words="a method",
         setting=setting if settings else "",
@@ -94,9 +94,7 @@ def refinement(
     )
 
 
-def topic(
-    *refinements: Refinement, agreement: float = 1e-16, position: str = "", **more: float
-) -> Topic:
+def topic(*solvers: Solver, agreement: float = 1e-16, position: str = "", **more: float) -> Topic:
     return Topic(
         stage="rotation",
         name="where it is after one unit",
@@ -105,7 +103,7 @@ def topic(
         unit="",
         work="evaluations",
         reference=lambda: Reference(TRUTH, agreement, "closed form", 0.5 if position else None),
-        refinements=refinements,
+        solvers=solvers,
         position=position,
         **more,  # type: ignore[arg-type]
     )
@@ -113,10 +111,10 @@ def topic(
 
 #: everything at once, for files and reports
 FULL = topic(
-    refinement(euler, 4, 8, 16, 32, 64, 128),
-    refinement(runge_kutta, 4, 8, 16, 32, 64),
-    refinement(gauss, 2, 3, 4, 5, 6, 8, 10, setting="points", default=10),
-    refinement(exact),
-    refinement(unstable, 2, 4, 8),
-    refinement(undefined, 1, 2),
+    solver(euler, 4, 8, 16, 32, 64, 128),
+    solver(runge_kutta, 4, 8, 16, 32, 64),
+    solver(gauss, 2, 3, 4, 5, 6, 8, 10, setting="points", default=10),
+    solver(exact),
+    solver(unstable, 2, 4, 8),
+    solver(undefined, 1, 2),
 )

@@ -226,7 +226,7 @@ FORM: dict[str, tuple[str, int, tuple[str, ...]]] = {
     "a method of another norm": (
         replaced(T, ('["den_hartog"]', '["nishihara_asami"]\nnorm = "h2"')),
         10,
-        ("for the largest amplitude", "'warburton' next to 'h2'"),
+        ("for the largest amplitude", "'warburton' with 'h2'"),
     ),
     "an unknown method": (
         replaced(T, ("den_hartog", "denhartog")),

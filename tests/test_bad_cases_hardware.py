@@ -58,7 +58,7 @@ def test_points_that_make_no_line(temperature, viscosity):
 
 @pytest.mark.parametrize("part", ["rim_clearance", "side_clearance", "bore_clearance"])
 def test_a_gap_wider_than_the_mass(part):
-    with pytest.raises(NumericalFailure, match="8 mm is not a film next to a mass 7 mm wide"):
+    with pytest.raises(NumericalFailure, match="a gap of 8 mm is no film for a mass 7 mm wide"):
         gap_damping(GAP._replace(**{part: 0.008}), 0.2)
 
 

@@ -109,7 +109,7 @@ def test_viscous_friction_counts_in_the_demand() -> None:
 
 
 def test_a_tolerance_that_few_points_do_not_keep(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(running, "REFINEMENTS", ((0.0, (2, 3)),))
+    monkeypatch.setattr(running, "POINT_LEVELS", ((0.0, (2, 3)),))
     words = refused(source_machine(), source_drive())
     assert "with 3 points on each of 48 panels the spectrum is known to" in words
     assert "allow that much with [accuracy] rtol" in words

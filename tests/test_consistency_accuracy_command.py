@@ -116,12 +116,12 @@ def test_what_a_run_leaves_out_at_its_tolerance_is_no_error_of_it() -> None:
     (loaded,) = load_checked([CASES["four_cylinder"]])
     error, estimate = collect.collect(loaded, ("whole case",)).topics
     measured = [measure(topic, Timed(repeat=False)) for topic in (error, estimate)]
-    assert all(level.done for one in measured for level in one.levels)
-    coarsest = measured[0].levels[0]
+    assert all(trial.done for one in measured for trial in one.trials)
+    coarsest = measured[0].trials[0]
     assert coarsest.setting == 1e-3 and coarsest.worst_relative < 1e-3
-    (default,) = [level for level in measured[0].levels if level.is_default]
-    (claimed,) = [level for level in measured[1].levels if level.is_default]
-    finest = measured[1].levels[-1]
+    (default,) = [trial for trial in measured[0].trials if trial.is_default]
+    (claimed,) = [trial for trial in measured[1].trials if trial.is_default]
+    finest = measured[1].trials[-1]
     # the finest run is the truth here, so its own estimate counts, too
     assert default.worst_relative <= claimed.worst_relative + finest.worst_relative
-    assert [level.setting for level in measured[1].levels] == [1e-3, 1e-6, 1e-9, 1e-12]
+    assert [trial.setting for trial in measured[1].trials] == [1e-3, 1e-6, 1e-9, 1e-12]

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from accuracy_topics import FULL, ONCE, euler, refinement, topic
+from accuracy_topics import FULL, ONCE, euler, solver, topic
 from shipped_cases import CASES
 
 from vibecalc.core.accuracy.record import as_record, folder_of, measured_text, plan_rows
@@ -14,12 +14,12 @@ from vibecalc.core.accuracy.topic import measure
 from vibecalc.core.report.accuracy import accuracy_object, render_accuracy, topics_of
 from vibecalc.core.report.sweep.text import report_file
 from vibecalc.core.results.compare import compare
-from vibecalc.core.results.layout import LEVEL_DONE, LEVEL_FAILED, MEASURED, is_accuracy
+from vibecalc.core.results.layout import MEASURED, TRIAL_DONE, TRIAL_FAILED, is_accuracy
 from vibecalc.core.results.record import Result
 from vibecalc.core.results.store import read_result, write_result
 from vibecalc.core.study.execute import as_result, load_checked
 
-PEAK = topic(refinement(euler, 4, 8), position="crank angle [rad]")._replace(name="peak")
+PEAK = topic(solver(euler, 4, 8), position="crank angle [rad]")._replace(name="peak")
 
 
 def made() -> Result:
@@ -59,17 +59,17 @@ def test_a_worse_method_differs(result: Result) -> None:
     assert not compare(result, replace(result, record=record)).same
 
 
-def test_the_file_has_every_level_with_its_cause(result: Result) -> None:
+def test_the_file_has_every_trial_with_its_cause(result: Result) -> None:
     folder = folder_of(FULL)
     assert folder == "accuracy/rotation/where_it_is_after_one_unit"
     status = result.record[f"{folder}/status"]
-    assert [axis.name for axis in status.axes] == ["level"]
+    assert [axis.name for axis in status.axes] == ["trial"]
     labels = status.axes[0].values.tolist()
     assert labels[0] == "euler | 4" and "exact" in labels
-    failed = [labels[i] for i in np.flatnonzero(status.values == LEVEL_FAILED)]
+    failed = [labels[i] for i in np.flatnonzero(status.values == TRIAL_FAILED)]
     assert failed == ["unstable | 2", "unstable | 4", "undefined | 1", "undefined | 2"]
     error = result.record[f"{folder}/worst_relative"].values
-    assert (np.isfinite(error) == (status.values == LEVEL_DONE)).all()
+    assert (np.isfinite(error) == (status.values == TRIAL_DONE)).all()
     assert not np.isnan(error).any()
 
 
@@ -101,12 +101,12 @@ def test_the_view_and_the_object_agree(result: Result) -> None:
     views = topics_of(result)
     assert [one["name"] for one in found["topics"]] == [one.words["name"] for one in views]
     full = found["topics"][0]
-    assert full["levels"][0]["method"] == "euler" and full["levels"][0]["setting"] == 4.0
+    assert full["trials"][0]["method"] == "euler" and full["trials"][0]["setting"] == 4.0
     cheapest = full["cheapest"][2]
-    assert full["levels"][cheapest["in_work"]]["method"] == "exact"
-    assert [level["status"] for level in full["levels"]].count("failed") == 4
+    assert full["trials"][cheapest["in_work"]]["method"] == "exact"
+    assert [trial["status"] for trial in full["trials"]].count("failed") == 4
     assert full["extra_work"] == pytest.approx(5.0)
-    assert "position_error" in found["topics"][1]["levels"][0]
+    assert "position_error" in found["topics"][1]["trials"][0]
     assert views[0].failures == 4
 
 
@@ -121,7 +121,7 @@ def test_a_picture_has_a_panel_for_each_topic(result: Result, tmp_path: Path) ->
     panels = [axes for axes in figure.axes if axes.get_visible()]
     assert len(panels) == 2 and panels[0].get_xscale() == panels[0].get_yscale() == "log"
     names = [text.get_text() for text in panels[0].get_legend().get_texts()]
-    assert names == [one.name for one in FULL.refinements]
+    assert names == [one.name for one in FULL.solvers]
     assert draw_file(path, tmp_path) == [tmp_path / "one.accuracy.png"]
     assert (tmp_path / "one.accuracy.png").stat().st_size > 10_000
 

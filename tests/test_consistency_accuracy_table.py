@@ -74,7 +74,7 @@ def test_the_default_of_every_topic_is_on_the_front(name: str) -> None:
         return
     beaten = {}
     for topic in topics_of(name).topics:
-        found = extra_work(topic, measure(topic, Timed(repeat=False)).levels)
+        found = extra_work(topic, measure(topic, Timed(repeat=False)).trials)
         if found > 1.001 * topic.default_extra:
             beaten[topic.stage, topic.name] = (found, topic.default_extra)
     assert not beaten
@@ -97,10 +97,10 @@ def test_energies_over_speed_have_a_topic_with_its_default_on_the_front() -> Non
     (topic,) = response_speeds_topics(run_scene(validate(case)))
     measured = measure(topic, Timed(repeat=False))
     assert measured.reference.agreement < 1e-25
-    assert extra_work(topic, measured.levels) <= topic.default_extra
-    assert [level.worst_relative < 1e-13 for level in measured.levels] == [True, True] + [False] * 6
+    assert extra_work(topic, measured.trials) <= topic.default_extra
+    assert [trial.worst_relative < 1e-13 for trial in measured.trials] == [True, True] + [False] * 6
     # order 2 would be nine times as good with each; resonances between the points hold it up
-    errors = [level.worst_relative for level in measured.levels[2:]]
+    errors = [trial.worst_relative for trial in measured.trials[2:]]
     assert errors[-1] < 0.35 * errors[-2] and errors[-1] < 0.1 * errors[-3]
 
 

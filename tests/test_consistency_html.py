@@ -9,10 +9,10 @@ from pathlib import Path
 import pytest
 from shipped_cases import ROOT
 
-from vibecalc.core.report.page import html_page
+from vibecalc.core.report.page import html_page, html_table
 from vibecalc.core.report.plots import vector_pictures
 from vibecalc.core.report.sweep.text import file_lines
-from vibecalc.core.report.writing import Table, read
+from vibecalc.core.report.writing import Column, Table, read, table
 
 GOLDEN = ROOT / "tests" / "golden"
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
@@ -68,6 +68,25 @@ def test_a_page_has_every_cell_and_picture_and_loads_nothing() -> None:
     assert all(one.startswith(("#", "data:")) for one in seen.loads)
     assert page.count('class="kept"') == 4 and 'class="missed"' not in page
     assert "[machine.crank_train]" in page
+
+
+@pytest.mark.parametrize(
+    ("cell", "colour"),
+    [
+        ("max 400 kept", "kept"),
+        ("max 400 BROKEN", "missed"),
+        ("min 3 broken", "kept"),  # as the case expects
+        ("max 10 UNDECIDED", "missed"),
+        ("known [2]", "open"),
+        ("within", "kept"),
+        ("OUTSIDE", "missed"),
+        ("measured", ""),
+    ],
+)
+def test_verdicts_have_the_colour_of_what_they_say(cell: str, colour: str) -> None:
+    (block,) = table([Column("result", 9), Column("verdict", 20)], [["kept", cell]])
+    assert isinstance(block, Table)
+    assert re.findall(r'class="(\w+)">', html_table(block)) == ["wide", *[colour] * bool(colour)]
 
 
 @pytest.mark.skipif(CHROMIUM is None, reason="chromium is not installed")

@@ -63,7 +63,7 @@ def test_one_cage_is_found_again_from_the_rows_up_to_breakdown():
 
 
 @pytest.mark.parametrize("cages", long_but([1, 2], 2))
-def test_stator_inductance_is_not_reported_by_any_torque(cages):
+def test_stator_inductance_is_not_identifiable_from_any_torque(cages):
     fits = [
         fit_induction_motor(TABLE_SLIP, TABLE_TORQUE, **GIVEN, cages=cages, stator_inductance=size)
         for size in (0.01, 0.2)
@@ -79,24 +79,24 @@ def test_stator_inductance_is_not_reported_by_any_torque(cages):
 
 def test_what_the_table_does_not_tell_is_named():
     fit = source_fit()
-    reported = fit.identifiability
-    assert reported.names == (
+    known = fit.identifiability
+    assert known.names == (
         "stator_leakage", "magnetising_inductance", "rotor_resistance 1", "rotor_resistance 2",
         "rotor_leakage 1", "rotor_leakage 2",
     )  # fmt: skip
-    assert reported.reported.tolist() == [True] * 4 + [False] * 2
-    assert np.isinf(reported.spread[4:]).all() and np.isinf(reported.free_spread).all()
-    assert np.all(reported.singular_values[4:] < 1e-13 * reported.singular_values[0])
+    assert known.identifiable.tolist() == [True] * 4 + [False] * 2
+    assert np.isinf(known.spread[4:]).all() and np.isinf(known.free_spread).all()
+    assert np.all(known.singular_values[4:] < 1e-13 * known.singular_values[0])
     # with the assumptions held, one percent in the table is a few percent in the parameters
-    assert np.all((reported.held_spread > 0.0) & (reported.held_spread < 0.05))
+    assert np.all((known.held_spread > 0.0) & (known.held_spread < 0.05))
     # one unknown product moves the leakage alone, the other the magnetising inductance
-    sums = reported.combinations[4:, :2] @ [
+    sums = known.combinations[4:, :2] @ [
         fit.motor.stator_leakage,
         fit.motor.magnetising_inductance,
     ]
     assert abs(sums[0]) < 1e-12 * abs(sums[1])
-    assert abs(reported.combinations[5, 1]) > 0.9
-    assert np.allclose(reported.combinations @ reported.combinations.T, np.eye(6), atol=1e-12)
+    assert abs(known.combinations[5, 1]) > 0.9
+    assert np.allclose(known.combinations @ known.combinations.T, np.eye(6), atol=1e-12)
     text = " | ".join(fit.warnings)
     assert "does not tell stator_leakage^0.76" in text
     assert "does not tell magnetising_inductance^0.99" in text
@@ -105,7 +105,7 @@ def test_what_the_table_does_not_tell_is_named():
 
 def test_moving_along_a_product_that_is_not_reported_moves_no_torque():
     fit = source_fit()
-    reported, step = fit.identifiability, 1e-4
+    known, step = fit.identifiability, 1e-4
 
     def moved(exponents):
         motor = fit.motor
@@ -116,7 +116,7 @@ def test_moving_along_a_product_that_is_not_reported_moves_no_torque():
             rotor_leakage=motor.rotor_leakage * np.exp(step * exponents[4:]),
         )
 
-    for value, exponents in zip(reported.singular_values, reported.combinations, strict=True):
+    for value, exponents in zip(known.singular_values, known.combinations, strict=True):
         change = steady_torque(moved(exponents), fit.slip).value / fit.torque.value - 1.0
         # relative to the fitted torque, which differs from the table's only in the second order
         assert np.linalg.norm(change) == pytest.approx(value * step, rel=1e-3, abs=1e-2 * step**1.5)

@@ -13,103 +13,103 @@ from accuracy_topics import (
     exact,
     gauss,
     monte_carlo,
-    refinement,
     runge_kutta,
+    solver,
     topic,
     undefined,
     unstable,
 )
 
 from vibecalc.core.accuracy.record import cheapest_in_work, extra_work, fitted, front, front_in_work
-from vibecalc.core.accuracy.topic import Answer, Level, Reference, Refinement, errors_of, measure
+from vibecalc.core.accuracy.topic import Answer, Reference, Solver, Trial, errors_of, measure
 from vibecalc.core.results.layout import (
     ALGEBRAIC,
     GEOMETRIC,
-    LEVEL_DONE,
-    LEVEL_FAILED,
-    LEVEL_NOT_RUN,
+    TRIAL_DONE,
+    TRIAL_FAILED,
+    TRIAL_NOT_RUN,
 )
 from vibecalc.errors import NumericalFailure
 
 NOISE = 1e-14
 
 
-def level(error: float, work: float, name: str = "a", setting: float = 1.0) -> Level:
-    return Level(name, setting, False, NOISE, work=work, seconds=work, worst_relative=error)
+def trial(error: float, work: float, name: str = "a", setting: float = 1.0) -> Trial:
+    return Trial(name, setting, False, NOISE, work=work, seconds=work, worst_relative=error)
 
 
 @pytest.mark.parametrize(
     ("one", "order", "kind"),
     [
-        (refinement(euler, 8, 16, 32, 64, 128, 256, 512), 1.0, ALGEBRAIC),
-        (refinement(runge_kutta, 2, 4, 8, 16, 32, 64, 128, 4096), 4.0, ALGEBRAIC),
-        (refinement(monte_carlo, 8, 16, 32, 64, 128), 0.5, ALGEBRAIC),
+        (solver(euler, 8, 16, 32, 64, 128, 256, 512), 1.0, ALGEBRAIC),
+        (solver(runge_kutta, 2, 4, 8, 16, 32, 64, 128, 4096), 4.0, ALGEBRAIC),
+        (solver(monte_carlo, 8, 16, 32, 64, 128), 0.5, ALGEBRAIC),
     ],
 )
-def test_known_orders_are_found_above_round_off(one: Refinement, order: float, kind: str) -> None:
-    fit = fitted(measure(topic(one), ONCE).levels, 1e-16)
+def test_known_orders_are_found_above_round_off(one: Solver, order: float, kind: str) -> None:
+    fit = fitted(measure(topic(one), ONCE).trials, 1e-16)
     assert fit is not None and fit.kind == kind
     assert fit.value == pytest.approx(order, abs=0.1)
 
 
 def test_a_step_that_shrinks_has_the_same_order() -> None:
-    by_step = Refinement(
+    by_step = Solver(
         "euler", "", "step", (0.1, 0.05, 0.025, 0.0125), lambda h: euler(round(1.0 / h))
     )
-    fit = fitted(measure(topic(by_step), ONCE).levels, 1e-16)
+    fit = fitted(measure(topic(by_step), ONCE).trials, 1e-16)
     assert fit is not None and fit.kind == ALGEBRAIC and fit.value == pytest.approx(1.0, abs=0.1)
 
 
 def test_gauss_points_converge_geometrically() -> None:
-    levels = measure(topic(refinement(gauss, 1, 2, 3, 4, 5, 6, 7, 8, 9)), ONCE).levels
-    fit = fitted(levels, 1e-16)
+    trials = measure(topic(solver(gauss, 1, 2, 3, 4, 5, 6, 7, 8, 9)), ONCE).trials
+    fit = fitted(trials, 1e-16)
     assert fit is not None and fit.kind == GEOMETRIC
     # two more powers of the half interval over the factorial: the slope of the true errors
-    drop = math.log10(levels[1].worst_relative / levels[4].worst_relative) / 3.0
+    drop = math.log10(trials[1].worst_relative / trials[4].worst_relative) / 3.0
     assert fit.value == pytest.approx(drop, rel=0.1)
 
 
-def test_levels_at_round_off_or_on_a_plateau_do_not_count() -> None:
-    falling = [level(10.0 ** -(2 * k), 1.0, setting=10.0**k) for k in range(2, 6)]
-    tail = [level(1.1e-10, 1.0, setting=1e6), level(0.9e-10, 1.0, setting=1e7)]
+def test_trials_at_round_off_or_on_a_plateau_do_not_count() -> None:
+    falling = [trial(10.0 ** -(2 * k), 1.0, setting=10.0**k) for k in range(2, 6)]
+    tail = [trial(1.1e-10, 1.0, setting=1e6), trial(0.9e-10, 1.0, setting=1e7)]
     fit = fitted(falling + tail, 1e-16)
-    assert fit is not None and fit.levels == 4 and fit.value == pytest.approx(2.0)
+    assert fit is not None and fit.trials == 4 and fit.value == pytest.approx(2.0)
     # with a worse reference the last of the four is not distinguished from it
     less = fitted(falling, 1e-11)
-    assert less is not None and less.levels == 3
+    assert less is not None and less.trials == 3
     assert fitted(falling, 1e-7) is None
     assert fitted(falling[:2], 1e-16) is None
-    assert fitted([level(0.5, 1.0, setting=10.0**k) for k in range(5)], 1e-16) is None
+    assert fitted([trial(0.5, 1.0, setting=10.0**k) for k in range(5)], 1e-16) is None
 
 
 def test_front_counts_errors_within_the_noise_as_equal() -> None:
-    levels = [level(1e-3, 1), level(1e-6, 2), level(2e-6, 3), level(1e-15, 9), level(0.0, 10)]
-    assert front_in_work(levels) == (True, True, False, True, False)
-    failed = levels[0]._replace(status=LEVEL_FAILED, work=0.0)
-    assert front([*levels, failed], lambda one: one.work)[-1] is False
-    twice = [level(1e-3, 1), level(1e-3, 1)]
+    trials = [trial(1e-3, 1), trial(1e-6, 2), trial(2e-6, 3), trial(1e-15, 9), trial(0.0, 10)]
+    assert front_in_work(trials) == (True, True, False, True, False)
+    failed = trials[0]._replace(status=TRIAL_FAILED, work=0.0)
+    assert front([*trials, failed], lambda one: one.work)[-1] is False
+    twice = [trial(1e-3, 1), trial(1e-3, 1)]
     assert front_in_work(twice) == (True, True)
 
 
 def test_work_of_the_default_over_the_least() -> None:
-    asked = topic(refinement(euler, 4, 8), refinement(gauss, 2, 3, default=3))
-    levels = measure(asked, ONCE).levels
-    assert extra_work(asked, levels) == 1.0
-    asked = topic(refinement(gauss, 4, 8, 10, default=10), refinement(exact))
-    assert extra_work(asked, measure(asked, ONCE).levels) == pytest.approx(10.0 / 2.0)
-    asked = topic(refinement(unstable, 2, 8, default=2))
-    assert extra_work(asked, measure(asked, ONCE).levels) == math.inf
-    asked = topic(refinement(euler, 4, 8))
-    assert extra_work(asked, measure(asked, ONCE).levels) == 1.0
+    asked = topic(solver(euler, 4, 8), solver(gauss, 2, 3, default=3))
+    trials = measure(asked, ONCE).trials
+    assert extra_work(asked, trials) == 1.0
+    asked = topic(solver(gauss, 4, 8, 10, default=10), solver(exact))
+    assert extra_work(asked, measure(asked, ONCE).trials) == pytest.approx(10.0 / 2.0)
+    asked = topic(solver(unstable, 2, 8, default=2))
+    assert extra_work(asked, measure(asked, ONCE).trials) == math.inf
+    asked = topic(solver(euler, 4, 8))
+    assert extra_work(asked, measure(asked, ONCE).trials) == 1.0
     with pytest.raises(ValueError, match="no default among them"):
-        extra_work(FULL, measure(asked, ONCE).levels)
+        extra_work(FULL, measure(asked, ONCE).trials)
 
 
 def test_cheapest_for_three_targets() -> None:
-    levels = [level(1e-2, 1), level(1e-4, 5), level(9e-4, 4), level(1e-7, 50), level(1e-8, 50)]
-    assert cheapest_in_work(levels) == (2, 4, None)
+    trials = [trial(1e-2, 1), trial(1e-4, 5), trial(9e-4, 4), trial(1e-7, 50), trial(1e-8, 50)]
+    assert cheapest_in_work(trials) == (2, 4, None)
     # the true error counts for a target, not the noise of the topic
-    blurred = [level(1e-8, 3)._replace(noise=1e-5)]
+    blurred = [trial(1e-8, 3)._replace(noise=1e-5)]
     assert cheapest_in_work(blurred) == (0, 0, None)
 
 
@@ -127,23 +127,23 @@ def test_three_norms() -> None:
 
 
 def test_failures_are_listed_with_their_cause() -> None:
-    asked = topic(refinement(unstable, 2, 4, 8), refinement(undefined, 1, 2))
-    levels = measure(asked, ONCE).levels
-    assert [one.status for one in levels] == [
-        LEVEL_FAILED,
-        LEVEL_FAILED,
-        LEVEL_DONE,
-        LEVEL_FAILED,
-        LEVEL_FAILED,
+    asked = topic(solver(unstable, 2, 4, 8), solver(undefined, 1, 2))
+    trials = measure(asked, ONCE).trials
+    assert [one.status for one in trials] == [
+        TRIAL_FAILED,
+        TRIAL_FAILED,
+        TRIAL_DONE,
+        TRIAL_FAILED,
+        TRIAL_FAILED,
     ]
-    assert [one.cause for one in levels] == [
+    assert [one.cause for one in trials] == [
         "the step is above the limit of stability",
         "LinAlgError: singular matrix",
         "",
         "the answer is not a number",
         "the answer is infinite",
     ]
-    assert all(one.worst_relative == math.inf for one in levels if one.status == LEVEL_FAILED)
+    assert all(one.worst_relative == math.inf for one in trials if one.status == TRIAL_FAILED)
 
 
 def test_an_overflow_is_a_failure_and_no_warning() -> None:
@@ -151,39 +151,39 @@ def test_an_overflow_is_a_failure_and_no_warning() -> None:
         value = np.array([1e200])
         return Answer(value * value + 0j, 1.0)
 
-    (one,) = measure(topic(refinement(diverging)), ONCE).levels
-    assert one.status == LEVEL_FAILED and one.cause.startswith("FloatingPointError: overflow")
+    (one,) = measure(topic(solver(diverging)), ONCE).trials
+    assert one.status == TRIAL_FAILED and one.cause.startswith("FloatingPointError: overflow")
 
 
-def test_a_slow_level_ends_its_refinement_and_no_other(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_slow_trial_ends_its_solver_and_no_other(monkeypatch: pytest.MonkeyPatch) -> None:
     clock = Clock()
     monkeypatch.setattr("vibecalc.core.accuracy.topic.time", clock)
-    asked = topic(refinement(clock.slow, 1, 6, 7, 8), refinement(exact))
-    levels = measure(asked).levels
-    assert [one.status for one in levels] == [
-        LEVEL_DONE,
-        LEVEL_DONE,
-        LEVEL_NOT_RUN,
-        LEVEL_NOT_RUN,
-        LEVEL_DONE,
+    asked = topic(solver(clock.slow, 1, 6, 7, 8), solver(exact))
+    trials = measure(asked).trials
+    assert [one.status for one in trials] == [
+        TRIAL_DONE,
+        TRIAL_DONE,
+        TRIAL_NOT_RUN,
+        TRIAL_NOT_RUN,
+        TRIAL_DONE,
     ]
-    assert levels[2].cause == "the setting before took longer than 5 s"
-    assert [one.seconds for one in levels] == [1.0, 6.0, 0.0, 0.0, 0.0]
+    assert trials[2].cause == "the setting before took longer than 5 s"
+    assert [one.seconds for one in trials] == [1.0, 6.0, 0.0, 0.0, 0.0]
 
 
 @pytest.mark.parametrize(
     ("seconds", "runs"), [(1.5, 1), (0.9, 4), (0.1, 4), (0.05, 5), (0.001, 31)]
 )
-def test_how_often_a_level_is_repeated(
+def test_how_often_a_trial_is_repeated(
     seconds: float, runs: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     clock = Clock()
     monkeypatch.setattr("vibecalc.core.accuracy.topic.time", clock)
-    measure(topic(refinement(clock.slow, seconds)))
+    measure(topic(solver(clock.slow, seconds)))
     assert clock.now == pytest.approx(runs * seconds)
 
 
-def test_a_level_is_run_once_where_nobody_asks_for_seconds() -> None:
+def test_a_trial_is_run_once_where_nobody_asks_for_seconds() -> None:
     calls: list[float] = []
 
     def counted(setting: float) -> Answer:
@@ -191,7 +191,7 @@ def test_a_level_is_run_once_where_nobody_asks_for_seconds() -> None:
         return exact(setting)
 
     ticks: list[int] = []
-    measure(topic(refinement(counted)), ONCE, lambda: ticks.append(1))
+    measure(topic(solver(counted)), ONCE, lambda: ticks.append(1))
     assert len(calls) == 1 and ticks == [1]
 
 
@@ -203,17 +203,17 @@ def test_mistakes_of_a_topic_go_up() -> None:
         return Answer(TRUTH, 0.0)
 
     for one, words in (
-        (refinement(misshapen), "an answer of shape"),
-        (refinement(uncounted), "work has to be counted"),
+        (solver(misshapen), "an answer of shape"),
+        (solver(uncounted), "work has to be counted"),
         (
-            refinement(euler, 4, 8, default=5),
-            "not a level of its refinement|not a level of the refinement",
+            solver(euler, 4, 8, default=5),
+            "not among the settings",
         ),
     ):
         with pytest.raises(ValueError, match=words):
             measure(topic(one), ONCE)
     with pytest.raises(ValueError, match="two methods of one name"):
-        measure(topic(refinement(exact), refinement(exact)), ONCE)
+        measure(topic(solver(exact), solver(exact)), ONCE)
 
 
 def test_a_reference_that_is_not_finite_is_a_failure() -> None:

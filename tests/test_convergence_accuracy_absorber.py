@@ -31,7 +31,7 @@ from vibecalc.core.accuracy.frame_topics import find_topics as find_study_topics
 from vibecalc.core.accuracy.frame_topics import optimisation_topics as optimisation_study_topics
 from vibecalc.core.accuracy.other_searches import nelder_mead, within_budget
 from vibecalc.core.accuracy.record import extra_work, fitted
-from vibecalc.core.accuracy.topic import Level, Measured, Timed, Topic, measure
+from vibecalc.core.accuracy.topic import Measured, Timed, Topic, Trial, measure
 from vibecalc.core.run.run import run_scene
 from vibecalc.core.study.execute import load_checked
 from vibecalc.errors import NumericalFailure
@@ -79,19 +79,19 @@ def measured_of(case: str, whole: bool = False) -> dict[str, Measured]:
 
 def without(topic: Topic, start: str) -> Topic:
     return topic._replace(
-        refinements=tuple(one for one in topic.refinements if not one.name.startswith(start))
+        solvers=tuple(one for one in topic.solvers if not one.name.startswith(start))
     )
 
 
-def levels_of(found: Measured, start: str) -> list[Level]:
-    levels = [level for level in found.levels if level.refinement.startswith(start)]
-    assert levels, start
-    return levels
+def trials_of(found: Measured, start: str) -> list[Trial]:
+    trials = [trial for trial in found.trials if trial.solver.startswith(start)]
+    assert trials, start
+    return trials
 
 
-def default_of(found: Measured) -> Level:
-    (level,) = [level for level in found.levels if level.is_default]
-    return level
+def default_of(found: Measured) -> Trial:
+    (trial,) = [trial for trial in found.trials if trial.is_default]
+    return trial
 
 
 def holds(found: Measured, accurate: float = ROUNDING) -> None:
@@ -99,13 +99,13 @@ def holds(found: Measured, accurate: float = ROUNDING) -> None:
     assert found.reference.agreement < 1e-12, found.topic.name
     default = default_of(found)
     assert default.done and default.worst_relative < accurate, (found.topic.name, default)
-    extra = extra_work(found.topic, found.levels)
+    extra = extra_work(found.topic, found.trials)
     assert extra <= found.topic.default_extra, (found.topic.name, extra)
-    assert all(level.done or level.cause for level in found.levels)
+    assert all(trial.done or trial.cause for trial in found.trials)
 
 
 def order_of(found: Measured, start: str) -> float:
-    fit = fitted(levels_of(found, start), found.reference.agreement)
+    fit = fitted(trials_of(found, start), found.reference.agreement)
     assert fit is not None and fit.kind == "order", fit
     return fit.value
 
@@ -134,21 +134,21 @@ def test_every_module_has_topics() -> None:
     assert set(measured_of("absorber_pendulum")) == {"order of swing", "torque of a steady swing"}
 
 
-@pytest.mark.parametrize(("case", "topic", "refinement", "order"), [
+@pytest.mark.parametrize(("case", "topic", "solver", "order"), [
     ("absorber_rig_a", "lowest bending frequency", "beam elements", 4.0),
     ("absorber_rig_a", "damping of the gap", "midpoint sums", 2.0),
     ("absorber_pendulum", "order of swing", "midpoint rule in the angle", 0.5),
 ])  # fmt: skip
-def test_refinements_show_their_order(case: str, topic: str, refinement: str, order: float) -> None:
+def test_solvers_show_their_order(case: str, topic: str, solver: str, order: float) -> None:
     found = measured_of(case)[topic]
-    (theory,) = [one.theory for one in found.topic.refinements if one.name == refinement]
+    (theory,) = [one.theory for one in found.topic.solvers if one.name == solver]
     assert theory == f"order {order:g}"
-    assert order_of(found, refinement) == pytest.approx(order, abs=0.3)
+    assert order_of(found, solver) == pytest.approx(order, abs=0.3)
 
 
 def test_sines_of_a_steady_swing_converge_geometrically() -> None:
-    levels = levels_of(measured_of("absorber_pendulum")["torque of a steady swing"], "sines")
-    errors = {level.setting: level.worst_relative for level in levels}
+    trials = trials_of(measured_of("absorber_pendulum")["torque of a steady swing"], "sines")
+    errors = {trial.setting: trial.worst_relative for trial in trials}
     # from 2 to 4 some four digits, from 4 to 8 twice as many or round-off
     first = math.log10(errors[2.0] / errors[4.0])
     assert first > 3.0
@@ -157,13 +157,13 @@ def test_sines_of_a_steady_swing_converge_geometrically() -> None:
 
 def test_a_difference_of_like_numbers_costs_digits_that_the_default_keeps() -> None:
     found = measured_of("absorber_pendulum")["order of swing"]
-    plain = min(level.worst_relative for level in levels_of(found, "midpoint rule in u"))
+    plain = min(trial.worst_relative for trial in trials_of(found, "midpoint rule in u"))
     assert plain > 100.0 * default_of(found).worst_relative
 
 
 def test_the_grid_of_the_source_ends_above_the_least_peak() -> None:
     found = measured_of("absorber_rig_a")["least peak"]
-    finest = levels_of(found, "grid")[-1]
+    finest = trials_of(found, "grid")[-1]
     assert finest.setting == 0.001
     assert finest.worst_relative > 1e-4
     assert finest.work > 100.0 * default_of(found).work
@@ -251,7 +251,7 @@ def test_a_budget_is_kept_and_so_are_limits(method: str) -> None:
 
 def some_of(topic: Topic, *starts: str) -> Topic:
     return topic._replace(
-        refinements=tuple(one for one in topic.refinements if one.name.startswith(starts))
+        solvers=tuple(one for one in topic.solvers if one.name.startswith(starts))
     )
 
 
@@ -259,13 +259,13 @@ def some_of(topic: Topic, *starts: str) -> Topic:
 def test_an_optimum_with_fewer_starts() -> None:
     (loaded,) = load_checked([CASES["four_cylinder"]], ["optimisation.starts=1"])
     (topic,) = optimisation_study_topics(loaded)
-    own, plain = some_of(topic, "sequential quadratic programming, refined", "SLSQP of").refinements
+    own, plain = some_of(topic, "sequential quadratic programming, refined", "SLSQP of").solvers
     few = own, plain._replace(settings=plain.settings[-1:])
-    found = measure(topic._replace(refinements=few), ONCE)
+    found = measure(topic._replace(solvers=few), ONCE)
     holds(found)
     assert default_of(found).position_error == pytest.approx(0.0, abs=1e-12)
     # phases have no ends, so that one search from the case as written gets there, too
-    alone = levels_of(found, "SLSQP of")[-1]
+    alone = trials_of(found, "SLSQP of")[-1]
     assert alone.worst_relative < 1e-9 and alone.work < default_of(found).work
 
 
@@ -273,11 +273,11 @@ def test_an_optimum_with_fewer_starts() -> None:
 def test_a_search_along_a_key_with_a_coarser_look() -> None:
     (loaded,) = load_checked([CASES["roll_design"]], ["find[0].points=5"])
     (topic,) = find_study_topics(loaded)
-    own, plain = some_of(topic, "look", "Brent").refinements
+    own, plain = some_of(topic, "look", "Brent").solvers
     few = own, plain._replace(settings=plain.settings[::3])
-    found = measure(topic._replace(refinements=few), ONCE)
+    found = measure(topic._replace(solvers=few), ONCE)
     holds(found)
-    errors = [level.worst_relative for level in levels_of(found, "Brent's method of scipy")]
+    errors = [trial.worst_relative for trial in trials_of(found, "Brent's method of scipy")]
     assert errors == sorted(errors, reverse=True) and errors[-1] < 1e-12
 
 

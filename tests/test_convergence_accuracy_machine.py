@@ -27,7 +27,7 @@ from vibecalc.core.accuracy.other_searches import (
 )
 from vibecalc.core.accuracy.record import extra_work, fitted
 from vibecalc.core.accuracy.topic import Measured, Timed, Topic, measure
-from vibecalc.core.results.layout import LEVEL_FAILED
+from vibecalc.core.results.layout import TRIAL_FAILED
 from vibecalc.core.run.plan import plan_case
 from vibecalc.core.run.run import run_scene
 from vibecalc.core.run.stage import Scene
@@ -97,10 +97,10 @@ def one(module: str, name: str, case: str = "") -> Measured:
     return next(each for each in found if each.topic.name == name)
 
 
-def order_of(found: Measured, refinement: str) -> float:
-    levels = [level for level in found.levels if level.refinement == refinement]
-    fit = fitted(levels, found.reference.agreement)
-    assert fit is not None, f"{found.topic.name}: {refinement} shows no order"
+def order_of(found: Measured, solver: str) -> float:
+    trials = [trial for trial in found.trials if trial.solver == solver]
+    fit = fitted(trials, found.reference.agreement)
+    assert fit is not None, f"{found.topic.name}: {solver} shows no order"
     return fit.value
 
 
@@ -120,17 +120,17 @@ def test_truths_are_known_and_the_default_is_worth_its_work(
         assert each.reference.agreement <= bound, each.topic.name
         # as the last bits of a processor may make the noise half as large or twice
         for share in (0.5, 1.0, 2.0):
-            levels = [level._replace(noise=share * level.noise) for level in each.levels]
-            assert extra_work(each.topic, levels) <= each.topic.default_extra, each.topic.name
+            trials = [trial._replace(noise=share * trial.noise) for trial in each.trials]
+            assert extra_work(each.topic, trials) <= each.topic.default_extra, each.topic.name
         assert (each.topic.default_extra == 1.0) == (each.topic.default_why == "")
-        for level in each.levels:
-            assert (level.status == LEVEL_FAILED) == (level.cause != "")
-            if level.is_default:
-                assert level.worst_relative <= max(1e-9, each.reference.agreement)
+        for trial in each.trials:
+            assert (trial.status == TRIAL_FAILED) == (trial.cause != "")
+            if trial.is_default:
+                assert trial.worst_relative <= max(1e-9, each.reference.agreement)
 
 
 @pytest.mark.parametrize(
-    ("module", "name", "refinement", "order"),
+    ("module", "name", "solver", "order"),
     [
         ("kinematics_motion", "acceleration over a turn", "differences", 2.0),
         ("excitation_force", "force peak", "grid", 2.0),
@@ -151,49 +151,47 @@ def test_truths_are_known_and_the_default_is_worth_its_work(
         pytest.param("switching", "run-down", "DOP853", 1.0, marks=pytest.mark.long),
     ],
 )
-def test_refinements_show_the_order_of_their_theory(
-    module: str, name: str, refinement: str, order: float
+def test_solvers_show_the_order_of_their_theory(
+    module: str, name: str, solver: str, order: float
 ) -> None:
-    assert order_of(one(module, name), refinement) == pytest.approx(order, abs=0.3)
+    assert order_of(one(module, name), solver) == pytest.approx(order, abs=0.3)
 
 
 def test_series_and_samples_lose_what_the_closed_form_of_harmonics_keeps() -> None:
     found = one("kinematics_harmonics", "harmonics of the acceleration")
-    error = {(level.refinement, level.setting): level.worst_relative for level in found.levels}
+    error = {(trial.solver, trial.setting): trial.worst_relative for trial in found.trials}
     assert error["exact harmonics", 1.0] < 1e-14
     # 40 terms, as the source has them, reach order 80 with one term alone
     assert 0.5 < error["truncated series", 40.0] < 1.0
     # rounding of the first harmonic buries the last, 1e-75 of it
     assert error["FFT of samples", 1280.0] > 1e40
     few = next(
-        level
-        for level in found.levels
-        if (level.refinement, level.setting) == ("FFT of samples", 8)
+        trial for trial in found.trials if (trial.solver, trial.setting) == ("FFT of samples", 8)
     )
-    assert few.status == LEVEL_FAILED and "more than 160 are needed" in few.cause
+    assert few.status == TRIAL_FAILED and "more than 160 are needed" in few.cause
 
 
 def test_a_start_off_the_peak_is_a_failure_with_its_cause() -> None:
     found = one("motor_force", "axial force peak")
-    causes = [level.cause for level in found.levels if level.status == LEVEL_FAILED]
+    causes = [trial.cause for trial in found.trials if trial.status == TRIAL_FAILED]
     assert any("leaves the peak" in cause for cause in causes)
     scan = one("response_modes", "natural frequencies")
-    causes = [level.cause for level in scan.levels if level.status == LEVEL_FAILED]
+    causes = [trial.cause for trial in scan.trials if trial.status == TRIAL_FAILED]
     assert any("changes of sign, not 6" in cause for cause in causes)
 
 
 def test_a_tighter_range_of_peak_energies_takes_more_peaks_and_is_kept() -> None:
     found = one("operations", "range of the peak energy")
-    levels = [level for level in found.levels if level.refinement == "branch and bound"]
-    work = [level.work for level in levels]
+    trials = [trial for trial in found.trials if trial.solver == "branch and bound"]
+    work = [trial.work for trial in trials]
     assert work == sorted(work) and work[0] < work[-1]
-    assert all(level.worst_relative <= level.setting for level in levels)
+    assert all(trial.worst_relative <= trial.setting for trial in trials)
 
 
 def test_the_case_that_asks_for_the_cut_series_has_it_as_default() -> None:
     (found,) = measured("kinematics_harmonics", "generator")
-    (default,) = [level for level in found.levels if level.is_default]
-    assert (default.refinement, default.setting) == ("truncated series", 1.0)
+    (default,) = [trial for trial in found.trials if trial.is_default]
+    assert (default.solver, default.setting) == ("truncated series", 1.0)
     # what Gibson's one term lacks of the second harmonic at R / L = .3: 2.3 %
     assert default.worst_relative == pytest.approx(0.0231, abs=5e-4)
 
@@ -204,14 +202,14 @@ def test_a_circle_has_a_peak_and_no_place() -> None:
     found = measure(topic, Timed(repeat=False))
     assert topic.position == "" and found.reference.position is None
     assert all(
-        level.worst_relative < 1e-14 for level in found.levels if level.status != LEVEL_FAILED
+        trial.worst_relative < 1e-14 for trial in found.trials if trial.status != TRIAL_FAILED
     )
     two = Signal(np.array([[1.0 + 0.0j, 1.0]]), np.array([1, 3]))
     # cos a + cos 3a is largest, 2, at 0 and at half a turn, with the other sign
     known = peak_topic("excitation", "two", "", "excitation/force_peak", "N", two)
     assert known.reference().values == pytest.approx([2.0], rel=1e-15)
-    for refinement in known.refinements:
-        position = refinement.solve(refinement.settings[-1]).position
+    for solver in known.solvers:
+        position = solver.solve(solver.settings[-1]).position
         assert position is not None and abs(position) < 1e-3
 
 
@@ -219,13 +217,13 @@ def test_the_curve_of_a_run_up_is_drawn_from_fewest_speeds() -> None:
     found = one("run_up_curve", "curves of the run-up", "generator")
     # straight lines to a thousandth of the maximum are asked for, and had
     assert found.reference.agreement < 1e-4
-    assert extra_work(found.topic, found.levels) == 1.0
-    (default,) = [level for level in found.levels if level.is_default]
+    assert extra_work(found.topic, found.trials) == 1.0
+    (default,) = [trial for trial in found.trials if trial.is_default]
     assert default.worst_relative < 1e-3
     # nothing even comes as close with as many speeds
-    for level in found.levels:
-        if "speeds" in level.refinement and level.work <= 2.0 * default.work:
-            assert level.worst_relative > 2.0 * default.worst_relative
+    for trial in found.trials:
+        if "speeds" in trial.solver and trial.work <= 2.0 * default.work:
+            assert trial.worst_relative > 2.0 * default.worst_relative
 
 
 @pytest.mark.parametrize(("method", "order"), [("euler", 1), ("rk4", 4)])
@@ -297,8 +295,8 @@ def test_samples_and_harmonics_are_inverse_and_fold_when_few() -> None:
 def test_impacts_from_contact_to_contact_against_integrators() -> None:
     found = one("impact", "first contacts", "compressor_impact")
     assert found.reference.agreement < 1e-11
-    assert extra_work(found.topic, found.levels) <= found.topic.default_extra
-    error = {(level.refinement, level.setting): level.worst_relative for level in found.levels}
+    assert extra_work(found.topic, found.trials) <= found.topic.default_extra
+    error = {(trial.solver, trial.setting): trial.worst_relative for trial in found.trials}
     assert error["from contact to contact", 1.0] < 1e-13
     # the kinks cost Runge-Kutta its order: 64 times the steps do not give six digits
     assert 1e-6 < error["RK4", 3072.0] < 1e-3
@@ -310,9 +308,9 @@ def test_the_mean_of_an_ensemble_is_known_to_its_standard_error() -> None:
     found = one("impact", "mean force of an ensemble", "compressor_impact")
     # two independent methods differ by less than the scatter of 256 members
     assert found.reference.agreement < 0.05
-    assert extra_work(found.topic, found.levels) <= found.topic.default_extra
-    most = max((r for r in found.levels if r.refinement == "from contact to contact"),
-               key=lambda level: level.setting)  # fmt: skip
+    assert extra_work(found.topic, found.trials) <= found.topic.default_extra
+    most = max((r for r in found.trials if r.solver == "from contact to contact"),
+               key=lambda trial: trial.setting)  # fmt: skip
     # four standard errors of 64 members where 256 have the agreement
     assert most.worst_relative < 4.0 * 2.0 * found.reference.agreement
 

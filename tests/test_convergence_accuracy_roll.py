@@ -1,6 +1,6 @@
 """Claim: the topics of roll, start-up, control and measurement know the truth and the cheapest way.
 
-Of each topic the reference agrees with an independent way, refinements show the order that theory
+Of each topic the reference agrees with an independent way, series show the order that theory
 says, the default of vibecalc is on the front in counted work (or pays for what it says), and what
 fails is named.
 """
@@ -86,47 +86,43 @@ def held(topic: Topic, agreement: float) -> Measured:
     """What measuring gives, after the tests that every topic has to pass."""
     found = measure(topic, ONCE)
     assert found.reference.agreement <= agreement, topic.name
-    assert extra_work(topic, found.levels) <= topic.default_extra, topic.name
-    default = next(level for level in found.levels if level.is_default)
+    assert extra_work(topic, found.trials) <= topic.default_extra, topic.name
+    default = next(trial for trial in found.trials if trial.is_default)
     assert default.done
-    for refinement in topic.refinements:
-        if refinement.theory.startswith("order"):
-            levels = [level for level in found.levels if level.refinement == refinement.name]
-            fit = fitted(levels, found.reference.agreement)
+    for solver in topic.solvers:
+        if solver.theory.startswith("order"):
+            trials = [trial for trial in found.trials if trial.solver == solver.name]
+            fit = fitted(trials, found.reference.agreement)
             if fit is not None:
-                wanted = float(refinement.theory.split()[1])
-                assert fit.value == pytest.approx(wanted, abs=0.3), refinement.name
-        if refinement.theory == "geometric":
-            levels = [
-                level
-                for level in found.levels
-                if level.refinement == refinement.name and level.done
-            ]
-            clear = [level for level in levels if level.error > 100.0 * level.noise]
+                wanted = float(solver.theory.split()[1])
+                assert fit.value == pytest.approx(wanted, abs=0.3), solver.name
+        if solver.theory == "geometric":
+            trials = [trial for trial in found.trials if trial.solver == solver.name and trial.done]
+            clear = [trial for trial in trials if trial.error > 100.0 * trial.noise]
             ratios = [b.error / a.error for a, b in pairwise(clear)]
             # no level gains less than a third of what its neighbours gain, in digits
-            assert len(ratios) >= 2 and max(ratios) < 0.3, refinement.name
+            assert len(ratios) >= 2 and max(ratios) < 0.3, solver.name
     return found
 
 
-def error_of(found: Measured, refinement: str, setting: float | None = None) -> float:
-    levels = [level for level in found.levels if level.refinement == refinement]
-    return next(r.error for r in levels if setting is None or r.setting == setting)
+def error_of(found: Measured, solver: str, setting: float | None = None) -> float:
+    trials = [trial for trial in found.trials if trial.solver == solver]
+    return next(r.error for r in trials if setting is None or r.setting == setting)
 
 
 def test_roll() -> None:
     every = roll_topics(scene_of("roll"))
     found = held(topic_named(every, "spectrum"), 1e-12)
-    kinds = {level.refinement for level in found.levels}
+    kinds = {trial.solver for trial in found.trials}
     assert len(kinds) == 11
-    default = next(level for level in found.levels if level.is_default)
+    default = next(trial for trial in found.trials if trial.is_default)
     assert default.error <= 1e-12
     # the published program, at its own step
     published = error_of(found, "Euler, as published", 5e-4)
     assert 0.03 < published < 0.2
     # nothing blind to kinks comes within a thousand errors of the default
     blind = ("Fourier", "shooting", "not split", "Runge", "scipy", "quick")
-    least = min(r.error for r in found.levels if any(word in r.refinement for word in blind))
+    least = min(r.error for r in found.trials if any(word in r.solver for word in blind))
     assert least > 1e3 * default.error
 
 
@@ -161,10 +157,10 @@ def test_steps_of_all_panels_tell_a_wrong_state() -> None:
 def test_start_up() -> None:
     found = held(topic_named(start_up_topics(scene_of("roll_startup")), "motion"), 1e-11)
     # a change of load within a step leaves the order one to methods that do not look
-    levels = [level for level in found.levels if level.refinement == "Runge-Kutta"]
-    fit = fitted(levels, found.reference.agreement)
+    trials = [trial for trial in found.trials if trial.solver == "Runge-Kutta"]
+    fit = fitted(trials, found.reference.agreement)
     assert fit is not None and fit.value == pytest.approx(1.0, abs=0.3)
-    marched = [r.error for r in found.levels if r.refinement.startswith("one march")]
+    marched = [r.error for r in found.trials if r.solver.startswith("one march")]
     assert all(after < before for before, after in pairwise(marched))
 
 
@@ -173,7 +169,7 @@ def test_implicit_steps_of_the_closed_loop() -> None:
     """A tolerance ten times closer brings an error at least five times smaller."""
     every = control_topics(scene_of("roll_control"))
     found = held(topic_named(every, "closed loop"), 1e-14)
-    errors = [level.error for level in found.levels if "Radau" in level.refinement]
+    errors = [trial.error for trial in found.trials if "Radau" in trial.solver]
     assert len(errors) == 3
     assert all(after < 0.2 * before for before, after in pairwise(errors))
 
@@ -215,10 +211,10 @@ def test_control() -> None:
     # more angles do not mend a stroke that is cut short
     assert error_of(load, "sums with the two-term stroke", 3600.0) > 1e-3
     # implicit steps take long and are left to the long tests
-    quick = [refinement for refinement in every[1].refinements if "scipy" not in refinement.name]
-    loop = held(every[1]._replace(refinements=tuple(quick)), 1e-14)
-    unstable = [level for level in loop.levels if not level.done]
-    assert [level.setting for level in unstable] == [256.0]
+    quick = [solver for solver in every[1].solvers if "scipy" not in solver.name]
+    loop = held(every[1]._replace(solvers=tuple(quick)), 1e-14)
+    unstable = [trial for trial in loop.trials if not trial.done]
+    assert [trial.setting for trial in unstable] == [256.0]
     assert "unstable" in unstable[0].cause
     margin = held(every[2], 1e-14)
     assert error_of(margin, "closed form") <= 1e-13
@@ -231,10 +227,8 @@ def test_control() -> None:
 )
 def test_measurement_from_levels(without: str) -> None:
     (topic,) = measurement_topics(scene_of("roll_measured"))
-    refinements = tuple(
-        refinement for refinement in topic.refinements if refinement.name != without
-    )
-    found = held(topic._replace(refinements=refinements), 1e-14)
+    solvers = tuple(solver for solver in topic.solvers if solver.name != without)
+    found = held(topic._replace(solvers=solvers), 1e-14)
     assert error_of(found, "second moments") <= 1e-13
     # the source's own cosines are as good where its readings are given
     assert error_of(found, "phases by cosines") <= 1e-13

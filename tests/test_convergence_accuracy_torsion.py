@@ -1,4 +1,4 @@
-"""Claim: on shaft lines truths agree, refinements show their theory, defaults are on the front."""
+"""Claim: on shaft lines truths agree, series show their theory, defaults are on the front."""
 
 from functools import cache
 
@@ -7,7 +7,7 @@ import pytest
 from shipped_cases import CASES
 
 from vibecalc.core.accuracy.record import Fit, extra_work, fitted
-from vibecalc.core.accuracy.topic import Level, Measured, Timed, Topic, measure
+from vibecalc.core.accuracy.topic import Measured, Timed, Topic, Trial, measure
 from vibecalc.core.results.catalogue import CATALOGUE
 from vibecalc.core.results.named import named
 from vibecalc.core.run.plan import plan_case
@@ -71,18 +71,18 @@ def measured(stage: str, case: str) -> dict[str, Measured]:
     return {topic.name: measure(topic, Timed(repeat=False)) for topic in every}
 
 
-def levels_of(stage: str, case: str, topic: str, refinement: str) -> list[Level]:
-    return [one for one in measured(stage, case)[topic].levels if one.refinement == refinement]
+def trials_of(stage: str, case: str, topic: str, solver: str) -> list[Trial]:
+    return [one for one in measured(stage, case)[topic].trials if one.solver == solver]
 
 
-def default_of(found: Measured) -> Level:
-    (level,) = [one for one in found.levels if one.is_default]
-    return level
+def default_of(found: Measured) -> Trial:
+    (trial,) = [one for one in found.trials if one.is_default]
+    return trial
 
 
-def fit_of(stage: str, case: str, topic: str, refinement: str) -> Fit:
+def fit_of(stage: str, case: str, topic: str, solver: str) -> Fit:
     agreement = measured(stage, case)[topic].reference.agreement
-    fit = fitted(levels_of(stage, case, topic, refinement), agreement)
+    fit = fitted(trials_of(stage, case, topic, solver), agreement)
     assert fit is not None
     return fit
 
@@ -94,10 +94,10 @@ def check(stage: str, found: dict[str, Measured]) -> None:
         assert topic.stage == stage
         assert any(path.startswith(topic.quantity) for path in CATALOGUE), topic.quantity
         assert default_of(one).done, name
-        extra = extra_work(topic, one.levels)
+        extra = extra_work(topic, one.trials)
         assert extra <= topic.default_extra, (name, extra)
         assert bool(topic.default_why) == (topic.default_extra > 1.0), name
-        assert all(level.cause for level in one.levels if not level.done), name
+        assert all(trial.cause for trial in one.trials if not trial.done), name
 
 
 @pytest.mark.parametrize(
@@ -133,7 +133,7 @@ def test_defaults_reach_rounding(stage: str, case: str, topic: str) -> None:
 def test_the_place_of_the_largest_torque_has_more_digits_than_its_height_alone_gives() -> None:
     found = measured("torsion_speeds", "engine_variable_inertia")["largest torque"]
     own, place = default_of(found).position_error, found.reference.position
-    golden = [one for one in found.levels if one.refinement == "grid and golden section"]
+    golden = [one for one in found.trials if one.solver == "grid and golden section"]
     assert own is not None and place is not None
     assert own < 1e-11 * place
     assert all((one.position_error or 0.0) < 1e-7 * place for one in golden)
@@ -141,7 +141,7 @@ def test_the_place_of_the_largest_torque_has_more_digits_than_its_height_alone_g
 
 
 @pytest.mark.parametrize(
-    ("stage", "case", "topic", "refinement", "kind", "value"),
+    ("stage", "case", "topic", "solver", "kind", "value"),
     [
         # a bracket halved is log10(2) of a digit
         ("torsion", "engine_damped", "natural frequencies", "mode counts", "digits", 0.301),
@@ -156,10 +156,10 @@ def test_the_place_of_the_largest_torque_has_more_digits_than_its_height_alone_g
         ("torsion_speeds", "engine_variable_inertia", "largest torque", "grid", "order", 2.0),
     ],
 )  # fmt: skip
-def test_refinements_converge_as_theory_says(
-    stage: str, case: str, topic: str, refinement: str, kind: str, value: float
+def test_solvers_converge_as_theory_says(
+    stage: str, case: str, topic: str, solver: str, kind: str, value: float
 ) -> None:
-    fit = fit_of(stage, case, topic, refinement)
+    fit = fit_of(stage, case, topic, solver)
     assert fit.kind == kind
     assert fit.value == pytest.approx(value, abs=0.3 if kind == "order" else 0.1 * value)
 
@@ -181,9 +181,9 @@ def test_harmonic_balance_converges_geometrically() -> None:
 
 @pytest.mark.long
 def test_fourth_order_steps_converge_until_they_are_unstable() -> None:
-    levels = levels_of("transient", "engine_two_stroke", "torques in time", "Runge-Kutta")
-    assert "unstable" in levels[0].cause
-    fine = [one for one in levels if one.done][-3:]
+    trials = trials_of("transient", "engine_two_stroke", "torques in time", "Runge-Kutta")
+    assert "unstable" in trials[0].cause
+    fine = [one for one in trials if one.done][-3:]
     fit = fitted(fine, 1e-12)
     assert fit is not None
     assert fit.value == pytest.approx(4.0, abs=0.3)
@@ -192,28 +192,28 @@ def test_fourth_order_steps_converge_until_they_are_unstable() -> None:
 @pytest.mark.long
 def test_mean_inertias_and_a_linear_balance_keep_an_error_that_no_order_mends() -> None:
     stage, case = "variable inertia", "engine_variable_inertia"
-    (mean,) = levels_of(stage, case, "half ranges", "mean inertias")
-    linear = [one for one in levels_of(stage, case, "half ranges", "linear balance") if one.done]
+    (mean,) = trials_of(stage, case, "half ranges", "mean inertias")
+    linear = [one for one in trials_of(stage, case, "half ranges", "linear balance") if one.done]
     assert mean.worst_relative > 0.1
     assert linear[-1].worst_relative == pytest.approx(linear[-2].worst_relative, rel=0.05)
     assert linear[-1].worst_relative > 1e-3
 
 
 def test_modes_of_a_damped_line_are_not_its_response() -> None:
-    levels = levels_of("torsion", "engine_damped", "torques by order", "sum over modes")
-    assert levels[-1].worst_relative > 1e-2
-    (poles,) = levels_of("torsion", "engine_damped", "torques by order", "state matrix")
+    trials = trials_of("torsion", "engine_damped", "torques by order", "sum over modes")
+    assert trials[-1].worst_relative > 1e-2
+    (poles,) = trials_of("torsion", "engine_damped", "torques by order", "state matrix")
     assert poles.worst_relative < 1e-10
 
 
 def test_a_rigid_mode_loses_half_the_digits_as_an_eigenvalue() -> None:
-    for refinement in ("symmetric form", "eigenvalues of K / J", "state matrix"):
-        (level,) = levels_of("torsion", "engine_damped", "natural frequencies", refinement)
-        assert 1e-11 < level.worst_relative < 1e-6
+    for solver in ("symmetric form", "eigenvalues of K / J", "state matrix"):
+        (trial,) = trials_of("torsion", "engine_damped", "natural frequencies", solver)
+        assert 1e-11 < trial.worst_relative < 1e-6
 
 
 @pytest.mark.parametrize(
-    ("topic", "refinement", "cause"),
+    ("topic", "solver", "cause"),
     [
         ("torques by order", "transfer matrices", "branches"),
         ("torques by order", "state matrix", "loss factor"),
@@ -221,9 +221,9 @@ def test_a_rigid_mode_loses_half_the_digits_as_an_eigenvalue() -> None:
         ("natural frequencies", "Holzer scan", "changes of sign"),
     ],
 )
-def test_what_a_geared_line_rules_out_is_named(topic: str, refinement: str, cause: str) -> None:
+def test_what_a_geared_line_rules_out_is_named(topic: str, solver: str, cause: str) -> None:
     (whole,) = [one for one in topics_of("torsion", "engine_geared") if one.name == topic]
-    (method,) = [one for one in whole.refinements if one.name == refinement]
+    (method,) = [one for one in whole.solvers if one.name == solver]
     for setting in method.settings:
         with pytest.raises(NumericalFailure, match=cause):
             method.solve(setting)

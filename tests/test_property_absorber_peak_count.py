@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from exact_tree import roots_of
 
-from vibecalc.absorber.peaks import UNREPORTED, maxima_counted, peaks, quick_maxima
+from vibecalc.absorber.peaks import UNCERTAIN, maxima_counted, peaks, quick_maxima
 from vibecalc.absorber.transfer import Absorber, Coupling, coupling, transfer_of
 
 #: z1, m, k, z2 of absorbers one of whose peaks was once given twice
@@ -49,8 +49,8 @@ def test_a_pair_within_rounding_is_not_reported() -> None:
         polynomial = grown([3.0], [1.0 + apart]) if np.imag(apart) else grown(
             [1.0 - apart, 1.0 + apart, 3.0], []
         )  # fmt: skip
-        assert maxima_counted(polynomial[None], np.abs(polynomial)[None]).tolist() == [UNREPORTED]
-    assert maxima_counted(np.zeros((2, 4)), np.zeros((2, 4))).tolist() == [UNREPORTED, UNREPORTED]
+        assert maxima_counted(polynomial[None], np.abs(polynomial)[None]).tolist() == [UNCERTAIN]
+    assert maxima_counted(np.zeros((2, 4)), np.zeros((2, 4))).tolist() == [UNCERTAIN, UNCERTAIN]
 
 
 def maxima_in_digits(z1: float, m: float, k: float, z2: float) -> list[float]:
@@ -100,7 +100,7 @@ def test_peaks_are_those_of_sixty_digits_each_once() -> None:
     found = peaks(Absorber(*every))
     quick = quick_maxima(coupling(Absorber(*every)), transfer_of("force", "displacement"))
     # most are sure without any eigenvalues
-    assert np.mean(quick.reported) > 0.7
+    assert np.mean(quick.certain) > 0.7
     for row, one in enumerate(every.T):
         true = maxima_in_digits(*one)
         own = found.frequency[row][found.found[row]]
@@ -119,7 +119,7 @@ def test_the_quick_way_gives_what_the_thorough_one_does(monkeypatch: pytest.Monk
     def none(parts: Coupling, transfer: object) -> object:
         found = quick_maxima(parts, transfer)  # type: ignore[arg-type]
         nothing = type(found.tops)(*(part[:0] for part in found.tops))
-        return found._replace(reported=np.zeros(len(found.reported), dtype=bool), tops=nothing)
+        return found._replace(certain=np.zeros(len(found.certain), dtype=bool), tops=nothing)
 
     monkeypatch.setattr(module, "quick_maxima", none)
     for kind, one in zip(kinds, quick, strict=True):

@@ -66,7 +66,7 @@ def test_statistics_keep_the_axes_of_a_result():
         assert found.standard_error[..., 1, 2] == pytest.approx(alone.standard_error, rel=1e-12)
 
 
-def test_quantiles_of_an_even_refinement_are_exact():
+def test_quantiles_of_even_steps_are_exact():
     values = np.arange(101.0)[::-1] * 2.0
     # 101 1/3 times the level and 1/3 more is the rank, counted from 1
     levels = (0.05, 0.25, 0.5, 0.725, 0.95)

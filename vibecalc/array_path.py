@@ -194,7 +194,7 @@ def _whole_tuning(case: "Case") -> str | None:
     if machine.secondary is None or machine.springs or machine.gap or machine.flywheel:
         return "several absorbers and their parts are computed point by point"
     if options.bounds is not None or options.compare or options.mistuning or options.sensitivity:
-        return "what [tuning] asks for next to the optimum is computed point by point"
+        return "what [tuning] asks for besides the optimum is computed point by point"
     return None
 
 

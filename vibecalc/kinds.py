@@ -123,7 +123,7 @@ def check_kinds(row: Row) -> Iterator[Problem]:
         yield Problem(
             path=(*MACHINE, "speed"),
             message=f"the speed stands twice: a motor of kind {motor!r} finds it",
-            allowed="no speed next to such a motor, or a motor of kind 'torque_harmonics'",
+            allowed="no speed with such a motor, or a motor of kind 'torque_harmonics'",
             hint="the motor brings the machine to the speed at which its torque meets the demand",
             also=(*MACHINE, "motor", "kind"),
         )
@@ -281,7 +281,7 @@ PARTS_OF_KIND: dict[str, PartsOfKind] = {
             *((*TRAIN, "cylinders", EACH, key) for key in ("firing_angle", "pressure_scale")),
         ),
         foreign=_OF_COMPRESSORS,
-        instead="shaft_line, body and mounts next to the crank_train; [response.torsion]",
+        instead="shaft_line, body and mounts together with the crank_train; [response.torsion]",
     ),
     "pump": PartsOfKind(
         own=((*TRAIN, "pump_cycle"),),

@@ -92,7 +92,7 @@ def within(path: KeyPath, what: str, value: float) -> Iterator[Problem]:
 
 
 def _too_heavy(case: Case, scale: Scale | None) -> Iterator[Problem]:
-    """Masses next to which no tuning is found."""
+    """Masses with which no tuning is found."""
     tuning, machine = case.tuning, case.machine
     if tuning is None:
         return
@@ -113,7 +113,7 @@ def _too_heavy(case: Case, scale: Scale | None) -> Iterator[Problem]:
         if most < ratio <= BOUNDS["mass"][1]:
             yield Problem(
                 path=path,
-                message="with so heavy an absorber the primary is next to nothing, and no tuning "
+                message="with so heavy an absorber the primary hardly counts, and no tuning "
                 "is found",
                 found=f"a mass ratio of {ratio:.6g}",
                 allowed=f"<= {most:g} with [tuning]",

@@ -30,7 +30,7 @@ from vibecalc.numerics.rounding import UNIT_ROUNDOFF
 
 # ----------------------------------------------------------------------------
 # How many maxima a quotient of polynomials has, by Sturm's chain, where rounding lets it be
-# reported.
+# certain.
 #
 # Changes of sign along the chain of the stationarity polynomial, at zero less at infinity, count
 # its roots u > 0. Along a curve maxima and minima alternate, so that the slopes at both ends tell
@@ -43,16 +43,16 @@ _GRANTED = 256.0 * UNIT_ROUNDOFF
 #: coefficients below this share of the largest are zero, as for `positive_roots`
 _NOTHING = 1e-280
 #: what is returned where the count cannot be determined
-UNREPORTED = -1
+UNCERTAIN = -1
 
 
 def maxima_counted(polynomials: np.ndarray, sizes: np.ndarray) -> np.ndarray:
     """Number (rows,) of maxima over u > 0 of a function whose slope has the sign of polynomials.
 
     `polynomials` (rows, n) by rising power, `sizes` (rows, n) sums of the magnitudes that each
-    coefficient was formed from. `UNREPORTED` where rounding could change the answer.
+    coefficient was formed from. `UNCERTAIN` where rounding could change the answer.
     """
-    result = np.full(len(polynomials), UNREPORTED)
+    result = np.full(len(polynomials), UNCERTAIN)
     largest = np.max(np.abs(polynomials), axis=-1, keepdims=True)
     with np.errstate(divide="ignore", invalid="ignore"):
         there = np.abs(polynomials) / largest > _NOTHING
@@ -97,7 +97,7 @@ def _counted(p: np.ndarray, uncertainty: np.ndarray) -> np.ndarray:
     roots = _changes(at_zero) - _changes(at_infinity)
     # between the ends maxima and minima take turns
     tops = roots + rises.astype(int) - (~falls).astype(int)
-    return np.where(sure & (tops % 2 == 0), tops // 2, UNREPORTED)
+    return np.where(sure & (tops % 2 == 0), tops // 2, UNCERTAIN)
 
 
 def _remainder(
@@ -212,8 +212,8 @@ def each_once(found: Tops) -> Tops:
     found = Tops(*(a[order] for a in found))
     while len(found.u) > 1:
         apart = np.diff(np.log(found.u))
-        reported = np.maximum(_SAME, 4.0 * (found.blur[1:] + found.blur[:-1]))
-        twice = np.flatnonzero((found.rows[1:] == found.rows[:-1]) & (apart < reported))
+        alike = np.maximum(_SAME, 4.0 * (found.blur[1:] + found.blur[:-1]))
+        twice = np.flatnonzero((found.rows[1:] == found.rows[:-1]) & (apart < alike))
         if not len(twice):
             break
         # of each row of equal ones only the first pair, the others in the next round
@@ -270,7 +270,7 @@ def polished(
 #
 # Both natural frequencies of the undamped system have a closed form, and Newton's method from there
 # finds the peaks of nearly every absorber. Whether they are all is shown by `peak_count`, from
-# signs alone. What is not reported, or damped so little that it has to be examined, is left to the
+# signs alone. What is not certain, or damped so little that it has to be examined, is left to the
 # slower way by eigenvalues.
 # ----------------------------------------------------------------------------
 
@@ -285,12 +285,12 @@ _LOW = -0.5
 
 
 class QuickMaxima(NamedTuple):
-    """All maxima of the rows that `reported` (rows,) names.
+    """All maxima of the rows that `certain` (rows,) names.
 
-    `looks` (rows,) counts evaluations of |H|^2 with two derivatives, of rows not reported as well.
+    `looks` (rows,) counts evaluations of |H|^2 with two derivatives, of rows not certain as well.
     """
 
-    reported: np.ndarray
+    certain: np.ndarray
     tops: Tops
     looks: np.ndarray
 
@@ -300,11 +300,11 @@ def quick_maxima(parts: Coupling, transfer: Transfer) -> QuickMaxima:
     count = len(parts.mass)
     weights = measure(parts, transfer)
     lower, upper = _first_guesses(parts)
-    reported, looks = _decays(parts, upper), np.zeros(count, dtype=int)
-    chosen = np.flatnonzero(reported)
+    certain, looks = _decays(parts, upper), np.zeros(count, dtype=int)
+    chosen = np.flatnonzero(certain)
     if not len(chosen):
         none = np.zeros(0)
-        return QuickMaxima(reported, Tops(chosen, none, none, none, none, none), looks)
+        return QuickMaxima(certain, Tops(chosen, none, none, none, none, none), looks)
     pair = chosen[lower[chosen] < upper[chosen]]
     rows = np.concatenate([pair, chosen])
     starts = np.square(np.concatenate([lower[pair], upper[chosen]]))
@@ -312,8 +312,8 @@ def quick_maxima(parts: Coupling, transfer: Transfer) -> QuickMaxima:
     looks += np.bincount(rows, taken, count).astype(int)
     # one that has not settled counts for none
     tallied = np.bincount(found.rows[found.blur <= _SETTLED], minlength=count)[chosen]
-    reported[chosen] &= _counted_maxima(parts, weights, chosen) == tallied
-    found = Tops(*(a[reported[found.rows]] for a in found))
+    certain[chosen] &= _counted_maxima(parts, weights, chosen) == tallied
+    found = Tops(*(a[certain[found.rows]] for a in found))
     floor = weights.floor_squared[found.rows]
     low = np.flatnonzero(found.value < _LOW * floor)
     if len(low):
@@ -325,9 +325,9 @@ def quick_maxima(parts: Coupling, transfer: Transfer) -> QuickMaxima:
                 column[low] = new
             found.value[low] = again.square - floor[low]
         else:
-            reported[rows] = False
-            found = Tops(*(a[reported[found.rows]] for a in found))
-    return QuickMaxima(reported, found, looks)
+            certain[rows] = False
+            found = Tops(*(a[certain[found.rows]] for a in found))
+    return QuickMaxima(certain, found, looks)
 
 
 def _first_guesses(parts: Coupling) -> tuple[np.ndarray, np.ndarray]:
@@ -490,7 +490,7 @@ def _all_maxima(parts: Coupling, transfer: Transfer) -> tuple[np.ndarray, ...]:
     """Rows, u, A / Q, its error and |H|^2 of all: quickly where that is sure, else thoroughly."""
     quick = quick_maxima(parts, transfer)
     found = quick.tops[:5]
-    rest = np.flatnonzero(~quick.reported)
+    rest = np.flatnonzero(~quick.certain)
     if not len(rest):
         return found
     own = Coupling(*(a[rest] for a in parts))

@@ -436,7 +436,7 @@ class Pendulum(Table):
                 and "path_radius" not in t
                 and ("rollers" in t or t.number("swing_inertia"))
             ),
-            "vertex_distance instead, or path_radius next to it",
+            "vertex_distance instead, or path_radius with it",
         ),
         refuse(
             "swing_inertia",
@@ -615,7 +615,7 @@ class Tuning(Table):
         description="both found, no spring, no damper, or the damper for an undamped primary",
     )
     compare: Annotated[tuple[TuningMethod, ...], Field(max_length=8)] = Field(
-        (), description="closed forms and a search to show next to it"
+        (), description="closed forms and a search to compare it with"
     )
     bounds: Bounds | None = Field(
         None, description="what has to be kept: the tuning found is the best that keeps it"
@@ -652,7 +652,7 @@ class Tuning(Table):
                 "compare",
                 f"the closed form {name!r} is for the largest amplitude",
                 functools.partial(_as_h2, name),
-                "norm = 'h_infinity', or 'warburton' next to 'h2'",
+                "norm = 'h_infinity', or 'warburton' with 'h2'",
                 found="norm = 'h2'",
                 also="norm",
             )

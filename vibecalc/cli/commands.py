@@ -37,7 +37,7 @@ def accuracy(
     ] = None,
     longest: Annotated[
         float,
-        typer.Option(metavar="S", help="Seconds after which a refinement of settings ends."),
+        typer.Option(metavar="S", help="Seconds after which a series of settings ends."),
     ] = 5.0,
     settings: Annotated[
         list[str] | None,
@@ -51,7 +51,7 @@ def accuracy(
     ] = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print no table.")] = False,
 ) -> None:
-    """Measure every method of a case: seconds against error over a refinement of settings."""
+    """Measure every method of a case: seconds against error over a series of settings."""
     from vibecalc.core.accuracy.environment import pin_threads
 
     threads = pin_threads()

@@ -8,7 +8,7 @@ from vibecalc.core.accuracy.other_integrators import (
     peak_topic,
     transform_work,
 )
-from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Reference, Refinement, Topic
+from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Reference, Solver, Topic
 from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.adapter import DIRECTIONS, Forcing
 from vibecalc.excitation.axial_force import axial_force
@@ -138,16 +138,16 @@ def pump_torque_topics(scene: Scene) -> list[Topic]:
             unit="N*m",
             work="multiplications",
             reference=reference,
-            refinements=(
-                Refinement(
+            solvers=(
+                Solver(
                     "card and panels", "a fitted card, then panels of Gauss's rule", "",
                     NOTHING_TO_SET, panels, default=1.0,
                 ),
-                Refinement(
+                Solver(
                     "Gauss between valves", "one rule from each event of a turn to the next",
                     "points", NODES, between_valves, theory="geometric",
                 ),
-                Refinement(
+                Solver(
                     "samples", "Fourier transform of samples at even angles", "samples", SAMPLES,
                     sampled, theory="order 2: the torque has kinks where valves open",
                 ),

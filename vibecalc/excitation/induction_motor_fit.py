@@ -194,7 +194,7 @@ def warnings_of(
     relative: FloatArray,
     used: BoolArray,
     found: LeastSquares,
-    reported: Identifiability,
+    known: Identifiability,
 ) -> tuple[str, ...]:
     """Misfit, rows left out, a cage that the table does not need, what the table does not tell."""
     said = []
@@ -218,11 +218,11 @@ def warnings_of(
         said.append(
             f"only one of {found.starts} searches ended in the minimum taken; another may be lower"
         )
-    for exponents, spread, is_reported in zip(
-        reported.combinations, reported.spread, reported.reported, strict=True
+    for exponents, spread, is_known in zip(
+        known.combinations, known.spread, known.identifiable, strict=True
     ):
-        if not is_reported:
-            words = product_of_powers(reported.names, exponents)
+        if not is_known:
+            words = product_of_powers(known.names, exponents)
             size = (
                 "at all"
                 if not np.isfinite(spread)
@@ -244,12 +244,12 @@ def _factor(spread: float) -> str:
 # Torque alone does not give a motor: two of its numbers take no part in the steady torque at one
 # voltage and one frequency. Where the leakage sits, in the stator or in the rotor, nothing at the
 # shaft or the terminals can tell, ever (`induction_motor_split.py`). And, the resistance R of the
-# stator being given, its inductance is not reported: with the impedance z seen behind R, the torque
-# is V^2 (1 - |g|^2) / (4 R) to a factor, g = (z - R) / (z + R), and a turn of g by a constant angle
-# maps motors on motors with other inductances and the same torque at every slip (own derivation;
-# without R the inductance does not enter at all). Both are assumed and held, and said to be. The
-# two numbers that are left for each cage are fitted in the form with all leakage in the rotor, by
-# least squares of relative differences, from many starts, with Newton steps at the end.
+# stator being given, its inductance is not identifiable: with the impedance z seen behind R, the
+# torque is V^2 (1 - |g|^2) / (4 R) to a factor, g = (z - R) / (z + R), and a turn of g by a
+# constant angle maps motors on motors with other inductances and the same torque at every slip (own
+# derivation; without R the inductance does not enter at all). Both are assumed and held, and said
+# to be. The two numbers that are left for each cage are fitted in the form with all leakage in the
+# rotor, by least squares of relative differences, from many starts, with Newton steps at the end.
 # ----------------------------------------------------------------------------
 
 #: stator inductance over the leakage that the breakdown torque shows; a motor of some ten kilowatts
@@ -355,7 +355,7 @@ def fit_induction_motor(
     fitted = steady_torque(motor, slips)
     residual = fitted.value - table
     relative = (residual / table)[used]
-    reported = identifiability(motor, slips[used], weights[used])
+    known = identifiability(motor, slips[used], weights[used])
     return MotorFit(
         motor=motor,
         slip=slips,
@@ -368,7 +368,7 @@ def fit_induction_motor(
         log_error=found.log_error,
         starts=found.starts,
         agreeing=found.agreeing,
-        identifiability=reported,
+        identifiability=known,
         assumptions=assumptions_of(motor, stator_inductance is None, stator_share, NO_LOAD_RATIO),
-        warnings=warnings_of(slips, residual / table, used, found, reported),
+        warnings=warnings_of(slips, residual / table, used, found, known),
     )

@@ -76,8 +76,8 @@ def torque_sensitivity(motor: InductionMotor, slip_speed: ArrayLike) -> FloatArr
 
 #: standard error of a row of the table to which all spreads refer
 TABLE_ERROR = 0.01
-#: a product that this table error moves by more than exp(.5) counts as not reported
-NOT_REPORTED = 0.5
+#: a product that this table error moves by more than exp(.5) counts as not identifiable
+NOT_IDENTIFIABLE = 0.5
 #: singular values below this share of the largest are zero to rounding
 ZERO = 1e-11
 
@@ -87,12 +87,12 @@ class Identifiability(NamedTuple):
 
     `singular_values` (n,) fall; row k of `combinations` (n, n) holds the exponents of the product
     that belongs to value k; `spread` (n,) is the standard error of its logarithm for 1 % of error
-    in the table (infinite where the table does not answer at all), `reported` (n,) whether it is
-    below `NOT_REPORTED`. The two products of which no table tells anything are chosen so that the
-    first keeps the inductance of the stator (it moves leakage between stator and rotor) and the
-    second is at right angles to it. `free_spread` (n,) is the same for each parameter alone if all
-    are unknown, `held_spread` (n,) if the two assumptions of the fit are held: the sum of stator
-    leakage and magnetising inductance, and the ratio of the stator leakage to the transient
+    in the table (infinite where the table does not answer at all), `identifiable` (n,) whether it
+    is below `NOT_IDENTIFIABLE`. The two products of which no table tells anything are chosen so
+    that the first keeps the inductance of the stator (it moves leakage between stator and rotor)
+    and the second is at right angles to it. `free_spread` (n,) is the same for each parameter alone
+    if all are unknown, `held_spread` (n,) if the two assumptions of the fit are held: the sum of
+    stator leakage and magnetising inductance, and the ratio of the stator leakage to the transient
     inductance.
     """
 
@@ -100,7 +100,7 @@ class Identifiability(NamedTuple):
     singular_values: FloatArray
     combinations: FloatArray
     spread: FloatArray
-    reported: BoolArray
+    identifiable: BoolArray
     free_spread: FloatArray
     held_spread: FloatArray
 
@@ -108,7 +108,7 @@ class Identifiability(NamedTuple):
 def identifiability(motor: InductionMotor, slip: FloatArray, weight: FloatArray) -> Identifiability:
     """Singular values and spreads for the slips (rad/s) and weights (rows,) of a table.
 
-    All parameters but line, poles and stator resistance, which are given next to the table. A row
+    All parameters but line, poles and stator resistance, which are given with the table. A row
     of weight 1 has the error `TABLE_ERROR`, others that over the root of their weight.
     """
     names = parameter_names(np.asarray(motor.rotor_resistance).shape[-1])[1:]
@@ -133,7 +133,7 @@ def identifiability(motor: InductionMotor, slip: FloatArray, weight: FloatArray)
         singular_values=values,
         combinations=rows,
         spread=spread,
-        reported=spread < NOT_REPORTED,
+        identifiable=spread < NOT_IDENTIFIABLE,
         free_spread=np.linalg.norm(parts, axis=0),
         held_spread=held,
     )

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Reference, Refinement, Topic
+from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Reference, Solver, Topic
 from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.adapter import Forcing
 from vibecalc.foundation.adapter import two_masses
@@ -38,12 +38,12 @@ def foundation_topics(scene: Scene) -> list[Topic]:
             unit="N",
             work="solves",
             reference=lambda: _reference(system, force, frequency),
-            refinements=(
-                Refinement(
+            solvers=(
+                Solver(
                     "closed form", "determinant of two masses", "", NOTHING_TO_SET, closed, 1.0,
                     citation="Den Hartog, Mechanical Vibrations, section 3.2",
                 ),
-                Refinement("matrices", "2 x 2 by LU", "", NOTHING_TO_SET, by_matrices),
+                Solver("matrices", "2 x 2 by LU", "", NOTHING_TO_SET, by_matrices),
             ),
         )
     ]  # fmt: skip

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from vibecalc.core.accuracy.other_integrators import Rates, march_fixed, march_scipy
-from vibecalc.core.accuracy.topic import Answer, Reference, Refinement, Topic
+from vibecalc.core.accuracy.topic import Answer, Reference, Solver, Topic
 from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
 from vibecalc.impact.linkage import Linkage, Starts, central_start, spread_starts
@@ -106,8 +106,8 @@ def _first_contacts(linkage: Linkage, clearance: float) -> Topic:
         unit="m",
         work="evaluations of the forces",
         reference=reference,
-        refinements=(
-            Refinement(
+        solvers=(
+            Solver(
                 "from contact to contact",
                 f"power series of degree {DEGREE}, contacts found as roots of them",
                 "parts of a panel",
@@ -117,11 +117,11 @@ def _first_contacts(linkage: Linkage, clearance: float) -> Topic:
                 theory="the result does not depend on it",
                 citation="docs/theory.md",
             ),
-            Refinement(
+            Solver(
                 "Euler", "explicit Euler across the contacts", "steps", STEPS,
                 lambda steps: fixed("euler", steps), theory="order 1",
             ),
-            Refinement(
+            Solver(
                 "RK4",
                 "classical Runge-Kutta across the contacts",
                 "steps",
@@ -130,15 +130,15 @@ def _first_contacts(linkage: Linkage, clearance: float) -> Topic:
                 theory="order 4 within a contact, less at its ends",
                 citation="Ong (2000), chapter 5",
             ),
-            Refinement(
+            Solver(
                 "RK45", "scipy's pair of Dormand and Prince across the contacts", "rtol", RTOLS,
                 lambda rtol: adaptive("RK45", rtol),
             ),
-            Refinement(
+            Solver(
                 "DOP853", "scipy across the contacts", "rtol", RTOLS,
                 lambda rtol: adaptive("DOP853", rtol),
             ),
-            Refinement(
+            Solver(
                 "DOP853 with events", "scipy from contact to contact", "rtol",
                 (1e-3, 1e-6, 1e-9, 1e-12), events,
             ),
@@ -191,8 +191,8 @@ def _ensemble(linkage: Linkage, clearance: float, options: "Impact") -> Topic:
         unit="N",
         work="runs over one turn",
         reference=reference,
-        refinements=(
-            Refinement(
+        solvers=(
+            Solver(
                 "from contact to contact",
                 "N members whose starts are spread by an additive recurrence",
                 "members",
@@ -202,7 +202,7 @@ def _ensemble(linkage: Linkage, clearance: float, options: "Impact") -> Topic:
                 theory="standard error of order 1/2",
                 citation="Niederreiter (1992), ch. 3",
             ),
-            Refinement(
+            Solver(
                 "RK4",
                 f"{options.members} members with N fixed steps per turn",
                 "steps",

@@ -100,11 +100,11 @@ ENTRIES = (
     ),
     entry(
         "response/impact/shaking", "order", "N",
-        "inertia force of the piston without play, next to which impacts are held", PEAK,
+        "inertia force of the piston without play, with which impacts are compared", PEAK,
     ),
     entry(
         "response/impact/motor", "order", "N",
-        "axial force of the motor next to them, zero at orders that its torque lacks", PEAK,
+        "axial force of the motor, for comparison, zero at orders that its torque lacks", PEAK,
     ),
     entry(
         "response/impact/leader", "clearance order", "",

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vibecalc.core.accuracy.other_integrators import harmonics_of_samples, transform_work
-from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Reference, Refinement, Topic
+from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Reference, Solver, Topic
 from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
 from vibecalc.kinematics.adapter import PistonMotion
@@ -54,8 +54,8 @@ def dropped_topic(ratio: float, offset: float, kept: int) -> Topic:
         unit="",
         work="orders",
         reference=lambda: _dropped_reference(ratio, offset, kept),
-        refinements=(
-            Refinement(
+        solvers=(
+            Solver(
                 "dropped_acceleration",
                 "sum of the tail to the order below which rounding hides the rest",
                 "",
@@ -64,7 +64,7 @@ def dropped_topic(ratio: float, offset: float, kept: int) -> Topic:
                 default=1.0,
                 citation="docs/theory.md",
             ),
-            Refinement(
+            Solver(
                 "the next orders",
                 "magnitudes of the next N orders added",
                 "orders",
@@ -72,7 +72,7 @@ def dropped_topic(ratio: float, offset: float, kept: int) -> Topic:
                 after,
                 theory="geometric",
             ),
-            Refinement(
+            Solver(
                 "exact minus kept",
                 "largest difference of closed form and kept orders at N angles",
                 "angles",
@@ -186,8 +186,8 @@ def _curve(crank: _Crank, cut: int | None) -> Topic:
         return Answer(values, ANGLES * (3 * (3 * LONG + 4) + 4))
 
     orders = sorted({1, 2, 4, 6, 8, 12, 16, 24})
-    refinements = [
-        Refinement(
+    solvers = [
+        Solver(
             "closed form",
             "derivatives of the exact motion at each angle",
             "",
@@ -196,7 +196,7 @@ def _curve(crank: _Crank, cut: int | None) -> Topic:
             default=1.0 if cut is None else None,
             citation="docs/theory.md",
         ),
-        Refinement(
+        Solver(
             "exact harmonics summed",
             "orders 1 to N of the exact motion",
             "orders",
@@ -204,7 +204,7 @@ def _curve(crank: _Crank, cut: int | None) -> Topic:
             summed,
             theory="geometric",
         ),
-        Refinement(
+        Solver(
             "differences",
             "central differences of the exact position",
             "step [rad]",
@@ -215,8 +215,8 @@ def _curve(crank: _Crank, cut: int | None) -> Topic:
     ]
     if offset == 0.0:
         terms = sorted({1, 2, 4, 8, 16, 40} | ({cut} if cut else set()))
-        refinements.append(
-            Refinement(
+        solvers.append(
+            Solver(
                 "truncated series",
                 "binomial series of the root, cut after some terms",
                 "terms",
@@ -236,7 +236,7 @@ def _curve(crank: _Crank, cut: int | None) -> Topic:
         unit="m",
         work="multiplications (a sine or root as ten)",
         reference=lambda: _curve_reference(crank, angle),
-        refinements=tuple(refinements),
+        solvers=tuple(solvers),
         default_extra=1.0 if cut is None or cut < 3 else 1.0 + 0.15 * cut,
         default_why="" if cut is None or cut < 3 else "the case asks for the cut series",
     )
@@ -333,8 +333,8 @@ def _topic(ratio: float, offset: float, orders: np.ndarray, cut: int | None) -> 
         found = harmonics_of_samples(path.acceleration / ratio, highest)
         return shown(found, ONE_ANGLE * count + 4.0 * transform_work(int(count)))
 
-    refinements = [
-        Refinement(
+    solvers = [
+        Solver(
             "exact harmonics",
             "hypergeometric closed form (with an offset: a product of two root series)",
             "",
@@ -346,8 +346,8 @@ def _topic(ratio: float, offset: float, orders: np.ndarray, cut: int | None) -> 
     ]
     if offset == 0.0:
         terms = sorted({1, 2, 4, 10, 20, 40, highest // 2 + 40} | ({cut} if cut else set()))
-        refinements.append(
-            Refinement(
+        solvers.append(
+            Solver(
                 "truncated series",
                 "binomial series of the root, cut after some terms",
                 "terms",
@@ -359,8 +359,8 @@ def _topic(ratio: float, offset: float, orders: np.ndarray, cut: int | None) -> 
             )
         )
     counts = sorted({8 << k for k in range(6)} | {4 * highest, 16 * highest})
-    refinements.append(
-        Refinement(
+    solvers.append(
+        Solver(
             "FFT of samples",
             "closed form of the acceleration at N angles, Fourier transform",
             "samples",
@@ -378,7 +378,7 @@ def _topic(ratio: float, offset: float, orders: np.ndarray, cut: int | None) -> 
         unit="",
         work="multiplications",
         reference=lambda: _reference(ratio, offset, orders, size),
-        refinements=tuple(refinements),
+        solvers=tuple(solvers),
         default_extra=3.0,
         default_why="the same kernel serves every R/L below 1, where the cut series does not end, "
         "and wrist pin offsets",

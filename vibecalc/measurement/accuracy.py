@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Reference, Refinement, Topic
+from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Reference, Solver, Topic
 from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
 from vibecalc.measurement.choosing import choose
@@ -335,19 +335,19 @@ def _of_levels(harmonics: tuple[Harmonic, ...], reference: FloatArray, rows: Flo
         values = np.stack([rows @ one.motion for one in found], axis=-1)
         return Answer(values, sum(one.work for one in found))
 
-    refinements = [
-        Refinement(
+    solvers = [
+        Solver(
             "second moments",
             "all motions that the levels leave, as ends of a line, each refined; as a run does",
             "", NOTHING_TO_SET, lambda _: each(by_moments), default=NOTHING_TO_SET[0],
             citation="docs/theory_measurement.md",
         ),
-        Refinement(
+        Solver(
             "least squares, more starts", "scipy least_squares from random motions",
             "starts", (1.0, 2.0, 4.0, 8.0),
             lambda starts: each(lambda one: by_least_squares(one, int(starts), _TOLERANCE)),
         ),
-        Refinement(
+        Solver(
             "least squares, closer", f"the same from {_STARTS} motions, to a closer tolerance",
             "tolerance", (1e-1, 1e-2, 1e-4, 1e-8, 1e-12),
             lambda tolerance: each(
@@ -356,8 +356,8 @@ def _of_levels(harmonics: tuple[Harmonic, ...], reference: FloatArray, rows: Flo
         ),
     ]  # fmt: skip
     if all(suits_cosines(one) for one in given):
-        refinements.append(
-            Refinement(
+        solvers.append(
+            Solver(
                 "phases by cosines", "three points and two differences, as published",
                 "", NOTHING_TO_SET, lambda _: each(by_cosines),
                 citation="Herold (1977), equations 20 to 33",
@@ -371,7 +371,7 @@ def _of_levels(harmonics: tuple[Harmonic, ...], reference: FloatArray, rows: Flo
         unit="m/s^2",
         work="evaluations of all readings of a motion, or systems as small",
         reference=lambda: _levels_reference(given, rows),
-        refinements=tuple(refinements),
+        solvers=tuple(solvers),
         default_extra=_EXTRA,
         default_why="a line of second moments with both its ends, where three points and two "
         "differences leave two cosines: it takes any instruments, and finds every motion that five "
@@ -422,8 +422,8 @@ def _of_phases(harmonics: tuple[Harmonic, ...], rows: FloatArray) -> Topic:
         reference=lambda: Reference(
             each(phases_in_digits).values, 16.0 * EPSILON, "normal equations in 40 digits"
         ),
-        refinements=tuple(
-            Refinement(
+        solvers=tuple(
+            Solver(
                 name, words, "", NOTHING_TO_SET, lambda _, way=way: each(way),  # type: ignore[misc]
                 default=NOTHING_TO_SET[0] if way is by_singular_values else None,
             )

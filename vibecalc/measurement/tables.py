@@ -121,7 +121,7 @@ class Measurement(Table):
     """Readings on a rigid plate: its translation, roll and pitch, harmonic by harmonic."""
 
     amplitude: Literal["zero_to_peak", "rms"] = Field(
-        description="what readings are amplitudes of; levels come out in the same"
+        description="what readings are amplitudes of; levels are given in the same"
     )
     reference_level: Acceleration | None = Field(
         None, gt=0, description="acceleration of 0 dB; levels need it"
@@ -133,23 +133,23 @@ class Measurement(Table):
         0.1, gt=0, le=20, description="last digit of a level: it is off by up to half of it"
     )
     level_uncertainty: Level = Field(
-        0.0, ge=0, le=20, description="standard uncertainty of a level next to that"
+        0.0, ge=0, le=20, description="standard uncertainty of a level besides that"
     )
     amplitude_step: Acceleration | None = Field(
         None, gt=0, description="last digit of an amplitude"
     )
     amplitude_uncertainty: Acceleration = Field(
-        0.0, ge=0, description="standard uncertainty of an amplitude next to that"
+        0.0, ge=0, description="standard uncertainty of an amplitude besides that"
     )
     angular_step: AngularAcceleration | None = Field(
         None, gt=0, description="last digit of an angular amplitude"
     )
     angular_uncertainty: AngularAcceleration = Field(
-        0.0, ge=0, description="standard uncertainty of an angular amplitude next to that"
+        0.0, ge=0, description="standard uncertainty of an angular amplitude besides that"
     )
     phase_step: Angle | None = Field(None, gt=0, description="last digit of a phase")
     phase_uncertainty: Angle = Field(
-        0.0, ge=0, le=math.pi, description="standard uncertainty of a phase next to that"
+        0.0, ge=0, le=math.pi, description="standard uncertainty of a phase besides that"
     )
     orders: Annotated[tuple[Order, ...], Field(min_length=1, max_length=64)] = Field(
         description="harmonics that are read"

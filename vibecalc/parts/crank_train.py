@@ -368,4 +368,4 @@ def _whole_mass(body: parts.Body) -> float | None:
     from vibecalc.parts.matrices import block_matrix  # it loads all that solves the motion
 
     least = float(np.diagonal(block_matrix(body.mass_matrix))[:3].min())
-    return least if least > 0.0 else None  # what is no mass at all is reported of the matrix
+    return least if least > 0.0 else None  # what is no mass at all is reported for the matrix

@@ -118,7 +118,7 @@ def _gas_whole(row: Row, instead: str) -> Iterator[Problem]:
                 (*train, one),
                 f"{row.header()} cannot use {one} without {other}: the gas force is pressure "
                 "times area",
-                allowed=f"{other} next to it, or {instead}",
+                allowed=f"{other} with it, or {instead}",
             )
 
 

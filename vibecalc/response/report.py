@@ -7,7 +7,7 @@ import numpy as np
 
 from vibecalc.core.report.sections import (
     FAINT,
-    Block,
+    Part,
     Section,
     along,
     having,
@@ -213,7 +213,7 @@ _NEAR_UNDERFLOW = 1e-280
 SMALLEST = float(np.finfo(float).tiny)
 
 
-def energies(record: Record) -> tuple[Block, Block]:
+def energies(record: Record) -> tuple[Part, Part]:
     """Tables of mean and peak energies: by order, and their totals."""
     by_order = {
         field: quantity

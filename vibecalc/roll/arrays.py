@@ -22,7 +22,7 @@ from vibecalc.roll.mechanism import (
 from vibecalc.roll.model import build_roll, roll_drive
 from vibecalc.roll.rates import surely_fastest
 from vibecalc.roll.results import FORCES, ROLL, VARIABLES
-from vibecalc.roll.running import refinement
+from vibecalc.roll.running import point_levels
 from vibecalc.roll.steady import Steady, multipliers, steady_state
 from vibecalc.roll.turn import Readings, Turn, by_cylinder, harmonics, mean, readings
 
@@ -42,7 +42,7 @@ def emit_roll(columns: Columns, sheet: Sheet) -> BoolArray:
     machine = _machines(columns)
     started = columns.optional("response", "roll", "started_at")
     given = options.points
-    points = refinement(case.accuracy.rtol)[:_LEVELS] if given is None else (given, given + 2)
+    points = point_levels(case.accuracy.rtol)[:_LEVELS] if given is None else (given, given + 2)
     widest = widest_panel(options.orders)
     state = steady_state(machine, drive, points[0], started_at=started, widest=widest)
     orders = np.arange(1.0, options.orders + 1)

@@ -215,7 +215,7 @@ _SLOW, _FADED, _MOST_TURNS = 0.05, 1e-9, 4000
 
 
 class Asked(NamedTuple):
-    """What a way may be reported: points (fourier), step in s (euler, rk4), else the default.
+    """What a method may be given: points (fourier), step in s (euler, rk4), else the default.
 
     `started_at` is the crank speed that fixes the momentum of a free machine, rad/s; None lets its
     shell stand still on average, with the momentum `momentum` (1,) found by collocation. `fading`

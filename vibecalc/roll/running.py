@@ -236,7 +236,7 @@ def _with_rotor(machine: RollMachine, logarithm: float) -> RollMachine:
 # ----------------------------------------------------------------------------
 
 #: Gauss points on each panel, in turn, until two neighbours agree; from the first tolerance met
-REFINEMENTS = ((1e-5, (3, 4, 6, 8, 11, 14)), (0.0, (6, 7, 9, 12, 15, 18)))
+POINT_LEVELS = ((1e-5, (3, 4, 6, 8, 11, 14)), (0.0, (6, 7, 9, 12, 15, 18)))
 #: a march begins at this many synchronous speeds, and ends at this part of one
 _ABOVE, _FLOOR = 1.5, 1e-3
 _RPM = 30.0 / np.pi
@@ -279,7 +279,7 @@ def running_state(
         stall), none was found, it is unstable, its slip leaves the table, or no number of points
         meets the tolerance.
     """
-    levels = refinement(rtol) if points is None else (points, points + 2)
+    levels = point_levels(rtol) if points is None else (points, points + 2)
     first = _first(machine, drive, levels[0], started_at)
     widest = widest_panel(orders)
     if widest < first.widest:
@@ -314,9 +314,9 @@ def running_state(
     return Running(state, check, value, error, coarse)
 
 
-def refinement(rtol: float) -> tuple[int, ...]:
+def point_levels(rtol: float) -> tuple[int, ...]:
     """Numbers of Gauss points to try in turn for a tolerance."""
-    return next(levels for least, levels in REFINEMENTS if rtol >= least)
+    return next(levels for least, levels in POINT_LEVELS if rtol >= least)
 
 
 def _first(machine: RollMachine, drive: RollDrive, points: int, started_at: float | None) -> Steady:

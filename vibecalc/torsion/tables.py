@@ -269,7 +269,7 @@ class Torsion(Table):
                 and not t["misfire"]
                 and table_at(t.data, "transient").get("kind") != "misfire_onset"
             ),
-            "misfire = ['1'], for example, next to it",
+            "misfire = ['1'], for example, with it",
         ),
         *cylinders_in("misfire"),
     )
@@ -346,7 +346,7 @@ class DamperDesign(Table):
     bounds: DamperBounds | None = Field(None, description="of what is looked for")
     compare: DamperValues | None = Field(None, description="a table value to compare with")
     rings: Annotated[tuple[Inertia, ...], Field(max_length=32)] = Field(
-        (), description="inertias of other rings, whose best dampers are reported next to it"
+        (), description="inertias of other rings, whose best dampers are reported as well"
     )
     tolerance: Number = Field(
         0.1, gt=0, lt=1, description="error of spring and damper whose cost is reported"

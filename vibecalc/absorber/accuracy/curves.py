@@ -29,7 +29,7 @@ from vibecalc.absorber.squared_magnitude import (
 from vibecalc.absorber.stage import asked_of
 from vibecalc.absorber.transfer import Absorber, Coupling, coupling, transfer_of
 from vibecalc.core.accuracy.other_searches import grid_maximum, parabola_maximum
-from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Reference, Refinement, Topic
+from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Reference, Solver, Topic
 from vibecalc.core.run.stage import Scene
 
 # ----------------------------------------------------------------------------
@@ -60,7 +60,7 @@ def own_work(system: System) -> float:
     flat, transfer = _flat(system), transfer_of(*pair)
     quick = quick_maxima(flat, transfer)
     work = _JET * float(quick.looks[0]) + _CHAIN / _PRODUCTS
-    if quick.reported[0]:
+    if quick.certain[0]:
         return work
     work += _POLES / _PRODUCTS
     weights = measure(flat, transfer)
@@ -206,9 +206,9 @@ def _peak_topic(systems: list[System], span: tuple[float, float], name: str, wor
         unit="",
         work="evaluations of |H| at one frequency",
         reference=reference,
-        refinements=(
-            _own_refinement(systems, placed),
-            *(_refinement(systems, span, placed, *row) for row in rows),
+        solvers=(
+            _own_solver(systems, placed),
+            *(_solver(systems, span, placed, *row) for row in rows),
         ),
         position="frequency ratio []" if placed else "",
         default_extra=_EXTRA_SEVERAL if many else _EXTRA,
@@ -216,7 +216,7 @@ def _peak_topic(systems: list[System], span: tuple[float, float], name: str, wor
     )
 
 
-def _own_refinement(systems: list[System], placed: bool) -> Refinement:
+def _own_solver(systems: list[System], placed: bool) -> Solver:
     work = cache(lambda: sum(own_work(one) for one in systems))
 
     def solve(_: float) -> Answer:
@@ -228,15 +228,13 @@ def _own_refinement(systems: list[System], placed: bool) -> Refinement:
     words = "Newton's method on |H|^2 from roots and poles"
     if not many:
         words = "Newton's method on |H|^2 from the natural frequencies, and the number of peaks"
-    return Refinement(
-        "all peaks, as a run does", words, "", NOTHING_TO_SET, solve, NOTHING_TO_SET[0]
-    )
+    return Solver("all peaks, as a run does", words, "", NOTHING_TO_SET, solve, NOTHING_TO_SET[0])
 
 
-def _refinement(
+def _solver(
     systems: list[System], span: tuple[float, float], placed: bool, name: str, words: str,
     setting: str, settings: tuple[float, ...], way: _Way, theory: str,
-) -> Refinement:  # fmt: skip
+) -> Solver:  # fmt: skip
     def solve(at: float) -> Answer:
         found = [way(one, *span, at) for one in systems]
         return Answer(
@@ -246,7 +244,7 @@ def _refinement(
         )
 
     citation = "Baca Vasquez (2007), Appendix I" if name == "grid" else ""
-    return Refinement(name, words, setting, settings, solve, None, theory, citation)
+    return Solver(name, words, setting, settings, solve, None, theory, citation)
 
 
 def _grid_place(system: System, low: float, high: float) -> float:

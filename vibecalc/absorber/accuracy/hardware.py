@@ -15,7 +15,7 @@ from vibecalc.absorber.hardware.overhung import (
 )
 from vibecalc.absorber.hardware.rods_and_springs import EndBody, OverhungRod
 from vibecalc.absorber.model import build_absorber
-from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Reference, Refinement, Topic
+from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Reference, Solver, Topic
 from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import UNIT_ROUNDOFF
@@ -76,15 +76,15 @@ def _bending_topic(rod: OverhungRod, body: EndBody) -> Topic:
         unit="rad/s",
         work="multiplications",
         reference=lambda: _bending_truth(rod, body),
-        refinements=(
-            Refinement("determinant of the beam", "Chandrupatla's steps next to elements", "",
+        solvers=(
+            Solver("determinant of the beam", "Chandrupatla's steps next to elements", "",
                    NOTHING_TO_SET, own, 1.0, "", "docs/theory_absorber_parts.md"),
-            Refinement("beam elements", "cubic shapes, a fourth of them beyond the support",
+            Solver("beam elements", "cubic shapes, a fourth of them beyond the support",
                        "elements", (2.0, 4.0, 8.0, 16.0, 32.0), elements, None, "order 4"),
-            Refinement("determinant of the beam, false position",
+            Solver("determinant of the beam, false position",
                        "from two beam elements, Illinois", "steps", (2.0, 4.0, 6.0, 8.0, 12.0),
                        secant),
-            Refinement("Rayleigh's quotient", "a sine over the span", "", NOTHING_TO_SET, rayleigh,
+            Solver("Rayleigh's quotient", "a sine over the span", "", NOTHING_TO_SET, rayleigh,
                    citation="Baca Vasquez (2007), section 3.16"),
         ),
         default_extra=_EXTRA,
@@ -224,12 +224,12 @@ def _gap_topic(gap: RingGap) -> Topic:
         unit="m^3",
         work="multiplications",
         reference=reference,
-        refinements=(
-            Refinement("closed forms", "cylinders turning in each other, rings next to a wall", "",
+        solvers=(
+            Solver("closed forms", "cylinders turning in each other, rings next to a wall", "",
                    NOTHING_TO_SET, own, 1.0),
-            Refinement("midpoint sums", "films cut into rings", "rings",
+            Solver("midpoint sums", "films cut into rings", "rings",
                    (1.0, 4.0, 16.0, 64.0, 256.0, 1024.0), summed, None, "order 2"),
-            Refinement("formula as published", "flat films at the rim and on a full disc", "",
+            Solver("formula as published", "flat films at the rim and on a full disc", "",
                    NOTHING_TO_SET, thin, citation="Baca Vasquez (2007), equations 3.16 and 3.17"),
         ),
     )  # fmt: skip

@@ -17,7 +17,7 @@ from vibecalc.absorber.pendulum_order import (
 )
 from vibecalc.absorber.pendulum_steady import steady_motion
 from vibecalc.core.accuracy.other_integrators import march_scipy
-from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Reference, Refinement, Topic
+from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Reference, Solver, Topic
 from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import UNIT_ROUNDOFF
@@ -217,26 +217,26 @@ def _order_topic(parts: PendulumParts, swings: np.ndarray) -> Topic:
     def summed(turned: bool) -> Callable[[float, float], tuple[float, float]]:
         return lambda swing, n: (summed_swing(pendulum, swing, int(n), turned), n + 1.0)
 
-    refinements = [
-        Refinement("arithmetic-geometric mean", "n AGM(1, cos(P/2)), for circles", "",
+    solvers = [
+        Solver("arithmetic-geometric mean", "n AGM(1, cos(P/2)), for circles", "",
                NOTHING_TO_SET, own, 1.0, "", "Gauss; docs/theory_absorber.md")
         if circle else
-        Refinement("midpoint rule, fall by a Gauss rule",
+        Solver("midpoint rule, fall by a Gauss rule",
                    "p = P sin u, points doubled until settled", "", NOTHING_TO_SET, own, 1.0,
                    "geometric", "docs/theory_absorber.md"),
-        Refinement("midpoint rule in u, fall as a difference", "p = P sin u", "points",
+        Solver("midpoint rule in u, fall as a difference", "p = P sin u", "points",
                (1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0), each(summed(True)), None, "geometric"),
-        Refinement("midpoint rule in the angle", "integrand without a bound at the end", "points",
+        Solver("midpoint rule in the angle", "integrand without a bound at the end", "points",
                (10.0, 30.0, 100.0, 300.0, 1000.0, 10000.0), each(summed(False)), None, "order 0.5"),
-        Refinement("DOP853 of scipy", "from rest to the vertex", "rtol",
+        Solver("DOP853 of scipy", "from rest to the vertex", "rtol",
                (1e-3, 1e-5, 1e-7, 1e-9, 1e-11),
                each(lambda swing, rtol: free_swing(pendulum, swing, rtol))),
-        Refinement("small swings to second order", "n (1 + e P^2)", "", NOTHING_TO_SET,
+        Solver("small swings to second order", "n (1 + e P^2)", "", NOTHING_TO_SET,
                    each(series)),
     ]  # fmt: skip
     if circle:
-        refinements.append(
-            Refinement("elliptic integral of scipy", "n pi / 2 K(sin(P/2)), circles only", "",
+        solvers.append(
+            Solver("elliptic integral of scipy", "n pi / 2 K(sin(P/2)), circles only", "",
                    NOTHING_TO_SET, each(lambda swing, _: (_elliptic(pendulum, swing), 1.0)))
         )  # fmt: skip
     return Topic(
@@ -247,7 +247,7 @@ def _order_topic(parts: PendulumParts, swings: np.ndarray) -> Topic:
         unit="",
         work="evaluations of the path and its kinetic energy",
         reference=lambda: _order_truth(pendulum, swings, circle),
-        refinements=tuple(refinements),
+        solvers=tuple(solvers),
         default_extra=1.0 if circle else 1.0 * sum(_SUMS) * (_INNER + 1),
         default_why="" if circle else _WHY_ORDER,
     )
@@ -319,14 +319,14 @@ def _steady_topic(parts: PendulumParts, swing: float) -> Topic:
         unit="N*m",
         work="evaluations of the equations of motion at one angle",
         reference=reference,
-        refinements=(
-            Refinement("sines by collocation", "Newton's method with slopes by complex steps",
+        solvers=(
+            Solver("sines by collocation", "Newton's method with slopes by complex steps",
                        "sines", (2.0, 4.0, 8.0, 12.0, 16.0, 24.0), own, float(_HARMONICS),
                        "geometric",
                    "docs/theory_absorber.md"),
-            Refinement("shooting with DOP853 of scipy", "over half a cycle", "rtol",
+            Solver("shooting with DOP853 of scipy", "over half a cycle", "rtol",
                    (1e-4, 1e-6, 1e-8, 1e-10), marched),
-            Refinement("small swings", "equations linear in the swing", "", NOTHING_TO_SET, small),
+            Solver("small swings", "equations linear in the swing", "", NOTHING_TO_SET, small),
         ),
         default_extra=_EXTRA_STEADY,
         default_why=_WHY_STEADY,

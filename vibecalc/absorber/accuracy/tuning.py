@@ -24,7 +24,7 @@ from vibecalc.absorber.tuning.minimax import minimax
 from vibecalc.absorber.tuning.restricted import pure_viscous
 from vibecalc.absorber.tuning.several import several_tuning
 from vibecalc.core.accuracy.other_searches import Searched, evolution, least_ceiling, nelder_mead
-from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Reference, Refinement, Topic
+from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Reference, Solver, Topic
 from vibecalc.core.run.stage import Scene
 
 # ----------------------------------------------------------------------------
@@ -76,7 +76,7 @@ def absorber_tuning_topics(scene: Scene) -> list[Topic]:
     if not len(places):
         return []
     truth = _reference(question, places, weights)
-    refinements = _refinements(question)
+    solvers = _solvers(question)
     many = len(system.mass_ratio) > 1
     exact = not many and system.primary_damping == 0.0 and pair == ("force", "displacement")
     extra, why = 1.0, ""
@@ -98,7 +98,7 @@ def absorber_tuning_topics(scene: Scene) -> list[Topic]:
                 unit="",
                 work="tunings whose highest peaks are evaluated",
                 reference=truth[name],
-                refinements=tuple(one(reading) for one in refinements),
+                solvers=tuple(one(reading) for one in solvers),
                 default_extra=extra,
                 default_why=why,
             )
@@ -163,7 +163,7 @@ def _tuning(system: System) -> np.ndarray:
     return np.asarray(pairs[np.argsort(pairs[:, 0])].reshape(-1))
 
 
-def _refinements(question: Question) -> list[Callable[[Reading], Refinement]]:
+def _solvers(question: Question) -> list[Callable[[Reading], Solver]]:
     """Every method, each still to be given what is read of its tuning."""
     system, first = question.system, first_place(question)
     count = len(system.mass_ratio)
@@ -200,23 +200,23 @@ def _refinements(question: Question) -> list[Callable[[Reading], Refinement]]:
         )  # fmt: skip
         names = ("den_hartog_brock", "nishihara_asami") if question.spring else ("lanchester",)
         rows += [_closed(question, name) for name in names]
-    return [_refinement(*row) for row in rows]
+    return [_solver(*row) for row in rows]
 
 
 _Row = tuple[str, str, str, tuple[float, ...], Callable[[float], _Found], float | None, str]
 
 
-def _refinement(
+def _solver(
     name: str, words: str, setting: str, settings: tuple[float, ...],
     find: Callable[[float], _Found], default: float | None, citation: str,
-) -> Callable[[Reading], Refinement]:  # fmt: skip
-    def reported(reading: Reading) -> Refinement:
+) -> Callable[[Reading], Solver]:  # fmt: skip
+    def reported(reading: Reading) -> Solver:
         def solve(at: float) -> Answer:
             found = find(at)
             known = found.peak is not None and reading is _peak
             return Answer(np.array([found.peak]) if known else reading(found.system), found.work)
 
-        return Refinement(name, words, setting, settings, solve, default, citation=citation)
+        return Solver(name, words, setting, settings, solve, default, citation=citation)
 
     return reported
 

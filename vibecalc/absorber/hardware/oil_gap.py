@@ -86,7 +86,7 @@ def _check(
     if np.any(widest >= wide):
         worst = np.unravel_index(np.argmax(widest - wide), wide.shape)
         raise NumericalFailure(
-            f"a gap of {1e3 * widest[worst]:.4g} mm is not a film next to a mass "
+            f"a gap of {1e3 * widest[worst]:.4g} mm is no film for a mass "
             f"{1e3 * wide[worst]:.4g} mm wide: the damping of a gap has to be that of a thin film"
         )
     if np.any(np.isfinite(bore) & (bore >= inner)):

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from vibecalc.core.report.sections import (
-    Block,
+    Part,
     Section,
     by_axis,
     having,
@@ -51,7 +51,7 @@ def absorber(result: Result) -> Section | None:
         [(ABSORBER + "fixed_point/frequency_ratio", "frequency\nratio"),
          (ABSORBER + "fixed_point/magnitude", "height")],
     )  # fmt: skip
-    details: dict[str, Block] = {
+    details: dict[str, Part] = {
         "frequencies of the absorber": stacked(marks, natural, fixed),
         "poles": _poles(record),
     }

@@ -1,1 +1,1 @@
-"""Every method of a stage at a refinement of settings, as error against work and seconds."""
+"""Every method of a stage at a series of settings, as error against work and seconds."""

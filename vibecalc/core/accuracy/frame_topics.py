@@ -9,7 +9,7 @@ import numpy as np
 
 from vibecalc.core.accuracy.other_searches import NEARLY_KEPT, within_budget
 from vibecalc.core.accuracy.run import WHOLE_CASE
-from vibecalc.core.accuracy.topic import Answer, Reference, Refinement, Topic
+from vibecalc.core.accuracy.topic import Answer, Reference, Solver, Topic
 from vibecalc.core.case.raw import NOT_COMPUTED
 from vibecalc.core.run.run import StageCache, run_case
 from vibecalc.core.study.binding import Binding
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 # What the tolerance of a case costs: a run at each, with its true and its estimated error.
 # ----------------------------------------------------------------------------
 
-#: [accuracy] rtol of the refinement, and what these are held against
+#: [accuracy] rtol of the series, and what these are held against
 TOLERANCES = (1e-3, 1e-6, 1e-9)
 FINEST = 1e-12
 
@@ -62,7 +62,7 @@ def whole_case_topics(case: "Case") -> list[Topic]:
         _largest_estimate(finest, truth),
         f"the run at rtol = {FINEST:g}, agreement as it estimates itself",
     )
-    refinement = Refinement(
+    solver = Solver(
         name="run",
         words="the whole run of the case",
         setting="[accuracy] rtol",
@@ -79,14 +79,14 @@ def whole_case_topics(case: "Case") -> list[Topic]:
         unit="",
         work="runs",
         reference=lambda: reference,
-        refinements=(refinement,),
+        solvers=(solver,),
     )
 
     def estimated(rtol: float) -> Answer:
         worst = _largest_estimate(run_case(_at(case, rtol)), truth)
         return Answer(np.full(len(truth), 1.0 + worst), 1.0)
 
-    of_itself = refinement._replace(
+    of_itself = solver._replace(
         settings=tuple(sorted({*coarser, FINEST, own}, reverse=True)), solve=estimated, default=own
     )
     return [
@@ -95,7 +95,7 @@ def whole_case_topics(case: "Case") -> list[Topic]:
             name="error that a run estimates",
             words=f"the largest error estimate of these {len(truth)} results, as relative error",
             reference=lambda: reference._replace(agreement=0.0, words="no error at all"),
-            refinements=(of_itself,),
+            solvers=(of_itself,),
         ),
     ]
 
@@ -202,15 +202,15 @@ def _topic(loaded: "LoadedCase", search: "Find") -> Topic:
         unit=unit,
         work="evaluations of the case",
         reference=reference,
-        refinements=(
-            Refinement("look, then Brent's method", "evenly spread points first", "points",
+        solvers=(
+            Solver("look, then Brent's method", "evenly spread points first", "points",
                    tuple(one for one in looks if one <= search.points), own, float(search.points),
                    citation="Brent (1973), chapter 4"),
-            Refinement("Brent's method of scipy", "between the bounds", "tolerance",
+            Solver("Brent's method of scipy", "between the bounds", "tolerance",
                    (1e-2, 1e-4, 1e-8, 1e-12), plain(_brent)),
-            Refinement("bisection", "between the bounds", "halvings", (4.0, 8.0, 16.0),
+            Solver("bisection", "between the bounds", "halvings", (4.0, 8.0, 16.0),
                    plain(_bisection), None, "geometric"),
-            Refinement("runs and a straight line", "the pair of runs around what is wanted", "runs",
+            Solver("runs and a straight line", "the pair of runs around what is wanted", "runs",
                    (4.0, 6.0, 9.0, 13.0), plain(_line), None, "order 2",
                    "as read off runs by Herold (1977), section 6.6"),
         ),
@@ -348,11 +348,11 @@ def optimisation_topics(loaded: "LoadedCase") -> list[Topic]:
         away = float(np.linalg.norm(box.apart(optimum().unit, unit)))
         return Answer(np.array([sign * objective]), float(work), away)
 
-    refinements = [
+    solvers = [
         _default(loaded, box, answer),
         *(_bare(loaded, box, answer, name) for name in METHODS),
     ]
-    refinements += [_scipy(loaded, box, answer, name) for name in _PLAIN]
+    solvers += [_scipy(loaded, box, answer, name) for name in _PLAIN]
     return [
         Topic(
             stage="optimisation",
@@ -362,7 +362,7 @@ def optimisation_topics(loaded: "LoadedCase") -> list[Topic]:
             unit=_unit(loaded, goal),
             work="evaluations of the case",
             reference=reference,
-            refinements=tuple(refinements),
+            solvers=tuple(solvers),
             position="distance from the optimum within bounds of 0 to 1 []",
             default_extra=_REFINED * (1.0 + starts),
             default_why=_WHY_THE_SEARCH,
@@ -373,7 +373,7 @@ def optimisation_topics(loaded: "LoadedCase") -> list[Topic]:
 _Answer = Callable[[float, np.ndarray, int], Answer]
 
 
-def _default(loaded: "LoadedCase", box: Box, answer: _Answer) -> Refinement:
+def _default(loaded: "LoadedCase", box: Box, answer: _Answer) -> Solver:
     study = loaded.case.optimisation
     assert study is not None
     method = study.method or STANDARD
@@ -388,14 +388,14 @@ def _default(loaded: "LoadedCase", box: Box, answer: _Answer) -> Refinement:
         return answer(found.objective, box.unit(found.variables), found.evaluations)
 
     settings = sorted({1.0, 2.0, 4.0, float(study.starts)} - {0.0})
-    return Refinement(
+    return Solver(
         f"{METHODS[method].words}, refined", "as the case is run", "starts",
         tuple(one for one in settings if one <= study.starts), solve, float(study.starts),
         citation=METHODS[method].citation,
     )  # fmt: skip
 
 
-def _bare(loaded: "LoadedCase", box: Box, answer: _Answer, name: str) -> Refinement:
+def _bare(loaded: "LoadedCase", box: Box, answer: _Answer, name: str) -> Solver:
     method = METHODS[name]
 
     def solve(budget: float) -> Answer:
@@ -410,13 +410,13 @@ def _bare(loaded: "LoadedCase", box: Box, answer: _Answer, name: str) -> Refinem
             )
         return answer(found.objective, box.unit(found.variables), found.evaluations)
 
-    return Refinement(
+    return Solver(
         method.words, "from the case as written, its end not refined", "evaluations",
         _BUDGETS, solve, citation=method.citation,
     )  # fmt: skip
 
 
-def _scipy(loaded: "LoadedCase", box: Box, answer: _Answer, name: str) -> Refinement:
+def _scipy(loaded: "LoadedCase", box: Box, answer: _Answer, name: str) -> Solver:
     def solve(budget: float) -> Answer:
         binding = Binding(loaded)
         first = box.unit(binding.first)
@@ -427,7 +427,7 @@ def _scipy(loaded: "LoadedCase", box: Box, answer: _Answer, name: str) -> Refine
         return answer(found.value, found.place, found.evaluations)
 
     words = f"on bounds of 0 to 1, best point met that keeps the limits to {NEARLY_KEPT:g}"
-    return Refinement(f"{name} of scipy", words, "evaluations", _BUDGETS, solve)
+    return Solver(f"{name} of scipy", words, "evaluations", _BUDGETS, solve)
 
 
 def _proven(loaded: "LoadedCase", box: Box) -> _Optimum:

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vibecalc.core.accuracy.other_searches import cyclic_parabola_maximum
-from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Reference, Refinement, Topic
+from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Reference, Solver, Topic
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.cycle_peak import SAMPLES_PER_ORDER, kept_orders, vector_cycle_peak
 
@@ -273,7 +273,7 @@ FLAT = 1e-9
 #: what `cycle_peak` evaluates next to its samples: Taylor polynomials of about two cells
 TAYLOR = 30
 PROOF = "no maximum can be missed: every order above rounding is sampled twelvefold, however small"
-#: what a reader of the refinements has to know
+#: what a reader of the trials has to know
 LAID = "laid a quarter of a step next to the known peak, as far off as on average"
 
 
@@ -329,8 +329,8 @@ def peak_topic(
         return _bounded(signal, _angles(first, int(points)), answer)
 
     coarse = tuple(float(8 << k) for k in range(0, 12, 2))
-    refinements = (
-        Refinement(
+    solvers = (
+        Solver(
             "cycle_peak",
             "samples that cannot miss, Taylor polynomials, Newton in concave cells",
             "",
@@ -339,17 +339,17 @@ def peak_topic(
             default=1.0,
             citation="M. Riesz (1914); Ehlich and Zeller (1964)",
         ),
-        Refinement(
+        Solver(
             "grid", f"highest of N crank angles, {LAID}", "angles", coarse, grid, theory="order 2"
         ),
-        Refinement(
+        Solver(
             "grid with parabola",
             f"parabola through the best of N angles and its neighbours, {LAID}",
             "angles",
             coarse,
             parabola,
         ),
-        Refinement(
+        Solver(
             "Newton from a grid",
             "Newton's method for the slope from the best of N angles",
             "angles",
@@ -357,7 +357,7 @@ def peak_topic(
             newton,
             theory="exact once the start lies on the highest peak",
         ),
-        Refinement(
+        Solver(
             "scipy minimize_scalar",
             "bounded Brent search around the best of N angles",
             "angles",
@@ -365,7 +365,7 @@ def peak_topic(
             bounded,
         ),
     )
-    least = float(refinements[3].settings[0] + 7.0)
+    least = float(solvers[3].settings[0] + 7.0)
     extra = max(1.0, float(np.ceil(own_work / least)))
     return Topic(
         stage=stage,
@@ -375,7 +375,7 @@ def peak_topic(
         unit=unit,
         work="evaluations of the sum at one angle",
         reference=lambda: _exact(signal, first, value, placed),
-        refinements=refinements,
+        solvers=solvers,
         position="crank angle [rad]" if placed else "",
         default_extra=extra,
         default_why=PROOF if extra > 1.0 else "",

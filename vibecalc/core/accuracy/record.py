@@ -8,63 +8,63 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from vibecalc.core.accuracy.topic import LEAST_SHARE, Level, Measured, Refinement, Topic
+from vibecalc.core.accuracy.topic import LEAST_SHARE, Measured, Solver, Topic, Trial
 from vibecalc.core.results.layout import (
     ACCURACY,
     ALGEBRAIC,
     BETWEEN,
     GEOMETRIC,
-    LEVEL_NOT_RUN,
     NOT_FITTED,
     TARGETS,
+    TRIAL_NOT_RUN,
 )
 from vibecalc.core.results.record import Axis, Method, Quantity, Record
 from vibecalc.numerics.rounding import EPSILON
 
 # ----------------------------------------------------------------------------
-# The order of convergence that a refinement shows, fitted above round-off.
+# The order of convergence that a series of settings shows, fitted above round-off.
 # ----------------------------------------------------------------------------
 
-#: levels count that stand this far above what the reference or round-off can tell
+#: trials count that stand this far above what the reference or round-off can tell
 _CLEAR, _ROUNDINGS = 30.0, 16
 
 #: relative errors above this say little about the order, and are left out if enough others remain
 _COARSE = 0.1
 
-#: an end of the refinement that falls with less than this order has not begun to converge, or ended
+#: an end of the series that falls with less than this order has not begun to converge, or ended
 _FLAT = 0.1
 
-_LEAST_LEVELS = 3
+_LEAST_TRIALS = 3
 
 
 class Fit(NamedTuple):
     """What was fitted: `kind` is "order" (error ~ setting^+-p) or "digits" (for each step of 1).
 
     `value` is p, positive where finer settings have smaller errors, or the digits gained with
-    each unit of the setting; `levels` of the refinement took part.
+    each unit of the setting; `trials` took part.
     """
 
     kind: str
     value: float
-    levels: int
+    trials: int
 
 
-def fitted(levels: Sequence[Level], agreement: float) -> Fit | None:
-    """The order that levels of one refinement show, coarse to fine; None with fewer than three.
+def fitted(trials: Sequence[Trial], agreement: float) -> Fit | None:
+    """The order that the trials of a method show, coarse to fine; None with fewer than three.
 
     Least squares of log error on log setting, and, where settings grow, of log error on the
-    setting itself; the one that fits better is taken. `agreement` is that of the reference: levels
+    setting itself; the one that fits better is taken. `agreement` is that of the reference: trials
     have to be 30 times above it and above 16 roundings.
     """
     floor = _CLEAR * max(agreement, _ROUNDINGS * EPSILON)
     used = [
-        (level.setting, level.worst_relative)
-        for level in levels
-        if level.done and level.setting > 0.0 and floor < level.worst_relative < np.inf
+        (trial.setting, trial.worst_relative)
+        for trial in trials
+        if trial.done and trial.setting > 0.0 and floor < trial.worst_relative < np.inf
     ]
     fine = [pair for pair in used if pair[1] <= _COARSE]
-    used = _falling(fine if len(fine) >= _LEAST_LEVELS else used)
-    if len(used) < _LEAST_LEVELS:
+    used = _falling(fine if len(fine) >= _LEAST_TRIALS else used)
+    if len(used) < _LEAST_TRIALS:
         return None
     setting, error = (np.array(column) for column in zip(*used, strict=True))
     digits = np.log10(error)
@@ -106,61 +106,61 @@ def _line(x: np.ndarray, y: np.ndarray) -> tuple[float, float]:
 
 
 # ----------------------------------------------------------------------------
-# Which levels nothing beats: the Pareto front between error and cost.
+# Which trials nothing beats: the Pareto front between error and cost.
 # ----------------------------------------------------------------------------
 
 
-def front(levels: Sequence[Level], cost: Callable[[Level], float]) -> tuple[bool, ...]:
+def front(trials: Sequence[Trial], cost: Callable[[Trial], float]) -> tuple[bool, ...]:
     """Whether each level is on the front: none is cheaper and as accurate, or as cheap and better.
 
-    Errors within the noise of the topic count as equal, so that of several levels at round-off
+    Errors within the noise of the topic count as equal, so that of several trials at round-off
     only the cheapest stays. Levels that were not measured are never on it.
     """
     return tuple(
-        one.done and not any(_beats(other, one, cost) for other in levels if other.done)
-        for one in levels
+        one.done and not any(_beats(other, one, cost) for other in trials if other.done)
+        for one in trials
     )
 
 
-def front_in_work(levels: Sequence[Level]) -> tuple[bool, ...]:
+def front_in_work(trials: Sequence[Trial]) -> tuple[bool, ...]:
     """The front in counted work, the same on every machine."""
-    return front(levels, lambda level: level.work)
+    return front(trials, lambda trial: trial.work)
 
 
-def front_in_seconds(levels: Sequence[Level]) -> tuple[bool, ...]:
+def front_in_seconds(trials: Sequence[Trial]) -> tuple[bool, ...]:
     """The front in seconds, of this machine and this day."""
-    return front(levels, lambda level: level.seconds)
+    return front(trials, lambda trial: trial.seconds)
 
 
-def extra_work(topic: Topic, levels: Sequence[Level]) -> float:
+def extra_work(topic: Topic, trials: Sequence[Trial]) -> float:
     """Work of the default over the least work of any level that is as accurate; 1 on the front.
 
     Of several defaults (a topic may have more than one) the worst counts; infinite where a default
     failed or was not run, 1 where the topic has none. To be held against `topic.default_extra`.
     """
-    return _extra(topic, levels, lambda level: level.work)
+    return _extra(topic, trials, lambda trial: trial.work)
 
 
-def extra_seconds(topic: Topic, levels: Sequence[Level]) -> float:
+def extra_seconds(topic: Topic, trials: Sequence[Trial]) -> float:
     """The same in seconds."""
-    return _extra(topic, levels, lambda level: level.seconds)
+    return _extra(topic, trials, lambda trial: trial.seconds)
 
 
-def _extra(topic: Topic, levels: Sequence[Level], cost: Callable[[Level], float]) -> float:
-    asked = any(refinement.default is not None for refinement in topic.refinements)
-    defaults = [level for level in levels if level.is_default]
+def _extra(topic: Topic, trials: Sequence[Trial], cost: Callable[[Trial], float]) -> float:
+    asked = any(solver.default is not None for solver in topic.solvers)
+    defaults = [trial for trial in trials if trial.is_default]
     if asked and not defaults:
-        raise ValueError(f"{topic.name}: the levels are not of this topic, no default among them")
+        raise ValueError(f"{topic.name}: the trials are not of this topic, no default among them")
     worst = 1.0
     for default in defaults:
         if not default.done:
             return float("inf")
-        equals = (cost(level) for level in levels if level.done and level.error <= default.error)
+        equals = (cost(trial) for trial in trials if trial.done and trial.error <= default.error)
         worst = max(worst, cost(default) / min(equals))
     return worst
 
 
-def _beats(other: Level, one: Level, cost: Callable[[Level], float]) -> bool:
+def _beats(other: Trial, one: Trial, cost: Callable[[Trial], float]) -> bool:
     no_worse = cost(other) <= cost(one) and other.error <= one.error
     return no_worse and (cost(other) < cost(one) or other.error < one.error)
 
@@ -170,27 +170,27 @@ def _beats(other: Level, one: Level, cost: Callable[[Level], float]) -> bool:
 # ----------------------------------------------------------------------------
 
 
-def cheapest(levels: Sequence[Level], target: float, cost: Callable[[Level], float]) -> int | None:
+def cheapest(trials: Sequence[Trial], target: float, cost: Callable[[Trial], float]) -> int | None:
     """Place of the cheapest level whose worst relative error is at most `target`, None without one.
 
     Of equally cheap ones the more accurate is taken, then the first.
     """
     reaching = [
-        (cost(level), level.error, place)
-        for place, level in enumerate(levels)
-        if level.done and level.worst_relative <= target
+        (cost(trial), trial.error, place)
+        for place, trial in enumerate(trials)
+        if trial.done and trial.worst_relative <= target
     ]
     return min(reaching)[2] if reaching else None
 
 
-def cheapest_in_work(levels: Sequence[Level]) -> tuple[int | None, ...]:
+def cheapest_in_work(trials: Sequence[Trial]) -> tuple[int | None, ...]:
     """For each of `TARGETS`, by counted work."""
-    return tuple(cheapest(levels, target, lambda level: level.work) for target in TARGETS)
+    return tuple(cheapest(trials, target, lambda trial: trial.work) for target in TARGETS)
 
 
-def cheapest_in_seconds(levels: Sequence[Level]) -> tuple[int | None, ...]:
+def cheapest_in_seconds(trials: Sequence[Trial]) -> tuple[int | None, ...]:
     """For each of `TARGETS`, by seconds."""
-    return tuple(cheapest(levels, target, lambda level: level.seconds) for target in TARGETS)
+    return tuple(cheapest(trials, target, lambda trial: trial.seconds) for target in TARGETS)
 
 
 # ----------------------------------------------------------------------------
@@ -210,13 +210,11 @@ def as_record(measured: Sequence[Measured], notes: Sequence[str]) -> Record:
     """Everything that is the same in every run, notes as warnings."""
     record = Record(warnings=list(notes))
     for one in measured:
-        _add_levels(record, one)
+        _add_trials(record, one)
         _add_methods(record, one)
-        for refinement in one.topic.refinements:
-            method = Method(
-                name=refinement.name, purpose=one.topic.name, citation=refinement.citation
-            )
-            if refinement.citation and method not in record.methods:
+        for solver in one.topic.solvers:
+            method = Method(name=solver.name, purpose=one.topic.name, citation=solver.citation)
+            if solver.citation and method not in record.methods:
                 record.methods.append(method)
     return record
 
@@ -225,14 +223,14 @@ def measured_text(measured: Sequence[Measured]) -> str:
     """What changes from run to run, as JSON by the folder of the topic."""
     found: dict[str, Any] = {}
     for one in measured:
-        levels = one.levels
-        extra = extra_seconds(one.topic, levels)
+        trials = one.trials
+        extra = extra_seconds(one.topic, trials)
         found[folder_of(one.topic)] = {
             "seconds": [
-                None if level.status == LEVEL_NOT_RUN else level.seconds for level in levels
+                None if trial.status == TRIAL_NOT_RUN else trial.seconds for trial in trials
             ],
-            "on_front": [int(mark) for mark in front_in_seconds(levels)],
-            "cheapest": [_number(place) for place in cheapest_in_seconds(levels)],
+            "on_front": [int(mark) for mark in front_in_seconds(trials)],
+            "cheapest": [_number(place) for place in cheapest_in_seconds(trials)],
             "extra": extra if math.isfinite(extra) else None,
         }
     return json.dumps(found)
@@ -262,42 +260,42 @@ def plan_rows(measured: Sequence[Measured]) -> tuple[dict[str, str], ...]:
             {
                 "folder": folder,
                 "stage": topic.stage,
-                "method": refinement.name,
-                "why": refinement.words,
-                "setting": refinement.setting,
-                "theory": refinement.theory,
-                "citation": refinement.citation,
+                "method": solver.name,
+                "why": solver.words,
+                "setting": solver.setting,
+                "theory": solver.theory,
+                "citation": solver.citation,
             }
-            for refinement in topic.refinements
+            for solver in topic.solvers
         ]
     return tuple(rows)
 
 
-def _add_levels(record: Record, one: Measured) -> None:
-    topic, levels, folder = one.topic, one.levels, folder_of(one.topic)
-    noise = levels[0].noise if levels else 0.0
-    refinements = {refinement.name: refinement for refinement in topic.refinements}
-    names = [_label(refinements[level.refinement], level) for level in levels]
-    axis = Axis(name="level", values=np.array(names, dtype=object), long_name="method and setting")
+def _add_trials(record: Record, one: Measured) -> None:
+    topic, trials, folder = one.topic, one.trials, folder_of(one.topic)
+    noise = trials[0].noise if trials else 0.0
+    solvers = {solver.name: solver for solver in topic.solvers}
+    names = [_label(solvers[trial.solver], trial) for trial in trials]
+    axis = Axis(name="trial", values=np.array(names, dtype=object), long_name="method and setting")
     level_noise = _DECIBELS * noise / LEAST_SHARE
     rows: list[tuple[str, Any, str, str, float]] = [
-        ("worst_relative", [level.worst_relative for level in levels], "",
+        ("worst_relative", [trial.worst_relative for trial in trials], "",
          "largest error over the largest magnitude", noise),
-        ("worst_level", [level.worst_level for level in levels], "dB",
+        ("worst_level", [trial.worst_level for trial in trials], "dB",
          "largest difference of level", level_noise),
-        ("work", [level.work for level in levels], "", f"work, in {topic.work}", 0.0),
-        ("status", [level.status for level in levels], "", "0 done, 1 failed, 2 not run", 0.0),
-        ("cause", np.array([level.cause for level in levels], dtype=object), "",
+        ("work", [trial.work for trial in trials], "", f"work, in {topic.work}", 0.0),
+        ("status", [trial.status for trial in trials], "", "0 done, 1 failed, 2 not run", 0.0),
+        ("cause", np.array([trial.cause for trial in trials], dtype=object), "",
          "why a level failed or was not run", 0.0),
-        ("setting", [level.setting for level in levels], "", "setting of the method", 0.0),
-        ("is_default", [int(level.is_default) for level in levels], "",
+        ("setting", [trial.setting for trial in trials], "", "setting of the method", 0.0),
+        ("is_default", [int(trial.is_default) for trial in trials], "",
          "1: what vibecalc takes", 0.0),
-        ("on_front", [int(mark) for mark in front_in_work(levels)], "",
+        ("on_front", [int(mark) for mark in front_in_work(trials)], "",
          "1: no other is as accurate with less work", 0.0),
     ]  # fmt: skip
     if topic.position:
         away = [
-            math.inf if level.position_error is None else level.position_error for level in levels
+            math.inf if trial.position_error is None else trial.position_error for trial in trials
         ]
         at = abs(one.reference.position or 0.0)
         rows.insert(2, ("position_error", away, "", f"distance from the true {topic.position}",
@@ -319,15 +317,15 @@ def _add_methods(record: Record, one: Measured) -> None:
     topic, folder = one.topic, folder_of(one.topic)
     fits = [
         fitted(
-            [level for level in one.levels if level.refinement == refinement.name],
+            [trial for trial in one.trials if trial.solver == solver.name],
             one.reference.agreement,
         )
-        for refinement in topic.refinements
+        for solver in topic.solvers
     ]
-    names = np.array([refinement.name for refinement in topic.refinements], dtype=object)
+    names = np.array([solver.name for solver in topic.solvers], dtype=object)
     method = Axis(name="method", values=names, long_name="method")
     target = Axis(name="target", values=np.array(TARGETS), long_name="worst relative error asked")
-    extra = extra_work(topic, one.levels)
+    extra = extra_work(topic, one.trials)
     for name, values, axes, words in (
         ("order", [fit.value if fit else 0.0 for fit in fits], (method,), "fitted order"),
         (
@@ -338,7 +336,7 @@ def _add_methods(record: Record, one: Measured) -> None:
         ),
         (
             "cheapest_in_work",
-            [_number(place) for place in cheapest_in_work(one.levels)],
+            [_number(place) for place in cheapest_in_work(one.trials)],
             (target,),
             "number of the level with the least work, 0 for none",
         ),
@@ -356,10 +354,8 @@ def _add_methods(record: Record, one: Measured) -> None:
         )
 
 
-def _label(refinement: Refinement, level: Level) -> str:
-    return (
-        f"{refinement.name}{BETWEEN}{level.setting:.12g}" if refinement.setting else refinement.name
-    )
+def _label(solver: Solver, trial: Trial) -> str:
+    return f"{solver.name}{BETWEEN}{trial.setting:.12g}" if solver.setting else solver.name
 
 
 def _number(place: int | None) -> int:

@@ -139,8 +139,8 @@ def _key(name: str) -> str:
 
 
 @contextmanager
-def shown(levels: int, wanted: bool) -> Iterator[Callable[[], None]]:
-    """A bar over all levels; what is yielded is called after each of them."""
+def shown(trials: int, wanted: bool) -> Iterator[Callable[[], None]]:
+    """A bar over all trials; what is yielded is called after each of them."""
     if not (wanted and sys.stderr.isatty()):
         yield lambda: None
         return
@@ -149,7 +149,7 @@ def shown(levels: int, wanted: bool) -> Iterator[Callable[[], None]]:
 
     columns = (TextColumn("measuring"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
     with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("", total=levels)
+        task = bar.add_task("", total=trials)
         yield lambda: bar.advance(task)
 
 
@@ -178,7 +178,7 @@ def check_installed() -> None:
 
 
 def measure_case(loaded: "LoadedCase", asked: Asked | None = None) -> Result:
-    """Measure every method of the stages of a case over its refinement of settings.
+    """Measure every method of the stages of a case over its settings.
 
     Raises
     ------
@@ -194,12 +194,12 @@ def measure_case(loaded: "LoadedCase", asked: Asked | None = None) -> Result:
     topics = chosen_topics(found.topics, asked.topics)
     notes = list(found.notes)
     if not topics:
-        why = "; ".join(notes) or f"no method has a refinement in {', '.join(stages)} of this case"
+        why = "; ".join(notes) or f"there is nothing to measure in {', '.join(stages)} of this case"
         raise UsageError(f"nothing to measure: {why}")
     done: list[Measured] = []
     timings = dict(found.timings)
-    levels = sum(len(refinement.settings) for topic in topics for refinement in topic.refinements)
-    with shown(levels, asked.progress) as advance:
+    trials = sum(len(solver.settings) for topic in topics for solver in topic.solvers)
+    with shown(trials, asked.progress) as advance:
         for topic in topics:
             try:
                 measured = measure(topic, asked.timed, advance)

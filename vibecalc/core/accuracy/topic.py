@@ -1,4 +1,4 @@
-"""What is measured of a method: topics, refinements of settings, and the measuring of them."""
+"""What is measured of a method: topics, methods at a series of settings, the measuring of them."""
 
 import gc
 import math
@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibecalc.core.results.layout import LEVEL_DONE, LEVEL_FAILED, LEVEL_NOT_RUN
+from vibecalc.core.results.layout import TRIAL_DONE, TRIAL_FAILED, TRIAL_NOT_RUN
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import EPSILON
 
@@ -18,7 +18,7 @@ from vibecalc.numerics.rounding import EPSILON
 # A topic: one question of a stage, the methods that answer it, and the truth they are held to.
 # ----------------------------------------------------------------------------
 
-#: the refinement of a method that has nothing to set
+#: the settings of a method that has nothing to set
 NOTHING_TO_SET = (1.0,)
 
 
@@ -49,11 +49,11 @@ class Reference(NamedTuple):
     position: float | None = None
 
 
-class Refinement(NamedTuple):
+class Solver(NamedTuple):
     """One method with its settings, from coarse to fine.
 
     `solve` : setting to answer; raises NumericalFailure where it cannot.
-    `setting` : what the refinement steps ("panels", "time step [s]"); empty with nothing to set.
+    `setting` : what is stepped ("panels", "time step [s]"); empty with nothing to set.
     `default` : the setting that vibecalc takes for this case; None for a method it does not take.
     `theory` : what the theory says of the convergence ("order 4", "geometric"), empty without.
     """
@@ -85,7 +85,7 @@ class Topic(NamedTuple):
     unit: str
     work: str
     reference: Callable[[], Reference]
-    refinements: tuple[Refinement, ...]
+    solvers: tuple[Solver, ...]
     position: str = ""
     default_extra: float = 1.0
     default_why: str = ""
@@ -99,7 +99,7 @@ class Topic(NamedTuple):
 _LEAST_ROUNDINGS = 64
 
 
-class Level(NamedTuple):
+class Trial(NamedTuple):
     """One method at one setting.
 
     `worst_relative`, `worst_level` [dB] and `position_error` [unit of the position] as `errors.py`
@@ -108,11 +108,11 @@ class Level(NamedTuple):
     not tell methods apart. `seconds` is the least of the repeats.
     """
 
-    refinement: str
+    solver: str
     setting: float
     is_default: bool
     noise: float
-    status: int = LEVEL_DONE
+    status: int = TRIAL_DONE
     cause: str = ""
     work: float = 0.0
     seconds: float = 0.0
@@ -123,7 +123,7 @@ class Level(NamedTuple):
     @property
     def done(self) -> bool:
         """Whether there is an error to speak of."""
-        return self.status == LEVEL_DONE
+        return self.status == TRIAL_DONE
 
     @property
     def error(self) -> float:
@@ -132,16 +132,16 @@ class Level(NamedTuple):
 
 
 class Measured(NamedTuple):
-    """A topic with its truth and its levels, method by method, each from coarse to fine."""
+    """A topic with its truth and its trials, method by method, each from coarse to fine."""
 
     topic: Topic
     reference: Reference
-    levels: tuple[Level, ...]
+    trials: tuple[Trial, ...]
     seconds: float = 0.0
 
 
 def noise_of(reference: Reference) -> float:
-    """Relative error below which levels count as equally accurate."""
+    """Relative error below which trials count as equally accurate."""
     return max(reference.agreement, _LEAST_ROUNDINGS * EPSILON)
 
 
@@ -188,9 +188,9 @@ def errors_of(
         level = 0.0 if difference == 0.0 else float("inf")
     else:
         relative = difference / largest
-        reported = size >= LEAST_SHARE * largest
+        large = size >= LEAST_SHARE * largest
         with np.errstate(divide="ignore"):
-            levels = 20.0 * np.log10(np.abs(values[reported]) / size[reported])
+            levels = 20.0 * np.log10(np.abs(values[large]) / size[large])
         level = float(np.max(np.abs(levels)))
     away = None
     if position is not None and true_position is not None:
@@ -217,7 +217,7 @@ _LONG = 1.0
 
 
 class Timed(NamedTuple):
-    """How levels are timed: `longest` [s] ends a refinement, `repeat` runs short ones again."""
+    """How trials are timed: `longest` [s] ends a series, `repeat` runs short ones again."""
 
     longest: float = 5.0
     repeat: bool = True
@@ -228,7 +228,7 @@ def measure(
     timed: Timed | None = None,
     advance: Callable[[], None] | None = None,
 ) -> Measured:
-    """Every level of every refinement of `topic`, against its reference.
+    """Every trial of every method of `topic`, against its reference.
 
     Parameters
     ----------
@@ -240,10 +240,10 @@ def measure(
     ------
     NumericalFailure : the reference cannot be had.
     ValueError : a mistake in the topic: a wrong shape, work that is not counted, a default that is
-        not a level of its refinement, two methods of one name.
+        not among its settings, two methods of one name.
     """
     started = time.perf_counter()
-    names = [refinement.name for refinement in topic.refinements]
+    names = [solver.name for solver in topic.solvers]
     if len(set(names)) < len(names):
         raise ValueError(f"{topic.name}: two methods of one name in {names}")
     with _undisturbed():
@@ -251,72 +251,72 @@ def measure(
         if not np.isfinite(reference.values).all():
             raise NumericalFailure(f"the reference of {topic.name!r} is not finite")
         noise = noise_of(reference)
-        levels = [
-            level
-            for refinement in topic.refinements
-            for level in _climb(topic, refinement, reference, noise, timed or Timed(), advance)
+        trials = [
+            trial
+            for solver in topic.solvers
+            for trial in _climb(topic, solver, reference, noise, timed or Timed(), advance)
         ]
-    return Measured(topic, reference, tuple(levels), time.perf_counter() - started)
+    return Measured(topic, reference, tuple(trials), time.perf_counter() - started)
 
 
 def _climb(
     topic: Topic,
-    refinement: Refinement,
+    solver: Solver,
     reference: Reference,
     noise: float,
     timed: Timed,
     advance: Callable[[], None] | None,
-) -> Iterator[Level]:
-    if refinement.default is not None and refinement.default not in refinement.settings:
+) -> Iterator[Trial]:
+    if solver.default is not None and solver.default not in solver.settings:
         raise ValueError(
-            f"{topic.name}, {refinement.name}: the default {refinement.default!r} is "
-            "not a level of the refinement "
-            f"{refinement.settings}"
+            f"{topic.name}, {solver.name}: the default {solver.default!r} is "
+            "not among the settings "
+            f"{solver.settings}"
         )
     slow = ""
-    for setting in refinement.settings:
-        blank = Level(refinement.name, setting, setting == refinement.default, noise)
+    for setting in solver.settings:
+        blank = Trial(solver.name, setting, setting == solver.default, noise)
         if slow:
-            level = blank._replace(status=LEVEL_NOT_RUN, cause=slow)
+            trial = blank._replace(status=TRIAL_NOT_RUN, cause=slow)
         else:
-            level, took = _level(topic, refinement, blank, reference, timed)
+            trial, took = _trial(topic, solver, blank, reference, timed)
             if took > timed.longest:
                 slow = f"the setting before took longer than {timed.longest:g} s"
         if advance is not None:
             advance()
-        yield level
+        yield trial
 
 
-def _level(
-    topic: Topic, refinement: Refinement, blank: Level, reference: Reference, timed: Timed
-) -> tuple[Level, float]:
+def _trial(
+    topic: Topic, solver: Solver, blank: Trial, reference: Reference, timed: Timed
+) -> tuple[Trial, float]:
     """A level and the seconds that its first run took."""
     started = time.process_time()
     try:
-        answer = refinement.solve(blank.setting)
+        answer = solver.solve(blank.setting)
     except FAILURES as failure:
         took = time.process_time() - started
-        return blank._replace(status=LEVEL_FAILED, cause=_cause(failure), seconds=took), took
+        return blank._replace(status=TRIAL_FAILED, cause=_cause(failure), seconds=took), took
     took = time.process_time() - started
-    place = f"{topic.name}, {refinement.name}, {blank.setting:g}"
+    place = f"{topic.name}, {solver.name}, {blank.setting:g}"
     _check(place, answer, reference)
     wrong = _undefined(answer)
     if wrong:
         return blank._replace(
-            status=LEVEL_FAILED, cause=wrong, work=answer.work, seconds=took
+            status=TRIAL_FAILED, cause=wrong, work=answer.work, seconds=took
         ), took
     found = errors_of(answer.values, reference.values, answer.position, reference.position)
     least = took
     if timed.repeat and took <= _LONG:
-        least = min(least, _least_seconds(refinement.solve, blank.setting))
-    level = blank._replace(
+        least = min(least, _least_seconds(solver.solve, blank.setting))
+    trial = blank._replace(
         work=float(answer.work),
         seconds=least,
         worst_relative=found.worst_relative,
         worst_level=found.worst_level,
         position_error=found.position,
     )
-    return level, took
+    return trial, took
 
 
 def _least_seconds(solve: Callable[[float], Answer], setting: float) -> float:

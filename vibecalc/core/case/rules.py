@@ -238,7 +238,7 @@ class Needs:
         if asked and row.lacks(*self.others):
             message = f"{self.key or row.header()} needs {both(self.others, 'or')}{self.why}"
             yield row.problem(
-                self.key, message, allowed=self.allowed or f"{self.others[0]} next to it"
+                self.key, message, allowed=self.allowed or f"{self.others[0]} with it"
             )
 
     def schema(self, model: type[Table]) -> list[Schema]:

@@ -59,7 +59,7 @@ class Optimisation(Table):
     )
     objective: Objective = Field(description="what to improve")
     starts: Annotated[int, Field(strict=True, ge=1, le=1000)] = Field(
-        8, description="starting points spread over the bounds, next to the case as written"
+        8, description="starting points spread over the bounds, besides the case as written"
     )
     method: SearchMethod | None = Field(
         None,
@@ -84,7 +84,7 @@ class Optimisation(Table):
 
 
 def _unit_twice(row: Row) -> bool:
-    """Whether the unit stands in a value and next to it."""
+    """Whether the unit stands in a value and as a key of its own."""
     values = row.entries("value") or [row["value"]]
     return bool(row["unit"]) and any(isinstance(one, str) and _unit_of(one) for one in values)
 

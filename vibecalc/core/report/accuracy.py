@@ -22,11 +22,11 @@ from vibecalc.core.results.layout import (
     ALGEBRAIC,
     BETWEEN,
     GEOMETRIC,
-    LEVEL_DONE,
-    LEVEL_FAILED,
-    LEVEL_STATUS_WORDS,
     MEASURED,
     TARGETS,
+    TRIAL_DONE,
+    TRIAL_FAILED,
+    TRIAL_STATUS_WORDS,
 )
 from vibecalc.core.results.record import Result
 from vibecalc.errors import ResultError
@@ -36,7 +36,7 @@ from vibecalc.errors import ResultError
 # ----------------------------------------------------------------------------
 
 
-class LevelView(NamedTuple):
+class TrialView(NamedTuple):
     """One method at one setting; `setting` is empty where there is nothing to set.
 
     `seconds` is None where the level was not run; errors are infinite where it was not measured,
@@ -59,7 +59,7 @@ class LevelView(NamedTuple):
     @property
     def done(self) -> bool:
         """Whether it has an error."""
-        return self.status == LEVEL_DONE
+        return self.status == TRIAL_DONE
 
 
 class MethodView(NamedTuple):
@@ -78,26 +78,26 @@ class TopicView(NamedTuple):
     folder: str
     words: dict[str, str]
     agreement: float
-    levels: tuple[LevelView, ...]
+    trials: tuple[TrialView, ...]
     methods: tuple[MethodView, ...]
-    cheapest_in_work: tuple[LevelView | None, ...]
-    cheapest_in_seconds: tuple[LevelView | None, ...]
+    cheapest_in_work: tuple[TrialView | None, ...]
+    cheapest_in_seconds: tuple[TrialView | None, ...]
     extra_work: float
     extra_seconds: float
 
-    def of(self, method: str) -> list[LevelView]:
+    def of(self, method: str) -> list[TrialView]:
         """The levels of one method, from coarse to fine."""
-        return [level for level in self.levels if level.method == method]
+        return [trial for trial in self.trials if trial.method == method]
 
     @property
-    def failed(self) -> list[LevelView]:
+    def failed(self) -> list[TrialView]:
         """Levels that failed or were not run."""
-        return [level for level in self.levels if level.status != LEVEL_DONE]
+        return [trial for trial in self.trials if trial.status != TRIAL_DONE]
 
     @property
     def failures(self) -> int:
         """How many settings failed."""
-        return sum(level.status == LEVEL_FAILED for level in self.levels)
+        return sum(trial.status == TRIAL_FAILED for trial in self.trials)
 
 
 def topics_of(result: Result) -> tuple[TopicView, ...]:
@@ -129,8 +129,8 @@ def _topic_view(result: Result, words: dict[str, str], measured: dict[str, Any])
     }  # fmt: skip
     away = record.quantities.get(f"{folder}/position_error")
     position = np.full(count, math.inf) if away is None else away.values
-    levels = tuple(
-        LevelView(
+    trials = tuple(
+        TrialView(
             method=names[i].partition(BETWEEN)[0],
             setting=_shown_setting(names[i].partition(BETWEEN)[2]),
             status=int(column["status"][i]),
@@ -151,10 +151,10 @@ def _topic_view(result: Result, words: dict[str, str], measured: dict[str, Any])
         folder=folder,
         words=words,
         agreement=float(record[f"{folder}/agreement"].values),
-        levels=levels,
+        trials=trials,
         methods=_methods(result, folder),
-        cheapest_in_work=_picked(levels, record[f"{folder}/cheapest_in_work"].values.tolist()),
-        cheapest_in_seconds=_picked(levels, measured.get("cheapest", [0] * len(TARGETS))),
+        cheapest_in_work=_picked(trials, record[f"{folder}/cheapest_in_work"].values.tolist()),
+        cheapest_in_seconds=_picked(trials, measured.get("cheapest", [0] * len(TARGETS))),
         extra_work=float(record[f"{folder}/extra_work"].values),
         extra_seconds=math.inf if extra is None else float(extra),
     )
@@ -177,8 +177,8 @@ def _methods(result: Result, folder: str) -> tuple[MethodView, ...]:
     return tuple(found)
 
 
-def _picked(levels: tuple[LevelView, ...], numbers: list[int]) -> tuple[LevelView | None, ...]:
-    return tuple(levels[number - 1] if number else None for number in numbers)
+def _picked(trials: tuple[TrialView, ...], numbers: list[int]) -> tuple[TrialView | None, ...]:
+    return tuple(trials[number - 1] if number else None for number in numbers)
 
 
 def _shown_setting(text: str) -> str:
@@ -228,7 +228,7 @@ def _summary(topics: tuple[TopicView, ...]) -> list[str]:
     )
     rows = []
     for topic in topics:
-        default = next((level for level in topic.levels if level.is_default), None)
+        default = next((trial for trial in topic.trials if trial.is_default), None)
         cells = [topic.words["stage"], topic.words["name"]]
         if default is None:
             rows.append([*cells, "-", "", "", ""])
@@ -252,7 +252,7 @@ def _section(topic: TopicView) -> list[str]:
     about.append(("work", words["work"]))
     if words["position"]:
         about.append(("position", words["position"]))
-    lines += [*pairs(about, 12), "", *_levels(topic)]
+    lines += [*pairs(about, 12), "", *_trials(topic)]
     lines += ["", *_orders(topic), "", *_cheapest(topic)]
     if topic.failed:
         lines += ["", *_failures(topic)]
@@ -262,7 +262,7 @@ def _section(topic: TopicView) -> list[str]:
     return lines
 
 
-def _levels(topic: TopicView) -> list[str]:
+def _trials(topic: TopicView) -> list[str]:
     columns = [
         Column("method", _NARROW + 4),
         number("setting", 11),
@@ -276,17 +276,17 @@ def _levels(topic: TopicView) -> list[str]:
     columns.append(Column("marks", 5))
     rows = []
     last = ""
-    for level in topic.levels:
-        cells = [level.method if level.method != last else "", level.setting or "-"]
-        last = level.method
-        cells += [_work(level), _seconds(level)]
-        if level.done:
-            cells += [_error(level.relative), _error(level.level)]
+    for trial in topic.trials:
+        cells = [trial.method if trial.method != last else "", trial.setting or "-"]
+        last = trial.method
+        cells += [_work(trial), _seconds(trial)]
+        if trial.done:
+            cells += [_error(trial.relative), _error(trial.level)]
         else:
-            cells += [LEVEL_STATUS_WORDS[level.status], ""]
+            cells += [TRIAL_STATUS_WORDS[trial.status], ""]
         if topic.words["position"]:
-            cells.append(_error(level.position) if math.isfinite(level.position) else "-")
-        rows.append([*cells, _marks(level)])
+            cells.append(_error(trial.position) if math.isfinite(trial.position) else "-")
+        rows.append([*cells, _marks(trial)])
     return table(columns, rows)
 
 
@@ -314,21 +314,21 @@ def _cheapest(topic: TopicView) -> list[str]:
     return table(columns, rows)
 
 
-def _pick(level: LevelView | None, by_work: bool) -> str:
-    if level is None:
+def _pick(trial: TrialView | None, by_work: bool) -> str:
+    if trial is None:
         return "none reaches it"
-    return f"{_name(level)}: " + (_work(level) if by_work else f"{_seconds(level)} s")
+    return f"{_name(trial)}: " + (_work(trial) if by_work else f"{_seconds(trial)} s")
 
 
 def _failures(topic: TopicView) -> list[str]:
     """Each cause once, with the settings that it befell."""
     causes: dict[tuple[str, int, str], list[str]] = {}
-    for level in topic.failed:
-        causes.setdefault((level.method, level.status, level.cause), []).append(level.setting)
+    for trial in topic.failed:
+        causes.setdefault((trial.method, trial.status, trial.cause), []).append(trial.setting)
     lines = []
     for (method, status, cause), settings in causes.items():
         at = f" at {', '.join(settings)}" if any(settings) else ""
-        lines += paragraph(f"{method}{at}: {LEVEL_STATUS_WORDS[status]}: {cause}", "-")
+        lines += paragraph(f"{method}{at}: {TRIAL_STATUS_WORDS[status]}: {cause}", "-")
     return lines
 
 
@@ -341,12 +341,12 @@ def _machine(result: Result) -> list[str]:
     return pairs([*rows, ("rerun", rerun(result))], 44)
 
 
-def _name(level: LevelView) -> str:
-    return f"{level.method}, {level.setting}" if level.setting else level.method
+def _name(trial: TrialView) -> str:
+    return f"{trial.method}, {trial.setting}" if trial.setting else trial.method
 
 
-def _marks(level: LevelView) -> str:
-    marks = ((level.in_work, "*"), (level.in_seconds, "s"), (level.is_default, "<"))
+def _marks(trial: TrialView) -> str:
+    marks = ((trial.in_work, "*"), (trial.in_seconds, "s"), (trial.is_default, "<"))
     return "".join(mark for there, mark in marks if there)
 
 
@@ -356,12 +356,12 @@ def _error(value: float) -> str:
     return f"{value:.1e}" if math.isfinite(value) else "unbounded"
 
 
-def _work(level: LevelView) -> str:
-    return f"{level.work:.6g}" if level.work else ""
+def _work(trial: TrialView) -> str:
+    return f"{trial.work:.6g}" if trial.work else ""
 
 
-def _seconds(level: LevelView) -> str:
-    return "" if level.seconds is None else f"{level.seconds:.2e}"
+def _seconds(trial: TrialView) -> str:
+    return "" if trial.seconds is None else f"{trial.seconds:.2e}"
 
 
 # ----------------------------------------------------------------------------
@@ -391,7 +391,7 @@ def _topic(topic: TopicView) -> dict[str, Any]:
         "quantity": words["quantity"] or None,
         "work": words["work"],
         "reference": {"words": words["reference"], "agreement": _finite(topic.agreement)},
-        "levels": [_level(level, bool(words["position"])) for level in topic.levels],
+        "trials": [_trial(trial, bool(words["position"])) for trial in topic.trials],
         "methods": [
             {"method": method.name, "shown": method.shown or None, "theory": method.theory or None}
             for method in topic.methods
@@ -407,27 +407,27 @@ def _topic(topic: TopicView) -> dict[str, Any]:
     }
 
 
-def _level(level: LevelView, with_position: bool) -> dict[str, Any]:
-    position = {"position_error": _finite(level.position)} if with_position else {}
+def _trial(trial: TrialView, with_position: bool) -> dict[str, Any]:
+    position = {"position_error": _finite(trial.position)} if with_position else {}
     return {
-        "method": level.method,
-        "setting": float(level.setting) if level.setting else None,
-        "status": LEVEL_STATUS_WORDS[level.status],
-        "cause": level.cause or None,
-        "work": level.work,
-        "seconds": level.seconds,
-        "worst_relative": _finite(level.relative),
-        "worst_level": _finite(level.level),
+        "method": trial.method,
+        "setting": float(trial.setting) if trial.setting else None,
+        "status": TRIAL_STATUS_WORDS[trial.status],
+        "cause": trial.cause or None,
+        "work": trial.work,
+        "seconds": trial.seconds,
+        "worst_relative": _finite(trial.relative),
+        "worst_level": _finite(trial.level),
         **position,
-        "default": level.is_default,
-        "front_in_work": level.in_work,
-        "front_in_seconds": level.in_seconds,
+        "default": trial.is_default,
+        "front_in_work": trial.in_work,
+        "front_in_seconds": trial.in_seconds,
     }
 
 
-def _place(topic: TopicView, level: LevelView | None) -> int | None:
+def _place(topic: TopicView, trial: TrialView | None) -> int | None:
     """Place in the list of levels."""
-    return None if level is None else topic.levels.index(level)
+    return None if trial is None else topic.trials.index(trial)
 
 
 def _finite(value: float) -> float | None:

@@ -9,7 +9,7 @@ import numpy as np
 from vibecalc.core.report.sections import magnitudes, read_as, table_of
 from vibecalc.core.report.studies import bound_units
 from vibecalc.core.report.verdicts import LimitRow
-from vibecalc.core.report.writing import Column, decibels, number, rpm, show
+from vibecalc.core.report.writing import Column, decibels, number, read, rpm, show
 from vibecalc.core.results.catalogue import HEADLINES, OWNER
 from vibecalc.core.results.record import Headline, Quantity, Record, Result
 from vibecalc.core.results.tolerance import UNRESOLVED
@@ -50,8 +50,7 @@ def cells(answers: Sequence[Answer]) -> list[list[str]]:
     """The cells of `columns`."""
     limited = any(answer.limit for answer in answers)
     return [
-        [one.name, one.shown, one.unit.replace("*", " "), one.where, *[one.limit] * limited]
-        for one in answers
+        [one.name, one.shown, read(one.unit), one.where, *[one.limit] * limited] for one in answers
     ]
 
 

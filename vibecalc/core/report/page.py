@@ -11,11 +11,11 @@ from vibecalc.core.report.plots import vector_pictures
 from vibecalc.core.report.sweep.text import file_lines
 from vibecalc.core.report.writing import Heading, Pairs, Paragraph, Table, read
 
-#: words of a verdict, and what they are coloured as
+#: what verdicts are coloured as: those in capitals are not what the case expects
 _VERDICTS = (
-    ("missed", re.compile(r"\b(broken|outside|missed|failed)\b")),
-    ("open", re.compile(r"\b(undecided|unresolved|known difference)\b")),
-    ("kept", re.compile(r"\b(kept|within)\b")),
+    ("missed", re.compile(r"\b[A-Z]{4,}\b")),
+    ("open", re.compile(r"\b(undecided|known)\b")),
+    ("kept", re.compile(r"\b(kept|broken|within)\b")),
 )
 _JUDGED = ("limit", "verdict")
 
@@ -96,7 +96,7 @@ def _body(lines: Iterable[str]) -> Iterator[str]:
             if isinstance(block, Heading):
                 yield _heading(block.words, block.level)
             elif isinstance(block, Table):
-                yield _table(block)
+                yield html_table(block)
             elif isinstance(block, Pairs):
                 rows = (
                     f"<dt>{_text(name)}</dt><dd>{_text(value)}</dd>" for name, value in block.rows
@@ -107,7 +107,8 @@ def _body(lines: Iterable[str]) -> Iterator[str]:
                 yield f"<p>{mark}{_text(block.words)}</p>"
 
 
-def _table(block: Table) -> str:
+def html_table(block: Table) -> str:
+    """A table with its verdicts in colour."""
     sides = [' class="n"' if column.right else "" for column in block.columns]
     judged = [column.title in _JUDGED for column in block.columns]
 

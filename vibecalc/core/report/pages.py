@@ -166,10 +166,9 @@ def _compared(row: ReferenceRow, kind: str) -> str:
     name = read_as(row.quantity, row.unit, entry=bool(row.where))[0]
     where = ", ".join(f"{axis.replace('_', ' ')} {entry}" for axis, entry in row.where.items())
     name += (f", {where}" if where else "") + (" (start)" if row.at == "start" else "")
-    unit = row.unit.replace("*", " ")
     return (
-        f"{name}: {_printed(row)} {unit}".rstrip()
-        + f" {kind} ({row.source}), {computed(row, digits=4)} {unit}".rstrip()
+        f"{name}: {_printed(row)} {row.unit}".rstrip()
+        + f" {kind} ({row.source}), {computed(row, digits=4)} {row.unit}".rstrip()
         + f" computed, {difference(row)}"
     )
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from vibecalc.core.report.accuracy import LevelView, TopicView, topics_of
+from vibecalc.core.report.accuracy import TopicView, TrialView, topics_of
 from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, TOTAL, TYPE, canvas, note, unit_words
 from vibecalc.core.report.sections import START, along, scalar_of, table_of
 from vibecalc.core.report.studies import FRONT_PREFIX, VARIABLE, bound_unit, start_of
@@ -358,33 +358,33 @@ def draw_accuracy(result: Result) -> "Figure | None":
 
 
 def _panel(axes: "Axes", topic: TopicView, nearby: bool) -> None:
-    done = [level for level in topic.levels if level.done and level.seconds]
-    errors = [_height(level) for level in done if level.relative > 0.0] or [1.0]
+    done = [trial for trial in topic.trials if trial.done and trial.seconds]
+    errors = [_height(trial) for trial in done if trial.relative > 0.0] or [1.0]
     low, top = _span(errors, 2.0)
     axes.set_xscale("log")
     axes.set_yscale("log")
-    axes.set_xlim(*_span([_across(level) for level in topic.levels if level.seconds] or [1.0], 1.0))
+    axes.set_xlim(*_span([_across(trial) for trial in topic.trials if trial.seconds] or [1.0], 1.0))
     axes.set_ylim(low, top)
     axes.minorticks_off()
     for place, method in enumerate(topic.methods):
         colour, marker = _MANY[place % len(_MANY)], _MARKERS[place % len(_MARKERS)]
         line = "-" if place < len(COLOURS) else "--"
-        levels = [level for level in topic.of(method.name) if level.seconds]
-        measured = [level for level in levels if level.done]
-        front = [level for level in measured if level.in_seconds]
-        failed = [level for level in levels if not level.done]
+        trials = [trial for trial in topic.of(method.name) if trial.seconds]
+        measured = [trial for trial in trials if trial.done]
+        front = [trial for trial in measured if trial.in_seconds]
+        failed = [trial for trial in trials if not trial.done]
         style: dict[str, Any] = {"color": colour, "marker": marker, "ms": 5}
         _dots(
             axes, measured, linestyle=line, linewidth=1.2, mfc="white", label=method.name, **style
         )
         _dots(axes, front, linestyle="none", **style)
-        exact = [_across(level) for level in measured if level.relative == 0.0]
+        exact = [_across(trial) for trial in measured if trial.relative == 0.0]
         if exact:
             axes.plot(exact, [low] * len(exact), "v", color=colour, ms=6, clip_on=False)
         if failed:
-            edge = [_across(level) for level in failed]
+            edge = [_across(trial) for trial in failed]
             axes.plot(edge, [top] * len(edge), "x", color=colour, ms=7, clip_on=False)
-    defaults = [level for level in done if level.is_default]
+    defaults = [trial for trial in done if trial.is_default]
     _dots(axes, defaults, linestyle="none", marker="o", color=TOTAL, mfc="none", ms=12, mew=1.4)
     if topic.agreement > low:
         axes.axhline(topic.agreement, color=LIMIT, linestyle=":", linewidth=1.0)
@@ -399,17 +399,17 @@ def _panel(axes: "Axes", topic: TopicView, nearby: bool) -> None:
         axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2))
 
 
-def _dots(axes: "Axes", levels: Sequence[LevelView], **style: Any) -> None:
-    axes.plot([_across(level) for level in levels], [_height(level) for level in levels], **style)
+def _dots(axes: "Axes", trials: Sequence[TrialView], **style: Any) -> None:
+    axes.plot([_across(trial) for trial in trials], [_height(trial) for trial in trials], **style)
 
 
-def _across(level: LevelView) -> float:
-    return level.seconds or 0.0
+def _across(trial: TrialView) -> float:
+    return trial.seconds or 0.0
 
 
-def _height(level: LevelView) -> float:
+def _height(trial: TrialView) -> float:
     """The error, a gap where there is none."""
-    return (level.relative or math.nan) if math.isfinite(level.relative) else 1.0
+    return (trial.relative or math.nan) if math.isfinite(trial.relative) else 1.0
 
 
 def _span(values: Sequence[float], decades: float) -> tuple[float, float]:

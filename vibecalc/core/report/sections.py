@@ -178,8 +178,8 @@ def read_as(path: str, unit: str, *, entry: bool = False) -> tuple[str, str]:
     return ", ".join([name, *reversed(folders)]), "rpm" if turning else _READ.get(unit, unit)
 
 
-#: lines of a part of a section, alone or with the paths that they show
-Block = list[str] | tuple[list[str], Iterable[str]]
+#: blocks of a section, alone or with the paths that they show
+Part = list[str] | tuple[list[str], Iterable[str]]
 
 
 def stacked(*blocks: Sequence[str]) -> list[str]:
@@ -187,7 +187,7 @@ def stacked(*blocks: Sequence[str]) -> list[str]:
     return [line for block in blocks if block for line in ("", *block)][1:]
 
 
-def together(*blocks: Block) -> tuple[list[str], set[str]]:
+def together(*blocks: Part) -> tuple[list[str], set[str]]:
     """Several blocks as one."""
     parts = [(block, ()) if isinstance(block, list) else block for block in blocks]
     return stacked(*(lines for lines, _ in parts)), {path for _, paths in parts for path in paths}
@@ -195,8 +195,8 @@ def together(*blocks: Block) -> tuple[list[str], set[str]]:
 
 def section(
     title: str,
-    blocks: Iterable[Block],
-    details: Mapping[str, Block] | None = None,
+    blocks: Iterable[Part],
+    details: Mapping[str, Part] | None = None,
     shown: Iterable[str] = (),
 ) -> Section | None:
     """A section of blocks; `details`, by name, are for a full report."""
@@ -226,7 +226,7 @@ def scalar_rows(quantities: Iterable[Quantity], prefix: str = "") -> list[list[s
         factor = convert(1.0, quantity.unit, unit)
         notes = [quantity.amplitude or "", UNRESOLVED * error.unresolved(float(value))]
         shown = show(value * factor if factor != 1.0 else value, error * factor)
-        rows.append([name, shown, unit.replace("*", " "), " ".join(filter(None, notes))])
+        rows.append([name, shown, unit, " ".join(filter(None, notes))])
     return rows
 
 

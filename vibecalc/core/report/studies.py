@@ -8,7 +8,7 @@ import numpy as np
 
 from vibecalc.core.report.sections import (
     START,
-    Block,
+    Part,
     Section,
     along,
     entries,
@@ -337,7 +337,7 @@ def optimisation(result: Result) -> Section | None:
     blocks = [_variables(result), _objective(result), advice(result), holding(record)]
     blocks += [_nearby(record), front(result)]
     how = together(optima(record), searches(record), grouped(rest, PREFIX))
-    details: dict[str, Block] = {"methods side by side": search_methods(result)}
+    details: dict[str, Part] = {"methods side by side": search_methods(result)}
     details["optima and searches"] = how
     return section("Optimisation", blocks, details, own)
 

@@ -163,8 +163,8 @@ SAMPLE = "sample"
 ACCURACY = "accuracy"
 
 #: how a level ended
-LEVEL_DONE, LEVEL_FAILED, LEVEL_NOT_RUN = 0, 1, 2
-LEVEL_STATUS_WORDS = {LEVEL_DONE: "done", LEVEL_FAILED: "failed", LEVEL_NOT_RUN: "not run"}
+TRIAL_DONE, TRIAL_FAILED, TRIAL_NOT_RUN = 0, 1, 2
+TRIAL_STATUS_WORDS = {TRIAL_DONE: "done", TRIAL_FAILED: "failed", TRIAL_NOT_RUN: "not run"}
 
 #: worst relative errors that users ask for
 TARGETS = (1e-3, 1e-6, 1e-9)

@@ -57,7 +57,7 @@ SEARCHED = tuple(
     for name in ("gain", "acceleration_feedback", "speed_feedback", "multiplier", "residual")
 )
 #: the largest of what is examined
-LOOKED_AT = ("response/control/full/largest_slip",)
+EVALUATED = ("response/control/full/largest_slip",)
 
 #: read off a march in time by looking at it (as well as the looks are close together), and borders
 #: of start angles, which are enclosed to a width of their own
@@ -129,7 +129,7 @@ def reached(quantity: Quantity, record: Record | None = None) -> float | None:
         largest = max(largest, 0.0 if whole is None else float(np.max(np.abs(whole.values))))
     if quantity.path.endswith(PLACES) or any(part in quantity.path for part in DIFFERENCES):
         return None
-    if quantity.path.startswith(UNCERTAIN) or quantity.path in (*SEARCHED, *LOOKED_AT):
+    if quantity.path.startswith(UNCERTAIN) or quantity.path in (*SEARCHED, *EVALUATED):
         return None
     if quantity.path.startswith(LINE_STUDIES):
         return None
@@ -208,7 +208,7 @@ _STARTS: tuple[tuple[tuple[str, ...], str], ...] = (
     (SPECTRA, "levels and phases, for which the harmonics behind them stand"),
     (UNCERTAIN, "uncertainties, of which two digits tell all"),
     (SEARCHED, "ends of searches, where a minimum is flat"),
-    (LOOKED_AT, "the largest of what is examined"),
+    (EVALUATED, "the largest of what is examined"),
     (LINE_STUDIES, "marches in time, differences, maps and ends of searches of a shaft line"),
     ((CHAOTIC,), "statistics, whose standard error is far larger"),
 )

@@ -240,7 +240,7 @@ def _modules(study: "Optimisation") -> Iterator[str]:
 def _further_cost(study: "Optimisation") -> str:
     words = ""
     if study.compare:
-        words += f", {len(study.compare)} methods next to it with up to {COMPARE_BUDGET} runs each"
+        words += f", {len(study.compare)} further methods with up to {COMPARE_BUDGET} runs each"
     if study.second_objective:
         words += f", some 100 runs for each of {front_points(study)} points of the front"
     return words

@@ -13,7 +13,7 @@ from vibecalc.core.accuracy.other_searches import (
     grid_maximum,
     parabola_maximum,
 )
-from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Reference, Refinement, Topic
+from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Reference, Solver, Topic
 from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
 from vibecalc.isolation.adapters.common import isolation_of
@@ -167,8 +167,8 @@ def _peak_topic(asked: Asked) -> Topic:
         work = points + sum(one.evaluations - points for one in best)
         return Answer(np.array([one.value for one in best]), work, best[first].position)
 
-    refinements = (
-        Refinement(
+    solvers = (
+        Solver(
             "resonances and peaks",
             "few speeds between the resonances and at them, closer about those that can win, "
             "Newton's method in speed and angle at the peaks",
@@ -178,19 +178,19 @@ def _peak_topic(asked: Asked) -> Topic:
             default=1.0,
             citation="docs/theory.md, quasi-steady run-up",
         ),
-        Refinement(
+        Solver(
             "grid", "highest of N even speeds, a quarter of a step next to the known peaks",
             "speeds", GRIDS, by(grid_maximum),
             theory="order 2",
         ),
-        Refinement(
+        Solver(
             "grid with parabola",
             "parabola through the best of N speeds and its neighbours",
             "speeds",
             GRIDS,
             by(parabola_maximum),
         ),
-        Refinement(
+        Solver(
             "scipy minimize_scalar",
             "bounded Brent search for each support around the best of N speeds",
             "speeds",
@@ -207,7 +207,7 @@ def _peak_topic(asked: Asked) -> Topic:
         unit="N",
         work="speeds",
         reference=lambda: _references(asked),
-        refinements=refinements,
+        solvers=solvers,
         position="crank speed of the largest [rad/s]",
         default_extra=_EXTRA,
         default_why="it examines every resonance, so that a narrow one between speeds of a grid is "
@@ -360,8 +360,8 @@ def _curve_topic(asked: Asked) -> Topic:
         unit="N",
         work="speeds",
         reference=lambda: _curve_reference(asked, places),
-        refinements=(
-            Refinement(
+        solvers=(
+            Solver(
                 "halved where it bends",
                 "speeds at every resonance, halved until the middle lies on the line",
                 "curve tolerance",
@@ -371,15 +371,15 @@ def _curve_topic(asked: Asked) -> Topic:
                 theory="order 1: what is asked for",
                 citation="docs/theory.md, quasi-steady run-up",
             ),
-            Refinement(
+            Solver(
                 "even speeds", "straight lines between N of them", "speeds", COUNTS,
                 by(lambda count: np.linspace(start, stop, count)), theory="order 2",
             ),
-            Refinement(
+            Solver(
                 "geometric speeds", "straight lines between N of them from half the lowest "
                 "resonance on", "speeds", COUNTS, by(geometric), theory="order 2",
             ),
-            Refinement(
+            Solver(
                 "spline of geometric speeds", "the same with scipy's cubic spline, which kinks of "
                 "the curve disturb", "speeds", COUNTS, splined,
             ),

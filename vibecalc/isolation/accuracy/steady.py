@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from vibecalc.core.accuracy.topic import Answer, Reference, Refinement, Topic
+from vibecalc.core.accuracy.topic import Answer, Reference, Solver, Topic
 from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.adapter import Forcing
 from vibecalc.excitation.inertia_forces import about_point, as_loads
@@ -132,8 +132,8 @@ def _topic(body: Mounted, kept: int, speed: float, name: str) -> Topic:
     counts = tuple(
         float(x) for x in sorted({1, 2, 4, 6, 8, 12, 16, 24, 40, kept}) if x <= everything
     )
-    refinements = [
-        Refinement(
+    solvers = [
+        Solver(
             "orders at once",
             "dynamic stiffness of N orders inverted together, with guard orders for the error",
             "orders",
@@ -143,7 +143,7 @@ def _topic(body: Mounted, kept: int, speed: float, name: str) -> Topic:
             theory="geometric",
             citation="Harris and Piersol (2002), ch. 3",
         ),
-        Refinement(
+        Solver(
             "loop of solutions",
             "numpy.linalg.solve for one order after the other",
             "orders",
@@ -153,8 +153,8 @@ def _topic(body: Mounted, kept: int, speed: float, name: str) -> Topic:
         ),
     ]
     if body.lasts:
-        refinements += [
-            Refinement(
+        solvers += [
+            Solver(
                 "RK4 shooting",
                 "classical Runge-Kutta over one turn, the start that repeats itself solved for",
                 "steps per turn",
@@ -162,7 +162,7 @@ def _topic(body: Mounted, kept: int, speed: float, name: str) -> Topic:
                 shooting,
                 theory="order 4",
             ),
-            Refinement(
+            Solver(
                 "DOP853 from rest",
                 f"scipy from rest at rtol {RTOL:g}, the last of N turns read",
                 "turns",
@@ -181,7 +181,7 @@ def _topic(body: Mounted, kept: int, speed: float, name: str) -> Topic:
         unit="N",
         work="solutions of, or products with, the system's matrices",
         reference=lambda: _reference(body, speed),
-        refinements=tuple(refinements),
+        solvers=tuple(solvers),
         default_extra=float(np.ceil(10.0 * (kept + guards) / least) / 10.0),
         default_why=f"{guards} guard orders are solved for the error estimate, since a resonance "
         "may raise what is left out, and orders without a load or below rounding with the others",

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.core.accuracy.other_integrators import Signal, peak_topic, samples_of_harmonics
-from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Reference, Refinement, Topic
+from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Reference, Solver, Topic
 from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.cylinder_torque import gas_torque_at
 from vibecalc.excitation.gas_tables import card_weights
@@ -133,16 +133,16 @@ def _left_out(seen: _Body, kept: int, step: float) -> Topic:
 
     settings = sorted({*(float(kept >> k) for k in (3, 2, 1) if kept >> k), float(kept)})
     settings += [2.0 * kept, 4.0 * kept]
-    refinements = (
-        Refinement(
+    solvers = (
+        Solver(
             "orders kept", "of exact harmonics, as many again for the error", "orders",
             tuple(settings), orders, default=float(kept),
         ),
-        Refinement(
+        Solver(
             "samples", "Fourier transform of the gas torque at even angles, all its orders",
             "angles", SAMPLES, sampled,
         ),
-        Refinement(
+        Solver(
             "sum of magnitudes", "all orders at their highest together", "", NOTHING_TO_SET,
             magnitudes,
         ),
@@ -150,7 +150,7 @@ def _left_out(seen: _Body, kept: int, step: float) -> Topic:
     return Topic(
         "torque reaction", "orders left out",
         "peaks of the forces of all supports from all orders of the gas torque",
-        _QUANTITY, "N", "orders solved (6 x 6)", reference, refinements,
+        _QUANTITY, "N", "orders solved (6 x 6)", reference, solvers,
         default_extra=2.5,
         default_why="as many orders again tell what those left out may add",
     )  # fmt: skip

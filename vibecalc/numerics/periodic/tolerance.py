@@ -135,7 +135,7 @@ def _halved_step(problem: PeriodicProblem, solution: PeriodicSolution) -> Step:
 # Periodic solution to a tolerance: Gauss points are added until the error estimate is below it.
 # ----------------------------------------------------------------------------
 
-REFINEMENT = (2, 3, 4, 6, 8, 12, 16)
+POINT_LEVELS = (2, 3, 4, 6, 8, 12, 16)
 #: an estimate that does not fall below this part of the one before has met round-off
 _NO_GAIN = 0.5
 #: if it has come down to so many times the part that is round-off for certain
@@ -179,7 +179,7 @@ def solve_to(
     ------
     NumericalFailure
         Newton's method fails on every level, round-off keeps the estimate above the tolerance, or
-        the refinement ends.
+        the levels end.
     """
     bound = np.asarray(tolerance, dtype=np.float64)
     relative = _relative(problem, bound, guess)
@@ -189,7 +189,7 @@ def solve_to(
             return coarse
     begin = next((level for level, least in _FIRST if relative >= least), 6)
     begin = begin if first is None else first
-    levels = [begin, *(level for level in REFINEMENT if level > begin)]
+    levels = [begin, *(level for level in POINT_LEVELS if level > begin)]
     best: tuple[PeriodicSolution, PeriodicError] | None = None
     excess, before, points = np.inf, np.inf, levels.pop(0)
     start: ArrayLike | PeriodicSolution = guess
@@ -270,8 +270,8 @@ def _expected(excess: float, before: float, last: int, points: int) -> float:
     """
     if not (np.isfinite(before) and np.isfinite(excess)) or excess >= before:
         return 0.0
-    level = REFINEMENT.index(last) if last in REFINEMENT else 1
-    gained = last - (REFINEMENT[level - 1] if level > 0 else 1)
+    level = POINT_LEVELS.index(last) if last in POINT_LEVELS else 1
+    gained = last - (POINT_LEVELS[level - 1] if level > 0 else 1)
     return float(excess * (excess / before) ** ((points - last) / max(gained, 1)))
 
 

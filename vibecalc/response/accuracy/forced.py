@@ -11,7 +11,7 @@ from vibecalc.core.accuracy.other_integrators import (
     march_fixed,
     march_scipy,
 )
-from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Reference, Refinement, Topic
+from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Reference, Solver, Topic
 from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
 from vibecalc.excitation.inertia_forces import as_loads, at_speed
@@ -246,8 +246,8 @@ def _steady_topic(
 
         return solve
 
-    refinements = [
-        Refinement(
+    solvers = [
+        Solver(
             "direct",
             "dynamic stiffness of all orders inverted together, one step of refinement",
             "",
@@ -256,7 +256,7 @@ def _steady_topic(
             default=1.0 if method == "direct" else None,
             citation="Harris and Piersol (2002), ch. 3",
         ),
-        Refinement(
+        Solver(
             "modal",
             "sum of all modes, coupled where the damping couples them, one step of refinement",
             "",
@@ -265,7 +265,7 @@ def _steady_topic(
             default=1.0 if method == "modal" else None,
             citation="Thomson and Dahleh (1998), ch. 6",
         ),
-        Refinement(
+        Solver(
             "sum of the first modes",
             "each mode with its own damping alone, the lowest N of them",
             "modes",
@@ -273,7 +273,7 @@ def _steady_topic(
             few_modes,
             citation="Ong (2000), chapter 4",
         ),
-        Refinement(
+        Solver(
             "loop of solutions",
             "numpy.linalg.solve for one order after the other",
             "",
@@ -284,8 +284,8 @@ def _steady_topic(
     if body.lasts:
         least = 2 * int(body.orders.max()) + 1
         steps = sorted({max(2**k, 16) for k in range(4, 9)} | {64 * (1 + least // 64)})
-        refinements.append(
-            Refinement(
+        solvers.append(
+            Solver(
                 "RK4 shooting",
                 "classical Runge-Kutta over one turn, the start that repeats itself solved for",
                 "steps per turn",
@@ -294,8 +294,8 @@ def _steady_topic(
                 theory="order 4",
             )
         )
-        refinements.append(
-            Refinement(
+        solvers.append(
+            Solver(
                 "DOP853 from rest",
                 f"scipy from rest at rtol {RTOL:g}, the last of N turns read",
                 "turns",
@@ -312,7 +312,7 @@ def _steady_topic(
         unit="m",
         work="solutions of, or products with, the system's matrices",
         reference=lambda: _steady_reference(body, speed),
-        refinements=tuple(refinements),
+        solvers=tuple(solvers),
         default_extra=_extra(method, count),
         default_why="the modes are results themselves; the step of refinement gives every entry "
         "an error of its own",
@@ -405,8 +405,8 @@ def _speeds_topic(
         curve = _together(system, orders, load, grid)
         return Answer(np.interp(speed, grid, curve), points * len(orders))
 
-    refinements = (
-        Refinement(
+    solvers = (
+        Solver(
             name="direct",
             words="dynamic stiffness of all orders and speeds inverted together, one step of "
             "refinement, error estimates",
@@ -416,14 +416,14 @@ def _speeds_topic(
             default=NOTHING_TO_SET[0],
             citation="Harris and Piersol (2002), ch. 3",
         ),
-        Refinement(
+        Solver(
             name="loop of solutions",
             words="numpy.linalg.solve for one order at one speed after the other",
             setting="",
             settings=NOTHING_TO_SET,
             solve=looped,
         ),
-        Refinement(
+        Solver(
             name="even grid",
             words="numpy.linalg.solve on N even speeds, straight lines between them",
             setting="speeds",
@@ -441,7 +441,7 @@ def _speeds_topic(
         unit="J",
         work="solutions with a 6 x 6 matrix",
         reference=lambda: _speeds_reference(system, orders, load, speed),
-        refinements=refinements,
+        solvers=solvers,
         default_extra=INVERSE_AND_REFINEMENT,
         default_why="the inverse gives the error estimate of every amplitude, the refinement full "
         "digits next to a resonance",

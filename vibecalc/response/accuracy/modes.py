@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Reference, Refinement, Topic
+from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Reference, Solver, Topic
 from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.matrices import Matrices
@@ -77,8 +77,8 @@ def _topic(matrices: Matrices, scale: np.ndarray) -> Topic:
         found = _scan(mass, stiffness, 0.5 * scale[0], 2.0 * scale[-1], int(points))
         return shown(found**2, FACTOR * points)
 
-    refinements = (
-        Refinement(
+    solvers = (
+        Solver(
             "Cholesky, eigh, refined",
             "reduced by the factors of the scaled mass, a step of refinement on the pencil or two",
             "",
@@ -87,15 +87,15 @@ def _topic(matrices: Matrices, scale: np.ndarray) -> Topic:
             default=1.0,
             citation="Ogita and Aishima (2018), algorithm 1",
         ),
-        Refinement(
+        Solver(
             "Cholesky, eigvalsh",
             "reduced by the factors of the mass, numpy.linalg.eigvalsh",
             "",
             NOTHING_TO_SET,
             reduced,
         ),
-        Refinement("scipy eigh", "generalised symmetric problem", "", NOTHING_TO_SET, generalised),
-        Refinement(
+        Solver("scipy eigh", "generalised symmetric problem", "", NOTHING_TO_SET, generalised),
+        Solver(
             "numpy eigvals",
             "QR algorithm on the inverse mass times the stiffness",
             "",
@@ -103,8 +103,8 @@ def _topic(matrices: Matrices, scale: np.ndarray) -> Topic:
             unsymmetric,
             citation="Ong (2000), appendix",
         ),
-        Refinement("scipy eigvals", "QZ algorithm on the pencil", "", NOTHING_TO_SET, pencil),
-        Refinement(
+        Solver("scipy eigvals", "QZ algorithm on the pencil", "", NOTHING_TO_SET, pencil),
+        Solver(
             "Jacobi rotations",
             "cyclic sweeps over the reduced matrix",
             "sweeps",
@@ -112,7 +112,7 @@ def _topic(matrices: Matrices, scale: np.ndarray) -> Topic:
             rotated,
             theory="quadratic from sweep to sweep",
         ),
-        Refinement(
+        Solver(
             "scan of the determinant",
             "signs of the determinant at N frequencies, evenly spaced on a logarithmic axis, and "
             "straight lines between",
@@ -130,7 +130,7 @@ def _topic(matrices: Matrices, scale: np.ndarray) -> Topic:
         unit="",
         work="multiplications",
         reference=lambda: _reference(matrices, scale),
-        refinements=refinements,
+        solvers=solvers,
         default_extra=_full(refined_shapes(matrices)[1]) / VALUES_ALONE,
         default_why="it gives the shapes too, the factors keep the digits of low modes next to "
         "stiff ones, and the quotients an error for each",

@@ -11,7 +11,7 @@ from vibecalc.core.accuracy.other_searches import (
     golden_maximum,
     grid_maximum,
 )
-from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Reference, Refinement, Topic
+from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Reference, Solver, Topic
 from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.inertia_forces import Excitation, as_loads, at_speed
 from vibecalc.numerics.cycle_peak import vector_cycle_peak
@@ -165,8 +165,8 @@ def peak_range(one: Combination, rtol: float) -> Topic:
         unit="J",
         work="peaks over the cycle",
         reference=lambda: _peak_reference(at, rows),
-        refinements=(
-            Refinement(
+        solvers=(
+            Solver(
                 "branch and bound",
                 "intervals that can hold neither end are dropped, the others halved",
                 "rtol",
@@ -176,7 +176,7 @@ def peak_range(one: Combination, rtol: float) -> Topic:
                 theory="what is left open falls with the square of the intervals",
                 citation="docs/theory.md",
             ),
-            Refinement(
+            Solver(
                 "grid",
                 "lowest and highest of N angles",
                 "angles",
@@ -184,7 +184,7 @@ def peak_range(one: Combination, rtol: float) -> Topic:
                 lambda points: both_ends(later, points, whole_turn),
                 theory="order 2, at kinks order 1",
             ),
-            Refinement(
+            Solver(
                 "scipy minimize_scalar",
                 "bounded Brent search around the lowest and highest of N angles",
                 "angles",
@@ -298,8 +298,8 @@ def _mean(one: Combination) -> Topic:
         unit="J",
         work="energies",
         reference=lambda: _mean_reference(one, at),
-        refinements=(
-            Refinement(
+        solvers=(
+            Solver(
                 "closed form",
                 "the weight turns one phasor: a + b cos of its angle",
                 "",
@@ -308,7 +308,7 @@ def _mean(one: Combination) -> Topic:
                 default=1.0,
                 citation="docs/theory.md",
             ),
-            Refinement(
+            Solver(
                 "grid",
                 "lowest and highest of N angles, a quarter of a step next to the known highest",
                 "angles",
@@ -316,7 +316,7 @@ def _mean(one: Combination) -> Topic:
                 lambda points: both_ends(nearby(points), points, whole_turn),
                 theory="order 2",
             ),
-            Refinement(
+            Solver(
                 "grid with parabola",
                 "parabolas through the best of N angles and their neighbours",
                 "angles",

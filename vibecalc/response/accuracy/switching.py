@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vibecalc.core.accuracy.other_integrators import Marched, Rates, march_fixed, march_scipy
-from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Reference, Refinement, Topic
+from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Reference, Solver, Topic
 from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.inertia_forces import add, as_loads
 from vibecalc.response.adapters.operations import operation_loads
@@ -183,8 +183,8 @@ def _at_once(change: Change) -> Topic:
         unit="m",
         work="evaluations of the right-hand side",
         reference=reference,
-        refinements=(
-            Refinement(
+        solvers=(
+            Solver(
                 "closed form of modes",
                 "steady motion under the second operation and the free motion of each mode",
                 "",
@@ -193,7 +193,7 @@ def _at_once(change: Change) -> Topic:
                 default=1.0,
                 citation="docs/theory.md; cf. Goloskokow and Filippow (1971)",
             ),
-            *integrator_refinements(march, steps),
+            *integrator_solvers(march, steps),
         ),
     )
 
@@ -250,8 +250,8 @@ def _run_down(change: Change, duration: float) -> Topic:
         unit="m",
         work="evaluations of the load",
         reference=reference,
-        refinements=(
-            Refinement(
+        solvers=(
+            Solver(
                 "quadrature of the propagator",
                 "free motion in closed form, loads by Gauss's rule on panels",
                 "phase of a panel [rad]",
@@ -261,7 +261,7 @@ def _run_down(change: Change, duration: float) -> Topic:
                 theory="geometric",
                 citation="docs/theory.md; cf. Goloskokow and Filippow (1971)",
             ),
-            *integrator_refinements(march, steps),
+            *integrator_solvers(march, steps),
         ),
         default_extra=2.0,
         default_why="panels are safe for a load all at the fastest rate, of which twice as long "
@@ -361,10 +361,10 @@ _PANELS, _POINTS = 8, 16
 March = Callable[[str, float], Answer]
 
 
-def integrator_refinements(march: March, steps: tuple[float, ...]) -> list[Refinement]:
+def integrator_solvers(march: March, steps: tuple[float, ...]) -> list[Solver]:
     """Euler and RK4 with these numbers of steps, scipy's methods with falling tolerances."""
     found = [
-        Refinement(name, words, "steps", steps, partial(march, way), theory=theory)
+        Solver(name, words, "steps", steps, partial(march, way), theory=theory)
         for name, way, words, theory in (
             ("Euler", "euler", "explicit Euler on the equations of motion", "order 1"),
             ("RK4", "rk4", "classical Runge-Kutta on the equations of motion", "order 4"),
@@ -376,7 +376,7 @@ def integrator_refinements(march: March, steps: tuple[float, ...]) -> list[Refin
         ("Radau", "scipy's implicit method of order 5"),
     ):
         mine = tuple(rtol for rtol in RTOLS if name != "Radau" or rtol >= LEAST_OF_RADAU)
-        found.append(Refinement(name, words, "rtol", mine, partial(march, name)))
+        found.append(Solver(name, words, "rtol", mine, partial(march, name)))
     return found
 
 

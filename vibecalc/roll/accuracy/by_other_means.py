@@ -19,7 +19,7 @@ from vibecalc.roll.mechanism import RollDrive, RollMachine, as_batch, is_mounted
 from vibecalc.roll.methods import fourier_state, shooting_state
 from vibecalc.roll.model import build_roll, fitted_motor, roll_drive
 from vibecalc.roll.rates import roll_problem, shell_speed
-from vibecalc.roll.running import Running, refinement, running_state, steady_drive
+from vibecalc.roll.running import Running, point_levels, running_state, steady_drive
 from vibecalc.roll.steady import (
     POINTS,
     Steady,
@@ -31,7 +31,7 @@ from vibecalc.roll.steady import (
 from vibecalc.roll.turn import Turn, harmonics, readings
 
 # ----------------------------------------------------------------------------
-# The roll machine of a case with its running state: what every way to that state is reported.
+# The roll machine of a case with its running state: what every method is given.
 # ----------------------------------------------------------------------------
 
 #: what is left of a disturbance when a march counts as settled
@@ -191,7 +191,7 @@ class AsRun:
         )  # fmt: skip
         left = [state for state in (found.coarse, found.check, found.state) if state is not None]
         work = sum(self._counted(state) for state in left) + guess_work(setup)
-        known, levels = {state.points for state in left}, refinement(rtol)
+        known, levels = {state.points for state in left}, point_levels(rtol)
         tried = levels[: levels.index(min(found.check.points, found.state.points))]
         tried = tuple(points for points in tried if points not in known)
         fluxes = setup.drive.fluxes > 0

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vibecalc.core.accuracy.other_integrators import march_fixed, march_scipy
-from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Reference, Refinement, Topic
+from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Reference, Solver, Topic
 from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import EPSILON, ComplexArray, FloatArray
@@ -80,25 +80,25 @@ def loop_setup(given: Setup) -> LoopSetup:
 def harmonics_topic(setup: LoopSetup) -> Topic:
     """Steady shaking of the shell in the closed loop of the reduced model."""
     orders = len(setup.given.orders)
-    refinements = [
-        Refinement(
+    solvers = [
+        Solver(
             "closed form", "the transfer function at each order, with its error; as a run does",
             "", NOTHING_TO_SET, lambda _: _closed(setup, orders), default=NOTHING_TO_SET[0],
             citation="Herold (1977), equations 112 and 113",
         ),
-        Refinement(
+        Solver(
             "linear equations", "numpy.linalg.solve of rotor and actuator at each order",
             "", NOTHING_TO_SET, lambda _: _solved(setup, orders),
         ),
     ]  # fmt: skip
     if float(setup.loop.delay) == 0.0 and float(setup.loop.p2) > 0.0 and _turns(setup) is not None:
-        refinements += [
-            Refinement(
+        solvers += [
+            Solver(
                 "Runge-Kutta in time", "even steps until all has faded, then the Fourier transform",
                 "steps a turn", (256.0, 512.0, 768.0, 1024.0),
                 lambda steps: _stepped(setup, orders, int(steps)),
             ),
-            Refinement(
+            Solver(
                 "scipy Radau in time", "until all has faded, then the Fourier transform",
                 "relative tolerance", (1e-3, 1e-4, 1e-5),
                 lambda rtol: _adapted(setup, orders, rtol),
@@ -112,7 +112,7 @@ def harmonics_topic(setup: LoopSetup) -> Topic:
         unit="rad/s^2",
         work="evaluations of the equations at one order or one time",
         reference=lambda: _closed_in_digits(setup, orders),
-        refinements=tuple(refinements),
+        solvers=tuple(solvers),
     )
 
 
@@ -262,17 +262,17 @@ def poles_topic(setup: LoopSetup) -> Topic:
         unit="1/s",
         work="solved polynomials",
         reference=lambda: _poles_in_digits(setup),
-        refinements=(
-            Refinement(
+        solvers=(
+            Solver(
                 "stable closed form", "no difference of like numbers; as a run does",
                 "", NOTHING_TO_SET, lambda _: Answer(poles(setup.loop).value, 1.0),
                 default=NOTHING_TO_SET[0],
             ),
-            Refinement(
+            Solver(
                 "textbook formula", "(-b + sqrt(b^2 - 4 a c)) / 2 a",
                 "", NOTHING_TO_SET, lambda _: Answer(_textbook(setup.loop), 1.0),
             ),
-            Refinement(
+            Solver(
                 "numpy.roots", "eigenvalues of the companion matrix",
                 "", NOTHING_TO_SET, lambda _: Answer(_roots(setup.loop), 1.0),
             ),
@@ -343,22 +343,22 @@ def margin_topic(setup: LoopSetup) -> Topic | None:
         unit="s",
         work="evaluations of the open loop at one frequency",
         reference=lambda: _reference(setup, place),
-        refinements=(
-            Refinement(
+        solvers=(
+            Solver(
                 "closed form", "both frequencies of gain one from a quadratic; as a run does",
                 "", NOTHING_TO_SET, lambda _: _margin_closed(setup), default=NOTHING_TO_SET[0],
                 citation="Walton and Marshall (1987), IEE Proc. D 134, 101-107",
             ),
-            Refinement(
+            Solver(
                 "Bode plot", f"logarithms over {2 * _DECADES:g} decades, straight lines between",
                 "frequencies", counts, lambda count: _plotted(setup, span, int(count)),
                 theory="order 2",
             ),
-            Refinement(
+            Solver(
                 "Bode plot, nearest point", "of two at the crossing that with a gain nearer to one",
                 "frequencies", counts, lambda count: _nearest(setup, span, int(count)),
             ),
-            Refinement(
+            Solver(
                 "scipy brentq", "30 frequencies, then a root of the gain between two of them",
                 "tolerance of the frequency", (1e-2, 1e-4, 1e-6, 1e-8, 1e-12),
                 lambda tolerance: _root(setup, span, tolerance),

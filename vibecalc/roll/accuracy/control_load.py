@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from vibecalc.core.accuracy.other_integrators import harmonics_of_samples
-from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Reference, Refinement, Topic
+from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Reference, Solver, Topic
 from vibecalc.numerics.gauss import gauss_rule
 from vibecalc.numerics.rounding import EPSILON, ComplexArray
 from vibecalc.roll.adapters.control import Setup
@@ -34,8 +34,8 @@ def load_topic(given: Setup) -> Topic:
         unit="N*m",
         work="crank angles at which gas and inertia are taken",
         reference=lambda: _reference(given, orders),
-        refinements=(
-            Refinement(
+        solvers=(
+            Solver(
                 "two Gauss rules",
                 "panels between all kinks, two numbers of points on each; as a run does",
                 "",
@@ -43,17 +43,17 @@ def load_topic(given: Setup) -> Topic:
                 lambda _: _own(given, orders),
                 default=NOTHING_TO_SET[0],
             ),
-            Refinement(
+            Solver(
                 "Gauss panels", "one rule on each panel between kinks", "points a panel",
                 (1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 14.0),
                 lambda points: _panels(given, orders, int(points)), theory="geometric",
             ),
-            Refinement(
+            Solver(
                 "Fourier transform of samples", "even angles, blind to the kinks of the gas",
                 "angles a turn", _SAMPLES, lambda count: _samples(given, orders, int(count)),
                 theory="order 2",
             ),
-            Refinement(
+            Solver(
                 "sums with the two-term stroke",
                 "as published: the piston's motion cut after its second harmonic",
                 "angles a turn", _SAMPLES, lambda count: _two_terms(given, orders, int(count)),

@@ -3,7 +3,7 @@
 import numpy as np
 
 from vibecalc.core.accuracy.other_searches import cyclic_parabola_maximum
-from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Reference, Refinement, Topic
+from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Reference, Solver, Topic
 from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.gauss import gauss_rule
@@ -56,7 +56,7 @@ def _spectrum_topic(setup: RollSetup) -> Topic:
         unit="rad/s^2",
         work="evaluations of the right-hand side at one crank angle",
         reference=lambda: _spectrum_reference(setup),
-        refinements=(*_collocations(setup), *_others(setup), *_marches(setup)),
+        solvers=(*_collocations(setup), *_others(setup), *_marches(setup)),
         default_extra=_EXTRA,
         default_why="other numbers of points prove the error, and the multipliers the stability",
     )
@@ -88,11 +88,11 @@ def _spectrum_reference(setup: RollSetup) -> Reference:
     )
 
 
-def _collocations(setup: RollSetup) -> list[Refinement]:
+def _collocations(setup: RollSetup) -> list[Solver]:
     own = 1e-9 if setup.points else setup.rtol
     as_run = ways.AsRun(setup)
     found = [
-        Refinement(
+        Solver(
             "collocation to a tolerance",
             "points are added until two numbers of them agree; multipliers; as a run does",
             "relative tolerance",
@@ -105,7 +105,7 @@ def _collocations(setup: RollSetup) -> list[Refinement]:
     counts = {1, 2, 3, 4, 5, 6, 8, 10} | ({setup.points} if setup.points else set())
     solve = ways.lifted if setup.drive.fluxes else ways.split
     found.append(
-        Refinement(
+        Solver(
             "collocation, split",
             "one number of Gauss points on each panel, panels split at every kink",
             "points a panel",
@@ -119,10 +119,10 @@ def _collocations(setup: RollSetup) -> list[Refinement]:
     return found
 
 
-def _others(setup: RollSetup) -> list[Refinement]:
+def _others(setup: RollSetup) -> list[Solver]:
     if setup.drive.circuit is not None:
         return [
-            Refinement(
+            Solver(
                 "steady curve of the motor",
                 "the same without the transients of the fluxes",
                 "points a panel",
@@ -131,14 +131,14 @@ def _others(setup: RollSetup) -> list[Refinement]:
             )
         ]
     found = [
-        Refinement(
+        Solver(
             "Fourier collocation",
             "evenly spaced crank angles, a dense system; kinks leave order 2 in the end",
             "points a turn",
             (45.0, 91.0, 181.0, 361.0) + (() if setup.mounted else (721.0,)),
             lambda points: ways.fourier(setup, points),
         ),
-        Refinement(
+        Solver(
             "shooting",
             "Runge-Kutta over the angle, Newton's method on the start; kinks leave order 2",
             "steps a panel",
@@ -148,7 +148,7 @@ def _others(setup: RollSetup) -> list[Refinement]:
     ]
     if len(setup.drive.motor.threshold):
         found.append(
-            Refinement(
+            Solver(
                 "collocation, not split",
                 "panels between the nodes of the gas tables, blind to the motor's kinks",
                 "points a panel",
@@ -158,7 +158,7 @@ def _others(setup: RollSetup) -> list[Refinement]:
         )
     if not setup.mounted:
         found.append(
-            Refinement(
+            Solver(
                 "quick march of the energy",
                 "Adams and Bashforth over even angles; the start of the others",
                 "angles a turn",
@@ -170,12 +170,12 @@ def _others(setup: RollSetup) -> list[Refinement]:
     return found
 
 
-def _marches(setup: RollSetup) -> list[Refinement]:
+def _marches(setup: RollSetup) -> list[Solver]:
     if setup.drive.circuit is not None:
         return []
     seconds = setup.turns * 2.0 * np.pi / setup.speed
     found = [
-        Refinement(
+        Solver(
             "Euler, as published",
             "three turns, the integrals of the analyser summed step by step",
             "time step [s]",
@@ -200,7 +200,7 @@ def _marches(setup: RollSetup) -> list[Refinement]:
             return marches.fixed_steps(setup, method, step)
 
         found.append(
-            Refinement(
+            Solver(
                 f"{name}, fixed steps",
                 f"{setup.turns} turns in time, the last one analysed; order 2 at best across kinks",
                 "time step [s]",
@@ -219,7 +219,7 @@ def _marches(setup: RollSetup) -> list[Refinement]:
                 return marches.adaptive(setup, method, rtol)
 
             found.append(
-                Refinement(
+                Solver(
                     f"scipy {method}",
                     f"{setup.turns} turns over the crank angle, the last one read at Gauss points",
                     "relative tolerance",
@@ -254,8 +254,8 @@ def slip_topic(setup: RollSetup) -> Topic:
         unit="rad/s",
         work="examines the slip at one crank angle",
         reference=lambda: _slip_reference(setup, alone),
-        refinements=(
-            Refinement(
+        solvers=(
+            Solver(
                 "closer and closer looks",
                 "about the highest points of the state, by parabolas; as a run does",
                 "",
@@ -263,21 +263,21 @@ def slip_topic(setup: RollSetup) -> Topic:
                 lambda _: _closer(setup),
                 default=NOTHING_TO_SET[0],
             ),
-            Refinement(
+            Solver(
                 "grid", "the best of even angles", "angles a turn", _GRIDS,
                 lambda points: _grid(setup, int(points)),
             ),
-            Refinement(
+            Solver(
                 "grid and parabola", "a parabola through the best and its neighbours",
                 "angles a turn", _GRIDS, lambda points: _parabola(setup, int(points)),
             ),
-            Refinement(
+            Solver(
                 "scipy from the points",
                 "Brent's method bounded by the neighbours of the state's highest point",
                 "tolerance of the angle [rad]", (1e-2, 1e-4, 1e-6, 1e-8),
                 lambda tolerance: _from_points(setup, tolerance),
             ),
-            Refinement(
+            Solver(
                 "scipy minimize_scalar",
                 f"{_COARSE} angles, then Brent's method bounded by the neighbours of the best",
                 "tolerance of the angle [rad]", (1e-2, 1e-3, 1e-4, 1e-6, 1e-8),

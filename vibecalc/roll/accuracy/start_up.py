@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vibecalc.core.accuracy.other_integrators import march_fixed, march_scipy
-from vibecalc.core.accuracy.topic import Answer, Reference, Refinement, Topic
+from vibecalc.core.accuracy.topic import Answer, Reference, Solver, Topic
 from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import EPSILON, FloatArray
@@ -225,7 +225,7 @@ def _said(plan: StartPlan) -> str:
 def _motion(plan: StartPlan, tolerance: float) -> Topic:
     own = tuple(sorted({1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, tolerance}, reverse=True))
     fixed = [
-        Refinement(
+        Solver(
             name, "even steps, blind to kinks", "time step [s]",
             (2e-3, 1e-3, 5e-4, 2.5e-4, 1.25e-4, 6.25e-5),
             lambda step, method=method: _stepped(plan, method, step),  # type: ignore[misc]
@@ -234,7 +234,7 @@ def _motion(plan: StartPlan, tolerance: float) -> Topic:
         for name, method, theory in (("Euler", "euler", "order 1"), ("Runge-Kutta", "rk4", ""))
     ]  # fmt: skip
     free = [
-        Refinement(
+        Solver(
             f"scipy {method}", "steps of its own, blind to kinks", "relative tolerance",
             tolerances, lambda rtol, method=method: _scipy(plan, method, rtol),  # type: ignore[misc]
         )
@@ -253,14 +253,14 @@ def _motion(plan: StartPlan, tolerance: float) -> Topic:
         unit="rad/s",
         work="evaluations of the equations of motion",
         reference=lambda: _end_reference(plan),
-        refinements=(
-            Refinement(
+        solvers=(
+            Solver(
                 "two marches",
                 "order 5, steps ending on kinks, to the tolerance and an eighth of it; as run",
                 "tolerance of a step", own, lambda tol: _twice(plan, tol), default=tolerance,
                 citation=_DORMAND,
             ),
-            Refinement(
+            Solver(
                 "one march", "order 5, steps ending on kinks, to the tolerance alone",
                 "tolerance of a step", own, lambda tol: _marched(plan, tol, 1), citation=_DORMAND,
             ),
@@ -276,7 +276,7 @@ def _shaking(plan: StartPlan, tolerance: float) -> Topic:
     own = tuple(sorted({1e-4, 1e-6, 1e-8, 1e-10, tolerance}, reverse=True))
     run = _Peaks(plan)
     fixed = [
-        Refinement(
+        Solver(
             f"{name}, largest sample", "the largest value at the end of even steps",
             "time step [s]", (2e-3, 1e-3, 5e-4, 2.5e-4, 1.25e-4, 6.25e-5),
             lambda step, method=method: _sampled(plan, method, step),  # type: ignore[misc]
@@ -291,8 +291,8 @@ def _shaking(plan: StartPlan, tolerance: float) -> Topic:
         unit="rad/s^2",
         work="evaluations of the equations of motion",
         reference=lambda: _peak_reference(plan),
-        refinements=(
-            Refinement(
+        solvers=(
+            Solver(
                 "two marches and parabolas",
                 "each step examined in seven places, a parabola through the best; as a run does",
                 "tolerance of a step", own, run, default=tolerance, citation=_DORMAND,

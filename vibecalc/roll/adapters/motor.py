@@ -45,7 +45,7 @@ def emit_fit(scene: Scene, fitted: FittedMotor) -> None:
     for name in ("stator_leakage", "magnetising_inductance", "rotor_resistance", "rotor_leakage"):
         value, moved = np.asarray(getattr(own, name)), np.asarray(getattr(other, name))
         scene.emit(f"{MOTOR}/{name}", value, _apart(_exact(value), _exact(moved)), cages)
-    _emit_reported(scene, fitted)
+    _emit_identifiability(scene, fitted)
     rows = {"slip": fit.slip}
     error = _apart(fit.torque, steady_torque(other, fit.slip))
     scene.emit(f"{MOTOR}/table/torque", fit.table, 0.0, rows)
@@ -91,11 +91,11 @@ def emit_transients(
     _emit(scene, "static_answer", (still[0], still[1]), {})
 
 
-def _emit_reported(scene: Scene, fitted: FittedMotor) -> None:
+def _emit_identifiability(scene: Scene, fitted: FittedMotor) -> None:
     fit = fitted.fit
-    reported = fit.identifiability
+    own = fit.identifiability
     twin = identifiability(fitted.other.motor, fit.slip[fit.used], np.ones(int(fit.used.sum())))
-    names, count = {"motor_parameter": reported.names}, len(reported.names)
+    names, count = {"motor_parameter": own.names}, len(own.names)
     numbers = {"combination": np.arange(1, count + 1)}
     for name, field in (
         ("parameter_spread", "held_spread"),
@@ -103,28 +103,25 @@ def _emit_reported(scene: Scene, fitted: FittedMotor) -> None:
         ("combination_spread", "spread"),
         ("singular_value", "singular_values"),
     ):
-        value, moved = getattr(reported, field), getattr(twin, field)
+        value, moved = getattr(own, field), getattr(twin, field)
         known = np.isfinite(value) & np.isfinite(moved)
         change = np.abs(np.subtract(value, moved, out=np.zeros_like(value), where=known))
         size = float(np.max(value, initial=0.0, where=known))
         # the least of the singular values that are not zero sets what rounding costs a spread
-        loss = 1.0 if field == "singular_values" else _loss(reported)
+        loss = 1.0 if field == "singular_values" else _loss(own)
         scene.emit(f"{MOTOR}/{name}", value, change + _FIT_ROUNDING * loss * size, names | numbers)
-    turned = (
-        np.abs(reported.combinations - twin.combinations)
-        + (_FIT_ROUNDING / _gaps(reported))[:, None]
-    )
-    scene.emit(f"{MOTOR}/combination", reported.combinations, turned, names | numbers)
+    turned = np.abs(own.combinations - twin.combinations) + (_FIT_ROUNDING / _gaps(own))[:, None]
+    scene.emit(f"{MOTOR}/combination", own.combinations, turned, names | numbers)
 
 
-def _loss(reported: Identifiability) -> float:
-    there = reported.singular_values[np.isfinite(reported.spread)]
+def _loss(own: Identifiability) -> float:
+    there = own.singular_values[np.isfinite(own.spread)]
     return float(there.max() / there.min())
 
 
-def _gaps(reported: Identifiability) -> FloatArray:
+def _gaps(own: Identifiability) -> FloatArray:
     """Distance (n,) of each singular value from the others, over the largest; zeros are one."""
-    values = np.where(np.isfinite(reported.spread), reported.singular_values, 0.0)
+    values = np.where(np.isfinite(own.spread), own.singular_values, 0.0)
     apart = np.abs(values[:, None] - values)
     alike = np.eye(values.size, dtype=bool) | ((values == 0.0)[:, None] & (values == 0.0))
     return np.asarray(np.min(np.where(alike, np.inf, apart), axis=1) / values.max())

@@ -232,8 +232,8 @@ def _samples(threshold: FloatArray) -> FloatArray:
 # The running state of a machine whose motor a controller feeds, and whether it is stable.
 # ----------------------------------------------------------------------------
 
-_REFINEMENT = (6, 8, 10, 13, 16, 20)
-#: part of the tolerance at which the refinement ends, for the sake of small harmonics
+_POINT_LEVELS = (6, 8, 10, 13, 16, 20)
+#: part of the tolerance at which the levels end, for the sake of small harmonics
 _SMALL = 1e-2
 #: rounds until edges at kinks and the momentum of a free shell stand, and what counts as standing
 _ROUNDS, _EDGES_STAND, _STILL = 12, 1e-8, 1e-13
@@ -282,10 +282,10 @@ def closed_loop(
         read = readings(machine, drive, closed.turn, closed.torque, pistons=False)
         return np.asarray(harmonics(closed.turn, read.shell_acceleration, numbers)[0])
 
-    check = _state(machine, drive, law, _REFINEMENT[0], None)
+    check = _state(machine, drive, law, _POINT_LEVELS[0], None)
     closed, before = check, look(check)
     found, apart = before, np.full(orders, np.inf)
-    for points in _REFINEMENT[1:]:
+    for points in _POINT_LEVELS[1:]:
         check, before = closed, found
         closed = _state(machine, drive, law, points, check.solution)
         found = look(closed)

@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Reference, Refinement, Topic
+from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Reference, Solver, Topic
 from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import EPSILON, UNIT_ROUNDOFF, ComplexArray, FloatArray
@@ -44,31 +44,31 @@ def _frequencies(setup: Setup, line: Line) -> Topic:
     n, tree = len(line.inertia), rooted(pieces(line)[0])
     row = _is_row(line)
     exact = exact_once(line)
-    refinements = (
-        Refinement(
+    solvers = (
+        Solver(
             "factor" if row else "factor and mode counts",
             "qd algorithm, bidiagonal factor" if row else "singular values, then halved in",
             "", NOTHING_TO_SET, lambda _: Answer(natural_modes(line).frequency, _work(line, row)),
             default=1.0, citation="Fernando and Parlett 1994",
         ),
-        Refinement(
+        Solver(
             "mode counts", "Riccati transfer, sign counts, brackets halved", "halvings", HALVINGS,
             lambda count: _halved(tree, int(count)), theory="0.301 digits per halving",
             citation="Horner and Pilkey 1978",
         ),
-        Refinement(
+        Solver(
             "symmetric form", "eigenvalues of J^-1/2 K J^-1/2", "", NOTHING_TO_SET,
             lambda _: Answer(_symmetric(line)[0], 2.0 / 3.0 * n**3 + 12.0 * n**2),
         ),
-        Refinement(
+        Solver(
             "eigenvalues of K / J", "a matrix that is not symmetric", "", NOTHING_TO_SET,
             lambda _: Answer(_plain(line)[0], 5.0 * n**3),
         ),
-        Refinement(
+        Solver(
             "state matrix", "eigenvalues of twice as many unknowns", "", NOTHING_TO_SET,
             lambda _: Answer(_of_state(line), 40.0 * n**3),
         ),
-        Refinement(
+        Solver(
             "Holzer scan", "signs of the residual torque, a straight line between two",
             "frequencies", SCANNED, lambda count: _scanned(line, tree, int(count)),
             theory="order 2", citation="Holzer 1921",
@@ -80,7 +80,7 @@ def _frequencies(setup: Setup, line: Line) -> Topic:
         lambda: Reference(
             exact()[0], UNIT_ROUNDOFF, "eigenvalues of the symmetric form in 40 digits"
         ),
-        refinements,
+        solvers,
         default_extra=1.0 if row else 8.0,
         default_why="" if row else "each mode to its own last digits, soft ones of stiff lines too",
     )  # fmt: skip
@@ -91,22 +91,22 @@ def _shapes(setup: Setup, line: Line) -> Topic:
     natural = setup.modes.frequency
     row = _is_row(line)
     exact = exact_once(line)
-    refinements = (
-        Refinement(
+    solvers = (
+        Solver(
             "factor" if row else "recurrences", "singular vectors" if row else
             "recurrences of the branches from the station of most energy", "", NOTHING_TO_SET,
             lambda _: Answer(natural_modes(line).shape, _work(line, row) + 6.0 * n**3),
             default=1.0,
         ),
-        Refinement(
+        Solver(
             "symmetric form", "eigenvectors of J^-1/2 K J^-1/2", "", NOTHING_TO_SET,
             lambda _: Answer(_symmetric(line)[1], 4.5 * n**3),
         ),
-        Refinement(
+        Solver(
             "eigenvectors of K / J", "a matrix that is not symmetric", "", NOTHING_TO_SET,
             lambda _: Answer(_plain(line)[1], 12.5 * n**3),
         ),
-        Refinement(
+        Solver(
             "Holzer table", "of frequencies with so many digits, as tables are printed", "digits",
             PRINTED, lambda digits: _tabled(line, natural, int(digits)),
             theory="1 digit per digit", citation="Holzer 1921",
@@ -118,7 +118,7 @@ def _shapes(setup: Setup, line: Line) -> Topic:
         lambda: Reference(
             exact()[1], UNIT_ROUNDOFF, "eigenvectors of the symmetric form in 40 digits"
         ),
-        refinements,
+        solvers,
         default_extra=4.0,
         default_why="shapes of soft modes of stiff lines to all digits, with an error bound",
     )  # fmt: skip
@@ -264,16 +264,16 @@ def torsion_modal_route_topics(scene: Scene) -> list[Topic]:
         )  # fmt: skip
 
     settings = tuple(sorted({*(one for one in KEPT if one < q), float(q)}))
-    refinements = (
-        Refinement(
+    solvers = (
+        Solver(
             "complex factors", "all orders to the highest, each with its phase", "orders", settings,
             kernel, default=float(q), citation="Baca Vasquez 2007, equations 4.17 to 4.29",
         ),
-        Refinement(
+        Solver(
             "modes of the symmetric form", "the same with numpy.linalg.eigh", "", NOTHING_TO_SET,
             dense,
         ),
-        Refinement(
+        Solver(
             "one-argument arc tangent", "phases as the source takes them: a half turn is lost", "",
             NOTHING_TO_SET, single_angle, citation="Baca Vasquez 2007, equation 4.18",
         ),
@@ -283,7 +283,7 @@ def torsion_modal_route_topics(scene: Scene) -> list[Topic]:
             "modal route as published", "twist on critical speeds",
             f"modal twist of {m} modes at crank angle zero on the critical speeds of {q} orders",
             "response/torsion/as_published/twist_at_critical", "rad", "complex multiplications",
-            reference, refinements,
+            reference, solvers,
         )
     ]  # fmt: skip
 

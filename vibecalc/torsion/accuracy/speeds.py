@@ -13,7 +13,7 @@ from vibecalc.core.accuracy.other_searches import (
     nelder_mead,
     parabola_maximum,
 )
-from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Reference, Refinement, Topic
+from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Reference, Solver, Topic
 from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import ComplexArray, FloatArray, IntArray
@@ -118,16 +118,16 @@ def _curve(setup: Setup, speed: FloatArray, section: int) -> Topic:
 
     count = len(setup.modes.frequency)
     kept = np.unique(np.linspace(min(2, count), count, min(count, 6)).astype(int))
-    refinements = (
-        Refinement(
+    solvers = (
+        Solver(
             "sweep", "elimination (or all modes where the case says so) and cells", "",
             NOTHING_TO_SET, kernel, default=1.0,
         ),
-        Refinement(
+        Solver(
             "full matrices, samples", "numpy.linalg.solve at each order, even angles of the cycle",
             "angles", ANGLES, sampled, theory="order 2",
         ),
-        Refinement(
+        Solver(
             "sum over modes", "undamped modes, what damping couples them by left out", "modes",
             tuple(float(one) for one in kept), summed,
         ),
@@ -136,7 +136,7 @@ def _curve(setup: Setup, speed: FloatArray, section: int) -> Topic:
         "torsion_speeds", "curve against speed",
         f"half range of the torque of section {section + 1} at {len(inner)} speeds of the range",
         "response/torsion/speeds/torque_half_range", "N*m", "complex multiplications",
-        reference, refinements,
+        reference, solvers,
         default_extra=1.0 if setup.model.modal is None else 4.0,
         default_why="" if setup.model.modal is None else "the case asks for a sum over modes",
     )  # fmt: skip
@@ -214,21 +214,21 @@ def _largest(setup: Setup, speed: FloatArray, section: int) -> Topic:
             _peak(value, best.position, first, last),
         )  # fmt: skip
 
-    refinements = (
-        Refinement(
+    solvers = (
+        Solver(
             "sweep and peaks", "poles looked up, the slope of the highest brought to zero",
             "speeds", tuple(sorted({*(one for one in SWEPT if one < points), points})), kernel,
             default=points,
         ),
-        Refinement("grid", "the best of even speeds", "speeds", GRID, gridded, theory="order 2"),
-        Refinement(
+        Solver("grid", "the best of even speeds", "speeds", GRID, gridded, theory="order 2"),
+        Solver(
             "grid with parabola", "through the best speed and its neighbours", "speeds", GRID,
             curved, theory="order 3",
         ),
-        Refinement(
+        Solver(
             "grid and golden section", "about the best speed", "speeds", GRID[:4], golden,
         ),
-        Refinement(
+        Solver(
             "critical speeds", "the best of those at which an order meets a mode", "",
             NOTHING_TO_SET, criticals,
         ),
@@ -237,7 +237,7 @@ def _largest(setup: Setup, speed: FloatArray, section: int) -> Topic:
         "torsion_speeds", "largest torque",
         f"largest half range of the torque of section {section + 1} at any speed of the range",
         "response/torsion/largest/torque_half_range", "N*m",
-        "speeds at which all orders are solved", reference, refinements,
+        "speeds at which all orders are solved", reference, solvers,
         position="crank speed [rad/s]",
         default_extra=2.0 + points / 100.0,
         default_why=f"the case asks for the curves at {int(points)} speeds; the largest value "
@@ -381,21 +381,21 @@ def _topic(problem: Problem, limits: Limits) -> Topic:
             tuned.damper.stiffness,
         )  # fmt: skip
 
-    refinements = (
-        Refinement(
+    solvers = (
+        Solver(
             "map and minimax", "linear programs downhill from the valley of a map, then Newton's "
             "method on the conditions of the optimum", "points of a variable", MAPS, searched,
             default=float(TAKEN), citation="Madsen 1975",
         ),
-        Refinement(
+        Solver(
             "map alone", f"the best of even ratios, {SPEEDS} speeds", "points of a variable", GRIDS,
             mapped,
         ),
-        Refinement(
+        Solver(
             "simplex", f"Nelder and Mead from the middle, {SPEEDS} speeds with a parabola",
             "tolerance", SIMPLEX, simplex,
         ),
-        Refinement(
+        Solver(
             "differential evolution", f"of scipy, {SPEEDS} speeds with a parabola", "generations",
             GENERATIONS, evolved,
         ),
@@ -406,7 +406,7 @@ def _topic(problem: Problem, limits: Limits) -> Topic:
         f"least of the largest half range over sections and speeds, of order "
         f"{problem.order[0]:g} alone and without limits of the ring, spring and dashpot chosen",
         "damper_design/worst_torque", unit, "dampers examined over all speeds", reference,
-        refinements,
+        solvers,
         position="referred stiffness [N*m/rad]",
         default_extra=7.5,
         default_why="a map of 15 by 15, fine enough that no valley is lost, where a coarser one "

@@ -7,7 +7,7 @@ from vibecalc.core.accuracy.other_integrators import (
     samples_of_harmonics,
     transform_work,
 )
-from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Reference, Refinement, Topic
+from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Reference, Solver, Topic
 from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.cylinder_torque import _panels, gas_harmonics
 from vibecalc.excitation.gas_tables import GasCard
@@ -53,9 +53,9 @@ def torsion_forced_topics(scene: Scene) -> list[Topic]:
     w, torque = orders_and_torque(setup, ORDERS_OF_LONG if n > LONG else None)
     m = len(w)
     if not line.inertia.all():
-        refinements = _by_matrices(setup, line, w, torque)
+        solvers = _by_matrices(setup, line, w, torque)
     else:
-        refinements = (*_by_matrices(setup, line, w, torque), *_by_modes(setup, line, w, torque))
+        solvers = (*_by_matrices(setup, line, w, torque), *_by_modes(setup, line, w, torque))
     if setup.model.modal is not None:
         extra, why = 5.0, "the case asks for a sum over modes"
     elif setup.model.method == "dense":
@@ -71,7 +71,7 @@ def torsion_forced_topics(scene: Scene) -> list[Topic]:
                 section_torques(line, w, exact_angles(line, w, torque)), UNIT_ROUNDOFF,
                 "the equations of motion in 40 digits",
             ),
-            refinements,
+            solvers,
             default_extra=extra,
             default_why=why,
         )
@@ -98,7 +98,7 @@ def section_torques(line: Line, w: FloatArray, angle: ComplexArray) -> ComplexAr
 
 def _by_matrices(
     setup: Setup, line: Line, w: FloatArray, torque: ComplexArray
-) -> tuple[Refinement, ...]:
+) -> tuple[Solver, ...]:
     n, m = len(line.inertia), len(w)
     method = setup.model.method if setup.model.modal is None else "modal"
 
@@ -110,25 +110,25 @@ def _by_matrices(
         return of(found.angle, work)
 
     return (
-        Refinement(
+        Solver(
             "elimination", "along the line, with its error bound", "", NOTHING_TO_SET,
             lambda _: kernel(False, True, 10.0 * n),
             default=1.0 if method == "elimination" else None,
         ),
-        Refinement(
+        Solver(
             "elimination alone", "the same without the bound", "", NOTHING_TO_SET,
             lambda _: kernel(False, False, 6.0 * n),
         ),
-        Refinement(
+        Solver(
             "inverse", "full matrix with pivoting, one step of refinement, error bound", "",
             NOTHING_TO_SET, lambda _: kernel(True, True, n**3 + 5.0 * n**2),
             default=1.0 if method == "dense" else None,
         ),
-        Refinement(
+        Solver(
             "full matrix", "numpy.linalg.solve at each order", "", NOTHING_TO_SET,
             lambda _: of(dense_angles(line, w, torque), n**3 / 3.0 + n**2),
         ),
-        Refinement(
+        Solver(
             "transfer matrices", "2 x 2, from one end of a row to the other", "", NOTHING_TO_SET,
             lambda _: of(transfer_angles(line, w, torque), 4.0 * n),
             citation="Pestel and Leckie 1963",
@@ -136,9 +136,7 @@ def _by_matrices(
     )  # fmt: skip
 
 
-def _by_modes(
-    setup: Setup, line: Line, w: FloatArray, torque: ComplexArray
-) -> tuple[Refinement, ...]:
+def _by_modes(setup: Setup, line: Line, w: FloatArray, torque: ComplexArray) -> tuple[Solver, ...]:
     n, m, modes = len(line.inertia), len(w), setup.modes
     count = len(modes.frequency)
     kept = np.unique(np.linspace(min(2, count), count, min(count, 7)).astype(int))
@@ -153,12 +151,12 @@ def _by_modes(
         return Answer(section_torques(line, w, angle), 12.5 * (2 * n) ** 3 / 4.0 + m * 4.0 * n**2)
 
     return (
-        Refinement(
+        Solver(
             "sum over modes", "undamped modes; what damping couples them by is left out",
             "modes", tuple(float(one) for one in kept), summed,
             default=None if setup.model.modal is None else float(count),
         ),
-        Refinement("state matrix", "eigenvalues and vectors with dashpots", "", NOTHING_TO_SET,
+        Solver("state matrix", "eigenvalues and vectors with dashpots", "", NOTHING_TO_SET,
                    poles),
     )  # fmt: skip
 
@@ -227,20 +225,20 @@ def _cylinder(setup: Setup) -> Topic:
 
     straight = all(card.coefficient.shape[1] == 2 for card in drive.cards)
     theory = "order 2" if straight else ""
-    refinements = (
-        Refinement(
+    solvers = (
+        Solver(
             "bounded panels", "Gauss points enough for a proof", "", NOTHING_TO_SET, kernel,
             default=1.0, citation="Trefethen 2013, theorem 19.3",
         ),
-        Refinement(
+        Solver(
             "Gauss", "on each piece of the card", "points in a piece", POINTS, panels,
             theory="geometric",
         ),
-        Refinement(
+        Solver(
             "samples", "Fourier transform of the torque at even angles", "angles", DEGREES, sampled,
             theory=theory,
         ),
-        Refinement(
+        Solver(
             "samples, powers of two", "the same next to the points of the card", "angles", ANGLES,
             sampled, theory=theory,
         ),
@@ -248,7 +246,7 @@ def _cylinder(setup: Setup) -> Topic:
     return Topic(
         "torsion", "gas torque of a cylinder",
         f"harmonics of the gas torque at {len(order)} orders", "response/torsion/excitation/gas",
-        "N*m", "angles at which pressure and piston speed are evaluated", reference, refinements,
+        "N*m", "angles at which pressure and piston speed are evaluated", reference, solvers,
         default_extra=4.0,
         default_why="points enough for any card and order, by a bound; once for all speeds",
     )  # fmt: skip
@@ -299,17 +297,17 @@ def _half_ranges(setup: Setup) -> Topic:
             float(at[worst] * turns),
         )  # fmt: skip
 
-    refinements = (
-        Refinement(
+    solvers = (
+        Solver(
             "cells", "samples, then Taylor polynomials where the maximum may be", "",
             NOTHING_TO_SET, kernel, default=1.0,
         ),
-        Refinement("grid", "the best of even angles", "angles", ANGLES, grid, theory="order 2"),
-        Refinement(
+        Solver("grid", "the best of even angles", "angles", ANGLES, grid, theory="order 2"),
+        Solver(
             "grid with parabola", "through the best angle and its neighbours", "angles", ANGLES,
             parabola, theory="order 3",
         ),
-        Refinement(
+        Solver(
             "sum of magnitudes", "all orders at their highest together", "", NOTHING_TO_SET,
             lambda _: Answer(np.abs(rows).sum(axis=1), float(e * count)),
         ),
@@ -319,7 +317,7 @@ def _half_ranges(setup: Setup) -> Topic:
         f"half range of the torque of all {e} sections from {count} orders at "
         f"{setup.speed:.6g} rad/s",
         "response/torsion/torque_half_range", "N*m", "complex multiplications", reference,
-        refinements,
+        solvers,
         position=f"crank angle of the highest torque of section {worst + 1} [rad]",
     )  # fmt: skip
 
@@ -392,16 +390,16 @@ def orders_left_out(scene: Scene, setup: Setup) -> list[Topic]:
             f"{FINEST} samples, solved as full matrices",
         )  # fmt: skip
 
-    refinements = (
-        Refinement(
+    solvers = (
+        Solver(
             "orders kept", "of exact harmonics", "orders", tuple(kept), orders,
             default=float(taken),
         ),
-        Refinement(
+        Solver(
             "samples", "Fourier transform of the torques at even angles, all its orders", "angles",
             SAMPLES, sampled, theory="order 2",
         ),
-        Refinement(
+        Solver(
             "steps in time", "RK4 over a cycle and the state that comes back", "steps", STEPS,
             marched, theory="order 3 to 4, but for the corners of the card",
         ),
@@ -412,7 +410,7 @@ def orders_left_out(scene: Scene, setup: Setup) -> list[Topic]:
             "half range of the torque of all sections from all orders of the cylinders, whose "
             "torques are given",
             "response/torsion/torque_half_range", "N*m", "complex multiplications", reference,
-            refinements,
+            solvers,
             default_extra=4.0,
             default_why="the case asks for so many orders, whatever its card is like",
         )

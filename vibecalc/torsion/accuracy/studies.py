@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.core.accuracy.other_integrators import Rates, march_fixed, march_scipy
-from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Reference, Refinement, Topic
+from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Reference, Solver, Topic
 from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import ComplexArray, FloatArray
@@ -158,22 +158,22 @@ def _topic(short: Short) -> Topic:
         )  # fmt: skip
 
     multiples = sorted({MOMENTS * max(1, round(one * taken / MOMENTS)) for one in SHARES})
-    refinements = (
-        Refinement(
+    solvers = (
+        Solver(
             "exact propagation", "matrix exponential, torque a polynomial over ten points; twice, "
             "with whole and half steps", "steps", tuple(map(float, multiples)), kernel,
             default=float(taken), theory="order 10 at least",
         ),
-        Refinement(
+        Solver(
             "Runge-Kutta", "classical, equal steps", "steps", STEPS,
             lambda steps: fixed("rk4", steps), theory="order 4",
         ),
-        Refinement(
+        Solver(
             "Euler", "explicit, equal steps", "steps", STEPS[1:],
             lambda steps: fixed("euler", steps), theory="order 1",
         ),
         *(
-            Refinement(name, "scipy.integrate.solve_ivp", "rtol", levels, partial(scipys, name))
+            Solver(name, "scipy.integrate.solve_ivp", "rtol", levels, partial(scipys, name))
             for name, levels in (
                 ("RK45", TOLERANCES[:3]), ("DOP853", TOLERANCES), ("Radau", TOLERANCES[:3]),
             )
@@ -183,7 +183,7 @@ def _topic(short: Short) -> Topic:
         "transient", "torques in time",
         f"torques of all sections at {MOMENTS} moments of the first {duration:.4g} s of the change",
         "response/torsion/transient/peak", "N*m",
-        "evaluations of the torques on all stations", reference, refinements,
+        "evaluations of the torques on all stations", reference, solvers,
     )  # fmt: skip
 
 
@@ -285,21 +285,21 @@ def torsion_variable_topics(scene: Scene) -> list[Topic]:
         )  # fmt: skip
 
     settings = tuple(sorted({*(one for one in KEPT if one < taken), taken, np.ceil(1.2 * taken)}))
-    refinements = (
-        Refinement(
+    solvers = (
+        Solver(
             "harmonic balance", "the whole Lagrangian system by Newton's method", "highest order",
             settings, balanced, default=taken, theory="geometric",
             citation="Pasricha and Carnegie 1976",
         ),
-        Refinement(
+        Solver(
             "linear balance", "its first step: linear in the twist", "highest order", settings,
             linear,
         ),
-        Refinement(
+        Solver(
             "mean inertias", "with the inertia torque as a load, as is usual", "", NOTHING_TO_SET,
             constant,
         ),
-        Refinement(
+        Solver(
             "steps in time", "RK4 over a cycle, Newton's method on the state that comes back",
             "steps", SHOT_STEPS, shot, theory="order 3: a parabola through the highest steps",
         ),
@@ -309,7 +309,7 @@ def torsion_variable_topics(scene: Scene) -> list[Topic]:
             "variable inertia", "half ranges",
             f"half range of the torque of all sections at {speed:.6g} rad/s",
             "response/torsion/variable_inertia/torque_half_range", "N*m", "complex multiplications",
-            reference, refinements,
+            reference, solvers,
             default_extra=3.0,
             default_why="loss factors and undamped lines too, and an error estimate of every order",
         )

@@ -407,7 +407,7 @@ def minimise(
         whatever it is.
     period : (n,) array
         After how much a variable repeats itself, as an angle does; 0 where it does not. One whose
-        bounds hold a whole period has no bounds, and is reported from its lower bound on.
+        bounds hold a whole period has no bounds, and is counted from its lower bound on.
 
     Returns
     -------

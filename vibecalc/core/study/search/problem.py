@@ -30,8 +30,8 @@ class Box:
 
     A variable that repeats itself after `period` (n,; 0: it does not) and whose bounds hold all of
     one has no bounds: the unit interval then runs through three periods, of which the middle one,
-    from `lower` on, is where points are reported (`fold`). A search that leaves it by one side goes
-    on.
+    from `lower` on, is where points are folded to (`fold`). A search that leaves it by one side
+    goes on.
     """
 
     lower: np.ndarray

@@ -131,7 +131,7 @@ class Options:
     cluster
         Scheduler of a dask cluster, address or file.
     note
-        Reported what a person should know on the way.
+        Called with what a person should know on the way.
     """
 
     output: Path
