@@ -31,7 +31,7 @@ def record() -> Record:
         quantity("response/torsion/torque", [3.0, -40.0], 4e-9),
         quantity("response/torsion/angle", [2.0], 4e-6),
         replace(quantity("response/torsion/twist", [1e-9], 1e-9), terms=100.0),
-        quantity("isolation/run_up/peak_speed", [50.0], 1.0),
+        quantity("response/torsion/exceeded/peak_speed", [50.0], 1.0),
         quantity("response/torsion/transient/peak", [7.0], 0.1),
     ):
         found.add(one)

@@ -8,7 +8,6 @@ import dataclasses
 import io
 import math
 import re
-from importlib import import_module
 from pathlib import Path
 
 import numpy as np
@@ -29,9 +28,8 @@ from rich.console import Console
 from vibecalc.core.report.terminal import plain_summary, print_summary, summary
 from vibecalc.core.report.text import render_report, render_verdicts
 from vibecalc.core.report.writing import Column, fold, number, show, show_percent, show_phase, table
-from vibecalc.core.results.catalogue import CATALOGUE, OWNER
+from vibecalc.core.results.catalogue import CATALOGUE, HEADLINES
 from vibecalc.core.results.record import Axis, Record
-from vibecalc.subjects import SUBJECTS
 from vibecalc.units import TABLE, convert
 
 SAMPLES = {"generator": generator, "rigid_body": rigid_body, "optimised": optimised}
@@ -262,7 +260,7 @@ def test_the_terminal_names_the_worst_entry_of_arrays() -> None:
     frequencies = result.record["isolation/modes/natural_frequency"].values / (2.0 * np.pi)
     rows = [line for line in plain_summary(result).splitlines() if "  natural frequency" in line]
     shown = [float(row.split()[2]) for row in rows]
-    np.testing.assert_allclose(shown, frequencies, rtol=1e-3)
+    np.testing.assert_allclose(shown, frequencies[[0, -1]], rtol=1e-3)
 
 
 @pytest.mark.parametrize("width", long_but([60, 80, 100], 60))
@@ -305,15 +303,12 @@ def test_a_table_has_no_column_without_an_entry() -> None:
     assert table(columns, [])[0].split("\n")[0] == "  name    full empty  low"
 
 
-@pytest.mark.parametrize("subject", SUBJECTS)
-def test_headlines_are_results_in_units_that_fit(subject: str) -> None:
-    listed = getattr(import_module(f"vibecalc.{subject}.results"), "HEADLINES", ())
-    assert len(listed) == len({one.path for one in listed})
-    for one in listed:
-        entry = CATALOGUE[one.path]
-        assert OWNER[one.path] == subject and len(one.name) <= 48
-        # without pint, whose registry takes longer than all of a report
-        assert one.unit in TABLE and (not one.unit or entry.unit in TABLE)
-        assert math.isfinite(convert(1.0, entry.unit, one.unit or entry.unit))
-        assert {one.at, one.unless} - {""} <= set(CATALOGUE)
-        assert one.pick in ("largest", "least", "each", "first", "elastic")
+@pytest.mark.parametrize("path", HEADLINES)
+def test_headlines_are_results_in_units_that_fit(path: str) -> None:
+    one, entry = HEADLINES[path], CATALOGUE[path]
+    assert len(one.name) <= 48
+    # without pint, whose registry takes longer than all of a report
+    assert one.unit in TABLE and (not one.unit or entry.unit in TABLE)
+    assert math.isfinite(convert(1.0, entry.unit, one.unit or entry.unit))
+    assert {one.at, one.unless} - {""} <= set(CATALOGUE)
+    assert one.pick in ("largest", "least", "each", "first", "ends", "elastic")

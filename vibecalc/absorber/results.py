@@ -1,6 +1,6 @@
 """Results of absorbers: response, tuning, hardware, and pendulums on a rotor."""
 
-from vibecalc.core.results.record import PEAK, Headline, entry
+from vibecalc.core.results.record import CHECK, DIFFERENCE, PEAK, Headline, entry
 
 # ----------------------------------------------------------------------------
 # Results of a primary system with its absorber: curves, peaks, fixed points, poles.
@@ -31,7 +31,18 @@ RESPONSE_ENTRIES = (
         PEAK,
     ),
     entry(f"{RESPONSE_ROOT}/frequency", "frequency_ratio", "rad/s", "frequency of the excitation"),
-    entry(f"{RESPONSE_ROOT}/largest", "curve", "", "largest response at any frequency"),
+    entry(
+        f"{RESPONSE_ROOT}/largest",
+        "curve",
+        "",
+        "largest response at any frequency",
+        headline=Headline(
+            "largest response of the primary",
+            pick="first",
+            at="response/absorber/largest_frequency_ratio",
+            unless="tuning/peak",
+        ),
+    ),
     entry(
         f"{RESPONSE_ROOT}/largest_frequency_ratio",
         "curve",
@@ -51,7 +62,13 @@ RESPONSE_ENTRIES = (
         "where they are; 0: no such one",
     ),
     entry(
-        f"{RESPONSE_ROOT}/largest_travel", "curve", "", "largest relative motion of the absorber"
+        f"{RESPONSE_ROOT}/largest_travel",
+        "curve",
+        "",
+        "largest relative motion of the absorber",
+        headline=Headline(
+            "largest travel of the absorber, as a ratio", pick="first", unless="tuning/peak"
+        ),
     ),
     entry(
         f"{RESPONSE_ROOT}/each/largest_travel",
@@ -108,49 +125,150 @@ _OF_EACH = (
     ("own_damping", "damping of the absorber on its own frequency, c2 / (2 J2 w2)"),
 )
 
+_TUNED = {
+    "stiffness_ratio": Headline("stiffness ratio, tuned", unless="tuning/secondary_frequency"),
+    "secondary_damping": Headline("damping of the absorber, c2/(2 sqrt(K1 J1))"),
+}
+_EACH_TUNED = {
+    name: Headline(words, pick="each", unless="tuning/each/frequency")
+    for name, words in (
+        ("stiffness_ratio", "stiffness ratio of absorber"),
+        ("secondary_damping", "damping of absorber, c2/(2 sqrt(K1 J1))"),
+    )
+}
+_BUILT = {
+    "torsional_stiffness": Headline("spring of absorber", "N*m/rad", pick="each"),
+    "torsional_damping": Headline("damper of absorber", "N*m*s/rad", pick="each"),
+    "linear_stiffness": Headline("spring of absorber", "N/mm", pick="each"),
+    "linear_damping": Headline("damper of absorber", "N*s/m", pick="each"),
+}
+
 TUNING_ENTRIES = (
-    entry(f"{TUNING_ROOT}/mass_ratio", "", "", "inertia of the absorber over that of the primary"),
-    entry(f"{TUNING_ROOT}/primary_damping", "", "", "damping of the primary, c1 / (2 sqrt(K1 J1))"),
-    *(entry(f"{TUNING_ROOT}/{name}", "", "", f"best {words}") for name, words in _OF_EACH),
-    entry(f"{TUNING_ROOT}/peak", "", "", "largest response of the primary with this tuning"),
+    entry(
+        f"{TUNING_ROOT}/peak",
+        "",
+        "",
+        "largest response of the primary with this tuning",
+        headline=Headline("largest response of the primary, tuned"),
+    ),
+    entry(
+        f"{TUNING_ROOT}/peak_alone",
+        "",
+        "",
+        "largest response without an absorber",
+        headline=Headline("the same without the absorber"),
+    ),
     entry(f"{TUNING_ROOT}/peak_less_one", "", "", "that less 1, to its own digits"),
     entry(
         f"{TUNING_ROOT}/mean_square",
         "",
         "",
         "integral of the squared response over all frequencies",
+        headline=Headline("mean square response, tuned"),
     ),
-    entry(f"{TUNING_ROOT}/mean_square_alone", "", "", "the same without an absorber"),
-    entry(f"{TUNING_ROOT}/peak_alone", "", "", "largest response without an absorber"),
-    entry(f"{TUNING_ROOT}/travel", "", "", "largest motion of the absorber against the primary"),
+    entry(
+        f"{TUNING_ROOT}/mean_square_alone",
+        "",
+        "",
+        "the same without an absorber",
+        headline=Headline("the same without the absorber"),
+    ),
+    entry(f"{TUNING_ROOT}/mass_ratio", "", "", "inertia of the absorber over that of the primary"),
+    entry(f"{TUNING_ROOT}/primary_damping", "", "", "damping of the primary, c1 / (2 sqrt(K1 J1))"),
+    *(
+        entry(f"{TUNING_ROOT}/{name}", "", "", f"best {words}", headline=_TUNED.get(name))
+        for name, words in _OF_EACH
+    ),
+    entry(
+        f"{TUNING_ROOT}/travel",
+        "",
+        "",
+        "largest motion of the absorber against the primary",
+        headline=Headline("largest travel of the absorber, as a ratio"),
+    ),
     entry(
         f"{TUNING_ROOT}/active/frequency_ratio",
         "active",
         "",
         "frequencies of the peaks that hold it",
+        exempt=DIFFERENCE,
     ),
-    entry(f"{TUNING_ROOT}/active/magnitude", "active", "", "their heights"),
-    entry(f"{TUNING_ROOT}/active/weight", "active", "", "weights with which their slopes cancel"),
-    entry(f"{TUNING_ROOT}/certificate", "", "", "what is left of the slopes: 0 for an optimum"),
+    entry(f"{TUNING_ROOT}/active/magnitude", "active", "", "their heights", exempt=DIFFERENCE),
+    entry(
+        f"{TUNING_ROOT}/active/weight",
+        "active",
+        "",
+        "weights with which their slopes cancel",
+        exempt=DIFFERENCE,
+    ),
+    entry(
+        f"{TUNING_ROOT}/certificate",
+        "",
+        "",
+        "what is left of the slopes: 0 for an optimum",
+        exempt=CHECK,
+    ),
     entry(f"{TUNING_ROOT}/helps", "", "", "1: a sprung or damped absorber helps, 0: none does"),
     entry(f"{TUNING_ROOT}/without_spring", "", "", "1: the best absorber has no spring"),
     entry(
         f"{TUNING_ROOT}/threshold", "", "", "damping of the primary from which on no absorber helps"
     ),
     entry(f"{TUNING_ROOT}/evaluations", "", "", "evaluations of a peak that the search took"),
-    entry(f"{TUNING_ROOT}/torsional_stiffness", "", "N*m/rad", "best stiffness of the absorber"),
-    entry(f"{TUNING_ROOT}/torsional_damping", "", "N*m*s/rad", "best damping of the absorber"),
-    entry(f"{TUNING_ROOT}/linear_stiffness", "", "N/m", "best stiffness of the absorber"),
-    entry(f"{TUNING_ROOT}/linear_damping", "", "N*s/m", "best damping of the absorber"),
     entry(
-        f"{TUNING_ROOT}/secondary_frequency", "", "rad/s", "natural frequency of the absorber alone"
+        f"{TUNING_ROOT}/torsional_stiffness",
+        "",
+        "N*m/rad",
+        "best stiffness of the absorber",
+        headline=Headline("spring of the absorber", "N*m/rad"),
+    ),
+    entry(
+        f"{TUNING_ROOT}/torsional_damping",
+        "",
+        "N*m*s/rad",
+        "best damping of the absorber",
+        headline=Headline("damper of the absorber", "N*m*s/rad"),
+    ),
+    entry(
+        f"{TUNING_ROOT}/linear_stiffness",
+        "",
+        "N/m",
+        "best stiffness of the absorber",
+        headline=Headline("spring of the absorber", "N/mm"),
+    ),
+    entry(
+        f"{TUNING_ROOT}/linear_damping",
+        "",
+        "N*s/m",
+        "best damping of the absorber",
+        headline=Headline("damper of the absorber", "N*s/m"),
+    ),
+    entry(
+        f"{TUNING_ROOT}/secondary_frequency",
+        "",
+        "rad/s",
+        "natural frequency of the absorber alone",
+        headline=Headline("natural frequency of the absorber alone", "Hz"),
     ),
     *(
-        entry(f"{TUNING_ROOT}/each/{name}", "absorber", "", f"best {words}, of each absorber")
+        entry(
+            f"{TUNING_ROOT}/each/{name}",
+            "absorber",
+            "",
+            f"best {words}, of each absorber",
+            headline=_EACH_TUNED.get(name),
+            exempt=DIFFERENCE,
+        )
         for name, words in (("mass_ratio", "mass ratio"), *_OF_EACH)
     ),
     *(
-        entry(f"{TUNING_ROOT}/each/{name}", "absorber", unit, f"{words} of each absorber")
+        entry(
+            f"{TUNING_ROOT}/each/{name}",
+            "absorber",
+            unit,
+            f"{words} of each absorber",
+            headline=_BUILT.get(name),
+            exempt=DIFFERENCE,
+        )
         for name, unit, words in (
             ("torsional_stiffness", "N*m/rad", "best stiffness"),
             ("torsional_damping", "N*m*s/rad", "best damping"),
@@ -183,6 +301,7 @@ TUNING_ENTRIES = (
             "ratio",
             "",
             f"slope of the best {words}, by a ratio",
+            exempt=DIFFERENCE,
         )
         for name, words in _FOUND
     ),
@@ -299,7 +418,13 @@ HARDWARE_ENTRIES = (
         "the same, c2 / (2 sqrt(K1 M1))",
     ),
     *(
-        entry(f"{HARDWARE_ROOT}/damper_pair/{name}", _WITH_DAMPER, "", words)
+        entry(
+            f"{HARDWARE_ROOT}/damper_pair/{name}",
+            _WITH_DAMPER,
+            "",
+            words,
+            exempt=DIFFERENCE * (name == "penalty"),
+        )
         for name, words in (
             ("peak", "largest response with these springs and this damper"),
             ("penalty", "that peak over the one of the tuning, less 1"),
@@ -308,9 +433,19 @@ HARDWARE_ENTRIES = (
         )
     ),
     entry(
-        f"{HARDWARE_ROOT}/buy/peak", "", "", "largest response with the best pair of stock parts"
+        f"{HARDWARE_ROOT}/buy/peak",
+        "",
+        "",
+        "largest response with the best pair of stock parts",
+        headline=Headline("largest response with the best stock parts"),
     ),
-    entry(f"{HARDWARE_ROOT}/buy/penalty", "", "", "that peak over the one of the tuning, less 1"),
+    entry(
+        f"{HARDWARE_ROOT}/buy/penalty",
+        "",
+        "",
+        "that peak over the one of the tuning, less 1",
+        exempt=DIFFERENCE,
+    ),
     entry(
         f"{HARDWARE_ROOT}/warming/damping",
         "temperature",
@@ -349,7 +484,13 @@ HARDWARE_ENTRIES = (
 PENDULUM_ROOT = "pendulum"
 
 PENDULUM_ENTRIES = (
-    entry(f"{PENDULUM_ROOT}/order", "", "", "order that small swings follow"),
+    entry(
+        f"{PENDULUM_ROOT}/order",
+        "",
+        "",
+        "order that small swings follow",
+        headline=Headline("order of the pendulum"),
+    ),
     entry(f"{PENDULUM_ROOT}/path_radius", "", "m", "radius of curvature of the path at its vertex"),
     entry(f"{PENDULUM_ROOT}/path_exponent", "", "", "0: a circle, 1: a cycloid"),
     entry(
@@ -358,7 +499,13 @@ PENDULUM_ENTRIES = (
         "1/rad^2",
         "relative change of the order by the swing squared",
     ),
-    entry(f"{PENDULUM_ROOT}/largest_swing", "", "rad", "where the path ends"),
+    entry(
+        f"{PENDULUM_ROOT}/largest_swing",
+        "",
+        "rad",
+        "where the path ends",
+        headline=Headline("swing at which the path of the pendulum ends", "deg"),
+    ),
     entry(
         f"{PENDULUM_ROOT}/mass_ratio", "", "", "inertia of the equivalent absorber over the rotor's"
     ),
@@ -421,8 +568,15 @@ PENDULUM_ENTRIES = (
         "",
         "N*m",
         "torque beyond which the pendulum jumps; infinite",
+        headline=Headline("torque at which the swing jumps", "N*m"),
     ),
-    entry(f"{PENDULUM_ROOT}/jump/swing", "", "rad", "largest angle of swing, from which it jumps"),
+    entry(
+        f"{PENDULUM_ROOT}/jump/swing",
+        "",
+        "rad",
+        "largest angle of swing, from which it jumps",
+        exempt=DIFFERENCE,
+    ),
 )
 
 #: axis name -> (unit, long name)
@@ -452,59 +606,4 @@ ENTRIES = (
     *RESPONSE_ENTRIES,
     *HARDWARE_ENTRIES,
     *PENDULUM_ENTRIES,
-)
-
-#: what the reader of a report looks for first
-HEADLINES = (
-    Headline("tuning/peak", "largest response of the primary, tuned", ""),
-    Headline("tuning/peak_alone", "the same without the absorber", ""),
-    Headline("tuning/mean_square", "mean square response, tuned", ""),
-    Headline("tuning/mean_square_alone", "the same without the absorber", ""),
-    Headline(
-        "tuning/stiffness_ratio", "stiffness ratio, tuned", unless="tuning/secondary_frequency"
-    ),
-    Headline("tuning/secondary_damping", "damping of the absorber, c2/(2 sqrt(K1 J1))", ""),
-    Headline("tuning/linear_stiffness", "spring of the absorber", "N/mm"),
-    Headline("tuning/linear_damping", "damper of the absorber", "N*s/m"),
-    Headline("tuning/torsional_stiffness", "spring of the absorber", "N*m/rad"),
-    Headline("tuning/torsional_damping", "damper of the absorber", "N*m*s/rad"),
-    Headline("tuning/secondary_frequency", "natural frequency of the absorber alone", "Hz"),
-    Headline("tuning/travel", "largest travel of the absorber, as a ratio", ""),
-    Headline("tuning/each/linear_stiffness", "spring of absorber", "N/mm", "each"),
-    Headline("tuning/each/linear_damping", "damper of absorber", "N*s/m", "each"),
-    Headline("tuning/each/torsional_stiffness", "spring of absorber", "N*m/rad", "each"),
-    Headline("tuning/each/torsional_damping", "damper of absorber", "N*m*s/rad", "each"),
-    Headline("hardware/buy/peak", "largest response with the best stock parts", ""),
-    Headline(
-        "tuning/each/stiffness_ratio",
-        "stiffness ratio of absorber",
-        "",
-        "each",
-        unless="tuning/each/frequency",
-    ),
-    Headline(
-        "tuning/each/secondary_damping",
-        "damping of absorber, c2/(2 sqrt(K1 J1))",
-        "",
-        "each",
-        unless="tuning/each/frequency",
-    ),
-    Headline(
-        "response/absorber/largest",
-        "largest response of the primary",
-        "",
-        "first",
-        "response/absorber/largest_frequency_ratio",
-        "tuning/peak",
-    ),
-    Headline(
-        "response/absorber/largest_travel",
-        "largest travel of the absorber, as a ratio",
-        "",
-        "first",
-        unless="tuning/peak",
-    ),
-    Headline("pendulum/order", "order of the pendulum", ""),
-    Headline("pendulum/largest_swing", "swing at which the path of the pendulum ends", "deg"),
-    Headline("pendulum/jump/torque", "torque at which the swing jumps", "N*m"),
 )

@@ -6,7 +6,6 @@ import numpy as np
 
 from vibecalc.core.report.sections import (
     FAINT,
-    START,
     Section,
     along,
     by_axis,
@@ -28,7 +27,7 @@ from vibecalc.core.report.writing import (
     show_phase,
     table,
 )
-from vibecalc.core.results.record import Quantity, Record, Result
+from vibecalc.core.results.record import AT_START, Quantity, Record, Result
 
 # ----------------------------------------------------------------------------
 # The balance table, as an engineer lays it out: a line for each cylinder and a total.
@@ -56,7 +55,7 @@ def balance(result: Result) -> tuple[list[str], set[str]]:
     """
     notes = "z: position along the crankshaft; the angle is that of the order"
     lines, shown = _table(result.record, _PREFIX, f"Balance table ({notes})")
-    before, begun = _table(result.record, START + _PREFIX, "Balance table at the start")
+    before, begun = _table(result.record, AT_START + _PREFIX, "Balance table at the start")
     return stacked(lines, before), shown | begun
 
 
@@ -158,7 +157,7 @@ def excitation(result: Result) -> Section | None:
     record = result.record
     orders = _excitation_orders(record)
     blocks = [_peaks(record), scalars(record, ["excitation/residual"])]
-    details = {"balance table": balance(result)}
+    details = {"balance table": balance(result), "counterweights": _counterweights(record)}
     if height(orders[0]) <= _BRIEF:
         blocks.insert(0, orders)
     else:
@@ -229,6 +228,17 @@ def _peaks(record: Record) -> tuple[list[str], set[str]]:
         Column("unit", 8),
     )
     return table(columns, rows), shown
+
+
+_WEIGHTS = (
+    ("excitation/counterweight/force", "force N"),
+    ("excitation/counterweight/couple", "couple N*m"),
+)
+
+
+def _counterweights(record: Record) -> tuple[list[str], set[str]]:
+    lines = by_axis(record, "counterweight", "counterweight, alone", _WEIGHTS)
+    return lines, {path for path, _ in _WEIGHTS}
 
 
 # ----------------------------------------------------------------------------
@@ -375,7 +385,7 @@ def pump(result: Result) -> Section | None:
     if not shown:
         return None
     details = {"torque of the pump by order": _pump_orders(result.record)}
-    blocks = [(lines + paragraph(_WORDS), shown)]
+    blocks = [(lines + paragraph(_WORDS), {*shown, f"{ROOT}pressure"})]
     return section("Pump: valves, volumes and torque", blocks, details)
 
 

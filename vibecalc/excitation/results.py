@@ -1,6 +1,6 @@
 """Results of the forces and couples of the crank train, its motor, and a pump's cylinders."""
 
-from vibecalc.core.results.record import PEAK, RMS, Headline, entry
+from vibecalc.core.results.record import CANCELLING, ORDERS, PEAK, RMS, Headline, entry
 
 # ----------------------------------------------------------------------------
 # Results of the forces and couples of the crank train, and of its motor.
@@ -9,53 +9,96 @@ from vibecalc.core.results.record import PEAK, RMS, Headline, entry
 EXCITATION_ENTRIES = (
     entry("excitation/force", "order direction", "N", "force on the body", PEAK),
     entry("excitation/couple", "order direction", "N*m", "couple on the body", PEAK),
-    entry("excitation/force_peak", "direction", "N", "largest force over a turn", PEAK),
-    entry("excitation/couple_peak", "direction", "N*m", "largest couple over a turn", PEAK),
-    entry("excitation/balance/sine", "order cylinder", "", "sin(n a)"),
-    entry("excitation/balance/cosine", "order cylinder", "", "cos(n a)"),
-    entry("excitation/balance/position_sine", "order cylinder", "m", "z sin(n a)"),
-    entry("excitation/balance/position_cosine", "order cylinder", "m", "z cos(n a)"),
-    entry("excitation/balance/total_sine", "order", "", "sum of sin(n a)"),
-    entry("excitation/balance/total_cosine", "order", "", "sum of cos(n a)"),
-    entry("excitation/balance/total_position_sine", "order", "m", "sum of z sin(n a)"),
-    entry("excitation/balance/total_position_cosine", "order", "m", "sum of z cos(n a)"),
+    entry(
+        "excitation/force_peak",
+        "direction",
+        "N",
+        "largest force over a turn",
+        PEAK,
+        headline=Headline("shaking force, peak", "N"),
+    ),
+    entry(
+        "excitation/couple_peak",
+        "direction",
+        "N*m",
+        "largest couple over a turn",
+        PEAK,
+        headline=Headline("shaking couple, peak", "N*m"),
+    ),
+    entry("excitation/balance/sine", "order cylinder", "", "sin(n a)", exempt=CANCELLING),
+    entry("excitation/balance/cosine", "order cylinder", "", "cos(n a)", exempt=CANCELLING),
+    entry(
+        "excitation/balance/position_sine", "order cylinder", "m", "z sin(n a)", exempt=CANCELLING
+    ),
+    entry(
+        "excitation/balance/position_cosine", "order cylinder", "m", "z cos(n a)", exempt=CANCELLING
+    ),
+    entry("excitation/balance/total_sine", "order", "", "sum of sin(n a)", exempt=CANCELLING),
+    entry("excitation/balance/total_cosine", "order", "", "sum of cos(n a)", exempt=CANCELLING),
+    entry(
+        "excitation/balance/total_position_sine",
+        "order",
+        "m",
+        "sum of z sin(n a)",
+        exempt=CANCELLING,
+    ),
+    entry(
+        "excitation/balance/total_position_cosine",
+        "order",
+        "m",
+        "sum of z cos(n a)",
+        exempt=CANCELLING,
+    ),
     entry(
         "excitation/balance/banks/sum",
         "order direction",
         "",
         "of several banks: sum of exp(i n a) along the axis of each cylinder",
+        exempt=CANCELLING,
     ),
     entry(
         "excitation/balance/banks/position_sum",
         "order direction",
         "m",
         "sum of z exp(i n a) so",
+        exempt=CANCELLING,
     ),
     entry(
         "excitation/balance/banks/rotating",
         "order",
         "",
         "part of that sum that turns with the crank, n times as fast",
+        exempt=CANCELLING,
     ),
     entry(
         "excitation/balance/banks/counter_rotating",
         "order",
         "",
         "part that turns against it",
+        exempt=CANCELLING,
     ),
     entry(
         "excitation/balance/banks/position_rotating",
         "order",
         "m",
         "part of the sum with z that turns with the crank",
+        exempt=CANCELLING,
     ),
     entry(
         "excitation/balance/banks/position_counter_rotating",
         "order",
         "m",
         "part that turns against it",
+        exempt=CANCELLING,
     ),
-    entry("excitation/residual", "", "N", "weighted residual of forces and couples", PEAK),
+    entry(
+        "excitation/residual",
+        "",
+        "N",
+        "weighted residual of forces and couples",
+        PEAK,
+        headline=Headline("weighted residual of the balance", "N"),
+    ),
     entry("excitation/mass/reciprocating", "cylinder", "kg", "mass that moves with a piston"),
     entry("excitation/mass/rotating", "cylinder", "kg", "mass at a crank pin"),
     entry(
@@ -102,7 +145,14 @@ EXCITATION_ENTRIES = (
         "sum of the amplitudes of all orders, a bound of the peak",
         PEAK,
     ),
-    entry("excitation/motor/peak", "", "N", "largest axial force over a turn, mean apart", PEAK),
+    entry(
+        "excitation/motor/peak",
+        "",
+        "N",
+        "largest axial force over a turn, mean apart",
+        PEAK,
+        headline=Headline("axial force of the motor, peak without mean", "N"),
+    ),
     entry("excitation/motor/rms", "", "N", "axial force, mean apart", RMS),
 )
 
@@ -127,19 +177,33 @@ PUMP_ENTRIES = (
     ),
     entry(f"{PUMP_ROOT}/swept_volume", "", "m^3", "of one cylinder"),
     entry(
-        f"{PUMP_ROOT}/volumetric_efficiency",
+        f"{PUMP_ROOT}/flow",
         "",
-        "",
-        "volume drawn, at the suction pressure, over the swept volume",
+        "m^3/s",
+        "mean flow of all cylinders, at the suction pressure",
+        headline=Headline("flow of the pump, mean", "l/min"),
     ),
-    entry(f"{PUMP_ROOT}/flow", "", "m^3/s", "mean flow of all cylinders, at the suction pressure"),
     entry(f"{PUMP_ROOT}/work", "", "J", "work of one cylinder on its liquid in a turn"),
-    entry(f"{PUMP_ROOT}/power", "", "W", "of all cylinders on the liquid"),
+    entry(
+        f"{PUMP_ROOT}/power",
+        "",
+        "W",
+        "of all cylinders on the liquid",
+        headline=Headline("power of the pump, mean", "kW"),
+    ),
     entry(
         f"{PUMP_ROOT}/mean_torque",
         "",
         "N*m",
         "mean torque of the liquid on the crankshaft, all cylinders, with its sign",
+        headline=Headline("torque of the pump, mean", "N*m"),
+    ),
+    entry(
+        f"{PUMP_ROOT}/volumetric_efficiency",
+        "",
+        "",
+        "volume drawn, at the suction pressure, over the swept volume",
+        headline=Headline("volumetric efficiency"),
     ),
     entry(
         f"{PUMP_ROOT}/torque",
@@ -161,15 +225,4 @@ ENTRIES = (
     *EXCITATION_ENTRIES,
     *PUMP_ENTRIES,
 )
-
-#: what the reader of a report looks for first
-HEADLINES = (
-    Headline("excitation/force_peak", "shaking force, peak", "N"),
-    Headline("excitation/couple_peak", "shaking couple, peak", "N*m"),
-    Headline("excitation/residual", "weighted residual of the balance", "N"),
-    Headline("excitation/motor/peak", "axial force of the motor, peak without mean", "N"),
-    Headline("excitation/pump/flow", "flow of the pump, mean", "l/min"),
-    Headline("excitation/pump/power", "power of the pump, mean", "kW"),
-    Headline("excitation/pump/mean_torque", "torque of the pump, mean", "N*m"),
-    Headline("excitation/pump/volumetric_efficiency", "volumetric efficiency", ""),
-)
+HELPS = {"excitation/": (ORDERS,)}

@@ -7,14 +7,32 @@ AXES = {
     "foundation_mode": ("", "mode of machine and foundation, up and down, lowest first"),
 }
 ENTRIES = (
-    entry(f"{ROOT}/natural_frequency", "foundation_mode", "rad/s", "of machine and foundation"),
+    entry(
+        f"{ROOT}/natural_frequency",
+        "foundation_mode",
+        "rad/s",
+        "of machine and foundation",
+        headline=Headline("natural frequency, machine on foundation", "Hz", pick="ends"),
+    ),
     entry(f"{ROOT}/machine", "order", "m", "motion of the machine up and down", PEAK),
     entry(f"{ROOT}/motion", "order", "m", "motion of the foundation up and down", PEAK),
     entry(f"{ROOT}/ground_force", "order", "N", "force on what carries the foundation", PEAK),
     entry(f"{ROOT}/rigid_force", "order", "N", "force on a foundation that does not move", PEAK),
-    entry(f"{ROOT}/motion_peak", "", "m", "largest motion of the foundation over a cycle", PEAK),
     entry(
-        f"{ROOT}/ground_force_peak", "", "N", "largest force on what carries the foundation", PEAK
+        f"{ROOT}/motion_peak",
+        "",
+        "m",
+        "largest motion of the foundation over a cycle",
+        PEAK,
+        headline=Headline("motion of the foundation, peak", "mm"),
+    ),
+    entry(
+        f"{ROOT}/ground_force_peak",
+        "",
+        "N",
+        "largest force on what carries the foundation",
+        PEAK,
+        headline=Headline("force into the ground, peak", "N"),
     ),
     entry(
         f"{ROOT}/rigid_force_peak",
@@ -22,15 +40,6 @@ ENTRIES = (
         "N",
         "largest force on one that does not move",
         PEAK,
+        headline=Headline("the same on a rigid foundation", "N"),
     ),
-)
-
-#: what the reader of a report looks for first
-HEADLINES = (
-    Headline(
-        "foundation/natural_frequency", "natural frequency, machine on foundation", "Hz", "each"
-    ),
-    Headline("foundation/motion_peak", "motion of the foundation, peak", "mm"),
-    Headline("foundation/ground_force_peak", "force into the ground, peak", "N"),
-    Headline("foundation/rigid_force_peak", "the same on a rigid foundation", "N"),
 )

@@ -11,8 +11,8 @@ from vibecalc.core.report.sections import (
     magnitudes,
     scalars,
     section,
+    stacked,
     table_of,
-    together,
 )
 from vibecalc.core.report.writing import (
     Column,
@@ -31,36 +31,35 @@ from vibecalc.core.results.record import Record, Result
 # What each mount carries and how far the body moves there: one line for each mount.
 # ----------------------------------------------------------------------------
 
+ROOT = "isolation/torque_reaction/"
 _FORCE = "isolation/support_force/"
 _MOVE = "isolation/support_displacement/"
 _FORCES = (
-    ("static", "static N", 1.0),
-    ("rigid_peak", "held still N", 1.0),
-    ("steady_peak", "steady peak N", 1.0),
-    ("run_up_peak", "run-up peak N", 1.0),
-    ("run_up_peak_speed", "at rpm", rpm(1.0)),
+    (f"{_FORCE}static", "static", "N"),
+    (f"{_FORCE}rigid_peak", "held still", "N"),
+    (f"{_FORCE}steady_peak", "steady peak", "N"),
+    (f"{_FORCE}run_up_peak", "run-up peak", "N"),
+    (f"{_FORCE}run_up_peak_speed", "at", "rpm"),
 )
 _MOVES = (
-    ("sag", "static mm", 1e3),
-    ("vertical_peak", "vertical peak mm", 1e3),
-    ("excursion", "peak with static mm", 1e3),
+    (f"{_MOVE}sag", "static", "mm"),
+    (f"{_MOVE}vertical_peak", "vertical peak", "mm"),
+    (f"{_MOVE}excursion", "peak with static", "mm"),
 )
 
 
 def supports(record: Record) -> tuple[list[str], set[str]]:
-    """Tables of forces and of displacements per mount, and the paths shown."""
-    return together(
-        _per_mount(record, _FORCE, "force on the ground", _FORCES),
-        _per_mount(record, _MOVE, "body at the mount", _MOVES),
+    """Tables of forces and of displacements per mount, and the paths shown.
+
+    Weights and shaking forces stand with those of the torque where the body has these too.
+    """
+    elsewhere = {path for path, _ in _SUPPORTS} if f"{ROOT}couple" in record else set()
+    forces = [one for one in _FORCES if one[0] not in elsewhere]
+    lines = stacked(
+        by_axis(record, "mount", "force on the ground", forces),
+        by_axis(record, "mount", "body at the mount", _MOVES),
     )
-
-
-def _per_mount(
-    record: Record, prefix: str, title: str, fields: tuple[tuple[str, str, float], ...]
-) -> tuple[list[str], set[str]]:
-    names = [(prefix + name, head) for name, head, _ in fields]
-    factors = [factor for _, _, factor in fields]
-    return by_axis(record, "mount", title, names, 22, 14, factors=factors), set(dict(names))
+    return lines, {path for path, *_ in (*_FORCES, *_MOVES)}
 
 
 # ----------------------------------------------------------------------------
@@ -215,7 +214,6 @@ def _modes(record: Record) -> tuple[list[str], set[str]]:
 # A machine on its mounts under the torque of its cylinders: couple, supports, modes met.
 # ----------------------------------------------------------------------------
 
-ROOT = "isolation/torque_reaction/"
 _SCALARS = (f"{ROOT}mean_couple", f"{ROOT}roll_peak")
 #: orders below this share of the largest one stay in the result file
 _SMALL = 1e-3

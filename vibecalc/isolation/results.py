@@ -1,6 +1,6 @@
 """Results of the body on its mounts, under shaking forces or the torque of its cylinders."""
 
-from vibecalc.core.results.record import PEAK, Headline, entry
+from vibecalc.core.results.record import CANCELS, ORDERS, PEAK, RESONANCE, Headline, entry
 
 # ----------------------------------------------------------------------------
 # Results of the body on its mounts.
@@ -10,8 +10,20 @@ ISOLATION_ENTRIES = (
     entry("isolation/pitch/inertia", "", "kg*m^2", "moment of inertia in pitch"),
     entry("isolation/pitch/stiffness", "", "N*m/rad", "stiffness of the mounts in pitch"),
     entry("isolation/pitch/damping", "", "N*m*s/rad", "viscous damping of the mounts in pitch"),
-    entry("isolation/pitch/natural_frequency", "", "rad/s", "undamped natural frequency in pitch"),
-    entry("isolation/pitch/damping_ratio", "", "", "damping ratio in pitch"),
+    entry(
+        "isolation/pitch/natural_frequency",
+        "",
+        "rad/s",
+        "undamped natural frequency in pitch",
+        headline=Headline("natural frequency, pitch", "Hz"),
+    ),
+    entry(
+        "isolation/pitch/damping_ratio",
+        "",
+        "",
+        "damping ratio in pitch",
+        headline=Headline("damping ratio, pitch"),
+    ),
     entry("isolation/pitch/transmissibility", "order", "", "couple on the ground over couple"),
     entry(
         "isolation/pitch/transmissibility_curve",
@@ -21,7 +33,13 @@ ISOLATION_ENTRIES = (
     ),
     entry("isolation/pitch/angle_harmonics", "order", "rad", "pitch angle", PEAK),
     entry("isolation/pitch/angle_peak", "", "rad", "largest pitch angle over a turn", PEAK),
-    entry("isolation/modes/natural_frequency", "mode", "rad/s", "undamped natural frequency"),
+    entry(
+        "isolation/modes/natural_frequency",
+        "mode",
+        "rad/s",
+        "undamped natural frequency",
+        headline=Headline("natural frequency", "Hz", pick="ends"),
+    ),
     entry("isolation/modes/damping_ratio", "mode", "", "modal damping ratio"),
     entry(
         "isolation/modes/shape",
@@ -70,6 +88,7 @@ ISOLATION_ENTRIES = (
         "N",
         "largest couple through the mounts over lever",
         PEAK,
+        headline=Headline("couple over the lever at speed, peak", "N"),
     ),
     entry(
         "isolation/lever_force/run_up",
@@ -78,7 +97,18 @@ ISOLATION_ENTRIES = (
         "largest couple through the mounts over lever at each speed",
         PEAK,
     ),
-    entry("isolation/lever_force/run_up_peak", "", "N", "largest of the run-up", PEAK),
+    entry(
+        "isolation/lever_force/run_up_peak",
+        "",
+        "N",
+        "largest of the run-up",
+        PEAK,
+        headline=Headline(
+            "couple over the lever in the run-up, peak",
+            "N",
+            at="isolation/lever_force/run_up_peak_speed",
+        ),
+    ),
     entry("isolation/lever_force/run_up_peak_speed", "", "rad/s", "crank speed of the largest"),
     entry("isolation/support_force/static", "mount", "N", "share of the weight on one support"),
     entry(
@@ -101,6 +131,11 @@ ISOLATION_ENTRIES = (
         "N",
         "largest dynamic force of one support over a turn",
         PEAK,
+        headline=Headline(
+            "dynamic force on a support at speed, peak",
+            "N",
+            unless="isolation/torque_reaction/support_force_peak",
+        ),
     ),
     entry(
         "isolation/support_force/run_up",
@@ -109,11 +144,28 @@ ISOLATION_ENTRIES = (
         "largest dynamic force of one support at each speed",
         PEAK,
     ),
-    entry("isolation/support_force/run_up_peak", "mount", "N", "largest of the run-up", PEAK),
+    entry(
+        "isolation/support_force/run_up_peak",
+        "mount",
+        "N",
+        "largest of the run-up",
+        PEAK,
+        headline=Headline(
+            "dynamic force on a support in the run-up, peak",
+            "N",
+            at="isolation/support_force/run_up_peak_speed",
+        ),
+    ),
     entry(
         "isolation/support_force/run_up_peak_speed", "mount", "rad/s", "crank speed of the largest"
     ),
-    entry("isolation/support_displacement/sag", "mount", "m", "deflection under its own weight"),
+    entry(
+        "isolation/support_displacement/sag",
+        "mount",
+        "m",
+        "deflection under its own weight",
+        headline=Headline("static deflection of a mount", "mm"),
+    ),
     entry(
         "isolation/support_displacement/steady_harmonics",
         "mount direction order",
@@ -127,6 +179,7 @@ ISOLATION_ENTRIES = (
         "m",
         "largest vertical displacement at a support over a turn",
         PEAK,
+        headline=Headline("vertical motion at a mount at speed, peak", "mm"),
     ),
     entry(
         "isolation/support_displacement/excursion",
@@ -134,6 +187,7 @@ ISOLATION_ENTRIES = (
         "m",
         "sag plus largest vertical displacement",
         PEAK,
+        headline=Headline("deflection of a mount with its sag, peak", "mm"),
     ),
     entry("isolation/masked/low", "masked", "rad/s", "last speed computed below"),
     entry("isolation/masked/centre", "masked", "rad/s", "speed of the undamped resonance"),
@@ -161,6 +215,7 @@ TORQUE_REACTION_ENTRIES = (
         "",
         "N*m",
         "its mean; 0 where the driven machine is on the body",
+        headline=Headline("torque reaction, mean", "N*m"),
     ),
     entry(
         f"{TORQUE_REACTION_ROOT}/translation",
@@ -182,6 +237,7 @@ TORQUE_REACTION_ENTRIES = (
         "rad",
         "largest angle about the crankshaft over the cycle, without the mean",
         PEAK,
+        headline=Headline("roll of the body by torque, peak", "mrad"),
     ),
     entry(
         f"{TORQUE_REACTION_ROOT}/support_force",
@@ -196,6 +252,7 @@ TORQUE_REACTION_ENTRIES = (
         "N",
         "largest dynamic force of one support over the cycle, with the shaking",
         PEAK,
+        headline=Headline("force on a support with torque, peak", "N"),
     ),
     entry(
         f"{TORQUE_REACTION_ROOT}/support_force_of_torque",
@@ -221,6 +278,7 @@ TORQUE_REACTION_ENTRIES = (
         "mount",
         "N",
         "least load over the cycle; negative: the support is pulled",
+        headline=Headline("minimum load on a support", "N", pick="least"),
     ),
     entry(
         f"{TORQUE_REACTION_ROOT}/nearest_order",
@@ -244,42 +302,8 @@ ENTRIES = (
     *ISOLATION_ENTRIES,
     *TORQUE_REACTION_ENTRIES,
 )
-
-#: what the reader of a report looks for first
-HEADLINES = (
-    Headline("isolation/pitch/natural_frequency", "natural frequency, pitch", "Hz"),
-    Headline("isolation/pitch/damping_ratio", "damping ratio, pitch", ""),
-    Headline("isolation/modes/natural_frequency", "natural frequency", "Hz", "each"),
-    Headline("isolation/support_displacement/sag", "static deflection of a mount", "mm"),
-    Headline(
-        "isolation/support_force/steady_peak", "dynamic force on a support at speed, peak", "N"
-    ),
-    Headline("isolation/lever_force/steady_peak", "couple over the lever at speed, peak", "N"),
-    Headline(
-        "isolation/support_displacement/excursion", "deflection of a mount with its sag, peak", "mm"
-    ),
-    Headline(
-        "isolation/support_displacement/vertical_peak",
-        "vertical motion at a mount at speed, peak",
-        "mm",
-    ),
-    Headline(
-        "isolation/support_force/run_up_peak",
-        "dynamic force on a support in the run-up, peak",
-        "N",
-        "largest",
-        "isolation/support_force/run_up_peak_speed",
-    ),
-    Headline(
-        "isolation/lever_force/run_up_peak",
-        "couple over the lever in the run-up, peak",
-        "N",
-        "largest",
-        "isolation/lever_force/run_up_peak_speed",
-    ),
-    Headline("isolation/torque_reaction/mean_couple", "torque reaction, mean", "N*m"),
-    Headline("isolation/torque_reaction/roll_peak", "roll of the body by torque, peak", "mrad"),
-    Headline(
-        "isolation/torque_reaction/support_force_peak", "force on a support with torque, peak", "N"
-    ),
-)
+HELPS = {
+    "isolation/": (ORDERS, RESONANCE),
+    "isolation/modes/": (CANCELS,),
+    "isolation/support_force/static": (CANCELS,),
+}

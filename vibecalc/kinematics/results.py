@@ -1,6 +1,6 @@
 """Results of the piston motion."""
 
-from vibecalc.core.results.record import PEAK, entry
+from vibecalc.core.results.record import ORDERS, PEAK, entry
 
 ENTRIES = (
     entry("kinematics/position_harmonics", "order", "m", "harmonics of piston position", PEAK),
@@ -16,3 +16,4 @@ ENTRIES = (
     entry("kinematics/velocity", "crank_angle", "m/s", "piston velocity"),
     entry("kinematics/acceleration", "crank_angle", "m/s^2", "piston acceleration"),
 )  # fmt: skip
+HELPS = {"kinematics/": (ORDERS,)}

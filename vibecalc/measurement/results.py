@@ -1,6 +1,6 @@
 """Results of readings on a rigid plate: its motion, levels anywhere, and how sure they are."""
 
-from vibecalc.core.results.record import PEAK, Headline, entry
+from vibecalc.core.results.record import CHECK, DIFFERENCE, PEAK, UNCERTAINTY, Headline, entry
 
 ROOT = "measurement"
 _RE = "dB re reference_level of the case"
@@ -29,9 +29,12 @@ ENTRIES = (
     entry(f"{ROOT}/translation", "order", "m/s^2", "acceleration of the origin along z", PEAK),
     entry(f"{ROOT}/roll", "order", "rad/s^2", "angular acceleration about x", PEAK),
     entry(f"{ROOT}/pitch", "order", "rad/s^2", "angular acceleration about y", PEAK),
-    entry(f"{ROOT}/translation_level", "order", "dB", f"level of the origin, {_RE}"),
-    entry(f"{ROOT}/roll_level", "order", "dB", f"level of the roll, {_RE_ANGULAR}"),
-    entry(f"{ROOT}/pitch_level", "order", "dB", f"level of the pitch, {_RE_ANGULAR}"),
+    entry(f"{ROOT}/translation_level", "order", "dB", f"level of the origin, {_RE}",
+          headline=Headline("translation", "dB", pick="each")),
+    entry(f"{ROOT}/roll_level", "order", "dB", f"level of the roll, {_RE_ANGULAR}",
+          headline=Headline("roll", "dB", pick="each")),
+    entry(f"{ROOT}/pitch_level", "order", "dB", f"level of the pitch, {_RE_ANGULAR}",
+          headline=Headline("pitch", "dB", pick="each")),
     *(
         entry(f"{ROOT}/phase/{name}", "order", "rad", words)
         for name, words in (
@@ -49,7 +52,8 @@ ENTRIES = (
     ),
     entry(f"{ROOT}/level/all_orders", "position", "dB", f"level of all harmonics, {_RE}"),
     *(
-        entry(f"{ROOT}/uncertainty/{name}", axes, unit, f"standard uncertainty of {words}")
+        entry(f"{ROOT}/uncertainty/{name}", axes, unit, f"standard uncertainty of {words}",
+              exempt=UNCERTAINTY)
         for name, axes, unit, words in (
             ("level", "position order", "dB", "the level at a position"),
             ("translation_level", "order", "dB", "the level of the origin"),
@@ -63,29 +67,29 @@ ENTRIES = (
     entry(
         f"{ROOT}/uncertainty/level_bound", "position order", "dB",
         "how far the level of the motion taken is off at most, all readings within their rounding",
-    ),
+        exempt=UNCERTAINTY),
     entry(f"{ROOT}/fit/motions", "order", "", "motions that the readings leave"),
     entry(f"{ROOT}/fit/decided", "order", "", "1 where the motion taken stands out"),
     entry(
         f"{ROOT}/fit/misfit", "order", "",
         "how many times as far as they are said to be the readings are off, at least; with phases, "
-        "root mean square over the stated standard uncertainty",
-    ),
+        "root mean square over the stated standard uncertainty", exempt=CHECK),
     entry(f"{ROOT}/reading/order", "reading", "", "harmonic of the reading"),
     entry(f"{ROOT}/reading/read", "reading", "dB", "level read, dB re the reference of its kind"),
     entry(f"{ROOT}/reading/computed", "reading", "dB", "level of the motion, re the same"),
-    entry(f"{ROOT}/reading/residual", "reading", "dB", "level computed less level read"),
+    entry(f"{ROOT}/reading/residual", "reading", "dB", "level computed less level read",
+          exempt=CHECK),
     entry(f"{ROOT}/signal/order", "signal", "", "harmonic of a reading with a phase"),
     entry(
         f"{ROOT}/signal/residual", "signal", "",
         "computed less read, in amplitude and phase over their stated uncertainties, as one",
-    ),
+        exempt=CHECK),
     entry(f"{ROOT}/candidate/order", "candidate", "", "harmonic of a motion that levels allow"),
     entry(f"{ROOT}/candidate/chosen", "candidate", "", "1 for the motion taken"),
     entry(
         f"{ROOT}/candidate/worst_residual", "candidate", "dB",
         "largest residual of the readings that choose, or of those that it was found from",
-    ),
+        exempt=CHECK),
     entry(f"{ROOT}/candidate/translation_level", "candidate", "dB", f"level of the origin, {_RE}"),
     entry(f"{ROOT}/candidate/roll_level", "candidate", "dB", f"level of the roll, {_RE_ANGULAR}"),
     entry(f"{ROOT}/candidate/pitch_level", "candidate", "dB", f"level of the pitch, {_RE_ANGULAR}"),
@@ -107,7 +111,7 @@ ENTRIES = (
     entry(
         f"{ROOT}/candidate/level_bound", "candidate position", "dB",
         "how far it is off at most if this is the motion, all readings within their rounding",
-    ),
+        exempt=UNCERTAINTY),
     entry(
         f"{ROOT}/further/order", "further", "",
         "harmonic with two motions, and the reading at named positions that best tells them apart",
@@ -123,18 +127,11 @@ ENTRIES = (
     ),
     entry(f"{ROOT}/quiet/x", "order", "m", "place on the plate that moves least"),
     entry(f"{ROOT}/quiet/y", "order", "m", "place on the plate that moves least"),
-    entry(f"{ROOT}/quiet/amplitude", "order", "m/s^2", "acceleration of that place", PEAK),
+    entry(f"{ROOT}/quiet/amplitude", "order", "m/s^2", "acceleration of that place", PEAK,
+          exempt=DIFFERENCE),
     entry(f"{ROOT}/quiet/all_orders_x", "", "m", "place that moves least in all harmonics"),
     entry(f"{ROOT}/quiet/all_orders_y", "", "m", "place that moves least in all harmonics"),
     entry(
         f"{ROOT}/quiet/all_orders_amplitude", "", "m/s^2",
-        "root of the sum of the squared amplitudes of that place", PEAK,
-    ),
+        "root of the sum of the squared amplitudes of that place", PEAK, exempt=DIFFERENCE),
 )  # fmt: skip
-
-#: what the reader of a report looks for first
-HEADLINES = (
-    Headline("measurement/translation_level", "translation", "dB", "each"),
-    Headline("measurement/roll_level", "roll", "dB", "each"),
-    Headline("measurement/pitch_level", "pitch", "dB", "each"),
-)

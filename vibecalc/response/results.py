@@ -1,13 +1,25 @@
 """Results of the body on its suspension, and of the change between two operations."""
 
-from vibecalc.core.results.record import PEAK, Headline, entry
+from vibecalc.core.results.record import CANCELS, ORDERS, PEAK, PLACE, RESONANCE, Headline, entry
 
 # ----------------------------------------------------------------------------
 # Results of the body on its suspension: modes, motion, energies.
 # ----------------------------------------------------------------------------
 
+_LEADING = ("kinetic", "reversal")
+#: with mounts at known places the force on each says more than the sum
+_SUPPORTS = "isolation/support_force/steady_peak"
+
+
+def _leading(which: str, *rest: str) -> Headline | None:
+    """Of a family of results the one that stands in the first table."""
+    return Headline(*rest) if which in _LEADING else None
+
+
 RESPONSE_ENTRIES = (
-    entry("response/modes/natural_frequency", "mode", "rad/s", "undamped natural frequency"),
+    entry("response/modes/natural_frequency", "mode", "rad/s", "undamped natural frequency",
+          headline=Headline("natural frequency", "Hz", pick="ends",
+                            unless="isolation/modes/natural_frequency")),
     entry("response/modes/damping_ratio", "mode", "", "modal damping ratio"),
     entry(
         "response/modes/shape", "mode coordinate", "",
@@ -34,12 +46,16 @@ RESPONSE_ENTRIES = (
         "displacement of the reference point", PEAK,
     ),
     entry("response/rotation_harmonics", "order direction", "rad", "rotation", PEAK),
-    entry("response/translation_peak", "direction", "m", "largest over a turn", PEAK),
-    entry("response/rotation_peak", "direction", "rad", "largest over a turn", PEAK),
+    entry("response/translation_peak", "direction", "m", "largest over a turn", PEAK,
+          headline=Headline("motion of the body, peak", "mm")),
+    entry("response/rotation_peak", "direction", "rad", "largest over a turn", PEAK,
+          headline=Headline("rotation of the body, peak", "mrad")),
     entry("response/ground_force", "order direction", "N", "force on the ground", PEAK),
     entry("response/ground_couple", "order direction", "N*m", "couple on the ground", PEAK),
-    entry("response/ground_force_peak", "direction", "N", "largest over a turn", PEAK),
-    entry("response/ground_couple_peak", "direction", "N*m", "largest over a turn", PEAK),
+    entry("response/ground_force_peak", "direction", "N", "largest over a turn", PEAK,
+          headline=Headline("force on the ground, peak", "N", unless=_SUPPORTS)),
+    entry("response/ground_couple_peak", "direction", "N*m", "largest over a turn", PEAK,
+          headline=Headline("couple on the ground, peak", "N*m", unless=_SUPPORTS)),
     *(
         item
         for kind in ("kinetic", "potential")
@@ -52,8 +68,10 @@ RESPONSE_ENTRIES = (
                 f"response/{kind}_energy/peak_by_order", "order", "J",
                 f"largest {kind} energy of one order alone",
             ),
-            entry(f"response/{kind}_energy/mean", "", "J", f"mean {kind} energy over a turn"),
-            entry(f"response/{kind}_energy/peak", "", "J", f"largest {kind} energy over a turn"),
+            entry(f"response/{kind}_energy/mean", "", "J", f"mean {kind} energy over a turn",
+                  headline=_leading(kind, "kinetic energy, mean", "J")),
+            entry(f"response/{kind}_energy/peak", "", "J", f"largest {kind} energy over a turn",
+                  headline=_leading(kind, "kinetic energy, peak", "J")),
             entry(
                 f"response/operations/{kind}_energy/mean", "operation balance", "J",
                 f"mean {kind} energy over a turn",
@@ -116,54 +134,56 @@ RESPONSE_ENTRIES = (
 SWITCHING_ENTRIES = (
     *(
         item
-        for way, axes in (("instant", "change"), ("reversal", "change"))
+        for way, how in (("instant", "at once"), ("reversal", "by reversal"))
         for item in (
             entry(
-                f"response/switching/{way}/translation_peak", f"{axes} direction", "m",
+                f"response/switching/{way}/translation_peak", "change direction", "m",
                 "largest displacement of the reference point on the way", PEAK,
+                headline=Headline(f"motion in a change {how}, peak", "mm"),
             ),
             entry(
-                f"response/switching/{way}/rotation_peak", f"{axes} direction", "rad",
+                f"response/switching/{way}/rotation_peak", "change direction", "rad",
                 "largest rotation on the way", PEAK,
             ),
             entry(
-                f"response/switching/{way}/ground_force_peak", f"{axes} direction", "N",
+                f"response/switching/{way}/ground_force_peak", "change direction", "N",
                 "largest force on the ground on the way", PEAK,
+                headline=_leading(way, "force on the ground in it, peak", "N"),
             ),
             entry(
-                f"response/switching/{way}/ground_couple_peak", f"{axes} direction", "N*m",
+                f"response/switching/{way}/ground_couple_peak", "change direction", "N*m",
                 "largest couple on the ground on the way", PEAK,
             ),
             entry(
-                f"response/switching/{way}/kinetic_energy_peak", axes, "J",
+                f"response/switching/{way}/kinetic_energy_peak", "change", "J",
                 "largest kinetic energy on the way",
             ),
             entry(
-                f"response/switching/{way}/potential_energy_peak", axes, "J",
+                f"response/switching/{way}/potential_energy_peak", "change", "J",
                 "largest potential energy on the way",
             ),
             entry(
-                f"response/switching/{way}/peak_time", axes, "s",
-                "time of the largest kinetic energy",
+                f"response/switching/{way}/peak_time", "change", "s",
+                "time of the largest kinetic energy", exempt=PLACE,
             ),
             entry(
-                f"response/switching/{way}/peak_speed", axes, "rad/s",
-                "crank speed at that time, negative after reversal",
+                f"response/switching/{way}/peak_speed", "change", "rad/s",
+                "crank speed at that time, negative after reversal", exempt=PLACE,
             ),
             entry(
-                f"response/switching/{way}/settle_time", axes, "s",
+                f"response/switching/{way}/settle_time", "change", "s",
                 "time from the end of the change until the motion has settled",
             ),
             entry(
-                f"response/switching/{way}/kinetic_energy_high", f"{axes} {way}_time", "J",
+                f"response/switching/{way}/kinetic_energy_high", f"change {way}_time", "J",
                 "largest sample of the kinetic energy in each interval of time",
             ),
             entry(
-                f"response/switching/{way}/translation_high", f"{axes} direction {way}_time", "m",
+                f"response/switching/{way}/translation_high", f"change direction {way}_time", "m",
                 "largest sample of the displacement in each interval of time",
             ),
             entry(
-                f"response/switching/{way}/translation_low", f"{axes} direction {way}_time", "m",
+                f"response/switching/{way}/translation_low", f"change direction {way}_time", "m",
                 "smallest sample of the displacement in each interval of time",
             ),
         )
@@ -192,8 +212,7 @@ SWITCHING_ENTRIES = (
     ),
     entry(
         "response/switching/instant/worst_angle", "change", "rad",
-        "crank angle of the change that gives the largest kinetic energy",
-    ),
+        "crank angle of the change that gives the largest kinetic energy", exempt=PLACE),
     entry(
         "response/switching/instant/worst_kinetic_energy_peak", "change", "J",
         "largest kinetic energy over all crank angles of the change",
@@ -214,29 +233,8 @@ ENTRIES = (
     *RESPONSE_ENTRIES,
     *SWITCHING_ENTRIES,
 )
-
-#: what the reader of a report looks for first
-HEADLINES = (
-    Headline(
-        "response/modes/natural_frequency",
-        "natural frequency",
-        "Hz",
-        "each",
-        unless="isolation/modes/natural_frequency",
-    ),
-    Headline("response/translation_peak", "motion of the body, peak", "mm"),
-    Headline("response/rotation_peak", "rotation of the body, peak", "mrad"),
-    Headline("response/ground_force_peak", "force on the ground, peak", "N"),
-    Headline("response/ground_couple_peak", "couple on the ground, peak", "N*m"),
-    Headline("response/kinetic_energy/mean", "kinetic energy, mean", "J"),
-    Headline("response/kinetic_energy/peak", "kinetic energy, peak", "J"),
-    Headline(
-        "response/switching/instant/translation_peak", "motion in a change at once, peak", "mm"
-    ),
-    Headline(
-        "response/switching/reversal/translation_peak", "motion in a change by reversal, peak", "mm"
-    ),
-    Headline(
-        "response/switching/reversal/ground_force_peak", "force on the ground in it, peak", "N"
-    ),
-)
+HELPS = {
+    "response/": (ORDERS, RESONANCE),
+    "response/modes/": (CANCELS,),
+    "response/switching/": (ORDERS,),
+}

@@ -1,6 +1,20 @@
 """Results of a machine whose motor finds the speed: roll, motor, start-up, control."""
 
-from vibecalc.core.results.record import PEAK, Entry, Headline, entry
+from vibecalc.core.results.record import (
+    CANCELS,
+    CHECK,
+    DIFFERENCE,
+    EXAMINED,
+    MARCH,
+    MARCHED,
+    PEAK,
+    PLACE,
+    SEARCHED,
+    SPECTRUM,
+    Entry,
+    Headline,
+    entry,
+)
 
 # ----------------------------------------------------------------------------
 # Results of rotor, pistons and shell in their periodic motion under a real motor.
@@ -24,16 +38,27 @@ FORCES: dict[str, tuple[str, str]] = {
     "rod_force": ("N", "force along the connecting rod, positive in compression"),
     "wall_force": ("N", "force of a piston on its wall"),
 }
+_SHELL = Headline("roll acceleration of the shell, strongest order", "dB")
+_PEAKS = {
+    "rod_force": Headline("rod force, peak", "kN"),
+    "wall_force": Headline("force on the cylinder wall, peak", "kN"),
+}
+#: works of one turn, of which that of the motor feeds the others
+_WORK = f"{ROLL}/energy/motor"
 _BY_ORDER = "order"
 _BY_CYLINDER = "cylinder order"
 
 ROLL_ENTRIES = (
-    entry(f"{ROLL}/speed", "", "rad/s", "mean speed of the crank against the shell"),
-    entry(f"{ROLL}/speed_variation", "", "", "largest less smallest crank speed, over the mean"),
+    entry(f"{ROLL}/speed", "", "rad/s", "mean speed of the crank against the shell",
+          headline=Headline("mean speed", "rpm")),
+    entry(f"{ROLL}/speed_variation", "", "", "largest less smallest crank speed, over the mean",
+          headline=Headline("range of the speed in a turn, over the mean")),
     entry(f"{ROLL}/mean_slip", "", "rad/s", "mean slip speed of the motor"),
     entry(f"{ROLL}/largest_slip", "", "rad/s", "largest slip speed in a turn"),
-    entry(f"{ROLL}/mean_torque", "", "N*m", "mean torque of the motor over the crank angle"),
-    entry(f"{ROLL}/breakdown_margin", "", "", "largest torque of the motor over that mean, less 1"),
+    entry(f"{ROLL}/mean_torque", "", "N*m", "mean torque of the motor over the crank angle",
+          headline=Headline("motor torque, mean", "N*m")),
+    entry(f"{ROLL}/breakdown_margin", "", "", "largest torque of the motor over that mean, less 1",
+          headline=Headline("largest motor torque over the mean, less 1")),
     entry(f"{ROLL}/shell_drift", "", "rad/s", "mean angular speed of the shell"),
     entry(f"{ROLL}/angular_momentum", "", "N*m*s", "mean angular momentum about the crank axis"),
     *(
@@ -45,7 +70,8 @@ ROLL_ENTRIES = (
         for name, (unit, words) in FORCES.items()
     ),
     *(
-        entry(f"{ROLL}/level/{name}", axes, "dB", f"{words}, dB re 1 {unit} zero-to-peak")
+        entry(f"{ROLL}/level/{name}", axes, "dB", f"{words}, dB re 1 {unit} zero-to-peak",
+              headline=_SHELL if name == "shell_acceleration" else None, exempt=SPECTRUM)
         for kinds, axes in ((VARIABLES, _BY_ORDER), (FORCES, _BY_CYLINDER))
         for name, (unit, words) in kinds.items()
     ),
@@ -53,6 +79,7 @@ ROLL_ENTRIES = (
         entry(
             f"{ROLL}/phase_lag/{name}", axes, "rad",
             f"{words}: angle by which it lags, x = C cos(n W t - lag), t = 0 at crank angle 0",
+            exempt=SPECTRUM,
         )
         for kinds, axes in ((VARIABLES, _BY_ORDER), (FORCES, _BY_CYLINDER))
         for name, (_, words) in kinds.items()
@@ -74,52 +101,56 @@ ROLL_ENTRIES = (
         "multipliers that are 1 whatever the machine: phase, and for a free shell its angle and "
         "its momentum",
     ),
-    entry(f"{ROLL}/energy/motor", "", "J", "work of the motor in a turn"),
-    entry(f"{ROLL}/energy/gas", "", "J", "work that the gas takes in a turn"),
-    entry(f"{ROLL}/energy/friction", "", "J", "work that friction takes in a turn"),
-    entry(f"{ROLL}/energy/mounts", "", "J", "work that the mounts take in a turn"),
-    entry(f"{ROLL}/energy/residual", "", "J", "what is left over; zero for the exact motion"),
+    entry(f"{ROLL}/energy/motor", "", "J", "work of the motor in a turn", part_of=_WORK),
+    entry(f"{ROLL}/energy/gas", "", "J", "work that the gas takes in a turn", part_of=_WORK),
+    entry(f"{ROLL}/energy/friction", "", "J", "work that friction takes in a turn", part_of=_WORK),
+    entry(f"{ROLL}/energy/mounts", "", "J", "work that the mounts take in a turn", part_of=_WORK),
+    entry(f"{ROLL}/energy/residual", "", "J", "what is left over; zero for the exact motion",
+          exempt=CHECK),
     entry(
         f"{ROLL}/momentum_residual", "", "N*m*s",
-        "how far the angular momentum strays from what the mounts explain",
-    ),
+        "how far the angular momentum strays from what the mounts explain", exempt=CHECK),
     entry(
         f"{ROLL}/interpolation/level", "interpolant order", "dB",
         "level of the shell acceleration with each interpolation of the gas forces",
     ),
     entry(
         f"{ROLL}/interpolation/spread", "order", "dB",
-        "largest less smallest of these: what the table leaves open",
-    ),
-    entry(f"{ROLL}/method/level", "method order", "dB", "level of the shell acceleration"),
+        "largest less smallest of these: what the table leaves open", exempt=DIFFERENCE),
+    entry(f"{ROLL}/method/level", "method order", "dB", "level of the shell acceleration",
+          exempt=DIFFERENCE),
     entry(
         f"{ROLL}/method/difference", "method order", "dB",
-        "that level less the one of the method of the case",
-    ),
-    entry(f"{ROLL}/method/work", "method", "", "evaluations of the right-hand side, in points"),
+        "that level less the one of the method of the case", exempt=DIFFERENCE),
+    entry(f"{ROLL}/method/work", "method", "", "evaluations of the right-hand side, in points",
+          exempt=DIFFERENCE),
     entry(
         f"{ROLL}/sensitivity/level", "parameter order", "dB",
         "change of the level of the shell acceleration for one percent more of the parameter",
-    ),
+        exempt=DIFFERENCE),
     *(
         entry(
             f"{ROLL}/sensitivity/ten_percent_{word}", "parameter order", "dB",
             f"change of that level with ten percent {word} of the parameter, each solved for",
+            exempt=DIFFERENCE,
         )
         for word in ("more", "less")
     ),
     *(
-        entry(f"{ROLL}/classical/{name}_peak", "cylinder", unit, f"largest {words}, constant speed")
+        entry(f"{ROLL}/classical/{name}_peak", "cylinder", unit, f"largest {words}, constant speed",
+              exempt=DIFFERENCE)
         for name, (unit, words) in FORCES.items()
     ),
     *(
-        entry(f"{ROLL}/{name}_peak", "cylinder", unit, f"largest magnitude of the {words}")
+        entry(f"{ROLL}/{name}_peak", "cylinder", unit, f"largest magnitude of the {words}",
+              headline=_PEAKS[name])
         for name, (unit, words) in FORCES.items()
     ),
     *(
         entry(
             f"{ROLL}/classical/{name}_error", "cylinder", "",
             f"largest error over a turn of the {words} at constant speed, over its peak",
+            exempt=DIFFERENCE,
         )
         for name, (unit, words) in FORCES.items()
     ),
@@ -127,6 +158,7 @@ ROLL_ENTRIES = (
         entry(
             f"{ROLL}/classical/{name}_error_by_order", "cylinder order", unit,
             f"error of the harmonics of the {words} at constant speed",
+            exempt=DIFFERENCE,
         )
         for name, (unit, words) in FORCES.items()
     ),
@@ -141,6 +173,7 @@ ROLL_ENTRIES = (
             entry(
                 f"{SHAKING}/{name}_peak", "direction", unit,
                 f"its largest magnitude over a turn ({name}), all orders",
+                headline=Headline(f"shaking {name}, peak", unit),
             ),
         )
     ),
@@ -185,13 +218,19 @@ MOTOR_ENTRIES = (
         f"{MOTOR}/combination_spread", "combination", "",
         "standard error of its logarithm for 1 % of error in every row of the table",
     ),
-    entry(f"{MOTOR}/table/torque", "slip", "N*m", "torque of the slip table"),
-    entry(f"{MOTOR}/table/fitted", "slip", "N*m", "steady torque of the fitted motor"),
-    entry(f"{MOTOR}/table/difference", "slip", "N*m", "steady torque less that of the table"),
-    entry(f"{MOTOR}/table/relative_difference", "slip", "", "the same over that of the table"),
-    entry(f"{MOTOR}/table/used", "slip", "", "1 for a row that is fitted, 0 for one that is not"),
-    entry(f"{MOTOR}/worst_difference", "", "", "largest relative difference from a fitted row"),
-    entry(f"{MOTOR}/rms_difference", "", "", "root of the mean square of these differences"),
+    entry(f"{MOTOR}/table/torque", "slip", "N*m", "torque of the slip table", exempt=DIFFERENCE),
+    entry(f"{MOTOR}/table/fitted", "slip", "N*m", "steady torque of the fitted motor",
+          exempt=DIFFERENCE),
+    entry(f"{MOTOR}/table/difference", "slip", "N*m", "steady torque less that of the table",
+          exempt=DIFFERENCE),
+    entry(f"{MOTOR}/table/relative_difference", "slip", "", "the same over that of the table",
+          exempt=DIFFERENCE),
+    entry(f"{MOTOR}/table/used", "slip", "", "1 for a row that is fitted, 0 for one that is not",
+          exempt=DIFFERENCE),
+    entry(f"{MOTOR}/worst_difference", "", "", "largest relative difference from a fitted row",
+          exempt=DIFFERENCE),
+    entry(f"{MOTOR}/rms_difference", "", "", "root of the mean square of these differences",
+          exempt=DIFFERENCE),
     entry(f"{MOTOR}/curve", "slip", "N*m", "steady torque of the fitted motor"),
     entry(f"{MOTOR}/breakdown_slip", "", "rad/s", "slip at the largest steady torque"),
     entry(f"{MOTOR}/breakdown_torque", "", "N*m", "largest steady torque"),
@@ -216,7 +255,10 @@ MOTOR_ENTRIES = (
         f"{MOTOR}/static_answer", "", "N*m*s/rad",
         "the same for a slow change: minus the slope of the steady curve",
     ),
-    *(entry(f"{MOTOR}/energy/{name}", "", "J", words) for name, words in ENERGIES.items()),
+    *(
+        entry(f"{MOTOR}/energy/{name}", "", "J", words, exempt=CHECK * (name == "residual"))
+        for name, words in ENERGIES.items()
+    ),
     entry(f"{MOTOR}/static_speed", "", "rad/s", "mean crank speed with its steady torque"),
     entry(f"{MOTOR}/table_speed", "", "rad/s", "mean crank speed with the slip table"),
     entry(
@@ -232,11 +274,11 @@ MOTOR_ENTRIES = (
     entry(
         f"{MOTOR}/dynamics_change", "order", "dB",
         "what the transients of the motor change in the level of the shell acceleration",
-    ),
+        exempt=DIFFERENCE),
     entry(
         f"{MOTOR}/fit_change", "order", "dB",
         "what the fitted curve in place of the table changes in it, without transients",
-    ),
+        exempt=DIFFERENCE),
     entry(f"{MOTOR}/cycle/static_slip", "crank_angle", "rad/s", "slip with its steady torque"),
     entry(f"{MOTOR}/cycle/static_torque", "crank_angle", "N*m", "its steady torque over a turn"),
 )  # fmt: skip
@@ -271,6 +313,11 @@ PEAKS: dict[str, tuple[str, str]] = {
     "motor_torque": ("N*m", "torque of the motor"),
     "mount_torque": ("N*m", "torque of the mounts on the shell"),
 }
+_LEADING = {
+    "shell_angle": Headline("roll of the shell in the start, peak", "mrad"),
+    "motor_torque": Headline("motor torque in the start, peak", "N*m"),
+    "mount_torque": Headline("torque on the mounts in the start, peak", "N*m"),
+}
 #: those with a history
 HISTORIES = ("shell_angle", "shell_acceleration", "crank_speed", "motor_torque", "mount_torque")
 #: those with a peak after each change of the load
@@ -283,7 +330,7 @@ START_UP_ENTRIES = (
     entry(
         f"{START}/running_speed", "", "rad/s",
         "mean crank speed of the last whole turn; 0 if it no longer turns over",
-    ),
+        headline=Headline("speed after the start", "rpm")),
     entry(
         f"{START}/time_to_speed", "", "s",
         "when the crank first has the speed of that turn; infinite if it does not start",
@@ -291,7 +338,7 @@ START_UP_ENTRIES = (
     entry(
         f"{START}/time_to_steady", "", "s",
         "begin of the first turn from which on the shaking has settled; infinite if it has not",
-    ),
+        headline=Headline("time to steady running", "s")),
     entry(
         f"{START}/turns_to_steady", "", "",
         "turns begun before that, since the start or the last change of load",
@@ -300,8 +347,10 @@ START_UP_ENTRIES = (
         item
         for name, (unit, words) in PEAKS.items()
         for item in (
-            entry(f"{START}/{name}_peak", "", unit, f"largest magnitude of the {words}"),
-            entry(f"{START}/{name}_peak_time", "", "s", f"time of the largest {words}"),
+            entry(f"{START}/{name}_peak", "", unit, f"largest magnitude of the {words}",
+                  headline=_LEADING.get(name), exempt=MARCHED),
+            entry(f"{START}/{name}_peak_time", "", "s", f"time of the largest {words}",
+                  exempt=PLACE),
         )
     ),
     entry(f"{START}/energy/motor", "", "J", "work of the motor over the whole time"),
@@ -309,11 +358,12 @@ START_UP_ENTRIES = (
     entry(f"{START}/energy/friction", "", "J", "work that friction takes"),
     entry(f"{START}/energy/mounts", "", "J", "work that the damping of the mounts takes"),
     entry(f"{START}/energy/stored", "", "J", "growth of kinetic energy and of that in the mounts"),
-    entry(f"{START}/energy/residual", "", "J", "what is left over; zero for the exact motion"),
+    entry(f"{START}/energy/residual", "", "J", "what is left over; zero for the exact motion",
+          exempt=CHECK),
     *(
         entry(
             f"{START}/history/{name}_{end}", "start_time", PEAKS[name][0],
-            f"{words} of the {PEAKS[name][1]} in each interval of time",
+            f"{words} of the {PEAKS[name][1]} in each interval of time", exempt=MARCHED,
         )
         for name in HISTORIES
         for end, words in (("low", "smallest sample"), ("high", "largest sample"))
@@ -323,7 +373,7 @@ START_UP_ENTRIES = (
     entry(
         f"{START}/turn/shell_acceleration", "turn", "rad/s^2",
         "half of largest less smallest acceleration of the shell in each whole turn",
-    ),
+        exempt=MARCHED),
     entry(f"{START}/load/factor", "load_step", "", "factor on the gas forces from that time on"),
     entry(
         f"{START}/load/speed", "load_step", "rad/s",
@@ -332,20 +382,22 @@ START_UP_ENTRIES = (
     *(
         entry(
             f"{START}/load/{name}_peak", "load_step", PEAKS[name][0],
-            f"largest magnitude of the {PEAKS[name][1]} under that load",
+            f"largest magnitude of the {PEAKS[name][1]} under that load", exempt=MARCHED,
         )
         for name in STEPPED
     ),
-    entry(f"{START}/start_angles/starts", "start_angle", "", "1 where it starts from that angle"),
+    entry(f"{START}/start_angles/starts", "start_angle", "", "1 where it starts from that angle",
+          exempt=MARCHED),
     entry(
         f"{START}/start_angles/lower", "start_interval", "rad",
         "crank angle from which on the machine, at rest under its full load, starts",
-    ),
+        exempt=MARCHED),
     entry(
         f"{START}/start_angles/upper", "start_interval", "rad",
         "crank angle up to which it starts; beyond a turn where the interval goes over 0",
-    ),
-    entry(f"{START}/start_angles/fraction", "", "", "share of all crank angles it starts from"),
+        exempt=MARCHED),
+    entry(f"{START}/start_angles/fraction", "", "", "share of all crank angles it starts from",
+          exempt=MARCHED),
 )  # fmt: skip
 
 # ----------------------------------------------------------------------------
@@ -372,11 +424,18 @@ LOOP: tuple[tuple[str, str, str], ...] = (
     ("torque_peak", "N*m", "largest torque that is asked of the motor in a turn"),
 )
 
+_MARGINS = {
+    "gain_margin": Headline("tuned controller, gain margin", "dB"),
+    "phase_margin": Headline("tuned controller, phase margin", "deg"),
+}
+
 
 def _loop(below: str, axes: str, of: str) -> tuple[Entry, ...]:
     return tuple(
-        entry(f"{CONTROL}/{below}{name}", axes, unit, f"{words}{of}") for name, unit, words in LOOP
-    )
+        entry(f"{CONTROL}/{below}{name}", axes, unit, f"{words}{of}",
+              headline=_MARGINS.get(name) if below == "tuned/" else None)
+        for name, unit, words in LOOP
+    )  # fmt: skip
 
 
 CONTROL_ENTRIES = (
@@ -390,7 +449,8 @@ CONTROL_ENTRIES = (
           "constant speed", PEAK),
     entry(f"{CONTROL}/speed_without", "", "rad/s", "mean speed of the reduced model, no control"),
     entry(f"{CONTROL}/target_speed", "", "rad/s", "mean speed that the speed feedback is to keep"),
-    entry(f"{CONTROL}/speed", "", "rad/s", "mean speed of the reduced model under control"),
+    entry(f"{CONTROL}/speed", "", "rad/s", "mean speed of the reduced model under control",
+          headline=Headline("speed under control", "rpm")),
     entry(f"{CONTROL}/speed_feedback", "", "", "share of the speed that is fed back"),
     entry(f"{CONTROL}/speed_feedback_limit", "", "", "speed feedback that keeps the target speed "
           "with a gain beyond all bounds"),
@@ -409,18 +469,22 @@ CONTROL_ENTRIES = (
     entry(f"{CONTROL}/grid/attenuation", "gain feedback order", "dB", "what control takes off"),
     *_loop("grid/", "gain feedback", ", over gain and feedback"),
     entry(f"{CONTROL}/locus/pole", "locus_gain branch", "1/s", "poles as the gain grows, complex"),
-    entry(f"{CONTROL}/tuned/gain", "", "", "gain found"),
-    entry(f"{CONTROL}/tuned/acceleration_feedback", "", "s", "feedback of the acceleration found"),
-    entry(f"{CONTROL}/tuned/speed_feedback", "", "", "speed feedback that goes with them"),
-    entry(f"{CONTROL}/tuned/objective", "", "dB", "largest level of the orders to be made small"),
+    entry(f"{CONTROL}/tuned/gain", "", "", "gain found", exempt=SEARCHED),
+    entry(f"{CONTROL}/tuned/acceleration_feedback", "", "s", "feedback of the acceleration found",
+          exempt=SEARCHED),
+    entry(f"{CONTROL}/tuned/speed_feedback", "", "", "speed feedback that goes with them",
+          exempt=SEARCHED),
+    entry(f"{CONTROL}/tuned/objective", "", "dB", "largest level of the orders to be made small",
+          headline=Headline("tuned controller, objective", "dB")),
     entry(f"{CONTROL}/tuned/level", "order", "dB", f"{_LEVEL}, with the gains found"),
     entry(f"{CONTROL}/tuned/attenuation", "order", "dB", "what they take off the level"),
     *_loop("tuned/", "", ", with the gains found"),
     entry(f"{CONTROL}/tuned/active", "bound", "",
           "1 for a bound that holds the gains where they are"),
     entry(f"{CONTROL}/tuned/multiplier", "bound", "dB", "what loosening the bound by one part of "
-          "itself would take off, to first order"),
-    entry(f"{CONTROL}/tuned/residual", "", "", "part of the level's slope that no bound holds"),
+          "itself would take off, to first order", exempt=SEARCHED),
+    entry(f"{CONTROL}/tuned/residual", "", "", "part of the level's slope that no bound holds",
+          exempt=SEARCHED),
     entry(f"{CONTROL}/full/speed", "", "rad/s", "mean speed of the full model under control"),
     entry(f"{CONTROL}/full/level", "order", "dB", f"{_LEVEL}, full model under control; infinite "
           "if its motion is unstable"),
@@ -429,7 +493,8 @@ CONTROL_ENTRIES = (
     entry(f"{CONTROL}/full/attenuation", "order", "dB", "what control takes off in the full model"),
     entry(f"{CONTROL}/full/multiplier", "multiplier", "", "Floquet multiplier of the full model"),
     entry(f"{CONTROL}/full/stable", "", "", "1 if its motion is stable, else 0"),
-    entry(f"{CONTROL}/full/largest_slip", "", "rad/s", "largest slip of the motor under control"),
+    entry(f"{CONTROL}/full/largest_slip", "", "rad/s", "largest slip of the motor under control",
+          exempt=EXAMINED),
     entry(f"{CONTROL}/range/level", "order", "dB", f"{_LEVEL}, full model without control"),
     entry(f"{CONTROL}/range/difference", "order", "dB", "that level less the one of the reduced "
           "model: how far the reduced model holds"),
@@ -465,35 +530,4 @@ ENTRIES = (
     *MOTOR_ENTRIES,
     *CONTROL_ENTRIES,
 )
-
-#: what the reader of a report looks for first
-HEADLINES = (
-    Headline("response/roll/speed", "mean speed", "rpm"),
-    Headline("response/roll/mean_torque", "motor torque, mean", "N*m"),
-    Headline(
-        "response/roll/speed_variation",
-        "range of the speed in a turn, over the mean",
-        "",
-    ),
-    Headline("response/roll/breakdown_margin", "largest motor torque over the mean, less 1", ""),
-    Headline(
-        "response/roll/level/shell_acceleration",
-        "roll acceleration of the shell, strongest order",
-        "dB",
-    ),
-    Headline("response/roll/rod_force_peak", "rod force, peak", "kN"),
-    Headline("response/roll/wall_force_peak", "force on the cylinder wall, peak", "kN"),
-    Headline("response/roll/shaking/force_peak", "shaking force, peak", "N"),
-    Headline("response/roll/shaking/couple_peak", "shaking couple, peak", "N*m"),
-    Headline("response/start_up/running_speed", "speed after the start", "rpm"),
-    Headline("response/start_up/time_to_steady", "time to steady running", "s"),
-    Headline("response/start_up/shell_angle_peak", "roll of the shell in the start, peak", "mrad"),
-    Headline("response/start_up/motor_torque_peak", "motor torque in the start, peak", "N*m"),
-    Headline(
-        "response/start_up/mount_torque_peak", "torque on the mounts in the start, peak", "N*m"
-    ),
-    Headline("response/control/speed", "speed under control", "rpm"),
-    Headline("response/control/tuned/objective", "tuned controller, objective", "dB"),
-    Headline("response/control/tuned/gain_margin", "tuned controller, gain margin", "dB"),
-    Headline("response/control/tuned/phase_margin", "tuned controller, phase margin", "deg"),
-)
+HELPS = {f"{ROLL}/": (CANCELS,), f"{CONTROL}/": (CANCELS,), f"{START}/": (MARCH,)}

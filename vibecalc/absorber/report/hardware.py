@@ -53,13 +53,12 @@ def absorber_parts(result: Result) -> Section | None:
 
 def _bending(record: Record) -> list[str]:
     names = [
-        (f"{HARDWARE}bending/{name}", words)
+        (f"{HARDWARE}bending/{name}", words, "Hz")
         for name, words in (
-            ("frequency", "Hz"), ("forward", "with the\nspin, Hz"), ("backward", "against\nit, Hz"),
+            ("frequency", "at rest,"), ("forward", "with the\nspin,"), ("backward", "against\nit,"),
         )
     ]  # fmt: skip
-    lines = by_axis(record, "mode", "bending of the rod, mode", names, width=26,
-                    factors=[hertz(1.0)] * 3)  # fmt: skip
+    lines = by_axis(record, "mode", "bending of the rod, mode", names, width=26)
     guess = scalar_of(record, HARDWARE + "bending/rayleigh")
     if guess is not None:
         lines += paragraph(

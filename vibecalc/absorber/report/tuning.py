@@ -247,10 +247,9 @@ def _each(record: Record) -> list[str]:
     units = ("N/m", "N*s/m") if kind == "linear" else ("N*m/rad", "N*m*s/rad")
     in_units = by_axis(
         record, "absorber", "absorber",
-        [(f"{TUNING}each/{kind}_stiffness", f"spring\n{units[0]}"),
-         (f"{TUNING}each/{kind}_damping", f"damper\n{units[1]}"),
-         (f"{TUNING}each/frequency", "own frequency\nHz")],
-        factors=[1.0, 1.0, hertz(1.0)],
+        [(f"{TUNING}each/{kind}_stiffness", "spring\n", units[0]),
+         (f"{TUNING}each/{kind}_damping", "damper\n", units[1]),
+         (f"{TUNING}each/frequency", "own frequency\n", "Hz")],
     )  # fmt: skip
     return [*lines, "", *in_units] if in_units else lines
 
@@ -283,14 +282,14 @@ def _proof(record: Record) -> list[str]:
 
 def _methods(result: Result) -> list[str]:
     record = result.record
-    what = "mean square\nabove best, %" if is_mean(result) else "above the\nbest, %"
+    what = "mean square\nabove best," if is_mean(result) else "above the\nbest,"
     lines = by_axis(
         record, "method", "method",
-        [(f"{TUNING}method/{name}", words) for name, words in (
+        [(f"{TUNING}method/{name}", *words) for name, *words in (
             ("stiffness_ratio", "stiffness\nratio"), ("secondary_damping", "damping"),
-            ("promised", "promised\npeak"), ("peak", "true peak"), ("loss", what),
+            ("promised", "promised\npeak"), ("peak", "true peak"), ("loss", what, "%"),
         )],
-        width=18, each=13, factors=[1.0, 1.0, 1.0, 1.0, 100.0],
+        width=18, each=13,
         blank=f"{TUNING}method/promised",
     )  # fmt: skip
     if lines and TUNING + "bounds/penalty" in record.quantities:

@@ -1,7 +1,7 @@
 """What the reader looks for first: a few results by name, in the units people read, four digits."""
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -23,6 +23,8 @@ _WITH_LIMITS = (Column("result", 46), number("value", 10), Column("unit", 6), Co
                 Column("limit", 12))  # fmt: skip
 #: rows of an array of which each entry counts
 _MOST_EACH = 12
+#: entries that all have a row where else the lowest and the highest stand for them
+_FEW = 3
 _VARIABLES, _BOUNDS = "optimisation/variable/", "optimisation/active_bound/"
 _SIDES = {-1: "at its lower bound", 1: "at its upper bound"}
 _ELASTIC = ("1st elastic", "2nd elastic", "3rd elastic")
@@ -114,18 +116,20 @@ def headline_rows(record: Record, case: Mapping[str, Any] | None = None) -> list
     rows = list(_searched(record, case or {}))
     # those that lead come first, as their sections do
     order = [name for name, _ in sorted(subjects().items(), key=lambda item: not item[1].leads)]
-    large = large_torques(record, HEADLINES.values())
-    for one in sorted(HEADLINES.values(), key=lambda one: order.index(OWNER[one.path])):
+    large = large_torques(record)
+    for path in sorted(HEADLINES, key=lambda path: order.index(OWNER[path])):
+        one = HEADLINES[path]
         one = one._replace(unit="kN*m") if large and one.unit == "N*m" else one
-        quantity = record.quantities.get(one.path)
+        quantity = record.quantities.get(path)
         if quantity is not None and quantity.values.size and one.unless not in record:
             rows += [row for row in _rows(record, quantity, one) if row not in rows]
     return rows
 
 
-def large_torques(record: Record, listed: Iterable[Headline]) -> bool:
+def large_torques(record: Record, subject: str = "") -> bool:
     """Whether a torque of the headlines reaches 10 kN m, so that all of them are in kN m."""
-    found = (record.quantities.get(one.path) for one in listed if one.unit == "N*m")
+    listed = [path for path, one in HEADLINES.items() if one.unit == "N*m"]
+    found = (record.quantities.get(path) for path in listed if subject in ("", OWNER[path]))
     sizes = (np.abs(magnitudes(one)) for one in found if one is not None)
     return any(bool(np.any((size >= _LARGE) & np.isfinite(size))) for size in sizes)
 
@@ -160,7 +164,9 @@ def _rows(record: Record, quantity: Quantity, one: Headline) -> Iterator[Answer]
         for value, name in zip(moving, _ELASTIC, strict=False):
             yield _row(one, quantity, value, name)
         return
-    chosen = range(min(len(flat), 1 if one.pick == "first" else _MOST_EACH))
+    chosen: Sequence[int] = range(min(len(flat), 1 if one.pick == "first" else _MOST_EACH))
+    if one.pick == "ends" and len(flat) > _FEW:
+        chosen = (0, len(flat) - 1)
     if one.pick in ("largest", "least"):
         size = -flat if one.pick == "least" else flat if quantity.unit == "dB" else np.abs(flat)
         top = int(np.argmax(np.where(np.isnan(flat), -np.inf, size)))
@@ -198,10 +204,10 @@ def _rpm(speed: float) -> str:
 
 def _row(one: Headline, quantity: Quantity, value: float, where: str) -> Answer:
     if quantity.unit == "dB":
-        return Answer(one.name, decibels(value), "dB", where, one.path, value)
+        return Answer(one.name, decibels(value), "dB", where, quantity.path, value)
     unit, error = (one.unit or quantity.unit) if quantity.unit else "", quantity.estimate
     factor = convert(1.0, quantity.unit, unit)
     words = [where, UNRESOLVED] if error.unresolved(value) else [where]
     shown = show(value * factor, error * factor)
     where = "  ".join(filter(None, words))
-    return Answer(one.name, shown, unit, where, one.path, value * factor)
+    return Answer(one.name, shown, unit, where, quantity.path, value * factor)

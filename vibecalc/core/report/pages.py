@@ -32,7 +32,7 @@ from vibecalc.core.report.writing import (
     table,
 )
 from vibecalc.core.results.record import Estimate, Method, Quantity, Result
-from vibecalc.core.results.tolerance import CHECKS, UNRESOLVED, ToleranceSummary, summarised
+from vibecalc.core.results.tolerance import UNRESOLVED, ToleranceSummary, is_check, summarised
 from vibecalc.units import convert
 
 # ----------------------------------------------------------------------------
@@ -475,7 +475,7 @@ def _ratio(quantity: Quantity) -> float:
     if quantity.error_estimate == 0.0 or np.isinf(largest):
         return 0.0
     # Where all cancels the estimate is all there is; that is no loss of accuracy.
-    if quantity.estimate.is_zero(largest) or quantity.path.endswith(CHECKS):
+    if quantity.estimate.is_zero(largest) or is_check(quantity.path):
         return 0.0
     return float(quantity.error_estimate) / largest if largest else float("inf")
 
@@ -485,7 +485,7 @@ def _shown_ratio(quantity: Quantity) -> str:
     if np.isinf(largest):
         return "unbounded"
     if quantity.error_estimate and largest <= quantity.error_estimate:
-        if quantity.path.endswith(CHECKS):
+        if is_check(quantity.path):
             return "a check"
         return "zero" if quantity.estimate.is_zero(largest) else UNRESOLVED
     return show_error(_ratio(quantity))

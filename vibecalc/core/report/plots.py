@@ -14,14 +14,14 @@ import numpy as np
 
 from vibecalc.core.report.accuracy import TopicView, TrialView, topics_of
 from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, TOTAL, TYPE, canvas, note, unit_words
-from vibecalc.core.report.sections import START, along, scalar_of, table_of
+from vibecalc.core.report.sections import along, scalar_of, table_of
 from vibecalc.core.report.studies import FRONT_PREFIX, VARIABLE, bound_unit, start_of
 from vibecalc.core.report.sweep.view import SweepView
 from vibecalc.core.report.verdicts import judge_limits
 from vibecalc.core.report.writing import fold, show
 from vibecalc.core.results.layout import is_accuracy
 from vibecalc.core.results.named import named
-from vibecalc.core.results.record import Result
+from vibecalc.core.results.record import AT_START, Result
 from vibecalc.core.results.select import worst
 from vibecalc.core.run.stage import subjects, subjects_of
 from vibecalc.errors import ResultError, UsageError
@@ -463,7 +463,7 @@ def _in_words(result: Result, path: str) -> str:
 
 
 def _start(result: Result, goal: Mapping[str, Any]) -> float | None:
-    quantity = result.record.quantities.get(START + str(goal.get("quantity")))
+    quantity = result.record.quantities.get(AT_START + str(goal.get("quantity")))
     if quantity is None:
         return None
     side: Literal["max", "min"] = "max" if goal.get("sense", "min") == "min" else "min"
@@ -585,7 +585,7 @@ def _uses(result: Result) -> list[Use]:
 
 
 def _start_value(result: Result, path: str, where: dict[str, Any], side: Side) -> float | None:
-    quantity = result.record.quantities.get(START + path)
+    quantity = result.record.quantities.get(AT_START + path)
     if quantity is None:
         return None
     try:

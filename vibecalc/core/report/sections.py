@@ -17,7 +17,7 @@ from vibecalc.core.report.writing import (
     table,
 )
 from vibecalc.core.results.catalogue import HEADLINES, OWNER
-from vibecalc.core.results.record import Axis, Quantity, Record, Result
+from vibecalc.core.results.record import AT_START, Axis, Quantity, Record, Result
 from vibecalc.core.results.tolerance import UNRESOLVED
 from vibecalc.errors import ResultError
 from vibecalc.units import convert
@@ -25,8 +25,6 @@ from vibecalc.units import convert
 # ----------------------------------------------------------------------------
 # Finding things in a result: the quantity a row of the case asks for, labels of axes, pieces.
 # ----------------------------------------------------------------------------
-
-START = "optimisation/start/"
 
 
 def entries(result: Result, table: str) -> tuple[Mapping[str, Any], ...]:
@@ -36,7 +34,7 @@ def entries(result: Result, table: str) -> tuple[Mapping[str, Any], ...]:
 
 
 def asked(result: Result, entry: Mapping[str, Any], table: str) -> Quantity:
-    """The quantity that a row of the case names; `at = "start"` looks under `START`.
+    """The quantity that a row of the case names; `at = "start"` looks under `AT_START`.
 
     Raises
     ------
@@ -45,7 +43,7 @@ def asked(result: Result, entry: Mapping[str, Any], table: str) -> Quantity:
     """
     path = str(entry["quantity"])
     if entry.get("at") == "start":
-        path = START + path
+        path = AT_START + path
     if path not in result.record:
         from difflib import get_close_matches
 
@@ -266,23 +264,20 @@ def merged(rows: Iterable[Sequence[str]]) -> list[list[str]]:
 
 
 def by_axis(
-    record: Record, axis: str, title: str, names: Sequence[tuple[str, str]], width: int = 22,
-    each: int = 14, digits: int = DIGITS, factors: Sequence[float] | None = None,
-    blank: str = "",
+    record: Record, axis: str, title: str, names: Sequence[tuple[str, ...]], width: int = 22,
+    each: int = 14, digits: int = DIGITS, blank: str = "",
 ) -> list[str]:  # fmt: skip
-    """Lines of a table of the quantities `names` (path, words) over `axis`; [] if there are none.
+    """Lines of a table of the quantities `names` over `axis`; [] if there are none.
 
-    Equal rows are one.
-
-    `factors` turn the SI of each into the unit that its words say. Of the quantity `blank` an
-    infinite entry is none, shown as "-".
+    Each is a path, words, and the unit to show it in where that is not in the words. Equal rows are
+    one. Of the quantity `blank` an infinite entry is none, shown as "-".
     """
-    scale = factors or [1.0] * len(names)
-    found = [
-        (quantity, words, factor)
-        for (path, words), factor in zip(names, scale, strict=True)
-        if (quantity := having(record, path, axis)) is not None
-    ]
+    found = []
+    for path, words, *unit in names:
+        quantity = having(record, path, axis)
+        if quantity is not None:
+            head = " ".join([words, *unit]).replace("\n ", "\n")
+            found.append((quantity, head, convert(1.0, quantity.unit, *unit) if unit else 1.0))
     if not found:
         return []
     columns = [Column(title, width), *(number(words, each) for _, words, _ in found)]
@@ -362,7 +357,7 @@ def other(result: Result, shown: Iterable[str]) -> Section | None:
     left = [
         quantity
         for path, quantity in result.record.items()
-        if path not in done and not path.startswith(START) and not leads(result.record, path)
+        if path not in done and not path.startswith(AT_START) and not leads(result.record, path)
     ]
     if not left:
         return None

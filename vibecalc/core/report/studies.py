@@ -7,7 +7,6 @@ from typing import Any, Literal
 import numpy as np
 
 from vibecalc.core.report.sections import (
-    START,
     Part,
     Section,
     along,
@@ -22,7 +21,7 @@ from vibecalc.core.report.sections import (
     together,
 )
 from vibecalc.core.report.writing import Column, number, paragraph, show, show_percent, table
-from vibecalc.core.results.record import Quantity, Record, Result
+from vibecalc.core.results.record import AT_START, Quantity, Record, Result
 from vibecalc.core.results.select import worst
 from vibecalc.errors import ResultError
 from vibecalc.units import convert, parse_quantity, split_number
@@ -63,7 +62,7 @@ def in_unit(quantity: Quantity, unit: str) -> tuple[float, float]:
 
 def start_of(result: Result, key: str) -> float | None:
     """The start value of a variable: from the record, else as the case has it; None if neither."""
-    kept = scalar_of(result.record, START + VARIABLE + key)
+    kept = scalar_of(result.record, AT_START + VARIABLE + key)
     if kept is not None:
         return kept
     found: Any = result.case
@@ -330,7 +329,7 @@ _WORST = ("_peak", "/sag", "/excursion")
 def optimisation(result: Result) -> Section | None:
     """The section, None if the case does not optimise."""
     record = result.record
-    own = [path for path in record if path.startswith(PREFIX) and not path.startswith(START)]
+    own = [path for path in record if path.startswith(PREFIX) and not path.startswith(AT_START)]
     if not own:
         return None
     rest = [record[path] for path in own if not path.startswith(_REPORTED)]
@@ -415,8 +414,8 @@ def _objective(result: Result) -> list[str]:
         value, label = worst(quantity, where, side)
         words += f": {show(value * factor, quantity.error_estimate * factor)} {unit}".rstrip()
         words += f" at {label.replace('=', ' ')}" if label else ""
-        if START + path in result.record:
-            before, _ = worst(result.record[START + path], where, side)
+        if AT_START + path in result.record:
+            before, _ = worst(result.record[AT_START + path], where, side)
             words += f"; at the start {show(before * factor)} {unit}".rstrip()
     except ResultError as error:
         words += f": {error}"
@@ -426,7 +425,7 @@ def _objective(result: Result) -> list[str]:
 def _nearby(record: Record) -> list[str]:
     rows = []
     for path, quantity in record.items():
-        before = record.quantities.get(START + path)
+        before = record.quantities.get(AT_START + path)
         peak = len(quantity.axes) == 1 and path.endswith(_WORST)
         if before is None or path.startswith(PREFIX) or not (peak or not quantity.axes):
             continue

@@ -6,7 +6,7 @@ and `check` read the rest from this table. The entries stand in `results.py` of 
 
 from importlib import import_module
 
-from vibecalc.core.results.record import Entry, Headline
+from vibecalc.core.results.record import ORDERS, RESONANCE, Entry
 from vibecalc.subjects import SUBJECTS
 
 #: axis name -> (unit, long name): those of several subjects, and those of each
@@ -30,12 +30,14 @@ AXES: dict[str, tuple[str, str]] = {
 #: path -> subject that it belongs to
 OWNER: dict[str, str] = {}
 CATALOGUE: dict[str, Entry] = {}
-#: path -> what the reader of a report looks for first, in the order of each subject
-HEADLINES: dict[str, Headline] = {}
+#: beginning of paths -> what lets such results meet the tolerance; the longest that fits counts
+HELPS: dict[str, tuple[str, ...]] = {"optimisation/": (ORDERS, RESONANCE)}
 for _subject in SUBJECTS:
     _results = import_module(f"vibecalc.{_subject}.results")
     AXES |= getattr(_results, "AXES", {})
     for _entry in _results.ENTRIES:
         CATALOGUE[_entry.path] = _entry
         OWNER[_entry.path] = _subject
-    HEADLINES |= {one.path: one for one in getattr(_results, "HEADLINES", ())}
+    HELPS |= getattr(_results, "HELPS", {})
+#: path -> how it stands in the first table of a report, in the order of that table
+HEADLINES = {path: one.headline for path, one in CATALOGUE.items() if one.headline}

@@ -1,7 +1,7 @@
 """A quantity: what is known of it before it is computed, and the array with its error after it."""
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple, cast
 
@@ -13,38 +13,83 @@ import numpy as np
 
 PEAK = "0-pk"
 RMS = "rms"
+#: results of a case as written, where a search has changed it
+AT_START = "optimisation/start/"
+
+
+class Headline(NamedTuple):
+    """How a result stands in the first table of a report: its name, in the unit that people read.
+
+    Of an array `pick` says which entries: that of `largest` magnitude, the `least`, `each` one,
+    the `first` one, the first and the last of many (`ends`), or the lowest three above zero
+    (`elastic`). `at` is the path of the speeds,
+    or ratios of frequencies, at which the entries are met. Where there is a quantity at `unless`,
+    that says it better.
+    """
+
+    name: str
+    unit: str = ""
+    pick: str = "largest"
+    at: str = ""
+    unless: str = ""
+
+
+#: why a result is not held to `[accuracy] rtol`
+CANCELLING = "sums that are there to show what cancels"
+CHECK = "checks that are zero for the exact solution, so that all of them is error"
+DIFFERENCE = "differences of results, with the digits that are left"
+EXAMINED = "the largest of what is examined"
+MARCHED = "read off a march in time, as well as its steps show"
+PLACE = "places of peaks, which are flat there"
+SEARCHED = "ends of searches, where a minimum is flat"
+SPECTRUM = "levels and phases, for which the harmonics behind them stand"
+STATISTIC = "statistics, whose standard error is far larger"
+STUDY = "marches in time, differences, maps and ends of searches of a shaft line"
+UNCERTAINTY = "uncertainties, of which two digits tell all"
+
+#: what lets more results meet `[accuracy] rtol`
+ORDERS = "where too few orders are kept, more help ([excitation] orders)"
+RESONANCE = "next to an undamped resonance only damping does"
+CANCELS = "what is left of large numbers that cancel has no more digits to give"
+MARCH = "a march in time keeps to the tolerance in each step, not over all of them"
 
 
 class Entry(NamedTuple):
-    """Path, axes, unit, long name and kind of amplitude of one quantity."""
+    """All that is known of one quantity before it is computed.
+
+    Path, axes, unit, long name, kind of amplitude; how it stands in the first table of a report,
+    if it does; why it is not held to the tolerance, if it is not; of which result it is a part, by
+    which its error then is measured.
+    """
 
     path: str
     axes: tuple[str, ...]
     unit: str
     long_name: str
     amplitude: str | None = None
+    headline: Headline | None = None
+    exempt: str = ""
+    part_of: str = ""
 
 
-def entry(path: str, axes: str, unit: str, long_name: str, amplitude: str | None = None) -> Entry:
+def entry(
+    path: str,
+    axes: str,
+    unit: str,
+    long_name: str,
+    amplitude: str | None = None,
+    *,
+    headline: Headline | None = None,
+    exempt: str = "",
+    part_of: str = "",
+) -> Entry:
     """An entry whose axes are written as one text with blanks between."""
-    return Entry(path, tuple(axes.split()), unit, long_name, amplitude)
+    return Entry(path, tuple(axes.split()), unit, long_name, amplitude, headline, exempt, part_of)
 
 
-class Headline(NamedTuple):
-    """A result that the reader of a report looks for first, in the unit that people read.
-
-    Of an array `pick` says which entries: that of `largest` magnitude, the `least`, `each` one,
-    the `first` one, or the lowest three above zero (`elastic`). `at` is the path of the speeds,
-    or ratios of frequencies, at which the entries are met. Where there is a quantity at `unless`,
-    that says it better.
-    """
-
-    path: str
-    name: str
-    unit: str = ""
-    pick: str = "largest"
-    at: str = ""
-    unless: str = ""
+def exempt(reason: str, entries: Iterable[Entry]) -> Iterator[Entry]:
+    """Entries that share the `reason` for which they are not held to the tolerance."""
+    return (one._replace(exempt=one.exempt or reason) for one in entries)
 
 
 # ----------------------------------------------------------------------------

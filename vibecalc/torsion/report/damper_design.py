@@ -163,13 +163,13 @@ def _rise(share: float) -> str:
 
 def _rings(result: Result) -> list[str]:
     name = objective_of(result)
-    factor, unit, _ = _objective(result.record, name)
+    _, unit, _ = _objective(result.record, name)
     return by_axis(
         result.record, "ring_inertia", "ring, kg m^2",
-        [(f"{DESIGN}ring/{name}", f"largest half\nrange, {unit}"),
-         (DESIGN + "ring/stiffness", "stiffness\nkN m/rad"),
-         (DESIGN + "ring/damping", "damping\nN m s/rad")],
-        factors=[factor, 1e-3, 1.0], each=18, digits=4,
+        [(f"{DESIGN}ring/{name}", "largest half\nrange,", unit.replace(" ", "*")),
+         (DESIGN + "ring/stiffness", "stiffness\n", "kN*m/rad"),
+         (DESIGN + "ring/damping", "damping\n", "N*m*s/rad")],
+        each=18, digits=4,
     )  # fmt: skip
 
 

@@ -11,7 +11,6 @@ from vibecalc.core.report.headline import large_torques
 from vibecalc.core.report.sections import Section, having, labels, magnitudes, speed_of, table_of
 from vibecalc.core.report.writing import Column, number, pairs, paragraph, rpm, show, table
 from vibecalc.core.results.record import Quantity, Record, Result
-from vibecalc.torsion.results import HEADLINES
 
 if TYPE_CHECKING:
     from vibecalc.torsion.model import ShaftLineModel
@@ -89,7 +88,7 @@ def mode_names(result: Result, undamped: bool = False) -> list[str]:
 
 def torque_unit(record: Record) -> tuple[float, str]:
     """Factor from N m and unit of all torques of a report, as in the first table."""
-    return (1e-3, "kN m") if large_torques(record, HEADLINES) else (1.0, "N m")
+    return (1e-3, "kN m") if large_torques(record, "torsion") else (1.0, "N m")
 
 
 def asked(result: Result) -> dict[str, object]:

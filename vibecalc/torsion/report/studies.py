@@ -218,16 +218,16 @@ def _percent(share: float) -> str:
 
 
 def _variable_sections(record: Record) -> list[str]:
-    factor, unit = torque_unit(record)
+    unit = torque_unit(record)[1].replace(" ", "*")
     return by_axis(
         record, "section", "section",
-        [(_VARIABLE + name, words) for name, words in (
-            ("constant_half_range", f"half range\nmean inertia\n{unit}"),
-            ("torque_half_range", f"variable\ninertia\n{unit}"), ("change", "change\n%"),
-            ("largest_change", "largest over\nspeeds, %"),
-            ("largest_change_speed", "at\nrpm"),
+        [(_VARIABLE + name, *words) for name, *words in (
+            ("constant_half_range", "half range\nmean inertia\n", unit),
+            ("torque_half_range", "variable\ninertia\n", unit), ("change", "change\n", "%"),
+            ("largest_change", "largest over\nspeeds,", "%"),
+            ("largest_change_speed", "at\n", "rpm"),
         )],
-        factors=[factor, factor, 100.0, 100.0, rpm(1.0)], digits=4,
+        digits=4,
     )  # fmt: skip
 
 
@@ -294,9 +294,9 @@ def _unstable(record: Record) -> list[str]:
         return paragraph("With the damping of the line, vibration grows at no speed of the range.")
     return by_axis(
         record, "unstable", "unstable range",
-        [(f"{_VARIABLE}unstable/{name}", words) for name, words in (
-            ("from", "from, rpm"), ("to", "to, rpm"), ("growth", "growth, 1/s"))],
-        factors=[rpm(1.0), rpm(1.0), 1.0], digits=4,
+        [(f"{_VARIABLE}unstable/{name}", words, unit) for name, words, unit in (
+            ("from", "from,", "rpm"), ("to", "to,", "rpm"), ("growth", "growth,", "1/s"))],
+        digits=4,
     )  # fmt: skip
 
 
