@@ -3,9 +3,18 @@
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from vibecalc.core.run.stage import Harmonics, Stage, Subject, Unit, Work, below, first_orders
+from vibecalc.core.run.stage import (
+    Entries,
+    Harmonics,
+    Stage,
+    Subject,
+    Unit,
+    Work,
+    below,
+    first_orders,
+)
 from vibecalc.kinds import finds_speed, has_crank_train
-from vibecalc.kinematics.stage import needs_excitation, orders_of_motion, orders_words
+from vibecalc.kinematics.stage import kept_orders, needs_excitation, orders_of_motion, orders_words
 
 if TYPE_CHECKING:
     from vibecalc.schema import Case
@@ -121,6 +130,17 @@ def _work_of_forces(case: "Case", orders: int) -> Work:
     return ((orders, "order"),)
 
 
+def _entries(case: "Case", path: str, axis: str) -> Entries | None:
+    options = case.excitation
+    if path.startswith("excitation/balance/"):
+        table = None if options is None else options.balance
+        because = "orders of [excitation.balance] are those tabulated"
+        return Entries(table.orders, because) if table and axis == "order" else None
+    if path.startswith("excitation/motor/"):
+        return None
+    return kept_orders(case, axis, 0 if path.startswith("excitation/rod/") else 1)
+
+
 SUBJECT = Subject(
     stages=(
         plan_excitation,
@@ -128,6 +148,7 @@ SUBJECT = Subject(
         plan_pump,
     ),
     concerns=lambda case: has_crank_train(case.machine),
+    entries=_entries,
     units={
         "order": Unit(1.0e-4, "orders summed"),
         "closed_forms": Unit(1.2e-2, "sets of closed forms"),

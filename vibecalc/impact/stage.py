@@ -4,7 +4,16 @@ import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from vibecalc.core.run.stage import Harmonics, Stage, Subject, Unit, Work, below, first_orders
+from vibecalc.core.run.stage import (
+    Entries,
+    Harmonics,
+    Stage,
+    Subject,
+    Unit,
+    Work,
+    below,
+    first_orders,
+)
 
 if TYPE_CHECKING:
     from vibecalc.schema import Case
@@ -67,8 +76,32 @@ def _work_of_impact(case: "Case", orders: int) -> Work:
     return ((0 if work is None else math.ceil(work.total), "contact_step"),)
 
 
+_OWN_CLEARANCE = "machine.joints.wrist_pin.clearance"
+
+
+def _entries(case: "Case", path: str, axis: str) -> Entries | None:
+    study = None if case.response is None else case.response.impact
+    if study is None:
+        return None
+    if axis == "order":
+        return Entries.up_to(study.orders, "orders of [response.impact] is the highest")
+    return _clearances(case, study.clearances) if axis == "clearance" else None
+
+
+def _clearances(case: "Case", listed: tuple[float, ...] | None) -> Entries | None:
+    joints, search = case.machine.joints, case.optimisation
+    if listed:
+        return Entries(listed, "clearances of [response.impact] takes more of them")
+    varied = search is not None and any(one.key == _OWN_CLEARANCE for one in search.variables)
+    if joints is None or varied:
+        return None
+    because = "clearances of [response.impact] takes others, or more"
+    return Entries((joints.wrist_pin.clearance,), because)
+
+
 SUBJECT = Subject(
     stages=(plan_impact,),
+    entries=_entries,
     concerns=lambda case: (
         case.machine.joints is not None
         or (case.response is not None and case.response.impact is not None)

@@ -4,9 +4,9 @@ import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from vibecalc.core.run.stage import Harmonics, Stage, Subject, Unit, Work, below
+from vibecalc.core.run.stage import Entries, Harmonics, Stage, Subject, Unit, Work, below
 from vibecalc.excitation.stage import USUAL_ORDERS
-from vibecalc.kinematics.stage import orders_of_motion, orders_words
+from vibecalc.kinematics.stage import kept_orders, orders_of_motion, orders_words
 from vibecalc.parts.firing import (
     TURN,
     cycle_angle,
@@ -145,6 +145,17 @@ def _work_of_reaction(case: "Case", orders: int) -> Work:
     return ((4 * orders, "body_solve"), (2, "modes"), (2 * orders, "order"))
 
 
+def _entries(case: "Case", path: str, axis: str) -> Entries | None:
+    options = case.isolation
+    if axis == "speed":
+        return Entries.of_speeds(options and options.run_up, "isolation.run_up")
+    if axis == "mode" and path.startswith(("isolation/modes/", "isolation/torque_reaction/")):
+        planar = options is not None and options.model == "planar"
+        most, body = (3, "a body in the plane") if planar else (6, "a rigid body")
+        return Entries.up_to(most, f"{body} has {most} degrees of freedom")
+    return kept_orders(case, axis)
+
+
 SUBJECT = Subject(
     stages=(
         plan_isolation,
@@ -156,6 +167,7 @@ SUBJECT = Subject(
         "pitch_solve": Unit(1.0e-5, "solves of the pitch model"),
         "modes": Unit(3.0e-3, "sets of modes"),
     },
+    entries=_entries,
     last_checks=("vibecalc.isolation.model:isolation_problems",),
     sections=(
         "vibecalc.isolation.report:isolation",

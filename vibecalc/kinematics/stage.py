@@ -3,7 +3,16 @@
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from vibecalc.core.run.stage import Harmonics, Stage, Subject, Unit, Work, below, first_orders
+from vibecalc.core.run.stage import (
+    Entries,
+    Harmonics,
+    Stage,
+    Subject,
+    Unit,
+    Work,
+    below,
+    first_orders,
+)
 from vibecalc.kinds import has_crank_train, has_speed
 from vibecalc.parts.firing import shakes_with_torque
 
@@ -82,12 +91,22 @@ def orders_of_motion(case: "Case") -> Harmonics:
     return first_orders(max(enough, 1), rule)
 
 
+def kept_orders(case: "Case", axis: str, first: int = 1) -> Entries | None:
+    """Orders of the crank train, where the case and not the tolerance says how many."""
+    options = case.excitation
+    if axis != "order" or options is None or options.orders is None:
+        return None
+    because = "orders of [excitation] is the highest one kept"
+    return Entries.up_to(options.orders, because, first)
+
+
 SUBJECT = Subject(
     stages=(plan_kinematics,),
     concerns=lambda case: has_crank_train(case.machine),
     units={
         "motion": Unit(1.0e-3, "passes over the motion of the pistons"),
     },
+    entries=lambda case, path, axis: kept_orders(case, axis, 0),
     sections=("vibecalc.kinematics.report:kinematics",),
     pictures={
         "piston_motion": "vibecalc.kinematics.pictures:draw_piston_motion",

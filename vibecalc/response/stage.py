@@ -4,8 +4,8 @@ import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from vibecalc.core.run.stage import Stage, Subject, Unit, Work, below
-from vibecalc.kinematics.stage import orders_of_motion, orders_words
+from vibecalc.core.run.stage import Entries, Stage, Subject, Unit, Work, below
+from vibecalc.kinematics.stage import kept_orders, orders_of_motion, orders_words
 
 if TYPE_CHECKING:
     from vibecalc.schema import Case
@@ -159,8 +159,18 @@ def names_of(case: "Case") -> dict[str, tuple[str, ...]]:
     return names
 
 
+def _entries(case: "Case", path: str, axis: str) -> Entries | None:
+    if axis == "speed":
+        asked = case.response and case.response.run_up
+        return Entries.of_speeds(asked, "response.run_up")
+    if axis in ("mode", "other_mode") and path.startswith("response/modes/"):
+        return Entries.up_to(6, "a rigid body has 6 degrees of freedom")
+    return kept_orders(case, axis)
+
+
 SUBJECT = Subject(
     stages=(plan_response,),
+    entries=_entries,
     names=names_of,
     concerns=lambda case: case.response is not None or case.machine.mounts is not None,
     units={

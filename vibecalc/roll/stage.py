@@ -4,7 +4,16 @@ import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from vibecalc.core.run.stage import Harmonics, Stage, Subject, Unit, Work, below, first_orders
+from vibecalc.core.run.stage import (
+    Entries,
+    Harmonics,
+    Stage,
+    Subject,
+    Unit,
+    Work,
+    below,
+    first_orders,
+)
 from vibecalc.kinds import asks_roll, finds_speed, has_crank_train
 
 if TYPE_CHECKING:
@@ -196,8 +205,18 @@ def concerns(case: "Case") -> bool:
     )
 
 
+def _entries(case: "Case", path: str, axis: str) -> Entries | None:
+    options = case.response
+    for name in ("roll", "control"):
+        table = getattr(options, name, None)
+        if axis == "order" and table and path.startswith(f"response/{name}/"):
+            return Entries.up_to(table.orders, f"orders of [response.{name}] is the highest")
+    return None
+
+
 SUBJECT = Subject(
     stages=(plan_roll,),
+    entries=_entries,
     names=names_of,
     concerns=concerns,
     units={

@@ -4,7 +4,16 @@ import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from vibecalc.core.run.stage import Harmonics, Stage, Subject, Unit, Work, below
+from vibecalc.core.run.stage import (
+    Entries,
+    Harmonics,
+    Stage,
+    Subject,
+    Unit,
+    Work,
+    below,
+    harmonics_of,
+)
 from vibecalc.errors import KeyPath, Problem
 from vibecalc.schema import Case
 from vibecalc.torsion.results import (
@@ -523,7 +532,33 @@ def names_of(case: "Case") -> dict[str, tuple[str, ...]]:
     }
 
 
+def _entries(case: "Case", path: str, axis: str) -> Entries | None:
+    torsion = None if case.response is None else case.response.torsion
+    design, line = case.damper_design, case.machine.shaft_line
+    if axis == "speed":
+        own = design and design.speeds if path.startswith(DESIGN) else None
+        where = "damper_design.speeds" if own else "response.torsion.speeds"
+        return Entries.of_speeds(own or (torsion and torsion.speeds), where)
+    if axis == "half_order" and path.startswith(ROOT):
+        return _planned_orders(case, path)
+    if axis == "mode" and line is not None and path.startswith(ROOT):
+        because = "a shaft line has at most one mode for each station and each damper"
+        return Entries.up_to(len(line.stations) + len(line.dampers), because)
+    return None
+
+
+def _planned_orders(case: "Case", path: str) -> Entries | None:
+    stages = (one for plan in SUBJECT.stages for one in plan(case))
+    stage = next((one for one in stages if path in one.quantities), None)
+    found = None if stage is None else harmonics_of(case, stage)
+    if found is None:
+        return None
+    orders = tuple(found.lowest * number for number in range(1, found.number + 1))
+    return Entries(orders, "orders of [response.torsion] says their step and the highest")
+
+
 SUBJECT = Subject(
+    entries=_entries,
     names=names_of,
     stages=(
         plan_torsion,

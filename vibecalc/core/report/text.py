@@ -29,6 +29,7 @@ from vibecalc.core.report.writing import (
     text_of,
     titled,
 )
+from vibecalc.core.results.catalogue import HEADLINES
 from vibecalc.core.results.named import named
 from vibecalc.core.results.record import ROUNDING, Quantity, Record, Result
 from vibecalc.core.run.stage import subjects_of
@@ -146,9 +147,6 @@ def _machine(result: Result) -> str:
 # The object that `--json` prints. Its keys are a contract with scripts of others.
 # ----------------------------------------------------------------------------
 
-#: lists of numbers that a reader acts on, next to the scalars
-_LISTS = ("response/torsion/barred/from", "response/torsion/barred/to")
-
 
 def as_json(
     result: Result, path: Path | str | None = None, *, full: bool = False
@@ -156,11 +154,12 @@ def as_json(
     """The result as a plain object that `json.dumps(..., allow_nan=False)` takes.
 
     `result` is the path of the result file. `quantities` has the scalars, a complex one as its
-    magnitude, and the barred ranges of a shaft line, with `full` all arrays: `value` as lists along
-    the `axes`, of what is complex `real` and `imaginary`. What is zero to rounding of its terms is
-    0; what is no larger than its `error` for another reason is not `resolved`. What is undefined is
-    None, and so is what is infinite, since JSON has no word for it; an infinite limit entry still
-    says `kept: false`. An undecided one has `kept: null` and says what would decide it.
+    magnitude, and the lists of the first table (as barred ranges), with `full` all arrays: `value`
+    as lists along the `axes`, of what is complex `real` and `imaginary`. What is zero to rounding
+    of its terms is 0; what is no larger than its `error` for another reason is not `resolved`. What
+    is undefined is None, and so is what is infinite, since JSON has no word for it; an infinite
+    limit entry still says `kept: false`. An undecided one has `kept: null` and says what would
+    decide it.
     """
     return {
         "case": result.name,
@@ -168,7 +167,7 @@ def as_json(
         "quantities": {
             quantity.path: _array(quantity) if quantity.axes else _number(quantity)
             for quantity in result.record.values()
-            if full or not quantity.axes or quantity.path in _LISTS
+            if full or not quantity.axes or _is_listed(quantity.path)
         },
         "references": [_reference(row) for row in judge_references(result)],
         "limits": [_limit(row) for row in judge_limits(result)],
@@ -225,6 +224,11 @@ def _number(quantity: Quantity) -> dict[str, Any]:
         "error": _finite(quantity.error_estimate),
         "resolved": known or not quantity.estimate.unresolved(float(value)),
     }
+
+
+def _is_listed(path: str) -> bool:
+    """Whether the first table has each entry of an array."""
+    return path in HEADLINES and HEADLINES[path].pick == "each"
 
 
 def _array(quantity: Quantity) -> dict[str, Any]:

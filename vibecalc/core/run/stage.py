@@ -129,6 +129,28 @@ class Unit(NamedTuple):
     holds: float = 0.0
 
 
+class Entries(NamedTuple):
+    """The numbers that an axis of a result will have, and what of the case says so.
+
+    `between`: the result is a curve, with a value at every number between the two ends.
+    """
+
+    values: tuple[float, ...]
+    because: str
+    between: bool = False
+
+    @classmethod
+    def up_to(cls, last: int, because: str, first: int = 1) -> "Entries":
+        """The numbers `first`, `first` + 1, ... `last`."""
+        return cls(tuple(range(first, last + 1)), because)
+
+    @classmethod
+    def of_speeds(cls, asked: "Any", table: str) -> "Entries | None":
+        """The speeds of a curve that a table of the case asks for; None without that table."""
+        words = f"[{table}] says from where to where"
+        return cls((asked.start, asked.stop), words, between=True) if asked else None
+
+
 @dataclass(frozen=True, kw_only=True)
 class Subject:
     """One subject: what it can do for a case. Functions are named as `package.module:function`.
@@ -136,10 +158,11 @@ class Subject:
     `stages` are makers of the stages that a case asks for, in the order in which they run.
     `concerns` says whether a case has anything of the subject: only then are `checks` (problems)
     and `cautions` (warnings) examined; `last_checks` want a machine without other problems.
-    `names` gives the entries of axes that the case names. `units` are the pieces of work of its
-    stages. `sections` of the report and `pictures` by their names are made where a result has
-    quantities of the subject; those of a subject that `leads`
-    stand first in the report. `remark` is a sentence on the first page where there is no verdict.
+    `names` gives the entries of axes that the case names, `entries` the numbers of one axis of a
+    result, None where only the run can tell. `units` are the pieces of work of its stages.
+    `sections` of the report and `pictures` by their names are made where a result has quantities of
+    the subject; those of a subject that `leads` stand first in the report. `remark` is a sentence
+    on the first page where there is no verdict.
     """
 
     stages: "tuple[Callable[[Case], Iterator[Stage]], ...]"
@@ -152,6 +175,7 @@ class Subject:
     pictures: Mapping[str, str] = field(default_factory=dict)
     leads: bool = False
     names: "Callable[[Case], dict[str, tuple[str, ...]]]" = lambda case: {}
+    entries: "Callable[[Case, str, str], Entries | None]" = lambda case, path, axis: None
     remark: str = ""
 
 
