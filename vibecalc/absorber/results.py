@@ -127,13 +127,16 @@ _OF_EACH = (
 
 _TUNED = {
     "stiffness_ratio": Headline("stiffness ratio, tuned", unless="tuning/secondary_frequency"),
-    "secondary_damping": Headline("damping of the absorber, c2/(2 sqrt(K1 J1))"),
+    "secondary_damping": Headline(
+        "damping of the absorber, c2/(2 sqrt(K1 J1))", unless="tuning/own_damping"
+    ),
+    "own_damping": Headline("damping ratio of the absorber, c2/(2 J2 w2)"),
 }
 _EACH_TUNED = {
     name: Headline(words, pick="each", unless="tuning/each/frequency")
     for name, words in (
         ("stiffness_ratio", "stiffness ratio of absorber"),
-        ("secondary_damping", "damping of absorber, c2/(2 sqrt(K1 J1))"),
+        ("own_damping", "damping ratio of absorber, c2/(2 J2 w2)"),
     )
 }
 _BUILT = {
@@ -158,7 +161,13 @@ TUNING_ENTRIES = (
         "largest response without an absorber",
         headline=Headline("the same without the absorber"),
     ),
-    entry(f"{TUNING_ROOT}/peak_less_one", "", "", "that less 1, to its own digits"),
+    entry(
+        f"{TUNING_ROOT}/peak_less_one",
+        "",
+        "",
+        "that less 1, to its own digits",
+        name="largest response less 1",
+    ),
     entry(
         f"{TUNING_ROOT}/mean_square",
         "",
@@ -174,7 +183,13 @@ TUNING_ENTRIES = (
         headline=Headline("the same without the absorber"),
     ),
     entry(f"{TUNING_ROOT}/mass_ratio", "", "", "inertia of the absorber over that of the primary"),
-    entry(f"{TUNING_ROOT}/primary_damping", "", "", "damping of the primary, c1 / (2 sqrt(K1 J1))"),
+    entry(
+        f"{TUNING_ROOT}/primary_damping",
+        "",
+        "",
+        "damping of the primary, c1 / (2 sqrt(K1 J1))",
+        name="damping of the primary, c1/(2 sqrt(K1 J1))",
+    ),
     *(
         entry(f"{TUNING_ROOT}/{name}", "", "", f"best {words}", headline=_TUNED.get(name))
         for name, words in _OF_EACH
@@ -491,13 +506,26 @@ PENDULUM_ENTRIES = (
         "order that small swings follow",
         headline=Headline("order of the pendulum"),
     ),
-    entry(f"{PENDULUM_ROOT}/path_radius", "", "m", "radius of curvature of the path at its vertex"),
-    entry(f"{PENDULUM_ROOT}/path_exponent", "", "", "0: a circle, 1: a cycloid"),
+    entry(
+        f"{PENDULUM_ROOT}/path_radius",
+        "",
+        "m",
+        "radius of curvature of the path at its vertex",
+        name="radius of the path at its vertex",
+    ),
+    entry(
+        f"{PENDULUM_ROOT}/path_exponent",
+        "",
+        "",
+        "0: a circle, 1: a cycloid",
+        name="form of the path (0 circle, 1 cycloid)",
+    ),
     entry(
         f"{PENDULUM_ROOT}/detuning",
         "",
         "1/rad^2",
         "relative change of the order by the swing squared",
+        name="change of the order by the swing squared",
     ),
     entry(
         f"{PENDULUM_ROOT}/largest_swing",
@@ -507,14 +535,25 @@ PENDULUM_ENTRIES = (
         headline=Headline("swing at which the path of the pendulum ends", "deg"),
     ),
     entry(
-        f"{PENDULUM_ROOT}/mass_ratio", "", "", "inertia of the equivalent absorber over the rotor's"
+        f"{PENDULUM_ROOT}/mass_ratio",
+        "",
+        "",
+        "inertia of the equivalent absorber over the rotor's",
+        name="mass ratio of the equivalent absorber",
     ),
-    entry(f"{PENDULUM_ROOT}/inertia", "", "kg*m^2", "inertia of the equivalent absorber"),
+    entry(
+        f"{PENDULUM_ROOT}/inertia",
+        "",
+        "kg*m^2",
+        "inertia of the equivalent absorber",
+        name="inertia of the equivalent absorber",
+    ),
     entry(
         f"{PENDULUM_ROOT}/stiffness",
         "",
         "N*m/rad",
         "stiffness of the equivalent absorber at this speed",
+        name="stiffness of the equivalent absorber",
     ),
     entry(
         f"{PENDULUM_ROOT}/order_of_swing",
@@ -528,14 +567,23 @@ PENDULUM_ENTRIES = (
         "rad",
         "motion of the rotor, small swings, complex",
         PEAK,
+        name="motion of the rotor, small swings",
     ),
-    entry(f"{PENDULUM_ROOT}/small/swing", "", "rad", "swing, small swings, complex", PEAK),
+    entry(
+        f"{PENDULUM_ROOT}/small/swing",
+        "",
+        "rad",
+        "swing, small swings, complex",
+        PEAK,
+        name="swing of the pendulums, small swings",
+    ),
     entry(
         f"{PENDULUM_ROOT}/small/rotor_without",
         "",
         "rad",
         "the same with the pendulums locked",
         PEAK,
+        name="motion of the rotor, pendulums locked",
     ),
     entry(
         f"{PENDULUM_ROOT}/response/rotor",
@@ -576,6 +624,7 @@ PENDULUM_ENTRIES = (
         "rad",
         "largest angle of swing, from which it jumps",
         exempt=DIFFERENCE,
+        name="largest swing, from which it jumps",
     ),
 )
 

@@ -7,9 +7,27 @@ from vibecalc.core.results.record import CANCELS, ORDERS, PEAK, RESONANCE, Headl
 # ----------------------------------------------------------------------------
 
 ISOLATION_ENTRIES = (
-    entry("isolation/pitch/inertia", "", "kg*m^2", "moment of inertia in pitch"),
-    entry("isolation/pitch/stiffness", "", "N*m/rad", "stiffness of the mounts in pitch"),
-    entry("isolation/pitch/damping", "", "N*m*s/rad", "viscous damping of the mounts in pitch"),
+    entry(
+        "isolation/pitch/inertia",
+        "",
+        "kg*m^2",
+        "moment of inertia in pitch",
+        name="moment of inertia, pitch",
+    ),
+    entry(
+        "isolation/pitch/stiffness",
+        "",
+        "N*m/rad",
+        "stiffness of the mounts in pitch",
+        name="stiffness of the mounts, pitch",
+    ),
+    entry(
+        "isolation/pitch/damping",
+        "",
+        "N*m*s/rad",
+        "viscous damping of the mounts in pitch",
+        name="damping of the mounts, pitch",
+    ),
     entry(
         "isolation/pitch/natural_frequency",
         "",
@@ -32,7 +50,14 @@ ISOLATION_ENTRIES = (
         "couple on the ground over couple against frequency",
     ),
     entry("isolation/pitch/angle_harmonics", "order", "rad", "pitch angle", PEAK),
-    entry("isolation/pitch/angle_peak", "", "rad", "largest pitch angle over a turn", PEAK),
+    entry(
+        "isolation/pitch/angle_peak",
+        "",
+        "rad",
+        "largest pitch angle over a turn",
+        PEAK,
+        name="pitch angle at speed, peak",
+    ),
     entry(
         "isolation/modes/natural_frequency",
         "mode",
@@ -74,6 +99,7 @@ ISOLATION_ENTRIES = (
         "N",
         "largest couple over lever over a turn, body held still",
         PEAK,
+        name="couple over the lever, body held still, peak",
     ),
     entry(
         "isolation/lever_force/steady_harmonics",

@@ -482,7 +482,7 @@ def _by_objective(stem: str, axes: str, words: str) -> tuple[Entry, ...]:
 
 _MAP = "chart_stiffness chart_damping"
 DAMPER_DESIGN_ENTRIES = (
-    entry(f"{DESIGN}inertia", "", "kg*m^2", "of the ring"),
+    entry(f"{DESIGN}inertia", "", "kg*m^2", "of the ring", name="inertia of the ring"),
     entry(f"{DESIGN}stiffness", "", "N*m/rad", "of its springs; 0: none",
           headline=Headline("stiffness of the optimal damper", "kN*m/rad"), exempt=STUDY),
     entry(f"{DESIGN}damping", "", "N*m*s/rad", "viscous",

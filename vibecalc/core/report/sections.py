@@ -16,7 +16,7 @@ from vibecalc.core.report.writing import (
     show,
     table,
 )
-from vibecalc.core.results.catalogue import HEADLINES, OWNER
+from vibecalc.core.results.catalogue import CATALOGUE, HEADLINES, OWNER
 from vibecalc.core.results.record import AT_START, Axis, Quantity, Record, Result
 from vibecalc.core.results.tolerance import UNRESOLVED
 from vibecalc.errors import ResultError
@@ -170,10 +170,12 @@ def read_as(path: str, unit: str, *, entry: bool = False) -> tuple[str, str]:
         return path.removeprefix(_VARIABLE), unit
     if path in HEADLINES and not entry:
         return HEADLINES[path].name, HEADLINES[path].unit or unit
+    shown = "rpm" if unit == "rad/s" and is_speed(path) else _READ.get(unit, unit)
+    if path in CATALOGUE and CATALOGUE[path].name:
+        return CATALOGUE[path].name, shown
     parts = path.replace("_", " ").replace("run up", "run-up").split("/")
     *folders, name = parts[1:] if path in OWNER else parts
-    turning = unit == "rad/s" and is_speed(path)
-    return ", ".join([name, *reversed(folders)]), "rpm" if turning else _READ.get(unit, unit)
+    return ", ".join([name, *reversed(folders)]), shown
 
 
 #: blocks of a section, alone or with the paths that they show
@@ -215,9 +217,10 @@ def scalar_rows(quantities: Iterable[Quantity], prefix: str = "") -> list[list[s
     """Rows for `SCALARS`: name by its path (without `prefix`), value in the unit people read."""
     rows = []
     for quantity in quantities:
-        name, unit = read_as(quantity.path, quantity.unit)
-        if quantity.path not in HEADLINES:
-            name, _ = read_as(quantity.path.removeprefix(prefix), quantity.unit)
+        path = quantity.path
+        name, unit = read_as(path, quantity.unit)
+        if path not in HEADLINES and not (path in CATALOGUE and CATALOGUE[path].name):
+            name, _ = read_as(path.removeprefix(prefix), quantity.unit)
         value, error = magnitudes(quantity)[()], quantity.estimate
         if unit == "m^3" and abs(value) < _LITRES:
             unit = "cm^3"

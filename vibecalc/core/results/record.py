@@ -59,7 +59,7 @@ class Entry(NamedTuple):
 
     Path, axes, unit, long name, kind of amplitude; how it stands in the first table of a report,
     if it does; why it is not held to the tolerance, if it is not; of which result it is a part, by
-    which its error then is measured.
+    which its error then is measured; its name in tables, where the words of its path are none.
     """
 
     path: str
@@ -70,6 +70,7 @@ class Entry(NamedTuple):
     headline: Headline | None = None
     exempt: str = ""
     part_of: str = ""
+    name: str = ""
 
 
 def entry(
@@ -82,9 +83,12 @@ def entry(
     headline: Headline | None = None,
     exempt: str = "",
     part_of: str = "",
+    name: str = "",
 ) -> Entry:
     """An entry whose axes are written as one text with blanks between."""
-    return Entry(path, tuple(axes.split()), unit, long_name, amplitude, headline, exempt, part_of)
+    return Entry(
+        path, tuple(axes.split()), unit, long_name, amplitude, headline, exempt, part_of, name
+    )
 
 
 def exempt(reason: str, entries: Iterable[Entry]) -> Iterator[Entry]:
