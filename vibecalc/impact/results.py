@@ -11,7 +11,7 @@ _RESULTS = (
     entry(
         "response/impact/mean_force", "clearance", "N",
         "mean magnitude of the joint force, over members and revolutions",
-        headline=Headline("mean force in the joint", "N", pick="each")),
+        headline=Headline("mean force in the joint", "N", pick="ends")),
     entry(
         "response/impact/mean_force_standard_error", "clearance", "N",
         "standard error of that mean, from the scatter of members"),
@@ -45,7 +45,7 @@ _RESULTS = (
         "response/impact/peak_force_high", "clearance", "N",
         "largest magnitude in a revolution that 5 % of them exceed"),
     entry("response/impact/impacts", "clearance", "", "contacts made per revolution",
-          headline=Headline("impacts in a revolution", pick="each")),
+          headline=Headline("impacts in a revolution", pick="ends")),
     entry("response/impact/contact_share", "clearance", "", "share of the time in contact"),
     entry(
         "response/impact/dissipated", "clearance", "J",

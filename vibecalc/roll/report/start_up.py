@@ -34,7 +34,7 @@ _WORK = (
     ("residual", "left over"),
 )
 _STEPS = (
-    ("shell_angle_peak", "shell angle\ndeg"),
+    ("shell_angle_peak", "shell angle\nmrad"),
     ("shell_acceleration_peak", "shell\nrad/s^2"),
     ("motor_torque_peak", "motor\nN*m"),
     ("mount_torque_peak", "mounts\nN*m"),
@@ -150,7 +150,7 @@ def _load(record: Record) -> list[str]:
         if found is None:
             continue
         columns.append(number(words, 13))
-        scale = 180.0 / math.pi if found.unit == "rad" else 1.0
+        scale = 1e3 if found.unit == "rad" else 1.0
         for row, value in zip(rows, found.values, strict=True):
             row.append(show(scale * float(value), scale * found.error_estimate, _DIGITS))
     return [
