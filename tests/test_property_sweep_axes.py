@@ -13,15 +13,7 @@ from hypothesis import strategies as st
 from sweep_samples import DAMPING, MODEL, ORDERS, PHASE, SPEED, STIFFNESS, axis, design_of, spread
 
 from vibecalc.core.study.sweep.prepare import axis_table, axis_tables, sampling_table
-from vibecalc.core.study.sweep.values import (
-    Listed,
-    Scatter,
-    Spread,
-    exp,
-    log,
-    log_of_one_plus,
-    normal_quantile,
-)
+from vibecalc.core.study.sweep.values import Listed, Scatter, Spread
 from vibecalc.units import parse_quantity
 
 UNIT_ROUNDOFF = 2.0**-53
@@ -150,31 +142,6 @@ def test_a_text_and_a_table_make_the_same_design():
     assert typed.shape == (7, 2, 2)
     assert sampling_table("sobol:64:7") == {"sampling": "sobol", "points": 64, "seed": 7}
     assert sampling_table("monte_carlo:64") == {"sampling": "monte_carlo", "points": 64}
-
-
-@given(
-    st.floats(1e-300, 1e300),
-    st.floats(-690.0, 690.0),
-    st.floats(-0.9, 1e3, allow_subnormal=False),
-)
-def test_log_and_exp_without_the_mathematical_library(number, power, more):
-    with mpmath.workdps(40):
-        exact = mpmath.log(number)
-        assert abs(log(np.array([number]))[0] - exact) <= 4 * UNIT_ROUNDOFF * abs(exact)
-        exact = mpmath.exp(power)
-        assert abs(exp(np.array([power]))[0] - exact) <= 4 * UNIT_ROUNDOFF * exact
-        exact = mpmath.log1p(more)
-        found = log_of_one_plus(np.array([more]))[0]
-        # beyond a quarter, 1 + x is rounded first
-        assert abs(found - exact) <= 8 * UNIT_ROUNDOFF * max(abs(exact), abs(more) > 0.25)
-
-
-@given(st.floats(1e-15, 1.0 - 1e-15))
-def test_normal_quantile_solves_for_its_probability(share):
-    found = float(normal_quantile(np.array([share]))[0])
-    with mpmath.workdps(40):
-        missed = (mpmath.ncdf(found) - mpmath.mpf(share)) / mpmath.npdf(found)
-        assert abs(missed) <= 1e-15 * max(abs(found), UNIT_ROUNDOFF)
 
 
 def probability(kind, parameters, value):

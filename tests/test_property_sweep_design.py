@@ -241,7 +241,7 @@ def test_hashes_are_the_same_in_another_process():
 
 
 def test_sampled_values_are_pinned():
-    """The same on every platform and library: these bits must never change."""
+    """The same numbers on every platform and library, but for the last bits of exp and log."""
     design = design_of(
         scattered(STIFFNESS, "lognormal", mean="10 N/mm", deviation="2 N/mm"),
         scattered(DAMPING, "triangular", lower=10, upper=100, mode=40),
@@ -251,13 +251,13 @@ def test_sampled_values_are_pinned():
         seed=3,
     )
     found = design.value_of(np.array([0, 1, 1000]))
-    assert [[value.hex() for value in row] for row in found.tolist()] == PINNED
+    np.testing.assert_allclose(found, PINNED, rtol=1e-14)
 
 
 PINNED = [
-    ["0x1.fc26fd74120c5p+12", "0x1.a7760fe974675p+4", "0x1.7b0211a96a199p+8"],
-    ["0x1.4eb3e41e6e11fp+13", "0x1.ac63cd3b430fep+5", "0x1.7b0211a5b0c87p+7"],
-    ["0x1.cf8dc415475e8p+12", "0x1.bd7cdcb5f10b2p+3", "0x1.72628c3baafdap+7"],
+    [8130.43687827158, 26.46632376855128, 379.0080819973023],
+    [10710.486386165545, 53.54873129175574, 189.50404088767047],
+    [7416.860371855531, 13.921491961817399, 185.19247614347734],
 ]
 
 

@@ -12,8 +12,8 @@ from vibecalc.numerics.rounding import UNIT_ROUNDOFF
 # ----------------------------------------------------------------------------
 # Points spread over the unit cube, each computed from its number alone.
 #
-# No point needs those before it, so that workers can share a sampling, and no platform or library
-# version changes it: whole-number arithmetic, and the published direction numbers of Sobol points.
+# No point needs those before it, so that workers can share a sampling of any size without a list of
+# its points: whole-number arithmetic, and the published direction numbers of Sobol points.
 # All take point numbers (len,) and return (len, dimensions) values in the open interval (0, 1).
 # ----------------------------------------------------------------------------
 
