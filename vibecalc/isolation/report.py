@@ -142,11 +142,6 @@ def isolation(result: Result) -> Section | None:
         if path.startswith("isolation/") and path.endswith(("_harmonics", "/run_up", "_curve"))
     }
     lines, shown = scalars(record, (*_PITCH, *_LEVER), "isolation/")
-    if f"isolation/{_RIGID}" in record:
-        lines += paragraph(
-            "lever force: the couple over the lever as a single force; rigid: with the body held "
-            "still"
-        )
     blocks = [(lines, shown | drawn), _modes(record), supports(record), run_up(record)]
     details = {"transmissibility by order": _transmissibility(record)}
     return section("Isolation: body on its mounts", blocks, details)

@@ -158,7 +158,7 @@ ISOLATION_ENTRIES = (
         "largest dynamic force of one support over a turn",
         PEAK,
         headline=Headline(
-            "dynamic force on a support at speed, peak",
+            "force on a support at speed, peak",
             "N",
             unless="isolation/torque_reaction/support_force_peak",
         ),
@@ -177,7 +177,7 @@ ISOLATION_ENTRIES = (
         "largest of the run-up",
         PEAK,
         headline=Headline(
-            "dynamic force on a support in the run-up, peak",
+            "force on a support in the run-up, peak",
             "N",
             at="isolation/support_force/run_up_peak_speed",
         ),

@@ -38,7 +38,7 @@ FORCES: dict[str, tuple[str, str]] = {
     "rod_force": ("N", "force along the connecting rod, positive in compression"),
     "wall_force": ("N", "force of a piston on its wall"),
 }
-_SHELL = Headline("roll acceleration of the shell, strongest order", "dB")
+_SHELL = Headline("roll acceleration of the shell, top order", "dB")
 _PEAKS = {
     "rod_force": Headline("rod force, peak", "kN"),
     "wall_force": Headline("force on the cylinder wall, peak", "kN"),

@@ -19,7 +19,7 @@ from vibecalc.units import convert
 #: in N m
 _LARGE = 1e4
 _COLUMNS = (Column("result", 48), number("value", 13), Column("unit", 9), Column("where", 25))
-_WITH_LIMITS = (Column("result", 46), number("value", 10), Column("unit", 6), Column("where", 20),
+_WITH_LIMITS = (Column("result", 44), number("value", 10), Column("unit", 8), Column("where", 20),
                 Column("limit", 12))  # fmt: skip
 #: rows of an array of which each entry counts
 _MOST_EACH = 12
@@ -74,15 +74,10 @@ def with_limits(result: Result, limits: Sequence[LimitRow]) -> list[Answer]:
 
 def _is_about(answer: Answer, limit: LimitRow) -> bool:
     """Whether the number is the one that the limit holds for."""
-    if limit.at == "start" or (limit.where and not answer.where.startswith(_place(limit))):
+    if limit.at == "start" or (limit.where and not answer.where.startswith(limit.place)):
         return False
     value = convert(limit.computed, limit.unit, answer.unit)
     return (value == 0.0 and answer.shown == "0") or math.isclose(value, answer.value, rel_tol=1e-9)
-
-
-def _place(limit: LimitRow) -> str:
-    """The worst entry in words."""
-    return limit.label.replace("=", " ").replace("_", " ")
 
 
 def _own_row(limit: LimitRow) -> Answer:
@@ -91,7 +86,7 @@ def _own_row(limit: LimitRow) -> Answer:
         return Answer(name, "not found", unit, "", limit.quantity, math.nan)
     factor = convert(1.0, limit.unit, unit)
     value, error = limit.computed * factor, limit.error_estimate * factor
-    where = _place(limit) + " (start)" * (limit.at == "start")
+    where = limit.place + " (start)" * (limit.at == "start")
     shown = decibels(value) if unit == "dB" else show(value, error)
     return Answer(name, shown, unit, where.strip(), limit.quantity, value)
 

@@ -267,7 +267,7 @@ def _note(row: ReferenceRow, *, shown: bool = False) -> str:
 
 def _spoken(row: LimitRow) -> str:
     """The quantity of a limit in words, and where it counts."""
-    where = f" at {row.label.replace('=', ' ')}" if row.label else ""
+    where = f" at {row.place}" if row.place else ""
     return read_as(row.quantity, row.unit)[0] + where
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any, Literal
 
 from vibecalc.core.report.sections import asked, entries, name_of, naming, not_found
-from vibecalc.core.report.writing import Printed, read_printed
+from vibecalc.core.report.writing import Printed, read_printed, rpm, show
 from vibecalc.core.results.record import Estimate, Quantity, Result
 from vibecalc.core.results.select import curving, held, scalar, uncertainty, worst
 from vibecalc.core.results.tolerance import UNRESOLVED, remedy
@@ -21,6 +21,7 @@ from vibecalc.units import convert
 
 KEPT, BROKEN, UNDECIDED = "kept", "broken", "undecided"
 _STATES = {1: KEPT, -1: BROKEN, 0: UNDECIDED}
+_SPEED = re.compile(r"\b\w*speed=(\S+) rad/s")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,6 +58,12 @@ class LimitRow:
     def satisfied(self) -> bool:
         """Whether the limit does what the case expects of it."""
         return self.state == self.expect
+
+    @property
+    def place(self) -> str:
+        """The worst entry in words, a speed in rpm."""
+        words = _SPEED.sub(lambda found: f"at {show(rpm(float(found[1])))} rpm", self.label)
+        return words.replace("=", " ").replace("_", " ")
 
 
 def judge_limits(result: Result) -> list[LimitRow]:

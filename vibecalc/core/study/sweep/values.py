@@ -81,7 +81,7 @@ def _normal(shares: np.ndarray, mean: float, deviation: float) -> np.ndarray:
 
 def _lognormal(shares: np.ndarray, mean: float, deviation: float) -> np.ndarray:
     variance = math.log1p((deviation / mean) ** 2)
-    return mean * np.exp(_normal(shares, -0.5 * variance, math.sqrt(variance)))
+    return np.asarray(mean * np.exp(_normal(shares, -0.5 * variance, math.sqrt(variance))))
 
 
 _QUANTILES: dict[str, Callable[..., np.ndarray]] = {
