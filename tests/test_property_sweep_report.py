@@ -29,6 +29,7 @@ from sweep_views import (
 )
 from sweep_views import SAG as DEFLECTION
 
+from vibecalc.core.report.sections import read_as
 from vibecalc.core.report.sweep.limits import (
     best,
     case_values,
@@ -131,12 +132,12 @@ def test_own_axes_come_down_to_their_worst_entry_with_its_name() -> None:
     counted = worst(sweep, BOTH)
     by_mount = sweep.read(BOTH).values
     np.testing.assert_array_equal(counted.values, by_mount.max(axis=1))
-    assert {counted.label(point) for point in range(sweep.count)} == {"mount=2"}
+    assert {counted.label(point) for point in range(sweep.count)} == {"mount 2"}
     first = worst(sweep, BOTH, {"mount": "1"})
     np.testing.assert_array_equal(first.values, by_mount[:, 0])
     least = worst(sweep, BOTH, None, "min")
     np.testing.assert_array_equal(least.values, by_mount[:, 0])
-    assert least.label(0) == "mount=1"
+    assert least.label(0) == "mount 1"
     found, names = entries(sweep, BOTH)
     np.testing.assert_array_equal(found, by_mount)
     assert names == ("mount=1", "mount=2")
@@ -150,7 +151,7 @@ def test_entries_that_differ_by_round_off_keep_one_name() -> None:
     sweep = view([GridAxis(keys, np.arange(1.0, 4.0)[:, None])], keys, {BOTH: noise},
                  own={BOTH: (MOUNTS,)})  # fmt: skip
     assert [worst(sweep, BOTH).label(point) for point in range(3)] == [
-        "mount=1", "mount=1", "mount=2"
+        "mount 1", "mount 1", "mount 2"
     ]  # fmt: skip
 
 
@@ -252,7 +253,7 @@ def test_where_no_point_keeps_all_limits_the_least_broken_one_is_named() -> None
     assert found is not None and (found[0], found[2]) == (1, pytest.approx(0.5))
     text = "\n".join(limit_lines(sweep, judged, []))
     assert "No computed point keeps all limits." in text
-    assert f"least broken at stiffness = 0.002 N/mm: {PEAK} is 50.0 %" in text
+    assert "least broken at stiffness = 0.002 N/mm: peak, force, isolation is 50.0 %" in text
 
 
 def test_a_limit_on_what_is_not_kept_is_said() -> None:
@@ -313,8 +314,8 @@ def test_what_has_no_statistic_says_why() -> None:
     sweep = view(np.ones((8, 1)), (key(*STIFFNESS),), values, own={BOTH: (MOUNTS,)},
                  sampling="sobol")  # fmt: skip
     text = " ".join(render_sweep(sweep).split())
-    assert f"{PEAK}: a statistic needs finite values" in text
-    assert f"{DEFLECTION}: 8 samples are too few" in text
+    assert "peak, force, isolation: a statistic needs finite values" in text
+    assert f"{read_as(DEFLECTION, 'm')[0]}: 8 samples are too few" in text
 
 
 def test_a_file_is_read_as_it_was_written(tmp_path: Path) -> None:

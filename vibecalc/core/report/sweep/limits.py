@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vibecalc.core.case.raw import parse_key
+from vibecalc.core.report.sections import read_as
 from vibecalc.core.report.sweep.statistics import Side, Worst, numeric, worst
 from vibecalc.core.report.sweep.view import SweepView
 from vibecalc.core.report.writing import Column, fold, number, paragraph, read_printed, show, table
@@ -282,8 +283,8 @@ def _decided_by(sweep: SweepView, limits: Sequence[Limit]) -> str:
 
 
 def _row(sweep: SweepView, limit: Limit) -> list[str]:
-    name = limit.quantity
-    picks = ", ".join(f"{axis}={entry}" for axis, entry in limit.where.items())
+    name = read_as(limit.quantity, limit.unit)[0]
+    picks = ", ".join(f"{axis} {entry}" for axis, entry in limit.where.items())
     for remark in (picks, f"({limit.source})" if limit.source else ""):
         name += "".join(f"\n  {line}" for line in fold(remark, _LIMITS[0].width - 2) if line)
     counted = sweep.done & sweep.independent
@@ -313,7 +314,7 @@ def _region(sweep: SweepView, limits: Sequence[Limit]) -> list[str]:
         found = least_broken(sweep, limits)
         if found is not None:
             point, limit, share = found
-            text = f"least broken at {sweep.words_of(point)}: {limit.quantity} is "
+            text = f"least broken at {sweep.words_of(point)}: {read_as(limit.quantity, '')[0]} is "
             text += f"{show(100.0 * share, digits=3)} % of its bound beyond it"
             label = limit.worst.label(point)
             lines += paragraph(text + (f" ({label})." if label else "."))
@@ -357,10 +358,12 @@ def _best(sweep: SweepView, limits: Sequence[Limit]) -> str:
     point, limit = found
     sense = "smallest" if limit.side == "max" else "largest"
     label = limit.worst.label(point)
-    shown = show(limit.worst.values[point], limit.worst.estimate(point))
+    name, unit = read_as(limit.quantity, limit.unit)
+    largest = limit.worst.times(convert(1.0, limit.unit, unit))
+    shown = show(largest.values[point], largest.estimate(point))
     return (
-        f"best: {sweep.words_of(point)} has the {sense} {limit.quantity} of these points, "
-        f"{shown} {limit.unit}".rstrip()
+        f"best: {sweep.words_of(point)} has the {sense} {name} of these points, "
+        f"{shown} {unit}".rstrip()
         + (f" ({label})." if label else ".")
     )
 

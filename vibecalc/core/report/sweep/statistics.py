@@ -5,6 +5,7 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
+from vibecalc.core.report.sections import read_as
 from vibecalc.core.report.sweep.view import SweepView
 from vibecalc.core.report.writing import Column, number, paragraph, show, show_error, table
 from vibecalc.core.results.record import Estimate, Quantity
@@ -18,6 +19,7 @@ from vibecalc.core.study.sweep.sampling import (
     sobol_indices,
 )
 from vibecalc.errors import NumericalFailure
+from vibecalc.units import convert
 
 # ----------------------------------------------------------------------------
 # A result of many entries at each point of a sweep, reduced to its worst entry, which is named.
@@ -47,7 +49,14 @@ class Worst(NamedTuple):
 
     def label(self, point: int) -> str:
         """Name of the entry that counts at a point, empty for a single number."""
-        return self.labels[int(self.entry[point])]
+        return self.labels[int(self.entry[point])].replace("=", " ")
+
+    def times(self, factor: float) -> "Worst":
+        """The same in another unit."""
+        spread = None if self.spread is None else factor * self.spread
+        return self._replace(
+            values=factor * self.values, errors=factor * self.errors, spread=spread
+        )
 
 
 def numeric(sweep: SweepView) -> list[str]:
@@ -57,6 +66,15 @@ def numeric(sweep: SweepView) -> list[str]:
     paths += [path for path in sweep.kept if path not in paths]
     spreads = {f"{path}_standard_error" for path in paths}
     return [path for path in paths if path not in spreads and _is_number(sweep.kept[path])]
+
+
+def read_worst(
+    sweep: SweepView, path: str, where: Mapping[str, Any] | None = None
+) -> tuple[str, str, Worst]:
+    """Name and unit in which a result is read, and the largest entry at each point in it."""
+    own = sweep.kept[path].unit
+    name, unit = read_as(path, own)
+    return name, unit, worst(sweep, path, where).times(convert(1.0, own, unit))
 
 
 def worst(
@@ -160,20 +178,19 @@ def extreme_lines(sweep: SweepView) -> list[str]:
     rows: list[list[str]] = []
     unbounded: list[str] = []
     for path in numeric(sweep):
-        counted = worst(sweep, path)
+        name, unit, counted = read_worst(sweep, path)
         orders = _orders(sweep.kept[path])
         for place, order in enumerate(orders):
-            name = f"  order={order}" if place else f"{path}\n  order={order}"
-            rows += _rows(sweep, path, worst(sweep, path, {"order": order}), name)
+            title = f"  order {order}" if place else f"{name}\n  order {order}"
+            rows += _rows(sweep, worst(sweep, path, {"order": order}), title, unit)
         if not orders:
-            rows += _rows(sweep, path, counted, path)
+            rows += _rows(sweep, counted, name, unit)
         infinite = int(np.count_nonzero(np.isinf(counted.values)))
         if infinite:
             finite = np.isfinite(counted.values)
             most = show(np.max(counted.values[finite])) if finite.any() else "none"
-            unit = sweep.kept[path].unit
             unbounded.append(
-                f"{path} is unbounded at {infinite} points; the largest finite value is "
+                f"{name} is unbounded at {infinite} points; the largest finite value is "
                 f"{most} {unit}".rstrip()
             )
     if not rows:
@@ -205,8 +222,7 @@ def _orders(quantity: Quantity) -> list[int]:
     return [int(n) for axis in quantity.axes if axis.name == "order" for n in axis.values]
 
 
-def _rows(sweep: SweepView, path: str, counted: Worst, name: str) -> list[list[str]]:
-    unit = sweep.kept[path].unit
+def _rows(sweep: SweepView, counted: Worst, name: str, unit: str) -> list[list[str]]:
     if np.all(np.isnan(counted.values)):
         return [[name, "", "none", unit, "no point was computed"]]
     low, high = (first_of(counted.values, counted.errors, side) for side in ("min", "max"))
@@ -257,11 +273,10 @@ def statistic_lines(sweep: SweepView) -> list[str]:
         return []
     rows, notes = [], []
     for path in numeric(sweep):
-        counted = worst(sweep, path)
-        name = f"{path} {sweep.kept[path].unit}".rstrip()
+        name, unit, counted = read_worst(sweep, path)
         found = sample_statistics(sweep, counted)
         if isinstance(found, str):
-            notes.append(f"{path}: {found}")
+            notes.append(f"{name}: {found}")
             continue
         centre, ranks = found
         terms = counted.estimate(0).terms
@@ -271,7 +286,9 @@ def statistic_lines(sweep: SweepView) -> list[str]:
 
         cells = [shown(value, error) for value, error in _pairs(ranks)]
         middle = shown(centre.value, centre.error)
-        rows.append([name, middle, show_error(float(centre.standard_error)), *cells])
+        rows.append(
+            [f"{name} {unit}".rstrip(), middle, show_error(float(centre.standard_error)), *cells]
+        )
     lines = table(_STATISTICS, rows) if rows else []
     if rows:
         lines += paragraph(
@@ -302,13 +319,14 @@ def index_lines(sweep: SweepView) -> list[str]:
     notes: list[str] = []
     samples = 0
     for path in numeric(sweep):
-        found = indices_of(sweep, worst(sweep, path))
+        title, _, counted = read_worst(sweep, path)
+        found = indices_of(sweep, counted)
         if isinstance(found, str):
-            notes.append(f"{path}: {found}")
+            notes.append(f"{title}: {found}")
             continue
         samples = found.samples
         for place, name in enumerate(names):
-            cells = [path if place == 0 else "", name]
+            cells = [title if place == 0 else "", name]
             for part in (found.first, found.total):
                 cells.append(f"{float(part.value[place]):.3f}")
                 cells.append(f"{float(part.standard_error[place]):.3f}")
