@@ -241,5 +241,5 @@ def impact(count: int = 3) -> list[Quantity]:
         quantity(stem + "bore/impacts", np.array([12.0, 9.0, 2.0])[:count], "", play),
         quantity(stem + "shaking", shaking, "N", shaking_orders),
         quantity(stem + "motor", motor, "N", motor_orders),
-        quantity(stem + "leads_from", np.array([0, 3, 2])[:count], "", play),
+        quantity(stem + "dominant_from", np.array([0, 3, 2])[:count], "", play),
     ]

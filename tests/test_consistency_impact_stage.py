@@ -184,7 +184,7 @@ def test_forces_nearby_the_impacts(exact):
         if 1 <= order <= 6:
             assert own[order - 1] == pytest.approx(abs(force), rel=1e-12)
     three = np.stack([shaking, value(exact, "added_force")[0], own])
-    np.testing.assert_array_equal(value(exact, "leader")[0], np.argmax(three, axis=0))
+    np.testing.assert_array_equal(value(exact, "dominant")[0], np.argmax(three, axis=0))
 
 
 def test_a_fixed_step_method_is_measured_by_exact_contacts_and_needs_no_motor(exact):
@@ -193,7 +193,7 @@ def test_a_fixed_step_method_is_measured_by_exact_contacts_and_needs_no_motor(ex
     assert "response/impact/motor" not in planned_quantities(without)
     record = run_case(without)
     assert "response/impact/motor" not in record
-    assert set(value(record, "leader").ravel()) <= {0, 1}
+    assert set(value(record, "dominant").ravel()) <= {0, 1}
     linkage = build_joints(case_of().machine, None).linkage
     own = mean_over_runs(run_fixed_steps(linkage, STUDY, "rk4", 256).wrist_pin.force)
     quantity = record["response/impact/mean_force"]

@@ -24,7 +24,7 @@ IMPACT_COLUMNS = {
     "contact, %": ("contact_share", "", 100.0),
     "lost in a turn, mJ": ("dissipated", "J", 1000.0),
     "parted after, turns": ("parting", "", 1.0),
-    "dominant from order": ("leads_from", "", 1.0),
+    "dominant from order": ("dominant_from", "", 1.0),
 }
 
 
@@ -47,11 +47,11 @@ def test_impact_statistics() -> None:
             close = max(scatter, 0.5000001 * 10.0**-decimals)
             assert float(number) == pytest.approx(value, abs=close), (clearance, name)
     # 2 is the motor
-    leader = [
-        computed("compressor_impact", "response/impact/leader", {"clearance": c, "order": 4}, "")
+    dominant = [
+        computed("compressor_impact", "response/impact/dominant", {"clearance": c, "order": 4}, "")
         for c in ("1e-4 in", "5e-4 in")
     ]
-    assert leader == [2, 2]
+    assert dominant == [2, 2]
 
 
 @pytest.mark.long

@@ -11,8 +11,8 @@ from vibecalc.impact.statistics import (
     IMPACT,
     Statistic,
     dominance,
-    leader,
-    leads_from,
+    dominant,
+    dominant_from,
     mean_over_runs,
     quantiles,
 )
@@ -57,12 +57,12 @@ def test_a_median_among_infinities(times):
 
 
 @given(arrays(np.int64, st.integers(1, 12), elements=st.integers(0, 2)))
-def test_leads_from_is_a_count_from_the_end(leading):
+def test_dominant_from_is_a_count_from_the_end(leading):
     order = len(leading)
     while order > 0 and leading[order - 1] == IMPACT:
         order -= 1
     expected = order + 1 if order < len(leading) else 0
-    assert leads_from(leading) == expected
+    assert dominant_from(leading) == expected
 
 
 @settings(max_examples=30)
@@ -77,13 +77,15 @@ def test_dominance_names_the_largest(value, uncertainty, shaking, motor):
     for c in range(2):
         for n in range(8):
             three = (shaking[n], value[c, n], motor[n])
-            assert three[found.leader[c, n]] == max(three)
-    np.testing.assert_array_equal(found.leads_from, leads_from(leader(value, shaking, motor)))
+            assert three[found.dominant[c, n]] == max(three)
+    np.testing.assert_array_equal(
+        found.dominant_from, dominant_from(dominant(value, shaking, motor))
+    )
     sure = dominance(Statistic(value, np.zeros_like(value)), shaking, motor)
-    assert not np.any(sure.leader_spread) and not np.any(sure.leads_from_spread)
-    # an uncertainty that can change the leader of an order shows
+    assert not np.any(sure.dominant_spread) and not np.any(sure.dominant_from_spread)
+    # an uncertainty that can change what dominates an order shows
     flips = (value - 2 * uncertainty > shaking) != (value + 2 * uncertainty > shaking)
-    assert np.all((found.leader_spread > 0.0)[flips & (motor == 0.0)])
+    assert np.all((found.dominant_spread > 0.0)[flips & (motor == 0.0)])
 
 
 @given(st.floats(-14.0, -2.0), st.floats(0.05, 6.0), st.integers(1, 20))

@@ -221,8 +221,8 @@ def test_leaders_are_reported_as_ranges_of_orders() -> None:
     assert ranges(orders, orders % 2 == 1) == "1, 3, 5, 7 and 1 more"
     result = compressor(impact())
     spectrum = result.record["response/impact/spectrum"]
-    leader = np.where(spectrum.axes[1].values < 3, 0, 1) * np.ones((3, 1), int)
-    result.record.add(quantity("response/impact/leader", leader, "", *spectrum.axes))
+    dominant = np.where(spectrum.axes[1].values < 3, 0, 1) * np.ones((3, 1), int)
+    result.record.add(quantity("response/impact/dominant", dominant, "", *spectrum.axes))
     assert re.search(r"0\.0381 +0 to 2 +3 to 100 +-", "\n".join(section(result, "Impacts")))
 
 

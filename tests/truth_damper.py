@@ -49,14 +49,14 @@ def _truths(asked: Asked, found: Design, record: Record, objective: str) -> Iter
 
     for name, value in zip(("inertia", "stiffness", "damping"), own, strict=True):
         yield row(name, [value])
-    yield row("own_frequency", [mpmath.sqrt(own[1] / own[0])])
-    yield row("own_damping", [own[2] / (2 * mpmath.sqrt(own[0] * own[1]))])
+    yield row("natural_frequency", [mpmath.sqrt(own[1] / own[0])])
+    yield row("damping_ratio", [own[2] / (2 * mpmath.sqrt(own[0] * own[1]))])
     yield row(f"worst_{objective}", [level])
     order = np.argsort(found.speed, kind="stable")
     yield row("active/speed", [speed[i] for i in order])
     yield row("active/level", [1] * len(order))
     yield row("active/weight", [weight[i] for i in order])
-    yield row("pull", pull)
+    yield row("bound_sensitivity", pull)
     yield row("certificate", [0])
     if np.isfinite(found.curvature):
         yield row("curvature", [curvature])

@@ -291,8 +291,8 @@ def emit_dominance(
     found = dominance(impact, shaking.value, motor)
     # whole numbers, which a spectrum moves by whole orders
     for name, value, spread in (
-        ("leader", found.leader, found.leader_spread),
-        ("leads_from", found.leads_from, found.leads_from_spread),
+        ("dominant", found.dominant, found.dominant_spread),
+        ("dominant_from", found.dominant_from, found.dominant_from_spread),
     ):
         scene.emit(f"response/impact/{name}", value, 0.0, axes, float(np.max(spread)))
 

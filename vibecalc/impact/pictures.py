@@ -347,7 +347,7 @@ def broken(
 
 def _leads(axes: "Axes", record: Record, chosen: list[int], top: float) -> None:
     """A mark at the order from which impacts lead, at a height of its own for each clearance."""
-    leads = having(record, _STEM + "leads_from", "clearance")
+    leads = having(record, _STEM + "dominant_from", "clearance")
     if leads is None:
         return
     for row, i in enumerate(chosen):

@@ -34,7 +34,7 @@ _COUNTS = (
     ("dissipated", "lost/turn J", 12),
     ("parting", "turns to diverge", 13),
     ("divergence", "Lyapunov exponent", 11),
-    ("leads_from", "dominant from", 11),
+    ("dominant_from", "dominant from", 11),
     ("energy_residual", "energy error", 10),
 )
 _LEADERS = ("inertia of the piston", "added by impacts", "motor")
@@ -107,7 +107,7 @@ def _cell(quantity: Quantity, name: str, i: int, turns: int | None = None) -> st
     value = float(quantity.values[i])
     if name == "contact_share":
         return show(100.0 * value, 100.0 * quantity.error_estimate, _DIGITS)
-    if name == "leads_from":
+    if name == "dominant_from":
         return f"order {int(value)}" if value > 0 else "nowhere"
     if name == "parting":
         if math.isfinite(value):
@@ -125,7 +125,7 @@ def _notes(record: Record, first: Quantity) -> list[str]:
         words.append("spectrum mean: amplitude of the joint force, mean over the orders")
     if standard_errors(record, "mean_force") is not None:
         words.append("+-: standard error of the mean, from the scatter of the runs")
-    if having(record, _STEM + "leads_from", "clearance") is not None:
+    if having(record, _STEM + "dominant_from", "clearance") is not None:
         words.append(
             "dominant from: from that order to the last, what impacts add to the inertia force on "
             "the body is the largest"
@@ -143,7 +143,7 @@ def _notes(record: Record, first: Quantity) -> list[str]:
 
 def _leaders(record: Record, clearances: Sequence[str]) -> list[str]:
     """At which orders which force is the largest."""
-    quantity = having(record, _STEM + "leader", "clearance", "order")
+    quantity = having(record, _STEM + "dominant", "clearance", "order")
     if quantity is None:
         return []
     orders = np.asarray(quantity.axes[1].values)

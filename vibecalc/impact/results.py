@@ -87,10 +87,10 @@ _RESULTS = (
         "response/impact/motor", "order", "N",
         "axial force of the motor, for comparison, zero at orders that its torque lacks", PEAK),
     entry(
-        "response/impact/leader", "clearance order", "",
+        "response/impact/dominant", "clearance order", "",
         "largest amplitude: 0 the piston's inertia force, 1 what play adds to it, 2 the motor"),
     entry(
-        "response/impact/leads_from", "clearance", "",
+        "response/impact/dominant_from", "clearance", "",
         "lowest order from which on what play adds is largest, 0 if it is not at the last order"),
 )  # fmt: skip
 #: a chaotic motion: what counts of its statistics is their standard error

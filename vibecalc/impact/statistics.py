@@ -114,27 +114,27 @@ def spectra(harmonics: ComplexArray) -> Spectra:
 class Dominance(NamedTuple):
     """Who has the largest amplitude.
 
-    `leads_from` (C,): the lowest order from which on the impact exceeds both others at every
-    higher order of the spectrum, 0 if it does not at the last one. `leader` (C, N): 0 the piston's
+    `dominant_from` (C,): the lowest order from which on the impact exceeds both others at every
+    higher order of the spectrum, 0 if it does not at the last one. `dominant` (C, N): 0 the piston's
     inertia force, 1 the impact, 2 the motor. The `spread` of each is half of what it changes
     between spectra two standard errors lower and as much higher.
     """
 
-    leads_from: IntArray
-    leads_from_spread: FloatArray
-    leader: IntArray
-    leader_spread: FloatArray
+    dominant_from: IntArray
+    dominant_from_spread: FloatArray
+    dominant: IntArray
+    dominant_spread: FloatArray
 
 
 def dominance(impact: Statistic, shaking: FloatArray, motor: FloatArray) -> Dominance:
     """Compare amplitudes, N, of orders 1 to N: `impact` (C, N), `shaking` and `motor` (N,)."""
-    leading = leader(impact.value, shaking, motor)
-    start = leads_from(leading)
+    leading = dominant(impact.value, shaking, motor)
+    start = dominant_from(leading)
     uncertainty = 2.0 * impact.standard_error
-    changed = [leader(impact.value + side * uncertainty, shaking, motor) for side in (-1.0, 1.0)]
+    changed = [dominant(impact.value + side * uncertainty, shaking, motor) for side in (-1.0, 1.0)]
     # nowhere, as a place beyond the last order
     last = impact.value.shape[-1] + 1
-    ends = [np.where(leads_from(each) > 0, leads_from(each), last) for each in changed]
+    ends = [np.where(dominant_from(each) > 0, dominant_from(each), last) for each in changed]
     return Dominance(
         start,
         0.5 * np.abs(ends[1] - ends[0]),
@@ -143,13 +143,13 @@ def dominance(impact: Statistic, shaking: FloatArray, motor: FloatArray) -> Domi
     )
 
 
-def leader(impact: FloatArray, shaking: FloatArray, motor: FloatArray) -> IntArray:
+def dominant(impact: FloatArray, shaking: FloatArray, motor: FloatArray) -> IntArray:
     """Index (C, N) of the largest; of equals the first in the order of the indices."""
     rows = np.broadcast_arrays(shaking, impact, motor)
     return np.asarray(np.argmax(np.stack(rows), axis=0).astype(np.int64))
 
 
-def leads_from(leading: IntArray) -> IntArray:
+def dominant_from(leading: IntArray) -> IntArray:
     """Lowest order (C,) from which on IMPACT leads in (C, N), 0 if it does not at the last."""
     others = leading != IMPACT
     count = leading.shape[-1]

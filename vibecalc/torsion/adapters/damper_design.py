@@ -250,10 +250,10 @@ def _emit_damper(scene: Scene, asked: Asked, found: Design) -> None:
     relative = [e / v if v > 0.0 else 0.0 for e, v in zip(errors, values, strict=True)]
     own = math.sqrt(stiffness / inertia)
     uncertainty = 0.5 * (relative[0] + relative[1]) + 4.0 * EPSILON
-    scene.emit(f"{DESIGN}own_frequency", own, own * uncertainty)
+    scene.emit(f"{DESIGN}natural_frequency", own, own * uncertainty)
     ratio = damping / (2.0 * math.sqrt(stiffness * inertia)) if stiffness > 0.0 else math.inf
     error = ratio * (uncertainty + relative[2]) if stiffness > 0.0 else 0.0
-    scene.emit(f"{DESIGN}own_damping", ratio, error)
+    scene.emit(f"{DESIGN}damping_ratio", ratio, error)
 
 
 def _emit_seen(
@@ -290,7 +290,7 @@ def _emit_proof(scene: Scene, asked: Asked, found: Design) -> None:
     uncertainty_of_weight = found.weight_error[order] + 2.0 * EPSILON * np.abs(found.weight[order])
     scene.emit(f"{DESIGN}active/weight", found.weight[order], uncertainty_of_weight, axes)
     names = {"design_value": ("inertia", "stiffness", "damping")}
-    scene.emit(f"{DESIGN}pull", found.bound_weight, found.bound_error, names)
+    scene.emit(f"{DESIGN}bound_sensitivity", found.bound_weight, found.bound_error, names)
     # zero at an optimum: all of it is error
     scene.emit(f"{DESIGN}certificate", found.residual, found.residual, terms=1.0)
     scene.emit(f"{DESIGN}curvature", found.curvature, found.curvature_error)

@@ -69,8 +69,8 @@ def _compared(result: Result) -> list[str]:
         ("inertia of the ring", "inertia", 1.0, "kg m^2"),
         ("stiffness", "stiffness", 1e-3, "kN m/rad"),
         ("damping", "damping", 1.0, "N m s/rad"),
-        ("natural frequency of the ring, station held", "own_frequency", hertz(1.0), "Hz"),
-        ("damping ratio of the ring, station held", "own_damping", 1.0, ""),
+        ("natural frequency of the ring, station held", "natural_frequency", hertz(1.0), "Hz"),
+        ("damping ratio of the ring, station held", "damping_ratio", 1.0, ""),
         (f"largest {words}, half range", f"worst_{name}", factor, unit),
         ("  at", "worst_speed", rpm(1.0), "rpm"),
         ("  times the optimum", "gain", 1.0, ""),
@@ -98,7 +98,7 @@ def _compared(result: Result) -> list[str]:
         if held
         else f"The largest half range is in section {place}."
     )
-    pull = having(record, DESIGN + "pull", "design_value")
+    pull = having(record, DESIGN + "bound_sensitivity", "design_value")
     if pull is not None and np.any(pull.values):
         bounds = ", ".join(str(name) for name in pull.axes[0].values[pull.values != 0.0])
         words += f" It stands on a bound: {bounds}."
