@@ -115,9 +115,9 @@ class Dominance(NamedTuple):
     """Who has the largest amplitude.
 
     `dominant_from` (C,): the lowest order from which on the impact exceeds both others at every
-    higher order of the spectrum, 0 if it does not at the last one. `dominant` (C, N): 0 the piston's
-    inertia force, 1 the impact, 2 the motor. The `spread` of each is half of what it changes
-    between spectra two standard errors lower and as much higher.
+    higher order of the spectrum, 0 if it does not at the last one. `dominant` (C, N): 0 the
+    piston's inertia force, 1 the impact, 2 the motor. The `spread` of each is half of what it
+    changes between spectra two standard errors lower and as much higher.
     """
 
     dominant_from: IntArray
