@@ -233,7 +233,7 @@ class StartUpSystem:
         turns = np.nonzero(which == 2)[0]
         if len(turns):
             held = piece[turns, WAY] == 0
-            state[turns[~held], SPEED] = 0.0
+            self._stop(state, turns[~held])
             # more than friction holds: the crank goes where it is pushed, against which it was held
             piece[turns[held], WAY] = -way[turns[held]]
             stopped = turns[~held]
@@ -270,6 +270,12 @@ class StartUpSystem:
         )
         least = 1e-12 * self.torque_scale
         return np.asarray(needed / np.maximum(self._dry_size(moved, piece), least))
+
+    def _stop(self, state: FloatArray, rows: IntArray) -> None:
+        """Take what is left of the crank's speed against the shell; the momentum stays."""
+        moved = inertia(self.machine, state[rows, ANGLE])
+        state[rows, SHELL_SPEED] += moved.coupling / moved.shell * state[rows, SPEED]
+        state[rows, SPEED] = 0.0
 
     def _way_from_rest(self, state: FloatArray, piece: IntArray) -> IntArray:
         if not self.dry:
