@@ -101,13 +101,13 @@ def test_a_long_run_is_not_repeated_and_a_failing_module_leaves_a_note(
     def failing(_: object) -> None:
         raise NumericalFailure("there is no such thing")
 
-    monkeypatch.setattr("vibecalc.kinematics.accuracy.kinematics_motion_topics", failing)
+    monkeypatch.setattr("vibecalc.excitation.accuracy.excitation_topics", failing)
     monkeypatch.setattr(collect, "LONGEST_RUN", 0.0)
     (loaded,) = load_checked([CASES["generator"]])
-    found = collect.collect(loaded, (*stages_of(loaded.case)[:1], "whole case"))
+    found = collect.collect(loaded, (*stages_of(loaded.case)[:2], "whole case"))
     assert [topic.stage for topic in found.topics] == ["kinematics"]
     assert found.notes == (
-        "topics of kinematics are left out: there is no such thing",
+        "topics of excitation are left out: there is no such thing",
         "what the tolerance costs is left out: a run takes more than 0 s",
     )
 
