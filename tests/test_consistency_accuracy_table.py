@@ -17,7 +17,7 @@ from vibecalc.core.study.execute import load_checked
 from vibecalc.response.accuracy import speeds_topics
 
 #: nothing of theirs is one of the kinds of problems
-WITHOUT = {"modal route as published"}
+WITHOUT = {"hardware", "measurement", "modal route as published"}
 NAMES = [name for name in CASES if not name.endswith("_sweep")]
 
 

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from shipped_cases import CASES
 
+from vibecalc.core.accuracy.frame_topics import find_topics, optimisation_topics
 from vibecalc.core.accuracy.kinds import (
     Ask,
     Matrices,
@@ -57,8 +58,19 @@ EVERY = [
     ("engine_damped", "torsion", "gas torque of a cylinder", 1e-14, 1e-14),
     ("engine_damped", "torsion", "highest torque over the cycle", 1e-13, 1e-14),
     ("engine_variable_inertia", "torsion_speeds", "largest torque", 1e-14, 1e-14),
+    ("absorber_rig_a", "tuning", "least peak", 1e-10, 2e-14),
+    ("absorber_rig_a", "absorber", "highest peak", 1e-14, 1e-14),
+    ("absorber_pendulum", "pendulum", "order of swing", 1e-13, 2e-14),
+    ("roll", "roll", "largest slip", 1e-12, 1e-12),
+    ("roll_control", "control", "load", 1e-14, 1e-14),
+    ("roll_control", "control", "closed loop", 1e-14, 1e-14),
 ]
 EVERY_LONG = [
+    ("absorber_two", "tuning", "least peak", 1e-9, 2e-14),
+    ("absorber_two", "absorber", "highest peak", 1e-13, 2e-14),
+    ("compressor_impact", "impact", "first contacts", 1e-11, 1e-13),
+    ("roll", "roll", "spectrum", 1e-10, 1e-12),
+    ("roll_startup", "start-up", "motion", 1e-10, 1e-8),
     ("compressor_switching", "switching", "change at once", 1e-12, 1e-12),
     ("compressor_switching", "switching", "run-down", 1e-12, 1e-12),
     ("engine_damper_heat", "damper design", "least largest torque", 1e-5, 1e-14),
@@ -160,6 +172,45 @@ def test_a_rigid_mode_loses_half_the_digits_as_an_eigenvalue() -> None:
     found = measured("engine_damped", "torsion", "natural frequencies")
     for solver in ("scipy.linalg.eigh", "numpy.linalg.eigvals"):
         assert 1e-11 < trials_of(found, solver)[0].worst_relative < 1e-6
+
+
+@LONG
+def test_nothing_blind_to_kinks_comes_near_the_running_state() -> None:
+    found = measured("roll", "roll", "spectrum")
+    (default,) = (trial for trial in found.trials if trial.is_default)
+    blind = [one for one in found.trials if "collocation" not in one.solver and one.done]
+    assert len({one.solver for one in blind}) == 5
+    assert min(one.worst_relative for one in blind) > 1e3 * default.worst_relative
+    # the published program, at its own step
+    published = [one for one in trials_of(found, "euler") if one.setting == 5e-4]
+    assert 0.01 < published[0].worst_relative < 0.2
+
+
+@LONG
+@pytest.mark.parametrize("case", ["four_cylinder", "generator_mount_design", "compressor_balance"])
+def test_optima_of_the_shipped_cases(case: str) -> None:
+    (topic,) = optimisation_topics(load_checked([CASES[case]])[0])
+    found = measure(topic, ONCE)
+    assert found.reference.agreement < 1e-9
+    assert extra_work(topic, found.trials) <= topic.default_extra
+
+
+@LONG
+@pytest.mark.parametrize("case", ["roll_design", "roll_mounted"])
+def test_searches_of_the_shipped_cases(case: str) -> None:
+    (topic,) = find_topics(load_checked([CASES[case]])[0])
+    found = measure(topic, ONCE)
+    assert found.reference.agreement < 1e-12 and found.topic.unit
+    assert extra_work(topic, found.trials) <= topic.default_extra
+    errors = [trial.worst_relative for trial in trials_of(found, "scipy brentq")]
+    assert errors == sorted(errors, reverse=True) and errors[-1] < 1e-12
+
+
+def test_cases_without_a_stage_have_no_such_question() -> None:
+    for where in ("roll.accuracy:roll_topics", "roll.accuracy:control_topics",
+                  "roll.accuracy:start_up_topics", "impact.accuracy:impact_topics",
+                  "response.accuracy:switching_topics"):  # fmt: skip
+        assert named(f"vibecalc.{where}")(scene_of("generator")) == []
 
 
 @LONG

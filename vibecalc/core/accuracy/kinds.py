@@ -585,7 +585,7 @@ def within_budget(
                     popsize=5,
                 )  # fmt: skip
             elif method == "Nelder-Mead":
-                options = {"maxiter": 100000, "xatol": 1e-13, "fatol": 1e-16}
+                options = {"maxiter": budget, "xatol": 1e-13, "fatol": 1e-16}
                 minimize(penalised, first, method=method, bounds=bounds, options=options)
             else:
                 limits = {"type": "ineq", "fun": lambda place: at(place)[1]}
