@@ -36,7 +36,8 @@ def test_a_case_is_measured_twice_the_same() -> None:
     outcome = command("accuracy", CASE, *QUICK)
     assert outcome.code == EXIT_FINE, outcome.err
     text = Path("outputs/generator.accuracy.txt").read_text(encoding="utf-8")
-    assert outcome.out.startswith(text)
+    assert "kinematics: harmonics of the acceleration" in outcome.out
+    assert len(outcome.out.splitlines()) <= 40 < len(text.splitlines())
     assert outcome.out.endswith("wrote outputs/generator.accuracy.h5, generator.accuracy.txt\n")
     assert "no picture: pictures need matplotlib" in outcome.err
     assert max(map(len, text.splitlines())) <= 110

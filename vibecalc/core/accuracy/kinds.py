@@ -210,7 +210,7 @@ def forced(
 
     plain = (
         Solver("numpy.linalg.solve", "one after the other", "", NOTHING_TO_SET, looped),
-        Solver("numpy.linalg.solve, stacked", "all together", "", NOTHING_TO_SET, stacked),
+        Solver("numpy.linalg.solve, all", "all together", "", NOTHING_TO_SET, stacked),
     )
     return _topic("forced response", ask, "solutions", reference, (*ways, *plain))
 

@@ -3,8 +3,10 @@
 import importlib.util
 import re
 import sys
+import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
 from vibecalc.core.accuracy.environment import machine, versions
@@ -42,6 +44,8 @@ OF_WHOLE_CASE = "vibecalc.core.accuracy.frame_topics:whole_case_topics"
 
 #: a run that takes longer [s] is not run again at other tolerances
 LONGEST_RUN = 5.0
+#: a whole case takes so long [s], shared between its questions, and a question at least that much
+LONGEST, LEAST = 30.0, 0.2
 
 
 class Collected(NamedTuple):
@@ -163,7 +167,7 @@ class Asked(NamedTuple):
 
     stages: Sequence[str] = ()
     topics: Sequence[str] = ()
-    timed: Timed = Timed()
+    longest: float = LONGEST
     progress: bool = False
     threads: str = ""
 
@@ -200,12 +204,17 @@ def measure_case(loaded: "LoadedCase", asked: Asked | None = None) -> Result:
     timings = dict(found.timings)
     trials = sum(len(solver.settings) for topic in topics for solver in topic.solvers)
     with shown(trials, asked.progress) as advance:
-        for topic in topics:
+        left = asked.longest - timings["run"]
+        for place, topic in enumerate(topics):
+            share = max(left / (len(topics) - place), LEAST)
+            started = time.process_time()
             try:
-                measured = measure(topic, asked.timed, advance)
+                measured = measure(topic, Timed(share), advance)
             except NumericalFailure as failure:
                 notes.append(f"{topic.stage}, {topic.name}: no reference: {failure}")
                 continue
+            finally:
+                left -= time.process_time() - started
             done.append(measured)
             timings[f"{topic.stage}, {topic.name}"] = measured.seconds
     if not done:
@@ -216,15 +225,7 @@ def measure_case(loaded: "LoadedCase", asked: Asked | None = None) -> Result:
         "machine": machine(),
         "versions": versions(),
         "threads": asked.threads or "as found",
-        "longest": asked.timed.longest,
+        "longest": asked.longest,
         MEASURED: measured_text(done),
     }
-    return _with(result, plan_rows(done), provenance)
-
-
-def _with(
-    result: Result, plan: tuple[dict[str, str], ...], provenance: dict[str, str | int | float]
-) -> Result:
-    from dataclasses import replace
-
-    return replace(result, plan=plan, provenance=provenance)
+    return replace(result, plan=plan_rows(done), provenance=provenance)
