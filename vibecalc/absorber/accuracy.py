@@ -1,8 +1,8 @@
 """Questions of absorbers: highest peak, its least by tuning, order of a pendulum's swing."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -72,7 +72,7 @@ def absorber_topics(scene: Scene) -> list[Topic]:
     else:
         found = family(case, options, parts, scene.handed_on.get("tuned")).absorber
         rows = zip(*(np.asarray(part, dtype=float).tolist() for part in found), strict=True)
-        curves = [System(row[0], *(np.array([x]) for x in row[1:]), (0,)) for row in rows]
+        curves = [System(row[0], *_alone(row[1:]), (0,)) for row in rows]
     for system in curves:
         if not np.all(np.isfinite(system.stiffness_ratio)):
             continue
@@ -80,6 +80,12 @@ def absorber_topics(scene: Scene) -> list[Topic]:
         if np.isfinite(height) and low < place < high:
             return [_highest(system, pair, (low, high), place)]
     return []
+
+
+def _alone(ratios: Iterable[Any]) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Mass, stiffness and damping ratio of one absorber, each (1,)."""
+    m, k, z2 = (np.atleast_1d(np.asarray(part, dtype=float)) for part in ratios)
+    return m, k, z2
 
 
 def _of_primary(pair: Pair) -> bool:
@@ -121,8 +127,7 @@ def tuning_topics(scene: Scene) -> list[Topic]:
             return []
     else:
         tuned = scene.handed_on["tuned"]
-        ratios = (np.atleast_1d(np.asarray(part, dtype=float)) for part in tuned[1:])
-        system = System(parts.primary_damping, *ratios, (0,))
+        system = System(parts.primary_damping, *_alone(tuned[1:]), (0,))
     if not np.all(np.isfinite([system.stiffness_ratio, system.secondary_damping])):
         return []
     z1, m, spring, n = (
@@ -197,7 +202,8 @@ def _first_place(m: FloatArray, spring: bool) -> FloatArray:
         return np.asarray(np.log(METHODS["lanchester"].formula(whole)[1] * m / whole))
     k, z2, _ = METHODS["den_hartog_brock"].formula(whole)
     apart = np.linspace(0.9, 1.1, len(m)) if len(m) > 1 else np.ones(1)
-    return np.log(np.concatenate([k * m / whole * apart, z2 * m / whole / np.sqrt(len(m))]))
+    each = k * m / whole * apart, z2 * m / whole / np.sqrt(len(m))
+    return np.asarray(np.log(np.concatenate(each)))
 
 
 def pendulum_topics(scene: Scene) -> list[Topic]:

@@ -8,6 +8,7 @@ from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.adapter import Forcing
 from vibecalc.foundation.adapter import two_masses
 from vibecalc.foundation.two_masses import motion
+from vibecalc.numerics.rounding import FloatArray
 
 
 def foundation_topics(scene: Scene) -> list[Topic]:
@@ -23,8 +24,8 @@ def foundation_topics(scene: Scene) -> list[Topic]:
     def closed(_: float) -> Answer:
         return Answer(motion(one, force, np.zeros(kept), w).ground_force.value, 0.25 * kept)
 
-    def chain(above: float, below: float) -> np.ndarray:
-        return np.array([[above, -above], [-above, above + below]])
+    def chain(above: FloatArray, below: FloatArray) -> np.ndarray:
+        return np.array([[above, -above], [-above, above + below]], dtype=float)
 
     ask = Ask(
         "foundation", "force on the ground", "force of each order on what carries the foundation",

@@ -30,6 +30,7 @@ from vibecalc.response.switching.system import (
     Loads,
     ModalSystem,
     Piece,
+    Steady,
     modal_loads,
     propagator,
     steady_motion,
@@ -227,8 +228,8 @@ def switching_topics(scene: Scene) -> list[Topic]:
     matrix = np.block([[np.zeros((6, 6)), np.eye(6)], [-inverse @ stiffness, -inverse @ damping]])
     old, new = (steady_motion(system, modal, k, speed) for k in (0, 1))
 
-    def steady(motion: np.ndarray, at: FloatArray) -> FloatArray:
-        return steady_state(motion, modal.orders, speed, at)
+    def steady(motion: Steady, at: np.ndarray) -> np.ndarray:
+        return np.asarray(steady_state(motion, modal.orders, speed, at))
 
     begin = steady(old, np.asarray(angle))
     start = np.concatenate([shapes.shape @ begin[:, 0], shapes.shape @ begin[:, 1]])
@@ -277,7 +278,7 @@ def switching_topics(scene: Scene) -> list[Topic]:
         return Answer(np.array(shown)[:, :3], 13.0 * len(step))
 
     ask = Ask("switching", "run-down", f"translations in its first {span:.3g} s",
-              path.format("reversal"), "m", 2.0, "short panels bound peaks between")  # fmt: skip
+              path.format("reversal"), "m", 3.5, "short panels bound peaks between")  # fmt: skip
     way = ours("quadrature of the propagator", "Gauss's rule on panels", quadrature,
                "phase of a panel [rad]", (32.0, 16.0, 8.0, 4.0), PANEL_PHASE, "geometric",
                "cf. Goloskokow and Filippow (1971)", falling=True)  # fmt: skip

@@ -1,6 +1,7 @@
 """Questions of shaft lines: modes, torques by order, over a cycle, a range and in time, dampers."""
 
 from functools import cache, partial
+from typing import Any
 
 import numpy as np
 
@@ -80,7 +81,7 @@ def exact_matrices(line: Line) -> Matrices:
 
     n = len(line.inertia)
 
-    def summed(own: FloatArray, links: list[object]) -> np.ndarray:
+    def summed(own: FloatArray, links: list[Any]) -> np.ndarray:
         found = np.array([[mpmath.mpf(0)] * n for _ in range(n)], dtype=object)
         for i, value in enumerate(own.tolist()):
             found[i, i] += mpmath.mpf(value)

@@ -14,10 +14,10 @@ from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Reference, Solv
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.cycle_peak import SAMPLES_PER_ORDER, kept_orders, vector_cycle_peak
 from vibecalc.numerics.gauss import gauss_rule
-from vibecalc.numerics.rounding import EPSILON, UNIT_ROUNDOFF, ComplexArray, FloatArray
+from vibecalc.numerics.rounding import EPSILON, UNIT_ROUNDOFF
 
-Curve = Callable[[FloatArray], FloatArray]
-Rates = Callable[[float, FloatArray], FloatArray]
+Curve = Callable[[np.ndarray], np.ndarray]
+Rates = Callable[[float, np.ndarray], np.ndarray]
 TURN = 2.0 * np.pi
 DIGITS = 40
 
@@ -88,7 +88,7 @@ def harmonics_of_samples(samples: np.ndarray, highest: int) -> np.ndarray:
 
 def harmonics(
     ask: Ask, ways: Sequence[Solver], signal: Curve, orders: np.ndarray, cycle: float = TURN,
-    edges: FloatArray | None = None, size: FloatArray | float = 1.0, counts: Sequence[float] = (),
+    edges: np.ndarray | None = None, size: np.ndarray | float = 1.0, counts: Sequence[float] = (),
     exact: Callable[[], Reference] | None = None, work: str = "angles",
 ) -> Topic:  # fmt: skip
     """Harmonics `orders`, whole per `cycle`, of `signal` (angle), which is smooth between `edges`.
@@ -102,7 +102,7 @@ def harmonics(
         found = harmonics_of_samples(values, int(places[-1]))[places]
         return Answer(found / size, count)
 
-    def between(points: int) -> ComplexArray:
+    def between(points: int) -> np.ndarray:
         ends = np.array([0.0, cycle]) if edges is None else edges
         rule, wide = gauss_rule(points), np.diff(ends)[:, None]
         angle = (ends[:-1, None] + wide * rule.nodes).ravel()
@@ -126,8 +126,8 @@ def harmonics(
 
 
 def modes(
-    ask: Ask, ways: Sequence[Solver], mass: FloatArray, stiffness: FloatArray,
-    size: FloatArray | float = 1.0, exact: Callable[[], Any] | None = None,
+    ask: Ask, ways: Sequence[Solver], mass: np.ndarray, stiffness: np.ndarray,
+    size: np.ndarray | float = 1.0, exact: Callable[[], Any] | None = None,
 ) -> Topic:  # fmt: skip
     """Natural frequencies, rad/s, ascending, over `size`; `exact` has the stiffness in mpmath."""
     n = len(mass)
@@ -176,8 +176,8 @@ class Matrices(NamedTuple):
 
 
 def forced(
-    ask: Ask, ways: Sequence[Solver], parts: Matrices, frequency: FloatArray, load: ComplexArray,
-    read: Callable[[ComplexArray], np.ndarray] = np.asarray,
+    ask: Ask, ways: Sequence[Solver], parts: Matrices, frequency: np.ndarray, load: np.ndarray,
+    read: Callable[[np.ndarray], np.ndarray] = np.asarray,
     exact: Callable[[], Matrices] | None = None,
 ) -> Topic:  # fmt: skip
     """Amplitudes (m, n) under loads (m, n) at frequencies (m,), rad/s, as `read` shows them."""
@@ -329,14 +329,14 @@ def peak_over_range(
     return _topic(kind, ask, work, reference, (*ways, *plain), position)
 
 
-def peak_over_cycle(ask: Ask, rows: ComplexArray, orders: np.ndarray) -> Topic:
+def peak_over_cycle(ask: Ask, rows: np.ndarray, orders: np.ndarray) -> Topic:
     """Largest length over a turn of a vector with harmonics `rows` (components, orders)."""
     used = np.any(rows != 0.0, axis=0) & (orders > 0)
     rows, orders = rows[:, used], orders[used]
     known = vector_cycle_peak(rows, orders)
     value, first = float(known.value), float(known.angle)
 
-    def curve(angle: FloatArray) -> FloatArray:
+    def curve(angle: np.ndarray) -> np.ndarray:
         waves = np.exp(1j * np.multiply.outer(orders, angle))
         return np.asarray(np.sqrt(np.sum(np.square((rows @ waves).real), axis=0)))
 
@@ -403,9 +403,9 @@ RTOLS = (1e-3, 1e-5, 1e-7, 1e-9, 1e-11)
 
 
 def integrated(
-    rates: Rates, start: np.ndarray, times: FloatArray, rtol: float, scale: np.ndarray | float,
-    method: str = "DOP853", stops: FloatArray | None = None, **more: Any,
-) -> tuple[FloatArray, int]:  # fmt: skip
+    rates: Rates, start: np.ndarray, times: np.ndarray, rtol: float, scale: np.ndarray | float,
+    method: str = "DOP853", stops: np.ndarray | None = None, **more: Any,
+) -> tuple[np.ndarray, int]:  # fmt: skip
     """States (k, n) at `times` after the first, by solve_ivp anew from each of `stops`; calls.
 
     Raises NumericalFailure where scipy gives up.
@@ -431,10 +431,10 @@ def integrated(
 
 
 def time_history(
-    ask: Ask, ways: Sequence[Solver], rates: Rates, start: np.ndarray, times: FloatArray,
-    read: Callable[[FloatArray], np.ndarray], scale: np.ndarray | float,
+    ask: Ask, ways: Sequence[Solver], rates: Rates, start: np.ndarray, times: np.ndarray,
+    read: Callable[[np.ndarray], np.ndarray], scale: np.ndarray | float,
     fine: Callable[[], np.ndarray], jacobian: np.ndarray | None = None,
-    stops: FloatArray | None = None, max_step: float = np.inf,
+    stops: np.ndarray | None = None, max_step: float = np.inf,
 ) -> Topic:  # fmt: skip
     """What `read` shows of the states at `times` (from the start on); `fine` is ours far finer."""
 
@@ -447,7 +447,7 @@ def time_history(
 
     def reference() -> Reference:
         truth = fine()
-        more = {"max_step": 0.1 * max_step} if np.isfinite(max_step) else {}
+        more: dict[str, Any] = {"max_step": 0.1 * max_step} if np.isfinite(max_step) else {}
         other = read(integrated(rates, start, times, 1e-13, scale, stops=stops, **more)[0])
         agreement = max(apart(truth, other), 16.0 * EPSILON)
         return Reference(truth, agreement, "ours far finer, against DOP853 of scipy at 1e-13")
@@ -464,10 +464,10 @@ def time_history(
 
 
 def shot(
-    rates: Rates, guess: FloatArray, unknown: Sequence[int], times: FloatArray, rtol: float,
-    scale: FloatArray, stops: FloatArray | None = None, back: Sequence[int] | None = None,
+    rates: Rates, guess: np.ndarray, unknown: Sequence[int], times: np.ndarray, rtol: float,
+    scale: np.ndarray, stops: np.ndarray | None = None, back: Sequence[int] | None = None,
     in_rows: bool = False,
-) -> tuple[FloatArray, FloatArray, int]:  # fmt: skip
+) -> tuple[np.ndarray, np.ndarray, int]:  # fmt: skip
     """Start, states at `times` and calls of the motion that comes back: Newton by differences.
 
     `unknown` are the states to be found, `back` those that come back, the same without; rates
@@ -478,7 +478,7 @@ def shot(
     starts = np.repeat(guess[None].astype(float), len(free) + 1, axis=0)
     nudge = 1e-5 * scale[free]
 
-    def marched(rows: FloatArray, times: FloatArray) -> FloatArray:
+    def marched(rows: np.ndarray, times: np.ndarray) -> np.ndarray:
         nonlocal calls
         if in_rows:
             found, used = integrated(
@@ -503,15 +503,15 @@ def shot(
 
 
 def periodic(
-    ask: Ask, ways: Sequence[Solver], rates: Rates, guess: FloatArray, unknown: Sequence[int],
-    times: FloatArray, read: Callable[[FloatArray, FloatArray], np.ndarray], scale: FloatArray,
-    fine: Callable[[], np.ndarray], stops: FloatArray | None = None,
+    ask: Ask, ways: Sequence[Solver], rates: Rates, guess: np.ndarray, unknown: Sequence[int],
+    times: np.ndarray, read: Callable[[np.ndarray, np.ndarray], np.ndarray], scale: np.ndarray,
+    fine: Callable[[], np.ndarray], stops: np.ndarray | None = None,
     rtols: Sequence[float] = (1e-4, 1e-6, 1e-8, 1e-10), back: Sequence[int] | None = None,
     in_rows: bool = False,
 ) -> Topic:  # fmt: skip
     """What `read` (start, states at `times`) shows of the motion that comes back at the last."""
 
-    def shooting(rtol: float, stops: FloatArray | None = None) -> Answer:
+    def shooting(rtol: float, stops: np.ndarray | None = None) -> Answer:
         given = (rates, guess, unknown, times, rtol, scale, stops, back, in_rows)
         start, states, calls = shot(*given)
         return Answer(read(start, states), float(calls))
@@ -534,7 +534,7 @@ def periodic(
 
 #: a margin broken by less counts as kept
 NEARLY_KEPT = 1e-6
-Limited = Callable[[FloatArray], tuple[float, FloatArray]]
+Limited = Callable[[np.ndarray], tuple[float, np.ndarray]]
 
 
 class _Spent(Exception):
@@ -542,19 +542,19 @@ class _Spent(Exception):
 
 
 def within_budget(
-    method: str, evaluate: Limited, bounds: list[tuple[float, float]], first: FloatArray,
+    method: str, evaluate: Limited, bounds: list[tuple[float, float]], first: np.ndarray,
     budget: int, nearly: float = NEARLY_KEPT,
-) -> tuple[FloatArray, float, int]:  # fmt: skip
+) -> tuple[np.ndarray, float, int]:  # fmt: skip
     """Best place that keeps the limits, its value, evaluations, of a search of scipy.
 
     Raises NumericalFailure where no point met keeps them.
     """
     from scipy.optimize import differential_evolution, minimize
 
-    known: dict[bytes, tuple[float, FloatArray]] = {}
-    best: tuple[float, FloatArray] = (np.inf, first)
+    known: dict[bytes, tuple[float, np.ndarray]] = {}
+    best: tuple[float, np.ndarray] = (np.inf, first)
 
-    def at(place: FloatArray) -> tuple[float, FloatArray]:
+    def at(place: np.ndarray) -> tuple[float, np.ndarray]:
         nonlocal best
         key = np.ascontiguousarray(place + 0.0).tobytes()
         if key not in known:
@@ -573,7 +573,7 @@ def within_budget(
 
     size = abs(at(first)[0]) or 1.0
 
-    def penalised(place: FloatArray) -> float:
+    def penalised(place: np.ndarray) -> float:
         value, margins = at(place)
         return value / size + 10.0 * float(np.sum(np.maximum(-margins, 0.0)))
 
@@ -605,8 +605,8 @@ def within_budget(
 
 def optimum(
     ask: Ask, ways: Sequence[Solver], problem: Callable[[], Limited],
-    bounds: list[tuple[float, float]], first: FloatArray, shown: Callable[[float], float],
-    found: Callable[[], tuple[FloatArray, float, float]], budgets: Sequence[float],
+    bounds: list[tuple[float, float]], first: np.ndarray, shown: Callable[[float], float],
+    found: Callable[[], tuple[np.ndarray, float, float]], budgets: Sequence[float],
     methods: Sequence[str], work: str, confirm: int = 60,
 ) -> Topic:  # fmt: skip
     """The least objective that keeps its margins; `problem` gives it, with nothing remembered.
