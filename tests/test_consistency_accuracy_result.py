@@ -117,11 +117,11 @@ def test_the_answer_fits_on_a_screen(result: Result) -> None:
     assert any(
         re.search(r"rotation: where it is after one unit .* exact +\d", one) for one in lines
     )
-    assert "4 settings that failed" in " ".join(lines)
+    assert "settings that failed: 4" in " ".join(lines)
     many = [measure(FULL._replace(name=f"question {k}"), ONCE) for k in range(45)]
     long = replace(result, record=as_record(many, []), plan=plan_rows(many))
     assert len(render_answer(long).splitlines()) <= 40
-    assert "17 more questions" in render_answer(long)
+    assert "more questions: 17" in render_answer(long)
 
 
 def test_a_picture_has_a_panel_for_each_topic(result: Result, tmp_path: Path) -> None:

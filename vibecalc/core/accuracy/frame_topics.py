@@ -1,5 +1,6 @@
 """Questions of no subject: what a tolerance costs, searches of [[find]] and [optimisation]."""
 
+import time
 from collections.abc import Callable
 from functools import cache
 from typing import TYPE_CHECKING
@@ -14,7 +15,7 @@ from vibecalc.core.accuracy.kinds import (
     ours,
     wanted_value,
 )
-from vibecalc.core.accuracy.run import WHOLE_CASE
+from vibecalc.core.accuracy.run import LONGEST, WHOLE_CASE
 from vibecalc.core.accuracy.topic import Answer, Reference, Topic
 from vibecalc.core.case.raw import NOT_COMPUTED
 from vibecalc.core.run.plan import planned_quantities
@@ -37,6 +38,8 @@ if TYPE_CHECKING:
 #: [accuracy] rtol of the series, and what these are held against
 TOLERANCES = (1e-3, 1e-6, 1e-9)
 FINEST = 1e-12
+#: evaluations of a search from one start, about
+_EVALUATIONS = 50
 #: what a run leaves out at its tolerance: no error, but another question at each
 _OF_THE_TOLERANCE = frozenset({"kinematics/dropped_acceleration"})
 
@@ -157,20 +160,26 @@ def optimisation_topics(loaded: "LoadedCase") -> list[Topic]:
         study.method,
     )
 
+    asked, began = Binding(loaded), time.process_time()
+    asked.evaluate(0.999 * first.first + 0.001 * first.upper)
+    took = (time.process_time() - began) * _EVALUATIONS * (1.0 + study.starts)
+    if took > LONGEST:
+        raise NumericalFailure(f"the search would take about {took:.0f} s")
+
     @cache
-    def run(starts: int) -> tuple[np.ndarray, float, float, int]:
-        binding = Binding(loaded)
+    def run(starts: int) -> tuple[np.ndarray, float, float, int, float]:
+        binding, began = Binding(loaded), time.process_time()
         found = minimise(
             binding.evaluate, binding.lower, binding.upper, first=binding.first, starts=starts,
             rtol=loaded.case.accuracy.rtol, method=method or STANDARD, period=binding.period,
         )  # fmt: skip
         place, error = box.unit(found.variables), float(found.objective_error)
-        return place, found.objective, error, found.evaluations
+        seconds = time.process_time() - began
+        return place, found.objective, error, found.evaluations, seconds
 
     def own(starts: float) -> Answer:
-        run.cache_clear()
-        _, objective, _, work = run(int(starts))
-        return Answer(np.array([first.sign * objective]), float(work))
+        _, objective, _, work, seconds = run(int(starts))
+        return Answer(np.array([first.sign * objective]), float(work), None, seconds)
 
     def bare(name: str, budget: float) -> Answer:
         binding = Binding(loaded)

@@ -28,11 +28,13 @@ class Answer(NamedTuple):
     `values` : real or complex, the shape of the reference's values, same unit.
     `work` : what it took, counted in the unit of the topic (evaluations, solves, multiplications).
     `position` : where the peak sits, for topics that ask it; None without one.
+    `seconds` : what it took when it was made, for an answer that is kept; None for a fresh one.
     """
 
     values: np.ndarray
     work: float
     position: float | None = None
+    seconds: float | None = None
 
 
 class Reference(NamedTuple):
@@ -282,6 +284,8 @@ def _trial(
         took = time.process_time() - started
         return blank._replace(status=TRIAL_FAILED, cause=_cause(failure), seconds=took), took
     took = time.process_time() - started
+    if answer.seconds is not None:
+        took, repeat = answer.seconds, False
     if not (math.isfinite(answer.work) and answer.work > 0.0):
         place = f"{topic.name}, {solver.name}, {blank.setting:g}"
         raise ValueError(f"{place}: work has to be counted, found {answer.work!r}")

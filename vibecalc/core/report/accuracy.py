@@ -207,16 +207,14 @@ def render_answer(result: Result) -> str:
     lines += ["", *_summary(topics[:_ROWS])]
     failed = sum(trial.status == TRIAL_FAILED for topic in topics for trial in topic.trials)
     late = sum(len(topic.failed) for topic in topics) - failed
-    more = [f"{max(len(topics) - _ROWS, 0)} more questions", f"{failed} settings that failed",
-            f"{late} not run for want of time (--longest)",
-            f"{len(result.record.warnings)} questions left out"]  # fmt: skip
-    also = [one for one in more if not one.startswith("0 ")]
-    return text_of([*lines, *paragraph(f"The text has the rest: {', '.join(also)}.") * bool(also)])
-
-
-def render_accuracy(result: Result) -> str:
-    """The whole report of one measurement, at most 100 columns wide."""
-    return text_of(accuracy_lines(result))
+    more = (
+        (max(len(topics) - _ROWS, 0), "more questions"),
+        (failed, "settings that failed"),
+        (late, "settings not run for want of time (--longest)"),
+        (len(result.record.warnings), "questions left out"),
+    )
+    said = ", ".join(f"{words}: {count}" for count, words in more if count)
+    return text_of([*lines, *paragraph(f"In the text: {said}.") * bool(said)])
 
 
 def accuracy_lines(result: Result) -> list[str]:
