@@ -217,6 +217,11 @@ def render_answer(result: Result) -> str:
     return text_of([*lines, *paragraph(f"In the text: {said}.") * bool(said)])
 
 
+def render_accuracy(result: Result) -> str:
+    """The whole report of one measurement, at most 100 columns wide."""
+    return text_of(accuracy_lines(result))
+
+
 def accuracy_lines(result: Result) -> list[str]:
     """The blocks of that report."""
     topics = topics_of(result)
