@@ -169,33 +169,14 @@ def plan_rows(measured: Sequence[Measured]) -> tuple[dict[str, str], ...]:
     rows: list[dict[str, str]] = []
     for one in measured:
         topic, folder = one.topic, folder_of(one.topic)
-        rows.append(
-            {
-                "folder": folder,
-                "stage": topic.stage,
-                "name": topic.name,
-                "why": topic.words,
-                "quantity": topic.quantity,
-                "unit": topic.unit,
-                "work": topic.work,
-                "position": topic.position,
-                "reference": one.reference.words,
-                "default_extra": f"{topic.default_extra:g}",
-                "default_why": topic.default_why,
-            }
-        )
-        rows += [
-            {
-                "folder": folder,
-                "stage": topic.stage,
-                "method": solver.name,
-                "why": solver.words,
-                "setting": solver.setting,
-                "theory": solver.theory,
-                "citation": solver.citation,
-            }
-            for solver in topic.solvers
-        ]
+        of_topic = ("stage", "name", "quantity", "unit", "work", "position", "default_why")
+        words = {name: getattr(topic, name) for name in of_topic}
+        more = {"reference": one.reference.words, "default_extra": f"{topic.default_extra:g}"}
+        rows.append({"folder": folder, "why": topic.words, **words, **more})
+        for solver in topic.solvers:
+            words = {name: getattr(solver, name) for name in ("setting", "theory", "citation")}
+            about = {"stage": topic.stage, "method": solver.name, "why": solver.words}
+            rows.append({"folder": folder, **about, **words})
     return tuple(rows)
 
 

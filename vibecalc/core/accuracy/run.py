@@ -66,20 +66,16 @@ def stages_of(case: "Case") -> tuple[str, ...]:
     return (*stages, WHOLE_CASE)
 
 
-def chosen_stages(case: "Case", asked: Sequence[str]) -> tuple[str, ...]:
+def chosen(names: Sequence[str], asked: Sequence[str], missing: str, has: str) -> tuple[str, ...]:
     """Those asked for, all without any; blanks, hyphens and underscores are the same.
 
-    Raises UsageError, with the list, for a stage that the case does not have.
+    Raises UsageError, with the list, for one that is not there.
     """
-    stages = stages_of(case)
-    if not asked:
-        return stages
-    by_key = {_key(stage): stage for stage in stages}
-    unknown = [name for name in asked if _key(name) not in by_key]
-    if unknown:
-        raise UsageError(f"this case has no stage {unknown[0][:40]!r}; it has: {', '.join(stages)}")
-    wanted = {_key(name) for name in asked}
-    return tuple(stage for stage in stages if _key(stage) in wanted)
+    wanted, there = {_key(name): name for name in asked}, {_key(name) for name in names}
+    for key, name in wanted.items():
+        if key not in there:
+            raise UsageError(f"{missing} {name[:60]!r}; {has}: {', '.join(names)}")
+    return tuple(name for name in names if not asked or _key(name) in wanted)
 
 
 def collect(loaded: "LoadedCase", stages: Sequence[str]) -> Collected:
@@ -107,20 +103,6 @@ def collect(loaded: "LoadedCase", stages: Sequence[str]) -> Collected:
         else:
             _add(found, notes, (OF_WHOLE_CASE,), WHOLE_CASE, case)
     return Collected(tuple(found), tuple(notes), {"run": sum(timings.values())})
-
-
-def chosen_topics(topics: Sequence[Topic], asked: Sequence[str]) -> tuple[Topic, ...]:
-    """Those whose names were asked for, all without any; UsageError with the list."""
-    if not asked:
-        return tuple(topics)
-    names = {_key(topic.name): topic.name for topic in topics}
-    unknown = [name for name in asked if _key(name) not in names]
-    if unknown:
-        raise UsageError(
-            f"there is no topic {unknown[0][:60]!r}; there are: {', '.join(names.values())}"
-        )
-    wanted = {_key(name) for name in asked}
-    return tuple(topic for topic in topics if _key(topic.name) in wanted)
 
 
 def _add(
@@ -193,9 +175,11 @@ def measure_case(loaded: "LoadedCase", asked: Asked | None = None) -> Result:
     """
     asked = asked or Asked()
     check_installed()
-    stages = chosen_stages(loaded.case, asked.stages)
+    stages = chosen(stages_of(loaded.case), asked.stages, "this case has no stage", "it has")
     found = collect(loaded, stages)
-    topics = chosen_topics(found.topics, asked.topics)
+    every = list(dict.fromkeys(topic.name for topic in found.topics))
+    names = chosen(every, asked.topics, "there is no topic", "there are")
+    topics = [topic for topic in found.topics if topic.name in names]
     notes = list(found.notes)
     if not topics:
         why = "; ".join(notes) or f"there is nothing to measure in {', '.join(stages)} of this case"
@@ -204,7 +188,8 @@ def measure_case(loaded: "LoadedCase", asked: Asked | None = None) -> Result:
     timings = dict(found.timings)
     trials = sum(len(solver.settings) for topic in topics for solver in topic.solvers)
     with shown(trials, asked.progress) as advance:
-        left = asked.longest - timings["run"]
+        # the rest is for what is drawn and written
+        left = 0.9 * asked.longest - timings["run"]
         for place, topic in enumerate(topics):
             share = max(left / (len(topics) - place), LEAST)
             started = time.process_time()
