@@ -1,6 +1,7 @@
 """Claim: a measurement survives its file, reads the same again, and equals its repetition."""
 
 import json
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,7 +12,7 @@ from shipped_cases import CASES
 
 from vibecalc.core.accuracy.record import as_record, folder_of, measured_text, plan_rows
 from vibecalc.core.accuracy.topic import measure
-from vibecalc.core.report.accuracy import accuracy_object, render_accuracy, topics_of
+from vibecalc.core.report.accuracy import accuracy_object, render_accuracy, render_answer, topics_of
 from vibecalc.core.report.sweep.text import report_file
 from vibecalc.core.results.compare import compare
 from vibecalc.core.results.layout import MEASURED, TRIAL_DONE, TRIAL_FAILED, is_accuracy
@@ -47,7 +48,7 @@ def test_two_measurements_do_not_differ(result: Result) -> None:
     again = made()
     assert again.provenance[MEASURED] != result.provenance[MEASURED]
     comparison = compare(result, again)
-    assert comparison.same and len(comparison.rows) == 13 + 14
+    assert comparison.same and len(comparison.rows) == 12 + 13
 
 
 def test_a_worse_method_differs(result: Result) -> None:
@@ -107,7 +108,20 @@ def test_the_view_and_the_object_agree(result: Result) -> None:
     assert [trial["status"] for trial in full["trials"]].count("failed") == 4
     assert full["extra_work"] == pytest.approx(5.0)
     assert "position_error" in found["topics"][1]["trials"][0]
-    assert views[0].failures == 4
+    assert len(views[0].failed) == 4
+
+
+def test_the_answer_fits_on_a_screen(result: Result) -> None:
+    lines = render_answer(result).splitlines()
+    assert len(lines) <= 40
+    assert any(
+        re.search(r"rotation: where it is after one unit .* exact +\d", one) for one in lines
+    )
+    assert "settings that failed: 4" in " ".join(lines)
+    many = [measure(FULL._replace(name=f"question {k}"), ONCE) for k in range(45)]
+    long = replace(result, record=as_record(many, []), plan=plan_rows(many))
+    assert len(render_answer(long).splitlines()) <= 40
+    assert "more questions: 17" in render_answer(long)
 
 
 def test_a_picture_has_a_panel_for_each_topic(result: Result, tmp_path: Path) -> None:

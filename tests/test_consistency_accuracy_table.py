@@ -14,8 +14,10 @@ from vibecalc.core.results.named import named
 from vibecalc.core.run.plan import plan_case
 from vibecalc.core.run.run import run_scene
 from vibecalc.core.study.execute import load_checked
-from vibecalc.response.accuracy.forced import response_speeds_topics
+from vibecalc.response.accuracy import speeds_topics
 
+#: nothing of theirs is one of the kinds of problems
+WITHOUT = {"hardware", "measurement", "modal route as published"}
 NAMES = [name for name in CASES if not name.endswith("_sweep")]
 
 
@@ -39,7 +41,7 @@ def test_every_planned_stage_is_in_the_table() -> None:
 
 def test_their_modules_are_there() -> None:
     for stage, functions in {**topics(), **STUDIES}.items():
-        assert functions, stage
+        assert functions or stage in WITHOUT, stage
         for where in functions:
             assert callable(named(where)), where
 
@@ -63,7 +65,7 @@ def pairs() -> list[str]:
 @pytest.mark.long
 def test_every_stage_has_topics_in_some_case() -> None:
     found = {topic.stage for name in pairs() for topic in topics_of(name).topics}
-    assert found == {*topics(), *STUDIES}
+    assert found == {*topics(), *STUDIES} - WITHOUT
     assert not {name: topics_of(name).notes for name in pairs() if topics_of(name).notes}
 
 
@@ -94,14 +96,11 @@ def test_energies_over_speed_have_a_topic_with_its_default_on_the_front() -> Non
     case = {key: part for key, part in table_of("compressor_b").items() if key not in left_out}
     case["response"] = {**case["response"], "run_up": {"from": "5 rad/s", "to": "120 rad/s"}}
     case["excitation"] = {**case.get("excitation", {}), "orders": 4}
-    (topic,) = response_speeds_topics(run_scene(validate(case)))
+    (topic,) = speeds_topics(run_scene(validate(case)))
     measured = measure(topic, Timed(repeat=False))
-    assert measured.reference.agreement < 1e-25
+    assert measured.reference.agreement < 1e-14
     assert extra_work(topic, measured.trials) <= topic.default_extra
-    assert [trial.worst_relative < 1e-13 for trial in measured.trials] == [True, True] + [False] * 6
-    # order 2 would be nine times as good with each; resonances between the points hold it up
-    errors = [trial.worst_relative for trial in measured.trials[2:]]
-    assert errors[-1] < 0.35 * errors[-2] and errors[-1] < 0.1 * errors[-3]
+    assert all(trial.worst_relative < 1e-13 for trial in measured.trials)
 
 
 def test_a_bare_case_still_has_its_tolerance() -> None:

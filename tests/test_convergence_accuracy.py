@@ -20,8 +20,8 @@ from accuracy_topics import (
     unstable,
 )
 
-from vibecalc.core.accuracy.record import cheapest_in_work, extra_work, fitted, front, front_in_work
-from vibecalc.core.accuracy.topic import Answer, Reference, Solver, Trial, errors_of, measure
+from vibecalc.core.accuracy.record import extra_work, fitted, front_in_work
+from vibecalc.core.accuracy.topic import Answer, Reference, Solver, Timed, Trial, errors_of, measure
 from vibecalc.core.results.layout import (
     ALGEBRAIC,
     GEOMETRIC,
@@ -29,6 +29,7 @@ from vibecalc.core.results.layout import (
     TRIAL_FAILED,
     TRIAL_NOT_RUN,
 )
+from vibecalc.core.results.trials import cheapest
 from vibecalc.errors import NumericalFailure
 
 NOISE = 1e-14
@@ -84,11 +85,11 @@ def test_trials_at_round_off_or_on_a_plateau_do_not_count() -> None:
 
 def test_front_counts_errors_within_the_noise_as_equal() -> None:
     trials = [trial(1e-3, 1), trial(1e-6, 2), trial(2e-6, 3), trial(1e-15, 9), trial(0.0, 10)]
-    assert front_in_work(trials) == (True, True, False, True, False)
+    assert front_in_work(trials) == [True, True, False, True, False]
     failed = trials[0]._replace(status=TRIAL_FAILED, work=0.0)
-    assert front([*trials, failed], lambda one: one.work)[-1] is False
+    assert front_in_work([*trials, failed])[-1] is False
     twice = [trial(1e-3, 1), trial(1e-3, 1)]
-    assert front_in_work(twice) == (True, True)
+    assert front_in_work(twice) == [True, True]
 
 
 def test_work_of_the_default_over_the_least() -> None:
@@ -106,11 +107,8 @@ def test_work_of_the_default_over_the_least() -> None:
 
 
 def test_cheapest_for_three_targets() -> None:
-    trials = [trial(1e-2, 1), trial(1e-4, 5), trial(9e-4, 4), trial(1e-7, 50), trial(1e-8, 50)]
-    assert cheapest_in_work(trials) == (2, 4, None)
-    # the true error counts for a target, not the noise of the topic
-    blurred = [trial(1e-8, 3)._replace(noise=1e-5)]
-    assert cheapest_in_work(blurred) == (0, 0, None)
+    error, work = [1e-2, 1e-4, 9e-4, 1e-7, 1e-8, np.inf], [1.0, 5.0, 4.0, 50.0, 50.0, 0.0]
+    assert [cheapest(error, work, target) for target in (1e-3, 1e-6, 1e-9)] == [2, 4, None]
 
 
 def test_three_norms() -> None:
@@ -155,20 +153,17 @@ def test_an_overflow_is_a_failure_and_no_warning() -> None:
     assert one.status == TRIAL_FAILED and one.cause.startswith("FloatingPointError: overflow")
 
 
-def test_a_slow_trial_ends_its_solver_and_no_other(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_series_ends_where_its_time_does_and_the_default_is_run(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     clock = Clock()
     monkeypatch.setattr("vibecalc.core.accuracy.topic.time", clock)
-    asked = topic(solver(clock.slow, 1, 6, 7, 8), solver(exact))
-    trials = measure(asked).trials
-    assert [one.status for one in trials] == [
-        TRIAL_DONE,
-        TRIAL_DONE,
-        TRIAL_NOT_RUN,
-        TRIAL_NOT_RUN,
-        TRIAL_DONE,
-    ]
-    assert trials[2].cause == "the setting before took longer than 5 s"
-    assert [one.seconds for one in trials] == [1.0, 6.0, 0.0, 0.0, 0.0]
+    asked = topic(solver(clock.slow, 1.5, 6, 7, 8, default=8), solver(exact))
+    trials = measure(asked, Timed(longest=20.0, repeat=False)).trials
+    done, late = TRIAL_DONE, TRIAL_NOT_RUN
+    assert [one.status for one in trials] == [done, done, late, done, done]
+    assert trials[2].cause == "the time for its question was used up"
+    assert [one.seconds for one in trials] == [1.5, 6.0, 0.0, 8.0, 0.0]
 
 
 @pytest.mark.parametrize(

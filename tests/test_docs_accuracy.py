@@ -52,7 +52,7 @@ def test_the_file_holds_the_datasets_named(folder: Path) -> None:
     names = {path.rsplit("/", 1)[1] for path in record}
     paragraph = " ".join(PAGE.split("## The file")[1].split("## ")[0].split())
     named = set(re.findall(r"`(?:accuracy/<stage>/<question>/)?(\w+)`", paragraph))
-    axes = {"trial", "method", "target", "diff"}
+    axes = {"trial", "method", "diff"}
     assert names | {"position_error"} == (named - axes) | {"order_kind", "position_error"}
 
 

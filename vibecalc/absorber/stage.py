@@ -129,7 +129,7 @@ def _tuning(case: "Case") -> Stage:
         cost=cost,
         quantities=_kept("tuning/", there),
         work=_work_of_tuning,
-        topics=("vibecalc.absorber.accuracy.tuning:absorber_tuning_topics",),
+        topics=("vibecalc.absorber.accuracy:tuning_topics",),
     )
 
 
@@ -161,7 +161,7 @@ def _response(case: "Case") -> Stage:
         quantities=_kept("response/absorber/", there),
         is_last=True,
         work=_work_of_absorber,
-        topics=("vibecalc.absorber.accuracy.curves:absorber_curves_topics",),
+        topics=("vibecalc.absorber.accuracy:absorber_topics",),
     )
 
 
@@ -222,7 +222,6 @@ def _hardware(quantities: tuple[str, ...]) -> Stage:
         quantities=quantities,
         is_last=True,
         work=_work_of_hardware,
-        topics=("vibecalc.absorber.accuracy.hardware:absorber_parts_topics",),
     )
 
 
@@ -248,7 +247,7 @@ def _pendulum(case: "Case") -> Stage:
         is_last=True,
         harmonics=_orders_of_pendulum,
         work=_work_of_pendulum,
-        topics=("vibecalc.absorber.accuracy.pendulum:absorber_pendulum_topics",),
+        topics=("vibecalc.absorber.accuracy:pendulum_topics",),
     )
 
 

@@ -37,8 +37,8 @@ def accuracy(
     ] = None,
     longest: Annotated[
         float,
-        typer.Option(metavar="S", help="Seconds after which a series of settings ends."),
-    ] = 5.0,
+        typer.Option(metavar="S", help="Seconds for the whole case, shared between its questions."),
+    ] = 30.0,
     settings: Annotated[
         list[str] | None,
         typer.Option("--set", metavar="KEY=VALUE", help="Change a key, the value read as TOML."),
@@ -60,7 +60,6 @@ def accuracy(
     if output is not None and output.suffix not in (".h5", ".hdf5"):
         raise UsageError(f"-o {output}: a result file ends in .h5")
     from vibecalc.core.accuracy.run import Asked, measure_case
-    from vibecalc.core.accuracy.topic import Timed
     from vibecalc.core.study.execute import load_checked
 
     (loaded,) = load_checked([case], settings or (), unset or ())
@@ -68,7 +67,7 @@ def accuracy(
     asked = Asked(
         stages=stage or (),
         topics=topic or (),
-        timed=Timed(longest=longest),
+        longest=longest,
         progress=not (quiet or json),
         threads=threads,
     )
@@ -78,7 +77,7 @@ def accuracy(
 def _write_measured(result: "Result", path: Path, json: bool, quiet: bool) -> None:
     """Write the file, the table and, with matplotlib, the picture; print what is asked for."""
     from vibecalc.cli.outputs import write_text
-    from vibecalc.core.report.accuracy import render_accuracy
+    from vibecalc.core.report.accuracy import render_accuracy, render_answer
     from vibecalc.core.report.plots import draw_file
     from vibecalc.core.results.store import write_result
 
@@ -99,7 +98,7 @@ def _write_measured(result: "Result", path: Path, json: bool, quiet: bool) -> No
         typer.echo(format_json.dumps(found, indent=2, allow_nan=False))
     elif not quiet:
         names = [path.with_suffix(".txt").name, *(picture.name for picture in pictures)]
-        typer.echo(text, nl=False)
+        typer.echo(render_answer(result), nl=False)
         typer.echo(f"wrote {path}, {' and '.join(names)}")
 
 

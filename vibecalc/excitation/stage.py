@@ -36,7 +36,7 @@ def plan_pump(case: "Case") -> Iterator[Stage]:
         is_last=True,
         harmonics=_orders_of_pump,
         work=_work_of_pump,
-        topics=("vibecalc.excitation.accuracy:pump_torque_topics",),
+        topics=("vibecalc.excitation.accuracy:pump_topics",),
     )
 
 
@@ -66,7 +66,7 @@ def plan_excitation(case: "Case") -> Iterator[Stage]:
         ),
         harmonics=orders_of_motion,
         work=_work_of_forces,
-        topics=("vibecalc.excitation.accuracy:excitation_force_topics",),
+        topics=("vibecalc.excitation.accuracy:excitation_topics",),
     )
 
 
@@ -96,7 +96,7 @@ def plan_motor(case: "Case") -> Iterator[Stage]:
         quantities=below("excitation/motor/"),
         is_last=case.response is None or case.response.impact is None,
         harmonics=_orders_of_motor,
-        topics=("vibecalc.excitation.accuracy:motor_force_topics",),
+        topics=("vibecalc.excitation.accuracy:motor_topics",),
     )
 
 

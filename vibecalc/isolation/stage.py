@@ -39,7 +39,7 @@ def plan_torque_reaction(case: "Case") -> Iterator[Stage]:
         is_last=True,
         harmonics=_orders_of_reaction,
         work=_work_of_reaction,
-        topics=("vibecalc.isolation.accuracy.torque_reaction:torque_reaction_topics",),
+        topics=("vibecalc.isolation.accuracy:torque_reaction_topics",),
     )
 
 
@@ -70,7 +70,7 @@ def plan_isolation(case: "Case") -> Iterator[Stage]:
         ),
         harmonics=orders_of_motion,
         work=_work_of_isolation,
-        topics=("vibecalc.isolation.accuracy.steady:isolation_steady_topics",),
+        topics=("vibecalc.isolation.accuracy:isolation_topics",),
     )
     if options.run_up is None:
         return
@@ -91,10 +91,7 @@ def plan_isolation(case: "Case") -> Iterator[Stage]:
         is_last=True,
         harmonics=_orders_of_run_up,
         work=_work_of_run_up,
-        topics=(
-            "vibecalc.isolation.accuracy.run_up:run_up_topics",
-            "vibecalc.isolation.accuracy.run_up:run_up_curve_topics",
-        ),
+        topics=("vibecalc.isolation.accuracy:run_up_topics",),
     )
 
 

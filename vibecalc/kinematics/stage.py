@@ -36,10 +36,7 @@ def plan_kinematics(case: "Case") -> Iterator[Stage]:
         quantities=paths,
         harmonics=orders_of_motion,
         work=_work_of_motion,
-        topics=(
-            "vibecalc.kinematics.accuracy:kinematics_harmonics_topics",
-            "vibecalc.kinematics.accuracy:kinematics_motion_topics",
-        ),
+        topics=("vibecalc.kinematics.accuracy:kinematics_topics",),
     )
 
 

@@ -42,7 +42,6 @@ def plan_measurement(case: "Case") -> Iterator[Stage]:
         is_last=True,
         harmonics=_orders_of_measurement,
         work=_work_of_measurement,
-        topics=("vibecalc.measurement.accuracy:measurement_topics",),
     )
 
 

@@ -51,10 +51,7 @@ def _motion(case: "Case") -> Stage:
         is_last=True,
         harmonics=orders_of_motion,
         work=_work_of_response,
-        topics=(
-            "vibecalc.response.accuracy.forced:response_steady_topics",
-            "vibecalc.response.accuracy.modes:response_modes_topics",
-        ),
+        topics=("vibecalc.response.accuracy:response_topics",),
     )
 
 
@@ -73,7 +70,7 @@ def _operations(case: "Case") -> Stage:
         is_last=True,
         harmonics=orders_of_motion,
         work=_work_of_operations,
-        topics=("vibecalc.response.accuracy.operations:operations_topics",),
+        topics=("vibecalc.response.accuracy:operations_topics",),
     )
 
 
@@ -92,7 +89,7 @@ def _run_up(case: "Case") -> Stage:
         is_last=True,
         harmonics=orders_of_motion,
         work=_work_of_speeds,
-        topics=("vibecalc.response.accuracy.forced:response_speeds_topics",),
+        topics=("vibecalc.response.accuracy:speeds_topics",),
     )
 
 
@@ -111,7 +108,7 @@ def _switching(case: "Case") -> Stage:
         is_last=True,
         harmonics=orders_of_motion,
         work=_work_of_switching,
-        topics=("vibecalc.response.accuracy.switching:switching_topics",),
+        topics=("vibecalc.response.accuracy:switching_topics",),
     )
 
 

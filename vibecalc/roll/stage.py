@@ -71,7 +71,7 @@ def _roll(case: "Case") -> Stage:
         is_last=True,
         harmonics=_orders_of_roll,
         work=_work_of_roll,
-        topics=("vibecalc.roll.accuracy.running:roll_topics",),
+        topics=("vibecalc.roll.accuracy:roll_topics",),
     )
 
 
@@ -94,7 +94,7 @@ def _start_up(case: "Case") -> Stage:
         quantities=below("response/start_up/", without=left_out),
         is_last=True,
         work=_work_of_start_up,
-        topics=("vibecalc.roll.accuracy.start_up:start_up_topics",),
+        topics=("vibecalc.roll.accuracy:start_up_topics",),
     )
 
 
@@ -125,7 +125,7 @@ def _control(case: "Case") -> Stage:
         is_last=True,
         harmonics=_orders_of_control,
         work=_work_of_control,
-        topics=("vibecalc.roll.accuracy.control:control_topics",),
+        topics=("vibecalc.roll.accuracy:control_topics",),
     )
 
 

@@ -72,11 +72,7 @@ def plan_torsion(case: "Case") -> Iterator[Stage]:
         quantities=_picked(case, _STEADY),
         harmonics=_half_orders,
         work=_work_of_torsion,
-        topics=(
-            "vibecalc.torsion.accuracy.modes:torsion_modes_topics",
-            "vibecalc.torsion.accuracy.steady:torsion_forced_topics",
-            "vibecalc.torsion.accuracy.steady:torsion_cycle_topics",
-        ),
+        topics=("vibecalc.torsion.accuracy:torsion_topics",),
     )
     if torsion.speeds is None:
         return
@@ -92,7 +88,7 @@ def plan_torsion(case: "Case") -> Iterator[Stage]:
         is_last=True,
         harmonics=_half_orders,
         work=_work_of_speeds,
-        topics=("vibecalc.torsion.accuracy.speeds:torsion_speeds_topics",),
+        topics=("vibecalc.torsion.accuracy:torsion_speeds_topics",),
     )
 
 
@@ -269,7 +265,6 @@ def _published(case: "Case") -> Stage:
         is_last=True,
         harmonics=_half_orders,
         work=_work_of_closed_forms,
-        topics=("vibecalc.torsion.accuracy.modes:torsion_modal_route_topics",),
     )
 
 
@@ -293,7 +288,7 @@ def _variable(case: "Case") -> Stage:
         is_last=True,
         harmonics=_orders_of_variable,
         work=_work_of_variable,
-        topics=("vibecalc.torsion.accuracy.studies:torsion_variable_topics",),
+        topics=("vibecalc.torsion.accuracy:torsion_variable_topics",),
     )
 
 
@@ -314,7 +309,7 @@ def _transient(case: "Case") -> Stage:
         is_last=True,
         harmonics=_half_orders,
         work=_work_of_transient,
-        topics=("vibecalc.torsion.accuracy.studies:torsion_transient_topics",),
+        topics=("vibecalc.torsion.accuracy:torsion_transient_topics",),
     )
 
 
@@ -438,7 +433,7 @@ def plan_damper(case: "Case") -> Iterator[Stage]:
         is_last=True,
         harmonics=_half_orders,
         work=_work_of_damper,
-        topics=("vibecalc.torsion.accuracy.speeds:damper_design_topics",),
+        topics=("vibecalc.torsion.accuracy:damper_design_topics",),
     )
 
 

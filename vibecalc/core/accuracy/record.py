@@ -3,7 +3,7 @@
 import json
 import math
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,10 +15,10 @@ from vibecalc.core.results.layout import (
     BETWEEN,
     GEOMETRIC,
     NOT_FITTED,
-    TARGETS,
     TRIAL_NOT_RUN,
 )
 from vibecalc.core.results.record import Axis, Method, Quantity, Record
+from vibecalc.core.results.trials import extra, on_front
 from vibecalc.numerics.rounding import EPSILON
 
 # ----------------------------------------------------------------------------
@@ -106,91 +106,26 @@ def _line(x: np.ndarray, y: np.ndarray) -> tuple[float, float]:
 
 
 # ----------------------------------------------------------------------------
-# Which trials nothing beats: the Pareto front between error and cost.
+# Which trials nothing beats in counted work, and what the default takes over the least.
 # ----------------------------------------------------------------------------
 
 
-def front(trials: Sequence[Trial], cost: Callable[[Trial], float]) -> tuple[bool, ...]:
-    """Whether each level is on the front: none is cheaper and as accurate, or as cheap and better.
-
-    Errors within the noise of the topic count as equal, so that of several trials at round-off
-    only the cheapest stays. Levels that were not measured are never on it.
-    """
-    return tuple(
-        one.done and not any(_beats(other, one, cost) for other in trials if other.done)
-        for one in trials
-    )
+def _errors(trials: Sequence[Trial]) -> list[float]:
+    """Errors not below the noise, so that of several at round-off only the cheapest counts."""
+    return [trial.error if trial.done else math.inf for trial in trials]
 
 
-def front_in_work(trials: Sequence[Trial]) -> tuple[bool, ...]:
+def front_in_work(trials: Sequence[Trial]) -> list[bool]:
     """The front in counted work, the same on every machine."""
-    return front(trials, lambda trial: trial.work)
-
-
-def front_in_seconds(trials: Sequence[Trial]) -> tuple[bool, ...]:
-    """The front in seconds, of this machine and this day."""
-    return front(trials, lambda trial: trial.seconds)
+    return on_front(_errors(trials), [trial.work for trial in trials])
 
 
 def extra_work(topic: Topic, trials: Sequence[Trial]) -> float:
-    """Work of the default over the least work of any level that is as accurate; 1 on the front.
-
-    Of several defaults (a topic may have more than one) the worst counts; infinite where a default
-    failed or was not run, 1 where the topic has none. To be held against `topic.default_extra`.
-    """
-    return _extra(topic, trials, lambda trial: trial.work)
-
-
-def extra_seconds(topic: Topic, trials: Sequence[Trial]) -> float:
-    """The same in seconds."""
-    return _extra(topic, trials, lambda trial: trial.seconds)
-
-
-def _extra(topic: Topic, trials: Sequence[Trial], cost: Callable[[Trial], float]) -> float:
-    asked = any(solver.default is not None for solver in topic.solvers)
-    defaults = [trial for trial in trials if trial.is_default]
-    if asked and not defaults:
+    """Work of the default over the least as accurate, to be held against `default_extra`."""
+    default = [trial.is_default for trial in trials]
+    if any(solver.default is not None for solver in topic.solvers) and not any(default):
         raise ValueError(f"{topic.name}: the trials are not of this topic, no default among them")
-    worst = 1.0
-    for default in defaults:
-        if not default.done:
-            return float("inf")
-        equals = (cost(trial) for trial in trials if trial.done and trial.error <= default.error)
-        worst = max(worst, cost(default) / min(equals))
-    return worst
-
-
-def _beats(other: Trial, one: Trial, cost: Callable[[Trial], float]) -> bool:
-    no_worse = cost(other) <= cost(one) and other.error <= one.error
-    return no_worse and (cost(other) < cost(one) or other.error < one.error)
-
-
-# ----------------------------------------------------------------------------
-# The cheapest method and setting that reaches an error.
-# ----------------------------------------------------------------------------
-
-
-def cheapest(trials: Sequence[Trial], target: float, cost: Callable[[Trial], float]) -> int | None:
-    """Place of the cheapest level whose worst relative error is at most `target`, None without one.
-
-    Of equally cheap ones the more accurate is taken, then the first.
-    """
-    reaching = [
-        (cost(trial), trial.error, place)
-        for place, trial in enumerate(trials)
-        if trial.done and trial.worst_relative <= target
-    ]
-    return min(reaching)[2] if reaching else None
-
-
-def cheapest_in_work(trials: Sequence[Trial]) -> tuple[int | None, ...]:
-    """For each of `TARGETS`, by counted work."""
-    return tuple(cheapest(trials, target, lambda trial: trial.work) for target in TARGETS)
-
-
-def cheapest_in_seconds(trials: Sequence[Trial]) -> tuple[int | None, ...]:
-    """For each of `TARGETS`, by seconds."""
-    return tuple(cheapest(trials, target, lambda trial: trial.seconds) for target in TARGETS)
+    return extra(_errors(trials), [trial.work for trial in trials], default)
 
 
 # ----------------------------------------------------------------------------
@@ -220,20 +155,13 @@ def as_record(measured: Sequence[Measured], notes: Sequence[str]) -> Record:
 
 
 def measured_text(measured: Sequence[Measured]) -> str:
-    """What changes from run to run, as JSON by the folder of the topic."""
-    found: dict[str, Any] = {}
-    for one in measured:
-        trials = one.trials
-        extra = extra_seconds(one.topic, trials)
-        found[folder_of(one.topic)] = {
-            "seconds": [
-                None if trial.status == TRIAL_NOT_RUN else trial.seconds for trial in trials
-            ],
-            "on_front": [int(mark) for mark in front_in_seconds(trials)],
-            "cheapest": [_number(place) for place in cheapest_in_seconds(trials)],
-            "extra": extra if math.isfinite(extra) else None,
-        }
-    return json.dumps(found)
+    """Seconds, which change from run to run, as JSON by the folder of the topic."""
+    return json.dumps({
+        folder_of(one.topic): [
+            None if trial.status == TRIAL_NOT_RUN else trial.seconds for trial in one.trials
+        ]
+        for one in measured
+    })  # fmt: skip
 
 
 def plan_rows(measured: Sequence[Measured]) -> tuple[dict[str, str], ...]:
@@ -241,33 +169,14 @@ def plan_rows(measured: Sequence[Measured]) -> tuple[dict[str, str], ...]:
     rows: list[dict[str, str]] = []
     for one in measured:
         topic, folder = one.topic, folder_of(one.topic)
-        rows.append(
-            {
-                "folder": folder,
-                "stage": topic.stage,
-                "name": topic.name,
-                "why": topic.words,
-                "quantity": topic.quantity,
-                "unit": topic.unit,
-                "work": topic.work,
-                "position": topic.position,
-                "reference": one.reference.words,
-                "default_extra": f"{topic.default_extra:g}",
-                "default_why": topic.default_why,
-            }
-        )
-        rows += [
-            {
-                "folder": folder,
-                "stage": topic.stage,
-                "method": solver.name,
-                "why": solver.words,
-                "setting": solver.setting,
-                "theory": solver.theory,
-                "citation": solver.citation,
-            }
-            for solver in topic.solvers
-        ]
+        of_topic = ("stage", "name", "quantity", "unit", "work", "position", "default_why")
+        words = {name: getattr(topic, name) for name in of_topic}
+        more = {"reference": one.reference.words, "default_extra": f"{topic.default_extra:g}"}
+        rows.append({"folder": folder, "why": topic.words, **words, **more})
+        for solver in topic.solvers:
+            words = {name: getattr(solver, name) for name in ("setting", "theory", "citation")}
+            about = {"stage": topic.stage, "method": solver.name, "why": solver.words}
+            rows.append({"folder": folder, **about, **words})
     return tuple(rows)
 
 
@@ -324,8 +233,6 @@ def _add_methods(record: Record, one: Measured) -> None:
     ]
     names = np.array([solver.name for solver in topic.solvers], dtype=object)
     method = Axis(name="method", values=names, long_name="method")
-    target = Axis(name="target", values=np.array(TARGETS), long_name="worst relative error asked")
-    extra = extra_work(topic, one.trials)
     for name, values, axes, words in (
         ("order", [fit.value if fit else 0.0 for fit in fits], (method,), "fitted order"),
         (
@@ -334,14 +241,13 @@ def _add_methods(record: Record, one: Measured) -> None:
             (method,),
             "order: of the setting; digits: gained with each unit of it",
         ),
-        (
-            "cheapest_in_work",
-            [_number(place) for place in cheapest_in_work(one.trials)],
-            (target,),
-            "number of the level with the least work, 0 for none",
-        ),
         ("agreement", one.reference.agreement, (), "relative agreement of the reference"),
-        ("extra_work", extra, (), "work of the default over the least as accurate"),
+        (
+            "extra_work",
+            extra_work(topic, one.trials),
+            (),
+            "work of the default over the least",
+        ),
     ):
         record.add(
             Quantity(
@@ -356,10 +262,6 @@ def _add_methods(record: Record, one: Measured) -> None:
 
 def _label(solver: Solver, trial: Trial) -> str:
     return f"{solver.name}{BETWEEN}{trial.setting:.12g}" if solver.setting else solver.name
-
-
-def _number(place: int | None) -> int:
-    return 0 if place is None else place + 1
 
 
 def _slug(text: str) -> str:

@@ -3,8 +3,10 @@
 import importlib.util
 import re
 import sys
+import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
 from vibecalc.core.accuracy.environment import machine, versions
@@ -42,6 +44,8 @@ OF_WHOLE_CASE = "vibecalc.core.accuracy.frame_topics:whole_case_topics"
 
 #: a run that takes longer [s] is not run again at other tolerances
 LONGEST_RUN = 5.0
+#: a whole case takes so long [s], shared between its questions, and a question at least that much
+LONGEST, LEAST = 30.0, 0.2
 
 
 class Collected(NamedTuple):
@@ -62,20 +66,16 @@ def stages_of(case: "Case") -> tuple[str, ...]:
     return (*stages, WHOLE_CASE)
 
 
-def chosen_stages(case: "Case", asked: Sequence[str]) -> tuple[str, ...]:
+def chosen(names: Sequence[str], asked: Sequence[str], missing: str, has: str) -> tuple[str, ...]:
     """Those asked for, all without any; blanks, hyphens and underscores are the same.
 
-    Raises UsageError, with the list, for a stage that the case does not have.
+    Raises UsageError, with the list, for one that is not there.
     """
-    stages = stages_of(case)
-    if not asked:
-        return stages
-    by_key = {_key(stage): stage for stage in stages}
-    unknown = [name for name in asked if _key(name) not in by_key]
-    if unknown:
-        raise UsageError(f"this case has no stage {unknown[0][:40]!r}; it has: {', '.join(stages)}")
-    wanted = {_key(name) for name in asked}
-    return tuple(stage for stage in stages if _key(stage) in wanted)
+    wanted, there = {_key(name): name for name in asked}, {_key(name) for name in names}
+    for key, name in wanted.items():
+        if key not in there:
+            raise UsageError(f"{missing} {name[:60]!r}; {has}: {', '.join(names)}")
+    return tuple(name for name in names if not asked or _key(name) in wanted)
 
 
 def collect(loaded: "LoadedCase", stages: Sequence[str]) -> Collected:
@@ -103,20 +103,6 @@ def collect(loaded: "LoadedCase", stages: Sequence[str]) -> Collected:
         else:
             _add(found, notes, (OF_WHOLE_CASE,), WHOLE_CASE, case)
     return Collected(tuple(found), tuple(notes), {"run": sum(timings.values())})
-
-
-def chosen_topics(topics: Sequence[Topic], asked: Sequence[str]) -> tuple[Topic, ...]:
-    """Those whose names were asked for, all without any; UsageError with the list."""
-    if not asked:
-        return tuple(topics)
-    names = {_key(topic.name): topic.name for topic in topics}
-    unknown = [name for name in asked if _key(name) not in names]
-    if unknown:
-        raise UsageError(
-            f"there is no topic {unknown[0][:60]!r}; there are: {', '.join(names.values())}"
-        )
-    wanted = {_key(name) for name in asked}
-    return tuple(topic for topic in topics if _key(topic.name) in wanted)
 
 
 def _add(
@@ -163,7 +149,7 @@ class Asked(NamedTuple):
 
     stages: Sequence[str] = ()
     topics: Sequence[str] = ()
-    timed: Timed = Timed()
+    longest: float = LONGEST
     progress: bool = False
     threads: str = ""
 
@@ -189,9 +175,11 @@ def measure_case(loaded: "LoadedCase", asked: Asked | None = None) -> Result:
     """
     asked = asked or Asked()
     check_installed()
-    stages = chosen_stages(loaded.case, asked.stages)
+    stages = chosen(stages_of(loaded.case), asked.stages, "this case has no stage", "it has")
     found = collect(loaded, stages)
-    topics = chosen_topics(found.topics, asked.topics)
+    every = list(dict.fromkeys(topic.name for topic in found.topics))
+    names = chosen(every, asked.topics, "there is no topic", "there are")
+    topics = [topic for topic in found.topics if topic.name in names]
     notes = list(found.notes)
     if not topics:
         why = "; ".join(notes) or f"there is nothing to measure in {', '.join(stages)} of this case"
@@ -200,12 +188,18 @@ def measure_case(loaded: "LoadedCase", asked: Asked | None = None) -> Result:
     timings = dict(found.timings)
     trials = sum(len(solver.settings) for topic in topics for solver in topic.solvers)
     with shown(trials, asked.progress) as advance:
-        for topic in topics:
+        # the rest is for what is drawn and written
+        left = 0.9 * asked.longest - timings["run"]
+        for place, topic in enumerate(topics):
+            share = max(left / (len(topics) - place), LEAST)
+            started = time.process_time()
             try:
-                measured = measure(topic, asked.timed, advance)
+                measured = measure(topic, Timed(share), advance)
             except NumericalFailure as failure:
                 notes.append(f"{topic.stage}, {topic.name}: no reference: {failure}")
                 continue
+            finally:
+                left -= time.process_time() - started
             done.append(measured)
             timings[f"{topic.stage}, {topic.name}"] = measured.seconds
     if not done:
@@ -216,15 +210,7 @@ def measure_case(loaded: "LoadedCase", asked: Asked | None = None) -> Result:
         "machine": machine(),
         "versions": versions(),
         "threads": asked.threads or "as found",
-        "longest": asked.timed.longest,
+        "longest": asked.longest,
         MEASURED: measured_text(done),
     }
-    return _with(result, plan_rows(done), provenance)
-
-
-def _with(
-    result: Result, plan: tuple[dict[str, str], ...], provenance: dict[str, str | int | float]
-) -> Result:
-    from dataclasses import replace
-
-    return replace(result, plan=plan, provenance=provenance)
+    return replace(result, plan=plan_rows(done), provenance=provenance)

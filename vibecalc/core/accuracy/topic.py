@@ -28,11 +28,13 @@ class Answer(NamedTuple):
     `values` : real or complex, the shape of the reference's values, same unit.
     `work` : what it took, counted in the unit of the topic (evaluations, solves, multiplications).
     `position` : where the peak sits, for topics that ask it; None without one.
+    `seconds` : what it took when it was made, for an answer that is kept; None for a fresh one.
     """
 
     values: np.ndarray
     work: float
     position: float | None = None
+    seconds: float | None = None
 
 
 class Reference(NamedTuple):
@@ -217,10 +219,15 @@ _LONG = 1.0
 
 
 class Timed(NamedTuple):
-    """How trials are timed: `longest` [s] ends a series, `repeat` runs short ones again."""
+    """How trials are timed: `longest` [s] for a question, `repeat` runs short trials again."""
 
     longest: float = 5.0
     repeat: bool = True
+
+
+#: a series ends where the next setting, three times the last, would not end in time
+_GROWS = 3.0
+_LATE = "the time for its question was used up"
 
 
 def measure(
@@ -228,69 +235,48 @@ def measure(
     timed: Timed | None = None,
     advance: Callable[[], None] | None = None,
 ) -> Measured:
-    """Every trial of every method of `topic`, against its reference.
+    """Every trial of every method of `topic`, against its reference; the default's in any case.
 
-    Parameters
-    ----------
-    topic : what to measure.
-    timed : see `Timed`; with `repeat` off, seconds are those of the one run, warm or not.
-    advance : called after each level, also after those that were not run.
-
-    Raises
-    ------
-    NumericalFailure : the reference cannot be had.
-    ValueError : a mistake in the topic: a wrong shape, work that is not counted, a default that is
-        not among its settings, two methods of one name.
+    `advance` is called after each trial, also after those that were not run. Raises
+    NumericalFailure where the reference cannot be had, ValueError for a mistake in the topic: a
+    wrong shape, work that is not counted, a default not among its settings, two methods of a name.
     """
-    started = time.perf_counter()
+    timed, started = timed or Timed(), time.perf_counter()
     names = [solver.name for solver in topic.solvers]
     if len(set(names)) < len(names):
         raise ValueError(f"{topic.name}: two methods of one name in {names}")
+    for one in topic.solvers:
+        if one.default is not None and one.default not in one.settings:
+            raise ValueError(
+                f"{topic.name}, {one.name}: the default {one.default!r} is not among the settings "
+                f"{one.settings}"
+            )
+    enough = min(_ENOUGH, 0.5 * timed.longest / sum(len(one.settings) for one in topic.solvers))
+    trials = []
     with _undisturbed():
         reference = topic.reference()
         if not np.isfinite(reference.values).all():
             raise NumericalFailure(f"the reference of {topic.name!r} is not finite")
-        noise = noise_of(reference)
-        trials = [
-            trial
-            for solver in topic.solvers
-            for trial in _climb(topic, solver, reference, noise, timed or Timed(), advance)
-        ]
+        noise, begun = noise_of(reference), time.process_time()
+        for solver in topic.solvers:
+            took = 0.0
+            for setting in solver.settings:
+                trial = Trial(solver.name, setting, setting == solver.default, noise)
+                left = timed.longest - (time.process_time() - begun)
+                if _GROWS * took > left and not trial.is_default:
+                    trial = trial._replace(status=TRIAL_NOT_RUN, cause=_LATE)
+                else:
+                    trial, took = _trial(topic, solver, trial, reference, timed.repeat, enough)
+                trials.append(trial)
+                if advance is not None:
+                    advance()
     return Measured(topic, reference, tuple(trials), time.perf_counter() - started)
 
 
-def _climb(
-    topic: Topic,
-    solver: Solver,
-    reference: Reference,
-    noise: float,
-    timed: Timed,
-    advance: Callable[[], None] | None,
-) -> Iterator[Trial]:
-    if solver.default is not None and solver.default not in solver.settings:
-        raise ValueError(
-            f"{topic.name}, {solver.name}: the default {solver.default!r} is "
-            "not among the settings "
-            f"{solver.settings}"
-        )
-    slow = ""
-    for setting in solver.settings:
-        blank = Trial(solver.name, setting, setting == solver.default, noise)
-        if slow:
-            trial = blank._replace(status=TRIAL_NOT_RUN, cause=slow)
-        else:
-            trial, took = _trial(topic, solver, blank, reference, timed)
-            if took > timed.longest:
-                slow = f"the setting before took longer than {timed.longest:g} s"
-        if advance is not None:
-            advance()
-        yield trial
-
-
 def _trial(
-    topic: Topic, solver: Solver, blank: Trial, reference: Reference, timed: Timed
+    topic: Topic, solver: Solver, blank: Trial, reference: Reference, repeat: bool, enough: float
 ) -> tuple[Trial, float]:
-    """A level and the seconds that its first run took."""
+    """A trial and the seconds that its first run took."""
     started = time.process_time()
     try:
         answer = solver.solve(blank.setting)
@@ -298,43 +284,31 @@ def _trial(
         took = time.process_time() - started
         return blank._replace(status=TRIAL_FAILED, cause=_cause(failure), seconds=took), took
     took = time.process_time() - started
-    place = f"{topic.name}, {solver.name}, {blank.setting:g}"
-    _check(place, answer, reference)
+    if answer.seconds is not None:
+        took, repeat = answer.seconds, False
+    if not (math.isfinite(answer.work) and answer.work > 0.0):
+        place = f"{topic.name}, {solver.name}, {blank.setting:g}"
+        raise ValueError(f"{place}: work has to be counted, found {answer.work!r}")
+    found = errors_of(answer.values, reference.values, answer.position, reference.position)
+    blank = blank._replace(work=float(answer.work), seconds=took)
     wrong = _undefined(answer)
     if wrong:
-        return blank._replace(
-            status=TRIAL_FAILED, cause=wrong, work=answer.work, seconds=took
-        ), took
-    found = errors_of(answer.values, reference.values, answer.position, reference.position)
-    least = took
-    if timed.repeat and took <= _LONG:
-        least = min(least, _least_seconds(solver.solve, blank.setting))
+        return blank._replace(status=TRIAL_FAILED, cause=wrong), took
+    least, used, count = took, 0.0, 0
+    while repeat and took <= _LONG and (count < _LEAST or (count < _MOST and used < enough)):
+        if count and used > 10.0 * enough:
+            break
+        started = time.process_time()
+        solver.solve(blank.setting)
+        again = time.process_time() - started
+        least, used, count = min(least, again), used + again, count + 1
     trial = blank._replace(
-        work=float(answer.work),
         seconds=least,
         worst_relative=found.worst_relative,
         worst_level=found.worst_level,
         position_error=found.position,
     )
     return trial, took
-
-
-def _least_seconds(solve: Callable[[float], Answer], setting: float) -> float:
-    least, used, count = math.inf, 0.0, 0
-    while count < _LEAST or (count < _MOST and used < _ENOUGH):
-        started = time.process_time()
-        solve(setting)
-        took = time.process_time() - started
-        least, used, count = min(least, took), used + took, count + 1
-    return least
-
-
-def _check(place: str, answer: Answer, reference: Reference) -> None:
-    shapes = np.shape(answer.values), np.shape(reference.values)
-    if shapes[0] != shapes[1]:
-        raise ValueError(f"{place}: an answer of shape {shapes[0]} for a truth of {shapes[1]}")
-    if not (math.isfinite(answer.work) and answer.work > 0.0):
-        raise ValueError(f"{place}: work has to be counted, found {answer.work!r}")
 
 
 def _undefined(answer: Answer) -> str:

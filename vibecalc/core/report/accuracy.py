@@ -29,7 +29,9 @@ from vibecalc.core.results.layout import (
     TRIAL_STATUS_WORDS,
 )
 from vibecalc.core.results.record import Result
+from vibecalc.core.results.trials import cheapest, extra, on_front
 from vibecalc.errors import ResultError
+from vibecalc.numerics.rounding import EPSILON
 
 # ----------------------------------------------------------------------------
 # A result of `vibecalc accuracy` as its report reads it: topics with their levels.
@@ -73,15 +75,13 @@ class MethodView(NamedTuple):
 
 
 class TopicView(NamedTuple):
-    """A topic. `cheapest_...` have the level for each of `TARGETS`, None where none reaches it."""
+    """A topic. `extra_...`: of the default over the least as accurate, in work and seconds."""
 
     folder: str
     words: dict[str, str]
     agreement: float
     trials: tuple[TrialView, ...]
     methods: tuple[MethodView, ...]
-    cheapest_in_work: tuple[TrialView | None, ...]
-    cheapest_in_seconds: tuple[TrialView | None, ...]
     extra_work: float
     extra_seconds: float
 
@@ -89,15 +89,27 @@ class TopicView(NamedTuple):
         """The levels of one method, from coarse to fine."""
         return [trial for trial in self.trials if trial.method == method]
 
+    def cheapest(self, target: float, by_work: bool) -> TrialView | None:
+        """The trial with the least work, or the fastest, of an error of at most `target`."""
+        error = [max(trial.relative, 0.0) for trial in self.trials]
+        cost = [trial.work if by_work else trial.seconds or 0.0 for trial in self.trials]
+        place = cheapest(error, cost, target)
+        return None if place is None else self.trials[place]
+
+    @property
+    def default(self) -> TrialView | None:
+        """What vibecalc takes."""
+        return next((trial for trial in self.trials if trial.is_default), None)
+
+    @property
+    def noise(self) -> float:
+        """The error below which trials are not told apart."""
+        return max(self.agreement, 64.0 * EPSILON)
+
     @property
     def failed(self) -> list[TrialView]:
         """Levels that failed or were not run."""
         return [trial for trial in self.trials if trial.status != TRIAL_DONE]
-
-    @property
-    def failures(self) -> int:
-        """How many settings failed."""
-        return sum(trial.status == TRIAL_FAILED for trial in self.trials)
 
 
 def topics_of(result: Result) -> tuple[TopicView, ...]:
@@ -105,7 +117,7 @@ def topics_of(result: Result) -> tuple[TopicView, ...]:
     try:
         measured = json.loads(str(result.provenance.get(MEASURED, "{}")))
         return tuple(
-            _topic_view(result, row, dict(measured.get(row["folder"], {})))
+            _topic_view(result, row, list(measured.get(row["folder"], [])))
             for row in (dict(row) for row in result.plan)
             if "method" not in row
         )
@@ -115,49 +127,42 @@ def topics_of(result: Result) -> tuple[TopicView, ...]:
         ) from error
 
 
-def _topic_view(result: Result, words: dict[str, str], measured: dict[str, Any]) -> TopicView:
-    folder = words["folder"]
-    record = result.record
+def _topic_view(result: Result, words: dict[str, str], seconds: list[Any]) -> TopicView:
+    folder, record = words["folder"], result.record
     names = [str(name) for name in record[f"{folder}/work"].axes[0].values]
     count = len(names)
-    seconds = measured.get("seconds", [None] * count)
-    in_seconds = measured.get("on_front", [0] * count)
-    column = {
-        name: record[f"{folder}/{name}"].values
-        for name in ("status", "cause", "work", "worst_relative", "worst_level", "is_default",
-                     "on_front")
-    }  # fmt: skip
-    away = record.quantities.get(f"{folder}/position_error")
-    position = np.full(count, math.inf) if away is None else away.values
+    times = [None if one is None else float(one) for one in seconds or [None] * count]
+
+    def column(name: str) -> Any:
+        return record[f"{folder}/{name}"].values
+
+    away = f"{folder}/position_error"
+    position = column("position_error") if away in record else np.full(count, math.inf)
+    relative = column("worst_relative")
+    agreement = float(column("agreement"))
+    error = np.maximum(relative, max(agreement, 64.0 * EPSILON)).tolist()
+    cost = [math.inf if one is None else one for one in times]
+    fast = on_front(error, cost) if seconds else [False] * count
     trials = tuple(
         TrialView(
             method=names[i].partition(BETWEEN)[0],
             setting=_shown_setting(names[i].partition(BETWEEN)[2]),
-            status=int(column["status"][i]),
-            cause=str(column["cause"][i]),
-            work=float(column["work"][i]),
-            seconds=None if seconds[i] is None else float(seconds[i]),
-            relative=float(column["worst_relative"][i]),
-            level=float(column["worst_level"][i]),
+            status=int(column("status")[i]),
+            cause=str(column("cause")[i]),
+            work=float(column("work")[i]),
+            seconds=times[i],
+            relative=float(relative[i]),
+            level=float(column("worst_level")[i]),
             position=float(position[i]),
-            is_default=bool(column["is_default"][i]),
-            in_work=bool(column["on_front"][i]),
-            in_seconds=bool(in_seconds[i]),
+            is_default=bool(column("is_default")[i]),
+            in_work=bool(column("on_front")[i]),
+            in_seconds=fast[i],
         )
         for i in range(count)
     )
-    extra = measured.get("extra")
-    return TopicView(
-        folder=folder,
-        words=words,
-        agreement=float(record[f"{folder}/agreement"].values),
-        trials=trials,
-        methods=_methods(result, folder),
-        cheapest_in_work=_picked(trials, record[f"{folder}/cheapest_in_work"].values.tolist()),
-        cheapest_in_seconds=_picked(trials, measured.get("cheapest", [0] * len(TARGETS))),
-        extra_work=float(record[f"{folder}/extra_work"].values),
-        extra_seconds=math.inf if extra is None else float(extra),
-    )
+    methods, more = _methods(result, folder), float(column("extra_work"))
+    slower = extra(error, cost, column("is_default").tolist()) if seconds else math.inf
+    return TopicView(folder, words, agreement, trials, methods, more, slower)
 
 
 def _methods(result: Result, folder: str) -> tuple[MethodView, ...]:
@@ -177,10 +182,6 @@ def _methods(result: Result, folder: str) -> tuple[MethodView, ...]:
     return tuple(found)
 
 
-def _picked(trials: tuple[TrialView, ...], numbers: list[int]) -> tuple[TrialView | None, ...]:
-    return tuple(trials[number - 1] if number else None for number in numbers)
-
-
 def _shown_setting(text: str) -> str:
     return f"{float(text):.6g}" if text else ""
 
@@ -195,6 +196,25 @@ _LEGEND = (
     "seconds are those of this machine."
 )
 _NARROW = 25
+#: rows of the answer; with what stands around them it fits on a screen
+_ROWS = 28
+
+
+def render_answer(result: Result) -> str:
+    """What the screen shows, at most 40 lines: ours against the fastest as accurate."""
+    topics = topics_of(result)
+    lines = heading(f"Speed against error: {result.case.get('title') or result.name}", 1)
+    lines += ["", *_summary(topics[:_ROWS])]
+    failed = sum(trial.status == TRIAL_FAILED for topic in topics for trial in topic.trials)
+    late = sum(len(topic.failed) for topic in topics) - failed
+    more = (
+        (max(len(topics) - _ROWS, 0), "more questions"),
+        (failed, "settings that failed"),
+        (late, "settings not run for want of time (--longest)"),
+        (len(result.record.warnings), "questions left out"),
+    )
+    said = ", ".join(f"{words}: {count}" for count, words in more if count)
+    return text_of([*lines, *paragraph(f"In the text: {said}.") * bool(said)])
 
 
 def render_accuracy(result: Result) -> str:
@@ -219,27 +239,29 @@ def accuracy_lines(result: Result) -> list[str]:
 def _summary(topics: tuple[TopicView, ...]) -> list[str]:
     """One row for each topic: what the default reaches and what it costs against the cheapest."""
     columns = (
-        Column("stage", 15),
-        Column("topic", 28),
-        Column("default", _NARROW),
-        number("error", 8),
-        number("work x", 8),
-        number("time x", 8),
+        Column("question", 41),
+        number("error", 7),
+        number("seconds", 8),
+        Column("fastest as accurate", 25),
+        number("time x", 6),
+        number("work x", 6),
     )
     rows = []
     for topic in topics:
-        default = next((trial for trial in topic.trials if trial.is_default), None)
-        cells = [topic.words["stage"], topic.words["name"]]
-        if default is None:
-            rows.append([*cells, "-", "", "", ""])
+        ours, name = topic.default, f"{topic.words['stage']}: {topic.words['name']}"[:41]
+        if ours is None or not ours.done:
+            said = "no method of ours" if ours is None else "ours failed"
+            rows.append([name, "", "", said, "", ""])
             continue
-        extra = [f"{x:.2f}" for x in (topic.extra_work, topic.extra_seconds)]
-        rows.append([*cells, _name(default), _error(default.relative), *extra])
-    return [
-        *table(columns, rows),
-        "",
-        *paragraph("work x, time x: what the default takes over the cheapest that is as accurate."),
-    ]
+        best = topic.cheapest(max(ours.relative, topic.noise), by_work=False)
+        shown = "ours" if best is None or best.is_default else best.method[:_NARROW]
+        times = [f"{one:.3g}" if one < 100.0 else f"{one:.0f}"
+                 for one in (topic.extra_seconds, topic.extra_work)]  # fmt: skip
+        rows.append([name, _error(ours.relative), _seconds(ours), shown, *times])
+    words = (
+        "Error and time of what vibecalc takes; time and work over the least that is as accurate."
+    )
+    return [*table(columns, rows), "", *paragraph(words)]
 
 
 def _section(topic: TopicView) -> list[str]:
@@ -306,10 +328,12 @@ def _orders(topic: TopicView) -> list[str]:
 
 def _cheapest(topic: TopicView) -> list[str]:
     columns = (number("error", 9), Column("cheapest in work", 42), Column("in seconds", 42))
-    picked = zip(TARGETS, topic.cheapest_in_work, topic.cheapest_in_seconds, strict=True)
     rows = [
-        [f"{target:g}", _pick(work, by_work=True), _pick(seconds, by_work=False)]
-        for target, work, seconds in picked
+        [
+            f"{target:g}",
+            *(_pick(topic.cheapest(target, by_work), by_work) for by_work in (True, False)),
+        ]
+        for target in TARGETS
     ]
     return table(columns, rows)
 
@@ -357,7 +381,7 @@ def _error(value: float) -> str:
 
 
 def _work(trial: TrialView) -> str:
-    return f"{trial.work:.6g}" if trial.work else ""
+    return f"{trial.work:.4g}" if trial.work else ""
 
 
 def _seconds(trial: TrialView) -> str:
@@ -397,10 +421,12 @@ def _topic(topic: TopicView) -> dict[str, Any]:
             for method in topic.methods
         ],
         "cheapest": [
-            {"error": target, "in_work": _place(topic, work), "in_seconds": _place(topic, seconds)}
-            for target, work, seconds in zip(
-                TARGETS, topic.cheapest_in_work, topic.cheapest_in_seconds, strict=True
-            )
+            {
+                "error": target,
+                "in_work": _place(topic, topic.cheapest(target, True)),
+                "in_seconds": _place(topic, topic.cheapest(target, False)),
+            }
+            for target in TARGETS
         ],
         "extra_work": _finite(topic.extra_work),
         "extra_seconds": _finite(topic.extra_seconds),

@@ -151,13 +151,11 @@ SAMPLE = "sample"
 #     accuracy/<stage>/<topic>/worst_relative, worst_level, position_error, work, status, cause,
 #         setting, is_default, on_front         (level)     one entry for each method and setting
 #     .../order, order_kind                     (method)   fitted order of convergence
-#     .../cheapest_in_work                      (target)   number of the level from 1, 0: none
 #     .../agreement, extra_work                            of the reference; of the default
 #
 # All of these are the same from run to run on one machine. What is not is a JSON text in the
-# attribute `accuracy` of /provenance: seconds of each level (null: not run), the front and the
-# cheapest levels in seconds, by the folder of the topic. The words of topics and methods are rows
-# of `plan`, distinguished by the key `method`.
+# attribute `accuracy` of /provenance: seconds of each level (null: not run), by the folder of the
+# topic. The words of topics and methods are rows of `plan`, distinguished by the key `method`.
 # ----------------------------------------------------------------------------
 
 ACCURACY = "accuracy"

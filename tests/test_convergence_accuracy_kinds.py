@@ -1,0 +1,373 @@
+"""Claim: each question's truth is known, its default is right and on the front by counted work.
+
+The plain ways converge as theory says, and what fails says why.
+"""
+
+from functools import cache
+
+import numpy as np
+import pytest
+from shipped_cases import CASES
+
+from vibecalc.core.accuracy.frame_topics import find_topics, optimisation_topics
+from vibecalc.core.accuracy.kinds import (
+    Ask,
+    Matrices,
+    forced,
+    harmonics,
+    harmonics_of_samples,
+    integrated,
+    modes,
+    optimum,
+    peak_over_cycle,
+    peak_over_range,
+    periodic,
+    smooth_place,
+    wanted_value,
+    within_budget,
+)
+from vibecalc.core.accuracy.record import extra_work, fitted
+from vibecalc.core.accuracy.topic import Measured, Timed, Trial, measure
+from vibecalc.core.results.catalogue import CATALOGUE
+from vibecalc.core.results.named import named
+from vibecalc.core.run.plan import plan_case
+from vibecalc.core.run.run import run_scene
+from vibecalc.core.run.stage import Scene
+from vibecalc.core.study.execute import load_checked
+from vibecalc.errors import NumericalFailure
+from vibecalc.isolation.adapters.common import LARGEST
+
+ONCE = Timed(repeat=False)
+LONG = pytest.mark.long
+#: case, stage, question, how well its truth is known, error of the default
+EVERY = [
+    ("compressor", "kinematics", "harmonics of the acceleration", 1e-25, 1e-14),
+    ("compressor", "excitation", "force peak", 1e-14, 1e-14),
+    ("compressor", "excitation", "couple peak", 1e-14, 1e-14),
+    ("compressor", "response", "natural frequencies", 1e-15, 1e-14),
+    ("compressor", "response", "translations by order", 1e-14, 1e-14),
+    ("compressor", "operations", "highest peak energy", 1e-13, 1e-9),
+    ("compressor_motor", "motor", "axial force peak", 1e-14, 1e-14),
+    ("generator", "isolation", "support force by order", 1e-14, 1e-14),
+    ("generator", "isolation", "largest support force", 1e-14, 1e-14),
+    ("generator", "run_up", "largest force of the run-up", 1e-13, 1e-13),
+    ("generator_on_floor", "foundation", "force on the ground", 1e-14, 1e-14),
+    ("pump", "pump", "torque of the liquid", 1e-14, 1e-14),
+    ("engine_damped", "torsion", "natural frequencies", 1e-15, 1e-14),
+    ("engine_damped", "torsion", "torques by order", 1e-14, 1e-14),
+    ("engine_damped", "torsion", "gas torque of a cylinder", 1e-14, 1e-14),
+    ("engine_damped", "torsion", "highest torque over the cycle", 1e-13, 1e-14),
+    ("engine_variable_inertia", "torsion_speeds", "largest torque", 1e-14, 1e-14),
+    ("absorber_rig_a", "tuning", "least peak", 1e-10, 2e-14),
+    ("absorber_rig_a", "absorber", "highest peak", 1e-14, 1e-14),
+    ("absorber_pendulum", "pendulum", "order of swing", 1e-13, 2e-14),
+    ("roll", "roll", "largest slip", 1e-12, 1e-12),
+    ("roll_control", "control", "load", 1e-14, 1e-14),
+    ("roll_control", "control", "closed loop", 1e-14, 1e-14),
+]
+EVERY_LONG = [
+    ("absorber_two", "tuning", "least peak", 1e-9, 2e-14),
+    ("absorber_two", "absorber", "highest peak", 1e-13, 2e-14),
+    ("compressor_impact", "impact", "first contacts", 1e-11, 1e-13),
+    ("roll", "roll", "spectrum", 1e-10, 1e-12),
+    ("roll_startup", "start-up", "motion", 1e-10, 1e-8),
+    ("compressor_switching", "switching", "change at once", 1e-12, 1e-12),
+    ("compressor_switching", "switching", "run-down", 1e-12, 1e-12),
+    ("engine_damper_heat", "damper design", "least largest torque", 1e-5, 1e-14),
+    ("engine_two_stroke", "transient", "torques in time", 1e-11, 2e-14),
+    ("engine_v8", "torque reaction", "peak of a support force", 1e-14, 1e-14),
+    ("engine_variable_inertia", "variable inertia", "half ranges", 2e-6, 1e-4),
+]
+
+
+@cache
+def scene_of(case: str) -> Scene:
+    """What the stages of a case hand on, without results that nothing reads."""
+    (loaded,) = load_checked([CASES[case]], ())
+    read = {stage.quantities[0] for stage in plan_case(loaded.case) if not stage.is_last}
+    return run_scene(loaded.case, wanted=frozenset(read | {LARGEST}))
+
+
+@cache
+def measured(case: str, stage: str, name: str) -> Measured:
+    scene = scene_of(case)
+    (planned,) = (one for one in plan_case(scene.case) if one.name == stage)
+    topics = [topic for where in planned.topics for topic in named(where)(scene)]
+    return measure(next(one for one in topics if one.name == name), ONCE)
+
+
+def trials_of(found: Measured, solver: str) -> list[Trial]:
+    return [one for one in found.trials if one.solver == solver]
+
+
+def order_of(found: Measured, solver: str) -> float:
+    fit = fitted(trials_of(found, solver), found.reference.agreement)
+    assert fit is not None and fit.kind == "order", (found.topic.name, solver, fit)
+    return fit.value
+
+
+@pytest.mark.parametrize(
+    ("case", "stage", "name", "agreement", "error"),
+    [*EVERY, *(pytest.param(*row, marks=LONG) for row in EVERY_LONG)],
+)
+def test_truths_are_known_and_defaults_are_on_the_front(
+    case: str, stage: str, name: str, agreement: float, error: float
+) -> None:
+    found = measured(case, stage, name)
+    topic = found.topic
+    assert found.reference.agreement <= agreement
+    (default,) = (trial for trial in found.trials if trial.is_default)
+    assert default.done and default.worst_relative <= max(error, agreement)
+    # as the last bits of a processor may make the noise half as large or twice
+    for share in (0.5, 1.0, 2.0):
+        trials = [trial._replace(noise=share * trial.noise) for trial in found.trials]
+        assert extra_work(topic, trials) <= topic.default_extra
+    assert (topic.default_extra == 1.0) == (topic.default_why == "")
+    assert any(path.startswith(topic.quantity.split(",")[0]) for path in CATALOGUE), topic.quantity
+    assert all(trial.done or trial.cause for trial in found.trials)
+
+
+@pytest.mark.parametrize(
+    ("case", "stage", "name", "solver", "order"),
+    [
+        ("compressor", "excitation", "couple peak", "grid", 2.0),
+        ("compressor_motor", "motor", "axial force peak", "grid", 2.0),
+        ("generator", "isolation", "largest support force", "grid", 2.0),
+        ("generator", "run_up", "largest force of the run-up", "grid", 2.0),
+        ("pump", "pump", "torque of the liquid", "numpy.fft of samples", 2.0),
+        ("engine_damped", "torsion", "gas torque of a cylinder", "numpy.fft of samples", 2.0),
+        ("engine_damped", "torsion", "highest torque over the cycle", "grid", 2.0),
+        ("engine_variable_inertia", "torsion_speeds", "largest torque", "grid", 2.0),
+        pytest.param(
+            "compressor_switching", "switching", "run-down", "scipy DOP853", 1.0, marks=LONG
+        ),
+    ],
+)
+def test_ways_show_the_order_of_their_theory(
+    case: str, stage: str, name: str, solver: str, order: float
+) -> None:
+    assert order_of(measured(case, stage, name), solver) == pytest.approx(order, abs=0.3)
+
+
+def test_series_and_samples_lose_what_the_closed_form_of_harmonics_keeps() -> None:
+    found = measured("compressor", "kinematics", "harmonics of the acceleration")
+    error = {(trial.solver, trial.setting): trial.worst_relative for trial in found.trials}
+    # 40 terms, as the source has them, reach order 80 with one term alone
+    assert 0.5 < error["truncated series", 40.0] < 1.0
+    # rounding of the first harmonic buries the last, 1e-75 of it
+    assert error["numpy.fft of samples", 1280.0] > 1e40
+    few = trials_of(found, "numpy.fft of samples")[0]
+    assert "more than 160 are needed" in few.cause
+
+
+def test_the_case_that_asks_for_the_cut_series_has_it_as_default() -> None:
+    found = measured("generator", "kinematics", "harmonics of the acceleration")
+    (default,) = [trial for trial in found.trials if trial.is_default]
+    assert (default.solver, default.setting) == ("truncated series", 1.0)
+    # what Gibson's one term lacks of the second harmonic at R / L = .3: 2.3 %
+    assert default.worst_relative == pytest.approx(0.0231, abs=5e-4)
+
+
+def test_a_rigid_mode_loses_half_the_digits_as_an_eigenvalue() -> None:
+    found = measured("engine_damped", "torsion", "natural frequencies")
+    for solver in ("scipy.linalg.eigh", "numpy.linalg.eigvals"):
+        assert 1e-11 < trials_of(found, solver)[0].worst_relative < 1e-6
+
+
+@LONG
+def test_nothing_blind_to_kinks_comes_near_the_running_state() -> None:
+    found = measured("roll", "roll", "spectrum")
+    (default,) = (trial for trial in found.trials if trial.is_default)
+    blind = [one for one in found.trials if "collocation" not in one.solver and one.done]
+    assert len({one.solver for one in blind}) == 5
+    assert min(one.worst_relative for one in blind) > 1e3 * default.worst_relative
+    # the published program, at its own step
+    published = [one for one in trials_of(found, "euler") if one.setting == 5e-4]
+    assert 0.01 < published[0].worst_relative < 0.2
+
+
+@LONG
+@pytest.mark.parametrize("case", ["four_cylinder", "compressor_balance"])
+def test_optima_of_the_shipped_cases(case: str) -> None:
+    (topic,) = optimisation_topics(load_checked([CASES[case]])[0])
+    found = measure(topic, ONCE)
+    assert found.reference.agreement < 1e-9
+    assert extra_work(topic, found.trials) <= topic.default_extra
+
+
+def test_a_search_that_would_take_long_is_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("vibecalc.core.accuracy.frame_topics.LONGEST", 1e-6)
+    with pytest.raises(NumericalFailure, match="the search would take about"):
+        optimisation_topics(load_checked([CASES["four_cylinder"]])[0])
+
+
+@LONG
+@pytest.mark.parametrize("case", ["roll_design", "roll_mounted"])
+def test_searches_of_the_shipped_cases(case: str) -> None:
+    (topic,) = find_topics(load_checked([CASES[case]])[0])
+    found = measure(topic, ONCE)
+    assert found.reference.agreement < 1e-12 and found.topic.unit
+    assert extra_work(topic, found.trials) <= topic.default_extra
+    errors = [trial.worst_relative for trial in trials_of(found, "scipy brentq")]
+    assert errors == sorted(errors, reverse=True) and errors[-1] < 1e-12
+
+
+def test_cases_without_a_stage_have_no_such_question() -> None:
+    for where in ("roll.accuracy:roll_topics", "roll.accuracy:control_topics",
+                  "roll.accuracy:start_up_topics", "impact.accuracy:impact_topics",
+                  "response.accuracy:switching_topics"):  # fmt: skip
+        assert named(f"vibecalc.{where}")(scene_of("generator")) == []
+
+
+@LONG
+def test_harmonic_balance_converges_geometrically() -> None:
+    found = measured("engine_variable_inertia", "variable inertia", "half ranges")
+    fit = fitted(trials_of(found, "harmonic balance"), found.reference.agreement)
+    assert fit is not None and fit.kind == "digits" and fit.value > 0.15
+
+
+# ----------------------------------------------------------------------------
+# Each kind on a question whose answer is known.
+# ----------------------------------------------------------------------------
+
+ASK = Ask("stage", "question", "words", "path", "")
+
+
+def errors_of(topic: object, solver: str) -> list[float]:
+    found = measure(topic, ONCE)  # type: ignore[arg-type]
+    assert found.reference.agreement < 1e-9, found.reference
+    return [trial.worst_relative for trial in trials_of(found, solver)]
+
+
+def test_harmonics_of_a_kinked_cycle() -> None:
+    """|sin|: -4 / (pi (n^2 - 1)) at even orders."""
+    topic = harmonics(ASK, (), lambda a: np.abs(np.sin(a)), np.array([0, 2, 4]),
+                      edges=np.array([0.0, np.pi, 2.0 * np.pi]))  # fmt: skip
+    truth = topic.reference().values
+    assert truth == pytest.approx([2.0 / np.pi, -4.0 / (3.0 * np.pi), -4.0 / (15.0 * np.pi)])
+    assert order_of(measure(topic, ONCE), "numpy.fft of samples") == pytest.approx(2.0, abs=0.1)
+
+
+def test_few_samples_are_refused() -> None:
+    wave = np.cos(3.0 * 2.0 * np.pi * np.arange(8) / 8.0)
+    assert np.abs(harmonics_of_samples(wave, 3)) == pytest.approx([0, 0, 0, 1], abs=1e-15)
+    with pytest.raises(NumericalFailure, match="more than 6 are needed"):
+        harmonics_of_samples(np.zeros(6), 3)
+
+
+def test_modes_of_a_uniform_row() -> None:
+    stiffness = 2.0 * np.eye(6) - np.eye(6, k=1) - np.eye(6, k=-1)
+    stiffness[0, 0] = stiffness[-1, -1] = 1.0
+    topic = modes(ASK, (), np.eye(6), stiffness)
+    truth = 2.0 * np.sin(np.pi * np.arange(6) / 12)
+    assert topic.reference().values == pytest.approx(truth, abs=1e-15)
+    # the root of an eigenvalue that is zero has half the digits
+    assert max(errors_of(topic, "scipy.linalg.eigh")) < 1e-7
+
+
+def test_forced_response_of_one_mass() -> None:
+    parts = Matrices(*(np.array([[x]]) for x in (1.0, 4.0, 0.1, 0.2)))
+    w = np.array([1.0, 2.0])
+    topic = forced(ASK, (), parts, w, np.ones((2, 1), dtype=complex))
+    truth = 1.0 / (4.0 - w**2 + 1j * (0.2 + 0.1 * w))
+    assert topic.reference().values[:, 0] == pytest.approx(truth, rel=1e-15)
+    assert errors_of(topic, "numpy.linalg.solve, all")[0] < 1e-15
+
+
+def test_a_circle_has_a_peak_and_no_place() -> None:
+    topic = peak_over_cycle(ASK, np.array([[3.0], [3.0j]]), np.array([1]))
+    found = measure(topic, ONCE)
+    assert topic.position == "" and found.reference.position is None
+    assert all(trial.worst_relative < 1e-14 for trial in found.trials)
+    # cos a + cos 3a is longest, 2, at 0 and at half a turn, with the other sign
+    two = measure(peak_over_cycle(ASK, np.array([[1.0 + 0.0j, 1.0]]), np.array([1, 3])), ONCE)
+    assert two.reference.values == pytest.approx([2.0], rel=1e-15)
+    assert max(one.position_error or 0.0 for one in trials_of(two, "cycle_peak")) < 1e-12
+
+
+def test_a_peak_over_a_range_is_known_with_its_place() -> None:
+    def bell(x: np.ndarray) -> np.ndarray:
+        return np.exp(-np.square(x - 0.3)) + 0.1 * x
+
+    # 0.1 = 2 (x - .3) exp(-(x - .3)^2), by its own series
+    d = 0.05
+    for _ in range(60):
+        d = 0.05 * np.exp(d * d)
+    topic = peak_over_range(ASK, (), bell, -1.0, 2.0, "place []", 0.3 + d)
+    found = measure(topic, ONCE)
+    assert found.reference.position == pytest.approx(0.3 + d, abs=1e-9)
+    assert order_of(found, "grid") == pytest.approx(2.0, abs=0.1)
+    assert smooth_place(bell, 0.36, 0.1) == pytest.approx(0.3 + d, abs=1e-11)
+    up = peak_over_range(ASK, (), lambda x: x, 0.0, 1.0, "place []", 1.0)
+    assert up.reference().position == pytest.approx(1.0, abs=1e-9)
+
+
+def test_scipy_reaches_its_tolerance_or_gives_up() -> None:
+    times = np.array([0.0, 0.3, 2.0])
+    states, calls = integrated(lambda t, x: -x, np.ones(1), times, 1e-12, 1.0)
+    assert states[:, 0] == pytest.approx(np.exp(-times[1:]), rel=1e-10) and calls > 20
+    halted, _ = integrated(lambda t, x: -x, np.ones(1), times, 1e-12, 1.0, stops=np.array([1.0]))
+    assert halted == pytest.approx(states, rel=1e-10)
+    with pytest.raises(NumericalFailure, match="gave up"):
+        integrated(lambda t, x: x * x, np.ones(1), np.array([0.0, 2.0]), 1e-9, 1.0)
+
+
+def test_the_motion_that_comes_back_is_found() -> None:
+    """x'' + .2 x' + 4 x = cos t: amplitude 1 / |3 + .2 i|."""
+    times = np.linspace(0.0, 2.0 * np.pi, 9)
+    truth = np.real(np.exp(1j * times[1:]) / (3.0 + 0.2j))
+
+    def rates(t: float, x: np.ndarray) -> np.ndarray:
+        return np.array([x[1], np.cos(t) - 0.2 * x[1] - 4.0 * x[0]])
+
+    topic = periodic(
+        ASK, (), rates, np.zeros(2), (0, 1), times, lambda start, states: states[:, 0],
+        np.ones(2), lambda: truth,
+    )  # fmt: skip
+    errors = errors_of(topic, "scipy DOP853, shooting")
+    assert errors == sorted(errors, reverse=True) and errors[-1] < 1e-9
+
+
+def least_sum(place: np.ndarray) -> tuple[float, np.ndarray]:
+    """Least x + y with x y >= .25 in the unit square: .5 each."""
+    return float(np.sum(place)), np.array([place[0] * place[1] / 0.25 - 1.0])
+
+
+@pytest.mark.parametrize("method", ["SLSQP", "COBYLA", "differential evolution"])
+def test_a_budget_is_kept_and_so_are_limits(method: str) -> None:
+    calls = 0
+
+    def evaluate(place: np.ndarray) -> tuple[float, np.ndarray]:
+        nonlocal calls
+        calls += 1
+        return least_sum(place)
+
+    box, first = [(0.0, 1.0)] * 2, np.array([0.9, 0.6])
+    _, value, asked = within_budget(method, evaluate, box, first, 60)
+    assert asked == calls <= 60
+    # a population of twenty has seen three generations by then, and is only better than its start
+    assert 1.0 - 1e-6 < value < (1.5 if method == "differential evolution" else 1.0 + 1e-6)
+    with pytest.raises(NumericalFailure, match=f"{method} met no point that keeps all limits in"):
+        within_budget(method, lambda at: (float(at[0]), np.array([-1.0])), box, first, 10)
+
+
+def test_an_optimum_is_confirmed_from_four_digits_of_it() -> None:
+    def asked(place: float, value: float) -> float:
+        topic = optimum(
+            ASK, (), lambda: least_sum, [(0.0, 1.0)] * 2, np.array([0.9, 0.6]), float,
+            lambda: (np.full(2, place), value, 0.0), (60,), ("SLSQP",), "evaluations",
+        )  # fmt: skip
+        return topic.reference().agreement
+
+    assert asked(0.5, 1.0) < 1e-9
+    # what is no optimum is not confirmed
+    assert asked(0.6, 1.2) > 0.1
+
+
+def test_a_wanted_value_between_bounds_and_beyond() -> None:
+    topic = wanted_value(ASK, (), lambda: lambda key: key * key - 2.0, 1.0, 2.0, lambda: 2.0**0.5)
+    errors = errors_of(topic, "scipy brentq")
+    assert errors[-1] < 1e-12
+    beyond = wanted_value(ASK, (), lambda: lambda key: key + 1.0, 0.0, 1.0, lambda: 0.5)
+    with pytest.raises(NumericalFailure, match="no root is known between the bounds"):
+        beyond.solvers[0].solve(1e-4)

@@ -1,0 +1,145 @@
+"""Questions of the isolation: forces of the supports at the operating speed and over a run-up."""
+
+import numpy as np
+
+from vibecalc.core.accuracy.kinds import (
+    Ask,
+    Matrices,
+    forced,
+    ours,
+    peak_over_cycle,
+    peak_over_range,
+)
+from vibecalc.core.accuracy.topic import Answer, Topic
+from vibecalc.core.run.stage import Scene
+from vibecalc.excitation.adapter import Forcing
+from vibecalc.excitation.inertia_forces import about_point, as_loads, at_speed
+from vibecalc.isolation.adapters.common import LARGEST, isolation_of
+from vibecalc.isolation.adapters.run_up import sections
+from vibecalc.isolation.adapters.torque_couple import couples_of
+from vibecalc.isolation.model import pitch_parts
+from vibecalc.isolation.results import TORQUE_REACTION_ROOT
+from vibecalc.isolation.rigid_body import displacement, mount_force
+from vibecalc.isolation.rows import Jet
+from vibecalc.isolation.run_up import cycle_peaks, run_up_peak
+from vibecalc.isolation.torque_reaction import with_shaking
+from vibecalc.numerics.cycle_peak import vector_cycle_peak
+from vibecalc.numerics.matrices import Matrices as Linear
+from vibecalc.numerics.rounding import FloatArray, WithError
+from vibecalc.parts.matrices import assemble, displacement_at
+from vibecalc.response.forced import dynamics, response
+
+
+def isolation_topics(scene: Scene) -> list[Topic]:
+    """Force by order and peak over the cycle of the support with the largest; none at rest."""
+    forcing: Forcing = scene.handed_on["forcing"]
+    body, mounts, speed = scene.parts.body, scene.parts.mounts, scene.case.machine.speed
+    peaks, per = scene.record[LARGEST].values, forcing.per_speed_squared
+    which = int(np.argmax(peaks))
+    if body is None or mounts is None or not peaks[which] > 0.0:
+        return []
+    if isolation_of(scene).model == "pitch":
+        train = scene.case.machine.crank_train
+        own = pitch_parts(body, mounts, train.axis, train.stroke)
+        square = np.square(own.position)
+        load = (about_point(per, own.centre).couple @ own.across)[:, None]
+        held = (own.stiffness, own.damping, own.structural)
+        parts = Matrices(np.array([[own.inertia]]), *(np.array([[square @ one]]) for one in held))
+        there = np.array([[-own.position[which]]])
+        spring = (own.stiffness[which] + 1j * own.structural[which]) * there
+        damper = own.damping[which] * there
+    else:
+        held = (mounts.stiffness, mounts.damping, mounts.structural)
+        parts = Matrices(*assemble(body.mass_matrix, mounts.position, *held)[:4])
+        there, both = displacement_at(mounts.position[which]), as_loads(per)
+        load = np.where(np.abs(both.value) > both.error, both.value, 0.0)
+        spring = (mounts.stiffness[which] + 1j * mounts.structural[which]) @ there
+        damper = mounts.damping[which] @ there
+    orders, kept = forcing.orders[: forcing.kept], forcing.kept
+    w, load = orders * speed, speed**2 * load[:kept]
+    zero = np.zeros(parts.mass.shape)
+    linear = Linear(parts.mass, parts.stiffness, parts.damping, parts.structural, *([zero] * 4))
+
+    def read(amplitudes: np.ndarray) -> np.ndarray:
+        return np.asarray(amplitudes @ spring.T + (1j * w[:, None] * amplitudes) @ damper.T)
+
+    def together(_: float) -> Answer:
+        found = response(dynamics(linear, w), load, 0.0 * np.abs(load)).value
+        return Answer(read(found), float(len(forcing.orders)))
+
+    name = f"support {mounts.names[which]!r} at {speed:.6g} rad/s, {kept} orders"
+    path = "isolation/support_force/steady_harmonics"
+    ask = Ask("isolation", "support force by order", name, path, "N", 3.0,
+              "guard orders are solved for the error estimate")  # fmt: skip
+    way = ours("orders at once", "dynamic stiffnesses inverted together, a step of refinement",
+               together, citation="Harris and Piersol (2002), ch. 3")  # fmt: skip
+    found = [forced(ask, [way], parts, w, load, read)]
+    ask = Ask("isolation", "largest support force", name, LARGEST, "N")
+    return [*found, peak_over_cycle(ask, together(1.0).values.T, orders)]
+
+
+def run_up_topics(scene: Scene) -> list[Topic]:
+    """The largest force of a support at any speed; none where all grow without bound."""
+    if isolation_of(scene).run_up is None:
+        return []
+    best = None
+    for part in sections(scene):
+        setup = part.setup
+        given = (setup.harmonics, setup.resonances, part.start, part.stop)
+        found = run_up_peak(setup.rows, *given, setup.shows)
+        for row in set(setup.row_of[setup.lever_rows :].tolist()):
+            value = float(found.value[row])
+            if np.isfinite(value) and value > 0.0 and (best is None or value > best[0]):
+                best = value, float(found.speed[row]), int(row), part
+    if best is None:
+        return []
+    _, known, row, part = best
+    setup, ends = part.setup, (float(part.start), float(part.stop))
+
+    def curve(speed: FloatArray) -> FloatArray:
+        return np.asarray(cycle_peaks(setup.rows, setup.harmonics, speed).value[:, row])
+
+    def alone(_: float) -> Answer:
+        asked = [0]
+
+        def rows(speed: FloatArray, slopes: bool = False, errors: bool = False) -> Jet:
+            asked[0] += len(speed)
+            return setup.rows(speed, slopes=slopes, errors=errors)
+
+        peak = run_up_peak(rows, setup.harmonics, setup.resonances, *ends, setup.shows)
+        return Answer(peak.value[[row]], float(asked[0]), float(peak.speed[row]))
+
+    ask = Ask("run_up", "largest force of the run-up", f"from {ends[0]:.6g} to {ends[1]:.6g} rad/s",
+              "isolation/support_force/run_up_peak", "N", 12.0,
+              "all supports, and every resonance, so that no narrow one is missed")  # fmt: skip
+    way = ours("resonances and peaks", "speeds at and between resonances, Newton's method", alone)
+    return [peak_over_range(ask, [way], curve, *ends, "crank speed [rad/s]", known, work="speeds")]
+
+
+def torque_reaction_topics(scene: Scene) -> list[Topic]:
+    """The peak over the cycle at the most loaded support of an engine under its gas torque."""
+    body, mounts = scene.parts.body, scene.parts.mounts
+    if body is None or mounts is None or "forcing" not in scene.handed_on:
+        return []
+    forcing, speed = scene.handed_on["forcing"], scene.case.machine.speed
+    held = (mounts.stiffness, mounts.damping, mounts.structural)
+    driven, couples = at_speed(forcing.per_speed_squared, speed), couples_of(scene, forcing.kept)
+    shaking = WithError(
+        np.concatenate([driven.force, driven.couple], axis=-1),
+        np.concatenate([driven.force_error, driven.couple_error], axis=-1),
+    )
+    order, couple = couples.order[: couples.kept], couples.added.value[: couples.kept]
+    given = WithError(couple, np.zeros(len(order)))
+    loads = with_shaking(given, order, scene.parts.crank_train.axis, shaking)
+    system = dynamics(assemble(body.mass_matrix, mounts.position, *held), order * speed)
+    motion = displacement(response(system, loads.value, loads.error), mounts.position)
+    force, doubled = (
+        mount_force(motion, order * speed, *held).value,
+        np.rint(2.0 * order).astype(int),
+    )
+    worst = int(np.argmax(vector_cycle_peak(force, doubled).value))
+    words = f"of mount {mounts.names[worst]!r}, {len(order)} orders"
+    path = f"{TORQUE_REACTION_ROOT}/support_force_peak"
+    topic = peak_over_cycle(Ask("torque reaction", "peak of a support force", words, path, "N"),
+                            force[worst], doubled)  # fmt: skip
+    return [topic._replace(position=topic.position and "half the crank angle [rad]")]

@@ -1,1 +1,0 @@
-"""Accuracy topics of the response: speed against error of its methods."""

@@ -1,0 +1,316 @@
+"""Questions of machines that roll: running state, largest slip, start-up, control."""
+
+from math import ceil, log
+
+import numpy as np
+
+from vibecalc.core.accuracy.kinds import (
+    TURN,
+    Ask,
+    Matrices,
+    forced,
+    harmonics,
+    ours,
+    peak_over_range,
+    periodic,
+    time_history,
+)
+from vibecalc.core.accuracy.topic import Answer, Topic
+from vibecalc.core.run.stage import Scene
+from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.periodic.panels import evaluate
+from vibecalc.numerics.rounding import ComplexArray, FloatArray
+from vibecalc.numerics.runge_kutta_march import march
+from vibecalc.roll.adapters.control import Setup, setup
+from vibecalc.roll.adapters.start_up import COARSEST, FINEST, SHARE, load_of
+from vibecalc.roll.between_kinks import in_pieces, running, slot_at, slots_of
+from vibecalc.roll.control.gains import evaluate as closed_loop
+from vibecalc.roll.control.gains import evaluate_at_speed
+from vibecalc.roll.control.loop import disturbance, loop_of
+from vibecalc.roll.control.margins import margins
+from vibecalc.roll.mechanism import as_batch, is_mounted, smooth_angles
+from vibecalc.roll.methods import Asked, find
+from vibecalc.roll.model import build_roll, fitted_motor, roll_drive
+from vibecalc.roll.rates import place_at
+from vibecalc.roll.running import Running, point_levels, running_state, speed_of_state
+from vibecalc.roll.start_up_system import (
+    ANGLE,
+    SHELL_ANGLE,
+    SHELL_SPEED,
+    SPEED,
+    STATES,
+    Load,
+    StartUpSystem,
+)
+from vibecalc.roll.steady import Steady, steady_state
+from vibecalc.roll.turn import Turn, peak, readings
+from vibecalc.roll.turn import harmonics as harmonics_of_turn
+
+#: Gauss points of the reference, steps of the marches in s, points of the others
+POINTS, STEPS, FOURIER = 14, (2e-3, 1e-3, 5e-4, 2.5e-4), (45, 91, 181, 361)
+#: s of a start that are followed; share of the tolerance of a run's second march, its parts
+FIRST, FINER, PARTS = 0.1, 0.125, 2
+_COLUMNS = [ANGLE, SPEED, SHELL_ANGLE, SHELL_SPEED]
+_ASCHER = "Ascher, Mattheij and Russell (1995), chapter 5"
+
+
+def roll_topics(scene: Scene) -> list[Topic]:
+    """What [response.roll] asks: harmonics of the shell's acceleration, and the largest slip."""
+    response, case = scene.case.response, scene.case
+    if response is None or response.roll is None:
+        return []
+    options, parts = response.roll, build_roll(case)
+    drive, machine = roll_drive(parts), as_batch(parts.machine)
+    fitted = fitted_motor(parts.motor)
+    if fitted is not None:
+        drive = drive._replace(circuit=fitted.circuit)
+    orders, started = np.arange(1.0, options.orders + 1), options.started_at
+    points = options.points if options.method == "collocation" else None
+
+    def run(rtol: float, points: int | None = None) -> Running:
+        return running_state(machine, drive, rtol=rtol, orders=options.orders,
+                             started_at=started, points=points, course=True)  # fmt: skip
+
+    own = run(case.accuracy.rtol, points)
+    slip = _slip(own, float(np.max(drive.synchronous_speed)))
+    if drive.circuit is not None:  # its fluxes have no plain equations of motion here
+        return [slip]
+
+    def spectrum(turn: Turn, shell: FloatArray | None = None) -> ComplexArray:
+        if shell is None:
+            shell = readings(machine, drive, turn, pistons=False).shell_acceleration
+        return np.asarray(harmonics_of_turn(turn, shell, orders)[0])
+
+    def as_run(rtol: float) -> Answer:
+        found = run(rtol)
+        left = [one for one in (found.coarse, found.check, found.state) if one is not None]
+        levels, known = point_levels(rtol), {one.points for one in left}
+        tried = sum(p for p in levels[: levels.index(min(found.check.points, found.state.points))]
+                    if p not in known)  # fmt: skip
+        # of the levels before nothing is left: they took their share of the points
+        work = sum(_evaluations(one) for one in left)
+        work += int(found.state.evaluations * tried / found.state.points)
+        return Answer(spectrum(found.state.turn), float(work))
+
+    def split(count: float) -> Answer:
+        found = steady_state(machine, drive, int(count), started_at=started,
+                             tolerance=1e-9 if count < 5 else 1e-13)  # fmt: skip
+        if not found.found[0]:
+            raise NumericalFailure(f"no running state is found with {int(count)} points")
+        return Answer(spectrum(found.turn), float(found.evaluations))
+
+    fading = float(np.max(np.abs(own.multiplier)))
+
+    def chosen(method: str, points: float = 0.0, step: float = 0.0) -> Answer:
+        asked = Asked(int(points) or None, step or None, started, own.state.momentum, fading)
+        found = find(method, machine, drive, asked)
+        return Answer(spectrum(found.turn), float(found.work))
+
+    ways = [
+        ours("collocation", "points until two numbers of them agree", as_run, "rtol",
+             (1e-3, 1e-5, 1e-7, 1e-9, 1e-11), None if points else case.accuracy.rtol,
+             citation=_ASCHER, falling=True),
+        ours("collocation, points", "panels split at every kink", split, "points a panel",
+             (1, 2, 3, 4, 5, 6, 8, 10), points, "geometric", _ASCHER),
+        ours("fourier", "even crank angles", lambda n: chosen("fourier", n), "points a turn",
+             FOURIER, None),
+        ours("shooting", "Runge-Kutta over the angle", lambda _: chosen("shooting"), default=None),
+        *(
+            ours(method, "even steps until all has faded",
+                 lambda step, method=method: chosen(method, step=step),  # type: ignore[misc]
+                 "time step [s]", STEPS if method == "euler" else STEPS[:3], None, falling=True)
+            for method in ("euler", "rk4") if 1 + ceil(log(1e-12) / log(max(fading, 1e-12))) <= 40
+        ),
+    ]  # fmt: skip
+    fine = steady_state(machine, drive, POINTS, started_at=started, start=own.state)
+    if not fine.found[0]:
+        raise NumericalFailure(f"collocation with {POINTS} points loses the running state")
+    turn, rates = fine.turn, running(parts.machine, drive)
+    start = np.array([0.0, fine.solution.left[0, 0, 0], 0.0, turn.shell_speed[0, 0]])
+    if is_mounted(machine):
+        start[2:] = fine.solution.left[0, 0, 1:3]
+    else:
+        start[3] = _shell_speed(machine, float(own.state.momentum[0]), start[1])
+    nodes = turn.crank_angle[0]
+
+    def by_angle(angle: float, state: FloatArray) -> FloatArray:
+        w, theta, s = state[1:].tolist()
+        crank, shell = rates(angle, w, theta, s)
+        return np.asarray(np.array([1.0, crank, s, shell]) / w)
+
+    def read(_: FloatArray, states: FloatArray) -> ComplexArray:
+        path = states[:-1]
+        shell = [
+            rates(b, *row[1:].tolist())[1] for b, row in zip(nodes.tolist(), path, strict=True)
+        ]
+        again = Turn(turn.crank_angle, turn.weight, path[None, :, 0], path[None, :, 1],
+                     path[None, :, 3], path[None, :, 2], states[-1:, 0])  # fmt: skip
+        return spectrum(again, np.array(shell)[None])
+
+    ask = Ask("roll", "spectrum", f"harmonics 1 to {options.orders} of the shell's acceleration",
+              "response/roll/shell_acceleration", "rad/s^2", 4.0,
+              "other numbers of points prove the error, multipliers the stability")  # fmt: skip
+    scale = np.array([TURN / start[1], start[1], 1e-2, 1.0])
+    unknown = (1, 2, 3) if is_mounted(machine) else (1,)
+    times = np.concatenate([[0.0], nodes, [TURN]])
+    return [slip, periodic(ask, ways, by_angle, start, unknown, times, read, scale,
+                           lambda: spectrum(turn), fine.solution.edges[0])]  # fmt: skip
+
+
+def _evaluations(state: Steady) -> int:
+    """Of the right-hand side, those of the multipliers and courses included."""
+    return max(state.evaluations, int(getattr(state.problem.rhs, "evaluations", 0)))
+
+
+def _slip(own: Running, synchronous: float) -> Topic:
+    """The largest slip within a turn of the running state found, whose error does not count."""
+    turn, speed = own.state.turn, speed_of_state(own.state)
+    known = float(turn.crank_angle[0][np.argmin(turn.crank_speed[0])])
+    asked = [0, -np.inf, known]
+
+    def curve(angles: FloatArray) -> FloatArray:
+        values = evaluate(own.state.solution, np.mod(angles, TURN))
+        return np.asarray(synchronous - values[0, :, 0])
+
+    def closer(_: float) -> Answer:
+        asked[:] = 0, -np.inf, known
+
+        def slower(angles: FloatArray) -> FloatArray:
+            values: FloatArray = -speed(angles)
+            best = int(np.argmax(values))
+            asked[0] += len(angles)
+            if values[best] > asked[1]:
+                asked[1:] = float(values[best]), float(angles[best])
+            return values
+
+        top, _ = peak(slower, (turn.crank_angle[0], -turn.crank_speed[0]))
+        return Answer(np.array([synchronous + top]), float(asked[0]))
+
+    ask = Ask("roll", "largest slip", "within a turn of the running state",
+              "response/roll/largest_slip", "rad/s", 12.0,
+              "up to four peaks are followed, to the last digit")  # fmt: skip
+    way = ours("closer and closer looks", "about the highest points of the state", closer)
+    return peak_over_range(ask, [way], curve, known - 0.5 * TURN, known + 0.5 * TURN, "", known,
+                           kind="peak over a cycle", ends=False)  # fmt: skip
+
+
+def start_up_topics(scene: Scene) -> list[Topic]:
+    """Speeds of crank and shell at the end of the first tenth of a second of a start."""
+    response = scene.case.response
+    if response is None or response.start_up is None:
+        return []
+    options, parts = response.start_up, build_roll(scene.case)
+    machine, drive, end = parts.machine, roll_drive(parts), min(options.duration, FIRST)
+    load = load_of(options)
+    if len(load.time) > 1 and load.time[1] > end:  # a later change is brought forward
+        load = Load(np.array([0.0, 0.5 * end]), load.factor[:2])
+    start = np.array([options.crank_angle, options.speed, 0.0, 0.0])
+    tolerance = min(max(SHARE * scene.case.accuracy.rtol, FINEST), COARSEST)
+    slots, synchronous = slots_of(machine, drive), float(drive.synchronous_speed)
+    acting = in_pieces(machine, drive, slots)
+
+    def rates(time: float, y: FloatArray) -> FloatArray:
+        b, w, theta, s = y.tolist()
+        part = int(np.searchsorted(drive.motor.threshold, synchronous - w, side="right"))
+        row = int(np.searchsorted(load.time, time, side="right")) - 1
+        found = acting(b, w, theta, s, int(slot_at(slots, y[:1])[0]), part, 1 if w >= 0.0 else -1,
+                       float(load.factor[row]))  # fmt: skip
+        return np.array([y[1], found.crank, y[3], found.shell])
+
+    def marched(tolerance: float, pieces: int) -> Answer:
+        system = StartUpSystem(machine, drive, load, tolerance)
+        first = np.zeros((1, STATES))
+        first[0, _COLUMNS] = start
+        found = march(
+            system, np.zeros(1), first, system.first_piece(first, 0.0), np.array([end]),
+            absolute=tolerance * system.scale, stops=load.time[None, :], parts=pieces, keep=False,
+        )  # fmt: skip
+        work = 6 * (int(found.steps[0]) + int(found.rejected[0])) + 1
+        return Answer(found.state[0, [SPEED, SHELL_SPEED]], float(work))
+
+    def twice(tolerance: float) -> Answer:
+        fine = marched(tolerance * FINER, PARTS)
+        return fine._replace(work=fine.work + marched(tolerance, 1).work)
+
+    ask = Ask("start-up", "motion", f"speeds of crank and shell after {end:g} s",
+              "response/start_up/history/crank_speed_low", "rad/s", 4.0,
+              "a second march to an eighth of the tolerance proves the error")  # fmt: skip
+    way = ours("two marches", "order 5, steps ending on kinks", twice, "tolerance of a step",
+               (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10), tolerance, falling=True,
+               citation="Hairer, Norsett and Wanner (1993), section II.5")  # fmt: skip
+    size = np.array([1.0, synchronous, 1e-3, 1.0])
+    return [time_history(ask, [way], rates, start, np.array([0.0, end]),
+                         lambda states: states[-1, [1, 3]], size,
+                         lambda: marched(1e-11, 4).values, stops=load.time)]  # fmt: skip
+
+
+def control_topics(scene: Scene) -> list[Topic]:
+    """The load on the rotor, and the closed loop by order where it is stable, without a delay."""
+    response = scene.case.response
+    if response is None or response.control is None:
+        return []
+    given = setup(scene.case)
+    return [_load(given), *_loop(given)]
+
+
+def _load(given: Setup) -> Topic:
+    orders, machine, drive = len(given.orders), given.machine, given.drive
+    edges = smooth_angles(machine, drive)
+
+    def own(_: float) -> Answer:
+        found = disturbance(machine, drive, orders)
+        points = 10 + ceil(0.5 * orders * np.pi / 18.0)
+        values = np.append(found.mean.value + 0j, found.at(given.target).value)
+        return Answer(values, float((len(edges) - 1) * (2 * points + 4)))
+
+    def signal(angle: FloatArray) -> FloatArray:
+        place = place_at(machine, drive, np.asarray(angle, dtype=float)[None])
+        return np.asarray(place.load[0] - 0.5 * given.target**2 * place.moved.crank_slope[0])
+
+    ask = Ask("control", "load", f"mean and harmonics 1 to {orders} of the load on the rotor",
+              "response/control/disturbance", "N*m", 6.0,
+              "two rules prove the error, for any table of gas forces")  # fmt: skip
+    way = ours("two Gauss rules", "panels between all kinks", own)
+    return harmonics(ask, [way], signal, np.arange(orders + 1), edges=edges)
+
+
+def _loop(given: Setup) -> list[Topic]:
+    own, load, model = given.controller(), given.load(given.target), given.model
+    if given.options.speed_feedback is None:
+        found = evaluate_at_speed(model, own, load, given.target)
+    else:
+        found = closed_loop(model, own, load)
+        load = given.load(float(found.speed.value))
+    controller = own._replace(speed_feedback=float(found.speed_feedback.value))
+    loop, speed = loop_of(model, controller), float(found.speed.value)
+    if float(loop.delay) > 0.0 or not bool(margins(loop).stable):
+        return []
+    inertia, ratio, motor, viscous = (float(np.asarray(part)) for part in model)
+    gain, feedback, back, lag = (float(np.asarray(part)) for part in controller[:4])
+    torque = np.asarray(load.harmonics, dtype=complex)[: len(given.orders)]
+    w, alone = (
+        np.arange(1, len(torque) + 1) * speed,
+        load._replace(harmonics=torque, harmonics_error=0.0),
+    )
+
+    def closed(_: float) -> Answer:
+        reply = closed_loop(model, controller, alone).harmonics.shell_acceleration.value
+        return Answer(reply, float(len(w)))
+
+    ask = Ask("control", "closed loop", f"harmonics 1 to {len(w)} of the shell's acceleration",
+              "response/control/shell_acceleration", "rad/s^2")  # fmt: skip
+    way = ours("closed form", "the transfer function at each order", closed,
+               citation="Herold (1977), equations 112 and 113")  # fmt: skip
+    parts = Matrices(
+        np.zeros((2, 2)), np.array([[motor + viscous, -motor], [gain * feedback, 1.0]]),
+        np.array([[inertia, 0.0], [-gain * back * ratio, lag]]), np.zeros((2, 2)),
+    )  # fmt: skip
+    pushed = np.stack([torque, np.zeros_like(torque)], axis=-1)
+    return [forced(ask, [way], parts, w, pushed, lambda found: -1j * ratio * w * found[:, 0])]
+
+
+def _shell_speed(machine: object, momentum: float, speed: float) -> float:
+    from vibecalc.roll.mechanism import inertia
+
+    moved = inertia(machine, np.zeros((1, 1)))  # type: ignore[arg-type]
+    return (momentum - float(moved.coupling[0, 0]) * speed) / float(moved.shell[0, 0])

@@ -1,1 +1,0 @@
-"""Accuracy topics of the roll: speed against error of its methods."""
