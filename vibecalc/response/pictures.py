@@ -10,13 +10,13 @@ from vibecalc.core.report.canvas import (
     TOTAL,
     canvas,
     crests,
-    draw_points,
     length_scale,
     note,
     operating_line,
     plain_ticks,
     usual,
 )
+from vibecalc.core.report.curves import draw_points
 from vibecalc.core.report.sections import along, having, labels
 from vibecalc.core.report.verdicts import judge_references
 from vibecalc.core.report.writing import rpm, show
@@ -125,7 +125,7 @@ def draw_response_run_up(result: Result) -> "Figure | None":
         values = np.asarray(quantity.values, dtype=float)
         drawn.append(np.interp(speed, places, values))
         axes.plot(*_broken(places, values, gaps), color=colour, label=f"{kind} energy, mean")
-        draw_points(rows, axes, quantity, turning=rpm(1.0), colour=colour)
+        draw_points(rows, axes, quantity, colour=colour)
         if not gaps:
             _largest(axes, places, values, colour, unit, above=kind == "kinetic")
     axes.set_ylim(*_run_up_window(speed, np.array(drawn), bool(gaps)))

@@ -1,15 +1,13 @@
 """What pictures share: a figure without a window, colours, marks, units, perspective."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
 from vibecalc.core.report.sections import scalar_of, speed_of
-from vibecalc.core.report.verdicts import MEASURED, ReferenceRow
 from vibecalc.core.report.writing import fold, rpm
-from vibecalc.core.results.record import Axis, Quantity, Record, Result
-from vibecalc.units import convert, parse_quantity
+from vibecalc.core.results.record import Axis, Record, Result
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -37,6 +35,15 @@ _SEEN = 60
 #: ratio of the ends of a logarithmic axis up to which 2 and 5 have numbers as well
 _FEW = 150.0
 ORDER_NAMES: Mapping[int, str] = {1: "primary (order 1)", 2: "secondary (order 2)"}
+
+
+_DASHES = ("-", "--", "-.", ":")
+
+
+def palette(place: int) -> tuple[str, str]:
+    """Colour and dashes of the curve of a number: dashes where all colours are used."""
+    turn, place = divmod(place, len(COLOURS))
+    return COLOURS[place], _DASHES[turn % len(_DASHES)]
 
 
 class Titled(Protocol):
@@ -71,10 +78,10 @@ def order_name(order: int) -> str:
     return ORDER_NAMES.get(order, f"order {order}")
 
 
-def crank_angle_axis(axes: "Axes") -> None:
-    """Crank angle in degrees over one turn, marked at its eighths."""
-    axes.set_xlim(0.0, 360.0)
-    axes.set_xticks(range(0, 361, 45))
+def crank_angle_axis(axes: "Axes", turns: int = 1) -> None:
+    """Crank angle in degrees over one turn or two, marked at eighths of it."""
+    axes.set_xlim(0.0, 360.0 * turns)
+    axes.set_xticks(range(0, 360 * turns + 1, 45 * turns))
     axes.set_xlabel("crank angle in deg")
 
 
@@ -224,47 +231,6 @@ def keep_apart(places: np.ndarray, apart: float) -> np.ndarray:
         pools.append((mean, count))
     flat = [mean for mean, count in pools for _ in range(count)]
     return np.asarray(np.array(flat) + steps)
-
-
-# ----------------------------------------------------------------------------
-# Published and measured numbers of a case as points next to the curve that they belong to.
-# ----------------------------------------------------------------------------
-
-
-def draw_points(
-    rows: Sequence[ReferenceRow],
-    axes: "Axes",
-    quantity: Quantity,
-    *,
-    entry: str = "",
-    turning: float = 1.0,
-    factor: float = 1.0,
-    colour: Any = None,
-) -> np.ndarray:
-    """Draw the references of one curve over the crank speed; gives their heights as drawn.
-
-    Measured points are hollow circles, published ones crosses. `entry` is that of the quantity's
-    other axis, "" without one; `turning` and `factor` take rad/s and the quantity's unit to those
-    of the axes.
-    """
-    others = [axis.name for axis in quantity.axes if axis.name != "speed"]
-    points: dict[bool, list[tuple[float, float]]] = {True: [], False: []}
-    for row in rows:
-        own = [str(row.where.get(name, "")) for name in others]
-        if row.quantity != quantity.path or "speed" not in row.where or own != [entry][: len(own)]:
-            continue
-        speed = parse_quantity(row.where["speed"], "rad/s")
-        height = convert(row.value, row.unit, quantity.unit)
-        points[row.kind == MEASURED].append((turning * speed, factor * height))
-    for measured, found in points.items():
-        if found:
-            x, y = np.array(found).T
-            look: dict[str, Any] = {"marker": "x", "color": colour}
-            if measured:
-                look = {"marker": "o", "facecolors": "none", "edgecolors": colour}
-            label = f"{entry + ', ' if entry else ''}{'measured' if measured else 'published'}"
-            axes.scatter(x, y, s=28.0, linewidths=1.3, zorder=5, label=label, **look)
-    return np.array([y for found in points.values() for _, y in found])
 
 
 # ----------------------------------------------------------------------------

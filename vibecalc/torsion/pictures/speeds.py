@@ -11,12 +11,12 @@ from vibecalc.core.report.canvas import (
     TOTAL,
     canvas,
     dotted,
-    draw_points,
     gaps,
     keep_apart,
     operating_line,
     plain_log,
 )
+from vibecalc.core.report.curves import draw_points
 from vibecalc.core.report.sections import having, labels
 from vibecalc.core.report.verdicts import ReferenceRow, judge_references
 from vibecalc.core.report.writing import rpm, show
@@ -264,7 +264,7 @@ def _top(
     for name, scale in (("torque", factor), ("stress", MEGA)):
         quantity = having(record, f"{TORSION}speeds/{name}_half_range", "section", "speed")
         if quantity is not None and (name == "torque" or stress is not None):
-            shown.append(draw_points(rows, axes, quantity, entry=section, turning=rpm(1.0),
+            shown.append(draw_points(rows, axes, quantity, entry=section,
                                      factor=scale, colour=LIMIT))  # fmt: skip
     if stress is not None:
         shown += _limits(result, axes, section, rpm(1.0) * speed)
@@ -337,7 +337,7 @@ def _all(
         x, y = through(speed, values[i], top_of(record, named[i], load))
         axes.plot(rpm(1.0) * x, factor * y, color=colour, label=named[i],
                   linewidth=0.8 if _undamped(record) else 1.3, marker=dotted(len(x)))  # fmt: skip
-        points = draw_points(rows, axes, quantity, entry=named[i], turning=rpm(1.0), factor=factor,
+        points = draw_points(rows, axes, quantity, entry=named[i], factor=factor,
                              colour=colour)  # fmt: skip
         high.append(np.concatenate([factor * y, points]))
     axes.set_ylabel(words)

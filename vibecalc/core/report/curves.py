@@ -1,0 +1,556 @@
+"""Pictures as descriptions: panels of quantities over an axis, and the engine that draws them.
+
+A `Curves` stands as data in the `pictures.py` of a subject and is drawn from the result alone. What
+a result lacks is left out; without any of its curves there is no picture.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vibecalc.core.report.canvas import (
+    LIMIT,
+    PLATE,
+    QUIET,
+    TOTAL,
+    bounds_of,
+    canvas,
+    crank_angle_axis,
+    dotted,
+    gaps,
+    length_scale,
+    limit_line,
+    note,
+    operating_line,
+    palette,
+    plain_ticks,
+    unit_words,
+    waves,
+)
+from vibecalc.core.report.sections import labels, magnitudes, read_as
+from vibecalc.core.report.verdicts import MEASURED, ReferenceRow, judge_references
+from vibecalc.core.report.writing import rpm, show
+from vibecalc.core.results.record import Axis, Quantity, Record, Result
+from vibecalc.units import convert, parse_quantity
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+# ----------------------------------------------------------------------------
+# What stands in a description: text or a function of the result, a path or what is made of one.
+# ----------------------------------------------------------------------------
+
+Words = str | Callable[[Result], str]
+Source = str | Callable[[Result], Quantity | None]
+Number = float | str | Callable[[Result], float | None]
+Look = Mapping[str, Any]
+Ends = tuple[float | None, float | None]
+
+#: curves of a quantity that are drawn, the largest of many
+_MOST = 6
+#: what two curves differ by at most that are drawn as one
+_EQUAL = 1e-6
+_ICE = 273.15
+#: units of axes that are read in others, and words below an axis
+_READ = {"rad": "deg", "rad/s": "rpm", "m": "mm"}
+_BELOW = {
+    "speed": "crank speed in rpm",
+    "order": "order, multiple of the crank speed",
+    "half_order": "order, multiple of the crank speed",
+}
+#: rad, an angle up to which it is read in mrad
+_SMALL = 0.1
+#: s, a time up to which it is read in ms
+_SHORT = 0.1
+#: ratio of places below which two marks have no room for words of their own
+_CLOSE = 1.18
+#: of the axis, beyond which words stand at the left of their dot
+_RIGHT = 0.7
+#: height of a strip of spans at the foot
+_STRIP = 0.05
+
+
+def said(words: Words, result: Result) -> str:
+    """Text, or what a function makes of a result."""
+    return words if isinstance(words, str) else words(result)
+
+
+def sourced(source: Source, result: Result) -> Quantity | None:
+    """The quantity at a path or of a function; None if there is none over an axis."""
+    found = result.record.quantities.get(source) if isinstance(source, str) else source(result)
+    return found if found is not None and found.axes and np.size(found.values) else None
+
+
+def number_of(of: Number, result: Result) -> float | None:
+    """A finite number in SI: itself, the scalar at a path, or what a function makes of a result."""
+    if isinstance(of, str):
+        found = result.record.quantities.get(of)
+        of = np.nan if found is None or found.axes else float(magnitudes(found))
+    value = of(result) if callable(of) else of
+    return float(value) if isinstance(value, int | float) and np.isfinite(value) else None
+
+
+def across(axis: Axis) -> tuple[np.ndarray, str]:
+    """Places on the page of the values of an axis, and the words below them."""
+    words = axis.long_name or axis.name.replace("_", " ")
+    if axis.values.dtype.kind not in "biuf":
+        return np.arange(len(axis.values), dtype=float), words
+    values = np.asarray(axis.values, dtype=float)
+    if axis.unit == "K":
+        return values - _ICE, f"{words} in $\\degree$C"
+    unit = _READ.get(axis.unit, axis.unit)
+    if unit == "s":
+        unit = "s" if np.max(np.abs(values), initial=0.0) > _SHORT else "ms"
+        words = "time"
+    return values * convert(1.0, axis.unit, unit), _BELOW.get(
+        axis.name, f"{words} in {unit}" if unit else words
+    )
+
+
+def over_turn(path: str, pick: Callable[[np.ndarray], Any] = np.isfinite) -> Source:
+    """Harmonics of the orders that `pick` says, summed over the crank angle; halves: two turns."""
+
+    def made(result: Result) -> Quantity | None:
+        found = sourced(path, result)
+        if found is None:
+            return None
+        order = np.asarray(found.axes[-1].values, dtype=float)
+        chosen, turns = np.flatnonzero(pick(order)), 2 if np.any(order % 1.0) else 1
+        angle = np.linspace(0.0, 2.0 * np.pi * turns, max(721, int(16 * turns * order.max()) + 1))
+        values = np.real(np.asarray(found.values)[..., chosen] @ waves(order[chosen], angle))
+        axis = Axis(name="crank_angle", values=angle, unit="rad", long_name="crank angle")
+        return replace(found, path="", values=values, axes=(*found.axes[:-1], axis), terms=0.0)
+
+    return made
+
+
+def entry_of(path: str, pick: Callable[[Result], Any]) -> Source:
+    """A quantity with one entry of its first axis: that whose name `pick` gives."""
+
+    def made(result: Result) -> Quantity | None:
+        found, name = sourced(path, result), pick(result)
+        if found is None or len(found.axes) < 2 or str(name) not in labels(found.axes[0]):
+            return None
+        i = labels(found.axes[0]).index(str(name))
+        only = replace(found.axes[0], values=found.axes[0].values[i : i + 1])
+        return replace(found, values=found.values[i : i + 1], axes=(only, *found.axes[1:]))
+
+    return made
+
+
+# ----------------------------------------------------------------------------
+# Published and measured numbers of a case as points next to the curve that they belong to.
+# ----------------------------------------------------------------------------
+
+
+def draw_points(
+    rows: Sequence[ReferenceRow],
+    axes: "Axes",
+    quantity: Quantity,
+    *,
+    entry: str = "",
+    factor: float = 1.0,
+    colour: Any = None,
+) -> np.ndarray:
+    """Draw the references of one curve over its last axis; gives their heights as drawn.
+
+    Measured points are hollow circles, published ones crosses. `entry` is that of the quantity's
+    other axis, "" without one; `factor` takes the quantity's unit to that of the axes.
+    """
+    *others, over = quantity.axes
+    points: dict[bool, list[tuple[float, float]]] = {True: [], False: []}
+    for row in rows:
+        own = ", ".join(str(row.where.get(axis.name, "")) for axis in others)
+        if row.quantity != quantity.path or over.name not in row.where or own != entry:
+            continue
+        if row.at == "start" or over.values.dtype.kind not in "biuf":
+            continue
+        place = parse_quantity(row.where[over.name], over.unit)
+        (at,), _ = across(replace(over, values=np.array([place])))
+        height = convert(row.value, row.unit, quantity.unit)
+        points[row.kind == MEASURED].append((at, factor * height))
+    for measured, found in points.items():
+        if found:
+            x, y = np.array(found).T
+            look: dict[str, Any] = {"marker": "x", "color": colour}
+            if measured:
+                look = {"marker": "o", "facecolors": "none", "edgecolors": colour}
+            label = f"{entry + ', ' if entry else ''}{'measured' if measured else 'published'}"
+            axes.scatter(x, y, s=28.0, linewidths=1.3, zorder=5, label=label, **look)
+    return np.array([y for found in points.values() for _, y in found])
+
+
+# ----------------------------------------------------------------------------
+# Parts of a panel: curves, and what stands with them.
+# ----------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A quantity over its last axis, a curve for each entry of the axes before it.
+
+    Of many entries the `most` with the largest values are drawn, equal ones as one; their names
+    stand at `{}` of `words`, at `{each}` as `mounts 1, 2`. `part` makes numbers of complex values,
+    their size if nothing is said. `upto` fills the band to another quantity, `bars` draws bars.
+    References of the case on the quantity and limits of it are drawn with it.
+    """
+
+    of: Source
+    words: Words = ""
+    look: Look = field(default_factory=dict)
+    most: int = _MOST
+    part: Callable[[Any], Any] | None = None
+    upto: Source = ""
+    bars: bool = False
+
+    def __call__(self, plot: "Plot") -> None:
+        """Draw all of it into a panel."""
+        quantity = sourced(self.of, plot.result)
+        if quantity is None:
+            return
+        x, _ = across(quantity.axes[-1])
+        upper = sourced(self.upto, plot.result) if self.upto else None
+        for names, row, place in rows_of(quantity, self.most, self.part):
+            colour, dashes = plot.colour()
+            colour = self.look.get("color", colour)
+            label = said(self.words, plot.result).replace("{}", ", ".join(names))
+            each = f"{quantity.axes[0].name}{'s' * (len(names) > 1)} {', '.join(names)}"
+            label = label.replace("{each}", each if any(names) else "")
+            look = {"color": colour, **self.look, "label": label or None}
+            y = plot.factor * row
+            plot.drawn.append((x, y))
+            if upper is not None:
+                top = plot.factor * np.asarray(upper.values, dtype=float)[place]
+                plot.axes.fill_between(x, y, top, **{"linewidth": 0.0, **look})
+                plot.drawn.append((x, top))
+            elif self.bars:
+                plot.bars(x, y, look)
+            else:
+                plot.axes.plot(x, y, **{"marker": dotted(len(x)), "linestyle": dashes, **look})
+            for name in names:
+                heights = draw_points(
+                    plot.rows, plot.axes, quantity, entry=name, factor=plot.factor, colour=colour
+                )
+                plot.drawn.append((heights, heights))
+        for text, bound in bounds_of(plot.result, quantity.path):
+            plot.limit(text, bound)
+
+
+def rows_of(
+    quantity: Quantity, most: int = _MOST, part: Callable[[Any], Any] | None = None
+) -> list[tuple[list[str], np.ndarray, Any]]:
+    """Names, values with gaps and place of each curve of a quantity, in the order of the entries.
+
+    Entries of several axes are joined: `rear, order 2`.
+    """
+    values = gaps(magnitudes(quantity) if part is None else part(quantity.values))
+    named = [labels(axis) for axis in quantity.axes[:-1]]
+    near = _EQUAL * np.nanmax(np.abs(values), axis=tuple(range(len(named))), initial=0.0)
+    found: list[tuple[list[str], np.ndarray, Any]] = []
+    for place in np.ndindex(values.shape[:-1]):
+        name = ", ".join(names[i] for names, i in zip(named, place, strict=True))
+        row = np.asarray(values[place])
+        for members, other, _ in found:
+            if np.all((np.abs(other - row) <= near) | (np.isnan(other) & np.isnan(row))):
+                members.append(name)
+                break
+        else:
+            found.append(([name], row, place))
+    tops = [float(np.nanmax(np.abs(row), initial=0.0)) for _, row, _ in found]
+    return [found[i] for i in sorted(np.argsort(-np.array(tops), kind="stable")[:most])]
+
+
+#: what draws into a panel, other than a curve
+Mark = Callable[["Plot"], None]
+
+
+def level(of: Number, words: Words = "", mirrored: bool = False, **look: Any) -> Mark:
+    """A line at the height of a number in SI, which stands with its unit at `{}` of `words`."""
+
+    def draw(plot: "Plot") -> None:
+        value = number_of(of, plot.result)
+        if value is None:
+            return
+        height = plot.factor * value
+        style = {"color": QUIET, "linestyle": "--", "linewidth": 1.2, **look}
+        text = said(words, plot.result).replace("{}", f"{show(height, digits=4)} {plot.unit}")
+        plot.axes.axhline(height, label=text.rstrip() or None, **style)
+        if mirrored:
+            plot.axes.axhline(-height, **style)
+        plot.drawn.append((np.zeros(0), np.array([height])))
+
+    return draw
+
+
+def limits(path: str, words: str = "", mirrored: bool = False) -> Mark:
+    """The upper limits that the case has on the quantity at `path`."""
+
+    def draw(plot: "Plot") -> None:
+        for text, bound in bounds_of(plot.result, path):
+            plot.limit(f"{words} {text}".strip(), bound)
+            if mirrored:
+                plot.axes.axhline(-plot.factor * bound, color=LIMIT, linestyle="--", linewidth=1.3)
+
+    return draw
+
+
+def spans(path: str, words: str = "", ends: tuple[str, str] = ("low", "high"), strip: int = 99,
+          **look: Any) -> Mark:  # fmt: skip
+    """Shaded intervals between the `ends` below `path`; more than `strip` of them at the foot."""
+
+    def draw(plot: "Plot") -> None:
+        low, high = (sourced(f"{path}/{end}", plot.result) for end in ends)
+        if low is None or high is None:
+            return
+        factor = convert(1.0, low.unit, _READ.get(low.unit, low.unit))
+        upto = _STRIP if low.values.size > strip else 1.0
+        style = {"color": "#f3c6cc", "linewidth": 1.0, "zorder": 0, **look}
+        for i, (start, stop) in enumerate(zip(low.values, high.values, strict=True)):
+            label = None if i else words or None
+            plot.axes.axvspan(factor * start, factor * stop, 0.0, upto, label=label, **style)
+
+    return draw
+
+
+def operating(plot: "Plot") -> None:
+    """The operating speed, if it lies within the curves."""
+    speeds = plot.drawn[0][0]
+    operating_line(plot.axes, plot.result, speeds.min() / rpm(1.0), speeds.max() / rpm(1.0))
+
+
+def peak(of: str = "", at: str = "", colour: str = "", beyond: str = "") -> Mark:
+    """A dot at the largest of what is drawn, or of the values at `of` and `at`, with its words.
+
+    It is red beyond a limit of the case on `beyond`.
+    """
+
+    def draw(plot: "Plot") -> None:
+        top, place = (plot.result.record.quantities.get(path) for path in (of, at))
+        if top is not None and place is not None:
+            i = int(np.argmax(top.values))
+            height = plot.factor * float(np.ravel(top.values)[i])
+            here = float(across(replace(plot.axis, values=np.ravel(place.values)))[0][i])
+        else:
+            x, y = plot.drawn[-2 if len(plot.drawn) > 1 else 0]
+            i = int(np.argmax(np.nan_to_num(y)))
+            here, height = float(x[i]), float(y[i])
+        if not np.isfinite(height) or height <= 0.0:
+            return
+        over = any(height > plot.factor * bound for _, bound in bounds_of(plot.result, beyond))
+        paint = LIMIT if over else colour or TOTAL
+        plot.axes.plot([here], [height], "o", color=paint, zorder=5)
+        left = here > _RIGHT * float(np.nanmax(plot.drawn[0][0]))
+        unit = across(plot.axis)[1].rpartition(" in ")[2]
+        words = f"{show(height, digits=4)} {plot.unit} at {show(here, digits=4)} {unit}"
+        note(plot.axes, words, (here, height), (-8 if left else 8, 3), zorder=6, bbox=PLATE,
+             color=colour or TOTAL, ha="right" if left else "left")  # fmt: skip
+
+    return draw
+
+
+def resonances(natural: Callable[[Record], np.ndarray], orders: tuple[int, ...] = (1, 2)) -> Mark:
+    """Lines where an order meets a natural frequency; close ones of an order share their words."""
+
+    def draw(plot: "Plot") -> None:
+        modes = rpm(1.0) * natural(plot.result.record)
+        speed = plot.drawn[0][0]
+        named: list[tuple[float, str]] = []
+        for order in orders:
+            inside = [i for i, one in enumerate(modes) if speed.min() < one / order < speed.max()]
+            groups: list[list[int]] = []
+            for i in inside:
+                style = {"color": QUIET, "linestyle": ":", "linewidth": 1.0, "zorder": 0}
+                plot.axes.axvline(modes[i] / order, **style)
+                if groups and modes[i] < _CLOSE * modes[groups[-1][0]]:
+                    groups[-1].append(i)
+                else:
+                    groups.append([i])
+            for group in groups:
+                ends = dict.fromkeys([group[0] + 1, group[-1] + 1])
+                joint = " to " if len(group) > 2 else ", "
+                which = f", mode{'s' * (len(group) > 1)} {joint.join(map(str, ends))}"
+                words = f"order {order}" + which * (len(modes) > 1)
+                named.append((float(modes[group[0]] / order), words))
+        free = 0.0
+        for at, words in sorted(named):
+            # next to the line, on its other side where the word before it stands
+            right, free = at < free, _CLOSE * at
+            note(plot.axes, words, (at, 0.98), (2 if right else -2, 0), zorder=4, rotation=90,
+                 ha="left" if right else "right", va="top", color=QUIET, bbox=PLATE,
+                 xycoords=plot.axes.get_xaxis_transform())  # fmt: skip
+
+    return draw
+
+
+# ----------------------------------------------------------------------------
+# Panels and pictures.
+# ----------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Panel:
+    """Curves over one axis, with what stands with them, drawn in the order of `parts`.
+
+    `label` says what is drawn; its unit follows, that which people read where none is given. `log`
+    names the logarithmic axes; `ends` are those of the upright axis. `legend` places the names in
+    the panel; without it they stand below the picture. `below` are words for the other axis. A
+    result without one of `needs` has no such panel.
+    """
+
+    label: Words
+    parts: tuple[Mark, ...]
+    title: Words = ""
+    unit: Words = ""
+    log: str = ""
+    ends: "Ends | Callable[[Plot], Ends]" = (None, None)
+    height: float = 1.0
+    legend: Look = field(default_factory=dict)
+    below: Words = ""
+    needs: tuple[Source, ...] = ()
+
+    def curves(self, result: Result) -> list[tuple[Curve, Quantity]]:
+        """The curves that a result has, none without what the panel needs."""
+        if any(sourced(one, result) is None for one in self.needs):
+            return []
+        found = [(one, sourced(one.of, result)) for one in self.parts if isinstance(one, Curve)]
+        return [(one, quantity) for one, quantity in found if quantity is not None]
+
+
+@dataclass
+class Plot:
+    """A panel as it is drawn: axes, unit of the heights with its factor, places and heights."""
+
+    axes: "Axes"
+    result: Result
+    panel: Panel
+    axis: Axis
+    rows: Sequence[ReferenceRow]
+    factor: float = 1.0
+    unit: str = ""
+    drawn: list[tuple[np.ndarray, np.ndarray]] = field(default_factory=list)
+    _used: int = 0
+    _bars: int = 0
+
+    def colour(self) -> tuple[str, str]:
+        """The next colour, with dashes once all are used."""
+        self._used += 1
+        return palette(self._used - 1)
+
+    def limit(self, words: str, bound: float) -> None:
+        """A limit in SI, with its words above it."""
+        limit_line(self.axes, self.factor * bound, words)
+        self.drawn.append((np.zeros(0), np.array([self.factor * bound])))
+
+    def bars(self, x: np.ndarray, y: np.ndarray, look: Look) -> None:
+        """Bars next to those of the other curves of the panel."""
+        several = sum(one.bars for one, _ in self.panel.curves(self.result))
+        step = float(np.min(np.diff(x), initial=1.0))
+        width = 0.8 * step / several
+        place = x + (self._bars - 0.5 * (several - 1)) * width
+        self.axes.bar(place, np.nan_to_num(y), 0.92 * width, **look)
+        self._bars += 1
+
+    def draw(self, curves: list[tuple[Curve, Quantity]]) -> None:
+        """All of the panel, in its unit."""
+        axes, panel, result = self.axes, self.panel, self.result
+        first = curves[0][1]
+        rows = [row for one, quantity in curves for _, row, _ in rows_of(quantity, part=one.part)]
+        if panel.unit:
+            words = said(panel.unit, result)
+            self.factor, self.unit = convert(1.0, first.unit, words), unit_words(words)[1]
+        else:
+            top = max(float(np.nanmax(np.abs(row), initial=0.0)) for row in rows)
+            self.factor, self.unit = _read_in(first, top)
+        for part in panel.parts:
+            part(self)
+        words = said(panel.label, result)
+        parted = "" if not words or words.endswith("\n") else " "
+        axes.set_ylabel(f"{words}{parted}in {self.unit}" if self.unit else words)
+        if panel.title:
+            axes.set_title(said(panel.title, result), loc="left")
+        if any(np.nanmin(row, initial=0.0) < 0.0 < np.nanmax(row, initial=0.0) for row in rows):
+            axes.axhline(0.0, color=QUIET, linewidth=0.8)
+        self._ends()
+        if panel.legend and axes.get_legend_handles_labels()[0]:
+            axes.legend(**panel.legend)
+
+    def _ends(self) -> None:
+        """Scales and ends of both axes."""
+        axes, panel, axis = self.axes, self.panel, self.axis
+        x = np.concatenate([x for x, _ in self.drawn if x.size > 1] or [np.zeros(1)])
+        if axis.name == "crank_angle":
+            crank_angle_axis(axes, round(float(x.max()) / 360.0))
+        elif axis.values.dtype.kind not in "biuf":
+            axes.set_xticks(range(len(axis.values)), labels(axis))
+        elif self._bars:
+            step = float(np.min(np.diff(np.unique(x)), initial=1.0))
+            axes.set_xlim(float(x.min()) - 0.7 * step, float(x.max()) + 0.7 * step)
+        elif np.ptp(x) > 0.0:
+            axes.set_xlim(float(np.min(x[x > 0.0] if "x" in panel.log else x)), float(np.max(x)))
+        for name, upright in (("x", axes.xaxis), ("y", axes.yaxis)):
+            if name in panel.log:
+                getattr(axes, f"set_{name}scale")("log")
+                plain_ticks(upright)
+        axes.margins(y=0.08)
+        axes.set_ylim(*(panel.ends(self) if callable(panel.ends) else panel.ends))
+
+
+def _read_in(quantity: Quantity, largest: float) -> tuple[float, str]:
+    """Factor and words of the unit that people read values of this size in."""
+    if quantity.unit == "m":
+        return length_scale(largest)
+    unit = read_as(quantity.path, quantity.unit)[1]
+    unit = "mrad" if quantity.unit == "rad" and largest < _SMALL else unit
+    more, words = unit_words(unit, largest)
+    return more * convert(1.0, quantity.unit, unit), words
+
+
+@dataclass(frozen=True)
+class Curves:
+    """A picture: panels in `columns`, those that a result has curves of, on a page `size` high.
+
+    Names of curves stand below it, `names` in a row, unless a panel has them.
+    """
+
+    title: Words
+    panels: tuple[Panel, ...] | Callable[[Result], Sequence[Panel]]
+    size: float = 0.0
+    columns: int = 1
+    names: int = 4
+
+    def __call__(self, result: Result) -> "Figure | None":
+        """The picture, None if the result has none of its curves."""
+        given = self.panels(result) if callable(self.panels) else self.panels
+        found = [(panel, curves) for panel in given if (curves := panel.curves(result))]
+        if not found:
+            return None
+        columns = min(self.columns, len(found))
+        lines = -(-len(found) // columns)
+        figure = canvas(result, said(self.title, result), self.size or 1.3 + 2.9 * lines)
+        overs = {curves[0][1].axes[-1].name for _, curves in found}
+        shared = len(overs) == 1
+        heights = [panel.height for panel, _ in found[::columns]]
+        grid = figure.subplots(lines, columns, sharex=shared, squeeze=False, height_ratios=heights)
+        rows, named = judge_references(result), {}
+        for i, axes in enumerate(grid.ravel()):
+            if i >= len(found):
+                axes.set_visible(False)
+                continue
+            panel, curves = found[i]
+            Plot(axes, result, panel, curves[0][1].axes[-1], rows).draw(curves)
+            if not shared or i + columns >= len(found):
+                words = said(panel.below, result) or across(curves[0][1].axes[-1])[1]
+                axes.set_xlabel(words)
+                axes.tick_params(labelbottom=True)
+            else:
+                axes.set_xlabel("")
+            if not panel.legend:
+                handles, texts = axes.get_legend_handles_labels()
+                named |= dict(zip(texts, handles, strict=True))
+        if named:
+            figure.legend(named.values(), named, loc="outside lower center", ncols=self.names)
+        figure.align_ylabels(list(grid[:, 0]))
+        return figure
