@@ -111,6 +111,6 @@ MOTOR_FORCE = Curves(
             ),
         ),
     ),
-    size=6.6,
+    high=2.65,
     names=2,
 )  # fmt: skip

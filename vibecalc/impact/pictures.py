@@ -1,5 +1,6 @@
 """Pictures of impacts: force over time, over clearance, by order, and which force leads."""
 
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -8,15 +9,14 @@ from vibecalc.core.report.canvas import (
     COLOURS,
     LIMIT,
     PLATE,
-    QUIET,
     TOTAL,
     canvas,
     clearance_names,
-    crank_angle_axis,
     note,
     plain_ticks,
     spread_out,
 )
+from vibecalc.core.report.curves import Curve, Curves, Ends, Panel, Plot, entry_of
 from vibecalc.core.report.sections import having
 from vibecalc.core.report.writing import show
 from vibecalc.core.results.record import Quantity, Record, Result
@@ -26,145 +26,118 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+_STEM = "response/impact/"
+_MOST_HISTORIES = 3
+
 # ----------------------------------------------------------------------------
 # Force in the joint over the first turn from rest, with the contacts that can be reproduced.
 # ----------------------------------------------------------------------------
 
-_MOST_HISTORIES = 3
+
+def _contacts(plot: Plot, i: int, name: str) -> None:
+    """Triangles at the foot, where contacts begin."""
+    contacts = having(plot.result.record, _STEM + "first_contacts", "clearance", "contact")
+    if contacts is None:
+        return
+    starts = np.degrees(np.asarray(contacts.values[i], dtype=float))
+    starts = starts[np.isfinite(starts) & (starts <= plot.drawn[0][0][-1])]
+    plot.axes.plot(starts, np.full(starts.size, 0.015), "^", color=LIMIT, markersize=6,
+                   clip_on=False, transform=plot.axes.get_xaxis_transform())  # fmt: skip
+    count = "contact" if starts.size == 1 else "contacts"
+    plot.axes.set_title(f"{name}, triangles: the first {starts.size} {count}", loc="left")
 
 
-def draw_impact_time(result: Result) -> "Figure | None":
-    """A panel for each clearance, three at most; None without the first turn."""
-    stem = "response/impact/"
-    force = having(result.record, stem + "first_turn_force", "clearance", "crank_angle")
-    if force is None:
-        return None
-    contacts = having(result.record, stem + "first_contacts", "clearance", "contact")
-    names = clearance_names(force.axes[0])
-    chosen = spread_out(len(names), _MOST_HISTORIES)
-    angle = np.asarray(force.axes[1].values)
-    subtitle = "joint force over the first turn, from rest in the joint"
-    figure = canvas(result, subtitle, 1.6 + 2.1 * len(chosen))
-    panels = list(figure.subplots(len(chosen), 1, sharex=True, squeeze=False)[:, 0])
-    for axes, i in zip(panels, chosen, strict=True):
-        axes.plot(np.degrees(angle), force.values[i], color=COLOURS[0], linewidth=1.0)
-        axes.axhline(0.0, color=QUIET, linewidth=0.6)
-        axes.set_ylabel(f"force in {force.unit}")
-        title = names[i]
-        if contacts is not None:
-            starts = np.asarray(contacts.values[i], dtype=float)
-            starts = starts[np.isfinite(starts) & (starts <= angle[-1])]
-            axes.plot(
-                np.degrees(starts),
-                np.full(starts.size, 0.015),
-                "^",
-                transform=axes.get_xaxis_transform(),
-                color=LIMIT,
-                markersize=6,
-                clip_on=False,
-            )
-            count = "contact" if starts.size == 1 else "contacts"
-            title += f", triangles: the first {starts.size} {count}"
-        axes.set_title(title, loc="left")
-    crank_angle_axis(panels[-1])
-    return figure
+def _histories(result: Result) -> list[Panel]:
+    """A panel for each clearance, three at most."""
+    path = _STEM + "first_turn_force"
+    force = having(result.record, path, "clearance", "crank_angle")
+    names = [] if force is None else clearance_names(force.axes[0])
+    look = {"linewidth": 1.0, "color": COLOURS[0]}
+    return [
+        Panel(
+            "force", (Curve(entry_of(path, i), look=look), partial(_contacts, i=i, name=names[i]))
+        )
+        for i in spread_out(len(names), _MOST_HISTORIES)
+    ]
+
+
+IMPACT_TIME = Curves(
+    "joint force over the first turn, from rest in the joint", _histories, high=2.1
+)
 
 
 # ----------------------------------------------------------------------------
 # Mean force in the joint against its clearance, with standard error and spread.
 # ----------------------------------------------------------------------------
 
-_STEM = "response/impact/"
 #: ratio of the largest to the smallest from which an axis is logarithmic
 _WIDE = 8.0
 _WORDS = 8
-_OTHERS = (
-    ("peak_force", "largest force of a turn, mean", COLOURS[1], "s--"),
-    ("average_amplitude", "mean of the joint force's spectrum over its orders", COLOURS[2], "D:"),
-)
 
 
-def draw_impact_clearance(result: Result) -> "Figure | None":
-    """Mean with error bars and the band of single turns, peak, mean of the spectrum; None without.
-
-    Where forces or clearances span decades their axis is logarithmic.
-    """
-    record = result.record
-    quantity = having(record, _STEM + "mean_force", "clearance")
-    if quantity is None:
-        return None
-    play = 1e3 * np.asarray(quantity.axes[0].values, dtype=float)
-    order = np.argsort(play)
-    play = play[order]
-    figure = canvas(result, "force of impacts against clearance", 5.4)
-    axes = figure.subplots()
-    drawn = [_mean(axes, record, quantity, play, order)]
-    for name, words, colour, mark in _OTHERS:
-        other = having(record, _STEM + name, "clearance")
-        if other is not None:
-            values = np.asarray(other.values, dtype=float)[order]
-            axes.plot(play, values, mark, color=colour, label=words)
-            drawn.append(values)
-    _scales(axes, play, np.concatenate(drawn))
-    axes.set_xlabel("clearance in mm")
-    axes.set_ylabel(f"force in {quantity.unit}")
-    figure.legend(loc="outside lower center", ncols=2)
-    return figure
-
-
-def _mean(
-    axes: "Axes", record: Record, quantity: Quantity, play: np.ndarray, order: np.ndarray
-) -> np.ndarray:
-    """Draw the mean force, its standard error and the band of single turns; return the mean."""
-    force = np.asarray(quantity.values, dtype=float)[order]
-    low, high = (having(record, f"{_STEM}mean_force_{end}", "clearance") for end in ("low", "high"))
-    if low is not None and high is not None:
-        ends = np.asarray(low.values)[order], np.asarray(high.values)[order]
-        words = "mean force, 5 to 95 % of turns"
-        if play.size > 1:
-            axes.fill_between(play, *ends, color=COLOURS[5], alpha=0.35, linewidth=0.0, label=words)
-        else:
-            axes.vlines(play, *ends, color=COLOURS[5], linewidth=9.0, label=words)
-    spread = standard_errors(record, "mean_force")
-    words, bars = "mean force", None
-    if spread is not None:
-        words = "mean force and its standard error"
-        # A bar that reaches below zero would have no end on a logarithmic axis.
-        bars = np.array([np.minimum(spread[order], 0.9 * np.abs(force)), spread[order]])
-    axes.errorbar(play, force, bars, fmt="o-", color=COLOURS[0], capsize=5, label=words)
-    # Above its point, or next to the band that a single point stands on.
-    place: dict[str, Any] = (
-        {"xytext": (0, 9), "ha": "center"} if play.size > 1 else {"xytext": (14, -4)}
+def _errors(plot: Plot) -> None:
+    """Standard errors of the mean, and its numbers where they are few."""
+    quantity, spread = (
+        plot.result.record[_STEM + "mean_force"],
+        standard_errors(plot.result.record, "mean_force"),
     )
-    if play.size <= _WORDS:
-        for x, y in zip(play, force, strict=True):
-            axes.annotate(
-                f"{show(y, digits=3)} {quantity.unit}",
-                (x, y),
-                textcoords="offset points",
-                fontsize=8,
-                **place,
-            )
-    return np.asarray(force)
+    force = np.asarray(quantity.values, dtype=float)
+    play = 1e3 * np.asarray(quantity.axes[0].values, dtype=float)
+    rank = np.argsort(play)
+    if spread is not None:
+        # A bar that reaches below zero would have no end on a logarithmic axis.
+        bars = np.array([np.minimum(spread, 0.9 * np.abs(force)), spread])[:, rank]
+        plot.axes.errorbar(play[rank], force[rank], bars, fmt="o", color=COLOURS[0], capsize=5,
+                           label="mean force and its standard error")  # fmt: skip
+    # Above its point, or next to the band that a single point stands on.
+    shift, align = ((0, 9), "center") if play.size > 1 else ((14, -4), "left")
+    for x, y in zip(play, force, strict=True) if play.size <= _WORDS else ():
+        note(plot.axes, f"{show(y, digits=3)} {quantity.unit}", (x, y), shift, ha=align)
 
 
-def _scales(axes: "Axes", play: np.ndarray, force: np.ndarray) -> None:
+def _wide(plot: Plot) -> Ends:
+    """Where forces or clearances span decades their axis is logarithmic."""
+    play, force = plot.drawn[0][0], np.concatenate([y for _, y in plot.drawn[-3:]])
     if play.min() > 0.0 and play.max() / play.min() > _WIDE:
-        axes.set_xscale("log")
-        axes.set_xlim(play.min() / 1.6, 1.6 * play.max())
-        plain_ticks(axes.xaxis)
-    elif play.size == 1:
-        axes.set_xlim(0.0, 2.0 * play[0])
+        plot.axes.set_xscale("log")
+        plot.axes.set_xlim(play.min() / 1.6, 1.6 * play.max())
+    elif play.size > 1:
+        plot.axes.margins(x=0.12)
+        plot.axes.autoscale(axis="x")
     else:
-        axes.margins(x=0.12)
+        plot.axes.set_xlim(0.0, 2.0 * play[0])
     if force.min() > 0.0 and force.max() / force.min() > _WIDE:
-        axes.set_yscale("log")
-        plain_ticks(axes.yaxis)
-        axes.set_ylim(force.min() / 2.0, 2.0 * force.max())
-    else:
-        axes.set_ylim(bottom=0.0)
-        axes.margins(y=0.15)
-    axes.axhline(0.0, color=QUIET, linewidth=0.6)
+        plot.axes.set_yscale("log")
+        return force.min() / 2.0, 2.0 * force.max()
+    plot.axes.margins(y=0.15)
+    return 0.0, None
+
+
+IMPACT_CLEARANCE = Curves(
+    "force of impacts against clearance",
+    (
+        Panel(
+            "force",
+            (
+                Curve(_STEM + "mean_force_low", "mean force, 5 to 95 % of turns",
+                      {"color": COLOURS[5], "alpha": 0.35}, upto=_STEM + "mean_force_high"),
+                Curve(_STEM + "mean_force", "", {"color": COLOURS[0], "marker": ""}),
+                _errors,
+                Curve(_STEM + "peak_force", "largest force of a turn, mean",
+                      {"color": COLOURS[1], "marker": "s", "linestyle": "--"}),
+                Curve(_STEM + "average_amplitude",
+                      "mean of the joint force's spectrum over its orders",
+                      {"color": COLOURS[2], "marker": "D", "linestyle": ":"}),
+            ),
+            ends=_wide,
+            unit="N",
+            needs=(_STEM + "mean_force",),
+            below="clearance in mm",
+        ),
+    ),
+    high=4.1,
+    names=2,
+)  # fmt: skip
 
 
 # ----------------------------------------------------------------------------

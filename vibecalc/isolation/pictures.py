@@ -149,7 +149,7 @@ def _still(result: Result) -> np.ndarray:
 
 def _lifted(plot: Plot) -> None:
     """Where a support carries nothing, if one comes near it."""
-    curves = [y for x, y in plot.drawn if x.size > 1]
+    curves = [y for _, y in plot.drawn]
     names = labels(plot.result.record[f"{_ROOT}support_force"].axes[0])
     for name, load, (colour, _), y in zip(
         names, _still(plot.result), map(palette, range(len(names))), curves, strict=True
@@ -182,7 +182,7 @@ ENGINE_MOUNTS = Curves(
                     "bbox_to_anchor": (1.0, 0.5)},
         ),
     ),
-    size=7.4,
+    high=3.05,
 )  # fmt: skip
 
 
@@ -252,7 +252,7 @@ TRANSMISSIBILITY = Curves(
             below="excitation frequency / natural frequency",
         ),
     ),
-    size=6.2,
+    high=2.45,
 )  # fmt: skip
 
 
@@ -274,15 +274,14 @@ def _run_up_ends(plot: Plot) -> Ends:
     first = 0.5 * min(natural, default=2.0 * float(speed.max()))
     low = max(float(speed.min()), 0.25 * min(first, float(speed.max())))
     plot.axes.set_xlim(low, float(speed.max()))
-    levels = [float(y[0]) for x, y in plot.drawn if y.size == 1]
     masked = record.quantities.get("isolation/masked/low")
     if masked is None or not masked.values.size:
-        tops = [float(np.nanmax(y, initial=0.0)) for x, y in plot.drawn]
-        return 0.0, _ROOM[natural.size > 1] * max(tops)
-    curves = [np.nan_to_num(y) for x, y in plot.drawn if x.size == speed.size]
+        tops = [float(np.nanmax(y, initial=0.0)) for _, y in plot.drawn]
+        return 0.0, _ROOM[natural.size > 1] * max([*tops, *plot.points])
+    curves = [np.nan_to_num(y) for _, y in plot.drawn]
     middle = usual(speed, np.max(curves, axis=0), low, float(speed.max()))
     plot.axes.set_yscale("log")
-    return 1e-2 * middle, max([1e3 * middle, *(3.0 * one for one in levels)])
+    return 1e-2 * middle, max([1e3 * middle, *(3.0 * one for one in plot.points)])
 
 
 def _steady(path: str) -> Mark:
@@ -294,7 +293,7 @@ def _steady(path: str) -> Mark:
             at, height = rpm(speed or 0.0), plot.factor * bound
             plot.axes.plot([at], [height], "v", color=LIMIT, markersize=9, clip_on=False)
             note(plot.axes, f"steady {words}", (at, height), (-4, 7), ha="right", color=LIMIT)
-            plot.drawn.append((np.zeros(0), np.array([height])))
+            plot.points.append(height)
 
     return draw
 

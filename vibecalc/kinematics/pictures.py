@@ -22,7 +22,7 @@ PISTON_MOTION = Curves(
             ("position", "velocity", "acceleration"), ("mm", "m/s", "m/s^2"), COLOURS, strict=False
         )
     ),
-    size=7.1,
+    high=1.93,
 )
 
 # ----------------------------------------------------------------------------
@@ -87,5 +87,5 @@ PISTON_ACCELERATION = Curves(
         ),
         Panel("difference\n", (Curve(_missed),), _largest),
     ),
-    size=6.4,
+    high=2.55,
 )

@@ -33,7 +33,11 @@ PLATE = {"facecolor": "white", "edgecolor": "none", "pad": 0.8, "alpha": 0.85}
 #: points of a curve up to which they are drawn
 _SEEN = 60
 #: ratio of the ends of a logarithmic axis up to which 2 and 5 have numbers as well
-_FEW = 150.0
+_FEW = 1e3
+#: and from which on not every power of ten has one
+_MANY = 1e12
+#: the least that is written as a plain number
+_LEAST = 1e-4
 ORDER_NAMES: Mapping[int, str] = {1: "primary (order 1)", 2: "secondary (order 2)"}
 
 
@@ -101,15 +105,10 @@ def natural_frequencies(record: Record) -> np.ndarray:
 
 
 def plain_log(axes: "Axes", low: float, high: float) -> None:
-    """A logarithmic axis from low to high with plain numbers, more of them over few decades."""
-    from matplotlib.ticker import LogLocator, NullFormatter
-
+    """A logarithmic upright axis from low to high."""
     axes.set_yscale("log")
     axes.set_ylim(low, high)
-    subs = (1.0, 2.0, 5.0) if high < _FEW * low else (1.0,)
-    axes.yaxis.set_major_locator(LogLocator(subs=subs, numticks=99))
-    axes.yaxis.set_major_formatter("{x:g}")
-    axes.yaxis.set_minor_formatter(NullFormatter())
+    plain_ticks(axes.yaxis)
 
 
 def note(
@@ -202,11 +201,14 @@ def clearance_names(axis: Axis) -> list[str]:
 
 
 def plain_ticks(axis: Any) -> None:
-    """1, 2, 5, 10, 20, 50 ... in plain numbers on a logarithmic axis."""
+    """1, 2, 5, 10, 20, 50 ... in plain numbers on a logarithmic axis; over decades 1, 10, 100."""
     from matplotlib.ticker import LogLocator, NullFormatter
 
-    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-    axis.set_major_formatter("{x:g}")
+    low, high = axis.get_view_interval()
+    subs = (1.0, 2.0, 5.0) if high < _FEW * low else (1.0,)
+    axis.set_major_locator(LogLocator(subs=subs, numticks=99 if high < _MANY * low else None))
+    if low >= _LEAST and high <= 1e2 / _LEAST:
+        axis.set_major_formatter("{x:g}")
     axis.set_minor_formatter(NullFormatter())
 
 

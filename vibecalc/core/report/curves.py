@@ -127,14 +127,13 @@ def over_turn(path: str, pick: Callable[[np.ndarray], Any] = np.isfinite) -> Sou
     return made
 
 
-def entry_of(path: str, pick: Callable[[Result], Any]) -> Source:
-    """A quantity with one entry of its first axis: that whose name `pick` gives."""
+def entry_of(path: str, pick: int | Callable[[Result], int | None]) -> Source:
+    """A quantity with one entry of its first axis, at the place that `pick` gives."""
 
     def made(result: Result) -> Quantity | None:
-        found, name = sourced(path, result), pick(result)
-        if found is None or len(found.axes) < 2 or str(name) not in labels(found.axes[0]):
+        found, i = sourced(path, result), pick(result) if callable(pick) else pick
+        if found is None or i is None:
             return None
-        i = labels(found.axes[0]).index(str(name))
         only = replace(found.axes[0], values=found.axes[0].values[i : i + 1])
         return replace(found, values=found.values[i : i + 1], axes=(only, *found.axes[1:]))
 
@@ -154,11 +153,13 @@ def draw_points(
     entry: str = "",
     factor: float = 1.0,
     colour: Any = None,
+    aside: float = 0.0,
 ) -> np.ndarray:
     """Draw the references of one curve over its last axis; gives their heights as drawn.
 
     Measured points are hollow circles, published ones crosses. `entry` is that of the quantity's
-    other axis, "" without one; `factor` takes the quantity's unit to that of the axes.
+    other axis, "" without one; `factor` takes the quantity's unit to that of the axes. The points
+    stand `aside`.
     """
     *others, over = quantity.axes
     points: dict[bool, list[tuple[float, float]]] = {True: [], False: []}
@@ -171,7 +172,7 @@ def draw_points(
         place = parse_quantity(row.where[over.name], over.unit)
         (at,), _ = across(replace(over, values=np.array([place])))
         height = convert(row.value, row.unit, quantity.unit)
-        points[row.kind == MEASURED].append((at, factor * height))
+        points[row.kind == MEASURED].append((at + aside, factor * height))
     for measured, found in points.items():
         if found:
             x, y = np.array(found).T
@@ -212,6 +213,8 @@ class Curve:
         if quantity is None:
             return
         x, _ = across(quantity.axes[-1])
+        rank = np.argsort(x, kind="stable")
+        x = x[rank]
         upper = sourced(self.upto, plot.result) if self.upto else None
         for names, row, place in rows_of(quantity, self.most, self.part):
             colour, dashes = plot.colour()
@@ -220,21 +223,26 @@ class Curve:
             each = f"{quantity.axes[0].name}{'s' * (len(names) > 1)} {', '.join(names)}"
             label = label.replace("{each}", each if any(names) else "")
             look = {"color": colour, **self.look, "label": label or None}
-            y = plot.factor * row
+            y = plot.factor * row[rank]
             plot.drawn.append((x, y))
+            aside = 0.0
             if upper is not None:
-                top = plot.factor * np.asarray(upper.values, dtype=float)[place]
-                plot.axes.fill_between(x, y, top, **{"linewidth": 0.0, **look})
+                top = plot.factor * gaps(np.abs(upper.values))[place][rank]
+                if x.size > 1:
+                    plot.axes.fill_between(x, y, top, **{"linewidth": 0.0, **look})
+                else:
+                    plot.axes.vlines(x, y, top, **{"linewidth": 9.0, **look})
                 plot.drawn.append((x, top))
             elif self.bars:
-                plot.bars(x, y, look)
+                aside, colour = plot.bars(x, y, look), TOTAL
             else:
                 plot.axes.plot(x, y, **{"marker": dotted(len(x)), "linestyle": dashes, **look})
             for name in names:
                 heights = draw_points(
-                    plot.rows, plot.axes, quantity, entry=name, factor=plot.factor, colour=colour
-                )
-                plot.drawn.append((heights, heights))
+                    plot.rows, plot.axes, quantity, entry=name, factor=plot.factor, colour=colour,
+                    aside=aside,
+                )  # fmt: skip
+                plot.points += list(heights)
         for text, bound in bounds_of(plot.result, quantity.path):
             plot.limit(text, bound)
 
@@ -280,7 +288,7 @@ def level(of: Number, words: Words = "", mirrored: bool = False, **look: Any) ->
         plot.axes.axhline(height, label=text.rstrip() or None, **style)
         if mirrored:
             plot.axes.axhline(-height, **style)
-        plot.drawn.append((np.zeros(0), np.array([height])))
+        plot.points.append(height)
 
     return draw
 
@@ -321,8 +329,10 @@ def operating(plot: "Plot") -> None:
     operating_line(plot.axes, plot.result, speeds.min() / rpm(1.0), speeds.max() / rpm(1.0))
 
 
-def peak(of: str = "", at: str = "", colour: str = "", beyond: str = "") -> Mark:
-    """A dot at the largest of what is drawn, or of the values at `of` and `at`, with its words.
+def peak(
+    of: str = "", at: str = "", colour: str = TOTAL, beyond: str = "", below: bool = False
+) -> Mark:
+    """A dot at the largest of the last curve, or of the values at `of` and `at`, with its words.
 
     It is red beyond a limit of the case on `beyond`.
     """
@@ -334,19 +344,19 @@ def peak(of: str = "", at: str = "", colour: str = "", beyond: str = "") -> Mark
             height = plot.factor * float(np.ravel(top.values)[i])
             here = float(across(replace(plot.axis, values=np.ravel(place.values)))[0][i])
         else:
-            x, y = plot.drawn[-2 if len(plot.drawn) > 1 else 0]
+            x, y = plot.drawn[-1]
             i = int(np.argmax(np.nan_to_num(y)))
             here, height = float(x[i]), float(y[i])
         if not np.isfinite(height) or height <= 0.0:
             return
         over = any(height > plot.factor * bound for _, bound in bounds_of(plot.result, beyond))
-        paint = LIMIT if over else colour or TOTAL
-        plot.axes.plot([here], [height], "o", color=paint, zorder=5)
+        plot.axes.plot([here], [height], "o", color=LIMIT if over else colour, zorder=5)
         left = here > _RIGHT * float(np.nanmax(plot.drawn[0][0]))
         unit = across(plot.axis)[1].rpartition(" in ")[2]
         words = f"{show(height, digits=4)} {plot.unit} at {show(here, digits=4)} {unit}"
-        note(plot.axes, words, (here, height), (-8 if left else 8, 3), zorder=6, bbox=PLATE,
-             color=colour or TOTAL, ha="right" if left else "left")  # fmt: skip
+        note(plot.axes, words, (here, height), (-8 if left else 8, -3 if below else 3), zorder=6,
+             ha="right" if left else "left", va="top" if below else "bottom", color=colour,
+             bbox=PLATE)  # fmt: skip
 
     return draw
 
@@ -421,7 +431,7 @@ class Panel:
 
 @dataclass
 class Plot:
-    """A panel as it is drawn: axes, unit of the heights with its factor, places and heights."""
+    """A panel as it is drawn: axes, unit of heights with its factor, curves, other heights."""
 
     axes: "Axes"
     result: Result
@@ -431,6 +441,7 @@ class Plot:
     factor: float = 1.0
     unit: str = ""
     drawn: list[tuple[np.ndarray, np.ndarray]] = field(default_factory=list)
+    points: list[float] = field(default_factory=list)
     _used: int = 0
     _bars: int = 0
 
@@ -442,16 +453,21 @@ class Plot:
     def limit(self, words: str, bound: float) -> None:
         """A limit in SI, with its words above it."""
         limit_line(self.axes, self.factor * bound, words)
-        self.drawn.append((np.zeros(0), np.array([self.factor * bound])))
+        self.points.append(self.factor * bound)
 
-    def bars(self, x: np.ndarray, y: np.ndarray, look: Look) -> None:
-        """Bars next to those of the other curves of the panel."""
+    def bars(self, x: np.ndarray, y: np.ndarray, look: Look) -> float:
+        """Bars next to those of the other curves of the panel; how far aside they stand."""
         several = sum(one.bars for one, _ in self.panel.curves(self.result))
-        step = float(np.min(np.diff(x), initial=1.0))
-        width = 0.8 * step / several
-        place = x + (self._bars - 0.5 * (several - 1)) * width
-        self.axes.bar(place, np.nan_to_num(y), 0.92 * width, **look)
+        width = 0.8 * float(np.min(np.diff(x), initial=1.0)) / several
+        aside = (self._bars - 0.5 * (several - 1)) * width
+        self.axes.bar(x + aside, np.nan_to_num(y), 0.92 * width, **look)
         self._bars += 1
+        return aside
+
+    def named(self) -> dict[str, Any]:
+        """What stands in a legend, each name once."""
+        handles, texts = self.axes.get_legend_handles_labels()
+        return dict(zip(texts, handles, strict=True))
 
     def draw(self, curves: list[tuple[Curve, Quantity]]) -> None:
         """All of the panel, in its unit."""
@@ -467,20 +483,20 @@ class Plot:
         for part in panel.parts:
             part(self)
         words = said(panel.label, result)
-        parted = "" if not words or words.endswith("\n") else " "
-        axes.set_ylabel(f"{words}{parted}in {self.unit}" if self.unit else words)
+        parted = "" if words.endswith("\n") else " "
+        axes.set_ylabel(f"{words}{parted}in {self.unit}" if self.unit and words else words)
         if panel.title:
             axes.set_title(said(panel.title, result), loc="left")
         if any(np.nanmin(row, initial=0.0) < 0.0 < np.nanmax(row, initial=0.0) for row in rows):
             axes.axhline(0.0, color=QUIET, linewidth=0.8)
         self._ends()
-        if panel.legend and axes.get_legend_handles_labels()[0]:
-            axes.legend(**panel.legend)
+        if panel.legend and self.named():
+            axes.legend(self.named().values(), self.named(), **panel.legend)
 
     def _ends(self) -> None:
         """Scales and ends of both axes."""
         axes, panel, axis = self.axes, self.panel, self.axis
-        x = np.concatenate([x for x, _ in self.drawn if x.size > 1] or [np.zeros(1)])
+        x = np.concatenate([x for x, _ in self.drawn])
         if axis.name == "crank_angle":
             crank_angle_axis(axes, round(float(x.max()) / 360.0))
         elif axis.values.dtype.kind not in "biuf":
@@ -488,14 +504,18 @@ class Plot:
         elif self._bars:
             step = float(np.min(np.diff(np.unique(x)), initial=1.0))
             axes.set_xlim(float(x.min()) - 0.7 * step, float(x.max()) + 0.7 * step)
+            axes.grid(visible=False, axis="x")
         elif np.ptp(x) > 0.0:
             axes.set_xlim(float(np.min(x[x > 0.0] if "x" in panel.log else x)), float(np.max(x)))
-        for name, upright in (("x", axes.xaxis), ("y", axes.yaxis)):
-            if name in panel.log:
-                getattr(axes, f"set_{name}scale")("log")
-                plain_ticks(upright)
+        if axis.values.dtype.kind in "iu":
+            axes.xaxis.get_major_locator().set_params(integer=True)
+        for name in panel.log:
+            getattr(axes, f"set_{name}scale")("log")
         axes.margins(y=0.08)
         axes.set_ylim(*(panel.ends(self) if callable(panel.ends) else panel.ends))
+        for upright in (axes.xaxis, axes.yaxis):
+            if upright.get_scale() == "log":
+                plain_ticks(upright)
 
 
 def _read_in(quantity: Quantity, largest: float) -> tuple[float, str]:
@@ -510,14 +530,14 @@ def _read_in(quantity: Quantity, largest: float) -> tuple[float, str]:
 
 @dataclass(frozen=True)
 class Curves:
-    """A picture: panels in `columns`, those that a result has curves of, on a page `size` high.
+    """A picture: panels in `columns`, those that a result has curves of, each `high` in inches.
 
     Names of curves stand below it, `names` in a row, unless a panel has them.
     """
 
     title: Words
     panels: tuple[Panel, ...] | Callable[[Result], Sequence[Panel]]
-    size: float = 0.0
+    high: float = 2.9
     columns: int = 1
     names: int = 4
 
@@ -529,7 +549,7 @@ class Curves:
             return None
         columns = min(self.columns, len(found))
         lines = -(-len(found) // columns)
-        figure = canvas(result, said(self.title, result), self.size or 1.3 + 2.9 * lines)
+        figure = canvas(result, said(self.title, result), 1.3 + self.high * lines)
         overs = {curves[0][1].axes[-1].name for _, curves in found}
         shared = len(overs) == 1
         heights = [panel.height for panel, _ in found[::columns]]
@@ -540,7 +560,8 @@ class Curves:
                 axes.set_visible(False)
                 continue
             panel, curves = found[i]
-            Plot(axes, result, panel, curves[0][1].axes[-1], rows).draw(curves)
+            plot = Plot(axes, result, panel, curves[0][1].axes[-1], rows)
+            plot.draw(curves)
             if not shared or i + columns >= len(found):
                 words = said(panel.below, result) or across(curves[0][1].axes[-1])[1]
                 axes.set_xlabel(words)
@@ -548,8 +569,7 @@ class Curves:
             else:
                 axes.set_xlabel("")
             if not panel.legend:
-                handles, texts = axes.get_legend_handles_labels()
-                named |= dict(zip(texts, handles, strict=True))
+                named |= plot.named()
         if named:
             figure.legend(named.values(), named, loc="outside lower center", ncols=self.names)
         figure.align_ylabels(list(grid[:, 0]))
