@@ -21,7 +21,7 @@ from vibecalc.core.report.sections import having, labels
 from vibecalc.core.report.verdicts import ReferenceRow, judge_references
 from vibecalc.core.report.writing import rpm, show
 from vibecalc.core.results.record import Quantity, Record, Result
-from vibecalc.torsion.pictures.excitation import misfire_words, torque_unit
+from vibecalc.torsion.pictures.excitation import misfire_words
 from vibecalc.torsion.report.limits import limits_of, rule_of
 from vibecalc.torsion.report.line import (
     MEGA,
@@ -30,6 +30,7 @@ from vibecalc.torsion.report.line import (
     names,
     order_text,
     place_of,
+    torque_unit,
     vector,
     worst_section,
 )
