@@ -480,13 +480,13 @@ class Plot:
         else:
             top = max(float(np.nanmax(np.abs(row), initial=0.0)) for row in rows)
             self.factor, self.unit = _read_in(first, top)
-        for part in panel.parts:
-            part(self)
         words = said(panel.label, result)
         parted = "" if words.endswith("\n") else " "
         axes.set_ylabel(f"{words}{parted}in {self.unit}" if self.unit and words else words)
         if panel.title:
             axes.set_title(said(panel.title, result), loc="left")
+        for part in panel.parts:
+            part(self)
         if any(np.nanmin(row, initial=0.0) < 0.0 < np.nanmax(row, initial=0.0) for row in rows):
             axes.axhline(0.0, color=QUIET, linewidth=0.8)
         self._ends()
@@ -532,7 +532,8 @@ def _read_in(quantity: Quantity, largest: float) -> tuple[float, str]:
 class Curves:
     """A picture: panels in `columns`, those that a result has curves of, each `high` in inches.
 
-    Names of curves stand below it, `names` in a row, unless a panel has them.
+    Names of curves stand below it, `names` in a row, unless a panel has them. Panels that are
+    `level` have one upright axis.
     """
 
     title: Words
@@ -540,6 +541,7 @@ class Curves:
     high: float = 2.9
     columns: int = 1
     names: int = 4
+    level: bool = False
 
     def __call__(self, result: Result) -> "Figure | None":
         """The picture, None if the result has none of its curves."""
@@ -553,7 +555,9 @@ class Curves:
         overs = {curves[0][1].axes[-1].name for _, curves in found}
         shared = len(overs) == 1
         heights = [panel.height for panel, _ in found[::columns]]
-        grid = figure.subplots(lines, columns, sharex=shared, squeeze=False, height_ratios=heights)
+        grid = figure.subplots(
+            lines, columns, sharex=shared, sharey=self.level, squeeze=False, height_ratios=heights
+        )
         rows, named = judge_references(result), {}
         for i, axes in enumerate(grid.ravel()):
             if i >= len(found):
@@ -568,6 +572,9 @@ class Curves:
                 axes.tick_params(labelbottom=True)
             else:
                 axes.set_xlabel("")
+            if columns > 1:
+                axes.set_title(axes.get_title(loc="left"), loc="left", fontsize=8)
+                axes.set_ylabel("" if self.level and i % columns else axes.get_ylabel())
             if not panel.legend:
                 named |= plot.named()
         if named:
