@@ -179,7 +179,7 @@ def draw_points(
             look: dict[str, Any] = {"marker": "x", "color": colour}
             if measured:
                 look = {"marker": "o", "facecolors": "none", "edgecolors": colour}
-            label = f"{entry + ', ' if entry else ''}{'measured' if measured else 'published'}"
+            label = "measured" if measured else "published"
             axes.scatter(x, y, s=28.0, linewidths=1.3, zorder=5, label=label, **look)
     return np.array([y for found in points.values() for _, y in found])
 
@@ -505,7 +505,7 @@ class Plot:
             step = float(np.min(np.diff(np.unique(x)), initial=1.0))
             axes.set_xlim(float(x.min()) - 0.7 * step, float(x.max()) + 0.7 * step)
             axes.grid(visible=False, axis="x")
-        elif np.ptp(x) > 0.0:
+        elif np.ptp(x) > 0.0 and not dotted(len(self.drawn[0][0])):
             axes.set_xlim(float(np.min(x[x > 0.0] if "x" in panel.log else x)), float(np.max(x)))
         if axis.values.dtype.kind in "iu":
             axes.xaxis.get_major_locator().set_params(integer=True)
@@ -558,12 +558,14 @@ class Curves:
         grid = figure.subplots(
             lines, columns, sharex=shared, sharey=self.level, squeeze=False, height_ratios=heights
         )
+        places = list(grid.ravel()[: len(found)])
+        for spare in grid.ravel()[len(found) :]:
+            spare.set_visible(False)
+        if len(found) % columns and not shared:  # the last has a row for itself
+            places[-1].set_visible(False)
+            places[-1] = figure.add_subplot(grid[0, 0].get_gridspec()[-1, :])
         rows, named = judge_references(result), {}
-        for i, axes in enumerate(grid.ravel()):
-            if i >= len(found):
-                axes.set_visible(False)
-                continue
-            panel, curves = found[i]
+        for i, (axes, (panel, curves)) in enumerate(zip(places, found, strict=True)):
             plot = Plot(axes, result, panel, curves[0][1].axes[-1], rows)
             plot.draw(curves)
             if not shared or i + columns >= len(found):
