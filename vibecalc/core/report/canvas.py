@@ -1,11 +1,12 @@
 """What pictures share: a figure without a window, colours, marks, units, perspective."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from vibecalc.core.report.sections import scalar_of, speed_of
+from vibecalc.core.report.sections import entries, scalar_of, speed_of
 from vibecalc.core.report.writing import fold, rpm
 from vibecalc.core.results.record import Axis, Record, Result
 
@@ -166,14 +167,24 @@ def usual(
     return float(np.median(found)) if found.size else 1.0
 
 
-def bounds_of(result: Result, quantity: str) -> list[tuple[str, float]]:
-    """Upper bounds that the case puts on `quantity` at the optimum, in SI, with their words."""
+def only(result: Result, path: str) -> Result:
+    """The result with the references and limits on one quantity alone."""
+    kept = {name: [row for row in entries(result, name) if row["quantity"] == path]
+            for name in ("reference", "limit")}  # fmt: skip
+    return replace(result, case={**result.case, **kept})
+
+
+def bounds_of(result: Result, quantity: str, entry: bool = True) -> list[tuple[str, float]]:
+    """Upper bounds that the case puts on `quantity` at the optimum, in SI, with their words.
+
+    Without those on one entry of an array, if that is said.
+    """
     from vibecalc.core.report.verdicts import judge_limits
     from vibecalc.units import convert
 
     found = []
-    for row in judge_limits(result):
-        if row.quantity == quantity and row.max is not None and row.at != "start":
+    for row in judge_limits(only(result, quantity)):
+        if row.max is not None and row.at != "start" and (entry or not row.where):
             unit: Any = result.record[quantity].unit
             value = convert(row.max, row.unit, unit)
             found.append((f"limit {row.max:g} {row.unit}".rstrip(), value))

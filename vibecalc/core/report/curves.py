@@ -23,6 +23,7 @@ from vibecalc.core.report.canvas import (
     length_scale,
     limit_line,
     note,
+    only,
     operating_line,
     palette,
     plain_ticks,
@@ -30,9 +31,10 @@ from vibecalc.core.report.canvas import (
     waves,
 )
 from vibecalc.core.report.sections import labels, magnitudes, read_as
-from vibecalc.core.report.verdicts import MEASURED, ReferenceRow, judge_references
+from vibecalc.core.report.verdicts import MEASURED, judge_references
 from vibecalc.core.report.writing import rpm, show
-from vibecalc.core.results.record import Axis, Quantity, Record, Result
+from vibecalc.core.results.catalogue import CATALOGUE
+from vibecalc.core.results.record import Axis, Entry, Quantity, Record, Result
 from vibecalc.units import convert, parse_quantity
 
 if TYPE_CHECKING:
@@ -146,7 +148,7 @@ def entry_of(path: str, pick: int | Callable[[Result], int | None]) -> Source:
 
 
 def draw_points(
-    rows: Sequence[ReferenceRow],
+    result: Result,
     axes: "Axes",
     quantity: Quantity,
     *,
@@ -163,11 +165,11 @@ def draw_points(
     """
     *others, over = quantity.axes
     points: dict[bool, list[tuple[float, float]]] = {True: [], False: []}
-    for row in rows:
+    for row in judge_references(only(result, quantity.path)):
         own = ", ".join(str(row.where.get(axis.name, "")) for axis in others)
-        if row.quantity != quantity.path or over.name not in row.where or own != entry:
+        if over.name not in row.where or own != entry or row.at == "start":
             continue
-        if row.at == "start" or over.values.dtype.kind not in "biuf":
+        if over.values.dtype.kind not in "biuf":
             continue
         place = parse_quantity(row.where[over.name], over.unit)
         (at,), _ = across(replace(over, values=np.array([place])))
@@ -239,11 +241,11 @@ class Curve:
                 plot.axes.plot(x, y, **{"marker": dotted(len(x)), "linestyle": dashes, **look})
             for name in names:
                 heights = draw_points(
-                    plot.rows, plot.axes, quantity, entry=name, factor=plot.factor, colour=colour,
+                    plot.result, plot.axes, quantity, entry=name, factor=plot.factor, colour=colour,
                     aside=aside,
                 )  # fmt: skip
                 plot.points += list(heights)
-        for text, bound in bounds_of(plot.result, quantity.path):
+        for text, bound in bounds_of(plot.result, quantity.path, entry=False):
             plot.limit(text, bound)
 
 
@@ -437,7 +439,7 @@ class Plot:
     result: Result
     panel: Panel
     axis: Axis
-    rows: Sequence[ReferenceRow]
+    largest: Mapping[str, float]
     factor: float = 1.0
     unit: str = ""
     drawn: list[tuple[np.ndarray, np.ndarray]] = field(default_factory=list)
@@ -478,8 +480,7 @@ class Plot:
             words = said(panel.unit, result)
             self.factor, self.unit = convert(1.0, first.unit, words), unit_words(words)[1]
         else:
-            top = max(float(np.nanmax(np.abs(row), initial=0.0)) for row in rows)
-            self.factor, self.unit = _read_in(first, top)
+            self.factor, self.unit = _read_in(first, self.largest[first.unit])
         words = said(panel.label, result)
         parted = "" if words.endswith("\n") else " "
         axes.set_ylabel(f"{words}{parted}in {self.unit}" if self.unit and words else words)
@@ -564,9 +565,13 @@ class Curves:
         if len(found) % columns and not shared:  # the last has a row for itself
             places[-1].set_visible(False)
             places[-1] = figure.add_subplot(grid[0, 0].get_gridspec()[-1, :])
-        rows, named = judge_references(result), {}
+        named: dict[str, Any] = {}
+        largest: dict[str, float] = {}  # one unit for all that is read in the same
+        for one in (quantity for _, curves in found for _, quantity in curves):
+            size = float(np.nanmax(gaps(np.abs(one.values)), initial=0.0))
+            largest[one.unit] = max(size, largest.get(one.unit, 0.0))
         for i, (axes, (panel, curves)) in enumerate(zip(places, found, strict=True)):
-            plot = Plot(axes, result, panel, curves[0][1].axes[-1], rows)
+            plot = Plot(axes, result, panel, curves[0][1].axes[-1], largest)
             plot.draw(curves)
             if not shared or i + columns >= len(found):
                 words = said(panel.below, result) or across(curves[0][1].axes[-1])[1]
@@ -583,3 +588,38 @@ class Curves:
             figure.legend(named.values(), named, loc="outside lower center", ncols=self.names)
         figure.align_ylabels(list(grid[:, 0]))
         return figure
+
+
+# ----------------------------------------------------------------------------
+# Pictures of results that name one in the catalogue, without a description of their own.
+# ----------------------------------------------------------------------------
+
+#: of what is usual, the height from which on an axis is logarithmic
+_FAR = 100.0
+
+
+def named_curves() -> dict[str, Curves]:
+    """A picture for each `curve` of the catalogue: a panel for each of its results."""
+    panels: dict[str, list[Panel]] = {}
+    for one in CATALOGUE.values():
+        if one.curve:
+            panels.setdefault(one.curve, []).append(_panel(one))
+    return {name: Curves(name.replace("_", " "), tuple(each)) for name, each in panels.items()}
+
+
+def _panel(one: Entry) -> Panel:
+    label = one.name or one.path.rpartition("/")[2].replace("_", " ")
+    parts: tuple[Mark, ...] = (Curve(one.path, "{}"),)
+    parts += (operating,) if one.axes[-1] == "speed" else ()
+    beside = {"loc": "upper left", "bbox_to_anchor": (1.005, 1.0)}
+    return Panel(label, parts, one.long_name, ends=_usual, legend=beside)
+
+
+def _usual(plot: Plot) -> Ends:
+    """All of the curves, in decades about what is usual where a few are far above it."""
+    size = np.concatenate([y[np.isfinite(y)] for _, y in plot.drawn])
+    middle, top = float(np.median(np.abs(size))), float(np.max(size, initial=0.0))
+    if np.any(size < 0.0) or not 0.0 < _FAR * middle < top:
+        return None, None
+    plot.axes.set_yscale("log")
+    return middle / _FAR, min(2.0 * top, _FAR**2 * middle)

@@ -286,7 +286,7 @@ def _top(result: Result, section: str) -> Panel:
         for load, factor in ((_TORQUE, scaled[0]), (_STRESS, 1.0)):
             one = having(record, f"{TORSION}speeds/{load}", "section", "speed")
             if one is not None and (load == _TORQUE or stress is not None):
-                points = draw_points(plot.rows, plot.axes, one, entry=section,
+                points = draw_points(result, plot.axes, one, entry=section,
                                      factor=plot.factor * factor, colour=LIMIT)  # fmt: skip
                 plot.points += list(points)
 
