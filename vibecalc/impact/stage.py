@@ -115,6 +115,6 @@ SUBJECT = Subject(
         "impact_clearance": "vibecalc.impact.pictures:IMPACT_CLEARANCE",
         "impact_time": "vibecalc.impact.pictures:IMPACT_TIME",
         "impact_spectrum": "vibecalc.impact.pictures:draw_impact_spectrum",
-        "dominance": "vibecalc.impact.pictures:draw_dominance",
+        "dominance": "vibecalc.impact.pictures:DOMINANCE",
     },
 )

@@ -19,12 +19,12 @@ from vibecalc.core.report.curves import (
     Curve,
     Curves,
     Ends,
-    Mark,
     Panel,
     Plot,
     Source,
     operating,
     peak,
+    resonances,
     spans,
 )
 from vibecalc.core.report.sections import having, labels
@@ -105,8 +105,6 @@ ENERGY_BY_ORDER = Curves(
 _BELOW, _ABOVE = 1e-4, 1e6
 #: the lowest speed drawn, of the highest one: below it little moves
 _SPAN = 0.03
-#: ratio of the speeds of two bands that leaves room for the words of each
-_APART = 1.09
 
 
 def _masked(result: Result) -> np.ndarray:
@@ -130,33 +128,6 @@ def _mean(kind: str) -> Source:
         return replace(found, values=np.insert(shown, places, np.nan), axes=(axis,))
 
     return made
-
-
-def _met(plot: Plot) -> None:
-    """Which order meets which mode in a band."""
-    order, mode = (
-        having(plot.result.record, f"response/masked/{name}", "masked")
-        for name in ("order", "mode")
-    )
-    starts = rpm(1.0) * _masked(plot.result)[:, 0]
-    named = 0.0
-    for i in np.argsort(starts) if order is not None and mode is not None else ():
-        if starts[i] < _APART * named:
-            continue
-        named = starts[i]
-        words = f"order {int(order.values[i])}, mode {int(mode.values[i])}"
-        note(plot.axes, words, (named, 0.98), (-3, 0), rotation=90, ha="right", va="top",
-             xycoords=plot.axes.get_xaxis_transform(), color=QUIET)  # fmt: skip
-
-
-def _largest(colour: str, **shift: Any) -> Mark:
-    """The largest energy, if it has a bound at all speeds."""
-
-    def draw(plot: Plot) -> None:
-        if not len(_masked(plot.result)):
-            peak(colour=colour, **shift)(plot)
-
-    return draw
 
 
 def _energy_ends(plot: Plot) -> Ends:
@@ -185,11 +156,11 @@ RESPONSE_RUN_UP = Curves(
             "mean energy over a turn",
             (
                 Curve(_mean("kinetic"), "kinetic energy, mean", {"color": COLOURS[0]}),
-                _largest(COLOURS[0]),
+                peak(colour=COLOURS[0], unless="response/masked/low"),
                 Curve(_mean("potential"), "potential energy, mean", {"color": COLOURS[1]}),
-                _largest(COLOURS[1], below=True),
+                peak(colour=COLOURS[1], below=True, unless="response/masked/low"),
                 spans("response/masked", "left out: no bound"),
-                _met,
+                resonances(),
                 operating,
             ),
             log="xy",

@@ -244,7 +244,7 @@ SUBJECT = Subject(
         "vibecalc.roll.report.control:roll_control",
     ),
     pictures={
-        "roll_levels": "vibecalc.roll.pictures.running:draw_roll_levels",
+        "roll_levels": "vibecalc.roll.pictures.running:ROLL_LEVELS",
         "roll_cycle": "vibecalc.roll.pictures.running:draw_roll_cycle",
         "roll_sensitivity": "vibecalc.roll.pictures.running:draw_roll_sensitivity",
         "roll_control": "vibecalc.roll.pictures.control:draw_roll_control",

@@ -615,7 +615,7 @@ SUBJECT = Subject(
         "torsion_dampers": "vibecalc.torsion.pictures.speeds:TORSION_DAMPERS",
         "torsion_variable_inertia": "vibecalc.torsion.pictures.studies:VARIABLE_INERTIA",
         "damper_map": "vibecalc.torsion.pictures.damper_design:draw_damper_map",
-        "damper_response": "vibecalc.torsion.pictures.damper_design:DAMPER_RESPONSE",
+        "damper_response": "vibecalc.torsion.pictures.damper_design:draw_damper_response",
     },
     leads=True,
     remark="vibecalc.torsion.report.limits:remark",

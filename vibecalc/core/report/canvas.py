@@ -98,9 +98,10 @@ def waves(orders: np.ndarray, angle: np.ndarray) -> np.ndarray:
 
 def natural_frequencies(record: Record) -> np.ndarray:
     """Natural frequencies in rad/s: the modes of the rigid body, else that of the pitch model."""
-    modes = record.quantities.get("isolation/modes/natural_frequency")
-    if modes is not None:
-        return np.atleast_1d(np.asarray(modes.values, dtype=float))
+    for subject in ("isolation", "response"):
+        modes = record.quantities.get(f"{subject}/modes/natural_frequency")
+        if modes is not None:
+            return np.atleast_1d(np.asarray(modes.values, dtype=float))
     pitch = scalar_of(record, "isolation/pitch/natural_frequency")
     return np.array([]) if pitch is None else np.array([pitch])
 

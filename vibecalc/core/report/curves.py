@@ -22,6 +22,7 @@ from vibecalc.core.report.canvas import (
     gaps,
     length_scale,
     limit_line,
+    natural_frequencies,
     note,
     only,
     operating_line,
@@ -34,7 +35,7 @@ from vibecalc.core.report.sections import labels, magnitudes, read_as
 from vibecalc.core.report.verdicts import MEASURED, judge_references
 from vibecalc.core.report.writing import rpm, show
 from vibecalc.core.results.catalogue import CATALOGUE
-from vibecalc.core.results.record import Axis, Entry, Quantity, Record, Result
+from vibecalc.core.results.record import Axis, Entry, Quantity, Result
 from vibecalc.units import convert, parse_quantity
 
 if TYPE_CHECKING:
@@ -129,7 +130,7 @@ def over_turn(path: str, pick: Callable[[np.ndarray], Any] = np.isfinite) -> Sou
     return made
 
 
-def entry_of(path: str, pick: int | Callable[[Result], int | None]) -> Source:
+def entry_of(path: str, pick: int | Callable[[Result], int | None] | None) -> Source:
     """A quantity with one entry of its first axis, at the place that `pick` gives."""
 
     def made(result: Result) -> Quantity | None:
@@ -156,12 +157,13 @@ def draw_points(
     factor: float = 1.0,
     colour: Any = None,
     aside: float = 0.0,
+    apart: float = 0.0,
 ) -> np.ndarray:
     """Draw the references of one curve over its last axis; gives their heights as drawn.
 
     Measured points are hollow circles, published ones crosses. `entry` is that of the quantity's
     other axis, "" without one; `factor` takes the quantity's unit to that of the axes. The points
-    stand `aside`.
+    stand `aside`, measured and published ones so far `apart` from it.
     """
     *others, over = quantity.axes
     points: dict[bool, list[tuple[float, float]]] = {True: [], False: []}
@@ -174,7 +176,9 @@ def draw_points(
         place = parse_quantity(row.where[over.name], over.unit)
         (at,), _ = across(replace(over, values=np.array([place])))
         height = convert(row.value, row.unit, quantity.unit)
-        points[row.kind == MEASURED].append((at + aside, factor * height))
+        measured = row.kind == MEASURED
+        shift = aside - apart if measured else aside + apart
+        points[measured].append((at + shift, factor * height))
     for measured, found in points.items():
         if found:
             x, y = np.array(found).T
@@ -198,7 +202,7 @@ class Curve:
     Of many entries the `most` with the largest values are drawn, equal ones as one; their names
     stand at `{}` of `words`, at `{each}` as `mounts 1, 2`. `part` makes numbers of complex values,
     their size if nothing is said. `upto` fills the band to another quantity, `bars` draws bars.
-    References of the case on the quantity and limits of it are drawn with it.
+    References of the case on the quantity, so far `apart`, and limits of it are drawn with it.
     """
 
     of: Source
@@ -208,6 +212,7 @@ class Curve:
     part: Callable[[Any], Any] | None = None
     upto: Source = ""
     bars: bool = False
+    apart: float = 0.0
 
     def __call__(self, plot: "Plot") -> None:
         """Draw all of it into a panel."""
@@ -239,10 +244,11 @@ class Curve:
                 aside, colour = plot.bars(x, y, look), TOTAL
             else:
                 plot.axes.plot(x, y, **{"marker": dotted(len(x)), "linestyle": dashes, **look})
+            colour = LIMIT if self.apart else colour
             for name in names:
                 heights = draw_points(
                     plot.result, plot.axes, quantity, entry=name, factor=plot.factor, colour=colour,
-                    aside=aside,
+                    aside=aside, apart=self.apart,
                 )  # fmt: skip
                 plot.points += list(heights)
         for text, bound in bounds_of(plot.result, quantity.path, entry=False):
@@ -332,11 +338,11 @@ def operating(plot: "Plot") -> None:
 
 
 def peak(
-    of: str = "", at: str = "", colour: str = TOTAL, beyond: str = "", below: bool = False
+    of: str = "", at: str = "", colour: str = TOTAL, below: bool = False, unless: str = ""
 ) -> Mark:
     """A dot at the largest of the last curve, or of the values at `of` and `at`, with its words.
 
-    It is red beyond a limit of the case on `beyond`.
+    It is red beyond a limit of the case on `of`. Where there is anything at `unless` it has none.
     """
 
     def draw(plot: "Plot") -> None:
@@ -349,9 +355,9 @@ def peak(
             x, y = plot.drawn[-1]
             i = int(np.argmax(np.nan_to_num(y)))
             here, height = float(x[i]), float(y[i])
-        if not np.isfinite(height) or height <= 0.0:
+        if not np.isfinite(height) or height <= 0.0 or sourced(unless, plot.result):
             return
-        over = any(height > plot.factor * bound for _, bound in bounds_of(plot.result, beyond))
+        over = any(height > plot.factor * bound for _, bound in bounds_of(plot.result, of))
         plot.axes.plot([here], [height], "o", color=LIMIT if over else colour, zorder=5)
         left = here > _RIGHT * float(np.nanmax(plot.drawn[0][0]))
         unit = across(plot.axis)[1].rpartition(" in ")[2]
@@ -363,19 +369,18 @@ def peak(
     return draw
 
 
-def resonances(natural: Callable[[Record], np.ndarray], orders: tuple[int, ...] = (1, 2)) -> Mark:
+def resonances(orders: tuple[int, ...] = (1, 2)) -> Mark:
     """Lines where an order meets a natural frequency; close ones of an order share their words."""
 
     def draw(plot: "Plot") -> None:
-        modes = rpm(1.0) * natural(plot.result.record)
+        modes = rpm(1.0) * natural_frequencies(plot.result.record)
         speed = plot.drawn[0][0]
         named: list[tuple[float, str]] = []
         for order in orders:
             inside = [i for i, one in enumerate(modes) if speed.min() < one / order < speed.max()]
             groups: list[list[int]] = []
             for i in inside:
-                style = {"color": QUIET, "linestyle": ":", "linewidth": 1.0, "zorder": 0}
-                plot.axes.axvline(modes[i] / order, **style)
+                plot.axes.axvline(modes[i] / order, color=QUIET, ls=":", lw=1.0, zorder=0)
                 if groups and modes[i] < _CLOSE * modes[groups[-1][0]]:
                     groups[-1].append(i)
                 else:
@@ -406,10 +411,10 @@ def resonances(natural: Callable[[Record], np.ndarray], orders: tuple[int, ...] 
 class Panel:
     """Curves over one axis, with what stands with them, drawn in the order of `parts`.
 
-    `label` says what is drawn; its unit follows, that which people read where none is given. `log`
-    names the logarithmic axes; `ends` are those of the upright axis. `legend` places the names in
-    the panel; without it they stand below the picture. `below` are words for the other axis. A
-    result without one of `needs` has no such panel.
+    `label` says what is drawn; its unit, that which people read where none is given, follows or
+    stands at `{}`. `log` names the logarithmic axes; `ends` are those of the upright axis. `legend`
+    places the names in the panel; without it they stand below the picture. `below` are words for
+    the other axis. A result without one of `needs` has no such panel.
     """
 
     label: Words
@@ -482,13 +487,15 @@ class Plot:
         else:
             self.factor, self.unit = _read_in(first, self.largest[first.unit])
         words = said(panel.label, result)
-        parted = "" if words.endswith("\n") else " "
-        axes.set_ylabel(f"{words}{parted}in {self.unit}" if self.unit and words else words)
+        if words and self.unit and "{}" not in words:
+            words += "in {}" if words.endswith("\n") else " in {}"
+        axes.set_ylabel(words.replace("{}", self.unit))
         if panel.title:
             axes.set_title(said(panel.title, result), loc="left")
         for part in panel.parts:
             part(self)
-        if any(np.nanmin(row, initial=0.0) < 0.0 < np.nanmax(row, initial=0.0) for row in rows):
+        crossing = [np.nanmin(row, initial=0.0) < 0.0 < np.nanmax(row, initial=0.0) for row in rows]
+        if any(crossing) and first.unit != "dB":
             axes.axhline(0.0, color=QUIET, linewidth=0.8)
         self._ends()
         if panel.legend and self.named():
@@ -509,7 +516,7 @@ class Plot:
         elif np.ptp(x) > 0.0 and not dotted(len(self.drawn[0][0])):
             axes.set_xlim(float(np.min(x[x > 0.0] if "x" in panel.log else x)), float(np.max(x)))
         if axis.values.dtype.kind in "iu":
-            axes.xaxis.get_major_locator().set_params(integer=True)
+            axes.locator_params(axis="x", integer=True)
         for name in panel.log:
             getattr(axes, f"set_{name}scale")("log")
         axes.margins(y=0.08)

@@ -340,7 +340,7 @@ ROLL_MOTOR_GAIN = Curves(
     "another motor and no controller (reduced model)",
     (
         Panel(
-            "level re 1 rad/s$^2$, zero-to-peak,",
+            "level in {} re 1 rad/s$^2$, zero-to-peak",
             (
                 *(
                     Curve(_by_gain(i), _name(i), {**_MARKED, "linestyle": "-" if i < 2 else "--"},

@@ -1,7 +1,5 @@
 """Pictures of a damper's design: worst section over its values, response with it."""
 
-from dataclasses import replace
-from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,25 +10,17 @@ from vibecalc.core.report.canvas import (
     QUIET,
     TOTAL,
     canvas,
+    dotted,
+    gaps,
+    operating_line,
+    plain_log,
     plain_ticks,
     unit_words,
 )
-from vibecalc.core.report.curves import (
-    Curve,
-    Curves,
-    Ends,
-    Panel,
-    Plot,
-    entry_of,
-    level,
-    operating,
-    sourced,
-)
 from vibecalc.core.report.sections import having, scalar_of, table_of
 from vibecalc.core.report.writing import rpm, show
-from vibecalc.core.results.record import Quantity, Record, Result
+from vibecalc.core.results.record import Record, Result
 from vibecalc.torsion.report.damper_design import DESIGN, OBJECTIVES, objective_of
-from vibecalc.torsion.report.line import place_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -134,80 +124,56 @@ def _basins(axes: "Axes", record: Record) -> None:
 # Largest section of a shaft line against speed: without damper, table value, optimum.
 # ----------------------------------------------------------------------------
 
-_LOOKS = (
-    ("none", "no damper", QUIET, "--", 1.1),
-    ("table value", "table value", COLOURS[1], "-", 1.8),
-    ("optimum", "optimum", COLOURS[0], "-", 1.8),
-)
+_LOOKS = {
+    "none": (QUIET, "--", "no damper"),
+    "table value": (COLOURS[1], "-", "table value"),
+    "optimum": (COLOURS[0], "-", "optimum"),
+}
 #: ratio of the curves from which on the axis is logarithmic
 _FAR = 6.0
 
 
-def _curve(result: Result, name: str) -> Quantity | None:
-    """The largest section with one damper; that of the optimum goes through its maxima."""
-    path = f"{DESIGN}curve/{objective_of(result)}"
-    place = place_of(having(result.record, path, "damper_curve", "speed"), name)
-    found, worst = sourced(entry_of(path, place), result), _worst(result)
-    if found is None or name != "optimum" or worst is None:
-        return found
-    held = _held(result)
-    speed = np.append(found.axes[1].values, held)
-    values = np.append(found.values[0], np.full(len(held), worst))[None]
-    return replace(found, values=values, axes=(found.axes[0], replace(found.axes[1], values=speed)))
-
-
-def _worst(result: Result) -> float | None:
-    return scalar_of(result.record, f"{DESIGN}worst_{objective_of(result)}")
+def draw_damper_response(result: Result) -> "Figure | None":
+    """One curve for each damper; None without a design."""
+    name = objective_of(result)
+    found = having(result.record, f"{DESIGN}curve/{name}", "damper_curve", "speed")
+    if found is None:
+        return None
+    factor, unit, words = OBJECTIVES[name]
+    figure = canvas(result, f"largest half range of the {words} of all sections that count", 5.4)
+    axes = figure.subplots()
+    speed = rpm(1.0) * np.asarray(found.axes[1].values, dtype=float)
+    values = factor * np.asarray(found.values, dtype=float)
+    held, worst = _held(result), scalar_of(result.record, f"{DESIGN}worst_{name}")
+    for label, curve in zip(found.axes[0].values, values, strict=True):
+        colour, style, text = _LOOKS[str(label)]
+        x, y = speed, gaps(curve)
+        if label == "optimum" and worst is not None:  # its maxima lie between the speeds
+            order = np.argsort(np.append(x, held), kind="stable")
+            x = np.append(x, held)[order]
+            y = np.append(y, np.full(len(held), factor * worst))[order]
+        axes.plot(x, y, color=colour, linestyle=style, label=text, marker=dotted(len(speed)),
+                  linewidth=1.1 if label == "none" else 1.8)  # fmt: skip
+    if worst is not None:
+        axes.axhline(factor * worst, color=COLOURS[0], linewidth=0.9, linestyle=":",
+                     label="largest of the optimum")  # fmt: skip
+        axes.plot(held, np.full(len(held), factor * worst), "o", color=COLOURS[0], ms=6, zorder=5,
+                  label="maxima that decide it")  # fmt: skip
+        if float(np.nanmax(values)) > _FAR * factor * worst:
+            known = values[np.isfinite(values) & (values > 0.0)]
+            plain_log(axes, 0.8 * float(np.min(known)), 1.3 * float(np.max(known)))
+    operating_line(axes, result, *np.asarray(found.axes[1].values, dtype=float)[[0, -1]])
+    axes.set_xlim(speed[0], speed[-1])
+    axes.set_xlabel("crank speed in rpm")
+    axes.set_ylabel(f"{words} in {unit_words(unit)[1]}")
+    figure.legend(loc="outside lower center", ncols=3)
+    return figure
 
 
 def _held(result: Result) -> np.ndarray:
-    """Speeds of the maxima that decide the optimum."""
+    """Speeds in rpm of the maxima that decide the optimum."""
     kind = having(result.record, DESIGN + "active/kind", "active")
     speed = having(result.record, DESIGN + "active/speed", "active")
     if kind is None or speed is None:
         return np.zeros(0)
-    return np.asarray(speed.values[np.asarray(kind.values) == 0])
-
-
-def _decide(plot: Plot) -> None:
-    held, worst = rpm(1.0) * _held(plot.result), _worst(plot.result)
-    if worst is not None:
-        plot.axes.plot(held, np.full(len(held), plot.factor * worst), "o", color=COLOURS[0], ms=6,
-                       zorder=5, label="maxima that decide it")  # fmt: skip
-
-
-def _far(plot: Plot) -> Ends:
-    """Logarithmic where the curves go far beyond the optimum."""
-    known = np.concatenate([y[np.isfinite(y) & (y > 0.0)] for _, y in plot.drawn])
-    if not plot.points or known.max() <= _FAR * plot.points[0]:
-        return None, None
-    plot.axes.set_yscale("log")
-    return 0.8 * float(known.min()), 1.3 * float(known.max())
-
-
-DAMPER_RESPONSE = Curves(
-    lambda result: (
-        f"largest half range of the {OBJECTIVES[objective_of(result)][2]} "
-        "of all sections that count"
-    ),
-    (
-        Panel(
-            lambda result: OBJECTIVES[objective_of(result)][2],
-            (
-                *(
-                    Curve(partial(_curve, name=name), words,
-                          {"color": colour, "linestyle": style, "linewidth": width})
-                    for name, words, colour, style, width in _LOOKS
-                ),
-                level(_worst, "largest of the optimum", color=COLOURS[0], linewidth=0.9,
-                      linestyle=":"),
-                _decide,
-                operating,
-            ),
-            unit=lambda result: OBJECTIVES[objective_of(result)][1],
-            ends=_far,
-        ),
-    ),
-    high=4.1,
-    names=3,
-)  # fmt: skip
+    return np.asarray(rpm(1.0) * speed.values[np.asarray(kind.values) == 0])

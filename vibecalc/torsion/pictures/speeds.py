@@ -411,8 +411,8 @@ def _twists(result: Result) -> list[Panel]:
     record, path = result.record, f"speeds/{_TWIST}"
     known = {name for root, *_ in _OTHERS for name in names(record, root + path, "section")}
     known -= {*names(record, "damper/travel", "damper")}
-    tops = {name: _highest(_row(record, _TWIST, name)) for name in names(record, path, "section")
-            if name in known}  # fmt: skip
+    tops = {name: _highest(found) for name in names(record, path, "section")
+            if name in known and (found := _row(record, _TWIST, name)) is not None}  # fmt: skip
     most = sorted(tops, key=lambda name: -tops[name])[:_MOST_PANELS]
     ill = [*misfire_words(result), "as it is"]
     damped = "with dampers" if names(record, f"bare/{path}", "section") else ill[0]
