@@ -283,7 +283,9 @@ def _leads(plot: Plot, chosen: list[int]) -> Ends:
         0.85, 1.1 * max(float(x[-1]) for x, _ in [*plot.drawn, (np.array([2.0]), 0)])
     )
     leads = having(plot.result.record, _STEM + "dominant_from", "clearance")
-    for row, i in enumerate(chosen) if leads is not None else ():
+    for row, i in enumerate(chosen):
+        if leads is None:
+            break
         order, height = int(leads.values[i]), top * 30.0 ** (0.92 - 0.23 * row)
         if order > 0:
             plot.axes.vlines(order, 0.0, height, color=COLOURS[row], linestyle=":", linewidth=1.2)

@@ -411,8 +411,8 @@ def _twists(result: Result) -> list[Panel]:
     record, path = result.record, f"speeds/{_TWIST}"
     known = {name for root, *_ in _OTHERS for name in names(record, root + path, "section")}
     known -= {*names(record, "damper/travel", "damper")}
-    tops = {name: _highest(found) for name in names(record, path, "section")
-            if name in known and (found := _row(record, _TWIST, name)) is not None}  # fmt: skip
+    tops = {name: _highest(row) for name in names(record, path, "section")
+            if name in known and (row := _row(record, _TWIST, name)) is not None}  # fmt: skip
     most = sorted(tops, key=lambda name: -tops[name])[:_MOST_PANELS]
     ill = [*misfire_words(result), "as it is"]
     damped = "with dampers" if names(record, f"bare/{path}", "section") else ill[0]
@@ -420,7 +420,7 @@ def _twists(result: Result) -> list[Panel]:
     own = {name: _sections(_TWIST, "", [name]) for name in shown}
     others = [_sections(_TWIST, root, shown) for root, *_ in _OTHERS]
     found = [sourced(one, result) for one in (*own.values(), *others)]
-    curves = [MILLI * row for one in found if one is not None for row in one.values]
+    curves = [MILLI * row for one in found if one is not None for row in np.asarray(one.values)]
     lower = sorted(curves[: len(shown)], key=_highest)[: -(-len(shown) // 2)]
     panels = []
     for name, height in zip(shown, map(_highest, curves), strict=False):
