@@ -250,7 +250,7 @@ SUBJECT = Subject(
         "roll_control": "vibecalc.roll.pictures.control:draw_roll_control",
         "roll_motor_gain": "vibecalc.roll.pictures.control:ROLL_MOTOR_GAIN",
         "roll_locus": "vibecalc.roll.pictures.control:draw_roll_locus",
-        "roll_start_up": "vibecalc.roll.pictures.start_up:draw_roll_start_up",
+        "roll_start_up": "vibecalc.roll.pictures.start_up:ROLL_START_UP",
         "motor_curve": "vibecalc.roll.pictures.motor:draw_dynamic_motor",
     },
 )

@@ -68,6 +68,8 @@ _BELOW = {
 _SMALL = 0.1
 #: s, a time up to which it is read in ms
 _SHORT = 0.1
+#: of a history, what begins before begins with it
+_EARLY = 0.02
 #: ratio of places below which two marks have no room for words of their own
 _CLOSE = 1.18
 #: of the axis, beyond which words stand at the left of their dot
@@ -234,7 +236,7 @@ class Curve:
             plot.drawn.append((x, y))
             aside = 0.0
             if upper is not None:
-                top = plot.factor * gaps(np.abs(upper.values))[place][rank]
+                top = plot.factor * gaps(magnitudes(upper))[place][rank]
                 if x.size > 1:
                     plot.axes.fill_between(x, y, top, **{"linewidth": 0.0, **look})
                 else:
@@ -514,7 +516,8 @@ class Plot:
             axes.set_xlim(float(x.min()) - 0.7 * step, float(x.max()) + 0.7 * step)
             axes.grid(visible=False, axis="x")
         elif np.ptp(x) > 0.0 and not dotted(len(self.drawn[0][0])):
-            axes.set_xlim(float(np.min(x[x > 0.0] if "x" in panel.log else x)), float(np.max(x)))
+            low, high = float(np.min(x[x > 0.0] if "x" in panel.log else x)), float(np.max(x))
+            axes.set_xlim(0.0 if axis.unit == "s" and low < _EARLY * high else low, high)
         if axis.values.dtype.kind in "iu":
             axes.locator_params(axis="x", integer=True)
         for name in panel.log:
@@ -580,12 +583,10 @@ class Curves:
         for i, (axes, (panel, curves)) in enumerate(zip(places, found, strict=True)):
             plot = Plot(axes, result, panel, curves[0][1].axes[-1], largest)
             plot.draw(curves)
-            if not shared or i + columns >= len(found):
-                words = said(panel.below, result) or across(curves[0][1].axes[-1])[1]
-                axes.set_xlabel(words)
-                axes.tick_params(labelbottom=True)
-            else:
-                axes.set_xlabel("")
+            over, below = plot.axis, found[i + columns : i + columns + 1]
+            last = not below or below[0][1][0][1].axes[-1].name != over.name
+            axes.set_xlabel((said(panel.below, result) or across(over)[1]) * last)
+            axes.tick_params(labelbottom=last)
             if columns > 1:
                 axes.set_title(axes.get_title(loc="left"), loc="left", fontsize=8)
                 axes.set_ylabel("" if self.level and i % columns else axes.get_ylabel())
