@@ -111,7 +111,7 @@ def across(axis: Axis) -> tuple[np.ndarray, str]:
         unit = "s" if np.max(np.abs(values), initial=0.0) > _SHORT else "ms"
         words = "time"
     return values * convert(1.0, axis.unit, unit), _BELOW.get(
-        axis.name, f"{words} in {unit}" if unit else words
+        axis.name, f"{words} in {unit_words(unit)[1]}" if unit else words
     )
 
 
@@ -563,8 +563,8 @@ class Curves:
         columns = min(self.columns, len(found))
         lines = -(-len(found) // columns)
         figure = canvas(result, said(self.title, result), 1.3 + self.high * lines)
-        overs = {curves[0][1].axes[-1].name for _, curves in found}
-        shared = len(overs) == 1
+        overs = [curves[0][1].axes[-1].name for _, curves in found]
+        shared = len({*overs}) == 1
         heights = [panel.height for panel, _ in found[::columns]]
         grid = figure.subplots(
             lines, columns, sharex=shared, sharey=self.level, squeeze=False, height_ratios=heights
@@ -583,10 +583,7 @@ class Curves:
         for i, (axes, (panel, curves)) in enumerate(zip(places, found, strict=True)):
             plot = Plot(axes, result, panel, curves[0][1].axes[-1], largest)
             plot.draw(curves)
-            over, below = plot.axis, found[i + columns : i + columns + 1]
-            last = not below or below[0][1][0][1].axes[-1].name != over.name
-            axes.set_xlabel((said(panel.below, result) or across(over)[1]) * last)
-            axes.tick_params(labelbottom=last)
+            axes.set_xlabel(said(panel.below, result) or across(plot.axis)[1])
             if columns > 1:
                 axes.set_title(axes.get_title(loc="left"), loc="left", fontsize=8)
                 axes.set_ylabel("" if self.level and i % columns else axes.get_ylabel())
@@ -594,6 +591,11 @@ class Curves:
                 named |= plot.named()
         if named:
             figure.legend(named.values(), named, loc="outside lower center", ncols=self.names)
+        for i, below in enumerate(places[columns:]):
+            if overs[i] == overs[i + columns] and places[i].get_xlim() == below.get_xlim():
+                places[i].set_xlabel("")
+        for axes in places:
+            axes.tick_params(labelbottom=bool(axes.get_xlabel()))
         figure.align_ylabels(list(grid[:, 0]))
         return figure
 
