@@ -78,11 +78,6 @@ def canvas(result: Titled, subtitle: str, height: float) -> "Figure":
     return figure
 
 
-def order_name(order: int) -> str:
-    """`primary (order 1)`, `secondary (order 2)`, `order 3`."""
-    return ORDER_NAMES.get(order, f"order {order}")
-
-
 def crank_angle_axis(axes: "Axes", turns: int = 1) -> None:
     """Crank angle in degrees over one turn or two, marked at eighths of it."""
     axes.set_xlim(0.0, 360.0 * turns)
@@ -104,13 +99,6 @@ def natural_frequencies(record: Record) -> np.ndarray:
             return np.atleast_1d(np.asarray(modes.values, dtype=float))
     pitch = scalar_of(record, "isolation/pitch/natural_frequency")
     return np.array([]) if pitch is None else np.array([pitch])
-
-
-def plain_log(axes: "Axes", low: float, high: float) -> None:
-    """A logarithmic upright axis from low to high."""
-    axes.set_yscale("log")
-    axes.set_ylim(low, high)
-    plain_ticks(axes.yaxis)
 
 
 def note(

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, TOTAL, canvas, order_name
+from vibecalc.core.report.canvas import COLOURS, LIMIT, ORDER_NAMES, QUIET, TOTAL, canvas
 from vibecalc.core.report.curves import Curve, Curves, Look, Panel, Plot, Source
 from vibecalc.core.report.sections import having, scalar_of, table_of
 from vibecalc.core.report.writing import show
@@ -322,8 +322,12 @@ def _by_gain(order: int) -> Source:
     return made
 
 
-def _name(order: int) -> Callable[[Result], str]:
-    return lambda result: order_name(int(result.record[_PATH + "level"].axes[1].values[order]))
+def _name(place: int) -> Callable[[Result], str]:
+    def words(result: Result) -> str:
+        order = int(result.record[_PATH + "level"].axes[1].values[place])
+        return ORDER_NAMES.get(order, f"order {order}")
+
+    return words
 
 
 def _this_motor(plot: Plot, named: bool) -> None:
