@@ -31,7 +31,7 @@ from vibecalc.core.report.canvas import (
     unit_words,
     waves,
 )
-from vibecalc.core.report.sections import labels, magnitudes, read_as
+from vibecalc.core.report.sections import labels, magnitudes, read_as, scalar_of
 from vibecalc.core.report.verdicts import MEASURED, judge_references
 from vibecalc.core.report.writing import rpm, show
 from vibecalc.core.results.catalogue import CATALOGUE
@@ -48,7 +48,7 @@ if TYPE_CHECKING:
 
 Words = str | Callable[[Result], str]
 Source = str | Callable[[Result], Quantity | None]
-Number = float | str | Callable[[Result], float | None]
+Number = str | Callable[[Result], Any]
 Look = Mapping[str, Any]
 Ends = tuple[float | None, float | None]
 
@@ -87,15 +87,6 @@ def sourced(source: Source, result: Result) -> Quantity | None:
     """The quantity at a path or of a function; None if there is none over an axis."""
     found = result.record.quantities.get(source) if isinstance(source, str) else source(result)
     return found if found is not None and found.axes and np.size(found.values) else None
-
-
-def number_of(of: Number, result: Result) -> float | None:
-    """A finite number in SI: itself, the scalar at a path, or what a function makes of a result."""
-    if isinstance(of, str):
-        found = result.record.quantities.get(of)
-        of = np.nan if found is None or found.axes else float(magnitudes(found))
-    value = of(result) if callable(of) else of
-    return float(value) if isinstance(value, int | float) and np.isfinite(value) else None
 
 
 def across(axis: Axis) -> tuple[np.ndarray, str]:
@@ -204,7 +195,8 @@ class Curve:
     Of many entries the `most` with the largest values are drawn, equal ones as one; their names
     stand at `{}` of `words`, at `{each}` as `mounts 1, 2`. `part` makes numbers of complex values,
     their size if nothing is said. `upto` fills the band to another quantity, `bars` draws bars.
-    References of the case on the quantity, so far `apart`, and limits of it are drawn with it.
+    References of the case on the quantity, so far `apart`, and limits of it are drawn with it where
+    its values are.
     """
 
     of: Source
@@ -247,13 +239,15 @@ class Curve:
             else:
                 plot.axes.plot(x, y, **{"marker": dotted(len(x)), "linestyle": dashes, **look})
             colour = LIMIT if self.apart else colour
-            for name in names:
+            for name in names if self.part is None else ():
                 heights = draw_points(
                     plot.result, plot.axes, quantity, entry=name, factor=plot.factor, colour=colour,
                     aside=aside, apart=self.apart,
                 )  # fmt: skip
                 plot.points += list(heights)
-        for text, bound in bounds_of(plot.result, quantity.path, entry=False):
+        for text, bound in (
+            bounds_of(plot.result, quantity.path, entry=False) if self.part is None else ()
+        ):
             plot.limit(text, bound)
 
 
@@ -289,8 +283,8 @@ def level(of: Number, words: Words = "", mirrored: bool = False, **look: Any) ->
     """A line at the height of a number in SI, which stands with its unit at `{}` of `words`."""
 
     def draw(plot: "Plot") -> None:
-        value = number_of(of, plot.result)
-        if value is None:
+        value = scalar_of(plot.result.record, of) if isinstance(of, str) else of(plot.result)
+        if not isinstance(value, int | float) or not np.isfinite(value):
             return
         height = plot.factor * value
         style = {"color": QUIET, "linestyle": "--", "linewidth": 1.2, **look}
@@ -628,7 +622,7 @@ def _panel(one: Entry) -> Panel:
 def _usual(plot: Plot) -> Ends:
     """All of the curves, in decades about what is usual where a few are far above it."""
     size = np.concatenate([y[np.isfinite(y)] for _, y in plot.drawn])
-    middle, top = float(np.median(np.abs(size))), float(np.max(size, initial=0.0))
+    middle, top = float(np.median(np.abs(size))) if size.size else 0.0, np.max(size, initial=0.0)
     if np.any(size < 0.0) or not 0.0 < _FAR * middle < top:
         return None, None
     plot.axes.set_yscale("log")

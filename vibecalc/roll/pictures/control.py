@@ -347,8 +347,7 @@ ROLL_MOTOR_GAIN = Curves(
             "level in {} re 1 rad/s$^2$, zero-to-peak",
             (
                 *(
-                    Curve(_by_gain(i), _name(i), {**_MARKED, "linestyle": "-" if i < 2 else "--"},
-                          part=np.asarray)
+                    Curve(_by_gain(i), _name(i), {**_MARKED, "linestyle": "-" if i < 2 else "--"},)
                     for i in range(_ORDERS_WITHOUT)
                 ),
                 partial(_this_motor, named=True),

@@ -222,7 +222,7 @@ ROLL_LEVELS = Curves(
     (
         Panel(
             "level in {} re 1 rad/s$^2$, zero-to-peak",
-            (Curve(_levels, "computed", _DOTS, part=np.asarray, apart=_APART), _whiskers),
+            (Curve(_levels, "computed", _DOTS, apart=_APART), _whiskers),
             ends=_foot,
         ),
     ),
