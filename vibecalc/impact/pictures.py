@@ -140,7 +140,7 @@ IMPACT_CLEARANCE = Curves(
             ),
             ends=_wide,
             unit="N",
-            needs=(_STEM + "mean_force",),
+            needs=(lambda result: having(result.record, _STEM + "mean_force", "clearance"),),
             below="clearance in mm",
         ),
     ),
